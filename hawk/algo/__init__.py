@@ -1,0 +1,1 @@
+"""Algorithms of one frame: vision, mapper, path plan."""

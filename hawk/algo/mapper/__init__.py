@@ -1,0 +1,1 @@
+"""Mapper App: what all frames together say."""

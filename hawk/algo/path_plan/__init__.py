@@ -1,0 +1,1 @@
+"""Path Plan App: where to fly next."""

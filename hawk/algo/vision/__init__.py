@@ -1,0 +1,1 @@
+"""Vision App: what one frame shows."""

@@ -1,0 +1,1 @@
+"""Drone decision and control: the operations state machine."""

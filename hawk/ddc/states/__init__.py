@@ -1,0 +1,1 @@
+"""The operation states, one module each."""

@@ -1,0 +1,1 @@
+"""The simulated drone: ArduCopter over MAVLink and a camera over HTTP."""

@@ -1,0 +1,1 @@
+"""The headless survey: client, scoring, exports."""

@@ -1,0 +1,1 @@
+"""Drawn and photographed parking lots with their truth."""
