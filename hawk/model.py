@@ -1,0 +1,440 @@
+"""What every room agrees on: poses, enumerations, map and stall types.
+
+Frames (all metres): *local* is NED about the place where the drone was armed; *map* is NED on a tangent plane at the
+survey's WGS-84 datum. ``north`` and ``east`` always mean the map frame, ``x`` and ``y`` the local frame. Yaw and every
+other angle on the ground is in radians clockwise from north. Times are seconds of the daemon's one clock.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum, StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+TILE_CELLS = 256
+"""Cells along one side of a map tile."""
+CELL_M = 0.10
+"""Side of a map cell, metres."""
+TILE_M = TILE_CELLS * CELL_M
+"""Side of a map tile, metres."""
+
+
+class UserError(IntEnum):
+    """User Error of the specification, section 4."""
+
+    NONE = 0
+    DESIRED_LOCATION_OUT_OF_BOUNDS = 1
+    NO_LOT_DETECTED = 2
+
+
+class HealthStatus(IntEnum):
+    """Health Status of the specification, section 4."""
+
+    HEALTHY = 0
+    UNHEALTHY = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Health:
+    """Health of one part, with the reason in words when it is unhealthy."""
+
+    status: HealthStatus = HealthStatus.HEALTHY
+    reason: str = ""
+
+    @classmethod
+    def bad(cls, reason: str) -> Health:
+        """Return an unhealthy verdict with its reason."""
+        return cls(HealthStatus.UNHEALTHY, reason)
+
+    @property
+    def is_healthy(self) -> bool:
+        """Whether the part can be trusted."""
+        return self.status is HealthStatus.HEALTHY
+
+
+class StateName(StrEnum):
+    """Identity strings of the operation states, exactly as in the design."""
+
+    IDLE = "Idle"
+    CONFIGURE = "Configure"
+    ARM = "Arm"
+    TAKEOFF = "Takeoff"
+    HOVER = "Hover"
+    AUTONOMOUS_EXPLORE = "Autonomous Explore"
+    AUTONOMOUS_MOVE = "Autonomous Move"
+    COMPULSIVE_MOVE = "Compulsive Move"
+    RETURN_TO_LAUNCH = "Return To Launch"
+    LAND = "Land"
+    COMMUNICATION_LOST = "CommunicationLost"
+    MANUAL = "Manual"
+
+
+class CopterMode(IntEnum):
+    """ArduCopter's ``custom_mode`` numbers (ArduPilot, ArduCopter/mode.h)."""
+
+    STABILIZE = 0
+    ACRO = 1
+    ALT_HOLD = 2
+    AUTO = 3
+    GUIDED = 4
+    LOITER = 5
+    RTL = 6
+    CIRCLE = 7
+    LAND = 9
+    DRIFT = 11
+    SPORT = 13
+    FLIP = 14
+    AUTOTUNE = 15
+    POSHOLD = 16
+    BRAKE = 17
+    THROW = 18
+    AVOID_ADSB = 19
+    GUIDED_NOGPS = 20
+    SMART_RTL = 21
+    FLOWHOLD = 22
+    FOLLOW = 23
+    ZIGZAG = 24
+    SYSTEMID = 25
+    AUTOROTATE = 26
+    AUTO_RTL = 27
+
+
+def mode_name(custom_mode: int | None) -> str | None:
+    """Return ArduPilot's own name of a mode ("GUIDED"); "MODE(n)" for one that is not known; None for None."""
+    if custom_mode is None:
+        return None
+    try:
+        return CopterMode(custom_mode).name
+    except ValueError:
+        return f"MODE({custom_mode})"
+
+
+class LandedState(IntEnum):
+    """MAV_LANDED_STATE."""
+
+    UNDEFINED = 0
+    ON_GROUND = 1
+    IN_AIR = 2
+    TAKING_OFF = 3
+    LANDING = 4
+
+
+@dataclass(frozen=True, slots=True)
+class LocalPose:
+    """Pose about the arm place: x north, y east, z down in metres; yaw in radians clockwise from north."""
+
+    x: float
+    y: float
+    z: float
+    yaw: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class GlobalPose:
+    """WGS-84 degrees and metres above mean sea level."""
+
+    latitude: float
+    longitude: float
+    altitude: float
+
+
+@dataclass(frozen=True, slots=True)
+class MapPoint:
+    """A place in the map frame, metres north and east of the datum."""
+
+    north: float
+    east: float
+
+    def distance(self, other: MapPoint) -> float:
+        """Return the horizontal distance in metres."""
+        return math.hypot(self.north - other.north, self.east - other.east)
+
+
+@dataclass(frozen=True, slots=True)
+class MapPose:
+    """Drone pose in the map frame: ``height`` is metres above the arm place, attitude in radians (NED, FRD body)."""
+
+    north: float
+    east: float
+    height: float
+    roll: float
+    pitch: float
+    yaw: float
+
+    @property
+    def point(self) -> MapPoint:
+        """The place on the ground below."""
+        return MapPoint(self.north, self.east)
+
+    def is_finite(self) -> bool:
+        """Whether every number is finite."""
+        return all(math.isfinite(v) for v in (self.north, self.east, self.height, self.roll, self.pitch, self.yaw))
+
+
+@dataclass(frozen=True, slots=True)
+class ArmPlace:
+    """Where the drone was armed, and what ties EKF-local to it.
+
+    ``ekf_x``, ``ekf_y``, ``ekf_z`` is the arm place in EKF-local (NED metres); ``boot_id`` tells one boot of the
+    autopilot from another (the wall-clock second at which its ``time_boot_ms`` was zero).
+    """
+
+    latitude: float
+    longitude: float
+    altitude: float
+    ekf_x: float
+    ekf_y: float
+    ekf_z: float
+    boot_id: int
+
+
+@dataclass(frozen=True, slots=True)
+class HeightParameters:
+    """Travel heights above the arm place, metres: 0 < minimum <= desired <= maximum <= ceiling."""
+
+    minimum: float = 15.0
+    desired: float = 35.0
+    maximum: float = 60.0
+
+
+@dataclass(frozen=True, slots=True)
+class Fence:
+    """Where the drone may be, map frame. ``polygon`` is our own limit: it lies inside the autopilot's by the margin.
+
+    ``polygon`` and ``autopilot_polygon`` are (north, east) vertices in order, not closed. Heights are metres above the
+    arm place.
+    """
+
+    polygon: tuple[tuple[float, float], ...]
+    autopilot_polygon: tuple[tuple[float, float], ...]
+    ceiling: float
+    autopilot_ceiling: float
+
+
+@dataclass(frozen=True, slots=True)
+class CameraModel:
+    """Pinhole camera with radial-tangential distortion (ROS ``plumb_bob``) and its mount.
+
+    ``fx, fy, cx, cy`` in pixels of a ``width`` x ``height`` picture; ``distortion`` is k1, k2, p1, p2, k3. Mount angles
+    (radians) turn the camera away from looking straight down with the picture's top towards the nose.
+    """
+
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    distortion: tuple[float, ...] = ()
+    mount_roll: float = 0.0
+    mount_pitch: float = 0.0
+    mount_yaw: float = 0.0
+
+
+class Inbound(StrEnum):
+    """Verdict on a place: inside the lot, outside it, or not seen yet."""
+
+    INSIDE = "inside"
+    OUTSIDE = "outside"
+    UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True, slots=True)
+class DesiredPose:
+    """Where the operator wants the drone: numbered, so that a verdict can be told from an older one."""
+
+    number: int
+    north: float
+    east: float
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """Path Plan App's answer on the desired pose of that number."""
+
+    number: int
+    inbound: Inbound
+
+
+class StallState(StrEnum):
+    """What is known of a stall."""
+
+    FREE = "free"
+    TAKEN = "taken"
+    UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True, slots=True)
+class Stall:
+    """A stall on the map: an oriented rectangle with an id that stays.
+
+    ``angle`` is the direction of the long side in [0, pi); ``taken`` the probability of being taken; ``score`` the
+    probability of being a stall at all; ``version`` rises when anything shown of it changes.
+    """
+
+    id: int
+    north: float
+    east: float
+    angle: float
+    width: float
+    length: float
+    taken: float
+    state: StallState
+    score: float
+    seen: int
+    last_seen: float
+    version: int
+
+    def corners(self) -> NDArray[np.float64]:
+        """Return the four corners, (4, 2) of (north, east) metres: two ends of the near short side, then the far."""
+        along = np.array([math.cos(self.angle), math.sin(self.angle)]) * self.length / 2
+        across = np.array([-math.sin(self.angle), math.cos(self.angle)]) * self.width / 2
+        centre = np.array([self.north, self.east])
+        return np.array(
+            [centre - along - across, centre - along + across, centre + along + across, centre + along - across]
+        )
+
+
+class Cell(IntEnum):
+    """Class of a map cell."""
+
+    UNKNOWN = 0
+    NON_LOT = 1
+    LOT = 2
+    FREE = 3
+    TAKEN = 4
+
+
+TileKey = tuple[int, int]
+"""(row, column) of a tile: it covers north in [-(row + 1), -row) * TILE_M and east in [column, column + 1) * TILE_M, so
+that rows grow southwards and columns eastwards, as in a picture; cell (0, 0) of a tile is its north-west corner."""
+
+
+@dataclass(frozen=True, slots=True)
+class EncodedTile:
+    """A tile as it is sent: ``version`` rises only when something that is shown changes."""
+
+    version: int
+    data: bytes = field(repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Counts:
+    """Stalls by state."""
+
+    free: int = 0
+    taken: int = 0
+    unknown: int = 0
+
+    @property
+    def total(self) -> int:
+        """All stalls."""
+        return self.free + self.taken + self.unknown
+
+
+@dataclass(frozen=True, slots=True)
+class OccupancyMap:
+    """An immutable index of the map: nothing in it is copied when a cell changes.
+
+    ``tiles`` hold TILE_CELLS x TILE_CELLS bytes of `Cell`, row-major from the north-west corner, zlib-compressed.
+    ``mosaic`` holds JPEG pictures of the same tiles, TILE_CELLS pixels a side. ``stalls`` by id.
+    """
+
+    tiles: Mapping[TileKey, EncodedTile] = field(default_factory=dict)
+    mosaic: Mapping[TileKey, EncodedTile] = field(default_factory=dict)
+    stalls: Mapping[int, Stall] = field(default_factory=dict)
+    counts: Counts = Counts()
+    lot_area_m2: float = 0.0
+    version: int = 0
+    map_id: str = ""
+    """Changes when the map starts anew: what a client holds of another map is void."""
+
+
+@dataclass(frozen=True, slots=True)
+class ExploreStatus:
+    """How far the exploration is: ``seen`` is the share (0..1) of the lot known so far that has been seen well."""
+
+    done: bool = False
+    seen: float = 0.0
+    remaining_m: float | None = None
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class PathPlan:
+    """Where to fly next in the map frame: target, its yaw and height, and the way on from there for display."""
+
+    target: MapPoint | None = None
+    height: float | None = None
+    yaw: float | None = None
+    route: tuple[MapPoint, ...] = ()
+    explore: ExploreStatus = ExploreStatus()
+    verdict: Verdict | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """Autopilot state (mavros_msgs/State of the specification): ``time`` is when the last HEARTBEAT came."""
+
+    connected: bool = False
+    armed: bool = False
+    custom_mode: int | None = None
+    landed: LandedState = LandedState.UNDEFINED
+    time: float = -math.inf
+
+    @property
+    def mode(self) -> str | None:
+        """ArduPilot's own name of the mode."""
+        return mode_name(self.custom_mode)
+
+
+@dataclass(frozen=True, slots=True)
+class BatteryInfo:
+    """Battery: percentage 0-100, volts, amperes; None where the autopilot does not know."""
+
+    percentage: float | None = None
+    voltage: float | None = None
+    current: float | None = None
+    time: float = -math.inf
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnostics:
+    """Summary of the autopilot's sensors, as it reports them."""
+
+    all_ok: bool = False
+    armable: bool = False
+    global_position_ok: bool = False
+    home_position_ok: bool = False
+    gps_fix: int | None = None
+    satellites: int | None = None
+    horizontal_accuracy: float | None = None
+    time: float = -math.inf
+
+
+@dataclass(frozen=True, slots=True)
+class VehiclePose:
+    """One consistent pose of the vehicle. ``map`` and ``local`` are None before the first arm; velocity is NED m/s."""
+
+    time: float
+    global_: GlobalPose
+    relative_altitude: float | None
+    local: LocalPose | None
+    map: MapPose | None
+    velocity: tuple[float, float, float]
+    roll: float
+    pitch: float
+    yaw: float
+
+
+@dataclass(frozen=True, slots=True)
+class StatusText:
+    """A message of the autopilot in its own words. ``severity`` is MAV_SEVERITY, 0 (emergency) to 7 (debug)."""
+
+    time: float
+    severity: int
+    text: str
