@@ -1,0 +1,78 @@
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hawk.config import Config, ConfigError, load_config
+
+REFERENCE = Path(__file__).parents[3] / "config.toml"
+
+
+def settings() -> list[tuple[str, str, Any]]:
+    return [(section, key, value) for section, field in Config().model_dump().items() for key, value in field.items()]
+
+
+def test_the_reference_file_is_the_defaults() -> None:
+    assert load_config(REFERENCE, {}) == Config()
+
+
+@pytest.mark.parametrize(("section", "key", "_"), settings())
+def test_every_setting_is_in_the_reference_with_a_comment(section: str, key: str, _: Any) -> None:
+    text = REFERENCE.read_text()
+    part = text.split(f"[{section}]", 1)[1].split("\n[", 1)[0]
+    found = re.search(rf"^(# )?{key} = ", part, re.MULTILINE)
+    assert found, f"{section}.{key} is not in config.toml"
+    before = part[: found.start()].rstrip().splitlines()[-1]
+    assert before.startswith("#") or "=" in before
+
+
+def test_the_reference_has_no_other_settings() -> None:
+    known = {(section, key) for section, key, _ in settings()}
+    found = tomllib.loads(REFERENCE.read_text())
+    assert {(section, key) for section, values in found.items() for key in values} <= known
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "key", "hint"),
+    [
+        ("[web]\nport = 70000\n", 2, "web.port", "65535"),
+        ("[web]\n\nprot = 1\n", 3, "web.prot", "did you mean port?"),
+        ("[heights]\ndesired_m = 5.0\n", 1, "heights", "must rise"),
+        ("[flight]\nspeed_m_s = nan\n", 2, "flight.speed_m_s", "greater than 0"),
+        ("[wbe]\nport = 1\n", 1, "wbe", "did you mean web?"),
+        ("[web]\ntoken = 'short'\n", 2, "web.token", "16"),
+    ],
+)
+def test_a_wrong_setting_names_file_line_and_key(tmp_path: Path, text: str, line: int, key: str, hint: str) -> None:
+    path = tmp_path / "bad.toml"
+    path.write_text(text)
+    with pytest.raises(ConfigError) as caught:
+        load_config(path, {})
+    assert f"{path}, line {line}: {key}: " in str(caught.value)
+    assert hint in str(caught.value)
+
+
+def test_what_is_not_toml_and_what_cannot_be_read_is_said(tmp_path: Path) -> None:
+    path = tmp_path / "bad.toml"
+    path.write_text("[web\n")
+    with pytest.raises(ConfigError, match=r"not TOML.*line 1"):
+        load_config(path, {})
+    with pytest.raises(ConfigError, match="cannot be read"):
+        load_config(tmp_path / "absent.toml", {})
+
+
+def test_environment_overrides_the_file_and_the_command_line_both(tmp_path: Path) -> None:
+    path = tmp_path / "c.toml"
+    path.write_text("[web]\nport = 1\n[log]\nlevel = 'debug'\n")
+    config = load_config(path, {"HAWK_WEB__PORT": "2", "HAWK_LOG__LEVEL": "error"}, {"web": {"port": 3}})
+    assert config.web.port == 3
+    assert config.log.level == "error"
+
+
+def test_a_wrong_environment_variable_is_named() -> None:
+    with pytest.raises(ConfigError, match=r"web\.port: .*found 'x'"):
+        load_config(None, {"HAWK_WEB__PORT": "x"})
