@@ -19,9 +19,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 ENVIRONMENT_PREFIX = "HAWK_"
 """``HAWK_WEB__PORT=3001`` sets ``port`` of section ``web``."""
 
-Seconds = Annotated[float, Field(gt=0, le=3600, allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-Degrees = Annotated[float, Field(ge=-180, le=180, allow_inf_nan=False)]
+Seconds = Annotated[float, Field(gt=0, le=3600)]
+Positive = Annotated[float, Field(gt=0)]
+Degrees = Annotated[float, Field(ge=-180, le=180)]
 
 
 class ConfigError(Exception):
@@ -31,7 +31,7 @@ class ConfigError(Exception):
 class Section(BaseModel):
     """Base of a section: unknown keys are errors."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class AutopilotSettings(Section):

@@ -42,7 +42,7 @@ def test_the_reference_has_no_other_settings() -> None:
         ("[web]\nport = 70000\n", 2, "web.port", "65535"),
         ("[web]\n\nprot = 1\n", 3, "web.prot", "did you mean port?"),
         ("[heights]\ndesired_m = 5.0\n", 1, "heights", "must rise"),
-        ("[flight]\nspeed_m_s = nan\n", 2, "flight.speed_m_s", "greater than 0"),
+        ("[flight]\nspeed_m_s = nan\n", 2, "flight.speed_m_s", "finite"),
         ("[wbe]\nport = 1\n", 1, "wbe", "did you mean web?"),
         ("[web]\ntoken = 'short'\n", 2, "web.token", "16"),
     ],
