@@ -1,0 +1,99 @@
+from __future__ import annotations
+
+import csv
+import io
+import math
+
+import cv2
+import numpy as np
+import pytest
+from shapely.geometry import shape
+
+from hawk.model import TILE_CELLS, Cell, GlobalPose, Stall, StallState
+from hawk.survey.exports import CSV_COLUMNS, map_picture, stalls_csv, stalls_geojson
+from hawk.survey.survey_map import SurveyMap
+
+DATUM = GlobalPose(43.26, -79.92, 100.0)
+
+
+def stall(number: int, north: float, east: float, state: StallState, taken: float) -> Stall:
+    return Stall(number, north, east, math.radians(30), 2.6, 5.4, taken, state, 0.9, 4, 10.0, 1)
+
+
+@pytest.fixture
+def survey() -> SurveyMap:
+    tile = np.full((TILE_CELLS, TILE_CELLS), Cell.LOT, np.uint8)
+    tile[:, :40] = Cell.NON_LOT
+    stalls = [
+        stall(7, -10.0, 12.0, StallState.FREE, 0.05),
+        stall(2, -16.0, 12.0, StallState.TAKEN, 0.97),
+        stall(3, -10.0, 20.0, StallState.UNKNOWN, 0.5),
+    ]
+    return SurveyMap(DATUM, {s.id: s for s in stalls}, {(0, 0): tile, (0, 1): tile})
+
+
+def test_counts_and_extent(survey: SurveyMap) -> None:
+    assert (survey.counts.free, survey.counts.taken, survey.counts.unknown, survey.counts.total) == (1, 1, 1, 3)
+    cells = survey.cells()
+    assert cells.values.shape == (TILE_CELLS, 2 * TILE_CELLS)
+    assert (cells.north, cells.east) == (0.0, 0.0)
+
+
+def test_tiles_north_of_the_datum_lie_above_those_south_of_it() -> None:
+    north, south = np.full((TILE_CELLS,) * 2, Cell.LOT, np.uint8), np.full((TILE_CELLS,) * 2, Cell.NON_LOT, np.uint8)
+    cells = SurveyMap(DATUM, {}, {(-1, -1): north, (0, -1): south}).cells()
+    assert cells.north == pytest.approx(25.6)
+    assert cells.east == pytest.approx(-25.6)
+    assert cells.values[0, 0] == Cell.LOT
+    assert cells.values[-1, 0] == Cell.NON_LOT
+
+
+def test_csv_has_a_line_a_stall_in_the_order_of_ids(survey: SurveyMap) -> None:
+    rows = list(csv.DictReader(io.StringIO(stalls_csv(survey))))
+    assert [row["id"] for row in rows] == ["2", "3", "7"]
+    assert tuple(rows[0]) == CSV_COLUMNS
+    assert rows[2]["state"] == "free"
+    assert float(rows[2]["direction_deg"]) == pytest.approx(30.0)
+
+
+def test_geojson_polygons_are_where_the_stalls_are(survey: SurveyMap) -> None:
+    features = stalls_geojson(survey)["features"]
+    first = next(f for f in features if f["id"] == 7)
+    polygon = shape(first["geometry"])
+    assert polygon.is_valid
+    assert polygon.exterior.is_ccw
+    assert (polygon.centroid.y - DATUM.latitude) * 111_100 == pytest.approx(-10.0, abs=0.1)
+    assert (polygon.centroid.x - DATUM.longitude) * 111_320 * math.cos(math.radians(43.26)) == pytest.approx(
+        12.0, abs=0.1
+    )
+    assert first["properties"]["state"] == "free"
+
+
+def test_picture_shows_every_state_differently_even_in_grey(survey: SurveyMap) -> None:
+    picture = map_picture(survey)
+    assert picture.shape == (TILE_CELLS, 2 * TILE_CELLS, 3)
+
+    def patch(number: int) -> np.ndarray:
+        s = survey.stalls[number]
+        row, column = int(-s.north * 10), int(s.east * 10)
+        return cv2.cvtColor(picture[row - 8 : row + 8, column - 8 : column + 8], cv2.COLOR_BGR2GRAY)
+
+    free, taken, unknown = patch(7), patch(2), patch(3)
+    assert taken.std() > 2 * free.std()
+    assert unknown.mean() < free.mean() - 15
+
+
+def test_the_mosaic_lies_under_the_stalls(survey: SurveyMap) -> None:
+    green = np.zeros((TILE_CELLS, TILE_CELLS, 3), np.uint8)
+    green[:] = (20, 200, 20)
+    jpeg = cv2.imencode(".jpg", green)[1].tobytes()
+    picture = map_picture(SurveyMap(DATUM, survey.stalls, survey.tiles, {(0, 1): jpeg}))
+    assert abs(int(picture[200, TILE_CELLS + 100, 1]) - 200) < 5
+    assert picture[200, 100, 1] == 150
+
+
+def test_an_empty_survey_has_files_too() -> None:
+    empty = SurveyMap(DATUM, {}, {})
+    assert stalls_csv(empty).count("\n") == 1
+    assert stalls_geojson(empty)["features"] == []
+    assert map_picture(empty).shape == (1, 1, 3)
