@@ -23,7 +23,20 @@ _TAKEN_LINE = (0, 90, 224)
 _PLATE = (28, 22, 16)
 
 CSV_COLUMNS = tuple(
-    "id state taken_probability latitude longitude north_m east_m direction_deg width_m length_m seen score".split()
+    [
+        "id",
+        "state",
+        "taken_probability",
+        "latitude",
+        "longitude",
+        "north_m",
+        "east_m",
+        "direction_deg",
+        "width_m",
+        "length_m",
+        "seen",
+        "score",
+    ]
 )
 
 
