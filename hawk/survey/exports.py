@@ -22,21 +22,19 @@ _TAKEN = (26, 122, 255)
 _TAKEN_LINE = (0, 90, 224)
 _PLATE = (28, 22, 16)
 
-CSV_COLUMNS = tuple(
-    [
-        "id",
-        "state",
-        "taken_probability",
-        "latitude",
-        "longitude",
-        "north_m",
-        "east_m",
-        "direction_deg",
-        "width_m",
-        "length_m",
-        "seen",
-        "score",
-    ]
+CSV_COLUMNS = (
+    "id",
+    "state",
+    "taken_probability",
+    "latitude",
+    "longitude",
+    "north_m",
+    "east_m",
+    "direction_deg",
+    "width_m",
+    "length_m",
+    "seen",
+    "score",
 )
 
 
