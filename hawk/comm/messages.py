@@ -72,6 +72,8 @@ class CompulsiveMove(_Move):
     """Fly to any place inside the fence."""
 
     type: Literal["Compulsive Move"] = Field(default="Compulsive Move", alias="Type")
+    height: Height | None = Field(default=None, alias="Height")
+    """Metres above the arm place to fly at, within Min and Max; absent: the height it has."""
 
 
 class AutonomousMove(_Move):
@@ -218,7 +220,7 @@ def _explain(error: ValidationError) -> str:
 def _message_id(text: str) -> str | int | None:
     try:
         found = json.loads(text).get("Id")
-    except (ValueError, AttributeError):
+    except (ValueError, AttributeError, RecursionError):
         return None
     return found if isinstance(found, str | int) else None
 
@@ -299,6 +301,7 @@ class StallUpdate(Outgoing):
     taken: Finite | None = Field(default=None, alias="Taken")
     seen: int | None = Field(default=None, alias="Seen")
     last_seen: Finite | None = Field(default=None, alias="LastSeen")
+    score: Finite | None = Field(default=None, alias="Score")
 
 
 class MosaicVersion(Outgoing):
