@@ -1,0 +1,165 @@
+"""The command ``hawk-drone``: runs the daemon, or flies a survey without a browser."""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import sys
+from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from hawk.config import Config, ConfigError, load_config
+from hawk.simulation import SimulationError, SimulationOptions
+
+EXIT_USAGE = 2
+"""Exit status for wrong options and wrong settings, as argparse has it."""
+EXIT_FAILED = 1
+"""Exit status when something that was asked for could not be done."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return the exit status."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    parser = make_parser()
+    if not given or given[0] not in {"run", "survey", "-h", "--help", "--version"}:
+        given.insert(0, "run")
+    options = parser.parse_args(given)
+    try:
+        return int(options.action(options))
+    except (ConfigError, SimulationError) as error:
+        print(f"hawk-drone: {error}", file=sys.stderr)
+        return EXIT_USAGE if isinstance(error, ConfigError) else EXIT_FAILED
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the parser of the whole command line."""
+    parser = argparse.ArgumentParser(
+        prog="hawk-drone", description=__doc__, epilog="Without a command: run. Every setting: config.toml."
+    )
+    parser.add_argument("--version", action="version", version=f"hawk-drone {version('hawk-drone')}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    run = commands.add_parser("run", help="run the daemon and serve the operator's page")
+    run.set_defaults(action=_run)
+    _add_daemon_options(run)
+    run.add_argument("--ready-file", type=Path, metavar="FILE", help=argparse.SUPPRESS)
+    run.add_argument("--attach-sim", metavar="URL", help=argparse.SUPPRESS)
+    survey = commands.add_parser("survey", help="fly a whole survey: take off, explore, come home, write the results")
+    survey.set_defaults(action=_survey)
+    _add_daemon_options(survey)
+    _add_survey_options(survey)
+    return parser
+
+
+def simulation_options(options: argparse.Namespace) -> SimulationOptions | None:
+    """Return what to simulate, None without --sim. Raises ConfigError naming an option that does not fit."""
+    if not options.sim:
+        for name in ("world", "metres_per_pixel", "start", "gnss_sigma", "wind"):
+            if getattr(options, name) is not None:
+                raise ConfigError(f"--{name.replace('_', '-')}: only together with --sim")
+        if options.speed != 1.0 and getattr(options, "attach_sim", None) is None:
+            raise ConfigError("--speed: only together with --sim")
+        return None
+    if options.world is not None and options.metres_per_pixel is None:
+        raise ConfigError("--metres-per-pixel: is needed with --world (metres on the ground that a pixel covers)")
+    if options.world is not None and not options.world.is_file():
+        raise ConfigError(f"--world: {options.world} is not a file")
+    if not 1.0 <= options.speed <= 4.0:
+        raise ConfigError(f"--speed: must be 1 to 4 simulated seconds per second, not {options.speed}")
+    return SimulationOptions(
+        seed=options.seed,
+        world=options.world,
+        metres_per_pixel=options.metres_per_pixel,
+        truth=options.truth,
+        start=options.start,
+        speed=options.speed,
+        gnss_sigma=options.gnss_sigma,
+        wind=options.wind,
+    )
+
+
+def load_settings(options: argparse.Namespace) -> Config:
+    """Return the settings with the command line's options laid over them. Raises ConfigError."""
+    overrides: dict[str, dict[str, Any]] = {}
+    for section, key, value in (
+        ("web", "host", options.host),
+        ("web", "port", options.port),
+        ("fence", "file", options.fence),
+        ("autopilot", "url", options.autopilot),
+        ("camera", "url", options.camera),
+        ("store", "directory", options.store),
+    ):
+        if value is not None:
+            overrides.setdefault(section, {})[key] = value
+    return load_config(options.config, overrides=overrides)
+
+
+def _add_daemon_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--config", type=Path, metavar="FILE", help="settings (TOML); without it every default")
+    parser.add_argument("--host", help="address to serve the page on")
+    parser.add_argument("--port", type=int, help="port to serve the page on, 0 for a free one")
+    parser.add_argument("--autopilot", metavar="URL", help="MAVSDK connection URL of the autopilot")
+    parser.add_argument("--camera", metavar="URL", help="URL of the camera")
+    parser.add_argument("--store", type=Path, metavar="DIR", help="folder for parameters, journal and recordings")
+    parser.add_argument("--fence", type=Path, metavar="FILE", help="GeoJSON polygon that the drone must not leave")
+    simulated = parser.add_argument_group("simulation", "fly a simulated drone instead of a real one")
+    simulated.add_argument("--sim", action="store_true", help="start hawk-sim and fly it")
+    simulated.add_argument("--seed", type=int, default=1, metavar="N", help="world to draw (default 1)")
+    simulated.add_argument("--world", type=Path, metavar="FILE", help="fly over this picture instead")
+    simulated.add_argument("--metres-per-pixel", type=float, metavar="X", help="scale of that picture")
+    simulated.add_argument("--truth", type=Path, metavar="FILE", help="what the picture really holds (JSON)")
+    simulated.add_argument("--start", metavar="X,Y", help="where the drone stands, metres in the world's picture")
+    simulated.add_argument("--speed", type=float, default=1.0, metavar="N", help="simulated seconds per second, 1-4")
+    simulated.add_argument("--gnss-sigma", type=float, metavar="M", help="slow error of the position, metres")
+    simulated.add_argument("--wind", type=float, metavar="M/S", help="mean wind, metres per second")
+
+
+def _add_survey_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for the results")
+    parser.add_argument("--url", metavar="URL", help="fly the drone of a daemon that runs already")
+    parser.add_argument("--token", help="token of that daemon")
+    parser.add_argument("--set-failsafes", action="store_true", help="set the autopilot's failsafes that are missing")
+    parser.add_argument("--timeout", type=float, default=1800.0, metavar="S", help="seconds until it comes home anyway")
+    parser.add_argument("--quiet", action="store_true", help="no progress bar")
+
+
+def _run(options: argparse.Namespace) -> int:
+    from hawk.daemon import DaemonOptions, run_daemon
+
+    config = load_settings(options)
+    simulation = simulation_options(options)
+    return asyncio.run(
+        run_daemon(config, DaemonOptions(simulation, options.attach_sim, options.speed, options.ready_file))
+    )
+
+
+def _survey(options: argparse.Namespace) -> int:
+    from hawk.survey.run import SurveyOptions, run_survey
+
+    simulation = simulation_options(options)
+    if simulation is None and options.url is None:
+        raise ConfigError("--url: is needed without --sim (the page's address of the daemon that flies the drone)")
+    if simulation is not None and options.url is not None:
+        raise ConfigError("--url: not together with --sim, which starts a daemon of its own")
+    load_settings(options)  # a wrong setting shows here, before anything is started
+    return asyncio.run(
+        run_survey(
+            SurveyOptions(
+                out=options.out,
+                simulation=simulation,
+                url=options.url,
+                token=options.token,
+                config=options.config,
+                fence=options.fence,
+                truth=options.truth,
+                set_failsafes=options.set_failsafes or simulation is not None,
+                timeout_s=options.timeout,
+                quiet=options.quiet,
+            )
+        )
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,82 @@
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import pytest
+
+from hawk.cli import load_settings, main, make_parser, simulation_options
+from hawk.config import ConfigError
+
+
+def options(*arguments: str) -> argparse.Namespace:
+    return make_parser().parse_args(arguments)
+
+
+def test_a_wrong_config_file_names_the_key_and_the_line_and_ends_with_status_2(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "bad.toml"
+    path.write_text("[web]\nport = 99999\n")
+    assert main(["--config", str(path)]) == 2
+    assert f"{path}, line 2: web.port" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        (["run", "--world", "x.png"], "--world: only together with --sim"),
+        (["run", "--speed", "2"], "--speed: only together with --sim"),
+        (["run", "--sim", "--speed", "5"], "--speed: must be 1 to 4"),
+        (["run", "--sim", "--world", "absent.png", "--metres-per-pixel", "0.1"], "--world: absent.png is not a file"),
+        (["run", "--sim", "--world", "absent.png"], "--metres-per-pixel: is needed"),
+        (["survey", "--out", "o"], "--url: is needed without --sim"),
+        (["survey", "--out", "o", "--sim", "--url", "http://x"], "--url: not together with --sim"),
+    ],
+)
+def test_options_that_do_not_fit_are_named_and_end_with_status_2(
+    arguments: list[str], named: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(arguments) == 2
+    assert named in capsys.readouterr().err
+
+
+def test_the_command_line_overrides_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "c.toml"
+    path.write_text("[web]\nport = 1000\nhost = '::1'\n")
+    config = load_settings(options("run", "--config", str(path), "--port", "2000", "--fence", "f.geojson"))
+    assert (config.web.port, config.web.host) == (2000, "::1")
+    assert config.fence.file == Path("f.geojson")
+
+
+def test_without_sim_there_is_no_simulation() -> None:
+    assert simulation_options(options("run")) is None
+
+
+def test_an_attached_simulation_may_run_faster() -> None:
+    assert simulation_options(options("run", "--attach-sim", "http://127.0.0.1:1", "--speed", "2")) is None
+
+
+def test_a_seed_and_a_picture_become_the_simulators_options(tmp_path: Path) -> None:
+    drawn = simulation_options(options("run", "--sim", "--seed", "7", "--speed", "2"))
+    assert drawn is not None
+    assert drawn.arguments() == ["--seed=7", "--speed=2.0"]
+    picture = tmp_path / "lot.png"
+    picture.write_bytes(b"")
+    flown = simulation_options(
+        options("run", "--sim", "--world", str(picture), "--metres-per-pixel", "0.1", "--start=3,4")
+    )
+    assert flown is not None
+    assert flown.arguments() == [f"--world={picture}", "--metres-per-pixel=0.1", "--start=3,4", "--speed=1.0"]
+
+
+def test_survey_without_out_is_a_usage_error(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["survey", "--sim"])
+    assert ended.value.code == 2
+    assert "--out" in capsys.readouterr().err
+
+
+def test_a_config_error_is_not_a_traceback() -> None:
+    with pytest.raises(ConfigError):
+        simulation_options(options("run", "--wind", "3"))
