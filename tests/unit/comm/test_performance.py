@@ -1,0 +1,54 @@
+from __future__ import annotations
+
+import json
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hawk.comm.clock import ManualClock
+from hawk.comm.loop_lag import LoopLag
+from hawk.comm.performance import Performance, percentile
+
+
+def test_nothing_measured_is_none_not_zero() -> None:
+    summary = Performance(ManualClock(), LoopLag()).summary()
+    assert summary.frame_to_map_p95_ms is None
+    assert summary.vision_fps is None
+    assert summary.frames_dropped_share is None
+    assert summary.loop_lag_p99_ms is None
+    json.dumps(summary.to_dict(), allow_nan=False)
+
+
+def test_latency_rate_and_drops_of_a_steady_stream() -> None:
+    clock = ManualClock(10.0)
+    performance = Performance(clock, LoopLag())
+    for number in range(100):
+        clock.advance(0.1)
+        performance.frame_received()
+        if number % 2:
+            performance.frame_published(clock() - 0.12, (("vision", 30.0),))
+    summary = performance.summary()
+    assert summary.frame_to_map_p95_ms == pytest.approx(120)
+    assert summary.vision_fps == pytest.approx(5.0, rel=0.05)
+    assert summary.frames_dropped_share == pytest.approx(0.5)
+    assert summary.steps_p50_ms == {"vision": 30.0}
+
+
+def test_only_the_last_minute_counts() -> None:
+    clock = ManualClock()
+    performance = Performance(clock, LoopLag())
+    performance.frame_received()
+    performance.frame_published(-9.0, ())
+    clock.advance(61)
+    performance.frame_received()
+    performance.frame_published(clock() - 0.1, ())
+    assert performance.summary().frame_to_map_p95_ms == pytest.approx(100)
+    assert performance.vision_fps == pytest.approx(0.2)
+
+
+@given(st.lists(st.floats(0, 1e6), min_size=1, max_size=50), st.floats(0, 100))
+def test_a_percentile_is_one_of_the_values_with_that_share_at_or_below_it(values: list[float], percent: float) -> None:
+    found = percentile(values, percent)
+    assert found in values
+    assert sum(v <= found for v in values) >= len(values) * percent / 100 - 1e-9
