@@ -1,0 +1,158 @@
+"""Draws what is known back into the camera's picture and encodes it for the operators.
+
+Symbols do not rest on colour: free stalls have a filled blue outline, taken ones are hatched in orange, unknown ones
+are dashed in white.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from hawk.algo.vision import quads
+from hawk.algo.vision.rectify import project, scaled_camera
+from hawk.algo.vision.seen import FloatArray, StallSeen
+from hawk.model import CameraModel, MapPose, Stall, StallState
+
+MAXIMUM_WIDTH = 960
+"""Pixels; a wider picture is made smaller first."""
+QUALITY = 75
+"""JPEG quality."""
+FREE_BGR = (255, 143, 47)
+TAKEN_BGR = (26, 122, 255)
+TAKEN_HATCH_BGR = (0, 94, 224)
+UNKNOWN_BGR = (255, 255, 255)
+LOT_BGR = (255, 255, 255)
+_FILL = 0.30
+_HATCH_STEPS = np.linspace(0.06, 0.94, 6)
+_HATCH_LEAN = 0.18
+_DASHES = 7
+_FIXED_POINT = 4
+_FREE_BELOW, _TAKEN_ABOVE = 0.35, 0.65
+_LABEL_PIXELS = 18.0
+
+
+def annotate(
+    image: NDArray[np.uint8],
+    camera: CameraModel,
+    pose: MapPose | None,
+    stalls: Sequence[Stall | StallSeen] = (),
+    lot_edge: Sequence[FloatArray] = (),
+    maximum_width: int = MAXIMUM_WIDTH,
+    quality: int = QUALITY,
+) -> bytes:
+    """Return the annotated picture as JPEG.
+
+    ``image`` is uint8 BGR; ``lot_edge`` are closed outlines (N, 2) of (north, east). Without a pose nothing is drawn.
+    """
+    canvas = _fit(image, maximum_width)
+    if pose is not None and pose.is_finite() and pose.height > 0:
+        view = scaled_camera(camera, canvas.shape[1], canvas.shape[0])
+        _draw_edges(canvas, lot_edge, view, pose)
+        _draw_stalls(canvas, stalls, view, pose)
+    done, jpeg = cv2.imencode(".jpg", canvas, [cv2.IMWRITE_JPEG_QUALITY, quality])
+    return jpeg.tobytes() if done else b""
+
+
+def state_of(stall: Stall | StallSeen) -> StallState:
+    """Return what is shown for a stall: its fused state, or what one frame says."""
+    if isinstance(stall, Stall):
+        return stall.state
+    if stall.taken <= _FREE_BELOW:
+        return StallState.FREE
+    return StallState.TAKEN if stall.taken >= _TAKEN_ABOVE else StallState.UNKNOWN
+
+
+def _fit(image: NDArray[np.uint8], maximum_width: int) -> NDArray[np.uint8]:
+    height, width = image.shape[:2]
+    if width <= maximum_width:
+        return image.copy()
+    size = (maximum_width, round(height * maximum_width / width))
+    return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
+
+
+def _draw_edges(canvas: NDArray[np.uint8], edges: Sequence[FloatArray], view: CameraModel, pose: MapPose) -> None:
+    lines = []
+    for edge in edges:
+        pixels = project(np.vstack([edge, edge[:1]]), view, pose)
+        pairs = np.stack([pixels[:-1], pixels[1:]], axis=1)
+        lines.append(pairs[_drawable(pairs, canvas.shape)])
+    if lines:
+        _polylines(canvas, np.concatenate(lines), LOT_BGR, closed=False)
+
+
+def _draw_stalls(
+    canvas: NDArray[np.uint8], stalls: Sequence[Stall | StallSeen], view: CameraModel, pose: MapPose
+) -> None:
+    if not stalls:
+        return
+    table = np.array([(s.north, s.east, s.angle, s.width, s.length) for s in stalls])
+    pixels = project(quads.corners(*table.T), view, pose)
+    inside = _drawable(pixels, canvas.shape)
+    states = np.array([state_of(s) for s in stalls], dtype=object)
+    free, taken, unknown = (pixels[inside & (states == state)] for state in StallState)
+    filled = canvas.copy()
+    _fill(filled, free, FREE_BGR)
+    _fill(filled, taken, TAKEN_BGR)
+    cv2.addWeighted(filled, _FILL, canvas, 1 - _FILL, 0, dst=canvas)
+    _polylines(canvas, _hatching(taken), TAKEN_HATCH_BGR, closed=False)
+    _polylines(canvas, free, FREE_BGR, closed=True)
+    _polylines(canvas, taken, TAKEN_BGR, closed=True)
+    _polylines(canvas, _dashes(unknown), UNKNOWN_BGR, closed=False)
+    for k in np.flatnonzero(inside).tolist():
+        stall = stalls[k]
+        if isinstance(stall, Stall):
+            _label(canvas, str(stall.id), pixels[k])
+
+
+def _drawable(pixels: FloatArray, shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    """Return which polygons (N, K, 2) touch the picture and lie near enough for OpenCV's integers."""
+    height, width = shape[:2]
+    finite = np.isfinite(pixels).all(axis=(1, 2))
+    safe = np.where(np.isfinite(pixels), pixels, 1e9)
+    low, high = safe.min(axis=1), safe.max(axis=1)
+    touches = (high > 0).all(axis=1) & (low[:, 0] < width) & (low[:, 1] < height)
+    return np.asarray(finite & touches & (np.abs(safe).max(axis=(1, 2)) < 1e4))
+
+
+def _hatching(pixels: FloatArray) -> FloatArray:
+    """Return slanted strokes (M, 2, 2) across quads (N, 4, 2)."""
+    near = pixels[:, :1] + (pixels[:, 3:] - pixels[:, :1]) * np.clip(_HATCH_STEPS - _HATCH_LEAN / 2, 0, 1)[:, None]
+    far = pixels[:, 1:2] + (pixels[:, 2:3] - pixels[:, 1:2]) * np.clip(_HATCH_STEPS + _HATCH_LEAN / 2, 0, 1)[:, None]
+    return np.stack([near, far], axis=2).reshape(-1, 2, 2)
+
+
+def _dashes(pixels: FloatArray) -> FloatArray:
+    """Return dashes (M, 2, 2) along the sides of quads (N, 4, 2)."""
+    start, side = pixels, np.roll(pixels, -1, axis=1) - pixels
+    begin = (np.arange(_DASHES) / _DASHES)[:, None]
+    first = start[:, :, None] + side[:, :, None] * begin
+    last = first + side[:, :, None] * (0.55 / _DASHES)
+    return np.stack([first, last], axis=3).reshape(-1, 2, 2)
+
+
+def _fixed(points: FloatArray) -> NDArray[Any]:
+    return np.asarray(np.rint(points * 2**_FIXED_POINT), np.int32)
+
+
+def _fill(canvas: NDArray[np.uint8], pixels: FloatArray, colour: tuple[int, int, int]) -> None:
+    if len(pixels):
+        cv2.fillPoly(canvas, list(_fixed(pixels)), colour, cv2.LINE_8, _FIXED_POINT)
+
+
+def _polylines(canvas: NDArray[np.uint8], pixels: FloatArray, colour: tuple[int, int, int], *, closed: bool) -> None:
+    if len(pixels):
+        cv2.polylines(canvas, list(_fixed(pixels)), closed, colour, 1, cv2.LINE_AA, _FIXED_POINT)
+
+
+def _label(canvas: NDArray[np.uint8], text: str, quad: FloatArray) -> None:
+    """Write the id at the stall's middle where there is room for it."""
+    if np.hypot(*(quad[1] - quad[0])) < _LABEL_PIXELS:
+        return
+    at = quad.mean(axis=0) - (4 * len(text), -4)
+    cv2.putText(canvas, text, (round(at[0]), round(at[1])), cv2.FONT_HERSHEY_PLAIN, 0.8, (0, 0, 0), 2)
+    cv2.putText(canvas, text, (round(at[0]), round(at[1])), cv2.FONT_HERSHEY_PLAIN, 0.8, (255, 255, 255), 1)

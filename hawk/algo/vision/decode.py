@@ -1,0 +1,220 @@
+"""From the network's maps to stalls: every core cell votes for its stall's centre; where votes meet, a stall is.
+
+The votes' mean gives place and direction, the spread of the voters gives the size (a uniform distribution of width w
+has variance w^2 / 12), the maps under the rectangle say how sure it is and whether it is taken.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from hawk.algo.vision import quads
+from hawk.algo.vision.network import CELL_PIXELS, CORE_SHARE, NetworkMaps
+from hawk.algo.vision.seen import FloatArray, GroundImage, StallSeen
+
+_CORE_LIMIT = 0.35
+_PEAK_LIMIT = 0.25
+_PEAK_SIGMA = 1.8
+_PEAK_REACH = 4.0
+_MINIMUM_VOTERS = 12
+_OVERLAP_LIMIT = 0.3
+_WIDTH_M = (1.4, 4.6)
+_LENGTH_M = (3.0, 9.0)
+_SAMPLES = (7, 13)
+_CAR_SHARE_OF_TAKEN = 0.36
+"""A stall whose car cover is this is surely taken (a car covers about 45-60 % of its stall)."""
+_TAKEN_MIDDLE = 0.4
+"""Mean of the two kinds of evidence at which free and taken are equally likely."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stalls:
+    """Stalls of one frame as arrays of length N; ``column``, ``row``, ``angle``, ``width``, ``length`` in map cells
+    (angle: direction of the long side, atan2 of row over column)."""
+
+    column: FloatArray
+    row: FloatArray
+    angle: FloatArray
+    width: FloatArray
+    length: FloatArray
+    score: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.score)
+
+    def __getitem__(self, which: Any) -> Stalls:
+        return Stalls(
+            self.column[which],
+            self.row[which],
+            self.angle[which],
+            self.width[which],
+            self.length[which],
+            self.score[which],
+        )
+
+    def corners(self) -> FloatArray:
+        """Return (N, 4, 2) of (column, row)."""
+        return quads.corners(self.column, self.row, self.angle, self.width, self.length)
+
+
+def vote(maps: NetworkMaps, cell_m: float, core: NDArray[np.float32] | None = None) -> Stalls:
+    """Return the stalls that the maps show; ``cell_m`` is the side of a cell in metres.
+
+    ``core`` stands in for the maps' own core probability (masked, say).
+    """
+    core = maps.core if core is None else core
+    rows, columns = np.nonzero(core > _CORE_LIMIT)
+    voters = _Voters(maps, core, rows, columns, cell_m)
+    peaks = _peaks(voters, core.shape)
+    if not len(peaks[0]):
+        return _none()
+    found = _gather(voters, peaks, core.shape)
+    fits = _between(found.width * cell_m, _WIDTH_M) & _between(found.length * cell_m, _LENGTH_M)
+    found = found[fits]
+    return found[quads.suppress(found.corners(), found.score, _OVERLAP_LIMIT)]
+
+
+def occupancy(maps: NetworkMaps, stalls: Stalls) -> FloatArray:
+    """Return the probability (N,) that each stall is taken: the network's own word and the cover by cars, together."""
+    points = sample_points(stalls)
+    core, taken, car = (sample(values, points) for values in (maps.core, maps.taken, maps.car))
+    inner = np.abs(sample_grid()).max(axis=1) <= CORE_SHARE / 2
+    weight = core[:, inner] + 1e-3
+    said = (taken[:, inner] * weight).sum(axis=1) / weight.sum(axis=1)
+    cover = np.minimum((car > 0.5).mean(axis=1) / _CAR_SHARE_OF_TAKEN, 1.0)
+    return _recentre((said + cover) / 2, _TAKEN_MIDDLE)
+
+
+def sample_grid() -> FloatArray:
+    """Return the places (K, 2) within a stall where maps are read: shares of width and length, -0.5..0.5."""
+    across, along = ((np.arange(n) + 0.5) / n - 0.5 for n in _SAMPLES)
+    return np.stack(np.meshgrid(across, along), axis=-1).reshape(-1, 2)
+
+
+def sample_points(stalls: Stalls) -> FloatArray:
+    """Return the places (N, K, 2), (column, row), of `sample_grid` in each stall."""
+    grid = sample_grid()
+    long = np.stack([np.cos(stalls.angle), np.sin(stalls.angle)], -1)
+    wide = np.stack([-long[:, 1], long[:, 0]], -1)
+    centre = np.stack([stalls.column, stalls.row], -1)
+    return np.asarray(
+        centre[:, None]
+        + grid[None, :, :1] * (wide * stalls.width[:, None])[:, None]
+        + grid[None, :, 1:] * (long * stalls.length[:, None])[:, None]
+    )
+
+
+def sample(values: NDArray[Any], points: FloatArray) -> NDArray[Any]:
+    """Return the nearest values (...,) at (column, row) points (..., 2); 0 outside."""
+    cells = np.rint(points).astype(np.intp)
+    rows, columns = values.shape
+    inside = (cells[..., 0] >= 0) & (cells[..., 0] < columns) & (cells[..., 1] >= 0) & (cells[..., 1] < rows)
+    read = values[np.clip(cells[..., 1], 0, rows - 1), np.clip(cells[..., 0], 0, columns - 1)]
+    return np.where(inside, read, 0)
+
+
+def to_seen(stalls: Stalls, taken: FloatArray, ground: GroundImage) -> tuple[StallSeen, ...]:
+    """Lay stalls (cells of the raster ``ground``) on the map."""
+    if not len(stalls):
+        return ()
+    linear, side = ground.to_map[:, :2], ground.metres_per_pixel
+    place = ground.map_points(np.stack([stalls.column, stalls.row], -1))
+    long = np.stack([np.cos(stalls.angle), np.sin(stalls.angle)], -1) @ linear.T
+    angle = np.arctan2(long[:, 1], long[:, 0]) % np.pi
+    visible = sample(ground.valid, sample_points(stalls)).mean(axis=1)
+    table = np.column_stack([place, angle, stalls.width * side, stalls.length * side, stalls.score, taken, visible])
+    return tuple(StallSeen(*line) for line in table.tolist())
+
+
+class _Voters:
+    """Core cells with what each says of its stall."""
+
+    def __init__(
+        self, maps: NetworkMaps, core: NDArray[np.float32], rows: NDArray[Any], columns: NDArray[Any], cell_m: float
+    ) -> None:
+        self.row, self.column = rows.astype(np.float64), columns.astype(np.float64)
+        self.core = core[rows, columns].astype(np.float64)
+        area = maps.width[rows, columns] * maps.length[rows, columns] * (CORE_SHARE**2 / cell_m**2)
+        self.weight = self.core / area  # all voters of a whole stall together weigh about 1
+        self.centre_column = self.column + maps.offset_column[rows, columns]
+        self.centre_row = self.row + maps.offset_row[rows, columns]
+        self.sine, self.cosine = maps.sine[rows, columns], maps.cosine[rows, columns]
+
+
+def _peaks(voters: _Voters, size: tuple[int, ...]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return rows and columns of the maxima of the density of votes."""
+    cells = _cell(voters, size)
+    votes = np.bincount(cells, voters.weight, size[0] * size[1]).reshape(size).astype(np.float32)
+    density = cv2.GaussianBlur(votes, (0, 0), _PEAK_SIGMA) * np.float32(2 * np.pi * _PEAK_SIGMA**2)
+    highest = cv2.dilate(density, np.ones((7, 7), np.uint8))
+    rows, columns = np.nonzero((density == highest) & (density > _PEAK_LIMIT))
+    return rows, columns
+
+
+def _gather(voters: _Voters, peaks: tuple[NDArray[np.intp], NDArray[np.intp]], size: tuple[int, ...]) -> Stalls:
+    """Give every vote to the nearest peak within reach, and describe the stall of each peak by its voters."""
+    away = np.full(size, 255, np.uint8)
+    away[peaks] = 0
+    _, nearest = cv2.distanceTransformWithLabels(away, cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL)
+    order = np.zeros(len(peaks[0]) + 1, np.intp)
+    order[nearest[peaks]] = np.arange(len(peaks[0]))
+    owner = order[nearest.reshape(-1)[_cell(voters, size)]]
+    apart = np.hypot(voters.centre_column - peaks[1][owner], voters.centre_row - peaks[0][owner])
+    mine = apart < _PEAK_REACH
+    owner, count = owner[mine], len(peaks[0])
+
+    def total(values: FloatArray) -> FloatArray:
+        return np.asarray(np.bincount(owner, values[mine], count))
+
+    weight = np.maximum(total(voters.weight), 1e-9)
+    sine, cosine = total(voters.weight * voters.sine) / weight, total(voters.weight * voters.cosine) / weight
+    angle = 0.5 * np.arctan2(sine, cosine)
+    column, row = (
+        total(voters.weight * voters.centre_column) / weight,
+        total(voters.weight * voters.centre_row) / weight,
+    )
+    turned = np.cos(angle), np.sin(angle)
+    from_column, from_row = voters.column[mine] - column[owner], voters.row[mine] - row[owner]
+    along = from_column * turned[0][owner] + from_row * turned[1][owner]
+    across = -from_column * turned[1][owner] + from_row * turned[0][owner]
+    core = voters.core[mine]
+    mass = np.maximum(np.bincount(owner, core, count), 1e-9)
+
+    def extent(distance: FloatArray) -> FloatArray:
+        return np.asarray(np.sqrt(12 * np.bincount(owner, distance**2 * core, count) / mass + 1) / CORE_SHARE)
+
+    score = np.minimum(weight, 1.0) * np.minimum(np.hypot(sine, cosine), 1.0)
+    found = Stalls(column, row, angle, extent(across), extent(along), score)
+    return found[np.bincount(owner, minlength=count) >= _MINIMUM_VOTERS]
+
+
+def _cell(voters: _Voters, size: tuple[int, ...]) -> NDArray[np.intp]:
+    row = np.clip(np.rint(voters.centre_row), 0, size[0] - 1).astype(np.intp)
+    column = np.clip(np.rint(voters.centre_column), 0, size[1] - 1).astype(np.intp)
+    return np.asarray(row * size[1] + column, np.intp)
+
+
+def _recentre(share: FloatArray, middle: float) -> FloatArray:
+    """Stretch 0..1 piecewise so that ``middle`` becomes one half."""
+    return np.interp(share, [0.0, middle, 1.0], [0.0, 0.5, 1.0])
+
+
+def _between(values: FloatArray, limits: tuple[float, float]) -> NDArray[np.bool_]:
+    return (values > limits[0]) & (values < limits[1])
+
+
+def _none() -> Stalls:
+    empty = np.zeros(0)
+    return Stalls(empty, empty, empty, empty, empty, empty)
+
+
+def cell_raster(picture: GroundImage, values: NDArray[Any]) -> GroundImage:
+    """Return a network map as a raster on the ground: cell (c, r) lies at picture pixel (2 c, 2 r)."""
+    to_map = picture.to_map.copy()
+    to_map[:, :2] *= CELL_PIXELS
+    return GroundImage(values, to_map, picture.valid[::CELL_PIXELS, ::CELL_PIXELS])

@@ -1,0 +1,131 @@
+"""The network that looks for stalls: an ONNX file run by OpenCV.
+
+Input ``image``: float32 (1, 3, H, W), blue-green-red, value / 255 - 0.5, 0.1 m a pixel, H and W multiples of 32.
+Output: float32 (1, 10, H/2, W/2); cell (c, r) belongs to input pixel (2 c, 2 r). Channels: logits of lot, stall core
+(the inner 74 % of a stall) and car; sin and cos of twice the direction of the long side (atan2 of row over column);
+offset to the stall's centre, columns and rows, in units of 10 cells; logarithms of width / 2.6 m and length / 5.2 m;
+logit of taken.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from importlib import resources
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+MapArray = NDArray[np.float32]
+
+CELL_PIXELS = 2
+"""Input pixels a side of an output cell."""
+OFFSET_CELLS = 10.0
+"""Unit of the offsets to a stall's centre, cells."""
+USUAL_WIDTH_M = 2.6
+"""Unit of the widths, metres."""
+USUAL_LENGTH_M = 5.2
+"""Unit of the lengths, metres."""
+CORE_SHARE = 0.74
+"""Side of a stall's core as a share of the stall's."""
+CHANNELS = 10
+_MULTIPLE = 32
+_WEIGHTS = ("weights", "lot.onnx")
+
+
+class VisionModelError(ValueError):
+    """The network cannot be used; the text names the setting and the remedy."""
+
+
+@dataclass(frozen=True, slots=True)
+class NetworkMaps:
+    """What the network says, each (rows, columns) at `CELL_PIXELS` a cell; ``lot``, ``core``, ``car``, ``taken`` are
+    probabilities, the rest as in the module's description, with offsets in cells and sizes in metres."""
+
+    lot: MapArray = field(repr=False)
+    core: MapArray = field(repr=False)
+    car: MapArray = field(repr=False)
+    sine: MapArray = field(repr=False)
+    cosine: MapArray = field(repr=False)
+    offset_column: MapArray = field(repr=False)
+    offset_row: MapArray = field(repr=False)
+    width: MapArray = field(repr=False)
+    length: MapArray = field(repr=False)
+    taken: MapArray = field(repr=False)
+
+
+class StallNetwork:
+    """A loaded network."""
+
+    def __init__(self, onnx: bytes, source: str = "the network of the package") -> None:
+        """Load it and try it on an empty picture. Raises VisionModelError when it does not fit."""
+        self._source = source
+        try:
+            self._net = cv2.dnn.readNetFromONNX(np.frombuffer(onnx, np.uint8))
+        except (cv2.error, ValueError) as error:
+            raise VisionModelError(
+                f"vision.model: {source} is not an ONNX file that OpenCV can read: {error}"
+            ) from error
+        self.run(np.zeros((64, 96, 3), np.uint8))
+
+    @classmethod
+    def load(cls, path: Path | None = None) -> StallNetwork:
+        """Return the network at ``path``, that of the package for None. Raises VisionModelError."""
+        if path is None:
+            return cls(packaged_weights())
+        try:
+            return cls(path.read_bytes(), str(path))
+        except OSError as error:
+            raise VisionModelError(f"vision.model: {path} cannot be read: {error}; name an ONNX file") from error
+
+    def run(self, picture: NDArray[np.uint8]) -> NetworkMaps:
+        """Return the maps of a picture, uint8 BGR (H, W, 3) at 0.1 m a pixel, each (ceil(H/2), ceil(W/2)).
+
+        Raises VisionModelError when the network's answer does not have the shape that is asked for.
+        """
+        rows, columns = picture.shape[:2]
+        padded = cv2.copyMakeBorder(picture, 0, -rows % _MULTIPLE, 0, -columns % _MULTIPLE, cv2.BORDER_REFLECT_101)
+        self._net.setInput(cv2.dnn.blobFromImage(padded, 1 / 255, mean=(127.5, 127.5, 127.5)))
+        try:
+            output = np.asarray(self._net.forward(), np.float32)
+        except cv2.error as error:
+            raise VisionModelError(f"vision.model: {self._source} cannot be run: {error}") from error
+        expected = (1, CHANNELS, padded.shape[0] // CELL_PIXELS, padded.shape[1] // CELL_PIXELS)
+        if output.shape != expected:
+            raise VisionModelError(
+                f"vision.model: {self._source} answers with shape {output.shape} where {expected} is needed; "
+                "docs/model-card.md tells inputs and outputs"
+            )
+        return maps_from_output(output[0, :, : -(-rows // CELL_PIXELS), : -(-columns // CELL_PIXELS)])
+
+
+def maps_from_output(output: MapArray) -> NetworkMaps:
+    """Turn the network's raw output (10, rows, columns) into probabilities, cells and metres."""
+    lot, core, car, sine, cosine, column, row, width, length, taken = output
+    return NetworkMaps(
+        lot=_sigmoid(lot),
+        core=_sigmoid(core),
+        car=_sigmoid(car),
+        sine=sine,
+        cosine=cosine,
+        offset_column=column * np.float32(OFFSET_CELLS),
+        offset_row=row * np.float32(OFFSET_CELLS),
+        width=np.float32(USUAL_WIDTH_M) * np.exp(np.clip(width, -1, 1)),
+        length=np.float32(USUAL_LENGTH_M) * np.exp(np.clip(length, -1, 1)),
+        taken=_sigmoid(taken),
+    )
+
+
+def packaged_weights() -> bytes:
+    """Return the ONNX file that comes with the package. Raises VisionModelError when it is missing."""
+    try:
+        return resources.files("hawk.algo.vision").joinpath(*_WEIGHTS).read_bytes()
+    except OSError as error:
+        raise VisionModelError(
+            "the network's file is missing from the package: install it again, or name your own in vision.model"
+        ) from error
+
+
+def _sigmoid(logits: MapArray) -> MapArray:
+    return np.asarray(1 / (1 + np.exp(-np.clip(logits, -30, 30))), np.float32)

@@ -1,0 +1,89 @@
+"""Oriented rectangles as arrays, and how much they overlap.
+
+A rectangle is (x, y, angle, width, length) with the direction of the long side (cos angle, sin angle) in (x, y); its
+corners run along one short end, then along the other. It works in pixels (col, row) and on the map (north, east) alike.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from hawk.algo.vision.seen import FloatArray
+
+IntArray = NDArray[np.intp]
+
+
+def corners(x: FloatArray, y: FloatArray, angle: FloatArray, width: FloatArray, length: FloatArray) -> FloatArray:
+    """Return the corners, (N, 4, 2)."""
+    along = np.stack([np.cos(angle), np.sin(angle)], -1) * (np.asarray(length) / 2)[..., None]
+    across = np.stack([-np.sin(angle), np.cos(angle)], -1) * (np.asarray(width) / 2)[..., None]
+    centre = np.stack([x, y], -1)
+    return np.stack(
+        [centre - along - across, centre - along + across, centre + along + across, centre + along - across], axis=-2
+    )
+
+
+def shape(quads: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return centre (N, 2), angle [0, pi), width and length of quads (N, 4, 2); the long side is the length."""
+    along = (quads[:, 2] + quads[:, 3] - quads[:, 0] - quads[:, 1]) / 2
+    across = (quads[:, 1] + quads[:, 2] - quads[:, 0] - quads[:, 3]) / 2
+    length, width = np.hypot(*along.T), np.hypot(*across.T)
+    swap = width > length
+    along[swap] = across[swap]
+    angle = np.arctan2(along[:, 1], along[:, 0]) % math.pi
+    return quads.mean(axis=1), angle, np.minimum(length, width), np.maximum(length, width)
+
+
+def angle_between(a: Any, b: Any) -> FloatArray:
+    """Return the angle between two undirected directions, 0..pi/2 (radians)."""
+    return np.asarray(np.abs((np.asarray(a) - b + math.pi / 2) % math.pi - math.pi / 2))
+
+
+def cross(angle: FloatArray, vector: FloatArray) -> FloatArray:
+    """Return how far ``vector`` (..., 2) leads to the side of the direction ``angle`` (...), signed."""
+    return np.asarray(vector[..., 1] * np.cos(angle) - vector[..., 0] * np.sin(angle))
+
+
+def overlaps(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Return the intersection over union of pairs of convex quads, both (N, 4, 2), as (N,)."""
+    if not len(first):
+        return np.zeros(0)
+    a, b = shapely.polygons(first), shapely.polygons(second)
+    shared = shapely.area(shapely.intersection(a, b))
+    union = shapely.area(a) + shapely.area(b) - shared
+    return np.asarray(shared / np.maximum(union, 1e-12))
+
+
+def near_pairs(first: FloatArray, second: FloatArray, reach: float) -> tuple[IntArray, IntArray]:
+    """Return the indices (i, j) of points (N, 2) and (M, 2) that are within ``reach`` of each other."""
+    if not len(first) or not len(second):
+        return np.zeros(0, np.intp), np.zeros(0, np.intp)
+    near = cKDTree(first).sparse_distance_matrix(cKDTree(second), reach, output_type="ndarray")
+    return near["i"].astype(np.intp), near["j"].astype(np.intp)
+
+
+def suppress(quads: FloatArray, score: FloatArray, limit: float) -> NDArray[np.bool_]:
+    """Return which of the quads (N, 4, 2) stay when of two that overlap more than ``limit`` the better one wins.
+
+    Greedy non-maximum suppression, best first. Ties go to the first one.
+    """
+    keep = np.ones(len(quads), np.bool_)
+    if len(quads) < 2:
+        return keep
+    reach = float(np.hypot(*(quads[:, 0] - quads[:, 2]).T).max())
+    centres = quads.mean(axis=1)
+    pairs = cKDTree(centres).query_pairs(reach, output_type="ndarray")
+    pairs = pairs[overlaps(quads[pairs[:, 0]], quads[pairs[:, 1]]) > limit]
+    rank = np.empty(len(quads), np.intp)
+    rank[np.argsort(-score, kind="stable")] = np.arange(len(quads))
+    ordered = np.where((rank[pairs[:, 0]] < rank[pairs[:, 1]])[:, None], pairs, pairs[:, ::-1])
+    for winner, loser in ordered[np.argsort(rank[ordered[:, 0]], kind="stable")]:
+        if keep[winner]:
+            keep[loser] = False
+    return keep
