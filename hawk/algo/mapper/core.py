@@ -1,0 +1,250 @@
+"""The map itself: brings registration, evidence, stalls, outline, mosaic and encoding together for each frame."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hawk.algo.mapper import delta
+from hawk.algo.mapper.detections import Detections
+from hawk.algo.mapper.encode import TileEncoder
+from hawk.algo.mapper.grid import EVIDENCE_M, CellEvidence, EvidenceGrid
+from hawk.algo.mapper.index import StallIndex
+from hawk.algo.mapper.layout import lay, moved, outline
+from hawk.algo.mapper.mosaic import Mosaic
+from hawk.algo.mapper.register import Registration, Shift
+from hawk.algo.mapper.settings import MapperSettings
+from hawk.algo.mapper.shown import classify
+from hawk.algo.mapper.stalls import Look, StallTracker
+from hawk.algo.mapper.table import angle_of, corners_of, from_bytes, to_bytes
+from hawk.algo.mapper.window import Window
+from hawk.algo.vision.seen import Seen
+from hawk.model import TILE_M, Cell, Inbound, MapPose, OccupancyMap, TileKey
+
+_REACH_M = 12.0  # stalls this far outside the picture still matter to the outline
+_LOT_NEAR_M = 0.5
+
+
+class MapCore:
+    """One survey's map."""
+
+    def __init__(self, settings: MapperSettings, map_id: str) -> None:
+        self._settings = settings
+        self._map_id = map_id
+        self._version = 0
+        self.grid = EvidenceGrid()
+        self.tracker = StallTracker()
+        self.registration = Registration(settings.max_shift_m)
+        self._encoder = TileEncoder()
+        self._mosaic = Mosaic()
+        self._stalls = StallIndex()
+        self._last_pose: MapPose | None = None
+        self._outlined: MapPose | None = None
+        self._pictured: MapPose | None = None
+        self.index = OccupancyMap(map_id=map_id)
+
+    def fuse(self, seen: Seen) -> None:
+        """Take in one frame."""
+        self._version += 1
+        weight = self._weight(seen.pose)
+        found = Detections.of(seen.stalls)
+        correction = self._register(found, seen.pose)
+        seen = _corrected(seen, correction)
+        evidence = lay(seen, self._settings.edge_m, self._settings.good_share)
+        if evidence is None:
+            return
+        touched = self.grid.fuse(evidence, weight, self._version)
+        self._fuse_stalls(found.moved(correction), evidence, weight, seen)
+        self._outline(evidence.window, seen.pose, touched)
+        self._picture(seen)
+
+    def encode(self, pose: MapPose | None) -> None:
+        """Encode a bounded number of changed tiles and renew the index."""
+        settings = self._settings
+        near = (0.0, 0.0) if pose is None else (pose.north, pose.east)
+        rows = self.tracker.confirmed
+        self._encoder.encode(self.grid, rows, settings.tiles_per_frame, self._version, near)
+        self._mosaic.encode(settings.mosaic_tiles_per_frame, self._version)
+        self.index = OccupancyMap(
+            tiles=MappingProxyType(dict(self._encoder.encoded)),
+            mosaic=MappingProxyType(dict(self._mosaic.encoded)),
+            stalls=MappingProxyType(dict(self._stalls.stalls)),
+            counts=self._stalls.counts(),
+            lot_area_m2=round(self.grid.lot_area_m2, 1),
+            version=self._version,
+            map_id=self._map_id,
+        )
+
+    def extent(self) -> NDArray[np.float64] | None:
+        """Return two corners (2, 2) of (north, east) around all tiles, None when there are none."""
+        if not self.grid.tiles:
+            return None
+        keys = np.array(list(self.grid.tiles), np.float64)
+        top, left = keys.min(0)
+        bottom, right = keys.max(0) + 1
+        return np.array([[-bottom * TILE_M, left * TILE_M], [-top * TILE_M, right * TILE_M]])
+
+    def inbound(self, north: float, east: float) -> Inbound:
+        """Return the verdict on a place: what most of the cells within half a metre show."""
+        if not (math.isfinite(north) and math.isfinite(east)):
+            return Inbound.UNKNOWN
+        window = Window.around(np.array([[north, east]]), EVIDENCE_M, _LOT_NEAR_M)
+        shown = self.grid.layer(window, "shown")
+        middle = shown[window.rows // 2, window.columns // 2]
+        known = np.count_nonzero(shown)
+        if known < shown.size / 2 or middle == Cell.UNKNOWN:
+            return Inbound.UNKNOWN
+        return Inbound.INSIDE if np.count_nonzero(shown == Cell.LOT) > known / 2 else Inbound.OUTSIDE
+
+    def corrected(self, pose: MapPose) -> MapPose:
+        """Return the pose with the present shift of registration."""
+        shift = self.registration.shift
+        north, east = pose.north + shift.north, pose.east + shift.east
+        return MapPose(north, east, pose.height, pose.roll, pose.pitch, pose.yaw + shift.turn)
+
+    def changes_since(self, version: int) -> delta.MapDelta:
+        """Return the parts that changed after ``version``."""
+        parts: dict[str, bytes] = {}
+        for key, tile in self.grid.tiles.items():
+            if tile.version > version:
+                parts[delta.tile_name(delta.GRID, key)] = delta.pack_tile(tile)
+        for key, picture in self._mosaic.encoded.items():
+            if picture.version > version:
+                parts[delta.tile_name(delta.MOSAIC, key)] = picture.data
+        for row in self.tracker.rows[self.tracker.rows["touched"] > version]:
+            parts[f"{delta.STALL}/{int(row['id'])}"] = to_bytes(row)
+        for stall_id, when in self.tracker.gone.items():
+            if when > version:
+                parts[f"{delta.STALL}/{stall_id}"] = b""
+        shift = self.registration.shift
+        meta = delta.MapMeta(self._map_id, self._version, self.tracker.next_id, (shift.north, shift.east, shift.turn))
+        parts[delta.META] = meta.to_bytes()
+        return delta.MapDelta(self._version, parts)
+
+    def restore(self, deltas: Iterable[Mapping[str, bytes]]) -> list[str]:
+        """Take up a map; return what could not be read. What can be is kept."""
+        parts: dict[str, bytes] = {}
+        for one in deltas:
+            parts.update(one)
+        problems: list[str] = []
+        rows = [self.tracker.rows]
+        for name, data in sorted(parts.items(), key=lambda part: part[0] != delta.META):
+            try:
+                self._restore_part(name, data, rows)
+            except ValueError as error:
+                problems.append(f"{name}: {error}")
+        self.tracker.restore(np.concatenate(rows), self.tracker.next_id)
+        everything = np.arange(len(self.tracker.rows))
+        self._stalls.update(self.tracker.rows, everything, [], self._version)
+        self._encoder.mark(set(self.grid.tiles))
+        while self._encoder.encode(self.grid, self.tracker.confirmed, 64, self._version, (0.0, 0.0)):
+            pass
+        self.encode(None)
+        return problems
+
+    def _restore_part(self, name: str, data: bytes, rows: list[NDArray[np.void]]) -> None:
+        kind = name.partition("/")[0]
+        if kind == delta.META:
+            meta = delta.MapMeta.from_bytes(data)
+            self._map_id, self._version = meta.map_id, max(self._version, meta.version)
+            self.tracker.next_id = max(self.tracker.next_id, meta.next_id)
+            self.registration.restore(Shift(*meta.shift))
+        elif kind == delta.GRID:
+            tile = delta.unpack_tile(data)
+            tile.version = self._version
+            self.grid.tiles[delta.tile_key(name)] = tile
+        elif kind == delta.MOSAIC:
+            self._mosaic.restore(delta.tile_key(name), self._version, data)
+        elif kind == delta.STALL:
+            if data:
+                rows.append(from_bytes(data))
+        else:
+            raise ValueError("an unknown part")
+
+    def _weight(self, pose: MapPose) -> float:
+        """How much of an independent look the frame is: by the way flown and the turn since the last one."""
+        last, self._last_pose = self._last_pose, pose
+        if last is None:
+            return 1.0
+        way = math.dist((pose.north, pose.east, pose.height), (last.north, last.east, last.height))
+        turn = abs(math.remainder(pose.yaw - last.yaw, math.tau))
+        settings = self._settings
+        return min(1.0, settings.still_weight + way / settings.look_m + turn / 0.6)
+
+    def _register(self, found: Detections, pose: MapPose) -> NDArray[np.float64]:
+        near = self.tracker.near(pose.north, pose.east, 60.0)
+        rows = self.tracker.rows[near]
+        rows = rows[rows["confirmed"] & ~rows["inferred"]]
+        known = np.stack([rows["north"], rows["east"], angle_of(rows)], -1)
+        sure = found.take(found.visible > 0.9)
+        seen = np.stack([sure.north, sure.east, sure.angle], -1)
+        drone = (pose.north, pose.east)
+        return self.registration.update(known, seen, drone).about(*drone)
+
+    def _fuse_stalls(self, found: Detections, evidence: CellEvidence, weight: float, seen: Seen) -> None:
+        def in_picture(points: NDArray[np.float64]) -> NDArray[np.bool_]:
+            cells = np.round(evidence.window.cells_of(points[:, 0], points[:, 1])).astype(int)
+            inside = np.all((cells >= 0) & (cells < (evidence.window.columns, evidence.window.rows)), axis=1)
+            column, row = np.where(inside[:, None], cells, 0).T
+            return np.asarray(inside & (evidence.mask[row, column] > 0))
+
+        corners = outline(seen.lot)
+        middle = corners.mean(0)
+        radius = float(np.hypot(*(corners - middle).T).max()) + _REACH_M
+        look = Look(found, weight, seen.captured, in_picture, self._version)
+        self.tracker.fuse(look, self.tracker.near(float(middle[0]), float(middle[1]), radius))
+        fresh = np.flatnonzero(self.tracker.rows["touched"] == self._version)
+        gone = self.tracker.take_gone()
+        self._encoder.mark_around(self._stalls.update(self.tracker.rows, fresh, gone, self._version))
+
+    def _outline(self, window: Window, pose: MapPose, touched: list[TileKey]) -> None:
+        if not _is_farther(self._outlined, pose, self._settings.outline_step_m):
+            return
+        self._outlined = pose
+        reach = round(self._settings.outline_reach_m / EVIDENCE_M)
+        wide = Window(
+            window.row - reach, window.column - reach, window.rows + 2 * reach, window.columns + 2 * reach, EVIDENCE_M
+        ).aligned(2)
+        north, east = -(wide.row + wide.rows / 2) * EVIDENCE_M, (wide.column + wide.columns / 2) * EVIDENCE_M
+        rows = self.tracker.rows[self.tracker.near(north, east, math.hypot(*wide.shape) * EVIDENCE_M / 2)]
+        shown = classify(self.grid, wide, corners_of(rows[rows["confirmed"]]))
+        for key, in_tile, in_window in wide.tiles():
+            tile = self.grid.tiles.get(key)
+            if tile is None:
+                continue
+            if not np.array_equal(tile.shown[in_tile], shown[in_window]):
+                tile.shown[in_tile] = shown[in_window]
+                tile.version = self._version
+                self._encoder.mark({key})
+                tile.summarise()
+            elif key in touched:
+                tile.summarise()
+
+    def _picture(self, seen: Seen) -> None:
+        if _is_farther(self._pictured, seen.pose, self._settings.mosaic_step_m):
+            self._pictured = seen.pose
+            self._mosaic.add(seen.picture, (seen.pose.north, seen.pose.east), seen.pose.height)
+
+
+def _corrected(seen: Seen, correction: NDArray[np.float64]) -> Seen:
+    pose = seen.pose
+    north, east = correction[:, :2] @ (pose.north, pose.east) + correction[:, 2]
+    return Seen(
+        stalls=seen.stalls,
+        lot=moved(seen.lot, correction),
+        car=moved(seen.car, correction),
+        core=moved(seen.core, correction),
+        picture=moved(seen.picture, correction),
+        park_lot_detected=seen.park_lot_detected,
+        scale=seen.scale,
+        pose=MapPose(float(north), float(east), pose.height, pose.roll, pose.pitch, pose.yaw),
+        captured=seen.captured,
+    )
+
+
+def _is_farther(last: MapPose | None, pose: MapPose, step: float) -> bool:
+    return last is None or math.dist((last.north, last.east, last.height), (pose.north, pose.east, pose.height)) >= step

@@ -1,0 +1,62 @@
+"""One frame's stalls as arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hawk.algo.mapper.geometry import quads, transform_points
+from hawk.algo.vision.seen import StallSeen
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Detections:
+    """Stalls seen in one frame: arrays of equal length, fields as `StallSeen`."""
+
+    north: Floats
+    east: Floats
+    angle: Floats
+    width: Floats
+    length: Floats
+    score: Floats
+    taken: Floats
+    visible: Floats
+
+    @classmethod
+    def of(cls, stalls: Sequence[StallSeen]) -> Detections:
+        """Gather stalls; one with a number that is not finite or a size that no stall has is left out."""
+        rows = [(s.north, s.east, s.angle, s.width, s.length, s.score, s.taken, s.visible) for s in stalls]
+        table = np.array(rows, np.float64).reshape(-1, 8)
+        sane = np.isfinite(table).all(1) & (table[:, 3] > 0.5) & (table[:, 4] > 0.5)
+        return cls(*table[sane].T)
+
+    def __len__(self) -> int:
+        return len(self.north)
+
+    def take(self, index: NDArray[np.bool_] | NDArray[np.intp]) -> Detections:
+        """Return some of them."""
+        return Detections(
+            self.north[index],
+            self.east[index],
+            self.angle[index],
+            self.width[index],
+            self.length[index],
+            self.score[index],
+            self.taken[index],
+            self.visible[index],
+        )
+
+    def moved(self, correction: Floats) -> Detections:
+        """Return them with places and directions corrected by a (2, 3) map-to-map rotation and shift."""
+        centre = transform_points(correction, np.stack([self.north, self.east], -1))
+        turn = float(np.arctan2(correction[1, 0], correction[0, 0]))
+        return replace(self, north=centre[:, 0], east=centre[:, 1], angle=(self.angle + turn) % np.pi)
+
+    def corners(self) -> Floats:
+        """Return corners (N, 4, 2) of (north, east)."""
+        return quads(self.north, self.east, self.angle, self.width, self.length)

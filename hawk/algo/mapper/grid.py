@@ -1,0 +1,170 @@
+"""Evidence per cell: what all frames together say of lot, stall core and cars, and how well a place was seen.
+
+The secret is the fusion: log-odds of lot / not lot added frame by frame and clamped, running means of the network's
+other layers, everything in tiles that are made as the drone gets there. Cells have `EVIDENCE_M`, the network's own
+resolution: finer ones would only repeat it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from hawk.algo.mapper.window import Slices, Window
+from hawk.model import TILE_M, Cell, TileKey
+
+EVIDENCE_M = 0.2
+"""Side of an evidence cell, metres."""
+COARSE_M = 1.6
+"""Side of a cell of the coarse layers for planning, metres: a whole number of evidence cells, and of cells a tile."""
+
+_CELLS = round(TILE_M / EVIDENCE_M)
+_COARSE_CELLS = round(TILE_M / COARSE_M)
+_CLAMP = 4.0  # log-odds, .982: two dozen frames of the opposite can still turn a cell
+_FRAME_LIMIT = 2.5  # log-odds that one frame may claim: the network is surer of itself than it should be
+_MEAN_LOOKS = 8.0  # running means forget what is older than about as many looks
+_LOOKS_LIMIT = 60.0
+
+Grid16 = NDArray[np.float16]
+Grid32 = NDArray[np.float32]
+GridU8 = NDArray[np.uint8]
+
+
+def _zeros16() -> Grid16:
+    return np.zeros((_CELLS, _CELLS), np.float16)
+
+
+def _zeros8() -> GridU8:
+    return np.zeros((_CELLS, _CELLS), np.uint8)
+
+
+@dataclass(slots=True)
+class EvidenceTile:
+    """One tile's layers, each (128, 128) from the north-west corner.
+
+    ``lot`` log-odds, ``core`` and ``car`` mean probabilities, ``looks`` independent looks so far, ``well`` 1 where the
+    cell was seen in the good part of a picture, ``shown`` the `Cell` class without the stalls; ``version`` is the
+    map version of the last change of any layer.
+    """
+
+    lot: Grid16 = field(default_factory=_zeros16)
+    looks: Grid16 = field(default_factory=_zeros16)
+    core: Grid16 = field(default_factory=_zeros16)
+    car: Grid16 = field(default_factory=_zeros16)
+    well: GridU8 = field(default_factory=_zeros8)
+    shown: GridU8 = field(default_factory=_zeros8)
+    version: int = 0
+    coarse_lot: Grid32 = field(default_factory=lambda: np.zeros((_COARSE_CELLS, _COARSE_CELLS), np.float32))
+    coarse_seen: Grid32 = field(default_factory=lambda: np.zeros((_COARSE_CELLS, _COARSE_CELLS), np.float32))
+    coarse_well: Grid32 = field(default_factory=lambda: np.zeros((_COARSE_CELLS, _COARSE_CELLS), np.float32))
+    lot_cells: int = 0
+
+    def summarise(self) -> None:
+        """Bring the coarse layers up to date: shares of lot, of seen and of well seen cells."""
+        known = (self.shown != Cell.UNKNOWN).astype(np.float32)
+        lot = (self.shown == Cell.LOT).astype(np.float32)
+        self.coarse_lot = _shares(lot)
+        self.coarse_seen = _shares(known)
+        self.coarse_well = _shares(self.well.astype(np.float32))
+        self.lot_cells = int(np.count_nonzero(lot))
+
+
+@dataclass(frozen=True, slots=True)
+class CellEvidence:
+    """One frame's evidence laid on a window of map cells.
+
+    ``lot`` is the frame's log-odds (limited), ``core`` and ``car`` probabilities, ``mask`` 0 not in the picture, 1 in
+    it, 2 in its good part.
+    """
+
+    window: Window
+    lot: Grid32
+    core: Grid32
+    car: Grid32
+    mask: GridU8
+
+
+@dataclass(frozen=True, slots=True)
+class CoarseLayers:
+    """Shares (0..1) over a window of coarse cells: ``lot``, ``seen`` at all, ``well`` seen."""
+
+    window: Window
+    lot: Grid32
+    seen: Grid32
+    well: Grid32
+
+
+class EvidenceGrid:
+    """The tiles."""
+
+    def __init__(self) -> None:
+        self.tiles: dict[TileKey, EvidenceTile] = {}
+
+    def fuse(self, evidence: CellEvidence, weight: float, version: int) -> list[TileKey]:
+        """Add one frame and return the tiles that it touched.
+
+        ``weight`` (0..1) is how much of an independent look the frame is; a cell that was hardly seen takes it whole.
+        """
+        touched = []
+        for key, in_tile, in_window in evidence.window.tiles():
+            if not evidence.mask[in_window].any():
+                continue
+            tile = self.tiles.setdefault(key, EvidenceTile())
+            _fuse_tile(tile, in_tile, evidence, in_window, weight)
+            tile.version = version
+            touched.append(key)
+        return touched
+
+    def layer(self, window: Window, name: str) -> Grid32:
+        """Return one layer of a window of evidence cells as float32, 0 where nothing was ever seen."""
+        result = np.zeros(window.shape, np.float32)
+        for key, in_tile, in_window in window.tiles():
+            tile = self.tiles.get(key)
+            if tile is not None:
+                result[in_window] = getattr(tile, name)[in_tile]
+        return result
+
+    def coarse(self, window: Window) -> CoarseLayers:
+        """Return the coarse layers over a window of `COARSE_M` cells."""
+        lot, seen, well = (np.zeros(window.shape, np.float32) for _ in range(3))
+        for key, in_tile, in_window in window.tiles():
+            tile = self.tiles.get(key)
+            if tile is not None:
+                lot[in_window] = tile.coarse_lot[in_tile]
+                seen[in_window] = tile.coarse_seen[in_tile]
+                well[in_window] = tile.coarse_well[in_tile]
+        return CoarseLayers(window, lot, seen, well)
+
+    @property
+    def lot_area_m2(self) -> float:
+        """Area of all cells that are shown as lot, square metres."""
+        return sum(tile.lot_cells for tile in self.tiles.values()) * EVIDENCE_M**2
+
+
+def log_odds(probability: Grid32) -> Grid32:
+    """Return one frame's log-odds, limited to what one frame may claim."""
+    edge = np.float32(1 / (1 + np.exp(_FRAME_LIMIT)))
+    p = np.clip(probability, edge, 1 - edge)
+    return np.asarray(np.log(p / (1 - p)), dtype=np.float32)
+
+
+def _shares(layer: Grid32) -> Grid32:
+    size = (_COARSE_CELLS, _COARSE_CELLS)
+    return np.asarray(cv2.resize(layer, size, interpolation=cv2.INTER_AREA), dtype=np.float32)
+
+
+def _fuse_tile(tile: EvidenceTile, part: Slices, evidence: CellEvidence, seen: Slices, weight: float) -> None:
+    mask = evidence.mask[seen]
+    looks = tile.looks[part].astype(np.float32)
+    w = np.clip(1 - looks, np.float32(weight), 1) * (mask > 0)
+    total = looks + w
+    rate = w / np.clip(total, 1e-6, _MEAN_LOOKS)
+    tile.lot[part] = np.clip(tile.lot[part] + w * evidence.lot[seen], -_CLAMP, _CLAMP)
+    for layer, values in ((tile.core, evidence.core), (tile.car, evidence.car)):
+        old = layer[part].astype(np.float32)
+        layer[part] = old + (values[seen] - old) * rate
+    tile.looks[part] = np.minimum(total, _LOOKS_LIMIT)
+    tile.well[part] |= mask > 1

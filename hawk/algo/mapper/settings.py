@@ -1,0 +1,31 @@
+"""What can be set of the mapper; figures are metres and probabilities unless said otherwise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class MapperSettings:
+    """Settings of the Mapper App."""
+
+    good_share: float = 0.85
+    """Middle share of the picture, each way, in which a place counts as seen well."""
+    edge_m: float = 0.6
+    """Border of the valid picture that is not used at all."""
+    look_m: float = 5.0
+    """Way flown after which a frame counts as an independent look."""
+    still_weight: float = 0.02
+    """Weight of a frame from the same place as the one before."""
+    max_shift_m: float = 2.0
+    """Largest position error that registration takes out at once, about the last known error."""
+    tiles_per_frame: int = 3
+    """Tiles encoded at most in one frame."""
+    mosaic_tiles_per_frame: int = 1
+    """Mosaic tiles encoded at most in one frame."""
+    mosaic_step_m: float = 1.5
+    """Way flown between two pictures that go into the mosaic."""
+    outline_step_m: float = 2.0
+    """Way flown between two looks at the lot's outline."""
+    outline_reach_m: float = 25.0
+    """How far around the picture the outline is drawn anew."""

@@ -1,0 +1,106 @@
+"""Which class each cell shows: the lot's outline from the evidence and the stalls, without flicker.
+
+Asphalt looks alike on roads, roofs and lots. What makes it a lot is stalls: lot evidence counts near grouped stalls,
+is closed over trees and islands, and loses what is left over.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from hawk.algo.mapper.grid import EvidenceGrid
+from hawk.algo.mapper.window import Window
+from hawk.model import Cell
+
+_NEAR_M = 11.0  # an aisle's width and a little from a stall
+_ANCHOR_M = 8.0
+_ANCHORS = 3  # stalls within that, itself counted
+_CLOSE_M = 4.0
+_OPEN_M = 1.5
+_HOLE_M2 = 150.0
+_PIECE_M2 = 100.0
+_LOOKS = 0.5  # looks from which a cell counts as seen
+_STEP = 2  # evidence cells a working cell
+
+Mask = NDArray[np.uint8]
+
+
+def classify(grid: EvidenceGrid, window: Window, corners: NDArray[np.float64]) -> NDArray[np.uint8]:
+    """Return the `Cell` classes (without stalls) of a window of evidence cells.
+
+    ``corners`` (N, 4, 2) are the stalls that count, in the window and around it. The window's rows and columns must be
+    even. Pieces that the window's border cuts are judged by what is inside it.
+    """
+    step_m = window.cell_m * _STEP
+    size = (window.columns // _STEP, window.rows // _STEP)
+    seen = grid.layer(window, "looks") >= _LOOKS
+    evidence = cv2.resize(grid.layer(window, "lot"), size, interpolation=cv2.INTER_AREA)
+    stalls = _stall_mask(corners[_grouped(corners)], window, size)
+    if not stalls.any():
+        lot = np.zeros((size[1], size[0]), np.uint8)
+    else:
+        near = _distance_to(stalls) * step_m < _NEAR_M
+        lot = ((evidence > 0) & near | (stalls > 0)).astype(np.uint8)
+        lot = _opened(_closed(lot, _CLOSE_M / step_m), _OPEN_M / step_m) | stalls
+        lot = _without_pieces(_without_holes(lot, _HOLE_M2 / step_m**2), stalls, _PIECE_M2 / step_m**2)
+    fine = cv2.resize(lot, (window.columns, window.rows), interpolation=cv2.INTER_NEAREST)
+    return np.where(seen, np.where(fine > 0, Cell.LOT, Cell.NON_LOT), Cell.UNKNOWN).astype(np.uint8)
+
+
+def _grouped(corners: NDArray[np.float64]) -> NDArray[np.bool_]:
+    centre = corners.mean(1)
+    distance = np.hypot(*(centre[:, None] - centre[None]).transpose(2, 0, 1))
+    return np.asarray((distance < _ANCHOR_M).sum(1) >= _ANCHORS)
+
+
+def _stall_mask(corners: NDArray[np.float64], window: Window, size: tuple[int, int]) -> Mask:
+    mask = np.zeros((size[1], size[0]), np.uint8)
+    if len(corners):
+        cells = (window.cells_of(corners[..., 0], corners[..., 1]) + 0.5) / _STEP - 0.5
+        cv2.fillPoly(mask, list(np.round(cells).astype(np.int32)), [1])
+    return mask
+
+
+def _distance_to(mask: Mask) -> NDArray[np.float32]:
+    return cv2.distanceTransform(1 - mask, cv2.DIST_L2, 5)  # type: ignore[return-value]
+
+
+def _closed(mask: Mask, radius: float) -> Mask:
+    wide = (_distance_to(mask) <= radius).astype(np.uint8)
+    return (cv2.distanceTransform(_padded(wide), cv2.DIST_L2, 5)[1:-1, 1:-1] > radius).astype(np.uint8) | mask
+
+
+def _opened(mask: Mask, radius: float) -> Mask:
+    narrow = (cv2.distanceTransform(_padded(mask), cv2.DIST_L2, 5)[1:-1, 1:-1] > radius).astype(np.uint8)
+    if not narrow.any():
+        return narrow
+    return (_distance_to(narrow) <= radius).astype(np.uint8) & mask
+
+
+def _padded(mask: Mask) -> Mask:
+    return cv2.copyMakeBorder(mask, 1, 1, 1, 1, cv2.BORDER_REPLICATE)  # type: ignore[return-value]
+
+
+def _without_holes(mask: Mask, most: float) -> Mask:
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(1 - mask, connectivity=4)
+    small = (stats[:, cv2.CC_STAT_AREA] < most) & ~_at_border(stats, mask.shape)
+    small[0] = False
+    return np.where(small[labels], 1, mask).astype(np.uint8)
+
+
+def _without_pieces(mask: Mask, stalls: Mask, least: float) -> Mask:
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=4)
+    has_stalls = np.bincount(labels[stalls > 0], minlength=len(stats)) > 0
+    keep = has_stalls & ((stats[:, cv2.CC_STAT_AREA] >= least) | _at_border(stats, mask.shape))
+    keep[0] = False
+    return np.asarray(keep[labels], dtype=np.uint8)
+
+
+def _at_border(stats: NDArray[Any], shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    left, top = stats[:, cv2.CC_STAT_LEFT], stats[:, cv2.CC_STAT_TOP]
+    right, bottom = left + stats[:, cv2.CC_STAT_WIDTH], top + stats[:, cv2.CC_STAT_HEIGHT]
+    return np.asarray((left == 0) | (top == 0) | (right == shape[1]) | (bottom == shape[0]))

@@ -1,0 +1,227 @@
+"""Stalls as objects that stay: association, fused geometry, existence, and taken or free.
+
+The secret is how single frames become evidence. Frames taken from nearly the same place repeat each other, so that each
+frame has a weight (0..1, how much of an independent look it is); the first look at a stall counts whole.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from hawk.algo.mapper.associate import pair
+from hawk.algo.mapper.detections import Detections
+from hawk.algo.mapper.geometry import rotated_iou
+from hawk.algo.mapper.table import FREE, STALL_DTYPE, TAKEN, UNKNOWN, Rows, angle_of, corners_of
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+InPicture = Callable[[Floats], Mask]
+"""Whether each point (N, 2) of (north, east) lies in the good part of the present picture."""
+
+_WHOLE = 0.9  # visible share from which a find tells the geometry
+_SCORE_ZERO = 0.3  # score at which a find says nothing
+_SCORE_GAIN = 2.0  # log-odds per unit of score
+_MISS = -0.6  # log-odds of a frame that shows the place and no stall
+_EXISTS_LIMIT = 5.0
+_CONFIRM = 1.3  # one look at a score of .95, or two or more at less
+_DROP = -1.0
+_SOLID = 10.0  # weight of all looks at most: what comes later still moves a stall
+_TAKEN_LOOK = 2.2  # log-odds that one look may claim
+_TAKEN_LIMIT = 3.5  # a car that leaves is seen within two looks
+_CALL = 0.4  # log-odds from which a state is called
+_KEEP = 0.1  # and down to which it is kept
+_OVERLAP = 0.3
+_CLOSE_M = 2.2
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """One frame as the tracker sees it: stalls, weight as an independent look, time, and what lies in the picture."""
+
+    found: Detections
+    weight: float
+    time: float
+    in_picture: InPicture
+    version: int
+
+
+class StallTracker:
+    """The known stalls."""
+
+    def __init__(self) -> None:
+        self.rows: Rows = np.zeros(0, STALL_DTYPE)
+        self.next_id = 1
+        self.gone: dict[int, int] = {}
+        """Stalls that are no more, and the map version at which they went."""
+        self._just_gone: list[int] = []
+
+    @property
+    def confirmed(self) -> Rows:
+        """A copy of the rows that count."""
+        rows: Rows = self.rows[self.rows["confirmed"]]
+        return rows
+
+    def near(self, north: float, east: float, radius: float) -> NDArray[np.intp]:
+        """Return indices of rows within a radius."""
+        distance = np.hypot(self.rows["north"] - north, self.rows["east"] - east)
+        return np.flatnonzero(distance < radius)
+
+    def fuse(self, look: Look, local: NDArray[np.intp]) -> None:
+        """Fuse one frame. ``local`` are the rows that may be in the picture."""
+        before = self.rows[local].copy()
+        k, f = pair(_as_known(before), (look.found.north, look.found.east, look.found.angle))
+        self._hit(local[k], look.found.take(f), look)
+        self._miss(np.delete(local, k), look)
+        self._birth(look.found.take(np.setdiff1d(np.arange(len(look.found)), f)), look)
+        self._drop(look.version)
+        self._merge(look)
+
+    def take_gone(self) -> list[int]:
+        """Return the ids that went since the last call."""
+        gone, self._just_gone = self._just_gone, []
+        return gone
+
+    def restore(self, rows: Rows, next_id: int) -> None:
+        """Take up the stalls of an earlier run."""
+        self.rows = rows
+        self.next_id = max(next_id, int(rows["id"].max(initial=0)) + 1)
+
+    def _hit(self, index: NDArray[np.intp], found: Detections, look: Look) -> None:
+        if len(index) == 0:
+            return
+        rows = self.rows[index]
+        weight = _novelty(rows["looks"], look.weight)
+        _fuse_geometry(rows, found, weight)
+        gain = weight * _SCORE_GAIN * (found.score - _SCORE_ZERO)
+        rows["exists"] = np.clip(rows["exists"] + gain, -_EXISTS_LIMIT, _EXISTS_LIMIT)
+        whole = np.clip(found.visible, 0, 1)
+        rows["taken"] = np.clip(
+            rows["taken"] + weight * whole * _taken_log_odds(found.taken), -_TAKEN_LIMIT, _TAKEN_LIMIT
+        )
+        rows["looks"] += weight
+        rows["seen"] += 1
+        rows["last_seen"] = look.time
+        rows["inferred"] = False
+        rows["confirmed"] |= rows["exists"] >= _CONFIRM
+        rows["state"] = call_state(rows["taken"], rows["state"])
+        rows["touched"] = look.version
+        self.rows[index] = rows
+
+    def _miss(self, index: NDArray[np.intp], look: Look) -> None:
+        if len(index) == 0:
+            return
+        corners = corners_of(self.rows[index])
+        inside = look.in_picture(corners.reshape(-1, 2)).reshape(-1, 4).all(1)
+        index = index[inside & ~self.rows["inferred"][index]]
+        rows = self.rows[index]
+        weight = _novelty(rows["looks"], look.weight)
+        rows["exists"] = np.maximum(rows["exists"] + weight * _MISS, -_EXISTS_LIMIT)
+        rows["looks"] += weight
+        rows["touched"] = look.version
+        self.rows[index] = rows
+
+    def _birth(self, found: Detections, look: Look) -> None:
+        if len(found) == 0:
+            return
+        rows = np.zeros(len(found), STALL_DTYPE)
+        rows["id"] = self.next_id + np.arange(len(found))
+        self.next_id += len(found)
+        rows["north"], rows["east"] = found.north, found.east
+        rows["cos2"], rows["sin2"] = np.cos(2 * found.angle), np.sin(2 * found.angle)
+        rows["width"], rows["length"] = found.width, found.length
+        rows["solidity"] = np.maximum(_geometry_weight(found), 1e-3)
+        rows["exists"] = _SCORE_GAIN * (found.score - _SCORE_ZERO)
+        rows["taken"] = np.clip(found.visible, 0, 1) * _taken_log_odds(found.taken)
+        rows["looks"], rows["seen"], rows["last_seen"] = 1, 1, look.time
+        rows["confirmed"] = rows["exists"] >= _CONFIRM
+        rows["state"] = call_state(rows["taken"], rows["state"])
+        rows["touched"] = look.version
+        self.rows = np.concatenate([self.rows, rows])
+
+    def _drop(self, version: int) -> None:
+        bad = (self.rows["exists"] < _DROP) & ~self.rows["inferred"]
+        self.remove(np.flatnonzero(bad), version)
+
+    def remove(self, index: NDArray[np.intp], version: int) -> None:
+        """Take rows out of the table."""
+        for stall_id in self.rows["id"][index]:
+            self.gone[int(stall_id)] = version
+            self._just_gone.append(int(stall_id))
+        self.rows = np.delete(self.rows, index)
+
+    def _merge(self, look: Look) -> None:
+        """Where two rows overlap the older id stays; a row that counts goes before one that does not."""
+        if len(self.rows) < 2:
+            return
+        fresh = np.flatnonzero(self.rows["touched"] == look.version)
+        if len(fresh) == 0:
+            return
+        places = np.stack([self.rows["north"], self.rows["east"]], -1)
+        neighbours = cKDTree(places).query_ball_point(places[fresh], _CLOSE_M)
+        pairs = np.array([(i, j) for i, js in zip(fresh, neighbours, strict=True) for j in js if i != j], np.intp)
+        if len(pairs) == 0:
+            return
+        pairs = np.unique(np.sort(pairs, 1), axis=0)
+        corners = corners_of(self.rows)
+        overlap = rotated_iou(corners[pairs[:, 0]], corners[pairs[:, 1]])
+        losers: set[int] = set()
+        for first, second in pairs[overlap > _OVERLAP]:
+            if first not in losers and second not in losers:
+                losers.add(int(min((first, second), key=self._standing)))
+        self.remove(np.array(sorted(losers), np.intp), look.version)
+
+    def _standing(self, index: int) -> tuple[bool, bool, int]:
+        row = self.rows[index]
+        return bool(row["confirmed"]), not row["inferred"], -int(row["id"])
+
+
+def call_state(taken: Floats, before: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the states of log-odds ``taken``, with hysteresis about the states before."""
+    keep_taken = (before == TAKEN) & (taken > _KEEP)
+    keep_free = (before == FREE) & (taken < -_KEEP)
+    is_taken = (taken >= _CALL) | keep_taken
+    is_free = (taken <= -_CALL) | keep_free
+    return np.where(is_taken, TAKEN, np.where(is_free, FREE, UNKNOWN)).astype(np.int64)
+
+
+def _as_known(rows: Rows) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    return rows["north"], rows["east"], angle_of(rows), rows["width"], rows["length"]
+
+
+def _novelty(looks: Floats, weight: float) -> Floats:
+    return np.clip(1 - looks, weight, 1)
+
+
+def _geometry_weight(found: Detections) -> Floats:
+    """Stalls cut by the picture's edge tell little of their centre and length."""
+    return np.clip(found.score, 0.05, 1) * np.where(found.visible >= _WHOLE, 1.0, 0.05)
+
+
+def _fuse_geometry(rows: Rows, found: Detections, weight: Floats) -> None:
+    weight = weight * _geometry_weight(found)
+    total = rows["solidity"] + weight
+    rate = weight / np.maximum(total, 1e-9)
+    for name, value in (
+        ("north", found.north),
+        ("east", found.east),
+        ("width", found.width),
+        ("length", found.length),
+        ("cos2", np.cos(2 * found.angle)),
+        ("sin2", np.sin(2 * found.angle)),
+    ):
+        rows[name] += (value - rows[name]) * rate
+    norm = np.maximum(np.hypot(rows["cos2"], rows["sin2"]), 1e-9)
+    rows["cos2"] /= norm
+    rows["sin2"] /= norm
+    rows["solidity"] = np.minimum(total, _SOLID)
+
+
+def _taken_log_odds(taken: Floats) -> Floats:
+    edge = 1 / (1 + np.exp(_TAKEN_LOOK))
+    p = np.clip(taken, edge, 1 - edge)
+    return np.asarray(np.log(p / (1 - p)))

@@ -1,0 +1,170 @@
+"""Path Plan App (specification section 12): where to fly next, and whether the operator's place lies in the lot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hawk.algo.errors import AlgoError
+from hawk.algo.frame import FrameInput
+from hawk.algo.mapper.grid import COARSE_M, CoarseLayers
+from hawk.algo.mapper.window import Window
+from hawk.algo.path_plan.explore import Explorer, to_point
+from hawk.algo.path_plan.fence import FenceGuard
+from hawk.algo.path_plan.field import InformationField, information_field
+from hawk.algo.path_plan.settings import PathPlanSettings
+from hawk.algo.path_plan.sweep import Swath
+from hawk.algo.topic_interface import AlgorithmTopicInterface
+from hawk.model import (
+    ExploreStatus,
+    Fence,
+    Health,
+    Inbound,
+    MapPoint,
+    MapPose,
+    PathPlan,
+    Stall,
+    StallState,
+    StateName,
+    Verdict,
+)
+
+_MARGIN_M = 40.0  # ground around the known map that the plan looks at
+
+
+class KnowsMap(Protocol):
+    """What the planner uses of the Mapper App."""
+
+    def coarse(self, window: Window) -> CoarseLayers:
+        """Return the coarse layers over a window."""
+        ...
+
+    def known_extent(self) -> NDArray[np.float64] | None:
+        """Return two corners (2, 2) around everything seen."""
+        ...
+
+    def inbound(self, north: float, east: float) -> Inbound:
+        """Return whether a place is inside the lot."""
+        ...
+
+    def stalls(self) -> Mapping[int, Stall]:
+        """Return the stalls that count."""
+        ...
+
+
+class PathPlanApp:
+    """Plans from the map, frame by frame, on the worker thread."""
+
+    def __init__(self, settings: PathPlanSettings | None = None) -> None:
+        self._settings = settings or PathPlanSettings()
+        self._explorer = Explorer(self._settings)
+        self._guard = FenceGuard(None)
+        self._mapper_app: KnowsMap | None = None
+        self._topic_interface: AlgorithmTopicInterface | None = None
+        self._health = Health.bad("not initialised")
+        self._plan = PathPlan()
+        self._exploring = False
+
+    def init(self, mapper_app: KnowsMap, topic_interface: AlgorithmTopicInterface) -> None:
+        """Take references. No place is inbound until the map says so."""
+        self._mapper_app = mapper_app
+        self._topic_interface = topic_interface
+        self._health = Health()
+
+    def process(self) -> None:
+        """Plan for the frame. Raises AlgoError when it cannot; the plan then has no target."""
+        frame = self._interface.frame
+        self._plan = PathPlan()
+        try:
+            if frame.pose is not None and not frame.pose.is_finite():
+                raise AlgoError("the pose of the frame is not finite: no plan is made")
+            self._plan = self._planned(frame)
+        except AlgoError as error:
+            self._health = Health.bad(str(error))
+            raise
+        self._health = Health()
+
+    def publish(self) -> None:
+        """Publish verdict, plan and health."""
+        self._interface.des_loc_inbound_pub.publish(self._plan.verdict)
+        self._interface.local_pos_pub.publish(self.get_local_pose())
+        self._interface.path_plan_app_health_pub.publish(self.get_health())
+
+    def get_local_pose(self) -> PathPlan:
+        """Return where the drone is to fly next (map frame), with the way on and how far the exploration is."""
+        return self._plan
+
+    def get_des_pose_inbound(self) -> Inbound:
+        """Return the verdict on the operator's place; unknown when there is none."""
+        return Inbound.UNKNOWN if self._plan.verdict is None else self._plan.verdict.inbound
+
+    def get_health(self) -> Health:
+        """Return whether the plan can be trusted."""
+        return self._health
+
+    def fail(self, reason: str) -> None:
+        """Take note of a failure outside the planner's own knowledge: no target is left standing."""
+        self._health = Health.bad(reason)
+        self._plan = PathPlan()
+
+    def _planned(self, frame: FrameInput) -> PathPlan:
+        verdict = self._verdict(frame)
+        height = min(max(frame.heights.desired, frame.heights.minimum), frame.heights.maximum)
+        exploring = frame.state is StateName.AUTONOMOUS_EXPLORE
+        if exploring and not self._exploring:
+            self._explorer.start()
+        self._exploring = exploring
+        if exploring and frame.pose is not None:
+            return self._explored(frame, frame.pose, height, verdict)
+        if verdict is not None and frame.desired is not None and verdict.inbound is Inbound.INSIDE:
+            target = MapPoint(frame.desired.north, frame.desired.east)
+            return PathPlan(target=target, height=height, route=(target,), verdict=verdict)
+        return PathPlan(verdict=verdict)
+
+    def _verdict(self, frame: FrameInput) -> Verdict | None:
+        if frame.desired is None:
+            return None
+        return Verdict(frame.desired.number, self._mapper.inbound(frame.desired.north, frame.desired.east))
+
+    def _explored(self, frame: FrameInput, pose: MapPose, height: float, verdict: Verdict | None) -> PathPlan:
+        swath = Swath.of(frame.camera, height, self._settings.good_share)
+        field = self._field(frame.fence, pose, swath)
+        if field is None:
+            return PathPlan(explore=ExploreStatus(reason="nothing is mapped yet"), verdict=verdict)
+        unclear = {
+            i: (stall.north, stall.east)
+            for i, stall in self._mapper.stalls().items()
+            if stall.state is StallState.UNKNOWN
+        }
+        plan = self._explorer.plan(field, pose, swath, self._guard, unclear)
+        if plan.aim is None:
+            return PathPlan(explore=plan.status, verdict=verdict)
+        target = to_point(plan.aim.place)
+        yaw = math.remainder(plan.aim.heading - frame.camera.mount_yaw, math.tau)
+        return PathPlan(target, height, yaw, (target,), plan.status, verdict)
+
+    def _field(self, fence: Fence | None, pose: MapPose, swath: Swath) -> InformationField | None:
+        extent = self._mapper.known_extent()
+        if extent is None:
+            return None
+        if fence != self._guard.fence:
+            self._guard = FenceGuard(fence)
+        window = Window.around(np.vstack([extent, [[pose.north, pose.east]]]), COARSE_M, _MARGIN_M)
+        layers = self._mapper.coarse(window)
+        return information_field(layers, self._guard.mask(window), self._settings.near_lot_m, swath.width)
+
+    @property
+    def _interface(self) -> AlgorithmTopicInterface:
+        if self._topic_interface is None:
+            raise AlgoError("the path planner was not initialised")
+        return self._topic_interface
+
+    @property
+    def _mapper(self) -> KnowsMap:
+        if self._mapper_app is None:
+            raise AlgoError("the path planner was not initialised")
+        return self._mapper_app

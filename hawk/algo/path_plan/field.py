@@ -1,0 +1,76 @@
+"""What is still to be learned, place by place: expected lot that was not seen well, square metres a coarse cell.
+
+The secret is the guess about what nobody has seen: the border of a lot is uncertain, and what lies beyond it is lot the
+likelier, the nearer known lot is, and the unlikelier, the nearer it lies to ground known not to be lot.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from hawk.algo.mapper.grid import CoarseLayers
+from hawk.algo.mapper.window import Window
+
+_REACH_M = 12.0  # how far beyond known lot more of it is expected: most of a double row with its aisle
+_FAR_M = 1e3
+_SLIVER = 1.5  # how much more a lone leftover counts than the same area in one piece
+
+Grid = NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True)
+class InformationField:
+    """``gain`` is expected new lot in square metres a cell, ``worth`` the same with leftovers counted higher.
+
+    ``allowed`` is where the drone may be, ``fenced`` where it may pass; ``lot`` shares of known lot, ``well`` of well
+    seen.
+    """
+
+    window: Window
+    gain: Grid
+    worth: Grid
+    allowed: NDArray[np.uint8]
+    fenced: NDArray[np.uint8]
+    lot: Grid
+    well: Grid
+
+    @property
+    def seen_share(self) -> float:
+        """Share (0..1) of the known lot that was seen well, 0 when none is known."""
+        area = float(self.lot.sum())
+        return 0.0 if area == 0 else float(np.minimum(self.lot, self.well).sum()) / area
+
+
+def information_field(
+    layers: CoarseLayers, fenced: NDArray[np.uint8], near_lot_m: float, swath_m: float
+) -> InformationField:
+    """Return the field for the map's coarse layers. ``swath_m`` is the width of ground that one way shows."""
+    cell = layers.window.cell_m
+    is_lot = layers.lot > 0.5 * np.maximum(layers.seen, 0.3)
+    to_lot = _distance(is_lot) * cell
+    gain = (1 - layers.well) * _likely_lot(layers, is_lot, to_lot) * np.float32(cell**2)
+    allowed = ((to_lot <= near_lot_m) & (fenced > 0)).astype(np.uint8)
+    box = max(3, round(swath_m / cell) | 1)
+    density = cv2.blur(gain, (box, box), borderType=cv2.BORDER_CONSTANT) / np.float32(cell**2)
+    worth = gain * (1 + _SLIVER * np.clip(1 - density, 0, 1))
+    return InformationField(layers.window, gain, worth.astype(np.float32), allowed, fenced, layers.lot, layers.well)
+
+
+def _likely_lot(layers: CoarseLayers, is_lot: NDArray[np.bool_], to_lot: Grid) -> Grid:
+    """Probability of being lot: what was seen as it is, the rest by what is nearest."""
+    known = layers.seen > 0.5
+    to_other = _distance(known & ~is_lot) * layers.window.cell_m
+    expected = np.exp(-to_lot / _REACH_M) / (1 + (to_lot / np.maximum(to_other, 0.5)) ** 2)
+    seen = layers.lot / np.maximum(layers.seen, 1e-3)
+    return np.where(known, seen, expected).astype(np.float32)
+
+
+def _distance(mask: NDArray[np.bool_]) -> Grid:
+    """Distance of each cell to the nearest in the mask, cells."""
+    if not mask.any():
+        return np.full(mask.shape, _FAR_M, np.float32)
+    return np.asarray(cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, 5), dtype=np.float32)

@@ -1,0 +1,85 @@
+"""The way round a corner: to the place that shows most per metre flown, over ground where the drone may be."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import dijkstra
+
+from hawk.algo.path_plan.field import InformationField
+from hawk.algo.path_plan.sweep import Swath
+
+_STEP = 2  # field cells a routing cell
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+
+def way_round(
+    field: InformationField, place: tuple[float, float], swath: Swath, least_gain: float
+) -> tuple[float, float] | None:
+    """Return the farthest place (north, east) on the best route that can be reached straight on, None without one.
+
+    The picture's direction at the end is open: what is counted is what both directions show.
+    """
+    allowed = field.allowed[::_STEP, ::_STEP]
+    cell = field.window.cell_m * _STEP
+    column, row = field.window.cells_of(np.array(place[0]), np.array(place[1])) / _STEP
+    cells = np.argwhere(allowed > 0)
+    if len(cells) == 0:
+        return None
+    start = int(np.argmin(np.hypot(cells[:, 0] - row, cells[:, 1] - column)))
+    way, before = _distances(allowed, cells, start)
+    worth = _gain_around(field, swath)[::_STEP, ::_STEP][cells[:, 0], cells[:, 1]]
+    score = np.where(np.isfinite(way) & (worth >= least_gain), worth / (way * cell + 4.0), 0)
+    if score.max() <= 0:
+        return None
+    path = _trace(before, start, int(np.argmax(score)))
+    at = cells[_last_in_sight(allowed, cells, path)]
+    north = -(field.window.row + at[0] * _STEP + 0.5) * field.window.cell_m
+    east = (field.window.column + at[1] * _STEP + 0.5) * field.window.cell_m
+    return float(north), float(east)
+
+
+def _gain_around(field: InformationField, swath: Swath) -> NDArray[np.float32]:
+    side = max(1, round(min(swath.width, swath.depth) / field.window.cell_m) | 1)
+    summed = cv2.boxFilter(field.gain, -1, (side, side), normalize=False, borderType=cv2.BORDER_CONSTANT)
+    return np.asarray(summed, dtype=np.float32)
+
+
+def _distances(allowed: NDArray[np.uint8], cells: Indices, start: int) -> tuple[Floats, Indices]:
+    number = np.full(allowed.shape, -1, np.intp)
+    number[cells[:, 0], cells[:, 1]] = np.arange(len(cells))
+    sources, targets, costs = [], [], []
+    for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
+        rows, columns = cells[:, 0] + down, cells[:, 1] + right
+        inside = (rows < allowed.shape[0]) & (columns >= 0) & (columns < allowed.shape[1])
+        there = np.where(inside, number[np.where(inside, rows, 0), np.where(inside, columns, 0)], -1)
+        link = np.flatnonzero(there >= 0)
+        sources.append(link)
+        targets.append(there[link])
+        costs.append(np.full(len(link), np.hypot(down, right)))
+    shape = (len(cells), len(cells))
+    graph = coo_matrix((np.concatenate(costs), (np.concatenate(sources), np.concatenate(targets))), shape).tocsr()
+    way, before = dijkstra(graph, directed=False, indices=start, return_predecessors=True)
+    return np.asarray(way), np.asarray(before, dtype=np.intp)
+
+
+def _trace(before: Indices, start: int, end: int) -> list[int]:
+    path = [end]
+    while path[-1] != start:
+        path.append(int(before[path[-1]]))
+    return path[::-1]
+
+
+def _last_in_sight(allowed: NDArray[np.uint8], cells: Indices, path: list[int]) -> int:
+    """Return the last cell of the path that a straight way over allowed cells reaches from its start."""
+    origin = cells[path[0]]
+    for index in reversed(path):
+        steps = int(np.abs(cells[index] - origin).max())
+        line = np.round(np.linspace(origin, cells[index], 2 * steps + 1)).astype(np.intp)
+        if allowed[line[:, 0], line[:, 1]].all():
+            return index
+    return path[0]

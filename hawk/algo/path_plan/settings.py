@@ -1,0 +1,25 @@
+"""What can be set of the path planner; metres unless said otherwise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class PathPlanSettings:
+    """Settings of the Path Plan App."""
+
+    good_share: float = 0.85
+    """Middle share of the picture, each way, in which a place counts as seen well: the mapper's own."""
+    near_lot_m: float = 10.0
+    """How far from the lot the drone may be while it explores."""
+    arrival_m: float = 2.5
+    """Distance at which a target counts as reached."""
+    least_gain_m2: float = 12.0
+    """Expected new lot (about a stall) below which a way is not worth flying."""
+    quiet_plans: int = 4
+    """Plans in a row without anything to learn after which the exploration is done."""
+    second_looks: int = 12
+    """Unclear stalls that are flown to once more, at most."""
+    switch_factor: float = 1.4
+    """How much better another target must be before the present one is given up."""
