@@ -1,0 +1,122 @@
+"""Buildings: flat roofs with what stands on them, and walls."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from hawk.worlds.canvas import Bytes, Canvas, Floats, noise
+from hawk.worlds.facets import HeightLayer
+from hawk.worlds.light import Sun
+from hawk.worlds.materials import grey, sample_material, texture
+from hawk.worlds.plan import Axes, Building
+
+
+def draw_building(rng: np.random.Generator, building: Building, sun: Sun, metres_per_pixel: float) -> list[HeightLayer]:
+    """Return the four walls and the roof."""
+    roof = _roof_picture(rng, building, sun, metres_per_pixel)
+    corners = building.polygon
+    top = HeightLayer(np.column_stack([corners, np.full(4, building.height)]), roof, "roof")
+    wall = np.array(grey(rng, 70, 225, 10), np.float32)
+    walls = [_wall(rng, corners[k], corners[(k + 1) % 4], building.height, wall, sun) for k in range(4)]
+    return [*walls, top]
+
+
+def _roof_picture(rng: np.random.Generator, building: Building, sun: Sun, metres_per_pixel: float) -> Bytes:
+    width = max(8, round(building.width / metres_per_pixel))
+    depth = max(8, round(building.depth / metres_per_pixel))
+    canvas = Canvas(0.0, 0.0, width, depth, metres_per_pixel)
+    material = sample_material(rng, "roof")
+    canvas.image = texture(rng, material, depth, width, metres_per_pixel)
+    axes = Axes((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
+    if rng.random() < 0.55:
+        _seams(rng, canvas, building)
+    _stains(rng, canvas)
+    # the sun's direction in the roof's own axes
+    u, v = np.array(building.axes.u), np.array(building.axes.v)
+    cast = np.array([np.dot(sun.shadow, u), np.dot(sun.shadow, v)])
+    for _ in range(int(rng.choice([0, 2, 5, 14, 24]))):
+        _unit(rng, canvas, building, axes, cast, sun)
+    _parapet(rng, canvas, material.colour)
+    picture = np.clip(canvas.image, 0, 255).astype(np.uint8)
+    pixels: Bytes = np.dstack([picture, np.full((depth, width), 255, np.uint8)])
+    return pixels
+
+
+def _seams(rng: np.random.Generator, canvas: Canvas, building: Building) -> None:
+    step = float(rng.choice([rng.uniform(0.4, 1.2), rng.uniform(1.5, 6)]))
+    change, width = 1 + rng.uniform(-0.3, 0.15), rng.uniform(0.05, 0.16)
+    along = rng.random() < 0.5
+    lines = np.zeros((canvas.height, canvas.width), np.uint8)
+    for place in np.arange(step / 2, building.depth if along else building.width, step):
+        k = int(place / canvas.metres_per_pixel)
+        ends = ((0, k), (canvas.width, k)) if along else ((k, 0), (k, canvas.height))
+        cv2.line(lines, ends[0], ends[1], 255, max(1, round(width / canvas.metres_per_pixel)))
+    canvas.image *= 1 + (lines.astype(np.float32) / 255 * np.float32(change - 1))[..., None]
+
+
+def _stains(rng: np.random.Generator, canvas: Canvas) -> None:
+    field = noise(
+        rng, canvas.height, canvas.width, [6 / canvas.metres_per_pixel, 2 / canvas.metres_per_pixel], [1, 0.5]
+    )
+    level = np.float32(rng.uniform(0, 0.22))
+    canvas.image *= (1 - level * np.clip(field, 0, 1.5))[..., None]
+
+
+def _unit(
+    rng: np.random.Generator,
+    canvas: Canvas,
+    building: Building,
+    axes: Axes,
+    cast: np.ndarray[tuple[int, ...], np.dtype[np.float64]],
+    sun: Sun,
+) -> None:
+    """Put a ventilator, a skylight or a box on the roof."""
+    u, v = rng.uniform(1, max(1.5, building.width - 3)), rng.uniform(1, max(1.5, building.depth - 3))
+    du, dv = rng.uniform(0.5, 3.6, 2)
+    box = axes.rect(u, v, u + du, v + dv)
+    height = float(rng.choice([0.1, rng.uniform(0.6, 2.0)]))
+    hull = cv2.convexHull(np.concatenate([box, box + cast * height]).astype(np.float32))[:, 0].astype(np.float64)
+    shadow, body = canvas.patch(hull), canvas.patch(box)
+    if shadow is not None:
+        canvas.gain(shadow, sun.gain)
+    if body is not None:
+        canvas.cover(body, grey(rng, 50, 240, 6))
+    inner = canvas.patch(box.mean(0) + (box - box.mean(0)) * rng.uniform(0.4, 0.85))
+    if inner is not None and rng.random() < 0.6:
+        canvas.cover(inner, grey(rng, 30, 220, 6))
+
+
+def _parapet(rng: np.random.Generator, canvas: Canvas, colour: tuple[float, float, float]) -> None:
+    if rng.random() < 0.3:
+        return
+    thick = max(1, round(rng.uniform(0.15, 0.5) / canvas.metres_per_pixel))
+    level = np.clip(np.array(colour) * rng.uniform(0.6, 1.3), 10, 250)
+    corner = (canvas.width - 1, canvas.height - 1)
+    cv2.rectangle(canvas.image, (0, 0), corner, tuple(map(float, level)), thick)
+
+
+def _wall(
+    rng: np.random.Generator,
+    start: np.ndarray[tuple[int, ...], np.dtype[np.float64]],
+    end: np.ndarray[tuple[int, ...], np.dtype[np.float64]],
+    height: float,
+    colour: Floats,
+    sun: Sun,
+) -> HeightLayer:
+    length = float(np.linalg.norm(end - start))
+    along = (end - start) / max(length, 1e-6)
+    outward = np.array([along[1], -along[0]])  # the footprint runs clockwise on the map (x east, y south)
+    lit = -float(np.dot(outward, sun.shadow)) / (float(np.hypot(*sun.shadow)) + 1e-6)
+    columns, rows = max(4, int(length * 8)), max(4, int(height * 8))
+    picture = np.empty((rows, columns, 3), np.float32)
+    picture[:] = colour * np.float32(0.62 + 0.28 * lit)
+    picture *= 1 + noise(rng, rows, columns, [20, 3], [0.03, 0.03])[..., None]
+    if rng.random() < 0.6:
+        step, sill = rng.uniform(2, 5) * 8, int(rows * rng.uniform(0.3, 0.5))
+        for x in np.arange(step / 2, columns - step / 2, step):
+            window = (int(x), sill), (int(x + step * 0.5), int(sill + rows * 0.3))
+            cv2.rectangle(picture, window[0], window[1], (62.0, 54.0, 48.0), -1)
+    pixels: Bytes = np.dstack([np.clip(picture, 0, 255).astype(np.uint8), np.full((rows, columns), 255, np.uint8)])
+    upper = [[*start, height], [*end, height], [*end, 0.0], [*start, 0.0]]
+    return HeightLayer(np.array(upper) - [0, 0, 0.01], pixels, "wall")

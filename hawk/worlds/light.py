@@ -1,0 +1,108 @@
+"""The sun, and the shadows that things cast on the ground."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from hawk.worlds.canvas import Bytes, Canvas, Floats, Points
+
+
+@dataclass(frozen=True, slots=True)
+class Sun:
+    """``shadow``: (x, y) metres of shadow for each metre of height; ``gain``: what is left of B, G, R in it."""
+
+    shadow: tuple[float, float]
+    gain: tuple[float, float, float]
+    soften: float
+
+    def cast(self, height: float) -> Points:
+        """Return the shadow's offset (metres) for a height."""
+        return np.array(self.shadow) * height
+
+
+def sample_sun(rng: np.random.Generator, *, calm: bool = False) -> Sun:
+    """Draw a sun; ``calm`` leaves out very low and hidden suns."""
+    direction = rng.uniform(0, 2 * math.pi)
+    reach = rng.uniform(0.35, 1.1) if calm else float(rng.choice([rng.uniform(0.1, 0.7), rng.uniform(0.5, 1.8)]))
+    left = rng.uniform(0.3, 0.62) if calm else rng.uniform(0.2, 0.75)
+    if not calm and rng.random() < 0.12:  # overcast
+        left, reach = rng.uniform(0.8, 0.97), reach * 0.5
+    cold = rng.uniform(0, 0.4)
+    gain = (min(1.0, left * (1 + cold)), left, left * (1 - 0.6 * cold))
+    return Sun((math.cos(direction) * reach, math.sin(direction) * reach), gain, rng.uniform(0.04, 0.13))
+
+
+class Shadows:
+    """Shadow on the ground, 0..1: ``low`` of cars and posts, ``tall`` of trees and buildings (also on cars)."""
+
+    def __init__(self, canvas: Canvas, sun: Sun) -> None:
+        self._canvas = canvas
+        self._sun = sun
+        self.low: Floats = np.zeros((canvas.height, canvas.width), np.float32)
+        self.tall: Floats = np.zeros((canvas.height, canvas.width), np.float32)
+
+    def cast(self, height: float) -> Points:
+        """Return the shadow's offset (metres) for a height."""
+        return self._sun.cast(height)
+
+    def add_block(self, footprint: Points, height: float, *, tall: bool = False) -> None:
+        """Add the shadow of a block that stands on its footprint (convex, metres)."""
+        swept = np.concatenate([footprint, footprint + self._sun.cast(height)]).astype(np.float32)
+        self._add(cv2.convexHull(swept)[:, 0].astype(np.float64), tall=tall)
+
+    def add_pole(self, x: float, y: float, height: float, width: float) -> None:
+        """Add the shadow of a thin pole."""
+        foot = np.array([x, y])
+        patch = self._canvas.strip(np.array([foot, foot + self._sun.cast(height)]), width)
+        if patch is not None:
+            target = self.low[patch.rows, patch.columns]
+            np.maximum(target, patch.mask, out=target)
+
+    def add_crown(self, x: float, y: float, radius: float, height: float, crown: Bytes) -> None:
+        """Add the shadow of a crown, whose square alpha is 2 x radius wide, and of its trunk."""
+        for share in (0.45, 0.65, 0.85):
+            centre = np.array([x, y]) + self._sun.cast(height * share)
+            self._stamp(centre, radius * (1.1 - 0.3 * abs(share - 0.6)), crown)
+        self.add_pole(x, y, height * 0.5, 0.25)
+
+    def apply(self, *, rng: np.random.Generator) -> None:
+        """Darken the canvas."""
+        sigma = self._sun.soften / self._canvas.metres_per_pixel
+        both = np.maximum(self.low, self.tall)
+        if sigma > 0.25:
+            both = np.asarray(cv2.GaussianBlur(both, (0, 0), sigma), np.float32)
+        both *= np.float32(rng.uniform(0.94, 1.0))
+        lost = 1 - np.array(self._sun.gain, np.float32)
+        self._canvas.image *= 1 - both[..., None] * lost
+
+    def shade_at(self, points: Points) -> Floats:
+        """Return the gain (N, 3) that tall things' shadows leave at ground points (metres)."""
+        pixels = np.round(self._canvas.to_px(points)).astype(int)
+        columns = np.clip(pixels[..., 0], 0, self._canvas.width - 1)
+        rows = np.clip(pixels[..., 1], 0, self._canvas.height - 1)
+        lost = 1 - np.array(self._sun.gain, np.float32)
+        shade: Floats = 1 - self.tall[rows, columns][..., None] * lost
+        return shade
+
+    def _add(self, polygon: Points, *, tall: bool) -> None:
+        patch = self._canvas.patch(polygon)
+        if patch is not None:
+            target = (self.tall if tall else self.low)[patch.rows, patch.columns]
+            np.maximum(target, patch.mask, out=target)
+
+    def _stamp(self, centre: Points, radius: float, crown: Bytes) -> None:
+        size = max(2, round(2 * radius / self._canvas.metres_per_pixel))
+        column, row = np.round(self._canvas.to_px(centre) - size / 2).astype(int)
+        x0, y0 = max(0, column), max(0, row)
+        x1, y1 = min(self._canvas.width, column + size), min(self._canvas.height, row + size)
+        if x1 <= x0 or y1 <= y0:
+            return
+        stamp = cv2.resize(crown, (size, size), interpolation=cv2.INTER_AREA)[
+            y0 - row : y1 - row, x0 - column : x1 - column
+        ]
+        target = self.tall[y0:y1, x0:x1]
+        np.maximum(target, stamp.astype(np.float32) / 255, out=target)

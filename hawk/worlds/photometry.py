@@ -1,0 +1,58 @@
+"""What a camera and the weather make of a scene."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from hawk.worlds.canvas import Bytes, Floats, as_bytes, noise
+
+
+def photograph(rng: np.random.Generator, image: Floats) -> Bytes:
+    """Return a BGR float picture (0..255) as one of many cameras would show it (uint8)."""
+    picture = _tone(rng, image.astype(np.float32))
+    picture = _sharpness(rng, picture)
+    picture += rng.standard_normal(picture.shape, np.float32) * np.float32(rng.uniform(0, 6))
+    result = as_bytes(np.clip(picture, 0, 255))
+    if rng.random() < 0.6:
+        quality = int(rng.uniform(40, 95))
+        encoded = cv2.imencode(".jpg", result, [cv2.IMWRITE_JPEG_QUALITY, quality])[1]
+        result = as_bytes(np.asarray(cv2.imdecode(encoded, cv2.IMREAD_COLOR)))
+    return result
+
+
+def _tone(rng: np.random.Generator, picture: Floats) -> Floats:
+    """Exposure, gamma, colour cast, contrast, saturation; sometimes dusk, haze or wetness."""
+    picture = picture * np.float32(rng.uniform(0.75, 1.25))
+    if rng.random() < 0.05:  # dusk and lamps
+        height, width = picture.shape[:2]
+        lamps = 1 + noise(rng, height, width, [90], [0.3])
+        picture *= np.array([0.75, 0.6, 0.62], np.float32) * np.clip(lamps, 0.5, 1.6)[..., None]
+    np.clip(picture, 0, 255, out=picture)
+    curve = 255 * (np.linspace(0, 1, 256, dtype=np.float32)) ** np.float32(rng.uniform(0.7, 1.4))
+    picture = np.interp(picture, np.arange(256), curve).astype(np.float32)
+    picture *= np.exp(rng.normal(0, 0.045, 3)).astype(np.float32)
+    mean = picture.mean()
+    picture = (picture - mean) * np.float32(rng.uniform(0.7, 1.3)) + mean
+    if rng.random() < 0.3:
+        grey = picture.mean(2, keepdims=True)
+        picture = grey + (picture - grey) * np.float32(rng.uniform(0.1, 0.9) if rng.random() < 0.7 else 1.35)
+    if rng.random() < 0.05:  # haze
+        picture += (np.float32(rng.uniform(150, 220)) - picture) * np.float32(rng.uniform(0.1, 0.35))
+    return picture
+
+
+def _sharpness(rng: np.random.Generator, picture: Floats) -> Floats:
+    blur = rng.uniform(0, 1.2)
+    if blur > 0.3:
+        picture = np.asarray(cv2.GaussianBlur(picture, (0, 0), blur), np.float32)
+    if rng.random() < 0.08:  # the drone moved while the shutter was open
+        length, angle = int(rng.integers(2, 6)), rng.uniform(0, np.pi)
+        kernel = np.zeros((2 * length + 1, 2 * length + 1), np.float32)
+        reach = (int(length * np.cos(angle)), int(length * np.sin(angle)))
+        cv2.line(kernel, (length - reach[0], length - reach[1]), (length + reach[0], length + reach[1]), 1.0, 1)
+        picture = np.asarray(cv2.filter2D(picture, -1, kernel / kernel.sum()), np.float32)
+    if rng.random() < 0.5:
+        soft = cv2.GaussianBlur(picture, (0, 0), rng.uniform(0.8, 1.6))
+        picture = picture + (picture - soft) * np.float32(rng.uniform(0.3, 1.3))
+    return picture

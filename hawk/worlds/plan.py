@@ -1,0 +1,188 @@
+"""What a place consists of, in metres, before anything is drawn."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hawk.worlds.canvas import Points
+from hawk.worlds.materials import Colour, Material
+
+
+@dataclass(frozen=True, slots=True)
+class Axes:
+    """A right-angled frame on the ground: origin and two unit vectors (metres, x east, y south)."""
+
+    origin: tuple[float, float]
+    u: tuple[float, float]
+    v: tuple[float, float]
+
+    @classmethod
+    def turned(cls, origin: tuple[float, float], angle: float) -> Axes:
+        """Return axes whose u is turned by ``angle`` from east towards south."""
+        cosine, sine = math.cos(angle), math.sin(angle)
+        return cls(origin, (cosine, sine), (-sine, cosine))
+
+    def at(self, u: float, v: float) -> tuple[float, float]:
+        """Return the ground point (x, y) of (u, v)."""
+        x = self.origin[0] + self.u[0] * u + self.v[0] * v
+        y = self.origin[1] + self.u[1] * u + self.v[1] * v
+        return x, y
+
+    def points(self, pairs: list[tuple[float, float]] | Points) -> Points:
+        """Return (N, 2) ground points of (u, v) pairs."""
+        pairs = np.asarray(pairs, np.float64)
+        return np.asarray(np.asarray(self.origin) + pairs @ np.array([self.u, self.v]))
+
+    def rect(self, u0: float, v0: float, u1: float, v1: float) -> Points:
+        """Return the four corners of a rectangle."""
+        return self.points([(u0, v0), (u1, v0), (u1, v1), (u0, v1)])
+
+    def moved(self, u: float, v: float) -> Axes:
+        """Return the same directions about another origin."""
+        return Axes(self.at(u, v), self.u, self.v)
+
+    def facing(self, u: tuple[float, float], v: tuple[float, float]) -> Axes:
+        """Return axes about the same origin along two of our own directions, given in (u, v)."""
+        zero = Axes((0.0, 0.0), self.u, self.v)
+        return Axes(self.origin, zero.at(*u), zero.at(*v))
+
+    @property
+    def angle(self) -> float:
+        """Direction of u, radians from east towards south."""
+        return math.atan2(self.u[1], self.u[0])
+
+
+@dataclass(frozen=True, slots=True)
+class Surface:
+    """Ground of one material. ``kerb`` is the colour of its border, ``round_m`` the rounding of its corners."""
+
+    polygon: Points
+    material: Material
+    kerb: Colour | None = None
+    round_m: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Gain:
+    """Ground made darker or lighter: a polygon, or a polyline when ``width`` is set."""
+
+    points: Points
+    gain: float
+    soften: float = 0.0
+    width: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Stroke:
+    """A painted polygon: colour number in the plan's palette and strength 0..1."""
+
+    polygon: Points
+    colour: int
+    strength: float
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedStall:
+    """A painted stall; corner order as in TrueStall. ``paint`` (0..1) is what its better long line has kept."""
+
+    corners: Points
+    kind: str
+    taken: bool
+    worn: bool
+    paint: float
+
+
+@dataclass(frozen=True, slots=True)
+class Vehicle:
+    """A vehicle: centre, heading (radians, east towards south) and kind (see `hawk.worlds.cars`)."""
+
+    x: float
+    y: float
+    heading: float
+    kind: str
+
+
+@dataclass(frozen=True, slots=True)
+class Tree:
+    """A tree or bush: trunk place, radius of the crown and height, metres."""
+
+    x: float
+    y: float
+    radius: float
+    height: float
+
+
+@dataclass(frozen=True, slots=True)
+class Building:
+    """A building under a flat roof: [0, width] x [0, depth] of its axes, metres."""
+
+    axes: Axes
+    width: float
+    depth: float
+    height: float
+
+    @property
+    def polygon(self) -> Points:
+        """The four corners of its footprint."""
+        return self.axes.rect(0, 0, self.width, self.depth)
+
+
+@dataclass(frozen=True, slots=True)
+class Post:
+    """A lamp post: its arm points along ``heading``."""
+
+    x: float
+    y: float
+    height: float
+    heading: float
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """A low thing of one colour that lies on the ground, such as a wheel stop: polygon and height."""
+
+    polygon: Points
+    height: float
+    colour: Colour
+
+
+@dataclass(slots=True)
+class Plan:
+    """Everything on a site, in the order in which it is laid down. Filled by `hawk.worlds.layout` and its helpers."""
+
+    axes: Axes
+    ground: Material
+    asphalt: Material
+    palette: list[Colour]
+    wear: float = 0.5
+    surfaces: list[Surface] = field(default_factory=list)
+    gains: list[Gain] = field(default_factory=list)
+    strokes: list[Stroke] = field(default_factory=list)
+    islands: list[Surface] = field(default_factory=list)
+    stalls: list[PlannedStall] = field(default_factory=list)
+    vehicles: list[Vehicle] = field(default_factory=list)
+    trees: list[Tree] = field(default_factory=list)
+    buildings: list[Building] = field(default_factory=list)
+    posts: list[Post] = field(default_factory=list)
+    blocks: list[Block] = field(default_factory=list)
+    lots: list[Points] = field(default_factory=list)
+
+    def line(
+        self, start: tuple[float, float], end: tuple[float, float], width: float, colour: int, strength: float
+    ) -> None:
+        """Paint a straight line of ``width`` metres."""
+        dx, dy = end[0] - start[0], end[1] - start[1]
+        length = math.hypot(dx, dy)
+        if length < 0.05 or strength <= 0.02:
+            return
+        nx, ny = -dy / length * width / 2, dx / length * width / 2
+        corners = [
+            (start[0] + nx, start[1] + ny),
+            (end[0] + nx, end[1] + ny),
+            (end[0] - nx, end[1] - ny),
+            (start[0] - nx, start[1] - ny),
+        ]
+        self.strokes.append(Stroke(np.array(corners), colour, strength))

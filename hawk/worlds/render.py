@@ -1,0 +1,168 @@
+"""Draws a plan: the ground with paint and shadows, and everything that has height."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from hawk.worlds.buildings import draw_building
+from hawk.worlds.canvas import Canvas, Floats, Patch, as_floats
+from hawk.worlds.cars import Model, Sprite, draw_vehicle, outline
+from hawk.worlds.facets import HeightLayer, flat_layer
+from hawk.worlds.light import Shadows, Sun
+from hawk.worlds.materials import texture
+from hawk.worlds.paint import draw_paint
+from hawk.worlds.plan import Gain, Plan, Post, Surface, Vehicle
+from hawk.worlds.trees import draw_tree, leaf_colours
+
+_FAR_M = 20.0
+"""Things this far outside a canvas may still throw a shadow into it or lean into it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Drawn:
+    """A drawn place: ``ground`` is BGR float32 (0..255) with shadows, ``layers`` what stands on it."""
+
+    ground: Floats
+    layers: tuple[HeightLayer, ...]
+
+
+def draw_plan(plan: Plan, canvas: Canvas, sun: Sun, rng: np.random.Generator) -> Drawn:
+    """Draw the part of a plan that lies on the canvas (its picture is filled in place)."""
+    canvas.image = texture(rng, plan.ground, canvas.height, canvas.width, canvas.metres_per_pixel)
+    for surface in plan.surfaces:
+        draw_surface(canvas, surface, rng)
+    for gain in plan.gains:
+        _draw_gain(canvas, gain)
+    draw_paint(canvas, plan.strokes, plan.palette, plan.wear, rng)
+    for surface in plan.islands:
+        draw_surface(canvas, surface, rng)
+    shadows = Shadows(canvas, sun)
+    _draw_blocks(plan, canvas, shadows)
+    layers = _draw_standing(plan, canvas, shadows, sun, rng)
+    shadows.apply(rng=rng)
+    return Drawn(canvas.image, tuple(layers))
+
+
+def draw_surface(canvas: Canvas, surface: Surface, rng: np.random.Generator) -> None:
+    """Lay one surface."""
+    patch = canvas.patch(surface.polygon, round_m=surface.round_m)
+    if patch is None:
+        return
+    if surface.kerb is not None:
+        _draw_kerb(canvas, surface, patch)
+    rows, columns = patch.mask.shape
+    picture = texture(rng, surface.material, rows, columns, canvas.metres_per_pixel)
+    if surface.material.joints > 3 * canvas.metres_per_pixel:
+        _draw_joints(canvas, surface, patch, picture, rng)
+    canvas.cover(patch, picture)
+
+
+def _draw_kerb(canvas: Canvas, surface: Surface, patch: Patch) -> None:
+    reach = max(1, round(0.16 / canvas.metres_per_pixel))
+    grown = cv2.dilate(patch.mask, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
+    canvas.cover(Patch(patch.rows, patch.columns, np.asarray(grown, np.float32)), surface.kerb or (0, 0, 0), 0.9)
+
+
+def _draw_joints(canvas: Canvas, surface: Surface, patch: Patch, picture: Floats, rng: np.random.Generator) -> None:
+    """Darken the joints between slabs; they follow the surface's first edge."""
+    edge = surface.polygon[1] - surface.polygon[0]
+    angle = math.atan2(edge[1], edge[0])
+    rows, columns = np.mgrid[0 : patch.mask.shape[0], 0 : patch.mask.shape[1]].astype(np.float32)
+    step = np.float32(surface.material.joints / canvas.metres_per_pixel)
+    across = (columns * np.float32(math.cos(angle)) + rows * np.float32(math.sin(angle))) % step
+    along = (rows * np.float32(math.cos(angle)) - columns * np.float32(math.sin(angle))) % step
+    picture *= 1 - ((across < 1) | (along < 1))[..., None] * np.float32(rng.uniform(0.06, 0.22))
+
+
+def _draw_gain(canvas: Canvas, gain: Gain) -> None:
+    if gain.width is None:
+        patch = canvas.patch(gain.points, soften=gain.soften)
+    else:
+        patch = canvas.strip(gain.points, gain.width, soften=gain.soften)
+    if patch is not None:
+        canvas.gain(patch, gain.gain)
+
+
+def _draw_blocks(plan: Plan, canvas: Canvas, shadows: Shadows) -> None:
+    for block in plan.blocks:
+        patch = canvas.patch(block.polygon)
+        if patch is not None:
+            shadows.add_block(block.polygon, block.height)
+            canvas.cover(patch, block.colour)
+
+
+def _draw_standing(
+    plan: Plan, canvas: Canvas, shadows: Shadows, sun: Sun, rng: np.random.Generator
+) -> list[HeightLayer]:
+    layers: list[HeightLayer] = []
+    mpp = canvas.metres_per_pixel
+    for building in plan.buildings:
+        if canvas.touches(building.polygon, _FAR_M):
+            layers += draw_building(rng, building, sun, mpp)
+            shadows.add_block(building.polygon, building.height, tall=True)
+    leaves = leaf_colours(rng)
+    for tree in plan.trees:
+        if canvas.touches(np.array([[tree.x, tree.y]]), tree.radius + _FAR_M / 2):
+            crown_layers, crown = draw_tree(rng, tree, leaves, sun, mpp)
+            layers += crown_layers
+            shadows.add_crown(tree.x, tree.y, tree.radius, tree.height, crown)
+    for post in plan.posts:
+        layers += _draw_post(post, canvas, shadows)
+    for vehicle in plan.vehicles:
+        if canvas.touches(np.array([[vehicle.x, vehicle.y]]), 6):
+            layers += _draw_vehicle(vehicle, canvas, shadows, rng)
+    return layers
+
+
+def _draw_vehicle(vehicle: Vehicle, canvas: Canvas, shadows: Shadows, rng: np.random.Generator) -> list[HeightLayer]:
+    model = draw_vehicle(rng, vehicle.kind)
+    footprint = outline(vehicle.x, vehicle.y, vehicle.heading, model.length * 0.96, model.width * 0.94)
+    shadows.add_block(footprint, model.height * 0.85)
+    contact = canvas.patch(footprint, soften=0.12)
+    if contact is not None:  # it is dark under a car
+        canvas.gain(contact, 0.35)
+    return [_sprite_layer(vehicle, model, sprite, shadows) for sprite in model.sprites]
+
+
+def _sprite_layer(vehicle: Vehicle, model: Model, sprite: Sprite, shadows: Shadows) -> HeightLayer:
+    rows, columns = sprite.pixels.shape[:2]
+    scale = model.length / max(1, model.sprites[0].pixels.shape[1])
+    ahead = np.array([math.cos(vehicle.heading), math.sin(vehicle.heading)])
+    centre = np.array([vehicle.x, vehicle.y]) + ahead * sprite.along
+    layer = flat_layer(
+        sprite.pixels, (centre[0], centre[1]), vehicle.heading, (columns * scale, rows * scale), sprite.height, "car"
+    )
+    shade = _shade_over(layer, shadows, rows, columns)
+    shaded = sprite.pixels.copy()
+    shaded[..., :3] = np.clip(shaded[..., :3] * shade, 0, 255).astype(np.uint8)
+    return HeightLayer(layer.corners, shaded, "car")
+
+
+def _shade_over(layer: HeightLayer, shadows: Shadows, rows: int, columns: int) -> Floats:
+    """Return the gain (rows, columns, 3) of shadows that fall on a flat layer, from a coarse grid of places."""
+    across, along = np.meshgrid(np.linspace(0, 1, 12), np.linspace(0, 1, 6))
+    corner = layer.corners[0, :2]
+    right, down = layer.corners[1, :2] - corner, layer.corners[3, :2] - corner
+    places = corner + across[..., None] * right + along[..., None] * down
+    return as_floats(cv2.resize(shadows.shade_at(places), (columns, rows), interpolation=cv2.INTER_LINEAR))
+
+
+def _draw_post(post: Post, canvas: Canvas, shadows: Shadows) -> list[HeightLayer]:
+    if not canvas.touches(np.array([[post.x, post.y]]), post.height * 2):
+        return []
+    shadows.add_pole(post.x, post.y, post.height, 0.2)
+    foot = canvas.patch(outline(post.x, post.y, post.heading, 0.5, 0.5))
+    if foot is not None:
+        canvas.cover(foot, (170, 172, 172))
+    reach = np.array([math.cos(post.heading), math.sin(post.heading)]) * 0.8
+    head = np.full((6, 16, 4), 255, np.uint8)
+    head[..., :3] = 90
+    centre = (post.x + float(reach[0]), post.y + float(reach[1]))
+    layers = [flat_layer(head, centre, post.heading, (1.6, 0.3), post.height, "post")]
+    swept = outline(centre[0], centre[1], post.heading, 1.6, 0.35)
+    shadows.add_block(swept + shadows.cast(post.height), 0.2)
+    return layers

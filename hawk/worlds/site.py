@@ -1,0 +1,126 @@
+"""Whole sites: a lot of one or two sections, or none, with what lies around."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from hawk.worlds.canvas import Points
+from hawk.worlds.layout import asphalt_details, plan_section
+from hawk.worlds.materials import Material, sample_material
+from hawk.worlds.plan import Axes, Plan, Surface
+from hawk.worlds.style import sample_palette, sample_style
+from hawk.worlds.surroundings import plan_side, plan_wild
+
+Rect = tuple[float, float, float, float]
+"""u0, v0, u1, v1 of a section in the site's axes, metres."""
+
+
+@dataclass(frozen=True, slots=True)
+class SiteSize:
+    """Range of the main section's width and depth in metres, and how often there is a second one (0..1)."""
+
+    width: tuple[float, float]
+    depth: tuple[float, float]
+    second: float
+
+
+def plan_lot_site(rng: np.random.Generator, centre: tuple[float, float], size: SiteSize, *, calm: bool = False) -> Plan:
+    """Plan a lot about ``centre`` (metres) with its surroundings."""
+    plan = _empty_plan(rng, centre, calm=calm)
+    sections, links = _sections(rng, size)
+    lots = _outlines(plan.axes, [*sections, *links])
+    u0, v0, u1, v1 = (f(r[k] for r in sections) for k, f in enumerate((min, min, max, max)))
+    _surround(plan, rng, (u0, v0, u1, v1), calm=calm)
+    for outline in lots:
+        plan.surfaces.append(Surface(outline, plan.asphalt))
+    plan.lots.extend(lots)
+    style = sample_style(rng, calm=calm)
+    for r in sections:
+        corner = plan.axes.moved(r[0], r[1])
+        width, depth = r[2] - r[0], r[3] - r[1]
+        asphalt_details(plan, rng, corner, width, depth)
+        if rng.random() < 0.25:  # rows across
+            plan_section(plan, rng, plan.axes.moved(r[2], r[1]).facing((0, 1), (-1, 0)), depth, width, style)
+        else:
+            plan_section(plan, rng, corner, width, depth, style)
+    return plan
+
+
+def plan_bare_site(rng: np.random.Generator, centre: tuple[float, float]) -> Plan:
+    """Plan a place about ``centre`` (metres) where nobody parks."""
+    plan = _empty_plan(rng, centre, calm=False)
+    plan_wild(plan, rng, plan.axes)
+    return plan
+
+
+def _empty_plan(rng: np.random.Generator, centre: tuple[float, float], *, calm: bool) -> Plan:
+    kind = "asphalt" if calm else str(rng.choice(["asphalt", "concrete", "pavers"], p=[0.88, 0.08, 0.04]))
+    asphalt = sample_material(rng, kind)
+    if calm:
+        asphalt = _darkened(asphalt, 165)
+    return Plan(
+        axes=Axes.turned(centre, rng.uniform(0, 2 * math.pi)),
+        ground=sample_material(rng, str(rng.choice(["grass", "dirt", "concrete", "grass"]))),
+        asphalt=asphalt,
+        palette=sample_palette(rng, float(np.mean(asphalt.colour)), calm=calm),
+        wear=rng.uniform(0.1, 0.9),
+    )
+
+
+def _darkened(material: Material, brightest: float) -> Material:
+    scale = min(1.0, brightest / max(material.colour))
+    blue, green, red = (channel * scale for channel in material.colour)
+    return Material(
+        material.kind,
+        (blue, green, red),
+        material.grain,
+        material.mottle,
+        material.blotch,
+        material.hue,
+        material.joints,
+    )
+
+
+def _sections(rng: np.random.Generator, size: SiteSize) -> tuple[list[Rect], list[Rect]]:
+    """Return the sections with stalls, and the links (aisles) between those that do not touch."""
+    width, depth = rng.uniform(*size.width), rng.uniform(*size.depth)
+    main = (-width / 2, -depth / 2, width / 2, depth / 2)
+    if rng.random() >= size.second:
+        return [main], []
+    second_width, second_depth = width * rng.uniform(0.35, 0.6), depth * rng.uniform(0.4, 0.8)
+    gap = 0.0 if rng.random() < 0.6 else rng.uniform(2.5, 7)
+    low = -depth / 2 if rng.random() < 0.5 else depth / 2 - second_depth
+    shift = second_width / 2
+    main = (main[0] - shift, main[1], main[2] - shift, main[3])
+    second = (main[2] + gap, low, main[2] + gap + second_width, low + second_depth)
+    middle = low + second_depth * rng.uniform(0.3, 0.7)
+    links = [(main[2] - 0.5, middle - 3.5, second[0] + 0.5, middle + 3.5)] if gap else []
+    return [main, second], links
+
+
+def _outlines(axes: Axes, rects: list[Rect]) -> list[Points]:
+    boxes = [shapely.box(*r).buffer(0.005, join_style="mitre") for r in rects]
+    union = shapely.union_all(boxes).simplify(0.02)
+    parts = union.geoms if hasattr(union, "geoms") else [union]
+    return [axes.points(np.asarray(part.exterior.coords)[:-1]) for part in parts]
+
+
+def _surround(plan: Plan, rng: np.random.Generator, bounds: Rect, *, calm: bool) -> None:
+    u0, v0, u1, v1 = bounds
+    middle_u, middle_v = (u0 + u1) / 2, (v0 + v1) / 2
+    sides = [
+        (plan.axes.moved(middle_u, v0).facing((1, 0), (0, -1)), (u1 - u0) / 2),
+        (plan.axes.moved(middle_u, v1).facing((1, 0), (0, 1)), (u1 - u0) / 2),
+        (plan.axes.moved(u0, middle_v).facing((0, 1), (-1, 0)), (v1 - v0) / 2),
+        (plan.axes.moved(u1, middle_v).facing((0, 1), (1, 0)), (v1 - v0) / 2),
+    ]
+    kinds: list[str | None] = [None] * 4
+    if calm:  # every simulated lot has a road and a building
+        kinds[0], kinds[1] = "road", "building"
+    for k in rng.permutation(4):
+        axes, span = sides[k]
+        plan_side(plan, rng, axes, span, kind=kinds[k])

@@ -1,0 +1,170 @@
+"""What lies around a lot: roads, pavements, buildings, yards, grass, water and sports courts."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+
+from hawk.worlds.cars import sample_kind
+from hawk.worlds.materials import Material, grey, sample_material
+from hawk.worlds.plan import Axes, Building, Gain, Plan, Surface, Tree, Vehicle
+
+REACH_M = 140.0
+"""How far surroundings are laid out from a lot's edge."""
+
+_SIDES = ("road", "building", "grass", "yard", "dirt", "wild")
+
+
+def plan_side(plan: Plan, rng: np.random.Generator, axes: Axes, span: float, *, kind: str | None = None) -> None:
+    """Lay out one side of a lot: ``axes.u`` runs along the edge from its middle, v points away from the lot.
+
+    ``span`` is half the length of the edge; ``kind`` one of road, building, grass, yard, dirt, wild, else drawn.
+    """
+    kind = kind or str(rng.choice(_SIDES, p=[0.32, 0.34, 0.12, 0.10, 0.05, 0.07]))
+    v = _border(plan, rng, axes)
+    if kind == "road":
+        v = plan_road(plan, rng, axes.moved(0, v))
+        v = _border(plan, rng, axes.moved(0, v)) + v
+        _fill(plan, rng, axes, v, ("grass", "concrete", "dirt", "grass", "gravel"))
+        if rng.random() < 0.5:
+            _houses(plan, rng, axes.moved(0, v + rng.uniform(1, 8)))
+    elif kind == "building":
+        _fill(plan, rng, axes, v, ("concrete", "grass", "asphalt", "dirt", "pavers"))
+        width = span * rng.uniform(0.6, 1.0) * 2
+        shift = rng.uniform(-0.2, 0.2) * span
+        building = axes.moved(shift - width / 2, v + rng.choice([0.0, rng.uniform(0, 4)]))
+        plan.buildings.append(Building(building, width, rng.uniform(10, 45), rng.uniform(3.5, 11)))
+    elif kind == "yard":
+        _fill(plan, rng, axes, v, ("asphalt", "gravel", "concrete", "asphalt"))
+        for _ in range(int(rng.integers(0, 9))):
+            x, y = axes.at(rng.uniform(-span, span), v + rng.uniform(3, 30))
+            heading = axes.angle + float(rng.choice([0, math.pi / 2, rng.uniform(0, 6.28)]))
+            plan.vehicles.append(Vehicle(x, y, heading, sample_kind(rng, "yard")))
+    elif kind == "wild":
+        _fill(plan, rng, axes, v, ("grass", "water", "rock", "grass"))
+        scatter_trees(plan, rng, axes.moved(-span, v + 2), 2 * span, 35, int(rng.integers(4, 40)))
+    else:
+        _fill(plan, rng, axes, v, ("grass",) if kind == "grass" else ("dirt", "gravel"))
+        if rng.random() < 0.25:
+            plan_court(plan, rng, axes.moved(rng.uniform(-span, span / 2), v + rng.uniform(4, 12)))
+        scatter_trees(plan, rng, axes.moved(-span, v + 2), 2 * span, 25, int(rng.integers(0, 12)))
+
+
+def plan_wild(plan: Plan, rng: np.random.Generator, axes: Axes) -> None:
+    """Lay out a place without any lot about the origin of ``axes``."""
+    _fill(plan, rng, axes, -REACH_M, ("grass", "dirt", "asphalt", "gravel", "concrete", "water", "roof", "pavers"))
+    for _ in range(int(rng.integers(1, 4))):
+        turned = axes.facing(*(((1, 0), (0, 1)), ((0, 1), (-1, 0)), ((-1, 0), (0, -1)))[int(rng.integers(3))])
+        plan_side(plan, rng, turned.moved(0, rng.uniform(-18, 15)), rng.uniform(10, 40))
+    if rng.random() < 0.3:
+        plan_court(plan, rng, axes.moved(rng.uniform(-20, 5), rng.uniform(-15, 5)))
+    scatter_trees(plan, rng, axes.moved(-30, -30), 60, 60, int(rng.integers(0, 16)))
+
+
+def plan_road(plan: Plan, rng: np.random.Generator, axes: Axes) -> float:
+    """Lay a road along ``axes.u`` with its near kerb at v = 0; return its width."""
+    width = rng.uniform(6.5, 21)
+    asphalt = plan.asphalt if rng.random() < 0.2 else sample_material(rng, "asphalt")
+    kerb = grey(rng, 130, 225) if rng.random() < 0.7 else None
+    plan.surfaces.append(Surface(axes.rect(-REACH_M, 0, REACH_M, width), asphalt, kerb))
+    v = rng.uniform(0.4, 3.2)
+    while v < width - 0.3:
+        _lane_line(plan, rng, axes.moved(0, v))
+        if rng.random() < 0.2:
+            _lane_line(plan, rng, axes.moved(0, v + 0.35))
+        v += rng.uniform(2.8, 4.0)
+    if rng.random() < 0.45:
+        _crosswalk(plan, rng, axes.moved(rng.uniform(-25, 25), 0), width)
+    for _ in range(int(rng.integers(0, 7))):
+        x, y = axes.at(rng.uniform(-45, 45), rng.uniform(1.4, max(1.5, width - 1.4)))
+        heading = axes.angle + (math.pi if rng.random() < 0.5 else 0) + rng.normal(0, 0.03)
+        plan.vehicles.append(Vehicle(x, y, heading, sample_kind(rng, "road")))
+    for _ in range(int(rng.integers(0, 5))):
+        u, length = rng.uniform(-50, 50), rng.uniform(2, 25)
+        patch = axes.rect(u, rng.uniform(0, width * 0.6), u + length, width * rng.uniform(0.6, 1))
+        plan.gains.append(Gain(patch, 1 + rng.uniform(-0.2, 0.15), soften=0.04))
+    return width
+
+
+def plan_court(plan: Plan, rng: np.random.Generator, axes: Axes) -> None:
+    """Lay a sports court with its markings: rectangles and a circle, easily taken for stalls."""
+    width, depth = rng.uniform(13, 30), rng.uniform(7, 17)
+    plan.surfaces.append(Surface(axes.rect(-2, -2, width + 2, depth + 2), sample_material(rng, "court")))
+    plan.surfaces.append(Surface(axes.rect(0, 0, width, depth), sample_material(rng, "court")))
+    thick, colour = rng.uniform(0.06, 0.14), int(rng.choice([1, 3]))
+    corners = [(0, 0), (width, 0), (width, depth), (0, depth), (0, 0)]
+    for start, end in itertools.pairwise(corners):
+        plan.line(axes.at(*start), axes.at(*end), thick, colour, 0.9)
+    for share in (0.22, 0.5, 0.78):
+        plan.line(axes.at(width * share, 0), axes.at(width * share, depth), thick, colour, 0.9)
+    for share in (0.14, 0.5, 0.86)[: int(rng.integers(1, 4))]:
+        plan.line(axes.at(0, depth * share), axes.at(width, depth * share), thick, colour, 0.9)
+    ring = [(width / 2 + 1.8 * math.cos(t), depth / 2 + 1.8 * math.sin(t)) for t in np.linspace(0, 2 * math.pi, 17)]
+    for start, end in itertools.pairwise(ring):
+        plan.line(axes.at(*start), axes.at(*end), thick, colour, 0.9)
+
+
+def scatter_trees(plan: Plan, rng: np.random.Generator, axes: Axes, width: float, depth: float, count: int) -> None:
+    """Put trees and bushes anywhere in [0, width] x [0, depth]."""
+    for _ in range(count):
+        x, y = axes.at(rng.uniform(0, width), rng.uniform(0, depth))
+        radius = rng.uniform(0.6, 4.6)
+        plan.trees.append(Tree(x, y, radius, float(np.clip(radius * rng.uniform(1.6, 2.8), 1, 14))))
+
+
+def _border(plan: Plan, rng: np.random.Generator, axes: Axes) -> float:
+    """Lay pavements and planted strips from v = 0 on; return where they end."""
+    v = 0.0
+    for _ in range(int(rng.integers(0, 3))):
+        width = rng.uniform(0.4, 4.0)
+        material = sample_material(rng, str(rng.choice(["grass", "concrete", "bark", "grass", "pavers", "rock"])))
+        kerb = grey(rng, 140, 228) if rng.random() < 0.5 else None
+        plan.surfaces.append(Surface(axes.rect(-REACH_M, v, REACH_M, v + width), material, kerb))
+        if material.kind in ("grass", "bark") and rng.random() < 0.5:
+            step = rng.uniform(2.5, 10)
+            for u in np.arange(-45, 45, step):
+                x, y = axes.at(float(u) + rng.normal(0, 0.5), v + width / 2 + rng.normal(0, 0.3))
+                radius = rng.uniform(0.5, 3.4)
+                plan.trees.append(Tree(x, y, radius, float(np.clip(radius * rng.uniform(1.6, 2.6), 1, 11))))
+        v += width
+    return v
+
+
+def _fill(plan: Plan, rng: np.random.Generator, axes: Axes, v: float, kinds: tuple[str, ...]) -> None:
+    material = sample_material(rng, str(rng.choice(kinds)))
+    plan.surfaces.append(Surface(axes.rect(-REACH_M, v, REACH_M, REACH_M), material))
+
+
+def _houses(plan: Plan, rng: np.random.Generator, axes: Axes) -> None:
+    u = rng.uniform(-50, -30)
+    while u < 45:
+        width = rng.uniform(8, 30)
+        if rng.random() < 0.7:
+            plan.buildings.append(
+                Building(axes.moved(u, rng.uniform(0, 3)), width, rng.uniform(8, 25), rng.uniform(3, 9))
+            )
+        u += width + rng.uniform(2, 15)
+
+
+def _lane_line(plan: Plan, rng: np.random.Generator, axes: Axes) -> None:
+    colour, width, strength = int(rng.choice([0, 1, 3, 3])), rng.uniform(0.1, 0.2), rng.uniform(0.3, 1.0)
+    if rng.random() < 0.4:
+        plan.line(axes.at(-80, 0), axes.at(80, 0), width, colour, strength)
+        return
+    period = float(rng.choice([4.5, 6.0, 9.0, 12.0]))
+    for u in np.arange(-80 + rng.uniform(0, period), 80, period):
+        plan.line(axes.at(float(u), 0), axes.at(float(u) + period * 0.4, 0), width, colour, strength)
+
+
+def _crosswalk(plan: Plan, rng: np.random.Generator, axes: Axes, width: float) -> None:
+    bar, length = rng.uniform(0.3, 0.6), rng.uniform(2, 4)
+    for v in np.arange(0.3, width, bar * 2):
+        plan.line(axes.at(0, float(v)), axes.at(length, float(v)), bar, 3, 0.9)
+    plan.line(axes.at(length + 1.5, 0.3), axes.at(length + 1.5, width / 2), 0.4, 3, 0.9)
+
+
+def plain(material: Material, polygon_axes: Axes) -> Surface:
+    """Return a surface of one material under everything within reach of the axes' origin."""
+    return Surface(polygon_axes.rect(-REACH_M, -REACH_M, REACH_M, REACH_M), material)

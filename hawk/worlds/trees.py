@@ -1,0 +1,78 @@
+"""Trees and bushes: crowns as slices at several heights."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from hawk.worlds.canvas import Bytes, Floats, as_bytes, noise
+from hawk.worlds.facets import HeightLayer, flat_layer
+from hawk.worlds.light import Sun
+from hawk.worlds.plan import Tree
+
+_SLICES = ((0.5, 1.0, 0.72), (0.75, 0.86, 0.95), (0.97, 0.58, 1.2))
+"""Height, radius and brightness of a crown's slices, as shares of the tree's."""
+
+
+def leaf_colours(rng: np.random.Generator) -> Floats:
+    """Draw the leaf colours (N, 3) BGR of a neighbourhood."""
+    base = np.array([rng.uniform(22, 60), rng.uniform(50, 105), rng.uniform(40, 100)])
+    spread = np.exp(rng.normal(0, 0.12, (5, 3))) * rng.uniform(0.75, 1.3, (5, 1))
+    colours: Floats = np.clip(base * spread, 8, 190).astype(np.float32)
+    if rng.random() < 0.2:  # autumn
+        colours[:2] = np.clip(np.array([45, 95, 150]) * rng.uniform(0.6, 1.2), 8, 210)
+    return colours
+
+
+def draw_tree(
+    rng: np.random.Generator, tree: Tree, leaves: Floats, sun: Sun, metres_per_pixel: float
+) -> tuple[list[HeightLayer], Bytes]:
+    """Return a crown's slices, lowest first, and the alpha of the whole crown (a square 2 x radius wide)."""
+    size = max(6, round(2 * tree.radius / metres_per_pixel))
+    crown = _crown(rng, size)
+    relief = noise(rng, size, size, [size / 5, 0.35 / metres_per_pixel, 0.15 / metres_per_pixel], [0.25, 0.25, 0.2])
+    colour = leaves[int(rng.integers(len(leaves)))]
+    layers = []
+    for height, share, bright in _SLICES if tree.height > 1.6 else _SLICES[1:2]:
+        alpha = crown if share == 1.0 else _shrunk(rng, crown, share)
+        pixels = _leafage(alpha, relief, colour * np.float32(bright), sun, metres_per_pixel)
+        layers.append(flat_layer(pixels, (tree.x, tree.y), 0.0, (2 * tree.radius,) * 2, tree.height * height, "tree"))
+    return layers, crown
+
+
+def _crown(rng: np.random.Generator, size: int) -> Bytes:
+    """Return the alpha of a crown: a ragged heap of leaf clumps."""
+    alpha = np.zeros((size, size), np.uint8)
+    middle, reach = size / 2, size / 2
+    count = int(np.clip(size / 2, 10, 34))
+    angles, away = rng.uniform(0, 2 * np.pi, count), np.sqrt(rng.uniform(0, 1, count)) * 0.72
+    radii = reach * rng.uniform(0.12, 0.34, count) * (1.15 - 0.6 * away)
+    away = np.minimum(away * reach, reach - radii)
+    places = np.stack([middle + away * np.cos(angles), middle + away * np.sin(angles)], 1)
+    for (x, y), radius in zip(places, radii, strict=True):
+        cv2.circle(alpha, (int(x * 16), int(y * 16)), int(max(1.0, radius) * 16), 255, -1, cv2.LINE_AA, 4)
+    cv2.circle(alpha, (int(middle), int(middle)), max(1, int(reach * 0.45)), 255, -1, cv2.LINE_AA)
+    holes = noise(rng, size, size, [max(2.0, size / 12), max(1.5, size / 24)], [0.5, 0.5])
+    edge = cv2.blur(alpha, (max(3, size // 8) | 1,) * 2).astype(np.float32) / 255
+    ragged: Bytes = np.where((alpha > 127) & (holes < 0.6 + 2.2 * (edge - 0.45)), 255, 0).astype(np.uint8)
+    return ragged
+
+
+def _shrunk(rng: np.random.Generator, crown: Bytes, share: float) -> Bytes:
+    size = crown.shape[0]
+    shift = (1 - share) * size / 2
+    jitter = rng.normal(0, 0.02 * size, 2)
+    move = np.array([[share, 0, shift + jitter[0]], [0, share, shift + jitter[1]]])
+    return as_bytes(cv2.warpAffine(crown, move, (size, size), flags=cv2.INTER_LINEAR))
+
+
+def _leafage(alpha: Bytes, relief: Floats, colour: Floats, sun: Sun, metres_per_pixel: float) -> Bytes:
+    """Colour a slice: leaves catch the light on the sun's side."""
+    height = cv2.GaussianBlur(alpha.astype(np.float32) / 255, (0, 0), max(0.8, 0.5 / metres_per_pixel)) * 2 + relief
+    slope_x, slope_y = cv2.Sobel(height, cv2.CV_32F, 1, 0), cv2.Sobel(height, cv2.CV_32F, 0, 1)
+    norm = float(np.hypot(*sun.shadow)) + 1e-6
+    facing = (slope_x * sun.shadow[0] + slope_y * sun.shadow[1]) / norm
+    light = np.clip(1 + 0.45 * facing + 0.35 * relief, 0.3, 2.0)
+    picture = np.clip(light[..., None] * colour, 0, 255).astype(np.uint8)
+    pixels: Bytes = np.dstack([picture, alpha])
+    return pixels
