@@ -1,4 +1,4 @@
-"""How fast the daemon is, over the last minute: what /api/performance, the page's Flight tab and the benchmarks show."""
+"""How fast the daemon is, over the last minute: what /api/performance and the benchmarks show."""
 
 from __future__ import annotations
 

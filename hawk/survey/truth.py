@@ -1,0 +1,134 @@
+"""What a world really holds, in the frame of the survey that is compared with it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pymap3d
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, ValidationError
+from shapely.geometry import Polygon
+from shapely.ops import unary_union
+
+from hawk.model import GlobalPose, StallState
+
+
+class TruthError(ValueError):
+    """A truth file that cannot be used; the text names the field."""
+
+
+class _TrueStall(BaseModel):
+    model_config = ConfigDict(extra="ignore")
+    corners_m: list[tuple[float, float]]
+    state: str
+    hidden: bool = False
+
+
+class _Origin(BaseModel):
+    latitude: float
+    longitude: float
+
+
+class _TruthFile(BaseModel):
+    model_config = ConfigDict(extra="ignore")
+    stalls: list[_TrueStall]
+    lots_m: list[list[tuple[float, float]]]
+    origin: _Origin | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """Stalls and lots of a world. Places are (N, 2) metres of (x east, y south) of its picture's upper left corner.
+
+    ``states`` holds None where nobody can tell (a cut or half covered stall). ``origin`` is the WGS-84 place of
+    the corner, None when it is not known.
+    """
+
+    stalls: tuple[NDArray[np.float64], ...]
+    states: tuple[StallState | None, ...]
+    hidden: tuple[bool, ...]
+    lots: tuple[NDArray[np.float64], ...]
+    origin: GlobalPose | None
+
+    @property
+    def free(self) -> int:
+        """Stalls that are free."""
+        return self.states.count(StallState.FREE)
+
+    def to_world(self, points: NDArray[np.float64], datum: GlobalPose) -> NDArray[np.float64]:
+        """Return (N, 2) of map coordinates (north, east about ``datum``) as (x, y) of the world, metres.
+
+        Raises TruthError when the truth has no origin.
+        """
+        north, east = self._datum_offset(datum)
+        return np.column_stack((points[:, 1] + east, -(points[:, 0] + north)))
+
+    def fence(self, margin_m: float) -> dict[str, Any]:
+        """Return a GeoJSON polygon (WGS-84) that runs ``margin_m`` metres around all lots together."""
+        area = unary_union([Polygon(lot).buffer(0) for lot in self.lots]).buffer(margin_m, join_style="mitre")
+        outer = area if area.geom_type == "Polygon" else area.convex_hull
+        ring = np.asarray(outer.simplify(0.5).exterior.coords)
+        origin = self._require_origin()
+        latitude, longitude, _ = pymap3d.ned2geodetic(
+            -ring[:, 1], ring[:, 0], 0.0, origin.latitude, origin.longitude, 0.0
+        )
+        coordinates = [[float(lon), float(lat)] for lat, lon in zip(latitude, longitude, strict=True)]
+        return {"type": "Feature", "properties": {}, "geometry": {"type": "Polygon", "coordinates": [coordinates]}}
+
+    def _datum_offset(self, datum: GlobalPose) -> tuple[float, float]:
+        origin = self._require_origin()
+        north, east, _ = pymap3d.geodetic2ned(
+            datum.latitude, datum.longitude, 0.0, origin.latitude, origin.longitude, 0.0
+        )
+        return float(north), float(east)
+
+    def _require_origin(self) -> GlobalPose:
+        if self.origin is None:
+            raise TruthError("origin: the truth does not say where on Earth its picture lies")
+        return self.origin
+
+
+def parse_truth(values: Mapping[str, Any], origin: GlobalPose | None = None) -> Truth:
+    """Return the truth that a JSON object holds (``stalls`` with ``corners_m`` and ``state``, ``lots_m``, ``origin``).
+
+    ``origin`` stands in where the object has none. Raises TruthError naming the field.
+    """
+    try:
+        found = _TruthFile.model_validate(values)
+    except ValidationError as error:
+        problem = error.errors(include_url=False)[0]
+        raise TruthError(f"{'.'.join(map(str, problem['loc']))}: {problem['msg']}") from None
+    for number, stall in enumerate(found.stalls):
+        if len(stall.corners_m) != 4:
+            raise TruthError(f"stalls.{number}.corners_m: a stall has 4 corners, not {len(stall.corners_m)}")
+    place = GlobalPose(found.origin.latitude, found.origin.longitude, 0.0) if found.origin else origin
+    return Truth(
+        stalls=tuple(np.asarray(stall.corners_m, float) for stall in found.stalls),
+        states=tuple(_state(stall.state) for stall in found.stalls),
+        hidden=tuple(stall.hidden for stall in found.stalls),
+        lots=tuple(np.asarray(lot, float) for lot in found.lots_m if len(lot) >= 3),
+        origin=place,
+    )
+
+
+def read_truth(path: Path, origin: GlobalPose | None = None) -> Truth:
+    """Return the truth in a file. Raises TruthError naming file and field."""
+    try:
+        values = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise TruthError(f"{path}: {error}") from error
+    if not isinstance(values, dict):
+        raise TruthError(f"{path}: must hold one JSON object")
+    try:
+        return parse_truth(values, origin)
+    except TruthError as error:
+        raise TruthError(f"{path}: {error}") from None
+
+
+def _state(text: str) -> StallState | None:
+    return {"free": StallState.FREE, "taken": StallState.TAKEN}.get(text)
