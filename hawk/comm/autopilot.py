@@ -1,0 +1,329 @@
+"""The autopilot by MAVSDK: what `hawk.comm.vehicle.Autopilot` promises. Secret: which thread does what.
+
+MAVSDK's calls block, so that they run on threads that only this module uses: commands, Kill alone, the link, targets.
+What the autopilot says comes in on MAVSDK's own threads and is handled on the loop, in order.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import math
+import time
+from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, TypeVar
+
+from hawk.comm import commands
+from hawk.comm.clock import Clock
+from hawk.comm.frames import place_at
+from hawk.comm.inbox import Inbox
+from hawk.comm.latest_sender import LatestSender
+from hawk.comm.mavlink_link import MavsdkLink, Message
+from hawk.comm.parameters import Parameters
+from hawk.comm.pose_buffer import wrap_angle
+from hawk.comm.rates import RateKeeper, wanted_streams
+from hawk.comm.telemetry import Telemetry
+from hawk.comm.vehicle import AutopilotError, VehicleTopics
+from hawk.config import AutopilotSettings
+from hawk.model import ArmPlace, CopterMode, Fence, GlobalPose, VehiclePose
+
+_LOG = logging.getLogger(__name__)
+T = TypeVar("T")
+
+_FIND_S = 0.5
+_WATCH_S = 0.2
+_REOPEN_S = 5.0
+_CLOSE_S = 5.0
+_WORDS_BEFORE_S = 1.0
+_WORDS_AFTER_S = 0.3
+_FENCE_CEILING_AND_POLYGON = 1 | 4  # FENCE_TYPE bits
+_FENCE_RTL_OR_LAND = 1  # FENCE_ACTION
+_CRITICAL = 2  # MAV_SEVERITY_CRITICAL
+_COMMAND_ACK_KILL = int(commands.MavCommand.DO_FLIGHTTERMINATION)
+_HEARTBEAT = {
+    "type": 6,  # MAV_TYPE_GCS
+    "autopilot": 8,  # MAV_AUTOPILOT_INVALID
+    "base_mode": 0,
+    "custom_mode": 0,
+    "system_status": 4,  # MAV_STATE_ACTIVE
+    "mavlink_version": 3,
+}
+
+
+class MavsdkAutopilot:
+    """The real autopilot. Make it, `restore_arm_place` and `set_datum` if there is something kept, then `start`."""
+
+    def __init__(
+        self,
+        settings: AutopilotSettings,
+        clock: Clock,
+        topics: VehicleTopics,
+        wall: Callable[[], float] = time.time,
+    ) -> None:
+        self.topics = topics
+        self._settings = settings
+        self._clock = clock
+        self._rates = RateKeeper(wanted_streams(settings.position_rate_hz))
+        self._inbox: Inbox[Message] | None = None
+        self._link = MavsdkLink(settings.url, settings.system_id, clock, self._receive)
+        self._telemetry = Telemetry(clock, topics, self._rates, self._link.sensor_health, wall)
+        self._telemetry.on_reboot = self._on_reboot
+        self._commands = ThreadPoolExecutor(2, "autopilot-command")
+        self._kills = ThreadPoolExecutor(1, "autopilot-kill")
+        self._links = ThreadPoolExecutor(1, "autopilot-link")
+        self._targets: LatestSender[Mapping[str, Any]] = LatestSender("autopilot-target", self._send_target_message)
+        self._parameters = Parameters(self._send_message)
+        self._rtl_in_metres: bool | None = None
+        self._tasks: list[asyncio.Task[None]] = []
+        self._problem = ""
+
+    # --- life ------------------------------------------------------------------------------------------------------
+
+    async def start(self) -> None:
+        """Open the link and look for the autopilot without end; returns at once."""
+        loop = asyncio.get_running_loop()
+        self._inbox = Inbox(loop, self._handle)
+        await loop.run_in_executor(self._kills, lambda: None)  # its thread exists before it is needed
+        self._telemetry.check_link(self._clock())
+        self.topics.state.publish(self.topics.state.value or self._telemetry.state)
+        self._tasks = [
+            asyncio.create_task(self._keep_link(), name="autopilot-link"),
+            asyncio.create_task(self._watch(), name="autopilot-watch"),
+        ]
+
+    async def close(self) -> None:
+        """End tasks, MAVSDK and threads; takes no longer than a few seconds whatever hangs."""
+        for task in self._tasks:
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+        self._tasks = []
+        if self._inbox is not None:
+            self._inbox.close()
+        loop = asyncio.get_running_loop()
+        self._targets.close()
+        self._commands.shutdown(wait=False, cancel_futures=True)
+        self._kills.shutdown(wait=False, cancel_futures=True)
+        try:
+            await asyncio.wait_for(loop.run_in_executor(self._links, self._close_link), _CLOSE_S)
+        except TimeoutError:
+            _LOG.warning("MAVSDK did not end within %.0f s", _CLOSE_S)
+        self._links.shutdown(wait=False, cancel_futures=True)
+
+    @property
+    def problem(self) -> str:
+        """Why the link cannot be opened, in words; empty when it is open."""
+        return self._problem
+
+    # --- commands --------------------------------------------------------------------------------------------------
+
+    async def arm(self) -> None:
+        """Arm. Raises AutopilotError with the autopilot's own words."""
+        await self._command(commands.arm)
+
+    async def disarm(self) -> None:
+        """Disarm; refused by the autopilot in the air."""
+        await self._command(commands.disarm)
+
+    async def set_mode(self, mode: CopterMode) -> None:
+        """Ask for a flight mode by DO_SET_MODE."""
+        await self._command(commands.set_mode, mode)
+
+    async def takeoff(self, relative_altitude: float) -> None:
+        """Climb to metres above the arm place; armed and in GUIDED only."""
+        await self._command(commands.takeoff, relative_altitude)
+
+    async def kill(self) -> None:
+        """Send one flight termination at once. Tried also on a link that seems dead; a refusal shows as a message."""
+        loop = asyncio.get_running_loop()
+        await loop.run_in_executor(self._kills, commands.kill, self._link)
+
+    def send_target(self, north: float, east: float, height: float, yaw: float) -> None:
+        """Send one position target (map frame, metres above the arm place, radians). Never blocks, never repeats."""
+        if not all(math.isfinite(value) for value in (north, east, height, yaw)):
+            raise AutopilotError(f"Target {north}, {east}, {height}, {yaw} is not finite: not sent")
+        frames = self._telemetry.frames
+        if frames is None:
+            raise AutopilotError("No arm place yet: there is no map to fly on")
+        self._require_link()
+        place = frames.ekf(north, east, height)
+        self._targets.put(commands.position_target(self._telemetry.boot_ms, place, wrap_angle(yaw)))
+
+    # --- parameters and fence --------------------------------------------------------------------------------------
+
+    async def get_parameter(self, name: str) -> float | int:
+        """Read one parameter. Raises AutopilotError for a name that the autopilot does not have."""
+        self._require_link()
+        return await self._parameters.get(name)
+
+    async def read_parameters(self, names: Iterable[str]) -> Mapping[str, float | int | None]:
+        """Read parameters side by side; None for those that the autopilot does not have."""
+        self._require_link()
+        return await self._parameters.read_many(names)
+
+    async def set_parameter(self, name: str, value: float) -> None:
+        """Set one parameter with the type that the autopilot gave it, and read it back."""
+        self._require_link()
+        await self._parameters.set(name, value)
+
+    @property
+    def parameters(self) -> Mapping[str, float | int]:
+        """Parameters read since the autopilot booted."""
+        return self._parameters.values
+
+    async def set_rtl_altitude(self, metres: float) -> float:
+        """Set RTL_ALT_M (metres), or RTL_ALT (centimetres) where only that exists; return what is read back, metres."""
+        if not (math.isfinite(metres) and metres > 0):
+            raise AutopilotError(f"Return altitude is {metres} m: it must be above 0")
+        self._require_link()
+        if self._rtl_in_metres is None:
+            found = await self._parameters.read_many(["RTL_ALT_M", "RTL_ALT"])
+            if found["RTL_ALT_M"] is None and found["RTL_ALT"] is None:
+                raise AutopilotError("Neither RTL_ALT_M nor RTL_ALT is answered: the return altitude cannot be set")
+            self._rtl_in_metres = found["RTL_ALT_M"] is not None
+        if self._rtl_in_metres:
+            await self._parameters.set("RTL_ALT_M", metres)
+            return float(await self._parameters.get("RTL_ALT_M"))
+        await self._parameters.set("RTL_ALT", round(metres * 100))
+        return await self._parameters.get("RTL_ALT") / 100.0
+
+    async def upload_fence(self, fence: Fence) -> None:
+        """Upload `Fence.autopilot_polygon` (about `fence_origin`), set ceiling, type and action, and enable it."""
+        self._require_link()
+        origin = self.fence_origin
+        if origin is None:
+            raise AutopilotError("The drone does not know where it is yet: the fence cannot be placed")
+        if len(fence.autopilot_polygon) < 3:
+            raise AutopilotError("A fence needs at least 3 corners")
+        places = [place_at(north, east, origin) for north, east in fence.autopilot_polygon]
+        polygon = [(place.latitude, place.longitude) for place in places]
+        if not all(math.isfinite(value) for corner in polygon for value in corner):
+            raise AutopilotError("A corner of the fence is not finite: not sent")
+        loop = asyncio.get_running_loop()
+        await loop.run_in_executor(self._commands, self._link.upload_fence, polygon)
+        await self._parameters.set("FENCE_ALT_MAX", fence.autopilot_ceiling)
+        await self._parameters.set("FENCE_TYPE", _FENCE_CEILING_AND_POLYGON)
+        if await self._parameters.get("FENCE_ACTION") == 0:
+            await self._parameters.set("FENCE_ACTION", _FENCE_RTL_OR_LAND)
+        await self._parameters.set("FENCE_ENABLE", 1)
+
+    # --- frames ----------------------------------------------------------------------------------------------------
+
+    def pose_at(self, time: float) -> VehiclePose | None:
+        """Return the pose interpolated to that moment, None when no sample is within 0.3 s."""
+        return self._telemetry.pose_at(time)
+
+    def set_datum(self, datum: GlobalPose | None) -> None:
+        """Lay the map frame's origin; None: the next arm place becomes it."""
+        self._telemetry.set_datum(datum)
+
+    @property
+    def datum(self) -> GlobalPose | None:
+        """Origin of the map frame."""
+        return self._telemetry.datum
+
+    @property
+    def fence_origin(self) -> GlobalPose | None:
+        """Origin of a fence's coordinates: the datum, before there is one where the drone stands (to within 10 m)."""
+        return self._telemetry.fence_origin
+
+    def restore_arm_place(self, place: ArmPlace) -> None:
+        """Take up the arm place of an earlier run of the daemon (ignored when the autopilot has booted since)."""
+        self._telemetry.restore_arm_place(place)
+
+    # --- inside ----------------------------------------------------------------------------------------------------
+
+    def _receive(self, message: Message) -> None:
+        inbox = self._inbox
+        if inbox is not None:
+            inbox.put(message)
+
+    def _handle(self, message: Message) -> None:
+        if message.name == "PARAM_VALUE":
+            self._parameters.take(message.fields)
+        elif message.name == "COMMAND_ACK":
+            self._check_kill(message.fields)
+        else:
+            self._telemetry.handle(message)
+
+    def _check_kill(self, fields: Mapping[str, Any]) -> None:
+        if fields.get("command") == _COMMAND_ACK_KILL and fields.get("result") != commands.MavResult.ACCEPTED:
+            self._telemetry.say(_CRITICAL, f"Kill refused by the autopilot (result {fields.get('result')})")
+
+    def _on_reboot(self) -> None:
+        self._parameters.forget()
+        self._rtl_in_metres = None
+        self._targets.clear()
+
+    async def _command(self, function: Callable[..., T], *arguments: Any) -> T:
+        self._require_link()
+        since = self._clock() - _WORDS_BEFORE_S * self._clock.speed
+        loop = asyncio.get_running_loop()
+        try:
+            return await loop.run_in_executor(self._commands, function, self._link, *arguments)
+        except commands.CommandRefusedError as error:
+            words = await self._words(since)
+            raise AutopilotError(words or str(error)) from error
+
+    async def _words(self, since: float) -> str | None:
+        """Return the autopilot's reason: STATUSTEXT may be handled a moment after the acknowledgement."""
+        words = self._telemetry.reason_since(since)
+        if words is None:
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(self.topics.status_text.next(), _WORDS_AFTER_S)
+            words = self._telemetry.reason_since(since)
+        return words
+
+    def _require_link(self) -> None:
+        if not self._telemetry.connected:
+            raise AutopilotError("No link to the autopilot")
+
+    async def _send_message(self, name: str, fields: Mapping[str, Any]) -> None:
+        loop = asyncio.get_running_loop()
+        await loop.run_in_executor(self._commands, self._link.send, name, fields)
+
+    def _send_target_message(self, fields: Mapping[str, Any]) -> None:
+        self._link.send("SET_POSITION_TARGET_LOCAL_NED", fields)
+
+    async def _keep_link(self) -> None:
+        """Open, find, and open again after 5 s of silence, without end."""
+        loop = asyncio.get_running_loop()
+        while True:
+            try:
+                await loop.run_in_executor(self._links, self._link.open)
+                self._problem = ""
+                if not self._link.found:
+                    await loop.run_in_executor(self._links, self._link.find, _FIND_S)
+                elif self._telemetry.silence(self._clock()) > _REOPEN_S * self._clock.speed:
+                    await loop.run_in_executor(self._links, self._link.reopen)
+                    await asyncio.sleep(_REOPEN_S)
+                await asyncio.sleep(_WATCH_S)
+            except AutopilotError as error:
+                if str(error) != self._problem:
+                    _LOG.warning("%s; trying again", error)
+                self._problem = str(error)
+                await asyncio.sleep(self._settings.connect_timeout_s)
+
+    async def _watch(self) -> None:
+        """Notice silence, ask for rates that are missing, and keep a fast simulation's failsafe quiet."""
+        loop = asyncio.get_running_loop()
+        beat = 0.0
+        while True:
+            now = self._clock()
+            if self._link.found and self._telemetry.check_link(now):
+                try:
+                    for stream in self._rates.due(now):
+                        await loop.run_in_executor(self._commands, commands.ask_rate, self._link, stream)
+                    # MAVSDK's heartbeat is once a real second: too seldom for an autopilot of N seconds a second
+                    if self._clock.speed > 1 and now - beat >= 1.0:
+                        beat = now
+                        await self._send_message("HEARTBEAT", _HEARTBEAT)
+                except AutopilotError as error:
+                    _LOG.info("%s", error)
+            elif self._link.found:
+                self._targets.clear()
+            await asyncio.sleep(_WATCH_S / max(1.0, self._clock.speed))
+
+    def _close_link(self) -> None:
+        self._link.close()

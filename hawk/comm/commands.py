@@ -1,0 +1,104 @@
+"""Commands to the autopilot as MAVLink asks for them. Every function may block for the acknowledgement (2 s).
+
+Commands go out by `Link.command` rather than by MAVSDK's Action plugin: that one changes the flight mode on its own
+before arming, and hides the acknowledgement's result.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import IntEnum
+
+from hawk.comm.mavlink_link import Link, command_fields, require_finite
+from hawk.comm.rates import Stream
+from hawk.comm.vehicle import AutopilotError
+from hawk.model import CopterMode, mode_name
+
+
+class MavCommand(IntEnum):
+    """MAV_CMD numbers (MAVLink common.xml)."""
+
+    NAV_TAKEOFF = 22
+    DO_SET_MODE = 176
+    DO_FLIGHTTERMINATION = 185
+    COMPONENT_ARM_DISARM = 400
+    SET_MESSAGE_INTERVAL = 511
+
+
+class MavResult(IntEnum):
+    """MAV_RESULT numbers (MAVLink common.xml)."""
+
+    ACCEPTED = 0
+    TEMPORARILY_REJECTED = 1
+    DENIED = 2
+    UNSUPPORTED = 3
+    FAILED = 4
+    IN_PROGRESS = 5
+    CANCELLED = 6
+
+
+class CommandRefusedError(AutopilotError):
+    """The autopilot's acknowledgement was not ACCEPTED; its reason comes as STATUSTEXT beside it."""
+
+
+_RESULTS = frozenset(int(result) for result in MavResult)
+_CUSTOM_MODE_ENABLED = 1  # MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+_LOCAL_NED = 1  # MAV_FRAME_LOCAL_NED
+_POSITION_AND_YAW = 2552
+"""POSITION_TARGET_TYPEMASK: velocity, acceleration and yaw rate are ignored."""
+
+
+def arm(link: Link) -> None:
+    """Arm, with all of the autopilot's checks."""
+    _command(link, "Arm", MavCommand.COMPONENT_ARM_DISARM, 1)
+
+
+def disarm(link: Link) -> None:
+    """Disarm; refused in the air (never forced)."""
+    _command(link, "Disarm", MavCommand.COMPONENT_ARM_DISARM, 0)
+
+
+def set_mode(link: Link, mode: CopterMode) -> None:
+    """Ask for a flight mode."""
+    _command(link, f"Mode {mode_name(mode)}", MavCommand.DO_SET_MODE, _CUSTOM_MODE_ENABLED, mode)
+
+
+def takeoff(link: Link, relative_altitude: float) -> None:
+    """Climb to metres above home. The autopilot takes it armed and in GUIDED only."""
+    if not (math.isfinite(relative_altitude) and relative_altitude > 0):
+        raise AutopilotError(f"Takeoff height is {relative_altitude} m: it must be above 0")
+    _command(link, "Takeoff", MavCommand.NAV_TAKEOFF, 0, 0, 0, 0, 0, 0, relative_altitude)
+
+
+def kill(link: Link) -> None:
+    """Send one flight termination and do not wait for the answer: whoever kills repeats it until disarmed is seen."""
+    link.send("COMMAND_LONG", command_fields(MavCommand.DO_FLIGHTTERMINATION, [1]))
+
+
+def ask_rate(link: Link, stream: Stream) -> None:
+    """Ask for a message's rate and do not wait: that it comes is the answer."""
+    parameters = [stream.message_id, stream.interval_us]
+    link.send("COMMAND_LONG", command_fields(MavCommand.SET_MESSAGE_INTERVAL, parameters))
+
+
+def position_target(boot_ms: int, place: tuple[float, float, float], yaw: float) -> dict[str, float | int]:
+    """Return the fields of a SET_POSITION_TARGET_LOCAL_NED (EKF-local, metres, radians). Finite or AutopilotError."""
+    x, y, z = place
+    fields: dict[str, float | int] = {
+        "time_boot_ms": boot_ms,
+        "coordinate_frame": _LOCAL_NED,
+        "type_mask": _POSITION_AND_YAW,
+        "x": x,
+        "y": y,
+        "z": z,
+        "yaw": yaw,
+    }
+    require_finite(fields)
+    return fields
+
+
+def _command(link: Link, what: str, command: MavCommand, *parameters: float) -> None:
+    result = link.command(command, [float(value) for value in parameters])
+    if result != MavResult.ACCEPTED:
+        name = MavResult(result).name if result in _RESULTS else str(result)
+        raise CommandRefusedError(f"{what} refused: {name.replace('_', ' ').lower()}")

@@ -1,0 +1,252 @@
+"""The MAVLink link to one autopilot. Secret: MAVSDK's native binding, its threads and its failures.
+
+Messages go in and out by MAVSDK's ``mavlink_direct`` plugin, which keeps what its other plugins drop: time stamps,
+``custom_mode`` and the acknowledgement's own result. Every call of `MavsdkLink` may block and belongs on a thread;
+`on_message` is called on MAVSDK's thread.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import math
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from mavsdk.exceptions import MavsdkError
+from mavsdk.logging import LogLevel, log_subscribe, log_unsubscribe
+from mavsdk.mavsdk import Configuration, Mavsdk
+from mavsdk.plugins.geofence import FenceType, Geofence, GeofenceData, Point, Polygon
+from mavsdk.plugins.mavlink_direct import MavlinkDirect, MavlinkMessage
+from mavsdk.plugins.telemetry import Telemetry
+
+from hawk.comm.vehicle import AutopilotError
+
+_LOG = logging.getLogger("hawk.comm.mavsdk")
+_LEVELS = {
+    LogLevel.DEBUG: logging.DEBUG,
+    LogLevel.INFO: logging.INFO,
+    LogLevel.WARN: logging.WARNING,
+    LogLevel.ERROR: logging.ERROR,
+}
+
+GROUND_STATION_COMPONENT = 190
+"""MAV_COMP_ID_MISSIONPLANNER: what ground stations call themselves."""
+AUTOPILOT_COMPONENT = 1
+"""MAV_COMP_ID_AUTOPILOT1."""
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """A MAVLink message of the autopilot: ``fields`` by name (None for NaN), ``arrival`` in seconds of our clock."""
+
+    name: str
+    fields: Mapping[str, Any]
+    arrival: float
+
+
+@dataclass(frozen=True, slots=True)
+class SensorHealth:
+    """MAVSDK's summary of SYS_STATUS."""
+
+    all_ok: bool = False
+    armable: bool = False
+    global_position_ok: bool = False
+    home_position_ok: bool = False
+
+
+class Link(Protocol):
+    """What commands and parameters need of a link. Every method may block, except where it says otherwise."""
+
+    def send(self, name: str, fields: Mapping[str, Any]) -> None:
+        """Send one message to the autopilot and do not wait. Raises AutopilotError when it did not get out."""
+        ...
+
+    def command(self, command: int, parameters: Sequence[float] = ()) -> int:
+        """Send a COMMAND_LONG, wait for its acknowledgement and return its MAV_RESULT. Raises AutopilotError."""
+        ...
+
+    def upload_fence(self, polygon: Sequence[tuple[float, float]]) -> None:
+        """Upload an inclusion polygon of (latitude, longitude). Raises AutopilotError."""
+        ...
+
+
+def require_finite(values: Mapping[str, Any]) -> None:
+    """Raise AutopilotError naming the field that is not finite: a NaN in a set-point crashes ArduCopter."""
+    for name, value in values.items():
+        if isinstance(value, float) and not math.isfinite(value):
+            raise AutopilotError(f"{name} is {value}: not sent")
+
+
+def command_fields(command: int, parameters: Sequence[float]) -> dict[str, Any]:
+    """Return the fields of a COMMAND_LONG; what is not given is zero, never NaN. The link adds the target system."""
+    padded = [float(value) for value in parameters] + [0.0] * (7 - len(parameters))
+    fields: dict[str, Any] = {f"param{index}": value for index, value in enumerate(padded, start=1)}
+    return fields | {"command": command, "confirmation": 0}
+
+
+class MavsdkLink:
+    """One MAVSDK instance with one connection, found again however often it goes away."""
+
+    def __init__(
+        self, url: str, system_id: int, clock: Callable[[], float], on_message: Callable[[Message], None]
+    ) -> None:
+        self._url = url
+        self._system_id = system_id
+        self._clock = clock
+        self._on_message = on_message
+        self._lock = threading.Lock()
+        self._mavsdk: Mavsdk | None = None
+        self._connection: Any = None
+        self._system: Any = None
+        self._direct: MavlinkDirect | None = None
+        self._geofence: Geofence | None = None
+        self._telemetry: Telemetry | None = None
+        self._closed = False
+
+    @property
+    def found(self) -> bool:
+        """Whether an autopilot was ever found on the link."""
+        return self._direct is not None
+
+    def open(self) -> None:
+        """Start MAVSDK and open the connection. Raises AutopilotError with the URL when it cannot be opened."""
+        with self._lock:
+            if self._closed or self._connection is not None:
+                return
+            if self._mavsdk is None:
+                log_subscribe(_log)
+                configuration = Configuration.create_manual(self._system_id, GROUND_STATION_COMPONENT, True)
+                self._mavsdk = Mavsdk(configuration)
+                configuration.destroy()
+            try:
+                self._connection = self._mavsdk.add_any_connection_with_handle(self._url)
+            except MavsdkError as error:
+                raise AutopilotError(f"autopilot.url {self._url!r} cannot be opened: {error}") from error
+
+    def find(self, timeout_s: float) -> bool:
+        """Wait so long for the first heartbeat of an autopilot; subscribe to it when it comes."""
+        mavsdk = self._mavsdk
+        if mavsdk is None or self._closed:
+            return False
+        system = mavsdk.first_autopilot(timeout_s)
+        if system is None:
+            return False
+        with self._lock:
+            if self._closed or self._direct is not None:
+                return self._direct is not None
+            self._system = system
+            self._telemetry = Telemetry(system)
+            self._geofence = Geofence(system)
+            direct = MavlinkDirect(system)
+            direct.subscribe_message("", self._receive)
+            self._direct = direct
+        return True
+
+    def reopen(self) -> None:
+        """Remove the connection and add it again: MAVSDK's subscriptions survive it."""
+        with self._lock:
+            if self._mavsdk is not None and self._connection is not None:
+                self._mavsdk.remove_connection(self._connection)
+                self._connection = None
+        self.open()
+
+    def close(self) -> None:
+        """End MAVSDK and its threads. Idempotent."""
+        with self._lock:
+            self._closed = True
+            mavsdk, self._mavsdk = self._mavsdk, None
+            self._direct = self._geofence = self._telemetry = self._system = self._connection = None
+        if mavsdk is not None:
+            mavsdk.destroy()
+            log_unsubscribe()
+
+    def send(self, name: str, fields: Mapping[str, Any]) -> None:
+        """Send one message and do not wait (0.2 ms over UDP). Raises AutopilotError when it did not get out."""
+        require_finite(fields)
+        direct, target = self._target()
+        try:
+            direct.send_message(_message(name, fields, target))
+        except (MavsdkError, RuntimeError) as error:
+            raise AutopilotError(f"{name} was not sent: {_words(error)}") from error
+
+    def command(self, command: int, parameters: Sequence[float] = ()) -> int:
+        """Send a COMMAND_LONG, wait for its acknowledgement (2 s at most) and return its MAV_RESULT."""
+        direct, target = self._target()
+        fields = command_fields(command, parameters)
+        require_finite(fields)
+        try:
+            answer = direct.send_command(_message("COMMAND_LONG", fields, target))
+            return int(json.loads(answer.fields_json)["result"])
+        except (MavsdkError, RuntimeError) as error:
+            raise AutopilotError(f"The autopilot did not answer: {_words(error)}") from error
+        except (ValueError, KeyError) as error:
+            raise AutopilotError(f"The autopilot's answer cannot be read: {error}") from error
+
+    def upload_fence(self, polygon: Sequence[tuple[float, float]]) -> None:
+        """Upload an inclusion polygon of (latitude, longitude) in place of what was there."""
+        geofence = self._geofence
+        if geofence is None:
+            raise AutopilotError("No autopilot found yet")
+        points = [Point(latitude, longitude) for latitude, longitude in polygon]
+        try:
+            geofence.upload_geofence(GeofenceData([Polygon(points, FenceType.INCLUSION)], []))
+        except (MavsdkError, RuntimeError) as error:
+            raise AutopilotError(f"The fence was not taken: {_words(error)}") from error
+
+    def sensor_health(self) -> SensorHealth:
+        """Return MAVSDK's cached summary. Does not block."""
+        telemetry = self._telemetry
+        if telemetry is None:
+            return SensorHealth()
+        try:
+            health = telemetry.health()
+            return SensorHealth(
+                all_ok=bool(telemetry.health_all_ok()),
+                armable=bool(health.is_armable),
+                global_position_ok=bool(health.is_global_position_ok),
+                home_position_ok=bool(health.is_home_position_ok),
+            )
+        except RuntimeError:  # destroyed meanwhile
+            return SensorHealth()
+
+    @property
+    def target_system(self) -> int:
+        """System id of the autopilot, 1 before it is found."""
+        system = self._system
+        return int(system.get_system_id()) if system is not None else 1
+
+    def _target(self) -> tuple[MavlinkDirect, int]:
+        direct, system = self._direct, self._system
+        if direct is None or system is None:
+            raise AutopilotError("No autopilot found yet")
+        return direct, int(system.get_system_id())
+
+    def _receive(self, message: MavlinkMessage, _: object) -> None:
+        arrival = self._clock()
+        if message.component_id != AUTOPILOT_COMPONENT:
+            return
+        try:
+            fields = json.loads(message.fields_json)
+        except ValueError:
+            _LOG.warning("%s of the autopilot cannot be read", message.message_name)
+            return
+        self._on_message(Message(message.message_name, fields, arrival))
+
+
+def _message(name: str, fields: Mapping[str, Any], target: int) -> MavlinkMessage:
+    addressed = {**fields, "target_system": target, "target_component": AUTOPILOT_COMPONENT}
+    text = json.dumps(addressed, allow_nan=False)
+    return MavlinkMessage(name, 0, 0, target, AUTOPILOT_COMPONENT, text)
+
+
+def _words(error: Exception) -> str:
+    result = getattr(error, "result", None)
+    return str(getattr(result, "name", error)).replace("_", " ").lower()
+
+
+def _log(level: LogLevel, message: str, _file: str | None, _line: int) -> bool:
+    _LOG.log(_LEVELS.get(level, logging.INFO), "%s", message)
+    return True

@@ -1,0 +1,128 @@
+"""The autopilot's parameters by PARAM_REQUEST_READ and PARAM_SET, many at once, each with the type that it gave.
+
+MAVSDK's Param plugin asks one at a time, takes 3 s for a name that does not exist, and writes a value of the wrong
+type before it complains; here a set is refused before it is sent.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections.abc import Awaitable, Callable, Iterable, Mapping
+from types import MappingProxyType
+from typing import Any
+
+from hawk.comm.vehicle import AutopilotError
+
+Send = Callable[[str, Mapping[str, Any]], Awaitable[None]]
+"""Sends one message off the loop. Raises AutopilotError."""
+
+_RANGES = {
+    1: (0, 2**8 - 1),
+    2: (-(2**7), 2**7 - 1),
+    3: (0, 2**16 - 1),
+    4: (-(2**15), 2**15 - 1),
+    5: (0, 2**32 - 1),
+    6: (-(2**31), 2**31 - 1),
+}
+"""MAV_PARAM_TYPE of whole numbers with their range; every other type is a real number."""
+
+TRIES = 4
+NAME_CHARACTERS = 16
+
+
+class Parameters:
+    """Reads and sets parameters; keeps what the autopilot told. Lives on the loop."""
+
+    def __init__(self, send: Send, answer_s: float = 0.5) -> None:
+        self._send = send
+        self._answer_s = answer_s  # real seconds until a request is repeated
+        self._values: dict[str, float | int] = {}
+        self._types: dict[str, int] = {}
+        self._waiters: dict[str, set[asyncio.Future[float | int]]] = {}
+
+    @property
+    def values(self) -> Mapping[str, float | int]:
+        """Everything read so far."""
+        return MappingProxyType(self._values)
+
+    def forget(self) -> None:
+        """The autopilot has booted: what was read may be wrong."""
+        self._values.clear()
+        self._types.clear()
+
+    def take(self, fields: Mapping[str, Any]) -> None:
+        """Take a PARAM_VALUE."""
+        name, value, kind = fields.get("param_id"), fields.get("param_value"), fields.get("param_type")
+        if not isinstance(name, str) or not isinstance(value, (int, float)) or not isinstance(kind, int):
+            return
+        if not math.isfinite(value):
+            return
+        typed = round(value) if kind in _RANGES else float(value)
+        self._values[name] = typed
+        self._types[name] = kind
+        for waiter in self._waiters.pop(name, ()):
+            if not waiter.done():
+                waiter.set_result(typed)
+
+    async def read_many(self, names: Iterable[str]) -> dict[str, float | int | None]:
+        """Read parameters side by side; None for those that the autopilot does not have (or never answered)."""
+        wanted = list(dict.fromkeys(names))
+        found = await asyncio.gather(*(self._read(name) for name in wanted))
+        return dict(zip(wanted, found, strict=True))
+
+    async def get(self, name: str) -> float | int:
+        """Read one parameter. Raises AutopilotError when the autopilot does not have it."""
+        value = await self._read(name)
+        if value is None:
+            raise AutopilotError(f"{name}: the autopilot does not answer for a parameter of this name")
+        return value
+
+    async def set(self, name: str, value: float) -> None:
+        """Set one parameter with the autopilot's own type and check what it says it is now. Raises AutopilotError."""
+        if not math.isfinite(value):
+            raise AutopilotError(f"{name}: {value} is not a finite number: not sent")
+        if name not in self._types:
+            await self.get(name)
+        kind = self._types[name]
+        _check_type(name, value, kind)
+        fields = {"param_id": name, "param_value": float(value), "param_type": kind}
+        answer = None
+        for _ in range(TRIES):
+            answer = await self._ask(name, "PARAM_SET", fields)
+            if answer is not None and math.isclose(answer, value, rel_tol=1e-6, abs_tol=1e-6):
+                return
+        if answer is None:
+            raise AutopilotError(f"{name}: the autopilot did not confirm {value:g}")
+        raise AutopilotError(f"{name}: set to {value:g}, but the autopilot says {answer:g}")
+
+    async def _read(self, name: str) -> float | int | None:
+        if not 0 < len(name) <= NAME_CHARACTERS:
+            raise AutopilotError(f"{name!r}: a parameter's name has 1 to {NAME_CHARACTERS} characters")
+        for _ in range(TRIES):
+            answer = await self._ask(name, "PARAM_REQUEST_READ", {"param_id": name, "param_index": -1})
+            if answer is not None:
+                return answer
+        return None
+
+    async def _ask(self, name: str, message: str, fields: Mapping[str, Any]) -> float | int | None:
+        """Send once and wait for the next PARAM_VALUE of that name; None when none came in time."""
+        waiter: asyncio.Future[float | int] = asyncio.get_running_loop().create_future()
+        self._waiters.setdefault(name, set()).add(waiter)
+        try:
+            await self._send(message, fields)
+            return await asyncio.wait_for(waiter, self._answer_s)
+        except TimeoutError:
+            return None
+        finally:
+            self._waiters.get(name, set()).discard(waiter)
+
+
+def _check_type(name: str, value: float, kind: int) -> None:
+    limits = _RANGES.get(kind)
+    if limits is None:
+        return
+    if value != round(value):
+        raise AutopilotError(f"{name}: {value:g} is not a whole number, as the autopilot's parameter is: not sent")
+    if not limits[0] <= value <= limits[1]:
+        raise AutopilotError(f"{name}: {value:g} is outside {limits[0]} to {limits[1]}: not sent")
