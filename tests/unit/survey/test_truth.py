@@ -85,7 +85,7 @@ def test_files_are_named_in_errors(tmp_path: Path) -> None:
     path.write_text(json.dumps(world()))
     assert len(read_truth(path).stalls) == 3
     path.write_text("[1]")
-    with pytest.raises(TruthError, match="truth.json"):
+    with pytest.raises(TruthError, match=r"truth\.json"):
         read_truth(path)
-    with pytest.raises(TruthError, match="absent.json"):
+    with pytest.raises(TruthError, match=r"absent\.json"):
         read_truth(tmp_path / "absent.json")
