@@ -214,6 +214,10 @@ class MavsdkAutopilot:
         """Return the pose interpolated to that moment, None when no sample is within 0.3 s."""
         return self._telemetry.pose_at(time)
 
+    def from_boot(self, seconds: float) -> float | None:
+        """Return a time of the autopilot's boot clock on ours, None before that clock is known."""
+        return self._telemetry.from_boot(seconds)
+
     def set_datum(self, datum: GlobalPose | None) -> None:
         """Lay the map frame's origin; None: the next arm place becomes it."""
         self._telemetry.set_datum(datum)

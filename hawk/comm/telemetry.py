@@ -118,6 +118,10 @@ class Telemetry:
         """Whether HEARTBEATs come."""
         return self._state.connected
 
+    def from_boot(self, seconds: float) -> float | None:
+        """Return a time of the autopilot's boot clock on ours, None before that clock is known."""
+        return None if self._boot is None else self._boot_clock.to_ours(seconds)
+
     @property
     def frames(self) -> Frames | None:
         """The tied frames, None before there is an arm place."""
