@@ -1,0 +1,68 @@
+"""Turns drawn scenes into many different training pictures: turned, scaled, mirrored, lit and blurred at random."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from training.targets import TrainingScene, draw_targets
+
+SCALE = (0.65, 1.5)
+"""Range of the random scale; stalls of other sizes than usual, and heights that are known badly."""
+
+
+def sample(
+    scene: TrainingScene, rng: np.random.Generator, side: int
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return a picture (3, side, side), value / 255 - 0.5, and its targets, from a random part of a scene."""
+    height, width = scene.image.shape[:2]
+    scale = math.exp(rng.uniform(math.log(SCALE[0]), math.log(SCALE[1])))
+    to_crop = _placement(rng, (width, height), scale, side)
+    method = cv2.INTER_AREA if scale < 0.8 else cv2.INTER_LINEAR
+    image = cv2.warpAffine(_softened(scene.image, scale), to_crop, (side, side), flags=method)
+    labels = cv2.warpAffine(scene.labels, to_crop, (side, side), flags=cv2.INTER_NEAREST)
+    known = cv2.warpAffine(np.ones((height, width), np.uint8), to_crop, (side, side), flags=cv2.INTER_NEAREST)
+    stalls = scene.quads @ to_crop[:, :2].T + to_crop[:, 2]
+    target = draw_targets(np.asarray(labels, np.uint8), np.asarray(known, np.uint8), stalls, scene.taken, scene.judged)
+    lit = light(np.asarray(image, np.float32), rng)
+    return np.ascontiguousarray(lit.transpose(2, 0, 1)) / np.float32(255) - np.float32(0.5), target
+
+
+def light(image: NDArray[Any], rng: np.random.Generator) -> NDArray[np.float32]:
+    """Return a picture (H, W, 3) in 0..255 with another exposure, colour, sharpness and noise."""
+    if rng.random() < 0.7:
+        image = image * rng.uniform(0.75, 1.25) + rng.uniform(-20, 20)
+        image = image * np.exp(rng.normal(0, 0.05, 3))
+    if rng.random() < 0.3:
+        image = cv2.GaussianBlur(image, (0, 0), rng.uniform(0.4, 1.0))
+    if rng.random() < 0.25:
+        image = image + (image - cv2.GaussianBlur(image, (0, 0), 1.2)) * rng.uniform(0.3, 1.2)
+    if rng.random() < 0.3:
+        image = image + rng.normal(0, rng.uniform(1, 6), image.shape)
+    if rng.random() < 0.2:
+        grey = image.mean(axis=2, keepdims=True)
+        image = grey + (image - grey) * rng.uniform(0, 0.6)
+    if rng.random() < 0.3:
+        image = 255 * (np.clip(image, 0, 255) / 255) ** rng.uniform(0.65, 1.5)
+    return np.clip(image, 0, 255).astype(np.float32)
+
+
+def _placement(rng: np.random.Generator, size: tuple[int, int], scale: float, side: int) -> NDArray[np.float64]:
+    """Return the affine map (2, 3) from scene to crop pixels, with the crop inside the scene where it fits."""
+    half = np.minimum(side / 2 / scale, np.array(size) / 2)
+    centre = rng.uniform(half, np.array(size) - half)
+    angle, mirror = rng.uniform(0, 2 * math.pi), rng.choice([-1.0, 1.0])
+    c, s = math.cos(angle), math.sin(angle)
+    linear = scale * np.array([[c * mirror, -s], [s * mirror, c]])
+    return np.column_stack([linear, np.array([side / 2, side / 2]) - linear @ centre])
+
+
+def _softened(image: NDArray[np.uint8], scale: float) -> NDArray[np.uint8]:
+    """Blur before making smaller: a warp alone would alias."""
+    if scale >= 0.9:
+        return image
+    return np.asarray(cv2.GaussianBlur(image, (0, 0), 0.45 * math.sqrt(1 / scale**2 - 1) + 0.1), np.uint8)

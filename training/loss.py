@@ -1,0 +1,42 @@
+"""How wrong an answer of the network is."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+from torch.nn.functional import binary_cross_entropy_with_logits
+
+from training.targets import CAR, CORE, CORE_WEIGHT, LENGTH, LOT, PLACE_WEIGHT, SINE, TAKEN
+
+_DICE_PIXELS = 50.0
+
+
+def loss(answer: Tensor, target: Tensor) -> tuple[Tensor, dict[str, float]]:
+    """Return the loss of a batch, answers (B, 10, h, w) against targets (B, 12, h, w), and its parts by name."""
+    place, judged = target[:, PLACE_WEIGHT], target[:, CORE_WEIGHT]
+    weights = torch.stack([place, judged, place], 1)
+    truth, said = target[:, LOT : CAR + 1], answer[:, LOT : CAR + 1]
+    crossed = (binary_cross_entropy_with_logits(said, truth, reduction="none") * weights).mean()
+    dice = _dice(torch.sigmoid(said) * weights, truth * weights)
+    core = (target[:, CORE] * judged).unsqueeze(1)
+    mass = core.sum() + _DICE_PIXELS
+    apart = (answer[:, SINE : LENGTH + 1] - target[:, SINE : LENGTH + 1]).abs()
+    geometry = (apart * core).sum((0, 2, 3)) / mass
+    taken = binary_cross_entropy_with_logits(answer[:, TAKEN], target[:, TAKEN], reduction="none")
+    taken = (taken * core[:, 0]).sum() / mass
+    total = crossed + 0.25 * dice[0] + 0.25 * (dice[1] + dice[2]) + 0.25 * geometry.sum() + 0.4 * taken
+    parts = {
+        "bce": crossed,
+        "lot": dice[0],
+        "core": dice[1],
+        "car": dice[2],
+        "geometry": geometry.sum(),
+        "taken": taken,
+    }
+    return total, {name: float(part.detach()) for name, part in parts.items()}
+
+
+def _dice(said: Tensor, truth: Tensor) -> Tensor:
+    """Return one minus the Dice coefficient of each channel, (3,)."""
+    shared = (said * truth).sum((0, 2, 3))
+    return 1 - (2 * shared + _DICE_PIXELS) / (said.sum((0, 2, 3)) + truth.sum((0, 2, 3)) + _DICE_PIXELS)

@@ -1,0 +1,82 @@
+"""The network that is trained: a small U-Net with its answer at half the picture's resolution."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+from hawk.algo.vision.network import CHANNELS
+
+WIDTHS = (16, 32, 48, 64, 80)
+"""Channels at 1/2, 1/4, 1/8, 1/16 and 1/32 of the picture's resolution."""
+_EXTRA = 8
+
+
+class StallNet(nn.Module):
+    """U-Net (Ronneberger et al. 2015) of 3 x 3 convolutions with batch normalisation; about 540 000 parameters.
+
+    Takes (B, 3, H, W), H and W multiples of 32; gives (B, CHANNELS, H/2, W/2) as `hawk.algo.vision.network` describes.
+    """
+
+    def __init__(self, widths: tuple[int, int, int, int, int] = WIDTHS) -> None:
+        super().__init__()
+        a, b, c, d, e = widths
+        self.down1 = nn.Sequential(_block(3, a, stride=2), _block(a, a))
+        self.down2 = nn.Sequential(_block(a, b, stride=2), _block(b, b))
+        self.down3 = nn.Sequential(_block(b, c, stride=2), _block(c, c), _block(c, c))
+        self.down4 = nn.Sequential(_block(c, d, stride=2), _block(d, d), _block(d, d))
+        self.down5 = nn.Sequential(_block(d, e, stride=2), _block(e, e), _block(e, e), _Context(e))
+        self.up4 = nn.Sequential(_block(e + d, d, kernel=1), _block(d, d))
+        self.up3 = nn.Sequential(_block(d + c, c, kernel=1), _block(c, c))
+        self.up2 = nn.Sequential(_block(c + b, b, kernel=1), _block(b, b))
+        self.up1 = nn.Sequential(_block(b + a, a + _EXTRA, kernel=1), _block(a + _EXTRA, a + _EXTRA))
+        self.answer = nn.Conv2d(a + _EXTRA, CHANNELS, 1)
+
+    def forward(self, picture: Tensor) -> Tensor:
+        """Return the maps of a batch of pictures."""
+        half = self.down1(picture)
+        quarter = self.down2(half)
+        eighth = self.down3(quarter)
+        sixteenth = self.down4(eighth)
+        deepest = self.down5(sixteenth)
+        sixteenth = self.up4(torch.cat([_twice(deepest), sixteenth], 1))
+        eighth = self.up3(torch.cat([_twice(sixteenth), eighth], 1))
+        quarter = self.up2(torch.cat([_twice(eighth), quarter], 1))
+        half = self.up1(torch.cat([_twice(quarter), half], 1))
+        return torch.as_tensor(self.answer(half))
+
+
+def lay_out(network: StallNet, memory_format: torch.memory_format) -> StallNet:
+    """Lay the network's weights out in memory (channels last is quicker to train, contiguous is what is exported)."""
+    for weights in network.parameters():
+        if weights.dim() == 4:
+            weights.data = weights.data.contiguous(memory_format=memory_format)
+    return network
+
+
+class _Context(nn.Module):
+    """Lets the deepest maps look far: residual convolutions of dilation 2 and 4 (Yu and Koltun 2016)."""
+
+    def __init__(self, width: int) -> None:
+        super().__init__()
+        self.near = _block(width, width, dilation=2)
+        self.far = _block(width, width, dilation=4)
+
+    def forward(self, maps: Tensor) -> Tensor:
+        """Return the maps with their surroundings added."""
+        maps = maps + self.near(maps)
+        return maps + torch.as_tensor(self.far(maps))
+
+
+def _block(inside: int, outside: int, stride: int = 1, kernel: int = 3, dilation: int = 1) -> nn.Sequential:
+    padding = kernel // 2 * dilation
+    return nn.Sequential(
+        nn.Conv2d(inside, outside, kernel, stride, padding, dilation, bias=False),
+        nn.BatchNorm2d(outside),
+        nn.ReLU(inplace=True),
+    )
+
+
+def _twice(maps: Tensor) -> Tensor:
+    return functional.interpolate(maps, scale_factor=2.0, mode="nearest")

@@ -1,0 +1,90 @@
+"""A pool of drawn scenes: a process of its own keeps drawing while the network learns."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import queue
+from multiprocessing.queues import Queue
+
+import cv2
+import numpy as np
+
+from hawk.worlds.training import Scene, draw_scene
+from training.targets import TrainingScene
+
+SIDE_PIXELS = 400
+_WAITING = 24
+
+
+class ScenePool:
+    """Newest scenes of a drawing process; the oldest make room once ``capacity`` is reached."""
+
+    def __init__(self, seed: int, capacity: int, painters: int = 1) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._queue: Queue[TrainingScene] = context.Queue(_WAITING)
+        self._painters = [
+            context.Process(target=_paint, args=(self._queue, seed, k, painters), name=f"painter-{k}", daemon=True)
+            for k in range(painters)
+        ]
+        self._capacity = capacity
+        self._scenes: list[TrainingScene] = []
+        self.drawn = 0
+        for painter in self._painters:
+            painter.start()
+
+    def __len__(self) -> int:
+        return len(self._scenes)
+
+    def __getitem__(self, index: int) -> TrainingScene:
+        return self._scenes[index]
+
+    def take(self, wait_for: int = 0, timeout: float = 60.0) -> None:
+        """Take what has been drawn; wait until the pool holds at least ``wait_for``.
+
+        Raises RuntimeError when no scene comes in ``timeout`` seconds.
+        """
+        while True:
+            try:
+                scene = self._queue.get(block=len(self._scenes) < wait_for, timeout=timeout)
+            except queue.Empty:
+                if len(self._scenes) >= wait_for:
+                    return
+                raise RuntimeError("no scene was drawn in time: does the painter process run?") from None
+            if len(self._scenes) < self._capacity:
+                self._scenes.append(scene)
+            else:
+                self._scenes[self.drawn % self._capacity] = scene
+            self.drawn += 1
+
+    def close(self) -> None:
+        """End the drawing process."""
+        for painter in self._painters:
+            painter.terminate()
+            painter.join(5)
+        self._queue.cancel_join_thread()
+        self._queue.close()
+
+
+def training_scene(scene: Scene) -> TrainingScene:
+    """Return what training needs of a drawn scene.
+
+    Stalls that are hidden, or free without any paint to see, are not judged: nobody could tell that they are there.
+    """
+    count = len(scene.stalls)
+    return TrainingScene(
+        image=scene.image,
+        labels=np.stack([scene.lot, scene.car], axis=-1),
+        quads=np.array([s.quad for s in scene.stalls], np.float32).reshape(count, 4, 2),
+        taken=np.array([s.taken for s in scene.stalls], np.bool_),
+        judged=np.array([not s.hidden and (s.lines_visible or s.taken) for s in scene.stalls], np.bool_),
+    )
+
+
+def _paint(scenes: Queue[TrainingScene], seed: int, painter: int, painters: int) -> None:
+    os.nice(5)
+    cv2.setNumThreads(1)
+    index = painter
+    while True:
+        scenes.put(training_scene(draw_scene(np.random.default_rng((seed, index)), SIDE_PIXELS)))
+        index += painters

@@ -1,0 +1,82 @@
+"""What the network should answer: targets drawn from a scene's stalls and masks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from hawk.algo.vision import quads
+from hawk.algo.vision.network import CELL_PIXELS, CORE_SHARE, OFFSET_CELLS, USUAL_LENGTH_M, USUAL_WIDTH_M
+
+LOT, CORE, CAR, SINE, COSINE, OFFSET_COLUMN, OFFSET_ROW, WIDTH, LENGTH, TAKEN = range(10)
+"""Channels of the network's answer and of the targets."""
+PLACE_WEIGHT, CORE_WEIGHT = 10, 11
+"""Further target channels: where anything is known (0/1), and where core and what hangs on it is judged (0/1)."""
+TARGET_CHANNELS = 12
+CELL_M = 0.2
+"""Side of an output cell, metres."""
+_SHIFT = 4
+
+
+@dataclass(frozen=True, slots=True)
+class TrainingScene:
+    """A drawn scene as the trainer keeps it.
+
+    ``image`` is BGR uint8 (H, W, 3) at 0.1 m; ``labels`` uint8 (H, W, 2): lot, car; ``quads`` (N, 4, 2) pixels, whole
+    numbers are pixel centres; ``taken`` (N,) and ``judged`` (N,): False where nobody could tell that it is a stall.
+    """
+
+    image: NDArray[np.uint8]
+    labels: NDArray[np.uint8]
+    quads: NDArray[np.float32]
+    taken: NDArray[np.bool_]
+    judged: NDArray[np.bool_]
+
+
+def draw_targets(
+    labels: NDArray[np.uint8],
+    known: NDArray[np.uint8],
+    stalls: NDArray[np.float64],
+    taken: NDArray[np.bool_],
+    judged: NDArray[np.bool_],
+) -> NDArray[np.float32]:
+    """Return (TARGET_CHANNELS, H/2, W/2) for a crop.
+
+    ``labels`` (H, W, 2) and ``known`` (H, W) are in pixels, as are the ``stalls`` (N, 4, 2) of the crop.
+    """
+    half = labels[::CELL_PIXELS, ::CELL_PIXELS]
+    target = np.zeros((TARGET_CHANNELS, *half.shape[:2]), np.float32)
+    target[LOT], target[CAR] = half[..., 0], half[..., 1]
+    target[PLACE_WEIGHT] = known[::CELL_PIXELS, ::CELL_PIXELS]
+    target[CORE_WEIGHT] = target[PLACE_WEIGHT]
+    if not len(stalls):
+        return target
+    centre, angle, width, length = quads.shape(stalls / CELL_PIXELS)
+    inner = quads.corners(centre[:, 0], centre[:, 1], angle, width * CORE_SHARE, length * CORE_SHARE)
+    owner = np.zeros(half.shape[:2], np.int16)
+    _fill(owner, inner[judged], np.flatnonzero(judged) + 1)
+    outer = quads.corners(centre[:, 0], centre[:, 1], angle, width, length)
+    ignored = np.zeros(half.shape[:2], np.int16)
+    _fill(ignored, outer[~judged], np.ones(int((~judged).sum()), np.intp))
+    target[CORE_WEIGHT][ignored > 0] = 0
+    rows, columns = np.nonzero(owner)
+    mine = owner[rows, columns] - 1
+    target[CORE, rows, columns] = 1
+    target[SINE, rows, columns] = np.sin(2 * angle[mine])
+    target[COSINE, rows, columns] = np.cos(2 * angle[mine])
+    target[OFFSET_COLUMN, rows, columns] = (centre[mine, 0] - columns) / OFFSET_CELLS
+    target[OFFSET_ROW, rows, columns] = (centre[mine, 1] - rows) / OFFSET_CELLS
+    target[WIDTH, rows, columns] = np.log(np.maximum(width[mine], 2) * CELL_M / USUAL_WIDTH_M)
+    target[LENGTH, rows, columns] = np.log(np.maximum(length[mine], 4) * CELL_M / USUAL_LENGTH_M)
+    target[TAKEN, rows, columns] = taken[mine]
+    return target
+
+
+def _fill(canvas: NDArray[np.int16], polygons: NDArray[np.float64], values: NDArray[np.intp]) -> None:
+    size = np.array([canvas.shape[1], canvas.shape[0]])
+    for polygon, value in zip(polygons, values.tolist(), strict=True):
+        if (polygon.max(axis=0) > 0).all() and (polygon.min(axis=0) < size).all():
+            cv2.fillPoly(canvas, [np.rint(polygon * 2**_SHIFT).astype(np.int32)], (value,), cv2.LINE_8, _SHIFT)

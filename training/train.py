@@ -1,0 +1,134 @@
+"""Trains the network and writes it as ONNX: ``python -m training.train --minutes 60 --out FILE.onnx --seed 0``."""
+
+from __future__ import annotations
+
+import argparse
+import copy
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from training.augment import sample
+from training.export import export
+from training.loss import loss
+from training.network import StallNet, lay_out
+from training.pool import ScenePool
+
+_WARM_UP_STEPS = 50
+_REPORT_STEPS = 100
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """How to train. ``side`` is the crop's in pixels; ``first_scenes`` are drawn before the first step."""
+
+    minutes: float
+    seed: int
+    batch: int = 6
+    side: int = 256
+    rate: float = 2e-3
+    decay: float = 0.998
+    capacity: int = 8000
+    first_scenes: int = 150
+    threads: int = 1
+    painters: int = 1
+    bfloat16: bool = True
+
+
+def train(plan: Plan, network: StallNet, pool: ScenePool, clock: Callable[[], float] = time.monotonic) -> StallNet:
+    """Train for the plan's time and return the running mean of the weights (EMA).
+
+    The scenes follow from the seed; how many steps fit into the time depends on the machine.
+    """
+    rng = np.random.default_rng((plan.seed, 1))
+    network = lay_out(network, torch.channels_last).train()
+    mean = copy.deepcopy(network)
+    optimiser = torch.optim.AdamW(network.parameters(), plan.rate, weight_decay=1e-4)
+    pool.take(plan.first_scenes)
+    start, step, share = clock(), 0, 0.0
+    while share < 1:
+        share = (clock() - start) / (60 * plan.minutes)
+        for group in optimiser.param_groups:
+            group["lr"] = plan.rate * _rate(step, share)
+        pool.take()
+        picture, target = _batch(pool, rng, plan)
+        with torch.autocast("cpu", torch.bfloat16, enabled=plan.bfloat16):
+            answer = network(picture)
+        total, parts = loss(answer.float(), target)
+        optimiser.zero_grad()
+        torch.autograd.backward(total)
+        torch.nn.utils.clip_grad_norm_(network.parameters(), 5.0)
+        optimiser.step()
+        step += 1
+        _follow(mean, network, min(plan.decay, (1 + step) / (10 + step)))
+        if step % _REPORT_STEPS == 0:
+            words = " ".join(f"{name} {value:.3f}" for name, value in parts.items())
+            print(f"step {step} {clock() - start:.0f} s scenes {pool.drawn} {words}", flush=True)
+    print(f"trained {step} steps of {plan.batch} on {pool.drawn} scenes", flush=True)
+    return mean.eval()
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Train by command line."""
+    options = _parse(arguments)
+    plan = Plan(
+        options.minutes, options.seed, threads=options.threads, painters=options.painters, bfloat16=not options.float32
+    )
+    torch.set_num_threads(plan.threads)
+    torch.manual_seed(plan.seed)
+    network = StallNet()
+    if options.start_from:
+        network.load_state_dict(torch.load(options.start_from, weights_only=True))
+    print(f"{sum(p.numel() for p in network.parameters())} parameters", flush=True)
+    pool = ScenePool(plan.seed, plan.capacity, plan.painters)
+    try:
+        trained = train(plan, network, pool)
+    finally:
+        pool.close()
+    if options.keep:
+        torch.save(trained.state_dict(), options.keep)
+    print(f"{options.out}: differs from torch by {export(trained, options.out):.1g}", flush=True)
+
+
+def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m training.train", description=__doc__)
+    parser.add_argument("--minutes", type=float, default=60.0, help="time to train, minutes (default 60)")
+    parser.add_argument("--out", type=Path, required=True, help="ONNX file to write")
+    parser.add_argument("--seed", type=int, default=0, help="seed of scenes, weights and samples (default 0)")
+    parser.add_argument("--threads", type=int, default=1, help="threads of torch (default 1)")
+    parser.add_argument("--painters", type=int, default=1, help="processes that draw scenes (default 1)")
+    parser.add_argument("--float32", action="store_true", help="no bfloat16: slower, for processors without it")
+    parser.add_argument("--keep", type=Path, help="also write torch's weights here")
+    parser.add_argument("--start-from", type=Path, help="torch weights to go on from")
+    return parser.parse_args(arguments)
+
+
+def _rate(step: int, share: float) -> float:
+    """Warm up, then a half cosine down to a hundredth (Loshchilov and Hutter 2017)."""
+    return min(1.0, step / _WARM_UP_STEPS + 0.05) * (0.5 * (1 + math.cos(math.pi * min(share, 1.0))) + 0.01)
+
+
+def _batch(pool: ScenePool, rng: np.random.Generator, plan: Plan) -> tuple[Tensor, Tensor]:
+    samples = [sample(pool[int(rng.integers(len(pool)))], rng, plan.side) for _ in range(plan.batch)]
+    picture = torch.from_numpy(np.stack([s[0] for s in samples])).contiguous(memory_format=torch.channels_last)
+    return picture, torch.from_numpy(np.stack([s[1] for s in samples]))
+
+
+@torch.no_grad()
+def _follow(mean: StallNet, network: StallNet, decay: float) -> None:
+    """Move the running mean a little towards the network."""
+    for kept, new in zip(mean.state_dict().values(), network.state_dict().values(), strict=True):
+        if kept.dtype.is_floating_point:
+            kept.mul_(decay).add_(new, alpha=1 - decay)
+        else:
+            kept.copy_(new)
+
+
+if __name__ == "__main__":
+    main()
