@@ -44,6 +44,7 @@ class MapCore:
         self._stalls = StallIndex()
         self._last_pose: MapPose | None = None
         self._outlined: MapPose | None = None
+        self._since_outline = 0
         self._pictured: MapPose | None = None
         self.index = OccupancyMap(map_id=map_id)
 
@@ -202,9 +203,11 @@ class MapCore:
         self._encoder.mark_around(self._stalls.update(self.tracker.rows, fresh, gone, self._version))
 
     def _outline(self, window: Window, pose: MapPose, touched: list[TileKey]) -> None:
-        if not _is_farther(self._outlined, pose, self._settings.outline_step_m):
+        self._since_outline += 1
+        due = self._since_outline >= self._settings.outline_frames
+        if not due and not _is_farther(self._outlined, pose, self._settings.outline_step_m):
             return
-        self._outlined = pose
+        self._outlined, self._since_outline = pose, 0
         reach = round(self._settings.outline_reach_m / EVIDENCE_M)
         wide = Window(
             window.row - reach, window.column - reach, window.rows + 2 * reach, window.columns + 2 * reach, EVIDENCE_M

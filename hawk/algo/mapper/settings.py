@@ -27,5 +27,7 @@ class MapperSettings:
     """Way flown between two pictures that go into the mosaic."""
     outline_step_m: float = 2.0
     """Way flown between two looks at the lot's outline."""
+    outline_frames: int = 8
+    """Frames between two looks at the lot's outline at most, wherever the drone is."""
     outline_reach_m: float = 25.0
     """How far around the picture the outline is drawn anew."""

@@ -13,7 +13,7 @@ from hawk.algo.errors import AlgoError
 from hawk.algo.frame import FrameInput
 from hawk.algo.mapper.grid import COARSE_M, CoarseLayers
 from hawk.algo.mapper.window import Window
-from hawk.algo.path_plan.explore import Explorer, to_point
+from hawk.algo.path_plan.explore import Explorer, Surroundings, to_point
 from hawk.algo.path_plan.fence import FenceGuard
 from hawk.algo.path_plan.field import InformationField, information_field
 from hawk.algo.path_plan.settings import PathPlanSettings
@@ -34,6 +34,7 @@ from hawk.model import (
 )
 
 _MARGIN_M = 40.0  # ground around the known map that the plan looks at
+_SHOWN = 12  # places of the way on
 
 
 class KnowsMap(Protocol):
@@ -132,7 +133,7 @@ class PathPlanApp:
 
     def _explored(self, frame: FrameInput, pose: MapPose, height: float, verdict: Verdict | None) -> PathPlan:
         swath = Swath.of(frame.camera, height, self._settings.good_share)
-        field = self._field(frame.fence, pose, swath)
+        field = self._field(frame.fence, pose)
         if field is None:
             return PathPlan(explore=ExploreStatus(reason="nothing is mapped yet"), verdict=verdict)
         unclear = {
@@ -140,14 +141,17 @@ class PathPlanApp:
             for i, stall in self._mapper.stalls().items()
             if stall.state is StallState.UNKNOWN
         }
-        plan = self._explorer.plan(field, pose, swath, self._guard, unclear)
-        if plan.aim is None:
+        plan = self._explorer.plan(Surroundings(field, pose, swath, self._guard, unclear))
+        if plan.leg is None or plan.target is None:
             return PathPlan(explore=plan.status, verdict=verdict)
-        target = to_point(plan.aim.place)
-        yaw = math.remainder(plan.aim.heading - frame.camera.mount_yaw, math.tau)
-        return PathPlan(target, height, yaw, (target,), plan.status, verdict)
+        target = to_point(plan.target)
+        is_leg = plan.target == plan.leg.end
+        heading = plan.leg.heading if is_leg else math.atan2(target.east - pose.east, target.north - pose.north)
+        yaw = math.remainder(heading - frame.camera.mount_yaw, math.tau)
+        on = (plan.target, *(() if is_leg else (plan.leg.end,)), *plan.leg.onwards)
+        return PathPlan(target, height, yaw, tuple(to_point(p) for p in on[:_SHOWN]), plan.status, verdict)
 
-    def _field(self, fence: Fence | None, pose: MapPose, swath: Swath) -> InformationField | None:
+    def _field(self, fence: Fence | None, pose: MapPose) -> InformationField | None:
         extent = self._mapper.known_extent()
         if extent is None:
             return None
@@ -155,7 +159,7 @@ class PathPlanApp:
             self._guard = FenceGuard(fence)
         window = Window.around(np.vstack([extent, [[pose.north, pose.east]]]), COARSE_M, _MARGIN_M)
         layers = self._mapper.coarse(window)
-        return information_field(layers, self._guard.mask(window), self._settings.near_lot_m, swath.width)
+        return information_field(layers, self._guard.mask(window), self._settings.near_lot_m)
 
     @property
     def _interface(self) -> AlgorithmTopicInterface:

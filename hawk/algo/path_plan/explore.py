@@ -1,48 +1,75 @@
 """Autonomous exploration: the next place to fly to, until nothing is left to learn.
 
-The secret is the policy: among straight ways over the lot and inside the fence, take the one with the most expected new
-lot per metre flown, count leftovers higher than the same area in one piece, and keep what was begun.
+The secret is the policy: plan the whole way over what is expected, fly its first line for as long as it shows something
+new, and plan again. What was begun is kept unless another plan is much cheaper.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from enum import Enum
+from itertools import pairwise
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.path_plan.fence import FenceGuard
 from hawk.algo.path_plan.field import InformationField
+from hawk.algo.path_plan.lines import LinePlan, best_plan
 from hawk.algo.path_plan.route import way_round
 from hawk.algo.path_plan.settings import PathPlanSettings
-from hawk.algo.path_plan.sweep import Swath, Way, best_way, end_of, straight_ways
+from hawk.algo.path_plan.sweep import Swath, ahead
+from hawk.algo.path_plan.turned import Place
 from hawk.model import ExploreStatus, MapPoint, MapPose
 
-_HEADINGS = 32
-_LEAST_M = 3.0
-_REACH_M = 120.0
+_HEADINGS = tuple(i * math.pi / 16 for i in range(16))
+_REACH_M = 150.0
+_ROW_GAIN_M2 = 2.0  # new ground in a row of the swath for which a line goes on
 
-Place = tuple[float, float]
+
+class Purpose(Enum):
+    """What a leg is for."""
+
+    APPROACH = "approach"
+    SWEEP = "sweep"
+    STALL = "stall"
 
 
 @dataclass(frozen=True, slots=True)
-class Aim:
-    """Where to fly: a place, the heading on the way there, and what for."""
+class Leg:
+    """One straight way: where to, the heading of the picture, what for, and the way on for display."""
 
-    place: Place
+    purpose: Purpose
+    end: Place
     heading: float
+    onwards: tuple[Place, ...] = ()
     stall_id: int | None = None
-    transit: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class Exploration:
-    """One plan: the aim (None: hold), how far the exploration is."""
+    """One plan: where to fly (None: hold), with the way on, and how far the exploration is."""
 
-    aim: Aim | None
+    leg: Leg | None
+    target: Place | None
     status: ExploreStatus
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """What one plan is made from. ``unclear`` are the stalls whose state is not known, by id."""
+
+    field: InformationField
+    pose: MapPose
+    swath: Swath
+    fence: FenceGuard
+    unclear: dict[int, Place]
+
+    @property
+    def place(self) -> Place:
+        """Where the drone is."""
+        return self.pose.north, self.pose.east
 
 
 class Explorer:
@@ -50,137 +77,129 @@ class Explorer:
 
     def __init__(self, settings: PathPlanSettings) -> None:
         self._settings = settings
-        self._headings = np.linspace(0, 2 * math.pi, _HEADINGS, endpoint=False)
         self.start()
 
     def start(self) -> None:
         """Begin anew: nothing is done, no stall was looked at again."""
-        self._aim: Aim | None = None
+        self._leg: Leg | None = None
         self._quiet = 0
+        self._age = 0
         self._looked: set[int] = set()
 
-    def plan(
-        self,
-        field: InformationField,
-        pose: MapPose,
-        swath: Swath,
-        fence: FenceGuard,
-        unclear: dict[int, Place],
-    ) -> Exploration:
-        """Return the next place. ``unclear`` are the stalls whose state is not known, by id."""
-        place = (pose.north, pose.east)
-        if not (field.lot > 0).any():
-            return Exploration(None, ExploreStatus(reason="no lot is known yet"))
-        self._drop_reached(place)
-        aim = self._to_new_lot(field, place, pose.yaw, swath, fence)
-        if aim is None:
-            aim = self._to_unclear(field, place, fence, unclear)
-        self._aim = aim
-        self._quiet = 0 if aim is not None else self._quiet + 1
+    def plan(self, around: Surroundings) -> Exploration:
+        """Return where to fly next."""
+        if not (around.field.lot > 0).any():
+            return Exploration(None, None, ExploreStatus(reason="no lot is known yet"))
+        self._leg = self._kept(around) or self._fresh(around)
+        self._quiet = 0 if self._leg is not None else self._quiet + 1
         done = self._quiet >= self._settings.quiet_plans
-        remaining = float(field.gain[_seeable(field, swath)].sum()) / swath.width
+        left = 0.0 if self._leg is None else _length((around.place, self._leg.end, *self._leg.onwards))
         reason = "nothing is left to learn" if done else ""
-        status = ExploreStatus(done, field.seen_share, 0.0 if done else round(remaining, 1), reason)
-        return Exploration(aim, status)
+        status = ExploreStatus(done, around.field.seen_share, round(left, 1), reason)
+        if self._leg is None:
+            return Exploration(None, None, status)
+        return Exploration(self._leg, self._target(around, self._leg.end), status)
 
-    def _drop_reached(self, place: Place) -> None:
-        aim = self._aim
-        if aim is not None and math.dist(aim.place, place) <= self._settings.arrival_m:
-            if aim.stall_id is not None:
-                self._looked.add(aim.stall_id)
-            self._aim = None
-
-    def _to_new_lot(
-        self, field: InformationField, place: Place, yaw: float, swath: Swath, fence: FenceGuard
-    ) -> Aim | None:
-        best = self._best(field, place, yaw, swath, self._headings, _passable(field, place))
-        present = self._present(field, place, yaw, swath)
-        aim = self._aim
-        if aim is not None and present is not None and self._keeps(present, best, aim, place, fence):
-            return Aim(aim.place, present.heading)
-        if best is not None:
-            end = end_of(place, best.heading, best.length)
-            if not fence.contains(*place) or fence.contains_way(place, end):
-                return Aim(end, best.heading)
-        return self._round_about(field, place, swath, fence)
-
-    def _keeps(self, present: Way, best: Way | None, aim: Aim, place: Place, fence: FenceGuard) -> bool:
-        better = best is not None and best.score >= present.score * self._settings.switch_factor
-        return not better and fence.contains_way(place, aim.place)
-
-    def _present(self, field: InformationField, place: Place, yaw: float, swath: Swath) -> Way | None:
-        """Return the way to the present aim as it is worth by now, None when it is worth nothing any more."""
-        aim = self._aim
-        if aim is None or aim.transit or aim.stall_id is not None:
+    def _kept(self, around: Surroundings) -> Leg | None:
+        """Return the present leg as it is by now, None when it is flown or not worth it any more."""
+        leg = self._leg
+        if leg is None:
             return None
-        heading = math.atan2(aim.place[1] - place[1], aim.place[0] - place[0]) % (2 * math.pi)
-        length = math.dist(aim.place, place)
-        lengths, gains, scores, free = straight_ways(
-            field, place, yaw, swath, np.array([heading]), length + field.window.cell_m, field.fenced
-        )
-        last = int(np.argmin(np.abs(lengths - length)))
-        if gains[0, last] < self._settings.least_gain_m2 or not free[0, last]:
+        reached = math.dist(leg.end, around.place) <= self._settings.arrival_m
+        if leg.purpose is Purpose.SWEEP:
+            return self._swept_on(around, leg)
+        if reached and leg.stall_id is not None:
+            self._looked.add(leg.stall_id)
+        if reached or (leg.stall_id is not None and leg.stall_id not in around.unclear):
             return None
-        return Way(heading, length, float(gains[0, last]), float(scores[0, last]))
+        self._age += 1
+        if leg.purpose is Purpose.APPROACH and self._age % self._settings.review_plans == 0:
+            return self._reviewed(around, leg)
+        return leg
 
-    def _best(
-        self,
-        field: InformationField,
-        place: Place,
-        yaw: float,
-        swath: Swath,
-        headings: NDArray[np.float64],
-        mask: NDArray[np.uint8],
-    ) -> Way | None:
-        ways = straight_ways(field, place, yaw, swath, headings, _REACH_M, mask)
-        return best_way(ways, headings, self._settings.least_gain_m2, _LEAST_M)
-
-    def _round_about(self, field: InformationField, place: Place, swath: Swath, fence: FenceGuard) -> Aim | None:
-        """Where no straight way shows anything: round the corner, over allowed ground."""
-        if self._aim is not None and self._aim.transit and fence.contains_way(place, self._aim.place):
-            return self._aim
-        corner = way_round(field, place, swath, self._settings.least_gain_m2)
-        if corner is None or math.dist(corner, place) <= self._settings.arrival_m:
+    def _swept_on(self, around: Surroundings, leg: Leg) -> Leg | None:
+        """Go on along the line for as long as it shows something new."""
+        length, gain = ahead(around.field, around.place, leg.heading, around.swath, _REACH_M, _ROW_GAIN_M2)
+        if gain < self._settings.least_gain_m2 or length < self._settings.arrival_m:
             return None
-        if fence.contains(*place) and not fence.contains_way(place, corner):
-            return None
-        return Aim(corner, math.atan2(corner[1] - place[1], corner[0] - place[0]), transit=True)
+        c, s = math.cos(leg.heading), math.sin(leg.heading)
+        return replace(leg, end=(around.place[0] + length * c, around.place[1] + length * s))
 
-    def _to_unclear(
-        self, field: InformationField, place: Place, fence: FenceGuard, unclear: dict[int, Place]
-    ) -> Aim | None:
-        """Fly once over a stall whose state is unclear: the nearest first."""
-        aim = self._aim
-        if aim is not None and aim.stall_id in unclear and fence.contains_way(place, aim.place):
-            return aim
+    def _reviewed(self, around: Surroundings, leg: Leg) -> Leg | None:
+        """Keep approaching unless another plan is much cheaper, or nothing is left."""
+        plan = self._cheapest(around)
+        if plan is None:
+            return None
+        cost = _length((around.place, leg.end, *leg.onwards)) + 1.0
+        return leg if plan.cost > cost * self._settings.switch_share else self._begun(around, plan)
+
+    def _fresh(self, around: Surroundings) -> Leg | None:
+        plan = self._cheapest(around)
+        return self._unclear(around) if plan is None else self._begun(around, plan)
+
+    def _cheapest(self, around: Surroundings) -> LinePlan | None:
+        pose = around.pose
+        return best_plan(around.field, around.place, pose.yaw, around.swath, _HEADINGS, self._settings.least_gain_m2)
+
+    def _begun(self, around: Surroundings, plan: LinePlan) -> Leg | None:
+        first = plan.lines[0]
+        self._age = 0
+        onwards = tuple(place for line in plan.lines[1:] for place in (line.start, line.end))
+        if math.dist(first.start, around.place) > self._settings.arrival_m:
+            return Leg(Purpose.APPROACH, first.start, _bearing(around.place, first.start), (first.end, *onwards))
+        if math.dist(first.start, first.end) <= self._settings.arrival_m:
+            return None
+        leg = Leg(Purpose.SWEEP, first.end, _bearing(first.start, first.end), onwards)
+        return leg if self._swept_on(around, leg) is not None else None
+
+    def _unclear(self, around: Surroundings) -> Leg | None:
+        """Fly once over a stall whose state is unclear, the nearest first."""
         if len(self._looked) >= self._settings.second_looks:
             return None
-        waiting = [(math.dist(there, place), i) for i, there in unclear.items() if i not in self._looked]
+        waiting = [(math.dist(at, around.place), i) for i, at in around.unclear.items() if i not in self._looked]
         for _, stall_id in sorted(waiting):
-            there = unclear[stall_id]
-            if fence.contains_way(place, there) and _is_allowed(field, there):
-                heading = math.atan2(there[1] - place[1], there[0] - place[0])
-                return Aim(there, heading, stall_id)
+            at = around.unclear[stall_id]
+            if _is_allowed(around.field, at):
+                return Leg(Purpose.STALL, at, _bearing(around.place, at), stall_id=stall_id)
+            self._looked.add(stall_id)
         return None
+
+    def _target(self, around: Surroundings, end: Place) -> Place | None:
+        """Return the end of the leg, or the corner to fly to first, None when there is no way."""
+        field, fence = around.field, around.fence
+        if not _is_allowed(field, around.place):
+            return end if not fence.contains(*around.place) or fence.contains_way(around.place, end) else None
+        if fence.contains_way(around.place, end) and _is_clear(field, around.place, end):
+            return end
+        corner = way_round(field, around.place, end)
+        return corner if corner is not None and fence.contains_way(around.place, corner) else None
+
+
+def _bearing(start: Place, end: Place) -> float:
+    return math.atan2(end[1] - start[1], end[0] - start[0])
+
+
+def _length(places: tuple[Place, ...]) -> float:
+    return sum(math.dist(a, b) for a, b in pairwise(places))
+
+
+def _cells(field: InformationField, places: NDArray[np.float64]) -> NDArray[np.intp]:
+    return np.round(field.window.cells_of(places[..., 0], places[..., 1])).astype(np.intp)
 
 
 def _is_allowed(field: InformationField, place: Place) -> bool:
-    column, row = np.round(field.window.cells_of(np.array(place[0]), np.array(place[1]))).astype(int)
+    column, row = _cells(field, np.array(place))
     inside = 0 <= row < field.window.rows and 0 <= column < field.window.columns
     return bool(inside and field.allowed[row, column])
 
 
-def _passable(field: InformationField, place: Place) -> NDArray[np.uint8]:
-    """Where the drone may pass: over the lot, or anywhere inside the fence while it is not there."""
-    return field.allowed if _is_allowed(field, place) else field.fenced
-
-
-def _seeable(field: InformationField, swath: Swath) -> NDArray[np.bool_]:
-    """Cells that some allowed place shows: about half a swath from it."""
-    size = max(3, round(swath.depth / field.window.cell_m) | 1)
-    return np.asarray(cv2.dilate(field.allowed, np.ones((size, size), np.uint8)) > 0)
+def _is_clear(field: InformationField, start: Place, end: Place) -> bool:
+    steps = max(2, math.ceil(math.dist(start, end) / field.window.cell_m * 2))
+    columns, rows = _cells(field, np.linspace(start, end, steps)).T
+    inside = (rows >= 0) & (rows < field.window.rows) & (columns >= 0) & (columns < field.window.columns)
+    return bool(inside.all() and field.allowed[rows, columns].all())
 
 
 def to_point(place: Place) -> MapPoint:
     """Return the place as the map has it."""
-    return MapPoint(round(place[0], 3), round(place[1], 3))
+    return MapPoint(round(float(place[0]), 3), round(float(place[1]), 3))

@@ -17,14 +17,14 @@ from hawk.algo.mapper.window import Window
 
 _REACH_M = 12.0  # how far beyond known lot more of it is expected: most of a double row with its aisle
 _FAR_M = 1e3
-_SLIVER = 1.5  # how much more a lone leftover counts than the same area in one piece
+_SEEN_BADLY = 0.3  # what a second look at a place near a picture's edge is worth, against a first look
 
 Grid = NDArray[np.float32]
 
 
 @dataclass(frozen=True, slots=True)
 class InformationField:
-    """``gain`` is expected new lot in square metres a cell, ``worth`` the same with leftovers counted higher.
+    """``gain`` is expected new lot in square metres a cell.
 
     ``allowed`` is where the drone may be, ``fenced`` where it may pass; ``lot`` shares of known lot, ``well`` of well
     seen.
@@ -32,7 +32,6 @@ class InformationField:
 
     window: Window
     gain: Grid
-    worth: Grid
     allowed: NDArray[np.uint8]
     fenced: NDArray[np.uint8]
     lot: Grid
@@ -45,19 +44,15 @@ class InformationField:
         return 0.0 if area == 0 else float(np.minimum(self.lot, self.well).sum()) / area
 
 
-def information_field(
-    layers: CoarseLayers, fenced: NDArray[np.uint8], near_lot_m: float, swath_m: float
-) -> InformationField:
-    """Return the field for the map's coarse layers. ``swath_m`` is the width of ground that one way shows."""
+def information_field(layers: CoarseLayers, fenced: NDArray[np.uint8], near_lot_m: float) -> InformationField:
+    """Return the field for the map's coarse layers; ``fenced`` is 1 inside the fence."""
     cell = layers.window.cell_m
     is_lot = layers.lot > 0.5 * np.maximum(layers.seen, 0.3)
     to_lot = _distance(is_lot) * cell
-    gain = (1 - layers.well) * _likely_lot(layers, is_lot, to_lot) * np.float32(cell**2)
+    new = (1 - layers.seen) + _SEEN_BADLY * np.maximum(layers.seen - layers.well, 0)
+    gain = (new * _likely_lot(layers, is_lot, to_lot) * cell**2).astype(np.float32)
     allowed = ((to_lot <= near_lot_m) & (fenced > 0)).astype(np.uint8)
-    box = max(3, round(swath_m / cell) | 1)
-    density = cv2.blur(gain, (box, box), borderType=cv2.BORDER_CONSTANT) / np.float32(cell**2)
-    worth = gain * (1 + _SLIVER * np.clip(1 - density, 0, 1))
-    return InformationField(layers.window, gain, worth.astype(np.float32), allowed, fenced, layers.lot, layers.well)
+    return InformationField(layers.window, gain, allowed, fenced, layers.lot, layers.well)
 
 
 def _likely_lot(layers: CoarseLayers, is_lot: NDArray[np.bool_], to_lot: Grid) -> Grid:

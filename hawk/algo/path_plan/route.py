@@ -1,15 +1,14 @@
-"""The way round a corner: to the place that shows most per metre flown, over ground where the drone may be."""
+"""The way round a corner, over ground where the drone may be."""
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from hawk.algo.path_plan.field import InformationField
-from hawk.algo.path_plan.sweep import Swath
+from hawk.algo.path_plan.turned import Place
 
 _STEP = 2  # field cells a routing cell
 
@@ -17,36 +16,28 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 
-def way_round(
-    field: InformationField, place: tuple[float, float], swath: Swath, least_gain: float
-) -> tuple[float, float] | None:
-    """Return the farthest place (north, east) on the best route that can be reached straight on, None without one.
+def way_round(field: InformationField, place: Place, end: Place) -> Place | None:
+    """Return the farthest place (north, east) on the shortest way to ``end`` that is reached straight on.
 
-    The picture's direction at the end is open: what is counted is what both directions show.
+    None when there is no way, or no place nearer to the end than the drone's own.
     """
     allowed = field.allowed[::_STEP, ::_STEP]
-    cell = field.window.cell_m * _STEP
-    column, row = field.window.cells_of(np.array(place[0]), np.array(place[1])) / _STEP
     cells = np.argwhere(allowed > 0)
     if len(cells) == 0:
         return None
-    start = int(np.argmin(np.hypot(cells[:, 0] - row, cells[:, 1] - column)))
+    start, goal = (_nearest(field, cells, p) for p in (place, end))
     way, before = _distances(allowed, cells, start)
-    worth = _gain_around(field, swath)[::_STEP, ::_STEP][cells[:, 0], cells[:, 1]]
-    score = np.where(np.isfinite(way) & (worth >= least_gain), worth / (way * cell + 4.0), 0)
-    if score.max() <= 0:
+    if start == goal or not np.isfinite(way[goal]):
         return None
-    path = _trace(before, start, int(np.argmax(score)))
-    at = cells[_last_in_sight(allowed, cells, path)]
+    at = cells[_last_in_sight(allowed, cells, _trace(before, start, goal))]
     north = -(field.window.row + at[0] * _STEP + 0.5) * field.window.cell_m
     east = (field.window.column + at[1] * _STEP + 0.5) * field.window.cell_m
     return float(north), float(east)
 
 
-def _gain_around(field: InformationField, swath: Swath) -> NDArray[np.float32]:
-    side = max(1, round(min(swath.width, swath.depth) / field.window.cell_m) | 1)
-    summed = cv2.boxFilter(field.gain, -1, (side, side), normalize=False, borderType=cv2.BORDER_CONSTANT)
-    return np.asarray(summed, dtype=np.float32)
+def _nearest(field: InformationField, cells: Indices, place: Place) -> int:
+    column, row = field.window.cells_of(np.array(place[0]), np.array(place[1])) / _STEP
+    return int(np.argmin(np.hypot(cells[:, 0] - row, cells[:, 1] - column)))
 
 
 def _distances(allowed: NDArray[np.uint8], cells: Indices, start: int) -> tuple[Floats, Indices]:

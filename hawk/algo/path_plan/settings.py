@@ -21,5 +21,7 @@ class PathPlanSettings:
     """Plans in a row without anything to learn after which the exploration is done."""
     second_looks: int = 12
     """Unclear stalls that are flown to once more, at most."""
-    switch_factor: float = 1.4
-    """How much better another target must be before the present one is given up."""
+    review_plans: int = 8
+    """Plans between two looks for a better way while a line is approached."""
+    switch_share: float = 0.75
+    """Share of the present plan's way below which another plan takes over."""
