@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -85,3 +86,18 @@ class SurveyMap:
         top = (key[0] + round(north / TILE_M)) * TILE_CELLS
         left = (key[1] - round(east / TILE_M)) * TILE_CELLS
         return slice(top, top + TILE_CELLS), slice(left, left + TILE_CELLS)
+
+
+def unpack_tiles(tiles: Mapping[TileKey, bytes]) -> dict[TileKey, NDArray[np.uint8]]:
+    """Return tiles as they are sent (zlib of TILE_CELLS x TILE_CELLS bytes) as arrays of `Cell` values.
+
+    Raises ValueError naming a tile that is not one.
+    """
+    unpacked = {}
+    for key, data in tiles.items():
+        try:
+            cells = np.frombuffer(zlib.decompress(data), np.uint8)
+            unpacked[key] = cells.reshape(TILE_CELLS, TILE_CELLS)
+        except (zlib.error, ValueError) as error:
+            raise ValueError(f"tile {key}: {error}") from None
+    return unpacked

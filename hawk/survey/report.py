@@ -1,0 +1,136 @@
+"""What a survey's report says: the flight, the counts, and the comparison with a truth."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+from hawk.model import Cell, StallState
+from hawk.survey import scoring
+from hawk.survey.scoring import Finding, Tally
+from hawk.survey.survey_map import SurveyMap
+from hawk.survey.truth import Truth
+
+LARGEST_OFFSET_M = 5.0
+"""A map that is farther off than this as a whole is wrong, not displaced."""
+_NEAR_M = 1.2
+_LEAST_PAIRS = 8
+_COARSE = 4
+
+
+def counts(survey: SurveyMap) -> dict[str, int]:
+    """Return the stalls of a survey by state."""
+    found = survey.counts
+    return {"stalls": found.total, "free": found.free, "taken": found.taken, "unknown": found.unknown}
+
+
+def compare(survey: SurveyMap, truth: Truth) -> dict[str, float]:
+    """Return the measures of a survey against a truth, under the keys of ``report.json``.
+
+    The constant part of the position error (GNSS) is taken out first and told as ``map_offset_north_m`` and
+    ``map_offset_east_m``: no drone can know it, and it moves no stall against another. Raises TruthError when the truth
+    has no origin.
+    """
+    found = _found(survey, truth)
+    true_stalls = np.asarray(truth.stalls, float).reshape(-1, 4, 2)
+    shift = map_offset(found.mean(axis=1), true_stalls.mean(axis=1))
+    states = [survey.stalls[key].state for key in sorted(survey.stalls)]
+    real = scoring.Truth(
+        true_stalls, np.array([state or StallState.UNKNOWN for state in truth.states], object), truth.lots
+    )
+    finding = Finding(found + shift, np.array(states, object))
+    tally = scoring.tally(finding, real)
+    return {
+        **_measures(tally),
+        "position_error_p95_m": _position_error(finding, real),
+        "lot_iou": _lot_iou(survey, truth, shift),
+        "map_offset_north_m": float(-shift[1]),
+        "map_offset_east_m": float(shift[0]),
+    }
+
+
+def map_offset(found: NDArray[np.float64], true: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the (x, y) metres by which found centres (N, 2) are to be moved onto true ones (M, 2); zero when unclear.
+
+    The median of nearest pairs, repeated: it starts at zero, so a whole stall's width is never jumped over.
+    """
+    shift = np.zeros(2)
+    if len(found) < _LEAST_PAIRS or len(true) < _LEAST_PAIRS:
+        return shift
+    tree = KDTree(true)
+    for _ in range(8):
+        distance, index = tree.query(found + shift)
+        near = distance < _NEAR_M
+        if near.sum() < _LEAST_PAIRS:
+            return np.zeros(2)
+        step = np.median(true[index[near]] - found[near] - shift, axis=0)
+        shift = shift + step
+        if np.hypot(*step) < 0.005:
+            break
+    return shift if np.hypot(*shift) <= LARGEST_OFFSET_M else np.zeros(2)
+
+
+def finite(values: dict[str, Any]) -> dict[str, Any]:
+    """Return the report with null for what could not be measured, as JSON wants it."""
+    return {
+        key: None if isinstance(value, float) and not math.isfinite(value) else value for key, value in values.items()
+    }
+
+
+def _measures(tally: Tally) -> dict[str, float]:
+    return {
+        "stall_precision": tally.precision,
+        "stall_recall": tally.recall,
+        "stall_f1": tally.f1,
+        "precision_star": tally.precision_star,
+        "recall_whole": tally.recall_whole,
+        "free_precision_star": tally.free_precision_star,
+        "free_recall": tally.free_recall,
+        "state_accuracy": tally.state_accuracy,
+        "unknown_share": tally.unknown_share,
+        "free_count_error": tally.free_count_error / tally.free_true if tally.free_true else math.nan,
+        "free_count_error_stalls": float(tally.free_count_error),
+        "true_stalls": float(tally.true),
+        "true_free": float(tally.free_true),
+        "found_stalls": float(tally.found),
+        "found_free": float(tally.free_found),
+    }
+
+
+def _found(survey: SurveyMap, truth: Truth) -> NDArray[np.float64]:
+    """Return the found stalls as quads (N, 4, 2) in the truth's world, by rising id."""
+    quads = [survey.stalls[key].corners() for key in sorted(survey.stalls)]
+    if not quads:
+        return np.zeros((0, 4, 2))
+    return truth.to_world(np.concatenate(quads), survey.datum).reshape(-1, 4, 2)
+
+
+def _position_error(finding: Finding, truth: scoring.Truth) -> float:
+    matches = scoring.match(finding.stalls, truth.stalls)
+    if not len(matches):
+        return math.nan
+    apart = finding.stalls[matches.found].mean(axis=1) - truth.stalls[matches.true].mean(axis=1)
+    return float(np.percentile(np.hypot(*apart.T), 95))
+
+
+def _lot_iou(survey: SurveyMap, truth: Truth, shift: NDArray[np.float64]) -> float:
+    """Compare on the raster of the survey, widened so that it holds the whole truth, at 40 cm a pixel."""
+    cells = survey.cells()
+    step = cells.cell_m * _COARSE
+    mask = np.isin(cells.values, (Cell.LOT, Cell.FREE, Cell.TAKEN))[::_COARSE, ::_COARSE]
+    corner = truth.to_world(np.array([[cells.north, cells.east]]), survey.datum)[0] + shift
+    outlines = [(lot - corner) / step for lot in truth.lots]
+    everything = np.vstack([*outlines, [[0, 0], mask.shape[::-1]]])
+    low = np.floor(everything.min(axis=0)).astype(int)
+    width, height = np.ceil(everything.max(axis=0)).astype(int) - low
+    found = np.zeros((height, width), bool)
+    found[-low[1] : -low[1] + mask.shape[0], -low[0] : -low[0] + mask.shape[1]] = mask
+    true = np.zeros((height, width), np.uint8)
+    for outline in outlines:
+        cv2.fillPoly(true, [np.round(outline - low).astype(np.int32)], 1)
+    return scoring.mask_iou(found, true > 0)
