@@ -48,7 +48,7 @@ def light(image: NDArray[Any], rng: np.random.Generator) -> NDArray[np.float32]:
         image = grey + (image - grey) * rng.uniform(0, 0.6)
     if rng.random() < 0.3:
         image = 255 * (np.clip(image, 0, 255) / 255) ** rng.uniform(0.65, 1.5)
-    return np.clip(image, 0, 255).astype(np.float32)
+    return np.asarray(np.clip(image, 0, 255), np.float32)
 
 
 def _placement(rng: np.random.Generator, size: tuple[int, int], scale: float, side: int) -> NDArray[np.float64]:

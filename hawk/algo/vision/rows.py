@@ -227,7 +227,7 @@ def _fit(t: FloatArray, places: NDArray[np.intp], score: FloatArray) -> tuple[fl
     weight: FloatArray = score
     solution: FloatArray = np.zeros(2)
     for _ in range(3):
-        solution = np.linalg.lstsq(design * weight[:, None], t * weight, rcond=None)[0]
+        solution = np.asarray(np.linalg.lstsq(design * weight[:, None], t * weight, rcond=None)[0], np.float64)
         weight = np.asarray(score / (1 + ((t - design @ solution) / 0.25) ** 2))
     if float(np.median(np.abs(t - design @ solution))) > _LATTICE_ERROR_M or solution[1] <= 0:
         return None
