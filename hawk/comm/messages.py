@@ -222,7 +222,7 @@ def _message_id(text: str) -> str | int | None:
         found = json.loads(text).get("Id")
     except (ValueError, AttributeError, RecursionError):
         return None
-    return found if isinstance(found, str | int) else None
+    return found if isinstance(found, str | int) and not isinstance(found, bool) else None
 
 
 # -- from the drone ---------------------------------------------------------------------------------------------------
@@ -434,6 +434,8 @@ class Heartbeat(Outgoing):
     """CommunicationLost: seconds until it returns home."""
     trail: list[Point] = Field(alias="Trail")
     """Trail points this client has not been sent yet."""
+    trail_start: bool = Field(default=False, alias="Trail Start")
+    """The trail begins anew with these points: forget earlier ones."""
     flight_time: Finite | None = Field(alias="Flight Time")
     way: Finite | None = Field(alias="Way")
 

@@ -1,0 +1,150 @@
+"""What one client holds of the map, and what it must be told next: at most `BUDGET_BYTES` a heartbeat."""
+
+from __future__ import annotations
+
+import base64
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Final
+
+from hawk.comm.messages import MapUpdate, MosaicVersion, StallUpdate, TileUpdate
+from hawk.model import TILE_M, EncodedTile, MapPoint, OccupancyMap, Stall, TileKey
+
+BUDGET_BYTES: Final = 64 * 1024
+"""JSON of one "Occupancy Map" (design, section 5)."""
+STALL_SHARE: Final = 0.5
+"""Share of the budget that stalls may take while tiles wait."""
+ENVELOPE_BYTES: Final = 256
+TILE_BYTES: Final = 96
+"""JSON of a tile without its data, at most."""
+STALL_BYTES: Final = 320
+"""JSON of a stall, at most: its numbers are rounded."""
+MOSAIC_BYTES: Final = 72
+
+
+@dataclass(slots=True)
+class _Budget:
+    left: int
+    taken: int = 0
+
+    def take(self, size: int, floor: int = 0) -> bool:
+        """Take ``size`` unless less than ``floor`` would be left. The first of all is always granted."""
+        if self.left - size < floor and self.taken:
+            return False
+        self.left -= size
+        self.taken += 1
+        return True
+
+
+@dataclass(slots=True)
+class MapView:
+    """Versions that the client was sent. A message on an open connection arrives or ends it, so sent means held."""
+
+    budget_bytes: int = BUDGET_BYTES
+    _map_id: str | None = None
+    _tiles: dict[TileKey, int] = field(default_factory=dict)
+    _mosaic: dict[TileKey, int] = field(default_factory=dict)
+    _stalls: dict[int, int] = field(default_factory=dict)
+    _complete: OccupancyMap | None = None
+    """The map that the client holds wholly."""
+
+    def forget(self) -> None:
+        """The client holds nothing."""
+        self._map_id = None
+        self._complete = None
+        self._tiles.clear()
+        self._mosaic.clear()
+        self._stalls.clear()
+
+    def update(self, current: OccupancyMap, drone: MapPoint | None) -> MapUpdate:
+        """Return what to send next, nearest to the drone first, and take it as sent."""
+        if current.map_id != self._map_id:
+            self.forget()
+            self._map_id = current.map_id
+        if current is self._complete:
+            return MapUpdate(map_id=current.map_id, tiles=[], stalls=[], mosaic=[], backlog=0)
+        near = drone or MapPoint(0.0, 0.0)
+        gone = [number for number in self._stalls if number not in current.stalls]
+        stalls = sorted(self._changed_stalls(current), key=lambda s: near.distance(MapPoint(s.north, s.east)))
+        tiles = _nearest(_changed(current.tiles, self._tiles), near)
+        mosaic = _nearest(_changed(current.mosaic, self._mosaic), near)
+        budget = _Budget(self.budget_bytes - ENVELOPE_BYTES)
+        floor = round(budget.left * (1 - STALL_SHARE)) if tiles else 0
+        sent_stalls = self._send_gone(gone, budget, floor) + self._send_stalls(stalls, budget, floor)
+        sent_tiles = self._send_tiles(tiles, current, budget)
+        sent_mosaic = self._send_mosaic(mosaic, current, budget)
+        waiting = len(gone) + len(stalls) + len(tiles) + len(mosaic)
+        backlog = waiting - len(sent_stalls) - len(sent_tiles) - len(sent_mosaic)
+        self._complete = current if backlog == 0 else None
+        return MapUpdate(
+            map_id=current.map_id, tiles=sent_tiles, stalls=sent_stalls, mosaic=sent_mosaic, backlog=backlog
+        )
+
+    def _changed_stalls(self, current: OccupancyMap) -> Iterable[Stall]:
+        held = self._stalls
+        return [stall for number, stall in current.stalls.items() if held.get(number) != stall.version]
+
+    def _send_gone(self, gone: list[int], budget: _Budget, floor: int) -> list[StallUpdate]:
+        sent = []
+        for number in gone:
+            if not budget.take(STALL_BYTES, floor):
+                break
+            sent.append(StallUpdate(id=number, version=self._stalls.pop(number) + 1, removed=True))
+        return sent
+
+    def _send_stalls(self, stalls: list[Stall], budget: _Budget, floor: int) -> list[StallUpdate]:
+        sent = []
+        for stall in stalls:
+            if not budget.take(STALL_BYTES, floor):
+                break
+            sent.append(stall_update(stall))
+            self._stalls[stall.id] = stall.version
+        return sent
+
+    def _send_tiles(self, keys: list[TileKey], current: OccupancyMap, budget: _Budget) -> list[TileUpdate]:
+        sent = []
+        for key in keys:
+            tile = current.tiles[key]
+            if not budget.take(TILE_BYTES + 4 * math.ceil(len(tile.data) / 3)):
+                break
+            data = base64.b64encode(tile.data).decode("ascii")
+            sent.append(TileUpdate(row=key[0], column=key[1], version=tile.version, data=data))
+            self._tiles[key] = tile.version
+        return sent
+
+    def _send_mosaic(self, keys: list[TileKey], current: OccupancyMap, budget: _Budget) -> list[MosaicVersion]:
+        sent = []
+        for key in keys:
+            if not budget.take(MOSAIC_BYTES):
+                break
+            version = current.mosaic[key].version
+            sent.append(MosaicVersion(row=key[0], column=key[1], version=version))
+            self._mosaic[key] = version
+        return sent
+
+
+def stall_update(stall: Stall) -> StallUpdate:
+    """Return a stall as it is sent: lengths to the millimetre, probabilities to four digits."""
+    return StallUpdate(
+        id=stall.id,
+        version=stall.version,
+        north=round(stall.north, 3),
+        east=round(stall.east, 3),
+        angle=round(stall.angle, 5),
+        width=round(stall.width, 3),
+        length=round(stall.length, 3),
+        state=stall.state.value,
+        taken=round(stall.taken, 4),
+        seen=stall.seen,
+        last_seen=round(stall.last_seen, 2),
+        score=round(stall.score, 4),
+    )
+
+
+def _changed(tiles: Mapping[TileKey, EncodedTile], held: Mapping[TileKey, int]) -> list[TileKey]:
+    return [key for key, tile in tiles.items() if held.get(key) != tile.version]
+
+
+def _nearest(keys: list[TileKey], near: MapPoint) -> list[TileKey]:
+    return sorted(keys, key=lambda key: near.distance(MapPoint(-(key[0] + 0.5) * TILE_M, (key[1] + 0.5) * TILE_M)))

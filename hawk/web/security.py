@@ -1,0 +1,176 @@
+"""Who may talk to the server: host names, origins, the token, and the headers that keep a browser strict.
+
+The page is the only web page that may talk to the drone. A page elsewhere is stopped by the Origin check, one that made
+its name point here (DNS rebinding) by the Host check: a bare address cannot be rebound, every name has to be ours.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import ipaddress
+from typing import Final
+from urllib.parse import urlsplit
+
+from aiohttp import hdrs, web
+from aiohttp.typedefs import Handler, Middleware
+
+from hawk.config import WebSettings
+
+SAFE_METHODS: Final = frozenset({hdrs.METH_GET, hdrs.METH_HEAD, hdrs.METH_OPTIONS})
+TOKEN_PARAMETER: Final = "token"  # noqa: S105 - the parameter's name
+
+
+class InsecureBindingError(Exception):
+    """The address can be reached by others and there is no token."""
+
+
+def check_binding(settings: WebSettings) -> None:
+    """Refuse to serve beyond loopback without a token. Raises InsecureBindingError naming the remedy."""
+    if settings.token is None and not is_loopback(settings.host):
+        raise InsecureBindingError(
+            f"web.host: {settings.host!r} can be reached from other machines and web.token is not set; "
+            "set web.token to a secret of at least 16 characters, or web.host to 127.0.0.1"
+        )
+
+
+def is_loopback(host: str) -> bool:
+    """Whether only this machine can reach that address. A name other than localhost may lead anywhere."""
+    if host.lower() == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def cookie_name(request: web.BaseRequest, purpose: str) -> str:
+    """Return a cookie name of this server alone: cookies are shared by all ports of a host."""
+    return f"hawk_{purpose}_{_port(request.headers.get(hdrs.HOST, ''))}"
+
+
+class Guard:
+    """Checks every request before it reaches a handler."""
+
+    def __init__(self, settings: WebSettings) -> None:
+        self._names = {"localhost", settings.host.lower(), *(name.lower() for name in settings.allowed_hosts)}
+        self._token = settings.token
+
+    def middleware(self) -> Middleware:
+        """Return the checks as an aiohttp middleware."""
+
+        @web.middleware
+        async def guard(request: web.Request, handler: Handler) -> web.StreamResponse:
+            self._check_host(request)
+            self._check_origin(request)
+            answer = self._check_token(request)
+            return answer if answer is not None else await handler(request)
+
+        return guard
+
+    def _check_host(self, request: web.Request) -> None:
+        hosts = request.headers.getall(hdrs.HOST, [])
+        name = _hostname(hosts[0]) if len(hosts) == 1 else None
+        if name is None:
+            raise web.HTTPBadRequest(text="Host: send exactly one host name")
+        if name not in self._names and not _is_address(name):
+            raise web.HTTPForbidden(text=f"Host: {name} is not a name of this server; add it to web.allowed_hosts")
+
+    @staticmethod
+    def _check_origin(request: web.Request) -> None:
+        """Browsers send Origin with every WebSocket and POST; tools send none and bring no foreign page with them."""
+        if request.method in SAFE_METHODS and hdrs.UPGRADE not in request.headers:
+            return
+        for origin in request.headers.getall(hdrs.ORIGIN, []):
+            parts = urlsplit(origin)
+            if parts.scheme not in ("http", "https") or parts.netloc.lower() != request.headers[hdrs.HOST].lower():
+                raise web.HTTPForbidden(text="Origin: only the page of this server may do that")
+
+    def _check_token(self, request: web.Request) -> web.StreamResponse | None:
+        """Return None when the request may go on, else the answer. Raises 401."""
+        if self._token is None:
+            return None
+        cookie = request.cookies.get(cookie_name(request, "token"))
+        if cookie is not None and _same(cookie, self._cookie_value()):
+            return self._without_token(request) if TOKEN_PARAMETER in request.query and _is_page(request) else None
+        scheme, _, bearer = request.headers.get(hdrs.AUTHORIZATION, "").partition(" ")
+        if scheme.lower() == "bearer" and _same(bearer.strip(), self._token):
+            return None
+        if not _same(request.query.get(TOKEN_PARAMETER, ""), self._token):
+            raise web.HTTPUnauthorized(
+                text="This drone asks for a token: open the address that it printed when it started "
+                "(http://HOST:PORT/?token=...), or send the header Authorization: Bearer TOKEN.",
+                headers={hdrs.WWW_AUTHENTICATE: 'Bearer realm="hawk"'},
+            )
+        return self._without_token(request) if _is_page(request) else None
+
+    def _without_token(self, request: web.Request) -> web.StreamResponse:
+        """Send the browser to the same place without the token in the address, which ends up in histories."""
+        query = {name: value for name, value in request.query.items() if name != TOKEN_PARAMETER}
+        response = web.Response(status=303, headers={hdrs.LOCATION: str(request.rel_url.with_query(query))})
+        set_strict_cookie(request, response, "token", self._cookie_value())
+        return response
+
+    def _cookie_value(self) -> str:
+        """Return what proves the token without being it; the same after a restart."""
+        assert self._token is not None  # noqa: S101 - narrows for the type checker
+        return hmac.new(self._token.encode(), b"hawk page cookie", hashlib.sha256).hexdigest()
+
+
+def set_strict_cookie(request: web.BaseRequest, response: web.StreamResponse, purpose: str, value: str) -> None:
+    """Set a cookie that no script sees and no other site sends."""
+    response.set_cookie(
+        cookie_name(request, purpose), value, httponly=True, samesite="Strict", path="/", secure=request.secure
+    )
+
+
+async def add_headers(request: web.Request, response: web.StreamResponse) -> None:
+    """Signal ``on_response_prepare``: headers of every answer."""
+    host = request.headers.get(hdrs.HOST, "")
+    sockets = f" ws://{host} wss://{host}" if _hostname(host) else ""
+    response.headers.setdefault(
+        "Content-Security-Policy",
+        "default-src 'self'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
+        f"connect-src 'self'{sockets}; worker-src 'self'; object-src 'none'; base-uri 'none'; form-action 'none'; "
+        "frame-ancestors 'none'",
+    )
+    response.headers.setdefault("X-Content-Type-Options", "nosniff")
+    response.headers.setdefault("X-Frame-Options", "DENY")
+    response.headers.setdefault("Referrer-Policy", "no-referrer")
+    response.headers.setdefault("Cross-Origin-Resource-Policy", "same-origin")
+    response.headers.setdefault("Cross-Origin-Opener-Policy", "same-origin")
+    response.headers.setdefault(hdrs.CACHE_CONTROL, "no-store")
+
+
+def _same(given: str, wanted: str) -> bool:
+    return hmac.compare_digest(given.encode("utf-8", "surrogateescape"), wanted.encode())
+
+
+def _is_page(request: web.Request) -> bool:
+    return request.method == hdrs.METH_GET and request.path == "/"
+
+
+def _hostname(host: str) -> str | None:
+    """Return the name in a Host header in lower case, None when it is none."""
+    try:
+        parts = urlsplit(f"//{host}")
+        _ = parts.port
+    except ValueError:
+        return None
+    plain = parts.path == parts.query == parts.fragment == "" and "@" not in host and not any(map(str.isspace, host))
+    return (parts.hostname or None) if plain else None
+
+
+def _port(host: str) -> int:
+    try:
+        return urlsplit(f"//{host}").port or 80
+    except ValueError:
+        return 80
+
+
+def _is_address(name: str) -> bool:
+    try:
+        ipaddress.ip_address(name)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,138 @@
+"""Who is there and who holds control: a lease that is asked for, granted, given back, or runs out.
+
+A session is a browser (its cookie) or a tool; it may have several connections and comes back after a lost link.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import secrets
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Final
+
+from hawk.comm.messages import Command, Hold, Land, ReturnToLaunch
+from hawk.comm.status import ClientId
+from hawk.config import OperatorSettings
+
+SESSION_LIMIT: Final = 1000
+"""Sessions remembered; beyond it the longest absent one that has no control is forgotten."""
+_SECRET: Final = re.compile(r"[A-Za-z0-9_-]{43}")
+
+TAKE_CONTROL_FIRST: Final = "You do not have control. Take control first."
+SOMEONE_ELSE: Final = "Someone else has control."
+
+
+@dataclass(slots=True)
+class Session:
+    """``name`` is shown to everyone; ``secret`` is the cookie and known to its owner only."""
+
+    name: str
+    secret: str = field(repr=False)
+    last_sign: float = -math.inf
+    connections: int = 0
+
+
+def new_secret() -> str:
+    """Return a new session cookie (256 random bits)."""
+    return secrets.token_urlsafe(32)
+
+
+class ControlDesk:
+    """A `hawk.comm.status.OperatorDesk`. Times are seconds of the daemon's clock."""
+
+    def __init__(self, clock: Callable[[], float], settings: OperatorSettings) -> None:
+        self._clock = clock
+        self._settings = settings
+        self._sessions: dict[str, Session] = {}
+        self._clients: dict[ClientId, Session] = {}
+        self._holder: Session | None = None
+        self._count = 0
+
+    # -- sessions -----------------------------------------------------------------------------------------------------
+
+    def connect(self, client: ClientId, secret: str | None) -> Session:
+        """Take up a connection; a cookie that is missing or not of our making gets a new session."""
+        if secret is None or not _SECRET.fullmatch(secret):
+            secret = new_secret()
+        session = self._sessions.get(secret) or self._create(secret)
+        session.connections += 1
+        self._clients[client] = session
+        return session
+
+    def disconnect(self, client: ClientId) -> None:
+        """Forget a connection; the session and its lease stay until they run out."""
+        session = self._clients.pop(client, None)
+        if session is not None:
+            session.connections -= 1
+
+    def sign_of_life(self, client: ClientId) -> None:
+        """The client sent something that its operator, or its page, means."""
+        session = self._clients.get(client)
+        if session is not None:
+            session.last_sign = self._clock()
+
+    # -- control ------------------------------------------------------------------------------------------------------
+
+    def request(self, client: ClientId) -> str | None:
+        """Ask for control: None when granted, else the reason."""
+        holder = self._lease()
+        session = self._clients[client]
+        if holder is not None and holder is not session:
+            silence = f"{self._settings.control_lease_s:g} s of silence"
+            return f"{SOMEONE_ELSE} It is free once given back, or after {silence}."
+        session.last_sign = self._clock()
+        self._holder = session
+        return None
+
+    def release(self, client: ClientId) -> str | None:
+        """Give control back: None when done, else the reason."""
+        if not self.has_control(client):
+            return "You do not have control."
+        self._holder = None
+        return None
+
+    def refusal(self, client: ClientId, command: Command) -> str | None:
+        """Return why this client may not give this command; None when it may."""
+        if isinstance(command, Hold) or self.has_control(client):
+            return None
+        if self._lease() is not None:
+            return SOMEONE_ELSE
+        return None if isinstance(command, ReturnToLaunch | Land) else TAKE_CONTROL_FIRST
+
+    # -- OperatorDesk -------------------------------------------------------------------------------------------------
+
+    def operator_present(self, now: float) -> bool:
+        """Whether the session with control showed a sign of life within ``operator_timeout_s``."""
+        holder = self._lease()
+        return holder is not None and now - holder.last_sign <= self._settings.operator_timeout_s
+
+    def controller(self) -> str | None:
+        """Name of the session that has control."""
+        holder = self._lease()
+        return None if holder is None else holder.name
+
+    def has_control(self, client: ClientId) -> bool:
+        """Whether this connection's session has control."""
+        holder = self._lease()
+        return holder is not None and self._clients.get(client) is holder
+
+    def is_lost(self, client: ClientId) -> bool:
+        """Whether this connection's session has control and is the operator that is lost: it gets no heartbeat."""
+        return self.has_control(client) and not self.operator_present(self._clock())
+
+    # -----------------------------------------------------------------------------------------------------------------
+
+    def _lease(self) -> Session | None:
+        if self._holder is not None and self._clock() - self._holder.last_sign > self._settings.control_lease_s:
+            self._holder = None
+        return self._holder
+
+    def _create(self, secret: str) -> Session:
+        absent = [s for s in self._sessions.values() if s.connections == 0 and s is not self._holder]
+        if len(self._sessions) >= SESSION_LIMIT and absent:
+            del self._sessions[min(absent, key=lambda s: s.last_sign).secret]
+        self._count += 1
+        session = self._sessions[secret] = Session(f"Operator {self._count}", secret)
+        return session

@@ -1,0 +1,163 @@
+"""Live pictures: ``/video`` (WebSocket, one frame in flight), ``/stream.mjpg`` and ``/snapshot.jpg``.
+
+Frames are encoded once, elsewhere. A client gets the newest frame when it is ready for one, never an older one.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import struct
+from collections.abc import Iterator
+from typing import Final
+
+from aiohttp import WSCloseCode, WSMsgType, hdrs, web
+
+from hawk.web.counters import COUNTERS
+from hawk.web.services import SERVICES, VideoFrame, WebServices
+from hawk.web.ws import PING_INTERVAL_S, limit_buffers, registered
+
+HEADER: Final = struct.Struct("<4sIdI")
+"""Magic, sequence (mod 2**32), capture time (seconds of the daemon's clock), flags (0). Little-endian, 20 bytes."""
+MAGIC: Final = b"HWK1"
+ACK_TIMEOUT_S: Final = 10.0
+"""Real seconds after which a client that does not acknowledge its frame is disconnected."""
+READ_LIMIT_BYTES: Final = 1024
+BOUNDARY: Final = "hawkframe"
+SNAPSHOT_AGE_S: Final = 1.0
+"""A snapshot older than this (seconds of the daemon's clock) is no picture of now."""
+
+
+def pack(frame: VideoFrame) -> bytes:
+    """Return a frame as it goes over ``/video``."""
+    return HEADER.pack(MAGIC, frame.sequence & 0xFFFFFFFF, frame.captured, 0) + frame.jpeg
+
+
+async def video_socket(request: web.Request) -> web.StreamResponse:
+    """Serve one client of ``/video``."""
+    services = request.app[SERVICES]
+    _refuse_crowd(request)
+    response = web.WebSocketResponse(
+        heartbeat=PING_INTERVAL_S, max_msg_size=READ_LIMIT_BYTES, compress=False, timeout=1.0
+    )
+    with _counted(request.app):
+        await response.prepare(request)
+        limit_buffers(request)
+        with registered(request.app, response):
+            connection = VideoConnection(services, response, request.app)
+            await connection.run()
+    return response
+
+
+class VideoConnection:
+    """Sends the newest frame, waits for its acknowledgement, sends the next newest."""
+
+    def __init__(self, services: WebServices, response: web.WebSocketResponse, app: web.Application) -> None:
+        self._services = services
+        self._socket = response
+        self._app = app
+        self._in_flight: int | None = None
+        self._acknowledged = asyncio.Event()
+
+    async def run(self) -> None:
+        """Serve until the connection ends."""
+        writer = asyncio.create_task(self._write(), name="web-video-writer")
+        try:
+            async for message in self._socket:
+                if message.type is WSMsgType.TEXT and self._in_flight == _acknowledged_sequence(message.data):
+                    self._in_flight = None
+                    self._acknowledged.set()
+        finally:
+            writer.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await writer
+
+    async def _write(self) -> None:
+        sent: VideoFrame | None = None
+        try:
+            while True:
+                sent = await newer_frame(self._services, sent)
+                self._acknowledged.clear()
+                self._in_flight = sent.sequence & 0xFFFFFFFF
+                await self._socket.send_bytes(pack(sent))
+                count_frame(self._app, sent)
+                async with asyncio.timeout(ACK_TIMEOUT_S):
+                    await self._acknowledged.wait()
+        except TimeoutError:
+            await self._socket.close(code=WSCloseCode.POLICY_VIOLATION, message=b"frame not acknowledged")
+        except ConnectionError:
+            pass  # the reader sees the end too
+
+
+async def stream(request: web.Request) -> web.StreamResponse:
+    """Serve ``/stream.mjpg``: multipart/x-mixed-replace with X-Timestamp (daemon clock) in each part."""
+    services = request.app[SERVICES]
+    _refuse_crowd(request)
+    response = web.StreamResponse(headers={hdrs.CONTENT_TYPE: f"multipart/x-mixed-replace; boundary={BOUNDARY}"})
+    with _counted(request.app):
+        await response.prepare(request)
+        limit_buffers(request)
+        sent: VideoFrame | None = None
+        with contextlib.suppress(ConnectionError):
+            while True:
+                sent = await newer_frame(services, sent)
+                await response.write(part(sent))
+                count_frame(request.app, sent)
+    return response
+
+
+async def snapshot(request: web.Request) -> web.StreamResponse:
+    """Serve the newest picture, 503 when there is none of now."""
+    video = request.app[SERVICES].video
+    frame = video.value
+    if frame is None or video.age > SNAPSHOT_AGE_S:
+        raise web.HTTPServiceUnavailable(text="There is no live picture: the camera or vision is away.")
+    return web.Response(body=frame.jpeg, content_type="image/jpeg", headers={"X-Timestamp": f"{frame.captured:.6f}"})
+
+
+def part(frame: VideoFrame) -> bytes:
+    """Return one part of the multipart stream. The boundary follows the picture, so that a reader need not wait."""
+    head = (
+        f"--{BOUNDARY}\r\nContent-Type: image/jpeg\r\nContent-Length: {len(frame.jpeg)}\r\n"
+        f"X-Timestamp: {frame.captured:.6f}\r\n\r\n"
+    )
+    return head.encode("ascii") + frame.jpeg + b"\r\n"
+
+
+async def newer_frame(services: WebServices, sent: VideoFrame | None) -> VideoFrame:
+    """Return the newest frame if it is another than ``sent``, else wait for the next."""
+    newest = services.video.value
+    if newest is not None and newest is not sent:
+        return newest
+    return await services.video.next()
+
+
+def count_frame(app: web.Application, frame: VideoFrame) -> None:
+    """Keep count, and how old the picture was when it was handed to the network."""
+    counters = app[COUNTERS]
+    counters.video_frames += 1
+    counters.frame_latency_s = app[SERVICES].clock() - frame.captured
+
+
+@contextlib.contextmanager
+def _counted(app: web.Application) -> Iterator[None]:
+    app[COUNTERS].video_clients += 1
+    try:
+        yield
+    finally:
+        app[COUNTERS].video_clients -= 1
+
+
+def _refuse_crowd(request: web.Request) -> None:
+    limit = request.app[SERVICES].web.maximum_clients
+    if request.app[COUNTERS].video_clients >= limit:
+        raise web.HTTPServiceUnavailable(text=f"{limit} viewers are watching already (web.maximum_clients)")
+
+
+def _acknowledged_sequence(text: str) -> int | None:
+    try:
+        found = json.loads(text)["ack"]
+    except (ValueError, KeyError, TypeError, RecursionError):
+        return None
+    return found if isinstance(found, int) and not isinstance(found, bool) else None

@@ -1,0 +1,203 @@
+"""The command and heartbeat WebSocket ``/ws``: one `CommandConnection` a client."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import socket
+from collections.abc import Iterator
+from typing import Final
+
+from aiohttp import WSCloseCode, WSMsgType, hdrs, web
+
+from hawk.comm.messages import Ack, Welcome
+from hawk.model import CELL_M, TILE_CELLS
+from hawk.web.counters import COUNTERS, Counters
+from hawk.web.heartbeat import SharedHeartbeat
+from hawk.web.hub import Client
+from hawk.web.security import cookie_name, set_strict_cookie
+from hawk.web.services import SERVICES, WebServices
+
+LOG = logging.getLogger(__name__)
+
+READ_LIMIT_BYTES: Final = 1024 * 1024
+"""A message up to here is answered with an error, a larger one ends the connection (close code 1009)."""
+PING_INTERVAL_S: Final = 5.0
+"""Real seconds between pings to a client: one that is gone without a word is noticed."""
+SEND_BUFFER_BYTES: Final = 128 * 1024
+"""Kernel and user space buffer for one client: what lies there is old by the time it arrives."""
+HEARTBEAT_INTERVAL_S: Final = 0.1
+"""Least real time between two heartbeats: a simulation at speed N makes them N times as often."""
+INTERVAL_SLACK_S: Final = 0.01
+
+SHARED = web.AppKey("shared_heartbeat", SharedHeartbeat)
+SOCKETS: web.AppKey[set[web.WebSocketResponse]] = web.AppKey("sockets", set)
+
+
+async def command_socket(request: web.Request) -> web.StreamResponse:
+    """Serve one client until it goes."""
+    services = request.app[SERVICES]
+    refuse_crowd(request)
+    secret = request.cookies.get(cookie_name(request, "session"))
+    client = services.side.hub.add()
+    session = services.side.desk.connect(client.id, secret)
+    try:
+        response = web.WebSocketResponse(
+            heartbeat=PING_INTERVAL_S, max_msg_size=READ_LIMIT_BYTES, compress=False, timeout=1.0
+        )
+        set_strict_cookie(request, response, "session", session.secret)
+        await response.prepare(request)
+        limit_buffers(request)
+        client.outbox.put(_welcome(services, session.name).to_json())
+        connection = CommandConnection(services, client, response, request.app[SHARED], request.app[COUNTERS])
+        with registered(request.app, response):
+            await connection.run()
+    finally:
+        services.side.desk.disconnect(client.id)
+        services.side.hub.remove(client)
+    return response
+
+
+class CommandConnection:
+    """Reads commands and writes answers and heartbeats of one client."""
+
+    def __init__(
+        self,
+        services: WebServices,
+        client: Client,
+        response: web.WebSocketResponse,
+        shared: SharedHeartbeat,
+        counters: Counters,
+    ) -> None:
+        self._services = services
+        self._client = client
+        self._socket = response
+        self._shared = shared
+        self._counters = counters
+
+    async def run(self) -> None:
+        """Serve until the connection ends."""
+        writer = asyncio.create_task(self._write(), name=f"web-writer-{self._client.id}")
+        try:
+            await self._read()
+        finally:
+            writer.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await writer
+
+    async def _read(self) -> None:
+        async for message in self._socket:
+            if message.type is WSMsgType.TEXT:
+                self._take(message.data)
+            elif message.type is WSMsgType.BINARY:
+                self._refuse("message: is binary; send JSON text")
+            else:
+                break
+
+    def _take(self, text: str) -> None:
+        try:
+            self._services.side.socket.feed(self._client.id, text)
+        except Exception:  # a defect behind one command must not cost the operator the connection
+            LOG.exception("a command of %s failed: %.200s", self._client.id, text)
+            self._refuse("The drone could not carry that out: an error inside; see its log.")
+
+    def _refuse(self, reason: str) -> None:
+        self._client.outbox.put(Ack(id=None, accepted=False, reason=reason).to_json())
+
+    async def _write(self) -> None:
+        outbox = self._client.outbox
+        try:
+            while True:
+                await outbox.wait()
+                if outbox.overflowed:
+                    LOG.warning("%s does not read its answers; disconnected", self._client.id)
+                    await self._socket.close(code=WSCloseCode.TRY_AGAIN_LATER, message=b"too slow")
+                    return
+                while (text := outbox.take()) is not None:
+                    await self._socket.send_str(text)
+                if outbox.heartbeat_due:
+                    outbox.heartbeat_due = False
+                    await self._send_heartbeat()
+        except ConnectionError:
+            pass  # the reader sees the end too
+
+    async def _send_heartbeat(self) -> None:
+        """Build it at the moment it can go out, so that what is marked as sent was sent."""
+        services = self._services
+        status = services.status.value
+        desk = services.side.desk
+        if status is None or desk.is_lost(self._client.id):
+            return
+        try:
+            shared = self._shared.keys(status)
+            text = self._client.view.heartbeat(
+                shared, status, services.occupancy_map.value, desk.controller(), desk.has_control(self._client.id)
+            )
+        except ValueError:  # pydantic's ValidationError is one
+            self._counters.heartbeats_failed += 1
+            if self._counters.heartbeats_failed == 1:
+                LOG.exception("a heartbeat could not be built")
+            return
+        await self._socket.send_str(text)
+        self._counters.heartbeats += 1
+
+
+class HeartbeatPace:
+    """Marks a heartbeat as due for every client with each status, at most every `HEARTBEAT_INTERVAL_S`."""
+
+    def __init__(self, services: WebServices) -> None:
+        self._services = services
+        self._last = float("-inf")
+
+    def on_status(self, _: object) -> None:
+        """Listener of the status topic."""
+        now = self._services.monotonic()
+        if now - self._last >= HEARTBEAT_INTERVAL_S - INTERVAL_SLACK_S:
+            self._last = now
+            self._services.side.hub.heartbeat()
+
+
+def refuse_crowd(request: web.Request) -> None:
+    """Raise 503 when `maximum_clients` connections of all kinds are open."""
+    services = request.app[SERVICES]
+    if len(services.side.hub) >= services.web.maximum_clients:
+        raise web.HTTPServiceUnavailable(
+            text=f"{services.web.maximum_clients} pages are open already; close one (web.maximum_clients)",
+            headers={hdrs.RETRY_AFTER: "5"},
+        )
+
+
+def limit_buffers(request: web.Request) -> None:
+    """Keep little between us and the client, so that a slow one gets fewer messages, never old ones."""
+    if request.transport is None:
+        return
+    request.transport.set_write_buffer_limits(high=SEND_BUFFER_BYTES)
+    found = request.transport.get_extra_info("socket")
+    if found is not None:
+        with contextlib.suppress(OSError):
+            found.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER_BYTES)
+
+
+@contextlib.contextmanager
+def registered(app: web.Application, response: web.WebSocketResponse) -> Iterator[None]:
+    """Keep the socket among those that are closed when the server stops."""
+    app[SOCKETS].add(response)
+    try:
+        yield
+    finally:
+        app[SOCKETS].discard(response)
+
+
+def _welcome(services: WebServices, name: str) -> Welcome:
+    return Welcome(
+        session=name,
+        version=services.version,
+        simulation=services.simulation,
+        cell_m=CELL_M,
+        tile_cells=TILE_CELLS,
+        operator_timeout_s=services.operator.operator_timeout_s,
+        operator_hold_s=services.operator.operator_hold_s,
+        speed=services.clock.speed,
+        camera_fov_deg=services.camera_fov_deg,
+    )

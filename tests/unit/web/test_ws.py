@@ -1,0 +1,296 @@
+from __future__ import annotations
+
+import asyncio
+import json
+
+import aiohttp
+import pytest
+
+from hawk.comm.messages import Arm, Hold, Kill, KillRequest, Land, ReturnToLaunch
+from hawk.comm.status import DroneStatus
+from hawk.config import WebSettings
+from hawk.model import StateName
+from tests.unit.web.conftest import Connect, Rig, Visitor
+
+
+async def settle(rig: Rig, tester: Visitor) -> None:
+    """Wait until the server has read everything that this client sent."""
+    await tester.ask(Type="Heartbeat", Id="settle")
+
+
+async def test_welcome_tells_what_never_changes(connect: Connect) -> None:
+    page = await connect()
+    assert page.welcome["Simulation"] is True
+    assert page.welcome["Version"] == "1.2.3"
+    assert (page.welcome["CellSize"], page.welcome["TileCells"]) == (0.1, 256)
+    assert (page.welcome["OperatorTimeout"], page.welcome["OperatorHold"]) == (10.0, 30.0)
+
+
+async def test_heartbeat_carries_the_specifications_keys(rig: Rig, connect: Connect) -> None:
+    page = await connect()
+    rig.publish(DroneStatus(state=StateName.HOVER, armed=True, latitude=43.2, local_position_y=2.0))
+    beat = await page.next("Heartbeat")
+    assert beat["State"] == "Hover"
+    assert beat["Armed"] is True
+    assert beat["Latitude"] == 43.2
+    assert beat["Local Position Y"] == 2.0
+    assert beat["Longitude"] is None
+    assert beat["Occupancy Map"] is None
+    assert (beat["User Error"], beat["Health Status"]) == (0, 0)
+
+
+async def test_a_command_in_control_reaches_the_manager_and_is_answered(rig: Rig, connect: Connect) -> None:
+    page = await connect()
+    assert (await page.take_control())["Accepted"]
+    await page.send(Type="Arm", Id=7)
+    await settle(rig, page)
+    ((client, command),) = rig.serve_commands()
+    assert command == Arm(id=7)
+    assert rig.side.desk.has_control(client)
+    assert await page.next("Ack") == {"Type": "Ack", "Id": 7, "Accepted": True, "Reason": ""}
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        {"Type": "Configure", "Min": 15.0, "Des": 30.0, "Max": 60.0},
+        {"Type": "Arm"},
+        {"Type": "Takeoff"},
+        {"Type": "Autonomous Explore"},
+        {"Type": "Compulsive Move", "X": 1.0, "Y": 1.0},
+        {"Type": "Autonomous Move", "X": 1.0, "Y": 1.0},
+        {"Type": "Disarm"},
+        {"Type": "Resume"},
+        {"Type": "Kill Request"},
+        {"Type": "Kill", "Token": "t" * 32},
+        {"Type": "Clear Kill"},
+        {"Type": "Set Failsafes"},
+    ],
+)
+async def test_commands_need_control(rig: Rig, connect: Connect, command: dict[str, object]) -> None:
+    watcher = await connect()
+    answer = await watcher.ask(Id="a", **command)
+    assert answer == {
+        "Type": "Ack",
+        "Id": "a",
+        "Accepted": False,
+        "Reason": "You do not have control. Take control first.",
+    }
+    operator = await connect()
+    await operator.take_control()
+    answer = await watcher.ask(**command)
+    assert not answer["Accepted"]
+    assert answer["Reason"] == "Someone else has control."
+    assert rig.side.socket.receive() == []
+    assert rig.manager.urgent == []
+
+
+@pytest.mark.parametrize("kind", ["Return To Launch", "Land"])
+async def test_going_home_needs_control_or_that_nobody_has_it(rig: Rig, connect: Connect, kind: str) -> None:
+    watcher = await connect()
+    await watcher.send(Type=kind)
+    await settle(rig, watcher)
+    ((_, command),) = rig.serve_commands()
+    assert isinstance(command, ReturnToLaunch | Land)
+    await (await connect()).take_control()
+    await watcher.next("Ack")
+    answer = await watcher.ask(Type=kind)
+    assert (answer["Accepted"], answer["Reason"]) == (False, "Someone else has control.")
+    assert rig.side.socket.receive() == []
+
+
+async def test_anyone_may_hold_and_it_passes_the_queue(rig: Rig, connect: Connect) -> None:
+    operator, watcher = await connect(), await connect()
+    await operator.take_control()
+    await operator.send(Type="Arm")
+    await settle(rig, operator)
+    assert (await watcher.ask(Type="Hold", Id="h"))["Accepted"]
+    ((client, command),) = rig.manager.urgent
+    assert command == Hold(id="h")
+    assert not rig.side.desk.has_control(client)
+    assert len(rig.side.socket.receive()) == 1  # Arm still waits for the tick
+
+
+async def test_kill_in_two_steps_passes_the_queue(rig: Rig, connect: Connect) -> None:
+    page = await connect()
+    await page.take_control()
+    await page.send(Type="Kill Request", Id=1)
+    token = (await page.next("Kill Token"))["Token"]
+    assert (await page.ask(Type="Kill", Token=token))["Accepted"]
+    assert [type(command) for _, command in rig.manager.urgent] == [KillRequest, Kill]
+    assert rig.side.socket.receive() == []
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("no json", "not JSON"),
+        ("{}", "Type: missing"),
+        ("[1]", "message"),
+        ('{"Type": "Fly"}', "Type"),
+        ('{"Type": "Arm", "Speed": 3}', "Speed"),
+        ('{"Type": "Compulsive Move", "X": NaN, "Y": 0}', "X"),
+        ('{"Type": "Compulsive Move", "X": 1, "Y": 1e999}', "Y"),
+        ('{"Type": "Compulsive Move", "X": 1, "Y": 10001}', "Y"),
+        ('{"Type": "Compulsive Move", "X": 1}', "Y"),
+        ('{"Type": "Configure", "Min": "15", "Des": 30, "Max": 60}', "Min"),
+        ('{"Type": "Configure", "Min": 0, "Des": 30, "Max": 60}', "Min"),
+        ('{"Type": "Kill", "Token": "short"}', "Token"),
+        ('{"Type": "Arm", "Id": true}', "Id"),
+        ('{"Type": "Arm", "Id": "' + "x" * 65 + '"}', "Id"),
+        ("[" * 15000, "not JSON"),
+        ('{"Type": "Arm", "Id": "' + "x" * 17000 + '"}', "too large"),
+        ('{"Type": "Arm"' + " " * 500_000 + "}", "too large"),
+    ],
+)
+async def test_bad_text_is_answered_by_what_is_wrong(rig: Rig, connect: Connect, text: str, said: str) -> None:
+    page = await connect()
+    await page.take_control()
+    await page.socket.send_str(text)
+    answer = await page.next("Ack")
+    assert not answer["Accepted"]
+    assert said in answer["Reason"]
+    assert len(answer["Reason"]) < 500
+    assert (await page.ask(Type="Heartbeat"))["Accepted"], "the connection stays"
+    assert rig.side.socket.receive() == []
+
+
+async def test_a_bad_message_keeps_its_id(connect: Connect) -> None:
+    page = await connect()
+    assert (await page.ask(Type="Fly", Id="q1"))["Id"] == "q1"
+
+
+async def test_binary_is_refused_and_the_connection_stays(connect: Connect) -> None:
+    page = await connect()
+    await page.socket.send_bytes(b"\x00\x01")
+    answer = await page.next("Ack")
+    assert not answer["Accepted"]
+    assert "binary" in answer["Reason"]
+    assert (await page.ask(Type="Heartbeat"))["Accepted"]
+
+
+async def test_a_message_beyond_all_measure_ends_that_connection_only(connect: Connect) -> None:
+    other, page = await connect(), await connect()
+    await page.socket.send_str("x" * (1024 * 1024 + 1))
+    async with asyncio.timeout(5):
+        message = await page.socket.receive()
+    assert message.type is aiohttp.WSMsgType.CLOSE
+    assert message.data == aiohttp.WSCloseCode.MESSAGE_TOO_BIG
+    assert (await other.ask(Type="Heartbeat"))["Accepted"]
+
+
+async def test_a_defect_in_the_manager_is_answered_and_the_connection_stays(
+    rig: Rig, connect: Connect, caplog: pytest.LogCaptureFixture
+) -> None:
+    page = await connect()
+    rig.manager.fail = True
+    answer = await page.ask(Type="Hold")
+    assert not answer["Accepted"]
+    assert "a defect" in caplog.text
+    assert (await page.ask(Type="Heartbeat"))["Accepted"]
+
+
+async def test_too_many_commands_are_answered_not_dropped(rig: Rig, connect: Connect) -> None:
+    page = await connect()
+    await page.take_control()
+    for number in range(260):
+        await page.send(Type="Takeoff", Id=number)
+    answers = [await page.next("Ack") for _ in range(4)]
+    assert [a["Id"] for a in answers] == [256, 257, 258, 259]
+    assert all("waiting" in a["Reason"] and not a["Accepted"] for a in answers)
+    assert [command.id for _, command in rig.serve_commands()] == list(range(256))
+
+
+async def test_too_many_pages_are_refused_with_the_setting(rig: Rig, connect: Connect) -> None:
+    rig.web = WebSettings(maximum_clients=1)
+    first = await connect()
+    with pytest.raises(aiohttp.WSServerHandshakeError) as refused:
+        await connect()
+    assert refused.value.status == 503
+    assert (await first.ask(Type="Heartbeat"))["Accepted"]
+
+
+async def test_a_page_that_goes_makes_room(rig: Rig, connect: Connect) -> None:
+    rig.web = WebSettings(maximum_clients=1)
+    page = await connect()
+    await page.socket.close()
+    async with asyncio.timeout(5):
+        await rig.side.hub.empty()
+    await connect()
+
+
+async def test_heartbeats_are_at_most_ten_a_second_whatever_the_clock_does(rig: Rig, connect: Connect) -> None:
+    page = await connect()
+    for _ in range(20):  # status every 50 ms real: a simulation at speed 4
+        rig.real.advance(0.05)
+        rig.clock.advance(0.2)
+        rig.status.publish(DroneStatus(sequence=1 + (rig.status.value or DroneStatus()).sequence))
+        await settle(rig, page)
+    rig.publish(DroneStatus(state=StateName.LAND))
+    beats = 0
+    while (await page.next("Heartbeat"))["State"] != "Land":
+        beats += 1
+    assert beats <= 10
+
+
+async def test_a_client_that_stops_reading_never_holds_up_another(rig: Rig, connect: Connect) -> None:
+    stuck = await connect()  # never reads again
+    page = await connect()
+    for _ in range(300):
+        rig.publish(DroneStatus(detail="x" * 20_000))
+        await page.next("Heartbeat")
+    assert not stuck.socket.closed
+
+
+async def test_a_slow_client_gets_the_newest_heartbeat_when_it_reads_again(rig: Rig, connect: Connect) -> None:
+    page = await connect()
+    for _ in range(5):
+        rig.publish()  # no turn of the loop between: all five came due before one could be sent
+    assert (await page.next("Heartbeat"))["Sequence"] == 5
+
+
+async def test_a_status_that_cannot_be_told_is_logged_once_and_the_next_goes_out(
+    rig: Rig, connect: Connect, caplog: pytest.LogCaptureFixture
+) -> None:
+    page = await connect()
+    for _ in range(3):
+        rig.publish(DroneStatus(heights=(float("nan"), 1.0, 2.0)))
+        await settle(rig, page)
+    rig.publish(DroneStatus(state=StateName.LAND))
+    assert (await page.next("Heartbeat"))["State"] == "Land"
+    assert caplog.text.count("could not be built") == 1
+
+
+async def test_what_is_not_finite_is_null(rig: Rig, connect: Connect) -> None:
+    page = await connect()
+    rig.publish(DroneStatus(pose_age=float("inf"), yaw=float("nan")))
+    beat = await page.next("Heartbeat")
+    assert (beat["Pose Age"], beat["Yaw"]) == (None, None)
+
+
+async def test_the_operator_that_is_lost_gets_no_heartbeat_the_others_do(rig: Rig, connect: Connect) -> None:
+    lost, watcher = await connect(), await connect()
+    await lost.take_control()
+    rig.publish()
+    assert (await lost.next("Heartbeat"))["In Control"] is True
+    rig.clock.advance(10.1)
+    rig.publish(DroneStatus(state=StateName.COMMUNICATION_LOST))
+    while (await watcher.next("Heartbeat"))["State"] != "CommunicationLost":
+        pass
+    await lost.send(Type="Heartbeat", Id="back")
+    answer = json.loads((await lost.socket.receive()).data)
+    assert answer["Type"] == "Ack", "no heartbeat came while it was lost"
+    rig.publish()
+    assert (await lost.next("Heartbeat"))["In Control"] is True
+
+
+async def test_server_stop_closes_every_connection(rig: Rig, connect: Connect) -> None:
+    page = await connect()
+    assert rig.server is not None
+    async with asyncio.timeout(5):
+        closing = asyncio.create_task(rig.server.close())
+        message = await page.socket.receive()
+        await closing
+    assert message.type is aiohttp.WSMsgType.CLOSE
+    assert message.data == aiohttp.WSCloseCode.GOING_AWAY
+    assert len(rig.side.hub) == 0
