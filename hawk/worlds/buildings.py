@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from hawk.worlds.canvas import Bytes, Canvas, Floats, noise
+from hawk.worlds.canvas import Bytes, Canvas, Floats, Points, noise
 from hawk.worlds.facets import HeightLayer
 from hawk.worlds.light import Sun
 from hawk.worlds.materials import grey, sample_material, texture
@@ -18,7 +18,7 @@ def draw_building(rng: np.random.Generator, building: Building, sun: Sun, metres
     corners = building.polygon
     top = HeightLayer(np.column_stack([corners, np.full(4, building.height)]), roof, "roof")
     wall = np.array(grey(rng, 70, 225, 10), np.float32)
-    walls = [_wall(rng, corners[k], corners[(k + 1) % 4], building.height, wall, sun) for k in range(4)]
+    walls = [_wall(corners[k], corners[(k + 1) % 4], building.height, wall, sun) for k in range(4)]
     return [*walls, top]
 
 
@@ -68,7 +68,7 @@ def _unit(
     canvas: Canvas,
     building: Building,
     axes: Axes,
-    cast: np.ndarray[tuple[int, ...], np.dtype[np.float64]],
+    cast: Points,
     sun: Sun,
 ) -> None:
     """Put a ventilator, a skylight or a box on the roof."""
@@ -96,27 +96,11 @@ def _parapet(rng: np.random.Generator, canvas: Canvas, colour: tuple[float, floa
     cv2.rectangle(canvas.image, (0, 0), corner, tuple(map(float, level)), thick)
 
 
-def _wall(
-    rng: np.random.Generator,
-    start: np.ndarray[tuple[int, ...], np.dtype[np.float64]],
-    end: np.ndarray[tuple[int, ...], np.dtype[np.float64]],
-    height: float,
-    colour: Floats,
-    sun: Sun,
-) -> HeightLayer:
-    length = float(np.linalg.norm(end - start))
-    along = (end - start) / max(length, 1e-6)
+def _wall(start: Points, end: Points, height: float, colour: Floats, sun: Sun) -> HeightLayer:
+    along = (end - start) / max(float(np.linalg.norm(end - start)), 1e-6)
     outward = np.array([along[1], -along[0]])  # the footprint runs clockwise on the map (x east, y south)
     lit = -float(np.dot(outward, sun.shadow)) / (float(np.hypot(*sun.shadow)) + 1e-6)
-    columns, rows = max(4, int(length * 8)), max(4, int(height * 8))
-    picture = np.empty((rows, columns, 3), np.float32)
-    picture[:] = colour * np.float32(0.62 + 0.28 * lit)
-    picture *= 1 + noise(rng, rows, columns, [20, 3], [0.03, 0.03])[..., None]
-    if rng.random() < 0.6:
-        step, sill = rng.uniform(2, 5) * 8, int(rows * rng.uniform(0.3, 0.5))
-        for x in np.arange(step / 2, columns - step / 2, step):
-            window = (int(x), sill), (int(x + step * 0.5), int(sill + rows * 0.3))
-            cv2.rectangle(picture, window[0], window[1], (62.0, 54.0, 48.0), -1)
-    pixels: Bytes = np.dstack([np.clip(picture, 0, 255).astype(np.uint8), np.full((rows, columns), 255, np.uint8)])
-    upper = [[*start, height], [*end, height], [*end, 0.0], [*start, 0.0]]
-    return HeightLayer(np.array(upper) - [0, 0, 0.01], pixels, "wall")
+    pixels = np.full((1, 1, 4), 255, np.uint8)
+    pixels[..., :3] = np.clip(colour * np.float32(0.62 + 0.28 * lit), 0, 255)
+    upper = np.array([[*start, height], [*end, height], [*end, 0.0], [*start, 0.0]])
+    return HeightLayer(upper - [0, 0, 0.01], pixels, "wall")

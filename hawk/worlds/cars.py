@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from hawk.worlds.canvas import Bytes, Floats, Points, noise
+from hawk.worlds.plan import Vehicle
 
 SPRITE_M = 0.05
 """Metres per pixel of a vehicle's picture."""
@@ -95,6 +96,12 @@ def draw_vehicle(rng: np.random.Generator, kind: str) -> Model:
     if kind in ("van", "lorry"):
         return _box_vehicle(rng, kind, shape, length, width, height, paint)
     return _car(rng, kind, shape, length, width, height, paint)
+
+
+def footprint_m(vehicle: Vehicle) -> Points:
+    """Return the four ground corners (metres) of a vehicle of its kind's usual size."""
+    shape = _SHAPES[vehicle.kind]
+    return outline(vehicle.x, vehicle.y, vehicle.heading, shape.length, shape.width)
 
 
 def outline(x: float, y: float, heading: float, length: float, width: float) -> Points:

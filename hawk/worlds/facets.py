@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from hawk.worlds.canvas import Bytes, Points, as_bytes
 
 _OPAQUE = 127
+_LEVEL_LIMITS = (1.5, 3.0)  # texels to a pixel from which on a halved picture is taken
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,7 +42,7 @@ class HeightLayer:
 
 @dataclass(frozen=True, slots=True)
 class Laid:
-    """One layer as it appears in a picture: where, its colours and where it is opaque (255)."""
+    """One layer as it appears in a picture: where, its colours (BGRA) and where it is opaque (255)."""
 
     rows: slice
     columns: slice
@@ -57,6 +58,9 @@ class FacetSet:
         ordered = sorted(layers, key=lambda layer: layer.height)
         self.labels = [layer.label for layer in ordered]
         self._pictures = [_levels(layer.pixels) for layer in ordered]
+        self._last_level = np.array([len(picture) - 1 for picture in self._pictures], np.int64)
+        self._scales = np.array([_level_scales(picture) for picture in self._pictures]).reshape(-1, 3, 3, 3)
+        self._texels = np.array([picture[0].shape[0] * picture[0].shape[1] for picture in self._pictures], float)
         self._corners = np.ones((len(ordered), 4, 4))
         self._to_world = np.zeros((len(ordered), 4, 3))
         for k, layer in enumerate(ordered):
@@ -77,52 +81,38 @@ class FacetSet:
         image = self._corners @ projection.T
         ahead = (image[..., 2] > 1e-6).all(1)
         pixels = image[..., :2] / np.where(image[..., 2:] > 1e-6, image[..., 2:], 1.0)
-        low = np.floor(pixels.min(1)).astype(int)
-        high = np.ceil(pixels.max(1)).astype(int) + 1
-        inside = (high[:, 0] > 0) & (high[:, 1] > 0) & (low[:, 0] < width) & (low[:, 1] < height)
-        forward = projection @ self._to_world
-        for k in np.nonzero(ahead & inside)[0]:
-            laid = self._lay(int(k), forward[k], pixels[k], (low[k], high[k]), (width, height))
-            if laid is not None:
-                yield laid
+        low = np.maximum(np.floor(pixels.min(1)), 0).astype(int)
+        high = np.minimum(np.ceil(pixels.max(1)) + 1, (width, height)).astype(int)
+        area = _areas(pixels)
+        shown = np.nonzero(ahead & (high > low).all(1) & (area >= 1.0))[0]
+        level = np.digitize(np.sqrt(self._texels[shown] / area[shown]), _LEVEL_LIMITS)
+        level = np.minimum(level, self._last_level[shown])
+        to_texels = self._scales[shown, level] @ np.linalg.inv(projection @ self._to_world[shown])
+        # the picture of one layer starts at its own upper left corner
+        to_texels[:, :, 2] += np.einsum("nij,nj->ni", to_texels[:, :, :2], low[shown].astype(float))
+        for k, number, inverse in zip(shown.tolist(), level.tolist(), to_texels, strict=True):
+            yield self._lay(k, self._pictures[k][number], inverse, pixels[k], low[k].tolist(), high[k].tolist())
 
     def _lay(
         self,
         k: int,
-        forward: NDArray[np.float64],
-        pixels: NDArray[np.float64],
-        box: tuple[NDArray[np.int64], NDArray[np.int64]],
-        size: tuple[int, int],
-    ) -> Laid | None:
-        x0, y0 = max(0, int(box[0][0])), max(0, int(box[0][1]))
-        x1, y1 = min(size[0], int(box[1][0])), min(size[1], int(box[1][1]))
-        if x1 - x0 < 1 or y1 - y0 < 1 or abs(_area(pixels)) < 1.0:
-            return None
-        picture, scale = self._level(k, pixels)
-        inverse = np.linalg.inv(forward)
-        inverse = scale @ inverse @ np.array([[1.0, 0, x0], [0, 1.0, y0], [0, 0, 1.0]])
-        warped = cv2.warpPerspective(
-            picture, inverse, (x1 - x0, y1 - y0), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-        )
+        picture: Bytes,
+        to_texel: NDArray[np.float64],
+        quad: NDArray[np.float64],
+        low: list[int],
+        high: list[int],
+    ) -> Laid:
+        size = (high[0] - low[0], high[1] - low[1])
+        rows, columns = slice(low[1], high[1]), slice(low[0], high[0])
+        if picture.shape[:2] == (1, 1):
+            return Laid(rows, columns, *_plain(picture, quad - low, size), self.labels[k])
+        warped = cv2.warpPerspective(picture, to_texel, size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
         opaque = cv2.threshold(cv2.extractChannel(warped, 3), _OPAQUE, 255, cv2.THRESH_BINARY)[1]
-        colour = cv2.cvtColor(warped, cv2.COLOR_BGRA2BGR)
-        return Laid(slice(y0, y1), slice(x0, x1), as_bytes(colour), as_bytes(opaque), self.labels[k])
-
-    def _level(self, k: int, pixels: NDArray[np.float64]) -> tuple[Bytes, NDArray[np.float64]]:
-        """Pick the resolution that comes nearest to the picture's."""
-        levels = self._pictures[k]
-        rows, columns = levels[0].shape[:2]
-        per_pixel = np.sqrt(rows * columns / max(1.0, abs(_area(pixels))))
-        number = 0 if per_pixel < 1.5 else (1 if per_pixel < 3 else 2)
-        number = min(number, len(levels) - 1)
-        sy, sx = levels[number].shape[0] / rows, levels[number].shape[1] / columns
-        # texel centres lie at half numbers of the texture's own grid
-        scale = np.array([[sx, 0, 0.5 * sx - 0.5], [0, sy, 0.5 * sy - 0.5], [0, 0, 1.0]])
-        return levels[number], scale
+        return Laid(rows, columns, as_bytes(warped), as_bytes(opaque), self.labels[k])
 
 
 def lay_all(image: Bytes, facets: FacetSet, projection: NDArray[np.float64]) -> None:
-    """Lay every visible layer over ``image`` (BGR uint8) in place."""
+    """Lay every visible layer over ``image`` (BGRA uint8) in place."""
     for laid in facets.seen(projection, image.shape[1], image.shape[0]):
         cv2.copyTo(laid.colour, laid.opaque, image[laid.rows, laid.columns])
 
@@ -160,6 +150,15 @@ def flat_layer(
     return HeightLayer(np.column_stack([ground, np.full(4, height)]), pixels, label)
 
 
+def _plain(picture: Bytes, quad: NDArray[np.float64], size: tuple[int, int]) -> tuple[Bytes, Bytes]:
+    """Draw a layer of one colour as a polygon: walls have large bounding boxes and little to show."""
+    opaque = np.zeros(size[::-1], np.uint8)
+    cv2.fillConvexPoly(opaque, np.round(np.clip(quad, -30000, 30000) * 16).astype(np.int32), 255, shift=4)
+    colour = np.empty((*size[::-1], 4), np.uint8)
+    colour[:] = picture[0, 0]
+    return colour, opaque
+
+
 def _levels(pixels: Bytes) -> tuple[Bytes, ...]:
     """Return the picture and up to two halvings of it."""
     levels = [np.ascontiguousarray(pixels)]
@@ -179,7 +178,16 @@ def _texel_to_world(layer: HeightLayer) -> NDArray[np.float64]:
     return np.vstack([np.column_stack([right, down, start]), [0, 0, 1]])
 
 
-def _area(quad: NDArray[np.float64]) -> float:
-    """Signed area of a quadrilateral (N, 2)."""
-    x, y = quad[:, 0], quad[:, 1]
-    return float(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))) / 2
+def _level_scales(levels: Sequence[Bytes]) -> NDArray[np.float64]:
+    """Return (3, 3, 3): for each of three levels, texels of the finest to its own (texel centres at whole numbers)."""
+    scales = np.zeros((3, 3, 3))
+    for k, picture in enumerate([*levels, *[levels[-1]] * 2][:3]):
+        sy, sx = picture.shape[0] / levels[0].shape[0], picture.shape[1] / levels[0].shape[1]
+        scales[k] = [[sx, 0, 0.5 * sx - 0.5], [0, sy, 0.5 * sy - 0.5], [0, 0, 1.0]]
+    return scales
+
+
+def _areas(quads: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the areas (N,) of quadrilaterals (N, 4, 2), from their diagonals."""
+    first, second = quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1]
+    return np.asarray(np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]) / 2)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from hawk.worlds.canvas import Bytes, Canvas, Floats, Points
+from hawk.worlds.canvas import Bytes, Canvas, Floats, Points, as_bytes
 from hawk.worlds.facets import FacetSet, ground_projection
 from hawk.worlds.light import sample_sun
 from hawk.worlds.photometry import photograph
@@ -99,7 +99,7 @@ def _composite(
         x, y = centre + rng.normal(0, 0.3, 2) * height
         viewer = (float(x), float(y), height)
     projection = ground_projection((canvas.origin[0], canvas.origin[1]), canvas.metres_per_pixel, viewer)
-    image = np.clip(ground, 0, 255).astype(np.uint8)
+    image = as_bytes(cv2.cvtColor(as_bytes(np.clip(ground, 0, 255)), cv2.COLOR_BGR2BGRA))
     car = np.zeros(image.shape[:2], np.uint8)
     cover = np.zeros(image.shape[:2], np.uint8)
     for laid in facets.seen(projection, canvas.width, canvas.height):
@@ -107,7 +107,7 @@ def _composite(
         opaque = laid.opaque > 0
         car[laid.rows, laid.columns][opaque] = laid.label == "car"
         cover[laid.rows, laid.columns][opaque] = laid.label in ("tree", "roof", "wall")
-    smooth = cv2.GaussianBlur(image, (3, 3), 0.5)
+    smooth = cv2.GaussianBlur(cv2.cvtColor(image, cv2.COLOR_BGRA2BGR), (3, 3), 0.5)
     return smooth.astype(np.float32), car, cover
 
 

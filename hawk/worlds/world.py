@@ -1,0 +1,229 @@
+"""A world to fly over: a picture of the ground, what stands on it, and the truth about its stalls."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import shapely
+import shapely.ops
+from numpy.typing import NDArray
+
+from hawk.worlds.canvas import Bytes, Points
+from hawk.worlds.facets import HeightLayer
+
+__all__ = ["HeightLayer", "TrueStall", "Truth", "World", "WorldError", "load_truth"]
+
+_STATES = ("free", "taken", "unclear")
+_START_INSET_M = 1.0
+
+
+class WorldError(ValueError):
+    """A world or a truth that cannot be used; the message names the file or field and the remedy."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TrueStall:
+    """A painted stall.
+
+    ``corners`` is (4, 2) metres in the world's ground frame (x east, y south, origin in the picture's upper left corner);
+    corners[0]-corners[1] and corners[2]-corners[3] are the short ends. ``covered`` is the share (0..1) of it that
+    vehicles cover; ``hidden`` says that more than half of it lies under crowns or roofs; ``unclear`` that nobody could
+    tell its state (then ``taken`` means nothing).
+    """
+
+    id: int
+    corners: NDArray[np.float64]
+    taken: bool
+    hidden: bool = False
+    worn: bool = False
+    kind: str = "perpendicular"
+    covered: float = 0.0
+    unclear: bool = False
+
+    @property
+    def state(self) -> str:
+        """Return free, taken or unclear."""
+        return "unclear" if self.unclear else ("taken" if self.taken else "free")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Truth:
+    """What is known of a world: its stalls, and the outlines (N, 2) of its lots, metres."""
+
+    stalls: tuple[TrueStall, ...] = ()
+    lots: tuple[Points, ...] = ()
+    start: tuple[float, float] | None = None
+    metres_per_pixel: float | None = None
+    seed: int | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class World:
+    """A place to fly over.
+
+    Ground frame: origin in the upper left corner of the picture, x east, y south, metres. ``ground`` is BGR uint8
+    (H, W, 3) at ``metres_per_pixel``, with all shadows and nothing that has height; that is in ``layers``.
+    """
+
+    name: str
+    metres_per_pixel: float
+    ground: Bytes = field(repr=False)
+    layers: tuple[HeightLayer, ...] = field(default=(), repr=False)
+    stalls: tuple[TrueStall, ...] = field(default=(), repr=False)
+    lots: tuple[Points, ...] = field(default=(), repr=False)
+    seed: int | None = None
+    start_m: tuple[float, float] | None = None
+
+    @property
+    def size_m(self) -> tuple[float, float]:
+        """Width (east) and height (south) in metres."""
+        rows, columns = self.ground.shape[:2]
+        return columns * self.metres_per_pixel, rows * self.metres_per_pixel
+
+    def start(self) -> tuple[float, float]:
+        """Return where a drone is put down: just inside the middle of the lot's edge that is nearest to a corner.
+
+        The picture's corners are meant. Without any lot it is the middle of the picture.
+        """
+        if self.start_m is not None:
+            return self.start_m
+        width, height = self.size_m
+        if not self.lots:
+            return width / 2, height / 2
+        corners = np.array([[0, 0], [width, 0], [width, height], [0, height]], np.float64)
+        best = min(
+            ((point, lot) for lot in self.lots for point in _edge_middles(lot, width, height)),
+            key=lambda candidate: float(np.linalg.norm(corners - candidate[0], axis=1).min()),
+            default=None,
+        )
+        return (width / 2, height / 2) if best is None else _inside(best[0], best[1])
+
+    def truth_json(self) -> dict[str, Any]:
+        """Return the truth as it is saved (`load_truth` reads it)."""
+        rows, columns = self.ground.shape[:2]
+        return {
+            "metres_per_pixel": self.metres_per_pixel,
+            "size_px": [columns, rows],
+            "stalls": [_stall_json(stall) for stall in self.stalls],
+            "lots_m": [np.round(lot, 3).tolist() for lot in self.lots],
+            "start_m": [round(value, 3) for value in self.start()],
+            "seed": self.seed,
+            "name": self.name,
+        }
+
+
+def load_truth(path: str | Path) -> Truth:
+    """Read a truth file (`World.truth_json`, or stalls and outlines alone); raise WorldError naming what is wrong."""
+    path = Path(path)
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise WorldError(f"truth {path}: cannot be read ({error.strerror}); name a JSON file that exists") from error
+    except ValueError as error:
+        raise WorldError(f"truth {path}: is not JSON ({error})") from error
+    if not isinstance(data, Mapping):
+        raise WorldError(f"truth {path}: must be an object with 'stalls' and 'lots_m'")
+    return truth_from_json(data, str(path))
+
+
+def truth_from_json(data: Mapping[str, Any], source: str = "truth") -> Truth:
+    """Read a truth from its JSON object; ``source`` is named in errors."""
+    stalls = data.get("stalls", [])
+    lots = data.get("lots_m", [])
+    if not isinstance(stalls, list) or not isinstance(lots, list):
+        raise WorldError(f"{source}: 'stalls' and 'lots_m' must be lists")
+    start = data.get("start_m")
+    scale, seed = data.get("metres_per_pixel"), data.get("seed")
+    return Truth(
+        stalls=tuple(_stall_from_json(entry, k, f"{source}: stalls[{k}]") for k, entry in enumerate(stalls)),
+        lots=tuple(_points(lot, f"{source}: lots_m[{k}]", minimum=3) for k, lot in enumerate(lots)),
+        start=None if start is None else _pair(start, f"{source}: start_m"),
+        metres_per_pixel=None if scale is None else _positive(scale, f"{source}: metres_per_pixel"),
+        seed=seed if isinstance(seed, int) else None,
+    )
+
+
+def _stall_json(stall: TrueStall) -> dict[str, Any]:
+    return {
+        "id": stall.id,
+        "corners_m": np.round(stall.corners, 3).tolist(),
+        "covered": round(stall.covered, 3),
+        "state": stall.state,
+        "hidden": stall.hidden,
+        "worn": stall.worn,
+        "kind": stall.kind,
+    }
+
+
+def _stall_from_json(entry: object, number: int, source: str) -> TrueStall:
+    if not isinstance(entry, Mapping) or "corners_m" not in entry:
+        raise WorldError(f"{source}: must be an object with 'corners_m'")
+    corners = _points(entry["corners_m"], f"{source}.corners_m", minimum=4)
+    if len(corners) != 4:
+        raise WorldError(f"{source}.corners_m: must be 4 corners, not {len(corners)}")
+    state = entry.get("state", "unclear")
+    if state not in _STATES:
+        raise WorldError(f"{source}.state: must be one of {', '.join(_STATES)}, not {state!r}")
+    return TrueStall(
+        id=int(entry.get("id", number)),
+        corners=_short_ends_first(corners),
+        taken=state == "taken",
+        hidden=bool(entry.get("hidden", False)),
+        worn=bool(entry.get("worn", False)),
+        kind=str(entry.get("kind", "perpendicular")),
+        covered=float(entry.get("covered", 0.0)),
+        unclear=state == "unclear",
+    )
+
+
+def _short_ends_first(corners: Points) -> Points:
+    """Turn the order of the corners so that the first and third side are the short ones."""
+    sides = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
+    return corners if sides[0] + sides[2] <= sides[1] + sides[3] else np.roll(corners, -1, axis=0)
+
+
+def _points(value: object, source: str, *, minimum: int) -> Points:
+    try:
+        points = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise WorldError(f"{source}: must be a list of [x, y] pairs in metres") from error
+    if points.ndim != 2 or points.shape[1] != 2 or len(points) < minimum or not np.isfinite(points).all():
+        raise WorldError(f"{source}: must be at least {minimum} finite [x, y] pairs in metres")
+    return points
+
+
+def _pair(value: object, source: str) -> tuple[float, float]:
+    points = _points([value], source, minimum=1)
+    return float(points[0, 0]), float(points[0, 1])
+
+
+def _positive(value: object, source: str) -> float:
+    if not isinstance(value, (int, float)) or isinstance(value, bool) or not 0 < float(value) < 100:
+        raise WorldError(f"{source}: must be a number above 0, not {value!r}")
+    return float(value)
+
+
+def _edge_middles(lot: Points, width: float, height: float) -> list[Points]:
+    """Return the middles of a lot's longer edges that lie in the picture."""
+    ends = np.roll(lot, -1, axis=0)
+    lengths = np.linalg.norm(ends - lot, axis=1)
+    long = lengths >= min(6.0, float(lengths.max()))
+    middles = ((lot + ends) / 2)[long]
+    inside = (middles >= 0).all(1) & (middles[:, 0] <= width) & (middles[:, 1] <= height)
+    return list(middles[inside])
+
+
+def _inside(point: Points, lot: Points) -> tuple[float, float]:
+    """Return the nearest point to ``point`` that lies a little inside the lot."""
+    area = shapely.Polygon(lot).buffer(0)
+    inner = area.buffer(-_START_INSET_M)
+    if inner.is_empty:
+        centre = area.representative_point()
+        return float(centre.x), float(centre.y)
+    nearest = shapely.ops.nearest_points(inner, shapely.Point(point))[0]
+    return float(nearest.x), float(nearest.y)
