@@ -1,0 +1,114 @@
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hawk.model import CELL_M, TILE_CELLS, Cell, GlobalPose, Stall, StallState
+from hawk.survey.report import compare, counts, finite, map_offset
+from hawk.survey.survey_map import SurveyMap
+from hawk.survey.truth import Truth
+
+ORIGIN = GlobalPose(43.2609, -79.9192, 0.0)
+WIDTH, LENGTH = 2.6, 5.2
+
+
+def rows() -> list[tuple[float, float]]:
+    """Centres (x, y) in the world of two rows of twelve stalls."""
+    return [(4.0 + 2.6 * k, y) for y in (6.0, 18.0) for k in range(12)]
+
+
+def quad(x: float, y: float) -> np.ndarray:
+    return np.array([[x - 1.3, y - 2.6], [x + 1.3, y - 2.6], [x + 1.3, y + 2.6], [x - 1.3, y + 2.6]])
+
+
+def truth(free: int = 10) -> Truth:
+    places = rows()
+    states = [StallState.FREE if k < free else StallState.TAKEN for k in range(len(places))]
+    lot = np.array([[0.0, 0.0], [40.0, 0.0], [40.0, 24.0], [0.0, 24.0]])
+    return Truth(tuple(quad(*p) for p in places), tuple(states), (False,) * len(places), (lot,), ORIGIN)
+
+
+def survey(free: int = 10, shift: tuple[float, float] = (0.0, 0.0), leave_out: int = 0, extra: int = 0) -> SurveyMap:
+    """A perfect survey of `truth`, with its faults: the datum lies in the world's corner."""
+    stalls = {}
+    for k, (x, y) in enumerate(rows()[leave_out:], start=leave_out):
+        state = StallState.FREE if k < free else StallState.TAKEN
+        stalls[k] = Stall(k, -y + shift[1], x + shift[0], 0.0, WIDTH, LENGTH, 0.5, state, 0.9, 3, 0.0, 1)
+    for k in range(100, 100 + extra):
+        stalls[k] = Stall(k, 50.0 + 6 * k, 0.0, 0.0, WIDTH, LENGTH, 0.1, StallState.FREE, 0.9, 3, 0.0, 1)
+    tiles = {(0, c): np.full((TILE_CELLS, TILE_CELLS), Cell.NON_LOT, np.uint8) for c in (0, 1)}
+    tiles[0, 0][: round(24 / CELL_M)] = Cell.LOT
+    tiles[0, 1][: round(24 / CELL_M), : round((40 - 25.6) / CELL_M)] = Cell.LOT
+    return SurveyMap(ORIGIN, stalls, tiles)
+
+
+def test_a_perfect_survey() -> None:
+    found = compare(survey(), truth())
+    for key in ("stall_precision", "stall_recall", "stall_f1", "recall_whole", "free_recall", "state_accuracy"):
+        assert found[key] == 1.0, key
+    assert found["free_count_error"] == 0.0
+    assert found["lot_iou"] == pytest.approx(1.0, abs=0.03)
+    assert found["position_error_p95_m"] < 0.01
+
+
+def test_a_constant_position_error_is_taken_out_and_told() -> None:
+    found = compare(survey(shift=(0.8, -0.5)), truth())
+    assert found["stall_f1"] == 1.0
+    assert found["map_offset_east_m"] == pytest.approx(-0.8, abs=0.02)
+    assert found["map_offset_north_m"] == pytest.approx(0.5, abs=0.02)
+    assert found["position_error_p95_m"] < 0.02
+
+
+def test_missed_and_invented_stalls_and_wrong_counts_show() -> None:
+    found = compare(survey(leave_out=4, extra=2), truth())
+    assert found["stall_recall"] == pytest.approx(20 / 24)
+    assert found["stall_precision"] == pytest.approx(20 / 22)
+    assert found["free_recall"] == pytest.approx(6 / 10)
+    assert found["free_count_error_stalls"] == 2
+    assert found["free_count_error"] == pytest.approx(0.2)
+
+
+def test_unknown_is_wrong_in_state_and_missed_in_free_recall() -> None:
+    seen = survey()
+    stalls = dict(seen.stalls)
+    for key in range(5):
+        one = stalls[key]
+        stalls[key] = Stall(key, one.north, one.east, 0.0, WIDTH, LENGTH, 0.5, StallState.UNKNOWN, 0.9, 3, 0.0, 1)
+    found = compare(SurveyMap(seen.datum, stalls, seen.tiles), truth())
+    assert found["state_accuracy"] == pytest.approx(19 / 24)
+    assert found["free_recall"] == pytest.approx(0.5)
+    assert found["unknown_share"] == pytest.approx(5 / 24)
+
+
+def test_a_wrong_lot_outline_shows() -> None:
+    seen = survey()
+    tiles = {key: tile.copy() for key, tile in seen.tiles.items()}
+    tiles[0, 1][:] = Cell.NON_LOT
+    assert compare(SurveyMap(seen.datum, seen.stalls, tiles), truth())["lot_iou"] == pytest.approx(25.6 / 40, abs=0.03)
+
+
+def test_a_survey_that_found_nothing_is_null_not_a_crash() -> None:
+    found = finite(compare(SurveyMap(ORIGIN, {}, {}), truth()))
+    assert found["stall_recall"] == 0.0
+    assert found["stall_precision"] is None
+    json.dumps(found, allow_nan=False)
+    assert counts(SurveyMap(ORIGIN, {}, {})) == {"stalls": 0, "free": 0, "taken": 0, "unknown": 0}
+
+
+@given(st.floats(-1.1, 1.1), st.floats(-1.1, 1.1))
+def test_the_offset_of_a_displaced_map_is_found(dx: float, dy: float) -> None:
+    true = np.array(rows())
+    found = true + (dx, dy)
+    shift = map_offset(found, true)
+    if math.hypot(dx, dy) < 1.0:
+        assert shift == pytest.approx(np.array([-dx, -dy]), abs=0.02)
+    assert np.hypot(*shift) <= 5.0
+
+
+def test_a_few_stalls_are_no_ground_for_moving_a_map() -> None:
+    assert map_offset(np.zeros((3, 2)), np.ones((3, 2))) == pytest.approx(np.zeros(2))
