@@ -103,7 +103,7 @@ def test_a_survey_that_found_nothing_is_null_not_a_crash() -> None:
 @given(st.floats(-1.1, 1.1), st.floats(-1.1, 1.1))
 def test_the_offset_of_a_displaced_map_is_found(dx: float, dy: float) -> None:
     true = np.array(rows())
-    found = true + (dx, dy)
+    found = np.add(true, (dx, dy))
     shift = map_offset(found, true)
     if math.hypot(dx, dy) < 1.0:
         assert shift == pytest.approx(np.array([-dx, -dy]), abs=0.02)
