@@ -1,0 +1,83 @@
+from __future__ import annotations
+
+import asyncio
+import logging
+
+import pytest
+
+from hawk.ticker import Ticker
+
+
+async def test_it_ticks_at_the_interval_and_tells_the_cost() -> None:
+    times: list[float] = []
+    costs: list[float] = []
+    enough = asyncio.Event()
+    loop = asyncio.get_running_loop()
+
+    def tick() -> None:
+        times.append(loop.time())
+        if len(times) == 6:
+            enough.set()
+
+    ticker = Ticker(0.01, tick, costs.append)
+    ticker.start()
+    await asyncio.wait_for(enough.wait(), 5)
+    ticker.stop()
+    assert times[5] - times[0] >= 0.045
+    assert len(costs) >= 5
+    assert all(cost >= 0 for cost in costs)
+
+
+async def test_a_tick_that_raises_is_counted_and_the_next_one_comes(caplog: pytest.LogCaptureFixture) -> None:
+    again = asyncio.Event()
+    calls = 0
+
+    def tick() -> None:
+        nonlocal calls
+        calls += 1
+        if calls == 1:
+            raise RuntimeError("broken")
+        again.set()
+
+    ticker = Ticker(0.001, tick, lambda _: None)
+    with caplog.at_level(logging.ERROR):
+        ticker.start()
+        await asyncio.wait_for(again.wait(), 5)
+    ticker.stop()
+    assert ticker.failures == 1
+    assert "a tick failed" in caplog.text
+
+
+async def test_after_stop_nothing_ticks() -> None:
+    calls = 0
+
+    def tick() -> None:
+        nonlocal calls
+        calls += 1
+
+    ticker = Ticker(0.0, tick, lambda _: None)
+    ticker.start()
+    ticker.stop()
+    for _ in range(5):
+        await asyncio.sleep(0)
+    assert calls == 1
+    ticker.stop()
+
+
+async def test_ticks_that_were_missed_are_not_made_up_for() -> None:
+    calls = 0
+    loop = asyncio.get_running_loop()
+
+    def tick() -> None:
+        nonlocal calls
+        calls += 1
+        if calls == 1:
+            end = loop.time() + 0.05
+            while loop.time() < end:  # a loop that hangs
+                pass
+
+    ticker = Ticker(0.01, tick, lambda _: None)
+    ticker.start()
+    await asyncio.sleep(0.012)
+    ticker.stop()
+    assert calls <= 3
