@@ -36,7 +36,9 @@ class Ticker:
 
     def _run(self) -> None:
         loop = asyncio.get_running_loop()
-        self._due = max(self._due + self._interval, loop.time())
+        self._due += self._interval
+        if self._due <= loop.time():
+            self._due = loop.time() + self._interval
         self._handle = loop.call_at(self._due, self._run)
         started = time.perf_counter()
         try:
