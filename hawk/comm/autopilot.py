@@ -20,7 +20,7 @@ from hawk.comm.clock import Clock
 from hawk.comm.frames import place_at
 from hawk.comm.inbox import Inbox
 from hawk.comm.latest_sender import LatestSender
-from hawk.comm.mavlink_link import MavsdkLink, Message
+from hawk.comm.mavlink_link import AutopilotLink, MavsdkLink, Message, OnMessage
 from hawk.comm.parameters import Parameters
 from hawk.comm.pose_buffer import wrap_angle
 from hawk.comm.rates import RateKeeper, wanted_streams
@@ -61,13 +61,14 @@ class MavsdkAutopilot:
         clock: Clock,
         topics: VehicleTopics,
         wall: Callable[[], float] = time.time,
+        make_link: Callable[[str, int, Clock, OnMessage], AutopilotLink] = MavsdkLink,
     ) -> None:
         self.topics = topics
         self._settings = settings
         self._clock = clock
         self._rates = RateKeeper(wanted_streams(settings.position_rate_hz))
         self._inbox: Inbox[Message] | None = None
-        self._link = MavsdkLink(settings.url, settings.system_id, clock, self._receive)
+        self._link = make_link(settings.url, settings.system_id, clock, self._receive)
         self._telemetry = Telemetry(clock, topics, self._rates, self._link.sensor_health, wall)
         self._telemetry.on_reboot = self._on_reboot
         self._commands = ThreadPoolExecutor(2, "autopilot-command")

@@ -73,6 +73,38 @@ class Link(Protocol):
         ...
 
 
+class AutopilotLink(Link, Protocol):
+    """A link with its life: it is opened, an autopilot is found on it, it goes away and comes back."""
+
+    @property
+    def found(self) -> bool:
+        """Whether an autopilot was ever found on the link."""
+        ...
+
+    def open(self) -> None:
+        """Open the connection if it is not open. Raises AutopilotError."""
+        ...
+
+    def find(self, timeout_s: float) -> bool:
+        """Wait so long for the first heartbeat of an autopilot."""
+        ...
+
+    def reopen(self) -> None:
+        """Close the connection and open it again. Raises AutopilotError."""
+        ...
+
+    def close(self) -> None:
+        """End the link and its threads. Idempotent."""
+        ...
+
+    def sensor_health(self) -> SensorHealth:
+        """Return the summary of SYS_STATUS. Does not block."""
+        ...
+
+
+OnMessage = Callable[[Message], None]
+
+
 def require_finite(values: Mapping[str, Any]) -> None:
     """Raise AutopilotError naming the field that is not finite: a NaN in a set-point crashes ArduCopter."""
     for name, value in values.items():

@@ -1,0 +1,59 @@
+"""Frozen dataclasses that carry a JPEG, as bytes and back without loss: one JSON line, then the picture.
+
+The class itself is given when reading, so that this room knows none of the algorithms' types.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from dataclasses import fields, is_dataclass
+from typing import Any, TypeVar
+
+from pydantic import TypeAdapter, ValidationError
+
+T = TypeVar("T")
+_LENGTH = struct.Struct("<I")
+_PICTURE = "jpeg"
+
+
+class FrameFormatError(ValueError):
+    """Bytes that are no frame; the text says what is wrong."""
+
+
+def encode_frame(frame: Any) -> bytes:
+    """Return a dataclass with a ``jpeg: bytes`` field as bytes. Raises TypeError for anything else."""
+    if not is_dataclass(frame) or isinstance(frame, type) or not isinstance(getattr(frame, _PICTURE, None), bytes):
+        raise TypeError(f"{type(frame).__name__} is no dataclass with a {_PICTURE} field of bytes")
+    values = {item.name: getattr(frame, item.name) for item in fields(frame) if item.name != _PICTURE}
+    header = json.dumps(values, default=to_plain, separators=(",", ":")).encode()
+    picture: bytes = getattr(frame, _PICTURE)
+    return b"".join((_LENGTH.pack(len(header)), header, picture))
+
+
+def decode_frame(data: bytes, kind: type[T]) -> T:
+    """Return the dataclass of `encode_frame`, equal to the one that went in. Raises FrameFormatError."""
+    if len(data) < _LENGTH.size:
+        raise FrameFormatError("the frame has no header")
+    (length,) = _LENGTH.unpack_from(data)
+    end = _LENGTH.size + length
+    if end > len(data):
+        raise FrameFormatError(f"the frame's header has {length} bytes, only {len(data) - _LENGTH.size} are there")
+    try:
+        values = json.loads(data[_LENGTH.size : end])
+        return TypeAdapter(kind).validate_python({**values, _PICTURE: data[end:]})
+    except (ValidationError, ValueError, TypeError) as error:
+        raise FrameFormatError(f"the frame is no {kind.__name__}: {error}") from error
+
+
+def to_plain(value: Any) -> Any:
+    """Return what JSON can hold of a dataclass, array scalar, set or path; for ``json.dumps(default=...)``."""
+    if is_dataclass(value) and not isinstance(value, type):
+        return {item.name: getattr(value, item.name) for item in fields(value)}
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    if isinstance(value, bytes):
+        return f"<{len(value)} bytes>"
+    if isinstance(value, set | frozenset):
+        return sorted(value, key=str)
+    return str(value)

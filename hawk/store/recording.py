@@ -1,0 +1,303 @@
+"""The recording of a flight (MCAP, https://mcap.dev): every input, decision and command, written off the loop.
+
+One file a flight. Messages are written as they come, in no chunks, and pushed to the disk four times a second, so that
+a crash loses less than a second and what is there can be read. The queue is bounded by bytes: what does not fit is
+dropped, counted and shown in health, and never waited for.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import logging
+import shutil
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import IO, Any
+
+from mcap.writer import CompressionType, IndexType, Writer
+
+from hawk.config import StoreSettings
+from hawk.model import Health
+from hawk.store.frame_codec import encode_frame, to_plain
+
+_LOG = logging.getLogger(__name__)
+
+FRAME_INPUT = "frame_input"
+"""Topic of the frames that the algorithms worked on."""
+METADATA = "hawk"
+"""Name of the metadata record with seed, configuration and version."""
+FLUSH_S = 0.25
+_SPACE_CHECK_S = 2.0
+_RETRY_S = 5.0
+_DROPS_SHOWN_S = 10.0
+_QUEUE_BYTES = 64_000_000
+_SMALL = 2_000
+_CLOSE_S = 5.0
+_STOPPED = "Recording stopped"
+_JSON, _FRAME = "json", "hawk-frame"
+
+
+@dataclass(frozen=True, slots=True)
+class _Item:
+    topic: str
+    payload: Any
+    is_frame: bool
+    time_ns: int
+    size: int
+
+
+class Recording:
+    """Writes recordings. `begin` opens a file, `end` finishes it; what is recorded outside is not kept."""
+
+    def __init__(
+        self,
+        settings: StoreSettings,
+        clock: Callable[[], float],
+        metadata: Mapping[str, str],
+        *,
+        utc: Callable[[], datetime] = lambda: datetime.now(UTC),
+        free_bytes: Callable[[Path], int] = lambda path: shutil.disk_usage(path).free,
+        opener: Callable[[Path], IO[bytes]] = lambda path: path.open("xb"),
+        queue_bytes: int = _QUEUE_BYTES,
+    ) -> None:
+        """``metadata`` goes into every file: seed, configuration and version of this run."""
+        self._folder = settings.directory / "recordings"
+        self._least_free = settings.minimum_free_mb * 1_000_000
+        self._enabled = settings.record
+        self._clock = clock
+        self._metadata = dict(metadata)
+        self._utc = utc
+        self._free_bytes = free_bytes
+        self._opener = opener
+        self._limit = queue_bytes
+        self._ready = threading.Condition()
+        self._queue: deque[_Item] = deque()
+        self._queued = 0
+        self._wanted = False
+        self._closing = False
+        self._ended: Callable[[], None] = lambda: None
+        self._dropped = 0
+        self._dropped_at = float("-inf")
+        self._health = Health()
+        self._file: _McapFile | None = None
+        self._path: Path | None = None
+        self._thread = threading.Thread(target=self._run, name="recording", daemon=True)
+        self._thread.start()
+
+    def begin(self) -> None:
+        """Record from this moment on, into a new file. Does nothing while it records, or when it is switched off."""
+        with self._ready:
+            self._wanted = self._enabled
+            self._ready.notify_all()
+
+    def end(self) -> None:
+        """Finish the file with what was recorded so far."""
+        with self._ready:
+            self._wanted = False
+            self._ready.notify_all()
+
+    def record(self, kind: str, payload: Mapping[str, Any]) -> None:
+        """Record inputs, a decision or a command under a topic. ``payload`` must not change afterwards."""
+        self._put(kind, payload, is_frame=False, size=_SMALL)
+
+    def record_frame(self, frame: Any) -> None:
+        """Record a frame that the algorithms worked on: a frozen dataclass with a ``jpeg`` field, kept without loss."""
+        self._put(FRAME_INPUT, frame, is_frame=True, size=_SMALL + len(frame.jpeg))
+
+    @property
+    def recording(self) -> bool:
+        """Whether a file is being written."""
+        return self._file is not None
+
+    @property
+    def path(self) -> Path | None:
+        """The newest file."""
+        return self._path
+
+    @property
+    def dropped(self) -> int:
+        """Messages that did not fit into the queue or could not be written."""
+        return self._dropped
+
+    @property
+    def health(self) -> Health:
+        """Whether everything that should be recorded is."""
+        if self._health.is_healthy and self._clock() - self._dropped_at < _DROPS_SHOWN_S:
+            return Health.bad(f"Recording: the disk is too slow, {self._dropped} messages are missing")
+        return self._health
+
+    async def close(self) -> None:
+        """Finish the file and end the thread; no longer than 5 s."""
+        loop = asyncio.get_running_loop()
+        ended = asyncio.Event()
+
+        def tell() -> None:
+            with contextlib.suppress(RuntimeError):  # the loop has ended
+                loop.call_soon_threadsafe(ended.set)
+
+        with self._ready:
+            if self._closing:
+                return
+            self._ended, self._wanted, self._closing = tell, False, True
+            self._ready.notify_all()
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(ended.wait(), _CLOSE_S)
+            self._thread.join(_CLOSE_S)  # its last act was to tell
+
+    # --- inside ----------------------------------------------------------------------------------------------------
+
+    def _put(self, topic: str, payload: Any, *, is_frame: bool, size: int) -> None:
+        now = self._clock()
+        with self._ready:
+            if not self._wanted:
+                return
+            if self._queued + size > self._limit:
+                self._dropped += 1
+                self._dropped_at = now
+                return
+            self._queue.append(_Item(topic, payload, is_frame, round(now * 1e9), size))
+            self._queued += size
+
+    def _run(self) -> None:
+        space_checked = float("-inf")
+        while True:
+            with self._ready:
+                if not self._closing:
+                    self._ready.wait(FLUSH_S if self._wanted or self._queue else None)
+                items, self._queue, self._queued = self._queue, deque(), 0
+                wanted, closing = self._wanted, self._closing
+            try:
+                if wanted and time.monotonic() - space_checked >= _SPACE_CHECK_S:
+                    space_checked = time.monotonic()
+                    self._check_space()
+                self._write(items, wanted)
+            except Exception as error:  # a recording that fails must not end
+                self._fail(f"Recording: {getattr(error, 'strerror', None) or error} ({self._folder})", len(items))
+                with self._ready:
+                    self._ready.wait_for(lambda: self._closing, 0 if closing else _RETRY_S)
+            if closing:
+                break
+        self._ended()
+
+    def _write(self, items: deque[_Item], wanted: bool) -> None:
+        if self._file is None and (items or wanted) and self._has_space():
+            self._open()
+        if self._file is None:
+            self._lose(len(items))
+            return
+        for item in items:
+            try:
+                data = _encode(item)
+            except (TypeError, ValueError) as error:
+                _LOG.error("Recording: a message of %s cannot be kept: %s", item.topic, error)
+                self._lose(1)
+                continue
+            self._file.write(item.topic, _FRAME if item.is_frame else _JSON, item.time_ns, data)
+        self._file.flush()
+        if not wanted:
+            self._finish()
+
+    def _open(self) -> None:
+        self._folder.mkdir(parents=True, exist_ok=True)
+        now = self._utc()
+        stem = now.strftime("%Y%m%dT%H%M%SZ")
+        path = self._folder / f"{stem}.mcap"
+        for number in range(2, 1000):
+            if not path.exists():
+                break
+            path = self._folder / f"{stem}-{number}.mcap"
+        metadata = {**self._metadata, "utc": now.isoformat(), "clock": repr(self._clock())}
+        self._file = _McapFile(self._opener(path), metadata)
+        self._path = path
+        self._health = Health()
+
+    def _finish(self) -> None:
+        file, self._file = self._file, None
+        if file is not None:
+            file.close()
+
+    def _has_space(self) -> bool:
+        return not self._health.reason.startswith(_STOPPED)
+
+    def _check_space(self) -> None:
+        self._folder.mkdir(parents=True, exist_ok=True)
+        free = self._free_bytes(self._folder)
+        if free >= self._least_free:
+            if not self._has_space():
+                self._health = Health()
+            return
+        self._finish()
+        reason = (
+            f"{_STOPPED}: {free // 1_000_000} MB are free, store.minimum_free_mb is "
+            f"{self._least_free // 1_000_000}: delete old files in {self._folder}"
+        )
+        if self._has_space():
+            _LOG.warning(reason)
+        self._health = Health.bad(reason)
+
+    def _lose(self, count: int) -> None:
+        with self._ready:
+            self._dropped += count
+
+    def _fail(self, reason: str, lost: int) -> None:
+        self._lose(lost)
+        if self._health.reason != reason:
+            _LOG.error("%s; trying again", reason)
+        self._health = Health.bad(reason)
+        file, self._file = self._file, None
+        if file is not None:
+            file.abandon()
+
+
+def _encode(item: _Item) -> bytes:
+    if item.is_frame:
+        return encode_frame(item.payload)
+    return json.dumps(item.payload, default=to_plain, separators=(",", ":")).encode()
+
+
+class _McapFile:
+    """One MCAP file: a channel for each topic, made when its first message comes."""
+
+    def __init__(self, stream: IO[bytes], metadata: Mapping[str, str]) -> None:
+        self._stream = stream
+        self._channels: dict[str, int] = {}
+        try:
+            self._writer = Writer(
+                stream,
+                compression=CompressionType.NONE,
+                index_types=IndexType.METADATA,
+                use_chunking=False,
+            )
+            self._writer.start(profile="hawk", library="hawk-drone")
+            self._writer.add_metadata(METADATA, dict(metadata))
+            stream.flush()
+        except BaseException:
+            self.abandon()
+            raise
+
+    def write(self, topic: str, encoding: str, time_ns: int, data: bytes) -> None:
+        channel = self._channels.get(topic)
+        if channel is None:
+            channel = self._channels[topic] = self._writer.register_channel(topic, encoding, schema_id=0)
+        self._writer.add_message(channel, time_ns, data, time_ns)
+
+    def flush(self) -> None:
+        self._stream.flush()
+
+    def close(self) -> None:
+        try:
+            self._writer.finish()  # type: ignore[no-untyped-call]
+        finally:
+            self._stream.close()
+
+    def abandon(self) -> None:
+        """Let go of a file that cannot be written: what is in it stays readable."""
+        with contextlib.suppress(OSError, ValueError):
+            self._stream.close()
