@@ -4,7 +4,8 @@
 
 ``--lots``: pictures ``PLACE.jpg`` with ``PLACE.json`` (metres_per_pixel, stalls with corners_m and state, lots_m).
 ``--tiles``: ``images/*.jpg`` with ``labels/*.txt`` (class, polygon in fractions; 0 car, 1 lot, 3 stall); tiles with
-fewer than five stalls are left out. ``--negatives``: pictures without any stall. Measures are those of `hawk.survey.scoring`.
+fewer than five stalls are left out. ``--negatives``: pictures without any stall. The measures are those of
+`hawk.survey.scoring`.
 """
 
 from __future__ import annotations

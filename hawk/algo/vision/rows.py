@@ -112,22 +112,36 @@ def complete_rows(stalls: RowStalls, evidence: Evidence, options: RowOptions | N
 
 
 def row_of(stalls: RowStalls) -> NDArray[np.intp]:
-    """Return the number of each stall's row, (N,): neighbours side by side, alike in direction and length."""
+    """Return the number of each stall's row, (N,): neighbours side by side, alike in direction and length.
+
+    In angled rows a neighbour is also shifted along the stall; what next neighbours show of that shift is expected of
+    those beyond a gap, too.
+    """
     count = len(stalls)
-    i, j = quads.near_pairs(stalls.centres, stalls.centres, 4.6 * float(stalls.width.max()))
+    i, j = quads.near_pairs(stalls.centres, stalls.centres, 6.5 * float(stalls.width.max()))
     offset = stalls.centres[j] - stalls.centres[i]
-    across = np.abs(quads.cross(stalls.angle[i], offset))
-    along = np.abs(offset[:, 0] * np.cos(stalls.angle[i]) + offset[:, 1] * np.sin(stalls.angle[i]))
+    across = quads.cross(stalls.angle[i], offset)
+    along = offset[:, 0] * np.cos(stalls.angle[i]) + offset[:, 1] * np.sin(stalls.angle[i])
     width = (stalls.width[i] + stalls.width[j]) / 2
-    together = (
+    alike = (
         (quads.angle_between(stalls.angle[i], stalls.angle[j]) < _SAME_DIRECTION)
-        & (across > 0.6 * width)
-        & (across < 4.4 * width)
-        & (along < 0.3 * stalls.length[i])
+        & (np.abs(across) > 0.6 * width)
         & (np.abs(stalls.length[i] - stalls.length[j]) < 0.35 * stalls.length[i])
     )
+    beside = alike & (np.abs(across) < 1.4 * width) & (np.abs(along) < 0.75 * stalls.length[i])
+    lean = _mean_by(i[beside], along[beside] / across[beside], count)
+    expected = np.where(np.isnan(lean[i]), lean[j], lean[i])
+    straight = np.abs(along - np.nan_to_num(expected) * across) < 0.3 * stalls.length[i]
+    together = beside | (alike & straight & (np.abs(across) < 4.4 * width))
     links = coo_array((np.ones(int(together.sum())), (i[together], j[together])), shape=(count, count))
     return np.asarray(connected_components(links, directed=False)[1], np.intp)
+
+
+def _mean_by(owner: NDArray[np.intp], values: FloatArray, count: int) -> FloatArray:
+    """Return the mean of each owner's values, (count,), NaN without any."""
+    number = np.bincount(owner, minlength=count)
+    total = np.bincount(owner, values, count)
+    return np.asarray(np.divide(total, number, out=np.full(count, np.nan), where=number > 0))
 
 
 @dataclass(frozen=True, slots=True)
