@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from hawk.algo.mapper.geometry import angle_difference
+from hawk.algo.vision import quads
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -33,7 +33,7 @@ def pair(
     cos, sin = np.cos(angle)[:, None], np.sin(angle)[:, None]
     along = np.abs(d_north * cos + d_east * sin) / length[:, None]
     across = np.abs(d_east * cos - d_north * sin) / width[:, None]
-    turn = angle_difference(found[2][None], angle[:, None])
+    turn = quads.angle_between(found[2][None], angle[:, None])
     allowed = (across < _ACROSS) & (along < _ALONG) & (turn < _ANGLE)
     cost = (across / _ACROSS) ** 2 + (along / _ALONG) ** 2 + (turn / _ANGLE) ** 2
     rows, columns = np.flatnonzero(allowed.any(1)), np.flatnonzero(allowed.any(0))

@@ -17,6 +17,7 @@ from hawk.algo.mapper.index import StallIndex
 from hawk.algo.mapper.layout import lay, moved, outline
 from hawk.algo.mapper.mosaic import Mosaic
 from hawk.algo.mapper.register import Registration, Shift
+from hawk.algo.mapper.rowfill import RowFiller
 from hawk.algo.mapper.settings import MapperSettings
 from hawk.algo.mapper.shown import classify
 from hawk.algo.mapper.stalls import Look, StallTracker
@@ -45,6 +46,8 @@ class MapCore:
         self._last_pose: MapPose | None = None
         self._outlined: MapPose | None = None
         self._since_outline = 0
+        self._rows = RowFiller(settings.rows_reach_m)
+        self._since_rows = 0
         self._pictured: MapPose | None = None
         self.index = OccupancyMap(map_id=map_id)
 
@@ -116,7 +119,7 @@ class MapCore:
         for key, picture in self._mosaic.encoded.items():
             if picture.version > version:
                 parts[delta.tile_name(delta.MOSAIC, key)] = picture.data
-        for row in self.tracker.rows[self.tracker.rows["touched"] > version]:
+        for row in self.tracker.rows[self.tracker.rows["confirmed"] & (self.tracker.rows["touched"] > version)]:
             parts[f"{delta.STALL}/{int(row['id'])}"] = to_bytes(row)
         for stall_id, when in self.tracker.gone.items():
             if when > version:
@@ -198,6 +201,10 @@ class MapCore:
         radius = float(np.hypot(*(corners - middle).T).max()) + _REACH_M
         look = Look(found, weight, seen.captured, in_picture, self._version)
         self.tracker.fuse(look, self.tracker.near(float(middle[0]), float(middle[1]), radius))
+        self._since_rows += 1
+        if self._since_rows >= self._settings.rows_frames:
+            self._since_rows = 0
+            self._rows.run(self.tracker, self.grid, (float(middle[0]), float(middle[1])), self._version)
         fresh = np.flatnonzero(self.tracker.rows["touched"] == self._version)
         gone = self.tracker.take_gone()
         self._encoder.mark_around(self._stalls.update(self.tracker.rows, fresh, gone, self._version))

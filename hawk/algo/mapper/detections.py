@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.algo.mapper.geometry import quads, transform_points
+from hawk.algo.mapper.geometry import transform_points
+from hawk.algo.vision import quads
 from hawk.algo.vision.seen import StallSeen
 
 Floats = NDArray[np.float64]
@@ -59,4 +60,4 @@ class Detections:
 
     def corners(self) -> Floats:
         """Return corners (N, 4, 2) of (north, east)."""
-        return quads(self.north, self.east, self.angle, self.width, self.length)
+        return quads.corners(self.north, self.east, self.angle, self.width, self.length)

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.algo.mapper.geometry import transform_points
+from hawk.algo.mapper.geometry import compose, transform_points
 from hawk.algo.mapper.grid import EVIDENCE_M, CellEvidence, log_odds
 from hawk.algo.mapper.window import Window
 from hawk.algo.vision.seen import GroundImage, Seen
@@ -18,13 +18,6 @@ from hawk.algo.vision.seen import GroundImage, Seen
 def moved(image: GroundImage, correction: NDArray[np.float64]) -> GroundImage:
     """Return the picture with its place corrected by a (2, 3) map-to-map affine."""
     return replace(image, to_map=compose(correction, image.to_map))
-
-
-def compose(outer: NDArray[np.float64], inner: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the (2, 3) affine that applies ``inner`` first, then ``outer``."""
-    result = outer[:, :2] @ inner
-    result[:, 2] += outer[:, 2]
-    return np.asarray(result)
 
 
 def outline(image: GroundImage) -> NDArray[np.float64]:

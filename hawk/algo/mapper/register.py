@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from hawk.algo.mapper.geometry import angle_difference, transform_points
+from hawk.algo.mapper.geometry import transform_points
+from hawk.algo.vision import quads
 
 Floats = NDArray[np.float64]
 
@@ -107,5 +108,5 @@ def _mutual_nearest(known: Floats, places: Floats, angles: Floats) -> tuple[NDAr
     f = np.flatnonzero(there < len(known))
     f = f[back[there[f]] == f]
     k = there[f]
-    good = angle_difference(known[k, 2], angles[f]) < 0.2
+    good = quads.angle_between(known[k, 2], angles[f]) < 0.2
     return k[good], f[good]

@@ -25,6 +25,10 @@ class MapperSettings:
     """Mosaic tiles encoded at most in one frame."""
     mosaic_step_m: float = 1.5
     """Way flown between two pictures that go into the mosaic."""
+    rows_frames: int = 6
+    """Frames between two completions of the rows near the drone."""
+    rows_reach_m: float = 45.0
+    """How far from the middle of the picture rows are completed."""
     outline_step_m: float = 2.0
     """Way flown between two looks at the lot's outline."""
     outline_frames: int = 8

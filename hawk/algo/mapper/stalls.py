@@ -15,8 +15,8 @@ from scipy.spatial import cKDTree
 
 from hawk.algo.mapper.associate import pair
 from hawk.algo.mapper.detections import Detections
-from hawk.algo.mapper.geometry import rotated_iou
 from hawk.algo.mapper.table import FREE, STALL_DTYPE, TAKEN, UNKNOWN, Rows, angle_of, corners_of
+from hawk.algo.vision import quads
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -57,7 +57,7 @@ class StallTracker:
         self.rows: Rows = np.zeros(0, STALL_DTYPE)
         self.next_id = 1
         self.gone: dict[int, int] = {}
-        """Stalls that are no more, and the map version at which they went."""
+        """Stalls that counted and are no more, and the map version at which they went."""
         self._just_gone: list[int] = []
 
     @property
@@ -129,8 +129,6 @@ class StallTracker:
         if len(found) == 0:
             return
         rows = np.zeros(len(found), STALL_DTYPE)
-        rows["id"] = self.next_id + np.arange(len(found))
-        self.next_id += len(found)
         rows["north"], rows["east"] = found.north, found.east
         rows["cos2"], rows["sin2"] = np.cos(2 * found.angle), np.sin(2 * found.angle)
         rows["width"], rows["length"] = found.width, found.length
@@ -141,17 +139,24 @@ class StallTracker:
         rows["confirmed"] = rows["exists"] >= _CONFIRM
         rows["state"] = call_state(rows["taken"], rows["state"])
         rows["touched"] = look.version
-        self.rows = np.concatenate([self.rows, rows])
+        self.add(rows)
 
     def _drop(self, version: int) -> None:
         bad = (self.rows["exists"] < _DROP) & ~self.rows["inferred"]
         self.remove(np.flatnonzero(bad), version)
 
+    def add(self, rows: Rows) -> None:
+        """Put rows into the table under ids of their own."""
+        rows["id"] = self.next_id + np.arange(len(rows))
+        self.next_id += len(rows)
+        self.rows = np.concatenate([self.rows, rows])
+
     def remove(self, index: NDArray[np.intp], version: int) -> None:
         """Take rows out of the table."""
-        for stall_id in self.rows["id"][index]:
-            self.gone[int(stall_id)] = version
-            self._just_gone.append(int(stall_id))
+        rows = self.rows[index]
+        for stall_id in rows["id"][rows["confirmed"]].tolist():
+            self.gone[stall_id] = version
+            self._just_gone.append(stall_id)
         self.rows = np.delete(self.rows, index)
 
     def _merge(self, look: Look) -> None:
@@ -168,7 +173,7 @@ class StallTracker:
             return
         pairs = np.unique(np.sort(pairs, 1), axis=0)
         corners = corners_of(self.rows)
-        overlap = rotated_iou(corners[pairs[:, 0]], corners[pairs[:, 1]])
+        overlap = quads.overlaps(corners[pairs[:, 0]], corners[pairs[:, 1]])
         losers: set[int] = set()
         for first, second in pairs[overlap > _OVERLAP]:
             if first not in losers and second not in losers:

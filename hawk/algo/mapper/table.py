@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.algo.mapper.geometry import quads
+from hawk.algo.vision import quads
 from hawk.model import Stall, StallState
 
 Floats = NDArray[np.float64]
@@ -50,7 +50,7 @@ def angle_of(rows: Rows) -> Floats:
 
 def corners_of(rows: Rows) -> Floats:
     """Return corners (N, 4, 2) of (north, east)."""
-    return quads(rows["north"], rows["east"], angle_of(rows), rows["width"], rows["length"])
+    return quads.corners(rows["north"], rows["east"], angle_of(rows), rows["width"], rows["length"])
 
 
 def probability(log_odds: Floats) -> Floats:

@@ -1,0 +1,164 @@
+"""Rows over the known map: stalls are drawn onto their row's lattice, and what cars hide is inferred from the row.
+
+The secret is when an inferred stall counts: the row must imply it again and again from the fused evidence, and a find
+of its own makes it a stall like any other, under the same id.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hawk.algo.mapper.associate import pair
+from hawk.algo.mapper.grid import EVIDENCE_M, EvidenceGrid
+from hawk.algo.mapper.stalls import StallTracker, call_state
+from hawk.algo.mapper.table import STALL_DTYPE, Rows, angle_of, probability
+from hawk.algo.mapper.window import Window
+from hawk.algo.vision import quads
+from hawk.algo.vision.rows import RowOptions, RowStalls, complete_rows, row_stalls
+
+_PULL = 0.4  # share of the way to the lattice that one run takes
+_INNER = 0.7
+_SAMPLES = (9, 5)  # along, across
+_IMPLIED, _NOT_IMPLIED = 1.0, -1.0  # log-odds of one run for and against an inferred stall
+_MOST = 3.0
+_COUNTS = 1.5
+_BEYOND_M = 12.0  # rows are cut at the reach: as far on, other stalls may lie where the cut row goes on
+_COVERED = 0.2  # share of car in a stall at which it may as well be taken
+_COVER_GAIN = 14.0
+_COVER_LIMIT = 2.2
+
+Floats = NDArray[np.float64]
+
+
+class RowFiller:
+    """Completes rows among the stalls near the drone."""
+
+    def __init__(self, reach_m: float, options: RowOptions | None = None) -> None:
+        """``reach_m`` is how far about a place rows are completed."""
+        self._reach_m = reach_m
+        self._options = options or RowOptions()
+
+    def run(self, tracker: StallTracker, grid: EvidenceGrid, middle: tuple[float, float], version: int) -> None:
+        """Complete the rows about a place (north, east); everything that changes is touched with ``version``."""
+        near = tracker.near(*middle, self._reach_m)
+        rows = tracker.rows[near]
+        real = near[rows["confirmed"] & ~rows["inferred"]]
+        if len(real) == 0:
+            return
+        layers = _Layers(grid, tracker.rows[real])
+        completed = complete_rows(_as_row_stalls(tracker.rows[real]), layers.core, self._options)
+        members = completed[~completed.inferred]
+        _pull(tracker.rows, real[members.source], members, version)
+        implied = completed[completed.inferred]
+        around = tracker.near(*middle, self._reach_m + _BEYOND_M)
+        known, found = pair(_geometry(tracker.rows[around]), (implied.north, implied.east, implied.angle))
+        _place(tracker.rows, around[known], implied[found])
+        fresh = implied[np.setdiff1d(np.arange(len(implied)), found)]
+        missing = np.setdiff1d(tracker.near(*middle, self._reach_m - _BEYOND_M), around[known])
+        _judge(tracker, around[known], missing, version)
+        _add(tracker, fresh, version)
+        _call(tracker.rows, layers, version)
+
+
+def _judge(tracker: StallTracker, implied: NDArray[np.intp], missing: NDArray[np.intp], version: int) -> None:
+    """Count one run for what the rows implied, and against what was inferred before and is not implied any more.
+
+    Finds that are too seldom to count gain too; stalls that count by themselves are left as they are.
+    """
+    rows = tracker.rows
+    gains = implied[rows["inferred"][implied] | ~rows["confirmed"][implied]]
+    loses = missing[rows["inferred"][missing]]
+    rows["exists"][gains] = np.minimum(rows["exists"][gains] + _IMPLIED, _MOST)
+    rows["exists"][loses] += _NOT_IMPLIED
+    rows["confirmed"][gains] |= rows["exists"][gains] >= _COUNTS
+    rows["touched"][gains] = rows["touched"][loses] = version
+    tracker.remove(loses[rows["exists"][loses] <= 0], version)
+
+
+class _Layers:
+    """Mean evidence in quads, from one window of the grid around the stalls."""
+
+    def __init__(self, grid: EvidenceGrid, rows: Rows) -> None:
+        places = np.stack([rows["north"], rows["east"]], -1)
+        self._window = Window.around(places, EVIDENCE_M, 15.0)
+        self._core = grid.layer(self._window, "core")
+        self._car = grid.layer(self._window, "car")
+
+    def core(self, corners: Floats) -> Floats:
+        """Return the mean core probability in the inner part of quads (N, 4, 2)."""
+        return self._mean(self._core, corners)
+
+    def car(self, corners: Floats) -> Floats:
+        """Return the mean car probability in the inner part of quads (N, 4, 2)."""
+        return self._mean(self._car, corners)
+
+    def _mean(self, layer: NDArray[np.float32], corners: Floats) -> Floats:
+        if len(corners) == 0:
+            return np.zeros(0)
+        a, b = (np.linspace(0.5 - _INNER / 2, 0.5 + _INNER / 2, n) for n in _SAMPLES)
+        along, across = (v.ravel()[:, None] for v in np.meshgrid(a, b, indexing="ij"))
+        near = corners[:, None, 0] * (1 - across) + corners[:, None, 1] * across
+        far = corners[:, None, 3] * (1 - across) + corners[:, None, 2] * across
+        points = near * (1 - along) + far * along
+        cells = np.round(self._window.cells_of(points[..., 0], points[..., 1])).astype(np.intp)
+        column, row = cells[..., 0], cells[..., 1]
+        inside = (row >= 0) & (row < self._window.rows) & (column >= 0) & (column < self._window.columns)
+        values = np.where(inside, layer[np.where(inside, row, 0), np.where(inside, column, 0)], 0)
+        return np.asarray(values.mean(1), dtype=np.float64)
+
+
+def _as_row_stalls(rows: Rows) -> RowStalls:
+    return row_stalls(*_geometry(rows), probability(rows["exists"]))
+
+
+def _geometry(rows: Rows) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    return rows["north"], rows["east"], angle_of(rows), rows["width"], rows["length"]
+
+
+def _pull(rows: Rows, index: NDArray[np.intp], to: RowStalls, version: int) -> None:
+    """Move stalls towards their places on the lattice."""
+    moved = rows[index]
+    for name, value in _columns(to):
+        moved[name] += _PULL * (value - moved[name])
+    moved["touched"] = version
+    rows[index] = moved
+
+
+def _place(rows: Rows, index: NDArray[np.intp], to: RowStalls) -> None:
+    """Put inferred stalls where their row has them by now; what was found itself stays where it was found."""
+    inferred = rows["inferred"][index]
+    for name, value in _columns(to):
+        rows[name][index] = np.where(inferred, value, rows[name][index])
+
+
+def _add(tracker: StallTracker, implied: RowStalls, version: int) -> None:
+    fresh = np.zeros(len(implied), STALL_DTYPE)
+    for name, value in _columns(implied):
+        fresh[name] = value
+    fresh["inferred"] = True
+    fresh["exists"] = _IMPLIED
+    fresh["solidity"] = 0.1
+    fresh["touched"] = version
+    tracker.add(fresh)
+
+
+def _columns(stalls: RowStalls) -> tuple[tuple[str, Floats], ...]:
+    return (
+        ("north", stalls.north),
+        ("east", stalls.east),
+        ("cos2", np.cos(2 * stalls.angle)),
+        ("sin2", np.sin(2 * stalls.angle)),
+        ("width", stalls.width),
+        ("length", stalls.length),
+    )
+
+
+def _call(rows: Rows, layers: _Layers, version: int) -> None:
+    """Inferred stalls are taken or free by the cars on them."""
+    index = np.flatnonzero(rows["inferred"] & (rows["touched"] == version))
+    corners = quads.corners(*_geometry(rows[index]))
+    cover = layers.car(corners)
+    taken = np.clip((cover - _COVERED) * _COVER_GAIN, -_COVER_LIMIT, _COVER_LIMIT)
+    rows["taken"][index] = taken
+    rows["state"][index] = call_state(taken, rows["state"][index])
