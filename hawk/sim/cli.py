@@ -1,0 +1,227 @@
+"""The command ``hawk-sim``: a simulated drone over a simulated parking lot, or over a picture of a real one."""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import contextlib
+import json
+import logging
+import math
+import sys
+from collections.abc import Callable, Coroutine, Sequence
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from hawk.sim.autopilot import AutopilotOptions
+from hawk.sim.camera import default_intrinsics
+from hawk.sim.geodesy import Origin
+from hawk.sim.process import EndSignal, ParentGoneError
+from hawk.sim.runner import RunOptions, fly, follow
+from hawk.sim.udp import UdpUrl
+from hawk.worlds.camera import WorldCamera
+from hawk.worlds.generate import generate_world
+from hawk.worlds.picture import picture_world
+from hawk.worlds.world import World, WorldError
+
+EXIT_FAILED, EXIT_USAGE = 1, 2
+MAXIMUM_SPEED = 4.0
+
+
+class UsageError(Exception):
+    """Options that do not go together; the text names the option."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run until SIGTERM, SIGINT or the parent's end; return the exit status."""
+    logging.basicConfig(level=logging.WARNING, format="hawk-sim: %(message)s")
+    options = make_parser().parse_args(arguments)
+    try:
+        world = load_world(options)
+        run = run_options(options, world)
+        if options.save_truth is not None:
+            _save(options.save_truth, world)
+        half = follow if options.follow is not None else fly
+        camera = WorldCamera(world, default_intrinsics())
+        return asyncio.run(_run(half(world, camera, run, _say), options.parent_pid))
+    except (UsageError, WorldError) as error:
+        print(f"hawk-sim: {error}", file=sys.stderr)
+        return EXIT_USAGE
+    except ParentGoneError as error:
+        print(f"hawk-sim: --parent-pid: {error}", file=sys.stderr)
+        return EXIT_USAGE
+    except OSError as error:
+        print(f"hawk-sim: {error}; is the address of --http or --mavlink free?", file=sys.stderr)
+        return EXIT_FAILED
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the parser of the command line."""
+    parser = argparse.ArgumentParser(prog="hawk-sim", description=__doc__)
+    parser.add_argument("--version", action="version", version=f"hawk-sim {version('hawk-drone')}")
+    world = parser.add_argument_group("world")
+    world.add_argument("--seed", type=_whole, default=1, metavar="N", help="world to draw (default 1)")
+    world.add_argument("--world", type=Path, metavar="FILE", help="fly over this picture instead (north up)")
+    world.add_argument("--metres-per-pixel", type=_number(0.0), metavar="X", help="scale of that picture")
+    world.add_argument("--truth", type=Path, metavar="FILE", help="what the picture really holds (JSON)")
+    world.add_argument("--start", type=_pair, metavar="X,Y", help="where the drone stands, metres in the picture")
+    world.add_argument(
+        "--latitude", type=_number(-90, 90), default=43.2609, metavar="DEG", help="of the upper left corner"
+    )
+    world.add_argument("--longitude", type=_number(-180, 180), default=-79.9192, metavar="DEG", help="the same")
+    world.add_argument("--save-truth", type=Path, metavar="FILE", help="write the world's truth there (JSON)")
+    flight = parser.add_argument_group("flight")
+    flight.add_argument(
+        "--speed", type=_number(1, MAXIMUM_SPEED), default=1.0, metavar="N", help="simulated seconds per second, 1-4"
+    )
+    flight.add_argument(
+        "--gnss-sigma", type=_number(0, 50), default=0.5, metavar="M", help="slow error of the position (default 0.5)"
+    )
+    flight.add_argument(
+        "--gnss-wait", type=_number(0, 600), default=5.0, metavar="S", help="from boot to a good position (default 5)"
+    )
+    flight.add_argument("--wind", type=_number(0, 15), default=0.0, metavar="M/S", help="mean wind (default 0)")
+    flight.add_argument(
+        "--battery-minutes", type=_number(0.1, 600), default=20.0, metavar="MIN", help="hover time of a full battery"
+    )
+    flight.add_argument("--gcs-param-name", choices=("old", "new"), default="old", help="SYSID_MYGCS or MAV_GCS_SYSID")
+    links = parser.add_argument_group("links")
+    links.add_argument(
+        "--mavlink",
+        type=_url,
+        metavar="URL",
+        help="udpout:HOST:PORT or udpin:HOST:PORT (default udpout:127.0.0.1:14550)",
+    )
+    links.add_argument("--follow", type=_url, metavar="URL", help="only the camera, over another MAVLink vehicle")
+    links.add_argument(
+        "--http",
+        type=_address,
+        default=("127.0.0.1", 8090),
+        metavar="HOST:PORT",
+        help="camera, truth, faults; port 0: a free one",
+    )
+    links.add_argument(
+        "--latency", type=_number(0, 5), default=0.05, metavar="S", help="from light to delivery (default 0.05)"
+    )
+    links.add_argument("--parent-pid", type=_whole, metavar="PID", help="end when that process ends")
+    return parser
+
+
+def load_world(options: argparse.Namespace) -> World:
+    """Draw or read the world. Raises UsageError or WorldError."""
+    if options.world is None:
+        for name in ("metres_per_pixel", "truth"):
+            if getattr(options, name) is not None:
+                raise UsageError(f"--{name.replace('_', '-')}: only together with --world")
+        return generate_world(options.seed)
+    if options.metres_per_pixel is None:
+        raise UsageError("--metres-per-pixel: is needed with --world (metres on the ground that a pixel covers)")
+    return picture_world(options.world, options.metres_per_pixel, options.truth)
+
+
+def run_options(options: argparse.Namespace, world: World) -> RunOptions:
+    """Return how to run over this world. Raises UsageError."""
+    if options.follow is not None and options.mavlink is not None:
+        raise UsageError("--follow: not together with --mavlink; the other vehicle is the autopilot")
+    width, height = world.size_m
+    start = options.start or world.start()
+    if not (0.0 <= start[0] <= width and 0.0 <= start[1] <= height):
+        raise UsageError(f"--start: must lie in the picture, 0..{width:.1f},0..{height:.1f} metres")
+    autopilot = AutopilotOptions(
+        start=(-start[1], start[0]),
+        gnss_sigma=options.gnss_sigma,
+        gnss_wait_s=options.gnss_wait,
+        wind=options.wind,
+        wind_heading=math.radians(options.seed * 137.5 % 360.0),
+        battery_minutes=options.battery_minutes,
+        gcs_parameter=options.gcs_param_name,
+        real_time_factor=options.speed,
+    )
+    run = RunOptions(
+        start=start,
+        mavlink=options.follow or options.mavlink or UdpUrl("udpout", "127.0.0.1", 14550),
+        http=options.http,
+        origin=Origin(options.latitude, options.longitude),
+        speed=options.speed,
+        latency=options.latency,
+        seed=options.seed,
+    )
+    return replace(run, autopilot=autopilot)
+
+
+async def _run(drone: Coroutine[Any, Any, None], parent_pid: int | None) -> int:
+    """Fly until it is time to end."""
+    flight = asyncio.ensure_future(drone)
+    try:
+        with EndSignal(parent_pid) as end:
+            ending = asyncio.create_task(end.wait(), name="hawk-sim end")
+            await asyncio.wait({flight, ending}, return_when=asyncio.FIRST_COMPLETED)
+            ending.cancel()
+            if flight.done():
+                await flight
+    finally:
+        flight.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await flight
+    return 0
+
+
+def _say(line: str) -> None:
+    print(line, flush=True)
+
+
+def _save(path: Path, world: World) -> None:
+    try:
+        path.write_text(json.dumps(world.truth_json()), encoding="utf-8")
+    except OSError as error:
+        raise UsageError(f"--save-truth: {path} cannot be written ({error.strerror})") from error
+
+
+def _number(low: float, high: float = math.inf) -> Callable[[str], float]:
+    def read(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not (low <= value <= high and math.isfinite(value)):
+            top = "" if high == math.inf else f" to {high:g}"
+            raise argparse.ArgumentTypeError(f"must be a number from {low:g}{top}, not {text!r}")
+        return value
+
+    return read
+
+
+def _whole(text: str) -> int:
+    if not text.isdigit():
+        raise argparse.ArgumentTypeError(f"must be a whole number from 0, not {text!r}")
+    return int(text)
+
+
+def _pair(text: str) -> tuple[float, float]:
+    try:
+        x, y = (float(part) for part in text.split(","))
+    except ValueError:
+        x = y = math.nan
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise argparse.ArgumentTypeError(f"must be X,Y in metres, not {text!r}")
+    return x, y
+
+
+def _url(text: str) -> UdpUrl:
+    try:
+        return UdpUrl.parse(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def _address(text: str) -> tuple[str, int]:
+    host, _, port = text.rpartition(":")
+    if not host or not port.isdigit() or int(port) > 65535:
+        raise argparse.ArgumentTypeError(f"must be HOST:PORT, not {text!r}")
+    return host, int(port)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,115 @@
+"""The autopilot's geofence: what was uploaded, and whether a place is inside."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum, IntFlag
+
+import shapely
+
+from hawk.sim.parameters import Parameters
+from hawk.sim.vector import Flat, Vector
+
+
+class FenceType(IntFlag):
+    """FENCE_TYPE."""
+
+    NONE = 0
+    ALT_MAX = 1
+    CIRCLE = 2
+    POLYGON = 4
+    ALT_MIN = 8
+
+
+FENCE_WORDS = {
+    FenceType.ALT_MAX: "Max Alt",
+    FenceType.CIRCLE: "Circle",
+    FenceType.POLYGON: "Polygon",
+    FenceType.ALT_MIN: "Min Alt",
+}
+
+
+class FenceCommand(IntEnum):
+    """MAV_CMD_NAV_FENCE_*."""
+
+    INCLUSION_VERTEX = 5001
+    EXCLUSION_VERTEX = 5002
+    INCLUSION_CIRCLE = 5003
+    EXCLUSION_CIRCLE = 5004
+
+
+@dataclass(frozen=True, slots=True)
+class FenceItem:
+    """One item of the upload: ``parameter`` is the vertex count of its polygon, or the radius in metres."""
+
+    command: int
+    parameter: float
+    latitude: float
+    longitude: float
+
+
+class FenceError(Exception):
+    """The items do not make a fence."""
+
+
+class Fence:
+    """Polygons and circles on the ground (NED metres in the world), and the parameters' own circle and heights."""
+
+    def __init__(self) -> None:
+        self.items: tuple[FenceItem, ...] = ()
+        self._inside: list[shapely.Geometry] = []
+        self._outside: list[shapely.Geometry] = []
+
+    def load(self, items: Sequence[FenceItem], places: Sequence[Flat]) -> None:
+        """Take up an upload; ``places`` are the items' places (north, east). Raises FenceError, keeping the old one."""
+        inside: list[shapely.Geometry] = []
+        outside: list[shapely.Geometry] = []
+        index = 0
+        while index < len(items):
+            command, parameter = items[index].command, items[index].parameter
+            target = inside if command in (FenceCommand.INCLUSION_VERTEX, FenceCommand.INCLUSION_CIRCLE) else outside
+            if command in (FenceCommand.INCLUSION_VERTEX, FenceCommand.EXCLUSION_VERTEX):
+                count = int(parameter) if math.isfinite(parameter) else 0
+                group = items[index : index + count]
+                if count < 3 or len(group) < count or any(item.command != command for item in group):
+                    raise FenceError(f"polygon of {count} vertices at item {index}")
+                target.append(shapely.Polygon(places[index : index + count]))
+                index += count
+            elif command in (FenceCommand.INCLUSION_CIRCLE, FenceCommand.EXCLUSION_CIRCLE):
+                target.append(shapely.Point(places[index]).buffer(parameter, quad_segs=64))
+                index += 1
+            else:
+                raise FenceError(f"command {command} at item {index} is none of a fence")
+        self.items, self._inside, self._outside = tuple(items), inside, outside
+        for geometry in (*inside, *outside):
+            shapely.prepare(geometry)
+
+    def breaches(self, place: Vector, home: Vector, parameters: Parameters) -> FenceType:
+        """Return the enabled fences that a place (NED metres in the world) is outside of."""
+        if not parameters["FENCE_ENABLE"]:
+            return FenceType.NONE
+        types = FenceType(parameters.flag("FENCE_TYPE") & 15)
+        height = home[2] - place[2]
+        found = FenceType.NONE
+        if types & FenceType.ALT_MAX and height > parameters["FENCE_ALT_MAX"]:
+            found |= FenceType.ALT_MAX
+        if types & FenceType.ALT_MIN and height < parameters["FENCE_ALT_MIN"]:
+            found |= FenceType.ALT_MIN
+        if types & FenceType.CIRCLE and math.dist(place[:2], home[:2]) > parameters["FENCE_RADIUS"]:
+            found |= FenceType.CIRCLE
+        if types & FenceType.POLYGON and not self._polygons_hold(place[0], place[1]):
+            found |= FenceType.POLYGON
+        return found
+
+    def _polygons_hold(self, north: float, east: float) -> bool:
+        """ArduPilot needs every inclusion area to hold the place (FENCE_OPTIONS bit 1 unset)."""
+        if any(not shapely.contains_xy(area, north, east) for area in self._inside):
+            return False
+        return not any(shapely.contains_xy(area, north, east) for area in self._outside)
+
+
+def fence_words(types: FenceType) -> str:
+    """Return the names of fences as ArduPilot joins them."""
+    return " and ".join(word for kind, word in FENCE_WORDS.items() if types & kind)

@@ -1,0 +1,122 @@
+"""The camera half alone: where another MAVLink vehicle is, so that its flight is seen over our world."""
+
+from __future__ import annotations
+
+import logging
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from hawk.sim.camera import FRAME_S, Shot
+from hawk.sim.clock import SimulationClock
+from hawk.sim.geodesy import Origin
+
+log = logging.getLogger(__name__)
+
+SYSTEM, COMPONENT = 246, 191
+"""Our own MAVLink id: an onboard computer, not a ground station that a failsafe could watch."""
+ASK_S = 2.0
+RATE_HZ = {mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: 30, mavlink.MAVLINK_MSG_ID_ATTITUDE: 60}
+STALE_S = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class _Position:
+    stamp: float
+    north: float
+    east: float
+    height: float
+    velocity: tuple[float, float, float]
+
+
+class Follower:
+    """Turns GLOBAL_POSITION_INT and ATTITUDE into shots, one a frame period of the vehicle's own clock.
+
+    Heights are ``relative_alt``: the ground of the world lies at the vehicle's home.
+    """
+
+    def __init__(self, origin: Origin, clock: SimulationClock) -> None:
+        self._origin = origin
+        self._clock = clock
+        self._decoder = mavlink.MAVLink(None)
+        self._decoder.robust_parsing = True
+        self._encoder = mavlink.MAVLink(None, srcSystem=SYSTEM, srcComponent=COMPONENT)
+        self._vehicle: tuple[int, int] | None = None
+        self._position: _Position | None = None
+        self._next_slot = -math.inf
+        self._asked = -math.inf
+        self._shots: list[Shot] = []
+        self.last: Shot | None = None
+
+    def receive(self, data: bytes) -> None:
+        """Take a datagram."""
+        try:
+            messages = self._decoder.parse_buffer(data) or []
+        except mavlink.MAVError as error:
+            log.debug("not MAVLink: %s", error)
+            return
+        for message in messages:
+            self._handle(message)
+
+    def shots(self) -> list[Shot]:
+        """Return the shots since the last call."""
+        shots, self._shots = self._shots, []
+        return shots
+
+    def poll(self) -> list[bytes]:
+        """Return what is to be sent: a heartbeat, and the request for the two streams, every two seconds."""
+        now = self._clock()
+        if now - self._asked < ASK_S:
+            return []
+        self._asked = now
+        out = [
+            mavlink.MAVLink_heartbeat_message(
+                mavlink.MAV_TYPE_ONBOARD_CONTROLLER, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, mavlink.MAV_STATE_ACTIVE, 3
+            )
+        ]
+        if self._vehicle is not None:
+            out += [
+                mavlink.MAVLink_command_long_message(
+                    *self._vehicle, mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, 0, message_id, 1e6 / rate, 0, 0, 0, 0, 0
+                )
+                for message_id, rate in RATE_HZ.items()
+            ]
+        return [bytes(message.pack(self._encoder)) for message in out]
+
+    def _handle(self, message: Any) -> None:
+        kind = message.get_type()
+        if kind == "HEARTBEAT" and message.autopilot != mavlink.MAV_AUTOPILOT_INVALID:
+            self._vehicle = (message.get_srcSystem(), message.get_srcComponent())
+        elif kind == "GLOBAL_POSITION_INT":
+            self._take_position(message)
+        elif kind == "ATTITUDE":
+            self._take_attitude(message)
+
+    def _take_position(self, message: Any) -> None:
+        north, east, _ = self._origin.to_world(message.lat * 1e-7, message.lon * 1e-7, self._origin.altitude)
+        velocity = (message.vx * 0.01, message.vy * 0.01, message.vz * 0.01)
+        self._position = _Position(message.time_boot_ms * 1e-3, north, east, message.relative_alt * 1e-3, velocity)
+
+    def _take_attitude(self, message: Any) -> None:
+        stamp = message.time_boot_ms * 1e-3
+        if self._next_slot - stamp > 1.0:
+            self._next_slot = stamp  # the vehicle booted again
+        position = self._position
+        if position is None or stamp < self._next_slot or abs(stamp - position.stamp) > STALE_S:
+            return
+        self._next_slot = stamp + FRAME_S if stamp - self._next_slot > FRAME_S else self._next_slot + FRAME_S
+        ahead = stamp - position.stamp
+        north, east, down = position.velocity
+        self.last = Shot(
+            stamp=stamp,
+            slot=self._clock(),
+            x_east=position.east + east * ahead,
+            y_south=-(position.north + north * ahead),
+            height=max(0.0, position.height - down * ahead),
+            roll=message.roll,
+            pitch=message.pitch,
+            yaw=message.yaw,
+        )
+        self._shots.append(self.last)

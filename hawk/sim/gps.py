@@ -1,0 +1,165 @@
+"""What the autopilot believes: the true state with the errors of GNSS, barometer, inertial sensors and compass.
+
+Only the estimate ever reaches the controllers and the telemetry: EKF-local and global positions come from the same one
+and agree with each other. The true position is for the camera and the truth alone.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hawk.sim.vector import Vector, add, wrap_angle
+from hawk.sim.vehicle import Body
+
+DRIFT_TIME_S = 120.0
+"""Correlation time of GNSS position errors (ionosphere, multipath)."""
+DRIFT_SMOOTH_S = 10.0
+"""The filter lets errors in slowly: no jerk in the estimate."""
+HEIGHT_SHARE = 0.4
+"""The barometer drifts less than GNSS."""
+ATTITUDE_SIGMA = math.radians(0.2)
+YAW_SIGMA = math.radians(0.3)
+VELOCITY_SIGMA = 0.02
+LOST_DRIFT = 0.05
+"""Growth of the velocity error without GNSS, (m/s)/s."""
+FIX_TIMEOUT_S = 4.0
+"""GPS_TIMEOUT_MS of AP_GPS: the receiver counts as absent after it."""
+HEALTH_TIMEOUT_S = 7.5
+"""Health turns False 7-8 s after the loss."""
+RECOVERY_S = 3.0
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """Position (NED metres in the world), velocity (m/s) and attitude (rad) as the autopilot believes them."""
+
+    position: Vector
+    velocity: Vector
+    roll: float
+    pitch: float
+    yaw: float
+    roll_rate: float = 0.0
+    pitch_rate: float = 0.0
+    yaw_rate: float = 0.0
+
+
+class _SlowError:
+    """A smooth random walk that stays about zero with a given standard deviation, and starts at zero."""
+
+    def __init__(self, sigma: float, rng: np.random.Generator) -> None:
+        self.sigma = sigma
+        self.value = 0.0
+        self.rate = 0.0
+        self._raw = 0.0
+        self._rng = rng
+
+    def step(self, dt: float) -> None:
+        if self.sigma == 0.0:
+            self.rate = -self.value / DRIFT_SMOOTH_S
+        else:
+            keep = math.exp(-dt / DRIFT_TIME_S)
+            raw_sigma = self.sigma * math.sqrt((DRIFT_TIME_S + DRIFT_SMOOTH_S) / DRIFT_TIME_S)
+            fresh = raw_sigma * math.sqrt(1.0 - keep * keep)
+            self._raw = self._raw * keep + fresh * float(self._rng.standard_normal())
+            self.rate = (self._raw - self.value) / DRIFT_SMOOTH_S
+        self.value += self.rate * dt
+
+
+class Estimator:
+    """Turns the true state into the autopilot's. ``gnss_sigma`` is the slow horizontal error, metres (1 sigma)."""
+
+    def __init__(self, gnss_sigma: float, wait_s: float, rng: np.random.Generator) -> None:
+        self._rng = rng
+        self._north = _SlowError(gnss_sigma, rng)
+        self._east = _SlowError(gnss_sigma, rng)
+        self._down = _SlowError(gnss_sigma * HEIGHT_SHARE, rng)
+        self._angles = tuple(_SlowError(sigma, rng) for sigma in (ATTITUDE_SIGMA, ATTITUDE_SIGMA, YAW_SIGMA))
+        self._jump: Vector = (0.0, 0.0, 0.0)
+        self._dead_reckoning: tuple[float, float] = (0.0, 0.0)
+        self._dead_velocity: tuple[float, float] = (0.0, 0.0)
+        self._lost_s = HEALTH_TIMEOUT_S
+        self._good_s = RECOVERY_S - wait_s
+        self.receiving = True
+        self.exact = False
+
+    def step(self, body: Body, dt: float) -> Estimate:
+        """Return the estimate for the true state, ``dt`` seconds after the last one."""
+        self._track_fix(dt)
+        if self.exact:
+            return Estimate(body.position, body.velocity, body.roll, body.pitch, body.yaw, yaw_rate=body.yaw_rate)
+        for error in (self._north, self._east, self._down, *self._angles):
+            error.step(dt)
+        self._reckon(dt)
+        noise = self._rng.standard_normal(3) * VELOCITY_SIGMA
+        error_position = (
+            self._north.value + self._dead_reckoning[0],
+            self._east.value + self._dead_reckoning[1],
+            self._down.value,
+        )
+        error_velocity = (
+            self._north.rate + self._dead_velocity[0] + float(noise[0]),
+            self._east.rate + self._dead_velocity[1] + float(noise[1]),
+            self._down.rate + float(noise[2]),
+        )
+        roll, pitch, yaw = (error.value for error in self._angles)
+        return Estimate(
+            add(add(body.position, error_position), self._jump),
+            add(body.velocity, error_velocity),
+            body.roll + roll,
+            body.pitch + pitch,
+            wrap_angle(body.yaw + yaw),
+            yaw_rate=body.yaw_rate,
+        )
+
+    def jump(self, north: float, east: float, down: float) -> None:
+        """Let the estimate jump (a GNSS glitch)."""
+        self._jump = add(self._jump, (north, east, down))
+
+    @property
+    def healthy(self) -> bool:
+        """Whether the position can be trusted, as SYS_STATUS says it."""
+        return self._lost_s < HEALTH_TIMEOUT_S
+
+    @property
+    def fix_type(self) -> int:
+        """GPS_FIX_TYPE: 3 with a fix, 1 while searching, 0 without a receiver."""
+        if self._lost_s < FIX_TIMEOUT_S:
+            return 3
+        return 1 if self.receiving else 0
+
+    @property
+    def satellites(self) -> int:
+        """Satellites in use."""
+        return 14 if self.fix_type == 3 else 0
+
+    @property
+    def horizontal_accuracy(self) -> float:
+        """The receiver's own idea of its error, metres."""
+        return max(0.4, self._north.sigma) if self.fix_type == 3 else 99.0
+
+    def _track_fix(self, dt: float) -> None:
+        if self.receiving:
+            self._good_s += dt
+            if self._good_s >= RECOVERY_S:
+                self._lost_s = 0.0
+        else:
+            self._good_s = 0.0
+            self._lost_s += dt
+
+    def _reckon(self, dt: float) -> None:
+        """Without GNSS the estimate walks away; with it, what walked away is taken back within seconds."""
+        if self._lost_s > 1.0:
+            noise = self._rng.standard_normal(2) * LOST_DRIFT * math.sqrt(dt)
+            self._dead_velocity = (
+                self._dead_velocity[0] + float(noise[0]),
+                self._dead_velocity[1] + float(noise[1]),
+            )
+        else:
+            self._dead_velocity = (-self._dead_reckoning[0] / 2.0, -self._dead_reckoning[1] / 2.0)
+        self._dead_reckoning = (
+            self._dead_reckoning[0] + self._dead_velocity[0] * dt,
+            self._dead_reckoning[1] + self._dead_velocity[1] * dt,
+        )

@@ -1,0 +1,134 @@
+"""The mission protocol, for fences: upload and download item by item (https://mavlink.io/en/services/mission.html)."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from hawk.sim.autopilot import Autopilot
+from hawk.sim.fence import FenceError, FenceItem
+
+RETRY_S = 1.0
+TIMEOUT_S = 8.0
+MAX_ITEMS = 500
+
+FENCE = int(mavlink.MAV_MISSION_TYPE_FENCE)
+HANDLED = frozenset(
+    {
+        "MISSION_COUNT",
+        "MISSION_ITEM_INT",
+        "MISSION_ITEM",
+        "MISSION_REQUEST_LIST",
+        "MISSION_REQUEST_INT",
+        "MISSION_REQUEST",
+        "MISSION_CLEAR_ALL",
+        "MISSION_ACK",
+    }
+)
+
+
+class Missions:
+    """One transfer at a time. Answers are returned; `poll` asks again for an item that did not come."""
+
+    def __init__(self, autopilot: Autopilot) -> None:
+        self._autopilot = autopilot
+        self._peer = (0, 0)
+        self._expected = 0
+        self._items: list[FenceItem] = []
+        self._asked: float | None = None
+        self._progress = 0.0
+
+    def handle(self, message: Any, now: float) -> list[Any]:
+        """Return the answers to a message of the protocol."""
+        self._peer = (message.get_srcSystem(), message.get_srcComponent())
+        kind = message.get_type()
+        if kind == "MISSION_ACK":
+            return []
+        if kind == "MISSION_COUNT":
+            return self._begin(message, now)
+        if kind in ("MISSION_ITEM_INT", "MISSION_ITEM"):
+            return self._take(message, now)
+        if kind == "MISSION_REQUEST_LIST":
+            count = len(self._autopilot.fence.items) if message.mission_type == FENCE else 0
+            return [mavlink.MAVLink_mission_count_message(*self._peer, count, message.mission_type)]
+        if kind == "MISSION_CLEAR_ALL":
+            return self._clear(message)
+        return self._send(message)
+
+    def poll(self, now: float) -> list[Any]:
+        """Ask again for what is missing; give up after a while."""
+        if self._asked is None or now - self._asked < RETRY_S:
+            return []
+        if now - self._progress > TIMEOUT_S:
+            self._asked = None
+            return [self._ack(mavlink.MAV_MISSION_OPERATION_CANCELLED, FENCE)]
+        return [self._request(now)]
+
+    def _begin(self, message: Any, now: float) -> list[Any]:
+        if message.mission_type != FENCE:
+            kind = mavlink.MAV_MISSION_ACCEPTED if message.count == 0 else mavlink.MAV_MISSION_UNSUPPORTED
+            return [self._ack(kind, message.mission_type)]
+        if message.count > MAX_ITEMS:
+            return [self._ack(mavlink.MAV_MISSION_NO_SPACE, FENCE)]
+        self._expected, self._items, self._progress = message.count, [], now
+        return [self._request(now)] if message.count else [self._finish()]
+
+    def _take(self, message: Any, now: float) -> list[Any]:
+        if self._asked is None or message.mission_type != FENCE:
+            return [self._ack(mavlink.MAV_MISSION_INVALID_SEQUENCE, message.mission_type)]
+        if message.seq != len(self._items):
+            return [self._request(now)]
+        scale = 1e-7 if message.get_type() == "MISSION_ITEM_INT" else 1.0
+        latitude, longitude = message.x * scale, message.y * scale
+        if not (math.isfinite(latitude + longitude) and abs(latitude) <= 90.0 and abs(longitude) <= 180.0):
+            self._asked = None
+            return [self._ack(mavlink.MAV_MISSION_INVALID_PARAM5_X, FENCE)]
+        self._items.append(FenceItem(message.command, message.param1, latitude, longitude))
+        self._progress = now
+        return [self._finish()] if len(self._items) == self._expected else [self._request(now)]
+
+    def _finish(self) -> Any:
+        self._asked = None
+        try:
+            self._autopilot.load_fence(self._items)
+        except FenceError:
+            return self._ack(mavlink.MAV_MISSION_INVALID, FENCE)
+        return self._ack(mavlink.MAV_MISSION_ACCEPTED, FENCE)
+
+    def _clear(self, message: Any) -> list[Any]:
+        if message.mission_type in (FENCE, mavlink.MAV_MISSION_TYPE_ALL):
+            self._autopilot.load_fence([])
+        return [self._ack(mavlink.MAV_MISSION_ACCEPTED, message.mission_type)]
+
+    def _send(self, message: Any) -> list[Any]:
+        items = self._autopilot.fence.items if message.mission_type == FENCE else ()
+        if message.seq >= len(items):
+            return [self._ack(mavlink.MAV_MISSION_INVALID_SEQUENCE, message.mission_type)]
+        item = items[message.seq]
+        return [
+            mavlink.MAVLink_mission_item_int_message(
+                *self._peer,
+                message.seq,
+                mavlink.MAV_FRAME_GLOBAL,
+                item.command,
+                0,
+                1,
+                item.parameter,
+                0.0,
+                0.0,
+                0.0,
+                round(item.latitude * 1e7),
+                round(item.longitude * 1e7),
+                0.0,
+                FENCE,
+            )
+        ]
+
+    def _request(self, now: float) -> Any:
+        self._asked = now
+        return mavlink.MAVLink_mission_request_int_message(*self._peer, len(self._items), FENCE)
+
+    def _ack(self, result: int, mission_type: int) -> Any:
+        return mavlink.MAVLink_mission_ack_message(*self._peer, result, mission_type)

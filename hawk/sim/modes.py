@@ -1,0 +1,273 @@
+"""Flight modes other than GUIDED: what each wants of the vehicle, and what may be done in it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum, IntEnum
+from typing import ClassVar
+
+from hawk.sim.control import CENTI, Limits, Setpoint
+from hawk.sim.gps import Estimate
+from hawk.sim.parameters import Parameters
+from hawk.sim.vector import Flat, Vector
+
+SINK_M_S = 2.4
+"""LOITER, POSHOLD and ALT_HOLD with the throttle stick low, as measured."""
+BRAKE_DECELERATION = 7.5
+"""BRAKE_MODE_DECEL_RATE, m/s²."""
+HOME_RADIUS_M = 2.0
+"""WPNAV_RADIUS: home counts as reached within it."""
+LAND_WITHOUT_POSITION_M_S = 0.5
+
+
+class ModeNumber(IntEnum):
+    """``custom_mode`` of the modes that are flown here (ArduCopter/mode.h)."""
+
+    STABILIZE = 0
+    ALT_HOLD = 2
+    GUIDED = 4
+    LOITER = 5
+    RTL = 6
+    LAND = 9
+    POSHOLD = 16
+    BRAKE = 17
+    SMART_RTL = 21
+
+
+class Phase(Enum):
+    """What EXTENDED_SYS_STATE says of a mode in the air."""
+
+    FLYING = "flying"
+    TAKING_OFF = "taking off"
+    LANDING = "landing"
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """What a mode sees. ``home`` is NED metres in the world, ``ceiling`` the fence's height above home or None;
+    ``stick`` the pilot's throttle, 0..1, None without a radio.
+    """
+
+    time: float
+    estimate: Estimate
+    parameters: Parameters
+    limits: Limits
+    home: Vector
+    landed: bool
+    position_ok: bool
+    stick: float | None
+    ceiling: float | None
+
+    @property
+    def flat(self) -> Flat:
+        """The estimated place, north and east."""
+        return self.estimate.position[0], self.estimate.position[1]
+
+    @property
+    def height(self) -> float:
+        """Metres above home."""
+        return self.home[2] - self.estimate.position[2]
+
+    def stopping_point(self, deceleration: float | None = None) -> Flat:
+        """Where the vehicle stands still when it brakes from here."""
+        north, east = self.estimate.velocity[:2]
+        speed = math.hypot(north, east)
+        way = speed / (2.0 * (deceleration or self.limits.acceleration)) + 0.3
+        return self.estimate.position[0] + north * way, self.estimate.position[1] + east * way
+
+    def stopping_down(self) -> float:
+        """The same for the height (down, metres)."""
+        speed = self.estimate.velocity[2]
+        return self.estimate.position[2] + math.copysign(speed * speed / (2.0 * self.limits.acceleration_z), speed)
+
+
+class Mode:
+    """A flight mode. One object for each time that the mode is entered."""
+
+    number: ClassVar[ModeNumber]
+    needs_position: ClassVar[bool] = True
+    arms: ClassVar[bool] = False
+    pilot_flies: ClassVar[bool] = False
+    disarms_when_landed: ClassVar[bool] = False
+
+    def __init__(self, view: View) -> None:
+        self._place = view.stopping_point()
+        self._down = view.stopping_down()
+
+    def run(self, view: View) -> Setpoint:
+        """Return what the mode wants."""
+        raise NotImplementedError
+
+    @property
+    def phase(self) -> Phase:
+        """What is shown as the landed state in the air."""
+        return Phase.FLYING
+
+    @property
+    def name(self) -> str:
+        """ArduPilot's name."""
+        return self.number.name
+
+
+class Stabilize(Mode):
+    """The pilot's own: without throttle the motors idle."""
+
+    number = ModeNumber.STABILIZE
+    needs_position = False
+    arms = True
+    pilot_flies = True
+
+    def run(self, view: View) -> Setpoint:
+        """Lift by the throttle stick alone; level."""
+        stick = view.stick or 0.0
+        return Setpoint(climb=(stick - 0.5) * 2.0 * view.limits.speed_up, idle=stick < 0.05)
+
+
+class AltHold(Mode):
+    """Holds height by the throttle stick; drifts with the wind."""
+
+    number = ModeNumber.ALT_HOLD
+    needs_position = False
+    arms = True
+    pilot_flies = True
+
+    def run(self, view: View) -> Setpoint:
+        """Climb or sink by the stick."""
+        return Setpoint(climb=_stick_climb(view), speed_down=SINK_M_S, idle=_rests(view))
+
+
+class Loiter(Mode):
+    """Holds its place; the height follows the throttle stick, which sinks when it is low or absent."""
+
+    number = ModeNumber.LOITER
+    arms = True
+    pilot_flies = True
+
+    def run(self, view: View) -> Setpoint:
+        """Stay above the place, climb or sink by the stick."""
+        return Setpoint(self._place, climb=_stick_climb(view), speed_down=SINK_M_S, idle=_rests(view))
+
+
+class PosHold(Loiter):
+    """LOITER with other stick manners."""
+
+    number = ModeNumber.POSHOLD
+
+
+class Brake(Mode):
+    """Stops at once and stays."""
+
+    number = ModeNumber.BRAKE
+
+    def __init__(self, view: View) -> None:
+        super().__init__(view)
+        self._place = view.stopping_point(BRAKE_DECELERATION)
+
+    def run(self, view: View) -> Setpoint:
+        """Hold place and height."""
+        return Setpoint(self._place, down=self._down, acceleration=BRAKE_DECELERATION, idle=view.landed)
+
+
+class Land(Mode):
+    """Comes down where it is, and disarms."""
+
+    number = ModeNumber.LAND
+    needs_position = False
+    disarms_when_landed = True
+
+    def run(self, view: View) -> Setpoint:
+        """Sink; hold the place while there is a position."""
+        return descend(view, self._place if view.position_ok else None)
+
+    @property
+    def phase(self) -> Phase:
+        """Landing all the way."""
+        return Phase.LANDING
+
+
+class Rtl(Mode):
+    """Climbs to the return height, flies home, waits, lands and disarms."""
+
+    number = ModeNumber.RTL
+    disarms_when_landed = True
+
+    class _Leg(Enum):
+        CLIMB = 0
+        RETURN = 1
+        WAIT = 2
+        DESCEND = 3
+
+    def __init__(self, view: View) -> None:
+        super().__init__(view)
+        self._leg = self._Leg.CLIMB
+        self._height = _return_height(view)
+        self._since = view.time
+
+    def run(self, view: View) -> Setpoint:
+        """Do the present leg and go on to the next when it is done."""
+        home = view.home[:2]
+        down = view.home[2] - self._height
+        if view.landed:
+            return descend(view, home)
+        self._advance(view)
+        if self._leg is self._Leg.DESCEND:
+            return descend(view, home)
+        place = self._place if self._leg is self._Leg.CLIMB else home
+        speed = view.parameters["RTL_SPEED"] * CENTI or None
+        return Setpoint(place, down=down, speed=speed)
+
+    def _advance(self, view: View) -> None:
+        away = math.dist(view.flat, view.home[:2])
+        if self._leg is self._Leg.CLIMB and view.height >= self._height - 0.3:
+            self._leg = self._Leg.RETURN
+        elif self._leg is self._Leg.RETURN and away < HOME_RADIUS_M:
+            self._leg, self._since = self._Leg.WAIT, view.time
+        elif self._leg is self._Leg.WAIT and view.time - self._since >= view.parameters["RTL_LOIT_TIME"] / 1000.0:
+            self._leg = self._Leg.DESCEND
+
+    @property
+    def phase(self) -> Phase:
+        """Landing in the last leg."""
+        return Phase.LANDING if self._leg is self._Leg.DESCEND else Phase.FLYING
+
+
+class SmartRtl(Rtl):
+    """Returns home. The path home is RTL's: what differs (retracing the way) does not matter to a companion."""
+
+    number = ModeNumber.SMART_RTL
+
+
+def descend(view: View, place: Flat | None) -> Setpoint:
+    """Return the last leg: WPNAV_SPEED_DN (or LAND_SPEED_HIGH) down to LAND_ALT_LOW, then LAND_SPEED."""
+    fast = view.parameters["LAND_SPEED_HIGH"] * CENTI or view.limits.speed_down
+    slow = view.parameters["LAND_SPEED"] * CENTI
+    speed = fast if view.height > view.parameters["LAND_ALT_LOW"] * CENTI else slow
+    return Setpoint(place, climb=-speed, speed_down=speed, idle=view.landed)
+
+
+def _return_height(view: View) -> float:
+    """ArduCopter's RTL path: RTL_ALT, lower inside the cone, never lower than here, below the fence's ceiling."""
+    wanted = max(view.height, view.parameters["RTL_ALT"] * CENTI)
+    slope = view.parameters["RTL_CONE_SLOPE"]
+    if slope > 0.0:
+        away = math.dist(view.flat, view.home[:2])
+        wanted = max(min(wanted, max(away * slope, 2.0)), view.height)
+    wanted = max(wanted, view.height + view.parameters["RTL_CLIMB_MIN"] * CENTI)
+    return wanted if view.ceiling is None else max(min(wanted, view.ceiling), 0.0)
+
+
+def _stick_climb(view: View) -> float:
+    if view.stick is None or view.stick < 0.05:
+        return -SINK_M_S
+    return (view.stick - 0.5) * 2.0 * view.parameters["PILOT_SPEED_UP"] * CENTI
+
+
+def _rests(view: View) -> bool:
+    return view.landed and (view.stick or 0.0) <= 0.5
+
+
+PLAIN_MODES: dict[int, type[Mode]] = {
+    mode.number: mode for mode in (Stabilize, AltHold, Loiter, PosHold, Brake, Land, Rtl, SmartRtl)
+}
+"""Every mode but GUIDED, by number."""

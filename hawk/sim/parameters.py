@@ -1,0 +1,176 @@
+"""ArduPilot's parameters: typed, with ArduCopter's defaults."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from enum import IntEnum
+
+
+class ParameterType(IntEnum):
+    """MAV_PARAM_TYPE of the types that ArduPilot has."""
+
+    INT8 = 2
+    INT16 = 4
+    INT32 = 6
+    REAL32 = 9
+
+
+_RANGES = {
+    ParameterType.INT8: (-128, 127),
+    ParameterType.INT16: (-32768, 32767),
+    ParameterType.INT32: (-(2**31), 2**31 - 1),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One parameter."""
+
+    name: str
+    type: ParameterType
+    value: float
+
+
+class Parameters:
+    """The vehicle's parameters, in a fixed order. Values are kept in each parameter's own type."""
+
+    def __init__(self, parameters: Iterable[Parameter]) -> None:
+        self._parameters = {parameter.name: parameter for parameter in parameters}
+        self._order = tuple(self._parameters)
+
+    def __getitem__(self, name: str) -> float:
+        """Return a value. Raises KeyError for an unknown name."""
+        return self._parameters[name].value
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self._order)
+
+    def __contains__(self, name: object) -> bool:
+        """Whether there is a parameter of that name."""
+        return name in self._parameters
+
+    def flag(self, name: str) -> int:
+        """Return a value as a whole number."""
+        return int(self._parameters[name].value)
+
+    def parameter(self, name: str) -> Parameter:
+        """Return a parameter. Raises KeyError for an unknown name."""
+        return self._parameters[name]
+
+    def at(self, index: int) -> Parameter:
+        """Return the parameter at a place in the list. Raises IndexError."""
+        if index < 0:
+            raise IndexError(index)
+        return self._parameters[self._order[index]]
+
+    def index(self, name: str) -> int:
+        """Return the place of a parameter in the list. Raises ValueError for an unknown name."""
+        return self._order.index(name)
+
+    def set(self, name: str, value: float) -> Parameter:
+        """Write a value, cut to the parameter's own type whatever type it was sent as; return the parameter.
+
+        Raises KeyError for an unknown name.
+        """
+        old = self._parameters[name]
+        if old.type is not ParameterType.REAL32:
+            low, high = _RANGES[old.type]
+            value = float(min(max(round(value), low), high))
+        self._parameters[name] = replace(old, value=value)
+        return self._parameters[name]
+
+
+def copter_parameters(gcs_name: str = "old") -> Parameters:
+    """Return ArduCopter's parameters with their defaults.
+
+    ``gcs_name`` "old" has SYSID_MYGCS (before 4.7), "new" has MAV_GCS_SYSID.
+    """
+    gcs = Parameter("SYSID_MYGCS" if gcs_name == "old" else "MAV_GCS_SYSID", ParameterType.INT16, 255)
+    own = Parameter("SYSID_THISMAV" if gcs_name == "old" else "MAV_SYSID", ParameterType.INT16, 1)
+    rest = [Parameter(name, kind, value) for kind, table in _DEFAULTS.items() for name, value in table.items()]
+    return Parameters(sorted([gcs, own, *rest], key=lambda parameter: parameter.name))
+
+
+_DEFAULTS: dict[ParameterType, dict[str, float]] = {
+    ParameterType.INT8: {
+        "AUTO_OPTIONS": 0,
+        "BATT_FS_CRT_ACT": 0,
+        "BATT_FS_LOW_ACT": 0,
+        "BATT_FS_VOLTSRC": 0,
+        "BATT_MONITOR": 4,
+        "COMPASS_USE": 1,
+        "DISARM_DELAY": 10,
+        "FENCE_ACTION": 1,
+        "FENCE_ENABLE": 0,
+        "FENCE_TOTAL": 0,
+        "FENCE_TYPE": 7,
+        "FRAME_CLASS": 1,
+        "FRAME_TYPE": 1,
+        "FS_CRASH_CHECK": 1,
+        "FS_EKF_ACTION": 1,
+        "FS_GCS_ENABLE": 0,
+        "FS_THR_ENABLE": 1,
+        "FS_VIBE_ENABLE": 1,
+        "GPS_TYPE": 1,
+        "LAND_REPOSITION": 1,
+        "WP_YAW_BEHAVIOR": 2,
+    },
+    ParameterType.INT16: {
+        "ANGLE_MAX": 3000,
+        "FORMAT_VERSION": 120,
+        "FS_THR_VALUE": 975,
+        "LAND_ALT_LOW": 1000,
+        "LAND_SPEED": 50,
+        "LAND_SPEED_HIGH": 0,
+        "PILOT_SPEED_DN": 0,
+        "PILOT_SPEED_UP": 250,
+        "RTL_ALT_FINAL": 0,
+        "RTL_CLIMB_MIN": 0,
+        "RTL_SPEED": 0,
+    },
+    ParameterType.INT32: {
+        "ARMING_CHECK": 1,
+        "BATT_CAPACITY": 5000,
+        "FS_OPTIONS": 16,
+        "LOG_BITMASK": 176126,
+        "RTL_ALT": 1500,
+        "RTL_LOIT_TIME": 5000,
+        "STAT_BOOTCNT": 1,
+    },
+    ParameterType.REAL32: {
+        "ATC_SLEW_YAW": 6000,
+        "BATT_ARM_VOLT": 0,
+        "BATT_CRT_MAH": 0,
+        "BATT_CRT_VOLT": 0,
+        "BATT_LOW_MAH": 0,
+        "BATT_LOW_TIMER": 10,
+        "BATT_LOW_VOLT": 10.5,
+        "COMPASS_OFS_X": 5,
+        "COMPASS_OFS_Y": 13,
+        "COMPASS_OFS_Z": -18,
+        "FENCE_ALT_MAX": 100,
+        "FENCE_ALT_MIN": -10,
+        "FENCE_MARGIN": 2,
+        "FENCE_RADIUS": 300,
+        "FS_EKF_THRESH": 0.8,
+        "FS_GCS_TIMEOUT": 5,
+        "GUID_TIMEOUT": 3,
+        "INS_ACCOFFS_X": 0.001,
+        "INS_ACCOFFS_Y": 0.001,
+        "INS_ACCOFFS_Z": 0.001,
+        "INS_GYROFFS_X": 0.0001,
+        "INS_GYROFFS_Y": 0.0001,
+        "INS_GYROFFS_Z": 0.0001,
+        "PSC_POSXY_P": 1,
+        "PSC_VELXY_P": 2,
+        "RTL_CONE_SLOPE": 3,
+        "WPNAV_ACCEL": 250,
+        "WPNAV_ACCEL_Z": 100,
+        "WPNAV_RADIUS": 200,
+        "WPNAV_SPEED": 500,
+        "WPNAV_SPEED_DN": 150,
+        "WPNAV_SPEED_UP": 250,
+    },
+}

@@ -1,0 +1,181 @@
+"""Puts the simulated drone together and lets its time pass."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import cv2
+import numpy as np
+
+from hawk.sim.autopilot import STEP_S, Autopilot, AutopilotOptions
+from hawk.sim.camera import FRAME_S, Camera, Renderer, Shot
+from hawk.sim.camera_server import Backend, CameraServer
+from hawk.sim.clock import SimulationClock
+from hawk.sim.faults import CameraFaults, Fault, apply_fault
+from hawk.sim.follow import Follower
+from hawk.sim.geodesy import Origin
+from hawk.sim.mavlink_link import MavlinkLink
+from hawk.sim.truth import FlightRecord
+from hawk.sim.udp import UdpLink, UdpUrl
+
+TICK_S = 0.005
+"""Real seconds between two looks at the clock."""
+CHUNK_S = 0.25
+"""Simulated seconds that are caught up without letting the sockets have a turn."""
+
+
+@dataclass(frozen=True, slots=True)
+class RunOptions:
+    """How to run. ``start`` is x, y in metres in the world's picture; ``latency`` simulated seconds."""
+
+    start: tuple[float, float]
+    mavlink: UdpUrl
+    http: tuple[str, int]
+    origin: Origin = field(default_factory=Origin)
+    speed: float = 1.0
+    latency: float = 0.05
+    seed: int = 0
+    autopilot: AutopilotOptions = field(default_factory=AutopilotOptions)
+
+
+class World(Protocol):
+    """What is needed of a world beside its pictures."""
+
+    def truth_json(self) -> dict[str, Any]:
+        """Return the truth as it is saved."""
+        ...
+
+
+class Flyer:
+    """A whole simulated drone on a clock: physics, link and the camera's slots."""
+
+    def __init__(self, options: RunOptions, camera: Camera, clock: SimulationClock) -> None:
+        generators = [np.random.default_rng(seed) for seed in np.random.SeedSequence(options.seed).spawn(2)]
+        self.autopilot = Autopilot(options.autopilot, options.origin, generators[0])
+        self.link = MavlinkLink(self.autopilot, generators[1])
+        self.record = FlightRecord(self.autopilot)
+        self._camera = camera
+        self._clock = clock
+        self._next_slot = 0.0
+
+    def advance(self) -> tuple[list[bytes], bool]:
+        """Let time pass up to now; return what is to be sent, and whether the simulation has caught up."""
+        out: list[bytes] = []
+        autopilot = self.autopilot
+        goal = min(self._clock(), autopilot.time + CHUNK_S)
+        while autopilot.time + STEP_S <= goal:
+            autopilot.step()
+            self.record.step()
+            if autopilot.time >= self._next_slot:
+                self._next_slot += FRAME_S
+                self._camera.expose(self.shot())
+            out += self.link.poll()
+        return out, self._clock() - autopilot.time < CHUNK_S
+
+    def shot(self) -> Shot:
+        """Return where the camera is: the true place."""
+        body = self.autopilot.body
+        north, east, down = body.position
+        attitude = (body.roll, body.pitch, body.yaw)
+        return Shot(self.autopilot.time_boot, self.autopilot.time, east, -north, -down, *attitude)
+
+
+async def fly(world: World, renderer: Renderer, options: RunOptions, say: Callable[[str], None]) -> None:
+    """Run the whole simulated drone until cancelled; ``say`` gets the line that tells where it is. Raises OSError."""
+    cv2.setNumThreads(1)
+    clock = SimulationClock(options.speed)
+    camera = Camera(renderer, clock, np.random.default_rng(options.seed), options.latency)
+    flyer = Flyer(options, camera, clock)
+    udp = UdpLink(flyer.link.receive)
+    faults = CameraFaults()
+    backend = Backend(
+        camera=camera,
+        origin=options.origin,
+        truth=lambda: _truth(world, options),
+        status=lambda: {**flyer.record.summary(), "speed": options.speed, "lag_s": clock() - flyer.autopilot.time},
+        watch_fence=flyer.record.watch,
+        apply_fault=lambda fault: apply_fault(fault, flyer.autopilot, flyer.link, camera, faults),
+        faults=faults,
+    )
+    server = CameraServer(backend)
+    try:
+        url = await udp.open(options.mavlink)
+        http = await server.start(*options.http)
+        say(json.dumps({"http": http, "mavlink": str(url)}))
+        while True:
+            datagrams, caught_up = flyer.advance()
+            udp.send(datagrams)
+            await asyncio.sleep(TICK_S if caught_up else 0.0)
+    finally:
+        udp.close()
+        await server.stop()
+        await camera.close()
+
+
+async def follow(world: World, renderer: Renderer, options: RunOptions, say: Callable[[str], None]) -> None:
+    """Run the camera half alone, following the vehicle at ``options.mavlink``, until cancelled. Raises OSError."""
+    cv2.setNumThreads(1)
+    clock = SimulationClock(options.speed)
+    camera = Camera(renderer, clock, np.random.default_rng(options.seed), options.latency)
+    follower = Follower(options.origin, clock)
+    udp = UdpLink(follower.receive)
+    faults = CameraFaults()
+    backend = Backend(
+        camera=camera,
+        origin=options.origin,
+        truth=lambda: _truth(world, options),
+        status=lambda: _followed(follower, options.origin),
+        watch_fence=lambda _: None,
+        apply_fault=lambda fault: _camera_fault(fault, camera, faults),
+        faults=faults,
+    )
+    server = CameraServer(backend)
+    try:
+        url = await udp.open(options.mavlink)
+        http = await server.start(*options.http)
+        say(json.dumps({"http": http, "mavlink": str(url)}))
+        while True:
+            for shot in follower.shots():
+                camera.expose(shot)
+            udp.send(follower.poll())
+            await asyncio.sleep(TICK_S)
+    finally:
+        udp.close()
+        await server.stop()
+        await camera.close()
+
+
+def _truth(world: World, options: RunOptions) -> Mapping[str, Any]:
+    x, y = options.start
+    origin = options.origin
+    latitude, longitude, altitude = origin.to_geodetic((-y, x, 0.0))
+    return {
+        **world.truth_json(),
+        "start": {"x": x, "y": y, "latitude": latitude, "longitude": longitude, "altitude": altitude},
+        "origin": {"latitude": origin.latitude, "longitude": origin.longitude, "altitude": origin.altitude},
+        "camera": {"width": 1280, "height": 720, "horizontal_fov_deg": 70.0, "frame_s": FRAME_S},
+    }
+
+
+def _followed(follower: Follower, origin: Origin) -> Mapping[str, Any]:
+    shot = follower.last
+    if shot is None:
+        return {"following": False}
+    latitude, longitude, altitude = origin.to_geodetic((-shot.y_south, shot.x_east, -shot.height))
+    position = {"x": shot.x_east, "y": shot.y_south, "height": shot.height, "yaw": math.remainder(shot.yaw, math.tau)}
+    place = {"latitude": latitude, "longitude": longitude, "altitude": altitude}
+    return {"following": True, "time_boot": shot.stamp, "position": {**position, **place}}
+
+
+def _camera_fault(fault: Fault, camera: Camera, faults: CameraFaults) -> list[str]:
+    problems = [f"{name}: only the camera can fail here" for name in fault.model_fields_set - {"camera"}]
+    if fault.camera is not None:
+        camera.dark, camera.frozen = fault.camera == "dark", fault.camera == "frozen"
+        faults.garbage, faults.unstamped = fault.camera == "garbage", fault.camera == "unstamped"
+        faults.closed = fault.camera == "closed"
+    return problems
