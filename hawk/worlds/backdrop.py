@@ -41,7 +41,12 @@ class Backdrop:
         drawn = _warp(picture, inverse, scale, (0.0, 0.0), size, cv2.BORDER_CONSTANT)
         if self._inside(inverse, size, columns * scale, rows * scale):
             return drawn
-        around = _warp(self._border, inverse, self._border_scale, (-BORDER_M, -BORDER_M), size, cv2.BORDER_REPLICATE)
+        # the border is blurred: a picture a quarter the size loses nothing
+        small = (max(1, size[0] // 4), max(1, size[1] // 4))
+        sx, sy = size[0] / small[0], size[1] / small[1]
+        shrunk = inverse @ np.array([[sx, 0, (sx - 1) / 2], [0, sy, (sy - 1) / 2], [0, 0, 1.0]])
+        around = _warp(self._border, shrunk, self._border_scale, (-BORDER_M, -BORDER_M), small, cv2.BORDER_REPLICATE)
+        around = as_bytes(cv2.resize(around, size, interpolation=cv2.INTER_LINEAR))
         opaque = cv2.threshold(cv2.extractChannel(drawn, 3), 127, 255, cv2.THRESH_BINARY)[1]
         cv2.copyTo(drawn, opaque, around)
         return around

@@ -22,6 +22,7 @@ from hawk.worlds.world import World
 
 _LOWEST_M = 0.15
 _FARTHEST_M = 400.0
+_FINE_PER_METRE = 17.0  # pixels; about 54 m high with a 70 degree lens 1280 pixels wide
 _SKY = (214, 200, 190, 255)
 
 
@@ -61,7 +62,7 @@ class WorldCamera:
         projection = self.projection(x_east, y_south, height, roll, pitch, yaw)
         size = (self.intrinsics.width, self.intrinsics.height)
         frame = self._backdrop.draw(projection[:, [0, 1, 3]], size, max(height, _LOWEST_M) / self.intrinsics.fx)
-        lay_all(frame, self._facets, projection)
+        lay_all(frame, self._facets, projection, fine_from=_FINE_PER_METRE)
         self._cover_sky(frame, projection)
         return self._exposed(as_bytes(cv2.cvtColor(frame, cv2.COLOR_BGRA2BGR)), rng)
 

@@ -64,6 +64,7 @@ class Sprite:
     pixels: Bytes
     height: float
     along: float
+    fine: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,7 +187,9 @@ def _box_vehicle(
                 x = int(u * top.shape[1])
                 cv2.line(top, (x, 1), (x, rows - 2), tuple(map(float, cargo * rng.uniform(0.8, 0.97))), 1)
         place = (share / 2 - 0.5) * length
-        sprites.append(Sprite(_with_alpha(top, _round(top.shape[0], top.shape[1], 0.06)), height * level, place))
+        sprites.append(
+            Sprite(_with_alpha(top, _round(top.shape[0], top.shape[1], 0.06)), height * level, place, level == 0.45)
+        )
     return Model(length, width, height, tuple(sprites))
 
 
@@ -269,7 +272,14 @@ def _bed(rng: np.random.Generator, picture: Floats, paint: Floats) -> None:
     inner = paint * rng.uniform(0.3, 0.75) if rng.random() < 0.7 else np.full(3, rng.uniform(20, 60), np.float32)
     _wedge(picture, 0.04, 0.395, 0.40, 0.40, np.asarray(inner, np.float32))
     if rng.random() < 0.2:
-        _wedge(picture, 0.08, rng.uniform(0.2, 0.36), 0.3, 0.3, np.asarray(rng.uniform(30, 210, 3), np.float32))
+        _wedge(
+            picture,
+            0.08,
+            rng.uniform(0.2, 0.36),
+            0.3,
+            0.3,
+            np.asarray(rng.uniform(30, 210) + rng.normal(0, 12, 3), np.float32),
+        )
 
 
 def _reflections(rng: np.random.Generator, picture: Floats, shape: Shape) -> None:

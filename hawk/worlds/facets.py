@@ -21,12 +21,13 @@ class HeightLayer:
 
     ``corners`` are (4, 3) metres (x east, y south, z up): where the picture's upper left, upper right, lower right and
     lower left corners are; they span a parallelogram. ``pixels`` is BGRA uint8. ``label`` is car, tree, roof, wall or
-    post.
+    post. ``fine`` marks what may be left out of a picture from afar.
     """
 
     corners: Points
     pixels: Bytes
     label: str
+    fine: bool = False
 
     @property
     def height(self) -> float:
@@ -42,13 +43,43 @@ class HeightLayer:
 
 @dataclass(frozen=True, slots=True)
 class Laid:
-    """One layer as it appears in a picture: where, its colours (BGRA) and where it is opaque (255)."""
+    """One layer as it appears in a picture: a warped picture (BGRA) with where it is opaque (255), at (row, column)."""
 
-    rows: slice
-    columns: slice
+    label: str
     colour: Bytes
     opaque: Bytes
+    row: int
+    column: int
+
+    def paint(self, image: Bytes) -> None:
+        """Lay it over a BGRA picture."""
+        cv2.copyTo(self.colour, self.opaque, image[self._window])
+
+    def mark(self, mask: Bytes, value: int) -> None:
+        """Set a mask where it is opaque."""
+        mask[self._window][self.opaque > 0] = value
+
+    @property
+    def _window(self) -> tuple[slice, slice]:
+        rows, columns = self.opaque.shape
+        return slice(self.row, self.row + rows), slice(self.column, self.column + columns)
+
+
+@dataclass(frozen=True, slots=True)
+class LaidPlain:
+    """The same for a layer of one colour, which is a polygon: walls have large bounding boxes and little to show."""
+
     label: str
+    colour: tuple[float, ...]
+    quad: NDArray[np.int32]
+
+    def paint(self, image: Bytes) -> None:
+        """Lay it over a BGRA picture."""
+        cv2.fillConvexPoly(image, self.quad, self.colour, shift=4)
+
+    def mark(self, mask: Bytes, value: int) -> None:
+        """Set a mask where it lies."""
+        cv2.fillConvexPoly(mask, self.quad, float(value), shift=4)
 
 
 class FacetSet:
@@ -61,6 +92,8 @@ class FacetSet:
         self._last_level = np.array([len(picture) - 1 for picture in self._pictures], np.int64)
         self._scales = np.array([_level_scales(picture) for picture in self._pictures]).reshape(-1, 3, 3, 3)
         self._texels = np.array([picture[0].shape[0] * picture[0].shape[1] for picture in self._pictures], float)
+        self._fine = np.array([layer.fine for layer in ordered], bool)
+        self._area_m2 = np.array([_areas(layer.corners[None, :, :2])[0] for layer in ordered])
         self._corners = np.ones((len(ordered), 4, 4))
         self._to_world = np.zeros((len(ordered), 4, 3))
         for k, layer in enumerate(ordered):
@@ -70,11 +103,14 @@ class FacetSet:
     def __len__(self) -> int:
         return len(self.labels)
 
-    def seen(self, projection: NDArray[np.float64], width: int, height: int) -> Iterator[Laid]:
+    def seen(
+        self, projection: NDArray[np.float64], width: int, height: int, *, fine_from: float = 0.0
+    ) -> Iterator[Laid | LaidPlain]:
         """Yield the layers that appear in a picture of that size.
 
         ``projection`` is 3 x 4: homogeneous world metres to homogeneous pixels (pixel centres are whole numbers); what
-        has no positive third component lies behind the camera and is left out.
+        has no positive third component lies behind the camera and is left out. Fine layers are left out where a metre
+        has fewer than ``fine_from`` pixels.
         """
         if not self.labels:
             return
@@ -84,37 +120,35 @@ class FacetSet:
         low = np.maximum(np.floor(pixels.min(1)), 0).astype(int)
         high = np.minimum(np.ceil(pixels.max(1)) + 1, (width, height)).astype(int)
         area = _areas(pixels)
-        shown = np.nonzero(ahead & (high > low).all(1) & (area >= 1.0))[0]
+        coarse = self._fine & (area < self._area_m2 * fine_from**2)
+        shown = np.nonzero(ahead & (high > low).all(1) & (area >= 1.0) & ~coarse)[0]
         level = np.digitize(np.sqrt(self._texels[shown] / area[shown]), _LEVEL_LIMITS)
         level = np.minimum(level, self._last_level[shown])
         to_texels = self._scales[shown, level] @ np.linalg.inv(projection @ self._to_world[shown])
         # the picture of one layer starts at its own upper left corner
         to_texels[:, :, 2] += np.einsum("nij,nj->ni", to_texels[:, :, :2], low[shown].astype(float))
         for k, number, inverse in zip(shown.tolist(), level.tolist(), to_texels, strict=True):
-            yield self._lay(k, self._pictures[k][number], inverse, pixels[k], low[k].tolist(), high[k].tolist())
+            picture = self._pictures[k][number]
+            if picture.shape[:2] == (1, 1):
+                yield self._lay_plain(k, pixels[k])
+            else:
+                yield self._lay(k, picture, inverse, low[k].tolist(), high[k].tolist())
 
-    def _lay(
-        self,
-        k: int,
-        picture: Bytes,
-        to_texel: NDArray[np.float64],
-        quad: NDArray[np.float64],
-        low: list[int],
-        high: list[int],
-    ) -> Laid:
+    def _lay(self, k: int, picture: Bytes, to_texel: NDArray[np.float64], low: list[int], high: list[int]) -> Laid:
         size = (high[0] - low[0], high[1] - low[1])
-        rows, columns = slice(low[1], high[1]), slice(low[0], high[0])
-        if picture.shape[:2] == (1, 1):
-            return Laid(rows, columns, *_plain(picture, quad - low, size), self.labels[k])
         warped = cv2.warpPerspective(picture, to_texel, size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
         opaque = cv2.threshold(cv2.extractChannel(warped, 3), _OPAQUE, 255, cv2.THRESH_BINARY)[1]
-        return Laid(rows, columns, as_bytes(warped), as_bytes(opaque), self.labels[k])
+        return Laid(self.labels[k], as_bytes(warped), as_bytes(opaque), low[1], low[0])
+
+    def _lay_plain(self, k: int, quad: NDArray[np.float64]) -> LaidPlain:
+        fixed = np.round(np.clip(quad, -30000, 30000) * 16).astype(np.int32)
+        return LaidPlain(self.labels[k], tuple(map(float, self._pictures[k][0][0, 0])), fixed)
 
 
-def lay_all(image: Bytes, facets: FacetSet, projection: NDArray[np.float64]) -> None:
-    """Lay every visible layer over ``image`` (BGRA uint8) in place."""
-    for laid in facets.seen(projection, image.shape[1], image.shape[0]):
-        cv2.copyTo(laid.colour, laid.opaque, image[laid.rows, laid.columns])
+def lay_all(image: Bytes, facets: FacetSet, projection: NDArray[np.float64], *, fine_from: float = 0.0) -> None:
+    """Lay every visible layer over ``image`` (BGRA uint8) in place; ``fine_from`` as in `FacetSet.seen`."""
+    for laid in facets.seen(projection, image.shape[1], image.shape[0], fine_from=fine_from):
+        laid.paint(image)
 
 
 def ground_projection(
@@ -140,23 +174,21 @@ def ground_projection(
 
 
 def flat_layer(
-    pixels: Bytes, centre: tuple[float, float], heading: float, size: tuple[float, float], height: float, label: str
+    pixels: Bytes,
+    centre: tuple[float, float],
+    heading: float,
+    size: tuple[float, float],
+    height: float,
+    label: str,
+    *,
+    fine: bool = False,
 ) -> HeightLayer:
     """Return a layer that lies flat; ``size`` is metres along the heading and across it."""
     ahead = np.array([np.cos(heading), np.sin(heading)]) * size[0] / 2
     aside = np.array([-np.sin(heading), np.cos(heading)]) * size[1] / 2
     middle = np.array(centre)
     ground = np.array([middle - ahead - aside, middle + ahead - aside, middle + ahead + aside, middle - ahead + aside])
-    return HeightLayer(np.column_stack([ground, np.full(4, height)]), pixels, label)
-
-
-def _plain(picture: Bytes, quad: NDArray[np.float64], size: tuple[int, int]) -> tuple[Bytes, Bytes]:
-    """Draw a layer of one colour as a polygon: walls have large bounding boxes and little to show."""
-    opaque = np.zeros(size[::-1], np.uint8)
-    cv2.fillConvexPoly(opaque, np.round(np.clip(quad, -30000, 30000) * 16).astype(np.int32), 255, shift=4)
-    colour = np.empty((*size[::-1], 4), np.uint8)
-    colour[:] = picture[0, 0]
-    return colour, opaque
+    return HeightLayer(np.column_stack([ground, np.full(4, height)]), pixels, label, fine)
 
 
 def _levels(pixels: Bytes) -> tuple[Bytes, ...]:

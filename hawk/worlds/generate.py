@@ -125,7 +125,7 @@ def _cover(canvas: Canvas, facets: FacetSet) -> Bytes:
     width, height = (round(side * canvas.metres_per_pixel / _COVER_M) for side in (canvas.width, canvas.height))
     mask = np.zeros((height, width), np.uint8)
     for laid in facets.seen(ground_projection((0.0, 0.0), _COVER_M), width, height):
-        mask[laid.rows, laid.columns][laid.opaque > 0] = 1
+        laid.mark(mask, 1)
     return mask
 
 

@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 
+from hawk.worlds.canvas import Points
 from hawk.worlds.cars import sample_kind
-from hawk.worlds.plan import Axes, Gain, Plan, Post, Surface, Tree, Vehicle
+from hawk.worlds.plan import Axes, Plan, Post, Surface, Tree, Vehicle
 from hawk.worlds.rows import plan_parallel_row, plan_row
 from hawk.worlds.style import LotStyle
 
@@ -41,15 +42,16 @@ def asphalt_details(plan: Plan, rng: np.random.Generator, axes: Axes, width: flo
     for _ in range(rng.poisson(2.5 * area)):
         u, v = rng.uniform(0, width), rng.uniform(0, depth)
         du, dv = rng.uniform(0.5, 9, 2)
-        plan.gains.append(Gain(axes.rect(u, v, u + du, v + dv), 1 + rng.uniform(-0.24, 0.16), soften=0.04))
+        corners = axes.rect(u, v, min(u + du, width), min(v + dv, depth))
+        plan.change(corners, 1 + rng.uniform(-0.24, 0.16), soften=0.04)
     for _ in range(rng.poisson(5 * area)):
-        plan.gains.append(_crack(rng, axes, width, depth))
+        _crack(plan, rng, axes, width, depth)
     for _ in range(rng.poisson(1.2 * area)):
         start = np.array([rng.uniform(0, width), rng.uniform(0, depth)])
-        bend = np.cumsum(rng.normal(0, 0.08)) + np.linspace(0, rng.normal(0, 1.2), 14)
+        bend = rng.uniform(0, 2 * math.pi) + np.linspace(0, rng.normal(0, 1.2), 14)
         steps = np.stack([np.cos(bend), np.sin(bend)], 1) * rng.uniform(0.6, 1.4)
-        track = axes.points(start + np.cumsum(steps, 0))
-        plan.gains.append(Gain(track, 1 - rng.uniform(0.05, 0.25), soften=0.05, width=rng.uniform(0.15, 0.3)))
+        track = axes.points(_kept(start + np.cumsum(steps, 0), width, depth))
+        plan.change(track, 1 - rng.uniform(0.04, 0.2), soften=0.05, width=rng.uniform(0.15, 0.3))
 
 
 def _ends(
@@ -135,10 +137,18 @@ def _arrow(plan: Plan, rng: np.random.Generator, axes: Axes) -> None:
         plan.line(axes.at(size * way, 0), axes.at(size * 0.35 * way, 0.4 * side), 0.2, 3, strength)
 
 
-def _crack(rng: np.random.Generator, axes: Axes, width: float, depth: float) -> Gain:
+def _crack(plan: Plan, rng: np.random.Generator, axes: Axes, width: float, depth: float) -> None:
     count = int(rng.integers(5, 30))
     wander = float(rng.choice([0.4, 0.08]))
     heading = rng.choice([0, math.pi / 2, rng.uniform(0, 6.3)]) + np.cumsum(rng.normal(0, wander, count))
     start = np.array([rng.uniform(0, width), rng.uniform(0, depth)])
     track = start + np.cumsum(np.stack([np.cos(heading), np.sin(heading)], 1) * rng.uniform(0.4, 1.3), 0)
-    return Gain(axes.points(track), 1 - rng.uniform(0.1, 0.5), width=float(rng.uniform(0.03, 0.12)))
+    points = axes.points(_kept(track, width, depth))
+    plan.change(points, 1 - rng.uniform(0.06, 0.4), width=float(rng.uniform(0.03, 0.1)))
+
+
+def _kept(track: Points, width: float, depth: float) -> Points:
+    """Cut a track off where it leaves [0, width] x [0, depth]."""
+    outside = ((track < 0) | (track > (width, depth))).any(1)
+    end = int(np.argmax(outside)) if outside.any() else len(track)
+    return track[: max(2, end)]

@@ -47,10 +47,10 @@ def texture(rng: np.random.Generator, material: Material, height: int, width: in
     picture = np.empty((height, width, 3), np.float32)
     picture[:] = material.colour
     picture *= (1 + value)[..., None]
-    if material.hue > 0:
+    if material.hue > 0.005:
         shift = noise(rng, height, width, [1.5 * per_metre, 0.5 * per_metre], [material.hue, material.hue * 0.6])
         picture[..., 2] *= 1 + shift
-        picture[..., 0] *= 1 - shift * 0.6
+        picture[..., 0] *= 1 - shift * 0.3
     return picture
 
 
@@ -66,7 +66,7 @@ def grey(rng: np.random.Generator, low: float, high: float, tint: float = 3.0) -
 def _asphalt(rng: np.random.Generator) -> Material:
     colour = grey(rng, 50, 185, 6) if rng.random() < 0.5 else grey(rng, 100, 200, 6)
     amount = rng.uniform(0.4, 1.5)
-    return Material("asphalt", colour, 0.045 * amount, 0.025 * amount, 0.05 * amount, 0.004)
+    return Material("asphalt", colour, 0.05 * amount, 0.014 * amount, 0.045 * amount, 0.004)
 
 
 def _concrete(rng: np.random.Generator) -> Material:
@@ -85,18 +85,19 @@ def _pavers(rng: np.random.Generator) -> Material:
 
 def _grass(rng: np.random.Generator) -> Material:
     green = rng.uniform(65, 130)
-    dry = rng.uniform(0.7, 1.25)
-    return Material("grass", (green * rng.uniform(0.45, 0.75), green, green * dry), 0.10, 0.10, 0.10, 0.06)
+    dry = rng.uniform(0.72, 1.22)
+    blue = green * rng.uniform(0.42, 0.66)
+    return Material("grass", (blue, green, green * dry), 0.13, 0.07, 0.08, float(rng.choice([0.015, 0.03, 0.06])))
 
 
 def _dirt(rng: np.random.Generator) -> Material:
     scale = rng.uniform(0.5, 1.3)
-    return Material("dirt", (88 * scale, 118 * scale, 145 * scale), 0.08, 0.08, 0.08, 0.03)
+    return Material("dirt", (92 * scale, 118 * scale, 140 * scale), 0.09, 0.06, 0.07, 0.02)
 
 
 def _bark(rng: np.random.Generator) -> Material:
     scale = rng.uniform(0.5, 1.15)
-    return Material("bark", (70 * scale, 105 * scale, 165 * scale), 0.16, 0.12, 0.08, 0.05)
+    return Material("bark", (72 * scale, 104 * scale, 150 * scale), 0.16, 0.12, 0.08, 0.04)
 
 
 def _gravel(rng: np.random.Generator) -> Material:

@@ -27,7 +27,7 @@ def _tone(rng: np.random.Generator, picture: Floats) -> Floats:
     if rng.random() < 0.05:  # dusk and lamps
         height, width = picture.shape[:2]
         lamps = 1 + noise(rng, height, width, [90], [0.3])
-        picture *= np.array([0.75, 0.6, 0.62], np.float32) * np.clip(lamps, 0.5, 1.6)[..., None]
+        picture *= np.array([0.66, 0.58, 0.6], np.float32) * np.clip(lamps, 0.5, 1.6)[..., None]
     np.clip(picture, 0, 255, out=picture)
     curve = 255 * (np.linspace(0, 1, 256, dtype=np.float32)) ** np.float32(rng.uniform(0.7, 1.4))
     picture = np.interp(picture, np.arange(256), curve).astype(np.float32)

@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from hawk.worlds.canvas import Points
 from hawk.worlds.materials import Colour, Material
@@ -67,21 +69,26 @@ class Surface:
 
 @dataclass(frozen=True, slots=True)
 class Gain:
-    """Ground made darker or lighter: a polygon, or a polyline when ``width`` is set."""
+    """Ground made darker or lighter: a polygon, or a polyline when ``width`` is set. ``order`` as in Stroke."""
 
     points: Points
     gain: float
     soften: float = 0.0
     width: float | None = None
+    order: int = 0
 
 
 @dataclass(frozen=True, slots=True)
 class Stroke:
-    """A painted polygon: colour number in the plan's palette and strength 0..1."""
+    """A painted polygon: colour number in the plan's palette and strength 0..1.
+
+    ``order`` is how many surfaces were there when it was painted: those that come later cover it.
+    """
 
     polygon: Points
     colour: int
     strength: float
+    order: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,7 +158,10 @@ class Block:
 
 @dataclass(slots=True)
 class Plan:
-    """Everything on a site, in the order in which it is laid down. Filled by `hawk.worlds.layout` and its helpers."""
+    """Everything on a site, in the order in which it is laid down.
+
+    Filled by `hawk.worlds.site` and its helpers; surfaces, gains and strokes only through the methods below.
+    """
 
     axes: Axes
     ground: Material
@@ -170,6 +180,23 @@ class Plan:
     blocks: list[Block] = field(default_factory=list)
     lots: list[Points] = field(default_factory=list)
 
+    def lay(self, surface: Surface) -> None:
+        """Lay a surface; what stood or lay there before is gone."""
+        self.surfaces.append(surface)
+        area = surface.polygon.astype(np.float32)
+        self.vehicles = [one for one in self.vehicles if not _inside(area, one.x, one.y)]
+        self.trees = [one for one in self.trees if not _inside(area, one.x, one.y)]
+        self.posts = [one for one in self.posts if not _inside(area, one.x, one.y)]
+        self.buildings = [one for one in self.buildings if not _buries(area, one)]
+
+    def change(self, points: Points, gain: float, *, soften: float = 0.0, width: float | None = None) -> None:
+        """Make ground darker or lighter (see Gain)."""
+        self.gains.append(Gain(points, gain, soften, width, len(self.surfaces)))
+
+    def paint(self, polygon: Points, colour: int, strength: float) -> None:
+        """Paint a convex polygon of four corners."""
+        self.strokes.append(Stroke(polygon, colour, strength, len(self.surfaces)))
+
     def line(
         self, start: tuple[float, float], end: tuple[float, float], width: float, colour: int, strength: float
     ) -> None:
@@ -185,4 +212,18 @@ class Plan:
             (end[0] - nx, end[1] - ny),
             (start[0] - nx, start[1] - ny),
         ]
-        self.strokes.append(Stroke(np.array(corners), colour, strength))
+        self.paint(np.array(corners), colour, strength)
+
+
+_BURIED = 0.3
+"""A building goes when more of it than this is laid over."""
+
+
+def _inside(area: NDArray[np.float32], x: float, y: float) -> bool:
+    return cv2.pointPolygonTest(area, (x, y), measureDist=False) >= 0
+
+
+def _buries(area: NDArray[np.float32], building: Building) -> bool:
+    shares = [(u, v) for u in (0.0, 0.25, 0.5, 0.75, 1.0) for v in (0.0, 0.5, 1.0)]
+    places = [building.axes.at(u * building.width, v * building.depth) for u, v in shares]
+    return sum(_inside(area, *place) for place in places) > _BURIED * len(places)

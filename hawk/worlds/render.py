@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import dataclass
 
 import cv2
@@ -14,7 +15,7 @@ from hawk.worlds.cars import Model, Sprite, draw_vehicle, outline
 from hawk.worlds.facets import HeightLayer, flat_layer
 from hawk.worlds.light import Shadows, Sun
 from hawk.worlds.materials import texture
-from hawk.worlds.paint import draw_paint
+from hawk.worlds.paint import Paint
 from hawk.worlds.plan import Gain, Plan, Post, Surface, Vehicle
 from hawk.worlds.trees import draw_tree, leaf_colours
 
@@ -33,11 +34,16 @@ class Drawn:
 def draw_plan(plan: Plan, canvas: Canvas, sun: Sun, rng: np.random.Generator) -> Drawn:
     """Draw the part of a plan that lies on the canvas (its picture is filled in place)."""
     canvas.image = texture(rng, plan.ground, canvas.height, canvas.width, canvas.metres_per_pixel)
-    for surface in plan.surfaces:
-        draw_surface(canvas, surface, rng)
-    for gain in plan.gains:
-        _draw_gain(canvas, gain)
-    draw_paint(canvas, plan.strokes, plan.palette, plan.wear, rng)
+    paint = Paint(canvas, plan.strokes)
+    gains = deque(plan.gains)
+    for order, surface in enumerate([None, *plan.surfaces]):
+        patch = None if surface is None else draw_surface(canvas, surface, rng)
+        if patch is not None:
+            paint.bury(patch)
+        while gains and gains[0].order <= order:
+            _draw_gain(canvas, gains.popleft())
+        paint.put_on(order)
+    paint.blend(plan.palette, plan.wear, rng)
     for surface in plan.islands:
         draw_surface(canvas, surface, rng)
     shadows = Shadows(canvas, sun)
@@ -47,11 +53,11 @@ def draw_plan(plan: Plan, canvas: Canvas, sun: Sun, rng: np.random.Generator) ->
     return Drawn(canvas.image, tuple(layers))
 
 
-def draw_surface(canvas: Canvas, surface: Surface, rng: np.random.Generator) -> None:
-    """Lay one surface."""
+def draw_surface(canvas: Canvas, surface: Surface, rng: np.random.Generator) -> Patch | None:
+    """Lay one surface; return where, or None when it lies outside the canvas."""
     patch = canvas.patch(surface.polygon, round_m=surface.round_m)
     if patch is None:
-        return
+        return None
     if surface.kerb is not None:
         _draw_kerb(canvas, surface, patch)
     rows, columns = patch.mask.shape
@@ -59,6 +65,7 @@ def draw_surface(canvas: Canvas, surface: Surface, rng: np.random.Generator) -> 
     if surface.material.joints > 3 * canvas.metres_per_pixel:
         _draw_joints(canvas, surface, patch, picture, rng)
     canvas.cover(patch, picture)
+    return patch
 
 
 def _draw_kerb(canvas: Canvas, surface: Surface, patch: Patch) -> None:
@@ -139,7 +146,7 @@ def _sprite_layer(vehicle: Vehicle, model: Model, sprite: Sprite, shadows: Shado
     shade = _shade_over(layer, shadows, rows, columns)
     shaded = sprite.pixels.copy()
     shaded[..., :3] = np.clip(shaded[..., :3] * shade, 0, 255).astype(np.uint8)
-    return HeightLayer(layer.corners, shaded, "car")
+    return HeightLayer(layer.corners, shaded, "car", sprite.fine)
 
 
 def _shade_over(layer: HeightLayer, shadows: Shadows, rows: int, columns: int) -> Floats:
@@ -162,7 +169,7 @@ def _draw_post(post: Post, canvas: Canvas, shadows: Shadows) -> list[HeightLayer
     head = np.full((6, 16, 4), 255, np.uint8)
     head[..., :3] = 90
     centre = (post.x + float(reach[0]), post.y + float(reach[1]))
-    layers = [flat_layer(head, centre, post.heading, (1.6, 0.3), post.height, "post")]
+    layers = [flat_layer(head, centre, post.heading, (1.6, 0.3), post.height, "post", fine=True)]
     swept = outline(centre[0], centre[1], post.heading, 1.6, 0.35)
     shadows.add_block(swept + shadows.cast(post.height), 0.2)
     return layers

@@ -10,7 +10,7 @@ import numpy as np
 
 from hawk.worlds.canvas import Points
 from hawk.worlds.cars import sample_kind
-from hawk.worlds.plan import Axes, Block, Gain, Plan, PlannedStall, Stroke, Surface, Tree, Vehicle
+from hawk.worlds.plan import Axes, Block, Plan, PlannedStall, Surface, Tree, Vehicle
 from hawk.worlds.style import LotStyle
 
 WORN_BELOW = 0.6
@@ -198,7 +198,7 @@ def _stain(plan: Plan, rng: np.random.Generator, slot: _Slot) -> None:
     angles = np.linspace(0, 2 * math.pi, 9)[:-1]
     radii = rng.uniform(0.2, 0.9) * rng.uniform(0.6, 1.2, 8)
     outline = centre + np.stack([np.cos(angles), np.sin(angles)], 1) * radii[:, None]
-    plan.gains.append(Gain(outline, 1 - rng.uniform(0.03, 0.28), soften=0.2))
+    plan.change(outline, 1 - rng.uniform(0.03, 0.28), soften=0.2)
 
 
 def _accessible_sign(plan: Plan, rng: np.random.Generator, slot: _Slot) -> None:
@@ -210,7 +210,7 @@ def _accessible_sign(plan: Plan, rng: np.random.Generator, slot: _Slot) -> None:
             slot.at(0.5 + a, middle + b)
             for a, b in ((-across, -along), (across, -along), (across, along), (-across, along))
         ]
-        plan.strokes.append(_painted(square, 2, rng.uniform(0.6, 1.0)))
+        plan.paint(np.array(square), 2, rng.uniform(0.6, 1.0))
     ring = [
         slot.at(0.5 + 0.6 * across * math.cos(t), middle + 0.6 * along * math.sin(t)) for t in np.linspace(0, 5.2, 12)
     ]
@@ -238,10 +238,6 @@ def _island(plan: Plan, rng: np.random.Generator, corners: Points, style: LotSty
         x, y = centre + (corners[0] - centre) * rng.uniform(-0.6, 0.6)
         radius = rng.uniform(*style.crown) if rng.random() < 0.6 else rng.uniform(0.4, 0.9)
         plan.trees.append(Tree(float(x), float(y), radius, float(np.clip(radius * rng.uniform(1.5, 2.5), 0.8, 9))))
-
-
-def _painted(points: list[tuple[float, float]], colour: int, strength: float) -> Stroke:
-    return Stroke(np.array(points), colour, strength)
 
 
 def _clipped(offset: float, slant: float) -> tuple[tuple[float, float], tuple[float, float]] | None:

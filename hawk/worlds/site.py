@@ -36,7 +36,7 @@ def plan_lot_site(rng: np.random.Generator, centre: tuple[float, float], size: S
     u0, v0, u1, v1 = (f(r[k] for r in sections) for k, f in enumerate((min, min, max, max)))
     _surround(plan, rng, (u0, v0, u1, v1), calm=calm)
     for outline in lots:
-        plan.surfaces.append(Surface(outline, plan.asphalt))
+        plan.lay(Surface(outline, plan.asphalt))
     plan.lots.extend(lots)
     style = sample_style(rng, calm=calm)
     for r in sections:

@@ -85,11 +85,11 @@ def sample_style(rng: np.random.Generator, *, calm: bool = False) -> LotStyle:
         island=sample_material(rng, str(rng.choice(_ISLAND_KINDS))),
         break_share=float(rng.choice([0.0, 0.04, 0.08])),
         trees=float(rng.choice([0.15, 0.3, 0.5] if calm else [0, 0.1, 0.3, 0.6])),
-        crown=(1.0, rng.uniform(2.0, 3.2)),
+        crown=(1.0, rng.uniform(2.4, 4.2)),
         medians=float(rng.choice([0.25, 0.6] if calm else [0.1, 0.45, 0.8])),
         side_rows=0.4,
         accessible=float(rng.choice([0.1, 0.3])),
-        ends=(0.25, 0.45, 0.3),
+        ends=(0.3, 0.43, 0.27),
         tidy=rng.uniform(0.5, 1.6),
         kerb=grey(rng, 140, 228) if rng.random() < 0.65 else None,
     )

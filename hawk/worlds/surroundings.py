@@ -9,7 +9,7 @@ import numpy as np
 
 from hawk.worlds.cars import sample_kind
 from hawk.worlds.materials import Material, grey, sample_material
-from hawk.worlds.plan import Axes, Building, Gain, Plan, Surface, Tree, Vehicle
+from hawk.worlds.plan import Axes, Building, Plan, Surface, Tree, Vehicle
 
 REACH_M = 140.0
 """How far surroundings are laid out from a lot's edge."""
@@ -25,11 +25,13 @@ def plan_side(plan: Plan, rng: np.random.Generator, axes: Axes, span: float, *, 
     kind = kind or str(rng.choice(_SIDES, p=[0.32, 0.34, 0.12, 0.10, 0.05, 0.07]))
     v = _border(plan, rng, axes)
     if kind == "road":
-        v = plan_road(plan, rng, axes.moved(0, v))
-        v = _border(plan, rng, axes.moved(0, v)) + v
+        kerb = v
+        v += plan_road(plan, rng, axes.moved(0, kerb))
+        v += _border(plan, rng, axes.moved(0, v))
         _fill(plan, rng, axes, v, ("grass", "concrete", "dirt", "grass", "gravel"))
         if rng.random() < 0.5:
             _houses(plan, rng, axes.moved(0, v + rng.uniform(1, 8)))
+        _driveway(plan, rng, axes, span, kerb)
     elif kind == "building":
         _fill(plan, rng, axes, v, ("concrete", "grass", "asphalt", "dirt", "pavers"))
         width = span * rng.uniform(0.6, 1.0) * 2
@@ -68,7 +70,7 @@ def plan_road(plan: Plan, rng: np.random.Generator, axes: Axes) -> float:
     width = rng.uniform(6.5, 21)
     asphalt = plan.asphalt if rng.random() < 0.2 else sample_material(rng, "asphalt")
     kerb = grey(rng, 130, 225) if rng.random() < 0.7 else None
-    plan.surfaces.append(Surface(axes.rect(-REACH_M, 0, REACH_M, width), asphalt, kerb))
+    plan.lay(Surface(axes.rect(-REACH_M, 0, REACH_M, width), asphalt, kerb))
     v = rng.uniform(0.4, 3.2)
     while v < width - 0.3:
         _lane_line(plan, rng, axes.moved(0, v))
@@ -84,15 +86,15 @@ def plan_road(plan: Plan, rng: np.random.Generator, axes: Axes) -> float:
     for _ in range(int(rng.integers(0, 5))):
         u, length = rng.uniform(-50, 50), rng.uniform(2, 25)
         patch = axes.rect(u, rng.uniform(0, width * 0.6), u + length, width * rng.uniform(0.6, 1))
-        plan.gains.append(Gain(patch, 1 + rng.uniform(-0.2, 0.15), soften=0.04))
+        plan.change(patch, 1 + rng.uniform(-0.2, 0.15), soften=0.04)
     return width
 
 
 def plan_court(plan: Plan, rng: np.random.Generator, axes: Axes) -> None:
     """Lay a sports court with its markings: rectangles and a circle, easily taken for stalls."""
     width, depth = rng.uniform(13, 30), rng.uniform(7, 17)
-    plan.surfaces.append(Surface(axes.rect(-2, -2, width + 2, depth + 2), sample_material(rng, "court")))
-    plan.surfaces.append(Surface(axes.rect(0, 0, width, depth), sample_material(rng, "court")))
+    plan.lay(Surface(axes.rect(-2, -2, width + 2, depth + 2), sample_material(rng, "court")))
+    plan.lay(Surface(axes.rect(0, 0, width, depth), sample_material(rng, "court")))
     thick, colour = rng.uniform(0.06, 0.14), int(rng.choice([1, 3]))
     corners = [(0, 0), (width, 0), (width, depth), (0, depth), (0, 0)]
     for start, end in itertools.pairwise(corners):
@@ -121,7 +123,7 @@ def _border(plan: Plan, rng: np.random.Generator, axes: Axes) -> float:
         width = rng.uniform(0.4, 4.0)
         material = sample_material(rng, str(rng.choice(["grass", "concrete", "bark", "grass", "pavers", "rock"])))
         kerb = grey(rng, 140, 228) if rng.random() < 0.5 else None
-        plan.surfaces.append(Surface(axes.rect(-REACH_M, v, REACH_M, v + width), material, kerb))
+        plan.lay(Surface(axes.rect(-REACH_M, v, REACH_M, v + width), material, kerb))
         if material.kind in ("grass", "bark") and rng.random() < 0.5:
             step = rng.uniform(2.5, 10)
             for u in np.arange(-45, 45, step):
@@ -134,7 +136,17 @@ def _border(plan: Plan, rng: np.random.Generator, axes: Axes) -> float:
 
 def _fill(plan: Plan, rng: np.random.Generator, axes: Axes, v: float, kinds: tuple[str, ...]) -> None:
     material = sample_material(rng, str(rng.choice(kinds)))
-    plan.surfaces.append(Surface(axes.rect(-REACH_M, v, REACH_M, REACH_M), material))
+    plan.lay(Surface(axes.rect(-REACH_M, v, REACH_M, REACH_M), material))
+
+
+def _driveway(plan: Plan, rng: np.random.Generator, axes: Axes, span: float, kerb: float) -> None:
+    """Join the lot to its road across the border in between."""
+    if kerb < 0.3 or rng.random() < 0.2:
+        return
+    width, middle = rng.uniform(5, 9), rng.uniform(-0.8, 0.8) * span
+    plan.lay(Surface(axes.rect(middle - width / 2, 0, middle + width / 2, kerb + 0.2), plan.asphalt))
+    if rng.random() < 0.5:
+        plan.line(axes.at(middle, kerb - 0.4), axes.at(middle + width / 2 - 0.4, kerb - 0.4), 0.4, 3, 0.9)
 
 
 def _houses(plan: Plan, rng: np.random.Generator, axes: Axes) -> None:

@@ -20,7 +20,7 @@ BARE_SHARE = 0.16
 HIDDEN_SHARE = 0.7
 """A stall is hidden when more of it than this lies under crowns and roofs."""
 
-_SITE = SiteSize(width=(14, 80), depth=(9, 62), second=0.12)
+_SITE = SiteSize(width=(16, 95), depth=(10, 72), second=0.12)
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,10 +103,9 @@ def _composite(
     car = np.zeros(image.shape[:2], np.uint8)
     cover = np.zeros(image.shape[:2], np.uint8)
     for laid in facets.seen(projection, canvas.width, canvas.height):
-        cv2.copyTo(laid.colour, laid.opaque, image[laid.rows, laid.columns])
-        opaque = laid.opaque > 0
-        car[laid.rows, laid.columns][opaque] = laid.label == "car"
-        cover[laid.rows, laid.columns][opaque] = laid.label in ("tree", "roof", "wall")
+        laid.paint(image)
+        laid.mark(car, laid.label == "car")
+        laid.mark(cover, laid.label in ("tree", "roof", "wall"))
     smooth = cv2.GaussianBlur(cv2.cvtColor(image, cv2.COLOR_BGRA2BGR), (3, 3), 0.5)
     return smooth.astype(np.float32), car, cover
 

@@ -16,8 +16,8 @@ _SLICES = ((0.5, 1.0, 0.72), (0.75, 0.86, 0.95), (0.97, 0.58, 1.2))
 
 def leaf_colours(rng: np.random.Generator) -> Floats:
     """Draw the leaf colours (N, 3) BGR of a neighbourhood."""
-    base = np.array([rng.uniform(22, 60), rng.uniform(50, 105), rng.uniform(40, 100)])
-    spread = np.exp(rng.normal(0, 0.12, (5, 3))) * rng.uniform(0.75, 1.3, (5, 1))
+    base = rng.uniform(48, 105) * np.array([rng.uniform(0.4, 0.72), 1.0, rng.uniform(0.72, 1.06)])
+    spread = np.exp(rng.normal(0, 0.06, (5, 3))) * rng.uniform(0.75, 1.3, (5, 1))
     colours: Floats = np.clip(base * spread, 8, 190).astype(np.float32)
     if rng.random() < 0.2:  # autumn
         colours[:2] = np.clip(np.array([45, 95, 150]) * rng.uniform(0.6, 1.2), 8, 210)
@@ -36,7 +36,9 @@ def draw_tree(
     for height, share, bright in _SLICES if tree.height > 1.6 else _SLICES[1:2]:
         alpha = crown if share == 1.0 else _shrunk(rng, crown, share)
         pixels = _leafage(alpha, relief, colour * np.float32(bright), sun, metres_per_pixel)
-        layers.append(flat_layer(pixels, (tree.x, tree.y), 0.0, (2 * tree.radius,) * 2, tree.height * height, "tree"))
+        size_m = (2 * tree.radius, 2 * tree.radius)
+        fine = tree.height > 1.6 and share == _SLICES[1][1]
+        layers.append(flat_layer(pixels, (tree.x, tree.y), 0.0, size_m, tree.height * height, "tree", fine=fine))
     return layers, crown
 
 

@@ -30,7 +30,7 @@ class WorldError(ValueError):
 class TrueStall:
     """A painted stall.
 
-    ``corners`` is (4, 2) metres in the world's ground frame (x east, y south, origin in the picture's upper left corner);
+    ``corners`` is (4, 2) metres in the world's ground frame (x east, y south from the picture's corner);
     corners[0]-corners[1] and corners[2]-corners[3] are the short ends. ``covered`` is the share (0..1) of it that
     vehicles cover; ``hidden`` says that more than half of it lies under crowns or roofs; ``unclear`` that nobody could
     tell its state (then ``taken`` means nothing).

@@ -78,7 +78,7 @@ def test_projection_agrees_with_independent_formula(
 ) -> None:
     camera = _PLAIN
     place, point = np.array([30.0, 20.0, 25.0]), np.array([30.0 + dx, 20.0 + dy, z])
-    image = camera.projection(*place, roll, pitch, yaw) @ [*point, 1.0]
+    image = camera.projection(30.0, 20.0, 25.0, roll, pitch, yaw) @ [*point, 1.0]
     assert image[2] > 0
     assert image[:2] / image[2] == pytest.approx(_by_hand(point, place, roll, pitch, yaw), abs=1e-6)
 
