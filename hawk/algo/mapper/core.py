@@ -1,9 +1,12 @@
-"""The map itself: brings registration, evidence, stalls, outline, mosaic and encoding together for each frame."""
+"""The map itself: brings registration, evidence, stalls, outline, mosaic and encoding together for each frame.
+
+What need not be done on every frame (outline, rows, mosaic) is done one at a time, so that no frame pays for two.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
 
 import numpy as np
@@ -43,12 +46,13 @@ class MapCore:
         self._encoder = TileEncoder()
         self._mosaic = Mosaic()
         self._stalls = StallIndex()
+        self._rows = RowFiller(settings.rows_reach_m)
         self._last_pose: MapPose | None = None
         self._outlined: MapPose | None = None
-        self._since_outline = 0
-        self._rows = RowFiller(settings.rows_reach_m)
-        self._since_rows = 0
         self._pictured: MapPose | None = None
+        self._frame = self._outlined_at = self._rows_at = 0
+        self._touched: set[TileKey] = set()
+        self._chores: list[Callable[[Window, Seen], bool]] = [self._outline, self._complete_rows, self._picture]
         self.index = OccupancyMap(map_id=map_id)
 
     def fuse(self, seen: Seen) -> None:
@@ -61,10 +65,15 @@ class MapCore:
         evidence = lay(seen, self._settings.edge_m, self._settings.good_share)
         if evidence is None:
             return
-        touched = self.grid.fuse(evidence, weight, self._version)
+        self._touched.update(self.grid.fuse(evidence, weight, self._version))
         self._fuse_stalls(found.moved(correction), evidence, weight, seen)
-        self._outline(evidence.window, seen.pose, touched)
-        self._picture(seen)
+        self._frame += 1
+        for chore in self._chores:
+            if chore(evidence.window, seen):
+                self._chores.remove(chore)
+                self._chores.append(chore)
+                break
+        self._show_stalls()
 
     def encode(self, pose: MapPose | None) -> None:
         """Encode a bounded number of changed tiles and renew the index."""
@@ -196,33 +205,37 @@ class MapCore:
             column, row = np.where(inside[:, None], cells, 0).T
             return np.asarray(inside & (evidence.mask[row, column] > 0))
 
-        corners = outline(seen.lot)
-        middle = corners.mean(0)
-        radius = float(np.hypot(*(corners - middle).T).max()) + _REACH_M
+        middle, radius = _extent(seen)
         look = Look(found, weight, seen.captured, in_picture, self._version)
-        self.tracker.fuse(look, self.tracker.near(float(middle[0]), float(middle[1]), radius))
-        self._since_rows += 1
-        if self._since_rows >= self._settings.rows_frames:
-            self._since_rows = 0
-            self._rows.run(self.tracker, self.grid, (float(middle[0]), float(middle[1])), self._version)
-        fresh = np.flatnonzero(self.tracker.rows["touched"] == self._version)
-        gone = self.tracker.take_gone()
-        self._encoder.mark_around(self._stalls.update(self.tracker.rows, fresh, gone, self._version))
+        self.tracker.fuse(look, self.tracker.near(*middle, radius + _REACH_M))
 
-    def _outline(self, window: Window, pose: MapPose, touched: list[TileKey]) -> None:
-        self._since_outline += 1
-        due = self._since_outline >= self._settings.outline_frames
-        if not due and not _is_farther(self._outlined, pose, self._settings.outline_step_m):
-            return
-        self._outlined, self._since_outline = pose, 0
-        reach = round(self._settings.outline_reach_m / EVIDENCE_M)
-        wide = Window(
-            window.row - reach, window.column - reach, window.rows + 2 * reach, window.columns + 2 * reach, EVIDENCE_M
-        ).aligned(2)
-        north, east = -(wide.row + wide.rows / 2) * EVIDENCE_M, (wide.column + wide.columns / 2) * EVIDENCE_M
-        rows = self.tracker.rows[self.tracker.near(north, east, math.hypot(*wide.shape) * EVIDENCE_M / 2)]
-        shown = classify(self.grid, wide, corners_of(rows[rows["confirmed"]]))
-        for key, in_tile, in_window in wide.tiles():
+    def _show_stalls(self) -> None:
+        rows = self.tracker.rows
+        fresh = np.flatnonzero(rows["touched"] == self._version)
+        changed = self._stalls.update(rows, fresh, self.tracker.take_gone(), self._version)
+        self._encoder.mark_around(changed)
+
+    def _complete_rows(self, _: Window, seen: Seen) -> bool:
+        if self._frame - self._rows_at < self._settings.rows_frames:
+            return False
+        self._rows_at = self._frame
+        self._rows.run(self.tracker, self.grid, _extent(seen)[0], self._version)
+        return True
+
+    def _outline(self, window: Window, seen: Seen) -> bool:
+        """Draw the lot's outline anew around the picture."""
+        settings = self._settings
+        is_due = self._frame - self._outlined_at >= settings.outline_frames
+        if not is_due and not _is_farther(self._outlined, seen.pose, settings.outline_step_m):
+            return False
+        self._outlined, self._outlined_at = seen.pose, self._frame
+        wide = window.grown(round(settings.outline_reach_m / EVIDENCE_M)).aligned(2)
+        rows = self.tracker.rows[self.tracker.near(*wide.middle, math.hypot(*wide.shape) * EVIDENCE_M / 2)]
+        self._show(wide, classify(self.grid, wide, corners_of(rows[rows["confirmed"]])))
+        return True
+
+    def _show(self, window: Window, shown: NDArray[np.uint8]) -> None:
+        for key, in_tile, in_window in window.tiles():
             tile = self.grid.tiles.get(key)
             if tile is None:
                 continue
@@ -230,14 +243,24 @@ class MapCore:
                 tile.shown[in_tile] = shown[in_window]
                 tile.version = self._version
                 self._encoder.mark({key})
+                self._touched.add(key)
+            if key in self._touched:
                 tile.summarise()
-            elif key in touched:
-                tile.summarise()
+                self._touched.discard(key)
 
-    def _picture(self, seen: Seen) -> None:
-        if _is_farther(self._pictured, seen.pose, self._settings.mosaic_step_m):
-            self._pictured = seen.pose
-            self._mosaic.add(seen.picture, (seen.pose.north, seen.pose.east), seen.pose.height)
+    def _picture(self, _: Window, seen: Seen) -> bool:
+        if not _is_farther(self._pictured, seen.pose, self._settings.mosaic_step_m):
+            return False
+        self._pictured = seen.pose
+        self._mosaic.add(seen.picture, (seen.pose.north, seen.pose.east), seen.pose.height)
+        return True
+
+
+def _extent(seen: Seen) -> tuple[tuple[float, float], float]:
+    """Middle (north, east) of the picture on the ground, and the radius about it."""
+    corners = outline(seen.lot)
+    middle = corners.mean(0)
+    return (float(middle[0]), float(middle[1])), float(np.hypot(*(corners - middle).T).max())
 
 
 def _corrected(seen: Seen, correction: NDArray[np.float64]) -> Seen:

@@ -27,11 +27,11 @@ class MapperSettings:
     """Way flown between two pictures that go into the mosaic."""
     rows_frames: int = 6
     """Frames between two completions of the rows near the drone."""
-    rows_reach_m: float = 45.0
+    rows_reach_m: float = 34.0
     """How far from the middle of the picture rows are completed."""
     outline_step_m: float = 2.0
     """Way flown between two looks at the lot's outline."""
     outline_frames: int = 8
     """Frames between two looks at the lot's outline at most, wherever the drone is."""
-    outline_reach_m: float = 25.0
+    outline_reach_m: float = 18.0
     """How far around the picture the outline is drawn anew."""

@@ -44,6 +44,17 @@ class Window:
         bottom, right = -(-(self.row + self.rows) // step) * step, -(-(self.column + self.columns) // step) * step
         return Window(top, left, bottom - top, right - left, self.cell_m)
 
+    def grown(self, cells: int) -> Window:
+        """Return the window with so many more cells on every side."""
+        return Window(
+            self.row - cells, self.column - cells, self.rows + 2 * cells, self.columns + 2 * cells, self.cell_m
+        )
+
+    @property
+    def middle(self) -> tuple[float, float]:
+        """(north, east) of the middle, metres."""
+        return -(self.row + self.rows / 2) * self.cell_m, (self.column + self.columns / 2) * self.cell_m
+
     @property
     def shape(self) -> tuple[int, int]:
         """(rows, columns)."""
