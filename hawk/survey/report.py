@@ -29,6 +29,12 @@ def counts(survey: SurveyMap) -> dict[str, int]:
     return {"stalls": found.total, "free": found.free, "taken": found.taken, "unknown": found.unknown}
 
 
+def lot_area(survey: SurveyMap) -> float:
+    """Return the area that was found to be lot, square metres."""
+    cells = survey.cells()
+    return float(np.isin(cells.values, (Cell.LOT, Cell.FREE, Cell.TAKEN)).sum() * cells.cell_m**2)
+
+
 def compare(survey: SurveyMap, truth: Truth) -> dict[str, float]:
     """Return the measures of a survey against a truth, under the keys of ``report.json``.
 

@@ -1,0 +1,164 @@
+"""Starts what a simulated survey needs: the simulated drone, and a daemon of its own that flies it."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import signal
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Any
+
+import aiohttp
+
+from hawk.simulation import Simulation, SimulationAddress, SimulationError, SimulationOptions
+from hawk.survey.truth import Truth, TruthError, parse_truth
+
+READY_TIMEOUT_S = 60.0
+STOP_TIMEOUT_S = 12.0
+FENCE_MARGIN_M = 15.0
+"""How far around the lots the fence runs when nobody gave one."""
+
+
+class StackError(Exception):
+    """The simulation or the daemon did not start; the text says which, and where its words are."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ready:
+    """What the daemon wrote when its page was up; ``first_tick_s`` is real seconds from its start to the first tick."""
+
+    url: str
+    first_tick_s: float
+
+
+class SimulatedStack:
+    """One simulated drone and one daemon; logs, journal and recording go below ``folder``."""
+
+    def __init__(self, options: SimulationOptions, folder: Path, config: Path | None, fence: Path | None) -> None:
+        self._options = options
+        self._folder = folder
+        self._config = config
+        self._fence = fence
+        self._simulation = Simulation(options)
+        self._daemon: asyncio.subprocess.Process | None = None
+        self._logs: list[IO[bytes]] = []
+        self._session: aiohttp.ClientSession | None = None
+        self.address: SimulationAddress | None = None
+        self.truth: Truth | None = None
+        """What the world holds, None for a picture without a truth."""
+
+    async def start(self) -> Ready:
+        """Start both. Raises StackError."""
+        self._folder.mkdir(parents=True, exist_ok=True)
+        self._session = aiohttp.ClientSession(timeout=aiohttp.ClientTimeout(total=20))
+        try:
+            self.address = await self._simulation.start(self._log("hawk-sim.log").fileno())
+        except SimulationError as error:
+            raise StackError(f"{error} ({self._folder / 'hawk-sim.log'})") from None
+        values = await self._get("/truth")
+        (self._folder / "truth.json").write_text(json.dumps(values))
+        try:
+            truth = parse_truth(values)
+        except TruthError as error:
+            raise StackError(f"the simulator's truth: {error}") from None
+        self.truth = truth if truth.lots else None
+        return await self.start_daemon()
+
+    async def start_daemon(self) -> Ready:
+        """Start the daemon, or start it again after it was killed. Raises StackError."""
+        assert self.address is not None  # noqa: S101
+        ready = self._folder / "ready.json"
+        ready.unlink(missing_ok=True)
+        log = self._log("hawk-drone.log")
+        self._daemon = await asyncio.create_subprocess_exec(
+            *self._daemon_command(ready), stdin=asyncio.subprocess.DEVNULL, stdout=log, stderr=log
+        )
+        deadline = asyncio.get_running_loop().time() + READY_TIMEOUT_S
+        while not ready.exists():
+            if self._daemon.returncode is not None:
+                raise StackError(f"hawk-drone ended with status {self._daemon.returncode} ({log.name})")
+            if asyncio.get_running_loop().time() > deadline:
+                raise StackError(f"hawk-drone was not ready after {READY_TIMEOUT_S:.0f} s ({log.name})")
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(self._daemon.wait(), 0.05)
+        values = json.loads(ready.read_text())
+        return Ready(values["url"], float(values["first_tick_s"]))
+
+    @property
+    def daemon_pid(self) -> int | None:
+        """Process id of the daemon."""
+        return self._daemon.pid if self._daemon else None
+
+    async def kill_daemon(self) -> None:
+        """SIGKILL: what a crash or an empty companion battery does."""
+        if self._daemon is not None and self._daemon.returncode is None:
+            self._daemon.kill()
+            await self._daemon.wait()
+
+    async def status(self) -> dict[str, Any]:
+        """Return the simulator's own account of what really happened."""
+        return await self._get("/status")
+
+    async def watch_fence(self, polygon: list[tuple[float, float]], ceiling: float) -> None:
+        """Let the simulator count how often the true position leaves this fence (latitude, longitude) by over 3 m."""
+        await self._post("/fence", {"polygon": polygon, "ceiling": ceiling, "margin": 3.0})
+
+    async def fault(self, values: dict[str, Any]) -> None:
+        """Let something fail."""
+        await self._post("/fault", values)
+
+    async def stop(self) -> None:
+        """End both processes, by force when they do not listen."""
+        daemon = self._daemon
+        if daemon is not None and daemon.returncode is None:
+            with contextlib.suppress(ProcessLookupError):
+                daemon.send_signal(signal.SIGTERM)
+            try:
+                await asyncio.wait_for(daemon.wait(), STOP_TIMEOUT_S)
+            except TimeoutError:
+                daemon.kill()
+                await daemon.wait()
+        await self._simulation.stop()
+        if self._session is not None:
+            await self._session.close()
+        for log in self._logs:
+            log.close()
+
+    def _daemon_command(self, ready: Path) -> list[str]:
+        assert self.address is not None  # noqa: S101
+        command = [sys.executable, "-m", "hawk.cli", "run", "--attach-sim", self.address.http]
+        command += ["--autopilot", self.address.autopilot_url, "--camera", self.address.camera_url]
+        command += ["--host", "127.0.0.1", "--port", "0", "--speed", str(self._options.speed)]
+        command += ["--store", str(self._folder / "store"), "--ready-file", str(ready)]
+        fence = self._fence_file()
+        if fence is not None:
+            command += ["--fence", str(fence)]
+        if self._config is not None:
+            command += ["--config", str(self._config)]
+        return command
+
+    def _fence_file(self) -> Path | None:
+        if self._fence is not None or self.truth is None:
+            return self._fence
+        path = self._folder / "fence.geojson"
+        path.write_text(json.dumps(self.truth.fence(FENCE_MARGIN_M)))
+        return path
+
+    def _log(self, name: str) -> IO[bytes]:
+        log = (self._folder / name).open("ab")
+        self._logs.append(log)
+        return log
+
+    async def _get(self, path: str) -> dict[str, Any]:
+        assert self._session is not None and self.address is not None  # noqa: S101, PT018
+        async with self._session.get(f"{self.address.http}{path}") as response:
+            response.raise_for_status()
+            return dict(await response.json())
+
+    async def _post(self, path: str, values: dict[str, Any]) -> None:
+        assert self._session is not None and self.address is not None  # noqa: S101, PT018
+        async with self._session.post(f"{self.address.http}{path}", json=values) as response:
+            response.raise_for_status()
