@@ -1,0 +1,125 @@
+"""Time of one frame on one core, from JPEG to what is seen, at 1280 x 720 over a drawn world.
+
+``python -m benchmarks.vision_frame --json FILE``
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from hawk.algo.frame import FrameInput
+from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
+from hawk.algo.vision.annotate import annotate
+from hawk.algo.vision.app import VisionApp
+from hawk.algo.vision.finder import NetworkFinder
+from hawk.algo.vision.network import StallNetwork
+from hawk.algo.vision.picture import decode
+from hawk.algo.vision.rectify import Rectifier
+from hawk.algo.vision.settings import VisionSettings
+from hawk.model import CameraModel, HeightParameters, MapPose, StateName
+from hawk.worlds.camera import WorldCamera
+from hawk.worlds.generate import generate_world
+from hawk.worlds.world import World
+
+PIXELS = (1280, 720)
+FIELD_OF_VIEW = math.radians(70)
+
+
+def camera_model(*, lens: bool) -> CameraModel:
+    """Return the default camera, with or without a lens distortion to correct."""
+    focal = PIXELS[0] / 2 / math.tan(FIELD_OF_VIEW / 2)
+    distortion = (-0.1, 0.02, 0.0005, -0.0005, 0.0) if lens else ()
+    return CameraModel(*PIXELS, focal, focal, (PIXELS[0] - 1) / 2, (PIXELS[1] - 1) / 2, distortion)
+
+
+def frames(world: World, height: float, count: int, *, lens: bool) -> list[FrameInput]:
+    """Return frames over the world's lot, each at another place and heading.
+
+    With ``lens`` only the correction is timed: the pictures are drawn without distortion.
+    """
+    model = camera_model(lens=lens)
+    camera = WorldCamera(world, camera_model(lens=False))
+    rng = np.random.default_rng(0)
+    inputs = []
+    for k in range(count):
+        x, y = np.mean(world.stalls[int(rng.integers(len(world.stalls)))].corners, axis=0)
+        roll, pitch, yaw = *rng.normal(0, 0.05, 2), rng.uniform(-math.pi, math.pi)
+        image = camera.render(float(x), float(y), height, roll, pitch, yaw, rng=rng)
+        jpeg = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, 85])[1].tobytes()
+        pose = MapPose(-float(y), float(x), height, roll, pitch, yaw)
+        inputs.append(
+            FrameInput(k, k / 10, jpeg, model, pose, 0.0, StateName.HOVER, None, HeightParameters(), None, None)
+        )
+    return inputs
+
+
+def measure(app: VisionApp, network: StallNetwork, inputs: list[FrameInput]) -> dict[str, float]:
+    """Return median and 95th percentile of a frame, and the medians of its steps, milliseconds."""
+    topics = AlgorithmTopicInterface()
+    app.init(FrameCamera(topics), topics)
+    rectifier, finder = Rectifier(), NetworkFinder(network)
+    rows = []
+    for frame in [inputs[0], *inputs]:
+        topics.begin(frame)
+        assert frame.pose is not None
+        at = [time.perf_counter()]
+        app.process()
+        at.append(time.perf_counter())
+        image = decode(frame.jpeg)
+        at.append(time.perf_counter())
+        ground = rectifier.rectify(image, frame.camera, frame.pose)
+        at.append(time.perf_counter())
+        network.run(ground.values)
+        at.append(time.perf_counter())
+        finder.find(ground)
+        at.append(time.perf_counter())
+        stalls = app.seen.stalls if app.seen else ()
+        annotate(image, frame.camera, frame.pose, stalls)
+        at.append(time.perf_counter())
+        rows.append((*(np.diff(at) * 1e3), float(len(stalls))))
+    table = np.array(rows[1:])
+    middle = np.median(table, axis=0)
+    return {
+        "median_ms": middle[0],
+        "p95_ms": float(np.percentile(table[:, 0], 95)),
+        "decode_ms": middle[1],
+        "rectify_ms": middle[2],
+        "network_ms": middle[3],
+        "votes_ms": middle[4] - middle[3],
+        "annotate_ms": middle[5],
+        "stalls": middle[6],
+    }
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Measure by command line."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.vision_frame", description=__doc__)
+    parser.add_argument("--frames", type=int, default=20)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--model", type=Path, help="an ONNX file in place of the package's")
+    parser.add_argument("--json", type=Path, help="write the figures here")
+    options = parser.parse_args(arguments)
+    cv2.setNumThreads(1)
+    network = StallNetwork.load(options.model)
+    world = generate_world(options.seed)
+    figures: dict[str, float] = {}
+    for height, lens in ((15.0, False), (35.0, False), (35.0, True), (60.0, False)):
+        app = VisionApp(VisionSettings(), NetworkFinder(network))
+        one = measure(app, network, frames(world, height, options.frames, lens=lens))
+        name = f"vision_{height:.0f}m{'_lens' if lens else ''}"
+        print(name, " ".join(f"{key} {value:.1f}" for key, value in one.items()), flush=True)
+        figures |= {f"{name}_{key}": value for key, value in one.items()}
+    if options.json:
+        options.json.write_text(json.dumps(figures, indent=1))
+
+
+if __name__ == "__main__":
+    main()
