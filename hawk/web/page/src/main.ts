@@ -1,1 +1,27 @@
-console.log("page");
+import { browserTimers, openBrowserSocket, socketUrl } from "./link/socket.ts";
+import { Operator } from "./state/operator.ts";
+import { App } from "./ui/app.ts";
+
+/** How often the page looks at the time while nothing arrives: values must turn old within a second. */
+const TICK_MS = 400;
+
+const operator = new Operator({
+  commandUrl: socketUrl("/ws", location),
+  open: openBrowserSocket,
+  timers: browserTimers,
+  wallClock: () => Date.now(),
+  storage: localStorage,
+});
+
+for (const app of document.querySelectorAll("hawk-app")) {
+  if (app instanceof App) app.model = operator;
+}
+operator.connect();
+
+const life = new Worker(new URL("life-worker.js", document.baseURI));
+life.onmessage = () => operator.signOfLife();
+
+setInterval(() => {
+  const silent = operator.view().silence;
+  if (!document.hidden && (silent === null || silent > TICK_MS / 1000)) operator.tick();
+}, TICK_MS);

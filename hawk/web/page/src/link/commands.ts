@@ -1,0 +1,53 @@
+import type { Ack, Command, KillToken } from "../protocol.ts";
+import type { Timers } from "./socket.ts";
+
+/** A command that is not answered for so long is told as such. */
+export const ANSWER_MS = 5000;
+
+type Answer = Ack | KillToken;
+
+/** Sends commands and pairs each with its answer by Id. A command is never sent twice and never kept for later. */
+export class Commands {
+  private count = 0;
+  private readonly waiting = new Map<string, { settle: (answer: Answer) => void; cancel: () => void }>();
+
+  constructor(
+    private readonly transmit: (text: string) => boolean,
+    private readonly timers: Timers,
+  ) {}
+
+  /** Sends one command. Always resolves: without a link or an answer with a refusal that says so. */
+  send(command: Command): Promise<Answer> {
+    this.count += 1;
+    const id = `page-${this.count}`;
+    if (!this.transmit(JSON.stringify({ ...command, Id: id }))) {
+      return Promise.resolve(refusal(id, "No link to the drone. Nothing was sent."));
+    }
+    return new Promise((resolve) => {
+      const cancel = this.timers.after(ANSWER_MS, () =>
+        this.answer(refusal(id, "No answer. It is not known whether the drone took it.")),
+      );
+      this.waiting.set(id, { settle: resolve, cancel });
+    });
+  }
+
+  /** Hands an answer to whoever waits for it. */
+  answer(answer: Answer): void {
+    const waiting = this.waiting.get(String(answer.Id));
+    if (!waiting) return;
+    this.waiting.delete(String(answer.Id));
+    waiting.cancel();
+    waiting.settle(answer);
+  }
+
+  /** The link was lost: nobody will answer any more. */
+  abandon(): void {
+    for (const id of [...this.waiting.keys()]) {
+      this.answer(refusal(id, "The link was lost. It is not known whether the drone took it."));
+    }
+  }
+}
+
+function refusal(id: string, reason: string): Ack {
+  return { Type: "Ack", Id: id, Accepted: false, Reason: reason };
+}

@@ -1,0 +1,34 @@
+/** What this page needs of a WebSocket, so that tests can give it another. */
+export interface SocketLike {
+  binaryType: BinaryType;
+  readyState: number;
+  onopen: ((event: Event) => void) | null;
+  onclose: ((event: CloseEvent) => void) | null;
+  onmessage: ((event: MessageEvent) => void) | null;
+  send(data: string): void;
+  close(): void;
+}
+
+export type OpenSocket = (url: string) => SocketLike;
+
+export interface Timers {
+  now(): number;
+  after(milliseconds: number, run: () => void): () => void;
+}
+
+export const SOCKET_OPEN = 1;
+
+export const browserTimers: Timers = {
+  now: () => performance.now(),
+  after: (milliseconds, run) => {
+    const timer = setTimeout(run, milliseconds);
+    return () => clearTimeout(timer);
+  },
+};
+
+export const openBrowserSocket: OpenSocket = (url) => new WebSocket(url);
+
+/** Address of a WebSocket of the server that this page came from. */
+export function socketUrl(path: string, place: { protocol: string; host: string }): string {
+  return `${place.protocol === "https:" ? "wss:" : "ws:"}//${place.host}${path}`;
+}

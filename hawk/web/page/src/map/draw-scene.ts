@@ -1,0 +1,208 @@
+import { corners, toCoordinate } from "./geometry.ts";
+import type { Palette } from "./palette.ts";
+import type { DroneMark, Scene } from "./flight-scene.ts";
+
+type Pixel = [number, number];
+
+/** A canvas, and how places become pixels on it. */
+export interface Surface {
+  context: CanvasRenderingContext2D;
+  palette: Palette;
+  /** Metres a pixel. */
+  resolution: number;
+  pixel: (coordinate: readonly [number, number]) => Pixel;
+}
+
+const DARK = "#10161c";
+const INK = "#15202b";
+
+export function drawScene(surface: Surface, scene: Scene): void {
+  const pixels = (places: readonly { North: number; East: number }[]): Pixel[] =>
+    places.map((place) => surface.pixel(toCoordinate(place)));
+  const drone = scene.drone ? surface.pixel([scene.drone.east, scene.drone.north]) : null;
+  drawFence(surface, pixels(scene.fence));
+  drawTrail(surface, drone && !scene.lost ? [...pixels(scene.trail), drone] : pixels(scene.trail));
+  if (!scene.planned) drawRoute(surface, drone, pixels(scene.route), scene.target ? pixels([scene.target])[0] : undefined);
+  drawFootprint(surface, pixels(scene.footprint));
+  if (scene.selected) drawSelected(surface, corners(scene.selected).map(surface.pixel));
+  if (scene.home) drawHome(surface, surface.pixel(toCoordinate(scene.home)));
+  if (scene.planned && scene.drone) drawPlanned(surface, scene, scene.drone);
+  if (drone && scene.drone) drawDrone(surface, drone, scene.drone.yaw, scene.lost?.reach ?? null);
+}
+
+function path(context: CanvasRenderingContext2D, pixels: readonly Pixel[], close = false): void {
+  context.beginPath();
+  pixels.forEach(([x, y], index) => (index === 0 ? context.moveTo(x, y) : context.lineTo(x, y)));
+  if (close) context.closePath();
+}
+
+interface Line {
+  colour: string;
+  width: number;
+  dash?: number[];
+}
+
+function stroke(context: CanvasRenderingContext2D, { colour, width, dash = [] }: Line): void {
+  context.strokeStyle = colour;
+  context.lineWidth = width;
+  context.setLineDash(dash);
+  context.stroke();
+  context.setLineDash([]);
+}
+
+function drawFence({ context, palette }: Surface, fence: Pixel[]): void {
+  if (fence.length < 3) return;
+  path(context, fence, true);
+  stroke(context, { colour: palette.fence, width: 2, dash: [2.5, 4.5] });
+}
+
+function drawTrail({ context }: Surface, trail: Pixel[]): void {
+  if (trail.length < 2) return;
+  path(context, thinned(trail));
+  context.lineJoin = context.lineCap = "round";
+  stroke(context, { colour: DARK, width: 5 });
+  stroke(context, { colour: "#fff", width: 2.5 });
+  context.lineCap = "butt";
+}
+
+/** Leaves out points that are less than two pixels from the last one. */
+function thinned(pixels: Pixel[]): Pixel[] {
+  let last: Pixel = [Infinity, Infinity];
+  return pixels.filter((pixel, index) => {
+    const near = Math.abs(pixel[0] - last[0]) + Math.abs(pixel[1] - last[1]) < 2;
+    if (near && index < pixels.length - 1) return false;
+    last = pixel;
+    return true;
+  });
+}
+
+function drawRoute(surface: Surface, drone: Pixel | null, route: Pixel[], target: Pixel | undefined): void {
+  const { context, palette } = surface;
+  const stops = route.length > 0 ? route : target ? [target] : [];
+  if (stops.length === 0) return;
+  path(context, drone ? [drone, ...stops] : stops);
+  context.lineJoin = "round";
+  stroke(context, { colour: palette.planCase, width: 5 });
+  stroke(context, { colour: palette.plan, width: 3, dash: [9, 5] });
+  for (const [x, y] of stops) {
+    context.beginPath();
+    context.arc(x, y, 5, 0, 2 * Math.PI);
+    context.fillStyle = palette.planCase;
+    context.fill();
+    stroke(context, { colour: palette.plan, width: 3 });
+  }
+}
+
+/** Corner brackets: a whole frame would read as the edge of the lot. */
+function drawFootprint({ context }: Surface, footprint: Pixel[]): void {
+  if (footprint.length !== 4) return;
+  context.beginPath();
+  footprint.forEach((corner, index) => {
+    const before = footprint[(index + 3) % 4] ?? corner;
+    const after = footprint[(index + 1) % 4] ?? corner;
+    context.moveTo(...toward(corner, before, 22));
+    context.lineTo(...corner);
+    context.lineTo(...toward(corner, after, 22));
+  });
+  context.lineJoin = "miter";
+  stroke(context, { colour: DARK, width: 6 });
+  stroke(context, { colour: "#fff", width: 3 });
+}
+
+function toward(from: Pixel, to: Pixel, pixels: number): Pixel {
+  const [dx, dy] = [to[0] - from[0], to[1] - from[1]];
+  const share = Math.min(0.4, pixels / Math.max(1, Math.hypot(dx, dy)));
+  return [from[0] + dx * share, from[1] + dy * share];
+}
+
+function drawSelected({ context }: Surface, ring: Pixel[]): void {
+  path(context, ring, true);
+  context.lineJoin = "round";
+  stroke(context, { colour: DARK, width: 7 });
+  stroke(context, { colour: "#fff", width: 4 });
+}
+
+function drawHome({ context }: Surface, [x, y]: Pixel): void {
+  context.beginPath();
+  context.roundRect(x - 14, y - 14, 28, 28, 6);
+  context.fillStyle = "#fff";
+  context.fill();
+  stroke(context, { colour: INK, width: 2 });
+  path(context, [
+    [x - 8, y],
+    [x, y - 8],
+    [x + 8, y],
+  ]);
+  context.moveTo(x - 5.5, y - 1);
+  context.lineTo(x - 5.5, y + 7);
+  context.lineTo(x + 5.5, y + 7);
+  context.lineTo(x + 5.5, y - 1);
+  context.lineJoin = context.lineCap = "round";
+  stroke(context, { colour: INK, width: 2 });
+  context.lineCap = "butt";
+}
+
+function drawPlanned(surface: Surface, scene: Scene, drone: DroneMark): void {
+  const { context, palette, pixel } = surface;
+  if (!scene.planned) return;
+  const [north, east] = [scene.planned.North - drone.north, scene.planned.East - drone.east];
+  if (scene.footprint.length === 4) {
+    path(context, scene.footprint.map((corner) => pixel([corner.East + east, corner.North + north])), true);
+    context.globalAlpha = 0.12;
+    context.fillStyle = palette.plan;
+    context.fill();
+    context.globalAlpha = 1;
+    stroke(context, { colour: palette.plan, width: 2, dash: [4, 4] });
+  }
+  const target = pixel(toCoordinate(scene.planned));
+  path(context, [pixel([drone.east, drone.north]), target]);
+  stroke(context, { colour: palette.planCase, width: 6 });
+  stroke(context, { colour: palette.plan, width: 3.5, dash: [10, 5] });
+  context.beginPath();
+  context.arc(...target, 12, 0, 2 * Math.PI);
+  context.fillStyle = palette.planCase;
+  context.fill();
+  stroke(context, { colour: palette.plan, width: 4 });
+  context.beginPath();
+  context.arc(...target, 4, 0, 2 * Math.PI);
+  context.fillStyle = palette.plan;
+  context.fill();
+}
+
+const ARROW: readonly Pixel[] = [
+  [0, -11],
+  [8, 9],
+  [0, 4.5],
+  [-8, 9],
+];
+
+function drawDrone(surface: Surface, [x, y]: Pixel, yaw: number, reach: number | null): void {
+  const { context, resolution } = surface;
+  if (reach !== null) drawReach(context, [x, y], Math.max(26, reach / resolution));
+  context.beginPath();
+  context.arc(x, y, 19, 0, 2 * Math.PI);
+  context.fillStyle = reach === null ? DARK : "rgba(74,87,99,.75)";
+  context.fill();
+  stroke(context, reach === null ? { colour: "#fff", width: 3 } : { colour: "#fff", width: 3, dash: [6, 4] });
+  context.save();
+  context.translate(x, y);
+  context.rotate(yaw);
+  path(context, ARROW, true);
+  context.lineJoin = "round";
+  if (reach === null) {
+    context.fillStyle = "#fff";
+    context.fill();
+  } else {
+    stroke(context, { colour: "#fff", width: 2 });
+  }
+  context.restore();
+}
+
+function drawReach(context: CanvasRenderingContext2D, [x, y]: Pixel, radius: number): void {
+  context.beginPath();
+  context.arc(x, y, radius, 0, 2 * Math.PI);
+  context.fillStyle = "rgba(16,22,28,.22)";
+  context.fill();
+  stroke(context, { colour: DARK, width: 3.5 });
+  stroke(context, { colour: "#fff", width: 2.5, dash: [8, 6] });
+}

@@ -1,0 +1,38 @@
+import type { Point } from "../protocol.ts";
+import type { Rectangle } from "./geometry.ts";
+
+/** Where the drone is drawn. */
+export interface DroneMark {
+  north: number;
+  east: number;
+  yaw: number;
+}
+
+/** What is drawn over the ground and the stalls. */
+export interface Scene {
+  fence: readonly Point[];
+  trail: readonly Point[];
+  route: readonly Point[];
+  target: Point | null;
+  home: Point | null;
+  footprint: readonly Point[];
+  drone: DroneMark | null;
+  /** A place that is being asked about. */
+  planned: Point | null;
+  /** The drone was last seen so: drawn hollow, with a ring as far as it can be by now (metres). */
+  lost: { reach: number } | null;
+  selected: Rectangle | null;
+}
+
+export const EMPTY_SCENE: Scene = {
+  fence: [],
+  trail: [],
+  route: [],
+  target: null,
+  home: null,
+  footprint: [],
+  drone: null,
+  planned: null,
+  lost: null,
+  selected: null,
+};

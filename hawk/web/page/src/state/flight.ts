@@ -1,0 +1,102 @@
+import type { Heartbeat, LogEntry, Point, Welcome } from "../protocol.ts";
+
+export interface LogLine {
+  key: string;
+  /** UTC, ISO 8601. */
+  time: string;
+  level: LogEntry["Level"];
+  text: string;
+  details: string;
+}
+
+/** One point of the plots: seconds of this page, height in metres, battery in per cent. */
+export interface Sample {
+  at: number;
+  height: number | null;
+  battery: number | null;
+}
+
+const LINES = 200;
+const SAMPLES = 1800;
+const TRAIL = 5000;
+
+/** What the drone last said, and what this page remembers of the flight. Times are seconds of this page's clock. */
+export class Flight {
+  welcome: Welcome | null = null;
+  heartbeat: Heartbeat | null = null;
+  /** When the last heartbeat arrived. */
+  heardAt: number | null = null;
+  lines: LogLine[] = [];
+  trail: Point[] = [];
+  samples: Sample[] = [];
+  /** When the motors stopped after a flight that this page saw, UTC. */
+  landedAt: string | null = null;
+
+  private fresh = false;
+  private localLines = 0;
+
+  /** The server answered: it will send messages and trail again from the beginning. */
+  greet(welcome: Welcome): void {
+    this.welcome = welcome;
+    this.fresh = true;
+  }
+
+  hear(heartbeat: Heartbeat, at: number): void {
+    if (this.fresh) this.forgetSent();
+    this.watchLanding(heartbeat);
+    this.heartbeat = heartbeat;
+    this.heardAt = at;
+    if (heartbeat.Messages.length > 0) this.addLines(heartbeat.Messages.map(line));
+    if (heartbeat.Trail.length > 0) this.trail = [...this.trail, ...heartbeat.Trail].slice(-TRAIL);
+    this.sample(heartbeat, at);
+  }
+
+  /** Adds a line of this page's own, such as a lost link. */
+  note(level: LogLine["level"], text: string, time: string, details = ""): void {
+    this.localLines += 1;
+    this.addLines([{ key: `page-${this.localLines}`, time, level, text, details }]);
+  }
+
+  private addLines(lines: LogLine[]): void {
+    const all = [...lines.toReversed(), ...this.lines.filter((old) => !lines.some((line) => line.key === old.key))];
+    this.lines = all.sort((a, b) => b.time.localeCompare(a.time)).slice(0, LINES);
+  }
+
+  private forgetSent(): void {
+    this.fresh = false;
+    this.trail = [];
+    this.lines = this.lines.filter((line) => line.key.startsWith("page-"));
+  }
+
+  private watchLanding(heartbeat: Heartbeat): void {
+    const before = this.heartbeat;
+    if (before?.Armed === true && heartbeat.Armed === false) this.landedAt = heartbeat.UTC;
+    if (heartbeat.Armed === true) this.landedAt = null;
+  }
+
+  private sample(heartbeat: Heartbeat, at: number): void {
+    const last = this.samples.at(-1);
+    if (last && at - last.at < 1) return;
+    const next = { at, height: heartbeat["Relative Altitude"], battery: heartbeat["Battery Percentage"] };
+    this.samples = [...this.samples, next].slice(-SAMPLES);
+  }
+}
+
+function line(entry: LogEntry): LogLine {
+  return {
+    key: `drone-${entry.Number}`,
+    time: entry.Time,
+    level: entry.Level,
+    text: entry.Text,
+    details: entry.Details,
+  };
+}
+
+/** States in which the drone is in the air or about to be. */
+const GROUNDED = new Set(["Idle", "Configure", "Arm"]);
+
+export function isFlying(heartbeat: Heartbeat | null): boolean {
+  if (!heartbeat) return false;
+  if (heartbeat.Armed === false) return false;
+  return !GROUNDED.has(heartbeat.State) && heartbeat.Landed !== "ON_GROUND";
+}

@@ -1,0 +1,238 @@
+import { Commands } from "../link/commands.ts";
+import { type LinkStatus, ReconnectingSocket } from "../link/reconnect.ts";
+import type { OpenSocket, Timers } from "../link/socket.ts";
+import type { Command, Heartbeat, Incoming, Point } from "../protocol.ts";
+import { linkOf, type View } from "../words/view.ts";
+import { DaemonClock } from "./daemon-clock.ts";
+import { Flight } from "./flight.ts";
+import { type MapChange, MapStore } from "./map-store.ts";
+import { type Preferences, readPreferences, writePreferences } from "./preferences.ts";
+
+export interface Outside {
+  commandUrl: string;
+  open: OpenSocket;
+  timers: Timers;
+  /** Time of day, milliseconds. */
+  wallClock: () => number;
+  storage: Pick<Storage, "getItem" | "setItem">;
+}
+
+/** What the operator is asked to confirm in the bar. */
+export type Question =
+  | { about: "move"; target: Point }
+  | { about: "Return To Launch" | "Land" | "Resume" };
+
+export type Cutting = { step: "asking" | "ready"; token: string | null; problem: string };
+
+export interface Toast {
+  text: string;
+  level: "warning" | "error" | "info";
+}
+
+const TOAST_MS = 8000;
+
+/** The page's one model: what the drone said, what the operator is about to do. Tells "change" after each change. */
+export class Operator extends EventTarget {
+  readonly flight = new Flight();
+  readonly map = new MapStore();
+  readonly daemonClock = new DaemonClock();
+  preferences: Preferences;
+  picking = false;
+  question: Question | null = null;
+  cutting: Cutting | null = null;
+  toast: Toast | null = null;
+
+  private readonly socket: ReconnectingSocket;
+  private readonly commands: Commands;
+  private cancelToast: (() => void) | null = null;
+  private cancelToken: (() => void) | null = null;
+  private toldLost = false;
+
+  constructor(private readonly outside: Outside) {
+    super();
+    this.preferences = readPreferences(outside.storage);
+    this.socket = new ReconnectingSocket(outside.commandUrl, outside.open, outside.timers, {
+      message: (data) => this.take(data),
+      status: (status) => this.linkChanged(status),
+    });
+    this.commands = new Commands((text) => this.socket.send(text), outside.timers);
+  }
+
+  connect(): void {
+    this.socket.connect();
+  }
+
+  /** Tells the server that the operator is there. Not a command: nobody waits for its answer. */
+  signOfLife(): void {
+    if (this.flight.heartbeat?.["In Control"]) this.socket.send(JSON.stringify({ Type: "Heartbeat" }));
+  }
+
+  /** Everything that the words on the page depend on. */
+  view(): View {
+    const heardAt = this.flight.heardAt;
+    return {
+      link: this.socket.status,
+      attempts: this.socket.attempts,
+      welcome: this.flight.welcome,
+      heartbeat: this.flight.heartbeat,
+      silence: heardAt === null ? null : Math.max(0, this.seconds() - heardAt),
+      now: this.outside.wallClock(),
+      landedAt: this.flight.landedAt,
+    };
+  }
+
+  /** Seconds of this page's clock. */
+  seconds(): number {
+    return this.outside.timers.now() / 1000;
+  }
+
+  /** Sends a command; a refusal is shown. Resolves to whether it was accepted. */
+  async command(command: Command, what: string): Promise<boolean> {
+    const answer = await this.commands.send(command);
+    if (answer.Type !== "Ack" || answer.Accepted) {
+      this.dismissToast();
+      return true;
+    }
+    const reason = answer.Reason === "" ? "no reason given" : answer.Reason;
+    this.tell({ level: "error", text: `${what}: ${reason}` });
+    this.note("warning", `${what}: ${reason}`);
+    return false;
+  }
+
+  async takeControl(): Promise<void> {
+    await this.command({ Type: "Control", Action: "Request" }, "Take control");
+  }
+
+  async releaseControl(): Promise<void> {
+    await this.command({ Type: "Control", Action: "Release" }, "Give back control");
+  }
+
+  ask(question: Question | null): void {
+    this.question = question;
+    this.picking = false;
+    this.changed();
+  }
+
+  pick(picking: boolean): void {
+    this.picking = picking;
+    this.question = null;
+    this.changed();
+  }
+
+  /** First step of cutting the motors: asks for the token. */
+  async beginCut(): Promise<void> {
+    this.cutting = { step: "asking", token: null, problem: "" };
+    this.changed();
+    const answer = await this.commands.send({ Type: "Kill Request" });
+    if (!this.cutting) return;
+    if (answer.Type === "Kill Token") {
+      this.cutting = { step: "ready", token: answer.Token, problem: "" };
+      this.cancelToken = this.outside.timers.after(answer.ValidFor * 1000, () => this.tokenExpired());
+    } else {
+      this.cutting = { step: "asking", token: null, problem: answer.Reason || "The drone did not allow it." };
+    }
+    this.changed();
+  }
+
+  /** Second step, after the button was kept pressed: the token is used up whatever the answer. */
+  async finishCut(): Promise<void> {
+    const token = this.cutting?.token;
+    this.endCut();
+    if (token) await this.command({ Type: "Kill", Token: token }, "Cut motors");
+  }
+
+  endCut(): void {
+    this.cancelToken?.();
+    this.cancelToken = null;
+    this.cutting = null;
+    this.changed();
+  }
+
+  prefer(preferences: Partial<Preferences>): void {
+    this.preferences = { ...this.preferences, ...preferences };
+    writePreferences(this.outside.storage, this.preferences);
+    this.changed();
+  }
+
+  tell(toast: Toast): void {
+    this.cancelToast?.();
+    this.toast = toast;
+    this.cancelToast = this.outside.timers.after(TOAST_MS, () => this.dismissToast());
+    this.changed();
+  }
+
+  dismissToast(): void {
+    this.cancelToast?.();
+    this.cancelToast = null;
+    this.toast = null;
+    this.changed();
+  }
+
+  /** Looks at the time: values grow old without any message. */
+  tick(): void {
+    const lost = linkOf(this.view()) === "lost";
+    if (lost && !this.toldLost) {
+      this.note("warning", "Link lost.");
+      this.question = null;
+      this.picking = false;
+      if (this.cutting) this.endCut();
+    }
+    if (!lost && this.toldLost) this.note("ok", "Link is back.");
+    this.toldLost = lost;
+    this.changed();
+  }
+
+  private take(data: string | ArrayBuffer): void {
+    const message = typeof data === "string" ? parse(data) : null;
+    if (!message) return;
+    if (message.Type === "Heartbeat") this.hear(message);
+    else if (message.Type === "Welcome") {
+      this.flight.greet(message);
+      this.map.expectAll();
+      this.changed();
+    } else this.commands.answer(message);
+  }
+
+  private hear(heartbeat: Heartbeat): void {
+    const at = this.seconds();
+    const before = this.flight.heartbeat?.State;
+    this.daemonClock.add(at, heartbeat.Time);
+    this.flight.hear(heartbeat, at);
+    if (before !== undefined && before !== heartbeat.State) this.question = null;
+    if (this.cutting && heartbeat.Armed === false) this.endCut();
+    const update = heartbeat["Occupancy Map"];
+    if (update) this.dispatchEvent(new CustomEvent<MapChange>("map", { detail: this.map.apply(update) }));
+    this.changed();
+  }
+
+  private linkChanged(status: LinkStatus): void {
+    if (status !== "open") this.commands.abandon();
+    this.changed();
+  }
+
+  private tokenExpired(): void {
+    this.cutting = { step: "asking", token: null, problem: "That took too long. Cancel and begin again." };
+    this.changed();
+  }
+
+  private note(level: "ok" | "warning" | "info", text: string): void {
+    this.flight.note(level, text, new Date(this.outside.wallClock()).toISOString());
+  }
+
+  private changed(): void {
+    this.dispatchEvent(new Event("change"));
+  }
+}
+
+const KINDS = new Set(["Ack", "Heartbeat", "Kill Token", "Welcome"]);
+
+/** A message of the server; null for one that this page does not know. */
+function parse(text: string): Incoming | null {
+  try {
+    const message: unknown = JSON.parse(text);
+    if (typeof message !== "object" || message === null) return null;
+    return KINDS.has((message as { Type?: string }).Type ?? "") ? (message as Incoming) : null;
+  } catch {
+    return null;
+  }
+}

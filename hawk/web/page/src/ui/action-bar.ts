@@ -1,0 +1,112 @@
+import { html, nothing, type TemplateResult } from "lit";
+import { customElement, property } from "lit/decorators.js";
+import type { Point } from "../protocol.ts";
+import { isFlying } from "../state/flight.ts";
+import { type Action, COMMANDS, control, guidedActions, safetyActions } from "../words/actions.ts";
+import { linkOf, type View } from "../words/view.ts";
+import { cssVars } from "./css-vars.ts";
+import { Part } from "./element.ts";
+import { isTouch } from "./touch.ts";
+import "./confirm-bar.ts";
+
+/** The bar: guided actions, what is being confirmed, or who has control; Land and Hold always at its outer end. */
+@customElement("hawk-bar")
+export class ActionBar extends Part {
+  @property({ attribute: false }) classAt: (place: Point) => number = () => 0;
+
+  override render(): TemplateResult {
+    const view = this.model.view();
+    const { land, hold } = safetyActions(view);
+    return html`<footer class="bar">
+      ${this.first(view)}
+      <div class="safety">
+        ${this.safety(land, "land", this.landAllowed(view))} ${this.safety(hold, "hold", "")}
+      </div>
+    </footer>`;
+  }
+
+  private first(view: View): TemplateResult {
+    const question = this.model.question;
+    if (question) {
+      return html`<hawk-confirm .model=${this.model} .question=${question} .classAt=${this.classAt}></hawk-confirm>`;
+    }
+    const whose = control(view);
+    return whose === "free" || whose === "other" ? this.watching(view, whose) : this.guided(view);
+  }
+
+  private guided(view: View): TemplateResult {
+    const actions = guidedActions(view, isTouch());
+    const key = keyActions(view, actions);
+    return html`<div class="guided">
+      <button class="act more" @click=${() => this.more()}><b>More actions</b></button>
+      ${actions.map((action) => this.action(action, key.indexOf(action)))}
+    </div>`;
+  }
+
+  /** `rank`: 0 is shown even on the narrowest page, -1 only on wide ones. */
+  private action(action: Action, rank: number): TemplateResult {
+    const picking = action.name === "move" && this.model.picking;
+    const words = picking ? { ...action, kind: "running" as const, note: isTouch() ? "Now tap the map" : "Now click the map" } : action;
+    const rankClass = rank === 0 ? "key first" : rank > 0 ? "key" : "";
+    return html`<button
+      class="act ${words.kind} ${rankClass}"
+      data-action=${action.name}
+      ?disabled=${words.kind === "impossible" || words.kind === "failed" || (words.kind === "running" && action.name !== "move")}
+      aria-pressed=${words.kind === "running" ? "true" : "false"}
+      ${cssVars({ "--progress": `${Math.round((words.progress ?? 0) * 100)}%` })}
+      @click=${() => this.run(action)}
+    >
+      <b>${words.label}</b><span class="sub">${words.note}</span>
+    </button>`;
+  }
+
+  private watching(view: View, whose: "free" | "other"): TemplateResult {
+    const flying = isFlying(view.heartbeat);
+    const title = whose === "free" ? "Nobody has control." : "You are watching. Someone else has control.";
+    const text =
+      whose === "free" ? "Take control to fly. You can watch without." : "You can Hold the drone at any time.";
+    const home = guidedActions(view, isTouch()).find((action) => action.name === "home");
+    return html`<div class="watching">
+      <div class="txt"><b>${title}</b><span class="sub">${text}</span></div>
+      ${whose === "free" && flying && home ? this.action(home, 0) : nothing}
+      <button class="act ask ${whose === "free" ? "primary" : ""}" @click=${() => void this.model.takeControl()}>
+        <b>${whose === "free" ? "Take control" : "Ask for control"}</b>
+      </button>
+    </div>`;
+  }
+
+  private safety(action: Action, name: "land" | "hold", forbidden: string): TemplateResult {
+    const disabled = action.kind === "impossible" || forbidden !== "";
+    return html`<button class=${name} ?disabled=${disabled} @click=${() => this.run(action)}>
+      ${action.label}<span class="sub">${forbidden === "" || action.note === "No link" ? action.note : forbidden}</span>
+    </button>`;
+  }
+
+  private landAllowed(view: View): string {
+    return linkOf(view) === "live" && control(view) === "other" && isFlying(view.heartbeat) ? "Someone else has control" : "";
+  }
+
+  private run(action: Action): void {
+    if (action.name === "move") {
+      this.model.pick(!this.model.picking);
+      return;
+    }
+    const manual = this.model.view().heartbeat?.State === "Manual";
+    const type = COMMANDS[action.name];
+    if (type === "Resume" || (manual && (type === "Land" || type === "Return To Launch"))) this.model.ask({ about: type });
+    else void this.model.command({ Type: type }, action.label);
+  }
+
+  private more(): void {
+    this.dispatchEvent(new CustomEvent("open-panel", { detail: "actions", bubbles: true }));
+  }
+}
+
+/** The three actions that matter now, most important first. */
+function keyActions(view: View, actions: Action[]): Action[] {
+  const flying = isFlying(view.heartbeat);
+  const state = view.heartbeat?.State;
+  const order = flying ? [4, 2, 3] : state === "Arm" ? [1, 0, 2] : [0, 1, 2];
+  const manual = state === "Manual" ? [0, 4, 3] : order;
+  return manual.map((index) => actions[index]).filter((action): action is Action => action !== undefined);
+}

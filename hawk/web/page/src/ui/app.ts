@@ -1,0 +1,112 @@
+import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from "lit";
+import { customElement, query, state } from "lit/decorators.js";
+import { isFlying } from "../state/flight.ts";
+import type { Operator } from "../state/operator.ts";
+import { stateWords } from "../words/glance.ts";
+import { stallCount } from "./counts-card.ts";
+import { icon } from "./icons.ts";
+import type { MapPanel } from "./map-panel.ts";
+import type { TabName } from "./tabs.ts";
+import { Watch } from "./watch.ts";
+import "./action-bar.ts";
+import "./counts-card.ts";
+import "./glance-line.ts";
+import "./kill-dialog.ts";
+import "./link-banner.ts";
+import "./map-panel.ts";
+import "./more-actions.ts";
+import "./survey-panel.ts";
+import "./tabs.ts";
+import "./video-panel.ts";
+
+type Panel = "none" | "menu" | "actions";
+
+/** The page: glance line, banner, map with video and side column, bar. */
+@customElement("hawk-app")
+export class App extends LitElement {
+  model!: Operator;
+  @state() private panel: Panel = "none";
+  @state() private survey = false;
+  @state() private swapped = false;
+  @state() private tab: TabName | "" = "";
+  @query("hawk-map") private map!: MapPanel;
+  private wasFlying = false;
+  private readonly dark = matchMedia("(prefers-color-scheme: dark)");
+
+  constructor() {
+    super();
+    new Watch(this, () => this.model);
+    this.addEventListener("open-panel", (event) => this.open((event as CustomEvent<string>).detail));
+    this.dark.addEventListener("change", () => this.dress());
+  }
+
+  protected override createRenderRoot(): HTMLElement {
+    return this;
+  }
+
+  override willUpdate(_changed: PropertyValues): void {
+    this.dress();
+    const view = this.model.view();
+    const flying = isFlying(view.heartbeat);
+    if (flying !== this.wasFlying) this.survey = !flying && stallCount(view) > 0 && view.landedAt !== null;
+    this.wasFlying = flying;
+    const simulated = view.welcome?.Simulation ? " (simulation)" : "";
+    document.title = `${stateWords(view).title} – Parking Lot Hawk${simulated}`;
+  }
+
+  override render(): TemplateResult {
+    const model = this.model;
+    const simulated = model.flight.welcome?.Simulation === true;
+    const main = [this.swapped ? "swapped" : "", this.survey ? "surveyed" : ""].join(" ");
+    return html`${simulated ? html`<div class="simline"><b>SIMULATION</b> No real drone flies.</div>` : nothing}
+      <hawk-glance .model=${model}></hawk-glance>
+      <hawk-banner .model=${model}></hawk-banner>
+      <main class=${main}>
+        <hawk-map .model=${model}></hawk-map>
+        <hawk-video .model=${model}></hawk-video>
+        <aside class="side">
+          ${this.survey
+            ? html`<hawk-survey .model=${model}></hawk-survey>`
+            : html`<hawk-counts .model=${model}></hawk-counts>
+                <hawk-tabs .model=${model} .chosen=${this.tab}></hawk-tabs>`}
+        </aside>
+        ${this.sheet()}
+      </main>
+      <hawk-bar .model=${model} .classAt=${(place: { North: number; East: number }) => this.map.classAt(place)}></hawk-bar>
+      <hawk-kill .model=${model}></hawk-kill>`;
+  }
+
+  private sheet(): TemplateResult | typeof nothing {
+    if (this.panel === "none") return nothing;
+    return html`<div class="sheet" role="dialog" aria-label=${this.panel === "menu" ? "Menu" : "More actions"}>
+      <button class="plain close" aria-label="Close" @click=${() => (this.panel = "none")}>${icon("close")}</button>
+      ${this.panel === "menu"
+        ? html`<hawk-tabs .model=${this.model} .chosen=${this.tab}></hawk-tabs>`
+        : html`<hawk-more .model=${this.model} @click=${() => (this.panel = "none")}></hawk-more>`}
+    </div>`;
+  }
+
+  private open(what: string): void {
+    if (what === "swap") this.swapped = !this.swapped;
+    else if (what === "survey") this.survey = true;
+    else if (what === "close") this.survey = false;
+    else if (what === "settings") this.openSettings();
+    else if (what === "menu" || what === "actions") this.panel = this.panel === what ? "none" : what;
+  }
+
+  private openSettings(): void {
+    this.survey = false;
+    this.tab = "";
+    void this.updateComplete.then(() => (this.tab = "Settings"));
+    const side = this.querySelector<HTMLElement>(".tablist");
+    if (!side || side.offsetParent === null) this.panel = "menu";
+  }
+
+  /** Puts theme and hand where the style sheet looks for them. */
+  private dress(): void {
+    const { theme, leftHanded } = this.model.preferences;
+    const shown = theme === "auto" ? (this.dark.matches ? "dark" : "light") : theme;
+    document.documentElement.dataset.theme = shown;
+    document.documentElement.classList.toggle("left", leftHanded);
+  }
+}

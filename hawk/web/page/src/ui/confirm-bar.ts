@@ -1,0 +1,89 @@
+import { html, nothing, type TemplateResult } from "lit";
+import { customElement, property, state } from "lit/decorators.js";
+import type { Point } from "../protocol.ts";
+import type { Question } from "../state/operator.ts";
+import { consequence, type MoveKind, type MovePlan, planMove } from "../words/move.ts";
+import { Part } from "./element.ts";
+import { icon } from "./icons.ts";
+import "./slide.ts";
+
+const OVERRULES = "The remote control is overruled.";
+
+/** Asks before the drone moves: what would happen, what it means, and a slide. Takes the place of the guided actions. */
+@customElement("hawk-confirm")
+export class ConfirmBar extends Part {
+  @property({ attribute: false }) question!: Question;
+  @property({ attribute: false }) classAt: (place: Point) => number = () => 0;
+  @state() private chosen: MoveKind | null = null;
+  private asked: Question | null = null;
+
+  override willUpdate(): void {
+    if (this.asked === this.question) return;
+    this.asked = this.question;
+    this.chosen = null;
+  }
+
+  override render(): TemplateResult {
+    const question = this.question;
+    return question.about === "move" ? this.move(question.target) : this.simple(question.about);
+  }
+
+  private move(target: Point): TemplateResult {
+    const view = this.model.view();
+    const plan = planMove(view, target, this.classAt(target));
+    if (!plan) return this.frame("Where the drone is, is not known.", "Wait for its position.", nothing, "Slide to move", null);
+    const kind = this.chosen ?? plan.suggested;
+    const way = plan.ways.find((each) => each.kind === kind);
+    const run = way?.possible ? () => void this.go(target, way.kind) : null;
+    const second = way?.possible ? consequence(view, plan, way.kind) : (way?.reason ?? plan.ways[0]?.reason ?? "Not possible here");
+    return this.frame(plan.question, second, this.ways(plan, kind), "Slide to move", run);
+  }
+
+  private ways(plan: MovePlan, kind: MoveKind | null): TemplateResult {
+    return html`<div class="segments ways" role="radiogroup" aria-label="Where it may fly">
+      ${plan.ways.map(
+        (way) => html`<label class=${way.kind === kind ? "on" : ""} title=${way.reason}>
+          <input
+            type="radio"
+            name="way"
+            ?disabled=${!way.possible}
+            .checked=${way.kind === kind}
+            @change=${() => (this.chosen = way.kind)}
+          />${way.label}
+        </label>`,
+      )}
+    </div>`;
+  }
+
+  private simple(about: "Return To Launch" | "Land" | "Resume"): TemplateResult {
+    const words = {
+      "Return To Launch": ["Return home and land there?", OVERRULES, "Slide to return"],
+      Land: ["Land straight down?", OVERRULES, "Slide to land"],
+      Resume: ["Take over from the remote control?", "It stops and stays where it is.", "Slide to take over"],
+    }[about];
+    const command = about === "Resume" ? { Type: about, Confirmed: true } : { Type: about };
+    return this.frame(words[0] ?? "", words[1] ?? "", nothing, words[2] ?? "", () => {
+      this.model.ask(null);
+      void this.model.command(command, about === "Resume" ? "Take over" : about === "Land" ? "Land" : "Return home");
+    });
+  }
+
+  private frame(
+    question: string,
+    second: string,
+    choice: TemplateResult | typeof nothing,
+    slide: string,
+    run: (() => void) | null,
+  ): TemplateResult {
+    return html`<div class="confirm" role="group" aria-label=${question}>
+      <button class="cancel" aria-label="Cancel" @click=${() => this.model.ask(null)}>${icon("close")}<span>Cancel</span></button>
+      <div class="txt"><b>${question}</b><span class="sub">${second}</span>${choice}</div>
+      <hawk-slide .text=${slide} ?disabled=${run === null} @confirmed=${() => run?.()}></hawk-slide>
+    </div>`;
+  }
+
+  private async go(target: Point, kind: MoveKind): Promise<void> {
+    this.model.ask(null);
+    await this.model.command({ Type: kind, X: target.North, Y: target.East, Frame: "Map" }, "Move");
+  }
+}

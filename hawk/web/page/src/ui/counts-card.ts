@@ -1,0 +1,54 @@
+import { html, nothing, type TemplateResult } from "lit";
+import { customElement } from "lit/decorators.js";
+import type { StallState } from "../state/map-store.ts";
+import { isFlying } from "../state/flight.ts";
+import * as format from "../words/format.ts";
+import { linkOf, type View } from "../words/view.ts";
+import { seenPercent } from "../words/glance.ts";
+import { Part } from "./element.ts";
+import { swatch } from "./swatch.ts";
+
+export const STALL_WORDS: Record<StallState, string> = { free: "free", taken: "taken", unknown: "unclear" };
+
+/** How many stalls of each kind, with the map's symbols as a legend. */
+@customElement("hawk-counts")
+export class CountsCard extends Part {
+  override render(): TemplateResult | typeof nothing {
+    const view = this.model.view();
+    const heartbeat = view.heartbeat;
+    if (!heartbeat || stallCount(view) === 0) return nothing;
+    return html`<section class="card counts" aria-label="Stalls">
+      ${count("free", heartbeat.Free)} ${count("taken", heartbeat.Taken)} ${count("unknown", heartbeat.Unknown)}
+      <span class="sub w">
+        <span>${summary(view)}</span>
+        ${isFlying(heartbeat) ? nothing : html`<button class="small" @click=${() => this.showSurvey()}>Show survey</button>`}
+      </span>
+    </section>`;
+  }
+
+  private showSurvey(): void {
+    this.dispatchEvent(new CustomEvent("open-panel", { detail: "survey", bubbles: true }));
+  }
+}
+
+export function stallCount(view: View): number {
+  const heartbeat = view.heartbeat;
+  return heartbeat ? heartbeat.Free + heartbeat.Taken + heartbeat.Unknown : 0;
+}
+
+function count(state: StallState, number: number): TemplateResult {
+  return html`<div class="ct" data-count=${state}>
+    ${swatch(state)}
+    <div><b>${number}</b><span class="sub">${STALL_WORDS[state]}</span></div>
+  </div>`;
+}
+
+function summary(view: View): string {
+  if (linkOf(view) === "lost" && view.silence !== null) {
+    return `Counted up to ${format.clock(view.now - view.silence * 1000)}`;
+  }
+  const seen = view.heartbeat ? seenPercent(view.heartbeat) : null;
+  const found = `${format.count(stallCount(view), "stall", "stalls")} found`;
+  if (view.heartbeat?.["Explore Done"]) return `${found}, whole lot seen`;
+  return seen === null ? found : `${found} in the ${seen} % seen so far`;
+}

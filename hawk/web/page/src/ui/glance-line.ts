@@ -1,0 +1,87 @@
+import { html, type TemplateResult } from "lit";
+import { customElement } from "lit/decorators.js";
+import { control } from "../words/actions.ts";
+import { type GlanceValue, glanceValues, stateWords } from "../words/glance.ts";
+import { isFlying } from "../state/flight.ts";
+import { linkOf, type View } from "../words/view.ts";
+import { Part } from "./element.ts";
+import { icon } from "./icons.ts";
+
+/** The line that is read at a glance: state, free stalls, battery, height, link; at its end Cut motors. */
+@customElement("hawk-glance")
+export class GlanceLine extends Part {
+  override render(): TemplateResult {
+    const view = this.model.view();
+    const words = stateWords(view);
+    return html`<header class="glance">
+      <div class="cell state" role="status">
+        <i class="mark ${words.tone}"></i>
+        <div>
+          <b>${words.title}</b>
+          <span class="sub wide">${words.detail}</span><span class="sub narrow">${words.short}</span>
+        </div>
+      </div>
+      <div class="strip">${glanceValues(view).map(cell)}</div>
+      <span class="grow"></span>
+      <div class="right">
+        ${view.welcome?.Simulation ? html`<span class="simtag">SIMULATION</span>` : ""} ${this.chip(view)}
+        <button class="plain menu" aria-label="Menu" @click=${() => this.open("menu")}>${icon("menu")}</button>
+        ${this.cutButton(view)}
+      </div>
+    </header>`;
+  }
+
+  private chip(view: View): TemplateResult {
+    const whose = control(view);
+    const text = whose === "unknown" ? keptText(view) : CHIP[whose];
+    return html`<button class="who ${whose}" @click=${() => this.open("settings")}>
+      ${icon("person")}<span class="t">${text}</span>
+    </button>`;
+  }
+
+  private cutButton(view: View): TemplateResult {
+    const reason = cutReason(view);
+    return html`<button
+      class="cut"
+      ?disabled=${reason !== ""}
+      aria-haspopup="dialog"
+      @click=${() => void this.model.beginCut()}
+    >
+      Cut motors${reason === "" ? "" : html`<span class="sub">${reason}</span>`}
+    </button>`;
+  }
+
+  private open(what: "menu" | "settings"): void {
+    this.dispatchEvent(new CustomEvent("open-panel", { detail: what, bubbles: true }));
+  }
+}
+
+const CHIP = {
+  mine: "You have control",
+  free: "Nobody has control",
+  other: "Someone else has control",
+};
+
+function keptText(view: View): string {
+  return view.heartbeat?.["In Control"] ? "You had control" : "No control";
+}
+
+/** Why the motors cannot be cut; nothing if they can. */
+function cutReason(view: View): string {
+  if (linkOf(view) === "never" || view.link !== "open") return "No link";
+  const whose = control(view);
+  if (whose === "other") return "Someone else has control";
+  if (whose === "free") return "Take control first";
+  return isFlying(view.heartbeat) || view.heartbeat?.Armed !== false ? "" : "On the ground";
+}
+
+function cell(value: GlanceValue): TemplateResult {
+  const stale = value.age !== "";
+  return html`<div class="cell ${stale ? "stale" : ""}" data-value=${value.name}>
+    <b>${value.value}</b>
+    <span class="sub">
+      ${stale ? html`<span class="age">${value.age}</span>` : ""}
+      <span class=${value.trouble ? "age" : ""}>${stale && value.name !== "battery" ? "" : value.label}</span>
+    </span>
+  </div>`;
+}

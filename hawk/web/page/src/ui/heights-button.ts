@@ -1,0 +1,73 @@
+import { html, nothing, type TemplateResult } from "lit";
+import { customElement, query, state } from "lit/decorators.js";
+import { control } from "../words/actions.ts";
+import { heightsProblem } from "../words/heights.ts";
+import { option } from "../words/view.ts";
+import { Part } from "./element.ts";
+
+type Field = "Min" | "Des" | "Max";
+
+const LABELS: Record<Field, string> = { Min: "Never below (Min)", Des: "Flies at (Des)", Max: "Never above (Max)" };
+
+/** Opens the dialog in which the three heights are set. */
+@customElement("hawk-heights-button")
+export class HeightsButton extends Part {
+  @state() private values: Record<Field, string> = { Min: "", Des: "", Max: "" };
+  @state() private problem = "";
+  @query("dialog") private dialog!: HTMLDialogElement;
+
+  override render(): TemplateResult {
+    const view = this.model.view();
+    const offered = option(view, "Configure");
+    const reason = control(view) !== "mine" ? "Take control first" : offered.Possible ? "" : offered.Reason;
+    return html`<button ?disabled=${reason !== ""} @click=${() => this.open()}>
+        <span class="two">Change heights${reason === "" ? nothing : html`<span class="sub">${reason}</span>`}</span>
+      </button>
+      <dialog class="float" aria-label="Heights" @keydown=${(event: KeyboardEvent) => event.key === "Escape" && this.dialog.close()}>
+        <form @submit=${(event: Event) => void this.save(event)}>
+          <h2>Heights</h2>
+          <p class="sub">Metres above the place where it was armed.</p>
+          ${(Object.keys(LABELS) as Field[]).map((field) => this.field(field))}
+          <p class="problem" role="alert">${this.problem}</p>
+          <div class="row">
+            <button type="button" @click=${() => this.dialog.close()}>Cancel</button>
+            <button type="submit" class="primary">Save heights</button>
+          </div>
+        </form>
+      </dialog>`;
+  }
+
+  private field(field: Field): TemplateResult {
+    return html`<label class="number"
+      >${LABELS[field]}
+      <span>
+        <input
+          inputmode="decimal"
+          name=${field}
+          .value=${this.values[field]}
+          @input=${(event: Event) => {
+            this.values = { ...this.values, [field]: (event.target as HTMLInputElement).value };
+            this.problem = "";
+          }}
+        />m
+      </span>
+    </label>`;
+  }
+
+  private open(): void {
+    const [min, des, max] = this.model.view().heartbeat?.Heights ?? [];
+    this.values = { Min: String(min ?? ""), Des: String(des ?? ""), Max: String(max ?? "") };
+    this.problem = "";
+    this.dialog.show();
+  }
+
+  private async save(event: Event): Promise<void> {
+    event.preventDefault();
+    const number = (field: Field): number => Number(this.values[field].trim().replace(",", ".") || Number.NaN);
+    const [Min, Des, Max] = [number("Min"), number("Des"), number("Max")];
+    this.problem = heightsProblem(Min, Des, Max, this.model.view().heartbeat?.Ceiling ?? null);
+    if (this.problem !== "") return;
+    if (await this.model.command({ Type: "Configure", Min, Des, Max }, "Change heights")) this.dialog.close();
+    else this.problem = this.model.toast?.text ?? "Not stored.";
+  }
+}

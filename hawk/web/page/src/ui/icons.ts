@@ -1,0 +1,34 @@
+import { svg, type TemplateResult } from "lit";
+import { html } from "lit";
+
+const PATHS = {
+  person: svg`<circle cx="12" cy="8" r="4"/><path d="M5 20.5v-1a5 5 0 0 1 5-5h4a5 5 0 0 1 5 5v1"/>`,
+  menu: svg`<path d="M4 6.5h16M4 12h16M4 17.5h16"/>`,
+  plus: svg`<path d="M12 5v14M5 12h14"/>`,
+  minus: svg`<path d="M5 12h14"/>`,
+  follow: svg`<circle cx="12" cy="12" r="4.5"/><path d="M12 2.5v5M12 16.5v5M2.5 12h5M16.5 12h5"/>`,
+  whole: svg`<path d="M4 9V4h5M15 4h5v5M20 15v5h-5M9 20H4v-5"/>`,
+  swap: svg`<rect x="3" y="5" width="18" height="14" rx="1.5"/><rect x="12.5" y="11.5" width="6" height="4.5" fill="currentColor"/>`,
+  full: svg`<path d="M14 4h6v6M20 4l-6.5 6.5M10 20H4v-6M4 20l6.5-6.5"/>`,
+  close: svg`<path d="M5.5 5.5l13 13M18.5 5.5l-13 13"/>`,
+  check: svg`<path d="M4.5 12.5l5 5L19.5 7"/>`,
+  info: svg`<circle cx="12" cy="12" r="9"/><path d="M12 11v5.5M12 7.5v.2"/>`,
+  warn: svg`<path d="M12 3.5L22 20.5H2z"/><path d="M12 10v5M12 17.7v.1"/>`,
+  cross: svg`<path d="M6 6l12 12M18 6L6 18"/>`,
+  right: svg`<path d="M5.5 5.5L12 12l-6.5 6.5M12.5 5.5L19 12l-6.5 6.5"/>`,
+  download: svg`<path d="M12 4v11M7 10.5l5 5 5-5M5 20h14"/>`,
+  link: svg`<path d="M5 12a10 10 0 0 1 14 0M8 15.5a5.5 5.5 0 0 1 8 0M12 19.4v.1"/>`,
+};
+
+export type IconName = keyof typeof PATHS;
+
+export function icon(name: IconName): TemplateResult {
+  return html`<svg class="icon" viewBox="0 0 24 24" aria-hidden="true">${PATHS[name]}</svg>`;
+}
+
+/** A needle that points north in the picture; turned by the property --turn. */
+export function needle(label: string): TemplateResult {
+  return html`<svg class="needle" viewBox="-10 -10 20 20" role="img" aria-label=${label}>
+    <path d="M0 -9L6.5 8 0 4.2 -6.5 8z" fill="currentColor" />
+  </svg>`;
+}

@@ -1,0 +1,248 @@
+import { html, nothing, type PropertyValues, type TemplateResult } from "lit";
+import { customElement, query, state } from "lit/decorators.js";
+import { EMPTY_SCENE, type Scene } from "../map/flight-scene.ts";
+import { scaleBar } from "../map/geometry.ts";
+import { LotMap, type Looking } from "../map/lot-map.ts";
+import type { Point, Welcome } from "../protocol.ts";
+import { isFlying } from "../state/flight.ts";
+import type { MapChange, Stall } from "../state/map-store.ts";
+import { control } from "../words/actions.ts";
+import * as format from "../words/format.ts";
+import { planMove } from "../words/move.ts";
+import { stallDetail } from "../words/stall.ts";
+import { linkOf, option, type View } from "../words/view.ts";
+import { STALL_WORDS, stallCount } from "./counts-card.ts";
+import { Part } from "./element.ts";
+import { icon, needle } from "./icons.ts";
+import { swatch } from "./swatch.ts";
+
+const STANDARD_GRID = { cells: 256, cellSize: 0.1 };
+
+/** The map with its tools, scale, legend, and what is said about places on it. */
+@customElement("hawk-map")
+export class MapPanel extends Part {
+  @query(".ol") private holder!: HTMLDivElement;
+  @state() private looking: Looking = "whole";
+  @state() private selected: number | null = null;
+  private lot: LotMap | null = null;
+  private wasFlying = false;
+  private theme = "";
+
+  override firstUpdated(): void {
+    const welcome: Welcome | null = this.model.flight.welcome;
+    const grid = welcome ? { cells: welcome.TileCells, cellSize: welcome.CellSize } : STANDARD_GRID;
+    this.lot = new LotMap(this.holder, grid, {
+      clicked: (place, stall) => this.clicked(place, stall),
+      moved: () => this.placeMarks(),
+      looking: (looking) => (this.looking = looking),
+    });
+    this.model.addEventListener("map", this.mapChanged);
+    new ResizeObserver(() => this.requestUpdate()).observe(this.holder);
+    this.requestUpdate();
+  }
+
+  override disconnectedCallback(): void {
+    this.model.removeEventListener("map", this.mapChanged);
+    this.lot?.dispose();
+    super.disconnectedCallback();
+  }
+
+  /** Class of the ground at a place, for what is to be confirmed. */
+  readonly classAt = (place: Point): number => this.lot?.classAt(place) ?? 0;
+
+  override render(): TemplateResult {
+    const view = this.model.view();
+    return html`<section class="map ${this.model.picking ? "picking" : ""}" aria-label="Map">
+      <div class="ol" tabindex="0" aria-label="Map of the lot"></div>
+      ${this.tools()} ${this.foot()} ${this.legend(view)} ${this.pill(view)} ${this.stallCard(view)} ${this.lastSeen(view)}
+      ${this.notice(view)}
+    </section>`;
+  }
+
+  override updated(_changed: PropertyValues): void {
+    const theme = document.documentElement.dataset.theme ?? "";
+    if (theme !== this.theme) {
+      this.theme = theme;
+      this.lot?.recolour();
+    }
+    const view = this.model.view();
+    this.lot?.setScene(this.scene(view));
+    this.lookAtFlight(view);
+    this.placeMarks();
+  }
+
+  private readonly mapChanged = (event: Event): void => {
+    this.lot?.apply((event as CustomEvent<MapChange>).detail, this.model.map);
+  };
+
+  /** After take-off the map follows the drone, after landing it shows the whole lot; what the operator chose stays. */
+  private lookAtFlight(view: View): void {
+    const flying = isFlying(view.heartbeat);
+    if (flying === this.wasFlying || linkOf(view) !== "live") return;
+    this.wasFlying = flying;
+    if (this.looking !== "free") this.lot?.look(flying ? "follow" : "whole");
+  }
+
+  private scene(view: View): Scene {
+    const heartbeat = view.heartbeat;
+    if (!heartbeat) return EMPTY_SCENE;
+    const { North: north, East: east, Yaw: yaw } = heartbeat;
+    const drone = north === null || east === null ? null : { north, east, yaw: yaw ?? 0 };
+    const lost = linkOf(view) === "lost" && isFlying(heartbeat);
+    const stall = this.selected === null ? undefined : this.model.map.stalls.get(this.selected);
+    const question = this.model.question;
+    return {
+      fence: heartbeat.Fence,
+      trail: this.model.flight.trail,
+      route: lost ? [] : heartbeat.Route,
+      target: lost ? null : heartbeat.Target,
+      home: heartbeat.Home,
+      footprint: heartbeat.Footprint,
+      drone,
+      planned: question?.about === "move" ? question.target : null,
+      lost: lost ? { reach: reach(view) } : null,
+      selected: stall ?? null,
+    };
+  }
+
+  private clicked(place: Point, stall: number | null): void {
+    const view = this.model.view();
+    if (this.model.picking || (stall === null && this.canMove(view))) {
+      this.selected = null;
+      this.model.ask({ about: "move", target: place });
+      return;
+    }
+    this.selected = stall === this.selected ? null : stall;
+  }
+
+  private canMove(view: View): boolean {
+    const offered = option(view, "Autonomous Move").Possible || option(view, "Compulsive Move").Possible;
+    return offered && control(view) === "mine";
+  }
+
+  private tools(): TemplateResult {
+    const tool = (label: string, name: "plus" | "minus" | "follow" | "whole", run: () => void, on?: boolean): TemplateResult =>
+      html`<button aria-label=${label} title=${label} aria-pressed=${on ?? nothing} class=${on ? "on" : ""} @click=${run}>${icon(name)}</button>`;
+    return html`<div class="tools">
+      <div class="group zoom">
+        ${tool("Zoom in", "plus", () => this.lot?.zoom(1.6))} ${tool("Zoom out", "minus", () => this.lot?.zoom(1 / 1.6))}
+      </div>
+      <div class="group">
+        ${tool("Follow the drone", "follow", () => this.lot?.look("follow"), this.looking === "follow")}
+        ${tool("Whole lot", "whole", () => this.lot?.look("whole"), this.looking === "whole")}
+      </div>
+    </div>`;
+  }
+
+  private foot(): TemplateResult {
+    return html`<div class="mapfoot"><span class="up">${needle("North is up")}N</span><span class="scale"></span><span class="metres"></span></div>`;
+  }
+
+  private legend(view: View): TemplateResult | typeof nothing {
+    const heartbeat = view.heartbeat;
+    if (!heartbeat || stallCount(view) === 0) return nothing;
+    return html`<div class="legend">
+      ${swatch("free")}<span>${heartbeat.Free}</span>${swatch("taken")}<span>${heartbeat.Taken}</span>
+      ${swatch("unknown")}<span>${heartbeat.Unknown}</span>
+    </div>`;
+  }
+
+  private pill(view: View): TemplateResult | typeof nothing {
+    const question = this.model.question;
+    if (question?.about !== "move") return nothing;
+    const plan = planMove(view, question.target, this.classAt(question.target));
+    if (!plan) return nothing;
+    return html`<div class="pill" data-mark="target">${plan.insideFence ? plan.pill : "Outside the fence"}</div>`;
+  }
+
+  private stallCard(view: View): TemplateResult | typeof nothing {
+    const stall = this.selected === null ? undefined : this.model.map.stalls.get(this.selected);
+    if (!stall || this.model.question) return nothing;
+    const target = { North: stall.north, East: stall.east };
+    const word = STALL_WORDS[stall.state];
+    return html`<div class="pop stall" data-mark="stall">
+      <button class="plain close" aria-label="Close" @click=${() => (this.selected = null)}>${icon("close")}</button>
+      <div class="h">Stall ${stall.id}</div>
+      <div class="kind">${swatch(stall.state)} ${word.charAt(0).toUpperCase() + word.slice(1)}</div>
+      <div class="sub">${stallDetail(stall, this.lastSeenAt(stall, view))}</div>
+      ${this.canMove(view)
+        ? html`<button @click=${() => this.model.ask({ about: "move", target })}>Move here</button>`
+        : nothing}
+    </div>`;
+  }
+
+  /** Time of day, milliseconds, at which a stall was last seen. */
+  private lastSeenAt(stall: Stall, view: View): number | null {
+    const theirs = this.model.daemonClock.at(this.model.seconds());
+    if (stall.lastSeen === null || theirs === null) return null;
+    return view.now - ((theirs - stall.lastSeen) / this.model.daemonClock.rate) * 1000;
+  }
+
+  private lastSeen(view: View): TemplateResult | typeof nothing {
+    if (linkOf(view) !== "lost" || !isFlying(view.heartbeat)) return nothing;
+    return html`<div class="pop seen" data-mark="drone">
+      <div class="h">Last seen here ${format.age(view.silence ?? 0)} ago</div>
+      <div class="sub">The ring: as far as it can be by now</div>
+    </div>`;
+  }
+
+  private notice(view: View): TemplateResult | typeof nothing {
+    const toast = this.model.toast;
+    const heartbeat = view.heartbeat;
+    if (toast) {
+      return html`<div class="toast ${toast.level}" role="alert">
+        ${icon("warn")}<span>${toast.text}</span>
+        <button class="plain" aria-label="Close" @click=${() => this.model.dismissToast()}>${icon("close")}</button>
+      </div>`;
+    }
+    if (heartbeat && heartbeat["User Error"] !== 0) {
+      return html`<div class="toast warning" role="alert">${icon("warn")}<span>${heartbeat["User Error Text"]}</span></div>`;
+    }
+    if (!heartbeat || stallCount(view) > 0 || isFlying(heartbeat)) return nothing;
+    return html`<div class="toast quiet">
+      <span><b>No map yet</b><span class="sub">It fills as the drone flies. The dotted line is the fence: the drone stays inside.</span></span>
+    </div>`;
+  }
+
+  /** Puts what belongs to a place where that place is on the screen. */
+  private placeMarks(): void {
+    if (!this.lot) return;
+    const { metres, pixels } = scaleBar(this.lot.resolution, 120);
+    this.querySelector<HTMLElement>(".scale")?.style.setProperty("width", `${Math.round(pixels)}px`);
+    const words = this.querySelector<HTMLElement>(".metres");
+    if (words) words.textContent = metres < 1 ? `${metres * 100} cm` : `${metres} m`;
+    for (const mark of this.querySelectorAll<HTMLElement>("[data-mark]")) this.placeMark(mark);
+  }
+
+  private placeMark(mark: HTMLElement): void {
+    const place = this.markPlace(mark.dataset.mark ?? "");
+    const pixel = place ? this.lot?.pixelOf(place) : null;
+    const { clientWidth, clientHeight } = this.holder;
+    const width = mark.offsetWidth;
+    const height = mark.offsetHeight;
+    if (!pixel) return;
+    const beside = mark.dataset.mark !== "target";
+    const room = pixel[0] + 32 + width < clientWidth - 8;
+    const left = beside ? (room ? pixel[0] + 32 : pixel[0] - 32 - width) : pixel[0] - width / 2;
+    const top = beside ? pixel[1] - height / 2 : pixel[1] + 24;
+    const limit = (value: number, most: number): number => Math.max(8, Math.min(value, Math.max(8, most - 8)));
+    mark.style.transform = `translate(${limit(left, clientWidth - width)}px, ${limit(top, clientHeight - height)}px)`;
+  }
+
+  private markPlace(name: string): Point | null {
+    const question = this.model.question;
+    if (name === "target") return question?.about === "move" ? question.target : null;
+    if (name === "stall") {
+      const stall = this.selected === null ? undefined : this.model.map.stalls.get(this.selected);
+      return stall ? { North: stall.north, East: stall.east } : null;
+    }
+    const heartbeat = this.model.flight.heartbeat;
+    return heartbeat?.North != null && heartbeat.East !== null ? { North: heartbeat.North, East: heartbeat.East } : null;
+  }
+}
+
+/** How far it can have flown since it was last heard, metres. */
+function reach(view: View): number {
+  return (view.silence ?? 0) * (view.welcome?.Speed ?? 4);
+}
+

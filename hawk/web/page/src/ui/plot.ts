@@ -1,0 +1,83 @@
+import { html, LitElement, type PropertyValues, type TemplateResult } from "lit";
+import { customElement, property, query } from "lit/decorators.js";
+import uPlot from "uplot";
+
+export type Series = [number[], (number | null)[]];
+
+const HEIGHT = 108;
+const FONT = "12px system-ui, sans-serif";
+
+/** One curve over the last minutes. Seconds before now on the x axis. */
+@customElement("hawk-plot")
+export class Plot extends LitElement {
+  @property({ attribute: false }) series: Series = [[], []];
+  @property() label = "";
+  @property({ type: Number }) top = 100;
+  @property() theme = "";
+  @query(".plot") private holder!: HTMLDivElement;
+  private plot: uPlot | null = null;
+  private readonly sizes = new ResizeObserver(() => this.fit());
+
+  protected override createRenderRoot(): HTMLElement {
+    return this;
+  }
+
+  override render(): TemplateResult {
+    return html`<div class="sub">${this.label}</div>
+      <div class="plot" role="img" aria-label=${this.label}></div>`;
+  }
+
+  override firstUpdated(): void {
+    this.sizes.observe(this.holder);
+  }
+
+  override updated(changed: PropertyValues<this>): void {
+    if (changed.has("theme") || changed.has("top")) {
+      this.plot?.destroy();
+      this.plot = null;
+    }
+    if (!this.plot) this.make();
+    else this.plot.setData(this.series);
+  }
+
+  override disconnectedCallback(): void {
+    this.sizes.disconnect();
+    this.plot?.destroy();
+    this.plot = null;
+    super.disconnectedCallback();
+  }
+
+  private make(): void {
+    const style = getComputedStyle(this);
+    const colour = (name: string): string => style.getPropertyValue(name).trim();
+    const axis = { stroke: colour("--text2"), font: FONT, ticks: { show: false } };
+    this.plot = new uPlot(
+      {
+        width: Math.max(120, this.holder.clientWidth),
+        height: HEIGHT,
+        cursor: { show: false },
+        legend: { show: false },
+        select: { show: false, left: 0, top: 0, width: 0, height: 0 },
+        scales: { x: { time: false }, y: { range: [0, this.top] } },
+        axes: [
+          { ...axis, grid: { show: false }, size: 24, values: (_plot, splits) => splits.map(minutes), space: 70 },
+          { ...axis, grid: { stroke: colour("--line"), width: 1 }, size: 36, space: 22 },
+        ],
+        series: [{}, { stroke: colour("--text"), width: 2, points: { show: false } }],
+        padding: [6, 8, 0, 0],
+      },
+      this.series,
+      this.holder,
+    );
+  }
+
+  private fit(): void {
+    this.plot?.setSize({ width: Math.max(120, this.holder.clientWidth), height: HEIGHT });
+  }
+}
+
+function minutes(seconds: number): string {
+  if (seconds === 0) return "now";
+  const value = -seconds / 60;
+  return Number.isInteger(value) ? `−${value} min` : `−${Math.round(-seconds)} s`;
+}

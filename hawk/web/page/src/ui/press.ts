@@ -1,0 +1,43 @@
+/** Watches a control that must be kept pressed, by pointer or by Enter or space. */
+export class Press {
+  private frame = 0;
+  private began = 0;
+
+  constructor(
+    private readonly milliseconds: number,
+    private readonly progress: (share: number) => void,
+    private readonly done: () => void,
+  ) {}
+
+  get running(): boolean {
+    return this.frame !== 0;
+  }
+
+  begin(): void {
+    if (this.running) return;
+    this.began = performance.now();
+    this.frame = requestAnimationFrame(this.step);
+  }
+
+  end(): void {
+    cancelAnimationFrame(this.frame);
+    this.frame = 0;
+    this.progress(0);
+  }
+
+  private readonly step = (): void => {
+    const share = (performance.now() - this.began) / this.milliseconds;
+    if (share >= 1) {
+      this.end();
+      this.done();
+      return;
+    }
+    this.progress(share);
+    this.frame = requestAnimationFrame(this.step);
+  };
+}
+
+/** Whether a key event presses a control. */
+export function isPressKey(event: KeyboardEvent): boolean {
+  return event.key === "Enter" || event.key === " ";
+}

@@ -1,0 +1,71 @@
+import { html, nothing, type TemplateResult } from "lit";
+import { customElement } from "lit/decorators.js";
+import type { Theme } from "../state/preferences.ts";
+import { control } from "../words/actions.ts";
+import * as format from "../words/format.ts";
+import type { View } from "../words/view.ts";
+import { Part } from "./element.ts";
+
+const THEMES: [Theme, string][] = [
+  ["auto", "As this device"],
+  ["light", "Light"],
+  ["dark", "Dark"],
+];
+
+/** Heights, control, and how this page looks. */
+@customElement("hawk-settings")
+export class SettingsTab extends Part {
+  override render(): TemplateResult {
+    const view = this.model.view();
+    const { theme, leftHanded } = this.model.preferences;
+    return html`<div class="scroll settings">
+      <section>${heights(view)}<hawk-heights-button .model=${this.model}></hawk-heights-button></section>
+      <section>${this.controlRow(view)}</section>
+      <section>
+        <fieldset>
+          <legend>Appearance</legend>
+          <div class="segments">
+            ${THEMES.map(
+              ([value, text]) => html`<label class=${theme === value ? "on" : ""}>
+                <input type="radio" name="theme" .checked=${theme === value} @change=${() => this.model.prefer({ theme: value })} />
+                ${text}
+              </label>`,
+            )}
+          </div>
+        </fieldset>
+      </section>
+      <section>
+        <label class="toggle">
+          <input
+            type="checkbox"
+            .checked=${leftHanded}
+            @change=${(event: Event) => this.model.prefer({ leftHanded: (event.target as HTMLInputElement).checked })}
+          />
+          <span><b>Left-handed</b><span class="sub">Hold and Land in the lower left corner</span></span>
+        </label>
+      </section>
+      <p class="sub">${view.welcome ? `Parking Lot Hawk ${view.welcome.Version}` : nothing} <a href="licences.txt" target="_blank">Licences</a></p>
+    </div>`;
+  }
+
+  private controlRow(view: View): TemplateResult {
+    const whose = control(view);
+    if (whose === "mine") {
+      return html`<div><b>You have control</b><span class="sub">Others watch; anyone may Hold.</span></div>
+        <button @click=${() => void this.model.releaseControl()}>Give back control</button>`;
+    }
+    const text = whose === "free" ? "Nobody has control" : whose === "other" ? "Someone else has control" : "Control is not known";
+    return html`<div><b>${text}</b><span class="sub">Take it in the bar at the bottom.</span></div>`;
+  }
+}
+
+export function heights(view: View): TemplateResult {
+  const [min, des, max] = view.heartbeat?.Heights ?? [];
+  if (min === undefined || des === undefined || max === undefined) {
+    return html`<div><b>Heights</b><span class="sub">not known yet</span></div>`;
+  }
+  return html`<div>
+    <b>Flies at ${format.height(des)}</b>
+    <span class="sub">never below ${format.height(min)} or above ${format.height(max)}</span>
+  </div>`;
+}

@@ -1,0 +1,82 @@
+import { html, LitElement, type TemplateResult } from "lit";
+import { customElement, property, query } from "lit/decorators.js";
+import { icon } from "./icons.ts";
+import { isPressKey, Press } from "./press.ts";
+
+/** So much of the way counts as slid to the end. */
+const ENOUGH = 0.92;
+const KEY_MS = 1000;
+
+/** Slide to confirm; by keyboard Enter kept pressed for a second. Fires "confirmed". */
+@customElement("hawk-slide")
+export class Slide extends LitElement {
+  @property() text = "";
+  @property({ type: Boolean }) disabled = false;
+  @query(".slide") private track!: HTMLButtonElement;
+  @query(".thumb") private thumb!: HTMLElement;
+  private from: number | null = null;
+  private readonly press = new Press(
+    KEY_MS,
+    (share) => this.place(share),
+    () => this.confirm(),
+  );
+
+  protected override createRenderRoot(): HTMLElement {
+    return this;
+  }
+
+  override render(): TemplateResult {
+    return html`<button
+      class="slide"
+      ?disabled=${this.disabled}
+      aria-describedby="slide-help"
+      @pointerdown=${this.begin}
+      @pointermove=${this.move}
+      @pointerup=${this.end}
+      @pointercancel=${this.end}
+      @keydown=${(event: KeyboardEvent) => {
+        if (!isPressKey(event) || this.disabled) return;
+        event.preventDefault();
+        this.press.begin();
+      }}
+      @keyup=${() => this.press.end()}
+      @blur=${() => this.press.end()}
+    >
+      <span class="fill"></span><span class="thumb">${icon("right")}</span><span class="word">${this.text}</span>
+      <span id="slide-help" hidden>Slide to the right, or keep Enter pressed for a second</span>
+    </button>`;
+  }
+
+  private readonly begin = (event: PointerEvent): void => {
+    if (this.disabled || event.button !== 0) return;
+    this.track.setPointerCapture(event.pointerId);
+    this.track.classList.add("held");
+    this.from = event.clientX;
+  };
+
+  private readonly move = (event: PointerEvent): void => {
+    if (this.from !== null) this.place((event.clientX - this.from) / this.way());
+  };
+
+  private readonly end = (event: PointerEvent): void => {
+    if (this.from === null) return;
+    const share = (event.clientX - this.from) / this.way();
+    this.from = null;
+    this.track.classList.remove("held");
+    this.place(0);
+    if (event.type === "pointerup" && share >= ENOUGH) this.confirm();
+  };
+
+  private way(): number {
+    return Math.max(1, this.track.clientWidth - this.thumb.offsetWidth - 8);
+  }
+
+  private place(share: number): void {
+    const limited = Math.min(1, Math.max(0, share));
+    this.track.style.setProperty("--way", `${limited * this.way()}px`);
+  }
+
+  private confirm(): void {
+    this.dispatchEvent(new Event("confirmed"));
+  }
+}

@@ -1,0 +1,67 @@
+import { html, type TemplateResult } from "lit";
+import { customElement } from "lit/decorators.js";
+import type { StallState } from "../state/map-store.ts";
+import * as format from "../words/format.ts";
+import type { View } from "../words/view.ts";
+import { STALL_WORDS, stallCount } from "./counts-card.ts";
+import { cssVars } from "./css-vars.ts";
+import { Part } from "./element.ts";
+import { icon } from "./icons.ts";
+import { swatch } from "./swatch.ts";
+
+/** What the survey found, once the drone is down again. */
+@customElement("hawk-survey")
+export class SurveyPanel extends Part {
+  override render(): TemplateResult {
+    const view = this.model.view();
+    const heartbeat = view.heartbeat;
+    const all = stallCount(view);
+    const counts: [StallState, number][] = [
+      ["free", heartbeat?.Free ?? 0],
+      ["taken", heartbeat?.Taken ?? 0],
+      ["unknown", heartbeat?.Unknown ?? 0],
+    ];
+    return html`<section class="card survey" aria-label="Survey">
+      <section>
+        <div class="rh">
+          <span class="sub">${headline(view)}</span>
+          <button class="plain" aria-label="Close survey" @click=${() => this.close()}>${icon("close")}</button>
+        </div>
+        <div class="hero">${heartbeat?.Free ?? 0} free <small>of ${format.count(all, "stall", "stalls")}</small></div>
+        <div class="stack" aria-hidden="true">
+          ${counts.map(([state, number]) => html`<i class=${state} ${cssVars({ "--share": String(number) })}></i>`)}
+        </div>
+        <div class="keys">
+          ${counts.map(
+            ([state, number]) => html`<div class="ct" data-count=${state}>
+              ${swatch(state)}
+              <div><b>${number}</b><span class="sub">${STALL_WORDS[state]}, ${format.percent((100 * number) / Math.max(1, all))}</span></div>
+            </div>`,
+          )}
+        </div>
+      </section>
+      <section class="downloads">
+        <a class="button" href="api/stalls.csv" download>${icon("download")}<span><b>Table</b><span class="sub">CSV</span></span></a>
+        <a class="button" href="api/stalls.geojson" download>${icon("download")}<span><b>Stalls for maps</b><span class="sub">GeoJSON</span></span></a>
+      </section>
+      <section class="facts">
+        ${fact(heartbeat?.["Flight Time"], format.longDuration, "in the air")} ${fact(heartbeat?.Way, format.distance, "flown")}
+        ${fact(heartbeat?.["Lot Area"], format.area, "lot")}
+        ${fact(heartbeat?.Explored, (share) => format.percent(share * 100), "of it seen")}
+      </section>
+    </section>`;
+  }
+
+  private close(): void {
+    this.dispatchEvent(new CustomEvent("open-panel", { detail: "close", bubbles: true }));
+  }
+}
+
+function headline(view: View): string {
+  const landed = view.landedAt === null ? "Survey so far" : `Landed at ${format.clock(view.landedAt)}`;
+  return view.heartbeat?.["Explore Done"] ? `${landed}, whole lot seen` : landed;
+}
+
+function fact(value: number | null | undefined, words: (value: number) => string, label: string): TemplateResult {
+  return html`<div><b>${value == null ? "–" : words(value)}</b><span class="sub">${label}</span></div>`;
+}

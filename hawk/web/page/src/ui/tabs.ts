@@ -1,0 +1,54 @@
+import { html, nothing, type TemplateResult } from "lit";
+import { customElement, property, state } from "lit/decorators.js";
+import { isFlying } from "../state/flight.ts";
+import { Part } from "./element.ts";
+import "./checks-tab.ts";
+import "./flight-tab.ts";
+import "./messages-tab.ts";
+import "./settings-tab.ts";
+
+export type TabName = "Checks" | "Messages" | "Flight" | "Settings";
+
+/** Checks (on the ground), messages, flight and settings. */
+@customElement("hawk-tabs")
+export class Tabs extends Part {
+  @property() chosen: TabName | "" = "";
+  @state() private grounded = true;
+
+  override willUpdate(): void {
+    const grounded = !isFlying(this.model.flight.heartbeat) && (this.model.flight.heartbeat?.Checks.length ?? 0) > 0;
+    if (grounded === this.grounded) return;
+    this.grounded = grounded;
+    if (this.chosen === "Checks" || this.chosen === "Messages") this.chosen = "";
+  }
+
+  override render(): TemplateResult {
+    const names: TabName[] = this.grounded ? ["Checks", "Messages", "Flight", "Settings"] : ["Messages", "Flight", "Settings"];
+    const chosen = names.find((name) => name === this.chosen) ?? names[0];
+    return html`<section class="card tabs">
+      <div class="tablist" role="tablist">
+        ${names.map(
+          (name) => html`<button role="tab" aria-selected=${name === chosen} class=${name === chosen ? "on" : ""} @click=${() => (this.chosen = name)}>
+            ${name}
+          </button>`,
+        )}
+      </div>
+      <div class="tabpanel" role="tabpanel">${this.panel(chosen)}</div>
+    </section>`;
+  }
+
+  private panel(name: TabName | undefined): TemplateResult | typeof nothing {
+    switch (name) {
+      case "Checks":
+        return html`<hawk-checks .model=${this.model}></hawk-checks>`;
+      case "Messages":
+        return html`<hawk-messages .model=${this.model}></hawk-messages>`;
+      case "Flight":
+        return html`<hawk-flight .model=${this.model}></hawk-flight>`;
+      case "Settings":
+        return html`<hawk-settings .model=${this.model}></hawk-settings>`;
+      default:
+        return nothing;
+    }
+  }
+}

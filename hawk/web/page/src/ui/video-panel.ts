@@ -1,0 +1,112 @@
+import { html, nothing, type TemplateResult } from "lit";
+import { customElement, query } from "lit/decorators.js";
+import { browserTimers, openBrowserSocket, socketUrl } from "../link/socket.ts";
+import { type VideoFrame, VideoLink } from "../link/video.ts";
+import * as format from "../words/format.ts";
+import type { View } from "../words/view.ts";
+import { cssVars } from "./css-vars.ts";
+import { Part } from "./element.ts";
+import { icon, needle } from "./icons.ts";
+
+/** A picture older than this is shown as frozen. */
+const FROZEN_S = 2;
+
+/** The live picture. Stops while the page is hidden, so that nobody pays for what nobody sees. */
+@customElement("hawk-video")
+export class VideoPanel extends Part {
+  @query("canvas") private canvas!: HTMLCanvasElement;
+  private link: VideoLink | null = null;
+  private captureTime: number | null = null;
+  private shownAt: number | null = null;
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    const url = socketUrl("/video", location);
+    this.link = new VideoLink(url, openBrowserSocket, browserTimers, (frame) => this.show(frame));
+    document.addEventListener("visibilitychange", this.visibility);
+    this.visibility();
+  }
+
+  override disconnectedCallback(): void {
+    document.removeEventListener("visibilitychange", this.visibility);
+    this.link?.stop();
+    super.disconnectedCallback();
+  }
+
+  override render(): TemplateResult {
+    const age = this.age();
+    const frozen = age !== null && age > FROZEN_S;
+    return html`<section class="video ${frozen ? "frozen" : ""} ${age === null ? "none" : ""}" aria-label="Live video">
+      <canvas width="16" height="9" role="img" aria-label="Camera picture, straight down, stalls outlined"></canvas>
+      ${this.tag(age, frozen)} ${this.north()} ${this.over(age, frozen)}
+      <div class="buttons">
+        <button aria-label="Swap map and video" @click=${() => this.tell("swap")}>${icon("swap")}</button>
+        <button aria-label="Full screen" @click=${() => void this.fullScreen()}>${icon("full")}</button>
+      </div>
+    </section>`;
+  }
+
+  private tag(age: number | null, frozen: boolean): TemplateResult | typeof nothing {
+    if (age === null) return nothing;
+    const simulated = this.model.view().welcome?.Simulation ? "Simulation, " : "";
+    if (frozen) return html`<span class="tag">${simulated === "" ? "Frozen" : `${simulated}frozen`}</span>`;
+    const live = simulated === "" ? "Live, " : "Simulation, ";
+    return html`<span class="tag"><i></i>${live}${format.age(age)}</span>`;
+  }
+
+  private north(): TemplateResult | typeof nothing {
+    const yaw = this.model.view().heartbeat?.Yaw ?? null;
+    if (yaw === null || this.shownAt === null) return nothing;
+    return html`<span class="north" ${cssVars({ "--turn": `${-yaw}rad` })}>${needle("North in the picture")}N</span>`;
+  }
+
+  private over(age: number | null, frozen: boolean): TemplateResult | typeof nothing {
+    if (age === null) return overlay("No picture yet", cameraWords(this.model.view()));
+    return frozen ? overlay(`Picture is ${format.age(age)} old`, "No new picture arrives") : nothing;
+  }
+
+  /** Seconds since the light of the last picture was caught. */
+  private age(): number | null {
+    if (this.shownAt === null) return null;
+    const now = this.model.seconds();
+    const waited = now - this.shownAt;
+    const theirs = this.model.daemonClock.at(now);
+    if (theirs === null || this.captureTime === null) return waited;
+    return Math.max(waited, (theirs - this.captureTime) / this.model.daemonClock.rate);
+  }
+
+  private async show(frame: VideoFrame): Promise<void> {
+    const picture = await createImageBitmap(new Blob([frame.jpeg as BlobPart], { type: "image/jpeg" }));
+    if (this.canvas.width !== picture.width) this.canvas.width = picture.width;
+    if (this.canvas.height !== picture.height) this.canvas.height = picture.height;
+    this.canvas.getContext("bitmaprenderer")?.transferFromImageBitmap(picture);
+    const first = this.shownAt === null;
+    this.captureTime = frame.captureTime;
+    this.shownAt = this.model.seconds();
+    if (first) this.requestUpdate();
+  }
+
+  private readonly visibility = (): void => {
+    if (document.hidden) this.link?.stop();
+    else this.link?.start();
+  };
+
+  private async fullScreen(): Promise<void> {
+    if (document.fullscreenElement) await document.exitFullscreen();
+    else await this.querySelector("section")?.requestFullscreen();
+  }
+
+  private tell(what: string): void {
+    this.dispatchEvent(new CustomEvent("open-panel", { detail: what, bubbles: true }));
+  }
+}
+
+function overlay(title: string, text: string): TemplateResult {
+  return html`<div class="over"><b>${title}</b><span>${text}</span></div>`;
+}
+
+function cameraWords(view: View): string {
+  const camera = view.heartbeat?.Health.find((item) => item.Name === "camera");
+  if (camera && !camera.Healthy) return camera.Reason;
+  return view.heartbeat ? "Waiting for the camera" : "Not connected to the drone";
+}

@@ -1,0 +1,35 @@
+import type { ReactiveController, ReactiveControllerHost } from "lit";
+import type { Operator } from "../state/operator.ts";
+
+/** Draws its component again when the model changes. */
+export class Watch implements ReactiveController {
+  private watched: Operator | null = null;
+
+  constructor(
+    private readonly host: ReactiveControllerHost,
+    private readonly model: () => Operator,
+  ) {
+    host.addController(this);
+  }
+
+  hostConnected(): void {
+    this.host.requestUpdate();
+  }
+
+  hostUpdate(): void {
+    const model = this.model();
+    if (model === this.watched) return;
+    this.watched?.removeEventListener("change", this.update);
+    this.watched = model;
+    model.addEventListener("change", this.update);
+  }
+
+  hostDisconnected(): void {
+    this.watched?.removeEventListener("change", this.update);
+    this.watched = null;
+  }
+
+  private readonly update = (): void => {
+    this.host.requestUpdate();
+  };
+}

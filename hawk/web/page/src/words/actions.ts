@@ -1,0 +1,150 @@
+import type { Command } from "../protocol.ts";
+import { isFlying } from "../state/flight.ts";
+import * as format from "./format.ts";
+import { seenPercent } from "./glance.ts";
+import { linkOf, option, type View } from "./view.ts";
+
+export type ActionName = "arm" | "takeoff" | "explore" | "move" | "home" | "land" | "hold" | "disarm" | "resume";
+export type ActionKind = "possible" | "running" | "impossible" | "failed";
+
+export interface Action {
+  name: ActionName;
+  label: string;
+  /** What it does, or why it cannot be done. */
+  note: string;
+  kind: ActionKind;
+  /** 0 to 1, of a running one. */
+  progress: number | null;
+}
+
+export type SimpleCommand = Exclude<Command["Type"], "Configure" | "Kill" | "Autonomous Move" | "Compulsive Move" | "Control" | "Heartbeat">;
+
+export const COMMANDS: Record<Exclude<ActionName, "move">, SimpleCommand> = {
+  arm: "Arm",
+  takeoff: "Takeoff",
+  explore: "Autonomous Explore",
+  home: "Return To Launch",
+  land: "Land",
+  hold: "Hold",
+  disarm: "Disarm",
+  resume: "Resume",
+};
+
+/** The guided actions, in the order of a flight. */
+export function guidedActions(view: View, touch: boolean): Action[] {
+  const first = view.heartbeat?.State === "Manual" ? resume(view) : armOrDisarm(view);
+  return [first, takeoff(view), explore(view), move(view, touch), home(view)];
+}
+
+/** Land and Hold: in the same corner whatever happens. */
+export function safetyActions(view: View): { land: Action; hold: Action } {
+  return { land: land(view), hold: hold(view) };
+}
+
+/** Whether this operator commands the drone; Return home and Land are also free to all when nobody does. */
+export function control(view: View): "mine" | "free" | "other" | "unknown" {
+  const heartbeat = view.heartbeat;
+  if (!heartbeat || linkOf(view) !== "live") return "unknown";
+  if (heartbeat["In Control"]) return "mine";
+  return heartbeat.Controller === null ? "free" : "other";
+}
+
+function armOrDisarm(view: View): Action {
+  if (option(view, "Disarm").Possible) return offered(view, "disarm", "Disarm", "Stop the motors");
+  const failed = view.heartbeat?.Checks.filter((check) => !check.Passed).length ?? 0;
+  const flying = view.heartbeat?.Armed === true;
+  const checks = view.heartbeat?.Checks.length ?? 0;
+  const action = offered(view, "arm", "Arm", checks > 0 ? `${checks} checks passed` : "Start the motors");
+  if (action.kind !== "impossible" || linkOf(view) !== "live") return action;
+  if (flying) return { ...action, note: "Already armed" };
+  return failed > 0 ? { ...action, kind: "failed", note: `${format.count(failed, "check", "checks")} failed` } : action;
+}
+
+function resume(view: View): Action {
+  return offered(view, "resume", "Take over", "From the remote control");
+}
+
+function takeoff(view: View): Action {
+  const desired = view.heartbeat?.Heights[1];
+  const note = desired === undefined ? "To the set height" : `To ${format.height(desired)}`;
+  const action = offered(view, "takeoff", "Take off", note);
+  return view.heartbeat?.State === "Takeoff" ? running(view, action, climbProgress(view)) : action;
+}
+
+function explore(view: View): Action {
+  const action = offered(view, "explore", "Explore", "See the whole lot");
+  const heartbeat = view.heartbeat;
+  if (heartbeat?.State !== "Autonomous Explore") return action;
+  return running(view, action, heartbeat.Explored);
+}
+
+function move(view: View, touch: boolean): Action {
+  const ways = [option(view, "Autonomous Move"), option(view, "Compulsive Move")];
+  const possible = ways.some((way) => way.Possible);
+  const reason = ways.find((way) => way.Reason !== "")?.Reason ?? "";
+  const action = build(view, "move", "Move", touch ? "Tap the map" : "Click the map", possible, reason);
+  const moving = view.heartbeat?.State === "Autonomous Move" || view.heartbeat?.State === "Compulsive Move";
+  return moving && action.kind === "possible" ? { ...action, kind: "running", note: touch ? "Tap a new place" : "Click a new place" } : action;
+}
+
+function home(view: View): Action {
+  const action = offered(view, "home", "Return home", homeNote(view));
+  if (view.heartbeat?.State === "Return To Launch") return running(view, action, null);
+  if (linkOf(view) === "lost" && isFlying(view.heartbeat)) return { ...action, note: "No link: does it itself" };
+  return action;
+}
+
+function land(view: View): Action {
+  const action = offered(view, "land", "Land", "Straight down");
+  return view.heartbeat?.State === "Land" && action.kind !== "possible" ? { ...action, note: grounded(view) ?? "Landing" } : action;
+}
+
+/** Hold is offered whenever there is an open socket and the drone is not on the ground. */
+function hold(view: View): Action {
+  const action = build(view, "hold", "Hold", "Stop and stay", true, "");
+  if (view.link !== "open" || !view.heartbeat) return { ...action, kind: "impossible", note: "No link" };
+  const ground = grounded(view);
+  return ground === null ? action : { ...action, kind: "impossible", note: ground };
+}
+
+function grounded(view: View): string | null {
+  return isFlying(view.heartbeat) ? null : "On the ground";
+}
+
+function offered(view: View, name: Exclude<ActionName, "move">, label: string, note: string): Action {
+  const { Possible, Reason } = option(view, COMMANDS[name]);
+  return build(view, name, label, note, Possible, Reason);
+}
+
+function build(view: View, name: ActionName, label: string, note: string, possible: boolean, reason: string): Action {
+  const base = { name, label, progress: null };
+  if (view.link !== "open" || linkOf(view) !== "live") return { ...base, kind: "impossible", note: "No link" };
+  if (possible) return { ...base, kind: "possible", note };
+  return { ...base, kind: "impossible", note: reason === "" ? "Not possible here" : reason };
+}
+
+function running(view: View, action: Action, progress: number | null): Action {
+  if (linkOf(view) !== "live") return action;
+  const note = progress === null ? "Running" : `Running, ${Math.round(progress * 100)} %`;
+  return { ...action, kind: "running", note, progress };
+}
+
+function climbProgress(view: View): number | null {
+  const height = view.heartbeat?.["Relative Altitude"] ?? null;
+  const desired = view.heartbeat?.Heights[1] ?? 0;
+  return height === null || desired <= 0 ? null : Math.min(1, Math.max(0, height / desired));
+}
+
+function homeNote(view: View): string {
+  const { North, East, Home } = view.heartbeat ?? { North: null, East: null, Home: null };
+  if (North === null || East === null || !Home) return "And land there";
+  const metres = Math.hypot(North - Home.North, East - Home.East);
+  const speed = view.welcome?.Speed;
+  return speed ? `${format.distance(metres)}, ${format.duration(metres / speed)}` : format.distance(metres);
+}
+
+/** "47 % of the lot" of the present survey. */
+export function seenShare(view: View): string | null {
+  const seen = view.heartbeat ? seenPercent(view.heartbeat) : null;
+  return seen === null ? null : `${seen} %`;
+}

@@ -1,0 +1,140 @@
+import type { Heartbeat } from "../protocol.ts";
+import * as format from "./format.ts";
+import { ageNow, autopilotLost, BATTERY_STALE_S, linkOf, STALE_S, type View } from "./view.ts";
+
+export type Tone = "fine" | "warn" | "idle";
+
+export interface StateWords {
+  tone: Tone;
+  title: string;
+  detail: string;
+  /** The same for a narrow page. */
+  short: string;
+}
+
+export interface GlanceValue {
+  name: "free" | "battery" | "height" | "link";
+  value: string;
+  /** Set when the value is old: "6 s old". */
+  age: string;
+  label: string;
+  trouble: boolean;
+}
+
+const TITLES: Record<string, string> = {
+  Idle: "On the ground",
+  Configure: "Storing heights",
+  Arm: "Armed",
+  Takeoff: "Taking off",
+  Hover: "Holding",
+  "Autonomous Explore": "Exploring",
+  "Autonomous Move": "Moving",
+  "Compulsive Move": "Moving",
+  "Return To Launch": "Returning home",
+  Land: "Landing",
+  CommunicationLost: "Operator lost",
+  Manual: "Flown by hand",
+};
+
+/** A state in the words of the page. */
+export function stateTitle(state: string): string {
+  return TITLES[state] ?? state;
+}
+
+/** Per cent of the lot seen, or null. */
+export function seenPercent(heartbeat: Heartbeat): number | null {
+  return heartbeat.Explored === null ? null : Math.round(heartbeat.Explored * 100);
+}
+
+export function stateWords(view: View): StateWords {
+  const heartbeat = view.heartbeat;
+  if (!heartbeat) return same("warn", "Not connected", view.link === "open" ? "Waiting for the drone" : "Looking for the drone");
+  if (linkOf(view) === "lost") {
+    const was = stateTitle(heartbeat.State).toLowerCase();
+    return same("warn", "No link", `was ${was} ${format.age(view.silence ?? 0)} ago`);
+  }
+  if (autopilotLost(view)) return same("warn", "Autopilot silent", "The drone's computer does not hear it");
+  if (heartbeat["Kill State"] === "sending") return same("warn", "Cutting motors", "Sent until the motors are off");
+  if (heartbeat["Kill State"] === "not confirmed") return same("warn", "Cut not confirmed", "The motors may still run");
+  return heartbeat.State === "Idle" ? grounded(view, heartbeat) : active(heartbeat);
+}
+
+function grounded(view: View, heartbeat: Heartbeat): StateWords {
+  if (heartbeat.Killed) return same("warn", "Motors cut", "Clear it to arm again");
+  const failed = heartbeat.Checks.filter((check) => !check.Passed).length;
+  if (failed > 0) {
+    const short = `${format.count(failed, "check", "checks")} failed`;
+    return { tone: "warn", title: TITLES.Idle ?? "", detail: `${short}. Fix ${failed === 1 ? "it" : "them"} to arm.`, short };
+  }
+  if (view.landedAt !== null) return same("idle", "Landed", `Motors off since ${format.clock(view.landedAt)}`);
+  const passed = heartbeat.Checks.length;
+  return same(toned(heartbeat, "idle"), TITLES.Idle ?? "", passed > 0 ? `${passed} checks passed` : heartbeat.Detail);
+}
+
+function active(heartbeat: Heartbeat): StateWords {
+  const tone = toned(heartbeat, "fine");
+  const title = stateTitle(heartbeat.State);
+  const seen = seenPercent(heartbeat);
+  if (heartbeat.State !== "Autonomous Explore" || seen === null) return same(tone, title, heartbeat.Detail);
+  const left = heartbeat["Remaining"];
+  const speed = heartbeat.Speed !== null && heartbeat.Speed > 1 ? heartbeat.Speed : null;
+  const toGo = left !== null && speed !== null ? format.duration(left / speed) : null;
+  return {
+    tone,
+    title,
+    detail: `${seen} % of the lot seen${toGo ? `, about ${toGo} to go` : ""}`,
+    short: `${seen} % seen${toGo ? `, ${toGo} to go` : ""}`,
+  };
+}
+
+/** Trouble turns any mark into the triangle. */
+function toned(heartbeat: Heartbeat, otherwise: Tone): Tone {
+  const attention = heartbeat.State === "CommunicationLost" || heartbeat.State === "Manual";
+  return attention || heartbeat["Health Status"] !== 0 || heartbeat["User Error"] !== 0 ? "warn" : otherwise;
+}
+
+function same(tone: Tone, title: string, detail: string): StateWords {
+  return { tone, title, detail, short: detail };
+}
+
+export function glanceValues(view: View): GlanceValue[] {
+  return [freeValue(view), batteryValue(view), heightValue(view), linkValue(view)];
+}
+
+function freeValue(view: View): GlanceValue {
+  const heartbeat = view.heartbeat;
+  const known = heartbeat !== null && heartbeat.Free + heartbeat.Taken + heartbeat.Unknown > 0;
+  const lost = linkOf(view) === "lost" && view.silence !== null;
+  const label = lost && known ? `free, at ${format.clock(view.now - (view.silence ?? 0) * 1000)}` : "free stalls";
+  return { name: "free", value: known ? String(heartbeat.Free) : "–", age: "", label, trouble: false };
+}
+
+function batteryValue(view: View): GlanceValue {
+  const level = view.heartbeat?.["Battery Percentage"] ?? null;
+  const left = view.heartbeat?.["Battery Time Left"] ?? null;
+  const old = oldAge(ageNow(view, view.heartbeat?.["Battery Age"] ?? null), BATTERY_STALE_S);
+  const value = left !== null ? format.timeLeft(left) : format.percent(level);
+  const label = left !== null && level !== null ? `battery, ${format.percent(level)}` : "battery";
+  return { name: "battery", value, age: level === null ? "" : old, label, trouble: false };
+}
+
+function heightValue(view: View): GlanceValue {
+  const metres = view.heartbeat?.["Relative Altitude"] ?? null;
+  const old = oldAge(ageNow(view, view.heartbeat?.["Pose Age"] ?? null), STALE_S);
+  return { name: "height", value: format.height(metres), age: metres === null ? "" : old, label: "height", trouble: false };
+}
+
+function linkValue(view: View): GlanceValue {
+  const base = { name: "link" as const, age: "" };
+  if (linkOf(view) === "never") return { ...base, value: "–", label: "no link", trouble: true };
+  const silence = view.silence ?? 0;
+  if (linkOf(view) === "lost") return { ...base, value: format.age(silence), label: "link lost", trouble: true };
+  const vehicle = ageNow(view, view.heartbeat?.["Link Age"] ?? null) ?? silence;
+  const worst = Math.max(silence, autopilotLost(view) ? vehicle : Math.min(vehicle, 1));
+  if (autopilotLost(view)) return { ...base, value: format.age(worst), label: "autopilot silent", trouble: true };
+  return { ...base, value: format.age(silence), label: silence > STALE_S ? "link, slow" : "link, good", trouble: silence > STALE_S };
+}
+
+function oldAge(seconds: number | null, limit: number): string {
+  return seconds !== null && seconds > limit ? `${format.age(seconds)} old` : "";
+}

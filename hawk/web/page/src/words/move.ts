@@ -1,0 +1,82 @@
+import type { Heartbeat, Point } from "../protocol.ts";
+import { CELL } from "../state/tile-data.ts";
+import * as format from "./format.ts";
+import { option, type View } from "./view.ts";
+
+/** Inside the lot (the drone refuses other places), or anywhere inside the fence. */
+export type MoveKind = "Autonomous Move" | "Compulsive Move";
+
+export interface MovePlan {
+  metres: number;
+  seconds: number | null;
+  question: string;
+  /** Distance and time, for the pill beside the target. */
+  pill: string;
+  insideFence: boolean;
+  ways: { kind: MoveKind; label: string; possible: boolean; reason: string }[];
+  suggested: MoveKind | null;
+}
+
+/** What a move to a place on the map would be; null while the drone's own place is not known. */
+export function planMove(view: View, target: Point, cell: number): MovePlan | null {
+  const heartbeat = view.heartbeat;
+  if (!heartbeat || heartbeat.North === null || heartbeat.East === null) return null;
+  const north = target.North - heartbeat.North;
+  const east = target.East - heartbeat.East;
+  const metres = Math.hypot(north, east);
+  const seconds = view.welcome ? metres / view.welcome.Speed : null;
+  const insideFence = heartbeat.Fence.length < 3 || contains(heartbeat.Fence, target);
+  const ways = [
+    way(view, "Autonomous Move", "Inside the lot", insideFence, cell === CELL.nonLot ? "Not a place inside the lot" : ""),
+    way(view, "Compulsive Move", "Anywhere inside the fence", insideFence, ""),
+  ];
+  const lot = cell === CELL.lot || cell === CELL.free || cell === CELL.taken;
+  const order = lot ? ways : ways.toReversed();
+  return {
+    metres,
+    seconds,
+    question: `Move ${format.distance(metres)} ${format.direction(north, east)}${staying(heartbeat)}?`,
+    pill: seconds === null ? format.distance(metres) : `${format.distance(metres)}, ${format.duration(seconds)}`,
+    insideFence,
+    ways,
+    suggested: order.find((each) => each.possible)?.kind ?? null,
+  };
+}
+
+/** The second line of the confirm bar. */
+export function consequence(view: View, plan: MovePlan, kind: MoveKind): string {
+  if (!plan.insideFence) return "Outside the fence. Choose a place inside the dotted line.";
+  const parts = plan.seconds === null ? [] : [`${format.duration(plan.seconds)}.`];
+  parts.push(kind === "Autonomous Move" ? "Stays inside the lot." : "Inside the fence, lot or not.");
+  if (view.heartbeat?.State === "Autonomous Explore") parts.push("Exploring stops.");
+  return parts.join(" ");
+}
+
+function way(view: View, kind: MoveKind, label: string, insideFence: boolean, wrongPlace: string): MovePlan["ways"][number] {
+  const offered = option(view, kind);
+  const reason = !insideFence ? "Outside the fence" : !offered.Possible ? offered.Reason : wrongPlace;
+  return { kind, label, possible: insideFence && offered.Possible && wrongPlace === "", reason };
+}
+
+/** Moves stay at the present height, but never below Min. */
+function staying(heartbeat: Heartbeat): string {
+  const height = heartbeat["Relative Altitude"];
+  const lowest = heartbeat.Heights[0];
+  if (height === null) return "";
+  if (lowest !== undefined && height < lowest - 0.5) return `, climbing to ${format.height(lowest)}`;
+  return `, staying at ${format.height(height)}`;
+}
+
+/** Even-odd rule. */
+export function contains(polygon: readonly Point[], place: Point): boolean {
+  let inside = false;
+  let previous = polygon.at(-1);
+  for (const corner of polygon) {
+    if (previous && corner.North > place.North !== previous.North > place.North) {
+      const share = (place.North - corner.North) / (previous.North - corner.North);
+      if (place.East < corner.East + share * (previous.East - corner.East)) inside = !inside;
+    }
+    previous = corner;
+  }
+  return inside;
+}

@@ -1,0 +1,44 @@
+import type { LinkStatus } from "../link/reconnect.ts";
+import type { CommandOption, Heartbeat, Welcome } from "../protocol.ts";
+
+/** Everything that the words depend on, at one moment. */
+export interface View {
+  link: LinkStatus;
+  attempts: number;
+  welcome: Welcome | null;
+  heartbeat: Heartbeat | null;
+  /** Seconds since the last heartbeat arrived; null before the first. */
+  silence: number | null;
+  /** Time of day, milliseconds. */
+  now: number;
+  landedAt: string | null;
+}
+
+/** Older than this, a value is shown as stale; the pose comes several times a second, the battery about once. */
+export const STALE_S = 1;
+export const BATTERY_STALE_S = 3;
+/** So long without a word, the link counts as lost. */
+export const LOST_S = 2.5;
+
+export type Link = "never" | "live" | "lost";
+
+export function linkOf(view: View): Link {
+  if (view.heartbeat === null || view.silence === null) return "never";
+  return view.silence >= LOST_S || view.link !== "open" ? "lost" : "live";
+}
+
+/** The autopilot does not answer although the drone's computer does. */
+export function autopilotLost(view: View): boolean {
+  return linkOf(view) === "live" && view.heartbeat !== null && !view.heartbeat.Connected;
+}
+
+export function option(view: View, command: string): CommandOption {
+  const found = view.heartbeat?.Options.find((each) => each.Command === command);
+  return found ?? { Command: command, Possible: false, Reason: "" };
+}
+
+/** Age now of a value that was so old when it was sent. */
+export function ageNow(view: View, ageWhenSent: number | null): number | null {
+  if (view.silence === null) return null;
+  return (ageWhenSent ?? 0) + view.silence;
+}

@@ -1,0 +1,84 @@
+"""Write the page's TypeScript types from the messages that drone and operator exchange.
+
+``python packaging/page_protocol.py`` writes ``hawk/web/page/src/protocol.ts``; ``--check`` fails when it is out of date.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+from hawk.comm.messages import schema
+
+TARGET = Path(__file__).resolve().parent.parent / "hawk" / "web" / "page" / "src" / "protocol.ts"
+
+_HEADER = "// Written by packaging/page_protocol.py from hawk/comm/messages.py: change that and run this again.\n"
+_PRIMITIVES = {"string": "string", "integer": "number", "number": "number", "boolean": "boolean", "null": "null"}
+
+
+def protocol() -> str:
+    """Return the TypeScript source of every message's type."""
+    messages = schema()
+    commands = messages["toDrone"]["$defs"]
+    models: dict[str, dict[str, Any]] = {}
+    for model in messages["fromDrone"].values():
+        models |= model.get("$defs", {})
+        models[model["title"]] = model
+    blocks = [_interface(name, model, sending=True) for name, model in sorted(commands.items())]
+    blocks.append("export type Command =\n" + "".join(f"  | {_command(name)}\n" for name in sorted(commands)) + ";\n")
+    blocks += [_interface(name, model, sending=False) for name, model in sorted(models.items())]
+    incoming = sorted(messages["fromDrone"])
+    blocks.append("export type Incoming = " + " | ".join(incoming) + ";\n")
+    return "\n".join([_HEADER, *blocks]).replace("\n;", ";")
+
+
+def _command(name: str) -> str:
+    return f"{name}Command"
+
+
+def _interface(name: str, model: dict[str, Any], *, sending: bool) -> str:
+    """Return one message's interface. What is sent may leave out what has a default; what arrives is complete."""
+    required = set(model.get("required", ()))
+    lines = [f"/** {model['description'].splitlines()[0]} */"] if model.get("description") else []
+    lines.append(f"export interface {_command(name) if sending else name} {{")
+    for key, value in model["properties"].items():
+        optional = "?" if sending and key not in required and key != "Type" else ""
+        quoted = key if key.isidentifier() else json.dumps(key)
+        lines.append(f"  {quoted}{optional}: {_type(value)};")
+    return "\n".join([*lines, "}\n"])
+
+
+def _type(value: dict[str, Any]) -> str:
+    """Return the TypeScript type of one property of a JSON schema."""
+    if "$ref" in value:
+        return str(value["$ref"]).rsplit("/", 1)[-1]
+    if "const" in value:
+        return json.dumps(value["const"])
+    if "enum" in value:
+        return " | ".join(json.dumps(each) for each in value["enum"])
+    if "anyOf" in value:
+        return " | ".join(dict.fromkeys(_type(each) for each in value["anyOf"]))
+    if value.get("type") == "array":
+        inner = _type(value["items"])
+        return f"({inner})[]" if " " in inner else f"{inner}[]"
+    return _PRIMITIVES[value["type"]]
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Write or check; return the exit status."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
+    parser.add_argument("--check", action="store_true", help="only say whether the file is up to date")
+    if not parser.parse_args(arguments).check:
+        TARGET.write_text(protocol(), "utf-8")
+        return 0
+    if TARGET.read_text("utf-8") == protocol():
+        return 0
+    print(f"{TARGET.name} is out of date: run python packaging/page_protocol.py", file=sys.stderr)
+    return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
