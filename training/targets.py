@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,7 +19,6 @@ PLACE_WEIGHT, CORE_WEIGHT = 10, 11
 TARGET_CHANNELS = 12
 CELL_M = 0.2
 """Side of an output cell, metres."""
-_SHIFT = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +39,7 @@ class TrainingScene:
 def draw_targets(
     labels: NDArray[np.uint8],
     known: NDArray[np.uint8],
-    stalls: NDArray[np.float64],
+    stalls: NDArray[np.floating[Any]],
     taken: NDArray[np.bool_],
     judged: NDArray[np.bool_],
 ) -> NDArray[np.float32]:
@@ -54,13 +54,13 @@ def draw_targets(
     target[CORE_WEIGHT] = target[PLACE_WEIGHT]
     if not len(stalls):
         return target
-    centre, angle, width, length = quads.shape(stalls / CELL_PIXELS)
-    inner = quads.corners(centre[:, 0], centre[:, 1], angle, width * CORE_SHARE, length * CORE_SHARE)
+    centre, angle, width, length = quads.shape(np.asarray(stalls, np.float64) / CELL_PIXELS)
     owner = np.zeros(half.shape[:2], np.int16)
-    _fill(owner, inner[judged], np.flatnonzero(judged) + 1)
-    outer = quads.corners(centre[:, 0], centre[:, 1], angle, width, length)
+    for k in np.flatnonzero(judged).tolist():
+        _mark(owner, centre[k], angle[k], width[k] * CORE_SHARE, length[k] * CORE_SHARE, k + 1)
     ignored = np.zeros(half.shape[:2], np.int16)
-    _fill(ignored, outer[~judged], np.ones(int((~judged).sum()), np.intp))
+    for k in np.flatnonzero(~judged).tolist():
+        _mark(ignored, centre[k], angle[k], width[k], length[k], 1)
     target[CORE_WEIGHT][ignored > 0] = 0
     rows, columns = np.nonzero(owner)
     mine = owner[rows, columns] - 1
@@ -75,8 +75,17 @@ def draw_targets(
     return target
 
 
-def _fill(canvas: NDArray[np.int16], polygons: NDArray[np.float64], values: NDArray[np.intp]) -> None:
-    size = np.array([canvas.shape[1], canvas.shape[0]])
-    for polygon, value in zip(polygons, values.tolist(), strict=True):
-        if (polygon.max(axis=0) > 0).all() and (polygon.min(axis=0) < size).all():
-            cv2.fillPoly(canvas, [np.rint(polygon * 2**_SHIFT).astype(np.int32)], (value,), cv2.LINE_8, _SHIFT)
+def _mark(
+    canvas: NDArray[np.int16], centre: NDArray[np.float64], angle: float, width: float, length: float, value: int
+) -> None:
+    """Give the cells whose middle lies in a rectangle a value (polygon filling would add the cells on its edge)."""
+    reach = (width + length) / 2
+    size = (canvas.shape[1], canvas.shape[0])
+    low = np.clip(np.floor(centre - reach), 0, size).astype(int)
+    high = np.clip(np.ceil(centre + reach) + 1, 0, size).astype(int)
+    columns = np.arange(low[0], high[0])[None, :] - centre[0]
+    rows = np.arange(low[1], high[1])[:, None] - centre[1]
+    along = columns * math.cos(angle) + rows * math.sin(angle)
+    across = rows * math.cos(angle) - columns * math.sin(angle)
+    inside = (np.abs(along) <= length / 2) & (np.abs(across) <= width / 2)
+    canvas[low[1] : high[1], low[0] : high[0]][inside] = value

@@ -1,0 +1,141 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from hawk.algo.vision import decode, quads
+from hawk.algo.vision.network import maps_from_output
+from hawk.worlds.training import draw_scene
+from training.augment import light, sample
+from training.pool import ScenePool, training_scene
+from training.targets import (
+    CAR,
+    CORE,
+    CORE_WEIGHT,
+    LOT,
+    PLACE_WEIGHT,
+    TAKEN,
+    TARGET_CHANNELS,
+    TrainingScene,
+    draw_targets,
+)
+
+
+def answer_of(target: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The answer of a network that has learnt a target perfectly."""
+    answer = target[:10].copy()
+    for channel in (LOT, CORE, CAR, TAKEN):
+        answer[channel] = np.where(target[channel] > 0.5, 6.0, -6.0)
+    return answer
+
+
+def scene(count: int = 6, angle: float = 0.5) -> TrainingScene:
+    across = np.array([-math.sin(angle), math.cos(angle)]) * 26
+    centre = np.array([260.0, 130.0]) + np.arange(count)[:, None] * across
+    boxes = quads.corners(centre[:, 0], centre[:, 1], np.full(count, angle), np.full(count, 26.0), np.full(count, 52.0))
+    taken = np.arange(count) % 2 == 0
+    labels = np.zeros((400, 400, 2), np.uint8)
+    labels[:, :200, 0] = 1
+    image = np.full((400, 400, 3), 100, np.uint8)
+    return TrainingScene(image, labels, boxes.astype(np.float32), taken, np.ones(count, np.bool_))
+
+
+def test_targets_decode_to_the_stalls_they_were_drawn_from() -> None:
+    given = scene()
+    target = draw_targets(given.labels, np.ones((400, 400), np.uint8), given.quads, given.taken, given.judged)
+    assert target.shape == (TARGET_CHANNELS, 200, 200)
+    maps = maps_from_output(answer_of(target))
+    found = decode.vote(maps, 0.2)
+    centre, angle, width, length = quads.shape(given.quads / 2)
+    nearest = np.hypot(found.column - centre[:, :1], found.row - centre[:, 1:]).argmin(axis=1)
+    assert len(found) == len(given.quads)
+    np.testing.assert_allclose(found.column[nearest], centre[:, 0], atol=0.3)
+    np.testing.assert_allclose(found.row[nearest], centre[:, 1], atol=0.3)
+    np.testing.assert_allclose(found.width[nearest], width, rtol=0.08)
+    np.testing.assert_allclose(found.length[nearest], length, rtol=0.08)
+    assert (quads.angle_between(found.angle[nearest], angle) < 0.02).all()
+    # the car map of the scene is empty here: the network's own word alone is worth one half
+    taken = decode.occupancy(maps, found[nearest])
+    assert (taken[given.taken] > taken[~given.taken].max() + 0.3).all()
+
+
+def test_a_stall_that_nobody_can_tell_is_not_judged() -> None:
+    given = scene(2)
+    judged = np.array([True, False])
+    target = draw_targets(given.labels, np.ones((400, 400), np.uint8), given.quads, given.taken, judged)
+    row, column = np.rint(given.quads[1].mean(axis=0)[::-1] / 2).astype(int)
+    assert target[CORE, row, column] == 0
+    assert target[CORE_WEIGHT, row, column] == 0
+    assert target[PLACE_WEIGHT, row, column] == 1
+    row, column = np.rint(given.quads[0].mean(axis=0)[::-1] / 2).astype(int)
+    assert target[CORE, row, column] == target[CORE_WEIGHT, row, column] == 1
+
+
+def test_a_scene_without_stalls_has_targets_too() -> None:
+    empty = np.zeros((0, 4, 2))
+    target = draw_targets(
+        np.ones((64, 64, 2), np.uint8), np.ones((64, 64), np.uint8), empty, np.zeros(0, np.bool_), np.zeros(0, np.bool_)
+    )
+    assert target[LOT].all()
+    assert not target[CORE].any()
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_turned_and_scaled_samples_keep_picture_and_stalls_together(seed: int) -> None:
+    given = scene()
+    image = given.image.copy()
+    for quad in given.quads:  # a bright square in the middle of each stall
+        column, row = np.rint(quad.mean(axis=0)).astype(int)
+        image[row - 4 : row + 5, column - 4 : column + 5] = 255
+    marked = TrainingScene(image, given.labels, given.quads, given.taken, given.judged)
+    picture, target = sample(marked, np.random.default_rng(seed), 256)
+    assert picture.shape == (3, 256, 256)
+    assert picture.dtype == target.dtype == np.float32
+    assert np.abs(picture).max() <= 0.5
+    found = decode.vote(maps_from_output(answer_of(target)), 0.2)
+    contrast = [
+        picture[:, r - 1 : r + 2, c - 1 : c + 2].mean() - np.median(picture)
+        for c, r in np.rint(np.column_stack([found.column, found.row]) * 2).astype(int)
+        if 10 < c < 246 and 10 < r < 246
+    ]
+    assert all(c > 0.05 for c in contrast)
+
+
+def test_the_same_seed_gives_the_same_sample() -> None:
+    one, two = (sample(scene(), np.random.default_rng(9), 128) for _ in range(2))
+    np.testing.assert_array_equal(one[0], two[0])
+    np.testing.assert_array_equal(one[1], two[1])
+
+
+def test_light_stays_within_the_range_of_a_picture() -> None:
+    rng = np.random.default_rng(0)
+    image = rng.uniform(0, 255, (32, 32, 3))
+    for _ in range(40):
+        lit = light(image, rng)
+        assert lit.min() >= 0
+        assert lit.max() <= 255
+        assert np.isfinite(lit).all()
+
+
+def test_a_drawn_scene_becomes_a_training_scene() -> None:
+    drawn = next(s for s in (draw_scene(np.random.default_rng(k), 160) for k in range(20)) if s.stalls)
+    kept = training_scene(drawn)
+    assert kept.labels.shape == (160, 160, 2)
+    assert len(kept.quads) == len(kept.taken) == len(kept.judged) == len(drawn.stalls)
+    hidden = np.array([s.hidden for s in drawn.stalls])
+    assert not kept.judged[hidden].any()
+
+
+def test_the_pool_holds_what_its_seed_draws() -> None:
+    pool = ScenePool(seed=4, capacity=1)
+    try:
+        pool.take(wait_for=1)
+        if pool.drawn == 1:
+            expected = training_scene(draw_scene(np.random.default_rng((4, 0)), 400))
+            np.testing.assert_array_equal(pool[0].image, expected.image)
+        assert len(pool) == 1
+    finally:
+        pool.close()
