@@ -92,12 +92,16 @@ class ReturnToLaunch(Command):
     """Fly home and land."""
 
     type: Literal["Return To Launch"] = Field(default="Return To Launch", alias="Type")
+    confirmed: bool = Field(default=False, alias="Confirmed")
+    """Needed while someone else flies (Manual)."""
 
 
 class Land(Command):
     """Straight down."""
 
     type: Literal["Land"] = Field(default="Land", alias="Type")
+    confirmed: bool = Field(default=False, alias="Confirmed")
+    """Needed while someone else flies (Manual)."""
 
 
 class Disarm(Command):

@@ -1,0 +1,81 @@
+"""What the way home costs: battery drain as measured, and when the drone must return."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+
+DRAIN_WINDOW_S = 60.0
+"""Drain is measured over so many seconds of flight."""
+DRAIN_MINIMUM_S = 20.0
+"""Below this much flight the assumed drain stands in."""
+ASSUMED_DRAIN = 100.0 / (15 * 60)
+"""Percent a second until it was measured: an empty battery after 15 minutes."""
+SAFETY_FACTOR = 1.3
+"""The way home against the wind costs more than it cost out."""
+CLIMB_M_S = 2.0
+DESCENT_M_S = 1.5
+FINAL_DESCENT_M_S = 0.5
+FINAL_HEIGHT_M = 10.0
+"""ArduCopter's landing: WPNAV_SPEED_DN down to LAND_ALT_LOW, LAND_SPEED from there."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reserve:
+    """Battery in percent: what is there, what must be there to come home with the reserve, and seconds until then."""
+
+    percentage: float
+    needed: float
+    time_left: float
+
+    @property
+    def is_reached(self) -> bool:
+        """Whether the drone must return."""
+        return self.percentage <= self.needed
+
+
+def seconds_home(distance: float, height: float, return_height: float, speed: float) -> float:
+    """Return the seconds to climb to the return height, fly home over ``distance`` metres at ``speed`` and land."""
+    top = max(height, return_height)
+    final = min(top, FINAL_HEIGHT_M)
+    climb = max(0.0, return_height - height) / CLIMB_M_S
+    return climb + distance / speed + (top - final) / DESCENT_M_S + final / FINAL_DESCENT_M_S
+
+
+class BatteryWatch:
+    """Measures the drain in flight (least squares over a window) and says how long the drone may stay out."""
+
+    def __init__(self, reserve_percent: float, speed: float) -> None:
+        self._reserve = reserve_percent
+        self._speed = speed
+        self._samples: deque[tuple[float, float]] = deque()
+
+    def reset(self) -> None:
+        """Forget what was measured (another flight, another battery)."""
+        self._samples.clear()
+
+    def update(self, percentage: float, now: float) -> None:
+        """Take one reading in flight, at most one a second is kept."""
+        if self._samples and now - self._samples[-1][0] < 1.0:
+            return
+        self._samples.append((now, percentage))
+        while now - self._samples[0][0] > DRAIN_WINDOW_S:
+            self._samples.popleft()
+
+    @property
+    def drain(self) -> float:
+        """Percent a second: as measured, the assumed one until enough was measured, and never below a third of it."""
+        if len(self._samples) < 3 or self._samples[-1][0] - self._samples[0][0] < DRAIN_MINIMUM_S:
+            return ASSUMED_DRAIN
+        count = len(self._samples)
+        mean_t = sum(t for t, _ in self._samples) / count
+        mean_p = sum(p for _, p in self._samples) / count
+        spread = sum((t - mean_t) ** 2 for t, _ in self._samples)
+        slope = sum((t - mean_t) * (p - mean_p) for t, p in self._samples) / spread
+        return max(-slope, ASSUMED_DRAIN / 3)
+
+    def reserve(self, percentage: float, distance: float, height: float, return_height: float) -> Reserve:
+        """Weigh what is left against the way home: ``distance`` and heights in metres."""
+        home = seconds_home(distance, height, return_height, self._speed)
+        needed = self._reserve + SAFETY_FACTOR * home * self.drain
+        return Reserve(percentage, needed, max(0.0, (percentage - needed) / self.drain))

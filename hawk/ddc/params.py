@@ -1,0 +1,93 @@
+"""Travel heights, kept over restarts in one small file."""
+
+from __future__ import annotations
+
+import json
+import os
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from hawk.model import HeightParameters
+
+PARAMETER_FILE = "params.json"
+
+
+class ParameterError(ValueError):
+    """Heights that cannot be used, or a file that cannot be written; the text names the field and the remedy."""
+
+
+class _StoredHeights(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+    minimum: float = Field(alias="Min", gt=0)
+    desired: float = Field(alias="Des", gt=0)
+    maximum: float = Field(alias="Max", gt=0)
+
+
+def check_heights(heights: HeightParameters, ceiling: float) -> None:
+    """Check 0 < Min <= Des <= Max <= ceiling (metres above the arm place). Raises ParameterError."""
+    if not heights.minimum > 0:
+        raise ParameterError(f"Min: must be above 0 m, not {heights.minimum:g} m.")
+    if not heights.desired >= heights.minimum:
+        raise ParameterError(f"Des: {heights.desired:g} m is below Min, {heights.minimum:g} m: raise Des or lower Min.")
+    if not heights.maximum >= heights.desired:
+        raise ParameterError(f"Max: {heights.maximum:g} m is below Des, {heights.desired:g} m: raise Max or lower Des.")
+    if not heights.maximum <= ceiling:
+        raise ParameterError(f"Max: {heights.maximum:g} m is above the ceiling, {ceiling:g} m: lower Max.")
+
+
+class ParameterStore:
+    """Reads and writes the parameter file. A write is atomic: a crash leaves the old file or the new one, whole."""
+
+    def __init__(self, directory: Path, defaults: HeightParameters, ceiling: float) -> None:
+        self._path = directory / PARAMETER_FILE
+        self._defaults = defaults
+        self._ceiling = ceiling
+
+    def read(self) -> tuple[HeightParameters, str]:
+        """Return the stored heights, else the defaults, with a message when the file had to be put aside.
+
+        A file that cannot be used is renamed to ``params.json.bad`` so that nothing is lost.
+        """
+        try:
+            text = self._path.read_text(encoding="utf-8")
+        except FileNotFoundError:
+            return self._defaults, ""
+        except (OSError, UnicodeDecodeError) as error:
+            return self._defaults, self._put_aside(str(error))
+        try:
+            stored = _StoredHeights.model_validate_json(text)
+            heights = HeightParameters(stored.minimum, stored.desired, stored.maximum)
+            check_heights(heights, self._ceiling)
+        except ValidationError as error:
+            problem = error.errors(include_url=False)[0]
+            return self._defaults, self._put_aside(f"{'.'.join(map(str, problem['loc']))}: {problem['msg']}")
+        except ParameterError as error:
+            return self._defaults, self._put_aside(str(error))
+        return heights, ""
+
+    def write(self, heights: HeightParameters) -> None:
+        """Store the heights durably. Blocks on the disk: call it off the loop. Raises ParameterError."""
+        content: dict[str, Any] = {"Min": heights.minimum, "Des": heights.desired, "Max": heights.maximum}
+        temporary = self._path.with_name(f".{self._path.name}.new")
+        try:
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            with temporary.open("w", encoding="utf-8") as file:
+                json.dump(content, file)
+                file.flush()
+                os.fsync(file.fileno())
+            temporary.replace(self._path)
+            folder = os.open(self._path.parent, os.O_RDONLY | os.O_DIRECTORY)
+            try:
+                os.fsync(folder)
+            finally:
+                os.close(folder)
+        except OSError as error:
+            raise ParameterError(f"The heights could not be stored in {self._path}: {error}") from error
+
+    def _put_aside(self, reason: str) -> str:
+        with suppress(OSError):
+            self._path.replace(self._path.with_name(f"{self._path.name}.bad"))
+        return f"The stored heights cannot be used, the configured ones stand in: {reason}"

@@ -1,0 +1,211 @@
+"""DDC Service Interface (specification section 16): requests to the autopilot, and the gate every target passes.
+
+The secret is how the autopilot is asked. Access programs raise ReqFailed with the autopilot's own words.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable, Mapping
+from typing import Any, TypeVar
+
+from hawk.comm.vehicle import Autopilot, AutopilotError
+from hawk.ddc.errors import ReqFailed, TargetRefused
+from hawk.ddc.geofence import contains
+from hawk.ddc.motion import Goal, maximum_target_distance
+from hawk.ddc.topic_interface import TARGET_POSE_AGE_S, DdcTopicInterface
+from hawk.model import CopterMode, Fence, GlobalPose, HeightParameters, MapPose, StateName
+
+COMMANDING_STATES = frozenset(
+    {
+        StateName.HOVER,
+        StateName.AUTONOMOUS_EXPLORE,
+        StateName.AUTONOMOUS_MOVE,
+        StateName.COMPULSIVE_MOVE,
+        StateName.COMMUNICATION_LOST,
+    }
+)
+"""States that may send targets."""
+HOLDING_STATES = frozenset({StateName.HOVER, StateName.COMMUNICATION_LOST})
+"""States that hold where the drone is, above Max as well (a pilot may have flown it there)."""
+MODE_WINDOW_S = 2.0
+"""A mode change is ours when a request of the last so many seconds asked for it."""
+ABOVE_M = 2.0
+"""A target is straight above or below the drone when it is no farther aside than this, metres."""
+RTL_ALTITUDE_TOLERANCE_M = 0.5
+
+T = TypeVar("T")
+Record = Callable[[str, dict[str, Any]], None]
+
+
+class DdcServiceInterface:
+    """Asks the autopilot; remembers which modes were asked for; sends a target only when nothing speaks against it."""
+
+    def __init__(
+        self,
+        autopilot: Autopilot,
+        topics: DdcTopicInterface,
+        clock: Callable[[], float],
+        speed: float,
+        record: Record,
+    ) -> None:
+        self._autopilot = autopilot
+        self._topics = topics
+        self._clock = clock
+        self._speed = speed
+        self._record = record
+        self._asked: dict[int, float] = {}
+
+    def init(self) -> None:
+        """Forget the modes that were asked for."""
+        self._asked.clear()
+
+    @property
+    def datum(self) -> GlobalPose | None:
+        """Origin of the map frame."""
+        return self._autopilot.datum
+
+    @property
+    def parameters(self) -> Mapping[str, float | int]:
+        """Autopilot parameters read so far."""
+        return self._autopilot.parameters
+
+    def set_datum(self, datum: GlobalPose | None) -> None:
+        """Lay the map's origin (None: not laid yet)."""
+        self._record("request", {"name": "set datum", "datum": _place(datum)})
+        self._autopilot.set_datum(datum)
+
+    async def set_arm(self, arm_req: bool) -> None:
+        """Arm or disarm. Returns on the acknowledgement; the state follows by heartbeat."""
+        await self._ask("arm" if arm_req else "disarm", self._autopilot.arm if arm_req else self._autopilot.disarm)
+
+    async def set_rtl_alt(self, altitude: float) -> None:
+        """Set the return altitude, metres above the arm place, and compare what the autopilot says when asked back."""
+        found = await self._ask(
+            "set return altitude", lambda: self._autopilot.set_rtl_altitude(altitude), altitude=altitude
+        )
+        if abs(found - altitude) > RTL_ALTITUDE_TOLERANCE_M:
+            raise ReqFailed(f"return altitude: asked for {altitude:g} m, the autopilot says {found:g} m")
+
+    async def send_takeoff_cmd(self, pose: GlobalPose | float) -> None:
+        """Climb to a height: metres above the arm place, or the altitude of a global pose."""
+        height = pose if isinstance(pose, float | int) else self._above_arm_place(pose)
+        self._expect_mode(CopterMode.GUIDED)
+        await self._ask("take off", lambda: self._autopilot.takeoff(height), height=height)
+
+    async def set_mode(self, mode_req: CopterMode) -> None:
+        """Ask for a flight mode."""
+        self._expect_mode(mode_req)
+        await self._ask("set mode", lambda: self._autopilot.set_mode(mode_req), mode=mode_req.name)
+
+    async def kill(self) -> None:
+        """Cut the motors at once."""
+        await self._ask("kill", self._autopilot.kill)
+
+    async def upload_fence(self, fence: Fence) -> None:
+        """Upload and enable the autopilot's own fence."""
+        await self._ask("upload fence", lambda: self._autopilot.upload_fence(fence))
+
+    async def get_parameter(self, name: str) -> float | int:
+        """Read one parameter."""
+        return await self._ask("read parameter", lambda: self._autopilot.get_parameter(name), parameter=name)
+
+    async def set_parameter(self, name: str, value: float) -> None:
+        """Set one parameter and read it back."""
+        await self._ask(
+            "set parameter", lambda: self._autopilot.set_parameter(name, value), parameter=name, value=value
+        )
+
+    async def set_failsafes(self, wanted: Mapping[str, float]) -> None:
+        """Set these parameters one by one, each read back; the first that fails ends it."""
+        for name, value in wanted.items():
+            await self.set_parameter(name, value)
+            found = await self.get_parameter(name)
+            if found != value:
+                raise ReqFailed(f"{name}: set to {value:g}, the autopilot says {found:g}")
+
+    def asked_for(self, custom_mode: int | None) -> bool:
+        """Whether a request of the last 2 s asked for this mode."""
+        asked = None if custom_mode is None else self._asked.get(custom_mode)
+        return asked is not None and self._clock() - asked <= MODE_WINDOW_S
+
+    def forget_asked_modes(self) -> None:
+        """Somebody else took over: no mode change from here on is ours until we ask again."""
+        self._asked.clear()
+
+    def send_target(self, target: Goal, state: StateName, heights: HeightParameters, fence: Fence | None) -> None:
+        """Send one position target. Raises TargetRefused naming the condition that it fails (design, section 6)."""
+        reason = self._refusal(target, state, heights, fence)
+        if reason:
+            raise TargetRefused(reason)
+        try:
+            self._autopilot.send_target(target.north, target.east, target.height, target.yaw)
+        except AutopilotError as error:
+            raise TargetRefused(str(error)) from error
+
+    def _refusal(self, target: Goal, state: StateName, heights: HeightParameters, fence: Fence | None) -> str:
+        """Return why the target must not be sent; empty when it may."""
+        vehicle = self._topics.get_state()
+        if state not in COMMANDING_STATES:
+            return f"{state.value} sends no targets"
+        if not self._topics.get_link_health().is_healthy:
+            return "no link to the autopilot"
+        if not vehicle.armed or vehicle.custom_mode != CopterMode.GUIDED:
+            return f"the autopilot is not armed in GUIDED but in {vehicle.mode}"
+        if not target.is_finite():
+            return "the target is not finite"
+        pose = self._topics.get_fresh_pose()
+        if pose is None or pose.map is None:
+            return f"the pose is older than {TARGET_POSE_AGE_S:g} s"
+        if fence is None or not contains(fence, target.point):
+            return "the target is outside the fence"
+        highest = fence.ceiling if state in HOLDING_STATES else heights.maximum
+        bounds = (heights.minimum, min(highest, fence.ceiling), fence.ceiling)
+        return _height_refusal(target, pose.map, bounds) or _distance_refusal(target, pose.map, self._speed)
+
+    def _above_arm_place(self, pose: GlobalPose) -> float:
+        place = self._topics.vehicle.arm_place.value
+        if place is None:
+            raise ReqFailed("no arm place yet: give a height above it instead of a global pose")
+        return pose.altitude - place.altitude
+
+    def _expect_mode(self, mode: CopterMode) -> None:
+        self._asked[int(mode)] = self._clock()
+
+    async def _ask(self, name: str, call: Callable[[], Awaitable[T]], **details: Any) -> T:
+        self._record("request", {"name": name, **details})
+        try:
+            answer = await call()
+        except AutopilotError as error:
+            self._record("answer", {"name": name, "failed": str(error), **details})
+            raise ReqFailed(str(error)) from error
+        self._record("answer", {"name": name, "value": answer if isinstance(answer, int | float) else None, **details})
+        return answer
+
+
+def _height_refusal(target: Goal, pose: MapPose, bounds: tuple[float, float, float]) -> str:
+    """Check the height against Min, Max and ceiling; outside Min and Max only the straight way back is free."""
+    lowest, highest, ceiling = bounds
+    if target.height > ceiling:
+        return f"the target is above the ceiling of {ceiling:g} m"
+    straight = _aside(target, pose) <= ABOVE_M
+    if target.height < lowest and not (straight and target.height >= pose.height):
+        return f"the target is below Min, {lowest:g} m"
+    if target.height > highest and not (straight and target.height <= pose.height):
+        return f"the target is above Max, {highest:g} m"
+    return ""
+
+
+def _distance_refusal(target: Goal, pose: MapPose, speed: float) -> str:
+    limit = maximum_target_distance(speed)
+    far = max(_aside(target, pose), abs(target.height - pose.height))
+    return f"the target is {far:.1f} m away, more than {limit:.1f} m" if far > limit else ""
+
+
+def _aside(target: Goal, pose: MapPose) -> float:
+    return float(((target.north - pose.north) ** 2 + (target.east - pose.east) ** 2) ** 0.5)
+
+
+def _place(pose: GlobalPose | None) -> dict[str, float] | None:
+    if pose is None:
+        return None
+    return {"latitude": pose.latitude, "longitude": pose.longitude, "altitude": pose.altitude}

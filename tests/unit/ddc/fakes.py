@@ -1,0 +1,468 @@
+"""A drone, an operator and perception for the tests of manager and states, on a clock that is moved by hand."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import pymap3d
+
+from hawk.comm.clock import ManualClock
+from hawk.comm.messages import Ack, Command, Outgoing
+from hawk.comm.status import ClientId
+from hawk.comm.vehicle import AutopilotError, VehicleTopics
+from hawk.config import FenceSettings, FlightSettings, HeightSettings, OperatorSettings
+from hawk.ddc.operations_manager import OperationsManager
+from hawk.ddc.service_interface import DdcServiceInterface
+from hawk.ddc.settings import DdcSettings
+from hawk.ddc.surroundings import Surroundings
+from hawk.ddc.topic_interface import DdcInputs, DdcTopicInterface
+from hawk.model import (
+    ArmPlace,
+    BatteryInfo,
+    CopterMode,
+    Diagnostics,
+    ExploreStatus,
+    Fence,
+    GlobalPose,
+    Health,
+    Inbound,
+    LandedState,
+    LocalPose,
+    MapPoint,
+    MapPose,
+    PathPlan,
+    State,
+    StateName,
+    StatusText,
+    VehiclePose,
+    Verdict,
+)
+
+TICK_S = 0.05
+PLACE = GlobalPose(43.2609, -79.9192, 100.0)
+SAFE_PARAMETERS: Mapping[str, float] = {
+    "FS_GCS_ENABLE": 1,
+    "SYSID_MYGCS": 245,
+    "FS_OPTIONS": 16,
+    "FENCE_ENABLE": 1,
+    "FENCE_ACTION": 1,
+    "BATT_FS_LOW_ACT": 2,
+    "RTL_ALT": 1500,
+}
+DEFAULT_PARAMETERS: Mapping[str, float] = {
+    "FS_GCS_ENABLE": 0,
+    "SYSID_MYGCS": 255,
+    "FS_OPTIONS": 0,
+    "FENCE_ENABLE": 0,
+    "FENCE_ACTION": 1,
+    "BATT_FS_LOW_ACT": 0,
+    "RTL_ALT": 1500,
+}
+
+
+@dataclass
+class Target:
+    """A target that was sent, and what was true at that moment."""
+
+    north: float
+    east: float
+    height: float
+    yaw: float
+    mode: int
+    armed: bool
+    state: StateName
+
+
+class FakeAutopilot:
+    """An ArduCopter on a string: modes, arming, climb, targets, RTL and LAND; armed shows at once.
+
+    ``refuse`` holds requests that fail, by name, with the autopilot's words; ``silent`` those that never answer.
+    """
+
+    def __init__(self, clock: ManualClock, parameters: Mapping[str, float] | None = None) -> None:
+        self.clock = clock
+        self.topics = VehicleTopics.create(clock)
+        self.values: dict[str, float] = dict(SAFE_PARAMETERS if parameters is None else parameters)
+        self.calls: list[tuple[str, Any]] = []
+        self.targets: list[Target] = []
+        self.refuse: dict[str, str] = {}
+        self.silent: set[str] = set()
+        self.state_name = StateName.IDLE
+        self.mode = int(CopterMode.STABILIZE)
+        self.armed = False
+        self.landed = LandedState.ON_GROUND
+        self.north = self.east = self.height = self.yaw = 0.0
+        self.velocity = (0.0, 0.0, 0.0)
+        self.wanted: tuple[float, float, float] | None = None
+        self.climb_to: float | None = None
+        self.arm_place: ArmPlace | None = None
+        self.battery: float | None = 95.0
+        self.connected = True
+        self.position_good = True
+        self.pose_flows = True
+        self.stuck = False
+        self._datum: GlobalPose | None = None
+        self._read: dict[str, float | int] = {}
+
+    # -- what the manager asks ------------------------------------------------------------------------------------
+
+    async def arm(self) -> None:
+        await self._answer("arm")
+        self.armed = True
+        self._lay_arm_place()
+
+    async def disarm(self) -> None:
+        await self._answer("disarm")
+        if self.landed is not LandedState.ON_GROUND:
+            raise AutopilotError("disarm: in the air")
+        self.armed = False
+
+    async def set_mode(self, mode: CopterMode) -> None:
+        await self._answer("set_mode", mode)
+        self.change_mode(mode)
+
+    async def takeoff(self, relative_altitude: float) -> None:
+        await self._answer("takeoff", relative_altitude)
+        if not self.armed:
+            raise AutopilotError("takeoff: not armed")
+        self.mode = CopterMode.GUIDED
+        self.climb_to = relative_altitude
+
+    async def set_rtl_altitude(self, metres: float) -> float:
+        await self._answer("set_rtl_altitude", metres)
+        self.values["RTL_ALT"] = metres * 100
+        return metres
+
+    async def get_parameter(self, name: str) -> float | int:
+        await self._answer("get_parameter", name)
+        if name not in self.values:
+            raise AutopilotError(f"{name}: no answer")
+        self._read[name] = self.values[name]
+        return self.values[name]
+
+    async def set_parameter(self, name: str, value: float) -> None:
+        await self._answer("set_parameter", (name, value))
+        self.values[name] = value
+
+    async def upload_fence(self, fence: Fence) -> None:
+        await self._answer("upload_fence", fence)
+
+    async def kill(self) -> None:
+        await self._answer("kill")
+        self.armed = False
+        self.height, self.landed = 0.0, LandedState.ON_GROUND
+
+    def send_target(self, north: float, east: float, height: float, yaw: float) -> None:
+        self.targets.append(Target(north, east, height, yaw, self.mode, self.armed, self.state_name))
+        self.wanted = (north, east, height)
+        self.climb_to = None
+
+    def pose_at(self, time: float) -> VehiclePose | None:
+        return self.topics.pose.value
+
+    def set_datum(self, datum: GlobalPose | None) -> None:
+        self._datum = datum
+
+    @property
+    def datum(self) -> GlobalPose | None:
+        return self._datum
+
+    def restore_arm_place(self, place: ArmPlace) -> None:
+        self.arm_place = place
+        self.topics.arm_place.publish(place)
+
+    @property
+    def parameters(self) -> Mapping[str, float | int]:
+        return self._read
+
+    # -- what the test does ---------------------------------------------------------------------------------------
+
+    def count(self, name: str) -> int:
+        """How often a request was made."""
+        return sum(1 for call, _ in self.calls if call == name)
+
+    def asked(self, name: str) -> list[Any]:
+        """The arguments of a request, in order."""
+        return [argument for call, argument in self.calls if call == name]
+
+    def change_mode(self, mode: int) -> None:
+        """Change the mode, whoever asked for it: the vehicle stops where it is."""
+        if mode != self.mode:
+            self.wanted = self.climb_to = None
+        self.mode = int(mode)
+
+    def put_in_air(self, height: float = 30.0, mode: int = CopterMode.GUIDED) -> None:
+        """Fly, as found by a daemon that starts in the air."""
+        self.armed, self.mode, self.height, self.landed = True, int(mode), height, LandedState.IN_AIR
+        if self._datum is None:
+            self._datum = PLACE
+        self._lay_arm_place()
+
+    def say(self, text: str, severity: int = 3) -> None:
+        """Send a STATUSTEXT."""
+        self.topics.status_text.publish(StatusText(self.clock(), severity, text))
+
+    def publish(self) -> None:
+        """Publish what a moment's telemetry would say."""
+        now = self.clock()
+        if self.connected:
+            self.topics.state.publish(State(True, self.armed, self.mode, self.landed, now))
+            self.topics.battery.publish(BatteryInfo(self.battery, 16.0, 10.0, now))
+            good = self.position_good
+            self.topics.diagnostics.publish(Diagnostics(good, True, good, True, 3, 16, 0.9, now))
+            if self.pose_flows:
+                self.topics.pose.publish(self._pose(now))
+        elif self.topics.state.value is not None:
+            self.topics.state.publish(replace(self.topics.state.value, connected=False))
+
+    def step(self, seconds: float) -> None:
+        """Move as the mode says."""
+        old = (self.north, self.east, self.height)
+        if self.armed and not self.stuck:
+            self._fly(seconds)
+        moved = tuple((b - a) / seconds for a, b in zip(old, (self.north, self.east, self.height), strict=True))
+        self.velocity = (moved[0], moved[1], -moved[2])
+
+    def _fly(self, seconds: float) -> None:
+        if self.mode == CopterMode.GUIDED and self.climb_to is not None:
+            self.landed = LandedState.IN_AIR
+            self._towards(self.north, self.east, self.climb_to, seconds)
+        elif self.mode == CopterMode.GUIDED and self.wanted is not None and self.landed is not LandedState.ON_GROUND:
+            self._towards(*self.wanted, seconds)
+        elif self.mode == CopterMode.RTL and self.landed is not LandedState.ON_GROUND:
+            home_north, home_east = self._home()
+            if math.hypot(self.north - home_north, self.east - home_east) > 0.5:
+                self._towards(home_north, home_east, max(self.height, 15.0), seconds)
+            else:
+                self._descend(seconds)
+        elif self.mode == CopterMode.LAND and self.landed is not LandedState.ON_GROUND:
+            self._descend(seconds)
+        elif self.mode in (CopterMode.RTL, CopterMode.LAND):
+            self.armed = False
+
+    def _descend(self, seconds: float) -> None:
+        self._towards(self.north, self.east, 0.0, seconds)
+        if self.height <= 0.05:
+            self.height, self.landed = 0.0, LandedState.ON_GROUND
+
+    def _towards(self, north: float, east: float, height: float, seconds: float) -> None:
+        across = math.hypot(north - self.north, east - self.east)
+        share = min(1.0, 5.0 * seconds / across) if across > 1e-9 else 1.0
+        self.north += (north - self.north) * share
+        self.east += (east - self.east) * share
+        rise = height - self.height
+        self.height += math.copysign(min(abs(rise), 2.5 * seconds), rise)
+
+    def _lay_arm_place(self) -> None:
+        if self._datum is None:
+            self._datum = PLACE
+        latitude, longitude = self._where()
+        self.arm_place = ArmPlace(latitude, longitude, PLACE.altitude, 0.0, 0.0, 0.0, 1)
+        self.topics.arm_place.publish(self.arm_place)
+
+    def _home(self) -> tuple[float, float]:
+        assert self.arm_place is not None
+        north, east, _ = pymap3d.geodetic2ned(
+            self.arm_place.latitude, self.arm_place.longitude, 100.0, PLACE.latitude, PLACE.longitude, 100.0
+        )
+        return float(north), float(east)
+
+    def _where(self) -> tuple[float, float]:
+        latitude, longitude, _ = pymap3d.ned2geodetic(
+            self.north, self.east, 0.0, PLACE.latitude, PLACE.longitude, PLACE.altitude
+        )
+        return float(latitude), float(longitude)
+
+    def _pose(self, now: float) -> VehiclePose:
+        latitude, longitude = self._where()
+        place = GlobalPose(latitude, longitude, PLACE.altitude + self.height)
+        anchored = self.arm_place is not None
+        return VehiclePose(
+            time=now,
+            global_=place,
+            relative_altitude=self.height if anchored else None,
+            local=LocalPose(self.north, self.east, -self.height) if anchored else None,
+            map=MapPose(self.north, self.east, self.height, 0.0, 0.0, self.yaw) if anchored else None,
+            velocity=self.velocity,
+            roll=0.0,
+            pitch=0.0,
+            yaw=self.yaw,
+        )
+
+    async def _answer(self, name: str, argument: Any = None) -> None:
+        self.calls.append((name, argument))
+        if name in self.silent:
+            await asyncio.get_running_loop().create_future()
+        await asyncio.sleep(0)
+        if name in self.refuse:
+            raise AutopilotError(self.refuse[name])
+        if not self.connected:
+            raise AutopilotError("no answer")
+
+
+@dataclass
+class FakeDesk:
+    """Who holds control; the operator is there unless the test says otherwise."""
+
+    client: ClientId | None = "ana"
+    present: bool = True
+
+    def operator_present(self, now: float) -> bool:
+        return self.present and self.client is not None
+
+    def controller(self) -> ClientId | None:
+        return self.client
+
+    def has_control(self, client: ClientId) -> bool:
+        return client == self.client
+
+
+@dataclass
+class FakeSocket:
+    """Commands that wait, and answers that went out."""
+
+    waiting: list[tuple[ClientId, Command]] = field(default_factory=list)
+    replies: list[tuple[ClientId, Outgoing]] = field(default_factory=list)
+
+    def receive(self) -> list[tuple[ClientId, Command]]:
+        taken, self.waiting = self.waiting, []
+        return taken
+
+    def reply(self, client: ClientId, message: Outgoing) -> None:
+        self.replies.append((client, message))
+
+
+@dataclass
+class Sight:
+    """What perception says; None says nothing."""
+
+    lot: bool | None = True
+    inbound: Inbound | None = Inbound.INSIDE
+    healthy: bool = True
+    flows: bool = True
+    plan: PathPlan | None = field(default_factory=lambda: PathPlan(explore=ExploreStatus(seen=0.4)))
+
+
+class Rig:
+    """Manager, fake drone, fake operator and fake perception around one clock."""
+
+    def __init__(
+        self,
+        directory: Path,
+        *,
+        parameters: Mapping[str, float] | None = None,
+        settings: DdcSettings | None = None,
+        starts: int = 1,
+        continues_survey: bool = False,
+    ) -> None:
+        self.clock = ManualClock(100.0)
+        self.autopilot = FakeAutopilot(self.clock, parameters)
+        self.desk = FakeDesk()
+        self.socket = FakeSocket()
+        self.sight = Sight()
+        self.inputs = DdcInputs.create(self.clock)
+        self.records: list[tuple[str, dict[str, Any]]] = []
+        self.topics = DdcTopicInterface(self.autopilot.topics, self.inputs, self.clock)
+        self.settings = settings or DdcSettings(
+            FlightSettings(), FenceSettings(), OperatorSettings(), HeightSettings(), 245
+        )
+        self.service = DdcServiceInterface(
+            self.autopilot, self.topics, self.clock, self.settings.flight.speed_m_s, self.record
+        )
+        tokens = (f"token-{n:016d}" for n in range(10_000))
+        self.manager = OperationsManager(
+            Surroundings(
+                clock=self.clock,
+                desk=self.desk,
+                directory=directory,
+                settings=self.settings,
+                record=self.record,
+                count_start=lambda: starts,
+                new_token=lambda: next(tokens),
+                continues_survey=continues_survey,
+            )
+        )
+        self.manager.init(self.socket, self.topics, self.service)
+
+    def record(self, kind: str, payload: dict[str, Any]) -> None:
+        self.records.append((kind, payload))
+
+    @property
+    def state(self) -> StateName:
+        """The active state."""
+        return self.manager.state.identity
+
+    @property
+    def log(self) -> list[str]:
+        """Texts of the message list."""
+        return [entry.text for entry in self.manager.log.entries]
+
+    def see(self) -> None:
+        """Publish what perception says."""
+        health = Health() if self.sight.healthy else Health.bad("broken")
+        self.inputs.camera_health.publish(health)
+        self.inputs.recording_health.publish(Health())
+        self.inputs.camera_time.publish(self.clock() - 0.1)
+        if not self.sight.flows:
+            return
+        for topic in (self.inputs.vision_health, self.inputs.mapper_health, self.inputs.path_plan_health):
+            topic.publish(health)
+        if self.sight.lot is not None:
+            self.inputs.park_lot_detected.publish(self.sight.lot)
+        if self.sight.plan is not None:
+            self.inputs.path_plan.publish(self.sight.plan)
+        desired = self.topics.des_pose_pub.value
+        if desired is not None and self.sight.inbound is not None:
+            self.inputs.verdict.publish(Verdict(desired.number, self.sight.inbound))
+
+    async def tick(self, count: int = 1) -> None:
+        """Run so many ticks of 50 ms."""
+        for _ in range(count):
+            self.clock.advance(TICK_S)
+            self.autopilot.step(TICK_S)
+            self.autopilot.publish()
+            self.see()
+            self.manager.process()
+            self.autopilot.state_name = self.state
+            for _ in range(4):
+                await asyncio.sleep(0)
+
+    async def run(self, seconds: float) -> None:
+        """Let time pass."""
+        await self.tick(round(seconds / TICK_S))
+
+    async def until(self, state: StateName, seconds: float = 60.0) -> None:
+        """Let time pass until a state is active."""
+        for _ in range(round(seconds / TICK_S)):
+            if self.state is state:
+                return
+            await self.tick()
+        assert self.state is state, f"still in {self.state}: {self.manager.state.detail}; {self.log[-3:]}"
+
+    def command(self, command: Command, client: ClientId = "ana") -> Ack:
+        """Give a command that is answered at once."""
+        answer = self.manager.handle(client, command)
+        assert isinstance(answer, Ack), answer
+        return answer
+
+    def order(self, command: Command, client: ClientId = "ana") -> None:
+        """Give a command that must be taken."""
+        answer = self.command(command, client)
+        assert answer.accepted, answer.reason
+
+    def target_plan(self, north: float, east: float, height: float | None = None) -> None:
+        """Let the planner point to a place."""
+        self.sight.plan = PathPlan(MapPoint(north, east), height, 0.5, explore=ExploreStatus(seen=0.4))
+
+    def finish_plan(self) -> None:
+        """Let the planner say that nothing is left."""
+        self.sight.plan = PathPlan(explore=ExploreStatus(done=True, seen=1.0))
+
+    async def close(self) -> None:
+        """End the manager."""
+        await self.manager.close()

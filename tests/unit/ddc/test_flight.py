@@ -1,0 +1,41 @@
+"""A whole flight, state by state."""
+
+from __future__ import annotations
+
+from hawk.comm.messages import Arm, AutonomousExplore, ReturnToLaunch, Takeoff
+from hawk.model import CopterMode, StateName
+from tests.unit.ddc.fakes import Rig
+
+
+async def test_a_survey_goes_through_all_its_states(rig: Rig) -> None:
+    assert rig.state is StateName.IDLE
+    rig.order(Arm())
+    await rig.until(StateName.ARM)
+    await rig.run(1.0)
+    rig.order(Takeoff())
+    await rig.until(StateName.HOVER)
+    rig.target_plan(30, 20)
+    rig.order(AutonomousExplore())
+    await rig.run(15)
+    assert rig.state is StateName.AUTONOMOUS_EXPLORE
+    assert abs(rig.autopilot.north - 30) < 1
+    assert abs(rig.autopilot.east - 20) < 1
+    rig.finish_plan()
+    await rig.until(StateName.HOVER)
+    rig.order(ReturnToLaunch())
+    await rig.tick()
+    assert rig.state is StateName.RETURN_TO_LAUNCH
+    await rig.until(StateName.IDLE)
+    assert rig.autopilot.asked("set_mode") == [CopterMode.GUIDED, CopterMode.RTL]
+    assert not rig.autopilot.armed
+    told = [text for text in rig.log if "Next" not in text]
+    assert told == [
+        "Autopilot found.",
+        "Armed by you. 13 checks passed.",
+        "Took off.",
+        "At 35 m. Holding.",
+        "Lot found. Exploring.",
+        "Explored. Nothing left to see. Holding.",
+        "Returning home.",
+        "Landed. Motors off.",
+    ]
