@@ -20,7 +20,7 @@ from hawk.comm.messages import (
 )
 from hawk.model import HeightParameters, StateName, UserError
 from hawk.survey.client import LinkLostError
-from hawk.survey.handset import HOMING, Drone, Handset, Progress, SurveyError, SurveyStatus, sentence
+from hawk.survey.handset import HOMING, SETTLED, Drone, Handset, Progress, SurveyError, SurveyStatus, sentence
 from hawk.survey.search import find_lot
 
 __all__ = ["Progress", "SurveyLimits", "SurveyOperator", "SurveyOutcome", "SurveyPlan", "SurveyStatus"]
@@ -194,16 +194,19 @@ class SurveyOperator:
         await self._hand.tell(Control(action="Release"))
 
     async def _return_and_land(self, beat: Heartbeat) -> None:
+        """Wait for motors off. The first heartbeats may be older than the last order: down is believed after them."""
         asked: float | None = None
-        waited, last = 0.0, beat.time
-        while not _is_down(beat):
+        waited, last, seen = 0.0, beat.time, 0
+        while seen < SETTLED or not _is_down(beat):
             if waited > self._limits.home_s:
                 raise SurveyError(sentence("The drone is not down yet", beat.detail))
-            if beat.state not in HOMING | {StateName.MANUAL} and (asked is None or waited - asked > AGAIN_S):
+            due = asked is None or waited - asked > AGAIN_S
+            if due and beat.state not in HOMING | {StateName.MANUAL} and not _is_down(beat):
                 asked = waited
                 await self._ask_for_the_way_home(beat)
             self._hand.phase = "Landing" if beat.state == StateName.LAND else "Coming home"
             beat = await self._hand.next()
+            seen += 1
             waited, last = waited + max(0.0, beat.time - last), beat.time
 
     async def _ask_for_the_way_home(self, beat: Heartbeat) -> None:

@@ -14,7 +14,7 @@ from hawk.model import TILE_M, EncodedTile, MapPoint, OccupancyMap, Stall, TileK
 BUDGET_BYTES: Final = 64 * 1024
 """JSON of one "Occupancy Map" (design, section 5)."""
 STALL_SHARE: Final = 0.5
-"""Share of the budget that stalls may take while tiles wait."""
+"""Share of the budget that stalls may take while tiles wait; the nearest tile always fits beside them."""
 ENVELOPE_BYTES: Final = 256
 TILE_BYTES: Final = 96
 """JSON of a tile without its data, at most."""
@@ -70,7 +70,7 @@ class MapView:
         tiles = _nearest(_changed(current.tiles, self._tiles), near)
         mosaic = _nearest(_changed(current.mosaic, self._mosaic), near)
         budget = _Budget(self.budget_bytes - ENVELOPE_BYTES)
-        floor = round(budget.left * (1 - STALL_SHARE)) if tiles else 0
+        floor = max(round(budget.left * (1 - STALL_SHARE)), _size(current.tiles[tiles[0]])) if tiles else 0
         sent_stalls = self._send_gone(gone, budget, floor) + self._send_stalls(stalls, budget, floor)
         sent_tiles = self._send_tiles(tiles, current, budget)
         sent_mosaic = self._send_mosaic(mosaic, current, budget)
@@ -106,7 +106,7 @@ class MapView:
         sent = []
         for key in keys:
             tile = current.tiles[key]
-            if not budget.take(TILE_BYTES + 4 * math.ceil(len(tile.data) / 3)):
+            if not budget.take(_size(tile)):
                 break
             data = base64.b64encode(tile.data).decode("ascii")
             sent.append(TileUpdate(row=key[0], column=key[1], version=tile.version, data=data))
@@ -140,6 +140,11 @@ def stall_update(stall: Stall) -> StallUpdate:
         last_seen=round(stall.last_seen, 2),
         score=round(stall.score, 4),
     )
+
+
+def _size(tile: EncodedTile) -> int:
+    """Return the bytes that a tile takes in a message, at most."""
+    return TILE_BYTES + 4 * math.ceil(len(tile.data) / 3)
 
 
 def _changed(tiles: Mapping[TileKey, EncodedTile], held: Mapping[TileKey, int]) -> list[TileKey]:

@@ -1,0 +1,152 @@
+from __future__ import annotations
+
+import csv
+import io
+import re
+from typing import Any
+
+import pytest
+
+from hawk.comm.messages import HealthItem
+from hawk.comm.status import DroneStatus
+from hawk.model import Counts, EncodedTile, OccupancyMap, Stall, StallState, StateName
+from tests.unit.web.conftest import Frame, Rig, browser
+
+HEALTHY = HealthItem(name="link", healthy=True, reason="")
+ILL = HealthItem(name="camera", healthy=False, reason="No picture for 3 s")
+
+
+def stall(number: int, state: StallState) -> Stall:
+    return Stall(number, 5.0, 2.0 * number, 0.5, 2.6, 5.4, 0.1, state, 0.9, 4, 1.0, 1)
+
+
+MAP = OccupancyMap(
+    mosaic={(-1, 2): EncodedTile(3, b"jpeg of -1/2")},
+    stalls={1: stall(1, StallState.FREE), 2: stall(2, StallState.TAKEN)},
+    counts=Counts(1, 1, 0),
+    lot_area_m2=120.0,
+    map_id="m1",
+)
+
+
+async def get(rig: Rig, path: str, **options: Any) -> tuple[int, str, Any]:
+    server = rig.server or await rig.start()
+    async with browser() as session, session.get(server.make_url(path), **options) as response:
+        return response.status, await response.text(), response.headers
+
+
+async def get_json(rig: Rig, path: str) -> tuple[int, dict[str, Any]]:
+    server = rig.server or await rig.start()
+    async with browser() as session, session.get(server.make_url(path)) as response:
+        return response.status, await response.json()
+
+
+async def test_the_schema_describes_every_message(rig: Rig) -> None:
+    status, schema = await get_json(rig, "/api/schema.json")
+    assert status == 200
+    assert {"Heartbeat", "Ack", "KillToken", "Welcome"} <= set(schema["fromDrone"])
+    assert "Autonomous Explore" in str(schema["toDrone"])
+
+
+async def test_a_mosaic_tile_and_its_caching(rig: Rig) -> None:
+    assert (await get(rig, "/api/mosaic/-1/2.jpg"))[0] == 404
+    rig.map.publish(MAP)
+    status, body, headers = await get(rig, "/api/mosaic/-1/2.jpg?v=3&map=m1")
+    assert (status, body, headers["Content-Type"]) == (200, "jpeg of -1/2", "image/jpeg")
+    assert "immutable" in headers["Cache-Control"]
+    _, _, headers = await get(rig, "/api/mosaic/-1/2.jpg?v=2")
+    assert headers["Cache-Control"] == "no-cache"
+    assert (await get(rig, "/api/mosaic/-1/2.jpg", headers={"If-None-Match": headers["ETag"]}))[0] == 304
+
+
+@pytest.mark.parametrize("path", ["/api/mosaic/0/0.jpg", "/api/mosaic/a/b.jpg", "/api/mosaic/0/99999999999.jpg"])
+async def test_a_tile_that_is_not_there_is_404(rig: Rig, path: str) -> None:
+    rig.map.publish(MAP)
+    assert (await get(rig, path))[0] == 404
+
+
+async def test_exports_of_the_present_map(rig: Rig) -> None:
+    rig.map.publish(MAP)
+    rig.publish(DroneStatus(datum=(43.0, -79.0)))
+    status, text, headers = await get(rig, "/api/stalls.csv")
+    rows = list(csv.DictReader(io.StringIO(text)))
+    assert (status, [row["state"] for row in rows]) == (200, ["free", "taken"])
+    assert "stalls.csv" in headers["Content-Disposition"]
+    status, text, headers = await get(rig, "/api/stalls.geojson")
+    assert status == 200
+    assert headers["Content-Type"].startswith("application/geo+json")
+    assert text.count('"Polygon"') == 2
+
+
+async def test_no_export_before_the_map_has_its_place_on_earth(rig: Rig) -> None:
+    rig.map.publish(MAP)
+    rig.publish(DroneStatus(datum=None))
+    for path in ("/api/stalls.csv", "/api/stalls.geojson"):
+        status, text, _ = await get(rig, path)
+        assert status == 409
+        assert "no map yet" in text
+
+
+async def test_the_report_tells_the_present_map(rig: Rig) -> None:
+    status, report = await get_json(rig, "/api/report.json")
+    assert (status, report["stalls"], report["state"]) == (200, None, None)
+    rig.map.publish(MAP)
+    rig.publish(DroneStatus(state=StateName.HOVER, explored=0.5, way=12.0))
+    _, report = await get_json(rig, "/api/report.json")
+    del report["version"], report["simulation"], report["utc"], report["datum"], report["explore_done"]
+    assert report.pop("flight_time_s") is None
+    assert report == {
+        "stalls": 2,
+        "free": 1,
+        "taken": 1,
+        "unknown": 0,
+        "lot_area_m2": 120.0,
+        "explored": 0.5,
+        "way_m": 12.0,
+        "state": "Hover",
+    }
+
+
+async def test_health_is_bad_without_a_status_with_an_old_one_or_an_ill_part(rig: Rig) -> None:
+    assert (await get_json(rig, "/api/health"))[0] == 503
+    rig.publish(DroneStatus(health=(HEALTHY,)))
+    status, health = await get_json(rig, "/api/health")
+    assert (status, health["healthy"], health["running"]) == (200, True, True)
+    rig.publish(DroneStatus(health=(HEALTHY, ILL)))
+    status, health = await get_json(rig, "/api/health")
+    assert status == 503
+    assert health["parts"]["camera"] == {"healthy": False, "reason": "No picture for 3 s"}
+    rig.publish(DroneStatus(health=(HEALTHY,)))
+    rig.clock.advance(1.1)
+    status, health = await get_json(rig, "/api/health")
+    assert (status, health["running"]) == (503, False)
+
+
+async def test_metrics_are_in_the_prometheus_text_format(rig: Rig) -> None:
+    rig.publish(DroneStatus(free=3, vision_rate=9.5, health=(HEALTHY, ILL)))
+    rig.video.publish(Frame(1, rig.clock() - 0.2, b"jpeg"))
+    status, text, headers = await get(rig, "/metrics")
+    assert status == 200
+    assert headers["Content-Type"].startswith("text/plain; version=0.0.4")
+    sample = re.compile(r'[a-z_]+(\{[a-z]+="[^"]*"\})? (\+Inf|[-+.e\d]+)')
+    names = set()
+    for line in text.strip().splitlines():
+        if line.startswith("# TYPE "):
+            name, kind = line.split()[2:]
+            assert name not in names, "one TYPE a name"
+            assert (kind == "counter") == name.endswith("_total")
+            names.add(name)
+        elif not line.startswith("# HELP "):
+            assert sample.fullmatch(line), line
+            assert line.split("{")[0].split()[0] in names
+    assert 'hawk_loop_lag_seconds{quantile="0.99"} 0.004' in text
+    assert 'hawk_stalls{state="free"} 3.0' in text
+    assert 'hawk_healthy{part="camera"} 0.0' in text
+    assert "hawk_vision_rate_hertz 9.5" in text
+
+
+async def test_metrics_leave_out_what_is_not_known(rig: Rig) -> None:
+    _, text, _ = await get(rig, "/metrics")
+    assert "vision_rate" not in text
+    assert "nan" not in text.lower()
+    assert "hawk_status_age_seconds +Inf" in text

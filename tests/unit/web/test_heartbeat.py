@@ -1,0 +1,99 @@
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import fields
+from typing import Any
+
+import pytest
+
+from hawk.comm.messages import Heartbeat, LogEntry
+from hawk.comm.status import DroneStatus
+from hawk.model import HealthStatus, MapPoint, OccupancyMap, StateName, UserError
+from hawk.web.heartbeat import LOG_LIMIT, TRAIL_LIMIT, ClientView, SharedHeartbeat
+
+
+def beat(view: ClientView, status: DroneStatus, current: OccupancyMap | None = None) -> dict[str, Any]:
+    text = view.heartbeat(SharedHeartbeat().keys(status), status, current, "Operator 1", True)
+    Heartbeat.model_validate_json(text)
+    found: dict[str, Any] = json.loads(text)
+    return found
+
+
+def entry(number: int) -> LogEntry:
+    return LogEntry(number=number, time="2026-01-01T00:00:00Z", level="info", text=f"entry {number}")
+
+
+def test_every_field_of_the_status_is_told_or_belongs_to_a_client() -> None:
+    told = set(Heartbeat.model_fields)
+    assert {f.name for f in fields(DroneStatus)} - told == {"log", "trail_id"}
+
+
+def test_values_arrive_under_their_keys() -> None:
+    status = DroneStatus(
+        state=StateName.LAND,
+        user_error=UserError.NO_LOT_DETECTED,
+        health_status=HealthStatus.UNHEALTHY,
+        home=MapPoint(1.0, 2.0),
+        fence=(MapPoint(0.0, 0.0), MapPoint(9.0, 0.0), MapPoint(9.0, 9.0)),
+        datum=(43.0, -79.0),
+        yaw=1.5,
+    )
+    told = beat(ClientView(), status)
+    assert (told["State"], told["User Error"], told["Health Status"]) == ("Land", 2, 1)
+    assert told["Home"] == {"North": 1.0, "East": 2.0}
+    assert len(told["Fence"]) == 3
+    assert told["Datum"] == [43.0, -79.0]
+    assert told["Heights"] == [15.0, 35.0, 60.0]
+    assert (told["Controller"], told["In Control"]) == ("Operator 1", True)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_not_finite_is_null(value: float) -> None:
+    told = beat(ClientView(), DroneStatus(speed=value, trail=(MapPoint(1.0, value), MapPoint(1.0, 1.0))))
+    assert told["Speed"] is None
+    assert told["Trail"] == [{"North": 1.0, "East": 1.0}]
+
+
+def test_log_entries_come_once_and_in_order() -> None:
+    view = ClientView()
+    assert [m["Number"] for m in beat(view, DroneStatus(log=(entry(1), entry(2))))["Messages"]] == [1, 2]
+    assert beat(view, DroneStatus(log=(entry(1), entry(2))))["Messages"] == []
+    assert [m["Number"] for m in beat(view, DroneStatus(log=(entry(2), entry(3))))["Messages"]] == [3]
+
+
+def test_a_long_log_comes_in_parts() -> None:
+    view, got = ClientView(), []
+    status = DroneStatus(log=tuple(entry(n) for n in range(2 * LOG_LIMIT + 5)))
+    for _ in range(3):
+        got += [m["Number"] for m in beat(view, status)["Messages"]]
+    assert got == list(range(2 * LOG_LIMIT + 5))
+
+
+def test_trail_points_come_once_until_it_begins_anew() -> None:
+    view = ClientView()
+    trail = tuple(MapPoint(float(n), 0.0) for n in range(TRAIL_LIMIT + 3))
+    first = beat(view, DroneStatus(trail=trail, trail_id=4))
+    assert first["Trail Start"] is True
+    second = beat(view, DroneStatus(trail=trail, trail_id=4))
+    assert second["Trail Start"] is False
+    assert len(first["Trail"]) + len(second["Trail"]) == len(trail)
+    assert beat(view, DroneStatus(trail=trail, trail_id=4))["Trail"] == []
+    third = beat(view, DroneStatus(trail=trail[:1], trail_id=5))
+    assert (third["Trail Start"], third["Trail"]) == (True, [{"North": 0.0, "East": 0.0}])
+
+
+def test_the_shared_part_is_built_once_a_status() -> None:
+    shared, status = SharedHeartbeat(), DroneStatus()
+    assert shared.keys(status) is shared.keys(status)
+    assert shared.keys(DroneStatus(sequence=1))["Sequence"] == 1
+
+
+def test_one_client_does_not_change_what_another_is_told() -> None:
+    shared = SharedHeartbeat()
+    status = DroneStatus(log=(entry(1),))
+    one, two = ClientView(), ClientView()
+    for view in (one, two):
+        told = json.loads(view.heartbeat(shared.keys(status), status, None, None, False))
+        assert len(told["Messages"]) == 1
+    assert shared.keys(status)["Messages"] == []

@@ -1,0 +1,181 @@
+from __future__ import annotations
+
+import json
+import random
+import zlib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hawk.comm.messages import MapUpdate
+from hawk.model import TILE_CELLS, EncodedTile, MapPoint, OccupancyMap, Stall, StallState, TileKey
+from hawk.survey.client_map import ClientMap
+from hawk.web.map_view import BUDGET_BYTES, MapView
+
+HERE = MapPoint(0.0, 0.0)
+
+
+def tile(fill: int, version: int) -> EncodedTile:
+    return EncodedTile(version, zlib.compress(bytes([fill % 5]) * TILE_CELLS**2, 1))
+
+
+def heavy_tile(seed: int, version: int = 1) -> EncodedTile:
+    cells = np.random.default_rng(seed).integers(0, 5, TILE_CELLS**2, np.uint8)
+    return EncodedTile(version, zlib.compress(cells.tobytes(), 1))
+
+
+def stall(number: int, version: int = 1, north: float = 1.0, state: StallState = StallState.FREE) -> Stall:
+    return Stall(number, north, 2.0, 0.5, 2.6, 5.4, 0.25, state, 0.9, 3, 12.0, version)
+
+
+def over_the_wire(update: MapUpdate) -> MapUpdate:
+    text = json.dumps(update.model_dump(by_alias=True, exclude_unset=True))
+    assert len(text) <= BUDGET_BYTES
+    return MapUpdate.model_validate_json(text)
+
+
+class Model:
+    """The server's map, changed step by step."""
+
+    def __init__(self) -> None:
+        self.now = OccupancyMap(map_id="m0")
+        self._version = 0
+
+    def change(self, action: str, number: int, fill: int) -> None:
+        self._version += 1
+        tiles, mosaic, stalls = dict(self.now.tiles), dict(self.now.mosaic), dict(self.now.stalls)
+        key = (number // 5 - 2, number % 5 - 2)
+        if action == "tile":
+            tiles[key] = tile(fill, self._version)
+        elif action == "heavy":
+            tiles[key] = heavy_tile(fill, self._version)
+        elif action == "mosaic":
+            mosaic[key] = EncodedTile(self._version, b"jpeg")
+        elif action == "stall":
+            stalls[number] = stall(number, self._version, float(fill))
+        elif action == "many":
+            stalls |= {n: stall(n, self._version, float(n)) for n in range(1000, 1400)}
+        elif action == "gone":
+            stalls = {n: s for n, s in stalls.items() if n % 7 != number % 7}
+        elif action == "anew":
+            tiles, mosaic, stalls = {}, {}, {}
+        map_id = f"m{self._version}" if action == "anew" else self.now.map_id
+        self.now = OccupancyMap(tiles, mosaic, stalls, version=self._version, map_id=map_id)
+
+
+STEPS = st.lists(
+    st.tuples(
+        st.sampled_from(["tile", "tile", "heavy", "mosaic", "stall", "stall", "many", "gone", "anew", "nothing"]),
+        st.integers(0, 24),
+        st.integers(0, 50),
+        st.booleans(),
+    ),
+    max_size=30,
+)
+
+
+def assert_same(client: ClientMap, server: OccupancyMap) -> None:
+    assert client.map_id == server.map_id
+    assert client.stalls == server.stalls
+    assert client.mosaic == {key: tile.version for key, tile in server.mosaic.items()}
+    assert client.tiles.keys() == server.tiles.keys()
+    for key, encoded in server.tiles.items():
+        assert client.tiles[key].tobytes() == zlib.decompress(encoded.data)
+
+
+@settings(max_examples=60, deadline=None)
+@given(steps=STEPS, resync_at=st.integers(0, 60))
+def test_whatever_changes_and_however_slow_the_client_ends_with_the_servers_map(
+    steps: list[tuple[str, int, int, bool]], resync_at: int
+) -> None:
+    server, view, client = Model(), MapView(), ClientMap()
+    for index, (action, number, fill, reads) in enumerate(steps):
+        server.change(action, number, fill)
+        if index == resync_at:
+            view.forget()
+            client.clear()
+        if reads:  # a client that does not read is not built a heartbeat
+            client.apply(over_the_wire(view.update(server.now, HERE)))
+    for _ in range(100):
+        update = view.update(server.now, HERE)
+        client.apply(over_the_wire(update))
+        if update.backlog == 0:
+            break
+    assert_same(client, server.now)
+    quiet = view.update(server.now, HERE)
+    assert (quiet.tiles, quiet.stalls, quiet.mosaic, quiet.backlog) == ([], [], [], 0)
+
+
+def test_nearest_tiles_come_first_and_the_backlog_is_counted() -> None:
+    tiles: dict[TileKey, EncodedTile] = {(0, column): heavy_tile(column) for column in range(10)}
+    view = MapView()
+    first = view.update(OccupancyMap(tiles), MapPoint(-12.8, 4 * 25.6 + 12.8))
+    columns = [update.column for update in first.tiles]
+    assert columns[0] == 4
+    assert [abs(column - 4) for column in columns] == sorted(abs(column - 4) for column in columns)
+    assert 0 < len(columns) < 10
+    assert first.backlog == 10 - len(columns)
+
+
+def test_a_lot_of_stalls_leaves_room_for_tiles_and_the_other_way_round() -> None:
+    stalls = {number: stall(number) for number in range(2000)}
+    tiles: dict[TileKey, EncodedTile] = {(0, column): heavy_tile(column) for column in range(50)}
+    update = MapView().update(OccupancyMap(tiles, {}, stalls), HERE)
+    assert len(update.tiles) >= 1
+    assert len(update.stalls) >= 90
+
+
+def test_only_what_changed_is_sent() -> None:
+    before = OccupancyMap({(0, 0): tile(1, 1), (0, 1): tile(1, 1)}, {}, {1: stall(1), 2: stall(2)})
+    view = MapView()
+    view.update(before, HERE)
+    after = replace(before, tiles={**before.tiles, (0, 1): tile(2, 2)}, stalls={1: stall(1), 2: stall(2, 5)})
+    update = view.update(after, HERE)
+    assert [(t.row, t.column, t.version) for t in update.tiles] == [(0, 1, 2)]
+    assert [s.id for s in update.stalls] == [2]
+
+
+def test_a_stall_that_is_gone_is_said_to_be() -> None:
+    view = MapView()
+    view.update(OccupancyMap(stalls={1: stall(1), 2: stall(2)}), HERE)
+    (update,) = view.update(OccupancyMap(stalls={2: stall(2)}), HERE).stalls
+    assert (update.id, update.removed) == (1, True)
+
+
+def test_another_map_is_sent_from_its_beginning() -> None:
+    view, client = MapView(), ClientMap()
+    client.apply(view.update(OccupancyMap({(0, 0): tile(1, 9)}, {}, {7: stall(7, 9)}, map_id="a"), HERE))
+    client.apply(view.update(OccupancyMap({(5, 5): tile(2, 1)}, {}, {8: stall(8)}, map_id="b"), HERE))
+    assert set(client.tiles) == {(5, 5)}
+    assert set(client.stalls) == {8}
+
+
+def test_a_tile_beyond_the_budget_is_sent_alone_rather_than_never() -> None:
+    view = MapView(budget_bytes=4096)
+    shown = set()
+    current = OccupancyMap({(0, 0): heavy_tile(1), (0, 1): heavy_tile(2)})
+    for _ in range(2):
+        update = view.update(current, HERE)
+        assert len(update.tiles) == 1
+        shown.add(update.tiles[0].column)
+    assert shown == {0, 1}
+
+
+def test_the_longest_stall_fits_what_is_counted_for_it() -> None:
+    rng = random.Random(1)
+    stalls = {}
+    for _ in range(200):
+        number = rng.randrange(10**9, 10**10)
+        stalls[number] = Stall(
+            number, -rng.random() * 1e4, -rng.random() * 1e4, rng.random() * 3, rng.random() * 9, rng.random() * 9,
+            rng.random(), StallState.UNKNOWN, rng.random(), 10**7, rng.random() * 1e7, 10**9,
+        )  # fmt: skip
+    over_the_wire(MapView().update(OccupancyMap(stalls=stalls), HERE))
+
+
+@pytest.mark.parametrize("drone", [None, MapPoint(3.0, 4.0)])
+def test_without_a_place_of_the_drone_the_map_goes_out_all_the_same(drone: MapPoint | None) -> None:
+    assert len(MapView().update(OccupancyMap({(0, 0): tile(1, 1)}), drone).tiles) == 1

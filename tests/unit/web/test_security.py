@@ -1,0 +1,224 @@
+from __future__ import annotations
+
+from typing import Any
+
+import aiohttp
+import pytest
+from aiohttp import web
+
+from hawk.config import WebSettings
+from hawk.web.app import create_app
+from hawk.web.security import InsecureBindingError, check_binding, is_loopback
+from tests.unit.web.conftest import Rig, browser
+
+TOKEN = "correct-horse-battery"
+
+
+async def status_of(rig: Rig, path: str = "/api/schema.json", method: str = "GET", **options: Any) -> int:
+    if rig.server is None:
+        await rig.start()
+    assert rig.server is not None
+    url = rig.server.make_url(path)
+    async with browser() as session, session.request(method, url, allow_redirects=False, **options) as response:
+        return response.status
+
+
+async def socket_status(rig: Rig, path: str = "/ws", **options: Any) -> int:
+    """Return 101 when the WebSocket opens, else the status of the refusal."""
+    if rig.server is None:
+        await rig.start()
+    assert rig.server is not None
+    async with browser() as session:
+        try:
+            async with session.ws_connect(rig.server.make_url(path), **options):
+                return 101
+        except aiohttp.WSServerHandshakeError as error:
+            return error.status
+
+
+# -- where it may listen ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "127.8.8.8", "::1", "localhost", "LOCALHOST"])
+def test_loopback_needs_no_token(host: str) -> None:
+    check_binding(WebSettings(host=host))
+
+
+@pytest.mark.parametrize("host", ["0.0.0.0", "::", "", "192.168.1.100", "drone.local", "localhost.example.org"])
+def test_beyond_loopback_there_is_no_start_without_a_token(rig: Rig, host: str) -> None:
+    rig.web = WebSettings(host=host)
+    with pytest.raises(InsecureBindingError, match=r"web\.token"):
+        create_app(rig.services(), rig.page)
+    rig.web = WebSettings(host=host, token=TOKEN)
+    assert isinstance(create_app(rig.services(), rig.page), web.Application)
+
+
+def test_names_other_than_localhost_are_not_loopback() -> None:
+    assert not is_loopback("127.0.0.1.example.org")
+
+
+# -- Host -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "host",
+    [
+        "localhost",
+        "localhost:3000",
+        "127.0.0.1:3000",
+        "192.168.1.100:3000",
+        "[::1]:3000",
+        "[fe80::1]",
+        "drone.local",
+        "DRONE.local:80",
+    ],
+)
+async def test_our_own_names_and_bare_addresses_are_served(rig: Rig, host: str) -> None:
+    rig.web = WebSettings(allowed_hosts=("drone.local",))
+    assert await status_of(rig, headers={"Host": host}) == 200
+
+
+@pytest.mark.parametrize(
+    "host",
+    [
+        "evil.example",
+        "evil.example:3000",
+        "localhost.evil.example",
+        "127.0.0.1.evil.example",
+        "drone.local.evil",
+        "user@localhost",
+        "localhost/x",
+        "localhost:x",
+        "",
+        "[::1",
+    ],
+)
+async def test_a_foreign_name_is_refused(rig: Rig, host: str) -> None:
+    rig.web = WebSettings(allowed_hosts=("drone.local",))
+    assert await status_of(rig, headers={"Host": host}) in (400, 403)
+    assert await socket_status(rig, headers={"Host": host}) in (400, 403)
+    assert await status_of(rig, method="POST", headers={"Host": host}) in (400, 403)
+
+
+# -- Origin -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("path", ["/ws", "/video"])
+async def test_a_websocket_is_for_the_servers_own_page_or_a_tool(rig: Rig, path: str) -> None:
+    server = await rig.start()
+    assert server.port is not None
+    own = f"http://127.0.0.1:{server.port}"
+    assert await socket_status(rig, path) == 101, "a tool sends no Origin"
+    assert await socket_status(rig, path, headers={"Origin": own}) == 101
+    for foreign in (
+        "http://evil.example",
+        "null",
+        f"http://127.0.0.1:{server.port + 1}",
+        "file://",
+        f"ftp{own[4:]}",
+        f"{own}.evil.example",
+        "http://localhost",
+    ):
+        assert await socket_status(rig, path, headers={"Origin": foreign}) == 403, foreign
+    assert len(rig.side.hub) == 0
+
+
+async def test_a_post_from_another_page_is_refused_before_anything_else(rig: Rig) -> None:
+    server = await rig.start()
+    assert await status_of(rig, method="POST", headers={"Origin": "http://evil.example"}) == 403
+    assert await status_of(rig, method="POST", headers={"Origin": f"http://127.0.0.1:{server.port}"}) == 405
+
+
+# -- token ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def guarded(rig: Rig) -> Rig:
+    rig.web = WebSettings(token=TOKEN)
+    return rig
+
+
+@pytest.mark.parametrize("path", ["/", "/api/schema.json", "/snapshot.jpg", "/stream.mjpg", "/metrics", "/api/health"])
+async def test_everything_needs_the_token(guarded: Rig, path: str) -> None:
+    assert await status_of(guarded, path) == 401
+    assert await status_of(guarded, path, headers={"Authorization": "Bearer wrong-horse-battery"}) == 401
+    assert await status_of(guarded, f"{path}?token=wrong") == 401
+
+
+@pytest.mark.parametrize("path", ["/ws", "/video"])
+async def test_websockets_need_the_token(guarded: Rig, path: str) -> None:
+    assert await socket_status(guarded, path) == 401
+    assert await socket_status(guarded, path, headers={"Cookie": "hawk_token_80=guess"}) == 401
+    assert await socket_status(guarded, path, headers={"Authorization": f"Bearer {TOKEN}"}) == 101
+
+
+@pytest.mark.parametrize(
+    "header",
+    [f"Basic {TOKEN}", TOKEN, "Bearer", "Bearer ", f"Bearer {TOKEN}x", f"Bearer {TOKEN[:-1]}", "Bearer \u00e4"],
+)
+async def test_only_the_exact_bearer_counts(guarded: Rig, header: str) -> None:
+    assert await status_of(guarded, headers={"Authorization": header}) == 401
+
+
+async def test_the_page_trades_the_token_for_a_strict_cookie(guarded: Rig) -> None:
+    server = await guarded.start()
+    async with browser() as session:
+        async with session.get(server.make_url(f"/?token={TOKEN}&view=map"), allow_redirects=False) as response:
+            assert response.status == 303
+            assert response.headers["Location"] == "/?view=map"
+            (cookie,) = response.headers.getall("Set-Cookie")
+        assert TOKEN not in cookie
+        assert "HttpOnly" in cookie
+        assert "SameSite=Strict" in cookie
+        async with session.get(server.make_url("/api/schema.json")) as response:
+            assert response.status == 200
+        async with session.ws_connect(server.make_url("/ws")):
+            pass
+        async with session.get(server.make_url(f"/?token={TOKEN}"), allow_redirects=False) as response:
+            assert response.headers["Location"] == "/", "the address is cleaned also for one who is known"
+
+
+async def test_a_tool_may_bring_the_token_in_the_address(guarded: Rig) -> None:
+    assert await status_of(guarded, f"/api/schema.json?token={TOKEN}") == 200
+
+
+async def test_the_cookie_outlives_a_restart_of_the_server(guarded: Rig) -> None:
+    server = await guarded.start()
+    async with browser() as session, session.get(server.make_url(f"/?token={TOKEN}")) as response:
+        value = session.cookie_jar.filter_cookies(response.url).popitem()[1].value
+    await server.close()
+    again = Rig(web=WebSettings(token=TOKEN))
+    second = await again.start()
+    try:
+        assert await status_of(again, headers={"Cookie": f"hawk_token_{second.port}={value}"}) == 200
+    finally:
+        await second.close()
+
+
+# -- headers ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("path", ["/", "/api/schema.json", "/nothing"])
+async def test_headers_keep_the_browser_strict(rig: Rig, path: str) -> None:
+    server = await rig.start()
+    async with browser() as session, session.get(server.make_url(path)) as response:
+        headers = response.headers
+    policy = headers["Content-Security-Policy"]
+    assert "default-src 'self'" in policy
+    assert "script-src 'self';" in policy
+    assert f"connect-src 'self' ws://127.0.0.1:{server.port} " in policy
+    assert "unsafe" not in policy
+    assert "frame-ancestors 'none'" in policy
+    assert headers["X-Content-Type-Options"] == "nosniff"
+    assert headers["X-Frame-Options"] == "DENY"
+    assert headers["Referrer-Policy"] == "no-referrer"
+    assert headers["Cross-Origin-Resource-Policy"] == "same-origin"
+
+
+async def test_the_session_cookie_is_strict(rig: Rig) -> None:
+    server = await rig.start()
+    async with browser() as session, session.ws_connect(server.make_url("/ws")) as socket:
+        cookie = socket._response.headers["Set-Cookie"]
+    assert cookie.startswith(f"hawk_session_{server.port}=")
+    assert "HttpOnly" in cookie
+    assert "SameSite=Strict" in cookie

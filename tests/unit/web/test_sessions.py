@@ -1,0 +1,120 @@
+from __future__ import annotations
+
+import pytest
+
+from hawk.comm.clock import ManualClock
+from hawk.comm.messages import Arm, Hold, Land, ReturnToLaunch
+from hawk.config import OperatorSettings
+from hawk.web.sessions import ControlDesk, new_secret
+
+
+@pytest.fixture
+def clock() -> ManualClock:
+    return ManualClock(100.0)
+
+
+@pytest.fixture
+def desk(clock: ManualClock) -> ControlDesk:
+    made = ControlDesk(clock, OperatorSettings(operator_timeout_s=10, operator_hold_s=30, control_lease_s=30))
+    made.connect("a", None)
+    made.connect("b", None)
+    return made
+
+
+def test_nobody_has_control_at_first(desk: ControlDesk) -> None:
+    assert desk.controller() is None
+    assert not desk.has_control("a")
+    assert not desk.operator_present(100.0)
+
+
+def test_control_is_granted_to_one_at_a_time(desk: ControlDesk) -> None:
+    assert desk.request("a") is None
+    assert desk.request("a") is None, "asking again keeps it"
+    refusal = desk.request("b")
+    assert refusal is not None
+    assert refusal.startswith("Someone else has control.")
+    assert desk.controller() == "Operator 1"
+    assert (desk.has_control("a"), desk.has_control("b")) == (True, False)
+
+
+def test_control_is_given_back_by_its_holder_only(desk: ControlDesk) -> None:
+    desk.request("a")
+    assert desk.release("b") == "You do not have control."
+    assert desk.has_control("a")
+    assert desk.release("a") is None
+    assert desk.request("b") is None
+
+
+def test_the_lease_runs_out_in_silence(desk: ControlDesk, clock: ManualClock) -> None:
+    desk.request("a")
+    clock.advance(20)
+    desk.sign_of_life("a")
+    clock.advance(30)
+    assert desk.request("b") is not None, "at the limit it is still held"
+    clock.advance(0.1)
+    assert desk.controller() is None
+    assert desk.request("b") is None
+    desk.sign_of_life("a")
+    assert not desk.has_control("a"), "a late sign of life takes nothing back"
+
+
+def test_the_operator_is_present_by_its_own_signs_only(desk: ControlDesk, clock: ManualClock) -> None:
+    desk.request("a")
+    clock.advance(10)
+    assert desk.operator_present(clock())
+    desk.sign_of_life("b")
+    clock.advance(0.1)
+    assert not desk.operator_present(clock())
+    assert desk.has_control("a"), "lost, but the lease lasts"
+    assert (desk.is_lost("a"), desk.is_lost("b")) == (True, False)
+    desk.sign_of_life("a")
+    assert desk.operator_present(clock())
+    assert not desk.is_lost("a")
+
+
+def test_a_session_comes_back_with_its_control(desk: ControlDesk) -> None:
+    secret = new_secret()
+    desk.connect("c", secret)
+    desk.request("c")
+    desk.disconnect("c")
+    assert desk.controller() is not None, "the lease outlives the connection"
+    assert not desk.has_control("c")
+    desk.connect("d", secret)
+    assert desk.has_control("d")
+
+
+def test_the_shown_name_is_no_key(desk: ControlDesk) -> None:
+    desk.request("a")
+    name = desk.controller()
+    session = desk.connect("thief", name)
+    assert session.name != name
+    assert not desk.has_control("thief")
+
+
+@pytest.mark.parametrize("cookie", [None, "", "short", "x" * 44, "ä" * 43, "a b" * 14 + "c"])
+def test_a_cookie_not_of_our_making_gets_a_new_session(desk: ControlDesk, cookie: str | None) -> None:
+    assert desk.connect("c", cookie).secret != cookie
+
+
+def test_who_may_command_what(desk: ControlDesk) -> None:
+    assert desk.refusal("a", Arm()) == "You do not have control. Take control first."
+    assert desk.refusal("a", Land()) is None
+    assert desk.refusal("a", ReturnToLaunch()) is None
+    desk.request("b")
+    for command in (Arm(), Land(), ReturnToLaunch()):
+        assert desk.refusal("a", command) == "Someone else has control."
+        assert desk.refusal("b", command) is None
+    assert desk.refusal("a", Hold()) is None
+    assert desk.refusal("gone", Hold()) is None
+    assert desk.refusal("gone", Arm()) == "Someone else has control."
+
+
+def test_sessions_are_bounded_and_the_one_in_control_is_kept(desk: ControlDesk) -> None:
+    secret = new_secret()
+    desk.connect("holder", secret)
+    desk.request("holder")
+    desk.disconnect("holder")
+    for number in range(1100):
+        desk.connect(f"n{number}", None)
+        desk.disconnect(f"n{number}")
+    assert desk.connect("again", secret).name == desk.controller()
