@@ -1,0 +1,134 @@
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from hawk.algo.vision.finder import NetworkFinder
+from hawk.algo.vision.network import StallNetwork, VisionModelError, maps_from_output, packaged_weights
+from hawk.algo.vision.rectify import ground_homography, rectify
+from hawk.algo.vision.seen import GroundImage
+from hawk.model import CameraModel, MapPose
+
+DATA = Path(__file__).parent / "data"
+NORTH_UP = np.array([[0.0, -0.1, 0.0], [0.1, 0.0, 0.0]])
+
+
+@pytest.fixture(scope="module")
+def network() -> StallNetwork:
+    return StallNetwork.load()
+
+
+def painted_lot(cars: tuple[int, ...] = (1, 4)) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
+    """Two facing rows of ten stalls, 2.6 x 5.2 m, painted white on asphalt, with cars in both rows at ``cars``."""
+    rng = np.random.default_rng(0)
+    image = np.full((288, 384, 3), 95, np.float32)
+    image += cv2.GaussianBlur(rng.normal(0, 1, image.shape).astype(np.float32), (0, 0), 1.5) * 6
+    for top in (40, 160):
+        for k in range(11):
+            x = 60 + 26 * k
+            cv2.line(image, (x, top), (x, top + 52), (215, 215, 215), 1, cv2.LINE_AA)
+        for k in cars:
+            x, y = 60 + 26 * k + 13, top + 26
+            cv2.rectangle(image, (x - 7, y - 20), (x + 14, y + 24), (45, 45, 45), -1)  # its shadow
+            cv2.rectangle(image, (x - 9, y - 22), (x + 9, y + 22), (40, 40, 170), -1)
+            cv2.rectangle(image, (x - 7, y - 8), (x + 7, y + 16), (25, 25, 90), -1)
+            cv2.rectangle(image, (x - 7, y - 13), (x + 7, y - 8), (70, 60, 55), -1)
+    noisy = cv2.GaussianBlur(image, (0, 0), 0.6) + rng.normal(0, 2, image.shape)
+    return np.clip(noisy, 0, 255).astype(np.uint8)
+
+
+def test_the_shipped_network_finds_painted_stalls_and_the_cars_in_them(network: StallNetwork) -> None:
+    image = painted_lot()
+    ground = GroundImage(image, NORTH_UP, np.ones(image.shape[:2], np.bool_))
+    found = NetworkFinder(network).find(ground)
+    truth = np.array([(60 + 26 * k + 13, top + 26) for top in (40, 160) for k in range(10)], float)
+    places = ground.map_points(truth)
+    apart = np.array([[math.hypot(s.north - n, s.east - e) for s in found.stalls] for n, e in places])
+    seen = apart.min(axis=1) < 0.8
+    assert seen.mean() >= 0.85
+    taken = np.array([found.stalls[j].taken > 0.5 for j in apart.argmin(axis=1)])
+    real = np.array([k in (1, 4) for _ in range(2) for k in range(10)])
+    assert (taken == real)[seen].mean() >= 0.85
+
+
+def test_blank_ground_shows_no_stall(network: StallNetwork) -> None:
+    rng = np.random.default_rng(1)
+    image = np.clip(rng.normal(100, 6, (256, 320, 3)), 0, 255).astype(np.uint8)
+    ground = GroundImage(image, NORTH_UP, np.ones(image.shape[:2], np.bool_))
+    assert NetworkFinder(network).find(ground).stalls == ()
+
+
+@pytest.mark.parametrize("size", [(33, 47), (64, 96), (101, 130)])
+def test_maps_cover_a_picture_of_any_size(network: StallNetwork, size: tuple[int, int]) -> None:
+    maps = network.run(np.full((*size, 3), 80, np.uint8))
+    assert maps.lot.shape == maps.taken.shape == (-(-size[0] // 2), -(-size[1] // 2))
+    for values in (maps.lot, maps.core, maps.car, maps.taken):
+        assert values.dtype == np.float32
+        assert (values >= 0).all()
+        assert (values <= 1).all()
+
+
+def test_what_lies_beyond_the_camera_s_view_never_votes(network: StallNetwork) -> None:
+    image = painted_lot()
+    valid = np.ones(image.shape[:2], np.bool_)
+    valid[:, :200] = False
+    core = NetworkFinder(network).find(GroundImage(image, NORTH_UP, valid)).core
+    assert not core.values[:, :100].any()
+    assert core.values[:, 110:].max() > 0.5
+
+
+def test_the_same_picture_twice_gives_the_same_maps(network: StallNetwork) -> None:
+    one, two = (network.run(painted_lot()) for _ in range(2))
+    np.testing.assert_array_equal(one.core, two.core)
+
+
+def test_a_lot_seen_from_a_tilted_camera_lies_where_it_is(network: StallNetwork) -> None:
+    focal = 640 / math.tan(math.radians(35))
+    camera = CameraModel(1280, 720, focal, focal, 639.5, 359.5)
+    pose = MapPose(-14.0, 19.0, 24.0, 0.08, -0.06, 0.5)
+    texture = ground_homography(camera, pose) @ np.vstack([NORTH_UP, [0, 0, 1]])
+    border = (95, 95, 95)
+    frame = cv2.warpPerspective(painted_lot(), texture, (1280, 720), borderMode=cv2.BORDER_CONSTANT, borderValue=border)
+    found = NetworkFinder(network).find(rectify(np.asarray(frame, np.uint8), camera, pose))
+    east = np.array([(60 + 26 * k + 13) * 0.1 for k in range(10)])
+    truth = np.array([(-(top + 26) * 0.1, e) for top in (40, 160) for e in east])
+    apart = np.array([[math.hypot(s.north - n, s.east - e) for s in found.stalls if s.visible > 0.9] for n, e in truth])
+    in_view = apart.min(axis=1) < 0.6
+    assert in_view.sum() >= 12
+
+
+def test_outputs_become_probabilities_cells_and_metres() -> None:
+    raw = np.zeros((10, 2, 3), np.float32)
+    raw[0], raw[5], raw[6], raw[7], raw[8] = 100.0, 0.5, -0.25, math.log(0.5), 9.0
+    maps = maps_from_output(raw)
+    assert maps.lot[0, 0] == pytest.approx(1.0)
+    assert maps.core[0, 0] == pytest.approx(0.5)
+    assert (maps.offset_column[0, 0], maps.offset_row[0, 0]) == (5.0, -2.5)
+    assert maps.width[0, 0] == pytest.approx(1.3)
+    assert maps.length[0, 0] == pytest.approx(5.2 * math.e, rel=1e-5)  # limited
+
+
+def test_a_network_with_another_answer_is_refused_with_the_setting_s_name() -> None:
+    with pytest.raises(VisionModelError, match=r"vision\.model: .*wrong_answer\.onnx answers with shape .* is needed"):
+        StallNetwork.load(DATA / "wrong_answer.onnx")
+
+
+def test_a_file_that_is_no_network_is_refused(tmp_path: Path) -> None:
+    for content in (b"", b"junk" * 100, packaged_weights()[:5000]):
+        path = tmp_path / "model.onnx"
+        path.write_bytes(content)
+        with pytest.raises(VisionModelError, match=r"vision\.model"):
+            StallNetwork.load(path)
+
+
+def test_a_folder_is_no_network(tmp_path: Path) -> None:
+    with pytest.raises(VisionModelError, match="cannot be read"):
+        StallNetwork.load(tmp_path)
+
+
+def test_the_weights_are_small_enough_to_ship() -> None:
+    assert len(packaged_weights()) < 5_000_000
