@@ -11,6 +11,8 @@ from hawk.worlds.light import Sun
 from hawk.worlds.materials import grey, sample_material, texture
 from hawk.worlds.plan import Axes, Building
 
+_SMALL_M = 6.0
+
 
 def draw_building(rng: np.random.Generator, building: Building, sun: Sun, metres_per_pixel: float) -> list[HeightLayer]:
     """Return the four walls and the roof."""
@@ -28,19 +30,27 @@ def _roof_picture(rng: np.random.Generator, building: Building, sun: Sun, metres
     canvas = Canvas(0.0, 0.0, width, depth, metres_per_pixel)
     material = sample_material(rng, "roof")
     canvas.image = texture(rng, material, depth, width, metres_per_pixel)
-    axes = Axes((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
     if rng.random() < 0.55:
         _seams(rng, canvas, building)
     _stains(rng, canvas)
+    if min(building.width, building.depth) >= _SMALL_M:
+        _furnish(rng, canvas, building, sun)
+    _parapet(rng, canvas, material.colour)
+    picture = np.clip(canvas.image, 0, 255).astype(np.uint8)
+    pixels: Bytes = np.dstack([picture, np.full((depth, width), 255, np.uint8)])
+    return pixels
+
+
+def _furnish(rng: np.random.Generator, canvas: Canvas, building: Building, sun: Sun) -> None:
+    """Put panels, ventilators and skylights on a roof."""
+    axes = Axes((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
+    if rng.random() < 0.12:
+        _panels(rng, canvas, building, axes)
     # the sun's direction in the roof's own axes
     u, v = np.array(building.axes.u), np.array(building.axes.v)
     cast = np.array([np.dot(sun.shadow, u), np.dot(sun.shadow, v)])
     for _ in range(int(rng.choice([0, 2, 5, 14, 24]))):
         _unit(rng, canvas, building, axes, cast, sun)
-    _parapet(rng, canvas, material.colour)
-    picture = np.clip(canvas.image, 0, 255).astype(np.uint8)
-    pixels: Bytes = np.dstack([picture, np.full((depth, width), 255, np.uint8)])
-    return pixels
 
 
 def _seams(rng: np.random.Generator, canvas: Canvas, building: Building) -> None:
@@ -59,8 +69,22 @@ def _stains(rng: np.random.Generator, canvas: Canvas) -> None:
     field = noise(
         rng, canvas.height, canvas.width, [6 / canvas.metres_per_pixel, 2 / canvas.metres_per_pixel], [1, 0.5]
     )
-    level = np.float32(rng.uniform(0, 0.22))
+    level = np.float32(rng.uniform(0, 0.13))
     canvas.image *= (1 - level * np.clip(field, 0, 1.5))[..., None]
+
+
+def _panels(rng: np.random.Generator, canvas: Canvas, building: Building, axes: Axes) -> None:
+    """Put rows of solar panels on the roof."""
+    width, depth = (1.0, 1.65) if rng.random() < 0.5 else (1.7, 1.0)
+    gap, aisle = rng.uniform(0.02, 0.12), rng.uniform(0.3, 2.2)
+    colour = (rng.uniform(55, 120), rng.uniform(35, 70), rng.uniform(20, 50))
+    u0, v0 = rng.uniform(1, 0.4 * building.width), rng.uniform(1, 0.4 * building.depth)
+    u1, v1 = u0 + rng.uniform(4, 25), v0 + rng.uniform(3, 15)
+    for v in np.arange(v0, min(v1, building.depth - depth - 0.5), depth + aisle):
+        for u in np.arange(u0, min(u1, building.width - width - 0.5), width + gap):
+            patch = canvas.patch(axes.rect(float(u), float(v), float(u) + width, float(v) + depth))
+            if patch is not None:
+                canvas.cover(patch, colour)
 
 
 def _unit(

@@ -32,7 +32,7 @@ class WorldOptions:
     width: tuple[float, float] = (112.0, 138.0)
     height: tuple[float, float] = (92.0, 118.0)
     metres_per_pixel: float = 0.05
-    stalls: tuple[int, int] = (84, 260)
+    stalls: tuple[int, int] = (84, 330)
     taken: tuple[float, float] = (0.32, 0.88)
     difficult: float = 0.16
 
@@ -64,7 +64,7 @@ def generate_world(seed: int, options: WorldOptions | None = None) -> World:
 def _plan(rng: np.random.Generator, size_m: tuple[float, float]) -> Plan:
     """Plan a lot that leaves a rim of surroundings on all sides."""
     longer, shorter = max(size_m), min(size_m)
-    size = SiteSize(width=(0.46 * longer, 0.66 * longer), depth=(0.36 * shorter, 0.56 * shorter), second=0.35)
+    size = SiteSize(width=(0.48 * longer, 0.74 * longer), depth=(0.38 * shorter, 0.66 * shorter), second=0.35)
     centre = (size_m[0] / 2 + rng.normal(0, 2), size_m[1] / 2 + rng.normal(0, 2))
     return plan_lot_site(rng, centre, size, calm=True)
 

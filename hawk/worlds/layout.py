@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,24 +17,52 @@ from hawk.worlds.style import LotStyle
 def plan_section(plan: Plan, rng: np.random.Generator, axes: Axes, width: float, depth: float, style: LotStyle) -> int:
     """Fill the rectangle [0, width] x [0, depth] of ``axes`` (metres) with rows and aisles; return its stalls."""
     low, high, stalls = _ends(plan, rng, axes, width, depth, style)
+    if high - low < 2 * style.pitch:
+        return stalls
+    rows = _arrange(rng, depth, style)
     v = 0.0
-    if rng.random() < 0.6:  # a single row against the near edge, opening into the lot
+    if rows.first:
         stalls += plan_row(plan, rng, axes.moved(low, style.depth).facing((1, 0), (0, -1)), high - low, style)
         v = style.depth
-    v += style.aisle
-    lane = v - style.aisle / 2
-    while True:
-        _aisle(plan, rng, axes.moved(low, lane), high - low, style)
-        room = depth - v
-        median = rng.uniform(0.6, 3.0) if rng.random() < style.medians else 0.0
-        double = 2 * style.depth + median
-        if room < double + 0.8 * style.aisle:
-            if room >= style.depth - 0.3:
-                stalls += plan_row(plan, rng, axes.moved(low, depth - style.depth), high - low, style)
-            return stalls
-        stalls += _double_row(plan, rng, axes.moved(low, v), high - low, median, style)
-        v += double + style.aisle
-        lane = v - style.aisle / 2
+    for k in range(rows.doubles + 1):
+        _aisle(plan, rng, axes.moved(low, v + rows.aisle / 2), high - low, style)
+        v += rows.aisle
+        if k < rows.doubles:
+            stalls += _double_row(plan, rng, axes.moved(low, v), high - low, rows.median, style)
+            v += 2 * style.depth + rows.median
+    if rows.last:
+        stalls += plan_row(plan, rng, axes.moved(low, depth - style.depth), high - low, style)
+    return stalls
+
+
+@dataclass(frozen=True, slots=True)
+class _Rows:
+    first: bool
+    last: bool
+    doubles: int
+    aisle: float
+    median: float
+
+
+def _arrange(rng: np.random.Generator, depth: float, style: LotStyle) -> _Rows:
+    """Choose how many rows a section has; what is left over makes its aisles (and some medians) wider."""
+    median = rng.uniform(0.6, 3.0) if rng.random() < style.medians else 0.0
+    double = 2 * style.depth + median
+    options = []
+    for singles in (0, 1, 2):
+        spare = depth - singles * style.depth - style.aisle
+        if spare < 0:
+            continue
+        doubles = int(spare / (double + style.aisle))
+        if singles + doubles:
+            options.append((spare - doubles * (double + style.aisle), singles, doubles))
+    if not options:
+        return _Rows(first=True, last=False, doubles=0, aisle=max(3.0, depth - style.depth), median=0.0)
+    # mostly the arrangement that wastes least
+    spare, singles, doubles = min(options) if rng.random() < 0.7 else options[int(rng.integers(len(options)))]
+    aisle = style.aisle + min(spare / (doubles + 1), 0.5 * style.aisle)
+    first = singles == 2 or (singles == 1 and bool(rng.random() < 0.5))
+    return _Rows(first, singles == 2 or (singles == 1 and not first), doubles, aisle, median)
 
 
 def asphalt_details(plan: Plan, rng: np.random.Generator, axes: Axes, width: float, depth: float) -> None:

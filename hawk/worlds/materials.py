@@ -101,7 +101,7 @@ def _bark(rng: np.random.Generator) -> Material:
 
 
 def _gravel(rng: np.random.Generator) -> Material:
-    return Material("gravel", grey(rng, 95, 200, 6), 0.14, 0.05, 0.06, 0.01)
+    return Material("gravel", grey(rng, 95, 200, 6), 0.1, 0.04, 0.06, 0.01)
 
 
 def _rock(rng: np.random.Generator) -> Material:

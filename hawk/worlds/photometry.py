@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from hawk.worlds.canvas import Bytes, Floats, as_bytes, noise
+from hawk.worlds.canvas import Bytes, Floats, as_bytes, as_floats, noise
 
 
 def photograph(rng: np.random.Generator, image: Floats) -> Bytes:
@@ -22,19 +22,20 @@ def photograph(rng: np.random.Generator, image: Floats) -> Bytes:
 
 
 def _tone(rng: np.random.Generator, picture: Floats) -> Floats:
-    """Exposure, gamma, colour cast, contrast, saturation; sometimes dusk, haze or wetness."""
-    picture = picture * np.float32(rng.uniform(0.75, 1.25))
+    """Exposure, gamma, colour cast, contrast, saturation; sometimes dusk or haze. Half change little."""
+    amount = 1.0 if rng.random() < 0.5 else 0.4
+    picture = picture * np.float32(np.exp(rng.uniform(-0.28, 0.22) * amount))
     if rng.random() < 0.05:  # dusk and lamps
         height, width = picture.shape[:2]
         lamps = 1 + noise(rng, height, width, [90], [0.3])
         picture *= np.array([0.66, 0.58, 0.6], np.float32) * np.clip(lamps, 0.5, 1.6)[..., None]
     np.clip(picture, 0, 255, out=picture)
-    curve = 255 * (np.linspace(0, 1, 256, dtype=np.float32)) ** np.float32(rng.uniform(0.7, 1.4))
-    picture = np.interp(picture, np.arange(256), curve).astype(np.float32)
-    picture *= np.exp(rng.normal(0, 0.045, 3)).astype(np.float32)
+    gamma = float(np.exp(rng.uniform(-0.35, 0.33) * amount))
+    picture = as_floats(cv2.pow(picture * np.float32(1 / 255), gamma)) * np.float32(255)
+    picture *= np.exp(rng.normal(0, 0.05, 3) * amount).astype(np.float32)
     mean = picture.mean()
-    picture = (picture - mean) * np.float32(rng.uniform(0.7, 1.3)) + mean
-    if rng.random() < 0.3:
+    picture = (picture - mean) * np.float32(np.exp(rng.uniform(-0.35, 0.26) * amount)) + mean
+    if rng.random() < 0.25:
         grey = picture.mean(2, keepdims=True)
         picture = grey + (picture - grey) * np.float32(rng.uniform(0.1, 0.9) if rng.random() < 0.7 else 1.35)
     if rng.random() < 0.05:  # haze

@@ -179,6 +179,9 @@ class Plan:
     posts: list[Post] = field(default_factory=list)
     blocks: list[Block] = field(default_factory=list)
     lots: list[Points] = field(default_factory=list)
+    shades: list[Points] = field(default_factory=list)
+    """Shadows of things far outside."""
+    wet: float = 0.0
 
     def lay(self, surface: Surface) -> None:
         """Lay a surface; what stood or lay there before is gone."""
@@ -188,6 +191,13 @@ class Plan:
         self.trees = [one for one in self.trees if not _inside(area, one.x, one.y)]
         self.posts = [one for one in self.posts if not _inside(area, one.x, one.y)]
         self.buildings = [one for one in self.buildings if not _buries(area, one)]
+
+    def settle(self) -> None:
+        """Take away what stands inside a building."""
+        for building in self.buildings:
+            area = building.polygon.astype(np.float32)
+            self.vehicles = [one for one in self.vehicles if not _inside(area, one.x, one.y)]
+            self.trees = [one for one in self.trees if not _inside(area, one.x, one.y)]
 
     def change(self, points: Points, gain: float, *, soften: float = 0.0, width: float | None = None) -> None:
         """Make ground darker or lighter (see Gain)."""

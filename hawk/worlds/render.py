@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
 from hawk.worlds.buildings import draw_building
-from hawk.worlds.canvas import Canvas, Floats, Patch, as_floats
+from hawk.worlds.canvas import Canvas, Floats, Patch, as_bytes, as_floats
 from hawk.worlds.cars import Model, Sprite, draw_vehicle, outline
+from hawk.worlds.clutter import draw_puddles
 from hawk.worlds.facets import HeightLayer, flat_layer
 from hawk.worlds.light import Shadows, Sun
 from hawk.worlds.materials import texture
@@ -36,17 +38,21 @@ def draw_plan(plan: Plan, canvas: Canvas, sun: Sun, rng: np.random.Generator) ->
     canvas.image = texture(rng, plan.ground, canvas.height, canvas.width, canvas.metres_per_pixel)
     paint = Paint(canvas, plan.strokes)
     gains = deque(plan.gains)
+    shown = _shown(canvas, plan.surfaces)
     for order, surface in enumerate([None, *plan.surfaces]):
-        patch = None if surface is None else draw_surface(canvas, surface, rng)
+        patch = draw_surface(canvas, surface, rng) if surface is not None and shown[order - 1] else None
         if patch is not None:
             paint.bury(patch)
         while gains and gains[0].order <= order:
             _draw_gain(canvas, gains.popleft())
         paint.put_on(order)
+    draw_puddles(canvas, plan.wet, rng)
     paint.blend(plan.palette, plan.wear, rng)
     for surface in plan.islands:
         draw_surface(canvas, surface, rng)
     shadows = Shadows(canvas, sun)
+    for shade in plan.shades:
+        shadows.add_block(shade, 0.0, tall=True)
     _draw_blocks(plan, canvas, shadows)
     layers = _draw_standing(plan, canvas, shadows, sun, rng)
     shadows.apply(rng=rng)
@@ -66,6 +72,22 @@ def draw_surface(canvas: Canvas, surface: Surface, rng: np.random.Generator) -> 
         _draw_joints(canvas, surface, patch, picture, rng)
     canvas.cover(patch, picture)
     return patch
+
+
+def _shown(canvas: Canvas, surfaces: Sequence[Surface]) -> list[bool]:
+    """Tell which surfaces can be seen: those that later ones bury altogether need not be drawn."""
+    step = 8
+    buried = np.zeros((canvas.height // step + 2, canvas.width // step + 2), np.uint8)
+    cross = np.ones((3, 3), np.uint8)
+    shown = []
+    for surface in reversed(surfaces):
+        mask = np.zeros_like(buried)
+        corners = np.clip(canvas.to_px(surface.polygon) / step, -9999, 9999)
+        cv2.fillPoly(mask, [np.round(corners * 16).astype(np.int32)], 1, shift=4)
+        shown.append(bool((as_bytes(cv2.dilate(mask, cross)) > buried).any()))
+        if surface.round_m == 0:
+            buried |= as_bytes(cv2.erode(mask, cross, borderValue=1))
+    return shown[::-1]
 
 
 def _draw_kerb(canvas: Canvas, surface: Surface, patch: Patch) -> None:
@@ -109,7 +131,8 @@ def _draw_standing(
     mpp = canvas.metres_per_pixel
     for building in plan.buildings:
         if canvas.touches(building.polygon, _FAR_M):
-            layers += draw_building(rng, building, sun, mpp)
+            if canvas.touches(building.polygon, 0.75 * building.height):  # as far as it leans in any picture
+                layers += draw_building(rng, building, sun, mpp)
             shadows.add_block(building.polygon, building.height, tall=True)
     leaves = leaf_colours(rng)
     for tree in plan.trees:

@@ -52,6 +52,8 @@ def plan_row(
     paint = _line_strengths(rng, count + 1, style)
     for slot, strength in zip([*slots, _after(slots[-1])], paint, strict=True):
         _divider(plan, rng, slot, style, float(strength))
+    if style.unpainted:
+        return _fill(plan, rng, slots, paint, style)
     if style.front_line and rng.random() < style.front_line:
         plan.line(slots[0].at(0, 0), slots[-1].at(1, 0), style.line_width, 0, 1.0)
     if rng.random() < style.back_line:
@@ -107,6 +109,8 @@ def _after(slot: _Slot) -> _Slot:
 
 def _line_strengths(rng: np.random.Generator, count: int, style: LotStyle) -> NDArrayFloat:
     """Give each line the share of its paint that is left: worn lines come in stretches."""
+    if style.unpainted:
+        return np.zeros(count)
     strengths = rng.uniform(0.85, 1.0, count)
     k = 0
     while k < count:
@@ -146,7 +150,7 @@ def _fill(plan: Plan, rng: np.random.Generator, slots: list[_Slot], paint: NDArr
         inner = 0 < k < len(slots) - 1
         if inner and rng.random() < style.break_share:
             _island(plan, rng, slot.corners, style)
-        elif rng.random() < style.hatch:
+        elif rng.random() < style.hatch and not style.unpainted:
             hatch(plan, rng, slot.corners, style.line_width * rng.uniform(1, 1.6), 1, strength=rng.uniform(0.6, 1))
         else:
             kind = "accessible" if k < accessible else ("angled" if style.skew else "perpendicular")
@@ -161,7 +165,7 @@ def _stall(
     plan: Plan, rng: np.random.Generator, slot: _Slot, style: LotStyle, kind: str, paint: float, *, worn: bool
 ) -> None:
     plan.stalls.append(PlannedStall(slot.corners, kind, taken=False, worn=worn, paint=paint))
-    if kind == "accessible":
+    if kind == "accessible" and not style.unpainted:
         _accessible_sign(plan, rng, slot)
     if style.wheel_stops:
         along = rng.uniform(0.84, 0.91)

@@ -9,6 +9,7 @@ import numpy as np
 import shapely
 
 from hawk.worlds.canvas import Points
+from hawk.worlds.clutter import plan_clutter
 from hawk.worlds.layout import asphalt_details, plan_section
 from hawk.worlds.materials import Material, sample_material
 from hawk.worlds.plan import Axes, Plan, Surface
@@ -35,6 +36,7 @@ def plan_lot_site(rng: np.random.Generator, centre: tuple[float, float], size: S
     lots = _outlines(plan.axes, [*sections, *links])
     u0, v0, u1, v1 = (f(r[k] for r in sections) for k, f in enumerate((min, min, max, max)))
     _surround(plan, rng, (u0, v0, u1, v1), calm=calm)
+    plan.settle()
     for outline in lots:
         plan.lay(Surface(outline, plan.asphalt))
     plan.lots.extend(lots)
@@ -43,10 +45,14 @@ def plan_lot_site(rng: np.random.Generator, centre: tuple[float, float], size: S
         corner = plan.axes.moved(r[0], r[1])
         width, depth = r[2] - r[0], r[3] - r[1]
         asphalt_details(plan, rng, corner, width, depth)
+        plan_clutter(plan, rng, corner, width, depth)
         if rng.random() < 0.25:  # rows across
             plan_section(plan, rng, plan.axes.moved(r[2], r[1]).facing((0, 1), (-1, 0)), depth, width, style)
         else:
             plan_section(plan, rng, corner, width, depth, style)
+    if not calm and rng.random() < 0.1:
+        turned = Axes.turned(plan.axes.at(*rng.normal(0, 15, 2)), rng.uniform(0, 2 * math.pi))
+        plan.shades.append(turned.rect(0, -200, 200, 200))
     return plan
 
 
@@ -54,6 +60,7 @@ def plan_bare_site(rng: np.random.Generator, centre: tuple[float, float]) -> Pla
     """Plan a place about ``centre`` (metres) where nobody parks."""
     plan = _empty_plan(rng, centre, calm=False)
     plan_wild(plan, rng, plan.axes)
+    plan.settle()
     return plan
 
 
@@ -68,6 +75,7 @@ def _empty_plan(rng: np.random.Generator, centre: tuple[float, float], *, calm: 
         asphalt=asphalt,
         palette=sample_palette(rng, float(np.mean(asphalt.colour)), calm=calm),
         wear=rng.uniform(0.1, 0.9),
+        wet=rng.uniform(0.2, 1.0) if not calm and rng.random() < 0.06 else 0.0,
     )
 
 

@@ -19,7 +19,7 @@ class LotStyle:
 
     ``skew`` leans the stalls away from square to the aisle. ``occupancy`` is the share taken; ``drop`` the share of
     lines that are missing or cut short, ``worn`` the share in worn stretches. ``ends`` weighs what closes a row:
-    nothing, island, hatching.
+    nothing, island, hatching. ``unpainted`` lots have cars in rows and no lines.
     """
 
     width: float
@@ -46,6 +46,7 @@ class LotStyle:
     ends: tuple[float, float, float]
     tidy: float
     kerb: tuple[float, float, float] | None
+    unpainted: bool
 
     @property
     def pitch(self) -> float:
@@ -65,7 +66,7 @@ class LotStyle:
 
 def sample_style(rng: np.random.Generator, *, calm: bool = False) -> LotStyle:
     """Draw a style; ``calm`` keeps to what most lots look like (the simulator's worlds), else anything goes."""
-    skewed = rng.random() < (0.2 if calm else 0.27)
+    skewed = rng.random() < (0.32 if calm else 0.27)
     skew = math.radians(rng.uniform(12, 45)) * (1 if rng.random() < 0.5 else -1) if skewed else 0.0
     return LotStyle(
         width=rng.uniform(2.45, 2.85) if calm else rng.uniform(2.3, 3.1),
@@ -85,13 +86,14 @@ def sample_style(rng: np.random.Generator, *, calm: bool = False) -> LotStyle:
         island=sample_material(rng, str(rng.choice(_ISLAND_KINDS))),
         break_share=float(rng.choice([0.0, 0.04, 0.08])),
         trees=float(rng.choice([0.15, 0.3, 0.5] if calm else [0, 0.1, 0.3, 0.6])),
-        crown=(1.0, rng.uniform(2.4, 4.2)),
+        crown=(1.1, rng.uniform(2.6, 4.6)),
         medians=float(rng.choice([0.25, 0.6] if calm else [0.1, 0.45, 0.8])),
         side_rows=0.4,
         accessible=float(rng.choice([0.1, 0.3])),
         ends=(0.3, 0.43, 0.27),
         tidy=rng.uniform(0.5, 1.6),
         kerb=grey(rng, 140, 228) if rng.random() < 0.65 else None,
+        unpainted=bool(not calm and rng.random() < 0.03),
     )
 
 

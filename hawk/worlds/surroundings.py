@@ -8,6 +8,7 @@ import math
 import numpy as np
 
 from hawk.worlds.cars import sample_kind
+from hawk.worlds.clutter import plan_containers
 from hawk.worlds.materials import Material, grey, sample_material
 from hawk.worlds.plan import Axes, Building, Plan, Surface, Tree, Vehicle
 
@@ -40,13 +41,16 @@ def plan_side(plan: Plan, rng: np.random.Generator, axes: Axes, span: float, *, 
         plan.buildings.append(Building(building, width, rng.uniform(10, 45), rng.uniform(3.5, 11)))
     elif kind == "yard":
         _fill(plan, rng, axes, v, ("asphalt", "gravel", "concrete", "asphalt"))
+        if rng.random() < 0.5:
+            plan_containers(plan, rng, axes.moved(rng.uniform(-0.9, 0.3) * span, v + rng.uniform(1, 10)))
         for _ in range(int(rng.integers(0, 9))):
             x, y = axes.at(rng.uniform(-span, span), v + rng.uniform(3, 30))
             heading = axes.angle + float(rng.choice([0, math.pi / 2, rng.uniform(0, 6.28)]))
             plan.vehicles.append(Vehicle(x, y, heading, sample_kind(rng, "yard")))
     elif kind == "wild":
-        _fill(plan, rng, axes, v, ("grass", "water", "rock", "grass"))
-        scatter_trees(plan, rng, axes.moved(-span, v + 2), 2 * span, 35, int(rng.integers(4, 40)))
+        material = _fill(plan, rng, axes, v, ("grass", "water", "rock", "grass"))
+        if material.kind != "water":
+            scatter_trees(plan, rng, axes.moved(-span, v + 2), 2 * span, 35, int(rng.integers(4, 40)))
     else:
         _fill(plan, rng, axes, v, ("grass",) if kind == "grass" else ("dirt", "gravel"))
         if rng.random() < 0.25:
@@ -134,9 +138,10 @@ def _border(plan: Plan, rng: np.random.Generator, axes: Axes) -> float:
     return v
 
 
-def _fill(plan: Plan, rng: np.random.Generator, axes: Axes, v: float, kinds: tuple[str, ...]) -> None:
+def _fill(plan: Plan, rng: np.random.Generator, axes: Axes, v: float, kinds: tuple[str, ...]) -> Material:
     material = sample_material(rng, str(rng.choice(kinds)))
     plan.lay(Surface(axes.rect(-REACH_M, v, REACH_M, REACH_M), material))
+    return material
 
 
 def _driveway(plan: Plan, rng: np.random.Generator, axes: Axes, span: float, kerb: float) -> None:
@@ -175,8 +180,3 @@ def _crosswalk(plan: Plan, rng: np.random.Generator, axes: Axes, width: float) -
     for v in np.arange(0.3, width, bar * 2):
         plan.line(axes.at(0, float(v)), axes.at(length, float(v)), bar, 3, 0.9)
     plan.line(axes.at(length + 1.5, 0.3), axes.at(length + 1.5, width / 2), 0.4, 3, 0.9)
-
-
-def plain(material: Material, polygon_axes: Axes) -> Surface:
-    """Return a surface of one material under everything within reach of the axes' origin."""
-    return Surface(polygon_axes.rect(-REACH_M, -REACH_M, REACH_M, REACH_M), material)

@@ -79,7 +79,7 @@ def _window_centre(rng: np.random.Generator, plan: Plan) -> Points:
     """Pick where to look: a place in the lot or near its edge."""
     if not plan.lots:
         return rng.uniform(-12, 12, 2)
-    if plan.stalls and rng.random() < 0.75:
+    if plan.stalls and rng.random() < 0.85:
         picked = plan.stalls[int(rng.integers(len(plan.stalls)))].corners.mean(0)
         return np.asarray(picked + rng.normal(0, 6, 2))
     outline = plan.lots[int(rng.integers(len(plan.lots)))]
