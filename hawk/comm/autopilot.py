@@ -62,7 +62,9 @@ class MavsdkAutopilot:
         topics: VehicleTopics,
         wall: Callable[[], float] = time.time,
         make_link: Callable[[str, int, Clock, OnMessage], AutopilotLink] = MavsdkLink,
+        parameter_answer_s: float = 0.5,
     ) -> None:
+        """``parameter_answer_s``: real seconds until a request for a parameter is repeated (four times)."""
         self.topics = topics
         self._settings = settings
         self._clock = clock
@@ -75,10 +77,11 @@ class MavsdkAutopilot:
         self._kills = ThreadPoolExecutor(1, "autopilot-kill")
         self._links = ThreadPoolExecutor(1, "autopilot-link")
         self._targets: LatestSender[Mapping[str, Any]] = LatestSender("autopilot-target", self._send_target_message)
-        self._parameters = Parameters(self._send_message)
+        self._parameters = Parameters(self._send_message, parameter_answer_s)
         self._rtl_in_metres: bool | None = None
         self._tasks: list[asyncio.Task[None]] = []
         self._problem = ""
+        self._closed = False
 
     # --- life ------------------------------------------------------------------------------------------------------
 
@@ -96,6 +99,9 @@ class MavsdkAutopilot:
 
     async def close(self) -> None:
         """End tasks, MAVSDK and threads; takes no longer than a few seconds whatever hangs."""
+        if self._closed:
+            return
+        self._closed = True
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)

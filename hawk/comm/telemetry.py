@@ -271,8 +271,8 @@ class Telemetry:
         self._watch = OffsetWatch()
         self._frames = None
         self._global = self._home = self._gps = None
-        self._anchor_from = self._clock() if self._state.armed else None
-        self._was_armed_at_start = True
+        self._anchor_from = None
+        self._publish_state(replace(self._state, armed=False, landed=LandedState.UNDEFINED))
         self._rates.forget()
         self.on_reboot()
 

@@ -1,0 +1,446 @@
+from __future__ import annotations
+
+import asyncio
+import math
+import threading
+import time
+from collections.abc import AsyncIterator, Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import pytest
+
+from hawk.comm.autopilot import MavsdkAutopilot
+from hawk.comm.clock import Clock, ManualClock
+from hawk.comm.frames import offset_ned
+from hawk.comm.mavlink_link import Message, OnMessage
+from hawk.comm.vehicle import Autopilot, AutopilotError, VehicleTopics
+from hawk.config import AutopilotSettings
+from hawk.model import ArmPlace, CopterMode, Fence, GlobalPose
+from tests.unit.comm.fakes import ALTITUDE, LATITUDE, LONGITUDE, FakeLink, Memory, Said
+
+FENCE = Fence(((0.0, 0.0),), ((-50.0, -50.0), (-50.0, 50.0), (50.0, 50.0), (50.0, -50.0)), 97.0, 100.0)
+PARAMETERS: dict[str, tuple[float, int]] = {
+    "RTL_ALT": (1500, 4), "FENCE_ENABLE": (0, 2), "FENCE_ACTION": (0, 2), "FENCE_TYPE": (7, 2),
+    "FENCE_ALT_MAX": (120.0, 9),
+}  # fmt: skip
+
+
+class FastClock(ManualClock):
+    """A hand-moved clock of a simulation at speed 4."""
+
+    @property
+    def speed(self) -> float:
+        return 4.0
+
+
+class Rig:
+    """The real facade over a link without an autopilot."""
+
+    def __init__(self, clock: ManualClock | None = None) -> None:
+        self.clock = clock or ManualClock(50.0)
+        self.topics = VehicleTopics.create(self.clock)
+        self.said = Said()
+        self.link: FakeLink = FakeLink("", 0, self.clock, lambda _: None)
+        self.memory = Memory(PARAMETERS)
+        settings = AutopilotSettings(url="udpin://127.0.0.1:14550", system_id=245, connect_timeout_s=0.01)
+        self.autopilot = MavsdkAutopilot(settings, self.clock, self.topics, lambda: 1.8e9, self._make, 0.01)
+
+    def _make(self, url: str, system_id: int, clock: Clock, on_message: OnMessage) -> FakeLink:
+        self.link = FakeLink(url, system_id, clock, on_message)
+        self.link.answer = self._answer
+        return self.link
+
+    def _answer(self, name: str, fields: Mapping[str, Any]) -> None:
+        answer = self.memory.answer(name, fields)
+        if answer is not None:
+            self.link.on_message(Message("PARAM_VALUE", answer, self.clock()))
+
+    async def say(self, *messages: tuple[str, dict[str, Any]]) -> None:
+        for message in messages:
+            self.link.say(message)
+        await asyncio.sleep(0)
+        await asyncio.sleep(0)
+
+    async def connect(self) -> None:
+        await self.autopilot.start()
+        await self.until(lambda: self.link.found)
+        await self.say(self.said.heartbeat(), self.said.landed(1))
+
+    async def arm_here(self) -> None:
+        await self.say(self.said.heartbeat(armed=True))
+        for _ in range(3):
+            self.clock.advance(0.05)
+            self.said.boot += 0.05
+            await self.say(self.said.attitude(), self.said.local(2.0, 1.0, -0.5), self.said.world())
+        assert self.topics.arm_place.value is not None
+
+    async def until(self, true: Callable[[], bool], timeout_s: float = 5.0) -> None:
+        async with asyncio.timeout(timeout_s):
+            while not true():  # noqa: ASYNC110 - what is waited for happens on other threads
+                await asyncio.sleep(0.002)
+
+
+@pytest.fixture
+async def rig() -> AsyncIterator[Rig]:
+    rig = Rig()
+    yield rig
+    await rig.autopilot.close()
+
+
+def test_it_is_what_the_rest_of_the_daemon_expects() -> None:
+    rig = Rig()
+    autopilot: Autopilot = rig.autopilot
+    assert autopilot.topics is rig.topics
+    assert (rig.link.url, rig.link.system_id) == ("udpin://127.0.0.1:14550", 245)
+
+
+async def test_before_an_autopilot_is_found_it_is_not_connected(rig: Rig) -> None:
+    await rig.autopilot.start()
+    state = rig.topics.state.value
+    assert state is not None
+    assert (state.connected, state.armed, state.custom_mode) == (False, False, None)
+
+
+async def test_an_absent_autopilot_is_waited_for_and_found(rig: Rig) -> None:
+    rig.link.appears = False
+    await rig.autopilot.start()
+    await rig.until(lambda: rig.link.opened >= 2)
+    assert not rig.link.found
+    rig.link.appears = True
+    await rig.until(lambda: rig.link.found)
+    await rig.say(rig.said.heartbeat())
+    assert rig.topics.state.value is not None
+    assert rig.topics.state.value.connected
+
+
+async def test_a_link_that_cannot_be_opened_says_why_and_is_tried_again(rig: Rig) -> None:
+    rig.link.problems = ["autopilot.url 'serial://x' cannot be opened"] * 3
+    await rig.autopilot.start()
+    await rig.until(lambda: bool(rig.autopilot.problem))
+    assert "autopilot.url" in rig.autopilot.problem
+    await rig.until(lambda: rig.link.found)
+    assert rig.autopilot.problem == ""
+
+
+async def test_rates_are_asked_for_when_the_autopilot_is_found(rig: Rig) -> None:
+    await rig.connect()
+    await rig.until(lambda: len(rig.link.named("COMMAND_LONG")) >= 6)
+    asked = {(fields["command"], fields["param1"]) for fields in rig.link.named("COMMAND_LONG")}
+    assert {(511, 30.0), (511, 32.0), (511, 33.0), (511, 1.0)} <= asked
+
+
+async def test_rates_are_asked_for_again_after_a_boot(rig: Rig) -> None:
+    await rig.connect()
+    await rig.say(rig.said.attitude())
+    await rig.until(lambda: len(rig.link.named("COMMAND_LONG")) >= 5)
+    rig.link.sent.clear()
+    rig.said.boot = 1.0
+    await rig.say(rig.said.local())
+    await rig.until(lambda: len(rig.link.named("COMMAND_LONG")) >= 6)
+
+
+async def test_a_fast_simulation_hears_more_heartbeats() -> None:
+    rig = Rig(FastClock(50.0))
+    await rig.connect()
+    await rig.until(lambda: len(rig.link.named("HEARTBEAT")) == 1)
+    rig.clock.advance(1.0)
+    await rig.say(rig.said.heartbeat())
+    await rig.until(lambda: len(rig.link.named("HEARTBEAT")) == 2)
+    assert rig.link.named("HEARTBEAT")[0]["type"] == 6
+    await rig.autopilot.close()
+
+
+async def test_at_speed_one_mavsdk_alone_sends_heartbeats(rig: Rig) -> None:
+    await rig.connect()
+    await rig.until(lambda: len(rig.link.named("COMMAND_LONG")) >= 5)
+    assert rig.link.named("HEARTBEAT") == []
+
+
+async def test_five_seconds_of_silence_open_the_link_again(rig: Rig) -> None:
+    await rig.connect()
+    rig.clock.advance(6.0)
+    await rig.until(lambda: rig.link.reopened == 1)
+    state = rig.topics.state.value
+    await rig.until(lambda: rig.topics.state.value is not None and not rig.topics.state.value.connected)
+    assert state is not None
+    await rig.say(rig.said.heartbeat())
+    assert rig.topics.state.value is not None
+    assert rig.topics.state.value.connected
+
+
+class TestCommands:
+    async def test_without_a_link_nothing_is_sent(self, rig: Rig) -> None:
+        await rig.autopilot.start()
+        calls: list[Callable[[], Any]] = [
+            rig.autopilot.arm,
+            rig.autopilot.disarm,
+            lambda: rig.autopilot.set_mode(CopterMode.GUIDED),
+            lambda: rig.autopilot.takeoff(20.0),
+            lambda: rig.autopilot.set_rtl_altitude(20.0),
+            lambda: rig.autopilot.get_parameter("RTL_ALT"),
+            lambda: rig.autopilot.set_parameter("RTL_ALT", 1),
+            lambda: rig.autopilot.upload_fence(FENCE),
+        ]
+        for call in calls:
+            with pytest.raises(AutopilotError, match="No link to the autopilot"):
+                await call()
+        assert rig.link.commanded == []
+
+    async def test_commands_reach_the_link(self, rig: Rig) -> None:
+        await rig.connect()
+        await rig.autopilot.set_mode(CopterMode.GUIDED)
+        await rig.autopilot.arm()
+        await rig.autopilot.takeoff(20.0)
+        await rig.autopilot.disarm()
+        assert [command for command, _ in rig.link.commanded] == [176, 400, 22, 400]
+
+    async def test_a_refusal_carries_the_autopilots_own_words(self, rig: Rig) -> None:
+        await rig.connect()
+        rig.link.results[400] = 4
+        rig.link.before_ack = lambda: rig.link.say(rig.said.text("Arm: BRAKE mode not armable"))
+        with pytest.raises(AutopilotError, match=r"^Arm: BRAKE mode not armable$"):
+            await rig.autopilot.arm()
+
+    async def test_words_that_come_after_the_answer_are_waited_for(self, rig: Rig) -> None:
+        await rig.connect()
+        rig.link.results[400] = 4
+        arming = asyncio.create_task(rig.autopilot.arm())
+        await rig.until(lambda: bool(rig.link.commanded))
+        await asyncio.sleep(0.02)
+        await rig.say(rig.said.text("PreArm: GPS 1: Bad fix"))
+        with pytest.raises(AutopilotError, match="PreArm: GPS 1: Bad fix"):
+            await arming
+
+    async def test_without_words_the_result_is_told(self, rig: Rig) -> None:
+        await rig.connect()
+        rig.link.results[176] = 4
+        with pytest.raises(AutopilotError, match="Mode RTL refused: failed"):
+            await rig.autopilot.set_mode(CopterMode.RTL)
+
+    async def test_words_of_long_ago_are_no_reason(self, rig: Rig) -> None:
+        await rig.connect()
+        await rig.say(rig.said.text("Arm: Throttle too high"))
+        rig.clock.advance(2.0)
+        await rig.say(rig.said.heartbeat())
+        rig.link.results[400] = 4
+        with pytest.raises(AutopilotError, match="Arm refused: failed"):
+            await rig.autopilot.arm()
+
+
+class TestKill:
+    async def test_it_is_sent_at_once_while_everything_else_hangs(self, rig: Rig) -> None:
+        await rig.connect()
+        await rig.arm_here()
+        release = threading.Event()
+        rig.link.before_ack = lambda: (release.wait(10), None)[1]
+        hanging = [asyncio.create_task(rig.autopilot.disarm()) for _ in range(6)]
+        loop = asyncio.get_running_loop()
+        default = ThreadPoolExecutor(2)
+        loop.set_default_executor(default)
+        for _ in range(8):
+            loop.run_in_executor(None, release.wait, 10)
+        await rig.until(lambda: len(rig.link.commanded) >= 2)
+        took = []
+        for _ in range(20):
+            before = time.perf_counter()
+            await rig.autopilot.kill()
+            took.append(time.perf_counter() - before)
+        release.set()
+        await asyncio.gather(*hanging)
+        default.shutdown()
+        kills = [fields for fields in rig.link.named("COMMAND_LONG") if fields["command"] == 185]
+        assert len(kills) == 20
+        assert sorted(took)[10] < 0.02
+        assert max(took) < 0.1
+
+    async def test_it_is_tried_on_a_link_that_seems_dead(self, rig: Rig) -> None:
+        await rig.connect()
+        rig.clock.advance(4.0)
+        await rig.until(lambda: rig.topics.state.value is not None and not rig.topics.state.value.connected)
+        await rig.autopilot.kill()
+        assert any(fields["command"] == 185 for fields in rig.link.named("COMMAND_LONG"))
+
+    async def test_a_refusal_is_shown(self, rig: Rig) -> None:
+        await rig.connect()
+        await rig.say(("COMMAND_ACK", {"command": 185, "result": 2}))
+        text = rig.topics.status_text.value
+        assert text is not None
+        assert "Kill refused" in text.text
+        await rig.say(("COMMAND_ACK", {"command": 185, "result": 0}), ("COMMAND_ACK", {"command": 400, "result": 4}))
+        assert rig.topics.status_text.value is text
+
+
+class TestTarget:
+    async def test_it_goes_out_in_ekf_local(self, rig: Rig) -> None:
+        await rig.connect()
+        await rig.arm_here()
+        rig.autopilot.send_target(10.0, -5.0, 30.0, 7.0)
+        await rig.until(lambda: bool(rig.link.named("SET_POSITION_TARGET_LOCAL_NED")))
+        sent = rig.link.named("SET_POSITION_TARGET_LOCAL_NED")[0]
+        assert (sent["x"], sent["y"], sent["z"]) == pytest.approx((12.0, -4.0, -30.5), abs=0.02)
+        assert sent["yaw"] == pytest.approx(7.0 - 2 * math.pi)
+        assert sent["time_boot_ms"] == rig.said.ms
+        assert (sent["type_mask"], sent["coordinate_frame"]) == (2552, 1)
+
+    @pytest.mark.parametrize("index", range(4))
+    @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+    async def test_what_is_not_finite_never_reaches_the_link(self, rig: Rig, index: int, value: float) -> None:
+        await rig.connect()
+        await rig.arm_here()
+        numbers = [1.0, 2.0, 30.0, 0.0]
+        numbers[index] = value
+        with pytest.raises(AutopilotError, match="not finite"):
+            rig.autopilot.send_target(numbers[0], numbers[1], numbers[2], numbers[3])
+        await asyncio.sleep(0.01)
+        assert rig.link.named("SET_POSITION_TARGET_LOCAL_NED") == []
+
+    async def test_before_the_first_arm_there_is_nowhere_to_send_it(self, rig: Rig) -> None:
+        await rig.connect()
+        with pytest.raises(AutopilotError, match="No arm place"):
+            rig.autopilot.send_target(1.0, 2.0, 30.0, 0.0)
+
+    async def test_a_dead_link_gets_none(self, rig: Rig) -> None:
+        await rig.connect()
+        await rig.arm_here()
+        rig.clock.advance(3.0)
+        await rig.until(lambda: rig.topics.state.value is not None and not rig.topics.state.value.connected)
+        with pytest.raises(AutopilotError, match="No link"):
+            rig.autopilot.send_target(1.0, 2.0, 30.0, 0.0)
+
+    async def test_after_a_boot_the_old_map_is_not_flown(self, rig: Rig) -> None:
+        await rig.connect()
+        await rig.arm_here()
+        rig.said.boot = 1.0
+        await rig.say(rig.said.local())
+        with pytest.raises(AutopilotError, match="No arm place"):
+            rig.autopilot.send_target(1.0, 2.0, 30.0, 0.0)
+
+
+class TestRtlAltitude:
+    async def test_centimetres_where_there_are_no_metres(self, rig: Rig) -> None:
+        await rig.connect()
+        assert await rig.autopilot.set_rtl_altitude(42.5) == 42.5
+        assert rig.memory.values["RTL_ALT"] == (4250.0, 4)
+
+    async def test_metres_where_the_autopilot_knows_them(self, rig: Rig) -> None:
+        rig.memory.values["RTL_ALT_M"] = (15.0, 9)
+        await rig.connect()
+        assert await rig.autopilot.set_rtl_altitude(42.5) == 42.5
+        assert rig.memory.values["RTL_ALT_M"] == (42.5, 9)
+        assert rig.memory.values["RTL_ALT"] == (1500, 4)
+
+    async def test_what_is_absent_is_asked_for_once_a_boot(self, rig: Rig) -> None:
+        await rig.connect()
+        await rig.autopilot.set_rtl_altitude(30.0)
+        asked = len(rig.memory.asked)
+        await rig.autopilot.set_rtl_altitude(31.0)
+        assert all(name == "RTL_ALT" for _, name in rig.memory.asked[asked:])
+
+    async def test_neither_is_an_error(self, rig: Rig) -> None:
+        rig.memory.values.clear()
+        await rig.connect()
+        with pytest.raises(AutopilotError, match="Neither RTL_ALT_M nor RTL_ALT"):
+            await rig.autopilot.set_rtl_altitude(30.0)
+
+    @pytest.mark.parametrize("metres", [0.0, -1.0, math.nan, math.inf])
+    async def test_a_height_that_is_none_is_not_sent(self, rig: Rig, metres: float) -> None:
+        await rig.connect()
+        with pytest.raises(AutopilotError, match="Return altitude"):
+            await rig.autopilot.set_rtl_altitude(metres)
+        assert rig.memory.asked == []
+
+
+class TestFence:
+    async def test_it_is_uploaded_and_enabled_last(self, rig: Rig) -> None:
+        await rig.connect()
+        rig.autopilot.set_datum(GlobalPose(LATITUDE, LONGITUDE, ALTITUDE))
+        await rig.autopilot.upload_fence(FENCE)
+        corners = [
+            offset_ned(GlobalPose(lat, lon, ALTITUDE), GlobalPose(LATITUDE, LONGITUDE, ALTITUDE))[:2]
+            for lat, lon in rig.link.fences[0]
+        ]
+        for corner, expected in zip(corners, FENCE.autopilot_polygon, strict=True):
+            assert corner == pytest.approx(expected, abs=0.01)
+        sets = [name for kind, name in rig.memory.asked if kind == "PARAM_SET"]
+        assert sets == ["FENCE_ALT_MAX", "FENCE_TYPE", "FENCE_ACTION", "FENCE_ENABLE"]
+        values = {name: value for name, (value, _) in rig.memory.values.items()}
+        assert (values["FENCE_ALT_MAX"], values["FENCE_TYPE"], values["FENCE_ACTION"]) == (100.0, 5.0, 1.0)
+        assert values["FENCE_ENABLE"] == 1.0
+
+    async def test_an_action_of_the_users_own_is_kept(self, rig: Rig) -> None:
+        rig.memory.values["FENCE_ACTION"] = (4, 2)
+        await rig.connect()
+        rig.autopilot.set_datum(GlobalPose(LATITUDE, LONGITUDE, ALTITUDE))
+        await rig.autopilot.upload_fence(FENCE)
+        assert rig.memory.values["FENCE_ACTION"] == (4, 2)
+
+    async def test_before_the_first_arm_it_lies_about_the_drone(self, rig: Rig) -> None:
+        await rig.connect()
+        await rig.say(rig.said.world(20.0))
+        origin = rig.autopilot.fence_origin
+        assert origin is not None
+        await rig.autopilot.upload_fence(FENCE)
+        middle = sum(latitude for latitude, _ in rig.link.fences[0]) / 4
+        assert middle == pytest.approx(origin.latitude, abs=1e-6)
+
+    async def test_without_a_place_it_cannot_be_laid(self, rig: Rig) -> None:
+        await rig.connect()
+        with pytest.raises(AutopilotError, match="does not know where it is"):
+            await rig.autopilot.upload_fence(FENCE)
+
+    @pytest.mark.parametrize(
+        ("corners", "words"),
+        [(((0.0, 0.0), (1.0, 1.0)), "at least 3"), (((0.0, 0.0), (1.0, math.nan), (2.0, 0.0)), "not finite")],
+    )
+    async def test_a_fence_that_is_none_is_not_sent(
+        self, rig: Rig, corners: tuple[tuple[float, float], ...], words: str
+    ) -> None:
+        await rig.connect()
+        rig.autopilot.set_datum(GlobalPose(LATITUDE, LONGITUDE, ALTITUDE))
+        with pytest.raises(AutopilotError, match=words):
+            await rig.autopilot.upload_fence(Fence((), corners, 97.0, 100.0))
+        assert rig.link.fences == []
+        assert rig.memory.asked == []
+
+
+async def test_preflight_reads_many_parameters_at_once(rig: Rig) -> None:
+    await rig.connect()
+    found = await rig.autopilot.read_parameters(["FENCE_ENABLE", "MAV_GCS_SYSID"])
+    assert found == {"FENCE_ENABLE": 0, "MAV_GCS_SYSID": None}
+    assert rig.autopilot.parameters == {"FENCE_ENABLE": 0}
+    await rig.autopilot.set_parameter("FENCE_ENABLE", 1)
+    assert await rig.autopilot.get_parameter("FENCE_ENABLE") == 1
+
+
+async def test_an_arm_place_that_was_kept_makes_a_map_at_once(rig: Rig) -> None:
+    rig.autopilot.set_datum(GlobalPose(LATITUDE, LONGITUDE, ALTITUDE))
+    rig.autopilot.restore_arm_place(ArmPlace(LATITUDE, LONGITUDE, ALTITUDE, 0.0, 0.0, 0.0, round(1.8e9 - 100.0)))
+    await rig.connect()
+    await rig.say(rig.said.attitude(), rig.said.local(3.0, 0.0, -20.0), rig.said.world(3.0, 20.0))
+    pose = rig.autopilot.pose_at(rig.clock())
+    assert pose is not None
+    assert pose.map is not None
+    assert (pose.map.north, pose.map.east, pose.map.height) == pytest.approx((3.0, 0.0, 20.0), abs=0.01)
+
+
+async def test_closing_does_not_wait_for_a_command_that_hangs(rig: Rig) -> None:
+    await rig.connect()
+    release = threading.Event()
+    rig.link.before_ack = lambda: (release.wait(10), None)[1]
+    hanging = asyncio.create_task(rig.autopilot.arm())
+    await rig.until(lambda: bool(rig.link.commanded))
+    before = time.perf_counter()
+    await rig.autopilot.close()
+    assert time.perf_counter() - before < 3.0
+    release.set()
+    await asyncio.gather(hanging, return_exceptions=True)
+    assert rig.link.closed
+    assert not [task for task in asyncio.all_tasks() if task.get_name().startswith("autopilot")]
+
+
+async def test_it_can_be_closed_before_it_was_started_and_twice() -> None:
+    rig = Rig()
+    await rig.autopilot.close()
+    await rig.autopilot.close()
+    assert rig.link.closed

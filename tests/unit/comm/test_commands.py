@@ -1,0 +1,89 @@
+from __future__ import annotations
+
+import json
+import math
+
+import pytest
+
+from hawk.comm import commands
+from hawk.comm.clock import ManualClock
+from hawk.comm.mavlink_link import command_fields, require_finite
+from hawk.comm.rates import Stream
+from hawk.comm.vehicle import AutopilotError
+from hawk.model import CopterMode
+from tests.unit.comm.fakes import FakeLink
+
+
+@pytest.fixture
+def link() -> FakeLink:
+    return FakeLink("udpin://127.0.0.1:1", 245, ManualClock(), lambda _: None)
+
+
+def test_arm_and_disarm_are_never_forced(link: FakeLink) -> None:
+    commands.arm(link)
+    commands.disarm(link)
+    assert link.commanded == [(400, [1.0]), (400, [0.0])]
+
+
+def test_a_mode_is_asked_for_by_its_number(link: FakeLink) -> None:
+    commands.set_mode(link, CopterMode.GUIDED)
+    assert link.commanded == [(176, [1.0, 4.0])]
+
+
+def test_takeoff_carries_the_height_in_its_seventh_parameter(link: FakeLink) -> None:
+    commands.takeoff(link, 35.0)
+    assert link.commanded == [(22, [0, 0, 0, 0, 0, 0, 35.0])]
+
+
+@pytest.mark.parametrize("height", [0.0, -5.0, math.nan, math.inf])
+def test_a_takeoff_to_nowhere_is_not_sent(link: FakeLink, height: float) -> None:
+    with pytest.raises(AutopilotError, match="Takeoff height"):
+        commands.takeoff(link, height)
+    assert link.commanded == []
+
+
+@pytest.mark.parametrize(("result", "words"), [(1, "temporarily rejected"), (2, "denied"), (4, "failed"), (77, "77")])
+def test_every_answer_but_accepted_is_a_refusal(link: FakeLink, result: int, words: str) -> None:
+    link.results[400] = result
+    with pytest.raises(commands.CommandRefusedError, match=f"Arm refused: {words}"):
+        commands.arm(link)
+
+
+def test_kill_is_one_message_and_waits_for_nothing(link: FakeLink) -> None:
+    commands.kill(link)
+    assert link.commanded == []
+    assert len(link.sent) == 1
+    name, fields = link.sent[0]
+    assert (name, fields["command"], fields["param1"], fields["confirmation"]) == ("COMMAND_LONG", 185, 1.0, 0)
+
+
+def test_a_rate_is_asked_for_in_microseconds(link: FakeLink) -> None:
+    commands.ask_rate(link, Stream(32, 20.0))
+    fields = link.named("COMMAND_LONG")[0]
+    assert (fields["command"], fields["param1"], fields["param2"]) == (511, 32.0, 50_000.0)
+
+
+def test_a_target_is_position_and_yaw_in_local_ned() -> None:
+    fields = commands.position_target(5000, (1.0, -2.0, -30.0), 0.5)
+    assert (fields["type_mask"], fields["coordinate_frame"]) == (2552, 1)
+    assert (fields["x"], fields["y"], fields["z"], fields["yaw"]) == (1.0, -2.0, -30.0, 0.5)
+    json.dumps(fields, allow_nan=False)
+
+
+@pytest.mark.parametrize("name", ["x", "y", "z", "yaw"])
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_a_target_that_is_not_finite_is_refused_by_its_field(name: str, value: float) -> None:
+    numbers = {"x": 1.0, "y": 2.0, "z": -3.0, "yaw": 0.1} | {name: value}
+    with pytest.raises(AutopilotError, match=f"^{name} is"):
+        commands.position_target(0, (numbers["x"], numbers["y"], numbers["z"]), numbers["yaw"])
+
+
+def test_what_a_command_does_not_say_is_zero() -> None:
+    assert command_fields(400, [1]) == {
+        "command": 400, "confirmation": 0, "param1": 1.0,
+        "param2": 0.0, "param3": 0.0, "param4": 0.0, "param5": 0.0, "param6": 0.0, "param7": 0.0,
+    }  # fmt: skip
+
+
+def test_whole_numbers_and_names_are_always_finite() -> None:
+    require_finite({"a": 1, "b": "nan", "c": 2.5})

@@ -1,0 +1,379 @@
+from __future__ import annotations
+
+import logging
+import math
+from typing import Any
+
+import pytest
+
+from hawk.comm.clock import ManualClock
+from hawk.comm.mavlink_link import Message, SensorHealth
+from hawk.comm.rates import RateKeeper, wanted_streams
+from hawk.comm.telemetry import LINK_LOST_S, Telemetry
+from hawk.comm.vehicle import VehicleTopics
+from hawk.model import ArmPlace, CopterMode, GlobalPose, LandedState, StatusText, VehiclePose
+from tests.unit.comm.fakes import ALTITUDE, LATITUDE, LONGITUDE, METRE_NORTH, Said
+
+WALL = 1_800_000_000.0
+ON_GROUND, IN_AIR = 1, 2
+
+
+class Rig:
+    """Telemetry with a clock that is moved by hand; the autopilot's messages arrive without delay."""
+
+    def __init__(self) -> None:
+        self.clock = ManualClock(50.0)
+        self.topics = VehicleTopics.create(self.clock)
+        self.rates = RateKeeper(wanted_streams(20.0))
+        self.health = SensorHealth(True, True, True, True)
+        self.wall = WALL
+        self.telemetry = Telemetry(self.clock, self.topics, self.rates, lambda: self.health, lambda: self.wall)
+        self.said = Said()
+        self.places: list[ArmPlace] = []
+        self.jumps: list[float] = []
+        self.topics.arm_place.listen(self.places.append)
+        self.topics.frame_jump.listen(self.jumps.append)
+
+    def take(self, *messages: tuple[str, dict[str, Any]]) -> None:
+        for name, fields in messages:
+            self.telemetry.handle(Message(name, fields, self.clock()))
+
+    def origin(self) -> GlobalPose | None:
+        return self.telemetry.fence_origin
+
+    def advance(self, seconds: float = 0.05) -> None:
+        self.clock.advance(seconds)
+        self.said.boot += seconds
+        self.wall += seconds
+
+    def fly(
+        self, seconds: float, ekf: tuple[float, float, float] = (0.0, 0.0, 0.0), north: float = 0.0, up: float = 0.0
+    ) -> None:
+        """Stand still somewhere for a while, saying so."""
+        for _ in range(round(seconds / 0.05)):
+            self.advance()
+            self.take(self.said.attitude(), self.said.local(*ekf), self.said.world(north, up))
+
+    def arm_here(self, ekf: tuple[float, float, float] = (0.0, 0.0, 0.0), north: float = 0.0) -> None:
+        self.take(self.said.heartbeat(), self.said.landed(ON_GROUND))
+        self.fly(0.3, ekf, north)
+        self.take(self.said.heartbeat(armed=True))
+        self.fly(0.3, ekf, north)
+
+
+@pytest.fixture
+def rig() -> Rig:
+    return Rig()
+
+
+def test_armed_and_mode_come_from_the_heartbeat(rig: Rig) -> None:
+    rig.take(rig.said.heartbeat(armed=True, mode=CopterMode.SMART_RTL))
+    state = rig.topics.state.value
+    assert state is not None
+    assert (state.connected, state.armed, state.mode, state.time) == (True, True, "SMART_RTL", 50.0)
+
+
+def test_a_heartbeat_of_something_else_than_an_autopilot_is_not_heard(rig: Rig) -> None:
+    rig.take(rig.said.heartbeat(armed=True, autopilot=8))
+    assert rig.topics.state.value is None
+
+
+def test_landed_states_are_told_as_they_come(rig: Rig) -> None:
+    rig.take(rig.said.heartbeat())
+    for number, state in ((1, LandedState.ON_GROUND), (3, LandedState.TAKING_OFF), (99, LandedState.UNDEFINED)):
+        rig.take(rig.said.landed(number))
+        assert rig.topics.state.value is not None
+        assert rig.topics.state.value.landed is state
+
+
+def test_silence_is_a_lost_link_and_a_heartbeat_finds_it_again(rig: Rig) -> None:
+    rig.take(rig.said.heartbeat(armed=True))
+    rig.advance(LINK_LOST_S - 0.1)
+    assert rig.telemetry.check_link(rig.clock())
+    rig.advance(0.2)
+    assert not rig.telemetry.check_link(rig.clock())
+    lost = rig.topics.state.value
+    assert lost is not None
+    assert (lost.connected, lost.armed, lost.time) == (False, True, 50.0)
+    rig.take(rig.said.heartbeat(armed=True))
+    assert rig.telemetry.check_link(rig.clock())
+    assert rig.telemetry.connected
+
+
+def test_before_arming_there_is_a_place_on_the_globe_but_no_local_and_no_map(rig: Rig) -> None:
+    rig.take(rig.said.heartbeat(), rig.said.landed(ON_GROUND))
+    rig.fly(0.2)
+    pose = rig.topics.pose.value
+    assert pose is not None
+    assert (pose.global_.latitude, pose.global_.longitude) == pytest.approx((LATITUDE, LONGITUDE))
+    assert (pose.local, pose.map, pose.relative_altitude) == (None, None, None)
+    assert rig.telemetry.frames is None
+
+
+def test_without_any_place_on_the_globe_there_is_no_pose(rig: Rig) -> None:
+    rig.take(rig.said.heartbeat(), rig.said.attitude(), rig.said.local())
+    name, fields = rig.said.world()
+    rig.take((name, fields | {"lat": 0, "lon": 0}), rig.said.local())
+    assert rig.topics.pose.value is None
+
+
+def test_the_arm_place_is_the_first_pose_after_armed_is_seen(rig: Rig) -> None:
+    rig.arm_here(ekf=(3.0, -2.0, 0.4))
+    assert len(rig.places) == 1
+    place = rig.places[0]
+    assert (place.latitude, place.longitude, place.altitude) == pytest.approx((LATITUDE, LONGITUDE, ALTITUDE))
+    assert (place.ekf_x, place.ekf_y, place.ekf_z) == pytest.approx((3.0, -2.0, 0.4), abs=0.02)
+    assert place.boot_id == pytest.approx(WALL - 100.0, abs=1)
+    assert rig.telemetry.datum == GlobalPose(place.latitude, place.longitude, place.altitude)
+    rig.fly(0.1, ekf=(3.0, -2.0, -0.2), up=0.6)
+    pose = rig.topics.pose.value
+    assert pose is not None
+    assert pose.local is not None
+    assert pose.map is not None
+    assert (pose.local.x, pose.local.y, pose.relative_altitude) == pytest.approx((0.0, 0.0, 0.6), abs=0.02)
+    assert (pose.map.north, pose.map.east, pose.map.height, pose.map.yaw) == pytest.approx((0, 0, 0.6, 0.5), abs=0.02)
+
+
+def test_land_and_arm_again_five_metres_away_keeps_the_datum(rig: Rig) -> None:
+    rig.arm_here()
+    datum = rig.telemetry.datum
+    rig.take(rig.said.heartbeat(armed=False))
+    rig.fly(0.3, ekf=(5.0, 0.0, 0.0), north=5.0)
+    rig.take(rig.said.heartbeat(armed=True))
+    rig.fly(0.3, ekf=(5.0, 0.0, 0.0), north=5.0)
+    assert len(rig.places) == 2
+    assert rig.telemetry.datum == datum
+    pose = rig.topics.pose.value
+    assert pose is not None
+    assert pose.local is not None
+    assert pose.map is not None
+    assert (pose.local.x, pose.map.north) == pytest.approx((0.0, 5.0), abs=0.03)
+
+
+def test_armed_seen_in_the_air_takes_home_for_the_arm_place(rig: Rig) -> None:
+    """A daemon that starts in the air without a journal: the drone is 12 m north of home and 30 m above it."""
+    rig.take(rig.said.heartbeat(armed=True), rig.said.landed(IN_AIR))
+    rig.fly(0.5, ekf=(12.0, 0.0, -30.0), north=12.0, up=30.0)
+    assert rig.places == []
+    rig.take(rig.said.home())
+    rig.fly(0.2, ekf=(12.0, 0.0, -30.0), north=12.0, up=30.0)
+    assert len(rig.places) == 1
+    pose = rig.topics.pose.value
+    assert pose is not None
+    assert pose.map is not None
+    assert (pose.map.north, pose.map.height) == pytest.approx((12.0, 30.0), abs=0.05)
+
+
+def test_an_arm_place_of_the_same_boot_is_taken_up(rig: Rig) -> None:
+    kept = ArmPlace(LATITUDE, LONGITUDE, ALTITUDE, 1.0, 2.0, 3.0, boot_id=round(WALL - 100.0) + 1)
+    rig.telemetry.set_datum(GlobalPose(LATITUDE - 10 * METRE_NORTH, LONGITUDE, ALTITUDE))
+    rig.telemetry.restore_arm_place(kept)
+    rig.take(rig.said.heartbeat(armed=True), rig.said.landed(IN_AIR), rig.said.home(99.0))
+    rig.fly(0.3, ekf=(5.0, 2.0, -17.0), north=4.0, up=20.0)
+    assert rig.places == [kept]
+    pose = rig.topics.pose.value
+    assert pose is not None
+    assert pose.map is not None
+    assert (pose.map.north, pose.map.height) == pytest.approx((14.0, 20.0), abs=0.05)
+
+
+def test_an_arm_place_of_an_earlier_boot_is_void(rig: Rig) -> None:
+    kept = ArmPlace(LATITUDE, LONGITUDE, ALTITUDE, 1.0, 2.0, 3.0, boot_id=round(WALL - 5000.0))
+    rig.telemetry.restore_arm_place(kept)
+    rig.take(rig.said.heartbeat(armed=True), rig.said.landed(IN_AIR))
+    rig.fly(0.3)
+    assert rig.places == []
+    assert rig.telemetry.frames is None
+
+
+def test_an_arm_place_that_is_restored_too_late_does_not_replace_a_newer_one(rig: Rig) -> None:
+    rig.arm_here()
+    rig.telemetry.restore_arm_place(ArmPlace(0.0, 0.0, 0.0, 9.0, 9.0, 9.0, boot_id=round(WALL - 100.0)))
+    assert len(rig.places) == 1
+
+
+def test_a_jump_of_ekf_local_is_told_and_the_map_stays(rig: Rig) -> None:
+    rig.arm_here()
+    rig.fly(0.5, ekf=(10.0, 0.0, -30.0), north=10.0, up=30.0)  # leaps from the arm place: the watch must settle first
+    rig.fly(0.5, ekf=(10.0, 0.0, -30.0), north=10.0, up=30.0)
+    assert rig.jumps == []
+    before = rig.topics.pose.value
+    published: list[VehiclePose] = []
+    rig.topics.pose.listen(published.append)
+    rig.fly(0.5, ekf=(16.0, -8.0, -30.0), north=10.0, up=30.0)
+    assert rig.jumps == [pytest.approx(10.0, abs=0.05)]
+    assert len(rig.places) == 2
+    assert before is not None
+    assert before.map is not None
+    assert published
+    for pose in published:
+        assert pose.map is not None
+        assert (pose.map.north, pose.map.east) == pytest.approx((before.map.north, before.map.east), abs=0.05)
+
+
+def test_after_a_jump_a_target_on_the_map_goes_to_the_same_ground(rig: Rig) -> None:
+    rig.arm_here()
+    rig.fly(0.5, ekf=(0.0, 0.0, -30.0), up=30.0)
+    assert rig.telemetry.frames is not None
+    assert rig.telemetry.frames.ekf(20.0, 5.0, 30.0) == pytest.approx((20.0, 5.0, -30.0), abs=0.05)
+    rig.fly(0.5, ekf=(100.0, 50.0, -32.0), up=30.0)
+    assert rig.telemetry.frames.ekf(20.0, 5.0, 30.0) == pytest.approx((120.0, 55.0, -32.0), abs=0.05)
+
+
+def test_a_leap_of_one_sample_gives_no_wrong_pose(rig: Rig) -> None:
+    rig.arm_here()
+    rig.fly(0.5)
+    published: list[VehiclePose] = []
+    rig.topics.pose.listen(published.append)
+    rig.advance()
+    rig.take(rig.said.attitude(), rig.said.local(50.0, 0.0, 0.0))
+    assert published == []
+    assert rig.telemetry.pose_at(rig.clock()) is None
+    rig.fly(1.0)
+    assert rig.jumps == []
+    assert published
+    assert all(abs(pose.map.north) < 0.1 for pose in published if pose.map is not None)
+
+
+def test_a_boot_makes_everything_void_that_belonged_to_the_old_one(rig: Rig) -> None:
+    rig.arm_here()
+    booted = []
+    rig.telemetry.on_reboot = lambda: booted.append(True)
+    datum = rig.telemetry.datum
+    rig.rates.due(rig.clock())
+    rig.said.boot = 3.0
+    rig.clock.advance(5.0)
+    rig.wall += 5.0
+    rig.take(rig.said.heartbeat(armed=False), rig.said.local(), rig.said.attitude())
+    assert booted == [True]
+    assert rig.telemetry.frames is None
+    assert rig.telemetry.datum == datum  # the survey goes on
+    assert {stream.message_id for stream in rig.rates.due(rig.clock())} >= {33, 1, 24, 245, 242}
+    rig.arm_here(ekf=(0.5, 0.0, 0.0))
+    assert rig.places[-1].boot_id == pytest.approx(rig.wall - rig.said.boot, abs=1)
+
+
+def test_a_boot_is_seen_although_the_link_never_fell_silent(rig: Rig) -> None:
+    rig.arm_here()
+    rig.said.boot = 1.0
+    rig.fly(0.3)
+    pose, state = rig.topics.pose.value, rig.topics.state.value
+    assert pose is not None
+    assert state is not None
+    assert pose.time == pytest.approx(rig.clock(), abs=0.01)
+    assert pose.map is None
+    assert not state.armed
+
+
+def test_a_pose_is_put_at_the_time_it_was_measured_not_when_it_came(rig: Rig) -> None:
+    rig.arm_here()
+    measured = rig.clock()
+    late = rig.said.local(0.5, 0.0, 0.0)
+    rig.clock.advance(0.2)
+    rig.take(rig.said.attitude(), late)
+    pose = rig.topics.pose.value
+    assert pose is not None
+    assert pose.time == pytest.approx(measured, abs=0.01)
+
+
+def test_a_pose_is_interpolated_to_the_moment_of_a_picture(rig: Rig) -> None:
+    rig.arm_here()
+    for index in range(20):
+        rig.advance()
+        north = 0.2 * index
+        rig.take(
+            rig.said.attitude(yaw=0.01 * index),
+            rig.said.local(north, 0.0, 0.0, velocity=(4.0, 0.0, 0.0)),
+            rig.said.world(north),
+        )
+    pose = rig.telemetry.pose_at(rig.clock() - 0.125)
+    assert pose is not None
+    assert pose.map is not None
+    assert (pose.map.north, pose.map.yaw) == pytest.approx((3.8 - 0.5, 0.19 - 0.025), abs=0.03)
+    assert rig.telemetry.pose_at(rig.clock() + 0.4) is None
+
+
+@pytest.mark.parametrize("field", ["x", "vz", "time_boot_ms"])
+def test_a_number_that_is_not_finite_is_not_taken(rig: Rig, field: str, caplog: pytest.LogCaptureFixture) -> None:
+    rig.arm_here()
+    rig.topics.pose.listen(lambda pose: pytest.fail(f"{pose} was published"))
+    name, fields = rig.said.local()
+    with caplog.at_level(logging.WARNING):
+        rig.take((name, fields | {field: None}))
+        rig.take((name, fields | {field: math.inf}))
+    assert field in caplog.text
+
+
+def test_a_message_without_its_fields_does_no_harm(rig: Rig) -> None:
+    rig.take(("HEARTBEAT", {}), ("ATTITUDE", {"roll": "x"}), ("GLOBAL_POSITION_INT", {}), ("NEWS", {}))
+    assert rig.topics.state.value is None
+
+
+@pytest.mark.parametrize(
+    ("remaining", "millivolts", "centiamperes", "expected"),
+    [
+        (80, 15_800, 1200, (80.0, 15.8, 12.0)),
+        (0, 12_000, 0, (0.0, 12.0, 0.0)),
+        (-1, 65_535, -1, (None, None, None)),
+        (-1, 0, -1, (None, None, None)),
+    ],
+)
+def test_what_the_battery_does_not_know_is_none(
+    rig: Rig, remaining: int, millivolts: int, centiamperes: int, expected: tuple[float | None, ...]
+) -> None:
+    rig.take(rig.said.system(remaining, millivolts, centiamperes))
+    battery = rig.topics.battery.value
+    assert battery is not None
+    assert (battery.percentage, battery.voltage, battery.current) == expected
+    assert battery.time == 50.0
+
+
+def test_diagnostics_say_what_the_gps_says_while_it_is_fresh(rig: Rig) -> None:
+    rig.take(rig.said.gps(), rig.said.system())
+    found = rig.topics.diagnostics.value
+    assert found is not None
+    assert (found.all_ok, found.global_position_ok) == (True, True)
+    assert (found.gps_fix, found.satellites, found.horizontal_accuracy) == (3, 12, 0.8)
+    rig.advance(5.0)
+    rig.take(rig.said.system())
+    stale = rig.topics.diagnostics.fresh(0.0)
+    assert stale is not None
+    assert (stale.global_position_ok, stale.gps_fix, stale.satellites) == (False, None, None)
+
+
+def test_the_autopilots_words_are_published_and_kept_as_reasons(rig: Rig) -> None:
+    rig.take(rig.said.text("Arm: Throttle too high"))
+    assert rig.topics.status_text.value == StatusText(50.0, 3, "Arm: Throttle too high")
+    assert rig.telemetry.reason_since(49.0) == "Arm: Throttle too high"
+    assert rig.telemetry.reason_since(51.0) is None
+
+
+def test_a_fence_before_the_first_arm_is_about_where_the_drone_stands(rig: Rig) -> None:
+    assert rig.origin() is None
+    rig.take(rig.said.heartbeat())
+    rig.fly(0.2, north=0.0)
+    first = rig.origin()
+    rig.fly(0.2, north=4.0)
+    assert rig.origin() == first  # drift does not move it
+    rig.fly(0.2, north=40.0)
+    carried = rig.origin()
+    assert carried is not None
+    assert carried.latitude == pytest.approx(LATITUDE + 40.0 * METRE_NORTH, abs=1e-7)
+    rig.arm_here(north=40.0)
+    assert rig.origin() == rig.telemetry.datum
+
+
+def test_the_datum_may_be_laid_anew_under_a_drone_that_flies(rig: Rig) -> None:
+    rig.arm_here()
+    rig.telemetry.set_datum(GlobalPose(LATITUDE - 7 * METRE_NORTH, LONGITUDE, ALTITUDE))
+    rig.fly(0.1)
+    pose = rig.topics.pose.value
+    assert pose is not None
+    assert pose.map is not None
+    assert pose.map.north == pytest.approx(7.0, abs=0.03)
+
+
+def test_a_time_of_the_boot_clock_can_be_put_on_ours(rig: Rig) -> None:
+    assert rig.telemetry.from_boot(100.0) is None
+    rig.take(rig.said.attitude())
+    assert rig.telemetry.from_boot(101.5) == pytest.approx(51.5)
