@@ -103,6 +103,7 @@ class MessageSocket:
         self._received: deque[str] = deque()
         self._limit = queue_limit
         self._room = threading.Condition()
+        self._opened = False
         self._closed = False
         if transport is None:
             # Imported here: the daemon has no use for the loop thread of a client.
@@ -113,10 +114,12 @@ class MessageSocket:
 
     def init(self) -> None:
         """Connect (client) or be ready for clients (server). Raises ConnectionTimeout."""
-        self.close()
+        if self._opened:
+            self.close()
         with self._room:
             self._received.clear()
             self._closed = False
+        self._opened = True
         self._transport.open(self._put)
 
     def send_message_sync(self, x: str) -> None:
