@@ -72,7 +72,7 @@ def _fit(image: NDArray[np.uint8], maximum_width: int) -> NDArray[np.uint8]:
     if width <= maximum_width:
         return image.copy()
     size = (maximum_width, round(height * maximum_width / width))
-    return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
+    return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_LINEAR), np.uint8)
 
 
 def _draw_edges(canvas: NDArray[np.uint8], edges: Sequence[FloatArray], view: CameraModel, pose: MapPose) -> None:
@@ -103,10 +103,11 @@ def _draw_stalls(
     _polylines(canvas, free, FREE_BGR, closed=True)
     _polylines(canvas, taken, TAKEN_BGR, closed=True)
     _polylines(canvas, _dashes(unknown), UNKNOWN_BGR, closed=False)
-    for k in np.flatnonzero(inside).tolist():
+    roomy = inside & (np.hypot(*(pixels[:, 1] - pixels[:, 0]).T) >= _LABEL_PIXELS)
+    for k in np.flatnonzero(roomy).tolist():
         stall = stalls[k]
         if isinstance(stall, Stall):
-            _label(canvas, str(stall.id), pixels[k])
+            _label(canvas, str(stall.id), pixels[k].mean(axis=0).tolist())
 
 
 def _drawable(pixels: FloatArray, shape: tuple[int, ...]) -> NDArray[np.bool_]:
@@ -149,10 +150,7 @@ def _polylines(canvas: NDArray[np.uint8], pixels: FloatArray, colour: tuple[int,
         cv2.polylines(canvas, list(_fixed(pixels)), closed, colour, 1, cv2.LINE_AA, _FIXED_POINT)
 
 
-def _label(canvas: NDArray[np.uint8], text: str, quad: FloatArray) -> None:
-    """Write the id at the stall's middle where there is room for it."""
-    if np.hypot(*(quad[1] - quad[0])) < _LABEL_PIXELS:
-        return
-    at = quad.mean(axis=0) - (4 * len(text), -4)
-    cv2.putText(canvas, text, (round(at[0]), round(at[1])), cv2.FONT_HERSHEY_PLAIN, 0.8, (0, 0, 0), 2)
-    cv2.putText(canvas, text, (round(at[0]), round(at[1])), cv2.FONT_HERSHEY_PLAIN, 0.8, (255, 255, 255), 1)
+def _label(canvas: NDArray[np.uint8], text: str, middle: Sequence[float]) -> None:
+    at = (round(middle[0]) - 4 * len(text), round(middle[1]) + 4)
+    cv2.putText(canvas, text, at, cv2.FONT_HERSHEY_PLAIN, 0.8, (0, 0, 0), 2)
+    cv2.putText(canvas, text, at, cv2.FONT_HERSHEY_PLAIN, 0.8, (255, 255, 255), 1)
