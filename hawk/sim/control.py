@@ -15,6 +15,8 @@ VELOCITY_GAIN_Z = 4.0
 INTEGRAL_GAIN = 1.0
 INTEGRAL_MAX = 4.0
 """Holds against 12 m/s of wind with a margin, m/s²."""
+BRAKING_SHARE = 0.75
+"""Deceleration that is planned with: leaves the lag of the attitude some overshoot, as observed on the real one."""
 YAW_GAIN = 2.0
 CENTI = 0.01
 
@@ -49,6 +51,7 @@ class Limits:
     speed_down: float
     acceleration: float
     acceleration_z: float
+    jerk: float
     lean_max: float
     slew_yaw: float
     position_gain: float
@@ -63,6 +66,7 @@ class Limits:
             speed_down=parameters["WPNAV_SPEED_DN"] * CENTI,
             acceleration=parameters["WPNAV_ACCEL"] * CENTI,
             acceleration_z=parameters["WPNAV_ACCEL_Z"] * CENTI,
+            jerk=parameters["PSC_JERK_XY"],
             lean_max=math.radians(parameters["ANGLE_MAX"] * CENTI),
             slew_yaw=math.radians(parameters["ATC_SLEW_YAW"] * CENTI),
             position_gain=parameters["PSC_POSXY_P"],
@@ -75,6 +79,7 @@ class Controller:
 
     def __init__(self) -> None:
         self._wanted: Flat = (0.0, 0.0)
+        self._pull: Flat = (0.0, 0.0)
         self._wanted_down = 0.0
         self._integral: Flat = (0.0, 0.0)
         self._yaw_hold: float | None = None
@@ -82,6 +87,7 @@ class Controller:
     def reset(self, estimate: Estimate | None = None) -> None:
         """Start anew, from the motion that the vehicle has."""
         self._wanted = (0.0, 0.0) if estimate is None else estimate.velocity[:2]
+        self._pull = (0.0, 0.0)
         self._wanted_down = 0.0 if estimate is None else estimate.velocity[2]
         self._yaw_hold = None if estimate is None else estimate.yaw
         if estimate is None:
@@ -103,15 +109,14 @@ class Controller:
             north = setpoint.position[0] - estimate.position[0]
             east = setpoint.position[1] - estimate.position[1]
             distance = math.hypot(north, east)
-            allowed = min(sqrt_controller(distance, limits.position_gain, acceleration), speed)
+            allowed = min(sqrt_controller(distance, limits.position_gain, BRAKING_SHARE * acceleration), speed)
             goal = limit(north, east, allowed) if distance > allowed else (north, east)
         elif setpoint.velocity is not None:
             goal = limit(*setpoint.velocity, speed)
         else:
-            self._wanted = estimate.velocity[:2]
+            self._wanted, self._pull = estimate.velocity[:2], (0.0, 0.0)
             return 0.0, 0.0
-        step = limit(goal[0] - self._wanted[0], goal[1] - self._wanted[1], acceleration * dt)
-        self._wanted = (self._wanted[0] + step[0], self._wanted[1] + step[1])
+        step = self._shape(goal, acceleration, limits.jerk, dt)
         error = (self._wanted[0] - estimate.velocity[0], self._wanted[1] - estimate.velocity[1])
         self._integral = limit(
             self._integral[0] + error[0] * INTEGRAL_GAIN * dt,
@@ -122,6 +127,18 @@ class Controller:
             step[0] / dt + error[0] * limits.velocity_gain + self._integral[0],
             step[1] / dt + error[1] * limits.velocity_gain + self._integral[1],
         )
+
+    def _shape(self, goal: Flat, acceleration: float, jerk: float, dt: float) -> Flat:
+        """Let the wanted velocity go towards the goal within acceleration and jerk; return by how much it went."""
+        north, east = goal[0] - self._wanted[0], goal[1] - self._wanted[1]
+        # as fast as the jerk lets the acceleration end on time
+        fastest = min(acceleration, math.sqrt(2.0 * jerk * math.hypot(north, east)))
+        aim = limit(north / dt, east / dt, fastest)
+        change = limit(aim[0] - self._pull[0], aim[1] - self._pull[1], jerk * dt)
+        self._pull = (self._pull[0] + change[0], self._pull[1] + change[1])
+        step = (self._pull[0] * dt, self._pull[1] * dt)
+        self._wanted = (self._wanted[0] + step[0], self._wanted[1] + step[1])
+        return step
 
     def _vertical(self, estimate: Estimate, setpoint: Setpoint, limits: Limits, dt: float) -> float:
         up = limits.speed_up if setpoint.speed_up is None else setpoint.speed_up

@@ -16,6 +16,8 @@ SINK_M_S = 2.4
 """LOITER, POSHOLD and ALT_HOLD with the throttle stick low, as measured."""
 BRAKE_DECELERATION = 7.5
 """BRAKE_MODE_DECEL_RATE, m/s²."""
+BRAKE_STOPPED_M_S = 0.1
+"""BRAKE holds its place from this speed on."""
 HOME_RADIUS_M = 2.0
 """WPNAV_RADIUS: home counts as reached within it."""
 LAND_WITHOUT_POSITION_M_S = 0.5
@@ -69,11 +71,11 @@ class View:
         """Metres above home."""
         return self.home[2] - self.estimate.position[2]
 
-    def stopping_point(self, deceleration: float | None = None) -> Flat:
+    def stopping_point(self) -> Flat:
         """Where the vehicle stands still when it brakes from here."""
         north, east = self.estimate.velocity[:2]
         speed = math.hypot(north, east)
-        way = speed / (2.0 * (deceleration or self.limits.acceleration)) + 0.3
+        way = speed / (2.0 * self.limits.acceleration) + 0.3
         return self.estimate.position[0] + north * way, self.estimate.position[1] + east * way
 
     def stopping_down(self) -> float:
@@ -162,11 +164,15 @@ class Brake(Mode):
 
     def __init__(self, view: View) -> None:
         super().__init__(view)
-        self._place = view.stopping_point(BRAKE_DECELERATION)
+        self._stopped_at: Flat | None = None
 
     def run(self, view: View) -> Setpoint:
-        """Hold place and height."""
-        return Setpoint(self._place, down=self._down, acceleration=BRAKE_DECELERATION, idle=view.landed)
+        """Brake, then hold the place where it stood still, and the height."""
+        if self._stopped_at is None and math.hypot(*view.estimate.velocity[:2]) < BRAKE_STOPPED_M_S:
+            self._stopped_at = view.flat
+        if self._stopped_at is None:
+            return Setpoint(velocity=(0.0, 0.0), down=self._down, acceleration=BRAKE_DECELERATION, idle=view.landed)
+        return Setpoint(self._stopped_at, down=self._down, idle=view.landed)
 
 
 class Land(Mode):

@@ -163,6 +163,7 @@ _DEFAULTS: dict[ParameterType, dict[str, float]] = {
         "INS_GYROFFS_X": 0.0001,
         "INS_GYROFFS_Y": 0.0001,
         "INS_GYROFFS_Z": 0.0001,
+        "PSC_JERK_XY": 5,
         "PSC_POSXY_P": 1,
         "PSC_VELXY_P": 2,
         "RTL_CONE_SLOPE": 3,
