@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from itertools import pairwise
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -85,20 +86,40 @@ class Explorer:
         self._quiet = 0
         self._age = 0
         self._looked: set[int] = set()
+        self._barred: list[Place] = []
 
     def plan(self, around: Surroundings) -> Exploration:
         """Return where to fly next."""
         if not (around.field.lot > 0).any():
             return Exploration(None, None, ExploreStatus(reason="no lot is known yet"))
-        self._leg = self._kept(around) or self._fresh(around)
-        self._quiet = 0 if self._leg is not None else self._quiet + 1
+        around = self._without_barred(around)
+        target = self._aim(around, self._kept(around)) or self._aim(around, self._fresh(around))
+        barred = target is None and self._leg is not None
+        if self._leg is not None and barred:
+            self._barred.append(self._leg.end)
+            self._leg = None
+        self._quiet = 0 if target is not None or barred else self._quiet + 1
         done = self._quiet >= self._settings.quiet_plans
         left = 0.0 if self._leg is None else _length((around.place, self._leg.end, *self._leg.onwards))
         reason = "nothing is left to learn" if done else ""
         status = ExploreStatus(done, around.field.seen_share, round(left, 1), reason)
-        if self._leg is None:
-            return Exploration(None, None, status)
-        return Exploration(self._leg, self._target(around, self._leg.end), status)
+        return Exploration(self._leg, target, status)
+
+    def _aim(self, around: Surroundings, leg: Leg | None) -> Place | None:
+        """Take up a leg and return where to fly for it, None when there is no way."""
+        self._leg = leg
+        return None if leg is None else self._target(around, leg.end)
+
+    def _without_barred(self, around: Surroundings) -> Surroundings:
+        """Take out of the field what no way leads to: more each time, so that it always comes to an end."""
+        if not self._barred:
+            return around
+        field = around.field
+        gain = field.gain.copy()
+        for times, (column, row) in enumerate(_cells(field, np.array(self._barred)).tolist(), 1):
+            radius = around.swath.depth / 2 * (1 + times / 8) / field.window.cell_m
+            cv2.circle(gain, (column, row), math.ceil(radius), (0.0,), cv2.FILLED)
+        return replace(around, field=replace(field, gain=gain))
 
     def _kept(self, around: Surroundings) -> Leg | None:
         """Return the present leg as it is by now, None when it is flown or not worth it any more."""
@@ -167,12 +188,15 @@ class Explorer:
     def _target(self, around: Surroundings, end: Place) -> Place | None:
         """Return the end of the leg, or the corner to fly to first, None when there is no way."""
         field, fence = around.field, around.fence
-        if not _is_allowed(field, around.place):
-            return end if not fence.contains(*around.place) or fence.contains_way(around.place, end) else None
-        if fence.contains_way(around.place, end) and _is_clear(field, around.place, end):
+        if not fence.contains(*around.place):
+            return end
+        is_clear = not _is_allowed(field, around.place) or _is_clear(field, around.place, end)
+        if is_clear and fence.contains_way(around.place, end):
             return end
         corner = way_round(field, around.place, end)
-        return corner if corner is not None and fence.contains_way(around.place, corner) else None
+        if corner is None or math.dist(corner, around.place) <= self._settings.arrival_m / 2:
+            return None
+        return corner if fence.contains_way(around.place, corner) else None
 
 
 def _bearing(start: Place, end: Place) -> float:
@@ -197,7 +221,7 @@ def _is_clear(field: InformationField, start: Place, end: Place) -> bool:
     steps = max(2, math.ceil(math.dist(start, end) / field.window.cell_m * 2))
     columns, rows = _cells(field, np.linspace(start, end, steps)).T
     inside = (rows >= 0) & (rows < field.window.rows) & (columns >= 0) & (columns < field.window.columns)
-    return bool(inside.all() and field.allowed[rows, columns].all())
+    return bool(inside.all() and field.passable[rows, columns].all())
 
 
 def to_point(place: Place) -> MapPoint:

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from hawk.algo.mapper.grid import CoarseLayers
 from hawk.algo.mapper.window import Window
 
-_REACH_M = 12.0  # how far beyond known lot more of it is expected: most of a double row with its aisle
+_REACH_M = 10.0  # how far beyond known lot more of it is expected: most of a double row with its aisle
 _FAR_M = 1e3
-_SEEN_BADLY = 0.3  # what a second look at a place near a picture's edge is worth, against a first look
+_SEEN_BADLY = 0.15  # what a second look at a place near a picture's edge is worth, against a first look
 
 Grid = NDArray[np.float32]
 
@@ -26,14 +26,14 @@ Grid = NDArray[np.float32]
 class InformationField:
     """``gain`` is expected new lot in square metres a cell.
 
-    ``allowed`` is where the drone may be, ``fenced`` where it may pass; ``lot`` shares of known lot, ``well`` of well
-    seen.
+    ``allowed`` is where the drone may be, ``passable`` the same with a cell more for the way; ``lot`` shares of known
+    lot, ``well`` of well seen.
     """
 
     window: Window
     gain: Grid
     allowed: NDArray[np.uint8]
-    fenced: NDArray[np.uint8]
+    passable: NDArray[np.uint8]
     lot: Grid
     well: Grid
 
@@ -52,7 +52,8 @@ def information_field(layers: CoarseLayers, fenced: NDArray[np.uint8], near_lot_
     new = (1 - layers.seen) + _SEEN_BADLY * np.maximum(layers.seen - layers.well, 0)
     gain = (new * _likely_lot(layers, is_lot, to_lot) * cell**2).astype(np.float32)
     allowed = ((to_lot <= near_lot_m) & (fenced > 0)).astype(np.uint8)
-    return InformationField(layers.window, gain, allowed, fenced, layers.lot, layers.well)
+    passable = np.where(fenced > 0, cv2.dilate(allowed, np.ones((3, 3), np.uint8)), 0)
+    return InformationField(layers.window, gain, allowed, passable.astype(np.uint8), layers.lot, layers.well)
 
 
 def _likely_lot(layers: CoarseLayers, is_lot: NDArray[np.bool_], to_lot: Grid) -> Grid:

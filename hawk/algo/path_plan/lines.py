@@ -21,7 +21,7 @@ from hawk.algo.path_plan.turned import Axes, Place
 
 _TURN_M = 4.0  # a right angle costs so many metres of way: braking, yaw, speeding up
 _LEG_M = 3.0  # so does every leg for its stop
-_CELL_SHARE = 0.3  # expected new share from which a cell is flown to
+_CELL_SHARE = 0.45  # expected new share from which a cell is flown to
 
 Grid = NDArray[np.float32]
 

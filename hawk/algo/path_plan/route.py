@@ -11,6 +11,7 @@ from hawk.algo.path_plan.field import InformationField
 from hawk.algo.path_plan.turned import Place
 
 _STEP = 2  # field cells a routing cell
+_STEPS_ON = 2
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -21,7 +22,7 @@ def way_round(field: InformationField, place: Place, end: Place) -> Place | None
 
     None when there is no way, or no place nearer to the end than the drone's own.
     """
-    allowed = field.allowed[::_STEP, ::_STEP]
+    allowed = field.passable[::_STEP, ::_STEP]
     cells = np.argwhere(allowed > 0)
     if len(cells) == 0:
         return None
@@ -66,11 +67,14 @@ def _trace(before: Indices, start: int, end: int) -> list[int]:
 
 
 def _last_in_sight(allowed: NDArray[np.uint8], cells: Indices, path: list[int]) -> int:
-    """Return the last cell of the path that a straight way over allowed cells reaches from its start."""
+    """Return the last cell of the path that a straight way over allowed cells reaches from its start.
+
+    The drone is not at the middle of its cell: the way always goes on by two cells.
+    """
     origin = cells[path[0]]
-    for index in reversed(path):
+    for index in reversed(path[_STEPS_ON:]):
         steps = int(np.abs(cells[index] - origin).max())
         line = np.round(np.linspace(origin, cells[index], 2 * steps + 1)).astype(np.intp)
         if allowed[line[:, 0], line[:, 1]].all():
             return index
-    return path[0]
+    return path[min(_STEPS_ON, len(path) - 1)]

@@ -15,8 +15,8 @@ class PathPlanSettings:
     """How far from the lot the drone may be while it explores."""
     arrival_m: float = 2.5
     """Distance at which a target counts as reached."""
-    least_gain_m2: float = 12.0
-    """Expected new lot (about a stall) below which a way is not worth flying."""
+    least_gain_m2: float = 20.0
+    """Expected new lot (a stall and a half) below which a way is not worth flying."""
     quiet_plans: int = 4
     """Plans in a row without anything to learn after which the exploration is done."""
     second_looks: int = 12
