@@ -86,5 +86,19 @@ def _paint(scenes: Queue[TrainingScene], seed: int, painter: int, painters: int)
     cv2.setNumThreads(1)
     index = painter
     while True:
-        scenes.put(training_scene(draw_scene(np.random.default_rng((seed, index)), SIDE_PIXELS)))
+        scene = training_scene(draw_scene(np.random.default_rng((seed, index)), SIDE_PIXELS))
+        if not _hand_over(scenes, scene):
+            return
         index += painters
+
+
+def _hand_over(scenes: Queue[TrainingScene], scene: TrainingScene) -> bool:
+    """Wait for room; return False when the trainer is gone, so that no painter outlives it."""
+    trainer = multiprocessing.parent_process()
+    while trainer is None or trainer.is_alive():
+        try:
+            scenes.put(scene, timeout=2.0)
+        except queue.Full:
+            continue
+        return True
+    return False

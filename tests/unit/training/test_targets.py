@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from hawk.algo.vision import decode, quads
 from hawk.algo.vision.network import maps_from_output
 from hawk.worlds.training import draw_scene
+from training import pool as pool_module
 from training.augment import light, sample
 from training.pool import ScenePool, training_scene
 from training.targets import (
@@ -139,3 +140,19 @@ def test_the_pool_holds_what_its_seed_draws() -> None:
         assert len(pool) == 1
     finally:
         pool.close()
+
+
+def test_a_painter_does_not_outlive_its_trainer(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Gone:
+        def is_alive(self) -> bool:
+            return False
+
+    monkeypatch.setattr(pool_module.multiprocessing, "parent_process", Gone)
+    handed_over: list[object] = []
+
+    class Never:
+        def put(self, value: object, timeout: float) -> None:
+            handed_over.append(value)
+
+    assert not pool_module._hand_over(Never(), scene())  # type: ignore[arg-type]
+    assert handed_over == []
