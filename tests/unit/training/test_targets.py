@@ -147,7 +147,7 @@ def test_a_painter_does_not_outlive_its_trainer(monkeypatch: pytest.MonkeyPatch)
         def is_alive(self) -> bool:
             return False
 
-    monkeypatch.setattr(pool_module.multiprocessing, "parent_process", Gone)
+    monkeypatch.setattr("multiprocessing.parent_process", Gone)
     handed_over: list[object] = []
 
     class Never:
