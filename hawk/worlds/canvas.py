@@ -15,6 +15,7 @@ Bytes = NDArray[np.uint8]
 Points = NDArray[np.float64]
 
 _SHIFT = 4  # fractional bits of polygon corners
+_SMALL_PX = 20000  # shapes in a box up to this size get smooth edges
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,9 +65,13 @@ class Canvas:
         if roi is None:
             return None
         rows, columns = roi
-        mask = np.zeros((rows.stop - rows.start, columns.stop - columns.start), np.uint8)
+        height, width = rows.stop - rows.start, columns.stop - columns.start
         corners = self.to_px(polygon) - (columns.start, rows.start)
-        cv2.fillPoly(mask, [_fixed(corners)], 255, cv2.LINE_AA, _SHIFT)
+        fine = 4 if height * width < _SMALL_PX else 1
+        mask = np.zeros((height * fine, width * fine), np.uint8)
+        cv2.fillPoly(mask, [_fixed((corners + 0.5) * fine - 0.5)], 255, cv2.LINE_8, _SHIFT)
+        if fine > 1:
+            mask = as_bytes(cv2.resize(mask, (width, height), interpolation=cv2.INTER_AREA))
         return Patch(rows, columns, self._softened(mask, soften, round_m))
 
     def strip(self, points: Points, width: float, *, soften: float = 0.0) -> Patch | None:

@@ -230,7 +230,8 @@ def _round(rows: int, columns: int, share: float) -> Bytes:
 
 
 def _shade(rng: np.random.Generator, body: Floats) -> None:
-    """Round the flanks, and let bonnet and boot catch the sky differently."""
+    """Round the flanks, let bonnet and boot catch the sky differently, and let the lacquer mirror it."""
+    body += np.array([34, 25, 18], np.float32) * np.float32(rng.uniform(0, 1.3))
     across = np.linspace(-1, 1, body.shape[0], dtype=np.float32)[:, None, None]
     along = np.linspace(0, 1, body.shape[1], dtype=np.float32)[None, :, None]
     sun, ends = np.float32(rng.uniform(-0.18, 0.18)), np.float32(rng.uniform(-0.14, 0.14))

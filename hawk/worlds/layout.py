@@ -10,7 +10,7 @@ import numpy as np
 from hawk.worlds.canvas import Points
 from hawk.worlds.cars import sample_kind
 from hawk.worlds.plan import Axes, Plan, Post, Surface, Tree, Vehicle
-from hawk.worlds.rows import plan_parallel_row, plan_row
+from hawk.worlds.rows import PARALLEL_DEPTH_M, plan_parallel_row, plan_row
 from hawk.worlds.style import LotStyle
 
 
@@ -95,14 +95,16 @@ def _ends(
             away = style.depth if not far else width - style.depth
             side = axes.moved(away, style.depth * 0.2).facing((0, 1), (1 if far else -1, 0))
             stalls += plan_row(plan, rng, side, depth - style.depth * 0.4, style, mirrored=far)
-        elif free < 0.9 and width > 22:
+        elif free < 0.9 and width > 28:
             reach = rng.uniform(0.7, 1.1) * style.aisle
         else:
             reach = 0.0
             if rng.random() < 0.5 and width > 40:
-                edge = axes.moved(width - 2.4 if far else 2.4, 4).facing((0, 1), (1 if far else -1, 0))
+                edge = axes.moved(width - PARALLEL_DEPTH_M if far else PARALLEL_DEPTH_M, 4).facing(
+                    (0, 1), (1 if far else -1, 0)
+                )
                 stalls += plan_parallel_row(plan, rng, edge, depth - 8, style)
-                reach = 2.4 + style.aisle
+                reach = PARALLEL_DEPTH_M + style.aisle
         low, high = (low, high - reach) if far else (low + reach, high)
     return low, high, stalls
 

@@ -31,7 +31,7 @@ def sample_sun(rng: np.random.Generator, *, calm: bool = False) -> Sun:
     left = rng.uniform(0.3, 0.62) if calm else rng.uniform(0.2, 0.75)
     if not calm and rng.random() < 0.12:  # overcast
         left, reach = rng.uniform(0.8, 0.97), reach * 0.5
-    cold = rng.uniform(0, 0.4)
+    cold = rng.uniform(0, 0.55)
     gain = (min(1.0, left * (1 + cold)), left, left * (1 - 0.6 * cold))
     return Sun((math.cos(direction) * reach, math.sin(direction) * reach), gain, rng.uniform(0.04, 0.13))
 

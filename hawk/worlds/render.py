@@ -53,9 +53,12 @@ def draw_plan(plan: Plan, canvas: Canvas, sun: Sun, rng: np.random.Generator) ->
     shadows = Shadows(canvas, sun)
     for shade in plan.shades:
         shadows.add_block(shade, 0.0, tall=True)
-    _draw_blocks(plan, canvas, shadows)
     layers = _draw_standing(plan, canvas, shadows, sun, rng)
+    for block in plan.blocks:
+        if canvas.touches(block.polygon, 4):
+            shadows.add_block(block.polygon, block.height)
     shadows.apply(rng=rng)
+    _draw_blocks(plan, canvas, shadows)
     return Drawn(canvas.image, tuple(layers))
 
 
@@ -119,9 +122,9 @@ def _draw_gain(canvas: Canvas, gain: Gain) -> None:
 def _draw_blocks(plan: Plan, canvas: Canvas, shadows: Shadows) -> None:
     for block in plan.blocks:
         patch = canvas.patch(block.polygon)
-        if patch is not None:
-            shadows.add_block(block.polygon, block.height)
-            canvas.cover(patch, block.colour)
+        if patch is not None:  # the block's own shadow does not fall on it
+            shade = shadows.shade_at(block.polygon.mean(0)[None])[0]
+            canvas.cover(patch, shade * np.array(block.colour, np.float32))
 
 
 def _draw_standing(

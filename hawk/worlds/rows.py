@@ -13,6 +13,8 @@ from hawk.worlds.cars import sample_kind
 from hawk.worlds.plan import Axes, Block, Plan, PlannedStall, Surface, Tree, Vehicle
 from hawk.worlds.style import LotStyle
 
+PARALLEL_DEPTH_M = 2.4
+"""Room that kerbside stalls need, metres."""
 WORN_BELOW = 0.6
 """A stall whose better long line keeps less than this share of its paint is worn."""
 
@@ -67,7 +69,7 @@ def plan_row(
 
 def plan_parallel_row(plan: Plan, rng: np.random.Generator, axes: Axes, length: float, style: LotStyle) -> int:
     """Lay kerbside stalls along ``axes.u`` (open side at v = 0); return how many there are."""
-    pitch, depth = rng.uniform(6.0, 7.2), rng.uniform(2.2, 2.7)
+    pitch, depth = rng.uniform(6.0, 7.2), rng.uniform(2.1, PARALLEL_DEPTH_M)
     count = int(length / pitch)
     for k in range(count + 1):
         plan.line(axes.at(k * pitch, 0), axes.at(k * pitch, depth), style.line_width, 0, 1.0)

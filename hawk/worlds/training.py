@@ -20,6 +20,7 @@ BARE_SHARE = 0.16
 HIDDEN_SHARE = 0.7
 """A stall is hidden when more of it than this lies under crowns and roofs."""
 
+_VISIBLE_LEVELS = 9.0  # grey levels between paint and ground
 _SITE = SiteSize(width=(16, 95), depth=(10, 72), second=0.12)
 
 
@@ -70,7 +71,10 @@ def draw_scene(
     canvas = Canvas(float(x), float(y), width, height, metres_per_pixel)
     drawn = draw_plan(plan, canvas, sample_sun(rng), rng)
     image, car, cover = _composite(rng, canvas, drawn.ground, FacetSet(drawn.layers))
-    stalls = tuple(_scene_stall(canvas, stall, cover) for stall in plan.stalls if canvas.touches(stall.corners, 1.0))
+    contrast = float(np.abs(np.array(plan.palette[0]) - plan.asphalt.colour).max())
+    stalls = tuple(
+        _scene_stall(canvas, stall, cover, contrast) for stall in plan.stalls if canvas.touches(stall.corners, 1.0)
+    )
     picture = photograph(rng, image)
     return Scene(picture, _lot_mask(canvas, plan), car, cover, stalls, metres_per_pixel)
 
@@ -119,7 +123,7 @@ def _lot_mask(canvas: Canvas, plan: Plan) -> Bytes:
     return mask
 
 
-def _scene_stall(canvas: Canvas, stall: PlannedStall, cover: Bytes) -> SceneStall:
+def _scene_stall(canvas: Canvas, stall: PlannedStall, cover: Bytes, contrast: float) -> SceneStall:
     quad = canvas.to_px(stall.corners)
     covered = _share(cover, quad)
     return SceneStall(
@@ -127,7 +131,7 @@ def _scene_stall(canvas: Canvas, stall: PlannedStall, cover: Bytes) -> SceneStal
         taken=stall.taken,
         hidden=covered >= HIDDEN_SHARE,
         worn=stall.worn,
-        lines_visible=stall.paint > 0.12,
+        lines_visible=stall.paint * contrast > _VISIBLE_LEVELS,
         paint=stall.paint,
         covered=covered,
         kind=stall.kind,
