@@ -5,13 +5,14 @@ from __future__ import annotations
 _START = b"\xff\xd8"
 _END = b"\xff\xd9"
 _FRAME_HEADERS = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
+_PADDING = b"\0\xff\r\n"
+"""What some cameras put after the end of a picture, up to `_TAIL` bytes of it."""
 _TAIL = 64
-"""Some cameras pad the end of a picture; no more than this is looked through."""
 
 
 def is_whole(data: bytes | bytearray | memoryview) -> bool:
     """Whether the bytes start and end as a JPEG does."""
-    return len(data) > 4 and bytes(data[:2]) == _START and _END in bytes(data[-_TAIL:])
+    return len(data) > 4 and bytes(data[:2]) == _START and bytes(data[-_TAIL:]).rstrip(_PADDING).endswith(_END)
 
 
 def size(data: bytes) -> tuple[int, int]:

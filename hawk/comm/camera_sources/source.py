@@ -40,6 +40,9 @@ class CameraSource(Protocol):
 
 def without_secrets(url: str) -> str:
     """Return an address without user, password and query: it is shown and logged."""
-    parts = urlsplit(url)
-    port = f":{parts.port}" if parts.port else ""
+    try:
+        parts = urlsplit(url)
+        port = f":{parts.port}" if parts.port else ""
+    except ValueError:
+        return "an address that cannot be read"
     return f"{parts.scheme}://{parts.hostname or ''}{port}{parts.path}"

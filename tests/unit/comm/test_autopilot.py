@@ -18,6 +18,7 @@ from hawk.comm.vehicle import Autopilot, AutopilotError, VehicleTopics
 from hawk.config import AutopilotSettings
 from hawk.model import ArmPlace, CopterMode, Fence, GlobalPose
 from tests.unit.comm.fakes import ALTITUDE, LATITUDE, LONGITUDE, FakeLink, Memory, Said
+from tests.unit.comm.waiting import until
 
 FENCE = Fence(((0.0, 0.0),), ((-50.0, -50.0), (-50.0, 50.0), (50.0, 50.0), (50.0, -50.0)), 97.0, 100.0)
 PARAMETERS: dict[str, tuple[float, int]] = {
@@ -64,7 +65,7 @@ class Rig:
 
     async def connect(self) -> None:
         await self.autopilot.start()
-        await self.until(lambda: self.link.found)
+        await until(lambda: self.link.found)
         await self.say(self.said.heartbeat(), self.said.landed(1))
 
     async def arm_here(self) -> None:
@@ -74,11 +75,6 @@ class Rig:
             self.said.boot += 0.05
             await self.say(self.said.attitude(), self.said.local(2.0, 1.0, -0.5), self.said.world())
         assert self.topics.arm_place.value is not None
-
-    async def until(self, true: Callable[[], bool], timeout_s: float = 5.0) -> None:
-        async with asyncio.timeout(timeout_s):
-            while not true():  # noqa: ASYNC110 - what is waited for happens on other threads
-                await asyncio.sleep(0.002)
 
 
 @pytest.fixture
@@ -105,10 +101,10 @@ async def test_before_an_autopilot_is_found_it_is_not_connected(rig: Rig) -> Non
 async def test_an_absent_autopilot_is_waited_for_and_found(rig: Rig) -> None:
     rig.link.appears = False
     await rig.autopilot.start()
-    await rig.until(lambda: rig.link.opened >= 2)
+    await until(lambda: rig.link.opened >= 2)
     assert not rig.link.found
     rig.link.appears = True
-    await rig.until(lambda: rig.link.found)
+    await until(lambda: rig.link.found)
     await rig.say(rig.said.heartbeat())
     assert rig.topics.state.value is not None
     assert rig.topics.state.value.connected
@@ -117,15 +113,15 @@ async def test_an_absent_autopilot_is_waited_for_and_found(rig: Rig) -> None:
 async def test_a_link_that_cannot_be_opened_says_why_and_is_tried_again(rig: Rig) -> None:
     rig.link.problems = ["autopilot.url 'serial://x' cannot be opened"] * 3
     await rig.autopilot.start()
-    await rig.until(lambda: bool(rig.autopilot.problem))
+    await until(lambda: bool(rig.autopilot.problem))
     assert "autopilot.url" in rig.autopilot.problem
-    await rig.until(lambda: rig.link.found)
+    await until(lambda: rig.link.found)
     assert rig.autopilot.problem == ""
 
 
 async def test_rates_are_asked_for_when_the_autopilot_is_found(rig: Rig) -> None:
     await rig.connect()
-    await rig.until(lambda: len(rig.link.named("COMMAND_LONG")) >= 6)
+    await until(lambda: len(rig.link.named("COMMAND_LONG")) >= 6)
     asked = {(fields["command"], fields["param1"]) for fields in rig.link.named("COMMAND_LONG")}
     assert {(511, 30.0), (511, 32.0), (511, 33.0), (511, 1.0)} <= asked
 
@@ -133,36 +129,36 @@ async def test_rates_are_asked_for_when_the_autopilot_is_found(rig: Rig) -> None
 async def test_rates_are_asked_for_again_after_a_boot(rig: Rig) -> None:
     await rig.connect()
     await rig.say(rig.said.attitude())
-    await rig.until(lambda: len(rig.link.named("COMMAND_LONG")) >= 5)
+    await until(lambda: len(rig.link.named("COMMAND_LONG")) >= 5)
     rig.link.sent.clear()
     rig.said.boot = 1.0
     await rig.say(rig.said.local())
-    await rig.until(lambda: len(rig.link.named("COMMAND_LONG")) >= 6)
+    await until(lambda: len(rig.link.named("COMMAND_LONG")) >= 6)
 
 
 async def test_a_fast_simulation_hears_more_heartbeats() -> None:
     rig = Rig(FastClock(50.0))
     await rig.connect()
-    await rig.until(lambda: len(rig.link.named("HEARTBEAT")) == 1)
+    await until(lambda: len(rig.link.named("HEARTBEAT")) == 1)
     rig.clock.advance(1.0)
     await rig.say(rig.said.heartbeat())
-    await rig.until(lambda: len(rig.link.named("HEARTBEAT")) == 2)
+    await until(lambda: len(rig.link.named("HEARTBEAT")) == 2)
     assert rig.link.named("HEARTBEAT")[0]["type"] == 6
     await rig.autopilot.close()
 
 
 async def test_at_speed_one_mavsdk_alone_sends_heartbeats(rig: Rig) -> None:
     await rig.connect()
-    await rig.until(lambda: len(rig.link.named("COMMAND_LONG")) >= 5)
+    await until(lambda: len(rig.link.named("COMMAND_LONG")) >= 5)
     assert rig.link.named("HEARTBEAT") == []
 
 
 async def test_five_seconds_of_silence_open_the_link_again(rig: Rig) -> None:
     await rig.connect()
     rig.clock.advance(6.0)
-    await rig.until(lambda: rig.link.reopened == 1)
+    await until(lambda: rig.link.reopened == 1)
     state = rig.topics.state.value
-    await rig.until(lambda: rig.topics.state.value is not None and not rig.topics.state.value.connected)
+    await until(lambda: rig.topics.state.value is not None and not rig.topics.state.value.connected)
     assert state is not None
     await rig.say(rig.said.heartbeat())
     assert rig.topics.state.value is not None
@@ -206,7 +202,7 @@ class TestCommands:
         await rig.connect()
         rig.link.results[400] = 4
         arming = asyncio.create_task(rig.autopilot.arm())
-        await rig.until(lambda: bool(rig.link.commanded))
+        await until(lambda: bool(rig.link.commanded))
         await asyncio.sleep(0.02)
         await rig.say(rig.said.text("PreArm: GPS 1: Bad fix"))
         with pytest.raises(AutopilotError, match="PreArm: GPS 1: Bad fix"):
@@ -240,7 +236,7 @@ class TestKill:
         loop.set_default_executor(default)
         for _ in range(8):
             loop.run_in_executor(None, release.wait, 10)
-        await rig.until(lambda: len(rig.link.commanded) >= 2)
+        await until(lambda: len(rig.link.commanded) >= 2)
         took = []
         for _ in range(20):
             before = time.perf_counter()
@@ -257,7 +253,7 @@ class TestKill:
     async def test_it_is_tried_on_a_link_that_seems_dead(self, rig: Rig) -> None:
         await rig.connect()
         rig.clock.advance(4.0)
-        await rig.until(lambda: rig.topics.state.value is not None and not rig.topics.state.value.connected)
+        await until(lambda: rig.topics.state.value is not None and not rig.topics.state.value.connected)
         await rig.autopilot.kill()
         assert any(fields["command"] == 185 for fields in rig.link.named("COMMAND_LONG"))
 
@@ -276,7 +272,7 @@ class TestTarget:
         await rig.connect()
         await rig.arm_here()
         rig.autopilot.send_target(10.0, -5.0, 30.0, 7.0)
-        await rig.until(lambda: bool(rig.link.named("SET_POSITION_TARGET_LOCAL_NED")))
+        await until(lambda: bool(rig.link.named("SET_POSITION_TARGET_LOCAL_NED")))
         sent = rig.link.named("SET_POSITION_TARGET_LOCAL_NED")[0]
         assert (sent["x"], sent["y"], sent["z"]) == pytest.approx((12.0, -4.0, -30.5), abs=0.02)
         assert sent["yaw"] == pytest.approx(7.0 - 2 * math.pi)
@@ -304,7 +300,7 @@ class TestTarget:
         await rig.connect()
         await rig.arm_here()
         rig.clock.advance(3.0)
-        await rig.until(lambda: rig.topics.state.value is not None and not rig.topics.state.value.connected)
+        await until(lambda: rig.topics.state.value is not None and not rig.topics.state.value.connected)
         with pytest.raises(AutopilotError, match="No link"):
             rig.autopilot.send_target(1.0, 2.0, 30.0, 0.0)
 
@@ -429,7 +425,7 @@ async def test_closing_does_not_wait_for_a_command_that_hangs(rig: Rig) -> None:
     release = threading.Event()
     rig.link.before_ack = lambda: (release.wait(10), None)[1]
     hanging = asyncio.create_task(rig.autopilot.arm())
-    await rig.until(lambda: bool(rig.link.commanded))
+    await until(lambda: bool(rig.link.commanded))
     before = time.perf_counter()
     await rig.autopilot.close()
     assert time.perf_counter() - before < 3.0

@@ -1,0 +1,249 @@
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncGenerator, AsyncIterator
+
+import pytest
+
+from hawk.comm.camera_sources.gstreamer import GStreamerSource
+from hawk.comm.camera_sources.http_mjpeg import HttpMjpegSource
+from hawk.comm.camera_sources.make import make_source
+from hawk.comm.camera_sources.opencv import OpenCvSource
+from hawk.comm.camera_sources.source import CameraError, SourceFrame
+from hawk.comm.clock import Clock, ManualClock
+from hawk.comm.drone_camera import STALE_S, DroneCamera, NoImage
+from hawk.config import CameraSettings, ConfigError
+from tests.unit.comm.pictures import StreamServer, forever, part, picture
+from tests.unit.comm.waiting import until
+
+PICTURE = picture()
+
+
+class HandFed:
+    """A source that is fed by the test; a CameraError that is fed ends the stream."""
+
+    def __init__(self) -> None:
+        self.queue: asyncio.Queue[SourceFrame | Exception] = asyncio.Queue()
+        self.opened = 0
+        self.torn = 0
+        self.closed = False
+
+    async def frames(self) -> AsyncGenerator[SourceFrame, None]:
+        self.opened += 1
+        while True:
+            item = await self.queue.get()
+            if isinstance(item, Exception):
+                raise item
+            yield item
+
+    async def close(self) -> None:
+        self.closed = True
+
+
+class Rig:
+    def __init__(self) -> None:
+        self.clock = ManualClock(100.0)
+        self.source = HandFed()
+        self.known: float | None = None
+        self.camera = self.make(CameraSettings(latency_s=0.08, reconnect_s=0.01))
+
+    def make(self, settings: CameraSettings, *, stamped: bool = False) -> DroneCamera:
+        def make_it(_settings: CameraSettings, _clock: Clock) -> HandFed:
+            return self.source
+
+        self.camera = DroneCamera(settings, self.clock, (lambda _: self.known) if stamped else None, make_it)
+        return self.camera
+
+    async def feed(self, *items: SourceFrame | Exception) -> None:
+        for item in items:
+            self.source.queue.put_nowait(item)
+        for _ in range(4):
+            await asyncio.sleep(0)
+
+
+@pytest.fixture
+async def rig() -> AsyncIterator[Rig]:
+    rig = Rig()
+    yield rig
+    await rig.camera.close()
+
+
+def frame(arrival: float = 100.0, stamp: float | None = None, data: bytes = PICTURE) -> SourceFrame:
+    return SourceFrame(data, arrival, stamp)
+
+
+async def test_before_the_first_picture_there_is_none(rig: Rig) -> None:
+    rig.camera.init()
+    with pytest.raises(NoImage, match="No picture yet"):
+        rig.camera.get_image()
+    assert rig.camera.latest is None
+    assert rig.camera.model is None
+    assert not rig.camera.health.is_healthy
+
+
+async def test_the_newest_picture_is_given_as_bgr(rig: Rig) -> None:
+    rig.camera.init()
+    await rig.feed(frame(data=picture(32, 16, 10)), frame(data=picture(32, 16, 200)))
+    image = rig.camera.get_image()
+    assert image.shape == (16, 32, 3)
+    assert image.dtype == "uint8"
+    assert abs(int(image.mean()) - 200) < 3
+    assert rig.camera.health.is_healthy
+
+
+async def test_an_old_picture_is_no_picture(rig: Rig) -> None:
+    rig.camera.init()
+    await rig.feed(frame())
+    rig.clock.advance(STALE_S + 1.0)
+    with pytest.raises(NoImage, match="no picture for 2 s"):
+        rig.camera.get_image()
+    assert "no picture for 2 s" in rig.camera.health.reason
+    assert rig.camera.latest is not None
+
+
+async def test_next_frame_waits_for_a_newer_one_and_skips_to_the_newest(rig: Rig) -> None:
+    rig.camera.init()
+    waiting = asyncio.create_task(rig.camera.next_frame())
+    await asyncio.sleep(0)
+    assert not waiting.done()
+    await rig.feed(frame(100.0))
+    assert (await waiting).sequence == 1
+    await rig.feed(frame(100.1), frame(100.2), frame(100.3))
+    newest = await rig.camera.next_frame()
+    assert (newest.sequence, newest.arrived) == (4, 100.3)
+    waiting = asyncio.create_task(rig.camera.next_frame())
+    await rig.feed()
+    assert not waiting.done()
+    waiting.cancel()
+
+
+async def test_without_a_stamp_the_light_was_caught_a_latency_before_arrival(rig: Rig) -> None:
+    rig.camera.init()
+    await rig.feed(frame(100.0))
+    assert rig.camera.latest is not None
+    assert rig.camera.latest.captured == pytest.approx(99.92)
+
+
+async def test_a_stamp_is_mapped_by_the_least_delay_and_the_latency(rig: Rig) -> None:
+    rig.camera.init()
+    await rig.feed(frame(100.0, 5.0), frame(100.3, 5.1))  # the second came 0.2 s late
+    assert rig.camera.latest is not None
+    assert rig.camera.latest.captured == pytest.approx(100.02)
+
+
+async def test_a_known_clock_is_believed_but_never_after_the_arrival(rig: Rig) -> None:
+    rig.make(CameraSettings(), stamped=True)
+    rig.camera.init()
+    rig.known = 99.87
+    await rig.feed(frame(100.0, 5.0))
+    assert rig.camera.latest is not None
+    assert rig.camera.latest.captured == 99.87
+    rig.known = 105.0
+    await rig.feed(frame(100.1, 5.1))
+    assert rig.camera.latest.captured == 100.1
+
+
+async def test_while_the_known_clock_is_not_known_the_stamp_is_estimated(rig: Rig) -> None:
+    rig.make(CameraSettings(latency_s=0.05), stamped=True)
+    rig.camera.init()
+    await rig.feed(frame(100.0, 5.0))
+    assert rig.camera.latest is not None
+    assert rig.camera.latest.captured == pytest.approx(99.95)
+
+
+async def test_a_camera_that_goes_away_is_told_and_found_again(rig: Rig) -> None:
+    rig.camera.init()
+    await rig.feed(frame(100.0), CameraError("http://cam: the stream ended"))
+    rig.clock.advance(2.0)
+    assert "the stream ended" in rig.camera.health.reason
+    waiting = asyncio.create_task(rig.camera.next_frame())
+    await rig.feed()
+    waiting.cancel()
+    await until(lambda: rig.source.opened == 2)
+    await rig.feed(frame(102.0))
+    assert rig.camera.health.is_healthy
+
+
+async def test_an_unexpected_failure_does_not_end_the_camera(rig: Rig) -> None:
+    rig.camera.init()
+    await rig.feed(RuntimeError("a bug in a driver"))
+    assert "RuntimeError: a bug in a driver" in rig.camera.health.reason
+    await asyncio.sleep(0.02)
+    await rig.feed(frame(100.0))
+    assert rig.camera.health.is_healthy
+
+
+async def test_what_is_no_jpeg_is_dropped_and_counted(rig: Rig) -> None:
+    rig.camera.init()
+    rig.source.torn = 3
+    await rig.feed(frame(data=b"\xff\xd8 no picture \xff\xd9"))
+    assert rig.camera.latest is None
+    assert rig.camera.damaged == 4
+
+
+async def test_a_picture_that_cannot_be_decoded_is_no_image_and_no_opencv_error(rig: Rig) -> None:
+    rig.camera.init()
+    header = picture()[:160]
+    await rig.feed(frame(data=b"\xff\xd8\xff\xc0\x00\x11\x08\x00\x10\x00\x10\x03" + b"\0" * 20))
+    assert len(header) == 160
+    with pytest.raises(NoImage, match="cannot be decoded"):
+        rig.camera.get_image()
+
+
+async def test_the_model_is_that_of_the_newest_picture(rig: Rig) -> None:
+    rig.make(CameraSettings(horizontal_fov_deg=90.0))
+    rig.camera.init()
+    await rig.feed(frame(data=picture(640, 480)))
+    model = rig.camera.model
+    assert model is not None
+    assert (model.width, model.height) == (640, 480)
+    assert model.fx == pytest.approx(320.0)
+
+
+async def test_closing_ends_task_and_source_and_may_be_done_twice(rig: Rig) -> None:
+    rig.camera.init()
+    rig.camera.init()
+    await rig.feed(frame())
+    await rig.camera.close()
+    await rig.camera.close()
+    assert rig.source.closed
+    assert not [task for task in asyncio.all_tasks() if task.get_name() == "drone-camera"]
+
+
+@pytest.mark.parametrize(
+    ("url", "kind"),
+    [
+        ("http://127.0.0.1:8090/stream", HttpMjpegSource),
+        ("https://cam/stream", HttpMjpegSource),
+        ("v4l2:///dev/video0", OpenCvSource),
+        ("rtsp://cam/stream", OpenCvSource),
+        ("file:///video.mp4", OpenCvSource),
+        ("gst:videotestsrc", GStreamerSource),
+    ],
+)
+def test_the_address_chooses_the_source(url: str, kind: type) -> None:
+    assert isinstance(make_source(CameraSettings(url=url), ManualClock()), kind)
+
+
+def test_an_address_of_no_known_kind_names_those_that_are() -> None:
+    with pytest.raises(ConfigError, match=r"camera.url: 'ftp://x' .*http://.*gst:"):
+        make_source(CameraSettings(url="ftp://x"), ManualClock())
+
+
+async def test_over_http_it_waits_for_an_absent_camera_and_finds_it_again(unused_tcp_port: int) -> None:
+    url = f"http://127.0.0.1:{unused_tcp_port}/stream"
+    camera = DroneCamera(CameraSettings(url=url, reconnect_s=0.02), ManualClock(5.0))
+    camera.init()
+    server = None
+    try:
+        async with asyncio.timeout(10):
+            await until(lambda: "Cannot connect" in camera.health.reason)
+            for _ in range(2):
+                server = StreamServer(forever(part(PICTURE, stamp=1.0)), port=unused_tcp_port)
+                await server.start()
+                await camera.next_frame()
+                await server.close()
+    finally:
+        await camera.close()
+        if server is not None:
+            await server.close()

@@ -1,0 +1,82 @@
+from __future__ import annotations
+
+import asyncio
+import threading
+from contextlib import aclosing
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from hawk.comm.camera_sources.opencv import OpenCvSource
+from hawk.comm.camera_sources.source import CameraError, SourceFrame
+from hawk.comm.clock import ManualClock
+from hawk.comm.drone_camera import decode
+
+
+@pytest.fixture
+def video(tmp_path: Path) -> str:
+    """A film of five pictures, 100 a second, each lighter than the one before."""
+    path = tmp_path / "a film.avi"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 100.0, (64, 48))
+    assert writer.isOpened()
+    for index in range(5):
+        writer.write(np.full((48, 64, 3), 40 * index + 20, np.uint8))
+    writer.release()
+    return path.as_uri()
+
+
+async def read_all(source: OpenCvSource, into: list[SourceFrame]) -> None:
+    async with asyncio.timeout(10), aclosing(source.frames()) as frames:
+        async for frame in frames:
+            into.append(frame)  # noqa: PERF401 - what came before an error counts
+
+
+def camera_threads() -> list[str]:
+    return [thread.name for thread in threading.enumerate() if thread.name == "camera-opencv"]
+
+
+async def test_a_film_is_played_to_its_end_and_says_so(video: str) -> None:
+    source = OpenCvSource(video, ManualClock(3.0))
+    found: list[SourceFrame] = []
+    with pytest.raises(CameraError, match="the file has ended"):
+        await read_all(source, found)
+    await source.close()
+    assert 1 <= len(found) <= 5
+    assert all(frame.arrival == 3.0 and frame.stamp is None for frame in found)
+    greys = [float(decode(frame.jpeg).mean()) for frame in found]
+    assert greys == sorted(greys)
+    assert source.torn == 0
+
+
+async def test_it_may_be_opened_again(video: str) -> None:
+    source = OpenCvSource(video, ManualClock())
+    for _ in range(2):
+        async with asyncio.timeout(10), aclosing(source.frames()) as frames:
+            async for frame in frames:
+                assert decode(frame.jpeg).shape == (48, 64, 3)
+                break
+    await source.close()
+    assert camera_threads() == []
+
+
+@pytest.mark.parametrize("url", ["file:///there/is/no.mp4", "v4l2:///dev/video97"])
+async def test_what_cannot_be_opened_is_an_error_with_its_name(url: str) -> None:
+    source = OpenCvSource(url, ManualClock())
+    with pytest.raises(CameraError, match=f"{url}: cannot be opened"):
+        await read_all(source, [])
+    await source.close()
+
+
+async def test_a_file_that_is_no_film_is_an_error(tmp_path: Path) -> None:
+    path = tmp_path / "text.mp4"
+    path.write_text("no film")
+    source = OpenCvSource(path.as_uri(), ManualClock())
+    with pytest.raises(CameraError, match="cannot be opened"):
+        await read_all(source, [])
+    await source.close()
+
+
+async def test_closing_before_anything_was_opened_does_nothing() -> None:
+    await OpenCvSource("v4l2:///dev/video97", ManualClock()).close()

@@ -1,0 +1,119 @@
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import AsyncIterator, Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
+
+import pytest
+
+from hawk.comm.drone_camera import NoImage
+from hawk.comm.operator_camera import OperatorCamera
+from tests.unit.comm.pictures import StreamServer, forever, once, part, picture
+
+T = TypeVar("T")
+DARK, LIGHT = picture(32, 24, 20), picture(32, 24, 220)
+
+
+@pytest.fixture
+async def blocking() -> AsyncIterator[ThreadPoolExecutor]:
+    """Runs the camera's synchronous calls beside the test's server."""
+    executor = ThreadPoolExecutor(1)
+    yield executor
+    executor.shutdown()
+
+
+async def call(executor: ThreadPoolExecutor, function: Callable[[], T]) -> T:
+    return await asyncio.get_running_loop().run_in_executor(executor, function)
+
+
+async def serve(server: StreamServer) -> tuple[str, int]:
+    await server.start()
+    assert server.server.port is not None
+    return "127.0.0.1", server.server.port
+
+
+async def test_pictures_of_the_daemon_are_given_as_bgr(blocking: ThreadPoolExecutor) -> None:
+    server = StreamServer(forever(part(LIGHT)))
+    camera = OperatorCamera(*await serve(server))
+    camera.init()
+    camera.init()
+    image = await call(blocking, lambda: camera.wait_image(5.0))
+    assert image.shape == (24, 32, 3)
+    assert abs(int(image.mean()) - 220) < 3
+    assert (await call(blocking, camera.get_image)).shape == (24, 32, 3)
+    await call(blocking, camera.close)
+    await server.close()
+    assert "operator-camera" not in [thread.name for thread in threading.enumerate()]
+
+
+async def test_before_a_picture_comes_there_is_none(unused_tcp_port: int, blocking: ThreadPoolExecutor) -> None:
+    camera = OperatorCamera("127.0.0.1", unused_tcp_port, reconnect_s=0.01)
+    with pytest.raises(NoImage, match="no picture yet"):
+        camera.get_image()
+    camera.init()
+    with pytest.raises(NoImage, match=r"stream\.mjpg"):
+        await call(blocking, lambda: camera.wait_image(0.05))
+    await call(blocking, camera.close)
+
+
+async def test_the_token_goes_along_as_a_header_not_in_the_address(blocking: ThreadPoolExecutor) -> None:
+    server = StreamServer(forever(part(LIGHT)))
+    camera = OperatorCamera(*await serve(server), token="sixteen letters!")
+    camera.init()
+    await call(blocking, lambda: camera.wait_image(5.0))
+    await call(blocking, camera.close)
+    await server.close()
+    assert server.requests[0].headers["Authorization"] == "Bearer sixteen letters!"
+    assert server.requests[0].path_qs == "/stream.mjpg"
+
+
+async def test_a_stream_that_breaks_is_connected_again(blocking: ThreadPoolExecutor) -> None:
+    server = StreamServer(once(part(DARK)))
+    camera = OperatorCamera(*await serve(server), reconnect_s=0.01)
+    camera.init()
+    await call(blocking, lambda: camera.wait_image(5.0))
+    server.writer = forever(part(LIGHT))
+
+    def until_light() -> None:
+        while camera.wait_image(5.0).mean() < 100:
+            pass
+
+    await call(blocking, until_light)
+    await call(blocking, camera.close)
+    await server.close()
+    assert len(server.requests) >= 2
+
+
+async def test_a_refusal_is_told(blocking: ThreadPoolExecutor) -> None:
+    server = StreamServer(forever(part(LIGHT)))
+    server.status = 401
+    camera = OperatorCamera(*await serve(server), reconnect_s=0.01)
+    camera.init()
+
+    def wait_for_words() -> str:
+        words = ""
+        while "401" not in words:
+            with pytest.raises(NoImage) as caught:
+                camera.wait_image(0.02)
+            words = str(caught.value)
+        return words
+
+    assert "answers 401 Unauthorized" in await call(blocking, wait_for_words)
+    await call(blocking, camera.close)
+    await server.close()
+
+
+def test_it_can_be_closed_before_it_was_started_and_twice() -> None:
+    camera = OperatorCamera("127.0.0.1", 3000)
+    camera.close()
+    camera.init()
+    camera.close()
+    camera.close()
+
+
+@pytest.mark.parametrize("port", [0, -1, 70_000])
+def test_a_port_that_is_none_is_an_error(port: int) -> None:
+    with pytest.raises(ValueError, match="port must be 1 to 65535"):
+        OperatorCamera("127.0.0.1", port)
