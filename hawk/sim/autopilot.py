@@ -30,6 +30,8 @@ STEP_S = 0.01
 FAILSAFE_PERIOD_S = 0.1
 LAND_DETECT_S = 1.0
 CRASH_DISARM_S = 2.0
+PRE_ARM_PERIOD_S = 30.0
+"""Between two reports of what speaks against arming, while disarmed."""
 TEXTS_KEPT = 50
 EMERGENCY, CRITICAL, WARNING, INFO = 0, 2, 4, 6
 """MAV_SEVERITY."""
@@ -108,6 +110,7 @@ class Autopilot:
         self._armed_on_ground_since = self.time
         self._next_failsafe = self.time
         self._crash_time: float | None = None
+        self._next_pre_arm = self.time + PRE_ARM_PERIOD_S
         self.estimate: Estimate = self.estimator.step(self.body, 0.0)
         self.mode: Mode = Stabilize(self._view())
         self.say(INFO, "ArduCopter V4.6.0 (hawk-sim)")
@@ -164,6 +167,9 @@ class Autopilot:
             self._next_failsafe = self.time + FAILSAFE_PERIOD_S
             self._limits = Limits.of(self.parameters)
             self.failsafes.step(self._watched())
+        if not self.armed and self.time >= self._next_pre_arm:
+            self._next_pre_arm = self.time + PRE_ARM_PERIOD_S
+            self.report_pre_arm()
 
     # Commands
 

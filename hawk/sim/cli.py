@@ -68,6 +68,13 @@ def make_parser() -> argparse.ArgumentParser:
     world.add_argument("--truth", type=Path, metavar="FILE", help="what the picture really holds (JSON)")
     world.add_argument("--start", type=_pair, metavar="X,Y", help="where the drone stands, metres in the picture")
     world.add_argument(
+        "--heading",
+        type=_number(-360, 360),
+        default=0.0,
+        metavar="DEG",
+        help="where the drone looks at the start, clockwise from north (default 0)",
+    )
+    world.add_argument(
         "--latitude", type=_number(-90, 90), default=43.2609, metavar="DEG", help="of the upper left corner"
     )
     world.add_argument("--longitude", type=_number(-180, 180), default=-79.9192, metavar="DEG", help="the same")
@@ -131,6 +138,7 @@ def run_options(options: argparse.Namespace, world: World) -> RunOptions:
         raise UsageError(f"--start: must lie in the picture, 0..{width:.1f},0..{height:.1f} metres")
     autopilot = AutopilotOptions(
         start=(-start[1], start[0]),
+        yaw=math.radians(options.heading),
         gnss_sigma=options.gnss_sigma,
         gnss_wait_s=options.gnss_wait,
         wind=options.wind,

@@ -61,6 +61,7 @@ def build(message_id: int, autopilot: Autopilot) -> Message | None:
 def heartbeat(autopilot: Autopilot) -> Message:
     """HEARTBEAT."""
     base = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | mavlink.MAV_MODE_FLAG_STABILIZE_ENABLED
+    base |= mavlink.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED
     if autopilot.mode.needs_position:
         base |= mavlink.MAV_MODE_FLAG_GUIDED_ENABLED
     if autopilot.armed:
