@@ -1,6 +1,7 @@
 """Write the page's TypeScript types from the messages that drone and operator exchange.
 
-``python packaging/page_protocol.py`` writes ``hawk/web/page/src/protocol.ts``; ``--check`` fails when it is out of date.
+``python packaging/page_protocol.py`` writes ``hawk/web/page/src/protocol.ts``; ``--check`` fails when that is out of
+date.
 """
 
 from __future__ import annotations

@@ -144,7 +144,7 @@ function seenPart(picture: ImageBitmap, size: number): HTMLCanvasElement {
   if (!context) return canvas;
   context.drawImage(picture, 0, 0, size, size);
   const pixels = context.getImageData(0, 0, size, size);
-  clearUnseen(pixels.data, size, size);
+  clearUnseen(pixels.data, size);
   context.putImageData(pixels, 0, 0);
   return canvas;
 }

@@ -31,6 +31,8 @@ const GLIDE_STEP_MS = 90;
 const REDRAW_MS = 120;
 const FOLLOW_RESOLUTION = 0.14;
 const EASE_MS = 150;
+/** A whole lot that takes up less of the view than this is brought nearer. */
+const LEAST_FILLED = 0.5;
 
 /** The map: a metre grid of its own (east, north), drawn when something changes and not otherwise. */
 export class LotMap {
@@ -197,7 +199,7 @@ export class LotMap {
     const context = this.overlay.getContext("2d");
     const [width, height] = this.map.getSize() ?? [0, 0];
     const palette = this.ground.palette;
-    if (!context || !palette || !width || !height || document.hidden) return;
+    if (!context || !palette || width === undefined || height === undefined || document.hidden) return;
     const ratio = window.devicePixelRatio;
     resize(this.overlay, width, height, ratio);
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
@@ -213,8 +215,7 @@ export class LotMap {
 
   private startGlide(before: Scene): void {
     const target = this.scene.drone;
-    const jump = this.still.matches || document.hidden || !this.shown || !target || !before.drone;
-    if (jump || !target || !this.shown) {
+    if (this.still.matches || document.hidden || !this.shown || !target || !before.drone) {
       this.shown = target;
       this.glide = null;
       return;
@@ -248,7 +249,7 @@ export class LotMap {
     if (this.looking !== "whole") return;
     const wanted = this.whole();
     const size = this.map.getSize();
-    if (wanted && size && !covers(this.view.calculateExtent(size) as Extent, wanted)) this.fitWhole();
+    if (wanted && size && !fills(this.view.calculateExtent(size) as Extent, wanted)) this.fitWhole();
   }
 
   /** Brings the drone to the middle; unless asked to, only when it has come near the edge. */
@@ -268,7 +269,7 @@ export class LotMap {
     const whole = this.whole();
     const size = this.map.getSize();
     if (!whole || !size?.[0] || !size[1]) return;
-    this.view.fit(whole, { padding: [56, 72, 56, 72], minResolution: 0.05, size });
+    this.view.fit(whole, { padding: [28, 68, 52, 68], minResolution: 0.05, size });
   }
 
   /** The lot as far as it was seen with drone and home, else the fence. */
@@ -282,6 +283,12 @@ export class LotMap {
     const [west, south, east, north] = this.lot;
     return extentOf([...places, [west, south], [east, north]]);
   }
+}
+
+/** Whether a view shows all of an extent, and not much else. */
+function fills(view: Extent, wanted: Extent): boolean {
+  const share = Math.max((wanted[2] - wanted[0]) / (view[2] - view[0]), (wanted[3] - wanted[1]) / (view[3] - view[1]));
+  return covers(view, wanted) && share > LEAST_FILLED;
 }
 
 /** Room around places when there is nothing else to show. */

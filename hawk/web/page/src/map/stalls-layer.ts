@@ -97,10 +97,10 @@ function hatch(pixelRatio: number): CanvasPattern | string {
   canvas.width = canvas.height = size;
   const context = canvas.getContext("2d");
   if (!context) return "rgba(255,122,26,.5)";
-  context.fillStyle = "rgba(16,22,28,.22)";
+  context.fillStyle = "rgba(16,22,28,.12)";
   context.fillRect(0, 0, size, size);
   context.strokeStyle = "#ff7a1a";
-  context.lineWidth = 1.7 * pixelRatio;
+  context.lineWidth = 1.6 * pixelRatio;
   context.beginPath();
   for (const shift of [-size, 0, size]) {
     context.moveTo(shift - 1, size + 1);

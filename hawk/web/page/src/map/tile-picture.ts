@@ -1,9 +1,11 @@
 import { CELL } from "../state/tile-data.ts";
 import { type Palette, rgb, type Rgb } from "./palette.ts";
 
-/** A block of so many pixels a side that is all black was never seen by the camera. */
+/** The picture is made of blocks of so many pixels a side; one that is all black was never seen. */
 const BLOCK = 8;
-const BLACK = 14;
+const BLACK = 22;
+/** A block with so much black lies at the edge of what was seen; less may be a dark car. */
+const EDGE_SHARE = 0.2;
 
 /** Colours of the cells as RGBA: what lies under the picture. */
 export function classPixels(classes: Uint8Array, palette: Palette): Uint8ClampedArray<ArrayBuffer> {
@@ -19,30 +21,51 @@ export function veilPixels(classes: Uint8Array, palette: Palette): Uint8ClampedA
   return paint(classes, (cell) => (cell === CELL.nonLot ? { colour, alpha: 150 } : null));
 }
 
-/** Makes blocks of the picture transparent that the camera never saw. Changes the pixels given. */
-export function clearUnseen(pixels: Uint8ClampedArray, width: number, height: number): void {
-  for (let top = 0; top < height; top += BLOCK) {
-    for (let left = 0; left < width; left += BLOCK) {
-      if (brightest(pixels, width, left, top) < BLACK) clearBlock(pixels, width, left, top);
-    }
-  }
+/** Makes transparent what the camera never saw: it is black in the picture. Changes the pixels given. */
+export function clearUnseen(pixels: Uint8ClampedArray, size: number): void {
+  const blocks = size / BLOCK;
+  const black = Float32Array.from({ length: blocks * blocks }, (_, block) => blackShare(pixels, size, block));
+  black.forEach((share, block) => {
+    if (share === 1) clearBlock(pixels, size, block, 256);
+    else if (share >= EDGE_SHARE || (share > 0 && besideBlack(black, blocks, block))) clearBlock(pixels, size, block, BLACK);
+  });
 }
 
-function brightest(pixels: Uint8ClampedArray, width: number, left: number, top: number): number {
-  let most = 0;
+function besideBlack(black: Float32Array, blocks: number, block: number): boolean {
+  const column = block % blocks;
+  const sides = [0, ...(column > 0 ? [-1] : []), ...(column < blocks - 1 ? [1] : [])];
+  return [-blocks, 0, blocks].some((row) => sides.some((side) => black[block + row + side] === 1));
+}
+
+function blackShare(pixels: Uint8ClampedArray, size: number, block: number): number {
+  const [left, top] = corner(size, block);
+  let black = 0;
   for (let row = top; row < top + BLOCK; row += 2) {
     for (let column = left; column < left + BLOCK; column += 2) {
-      const at = (row * width + column) * 4;
-      most = Math.max(most, pixels[at] ?? 0, pixels[at + 1] ?? 0, pixels[at + 2] ?? 0);
+      if (brightness(pixels, (row * size + column) * 4) < BLACK) black += 1;
     }
   }
-  return most;
+  return black / (BLOCK * BLOCK * 0.25);
 }
 
-function clearBlock(pixels: Uint8ClampedArray, width: number, left: number, top: number): void {
+/** Clears the pixels of a block that are darker than given. */
+function clearBlock(pixels: Uint8ClampedArray, size: number, block: number, below: number): void {
+  const [left, top] = corner(size, block);
   for (let row = top; row < top + BLOCK; row += 1) {
-    for (let column = left; column < left + BLOCK; column += 1) pixels[(row * width + column) * 4 + 3] = 0;
+    for (let column = left; column < left + BLOCK; column += 1) {
+      const at = (row * size + column) * 4;
+      if (brightness(pixels, at) < below) pixels[at + 3] = 0;
+    }
   }
+}
+
+function brightness(pixels: Uint8ClampedArray, at: number): number {
+  return Math.max(pixels[at] ?? 0, pixels[at + 1] ?? 0, pixels[at + 2] ?? 0);
+}
+
+function corner(size: number, block: number): [left: number, top: number] {
+  const blocks = size / BLOCK;
+  return [(block % blocks) * BLOCK, Math.floor(block / blocks) * BLOCK];
 }
 
 type Paint = { colour: Rgb; alpha: number } | null;

@@ -19,6 +19,8 @@ export interface Sample {
 const LINES = 200;
 const SAMPLES = 1800;
 const TRAIL = 5000;
+/** Slower than this it is not travelling, metres a second. */
+const CRUISE_FROM = 1.5;
 
 /** What the drone last said, and what this page remembers of the flight. Times are seconds of this page's clock. */
 export class Flight {
@@ -26,11 +28,15 @@ export class Flight {
   heartbeat: Heartbeat | null = null;
   /** When the last heartbeat arrived. */
   heardAt: number | null = null;
+  /** Seconds between the last two heartbeats. */
+  gap = 0;
   lines: LogLine[] = [];
   trail: Point[] = [];
   samples: Sample[] = [];
   /** When the motors stopped after a flight that this page saw, UTC. */
   landedAt: string | null = null;
+  /** Fastest that it was heard to fly, metres a second: what a way takes is told only when this is known. */
+  cruise: number | null = null;
 
   private fresh = false;
   private localLines = 0;
@@ -43,12 +49,15 @@ export class Flight {
 
   hear(heartbeat: Heartbeat, at: number): void {
     if (this.fresh) this.forgetSent();
+    this.gap = this.heardAt === null ? 0 : Math.min(at - this.heardAt, 1);
     this.watchLanding(heartbeat);
     this.heartbeat = heartbeat;
     this.heardAt = at;
     if (heartbeat.Messages.length > 0) this.addLines(heartbeat.Messages.map(line));
     if (heartbeat.Trail.length > 0) this.trail = [...this.trail, ...heartbeat.Trail].slice(-TRAIL);
     this.sample(heartbeat, at);
+    const speed = heartbeat.Speed ?? 0;
+    if (isFlying(heartbeat) && speed > CRUISE_FROM) this.cruise = Math.max(this.cruise ?? 0, speed);
   }
 
   /** Adds a line of this page's own, such as a lost link. */

@@ -22,7 +22,12 @@ export type Question =
   | { about: "move"; target: Point }
   | { about: "Return To Launch" | "Land" | "Resume" };
 
-export type Cutting = { step: "asking" | "ready"; token: string | null; problem: string };
+/** Cutting the motors: first a token is asked for, then it can be done. */
+export interface Cutting {
+  step: "asking" | "ready";
+  token: string | null;
+  problem: string;
+}
 
 export interface Toast {
   text: string;
@@ -76,8 +81,10 @@ export class Operator extends EventTarget {
       welcome: this.flight.welcome,
       heartbeat: this.flight.heartbeat,
       silence: heardAt === null ? null : Math.max(0, this.seconds() - heardAt),
+      gap: this.flight.gap,
       now: this.outside.wallClock(),
       landedAt: this.flight.landedAt,
+      cruise: this.flight.cruise,
     };
   }
 
@@ -121,10 +128,11 @@ export class Operator extends EventTarget {
 
   /** First step of cutting the motors: asks for the token. */
   async beginCut(): Promise<void> {
-    this.cutting = { step: "asking", token: null, problem: "" };
+    const begun: Cutting = { step: "asking", token: null, problem: "" };
+    this.cutting = begun;
     this.changed();
     const answer = await this.commands.send({ Type: "Kill Request" });
-    if (!this.cutting) return;
+    if (this.cutting !== begun) return;
     if (answer.Type === "Kill Token") {
       this.cutting = { step: "ready", token: answer.Token, problem: "" };
       this.cancelToken = this.outside.timers.after(answer.ValidFor * 1000, () => this.tokenExpired());
@@ -189,6 +197,7 @@ export class Operator extends EventTarget {
     else if (message.Type === "Welcome") {
       this.flight.greet(message);
       this.map.expectAll();
+      this.daemonClock.reset(message.Speed);
       this.changed();
     } else this.commands.answer(message);
   }

@@ -51,6 +51,8 @@ export class ActionBar extends Part {
     return html`<button
       class="act ${words.kind} ${rankClass}"
       data-action=${action.name}
+      aria-label=${words.label}
+      aria-description=${words.note}
       ?disabled=${words.kind === "impossible" || words.kind === "failed" || (words.kind === "running" && action.name !== "move")}
       aria-pressed=${words.kind === "running" ? "true" : "false"}
       ${cssVars({ "--progress": `${Math.round((words.progress ?? 0) * 100)}%` })}
@@ -77,8 +79,15 @@ export class ActionBar extends Part {
 
   private safety(action: Action, name: "land" | "hold", forbidden: string): TemplateResult {
     const disabled = action.kind === "impossible" || forbidden !== "";
-    return html`<button class=${name} ?disabled=${disabled} @click=${() => this.run(action)}>
-      ${action.label}<span class="sub">${forbidden === "" || action.note === "No link" ? action.note : forbidden}</span>
+    const note = forbidden === "" || action.note === "No link" ? action.note : forbidden;
+    return html`<button
+      class=${name}
+      aria-label=${action.label}
+      aria-description=${note}
+      ?disabled=${disabled}
+      @click=${() => this.run(action)}
+    >
+      ${action.label}<span class="sub">${note}</span>
     </button>`;
   }
 

@@ -90,16 +90,16 @@ export class App extends LitElement {
     if (what === "swap") this.swapped = !this.swapped;
     else if (what === "survey") this.survey = true;
     else if (what === "close") this.survey = false;
-    else if (what === "settings") this.openSettings();
+    else if (what === "settings" || what === "checks") this.openTab(what === "settings" ? "Settings" : "Checks");
     else if (what === "menu" || what === "actions") this.panel = this.panel === what ? "none" : what;
   }
 
-  private openSettings(): void {
+  private openTab(tab: TabName): void {
     this.survey = false;
     this.tab = "";
-    void this.updateComplete.then(() => (this.tab = "Settings"));
+    void this.updateComplete.then(() => (this.tab = tab));
     const side = this.querySelector<HTMLElement>(".tablist");
-    if (!side || side.offsetParent === null) this.panel = "menu";
+    if (side?.offsetParent == null) this.panel = "menu";
   }
 
   /** Puts theme and hand where the style sheet looks for them. */

@@ -48,7 +48,7 @@ export class ChecksTab extends Part {
       <button class="primary" ?disabled=${!mine} @click=${() => void this.model.command({ Type: remedy }, REMEDIES[remedy])}>
         ${REMEDIES[remedy]}
       </button>
-      ${mine ? nothing : html`<span class="sub">Take control first</span>`}`;
+      ${mine ? nothing : html`<span class="sub">You are not in control</span>`}`;
   }
 }
 

@@ -77,7 +77,8 @@ export class ConfirmBar extends Part {
   ): TemplateResult {
     return html`<div class="confirm" role="group" aria-label=${question}>
       <button class="cancel" aria-label="Cancel" @click=${() => this.model.ask(null)}>${icon("close")}<span>Cancel</span></button>
-      <div class="txt"><b>${question}</b><span class="sub">${second}</span>${choice}</div>
+      <div class="txt"><b>${question}</b><span class="sub">${second}</span></div>
+      ${choice}
       <hawk-slide .text=${slide} ?disabled=${run === null} @confirmed=${() => run?.()}></hawk-slide>
     </div>`;
   }

@@ -45,6 +45,8 @@ export class GlanceLine extends Part {
       class="cut"
       ?disabled=${reason !== ""}
       aria-haspopup="dialog"
+      aria-label="Cut motors"
+      aria-description=${reason === "" ? "In two steps" : reason}
       @click=${() => void this.model.beginCut()}
     >
       Cut motors${reason === "" ? "" : html`<span class="sub">${reason}</span>`}
@@ -71,7 +73,7 @@ function cutReason(view: View): string {
   if (linkOf(view) === "never" || view.link !== "open") return "No link";
   const whose = control(view);
   if (whose === "other") return "Someone else has control";
-  if (whose === "free") return "Take control first";
+  if (whose === "free") return "Not in control";
   return isFlying(view.heartbeat) || view.heartbeat?.Armed !== false ? "" : "On the ground";
 }
 

@@ -19,8 +19,8 @@ export class HeightsButton extends Part {
   override render(): TemplateResult {
     const view = this.model.view();
     const offered = option(view, "Configure");
-    const reason = control(view) !== "mine" ? "Take control first" : offered.Possible ? "" : offered.Reason;
-    return html`<button ?disabled=${reason !== ""} @click=${() => this.open()}>
+    const reason = control(view) !== "mine" ? "Not in control" : offered.Possible ? "" : offered.Reason;
+    return html`<button aria-label="Change heights" aria-description=${reason} ?disabled=${reason !== ""} @click=${() => this.open()}>
         <span class="two">Change heights${reason === "" ? nothing : html`<span class="sub">${reason}</span>`}</span>
       </button>
       <dialog class="float" aria-label="Heights" @keydown=${(event: KeyboardEvent) => event.key === "Escape" && this.dialog.close()}>

@@ -198,10 +198,26 @@ export class MapPanel extends Part {
     if (heartbeat && heartbeat["User Error"] !== 0) {
       return html`<div class="toast warning" role="alert">${icon("warn")}<span>${heartbeat["User Error Text"]}</span></div>`;
     }
+    const failed = heartbeat?.Checks.filter((check) => !check.Passed) ?? [];
+    if (failed[0] && !this.sideShown()) {
+      const text = failed.length === 1 ? `${failed[0].Name}: ${failed[0].Value}` : `${failed.length} checks failed`;
+      return html`<div class="toast warning">
+        ${icon("warn")}<span>${text}</span><button @click=${() => this.openChecks()}>Show checks</button>
+      </div>`;
+    }
     if (!heartbeat || stallCount(view) > 0 || isFlying(heartbeat)) return nothing;
     return html`<div class="toast quiet">
       <span><b>No map yet</b><span class="sub">It fills as the drone flies. The dotted line is the fence: the drone stays inside.</span></span>
     </div>`;
+  }
+
+  /** Whether there is a side column: a phone has none. */
+  private sideShown(): boolean {
+    return document.querySelector<HTMLElement>("aside.side")?.offsetParent != null;
+  }
+
+  private openChecks(): void {
+    this.dispatchEvent(new CustomEvent("open-panel", { detail: "checks", bubbles: true }));
   }
 
   /** Puts what belongs to a place where that place is on the screen. */
@@ -243,6 +259,6 @@ export class MapPanel extends Part {
 
 /** How far it can have flown since it was last heard, metres. */
 function reach(view: View): number {
-  return (view.silence ?? 0) * (view.welcome?.Speed ?? 4);
+  return (view.silence ?? 0) * Math.max(view.cruise ?? 0, view.heartbeat?.Speed ?? 0) * (view.welcome?.Speed ?? 1);
 }
 

@@ -120,7 +120,7 @@ function build(view: View, name: ActionName, label: string, note: string, possib
   const base = { name, label, progress: null };
   if (view.link !== "open" || linkOf(view) !== "live") return { ...base, kind: "impossible", note: "No link" };
   if (possible) return { ...base, kind: "possible", note };
-  return { ...base, kind: "impossible", note: reason === "" ? "Not possible here" : reason };
+  return { ...base, kind: "impossible", note: reason === "" ? "Not possible here" : reason.replace(/\.$/, "") };
 }
 
 function running(view: View, action: Action, progress: number | null): Action {
@@ -139,8 +139,8 @@ function homeNote(view: View): string {
   const { North, East, Home } = view.heartbeat ?? { North: null, East: null, Home: null };
   if (North === null || East === null || !Home) return "And land there";
   const metres = Math.hypot(North - Home.North, East - Home.East);
-  const speed = view.welcome?.Speed;
-  return speed ? `${format.distance(metres)}, ${format.duration(metres / speed)}` : format.distance(metres);
+  const time = view.cruise === null ? "" : `, ${format.duration(metres / view.cruise)}`;
+  return `${format.distance(metres)}${time}`;
 }
 
 /** "47 % of the lot" of the present survey. */

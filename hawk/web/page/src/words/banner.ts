@@ -53,11 +53,11 @@ function linkLost(view: View, heartbeat: Heartbeat): Banner {
   return { ...base, timeline: { marks, now: silence, countdown: left > 0 ? format.duration(left) : "" } };
 }
 
-/** Seconds after the last word at which it stops and stays, and at which it returns home: only in the states that wait for us. */
+/** Seconds of ours after the last word at which it stops and at which it returns home; null in states that wait for nobody. */
 function returnAfter(view: View, heartbeat: Heartbeat): { hold: number; home: number } | null {
   if (!view.welcome || !isFlying(heartbeat) || !heartbeat["In Control"] || !COMMANDED.has(heartbeat.State)) return null;
-  const hold = view.welcome.OperatorTimeout;
-  return { hold, home: hold + view.welcome.OperatorHold };
+  const { OperatorTimeout, OperatorHold, Speed } = view.welcome;
+  return { hold: OperatorTimeout / Speed, home: (OperatorTimeout + OperatorHold) / Speed };
 }
 
 function bySettings(view: View, heartbeat: Heartbeat): string {

@@ -56,7 +56,7 @@ export function stateWords(view: View): StateWords {
   if (autopilotLost(view)) return same("warn", "Autopilot silent", "The drone's computer does not hear it");
   if (heartbeat["Kill State"] === "sending") return same("warn", "Cutting motors", "Sent until the motors are off");
   if (heartbeat["Kill State"] === "not confirmed") return same("warn", "Cut not confirmed", "The motors may still run");
-  return heartbeat.State === "Idle" ? grounded(view, heartbeat) : active(heartbeat);
+  return heartbeat.State === "Idle" ? grounded(view, heartbeat) : active(view, heartbeat);
 }
 
 function grounded(view: View, heartbeat: Heartbeat): StateWords {
@@ -71,14 +71,13 @@ function grounded(view: View, heartbeat: Heartbeat): StateWords {
   return same(toned(heartbeat, "idle"), TITLES.Idle ?? "", passed > 0 ? `${passed} checks passed` : heartbeat.Detail);
 }
 
-function active(heartbeat: Heartbeat): StateWords {
+function active(view: View, heartbeat: Heartbeat): StateWords {
   const tone = toned(heartbeat, "fine");
   const title = stateTitle(heartbeat.State);
   const seen = seenPercent(heartbeat);
   if (heartbeat.State !== "Autonomous Explore" || seen === null) return same(tone, title, heartbeat.Detail);
-  const left = heartbeat["Remaining"];
-  const speed = heartbeat.Speed !== null && heartbeat.Speed > 1 ? heartbeat.Speed : null;
-  const toGo = left !== null && speed !== null ? format.duration(left / speed) : null;
+  const left = heartbeat.Remaining;
+  const toGo = left !== null && view.cruise !== null ? format.duration(left / view.cruise) : null;
   return {
     tone,
     title,
@@ -132,7 +131,7 @@ function linkValue(view: View): GlanceValue {
   const vehicle = ageNow(view, view.heartbeat?.["Link Age"] ?? null) ?? silence;
   const worst = Math.max(silence, autopilotLost(view) ? vehicle : Math.min(vehicle, 1));
   if (autopilotLost(view)) return { ...base, value: format.age(worst), label: "autopilot silent", trouble: true };
-  return { ...base, value: format.age(silence), label: silence > STALE_S ? "link, slow" : "link, good", trouble: silence > STALE_S };
+  return { ...base, value: format.age(Math.max(silence, view.gap)), label: silence > STALE_S ? "link, slow" : "link, good", trouble: silence > STALE_S };
 }
 
 function oldAge(seconds: number | null, limit: number): string {

@@ -20,11 +20,11 @@ export interface MovePlan {
 /** What a move to a place on the map would be; null while the drone's own place is not known. */
 export function planMove(view: View, target: Point, cell: number): MovePlan | null {
   const heartbeat = view.heartbeat;
-  if (!heartbeat || heartbeat.North === null || heartbeat.East === null) return null;
+  if (heartbeat?.North == null || heartbeat.East === null) return null;
   const north = target.North - heartbeat.North;
   const east = target.East - heartbeat.East;
   const metres = Math.hypot(north, east);
-  const seconds = view.welcome ? metres / view.welcome.Speed : null;
+  const seconds = view.cruise === null ? null : metres / view.cruise;
   const insideFence = heartbeat.Fence.length < 3 || contains(heartbeat.Fence, target);
   const ways = [
     way(view, "Autonomous Move", "Inside the lot", insideFence, cell === CELL.nonLot ? "Not a place inside the lot" : ""),

@@ -9,9 +9,13 @@ export interface View {
   heartbeat: Heartbeat | null;
   /** Seconds since the last heartbeat arrived; null before the first. */
   silence: number | null;
+  /** Seconds between the last two heartbeats: how fresh this page is at best. */
+  gap: number;
   /** Time of day, milliseconds. */
   now: number;
   landedAt: string | null;
+  /** Metres a second that it travels at, once it was seen to. */
+  cruise: number | null;
 }
 
 /** Older than this, a value is shown as stale; the pose comes several times a second, the battery about once. */

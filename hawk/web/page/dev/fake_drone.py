@@ -1,0 +1,427 @@
+"""The real web server over a made-up drone, for looking at the page: ``python hawk/web/page/dev/fake_drone.py SCENE``.
+
+Scenes: ground, failed, ready, explore, watch, manual, lost, landed. The drone answers commands roughly as a real one
+would; it is for the eye only, nothing is measured with it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import dataclasses
+import math
+import zlib
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from itertools import pairwise
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from hawk.comm.clock import ScaledClock
+from hawk.comm.loop_lag import LagSummary
+from hawk.comm.messages import (
+    Ack,
+    AutonomousMove,
+    CheckItem,
+    Command,
+    CommandOption,
+    CompulsiveMove,
+    Configure,
+    HealthItem,
+    Kill,
+    KillRequest,
+    KillToken,
+    LogEntry,
+    Outgoing,
+)
+from hawk.comm.status import DroneStatus
+from hawk.comm.topic import Topic
+from hawk.config import OperatorSettings, WebSettings
+from hawk.ddc.commands import TABLE, table_reason
+from hawk.model import Counts, EncodedTile, MapPoint, OccupancyMap, Stall, StallState, StateName, TileKey
+from hawk.web.app import WebServer
+from hawk.web.services import OperatorSide, WebServices
+
+PIXELS_PER_M = 10
+SIDE_M = 256.0
+HALF_M = SIDE_M / 2
+FIELD_M = (50.0, 28.0)
+Picture = NDArray[np.uint8]
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """A picture for the video."""
+
+    sequence: int
+    captured: float
+    jpeg: bytes
+
+
+@dataclass(slots=True)
+class FakeStall:
+    """A stall of the made-up lot."""
+
+    stall: Stall
+    shown: bool = False
+
+
+def make_stalls(rng: np.random.Generator) -> list[FakeStall]:
+    """Return rows of stalls of a lot that lies a little askew."""
+    turn = math.radians(24)
+    found: list[FakeStall] = []
+    for row in range(8):
+        for column in range(22):
+            if (row, column // 4) in {(2, 3), (5, 0), (0, 5)}:
+                continue
+            u, v = (column - 10.5) * 2.6, (row - 3.5) * 8.4 + (2.4 if row % 2 else -0.6)
+            east = u * math.cos(turn) + v * math.sin(turn)
+            north = -u * math.sin(turn) + v * math.cos(turn)
+            taken = float(rng.choice([0.03, 0.97, 0.45], p=[0.55, 0.4, 0.05]))
+            state = StallState.FREE if taken < 0.2 else StallState.TAKEN if taken > 0.8 else StallState.UNKNOWN
+            number = len(found) + 1
+            found.append(FakeStall(Stall(number, north, east, turn, 2.5, 5.0, taken, state, 0.9, 4, 0.0, 1)))
+    return found
+
+
+def to_pixel(north: float, east: float) -> tuple[int, int]:
+    """Return (column, row) in the ground picture."""
+    return round((east + HALF_M) * PIXELS_PER_M), round((HALF_M - north) * PIXELS_PER_M)
+
+
+def ring(stall: Stall, scale: float = 1.0) -> NDArray[np.int32]:
+    """Return a stall's corners as pixels."""
+    centre = np.array([stall.north, stall.east])
+    corners = (stall.corners() - centre) * scale + centre
+    return np.array([to_pixel(north, east) for north, east in corners], np.int32)
+
+
+def draw_ground(stalls: list[FakeStall], rng: np.random.Generator) -> tuple[Picture, NDArray[np.uint8]]:
+    """Return the ground from above (BGR) and its cell classes."""
+    size = round(SIDE_M * PIXELS_PER_M)
+    noise = cv2.resize(rng.normal(0, 1, (size // 8, size // 8)).astype(np.float32), (size, size))
+    grass = np.array([70, 105, 88], np.float32) + noise[..., None] * 12
+    classes = np.full((size, size), 1, np.uint8)
+    outline = cv2.boxPoints(((size / 2, size / 2), (680.0, 760.0), 24.0)).astype(np.int32)
+    cv2.fillPoly(classes, [outline], 2)
+    asphalt = np.array([112, 114, 116], np.float32) + noise[..., None] * 5
+    picture = np.where((classes == 2)[..., None], asphalt, grass)
+    picture = np.clip(picture + rng.normal(0, 4, picture.shape), 20, 255).astype(np.uint8)
+    for each in stalls:
+        cv2.polylines(picture, [ring(each.stall)], True, (225, 230, 232), 2, cv2.LINE_AA)
+        cv2.fillPoly(classes, [ring(each.stall)], 4 if each.stall.state is StallState.TAKEN else 3)
+        if each.stall.state is not StallState.FREE:
+            draw_car(picture, each.stall, rng)
+    return picture, classes
+
+
+def draw_car(picture: Picture, stall: Stall, rng: np.random.Generator) -> None:
+    """Draw a car into a stall."""
+    colour = tuple(int(v) for v in rng.integers(30, 235, 1).repeat(3) + rng.integers(-20, 20, 3))
+    box = ((*to_pixel(stall.north, stall.east),), (18, 44), math.degrees(stall.angle))
+    shadow = ((box[0][0] + 3, box[0][1] + 4), box[1], box[2])
+    cv2.fillPoly(picture, [cv2.boxPoints(shadow).astype(np.int32)], (40, 42, 44))
+    cv2.fillPoly(picture, [cv2.boxPoints(box).astype(np.int32)], colour)
+    cv2.fillPoly(picture, [cv2.boxPoints((box[0], (15, 20), box[2])).astype(np.int32)], (50, 45, 40))
+
+
+COLOURS = {StallState.FREE: (255, 200, 120), StallState.TAKEN: (0, 110, 255), StallState.UNKNOWN: (255, 255, 255)}
+
+
+class FakeDrone:
+    """Moves, sees and answers."""
+
+    def __init__(self, scene: str, clock: ScaledClock, side: OperatorSide) -> None:
+        rng = np.random.default_rng(4)
+        self.clock, self.side, self.scene = clock, side, scene
+        self.stalls = make_stalls(rng)
+        self.ground, self.classes = draw_ground(self.stalls, rng)
+        self.seen = np.zeros(self.classes.shape, np.bool_)
+        self.north, self.east, self.yaw, self.height = -38.0, -12.0, 0.4, 0.0
+        self.state = StateName.IDLE
+        self.armed = False
+        self.failed = scene in ("ground", "failed")
+        self.heights = (15.0, 35.0, 60.0)
+        self.target: MapPoint | None = None
+        self.route: list[MapPoint] = []
+        self.trail: list[MapPoint] = []
+        self.log: list[LogEntry] = []
+        self.versions: dict[TileKey, int] = {}
+        self.tiles: dict[TileKey, EncodedTile] = {}
+        self.mosaic: dict[TileKey, EncodedTile] = {}
+        self.explored, self.done, self.way, self.sequence, self.started = 0.0, False, 0.0, 0, clock()
+        self.stage()
+
+    def stage(self) -> None:
+        """Bring the drone to where the scene begins."""
+        self.say("info", "Autopilot found.", "ArduCopter V4.6.1 (fake)")
+        if self.scene in ("ground", "failed", "ready"):
+            return
+        self.armed, self.height, self.state = True, 35.0, StateName.AUTONOMOUS_EXPLORE
+        for text in ("Armed by you. 9 checks passed.", "Took off.", "At 35 m. Holding.", "Lot found. Exploring."):
+            self.say("ok", text)
+        self.say("warning", "5 stalls unclear: half under a tree. Will look again.")
+        legs = ((-38, -12), (-30, 18), (-8, 26), (14, 20), (26, 4))
+        for here, there in pairwise(legs):
+            for share in np.linspace(0, 1, 8):
+                self.go(here[0] + (there[0] - here[0]) * share, here[1] + (there[1] - here[1]) * share)
+        self.yaw = -0.9
+        self.route = [MapPoint(34, -14), MapPoint(18, -34), MapPoint(-6, -36), MapPoint(-24, -22)]
+        self.say("info", "Next: the rows to the north, 14 m away.")
+        states = {"manual": StateName.MANUAL, "lost": StateName.COMMUNICATION_LOST, "landed": StateName.IDLE}
+        self.state = states.get(self.scene, self.state)
+
+    def say(self, level: str, text: str, details: str = "") -> None:
+        """Add a line to the messages."""
+        now = datetime.now(UTC).isoformat()
+        self.log.append(LogEntry(number=len(self.log) + 1, time=now, level=level, text=text, details=details))  # type: ignore[arg-type]
+
+    def go(self, north: float, east: float) -> None:
+        """Be at a place and see what lies below."""
+        self.way += math.hypot(north - self.north, east - self.east)
+        self.north, self.east = north, east
+        self.trail.append(MapPoint(north, east))
+        outline = np.array([to_pixel(p.north, p.east) for p in self.footprint()], np.int32)
+        before = self.seen.copy()
+        fresh = self.seen.view(np.uint8)
+        cv2.fillPoly(fresh, [outline], 1)
+        for row, column in self.changed_tiles(before):
+            self.encode(row, column)
+        for each in self.stalls:
+            x, y = to_pixel(each.stall.north, each.stall.east)
+            if self.seen[y, x] and not each.shown:
+                each.shown = True
+                each.stall = dataclasses.replace(each.stall, last_seen=self.clock())
+        self.explored = sum(each.shown for each in self.stalls) / len(self.stalls)
+
+    def changed_tiles(self, before: NDArray[np.bool_]) -> list[TileKey]:
+        """Return the tiles in which more was seen."""
+        rows, columns = np.nonzero((before != self.seen)[::16, ::16])
+        return sorted({(int(r) * 16 // 256 - 5, int(c) * 16 // 256 - 5) for r, c in zip(rows, columns, strict=True)})
+
+    def encode(self, row: int, column: int) -> None:
+        """Publish one tile as it is seen."""
+        top, left = (row + 5) * 256, (column + 5) * 256
+        cut = np.s_[top : top + 256, left : left + 256]
+        seen = self.seen[cut]
+        version = self.versions[row, column] = self.versions.get((row, column), 0) + 1
+        classes = np.where(seen, self.classes[cut], 0).astype(np.uint8)
+        self.tiles[row, column] = EncodedTile(version, zlib.compress(classes.tobytes(), 1))
+        picture = np.where(seen[..., None], self.ground[cut], 0).astype(np.uint8)
+        self.mosaic[row, column] = EncodedTile(version, cv2.imencode(".jpg", picture)[1].tobytes())
+
+    def footprint(self) -> list[MapPoint]:
+        """Return the four corners of what the camera sees."""
+        scale = max(self.height, 3) / 35
+        found = []
+        for a, b in ((1, -1), (1, 1), (-1, 1), (-1, -1)):
+            up, right = a * FIELD_M[1] / 2 * scale, b * FIELD_M[0] / 2 * scale
+            north = self.north + up * math.cos(self.yaw) - right * math.sin(self.yaw)
+            found.append(MapPoint(north, self.east + up * math.sin(self.yaw) + right * math.cos(self.yaw)))
+        return found
+
+    def handle_now(self, client: str, command: Command) -> Outgoing:  # noqa: ARG002 - the socket's signature
+        """Act on Hold and Kill."""
+        if isinstance(command, KillRequest):
+            return KillToken(id=command.id, token="t" * 24, valid_for=10.0)
+        if isinstance(command, Kill):
+            self.state, self.armed, self.height = StateName.IDLE, False, 0.0
+            self.say("error", "Motors cut by you.")
+            return Ack(id=command.id, accepted=True)
+        return self.answer(command)
+
+    def answer(self, command: Command) -> Ack:
+        """Take or refuse a command."""
+        kind = str(getattr(command, "type", ""))
+        reason = self.reason(kind)
+        if not reason:
+            self.act(kind, command)
+        return Ack(id=command.id, accepted=not reason, reason=reason)
+
+    def reason(self, kind: str) -> str:
+        """Return why a command is refused."""
+        if kind == "Arm" and self.failed and self.state is StateName.IDLE:
+            return "Ground-station failsafe: off."
+        return table_reason(kind, self.state)
+
+    def act(self, kind: str, command: Command) -> None:
+        """Do what a command says."""
+        moves = {
+            "Takeoff": StateName.TAKEOFF,
+            "Autonomous Explore": StateName.AUTONOMOUS_EXPLORE,
+            "Hold": StateName.HOVER,
+            "Return To Launch": StateName.RETURN_TO_LAUNCH,
+            "Land": StateName.LAND,
+            "Autonomous Move": StateName.AUTONOMOUS_MOVE,
+            "Compulsive Move": StateName.COMPULSIVE_MOVE,
+            "Arm": StateName.ARM,
+            "Resume": StateName.HOVER,
+            "Disarm": StateName.IDLE,
+        }
+        self.failed = self.failed and kind != "Set Failsafes"
+        self.state = moves.get(kind, self.state)
+        self.armed = self.state is not StateName.IDLE
+        if isinstance(command, Configure):
+            self.heights = (command.min, command.des, command.max)
+        self.target = MapPoint(-38, -12) if kind == "Return To Launch" else None
+        if isinstance(command, AutonomousMove | CompulsiveMove):
+            self.target = MapPoint(command.x, command.y)
+        self.say("ok", f"{kind}.")
+
+    def tick(self, seconds: float) -> None:
+        """Fly on."""
+        for client, command in self.side.socket.receive():
+            self.side.socket.reply(client, self.answer(command))
+        if self.state is StateName.TAKEOFF:
+            self.height = min(self.heights[1], self.height + 6 * seconds)
+            self.state = StateName.HOVER if self.height >= self.heights[1] else self.state
+        if self.state is StateName.LAND:
+            self.height = max(0.0, self.height - 8 * seconds)
+            if self.height == 0:
+                self.state, self.armed = StateName.IDLE, False
+        stop = self.route[0] if self.state is StateName.AUTONOMOUS_EXPLORE and self.route else self.target
+        if stop is not None and self.height > 5 and self.scene != "still":
+            self.approach(stop, 4 * seconds)
+        if self.scene == "landed" and self.clock() - self.started > 3 and self.armed:
+            self.armed, self.height = False, 0.0
+
+    def approach(self, stop: MapPoint, metres: float) -> None:
+        """Fly so far towards a place."""
+        north, east = stop.north - self.north, stop.east - self.east
+        way = math.hypot(north, east)
+        if way < 1:
+            self.arrive()
+            return
+        self.yaw = math.atan2(east, north)
+        self.go(self.north + north / way * metres, self.east + east / way * metres)
+
+    def arrive(self) -> None:
+        """Choose what comes next at a place."""
+        if self.route and self.state is StateName.AUTONOMOUS_EXPLORE:
+            self.route.pop(0)
+            if not self.route:
+                self.done, self.state = True, StateName.HOVER
+                self.say("ok", "Explored. Nothing left to see.")
+            return
+        self.state = StateName.LAND if self.state is StateName.RETURN_TO_LAUNCH else StateName.HOVER
+        self.target = None
+
+    def map(self) -> OccupancyMap:
+        """Return the map so far."""
+        shown = [each.stall for each in self.stalls if each.shown]
+        return OccupancyMap(
+            tiles=dict(self.tiles),
+            mosaic=dict(self.mosaic),
+            stalls={stall.id: stall for stall in shown},
+            counts=self.counts(),
+            lot_area_m2=5168.0,
+            version=len(shown),
+            map_id="fake",
+        )
+
+    def counts(self) -> Counts:
+        """Return the stalls by state."""
+        states = [each.stall.state for each in self.stalls if each.shown]
+        return Counts(*(states.count(state) for state in (StallState.FREE, StallState.TAKEN, StallState.UNKNOWN)))
+
+    def status(self) -> DroneStatus:
+        """Return what the drone tells."""
+        self.sequence += 1
+        counts, grounded = self.counts(), self.state in (StateName.IDLE, StateName.ARM)
+        fence = [MapPoint(*p) for p in ((62, -60), (62, 64), (-20, 64), (-62, 30), (-62, -30), (-30, -60))]
+        known = counts.total > 0
+        return DroneStatus(
+            sequence=self.sequence, time=self.clock(), utc=datetime.now(UTC).isoformat(), state=self.state,
+            detail="" if grounded else "At its place.", ardupilot_state="GUIDED", armed=self.armed, connected=True,
+            landed="ON_GROUND" if self.height < 0.3 else "IN_AIR", relative_altitude=self.height, latitude=48.137,
+            longitude=11.575, local_position_x=self.north + 38, local_position_y=self.east + 12, north=self.north,
+            east=self.east, yaw=self.yaw, roll=0.0, pitch=0.0, speed=0.0 if grounded else 3.9, climb=0.0, pose_age=0.02,
+            link_age=0.1, battery_percentage=89.0, battery_age=0.4, voltage=16.2, battery_time_left=790.0,
+            satellites=16, health=tuple(self.health()), health_status=0,  # type: ignore[arg-type]
+            home=MapPoint(-38, -12), target=self.target, fence=tuple(fence), ceiling=120.0, heights=self.heights,
+            route=tuple(self.route) if self.state is StateName.AUTONOMOUS_EXPLORE else (),
+            footprint=() if grounded else tuple(self.footprint()), explored=self.explored if known else None,
+            explore_done=self.done, remaining_m=None if self.done else 480 * (1 - self.explored), lot_area=5168.0,
+            free=counts.free, taken=counts.taken, unknown=counts.unknown, vision_rate=8.1, camera_age=0.1,
+            options=tuple(
+                CommandOption(command=each, possible=not self.reason(each), reason=self.reason(each)) for each in TABLE
+            ),
+            checks=tuple(self.checks()) if self.state is StateName.IDLE else (), flight_time=312.0, way=self.way,
+            log=tuple(self.log), trail=tuple(self.trail), datum=(48.137, 11.575),
+            return_in=24.0 if self.state is StateName.COMMUNICATION_LOST else None,
+        )  # fmt: skip
+
+    def health(self) -> list[HealthItem]:
+        """Return the health of each part."""
+        names = ("link", "position", "vision", "mapper", "planner", "camera", "recording", "loop")
+        return [HealthItem(name=name, healthy=True, reason="") for name in names]
+
+    def checks(self) -> list[CheckItem]:
+        """Return the checks before flight."""
+        passed = {
+            "GPS": "16 satellites, ±0.9 m", "Battery": "98 %, 16.6 V", "Compass": "2° from GPS heading",
+            "Camera": "15 pictures/s, 0.2 s old", "Fence": "150 × 146 m, home inside",
+            "Battery failsafe": "returns home at 25 %", "Remote control": "connected", "Recording": "room for 9 h",
+        }  # fmt: skip
+        items = [CheckItem(name=name, passed=True, value=value) for name, value in passed.items()]
+        return [self.failsafe_check(), *items]
+
+    def failsafe_check(self) -> CheckItem:
+        """Return the check that a scene may fail."""
+        if not self.failed:
+            return CheckItem(name="Ground-station failsafe", passed=True, value="returns home")
+        return CheckItem(
+            name="Ground-station failsafe",
+            passed=False,
+            value="off",
+            consequence="If this computer stops in flight, the drone stays in the air until the battery is empty.",
+            remedy="Sets FS_GCS_ENABLE to 1: return home.",
+            remedy_command="Set Failsafes",
+        )
+
+    def picture(self) -> bytes:
+        """Return what the camera sees, annotated."""
+        corners = np.array([to_pixel(p.north, p.east) for p in self.footprint()], np.float32)
+        onto = np.array([(0, 0), (960, 0), (960, 540), (0, 540)], np.float32)
+        warp = cv2.getPerspectiveTransform(corners, onto)
+        picture = cv2.warpPerspective(self.ground, warp, (960, 540), borderMode=cv2.BORDER_REFLECT)
+        for each in self.stalls:
+            outline = cv2.perspectiveTransform(ring(each.stall).astype(np.float32)[None], warp)[0].astype(np.int32)
+            cv2.polylines(picture, [outline], True, COLOURS[each.stall.state], 2, cv2.LINE_AA)
+        return cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, 75])[1].tobytes()
+
+
+async def main() -> None:
+    """Serve one scene until interrupted."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
+    parser.add_argument("scene", nargs="?", default="explore")
+    parser.add_argument("--port", type=int, default=3999)
+    parser.add_argument("--real", action="store_true", help="do not say SIMULATION")
+    options = parser.parse_args()
+    clock = ScaledClock()
+    side = OperatorSide.create(clock, OperatorSettings(), options.port)
+    drone = FakeDrone(options.scene, clock, side)
+    side.socket.attach(drone)
+    status: Topic[DroneStatus] = Topic("status", clock)
+    occupancy: Topic[OccupancyMap] = Topic("map", clock)
+    video: Topic[Frame] = Topic("video", clock)
+    services = WebServices(
+        clock=clock, web=WebSettings(port=options.port), operator=OperatorSettings(), side=side, status=status,
+        occupancy_map=occupancy, video=video, version="0.1.0", simulation=not options.real, camera_fov_deg=70.0,
+        loop_lag=lambda: LagSummary(0, 0, 0, 0),
+    )  # fmt: skip
+    server = WebServer(services)
+    await server.start()
+    print(server.page_url, flush=True)
+    while True:
+        drone.tick(0.2)
+        occupancy.publish(drone.map())
+        status.publish(drone.status())
+        video.publish(Frame(drone.sequence, clock() - 0.15, drone.picture()))
+        await asyncio.sleep(0.2)
+
+
+if __name__ == "__main__":
+    asyncio.run(main())
