@@ -31,12 +31,18 @@ def add_routes(app: web.Application) -> None:
     app.router.add_get("/api/stalls.geojson", stalls_features)
     app.router.add_get("/api/report.json", report)
     app.router.add_get("/api/health", health)
+    app.router.add_get("/api/performance", performance)
     app.router.add_get("/metrics", metrics)
 
 
 async def message_schema(_: web.Request) -> web.StreamResponse:
     """JSON schema of every message."""
     return web.json_response(schema(), headers={hdrs.CACHE_CONTROL: "no-cache"})
+
+
+async def performance(request: web.Request) -> web.StreamResponse:
+    """How fast the daemon was over the last minute."""
+    return web.json_response(dict(request.app[SERVICES].performance()), headers={hdrs.CACHE_CONTROL: "no-cache"})
 
 
 async def mosaic(request: web.Request) -> web.StreamResponse:

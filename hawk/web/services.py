@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
@@ -91,6 +91,8 @@ class WebServices:
     simulation: bool
     camera_fov_deg: float
     loop_lag: Callable[[], LagSummary]
+    performance: Callable[[], Mapping[str, object]] = dict
+    """Figures of the last minute, as JSON values."""
     monotonic: Callable[[], float] = time.monotonic
     """Real seconds: rates on the wire are real at any speed of the clock."""
 

@@ -1,0 +1,409 @@
+"""The composition root: builds every part, starts them in order, runs the loop, and ends them in order.
+
+Journal, autopilot and states come first and vision later: a daemon that starts in the air acts within three seconds.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+import os
+import signal
+import sys
+import time
+from collections.abc import Coroutine
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import cv2
+
+from hawk.algo.loop import AlgorithmLoop, Situation
+from hawk.algo.manager import AlgorithmManagerApp
+from hawk.algo.mapper.app import MapperApp
+from hawk.algo.path_plan.app import PathPlanApp
+from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
+from hawk.algo.topics import AlgorithmTopics
+from hawk.algo.vision.app import VisionApp
+from hawk.algo.vision.settings import VisionSettings
+from hawk.comm.autopilot import MavsdkAutopilot
+from hawk.comm.calibration import load_calibration
+from hawk.comm.clock import ScaledClock
+from hawk.comm.drone_camera import DroneCamera
+from hawk.comm.loop_lag import LoopLag
+from hawk.comm.passive_listener import wait_until_disarmed
+from hawk.comm.performance import Performance
+from hawk.comm.topic import Topic
+from hawk.comm.vehicle import VehicleTopics
+from hawk.config import Config, ConfigError
+from hawk.ddc.geofence import FenceError
+from hawk.ddc.operations_manager import OperationsManager
+from hawk.ddc.restart import RESTART_WINDOW_S, RestartRule, restart_rule
+from hawk.ddc.service_interface import DdcServiceInterface
+from hawk.ddc.settings import DdcSettings
+from hawk.ddc.surroundings import Surroundings
+from hawk.ddc.topic_interface import DdcInputs, DdcTopicInterface
+from hawk.map_keeper import MapKeeper
+from hawk.model import ArmPlace, Health, State, StateName
+from hawk.simulation import Simulation, SimulationAddress, SimulationOptions
+from hawk.store.journal import FlightJournal, JournalState
+from hawk.store.recording import Recording
+from hawk.ticker import Ticker
+from hawk.watchdog import SystemdNotifier, Watchdog
+from hawk.web.app import WebServer
+from hawk.web.security import InsecureBindingError
+from hawk.web.services import OperatorSide, WebServices
+
+_LOG = logging.getLogger(__name__)
+
+MONITOR_S = 0.25
+"""Real seconds between two looks at camera, recording and loop."""
+CONTINUE_S = 1800.0
+"""A daemon that is started on the ground goes on with a survey that is younger than this, wall clock seconds."""
+EXIT_USAGE = 2
+
+
+@dataclass(frozen=True, slots=True)
+class DaemonOptions:
+    """What the command line says beside the settings.
+
+    ``simulation``: start hawk-sim and fly it. ``attached_simulation``: URL of one that somebody else started, at
+    ``speed`` simulated seconds per second. ``ready_file`` is written (JSON: url, first_tick_s) when the page is up.
+    """
+
+    simulation: SimulationOptions | None = None
+    attached_simulation: str | None = None
+    speed: float = 1.0
+    ready_file: Path | None = None
+
+    @property
+    def is_simulation(self) -> bool:
+        """Whether nothing real is flown."""
+        return self.simulation is not None or self.attached_simulation is not None
+
+
+async def run_daemon(config: Config, options: DaemonOptions) -> int:
+    """Run until SIGTERM or SIGINT; return the exit status. Raises ConfigError for settings that cannot be used."""
+    logging.basicConfig(level=config.log.level.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s")
+    simulation = None
+    if options.simulation is not None:
+        simulation = Simulation(options.simulation)
+        config = _simulated(config, await simulation.start())
+    try:
+        daemon = Daemon(config, options)
+        return await daemon.run()
+    except (FenceError, InsecureBindingError) as error:
+        raise ConfigError(str(error)) from error
+    finally:
+        if simulation is not None:
+            await simulation.stop()
+
+
+class Daemon:
+    """Every part of the drone's side. Nothing is opened before `run`."""
+
+    def __init__(self, config: Config, options: DaemonOptions) -> None:
+        """Build what needs no link. Raises ConfigError, FenceError, InsecureBindingError."""
+        self._config = config
+        self._options = options
+        self._stopping = asyncio.Event()
+        self._tasks: list[asyncio.Task[None]] = []
+        self._first_tick_s: float | None = None
+        load_calibration(config.camera)
+        config.store.directory.mkdir(parents=True, exist_ok=True)
+        self.clock = ScaledClock(options.speed)
+        self._watchdog = Watchdog(
+            config.watchdog.timeout_s, SystemdNotifier(), sys.stderr, enabled=config.watchdog.enabled
+        )
+        self._lag = LoopLag()
+        self.performance = Performance(self.clock, self._lag)
+        self._journal = FlightJournal(config.store.directory / "journal")
+        self._recording = Recording(config.store, self.clock, self._metadata())
+        self._make_vehicle()
+        self._make_operations()
+        self._make_algorithms()
+        self._web = WebServer(self._web_services())
+
+    # -- building ----------------------------------------------------------------------------------------------------
+
+    def _make_vehicle(self) -> None:
+        self.vehicle = VehicleTopics.create(self.clock)
+        self.autopilot = MavsdkAutopilot(self._config.autopilot, self.clock, self.vehicle)
+        stamped = self.autopilot.from_boot if self._options.is_simulation else None
+        self.camera = DroneCamera(self._config.camera, self.clock, stamped)
+        self._kept: JournalState = self._journal.state
+        if self._goes_on():
+            self.autopilot.set_datum(self._kept.datum)
+            if self._kept.arm_place is not None:
+                self.autopilot.restore_arm_place(self._kept.arm_place)
+        else:
+            self._begin_survey()
+        self.vehicle.arm_place.listen(self._keep_arm_place)
+        self.vehicle.state.listen(self._record_flights)
+
+    def _make_operations(self) -> None:
+        self.inputs = DdcInputs.create(self.clock)
+        self.side = OperatorSide.create(self.clock, self._config.operator, self._config.web.port)
+        self.manager = OperationsManager(
+            Surroundings(
+                clock=self.clock,
+                desk=self.side.desk,
+                directory=self._config.store.directory,
+                settings=DdcSettings.from_config(self._config),
+                record=self._recording.record,
+                count_start=self._count_start,
+                continues_survey=bool(self._kept.map_parts),
+            )
+        )
+        self.topics = DdcTopicInterface(self.vehicle, self.inputs, self.clock)
+        service = DdcServiceInterface(
+            self.autopilot, self.topics, self.clock, self._config.flight.speed_m_s, self._recording.record
+        )
+        self.manager.init(self.side.socket, self.topics, service)
+        self.side.socket.attach(self.manager)
+
+    def _make_algorithms(self) -> None:
+        """Everything but the network itself, which is loaded on the worker after the first tick."""
+        self.results = AlgorithmTopics(
+            frame_output=Topic("frame_output", self.clock),
+            park_lot_detected=self.inputs.park_lot_detected,
+            des_loc_inbound=self.inputs.verdict,
+            occupancy_map=self.inputs.occupancy_map,
+            local_pos=self.inputs.path_plan,
+            annotated=Topic("annotated", self.clock),
+            footprint=self.inputs.footprint,
+            vision_app_health=self.inputs.vision_health,
+            mapper_app_health=self.inputs.mapper_health,
+            path_plan_app_health=self.inputs.path_plan_health,
+        )
+        self.results.frame_output.listen(
+            lambda output: self.performance.frame_published(output.captured, output.timings)
+        )
+        self.algorithms = AlgorithmLoop(
+            _make_manager(self._config, self._kept.survey_id),
+            self.camera,
+            self.autopilot.pose_at,
+            self._situation,
+            self.results,
+            self._recording.record_frame,
+        )
+        self._map_keeper = MapKeeper(self.algorithms.changes_since, self._journal.put_map)
+
+    def _web_services(self) -> WebServices:
+        return WebServices(
+            clock=self.clock,
+            web=self._config.web,
+            operator=self._config.operator,
+            side=self.side,
+            status=self.manager.status,
+            occupancy_map=self.inputs.occupancy_map,
+            video=self.results.annotated,
+            version=version("hawk-drone"),
+            simulation=self._options.is_simulation,
+            camera_fov_deg=self._config.camera.horizontal_fov_deg,
+            loop_lag=self._lag.summary,
+            performance=lambda: self.performance.summary().to_dict(),
+        )
+
+    def _metadata(self) -> dict[str, str]:
+        simulation = self._options.simulation
+        return {
+            "version": version("hawk-drone"),
+            "configuration": self._config.model_dump_json(exclude={"web": {"token"}}),
+            "seed": str(simulation.seed) if simulation else "",
+            "speed": str(self.clock.speed),
+        }
+
+    # -- running -----------------------------------------------------------------------------------------------------
+
+    async def run(self) -> int:
+        """Start every part, run until told to stop, end every part; return the exit status."""
+        loop = asyncio.get_running_loop()
+        for name in (signal.SIGINT, signal.SIGTERM):
+            loop.add_signal_handler(name, self._stopping.set)
+        ticker = Ticker(1 / (self._config.flight.tick_hz * self.clock.speed), self._tick, self.performance.ticked)
+        ticker.start()
+        self._watchdog.ready()
+        try:
+            self._own(self._lag.run(), "loop-lag")
+            self._own(self._monitor(), "monitor")
+            await self._web.start()
+            self._announce()
+            await self._open_autopilot()
+            await self._start_algorithms()
+            await self._stopping.wait()
+            await self.manager.shutdown_in_air()
+        except OSError as error:
+            raise ConfigError(f"web.port: {error}; name a free one") from error
+        finally:
+            ticker.stop()
+            await self._close()
+        return 0
+
+    def _tick(self) -> None:
+        self.manager.process()
+        self._watchdog.progress()
+        if self._first_tick_s is None:
+            self._first_tick_s = _seconds_since_process_start()
+
+    async def _open_autopilot(self) -> None:
+        """Open MAVLink, unless this program crashed twice in the air within a minute: then only when disarmed."""
+        before = [start for start in self._kept.starts_in_air if time.time() - start < RESTART_WINDOW_S]
+        if restart_rule(len(before) + 1) is RestartRule.STAY_AWAY:
+            _LOG.error("started a third time within a minute in the air: the autopilot's failsafe has the drone")
+            listening = asyncio.create_task(
+                wait_until_disarmed(self._config.autopilot.url, RESTART_WINDOW_S), name="passive-listener"
+            )
+            stopping = asyncio.create_task(self._stopping.wait(), name="stop-while-listening")
+            await asyncio.wait({listening, stopping}, return_when=asyncio.FIRST_COMPLETED)
+            for task in (listening, stopping):
+                task.cancel()
+            await asyncio.gather(listening, stopping, return_exceptions=True)
+        if not self._stopping.is_set():
+            await self.autopilot.start()
+
+    async def _start_algorithms(self) -> None:
+        if self._stopping.is_set():
+            return
+        self.camera.init()
+        if self._kept.map_parts:
+            for problem in await self.algorithms.restore_map([self._kept.map_parts]):
+                _LOG.warning("the journalled map: %s", problem)
+        self.algorithms.start()
+        self._own(self._map_keeper.run(), "map-keeper")
+
+    async def _monitor(self) -> None:
+        """Publish the health of what has no topics of its own."""
+        seen = 0
+        while True:
+            await asyncio.sleep(MONITOR_S)
+            self.inputs.camera_health.publish(self.camera.health)
+            self.inputs.recording_health.publish(self._storage_health())
+            self.inputs.loop_lag.publish(self._lag.latest_ms() / 1e3)
+            if self.performance.vision_fps is not None:
+                self.inputs.vision_rate.publish(self.performance.vision_fps)
+            latest = self.camera.latest
+            if latest is not None:
+                self.inputs.camera_time.publish(latest.captured)
+                for _ in range(latest.sequence - seen):
+                    self.performance.frame_received()
+                seen = latest.sequence
+
+    async def _close(self) -> None:
+        """End in the order in which nothing is fed into what has ended."""
+        for task in self._tasks:
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+        self._watchdog.stop()
+        await self._web.close()
+        await self.camera.close()
+        await self._keep_last_map()
+        await self.algorithms.close()
+        await self.manager.close()
+        await self.autopilot.close()
+        await self._recording.close()
+        await self._journal.close()
+
+    async def _keep_last_map(self) -> None:
+        try:
+            await asyncio.wait_for(self._map_keeper.keep(), 2.0)
+        except Exception:
+            _LOG.exception("the last changes of the map were not journalled")
+
+    # -- between the parts -------------------------------------------------------------------------------------------
+
+    def _situation(self) -> Situation:
+        model = self.camera.model
+        assert model is not None  # noqa: S101 - asked for a frame only
+        return Situation(
+            camera=model,
+            state=self.topics.curr_state_pub.value or StateName.IDLE,
+            desired=self.topics.des_pose_pub.value,
+            heights=self.manager.heights,
+            fence=self.manager.fence,
+            home=self.topics.home_pub.value,
+        )
+
+    def _goes_on(self) -> bool:
+        """Whether the journalled survey goes on; a simulated world is another one at each start of ours."""
+        if self._options.simulation is not None or self._kept.datum is None:
+            return False
+        folder = self._config.store.directory / "journal" / self._kept.survey_id
+        age = time.time() - max((path.stat().st_mtime for path in folder.glob("*")), default=0.0)
+        return age < CONTINUE_S
+
+    def _begin_survey(self) -> None:
+        if self._kept.datum is not None or self._kept.map_parts:
+            survey = self._journal.new_survey()
+            self._kept = JournalState(survey_id=survey, starts_in_air=self._kept.starts_in_air)
+
+    def _keep_arm_place(self, place: ArmPlace) -> None:
+        self._journal.set_arm_place(place)
+        if self.autopilot.datum is not None:
+            self._journal.set_datum(self.autopilot.datum)
+
+    def _count_start(self) -> int:
+        starts = self._journal.add_start_in_air()
+        return sum(1 for start in starts if starts[-1] - start < RESTART_WINDOW_S)
+
+    def _record_flights(self, state: State) -> None:
+        if state.connected:
+            (self._recording.begin if state.armed else self._recording.end)()
+
+    def _storage_health(self) -> Health:
+        journal = self._journal.health
+        return self._recording.health if journal.is_healthy else journal
+
+    def _announce(self) -> None:
+        url = self._web.page_url
+        print(f"hawk: open {url}{'  (SIMULATION)' if self._options.is_simulation else ''}", flush=True)
+        if self._options.ready_file is not None:
+            partial = self._options.ready_file.with_suffix(".partial")
+            partial.write_text(json.dumps({"url": self._web.url, "first_tick_s": self._first_tick_s}))
+            partial.rename(self._options.ready_file)
+
+    def _own(self, work: Coroutine[Any, Any, None], name: str) -> None:
+        task = asyncio.create_task(work, name=name)
+        task.add_done_callback(_tell_end)
+        self._tasks.append(task)
+
+
+def _make_manager(config: Config, survey_id: str) -> AlgorithmManagerApp:
+    cv2.setNumThreads(config.vision.threads)
+    settings = VisionSettings(
+        model=config.vision.model,
+        use_network=config.vision.use_network,
+        threads=config.vision.threads,
+        minimum_height_m=config.vision.minimum_height_m,
+        minimum_stalls=config.vision.minimum_stalls,
+    )
+    interface = AlgorithmTopicInterface()
+    manager = AlgorithmManagerApp()
+    mapper = MapperApp(map_id=survey_id or "first")
+    manager.init(interface, VisionApp(settings), mapper, PathPlanApp(), FrameCamera(interface))
+    return manager
+
+
+def _simulated(config: Config, address: SimulationAddress) -> Config:
+    """Point the settings at the simulated drone; what is kept of it stays apart from real flights."""
+    return config.model_copy(
+        update={
+            "autopilot": config.autopilot.model_copy(update={"url": address.autopilot_url}),
+            "camera": config.camera.model_copy(update={"url": address.camera_url}),
+            "store": config.store.model_copy(update={"directory": config.store.directory / "simulation"}),
+        }
+    )
+
+
+def _tell_end(task: asyncio.Task[None]) -> None:
+    if not task.cancelled() and (error := task.exception()) is not None:
+        _LOG.error("%s ended", task.get_name(), exc_info=error)
+
+
+def _seconds_since_process_start() -> float:
+    """Return real seconds since the kernel started this process (proc(5), stat, field 22)."""
+    fields = Path("/proc/self/stat").read_text().rpartition(")")[2].split()
+    ticks = int(fields[19]) / os.sysconf("SC_CLK_TCK")
+    return time.clock_gettime(time.CLOCK_BOOTTIME) - ticks
