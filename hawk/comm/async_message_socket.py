@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import time
+from collections import deque
 from collections.abc import Callable
 from typing import Final
 
@@ -34,7 +35,7 @@ class AsyncMessageSocket:
         self._monotonic = monotonic
         self._received: asyncio.Queue[str] = asyncio.Queue(queue_limit)
         self._waiting: asyncio.Queue[tuple[float, str]] = asyncio.Queue(queue_limit)
-        self._undelivered: list[str] = []
+        self._undelivered: deque[str] = deque(maxlen=queue_limit)
         self._connected = asyncio.Event()
         self._connecting = asyncio.Lock()
         self._tasks: list[asyncio.Task[None]] = []
@@ -51,7 +52,12 @@ class AsyncMessageSocket:
 
     async def init(self) -> None:
         """Connect and start the tasks that read and write. Raises ConnectionTimeout."""
-        await self._connect()
+        try:
+            await self._connect()
+        except ConnectionTimeout:
+            if not self._tasks:
+                await self._socket.close()
+            raise
         if not self._tasks:
             self._tasks = [
                 asyncio.create_task(self._read(), name="message-socket-read"),
@@ -79,8 +85,9 @@ class AsyncMessageSocket:
         return await self._received.get()
 
     def take_undelivered(self) -> list[str]:
-        """Return, once, the posted messages that were given up because the link was away too long."""
-        lost, self._undelivered = self._undelivered, []
+        """Return, once, the last posted messages that were given up because the link was away too long."""
+        lost = list(self._undelivered)
+        self._undelivered.clear()
         return lost
 
     async def close(self) -> None:

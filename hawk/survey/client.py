@@ -227,8 +227,9 @@ class DroneClient:
     async def _show_life(self) -> None:
         sign = OperatorHeartbeat().model_dump_json(by_alias=True)
         while True:
-            with contextlib.suppress(FailedToSend):
-                self._socket.post_message(sign)
+            if self._socket.is_connected:  # a sign of life is of now: none waits for the link
+                with contextlib.suppress(FailedToSend):
+                    self._socket.post_message(sign)
             speed = 1.0 if self.welcome is None else self.welcome.speed
             await asyncio.sleep(max(SHORTEST_SIGN_INTERVAL_S, SIGN_INTERVAL_S / speed))
 

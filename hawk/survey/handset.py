@@ -113,6 +113,11 @@ class Handset:
             await self.next()
         return None
 
+    async def pause(self, seconds: float) -> None:
+        """Let so much of the drone's time pass."""
+        began = (await self.beat()).time
+        await self.until(lambda b: b.time - began >= seconds, 10 * seconds, "The drone's clock stands still")
+
     async def tell(self, command: Command) -> None:
         """Send a command whose refusal changes nothing."""
         await self._drone.ask(command)

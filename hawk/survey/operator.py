@@ -177,9 +177,11 @@ class SurveyOperator:
                 "The time for exploring is over",
                 status=SurveyStatus.INCOMPLETE,
             )
-            if beat.explore_done and refusal is None:
+            if refusal is not None:
+                await self._hand.pause(self._limits.look_s)
+            elif beat.explore_done:
                 return
-            if beat.user_error == UserError.NO_LOT_DETECTED:
+            elif beat.user_error == UserError.NO_LOT_DETECTED:
                 break
         raise SurveyError(sentence("Exploring ended early", refusal or beat.detail), SurveyStatus.INCOMPLETE)
 

@@ -1,139 +1,12 @@
 from __future__ import annotations
 
-import asyncio
-import json
-from collections.abc import AsyncIterator, Awaitable, Callable
-from contextlib import asynccontextmanager
-from dataclasses import dataclass, field, replace
-from pathlib import Path
+from collections.abc import AsyncIterator
 from typing import Any
 
 import aiohttp
 import pytest
-from aiohttp.test_utils import TestServer
 
-from hawk.comm.clock import ManualClock
-from hawk.comm.loop_lag import LagSummary
-from hawk.comm.messages import Ack, Command, KillRequest, KillToken, Outgoing
-from hawk.comm.status import ClientId, DroneStatus
-from hawk.comm.topic import Topic
-from hawk.config import OperatorSettings, WebSettings
-from hawk.model import OccupancyMap
-from hawk.web.app import create_app
-from hawk.web.services import OperatorSide, VideoFrame, WebServices
-from hawk.web.static import Page
-
-PATIENCE_S = 5.0
-
-
-@dataclass(frozen=True)
-class Frame:
-    sequence: int
-    captured: float
-    jpeg: bytes
-
-
-class FakeManager:
-    """Accepts what comes through the queue when told to, and acts on urgent commands at once."""
-
-    def __init__(self) -> None:
-        self.urgent: list[tuple[ClientId, Command]] = []
-        self.fail = False
-
-    def handle_now(self, client: ClientId, command: Command) -> Outgoing:
-        if self.fail:
-            raise RuntimeError("a defect")
-        self.urgent.append((client, command))
-        if isinstance(command, KillRequest):
-            return KillToken(id=command.id, token="t" * 32, valid_for=10.0)
-        return Ack(id=command.id, accepted=True)
-
-
-@dataclass
-class Rig:
-    """A web server on the loop with everything around it in the hands of the test."""
-
-    clock: ManualClock = field(default_factory=ManualClock)
-    real: ManualClock = field(default_factory=ManualClock)
-    web: WebSettings = field(default_factory=WebSettings)
-    operator: OperatorSettings = field(default_factory=OperatorSettings)
-    manager: FakeManager = field(default_factory=FakeManager)
-    page: Page = field(default_factory=lambda: Page.load(Path("nowhere")))
-    simulation: bool = True
-
-    def __post_init__(self) -> None:
-        self.side = OperatorSide.create(self.clock, self.operator)
-        self.side.socket.attach(self.manager)
-        self.status: Topic[DroneStatus] = Topic("status", self.clock)
-        self.map: Topic[OccupancyMap] = Topic("map", self.clock)
-        self.video: Topic[VideoFrame] = Topic("video", self.clock)
-        self.server: TestServer | None = None
-
-    def services(self) -> WebServices:
-        return WebServices(
-            clock=self.clock,
-            web=self.web,
-            operator=self.operator,
-            side=self.side,
-            status=self.status,
-            occupancy_map=self.map,
-            video=self.video,
-            version="1.2.3",
-            simulation=self.simulation,
-            camera_fov_deg=70.0,
-            loop_lag=lambda: LagSummary(0.5, 4.0, 9.0, 100),
-            monotonic=self.real,
-        )
-
-    async def start(self) -> TestServer:
-        self.server = TestServer(create_app(self.services(), self.page))
-        await self.server.start_server()
-        return self.server
-
-    def publish(self, status: DroneStatus | None = None) -> None:
-        """One heartbeat's worth of time passes, and the manager tells its status."""
-        self.clock.advance(0.2)
-        self.real.advance(0.2)
-        before = self.status.value or DroneStatus()
-        self.status.publish(replace(status or before, sequence=before.sequence + 1, time=self.clock()))
-
-    def serve_commands(self) -> list[tuple[ClientId, Command]]:
-        """Do what the manager's tick does: take and accept everything."""
-        taken = self.side.socket.receive()
-        for client, command in taken:
-            self.side.socket.reply(client, Ack(id=command.id, accepted=True))
-        return taken
-
-
-class Visitor:
-    """A page: reads messages by type."""
-
-    def __init__(self, socket: aiohttp.ClientWebSocketResponse) -> None:
-        self.socket = socket
-        self.welcome: dict[str, Any] = {}
-
-    async def next(self, kind: str) -> dict[str, Any]:
-        async with asyncio.timeout(PATIENCE_S):
-            while True:
-                message = await self.socket.receive()
-                assert message.type is aiohttp.WSMsgType.TEXT, message
-                found: dict[str, Any] = json.loads(message.data)
-                if found["Type"] == kind:
-                    return found
-
-    async def send(self, **keys: Any) -> None:
-        await self.socket.send_str(json.dumps(keys))
-
-    async def ask(self, **keys: Any) -> dict[str, Any]:
-        """Send a command that is answered without the manager."""
-        await self.send(**keys)
-        return await self.next("Ack")
-
-    async def take_control(self) -> dict[str, Any]:
-        return await self.ask(Type="Control", Action="Request")
-
-
-Connect = Callable[..., Awaitable[Visitor]]
+from tests.unit.web.rig import Connect, Rig, Visitor
 
 
 @pytest.fixture
@@ -142,12 +15,6 @@ async def rig() -> AsyncIterator[Rig]:
     yield made
     if made.server is not None:
         await made.server.close()
-
-
-@asynccontextmanager
-async def browser(**options: Any) -> AsyncIterator[aiohttp.ClientSession]:
-    async with aiohttp.ClientSession(cookie_jar=aiohttp.CookieJar(unsafe=True), **options) as session:
-        yield session
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ import pytest
 from hawk.comm.messages import HealthItem
 from hawk.comm.status import DroneStatus
 from hawk.model import Counts, EncodedTile, OccupancyMap, Stall, StallState, StateName
-from tests.unit.web.conftest import Frame, Rig, browser
+from tests.unit.web.rig import Frame, Rig, browser
 
 HEALTHY = HealthItem(name="link", healthy=True, reason="")
 ILL = HealthItem(name="camera", healthy=False, reason="No picture for 3 s")

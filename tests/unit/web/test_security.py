@@ -9,7 +9,7 @@ from aiohttp import web
 from hawk.config import WebSettings
 from hawk.web.app import create_app
 from hawk.web.security import InsecureBindingError, check_binding, is_loopback
-from tests.unit.web.conftest import Rig, browser
+from tests.unit.web.rig import Rig, browser
 
 TOKEN = "correct-horse-battery"
 

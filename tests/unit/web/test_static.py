@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from hawk.web.static import Page
-from tests.unit.web.conftest import Rig, browser
+from tests.unit.web.rig import Rig, browser
 
 SCRIPT = b"export const answer = 42;\n" * 100
 

@@ -8,7 +8,7 @@ import pytest
 
 from hawk.config import WebSettings
 from hawk.web.video import HEADER, pack
-from tests.unit.web.conftest import PATIENCE_S, Frame, Rig, browser
+from tests.unit.web.rig import PATIENCE_S, Frame, Rig, browser
 
 
 def frame(number: int, captured: float = 1.5) -> Frame:

@@ -10,7 +10,7 @@ from hawk.comm.messages import Arm, Hold, Kill, KillRequest, Land, ReturnToLaunc
 from hawk.comm.status import DroneStatus
 from hawk.config import WebSettings
 from hawk.model import StateName
-from tests.unit.web.conftest import Connect, Rig, Visitor
+from tests.unit.web.rig import Connect, Rig, Visitor
 
 
 async def settle(rig: Rig, tester: Visitor) -> None:
