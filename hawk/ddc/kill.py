@@ -81,7 +81,7 @@ class KillSwitch:
         now = self._clock()
         if connected and not armed:
             return self._end("confirmed")
-        if not connected or now - self._started >= GIVE_UP_S:
+        if not connected or now - self._started >= GIVE_UP_S - 1e-6:
             return self._end("not confirmed")
         if now - self._last_sent >= REPEAT_S - 1e-6:
             self._repeat()

@@ -69,12 +69,21 @@ class Requests:
         self._report = report
         self._tasks: set[asyncio.Task[Any]] = set()
 
+    @property
+    def is_busy(self) -> bool:
+        """Whether any request is under way."""
+        return bool(self._tasks)
+
     def start(self, name: str, call: Coroutine[Any, Any, Any]) -> Request:
         """Start a request on the running loop."""
         task = asyncio.get_running_loop().create_task(call, name=f"ddc: {name}")
         self._tasks.add(task)
         task.add_done_callback(lambda done: self._ended(name, done))
         return Request(name, task, self._clock())
+
+    async def finish(self) -> None:
+        """Wait until every request under way has ended."""
+        await asyncio.gather(*self._tasks, return_exceptions=True)
 
     async def close(self) -> None:
         """Cancel what is under way and wait until it has ended."""

@@ -5,13 +5,27 @@ from pathlib import Path
 
 import pytest
 
+from hawk.model import StateName
 from tests.unit.ddc.fakes import Rig
 
 
 @pytest.fixture
-async def rig(tmp_path: Path) -> AsyncIterator[Rig]:
-    """A drone on the ground, found, its parameters read."""
+async def fresh(tmp_path: Path) -> AsyncIterator[Rig]:
+    """A rig whose clock has not moved yet."""
     made = Rig(tmp_path)
-    await made.run(2.0)
     yield made
     await made.close()
+
+
+@pytest.fixture
+async def rig(fresh: Rig) -> Rig:
+    """A drone on the ground, found, its parameters read."""
+    await fresh.run(2.0)
+    return fresh
+
+
+@pytest.fixture
+async def flying(fresh: Rig) -> Rig:
+    """A drone that holds at 30 m."""
+    await fresh.enter(StateName.HOVER)
+    return fresh

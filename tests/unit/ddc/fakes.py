@@ -12,7 +12,19 @@ from typing import Any
 import pymap3d
 
 from hawk.comm.clock import ManualClock
-from hawk.comm.messages import Ack, Command, Outgoing
+from hawk.comm.messages import (
+    Ack,
+    Arm,
+    AutonomousExplore,
+    AutonomousMove,
+    Command,
+    CompulsiveMove,
+    Configure,
+    Land,
+    Outgoing,
+    ReturnToLaunch,
+    Takeoff,
+)
 from hawk.comm.status import ClientId
 from hawk.comm.vehicle import AutopilotError, VehicleTopics
 from hawk.config import FenceSettings, FlightSettings, HeightSettings, OperatorSettings
@@ -397,6 +409,10 @@ class Rig:
         """The active state."""
         return self.manager.state.identity
 
+    def expect(self, state: StateName) -> None:
+        """The active state must be this one."""
+        assert self.state is state, f"in {self.state}: {self.manager.state.detail}; {self.log[-3:]}"
+
     @property
     def log(self) -> list[str]:
         """Texts of the message list."""
@@ -462,6 +478,50 @@ class Rig:
     def finish_plan(self) -> None:
         """Let the planner say that nothing is left."""
         self.sight.plan = PathPlan(explore=ExploreStatus(done=True, seen=1.0))
+
+    async def enter(self, state: StateName) -> None:
+        """Bring a rig that was not run yet into a state, the short way."""
+        if state in (StateName.IDLE, StateName.CONFIGURE, StateName.ARM, StateName.TAKEOFF):
+            await self._enter_from_ground(state)
+            return
+        self.autopilot.put_in_air()
+        await self.run(0.2)
+        if state is StateName.MANUAL:
+            self.autopilot.change_mode(CopterMode.LOITER)
+            await self.run(3.5)
+        elif state is StateName.COMMUNICATION_LOST:
+            self.desk.present = False
+            await self.run(0.2)
+        elif state is not StateName.HOVER:
+            await self._order_from_hover(state)
+        self.expect(state)
+
+    async def _enter_from_ground(self, state: StateName) -> None:
+        await self.run(1.5)
+        if state is StateName.CONFIGURE:
+            self.autopilot.silent.add("set_rtl_altitude")
+            self.order(Configure(min=15, des=20, max=50))
+            await self.tick()
+        if state in (StateName.ARM, StateName.TAKEOFF):
+            self.order(Arm())
+            await self.run(0.5)
+        if state is StateName.TAKEOFF:
+            self.order(Takeoff())
+            await self.run(0.5)
+        self.expect(state)
+
+    async def _order_from_hover(self, state: StateName) -> None:
+        self.target_plan(40, 0)
+        far = {"x": 60.0, "y": 0.0}
+        orders: dict[StateName, Command] = {
+            StateName.AUTONOMOUS_EXPLORE: AutonomousExplore(),
+            StateName.AUTONOMOUS_MOVE: AutonomousMove(**far),
+            StateName.COMPULSIVE_MOVE: CompulsiveMove(**far),
+            StateName.RETURN_TO_LAUNCH: ReturnToLaunch(),
+            StateName.LAND: Land(),
+        }
+        self.manager.handle("ana", orders[state])
+        await self.run(0.2)
 
     async def close(self) -> None:
         """End the manager."""

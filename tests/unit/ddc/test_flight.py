@@ -8,7 +8,7 @@ from tests.unit.ddc.fakes import Rig
 
 
 async def test_a_survey_goes_through_all_its_states(rig: Rig) -> None:
-    assert rig.state is StateName.IDLE
+    rig.expect(StateName.IDLE)
     rig.order(Arm())
     await rig.until(StateName.ARM)
     await rig.run(1.0)
@@ -17,7 +17,7 @@ async def test_a_survey_goes_through_all_its_states(rig: Rig) -> None:
     rig.target_plan(30, 20)
     rig.order(AutonomousExplore())
     await rig.run(15)
-    assert rig.state is StateName.AUTONOMOUS_EXPLORE
+    rig.expect(StateName.AUTONOMOUS_EXPLORE)
     assert abs(rig.autopilot.north - 30) < 1
     assert abs(rig.autopilot.east - 20) < 1
     rig.finish_plan()

@@ -1,0 +1,54 @@
+from __future__ import annotations
+
+import pytest
+
+from hawk.ddc.energy import ASSUMED_DRAIN, BatteryWatch, seconds_home
+
+
+def test_the_way_home_is_climb_flight_descent_and_landing() -> None:
+    assert seconds_home(0, 10, 10, 4) == pytest.approx(10 / 0.5)
+    assert seconds_home(40, 30, 60, 4) == pytest.approx(30 / 2 + 10 + 50 / 1.5 + 20)
+    assert seconds_home(0, 80, 60, 4) == pytest.approx(70 / 1.5 + 20)
+
+
+def test_drain_is_assumed_until_it_was_measured() -> None:
+    watch = BatteryWatch(20, 4)
+    assert watch.drain == ASSUMED_DRAIN
+    for second in range(30):
+        watch.update(90 - 0.2 * second, float(second))
+    assert watch.drain == pytest.approx(0.2)
+    watch.reset()
+    assert watch.drain == ASSUMED_DRAIN
+
+
+def test_drain_never_reads_as_nothing() -> None:
+    watch = BatteryWatch(20, 4)
+    for second in range(60):
+        watch.update(90.0, float(second))
+    assert watch.drain == pytest.approx(ASSUMED_DRAIN / 3)
+
+
+def test_old_readings_are_forgotten() -> None:
+    watch = BatteryWatch(20, 4)
+    for second in range(60):
+        watch.update(100 - second, float(second))
+    for second in range(60, 130):
+        watch.update(40 - 0.1 * (second - 60), float(second))
+    assert watch.drain == pytest.approx(ASSUMED_DRAIN, abs=0.02)
+
+
+def test_readings_come_often_and_one_a_second_counts() -> None:
+    watch = BatteryWatch(20, 4)
+    for tick in range(1200):
+        watch.update(90 - 0.01 * tick, tick * 0.05)
+    assert watch.drain == pytest.approx(0.2, rel=0.01)
+
+
+def test_the_farther_the_sooner_it_must_return() -> None:
+    watch = BatteryWatch(20, 4)
+    near, far = watch.reserve(50, 0, 30, 60), watch.reserve(50, 150, 30, 60)
+    assert 20 < near.needed < far.needed
+    assert near.time_left > far.time_left
+    assert not near.is_reached
+    assert watch.reserve(20.1, 0, 30, 60).is_reached
+    assert watch.reserve(10, 0, 30, 60).time_left == 0

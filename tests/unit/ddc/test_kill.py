@@ -1,0 +1,176 @@
+from __future__ import annotations
+
+import pytest
+
+from hawk.comm.clock import ManualClock
+from hawk.comm.messages import Ack, Arm, ClearKill, Hold, Kill, KillRequest, KillToken
+from hawk.ddc.kill import KillRefused, KillSwitch
+from hawk.model import CopterMode, StateName
+from tests.unit.ddc.fakes import Rig
+
+
+class Bench:
+    """A kill switch alone."""
+
+    def __init__(self) -> None:
+        self.clock = ManualClock()
+        self.sent: list[float] = []
+        self.switch = KillSwitch(self.clock, lambda: self.sent.append(self.clock()))
+
+
+@pytest.fixture
+def bench() -> Bench:
+    return Bench()
+
+
+def test_the_first_command_goes_out_in_the_call(bench: Bench) -> None:
+    bench.switch.kill("ana", bench.switch.request("ana"))
+    assert bench.sent == [0.0]
+    assert bench.switch.state == "sending"
+
+
+def test_a_token_serves_once(bench: Bench) -> None:
+    token = bench.switch.request("ana")
+    bench.switch.kill("ana", token)
+    with pytest.raises(KillRefused, match="used already"):
+        bench.switch.kill("ana", token)
+
+
+def test_a_token_of_another_client_an_older_one_and_a_made_up_one_are_refused(bench: Bench) -> None:
+    older = bench.switch.request("ana")
+    with pytest.raises(KillRefused):
+        bench.switch.kill("eve", bench.switch.request("ana"))
+    newer = bench.switch.request("ana")
+    with pytest.raises(KillRefused):
+        bench.switch.kill("ana", older)
+    with pytest.raises(KillRefused):
+        bench.switch.kill("ana", newer)  # a wrong guess voids the token too
+    with pytest.raises(KillRefused):
+        bench.switch.kill("ana", "x" * 32)
+    assert bench.sent == []
+    assert not bench.switch.is_killed
+
+
+def test_a_token_is_void_after_ten_seconds(bench: Bench) -> None:
+    token = bench.switch.request("ana")
+    bench.clock.advance(10.1)
+    with pytest.raises(KillRefused, match="older than 10 s"):
+        bench.switch.kill("ana", token)
+
+
+def test_tokens_cannot_be_guessed(bench: Bench) -> None:
+    tokens = {bench.switch.request("ana") for _ in range(100)}
+    assert len(tokens) == 100
+    assert min(map(len, tokens)) >= 32
+
+
+def test_it_is_sent_every_200_ms_for_five_seconds_at_most(bench: Bench) -> None:
+    bench.switch.kill("ana", bench.switch.request("ana"))
+    ended = False
+    while not ended:
+        bench.clock.advance(0.05)
+        ended = bench.switch.tick(armed=True, connected=True)
+    assert bench.clock() == pytest.approx(5.0)
+    assert len(bench.sent) == pytest.approx(25, abs=1)
+    assert max(b - a for a, b in zip(bench.sent, bench.sent[1:], strict=False)) < 0.21
+    assert bench.switch.state == "not confirmed"
+    bench.clock.advance(1)
+    assert not bench.switch.tick(armed=True, connected=True)
+    assert len(bench.sent) == pytest.approx(25, abs=1)
+
+
+def test_it_ends_when_disarmed_is_seen(bench: Bench) -> None:
+    bench.switch.kill("ana", bench.switch.request("ana"))
+    bench.clock.advance(0.05)
+    assert bench.switch.tick(armed=False, connected=True)
+    assert bench.switch.state == "confirmed"
+    assert len(bench.sent) == 1
+
+
+def test_it_does_not_survive_a_lost_link(bench: Bench) -> None:
+    bench.switch.kill("ana", bench.switch.request("ana"))
+    assert bench.switch.tick(armed=False, connected=False)
+    assert bench.switch.state == "not confirmed"
+    bench.clock.advance(1)
+    assert not bench.switch.tick(armed=True, connected=True)
+    assert len(bench.sent) == 1
+
+
+# -- in the operations manager ---------------------------------------------------------------------------------------
+
+
+def token_of(rig: Rig, client: str = "ana") -> str:
+    answer = rig.manager.handle_now(client, KillRequest())
+    assert isinstance(answer, KillToken)
+    return answer.token
+
+
+async def test_it_cuts_confirms_and_locks_arm_until_it_is_cleared(flying: Rig) -> None:
+    answer = flying.manager.handle_now("ana", Kill(token=token_of(flying)))
+    assert isinstance(answer, Ack)
+    assert answer.accepted
+    assert flying.command(Hold()).reason == "The motors are being cut."
+    await flying.tick(2)
+    flying.expect(StateName.IDLE)
+    await flying.run(2.0)
+    assert flying.autopilot.count("kill") == 1
+    assert flying.manager.status.value is not None
+    assert flying.manager.status.value.killed
+    assert flying.manager.status.value.kill_state == "confirmed"
+    assert flying.command(Arm()).reason == "The motors were cut: clear it first."
+    flying.order(ClearKill())
+    await flying.tick()
+    flying.order(Arm())
+
+
+async def test_nothing_else_is_sent_while_it_is_being_sent(flying: Rig) -> None:
+    flying.autopilot.silent.add("kill")
+    flying.manager.handle_now("ana", Kill(token=token_of(flying)))
+    targets = len(flying.autopilot.targets)
+    await flying.run(4.5)
+    assert flying.autopilot.count("kill") == pytest.approx(23, abs=1)
+    assert len(flying.autopilot.targets) == targets
+    assert flying.autopilot.count("set_mode") == 0
+
+
+async def test_not_confirmed_it_takes_the_state_from_the_autopilot_and_wants_a_new_confirmation(flying: Rig) -> None:
+    flying.autopilot.refuse["kill"] = "denied"
+    flying.manager.handle_now("ana", Kill(token=token_of(flying)))
+    await flying.run(5.5)
+    sent = flying.autopilot.count("kill")
+    flying.expect(StateName.HOVER)
+    assert any("not confirmed" in text for text in flying.log)
+    await flying.run(2.0)
+    assert flying.autopilot.count("kill") == sent
+    flying.manager.handle_now("ana", Kill(token=token_of(flying)))
+    await flying.tick()
+    assert flying.autopilot.count("kill") > sent
+
+
+async def test_only_the_operator_in_control_gets_a_token_or_uses_one(flying: Rig) -> None:
+    refused = flying.manager.handle_now("eve", KillRequest())
+    assert isinstance(refused, Ack)
+    assert not refused.accepted
+    token = token_of(flying)
+    flying.desk.client = "eve"
+    for client in ("ana", "eve"):
+        answer = flying.manager.handle_now(client, Kill(token=token))
+        assert isinstance(answer, Ack)
+        assert not answer.accepted
+    await flying.tick()
+    assert flying.autopilot.count("kill") == 0
+
+
+async def test_a_kill_outranks_what_the_pilot_flies(flying: Rig) -> None:
+    flying.autopilot.change_mode(CopterMode.LOITER)
+    await flying.tick()
+    flying.expect(StateName.MANUAL)
+    flying.manager.handle_now("ana", Kill(token=token_of(flying)))
+    await flying.tick(2)
+    assert not flying.autopilot.armed
+
+
+async def test_a_token_is_never_recorded(flying: Rig) -> None:
+    token = token_of(flying)
+    flying.manager.handle_now("ana", Kill(token=token))
+    assert token not in repr(flying.records)

@@ -1,0 +1,208 @@
+"""The gate: each condition of design section 6 alone keeps a target from the wire."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import pytest
+
+from hawk.comm.vehicle import AutopilotError
+from hawk.ddc.errors import ReqFailed, TargetRefused
+from hawk.ddc.motion import Goal, maximum_target_distance
+from hawk.ddc.service_interface import COMMANDING_STATES
+from hawk.model import CopterMode, GlobalPose, HeightParameters, StateName
+from tests.unit.ddc.fakes import PLACE, Rig
+
+GOOD = Goal(3.0, 2.0, 31.0, 0.5)
+HEIGHTS = HeightParameters(15, 35, 60)
+
+
+def send(rig: Rig, goal: Goal = GOOD, state: StateName = StateName.COMPULSIVE_MOVE) -> None:
+    rig.service.send_target(goal, state, HEIGHTS, rig.manager.fence)
+
+
+def refused(rig: Rig, words: str, goal: Goal = GOOD, state: StateName = StateName.COMPULSIVE_MOVE) -> None:
+    before = len(rig.autopilot.targets)
+    with pytest.raises(TargetRefused, match=words):
+        send(rig, goal, state)
+    assert len(rig.autopilot.targets) == before
+
+
+async def test_a_good_target_goes_out(flying: Rig) -> None:
+    send(flying)
+    sent = flying.autopilot.targets[-1]
+    assert (sent.north, sent.east, sent.height, sent.yaw) == (3.0, 2.0, 31.0, 0.5)
+
+
+@pytest.mark.parametrize("state", sorted(set(StateName) - COMMANDING_STATES))
+async def test_only_commanding_states_send(flying: Rig, state: StateName) -> None:
+    refused(flying, "sends no targets", state=state)
+
+
+@pytest.mark.parametrize("mode", sorted(set(CopterMode) - {CopterMode.GUIDED}))
+async def test_only_in_guided(flying: Rig, mode: CopterMode) -> None:
+    flying.autopilot.mode = mode
+    flying.autopilot.publish()
+    refused(flying, "GUIDED")
+
+
+async def test_not_disarmed(flying: Rig) -> None:
+    flying.autopilot.armed = False
+    flying.autopilot.publish()
+    refused(flying, "armed")
+
+
+@pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("field", ["north", "east", "height", "yaw"])
+async def test_nothing_that_is_not_finite(flying: Rig, field: str, number: float) -> None:
+    values = {"north": 3.0, "east": 2.0, "height": 31.0, "yaw": 0.5, field: number}
+    refused(flying, "finite", Goal(**values))
+
+
+async def test_not_on_an_old_pose(flying: Rig) -> None:
+    flying.clock.advance(0.49)
+    send(flying)
+    flying.clock.advance(0.02)
+    refused(flying, "older than 0.5 s")
+
+
+async def test_not_on_a_pose_that_is_not_finite(flying: Rig) -> None:
+    flying.autopilot.height = math.nan
+    flying.autopilot.publish()
+    refused(flying, "pose")
+
+
+async def test_not_without_a_link(flying: Rig) -> None:
+    flying.autopilot.connected = False
+    flying.autopilot.publish()
+    refused(flying, "link")
+
+
+async def test_not_when_heartbeats_stopped(flying: Rig) -> None:
+    flying.clock.advance(3.1)
+    refused(flying, "link")
+
+
+async def test_not_outside_the_fence(flying: Rig) -> None:
+    flying.autopilot.north = 143.0
+    flying.autopilot.publish()
+    refused(flying, "fence", Goal(146.0, 0, 31, 0))
+    send(flying, Goal(143.0, 0, 31, 0))
+
+
+async def test_not_without_a_fence(flying: Rig) -> None:
+    with pytest.raises(TargetRefused, match="fence"):
+        flying.service.send_target(GOOD, StateName.HOVER, HEIGHTS, None)
+
+
+async def test_no_farther_than_three_seconds_and_the_stopping_distance(flying: Rig) -> None:
+    limit = maximum_target_distance(4.0)
+    send(flying, Goal(limit - 0.01, 0, 31, 0))
+    refused(flying, "away", Goal(limit + 0.01, 0, 31, 0))
+    refused(flying, "away", Goal(0, 0, 30 + limit + 0.1, 0))
+
+
+@pytest.mark.parametrize(
+    ("height", "goal", "words"),
+    [
+        (30, Goal(0, 0, 14.9, 0), "below Min"),
+        (10, Goal(0, 0, 9.9, 0), "below Min"),
+        (10, Goal(3, 0, 14, 0), "below Min"),
+        (10, Goal(0, 0, 12, 0), ""),
+        (59, Goal(0, 0, 60.1, 0), "above Max"),
+        (80, Goal(3, 0, 79, 0), "above Max"),
+        (80, Goal(0, 0, 79, 0), ""),
+        (96, Goal(0, 0, 97.1, 0), "ceiling"),
+    ],
+)
+async def test_heights_are_bounded_and_only_the_straight_way_back_is_free(
+    flying: Rig, height: float, goal: Goal, words: str
+) -> None:
+    flying.autopilot.height = height
+    flying.autopilot.publish()
+    if words:
+        refused(flying, words, goal)
+    else:
+        send(flying, goal)
+
+
+async def test_holding_above_max_is_holding_no_travel(flying: Rig) -> None:
+    flying.autopilot.height = 80
+    flying.autopilot.publish()
+    send(flying, Goal(4, 0, 80, 0), StateName.HOVER)
+    refused(flying, "above Max", Goal(4, 0, 80, 0))
+
+
+async def test_what_the_autopilot_boundary_refuses_is_a_refused_target(
+    flying: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: float) -> None:
+        raise AutopilotError("no arm place")
+
+    monkeypatch.setattr(flying.autopilot, "send_target", fail)
+    with pytest.raises(TargetRefused, match="no arm place"):
+        send(flying)
+
+
+# -- requests ---------------------------------------------------------------------------------------------------------
+
+REQUESTS: dict[str, Callable[[Rig], object]] = {
+    "arm": lambda rig: rig.service.set_arm(True),
+    "disarm": lambda rig: rig.service.set_arm(False),
+    "set_mode": lambda rig: rig.service.set_mode(CopterMode.RTL),
+    "takeoff": lambda rig: rig.service.send_takeoff_cmd(20.0),
+    "set_rtl_altitude": lambda rig: rig.service.set_rtl_alt(20),
+    "get_parameter": lambda rig: rig.service.get_parameter("RTL_ALT"),
+    "set_parameter": lambda rig: rig.service.set_parameter("RTL_ALT", 1),
+    "kill": lambda rig: rig.service.kill(),
+}
+
+
+@pytest.mark.parametrize("name", REQUESTS)
+async def test_a_refusal_carries_the_autopilots_own_words(rig: Rig, name: str) -> None:
+    rig.autopilot.refuse[name] = "Arm: Compass not calibrated"
+    with pytest.raises(ReqFailed, match=r"^Arm: Compass not calibrated$"):
+        await REQUESTS[name](rig)  # type: ignore[misc]
+
+
+async def test_takeoff_takes_a_height_or_a_global_pose(flying: Rig) -> None:
+    await flying.service.send_takeoff_cmd(20.0)
+    await flying.service.send_takeoff_cmd(GlobalPose(0, 0, PLACE.altitude + 25))
+    assert flying.autopilot.asked("takeoff") == [20.0, 25.0]
+
+
+async def test_takeoff_to_a_global_pose_needs_an_arm_place(rig: Rig) -> None:
+    with pytest.raises(ReqFailed, match="arm place"):
+        await rig.service.send_takeoff_cmd(PLACE)
+
+
+async def test_a_return_altitude_that_reads_back_wrong_is_a_failure(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    async def other(_: float) -> float:
+        return 15.0
+
+    monkeypatch.setattr(rig.autopilot, "set_rtl_altitude", other)
+    with pytest.raises(ReqFailed, match="asked for 60 m, the autopilot says 15 m"):
+        await rig.service.set_rtl_alt(60)
+
+
+async def test_failsafes_are_read_back(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    async def forget(name: str, value: float) -> None:
+        """Take a value and keep the old one."""
+
+    monkeypatch.setattr(rig.autopilot, "set_parameter", forget)
+    with pytest.raises(ReqFailed, match="FENCE_ACTION: set to 3, the autopilot says 1"):
+        await rig.service.set_failsafes({"FENCE_ACTION": 3})
+
+
+async def test_a_mode_is_ours_for_two_seconds_after_the_request(rig: Rig) -> None:
+    assert not rig.service.asked_for(CopterMode.RTL)
+    await rig.service.set_mode(CopterMode.RTL)
+    assert rig.service.asked_for(CopterMode.RTL)
+    assert not rig.service.asked_for(CopterMode.LAND)
+    assert not rig.service.asked_for(None)
+    rig.clock.advance(2.01)
+    assert not rig.service.asked_for(CopterMode.RTL)
+    await rig.service.set_mode(CopterMode.RTL)
+    rig.service.forget_asked_modes()
+    assert not rig.service.asked_for(CopterMode.RTL)
