@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.worlds.canvas import Bytes, Floats, as_bytes, as_floats
-from hawk.worlds.facets import FacetSet, ground_projection, lay_all
+from hawk.worlds.facets import FacetSet, ground_projection, lay_all, with_rim
 from hawk.worlds.world import World
 
 BORDER_M = 80.0
@@ -37,8 +37,8 @@ class Backdrop:
                 break
             picture, scale = finer, finer_scale
         inverse = np.asarray(np.linalg.inv(homography), np.float64)
-        rows, columns = picture.shape[:2]
-        drawn = _warp(picture, inverse, scale, (0.0, 0.0), size, cv2.BORDER_CONSTANT)
+        rows, columns = picture.shape[0] - 2, picture.shape[1] - 2
+        drawn = _warp(picture, inverse, scale, (-scale, -scale), size, cv2.BORDER_CONSTANT)
         if self._inside(inverse, size, columns * scale, rows * scale):
             return drawn
         # the border is blurred: a picture a quarter the size loses nothing
@@ -85,7 +85,7 @@ def _levels(world: World) -> list[tuple[Bytes, float]]:
         half = cv2.resize(picture[:rows, :columns], (columns // 2, rows // 2), interpolation=cv2.INTER_AREA)
         picture, scale = as_bytes(half), scale * 2
         levels.append((picture, scale))
-    return levels
+    return [(with_rim(level), its_scale) for level, its_scale in levels]
 
 
 def _border(world: World) -> tuple[Bytes, float]:
@@ -100,7 +100,7 @@ def _border(world: World) -> tuple[Bytes, float]:
     near = cv2.GaussianBlur(mirrored, (0, 0), _BLUR_NEAR_M / _BORDER_SCALE)
     far = cv2.GaussianBlur(mirrored, (0, 0), _BLUR_FAR_M / _BORDER_SCALE)
     share = np.clip(_distance(mirrored.shape[:2], reach) / (25 / _BORDER_SCALE), 0, 1)[..., None]
-    blended = np.clip(near * (1 - share) + far * share, 0, 255)
+    blended = np.round(np.clip(near * (1 - share) + far * share, 0, 255))
     return as_bytes(blended), _BORDER_SCALE
 
 

@@ -91,7 +91,7 @@ class FacetSet:
         self._pictures = [_levels(layer.pixels) for layer in ordered]
         self._last_level = np.array([len(picture) - 1 for picture in self._pictures], np.int64)
         self._scales = np.array([_level_scales(picture) for picture in self._pictures]).reshape(-1, 3, 3, 3)
-        self._texels = np.array([picture[0].shape[0] * picture[0].shape[1] for picture in self._pictures], float)
+        self._texels = np.array([layer.pixels.shape[0] * layer.pixels.shape[1] for layer in ordered], float)
         self._fine = np.array([layer.fine for layer in ordered], bool)
         self._area_m2 = np.array([_areas(layer.corners[None, :, :2])[0] for layer in ordered])
         self._corners = np.ones((len(ordered), 4, 4))
@@ -198,7 +198,20 @@ def _levels(pixels: Bytes) -> tuple[Bytes, ...]:
         rows, columns = levels[-1].shape[:2]
         half = cv2.resize(levels[-1], ((columns + 1) // 2, (rows + 1) // 2), interpolation=cv2.INTER_AREA)
         levels.append(as_bytes(half))
-    return tuple(levels)
+    if pixels.shape[:2] == (1, 1):
+        return tuple(levels)
+    return tuple(with_rim(level) for level in levels)
+
+
+def with_rim(picture: Bytes) -> Bytes:
+    """Return a BGRA picture with a transparent rim of one pixel.
+
+    The rim has the colours beside it: what is sampled at the edge would else be darkened by the black beyond.
+    """
+    rimmed = as_bytes(cv2.copyMakeBorder(picture, 1, 1, 1, 1, cv2.BORDER_REPLICATE))
+    for edge in (rimmed[0], rimmed[-1], rimmed[:, 0], rimmed[:, -1]):
+        edge[..., 3] = 0
+    return rimmed
 
 
 def _texel_to_world(layer: HeightLayer) -> NDArray[np.float64]:
@@ -211,11 +224,15 @@ def _texel_to_world(layer: HeightLayer) -> NDArray[np.float64]:
 
 
 def _level_scales(levels: Sequence[Bytes]) -> NDArray[np.float64]:
-    """Return (3, 3, 3): for each of three levels, texels of the finest to its own (texel centres at whole numbers)."""
+    """Return (3, 3, 3): for each of three levels, texels of the finest without its rim to its own with it.
+
+    Texel centres lie at whole numbers.
+    """
     scales = np.zeros((3, 3, 3))
+    rows, columns = levels[0].shape[0] - 2, levels[0].shape[1] - 2
     for k, picture in enumerate([*levels, *[levels[-1]] * 2][:3]):
-        sy, sx = picture.shape[0] / levels[0].shape[0], picture.shape[1] / levels[0].shape[1]
-        scales[k] = [[sx, 0, 0.5 * sx - 0.5], [0, sy, 0.5 * sy - 0.5], [0, 0, 1.0]]
+        sy, sx = (picture.shape[0] - 2) / rows, (picture.shape[1] - 2) / columns
+        scales[k] = [[sx, 0, 0.5 * sx + 0.5], [0, sy, 0.5 * sy + 0.5], [0, 0, 1.0]]
     return scales
 
 

@@ -78,6 +78,9 @@ def _is_good(plan: Plan, size_m: tuple[float, float], options: WorldOptions) -> 
     if not options.taken[0] <= taken <= options.taken[1]:
         return False
     corners = np.concatenate(plan.lots)
+    middles = [building.axes.at(building.width / 2, building.depth / 2) for building in plan.buildings]
+    if not any(0 < x < size_m[0] and 0 < y < size_m[1] for x, y in middles):
+        return False
     if (corners < 1).any() or (corners > np.array(size_m) - 1).any():
         return False
     return _difficult_share(plan) >= options.difficult

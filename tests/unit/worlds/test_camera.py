@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from hawk.model import CameraModel
 from hawk.worlds.camera import Lens, WorldCamera
-from hawk.worlds.facets import flat_layer
+from hawk.worlds.facets import HeightLayer, flat_layer
 from hawk.worlds.world import World
 
 CAMERA = CameraModel(320, 180, 230.0, 230.0, 159.5, 89.5)
@@ -114,6 +114,40 @@ def test_high_things_lean_away_from_the_middle() -> None:
     camera = WorldCamera(_world(layers=(layer,)), CAMERA, CLEAN)
     frame = camera.render(30.0, 20.0, 25.0, 0, 0, 0, rng=_rng())
     assert _red_centre(frame) == pytest.approx((CAMERA.cx + 230 * 10 / 20, CAMERA.cy), abs=0.6)
+
+
+def test_edges_are_not_darkened() -> None:
+    pixels = np.full((10, 10, 4), 90, np.uint8)
+    pixels[..., 3] = 255
+    layer = flat_layer(pixels, (31.0, 21.0), 0.4, (3.0, 3.0), 1.0, "car")
+    camera = WorldCamera(_world(layers=(layer,)), CAMERA, CLEAN)
+    assert (camera.render(30.0, 20.0, 12.3, 0.1, 0.05, 0.3, rng=_rng()) == 90).all()
+    assert (camera.render(0.0, 20.0, 12.3, 0.1, 0.05, 0.3, rng=_rng()) == 90).all()  # over the world's edge too
+
+
+def test_a_wall_is_seen_from_its_side() -> None:
+    wall = np.array([[35.0, 15.0, 4.0], [35.0, 25.0, 4.0], [35.0, 25.0, 0.0], [35.0, 15.0, 0.0]])
+    red = HeightLayer(wall, np.array([[[0, 0, 255, 255]]], np.uint8), "wall")
+    camera = WorldCamera(_world(layers=(red,)), CAMERA, CLEAN)
+    columns = _red_columns(camera.render(30.0, 20.0, 20.0, 0, 0, 0, rng=_rng()))
+    assert columns[0] == pytest.approx(CAMERA.cx + 230 * 5 / 20, abs=1.5)  # its foot
+    assert columns[1] == pytest.approx(CAMERA.cx + 230 * 5 / 16, abs=1.5)  # its top leans outwards
+
+
+def _red_columns(frame: np.ndarray) -> tuple[int, int]:
+    columns = np.nonzero((frame[..., 2] > 180) & (frame[..., 0] < 60))[1]
+    return int(columns.min()), int(columns.max())
+
+
+def test_fine_layers_are_left_out_from_afar_only() -> None:
+    pixels = np.zeros((20, 20, 4), np.uint8)
+    pixels[..., 2:] = 255
+    layer = flat_layer(pixels, (30.0, 20.0), 0.0, (8.0, 8.0), 2.0, "tree", fine=True)
+    camera = WorldCamera(_world(layers=(layer,)), CAMERA, CLEAN)
+    near = camera.render(30.0, 20.0, 12.0, 0, 0, 0, rng=_rng())
+    far = camera.render(30.0, 20.0, 40.0, 0, 0, 0, rng=_rng())
+    assert (near[90, 160] == (0, 0, 255)).all()
+    assert (far == 90).all()
 
 
 def test_layers_behind_and_outside_are_left_out() -> None:
