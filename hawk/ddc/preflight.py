@@ -96,8 +96,14 @@ class Preflight:
 
     def set_failsafes(self) -> None:
         """Set what the checks found missing; each value is read back."""
-        wanted = wanted_values(self._fresh_values(), self._context.settings.system_id)
-        self._setting = self._context.ask("set failsafes", self._context.service.set_failsafes(wanted))
+        self._setting = self._context.ask("set failsafes", self._set_missing())
+
+    async def _set_missing(self) -> None:
+        """Read what is not known yet (an older name shows only when the newer one is not there), then set."""
+        while unread := [name for name in watched_names(self._values) if name not in self._values]:
+            await self._read(unread[0])
+        wanted = wanted_values(self._values, self._context.settings.system_id)
+        await self._context.service.set_failsafes(wanted)
 
     def _finish_setting(self) -> None:
         if self._setting is None or self._setting.is_pending:
