@@ -34,6 +34,7 @@ SYNC_S = 0.25
 """Real seconds between two writes to the disk."""
 _RETRY_S = 1.0
 _CLOSE_S = 2.0
+_CLOSE_UNHEALTHY_S = 0.2
 _COMPACT_FACTOR = 4
 _STARTS_KEPT_S = 600.0
 _MAP = "map/"
@@ -152,6 +153,11 @@ class FlightJournal:
     # --- life ------------------------------------------------------------------------------------------------------
 
     @property
+    def survey_id(self) -> str:
+        """The survey that is written to."""
+        return self._newest.name
+
+    @property
     def health(self) -> Health:
         """Whether what was put is on disk."""
         return self._health
@@ -174,7 +180,7 @@ class FlightJournal:
 
     async def close(self) -> None:
         """Write what is pending, as far as the disk allows, and end the thread."""
-        await self.flush(_CLOSE_S)
+        await self.flush(_CLOSE_S if self._health.is_healthy else _CLOSE_UNHEALTHY_S)
         loop = asyncio.get_running_loop()
         ended = asyncio.Event()
         with self._ready:

@@ -34,8 +34,6 @@ FRAME_INPUT = "frame_input"
 METADATA = "hawk"
 """Name of the metadata record with seed, configuration and version."""
 FLUSH_S = 0.25
-_SPACE_CHECK_S = 2.0
-_RETRY_S = 5.0
 _DROPS_SHOWN_S = 10.0
 _QUEUE_BYTES = 64_000_000
 _SMALL = 2_000
@@ -66,8 +64,13 @@ class Recording:
         free_bytes: Callable[[Path], int] = lambda path: shutil.disk_usage(path).free,
         opener: Callable[[Path], IO[bytes]] = lambda path: path.open("xb"),
         queue_bytes: int = _QUEUE_BYTES,
+        retry_s: float = 2.0,
     ) -> None:
-        """``metadata`` goes into every file: seed, configuration and version of this run."""
+        """Start the thread; nothing is written before `begin`.
+
+        ``metadata`` goes into every file: seed, configuration and version of this run. ``retry_s``: real seconds
+        between two looks at the free space, and until a file that failed is followed by another.
+        """
         self._folder = settings.directory / "recordings"
         self._least_free = settings.minimum_free_mb * 1_000_000
         self._enabled = settings.record
@@ -77,6 +80,7 @@ class Recording:
         self._free_bytes = free_bytes
         self._opener = opener
         self._limit = queue_bytes
+        self._retry_s = retry_s
         self._ready = threading.Condition()
         self._queue: deque[_Item] = deque()
         self._queued = 0
@@ -174,14 +178,14 @@ class Recording:
                 items, self._queue, self._queued = self._queue, deque(), 0
                 wanted, closing = self._wanted, self._closing
             try:
-                if wanted and time.monotonic() - space_checked >= _SPACE_CHECK_S:
+                if wanted and time.monotonic() - space_checked >= self._retry_s:
                     space_checked = time.monotonic()
                     self._check_space()
                 self._write(items, wanted)
             except Exception as error:  # a recording that fails must not end
                 self._fail(f"Recording: {getattr(error, 'strerror', None) or error} ({self._folder})", len(items))
                 with self._ready:
-                    self._ready.wait_for(lambda: self._closing, 0 if closing else _RETRY_S)
+                    self._ready.wait_for(lambda: self._closing, 0 if closing else self._retry_s)
             if closing:
                 break
         self._ended()

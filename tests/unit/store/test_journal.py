@@ -1,0 +1,327 @@
+from __future__ import annotations
+
+import asyncio
+import errno
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import AsyncIterator, Callable
+from pathlib import Path
+from typing import IO, Any
+
+import pytest
+
+from hawk.model import ArmPlace, GlobalPose
+from hawk.store.journal import FlightJournal, JournalState, read_journal
+from hawk.store.journal_file import pack
+
+DATUM = GlobalPose(43.2609, -79.9192, 100.25)
+PLACE = ArmPlace(43.26, -79.92, 101.5, 1.25, -2.5, 0.125, 1_800_000_000)
+Make = Callable[..., FlightJournal]
+
+
+@pytest.fixture
+async def make(tmp_path: Path) -> AsyncIterator[Make]:
+    made: list[FlightJournal] = []
+
+    def make_it(**options: Any) -> FlightJournal:
+        made.append(FlightJournal(tmp_path / "journal", **options))
+        return made[-1]
+
+    yield make_it
+    for journal in made:
+        await journal.close()
+
+
+def folder(tmp_path: Path) -> Path:
+    return tmp_path / "journal"
+
+
+def test_where_there_is_no_journal_there_is_nothing(tmp_path: Path) -> None:
+    assert read_journal(tmp_path / "none") == JournalState()
+
+
+async def test_everything_that_was_put_is_there_again(make: Make, tmp_path: Path) -> None:
+    journal = make()
+    journal.set_datum(DATUM)
+    journal.set_arm_place(PLACE)
+    journal.put_map({"grid/0,0": b"tile", "stall/7": b"stall"})
+    journal.note("parameters", "var/params.json")
+    assert await journal.flush()
+    state = read_journal(folder(tmp_path))
+    assert (state.datum, state.arm_place) == (DATUM, PLACE)
+    assert state.map_parts == {"grid/0,0": b"tile", "stall/7": b"stall"}
+    assert state.notes == {"parameters": "var/params.json"}
+    assert (state.lost_bytes, state.problem) == (0, "")
+    assert state.survey_id == journal.survey_id
+
+
+async def test_the_newest_value_wins_and_an_empty_one_ends_it(make: Make, tmp_path: Path) -> None:
+    journal = make()
+    for number in range(5):
+        journal.put_map({"a": str(number).encode(), "gone": b"here"})
+        await journal.flush()
+    journal.put_map({"gone": b""})
+    journal.set_datum(DATUM)
+    journal.set_datum(None)
+    await journal.close()
+    state = read_journal(folder(tmp_path))
+    assert state.map_parts == {"a": b"4"}
+    assert state.datum is None
+
+
+async def test_the_next_run_goes_on_with_it(make: Make, tmp_path: Path) -> None:
+    first = make()
+    first.set_datum(DATUM)
+    first.put_map({"a": b"1", "b": b"1"})
+    await first.close()
+    second = make()
+    assert second.state.datum == DATUM
+    assert second.state.map_parts == {"a": b"1", "b": b"1"}
+    second.put_map({"b": b"2"})
+    await second.close()
+    state = read_journal(folder(tmp_path))
+    assert state.map_parts == {"a": b"1", "b": b"2"}
+    assert state.survey_id == first.survey_id == second.survey_id
+    assert len(list((folder(tmp_path) / state.survey_id).iterdir())) == 1  # compacted at the start
+
+
+async def test_a_new_survey_is_empty_and_the_old_one_is_kept(make: Make, tmp_path: Path) -> None:
+    journal = make()
+    journal.set_datum(DATUM)
+    journal.put_map({"old": b"1"})
+    old = journal.survey_id
+    new = journal.new_survey()
+    journal.put_map({"new": b"1"})
+    await journal.flush()
+    assert new != old
+    assert journal.survey_id == new
+    state = read_journal(folder(tmp_path))
+    assert (state.survey_id, state.datum, dict(state.map_parts)) == (new, None, {"new": b"1"})
+    (kept,) = (folder(tmp_path) / old).iterdir()
+    assert b"old" in kept.read_bytes()
+
+
+async def test_only_the_last_surveys_are_kept(make: Make, tmp_path: Path) -> None:
+    journal = make(keep=2)
+    for number in range(5):
+        journal.new_survey()
+        journal.put_map({"n": str(number).encode()})
+        await journal.flush()
+    await journal.close()
+    names = sorted(path.name for path in folder(tmp_path).iterdir())
+    assert len(names) == 3
+    assert read_journal(folder(tmp_path)).map_parts == {"n": b"4"}
+
+
+async def test_starts_in_the_air_are_counted_over_runs_and_surveys(make: Make) -> None:
+    wall = [1000.0]
+    for number in range(3):
+        journal = make(wall=lambda: wall[0])
+        starts = journal.add_start_in_air()
+        assert len(starts) == number + 1
+        assert starts[-1] == wall[0]
+        if number == 1:
+            journal.new_survey()
+        await journal.close()
+        wall[0] += 20.0
+    late = make(wall=lambda: 1000.0 + 640.0)
+    assert late.add_start_in_air() == (1040.0, 1640.0)
+
+
+async def test_a_start_in_the_air_is_on_disk_when_flush_returns(make: Make, tmp_path: Path) -> None:
+    journal = make(wall=lambda: 5000.0)
+    journal.put_map({"a": b"1"})
+    await journal.flush()
+    journal.add_start_in_air()
+    before = time.perf_counter()
+    assert await journal.flush()
+    assert time.perf_counter() - before < 0.2
+    assert read_journal(folder(tmp_path)).starts_in_air == (5000.0,)
+
+
+async def test_flush_with_nothing_to_write_returns_at_once(make: Make) -> None:
+    assert await make().flush(0.5)
+
+
+async def test_a_torn_tail_is_dropped_and_told(make: Make, tmp_path: Path) -> None:
+    journal = make()
+    journal.put_map({"a": b"1"})
+    await journal.close()
+    (segment,) = (folder(tmp_path) / journal.survey_id).iterdir()
+    with segment.open("ab") as file:
+        file.write(pack("map/b", b"torn")[:-2])
+    state = read_journal(folder(tmp_path))
+    assert state.map_parts == {"a": b"1"}
+    assert state.lost_bytes > 0
+
+
+async def test_a_value_that_cannot_be_read_costs_only_itself(make: Make, tmp_path: Path) -> None:
+    journal = make()
+    journal.set_arm_place(PLACE)
+    journal.put_map({"a": b"1"})
+    await journal.close()
+    (segment,) = (folder(tmp_path) / journal.survey_id).iterdir()
+    with segment.open("ab") as file:
+        file.write(pack("datum", b'{"latitude": "x"}'))
+    state = read_journal(folder(tmp_path))
+    assert (state.datum, state.arm_place, dict(state.map_parts)) == (None, PLACE, {"a": b"1"})
+    assert "GlobalPose in the journal cannot be read" in state.problem
+
+
+async def test_a_segment_that_grew_is_compacted_while_it_is_written(make: Make, tmp_path: Path) -> None:
+    journal = make(compact_bytes=50_000)
+    for number in range(30):
+        journal.put_map({"tile": bytes([number]) * 10_000})
+        await journal.flush()
+    await journal.close()
+    files = list((folder(tmp_path) / journal.survey_id).iterdir())
+    assert sum(file.stat().st_size for file in files) < 100_000
+    assert read_journal(folder(tmp_path)).map_parts == {"tile": bytes([29]) * 10_000}
+
+
+async def test_what_is_put_while_the_disk_is_slow_is_merged_by_key(make: Make, tmp_path: Path) -> None:
+    release = threading.Event()
+
+    def slow(path: Path) -> IO[bytes]:
+        release.wait(10)
+        return path.open("xb", buffering=0)
+
+    journal = make(opener=slow)
+    before = time.perf_counter()
+    for number in range(2000):
+        journal.put_map({"tile": number.to_bytes(2, "big") * 1000})
+    assert time.perf_counter() - before < 0.5
+    assert len(journal._pending) == 1
+    release.set()
+    assert await journal.flush()
+    assert read_journal(folder(tmp_path)).map_parts["tile"] == (1999).to_bytes(2, "big") * 1000
+
+
+class Disk:
+    """Opens segments on a disk that can be full."""
+
+    def __init__(self) -> None:
+        self.full = False
+
+    def open(self, path: Path) -> IO[bytes]:
+        file = path.open("xb", buffering=0)
+        disk = self
+
+        class Segment:
+            def write(self, data: memoryview) -> int:
+                if disk.full:
+                    file.write(data[: len(data) // 2])
+                    raise OSError(errno.ENOSPC, "No space left on device")
+                return file.write(data)
+
+            def fileno(self) -> int:
+                return file.fileno()
+
+            def close(self) -> None:
+                file.close()
+
+        return Segment()  # type: ignore[return-value]
+
+
+async def test_a_full_disk_is_told_and_nothing_is_lost_when_there_is_room_again(make: Make, tmp_path: Path) -> None:
+    disk = Disk()
+    journal = make(opener=disk.open)
+    journal.put_map({"a": b"1" * 100})
+    assert await journal.flush()
+    disk.full = True
+    journal.put_map({"b": b"2" * 100})
+    assert not await journal.flush(0.3)
+    assert "No space left on device" in journal.health.reason
+    assert read_journal(folder(tmp_path)).map_parts == {"a": b"1" * 100}
+    journal.put_map({"c": b"3" * 100})
+    disk.full = False
+    assert await journal.flush(5.0)
+    assert journal.health.is_healthy
+    assert read_journal(folder(tmp_path)).map_parts == {"a": b"1" * 100, "b": b"2" * 100, "c": b"3" * 100}
+
+
+async def test_a_disk_that_stays_full_does_not_fill_with_pieces(make: Make, tmp_path: Path) -> None:
+    disk = Disk()
+    journal = make(opener=disk.open)
+    journal.put_map({"a": b"1" * 100})
+    await journal.flush()
+    disk.full = True
+    for _ in range(3):
+        journal.put_map({"b": b"2" * 100})
+        await journal.flush(0.05)
+    assert len(list((folder(tmp_path) / journal.survey_id).iterdir())) <= 2
+
+
+async def test_a_folder_that_cannot_be_made_is_told_and_puts_go_on(tmp_path: Path) -> None:
+    (tmp_path / "journal").write_text("a file is in the way")
+    journal = FlightJournal(tmp_path / "journal")
+    journal.put_map({"a": b"1"})
+    assert not await journal.flush(0.2)
+    assert not journal.health.is_healthy
+    assert "journal" in journal.health.reason
+    before = time.perf_counter()
+    await journal.close()
+    assert time.perf_counter() - before < 5.0
+
+
+async def test_keys_and_values_beyond_the_format_are_refused_at_once(make: Make) -> None:
+    journal = make()
+    with pytest.raises(ValueError, match="bytes"):
+        journal.put_map({"k" * 2000: b"1"})
+    with pytest.raises(ValueError, match="Out of range"):
+        journal.set_datum(GlobalPose(float("nan"), 0.0, 0.0))
+    assert await journal.flush()
+
+
+async def test_closing_twice_is_fine_and_ends_the_thread(make: Make) -> None:
+    journal = make()
+    journal.put_map({"a": b"1"})
+    await journal.close()
+    await journal.close()
+    assert not journal._thread.is_alive()
+
+
+def test_a_killed_process_loses_less_than_a_second(tmp_path: Path) -> None:
+    """The real thing: a child that writes is ended by SIGKILL, and everything older than a second is there."""
+    child = subprocess.Popen(
+        [sys.executable, "-m", "tests.unit.store.killed_writer", str(folder(tmp_path))],
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    put: list[tuple[int, float]] = []
+    try:
+        assert child.stdout is not None
+        deadline = time.monotonic() + 20.0
+        while len(put) < 120 and time.monotonic() < deadline:
+            number, at = child.stdout.readline().split()
+            put.append((int(number), float(at)))
+        killed = time.monotonic()
+        child.send_signal(signal.SIGKILL)
+        rest, _ = child.communicate(timeout=10)
+    finally:
+        child.kill()
+        child.wait()
+    assert len(put) == 120
+    put += [(int(line.split()[0]), float(line.split()[1])) for line in rest.splitlines() if line.count(" ") == 1]
+    state = read_journal(folder(tmp_path))
+    kept = {int(key.removeprefix("stall/")) for key in state.map_parts if key.startswith("stall/")}
+    assert {number for number, at in put if at < killed - 1.0} <= kept
+    assert kept == set(range(1, max(kept) + 1))  # nothing is missing in between
+    assert state.datum == GlobalPose(43.0, -79.0, 100.0)
+    assert state.arm_place is not None
+    assert state.problem == ""
+
+
+async def test_puts_never_hold_up_the_loop(make: Make) -> None:
+    journal = make()
+    tile = bytes(200_000)
+    worst = 0.0
+    for number in range(100):
+        before = time.perf_counter()
+        journal.put_map({f"grid/{number % 10},0": tile})
+        worst = max(worst, time.perf_counter() - before)
+        await asyncio.sleep(0)
+    assert worst < 0.05
