@@ -21,6 +21,7 @@ class Outbox:
         self._texts: deque[str] = deque()
         self._limit = limit
         self._wake = asyncio.Event()
+        self._pong: bytes | None = None
         self.heartbeat_due = False
         self.overflowed = False
 
@@ -35,6 +36,20 @@ class Outbox:
     def heartbeat(self) -> None:
         """A heartbeat is due: the newest when the client can take it, however many came due before."""
         self.heartbeat_due = True
+        self._wake.set()
+
+    def pong(self, mark: bytes) -> None:
+        """Queue the answer to a ping; only the newest needs one (RFC 6455, section 5.5.3)."""
+        self._pong = mark
+        self._wake.set()
+
+    def take_pong(self) -> bytes | None:
+        """Return, once, the ping that waits for its answer."""
+        mark, self._pong = self._pong, None
+        return mark
+
+    def wake(self) -> None:
+        """There may be something to do again."""
         self._wake.set()
 
     def take(self) -> str | None:

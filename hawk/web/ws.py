@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import itertools
 import logging
 import socket
+from collections import deque
 from collections.abc import Iterator
 from typing import Final
 
-from aiohttp import WSCloseCode, WSMsgType, hdrs, web
+from aiohttp import WSMsgType, hdrs, web
 
 from hawk.comm.messages import Ack, Welcome
 from hawk.model import CELL_M, TILE_CELLS
@@ -23,8 +25,10 @@ LOG = logging.getLogger(__name__)
 
 READ_LIMIT_BYTES: Final = 1024 * 1024
 """A message up to here is answered with an error, a larger one ends the connection (close code 1009)."""
-PING_INTERVAL_S: Final = 5.0
-"""Real seconds between pings to a client: one that is gone without a word is noticed."""
+PING_INTERVAL_S: Final = 10.0
+"""Real seconds of silence until a client is pinged: one that is gone without a word is noticed after 1.5 of them."""
+IN_FLIGHT_LIMIT: Final = 3
+"""Heartbeats on their way to one client: at 5 Hz enough for a round trip of 0.6 s, beyond it they become fewer."""
 SEND_BUFFER_BYTES: Final = 128 * 1024
 """Kernel and user space buffer for one client: what lies there is old by the time it arrives."""
 HEARTBEAT_INTERVAL_S: Final = 0.1
@@ -44,7 +48,7 @@ async def command_socket(request: web.Request) -> web.StreamResponse:
     session = services.side.desk.connect(client.id, secret)
     try:
         response = web.WebSocketResponse(
-            heartbeat=PING_INTERVAL_S, max_msg_size=READ_LIMIT_BYTES, compress=False, timeout=1.0
+            heartbeat=PING_INTERVAL_S, autoping=False, max_msg_size=READ_LIMIT_BYTES, compress=False, timeout=1.0
         )
         set_strict_cookie(request, response, "session", session.secret)
         await response.prepare(request)
@@ -75,6 +79,9 @@ class CommandConnection:
         self._socket = response
         self._shared = shared
         self._counters = counters
+        self._marks = itertools.count(1)
+        self._in_flight: deque[bytes] = deque()
+        """Marks of heartbeats that are on their way: each is followed by a ping, whose pong says that it arrived."""
 
     async def run(self) -> None:
         """Serve until the connection ends."""
@@ -92,8 +99,22 @@ class CommandConnection:
                 self._take(message.data)
             elif message.type is WSMsgType.BINARY:
                 self._refuse("message: is binary; send JSON text")
+            elif message.type is WSMsgType.PING:
+                self._client.outbox.pong(message.data)
+            elif message.type is WSMsgType.PONG:
+                self._arrived(message.data)
             else:
                 break
+            if self._client.outbox.overflowed:
+                LOG.warning("%s does not read its answers; disconnected", self._client.id)
+                break
+
+    def _arrived(self, mark: bytes) -> None:
+        """A pong says that all before its ping has arrived. The mark of another ping than ours says nothing."""
+        if mark in self._in_flight:
+            while self._in_flight.popleft() != mark:
+                pass
+            self._client.outbox.wake()
 
     def _take(self, text: str) -> None:
         try:
@@ -110,13 +131,11 @@ class CommandConnection:
         try:
             while True:
                 await outbox.wait()
-                if outbox.overflowed:
-                    LOG.warning("%s does not read its answers; disconnected", self._client.id)
-                    await self._socket.close(code=WSCloseCode.TRY_AGAIN_LATER, message=b"too slow")
-                    return
                 while (text := outbox.take()) is not None:
                     await self._socket.send_str(text)
-                if outbox.heartbeat_due:
+                if (pong := outbox.take_pong()) is not None:
+                    await self._socket.pong(pong)
+                if outbox.heartbeat_due and len(self._in_flight) < IN_FLIGHT_LIMIT:
                     outbox.heartbeat_due = False
                     await self._send_heartbeat()
         except ConnectionError:
@@ -134,12 +153,15 @@ class CommandConnection:
             text = self._client.view.heartbeat(
                 shared, status, services.occupancy_map.value, desk.controller(), desk.has_control(self._client.id)
             )
-        except ValueError:  # pydantic's ValidationError is one
+        except Exception:  # a status that cannot be told must not end the heartbeats after it
             self._counters.heartbeats_failed += 1
             if self._counters.heartbeats_failed == 1:
                 LOG.exception("a heartbeat could not be built")
             return
+        mark = next(self._marks).to_bytes(8, "big")
+        self._in_flight.append(mark)
         await self._socket.send_str(text)
+        await self._socket.ping(mark)
         self._counters.heartbeats += 1
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import aiohttp
+from aiohttp import web
 from aiohttp.test_utils import TestServer
 
 from hawk.comm.clock import ManualClock
@@ -69,6 +70,7 @@ class Rig:
         self.map: Topic[OccupancyMap] = Topic("map", self.clock)
         self.video: Topic[VideoFrame] = Topic("video", self.clock)
         self.server: TestServer | None = None
+        self.app: web.Application | None = None
 
     def services(self) -> WebServices:
         return WebServices(
@@ -87,9 +89,15 @@ class Rig:
         )
 
     async def start(self) -> TestServer:
-        self.server = TestServer(create_app(self.services(), self.page))
+        self.app = create_app(self.services(), self.page)
+        self.server = TestServer(self.app)
         await self.server.start_server()
         return self.server
+
+    @property
+    def sequence(self) -> int:
+        """Number of the last status."""
+        return 0 if self.status.value is None else self.status.value.sequence
 
     def publish(self, status: DroneStatus | None = None) -> None:
         """One heartbeat's worth of time passes, and the manager tells its status."""

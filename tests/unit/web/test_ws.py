@@ -10,7 +10,10 @@ from hawk.comm.messages import Arm, Hold, Kill, KillRequest, Land, ReturnToLaunc
 from hawk.comm.status import DroneStatus
 from hawk.config import WebSettings
 from hawk.model import StateName
-from tests.unit.web.rig import Connect, Rig, Visitor
+from hawk.web.counters import COUNTERS
+from hawk.web.hub import OUTBOX_LIMIT
+from hawk.web.ws import IN_FLIGHT_LIMIT
+from tests.unit.web.rig import Connect, Rig, Visitor, browser
 
 
 async def settle(rig: Rig, tester: Visitor) -> None:
@@ -234,12 +237,17 @@ async def test_heartbeats_are_at_most_ten_a_second_whatever_the_clock_does(rig: 
 
 
 async def test_a_client_that_stops_reading_never_holds_up_another(rig: Rig, connect: Connect) -> None:
-    stuck = await connect()  # never reads again
-    page = await connect()
-    for _ in range(300):
-        rig.publish(DroneStatus(detail="x" * 20_000))
-        await page.next("Heartbeat")
-    assert not stuck.socket.closed
+    async with browser() as session:
+        stuck = await connect(session)  # never reads again
+        page = await connect()
+        for _ in range(100):
+            rig.publish(DroneStatus(detail="x" * 20_000))
+            assert (await page.next("Heartbeat"))["Sequence"] == rig.sequence
+        assert rig.app is not None
+        told_to_stuck = rig.app[COUNTERS].heartbeats - 100
+        assert told_to_stuck <= IN_FLIGHT_LIMIT, "they do not pile up on the way"
+        assert (await page.ask(Type="Heartbeat"))["Accepted"]
+        await stuck.socket.close()
 
 
 async def test_a_slow_client_gets_the_newest_heartbeat_when_it_reads_again(rig: Rig, connect: Connect) -> None:
@@ -294,3 +302,46 @@ async def test_server_stop_closes_every_connection(rig: Rig, connect: Connect) -
     assert message.type is aiohttp.WSMsgType.CLOSE
     assert message.data == aiohttp.WSCloseCode.GOING_AWAY
     assert len(rig.side.hub) == 0
+
+
+async def test_pings_are_answered(connect: Connect) -> None:
+    page = await connect(autoping=False)
+    await page.socket.ping(b"there?")
+    async with asyncio.timeout(5):
+        message = await page.socket.receive()
+    assert (message.type, message.data) == (aiohttp.WSMsgType.PONG, b"there?")
+
+
+async def test_heartbeats_wait_for_a_client_that_is_behind_and_go_on_when_it_has_caught_up(
+    rig: Rig, connect: Connect
+) -> None:
+    page = await connect(autoping=False)
+    marks: list[bytes] = []
+    for _ in range(10):
+        rig.publish()
+        await asyncio.sleep(0)
+    for number in range(IN_FLIGHT_LIMIT + 3):
+        if number >= IN_FLIGHT_LIMIT:
+            await page.socket.pong(marks[number - IN_FLIGHT_LIMIT])
+            rig.publish()
+        beat = await page.next("Heartbeat")
+        marks.append((await page.socket.receive()).data)
+    assert beat["Sequence"] == rig.sequence
+    await page.socket.pong(b"of another ping")
+    rig.publish()
+    with pytest.raises(TimeoutError):
+        async with asyncio.timeout(0.05):
+            await page.socket.receive()
+
+
+async def test_a_client_that_never_reads_its_answers_is_disconnected(
+    rig: Rig, connect: Connect, caplog: pytest.LogCaptureFixture
+) -> None:
+    page = await connect()
+    (client,) = rig.side.hub._clients.values()
+    for _ in range(OUTBOX_LIMIT + 1):
+        client.outbox.put("an answer")  # no turn of the loop between: none can be sent
+    await page.send(Type="Heartbeat")
+    async with asyncio.timeout(5):
+        await rig.side.hub.empty()
+    assert "does not read its answers" in caplog.text
