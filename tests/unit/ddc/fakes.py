@@ -9,8 +9,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-import pymap3d
-
 from hawk.comm.clock import ManualClock
 from hawk.comm.messages import (
     Ack,
@@ -28,6 +26,7 @@ from hawk.comm.messages import (
 from hawk.comm.status import ClientId
 from hawk.comm.vehicle import AutopilotError, VehicleTopics
 from hawk.config import FenceSettings, FlightSettings, HeightSettings, OperatorSettings
+from hawk.ddc.geofence import to_map
 from hawk.ddc.operations_manager import OperationsManager
 from hawk.ddc.service_interface import DdcServiceInterface
 from hawk.ddc.settings import DdcSettings
@@ -57,6 +56,11 @@ from hawk.model import (
 
 TICK_S = 0.05
 PLACE = GlobalPose(43.2609, -79.9192, 100.0)
+_DEGREE = MapPoint(
+    to_map(PLACE, PLACE.latitude + 1e-3, PLACE.longitude).north * 1e3,
+    to_map(PLACE, PLACE.latitude, PLACE.longitude + 1e-3).east * 1e3,
+)
+"""Metres of a degree of latitude and of longitude; good to centimetres over a few hundred metres."""
 SAFE_PARAMETERS: Mapping[str, float] = {
     "FS_GCS_ENABLE": 1,
     "SYSID_MYGCS": 245,
@@ -279,16 +283,11 @@ class FakeAutopilot:
 
     def _home(self) -> tuple[float, float]:
         assert self.arm_place is not None
-        north, east, _ = pymap3d.geodetic2ned(
-            self.arm_place.latitude, self.arm_place.longitude, 100.0, PLACE.latitude, PLACE.longitude, 100.0
-        )
-        return float(north), float(east)
+        place = to_map(PLACE, self.arm_place.latitude, self.arm_place.longitude)
+        return place.north, place.east
 
     def _where(self) -> tuple[float, float]:
-        latitude, longitude, _ = pymap3d.ned2geodetic(
-            self.north, self.east, 0.0, PLACE.latitude, PLACE.longitude, PLACE.altitude
-        )
-        return float(latitude), float(longitude)
+        return PLACE.latitude + self.north / _DEGREE.north, PLACE.longitude + self.east / _DEGREE.east
 
     def _pose(self, now: float) -> VehiclePose:
         latitude, longitude = self._where()
@@ -512,11 +511,10 @@ class Rig:
 
     async def _order_from_hover(self, state: StateName) -> None:
         self.target_plan(40, 0)
-        far = {"x": 60.0, "y": 0.0}
         orders: dict[StateName, Command] = {
             StateName.AUTONOMOUS_EXPLORE: AutonomousExplore(),
-            StateName.AUTONOMOUS_MOVE: AutonomousMove(**far),
-            StateName.COMPULSIVE_MOVE: CompulsiveMove(**far),
+            StateName.AUTONOMOUS_MOVE: AutonomousMove(x=60.0, y=0.0),
+            StateName.COMPULSIVE_MOVE: CompulsiveMove(x=60.0, y=0.0),
             StateName.RETURN_TO_LAUNCH: ReturnToLaunch(),
             StateName.LAND: Land(),
         }

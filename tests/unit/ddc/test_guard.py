@@ -1,0 +1,288 @@
+"""Automatic reactions and their one order of rank."""
+
+from __future__ import annotations
+
+import pytest
+
+from hawk.comm.messages import CompulsiveMove, Hold
+from hawk.ddc.ranks import Rank
+from hawk.model import CopterMode, StateName
+from tests.unit.ddc.fakes import Rig
+
+S = StateName
+TASKS = [S.AUTONOMOUS_EXPLORE, S.AUTONOMOUS_MOVE, S.COMPULSIVE_MOVE]
+GUARDED = [S.HOVER, *TASKS, S.COMMUNICATION_LOST]
+
+
+def test_the_order_of_rank() -> None:
+    assert sorted(Rank, reverse=True) == [
+        Rank.KILL,
+        Rank.PILOT,
+        Rank.AUTOPILOT,
+        Rank.LAND,
+        Rank.RETURN_TO_LAUNCH,
+        Rank.COMMUNICATION_LOST,
+        Rank.FENCE,
+        Rank.PERCEPTION,
+        Rank.TASK,
+    ]
+
+
+# -- battery ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("state", GUARDED)
+async def test_the_battery_reserve_brings_it_home(fresh: Rig, state: StateName) -> None:
+    await fresh.enter(state)
+    fresh.autopilot.battery = 25.0
+    await fresh.run(2.8)
+    fresh.expect(state)
+    await fresh.run(0.5)
+    fresh.expect(S.RETURN_TO_LAUNCH)
+    assert "The battery is needed for the way home. Returning home." in fresh.log
+
+
+async def test_the_battery_reserve_acts_in_takeoff(fresh: Rig) -> None:
+    await fresh.enter(S.TAKEOFF)
+    fresh.autopilot.battery = 22.0
+    await fresh.run(3.5)
+    fresh.expect(S.RETURN_TO_LAUNCH)
+
+
+async def test_a_dip_under_load_is_no_reserve(flying: Rig) -> None:
+    flying.autopilot.battery = 15.0
+    await flying.run(2.5)
+    flying.autopilot.battery = 90.0
+    await flying.run(2.0)
+    flying.expect(S.HOVER)
+
+
+async def test_farther_away_it_returns_with_more(flying: Rig) -> None:
+    flying.autopilot.battery = 33.0
+    await flying.run(4)
+    flying.expect(S.HOVER)
+    flying.autopilot.north = 140.0
+    await flying.run(4)
+    flying.expect(S.RETURN_TO_LAUNCH)
+
+
+async def test_hold_is_refused_while_the_battery_is_low(flying: Rig) -> None:
+    flying.autopilot.battery = 22.0
+    await flying.run(4)
+    assert "battery is needed" in flying.command(Hold()).reason
+    flying.expect(S.RETURN_TO_LAUNCH)
+    flying.autopilot.battery = 80.0
+    await flying.tick()
+    flying.order(Hold())
+    flying.expect(S.HOVER)
+
+
+@pytest.mark.parametrize("state", GUARDED[:-1])
+async def test_a_battery_that_is_not_known_for_thirty_seconds_brings_it_home(fresh: Rig, state: StateName) -> None:
+    await fresh.enter(state)
+    fresh.autopilot.battery = None
+    for _ in range(12):
+        if fresh.state is not S.RETURN_TO_LAUNCH:
+            fresh.target_plan(40 if fresh.autopilot.north < 20 else 0, 0)
+            await fresh.run(2.45)
+    assert fresh.state is not S.RETURN_TO_LAUNCH
+    await fresh.run(1.0)
+    fresh.expect(S.RETURN_TO_LAUNCH)
+    assert any(text.startswith("The battery is not known.") for text in fresh.log)
+
+
+# -- operator ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("state", [S.HOVER, *TASKS])
+async def test_a_lost_operator_makes_it_hold(fresh: Rig, state: StateName) -> None:
+    await fresh.enter(state)
+    fresh.desk.present = False
+    await fresh.tick()
+    fresh.expect(S.COMMUNICATION_LOST)
+    north = fresh.autopilot.north
+    await fresh.run(10)
+    assert abs(fresh.autopilot.north - north) < 9
+
+
+@pytest.mark.parametrize("state", [S.RETURN_TO_LAUNCH, S.LAND, S.MANUAL])
+async def test_a_lost_operator_changes_nothing_of_higher_rank(fresh: Rig, state: StateName) -> None:
+    await fresh.enter(state)
+    fresh.autopilot.stuck = True
+    fresh.desk.present = False
+    await fresh.run(35)
+    fresh.expect(state)
+
+
+# -- fence and ceiling ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("state", TASKS)
+async def test_beyond_our_fence_it_goes_two_metres_inside_and_holds(fresh: Rig, state: StateName) -> None:
+    await fresh.enter(state)
+    fresh.autopilot.targets.clear()
+    fresh.autopilot.north = 147.0
+    await fresh.tick(2)
+    fresh.expect(S.HOVER)
+    assert fresh.manager.state.detail == "Outside the fence: going back inside."
+    assert fresh.command(CompulsiveMove(x=-20, y=0)).reason.startswith("Outside the fence")
+    await fresh.run(3)
+    assert all(t.north < 145 for t in fresh.autopilot.targets)
+    assert fresh.autopilot.north == pytest.approx(143, abs=0.4)
+    fresh.expect(S.HOVER)
+    assert fresh.manager.state.detail.endswith("Holding at 30 m.")
+
+
+@pytest.mark.parametrize("state", [S.HOVER, S.COMMUNICATION_LOST])
+async def test_a_holding_state_goes_back_inside_itself(fresh: Rig, state: StateName) -> None:
+    await fresh.enter(state)
+    fresh.autopilot.east = -148.0
+    await fresh.run(3)
+    fresh.expect(state)
+    assert fresh.autopilot.east == pytest.approx(-143, abs=0.4)
+
+
+async def test_above_our_ceiling_it_goes_two_metres_below(flying: Rig) -> None:
+    flying.autopilot.height = 98.5
+    await flying.run(4)
+    assert flying.autopilot.height == pytest.approx(95, abs=0.3)
+    flying.expect(S.HOVER)
+
+
+async def test_half_a_metre_of_noise_is_no_breach(flying: Rig) -> None:
+    flying.autopilot.north = 145.0
+    await flying.run(1)
+    flying.autopilot.targets.clear()
+    flying.autopilot.north = 145.2
+    await flying.run(1)
+    assert not any("Outside" in text for text in flying.log)
+
+
+@pytest.mark.parametrize("state", [*GUARDED, S.TAKEOFF])
+async def test_not_inside_after_ten_seconds_it_returns_home(fresh: Rig, state: StateName) -> None:
+    await fresh.enter(state)
+    fresh.autopilot.stuck = True
+    fresh.autopilot.north = 148.0
+    await fresh.run(9.5)
+    assert fresh.state in (S.HOVER, S.COMMUNICATION_LOST)
+    await fresh.run(1.0)
+    fresh.expect(S.RETURN_TO_LAUNCH)
+    assert "Still outside the fence" in fresh.command(Hold()).reason
+
+
+@pytest.mark.parametrize("state", [S.RETURN_TO_LAUNCH, S.LAND])
+async def test_the_fence_changes_nothing_of_higher_rank(fresh: Rig, state: StateName) -> None:
+    await fresh.enter(state)
+    fresh.autopilot.stuck = True
+    sent = len(fresh.autopilot.targets)
+    fresh.autopilot.north = 148.0
+    await fresh.run(15)
+    fresh.expect(state)
+    assert len(fresh.autopilot.targets) == sent
+
+
+# -- perception -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("state", "after"),
+    [(S.AUTONOMOUS_EXPLORE, S.HOVER), (S.AUTONOMOUS_MOVE, S.HOVER), (S.COMPULSIVE_MOVE, S.COMPULSIVE_MOVE)],
+)
+@pytest.mark.parametrize("part", ["vision", "mapper", "path_plan", "camera"])
+async def test_a_perception_fault_ends_what_flies_by_sight(
+    fresh: Rig, state: StateName, after: StateName, part: str
+) -> None:
+    from hawk.model import Health
+
+    await fresh.enter(state)
+    getattr(fresh.inputs, f"{part}_health").publish = lambda _: None  # nothing well is heard of it any longer
+    topic = getattr(fresh.inputs, f"{part}_health")
+    type(topic).publish(topic, Health.bad("lens covered"))
+    await fresh.run(0.9)
+    fresh.expect(state)
+    await fresh.run(0.4)
+    fresh.expect(after)
+    if after is S.HOVER:
+        assert "lens covered" in fresh.log[-1]
+
+
+async def test_perception_that_falls_silent_is_a_fault(fresh: Rig) -> None:
+    await fresh.enter(S.AUTONOMOUS_EXPLORE)
+    fresh.sight.flows = False
+    await fresh.run(3.2)
+    fresh.expect(S.HOVER)
+    assert "No result lately" in fresh.log[-1]
+
+
+async def test_one_bad_picture_is_no_fault(fresh: Rig) -> None:
+    await fresh.enter(S.AUTONOMOUS_EXPLORE)
+    for _ in range(5):
+        fresh.sight.healthy = False
+        await fresh.run(0.3)
+        fresh.sight.healthy = True
+        await fresh.run(0.3)
+    fresh.expect(S.AUTONOMOUS_EXPLORE)
+
+
+# -- position ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("state", TASKS)
+async def test_a_jump_of_the_position_makes_it_hold(fresh: Rig, state: StateName) -> None:
+    await fresh.enter(state)
+    fresh.autopilot.topics.frame_jump.publish(1.7)
+    await fresh.tick()
+    fresh.expect(S.HOVER)
+    assert "The position jumped by 1.7 m." in fresh.log
+
+
+async def test_a_jump_while_holding_holds_where_it_is_by_the_new_position(flying: Rig) -> None:
+    flying.order(CompulsiveMove(x=10, y=0))
+    await flying.until(S.HOVER)
+    await flying.run(3)
+    flying.autopilot.north += 5.0
+    flying.autopilot.wanted = None
+    flying.autopilot.topics.frame_jump.publish(5.0)
+    await flying.run(0.5)
+    flying.expect(S.HOVER)
+    assert flying.autopilot.targets[-1].north == pytest.approx(15, abs=0.7)
+
+
+# -- several at once --------------------------------------------------------------------------------------------------
+
+
+async def test_the_highest_rank_wins(fresh: Rig) -> None:
+    await fresh.enter(S.AUTONOMOUS_EXPLORE)
+    fresh.autopilot.battery = 21.0
+    await fresh.run(2.9)
+    fresh.desk.present = False
+    fresh.sight.healthy = False
+    fresh.autopilot.north = 149.0
+    await fresh.run(0.4)
+    fresh.expect(S.RETURN_TO_LAUNCH)
+
+
+async def test_the_autopilots_own_return_is_never_countermanded(fresh: Rig) -> None:
+    await fresh.enter(S.AUTONOMOUS_EXPLORE)
+    fresh.autopilot.say("GCS Failsafe", severity=4)
+    fresh.autopilot.change_mode(CopterMode.RTL)
+    await fresh.tick()
+    fresh.expect(S.RETURN_TO_LAUNCH)
+    entry = fresh.manager.log.entries[-1]
+    assert (entry.text, entry.details) == ("The autopilot returns home by itself.", "GCS Failsafe")
+    assert fresh.command(Hold()).reason == "The autopilot does this by itself. GCS Failsafe"
+    fresh.autopilot.stuck = True
+    asked = len(fresh.autopilot.asked("set_mode"))
+    fresh.autopilot.battery, fresh.desk.present = 5.0, False
+    await fresh.run(40)
+    fresh.expect(S.RETURN_TO_LAUNCH)
+    assert len(fresh.autopilot.asked("set_mode")) == asked
+
+
+async def test_a_landing_that_nobody_asked_for_is_followed(fresh: Rig) -> None:
+    await fresh.enter(S.RETURN_TO_LAUNCH)
+    fresh.autopilot.change_mode(CopterMode.LAND)
+    await fresh.tick()
+    fresh.expect(S.LAND)
+    assert fresh.manager.state.rank is Rank.AUTOPILOT
+    await fresh.until(S.IDLE)

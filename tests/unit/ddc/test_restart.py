@@ -1,0 +1,249 @@
+"""Found, lost and found again; started in the air; ended in the air."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from hawk.comm.messages import CompulsiveMove, Hold
+from hawk.ddc.restart import RestartRule, restart_rule
+from hawk.model import CopterMode, LandedState, StateName
+from tests.unit.ddc.fakes import Rig
+
+S = StateName
+
+
+@pytest.fixture
+async def make(tmp_path: Path) -> Callable[..., Rig]:
+    def build(starts: int = 1, *, height: float = 30.0, mode: int = CopterMode.GUIDED, survey: bool = False) -> Rig:
+        rig = Rig(tmp_path, starts=starts, continues_survey=survey)
+        rig.autopilot.put_in_air(height, mode)
+        rig.desk.present = False
+        return rig
+
+    return build
+
+
+@pytest.mark.parametrize(
+    ("starts", "rule"),
+    [(1, RestartRule.TAKE_UP), (2, RestartRule.RETURN_HOME), (3, RestartRule.STAY_AWAY), (9, RestartRule.STAY_AWAY)],
+)
+def test_the_rule(starts: int, rule: RestartRule) -> None:
+    assert restart_rule(starts) is rule
+
+
+MODES = [
+    (CopterMode.GUIDED, S.COMMUNICATION_LOST),
+    (CopterMode.BRAKE, S.COMMUNICATION_LOST),
+    (CopterMode.RTL, S.RETURN_TO_LAUNCH),
+    (CopterMode.SMART_RTL, S.RETURN_TO_LAUNCH),
+    (CopterMode.LAND, S.LAND),
+    (CopterMode.LOITER, S.MANUAL),
+    (CopterMode.STABILIZE, S.MANUAL),
+]
+
+
+@pytest.mark.parametrize(("mode", "state"), MODES)
+async def test_the_first_start_takes_its_state_from_the_mapping_and_sends_nothing(
+    make: Callable[..., Rig], mode: int, state: StateName
+) -> None:
+    rig = make(mode=mode)
+    await rig.run(3.0)
+    rig.expect(state)
+    assert rig.autopilot.calls == []
+    assert rig.autopilot.targets == []
+    assert "The program started while the drone was in the air." in rig.log
+
+
+@pytest.mark.parametrize(("mode", "state"), MODES)
+@pytest.mark.parametrize("starts", [2, 3])
+async def test_the_second_start_returns_home_before_anything_else(
+    make: Callable[..., Rig], starts: int, mode: int, state: StateName
+) -> None:
+    rig = make(starts, mode=mode)
+    await rig.tick(3)
+    alone = state in (S.RETURN_TO_LAUNCH, S.LAND, S.MANUAL)
+    rig.expect(state if alone else S.RETURN_TO_LAUNCH)
+    assert rig.autopilot.calls == ([] if alone else [("set_mode", CopterMode.RTL)])
+
+
+async def test_it_never_arms_or_disarms(make: Callable[..., Rig]) -> None:
+    rig = make()
+    await rig.run(10)
+    assert rig.autopilot.count("arm") == rig.autopilot.count("disarm") == 0
+
+
+async def test_it_acts_within_three_seconds_without_a_landed_state(make: Callable[..., Rig]) -> None:
+    rig = make()
+    rig.autopilot.landed = LandedState.UNDEFINED
+    await rig.run(1.0)
+    rig.expect(S.IDLE)
+    await rig.run(1.0)
+    rig.expect(S.COMMUNICATION_LOST)
+
+
+async def test_without_an_operator_it_returns_after_its_hold(make: Callable[..., Rig]) -> None:
+    rig = make()
+    await rig.run(30.5)
+    rig.expect(S.RETURN_TO_LAUNCH)
+
+
+async def test_the_operator_is_offered_to_continue_the_survey(make: Callable[..., Rig]) -> None:
+    rig = make(survey=True)
+    await rig.run(1)
+    rig.desk.present = True
+    await rig.tick()
+    rig.expect(S.HOVER)
+    assert rig.log[-1] == "Explore continues the survey."
+    offered = {option.command: option.possible for option in rig.manager.options()}
+    assert offered["Autonomous Explore"]
+
+
+async def test_the_fence_of_the_arm_place_is_in_force_again(make: Callable[..., Rig]) -> None:
+    rig = make()
+    await rig.run(1)
+    assert rig.manager.fence is not None
+    assert rig.topics.home_pub.value is not None
+    rig.desk.present = True
+    await rig.tick()
+    rig.order(CompulsiveMove(x=20, y=0))
+    await rig.until(S.HOVER)
+    assert rig.autopilot.north == pytest.approx(20, abs=2)
+
+
+async def test_a_start_on_the_ground_is_idle_and_not_counted(rig: Rig) -> None:
+    rig.expect(S.IDLE)
+    assert not any(kind == "start in the air" for kind, _ in rig.records)
+
+
+# -- a lost link ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("state", "after"),
+    [
+        (S.AUTONOMOUS_EXPLORE, S.HOVER),
+        (S.COMPULSIVE_MOVE, S.HOVER),
+        (S.HOVER, S.HOVER),
+        (S.RETURN_TO_LAUNCH, S.RETURN_TO_LAUNCH),
+        (S.LAND, S.LAND),
+        (S.COMMUNICATION_LOST, S.COMMUNICATION_LOST),
+        (S.MANUAL, S.MANUAL),
+    ],
+)
+async def test_without_a_link_nothing_is_sent_and_no_task_resumes(
+    fresh: Rig, state: StateName, after: StateName
+) -> None:
+    await fresh.enter(state)
+    fresh.autopilot.stuck = True
+    fresh.autopilot.connected = False
+    await fresh.tick()
+    sent, asked = len(fresh.autopilot.targets), len(fresh.autopilot.calls)
+    await fresh.run(5)
+    assert len(fresh.autopilot.targets) == sent
+    assert len(fresh.autopilot.calls) == asked
+    assert "No word from the autopilot." in fresh.log
+    fresh.autopilot.connected = True
+    await fresh.run(0.5)
+    fresh.expect(after)
+
+
+async def test_after_a_lost_link_what_the_autopilot_did_is_taken_up(fresh: Rig) -> None:
+    await fresh.enter(S.AUTONOMOUS_EXPLORE)
+    fresh.autopilot.connected = False
+    await fresh.run(5)
+    fresh.autopilot.change_mode(CopterMode.RTL)
+    fresh.autopilot.connected = True
+    await fresh.tick()
+    fresh.expect(S.RETURN_TO_LAUNCH)
+    assert "by itself" in fresh.command(Hold()).reason
+
+
+async def test_a_return_that_was_asked_for_is_asked_for_again_after_a_lost_link(flying: Rig) -> None:
+    flying.autopilot.battery = 21.0
+    await flying.run(2.9)
+    flying.autopilot.refuse["set_mode"] = "no answer"
+    await flying.run(0.5)
+    flying.expect(S.RETURN_TO_LAUNCH)
+    flying.autopilot.connected = False
+    await flying.run(5)
+    flying.autopilot.refuse.clear()
+    flying.autopilot.connected = True
+    await flying.run(2.5)
+    flying.expect(S.RETURN_TO_LAUNCH)
+    assert flying.autopilot.mode == CopterMode.RTL
+
+
+async def test_landed_while_the_link_was_lost(fresh: Rig) -> None:
+    await fresh.enter(S.HOVER)
+    fresh.autopilot.connected = False
+    await fresh.run(5)
+    fresh.autopilot.armed, fresh.autopilot.landed = False, LandedState.ON_GROUND
+    fresh.autopilot.connected = True
+    await fresh.tick()
+    fresh.expect(S.IDLE)
+
+
+# -- modes that we did not ask for -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("mode", "state"),
+    [(CopterMode.BRAKE, S.HOVER), (CopterMode.RTL, S.RETURN_TO_LAUNCH), (CopterMode.POSHOLD, S.MANUAL)],
+)
+async def test_a_mode_change_that_we_did_not_ask_for(fresh: Rig, mode: int, state: StateName) -> None:
+    await fresh.enter(S.AUTONOMOUS_EXPLORE)
+    fresh.autopilot.change_mode(mode)
+    calls, sent = len(fresh.autopilot.calls), len(fresh.autopilot.targets)
+    await fresh.run(2.0)
+    fresh.expect(state)
+    assert len(fresh.autopilot.calls) == calls
+    assert len(fresh.autopilot.targets) == sent
+
+
+async def test_the_window_of_our_own_request_is_two_seconds(flying: Rig) -> None:
+    flying.autopilot.refuse["set_mode"] = "busy"
+    flying.manager.ask("test", flying.service.set_mode(CopterMode.BRAKE))
+    await flying.run(1.8)
+    flying.autopilot.change_mode(CopterMode.BRAKE)
+    former = flying.manager.state
+    await flying.tick()
+    assert flying.manager.state is former
+    flying.manager.ask("test", flying.service.set_mode(CopterMode.LAND))
+    await flying.run(2.2)
+    flying.autopilot.change_mode(CopterMode.LAND)
+    await flying.tick()
+    flying.expect(S.LAND)
+
+
+async def test_taken_off_by_somebody_else(fresh: Rig) -> None:
+    await fresh.enter(S.ARM)
+    fresh.autopilot.landed, fresh.autopilot.height = LandedState.IN_AIR, 3.0
+    await fresh.tick()
+    fresh.expect(S.HOVER)
+    assert fresh.autopilot.targets == []
+
+
+# -- the end of the program -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("state", [S.HOVER, S.AUTONOMOUS_EXPLORE, S.COMPULSIVE_MOVE, S.COMMUNICATION_LOST])
+async def test_ended_in_the_air_it_returns_home(fresh: Rig, state: StateName) -> None:
+    await fresh.enter(state)
+    assert await fresh.manager.shutdown_in_air()
+    assert fresh.autopilot.mode == CopterMode.RTL
+
+
+@pytest.mark.parametrize("state", [S.MANUAL, S.RETURN_TO_LAUNCH, S.LAND, S.IDLE, S.ARM])
+async def test_ended_elsewhere_it_leaves_the_drone_alone(fresh: Rig, state: StateName) -> None:
+    await fresh.enter(state)
+    calls = list(fresh.autopilot.calls)
+    assert not await fresh.manager.shutdown_in_air()
+    assert fresh.autopilot.calls == calls
+
+
+async def test_a_refused_return_does_not_keep_the_program_from_ending(flying: Rig) -> None:
+    flying.autopilot.refuse["set_mode"] = "no"
+    assert await flying.manager.shutdown_in_air()
