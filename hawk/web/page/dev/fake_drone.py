@@ -284,7 +284,7 @@ class FakeDrone:
         stop = self.route[0] if self.state is StateName.AUTONOMOUS_EXPLORE and self.route else self.target
         if stop is not None and self.height > 5 and self.scene != "still":
             self.approach(stop, 4 * seconds)
-        if self.scene == "landed" and self.clock() - self.started > 3 and self.armed:
+        if self.scene == "landed" and self.clock() - self.started > 12 and self.armed:
             self.armed, self.height = False, 0.0
 
     def approach(self, stop: MapPoint, metres: float) -> None:

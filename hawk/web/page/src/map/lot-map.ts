@@ -32,7 +32,7 @@ const REDRAW_MS = 120;
 const FOLLOW_RESOLUTION = 0.14;
 const EASE_MS = 150;
 /** A whole lot that takes up less of the view than this is brought nearer. */
-const LEAST_FILLED = 0.5;
+const LEAST_FILLED = 0.7;
 
 /** The map: a metre grid of its own (east, north), drawn when something changes and not otherwise. */
 export class LotMap {

@@ -71,9 +71,9 @@ export class App extends LitElement {
                 <hawk-tabs .model=${model} .chosen=${this.tab}></hawk-tabs>`}
         </aside>
         ${this.sheet()}
+        <hawk-kill .model=${model}></hawk-kill>
       </main>
-      <hawk-bar .model=${model} .classAt=${(place: { North: number; East: number }) => this.map.classAt(place)}></hawk-bar>
-      <hawk-kill .model=${model}></hawk-kill>`;
+      <hawk-bar .model=${model} .classAt=${(place: { North: number; East: number }) => this.map.classAt(place)}></hawk-bar>`;
   }
 
   private sheet(): TemplateResult | typeof nothing {

@@ -1,6 +1,6 @@
-import { html, type TemplateResult } from "lit";
+import { html, nothing, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
-import type { Heartbeat } from "../protocol.ts";
+import type { HealthItem, Heartbeat } from "../protocol.ts";
 import type { Sample } from "../state/flight.ts";
 import * as format from "../words/format.ts";
 import { healthSummary, partName } from "../words/health.ts";
@@ -22,17 +22,10 @@ export class FlightTab extends Part {
     const samples = this.model.flight.samples;
     const plots = this.plots(samples);
     return html`<div class="scroll">
-      ${facts(view, heartbeat)}
-      <ul class="parts" aria-label="Health of each part">
-        ${heartbeat.Health.map(
-          (item) => html`<li class=${item.Healthy ? "ok" : "bad"}>
-            ${icon(item.Healthy ? "check" : "warn")}<span>${partName(item)}</span>
-            <span class="sub">${item.Healthy ? "working" : item.Reason}</span>
-          </li>`,
-        )}
-      </ul>
+      ${mainFacts(view, heartbeat)} ${parts(heartbeat.Health.filter((item) => !item.Healthy))}
       <hawk-plot label="Height, m" .series=${plots.height} .top=${topHeight(heartbeat)} .theme=${this.theme()}></hawk-plot>
       <hawk-plot label="Battery, %" .series=${plots.battery} .top=${100} .theme=${this.theme()}></hawk-plot>
+      ${moreFacts(view, heartbeat)} ${parts(heartbeat.Health.filter((item) => item.Healthy))}
     </div>`;
   }
 
@@ -59,23 +52,43 @@ function topHeight(heartbeat: Heartbeat): number {
   return Math.max(15, Math.ceil((heartbeat.Heights[2] ?? 60) / 15) * 15);
 }
 
-function facts(view: View, heartbeat: Heartbeat): TemplateResult {
+function parts(items: HealthItem[]): TemplateResult | typeof nothing {
+  if (items.length === 0) return nothing;
+  return html`<ul class="parts" aria-label="Health of each part">
+    ${items.map(
+      (item) => html`<li class=${item.Healthy ? "ok" : "bad"}>
+        ${icon(item.Healthy ? "check" : "warn")}<span>${partName(item)}</span>
+        <span class="sub">${item.Healthy ? "working" : item.Reason}</span>
+      </li>`,
+    )}
+  </ul>`;
+}
+
+function poseClass(view: View, heartbeat: Heartbeat): string {
   const age = ageNow(view, heartbeat["Pose Age"]);
-  const stale = age !== null && age > STALE_S;
-  const poseClass = stale ? "stale t" : "";
+  return age !== null && age > STALE_S ? "stale t" : "";
+}
+
+function mainFacts(view: View, heartbeat: Heartbeat): TemplateResult {
   const { North, East, Home } = heartbeat;
   const fromHome = North !== null && East !== null && Home ? format.offset(North - Home.North, East - Home.East) : "–";
-  const local = place(heartbeat["Local Position X"], heartbeat["Local Position Y"]);
-  return html`<dl class="facts2">
-    ${fact("Autopilot", heartbeat["Ardupilot State"] ?? "–", "")}
-    ${fact("Speed", format.speed(heartbeat.Speed), poseClass)} ${fact("From home", fromHome, poseClass)}
-    ${fact("Since armed here", local, poseClass)}
-    ${fact("Place", format.place(heartbeat.Latitude, heartbeat.Longitude), poseClass)}
-    ${fact("GPS", heartbeat.Satellites === null ? "–" : format.count(heartbeat.Satellites, "satellite", "satellites"), "")}
-    ${fact("Climbing", format.speed(heartbeat.Climb), poseClass)}
-    ${fact("Battery", heartbeat.Voltage === null ? "–" : `${heartbeat.Voltage.toFixed(1)} V`, "")}
-    ${fact("Stalls looked for", heartbeat["Vision Rate"] === null ? "–" : `${heartbeat["Vision Rate"].toFixed(1)} times/s`, "")}
-    ${fact("Parts", healthSummary(heartbeat.Health), "")}
+  const stale = poseClass(view, heartbeat);
+  return html`<dl class="pairs">
+    ${fact("Autopilot", heartbeat["Ardupilot State"] ?? "–", "")} ${fact("Speed", format.speed(heartbeat.Speed), stale)}
+    ${fact("From home", fromHome, stale)} ${fact("Parts", healthSummary(heartbeat.Health), "")}
+  </dl>`;
+}
+
+function moreFacts(view: View, heartbeat: Heartbeat): TemplateResult {
+  const stale = poseClass(view, heartbeat);
+  const { Satellites, Voltage, "Vision Rate": rate } = heartbeat;
+  return html`<dl class="pairs list">
+    ${fact("Place", format.place(heartbeat.Latitude, heartbeat.Longitude), stale)}
+    ${fact("From where it was armed", place(heartbeat["Local Position X"], heartbeat["Local Position Y"]), stale)}
+    ${fact("Climbing", format.speed(heartbeat.Climb), stale)}
+    ${fact("GPS", Satellites === null ? "–" : format.count(Satellites, "satellite", "satellites"), "")}
+    ${fact("Battery voltage", Voltage === null ? "–" : `${Voltage.toFixed(1)} V`, "")}
+    ${fact("Pictures looked through", rate === null ? "–" : `${rate.toFixed(1)} a second`, "")}
   </dl>`;
 }
 

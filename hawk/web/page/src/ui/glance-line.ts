@@ -82,8 +82,7 @@ function cell(value: GlanceValue): TemplateResult {
   return html`<div class="cell ${stale ? "stale" : ""}" data-value=${value.name}>
     <b>${value.value}</b>
     <span class="sub">
-      ${stale ? html`<span class="age">${value.age}</span>` : ""}
-      <span class=${value.trouble ? "age" : ""}>${stale && value.name !== "battery" ? "" : value.label}</span>
+      ${stale ? html`<span class="age">${value.age}</span>` : ""}<span class=${value.trouble ? "age" : ""}>${stale ? value.staleLabel : value.label}</span>
     </span>
   </div>`;
 }

@@ -60,6 +60,14 @@ function returnAfter(view: View, heartbeat: Heartbeat): { hold: number; home: nu
   return { hold: OperatorTimeout / Speed, home: (OperatorTimeout + OperatorHold) / Speed };
 }
 
+/** Seconds of ours for which it may have flown on since it was last heard: by its settings it then holds its place. */
+export function flownOn(view: View): number {
+  const silence = view.silence ?? 0;
+  const returns = view.heartbeat ? returnAfter(view, view.heartbeat) : null;
+  if (!returns || silence <= returns.hold) return silence;
+  return returns.hold + Math.max(0, silence - returns.home);
+}
+
 function bySettings(view: View, heartbeat: Heartbeat): string {
   const remote = "To take over, use the remote control.";
   if (!isFlying(heartbeat)) return "It was on the ground when it was last heard.";

@@ -18,6 +18,8 @@ export interface GlanceValue {
   /** Set when the value is old: "6 s old". */
   age: string;
   label: string;
+  /** What stands behind the age of an old value. */
+  staleLabel: string;
   trouble: boolean;
 }
 
@@ -105,7 +107,7 @@ function freeValue(view: View): GlanceValue {
   const known = heartbeat !== null && heartbeat.Free + heartbeat.Taken + heartbeat.Unknown > 0;
   const lost = linkOf(view) === "lost" && view.silence !== null;
   const label = lost && known ? `free, at ${format.clock(view.now - (view.silence ?? 0) * 1000)}` : "free stalls";
-  return { name: "free", value: known ? String(heartbeat.Free) : "–", age: "", label, trouble: false };
+  return { name: "free", value: known ? String(heartbeat.Free) : "–", age: "", label, staleLabel: "", trouble: false };
 }
 
 function batteryValue(view: View): GlanceValue {
@@ -114,17 +116,17 @@ function batteryValue(view: View): GlanceValue {
   const old = oldAge(ageNow(view, view.heartbeat?.["Battery Age"] ?? null), BATTERY_STALE_S);
   const value = left !== null ? format.timeLeft(left) : format.percent(level);
   const label = left !== null && level !== null ? `battery, ${format.percent(level)}` : "battery";
-  return { name: "battery", value, age: level === null ? "" : old, label, trouble: false };
+  return { name: "battery", value, age: level === null ? "" : old, label, staleLabel: left === null ? "" : `, ${format.percent(level)}`, trouble: false };
 }
 
 function heightValue(view: View): GlanceValue {
   const metres = view.heartbeat?.["Relative Altitude"] ?? null;
   const old = oldAge(ageNow(view, view.heartbeat?.["Pose Age"] ?? null), STALE_S);
-  return { name: "height", value: format.height(metres), age: metres === null ? "" : old, label: "height", trouble: false };
+  return { name: "height", value: format.height(metres), age: metres === null ? "" : old, label: "height", staleLabel: "", trouble: false };
 }
 
 function linkValue(view: View): GlanceValue {
-  const base = { name: "link" as const, age: "" };
+  const base = { name: "link" as const, age: "", staleLabel: "" };
   if (linkOf(view) === "never") return { ...base, value: "–", label: "no link", trouble: true };
   const silence = view.silence ?? 0;
   if (linkOf(view) === "lost") return { ...base, value: format.age(silence), label: "link lost", trouble: true };
