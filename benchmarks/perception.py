@@ -1,11 +1,11 @@
 """Perception on still pictures, without a flight: what the network, the votes and the rows find in whole places.
 
-``python -m benchmarks.perception --lots DIR --tiles DIR --negatives DIR --json FILE``
+``python -m benchmarks.perception --lots DIR --tiles DIR --negatives DIR --seeds 1-5 --json FILE``
 
 ``--lots``: pictures ``PLACE.jpg`` with ``PLACE.json`` (metres_per_pixel, stalls with corners_m and state, lots_m).
 ``--tiles``: ``images/*.jpg`` with ``labels/*.txt`` (class, polygon in fractions; 0 car, 1 lot, 3 stall); tiles with
-fewer than five stalls are left out. ``--negatives``: pictures without any stall. The measures are those of
-`hawk.survey.scoring`.
+fewer than five stalls are left out. ``--negatives``: pictures without any stall. ``--seeds``: single frames over drawn
+worlds. The measures are those of `hawk.survey.scoring`.
 """
 
 from __future__ import annotations
@@ -21,13 +21,19 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.algo.vision import decode
+from benchmarks.vision_frame import frames
+from hawk.algo.vision import decode, picture, quads
 from hawk.algo.vision.decode import Stalls
+from hawk.algo.vision.finder import NetworkFinder
 from hawk.algo.vision.lot import lot_area
 from hawk.algo.vision.network import CELL_PIXELS, NetworkMaps, StallNetwork
+from hawk.algo.vision.rectify import Rectifier
 from hawk.algo.vision.rows import complete_rows, row_stalls
+from hawk.algo.vision.seen import GroundImage, StallSeen
 from hawk.model import StallState
 from hawk.survey.scoring import Finding, FloatArray, Tally, Truth, mask_iou, tally
+from hawk.worlds.generate import generate_world
+from hawk.worlds.world import World
 
 GROUND_M = 0.10
 CELL_M = GROUND_M * CELL_PIXELS
@@ -95,8 +101,8 @@ def look(network: StallNetwork, image: NDArray[np.uint8], metres_per_pixel: floa
     """Find stalls and lot in a nadir picture."""
     scale = metres_per_pixel / GROUND_M
     method = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
-    picture = np.asarray(cv2.resize(image, None, fx=scale, fy=scale, interpolation=method), np.uint8)
-    maps = network.run(picture)
+    scaled = np.asarray(cv2.resize(image, None, fx=scale, fy=scale, interpolation=method), np.uint8)
+    maps = network.run(scaled)
     stalls = decode.vote(maps, CELL_M)
     stalls = stalls[stalls.score >= MINIMUM_SCORE]
     if rows:
@@ -172,6 +178,42 @@ def measure(network: StallNetwork, places: Iterator[Place], prefix: str, *, verb
     return {f"{prefix}_{name}": value for name, value in figures.items()}
 
 
+def measure_frames(network: StallNetwork, seeds: Sequence[int], count: int = 12) -> dict[str, float]:
+    """Return the measures of single frames over drawn worlds at 35 m, stalls that lie wholly in view only."""
+    finder, rectifier, total = NetworkFinder(network), Rectifier(), Tally()
+    for seed in seeds:
+        world = generate_world(seed)
+        one = Tally()
+        for frame in frames(world, 35.0, count, lens=False):
+            assert frame.pose is not None
+            ground = rectifier.rectify(picture.decode(frame.jpeg), frame.camera, frame.pose)
+            seen = [s for s in finder.find(ground).stalls if s.score >= MINIMUM_SCORE and s.visible > 0.98]
+            one += tally(_finding(seen), _truth_in_view(world, ground))
+        print(f"  world {seed}: {_line(one.measures())}")
+        total += one
+    print(f"frames: {_line(total.measures())} ({total.true} stalls in view)")
+    return {f"frames_{name}": value for name, value in total.measures().items()}
+
+
+def _finding(seen: list[StallSeen]) -> Finding:
+    """Return stalls of one frame in the world's metres (x east, y south)."""
+    if not seen:
+        return Finding(np.zeros((0, 4, 2)), _states([]))
+    table = np.array([(s.north, s.east, s.angle, s.width, s.length) for s in seen])
+    corners = quads.corners(*(table[:, k] for k in range(5)))
+    states = [StallState.FREE if s.taken < 0.5 else StallState.TAKEN for s in seen]
+    return Finding(np.stack([corners[..., 1], -corners[..., 0]], axis=-1), _states(states))
+
+
+def _truth_in_view(world: World, ground: GroundImage) -> Truth:
+    """Return the stalls that can be seen wholly in a rectified frame; hidden ones are left out."""
+    corners = np.array([s.corners for s in world.stalls])
+    pixels = ground.pixel_points(np.stack([-corners[..., 1], corners[..., 0]], axis=-1))
+    whole = decode.sample(ground.valid, pixels).all(axis=1) & ~np.array([s.hidden for s in world.stalls])
+    states = [StallState.TAKEN if s.taken else StallState.FREE for s in world.stalls]
+    return Truth(corners[whole], _states(states)[whole], tuple(np.asarray(lot) for lot in world.lots))
+
+
 def false_alarms(network: StallNetwork, folder: Path, metres_per_pixel: float) -> dict[str, float]:
     """Return how many stalls are found on pictures without any."""
     count = 0
@@ -189,6 +231,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--tiles", type=Path)
     parser.add_argument("--negatives", type=Path)
     parser.add_argument("--negatives-scale", type=float, default=0.03, help="metres per pixel of the negatives")
+    parser.add_argument("--seeds", help="drawn worlds to see in single frames, as 1-5")
     parser.add_argument("--model", type=Path, help="an ONNX file in place of the package's")
     parser.add_argument("--json", type=Path, help="write the figures here")
     options = parser.parse_args(arguments)
@@ -201,6 +244,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         figures |= measure(network, read_tiles(options.tiles), "tiles", verbose=False)
     if options.negatives:
         figures |= false_alarms(network, options.negatives, options.negatives_scale)
+    if options.seeds:
+        first, _, last = options.seeds.partition("-")
+        figures |= measure_frames(network, range(int(first), int(last or first) + 1))
     if options.json:
         options.json.write_text(json.dumps(figures, indent=1))
 

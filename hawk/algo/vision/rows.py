@@ -37,7 +37,7 @@ class RowOptions:
     hatched bays fill up). ``maximum_gap`` stalls in one hole, ``maximum_end`` past an end. Stalls without company below
     ``lone_score`` are dropped."""
 
-    gap: float = 0.10
+    gap: float = 0.20
     end: float = 0.50
     maximum_gap: int = 6
     maximum_end: int = 2
