@@ -117,7 +117,7 @@ class MapCore:
         """Return the pose with the present shift of registration."""
         shift = self.registration.shift
         north, east = pose.north + shift.north, pose.east + shift.east
-        return MapPose(north, east, pose.height, pose.roll, pose.pitch, pose.yaw + shift.turn)
+        return MapPose(north, east, pose.height * shift.scale, pose.roll, pose.pitch, pose.yaw + shift.turn)
 
     def changes_since(self, version: int) -> delta.MapDelta:
         """Return the parts that changed after ``version``."""
@@ -134,7 +134,9 @@ class MapCore:
             if when > version:
                 parts[f"{delta.STALL}/{stall_id}"] = b""
         shift = self.registration.shift
-        meta = delta.MapMeta(self._map_id, self._version, self.tracker.next_id, (shift.north, shift.east, shift.turn))
+        meta = delta.MapMeta(
+            self._map_id, self._version, self.tracker.next_id, (shift.north, shift.east, shift.turn, shift.scale)
+        )
         parts[delta.META] = meta.to_bytes()
         return delta.MapDelta(self._version, parts)
 

@@ -43,7 +43,7 @@ class MapMeta:
     map_id: str
     version: int
     next_id: int
-    shift: tuple[float, float, float]
+    shift: tuple[float, float, float, float]
 
     def to_bytes(self) -> bytes:
         """Return it as JSON."""
@@ -53,8 +53,8 @@ class MapMeta:
     def from_bytes(cls, data: bytes) -> MapMeta:
         """Read it. Raises ValueError when it cannot be."""
         try:
-            map_id, version, next_id, north, east, turn = json.loads(data)
-            shift = (float(north), float(east), float(turn))
+            map_id, version, next_id, north, east, turn, scale = json.loads(data)
+            shift = (float(north), float(east), float(turn), float(scale))
             if not np.isfinite(shift).all():
                 raise ValueError("the shift is not finite")
             return cls(str(map_id), int(version), int(next_id), shift)

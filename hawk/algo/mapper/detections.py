@@ -53,10 +53,18 @@ class Detections:
         )
 
     def moved(self, correction: Floats) -> Detections:
-        """Return them with places and directions corrected by a (2, 3) map-to-map rotation and shift."""
+        """Return them with places, directions and sizes corrected by a (2, 3) map-to-map similarity."""
         centre = transform_points(correction, np.stack([self.north, self.east], -1))
         turn = float(np.arctan2(correction[1, 0], correction[0, 0]))
-        return replace(self, north=centre[:, 0], east=centre[:, 1], angle=(self.angle + turn) % np.pi)
+        scale = float(np.sqrt(abs(np.linalg.det(correction[:, :2]))))
+        return replace(
+            self,
+            north=centre[:, 0],
+            east=centre[:, 1],
+            angle=(self.angle + turn) % np.pi,
+            width=self.width * scale,
+            length=self.length * scale,
+        )
 
     def corners(self) -> Floats:
         """Return corners (N, 4, 2) of (north, east)."""

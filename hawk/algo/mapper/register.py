@@ -1,13 +1,15 @@
 """Takes out the pose's error before a frame is fused: the frame is laid so that its stalls meet the known ones.
 
-The secret is how the error is told from a slip along a row: rows repeat every pitch, so that a shift is only ever
-sought within less than half a pitch of the last one, and only as fast as a GNSS solution drifts.
+The secret is what is trusted how far. Rows repeat every pitch, so that a shift is only sought within less than half a
+pitch of the last one. New ground is laid with the shift of the old, so that a wrong compass would bend the map without
+end, and a wrong height stretch it: the shift leaks back to what GNSS says, and a shift that keeps growing to one side
+of the way is the compass's, one that keeps growing along it the height's.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,23 +23,26 @@ Floats = NDArray[np.float64]
 _REACH_M = 1.1  # less than half of the narrowest pitch, 2.3 m
 _LEAST_PAIRS = 4
 _SPREAD_M = 0.45  # median absolute deviation above which the pairs do not agree on one shift
-_ROTATION_PAIRS = 8
-_ROTATION_SPREAD_M = 5.0  # root mean square distance of the stalls from their middle
-_MAX_ROTATION = math.radians(6)
 _SMOOTHING = 0.4  # share of the remaining error that one frame takes out
+_LEAK_PER_M = 0.04  # share of the shift that a metre of way forgets
+_GAIN = 0.004  # radians of turn, and share of scale, per metre of error to the side or along the way, a frame
+_TURN_LIMIT = math.radians(6)
+_SCALE_LIMIT = 0.03
+_STILL_M = 0.05
 
 
 @dataclass(frozen=True, slots=True)
 class Shift:
-    """Correction of a pose: turn (radians, clockwise) about the drone, then metres north and east."""
+    """Correction of a pose: turn (radians, clockwise) and scale about the drone, then metres north and east."""
 
     north: float = 0.0
     east: float = 0.0
     turn: float = 0.0
+    scale: float = 1.0
 
     def about(self, north: float, east: float) -> Floats:
         """Return the (2, 3) map-to-map affine for a drone at that place."""
-        c, s = math.cos(self.turn), math.sin(self.turn)
+        c, s = self.scale * math.cos(self.turn), self.scale * math.sin(self.turn)
         rotation = np.array([[c, -s], [s, c]])
         centre = np.array([north, east])
         offset = centre - rotation @ centre + np.array([self.north, self.east])
@@ -49,8 +54,8 @@ class Registration:
 
     def __init__(self, limit_m: float) -> None:
         self._limit_m = limit_m
+        self._last: tuple[float, float] | None = None
         self.shift = Shift()
-        self.pairs = 0
 
     def restore(self, shift: Shift) -> None:
         """Take up the shift of an earlier run: the map is laid in it."""
@@ -62,42 +67,38 @@ class Registration:
         ``known`` and ``found`` are (N, 3): north, east, angle. ``drone`` is the place in the pose's own words. The last
         shift stays when fewer than four stalls agree.
         """
+        way = self._moved(drone)
         affine = self.shift.about(*drone)
-        places = transform_points(affine, found[:, :2]) if len(found) else np.zeros((0, 2))
-        k, f = _mutual_nearest(known, places, (found[:, 2] + self.shift.turn) if len(found) else np.zeros(0))
-        self.pairs = len(k)
+        places = transform_points(affine, found[:, :2])
+        k, f = _mutual_nearest(known, places, found[:, 2] + self.shift.turn)
         if len(k) < _LEAST_PAIRS:
             return self.shift
         residual = known[k, :2] - places[f]
-        turn = _fit_turn(residual, places[f])
-        turned = residual - _turned(places[f], turn, drone)
-        step = np.median(turned, 0)
-        if np.median(np.abs(turned - step)) > _SPREAD_M:
+        step = np.median(residual, 0)
+        if np.median(np.abs(residual - step)) > _SPREAD_M:
             return self.shift
-        self.shift = self._limited(step * _SMOOTHING, turn * _SMOOTHING)
+        self._learn(step, way)
         return self.shift
 
-    def _limited(self, step: Floats, turn: float) -> Shift:
-        north = float(np.clip(self.shift.north + step[0], -self._limit_m, self._limit_m))
-        east = float(np.clip(self.shift.east + step[1], -self._limit_m, self._limit_m))
-        return Shift(north, east, float(np.clip(self.shift.turn + turn, -_MAX_ROTATION, _MAX_ROTATION)))
+    def _moved(self, drone: tuple[float, float]) -> tuple[float, float]:
+        """Return the way since the last frame, and let the shift leak by it."""
+        last, self._last = self._last or drone, drone
+        way = drone[0] - last[0], drone[1] - last[1]
+        keep = max(0.0, 1 - _LEAK_PER_M * math.hypot(*way))
+        self.shift = replace(self.shift, north=self.shift.north * keep, east=self.shift.east * keep)
+        return way
 
-
-def _fit_turn(residual: Floats, places: Floats) -> float:
-    """Return the least-squares turn of the pairs, 0 with too few or too narrow a spread."""
-    if len(residual) < _ROTATION_PAIRS:
-        return 0.0
-    arm = places - places.mean(0)
-    spread = float((arm**2).sum())
-    if spread < len(arm) * _ROTATION_SPREAD_M**2:
-        return 0.0
-    centred = residual - np.median(residual, 0)
-    return float((arm[:, 0] * centred[:, 1] - arm[:, 1] * centred[:, 0]).sum() / spread)
-
-
-def _turned(places: Floats, turn: float, drone: tuple[float, float]) -> Floats:
-    arm = places - np.array(drone)
-    return np.stack([-turn * arm[:, 1], turn * arm[:, 0]], -1)
+    def _learn(self, step: Floats, way: tuple[float, float]) -> None:
+        length = math.hypot(*way)
+        along = aside = 0.0
+        if length > _STILL_M:
+            along = float(way[0] * step[0] + way[1] * step[1]) / length
+            aside = float(way[0] * step[1] - way[1] * step[0]) / length
+        turn = float(np.clip(self.shift.turn - _GAIN * aside, -_TURN_LIMIT, _TURN_LIMIT))
+        scale = float(np.clip(self.shift.scale - _GAIN * along, 1 - _SCALE_LIMIT, 1 + _SCALE_LIMIT))
+        north, east = self.shift.north + _SMOOTHING * step[0], self.shift.east + _SMOOTHING * step[1]
+        limit = self._limit_m
+        self.shift = Shift(float(np.clip(north, -limit, limit)), float(np.clip(east, -limit, limit)), turn, scale)
 
 
 def _mutual_nearest(known: Floats, places: Floats, angles: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

@@ -15,8 +15,9 @@ from hawk.algo.mapper.stalls import StallTracker, call_state
 from hawk.algo.mapper.table import STALL_DTYPE, Rows, angle_of, probability
 from hawk.algo.mapper.window import Window
 from hawk.algo.vision import quads
-from hawk.algo.vision.rows import RowOptions, RowStalls, complete_rows, row_stalls
+from hawk.algo.vision.rows import RowOptions, RowStalls, complete_rows, row_of, row_stalls
 
+_GAP, _END = 0.3, 0.6  # evidence to fill a hole and to go on past an end: fused evidence is clearer than one frame's
 _PULL = 0.4  # share of the way to the lattice that one run takes
 _INNER = 0.7
 _SAMPLES = (9, 5)  # along, across
@@ -37,13 +38,15 @@ class RowFiller:
     def __init__(self, reach_m: float, options: RowOptions | None = None) -> None:
         """``reach_m`` is how far about a place rows are completed."""
         self._reach_m = reach_m
-        self._options = options or RowOptions()
+        self._options = options or RowOptions(gap=_GAP, end=_END)
 
     def run(self, tracker: StallTracker, grid: EvidenceGrid, middle: tuple[float, float], version: int) -> None:
         """Complete the rows about a place (north, east); everything that changes is touched with ``version``."""
         near = tracker.near(*middle, self._reach_m)
         rows = tracker.rows[near]
-        real = near[rows["confirmed"] & ~rows["inferred"]]
+        _judge_company(tracker.rows, near, tracker.near(*middle, self._reach_m - _BEYOND_M), version)
+        tracker.settle(version)
+        real = near[tracker.rows["confirmed"][near] & ~rows["inferred"]]
         if len(real) == 0:
             return
         layers = _Layers(grid, tracker.rows[real])
@@ -61,6 +64,19 @@ class RowFiller:
         _call(tracker.rows, layers, version)
 
 
+def _judge_company(rows: Rows, near: NDArray[np.intp], judged: NDArray[np.intp], version: int) -> None:
+    """Tell the stalls that stand in no row: cars in an aisle look like stalls, but they stand alone."""
+    likely = near[(rows["exists"][near] > 0) & ~rows["inferred"][near]]
+    if len(likely) == 0:
+        return
+    group = row_of(_as_row_stalls(rows[likely]))
+    lone = np.zeros(len(rows), np.bool_)
+    lone[likely] = np.bincount(group)[group] == 1
+    changed = judged[(rows["lone"][judged] != lone[judged]) & np.isin(judged, likely)]
+    rows["lone"][changed] = lone[changed]
+    rows["touched"][changed] = version
+
+
 def _judge(tracker: StallTracker, implied: NDArray[np.intp], missing: NDArray[np.intp], version: int) -> None:
     """Count one run for what the rows implied, and against what was inferred before and is not implied any more.
 
@@ -71,7 +87,7 @@ def _judge(tracker: StallTracker, implied: NDArray[np.intp], missing: NDArray[np
     loses = missing[rows["inferred"][missing]]
     rows["exists"][gains] = np.minimum(rows["exists"][gains] + _IMPLIED, _MOST)
     rows["exists"][loses] += _NOT_IMPLIED
-    rows["confirmed"][gains] |= rows["exists"][gains] >= _COUNTS
+    rows["confirmed"][gains] |= rows["inferred"][gains] & (rows["exists"][gains] >= _COUNTS)
     rows["touched"][gains] = rows["touched"][loses] = version
     tracker.remove(loses[rows["exists"][loses] <= 0], version)
 

@@ -28,7 +28,9 @@ _SCORE_ZERO = 0.3  # score at which a find says nothing
 _SCORE_GAIN = 2.0  # log-odds per unit of score
 _MISS = -0.6  # log-odds of a frame that shows the place and no stall
 _EXISTS_LIMIT = 5.0
-_CONFIRM = 1.3  # one look at a score of .95, or two or more at less
+_CONFIRM = (1.3, 2.8)  # evidence to count: after one look (a score of .95), and after many: real ones get there
+_CONFIRM_LOOK = 0.4  # and how it rises by look
+_REVOKE = 1.0  # so much below it a stall counts no longer
 _DROP = -1.0
 _SOLID = 10.0  # weight of all looks at most: what comes later still moves a stall
 _TAKEN_LOOK = 2.2  # log-odds that one look may claim
@@ -57,7 +59,7 @@ class StallTracker:
         self.rows: Rows = np.zeros(0, STALL_DTYPE)
         self.next_id = 1
         self.gone: dict[int, int] = {}
-        """Stalls that counted and are no more, and the map version at which they went."""
+        """Stalls that counted and do no more, and the map version at which they went."""
         self._just_gone: list[int] = []
 
     @property
@@ -80,6 +82,19 @@ class StallTracker:
         self._birth(look.found.take(np.setdiff1d(np.arange(len(look.found)), f)), look)
         self._drop(look.version)
         self._merge(look)
+        self.settle(look.version)
+
+    def settle(self, version: int) -> None:
+        """Decide which of the rows touched in this version count: found well enough, and not alone."""
+        index = np.flatnonzero((self.rows["touched"] == version) & ~self.rows["inferred"])
+        rows = self.rows[index]
+        needed = np.clip(_CONFIRM[0] + _CONFIRM_LOOK * (rows["looks"] - 1), *_CONFIRM)
+        good = rows["exists"] >= np.where(rows["confirmed"], needed - _REVOKE, needed)
+        counts = good & ~rows["lone"]
+        self._part_with(rows["id"][rows["confirmed"] & ~counts], version)
+        for stall_id in rows["id"][~rows["confirmed"] & counts].tolist():
+            self.gone.pop(stall_id, None)
+        self.rows["confirmed"][index] = counts
 
     def take_gone(self) -> list[int]:
         """Return the ids that went since the last call."""
@@ -107,7 +122,6 @@ class StallTracker:
         rows["seen"] += 1
         rows["last_seen"] = look.time
         rows["inferred"] = False
-        rows["confirmed"] |= rows["exists"] >= _CONFIRM
         rows["state"] = call_state(rows["taken"], rows["state"])
         rows["touched"] = look.version
         self.rows[index] = rows
@@ -136,7 +150,6 @@ class StallTracker:
         rows["exists"] = _SCORE_GAIN * (found.score - _SCORE_ZERO)
         rows["taken"] = np.clip(found.visible, 0, 1) * _taken_log_odds(found.taken)
         rows["looks"], rows["seen"], rows["last_seen"] = 1, 1, look.time
-        rows["confirmed"] = rows["exists"] >= _CONFIRM
         rows["state"] = call_state(rows["taken"], rows["state"])
         rows["touched"] = look.version
         self.add(rows)
@@ -154,10 +167,13 @@ class StallTracker:
     def remove(self, index: NDArray[np.intp], version: int) -> None:
         """Take rows out of the table."""
         rows = self.rows[index]
-        for stall_id in rows["id"][rows["confirmed"]].tolist():
+        self._part_with(rows["id"][rows["confirmed"]], version)
+        self.rows = np.delete(self.rows, index)
+
+    def _part_with(self, ids: NDArray[np.int64], version: int) -> None:
+        for stall_id in ids.tolist():
             self.gone[stall_id] = version
             self._just_gone.append(stall_id)
-        self.rows = np.delete(self.rows, index)
 
     def _merge(self, look: Look) -> None:
         """Where two rows overlap the older id stays; a row that counts goes before one that does not."""

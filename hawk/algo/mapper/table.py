@@ -35,6 +35,7 @@ STALL_DTYPE = np.dtype(
         ("last_seen", "f8"),
         ("state", "i8"),
         ("inferred", "?"),  # from its row, never found by itself
+        ("lone", "?"),  # stands in no row
         ("confirmed", "?"),
         ("version", "i8"),  # of the last change of what is shown
         ("touched", "i8"),  # of the last change of anything
