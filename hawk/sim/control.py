@@ -82,6 +82,7 @@ class Controller:
         self._pull: Flat = (0.0, 0.0)
         self._wanted_down = 0.0
         self._integral: Flat = (0.0, 0.0)
+        self._integral_down = 0.0
         self._yaw_hold: float | None = None
 
     def reset(self, estimate: Estimate | None = None) -> None:
@@ -91,7 +92,7 @@ class Controller:
         self._wanted_down = 0.0 if estimate is None else estimate.velocity[2]
         self._yaw_hold = None if estimate is None else estimate.yaw
         if estimate is None:
-            self._integral = (0.0, 0.0)
+            self._integral, self._integral_down = (0.0, 0.0), 0.0
 
     def update(self, estimate: Estimate, setpoint: Setpoint, limits: Limits, dt: float) -> Demand:
         """Return the demand on the body for this step."""
@@ -151,7 +152,9 @@ class Controller:
         most = limits.acceleration_z * dt
         step = clamp(goal - self._wanted_down, -most, most)
         self._wanted_down += step
-        return step / dt + (self._wanted_down - estimate.velocity[2]) * VELOCITY_GAIN_Z
+        error = self._wanted_down - estimate.velocity[2]
+        self._integral_down = clamp(self._integral_down + error * INTEGRAL_GAIN * dt, -1.0, 1.0)
+        return step / dt + error * VELOCITY_GAIN_Z + self._integral_down
 
     def _yaw(self, estimate: Estimate, setpoint: Setpoint, limits: Limits) -> float:
         if setpoint.yaw is not None:

@@ -1,0 +1,107 @@
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+ACCEPTED, DENIED, UNSUPPORTED, FAILED = 0, 2, 3, 4
+
+
+def test_what_is_not_known_is_unsupported(station: Any) -> None:
+    assert station.command(mavlink.MAV_CMD_DO_MOTOR_TEST, 1) == UNSUPPORTED
+
+
+@pytest.mark.parametrize("values", [(2.0,), (math.nan,)])
+def test_arming_takes_one_or_nought(station: Any, values: tuple[float, ...]) -> None:
+    station.wait_for_position()
+    assert station.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, *values) == FAILED
+    assert not station.autopilot.armed
+
+
+@pytest.mark.parametrize("values", [(0.0, 4.0), (math.nan, 4.0), (1.0, math.nan), (1.0, 1e9)])
+def test_nonsense_modes_fail(station: Any, values: tuple[float, ...]) -> None:
+    assert station.command(mavlink.MAV_CMD_DO_SET_MODE, *values) == FAILED
+    assert station.autopilot.mode.number == 0
+
+
+def test_land_and_return_as_commands(flying: Any) -> None:
+    assert flying.command(mavlink.MAV_CMD_NAV_LAND) == ACCEPTED
+    assert flying.autopilot.mode.number == 9
+    assert flying.command(mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH) == ACCEPTED
+    assert flying.autopilot.mode.number == 6
+
+
+def test_terminate_needs_its_one(flying: Any) -> None:
+    assert flying.command(mavlink.MAV_CMD_DO_FLIGHTTERMINATION, 0) == ACCEPTED
+    assert flying.autopilot.armed
+
+
+def test_forced_arming_skips_the_checks(make_station: Any) -> None:
+    station = make_station(gnss_wait_s=60.0)
+    station.mode(4)
+    assert station.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1, 2989) == ACCEPTED
+    assert station.autopilot.armed
+
+
+def test_speed_and_heading(flying: Any) -> None:
+    assert flying.command(mavlink.MAV_CMD_DO_CHANGE_SPEED, 1, 3.0) == ACCEPTED
+    assert flying.command(mavlink.MAV_CMD_CONDITION_YAW, 90) == ACCEPTED
+    flying.run(6.0)
+    assert flying.autopilot.body.yaw == pytest.approx(math.pi / 2, abs=0.05)
+    assert flying.command(mavlink.MAV_CMD_CONDITION_YAW, 30, 0, -1, 1) == ACCEPTED
+    flying.run(6.0)
+    assert flying.autopilot.body.yaw == pytest.approx(math.pi / 3, abs=0.05)
+    flying.mode(17)
+    assert flying.command(mavlink.MAV_CMD_DO_CHANGE_SPEED, 1, 3.0) == FAILED
+
+
+def test_the_fence_can_be_switched(station: Any) -> None:
+    assert station.command(mavlink.MAV_CMD_DO_FENCE_ENABLE, 1) == ACCEPTED
+    assert station.autopilot.parameters["FENCE_ENABLE"] == 1
+    station.command(mavlink.MAV_CMD_DO_FENCE_ENABLE, 0)
+    assert station.autopilot.parameters["FENCE_ENABLE"] == 0
+
+
+def test_reposition_in_another_mode_needs_its_flag(flying: Any) -> None:
+    flying.mode(17)
+    home = flying.autopilot.home
+    latitude, longitude, _ = flying.autopilot.origin.to_geodetic((home[0] + 5, home[1], home[2]))
+    place = (0.0, latitude, longitude, 15.0)
+    assert flying.command(mavlink.MAV_CMD_DO_REPOSITION, -1, 0, 0, *place) == DENIED
+    assert flying.command(mavlink.MAV_CMD_DO_REPOSITION, -1, 1, 0, *place) == ACCEPTED
+    assert flying.autopilot.mode.number == 4
+    flying.run(8.0)
+    assert flying.autopilot.body.height == pytest.approx(15.0, abs=0.3)
+
+
+def test_reposition_to_nowhere_is_denied(flying: Any) -> None:
+    assert flying.command(mavlink.MAV_CMD_DO_REPOSITION, -1, 0, 0, 0, math.nan, 0, 15) == DENIED
+    assert not flying.autopilot.stopped
+
+
+def test_home_can_be_set(flying: Any) -> None:
+    flying.local_target(10.0, 0.0, -12.0)
+    flying.run(6.0)
+    assert flying.command(mavlink.MAV_CMD_DO_SET_HOME, 1) == ACCEPTED
+    assert flying.autopilot.home[0] == pytest.approx(10.0, abs=0.3)
+    assert flying.all("HOME_POSITION")
+
+
+def test_home_cannot_be_set_before_there_is_a_position(make_station: Any) -> None:
+    station = make_station(gnss_wait_s=60.0)
+    assert station.command(mavlink.MAV_CMD_DO_SET_HOME, 1) == FAILED
+
+
+def test_the_checks_can_be_asked_for(station: Any) -> None:
+    station.wait_for_position()
+    station.autopilot.radio_present = False
+    station.run(1.0)
+    station.heard.clear()
+    assert station.command(mavlink.MAV_CMD_RUN_PREARM_CHECKS) == ACCEPTED
+    assert station.texts() == ["PreArm: Radio failsafe on"]
+
+
+def test_only_a_plain_reboot_is_known(station: Any) -> None:
+    assert station.command(mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, 2) == UNSUPPORTED
