@@ -404,6 +404,11 @@ class Rig:
         self.records.append((kind, payload))
 
     @property
+    def ticked(self) -> bool:
+        """Whether any tick was run."""
+        return self.manager.ticks > 0
+
+    @property
     def state(self) -> StateName:
         """The active state."""
         return self.manager.state.identity

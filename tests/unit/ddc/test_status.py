@@ -1,0 +1,293 @@
+"""What the operator is told: heartbeat, log, trail, records."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import json
+import math
+
+import pytest
+
+from hawk.comm.messages import (
+    Ack,
+    Arm,
+    AutonomousExplore,
+    CompulsiveMove,
+    Control,
+    Heartbeat,
+    Hold,
+    MapResync,
+    OperatorHeartbeat,
+)
+from hawk.comm.status import DroneStatus
+from hawk.ddc.states.base import State
+from hawk.ddc.trail import MAXIMUM_POINTS, Trail
+from hawk.model import Counts, Health, HealthStatus, MapPose, OccupancyMap, StateName
+from tests.unit.ddc.fakes import Rig
+
+S = StateName
+
+
+def status(rig: Rig) -> DroneStatus:
+    found = rig.manager.status.value
+    assert found is not None
+    return found
+
+
+def test_the_status_has_every_field_of_the_heartbeat_that_is_not_a_clients_own() -> None:
+    own = {"type", "occupancy_map", "messages", "trail", "trail_start", "controller", "in_control"}
+    fields = {field.name for field in dataclasses.fields(DroneStatus)}
+    assert fields - {"log", "trail", "trail_id"} == set(Heartbeat.model_fields) - own
+
+
+async def test_five_heartbeats_a_second(rig: Rig) -> None:
+    times: list[float] = []
+    rig.manager.status.listen(lambda s: times.append(s.time))
+    await rig.run(10)
+    assert len(times) == 50
+    gaps = [b - a for a, b in itertools.pairwise(times)]
+    assert gaps == pytest.approx([0.2] * 49)
+
+
+async def test_heartbeats_go_on_in_communication_lost(fresh: Rig) -> None:
+    await fresh.enter(S.COMMUNICATION_LOST)
+    before = status(fresh).sequence
+    await fresh.run(2)
+    assert status(fresh).sequence == before + 10
+
+
+async def test_what_is_not_known_is_none(fresh: Rig) -> None:
+    fresh.manager.process()
+    told = status(fresh)
+    assert told.armed is None
+    assert told.latitude is None
+    assert told.battery_percentage is None
+    assert told.link_age is None
+    assert told.health_status is HealthStatus.UNHEALTHY
+    assert {item.name for item in told.health} == {
+        "link",
+        "position",
+        "camera",
+        "vision",
+        "mapper",
+        "planner",
+        "recording",
+        "loop",
+    }
+
+
+async def test_no_number_is_ever_nan(flying: Rig) -> None:
+    flying.autopilot.height = math.nan
+    flying.autopilot.battery = math.nan
+    flying.autopilot.velocity = (math.nan, math.inf, 0.0)
+    flying.autopilot.publish()
+    flying.clock.advance(0.2)
+    flying.manager.process()
+    numbers = [v for v in dataclasses.astuple(status(flying)) if isinstance(v, float)]
+    assert all(math.isfinite(v) for v in numbers)
+
+
+async def test_a_flight_is_told(flying: Rig) -> None:
+    flying.inputs.occupancy_map.publish(OccupancyMap(counts=Counts(3, 2, 1), lot_area_m2=900.0))
+    flying.order(CompulsiveMove(x=20, y=0))
+    await flying.run(3)
+    told = status(flying)
+    assert told.state is S.COMPULSIVE_MOVE
+    assert told.ardupilot_state == "GUIDED"
+    assert (told.free, told.taken, told.unknown, told.lot_area) == (3, 2, 1, 900.0)
+    assert told.target is not None
+    assert told.target.north == pytest.approx(20, abs=0.1)
+    assert told.home is not None
+    assert told.fence
+    assert told.ceiling == 97
+    assert told.heights == pytest.approx((15, 35, 60))
+    assert told.speed == pytest.approx(4, abs=1.5)
+    assert told.battery_time_left is not None
+    assert told.battery_time_left > 60
+    assert told.way == pytest.approx(10, abs=3)
+    assert told.flight_time == pytest.approx(3.1, abs=0.3)
+    assert len(told.trail) >= 8
+    assert told.health_status is HealthStatus.HEALTHY
+
+
+async def test_loop_lag_is_shown_and_is_no_health_of_the_drone(flying: Rig) -> None:
+    flying.inputs.loop_lag.publish(0.25)
+    await flying.run(0.3)
+    told = status(flying)
+    assert {item.name: item.reason for item in told.health}["loop"] == "The program is 250 ms late."
+    assert told.health_status is HealthStatus.HEALTHY
+
+
+@pytest.mark.parametrize("part", ["camera", "recording"])
+async def test_an_unhealthy_part_makes_health_status_one(flying: Rig, part: str) -> None:
+    flying.see = lambda: getattr(flying.inputs, f"{part}_health").publish(Health.bad("gone"))  # type: ignore[method-assign]
+    await flying.run(0.3)
+    assert status(flying).health_status is HealthStatus.UNHEALTHY
+    assert flying.topics.get_health_status().reason == f"{part}: gone"
+
+
+# -- the message list -------------------------------------------------------------------------------------------------
+
+
+async def test_words_of_the_autopilot_are_details(rig: Rig) -> None:
+    for severity, level in ((2, "error"), (4, "warning"), (6, "info")):
+        rig.autopilot.say(f"severity {severity}", severity)
+        entry = rig.manager.log.entries[-1]
+        assert (entry.level, entry.details) == (level, f"severity {severity}")
+        assert str(severity) not in entry.text
+
+
+async def test_the_same_words_are_told_once_in_ten_seconds_and_debug_never(rig: Rig) -> None:
+    before = len(rig.manager.log.entries)
+    for _ in range(5):
+        rig.autopilot.say("PreArm: Compass", 4)
+    rig.autopilot.say("debug", 7)
+    assert len(rig.manager.log.entries) == before + 1
+    rig.clock.advance(10.1)
+    rig.autopilot.say("PreArm: Compass", 4)
+    assert len(rig.manager.log.entries) == before + 2
+
+
+async def test_entries_are_numbered_timed_and_bounded(rig: Rig) -> None:
+    for number in range(300):
+        rig.manager.log.add("info", f"entry {number}")
+    entries = rig.manager.log.entries
+    assert len(entries) == 200
+    assert [e.number for e in entries] == list(range(entries[0].number, entries[0].number + 200))
+    assert entries[-1].time.endswith("Z")
+    await rig.run(0.3)
+    assert status(rig).log == entries
+
+
+# -- the trail --------------------------------------------------------------------------------------------------------
+
+
+def pose(north: float) -> MapPose:
+    return MapPose(north, 0, 30, 0, 0, 0)
+
+
+def test_the_trail_grows_at_its_end_only() -> None:
+    trail = Trail()
+    former = trail.points
+    for step in range(100):
+        trail.update(pose(step * 0.4), True, step * 0.1)
+        assert trail.points[: len(former)] == former
+        former = trail.points
+    assert len(trail.points) == 34
+    assert trail.way == pytest.approx(39.6)
+    assert trail.flight_time(20.0) == 20.0
+
+
+def test_a_trail_that_grows_too_long_is_thinned_under_a_new_identity() -> None:
+    trail = Trail()
+    for step in range(MAXIMUM_POINTS + 10):
+        trail.update(pose(step * 1.0), True, 0.0)
+    assert trail.identity == 1
+    assert len(trail.points) < MAXIMUM_POINTS
+
+
+def test_the_ground_and_what_is_not_finite_leave_no_trail() -> None:
+    trail = Trail()
+    trail.update(pose(1), False, 0)
+    trail.update(pose(math.nan), True, 0)
+    trail.update(None, True, 0)
+    assert trail.points == ()
+    assert trail.flight_time(5) == 5
+    trail.update(pose(1), False, 6)
+    assert trail.flight_time(7) is None
+
+
+# -- records, faults, odds and ends ------------------------------------------------------------------------------------
+
+
+async def test_everything_is_recorded_as_plain_json(fresh: Rig) -> None:
+    await fresh.enter(S.AUTONOMOUS_EXPLORE)
+    fresh.order(Hold())
+    await fresh.run(1)
+    kinds = {kind for kind, _ in fresh.records}
+    assert kinds >= {"tick", "command", "answer to operator", "state", "target", "vehicle", "start in the air"}
+    for _, payload in fresh.records:
+        json.dumps(payload, allow_nan=False)
+    ticks = sum(kind == "tick" for kind, _ in fresh.records)
+    assert ticks == fresh.manager.ticks
+
+
+async def test_a_fault_in_a_task_holds_the_drone_and_is_shown(fresh: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    await fresh.enter(S.AUTONOMOUS_EXPLORE)
+
+    def fail(_: State) -> None:
+        raise RuntimeError("boom")
+
+    monkeypatch.setattr(type(fresh.manager.state), "process", fail)
+    await fresh.run(0.5)
+    fresh.expect(S.HOVER)
+    assert fresh.manager.own_health.reason == "Fault in the program: RuntimeError: boom"
+    assert status(fresh).health_status is HealthStatus.UNHEALTHY
+    targets = len(fresh.autopilot.targets)
+    await fresh.run(0.5)
+    assert len(fresh.autopilot.targets) > targets
+
+
+async def test_a_fault_in_the_status_does_not_stop_the_ticks(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rig.manager.judge, "options", lambda: 1 / 0)
+    before = rig.manager.ticks
+    await rig.run(1)
+    assert rig.manager.ticks == before + 20
+    assert not rig.manager.own_health.is_healthy
+
+
+async def test_commands_through_the_socket_are_answered_to_their_sender(flying: Rig) -> None:
+    flying.socket.waiting = [("eve", Arm(id=1)), ("ana", Hold(id="x")), ("ana", OperatorHeartbeat())]
+    await flying.tick()
+    answers = [(client, a.id, a.accepted) for client, a in flying.socket.replies if isinstance(a, Ack)]
+    assert answers == [("eve", 1, False), ("ana", "x", True), ("ana", None, True)]
+
+
+async def test_the_web_servers_own_commands_are_sent_back(rig: Rig) -> None:
+    assert not rig.command(Control(action="Request")).accepted
+    assert not rig.command(MapResync()).accepted
+
+
+async def test_a_command_that_must_wait_does_not_pass_the_queue(flying: Rig) -> None:
+    from hawk.comm.messages import AutonomousMove
+
+    with pytest.raises(ValueError, match="Autonomous Move"):
+        flying.manager.handle_now("ana", AutonomousMove(x=1, y=1))
+
+
+async def test_a_user_error_stays_until_the_next_accepted_command(flying: Rig) -> None:
+    flying.sight.lot = False
+    await flying.tick()
+    flying.command(AutonomousExplore())
+    await flying.run(0.3)
+    assert status(flying).user_error == 2
+    flying.command(Arm())
+    await flying.run(0.3)
+    assert status(flying).user_error == 2
+    flying.order(Hold())
+    await flying.run(0.3)
+    assert status(flying).user_error == 0
+
+
+async def test_closing_cancels_what_is_under_way(rig: Rig) -> None:
+    rig.autopilot.silent.add("upload_fence")
+    rig.order(Arm())
+    await rig.tick(2)
+    assert rig.manager.requests.is_busy
+    await rig.close()
+    assert not rig.manager.requests.is_busy
+
+
+async def test_a_tick_takes_little(flying: Rig) -> None:
+    import time
+
+    flying.order(AutonomousExplore())
+    flying.target_plan(100, 0)
+    spent = []
+    for _ in range(60):
+        await flying.tick()
+        begun = time.process_time()
+        flying.manager.process()
+        spent.append(time.process_time() - begun)
+    assert sorted(spent)[30] < 0.002
