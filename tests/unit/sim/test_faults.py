@@ -1,0 +1,107 @@
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from hawk.sim.camera import Camera
+from hawk.sim.clock import SimulationClock
+from hawk.sim.faults import CameraFaults, Fault, apply_fault
+from tests.unit.sim.test_camera import GreyRenderer
+
+
+def put(station: Any, **fields: Any) -> tuple[list[str], Camera, CameraFaults]:
+    camera = Camera(GreyRenderer(), SimulationClock(), np.random.default_rng(1))
+    server = CameraFaults()
+    return apply_fault(Fault(**fields), station.autopilot, station.link, camera, server), camera, server
+
+
+@pytest.mark.parametrize(
+    ("fields", "named"),
+    [
+        ({"gps": "bad"}, "gps"),
+        ({"battery": 101}, "battery"),
+        ({"battery": float("nan")}, "battery"),
+        ({"wind": -1}, "wind"),
+        ({"gps_jump": (1.0, 2.0)}, "gps_jump"),
+        ({"gps_jump": (float("inf"), 0.0, 0.0)}, "gps_jump"),
+        ({"link_loss": 1.5}, "link_loss"),
+        ({"sunshine": 1}, "sunshine"),
+    ],
+)
+def test_nonsense_is_refused_by_its_name(fields: dict[str, Any], named: str) -> None:
+    with pytest.raises(ValidationError) as error:
+        Fault(**fields)
+    assert error.value.errors()[0]["loc"][0] == named
+
+
+def test_what_is_not_named_stays(flying: Any) -> None:
+    put(flying, link_loss=0.5)
+    put(flying, wind=3.0)
+    assert flying.link.loss == 0.5
+    assert flying.autopilot.wind.speed == 3.0
+    assert flying.autopilot.estimator.receiving
+
+
+def test_gnss_goes_and_comes(flying: Any) -> None:
+    put(flying, gps="lost")
+    assert not flying.autopilot.estimator.receiving
+    put(flying, gps="ok")
+    assert flying.autopilot.estimator.receiving
+
+
+def test_jumps(flying: Any) -> None:
+    before = flying.local()
+    put(flying, ekf_shift=(2.0, 0.0, 0.0))
+    assert flying.local()[0] == pytest.approx(before[0] - 2.0)
+    put(flying, gps_jump=(4.0, 0.0, 0.0))
+    flying.run(0.02)
+    assert flying.local()[0] == pytest.approx(before[0] + 2.0, abs=0.05)
+
+
+def test_link_radio_stick_and_pilot(flying: Any) -> None:
+    put(flying, link="cut", stick=0.5, pilot_mode=5)
+    assert flying.link.cut
+    assert flying.autopilot.mode.number == 5
+    flying.run(3.0)
+    assert flying.autopilot.body.height == pytest.approx(12.0, abs=0.3)
+    put(flying, radio="lost")
+    assert not flying.autopilot.radio_present
+
+
+def test_a_full_battery_clears_its_failsafe(flying: Any) -> None:
+    put(flying, battery=10.0)
+    flying.run(12.0)
+    assert flying.autopilot.failsafes.battery
+    put(flying, battery=100.0)
+    assert not flying.autopilot.failsafes.battery
+    assert flying.autopilot.battery.remaining == 1.0
+
+
+def test_what_cannot_be_done_is_said(flying: Any) -> None:
+    assert put(flying, pilot_mode=99)[0] == ["pilot_mode: no such mode 99"]
+    assert put(flying, autopilot="reboot")[0] == ["autopilot: armed; power_cycle boots it all the same"]
+    assert put(flying, autopilot="power_cycle")[0] == []
+    assert not flying.autopilot.armed
+
+
+def test_a_crash_of_the_program(flying: Any) -> None:
+    put(flying, autopilot="crash")
+    flying.heard.clear()
+    flying.run(2.0)
+    assert not flying.heard
+
+
+@pytest.mark.parametrize("kind", ["dark", "frozen", "garbage", "unstamped", "closed", "ok"])
+def test_one_camera_fault_at_a_time(station: Any, kind: str) -> None:
+    _, camera, server = put(station, camera=kind)
+    states = {
+        "dark": camera.dark,
+        "frozen": camera.frozen,
+        "garbage": server.garbage,
+        "unstamped": server.unstamped,
+        "closed": server.closed,
+    }
+    assert [name for name, on in states.items() if on] == ([] if kind == "ok" else [kind])
