@@ -30,6 +30,8 @@ FENCE_RETURN_S = 10.0
 """Not inside again after so many seconds: home."""
 FAULT_CONFIRM_S = 1.0
 """A perception fault must last so long; one bad picture is none."""
+POSITION_CONFIRM_S = 2.0
+"""So long the autopilot must distrust its position."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +55,7 @@ class Guard:
         self._breach_since: float | None = None
         self._fault_since: float | None = None
         self._fault = ""
+        self._position_good = context.now
 
     @property
     def is_breached(self) -> bool:
@@ -76,6 +79,8 @@ class Guard:
         self._observe_battery(airborne, pose)
         self._observe_fence(airborne, pose)
         self._observe_perception()
+        if self._context.topics.get_diagnostics().global_position_ok:
+            self._position_good = self._context.now
 
     def reaction(self, state: State) -> Reaction | None:
         """Return the reaction that outranks this state, None when nothing is wrong enough."""
@@ -95,11 +100,15 @@ class Guard:
             found.append(Reaction(Rank.COMMUNICATION_LOST, states.communication_lost))
         if self.is_breached and name in TASK_STATES | {StateName.TAKEOFF}:
             found.append(Reaction(Rank.FENCE, lambda: states.hover("Outside the fence.", level="warning")))
-        if name in TASK_STATES and self._context.topics.get_pose_age() > POSE_TIMEOUT_S:
+        if name in TASK_STATES and self._position_is_lost():
             found.append(Reaction(Rank.PERCEPTION, lambda: states.hover("The position was lost.", level="warning")))
         if name in SEEING_STATES and self._fault_lasts(FAULT_CONFIRM_S):
             found.append(Reaction(Rank.PERCEPTION, lambda: states.hover(self._fault, level="warning")))
         return found
+
+    def _position_is_lost(self) -> bool:
+        distrusted = self._context.now - self._position_good >= POSITION_CONFIRM_S
+        return distrusted or self._context.topics.get_pose_age() > POSE_TIMEOUT_S
 
     def _cause_to_return(self) -> Cause | None:
         now = self._context.now

@@ -236,6 +236,17 @@ async def test_a_jump_of_the_position_makes_it_hold(fresh: Rig, state: StateName
     assert "The position jumped by 1.7 m." in fresh.log
 
 
+@pytest.mark.parametrize("state", TASKS)
+async def test_a_position_that_the_autopilot_distrusts_makes_it_hold(fresh: Rig, state: StateName) -> None:
+    await fresh.enter(state)
+    fresh.autopilot.position_good = False
+    await fresh.run(1.8)
+    fresh.expect(state)
+    await fresh.run(0.4)
+    fresh.expect(S.HOVER)
+    assert fresh.log[-1] == "The position was lost. Holding."
+
+
 async def test_a_jump_while_holding_holds_where_it_is_by_the_new_position(flying: Rig) -> None:
     flying.order(CompulsiveMove(x=10, y=0))
     await flying.until(S.HOVER)

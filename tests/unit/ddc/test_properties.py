@@ -103,8 +103,8 @@ class Flight(RuleBasedStateMachine):
         kind = AutonomousMove if autonomous else CompulsiveMove
         self._command(kind(x=north, y=east, frame="Relative" if relative else "Map"), "ana")
 
-    @rule(heights=st.tuples(*[st.floats(1, 120)] * 3))
-    def an_operator_configures(self, heights: tuple[float, float, float]) -> None:
+    @rule(heights=st.tuples(*[st.floats(1, 110)] * 3).map(sorted))
+    def an_operator_configures(self, heights: list[float]) -> None:
         low, travel, high = heights
         self._command(Configure(min=low, des=travel, max=high), "ana")
 
@@ -195,6 +195,27 @@ class Flight(RuleBasedStateMachine):
         self.rig.target_plan(20, 10)
         self._run(1.0)
 
+    @rule(task=st.sampled_from([AutonomousExplore(), AutonomousMove(x=30, y=9), CompulsiveMove(x=-25, y=9)]))
+    def a_good_operator_goes_on(self, task: Command) -> None:
+        self.all_is_well()
+        if self.rig.manager.kill.is_killed:
+            self._command(ClearKill(), "ana")
+        following: dict[StateName, list[Command]] = {
+            StateName.IDLE: [SetFailsafes(), Arm()],
+            StateName.ARM: [Takeoff()],
+            StateName.HOVER: [task],
+            StateName.MANUAL: [Resume(confirmed=True)],
+        }
+        for command in following.get(self.rig.state, [Hold()]):
+            self._command(command, "ana")
+            self._run(1.5)
+        if self.rig.state is StateName.TAKEOFF:
+            self._run(12.0)
+
+    @rule()
+    def a_good_operator_is_there(self) -> None:
+        self.a_good_operator_goes_on(AutonomousExplore())
+
     @rule(seconds=st.sampled_from([0.05, 0.3, 2.0, 6.0]))
     def time_passes(self, seconds: float) -> None:
         self._run(seconds)
@@ -277,7 +298,7 @@ class Flight(RuleBasedStateMachine):
 
 
 Flight.TestCase.settings = settings(
-    max_examples=15,
+    max_examples=20,
     stateful_step_count=20,
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much],
