@@ -1,0 +1,96 @@
+from __future__ import annotations
+
+import itertools
+import math
+from typing import Any
+
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from hawk.sim.camera import FRAME_S
+from hawk.sim.follow import Follower
+from hawk.sim.geodesy import Origin
+from tests.unit.sim.test_camera import HandClock
+
+
+def joined(station: Any) -> tuple[Follower, HandClock]:
+    """Return a follower that talks to a simulated vehicle."""
+    clock = HandClock()
+    return Follower(Origin(), clock), clock
+
+
+def fly_along(station: Any, follower: Follower, clock: HandClock, seconds: float) -> list[Any]:
+    """Let both talk to each other; return the shots."""
+    shots = []
+    for _ in range(round(seconds / 0.01)):
+        station.autopilot.step()
+        clock.real += 0.01
+        for data in station.link.poll():
+            follower.receive(data)
+        for data in follower.poll():
+            station.link.receive(data)
+        shots += follower.shots()
+    return shots
+
+
+def test_asks_for_what_it_needs_and_shoots_fifteen_a_second(flying: Any) -> None:
+    follower, clock = joined(flying)
+    fly_along(flying, follower, clock, 4.0)
+    shots = fly_along(flying, follower, clock, 4.0)
+    assert len(shots) == pytest.approx(60, abs=1)
+    gaps = [b.stamp - a.stamp for a, b in itertools.pairwise(shots)]
+    assert max(gaps) < FRAME_S + 0.03
+
+
+def test_sees_the_world_from_where_the_vehicle_is(flying: Any) -> None:
+    follower, clock = joined(flying)
+    flying.local_target(20.0, -10.0, -15.0, 1.0)
+    shots = fly_along(flying, follower, clock, 12.0)
+    last, body = shots[-1], flying.autopilot.body
+    assert (last.x_east, -last.y_south) == pytest.approx((body.position[1], body.position[0]), abs=0.1)
+    assert last.height == pytest.approx(body.height, abs=0.1)
+    assert last.yaw == pytest.approx(body.yaw, abs=0.02)
+    assert last.stamp == pytest.approx(flying.autopilot.time_boot, abs=0.1)
+
+
+def test_a_moving_vehicle_is_followed_between_its_positions(flying: Any) -> None:
+    follower, clock = joined(flying)
+    flying.local_target(60.0, 0.0, -12.0)
+    shots = fly_along(flying, follower, clock, 6.0)[-20:]
+    steps = [(b.y_south - a.y_south) / (b.stamp - a.stamp) for a, b in itertools.pairwise(shots)]
+    assert min(steps) == pytest.approx(-5.0, abs=0.6)
+    assert max(steps) == pytest.approx(-5.0, abs=0.6)
+
+
+def test_nothing_is_shot_without_a_position(station: Any) -> None:
+    follower, _ = joined(station)
+    encoder = mavlink.MAVLink(None, 1, 1)
+    follower.receive(bytes(mavlink.MAVLink_attitude_message(1000, 0, 0, 0, 0, 0, 0).pack(encoder)))
+    assert follower.shots() == []
+    assert follower.last is None
+
+
+def test_a_stale_position_is_not_used() -> None:
+    follower = Follower(Origin(), HandClock())
+    encoder = mavlink.MAVLink(None, 1, 1)
+    position = mavlink.MAVLink_global_position_int_message(1000, 432609000, -799192000, 0, 10_000, 0, 0, 0, 0)
+    follower.receive(bytes(position.pack(encoder)))
+    follower.receive(bytes(mavlink.MAVLink_attitude_message(2500, 0, 0, 0, 0, 0, 0).pack(encoder)))
+    assert follower.shots() == []
+    follower.receive(bytes(mavlink.MAVLink_attitude_message(1050, 0, 0, 0, 0, 0, 0).pack(encoder)))
+    assert len(follower.shots()) == 1
+
+
+def test_a_reboot_of_the_vehicle_is_followed(flying: Any) -> None:
+    follower, clock = joined(flying)
+    fly_along(flying, follower, clock, 3.0)
+    flying.autopilot.boot()
+    shots = fly_along(flying, follower, clock, 6.0)
+    assert shots[-1].stamp == pytest.approx(6.0, abs=0.2)
+    assert math.isfinite(shots[-1].height)
+
+
+def test_garbage_is_survived() -> None:
+    follower = Follower(Origin(), HandClock())
+    follower.receive(b"\xfd\xff garbage " * 20)
+    assert follower.shots() == []

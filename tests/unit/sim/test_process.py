@@ -1,0 +1,49 @@
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+import sys
+
+import pytest
+
+from hawk.sim.process import EndSignal, ParentGoneError
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+async def test_a_signal_ends_it(number: int) -> None:
+    with EndSignal() as end:
+        waiting = asyncio.create_task(end.wait())
+        await asyncio.sleep(0)
+        assert not waiting.done()
+        os.kill(os.getpid(), number)
+        async with asyncio.timeout(5.0):
+            await waiting
+
+
+async def test_the_end_of_the_parent_ends_it() -> None:
+    parent = await asyncio.create_subprocess_exec(
+        sys.executable, "-c", "input()", stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.DEVNULL
+    )
+    with EndSignal(parent.pid) as end:
+        waiting = asyncio.create_task(end.wait())
+        done, _ = await asyncio.wait({waiting}, timeout=0.1)
+        assert not done
+        parent.kill()
+        async with asyncio.timeout(5.0):
+            await waiting
+    await parent.wait()
+
+
+async def test_a_parent_that_is_gone_already_is_told() -> None:
+    parent = await asyncio.create_subprocess_exec(sys.executable, "-c", "")
+    await parent.wait()
+    with pytest.raises(ParentGoneError, match=str(parent.pid)), EndSignal(parent.pid):
+        pass
+
+
+async def test_signals_are_given_back() -> None:
+    before = signal.getsignal(signal.SIGTERM)
+    with EndSignal():
+        pass
+    assert signal.getsignal(signal.SIGTERM) in (before, signal.SIG_DFL)
