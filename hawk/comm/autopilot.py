@@ -36,7 +36,6 @@ _FIND_S = 0.5
 _WATCH_S = 0.2
 _REOPEN_S = 5.0
 _CLOSE_S = 5.0
-_WORDS_BEFORE_S = 1.0
 _WORDS_AFTER_S = 0.3
 _FENCE_CEILING_AND_POLYGON = 1 | 4  # FENCE_TYPE bits
 _FENCE_RTL_OR_LAND = 1  # FENCE_ACTION
@@ -269,7 +268,7 @@ class MavsdkAutopilot:
 
     async def _command(self, function: Callable[..., T], *arguments: Any) -> T:
         self._require_link()
-        since = self._clock() - _WORDS_BEFORE_S * self._clock.speed
+        since = self._clock()
         loop = asyncio.get_running_loop()
         try:
             return await loop.run_in_executor(self._commands, function, self._link, *arguments)

@@ -37,6 +37,9 @@ GROUND_STATION_COMPONENT = 190
 AUTOPILOT_COMPONENT = 1
 """MAV_COMP_ID_AUTOPILOT1."""
 
+_BROADCAST = frozenset({"HEARTBEAT"})
+"""Messages without target fields."""
+
 
 @dataclass(frozen=True, slots=True)
 class Message:
@@ -269,8 +272,8 @@ class MavsdkLink:
 
 
 def _message(name: str, fields: Mapping[str, Any], target: int) -> MavlinkMessage:
-    addressed = {**fields, "target_system": target, "target_component": AUTOPILOT_COMPONENT}
-    text = json.dumps(addressed, allow_nan=False)
+    address = {} if name in _BROADCAST else {"target_system": target, "target_component": AUTOPILOT_COMPONENT}
+    text = json.dumps({**fields, **address}, allow_nan=False)
     return MavlinkMessage(name, 0, 0, target, AUTOPILOT_COMPONENT, text)
 
 

@@ -36,6 +36,7 @@ _BOOT_MATCH_S = 5
 _REBOOT_S = 1.0
 _FRESH_S = 1.0
 _LANDED_WAIT_S = 3.0
+_FIX_3D = 3  # GPS_FIX_TYPE_3D_FIX
 _PROVISIONAL_MOVE_M = 10.0
 
 LINK_LOST_S = 2.6
@@ -346,11 +347,12 @@ class Telemetry:
         health = self._sensor_health()
         fresh = self._gps is not None and self._rates.age("GPS_RAW_INT", arrival) < _LANDED_WAIT_S
         fix, satellites, accuracy = self._gps if fresh and self._gps is not None else (None, None, None)
+        located = fix is not None and fix >= _FIX_3D  # MAVSDK's flags are cached: they outlive the fix by seconds
         self._topics.diagnostics.publish(
             Diagnostics(
-                all_ok=health.all_ok,
+                all_ok=health.all_ok and located,
                 armable=health.armable,
-                global_position_ok=health.global_position_ok and fresh,
+                global_position_ok=health.global_position_ok and located,
                 home_position_ok=health.home_position_ok,
                 gps_fix=fix,
                 satellites=satellites,

@@ -334,6 +334,10 @@ def test_diagnostics_say_what_the_gps_says_while_it_is_fresh(rig: Rig) -> None:
     assert found is not None
     assert (found.all_ok, found.global_position_ok) == (True, True)
     assert (found.gps_fix, found.satellites, found.horizontal_accuracy) == (3, 12, 0.8)
+    rig.take(rig.said.gps(fix=2), rig.said.system())
+    flat = rig.topics.diagnostics.fresh(0.0)
+    assert flat is not None
+    assert (flat.all_ok, flat.global_position_ok, flat.gps_fix) == (False, False, 2)
     rig.advance(5.0)
     rig.take(rig.said.system())
     stale = rig.topics.diagnostics.fresh(0.0)
