@@ -1,0 +1,58 @@
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from playwright.async_api import Browser, Locator, Page, expect
+
+from hawk.survey.stack import SimulatedStack
+from tests.e2e.watching import watch
+
+pytestmark = pytest.mark.e2e
+
+
+async def press(page: Page, name: str, timeout_s: float) -> None:
+    """Click a button as soon as a person could."""
+    await page.get_by_role("button", name=re.compile(f"^{name}")).first.click(timeout=timeout_s * 1e3)
+
+
+def visible(page: Page, text: str) -> Locator:
+    """Return the first place that shows the text."""
+    return page.get_by_text(text).locator("visible=true").first
+
+
+async def test_a_whole_survey_is_flown_with_clicks_only(
+    stack: SimulatedStack, browser: Browser, screenshots: Path
+) -> None:
+    ready = await stack.start()
+    page = await browser.new_page(viewport={"width": 1440, "height": 900})
+    errors = watch(page)
+    await page.goto(ready.url)
+    await expect(visible(page, "SIMULATION")).to_be_visible(timeout=10_000)
+    await press(page, "Take control", 10)
+    await press(page, "Set failsafes", 30)
+    await press(page, "Arm", 40)
+    await press(page, "Take off", 20)
+    await page.screenshot(path=screenshots / "1-taking-off.png")
+    await press(page, "Explore", 60)
+    await expect(visible(page, "Exploring")).to_be_visible(timeout=10_000)
+    await page.screenshot(path=screenshots / "2-exploring.png")
+    again = page.get_by_role("button", name=re.compile("^Explore")).first
+    await expect(again).not_to_have_attribute("aria-pressed", "true", timeout=240_000)  # nothing is left to see
+    await expect(again).to_be_enabled(timeout=20_000)
+    await page.screenshot(path=screenshots / "3-explored.png")
+    await press(page, "Return home", 20)
+    await expect(visible(page, "On the ground")).to_be_visible(timeout=120_000)
+    await page.screenshot(path=screenshots / "4-landed.png")
+
+    status = await stack.status()
+    assert status["landed"]
+    assert status["disarmed"]
+    assert not status["crashed"]
+    assert status["excursions"] == 0
+    found = json.loads(await (await page.request.get(f"{ready.url}api/stalls.geojson")).text())["features"]
+    assert stack.truth is not None
+    assert len(found) >= 0.8 * len(stack.truth.stalls)
+    assert not errors
