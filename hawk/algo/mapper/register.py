@@ -25,9 +25,9 @@ _LEAST_PAIRS = 4
 _SPREAD_M = 0.45  # median absolute deviation above which the pairs do not agree on one shift
 _SMOOTHING = 0.4  # share of the remaining error that one frame takes out
 _LEAK_PER_M = 0.04  # share of the shift that a metre of way forgets
-_GAIN = 0.004  # radians of turn, and share of scale, per metre of error to the side or along the way, a frame
+_GAIN = 0.008  # radians of turn, and share of scale, per metre of error to the side or along the way, a frame
 _TURN_LIMIT = math.radians(6)
-_SCALE_LIMIT = 0.03
+_SCALE_LIMIT = 0.04
 _STILL_M = 0.05
 
 
