@@ -39,12 +39,14 @@ class ScenePool:
     def __getitem__(self, index: int) -> TrainingScene:
         return self._scenes[index]
 
-    def take(self, wait_for: int = 0, timeout: float = 60.0) -> None:
-        """Take what has been drawn; wait until the pool holds at least ``wait_for``.
+    def take(self, wait_for: int = 0, at_most: int = 1_000_000, timeout: float = 60.0) -> None:
+        """Take what has been drawn, ``at_most`` so many; wait until the pool holds at least ``wait_for``.
+
+        What is not taken keeps the drawing process waiting, so that it draws no more than is used.
 
         Raises RuntimeError when no scene comes in ``timeout`` seconds.
         """
-        while True:
+        for _ in range(at_most):
             try:
                 scene = self._queue.get(block=len(self._scenes) < wait_for, timeout=timeout)
             except queue.Empty:

@@ -21,12 +21,16 @@ from training.network import StallNet, lay_out
 from training.pool import ScenePool
 
 _WARM_UP_STEPS = 50
-_REPORT_STEPS = 100
+_TAKEN_AT_ONCE = 4
 
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """How to train. ``side`` is the crop's in pixels; ``first_scenes`` are drawn before the first step."""
+    """How to train.
+
+    ``side`` is the crop's in pixels; ``first_scenes`` are drawn before the first step, and later ones so that each is
+    used about ``reuse`` times.
+    """
 
     minutes: float
     seed: int
@@ -36,13 +40,21 @@ class Plan:
     decay: float = 0.998
     capacity: int = 8000
     first_scenes: int = 150
+    reuse: int = 8
+    report_steps: int = 100
     threads: int = 1
     painters: int = 1
     bfloat16: bool = True
 
 
-def train(plan: Plan, network: StallNet, pool: ScenePool, clock: Callable[[], float] = time.monotonic) -> StallNet:
-    """Train for the plan's time and return the running mean of the weights (EMA).
+def train(
+    plan: Plan,
+    network: StallNet,
+    pool: ScenePool,
+    keep: Callable[[StallNet], None] = lambda _: None,
+    clock: Callable[[], float] = time.monotonic,
+) -> StallNet:
+    """Train for the plan's time and return the running mean of the weights (EMA), which ``keep`` gets now and then.
 
     The scenes follow from the seed; how many steps fit into the time depends on the machine.
     """
@@ -56,7 +68,7 @@ def train(plan: Plan, network: StallNet, pool: ScenePool, clock: Callable[[], fl
         share = (clock() - start) / (60 * plan.minutes)
         for group in optimiser.param_groups:
             group["lr"] = plan.rate * _rate(step, share)
-        pool.take()
+        pool.take(at_most=int(pool.drawn * plan.reuse < step * plan.batch) * _TAKEN_AT_ONCE)
         picture, target = _batch(pool, rng, plan)
         with torch.autocast("cpu", torch.bfloat16, enabled=plan.bfloat16):
             answer = network(picture)
@@ -67,8 +79,9 @@ def train(plan: Plan, network: StallNet, pool: ScenePool, clock: Callable[[], fl
         optimiser.step()
         step += 1
         _follow(mean, network, min(plan.decay, (1 + step) / (10 + step)))
-        if step % _REPORT_STEPS == 0:
+        if step % plan.report_steps == 0:
             words = " ".join(f"{name} {value:.3f}" for name, value in parts.items())
+            keep(mean)
             print(f"step {step} {clock() - start:.0f} s scenes {pool.drawn} {words}", flush=True)
     print(f"trained {step} steps of {plan.batch} on {pool.drawn} scenes", flush=True)
     return mean.eval()
@@ -86,13 +99,17 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if options.start_from:
         network.load_state_dict(torch.load(options.start_from, weights_only=True))
     print(f"{sum(p.numel() for p in network.parameters())} parameters", flush=True)
+
+    def keep(weights: StallNet) -> None:
+        if options.keep:
+            torch.save(weights.state_dict(), options.keep)
+
     pool = ScenePool(plan.seed, plan.capacity, plan.painters)
     try:
-        trained = train(plan, network, pool)
+        trained = train(plan, network, pool, keep)
     finally:
         pool.close()
-    if options.keep:
-        torch.save(trained.state_dict(), options.keep)
+    keep(trained)
     print(f"{options.out}: differs from torch by {export(trained, options.out):.1g}", flush=True)
 
 

@@ -12,7 +12,17 @@ from hawk.algo.vision.network import StallNetwork  # noqa: E402
 from training.export import export  # noqa: E402
 from training.loss import loss  # noqa: E402
 from training.network import StallNet  # noqa: E402
-from training.targets import CAR, CORE, CORE_WEIGHT, LOT, PLACE_WEIGHT, TAKEN, TARGET_CHANNELS  # noqa: E402
+from training.targets import (  # noqa: E402
+    CAR,
+    CORE,
+    CORE_WEIGHT,
+    LOT,
+    PLACE_WEIGHT,
+    TAKEN,
+    TARGET_CHANNELS,
+    TrainingScene,
+)
+from training.train import Plan, train  # noqa: E402
 
 SMALL = (4, 4, 4, 4, 4)
 
@@ -74,3 +84,50 @@ def test_an_export_that_differs_is_refused_and_removed(tmp_path: Path, monkeypat
     with pytest.raises(RuntimeError, match="differ"):
         export(StallNet(SMALL), tmp_path / "net.onnx")
     assert not (tmp_path / "net.onnx").exists()
+
+
+class SetPool:
+    """A pool of one scene that counts what is asked of it."""
+
+    def __init__(self) -> None:
+        image = np.full((100, 100, 3), 90, np.uint8)
+        image[:, ::26] = 220
+        quads = np.array([[(26, 20), (52, 20), (52, 72), (26, 72)]], np.float32)
+        labels = np.ones((100, 100, 2), np.uint8)
+        self.scene = TrainingScene(image, labels, quads, np.array([True]), np.array([True]))
+        self.drawn = 1
+
+    def __len__(self) -> int:
+        return 1
+
+    def __getitem__(self, index: int) -> TrainingScene:
+        return self.scene
+
+    def take(self, wait_for: int = 0, at_most: int = 100) -> None:
+        self.drawn += at_most if at_most < 100 else 0
+
+
+def test_training_ends_in_time_moves_the_weights_and_keeps_them_now_and_then() -> None:
+    torch.manual_seed(0)
+    network, pool = StallNet(SMALL), SetPool()
+    before = network.answer.weight.detach().clone()
+    seconds = iter(range(10_000))
+    kept: list[StallNet] = []
+    plan = Plan(minutes=0.2, seed=0, batch=2, side=64, bfloat16=False, report_steps=8)
+    trained = train(plan, network, pool, kept.append, lambda: float(next(seconds)))  # type: ignore[arg-type]
+    assert next(seconds) < 20  # one look at the clock a step, and one more for a report
+    assert len(kept) == 1
+    assert not torch.equal(trained.answer.weight, before)
+    assert not trained.training
+    assert pool.drawn * plan.reuse >= 10 * plan.batch
+
+
+def test_the_same_seed_trains_the_same_weights() -> None:
+    weights = []
+    for _ in range(2):
+        torch.manual_seed(3)
+        seconds = iter(range(1000))
+        plan = Plan(minutes=0.1, seed=3, batch=2, side=64, bfloat16=False)
+        trained = train(plan, StallNet(SMALL), SetPool(), clock=lambda s=seconds: float(next(s)))  # type: ignore[arg-type,misc]
+        weights.append(trained.answer.weight.detach())
+    assert torch.equal(*weights)
