@@ -61,58 +61,9 @@ def make_parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
     parser = argparse.ArgumentParser(prog="hawk-sim", description=__doc__)
     parser.add_argument("--version", action="version", version=f"hawk-sim {version('hawk-drone')}")
-    world = parser.add_argument_group("world")
-    world.add_argument("--seed", type=_whole, default=1, metavar="N", help="world to draw (default 1)")
-    world.add_argument("--world", type=Path, metavar="FILE", help="fly over this picture instead (north up)")
-    world.add_argument("--metres-per-pixel", type=_number(0.0), metavar="X", help="scale of that picture")
-    world.add_argument("--truth", type=Path, metavar="FILE", help="what the picture really holds (JSON)")
-    world.add_argument("--start", type=_pair, metavar="X,Y", help="where the drone stands, metres in the picture")
-    world.add_argument(
-        "--heading",
-        type=_number(-360, 360),
-        default=0.0,
-        metavar="DEG",
-        help="where the drone looks at the start, clockwise from north (default 0)",
-    )
-    world.add_argument(
-        "--latitude", type=_number(-90, 90), default=43.2609, metavar="DEG", help="of the upper left corner"
-    )
-    world.add_argument("--longitude", type=_number(-180, 180), default=-79.9192, metavar="DEG", help="the same")
-    world.add_argument("--save-truth", type=Path, metavar="FILE", help="write the world's truth there (JSON)")
-    flight = parser.add_argument_group("flight")
-    flight.add_argument(
-        "--speed", type=_number(1, MAXIMUM_SPEED), default=1.0, metavar="N", help="simulated seconds per second, 1-4"
-    )
-    flight.add_argument(
-        "--gnss-sigma", type=_number(0, 50), default=0.5, metavar="M", help="slow error of the position (default 0.5)"
-    )
-    flight.add_argument(
-        "--gnss-wait", type=_number(0, 600), default=5.0, metavar="S", help="from boot to a good position (default 5)"
-    )
-    flight.add_argument("--wind", type=_number(0, 15), default=0.0, metavar="M/S", help="mean wind (default 0)")
-    flight.add_argument(
-        "--battery-minutes", type=_number(0.1, 600), default=20.0, metavar="MIN", help="hover time of a full battery"
-    )
-    flight.add_argument("--gcs-param-name", choices=("old", "new"), default="old", help="SYSID_MYGCS or MAV_GCS_SYSID")
-    links = parser.add_argument_group("links")
-    links.add_argument(
-        "--mavlink",
-        type=_url,
-        metavar="URL",
-        help="udpout:HOST:PORT or udpin:HOST:PORT (default udpout:127.0.0.1:14550)",
-    )
-    links.add_argument("--follow", type=_url, metavar="URL", help="only the camera, over another MAVLink vehicle")
-    links.add_argument(
-        "--http",
-        type=_address,
-        default=("127.0.0.1", 8090),
-        metavar="HOST:PORT",
-        help="camera, truth, faults; port 0: a free one",
-    )
-    links.add_argument(
-        "--latency", type=_number(0, 5), default=0.05, metavar="S", help="from light to delivery (default 0.05)"
-    )
-    links.add_argument("--parent-pid", type=_whole, metavar="PID", help="end when that process ends")
+    _add_world(parser.add_argument_group("world"))
+    _add_flight(parser.add_argument_group("flight"))
+    _add_links(parser.add_argument_group("links"))
     return parser
 
 
@@ -157,6 +108,64 @@ def run_options(options: argparse.Namespace, world: World) -> RunOptions:
         seed=options.seed,
     )
     return replace(run, autopilot=autopilot)
+
+
+def _add_world(world: argparse._ArgumentGroup) -> None:
+    world.add_argument("--seed", type=_whole, default=1, metavar="N", help="world to draw (default 1)")
+    world.add_argument("--world", type=Path, metavar="FILE", help="fly over this picture instead (north up)")
+    world.add_argument("--metres-per-pixel", type=_number(0.0), metavar="X", help="scale of that picture")
+    world.add_argument("--truth", type=Path, metavar="FILE", help="what the picture really holds (JSON)")
+    world.add_argument("--start", type=_pair, metavar="X,Y", help="where the drone stands, metres in the picture")
+    world.add_argument(
+        "--heading",
+        type=_number(-360, 360),
+        default=0.0,
+        metavar="DEG",
+        help="where the drone looks at the start, clockwise from north (default 0)",
+    )
+    world.add_argument(
+        "--latitude", type=_number(-90, 90), default=43.2609, metavar="DEG", help="of the upper left corner"
+    )
+    world.add_argument("--longitude", type=_number(-180, 180), default=-79.9192, metavar="DEG", help="the same")
+    world.add_argument("--save-truth", type=Path, metavar="FILE", help="write the world's truth there (JSON)")
+
+
+def _add_flight(flight: argparse._ArgumentGroup) -> None:
+    flight.add_argument(
+        "--speed", type=_number(1, MAXIMUM_SPEED), default=1.0, metavar="N", help="simulated seconds per second, 1-4"
+    )
+    flight.add_argument(
+        "--gnss-sigma", type=_number(0, 50), default=0.5, metavar="M", help="slow error of the position (default 0.5)"
+    )
+    flight.add_argument(
+        "--gnss-wait", type=_number(0, 600), default=5.0, metavar="S", help="from boot to a good position (default 5)"
+    )
+    flight.add_argument("--wind", type=_number(0, 15), default=0.0, metavar="M/S", help="mean wind (default 0)")
+    flight.add_argument(
+        "--battery-minutes", type=_number(0.1, 600), default=20.0, metavar="MIN", help="hover time of a full battery"
+    )
+    flight.add_argument("--gcs-param-name", choices=("old", "new"), default="old", help="SYSID_MYGCS or MAV_GCS_SYSID")
+
+
+def _add_links(links: argparse._ArgumentGroup) -> None:
+    links.add_argument(
+        "--mavlink",
+        type=_url,
+        metavar="URL",
+        help="udpout:HOST:PORT or udpin:HOST:PORT (default udpout:127.0.0.1:14550)",
+    )
+    links.add_argument("--follow", type=_url, metavar="URL", help="only the camera, over another MAVLink vehicle")
+    links.add_argument(
+        "--http",
+        type=_address,
+        default=("127.0.0.1", 8090),
+        metavar="HOST:PORT",
+        help="camera, truth, faults; port 0: a free one",
+    )
+    links.add_argument(
+        "--latency", type=_number(0, 5), default=0.05, metavar="S", help="from light to delivery (default 0.05)"
+    )
+    links.add_argument("--parent-pid", type=_whole, metavar="PID", help="end when that process ends")
 
 
 async def _run(drone: Coroutine[Any, Any, None], parent_pid: int | None) -> int:
