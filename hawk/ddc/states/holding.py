@@ -37,19 +37,9 @@ class Holding:
         self._recovering = False
 
     @property
-    def goal(self) -> Goal | None:
-        """The place that is held, None while there is none."""
-        return self._goal
-
-    @property
     def is_recovering(self) -> bool:
         """Whether the drone is on its way back inside the fence."""
         return self._recovering
-
-    @property
-    def is_braking(self) -> bool:
-        """Whether the autopilot's BRAKE holds the place."""
-        return self._brake is not None
 
     def restart(self) -> None:
         """The position jumped: hold where the drone is by the new one."""
@@ -74,17 +64,20 @@ class Holding:
         self._send()
 
     def _keep_inside(self) -> None:
-        breached = self._context.guard.is_breached
+        if not self._context.guard.is_breached:
+            self._recovering = False
+            return
         pose = self._context.topics.get_fresh_pose()
         fence = self._context.fence
-        if breached and not self._recovering and pose is not None and pose.map is not None and fence is not None:
-            place = inside_point(fence, pose.map.point)
-            height = min(pose.map.height, fence.ceiling - RECOVERY_DEPTH_M)
-            self._goal = Goal(place.north, place.east, height, pose.map.yaw)
-            self._passive = False
-            self._brake = None
-            self._guided = ModeKeeper(self._context, CopterMode.GUIDED)
-        self._recovering = breached
+        if self._recovering or pose is None or pose.map is None or fence is None:
+            return
+        place = inside_point(fence, pose.map.point)
+        height = min(pose.map.height, fence.ceiling - RECOVERY_DEPTH_M)
+        self._goal = Goal(place.north, place.east, height, pose.map.yaw)
+        self._passive = False
+        self._brake = None
+        self._guided = ModeKeeper(self._context, CopterMode.GUIDED)
+        self._recovering = True
 
     def _can_form_goal(self) -> bool:
         pose = self._context.topics.get_fresh_pose()

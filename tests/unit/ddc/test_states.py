@@ -18,6 +18,7 @@ from hawk.comm.messages import (
     Takeoff,
 )
 from hawk.config import FenceSettings
+from hawk.ddc.geofence import FenceError, polygon_fence
 from hawk.ddc.settings import DdcSettings
 from hawk.model import CopterMode, ExploreStatus, Inbound, LandedState, MapPoint, PathPlan, StateName, UserError
 from tests.unit.ddc.fakes import Rig
@@ -137,6 +138,43 @@ async def test_armed_in_another_mode_is_someone_elses(fresh: Rig) -> None:
     fresh.expect(S.MANUAL)
 
 
+async def test_a_mode_that_changed_while_arming_is_someone_elses(rig: Rig) -> None:
+    rig.autopilot.silent.add("arm")
+    rig.order(Arm())
+    await rig.run(0.5)
+    rig.autopilot.mode = CopterMode.STABILIZE
+    await rig.tick()
+    rig.expect(S.ARM)
+    rig.autopilot.armed = True
+    await rig.tick(2)
+    rig.expect(S.MANUAL)
+
+
+async def test_an_arm_that_is_acknowledged_and_does_not_show(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    async def acknowledge() -> None:
+        """Say yes and stay disarmed."""
+
+    monkeypatch.setattr(rig.autopilot, "arm", acknowledge)
+    rig.order(Arm())
+    await rig.run(3.0)
+    rig.expect(S.ARM)
+    await rig.run(0.5)
+    rig.expect(S.IDLE)
+    assert rig.log[-1] == "Arm was taken, but the drone does not arm."
+
+
+async def test_without_a_fence_it_does_not_arm(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail() -> None:
+        raise FenceError("fence: too narrow")
+
+    monkeypatch.setattr(rig.manager, "prepare_fence", fail)
+    rig.order(Arm())
+    await rig.tick()
+    rig.expect(S.IDLE)
+    assert rig.manager.log.entries[-1].details == "fence: too narrow"
+    assert rig.autopilot.count("arm") == 0
+
+
 async def test_takeoff_waits_for_armed(rig: Rig) -> None:
     rig.autopilot.silent.add("arm")
     rig.order(Arm())
@@ -240,11 +278,13 @@ async def test_hold_aims_at_the_stopping_point(fresh: Rig) -> None:
 
 
 async def test_a_stopping_point_beyond_the_fence_is_brought_inside(flying: Rig) -> None:
-    flying.autopilot.north, flying.autopilot.velocity = 142.0, (5.0, 0.0, 0.0)
-    flying.manager.switch(flying.manager.states.hover("Test."))
-    await flying.run(1)
-    assert flying.autopilot.targets
-    assert max(t.north for t in flying.autopilot.targets) < 145
+    flying.order(CompulsiveMove(x=144.5, y=0))
+    while flying.autopilot.north < 140:
+        await flying.tick()
+    flying.autopilot.targets.clear()
+    flying.order(Hold())
+    await flying.run(3)
+    assert {round(t.north, 1) for t in flying.autopilot.targets} == {144.5}
 
 
 async def test_without_a_fresh_pose_it_brakes(fresh: Rig) -> None:
@@ -383,9 +423,7 @@ async def test_a_place_outside_the_fence_is_refused(
     flying.expect(S.HOVER)
 
 
-async def test_a_way_that_leaves_the_fence_is_refused(fresh: Rig, tmp_path: object) -> None:
-    from hawk.ddc.geofence import polygon_fence
-
+async def test_a_way_that_leaves_the_fence_is_refused(fresh: Rig) -> None:
     await fresh.enter(S.HOVER)
     corner = polygon_fence(((-20, -20), (100, -20), (100, 20), (20, 20), (20, 100), (-20, 100)), 5, 100, 3)
     fresh.manager.fences.put_in_force(corner)
@@ -498,6 +536,19 @@ async def test_a_refused_new_target_lets_the_move_go_on(fresh: Rig) -> None:
     fresh.sight.inbound = Inbound.INSIDE
     await fresh.run(1.5)
     fresh.expect(S.AUTONOMOUS_MOVE)
+
+
+async def test_a_planner_that_thinks_about_a_new_target_does_not_end_the_move(fresh: Rig) -> None:
+    await fresh.enter(S.AUTONOMOUS_MOVE)
+    fresh.sight.inbound = None
+    fresh.manager.handle("ana", AutonomousMove(x=-30, y=0))
+    await fresh.run(0.95)
+    fresh.expect(S.AUTONOMOUS_MOVE)
+    fresh.sight.inbound = Inbound.INSIDE
+    await fresh.run(0.5)
+    fresh.expect(S.AUTONOMOUS_MOVE)
+    assert fresh.manager.target_place is not None
+    assert fresh.manager.target_place.north < 0
 
 
 async def test_a_newer_command_ends_an_open_question(flying: Rig) -> None:
