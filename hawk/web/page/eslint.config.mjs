@@ -22,6 +22,7 @@ export default tseslint.config(
     files: ["test/**"],
     rules: {
       "max-lines-per-function": "off",
+      "@typescript-eslint/explicit-function-return-type": "off",
       "@typescript-eslint/no-floating-promises": "off",
       "@typescript-eslint/no-non-null-assertion": "off",
     },

@@ -82,6 +82,7 @@ export interface KillRequestCommand {
 export interface LandCommand {
   Id?: string | number | null;
   Type: "Land";
+  Confirmed?: boolean;
 }
 
 /** Forget what this client was sent of the map: send it again. */
@@ -107,6 +108,7 @@ export interface ResumeCommand {
 export interface ReturnToLaunchCommand {
   Id?: string | number | null;
   Type: "Return To Launch";
+  Confirmed?: boolean;
 }
 
 /** Set the autopilot's own failsafes that the preflight check found missing. */
@@ -236,6 +238,7 @@ export interface Heartbeat {
   "Kill State": "none" | "sending" | "confirmed" | "not confirmed";
   "Return In": number | null;
   Trail: Point[];
+  "Trail Start": boolean;
   "Flight Time": number | null;
   Way: number | null;
 }

@@ -11,10 +11,16 @@ export class Commands {
   private count = 0;
   private readonly waiting = new Map<string, { settle: (answer: Answer) => void; cancel: () => void }>();
 
+  private readonly transmit: (text: string) => boolean;
+  private readonly timers: Timers;
+
   constructor(
-    private readonly transmit: (text: string) => boolean,
-    private readonly timers: Timers,
-  ) {}
+    transmit: (text: string) => boolean,
+    timers: Timers,
+  ) {
+    this.transmit = transmit;
+    this.timers = timers;
+  }
 
   /** Sends one command. Always resolves: without a link or an answer with a refusal that says so. */
   send(command: Command): Promise<Answer> {

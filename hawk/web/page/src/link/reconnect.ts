@@ -23,13 +23,25 @@ export class ReconnectingSocket {
   private cancelRetry: (() => void) | null = null;
   private cancelSilence: (() => void) | null = null;
 
+  private readonly url: string;
+  private readonly open: OpenSocket;
+  private readonly timers: Timers;
+  private readonly handlers: ReconnectHandlers;
+  private readonly silenceMs: number;
+
   constructor(
-    private readonly url: string,
-    private readonly open: OpenSocket,
-    private readonly timers: Timers,
-    private readonly handlers: ReconnectHandlers,
-    private readonly silenceMs: number = SILENCE_MS,
-  ) {}
+    url: string,
+    open: OpenSocket,
+    timers: Timers,
+    handlers: ReconnectHandlers,
+    silenceMs: number = SILENCE_MS,
+  ) {
+    this.url = url;
+    this.open = open;
+    this.timers = timers;
+    this.handlers = handlers;
+    this.silenceMs = silenceMs;
+  }
 
   /** Connects at once, also while waiting for the next attempt. */
   connect(): void {

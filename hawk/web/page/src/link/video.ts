@@ -31,13 +31,16 @@ export type ShowFrame = (frame: VideoFrame) => Promise<void>;
 export class VideoLink {
   private readonly socket: ReconnectingSocket;
 
+  private readonly show: ShowFrame;
+
   constructor(
     url: string,
     open: OpenSocket,
     timers: Timers,
-    private readonly show: ShowFrame,
+    show: ShowFrame,
     status: (status: LinkStatus) => void = () => undefined,
   ) {
+    this.show = show;
     this.socket = new ReconnectingSocket(url, open, timers, { message: (data) => void this.take(data), status }, 15_000);
   }
 
@@ -54,8 +57,9 @@ export class VideoLink {
     if (!frame) return;
     try {
       await this.show(frame);
-    } finally {
-      this.socket.send(JSON.stringify({ ack: frame.sequence }));
+    } catch (error) {
+      console.warn("video frame", frame.sequence, error);
     }
+    this.socket.send(JSON.stringify({ ack: frame.sequence }));
   }
 }

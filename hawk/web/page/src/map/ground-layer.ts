@@ -10,8 +10,11 @@ export class GroundLayer extends Layer {
   palette: Palette | null = null;
   private readonly canvas = document.createElement("canvas");
 
-  constructor(private readonly tiles: GroundTiles) {
+  private readonly tiles: GroundTiles;
+
+  constructor(tiles: GroundTiles) {
     super({});
+    this.tiles = tiles;
     this.canvas.className = "ground";
   }
 

@@ -28,10 +28,16 @@ export class GroundTiles {
   private generation = 0;
   private palette: Palette | null = null;
 
+  private readonly grid: Grid;
+  private readonly changed: () => void;
+
   constructor(
-    private readonly grid: Grid,
-    private readonly changed: () => void,
-  ) {}
+    grid: Grid,
+    changed: () => void,
+  ) {
+    this.grid = grid;
+    this.changed = changed;
+  }
 
   clear(): void {
     this.generation += 1;

@@ -53,11 +53,16 @@ export class LotMap {
   private readonly still = matchMedia("(prefers-reduced-motion: reduce)");
   private readonly sizeWatch: ResizeObserver;
 
+  private readonly element: HTMLElement;
+  private readonly events: LotMapEvents;
+
   constructor(
-    private readonly element: HTMLElement,
+    element: HTMLElement,
     grid: { cells: number; cellSize: number },
-    private readonly events: LotMapEvents,
+    events: LotMapEvents,
   ) {
+    this.element = element;
+    this.events = events;
     const extent: Extent = [-HALF_WORLD_M, -HALF_WORLD_M, HALF_WORLD_M, HALF_WORLD_M];
     const projection = new Projection({ code: "hawk:map", units: "m", extent });
     this.view = new View({

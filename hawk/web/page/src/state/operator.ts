@@ -53,8 +53,11 @@ export class Operator extends EventTarget {
   private cancelToken: (() => void) | null = null;
   private toldLost = false;
 
-  constructor(private readonly outside: Outside) {
+  private readonly outside: Outside;
+
+  constructor(outside: Outside) {
     super();
+    this.outside = outside;
     this.preferences = readPreferences(outside.storage);
     this.socket = new ReconnectingSocket(outside.commandUrl, outside.open, outside.timers, {
       message: (data) => this.take(data),

@@ -30,7 +30,7 @@ export class App extends LitElement {
   @state() private swapped = false;
   @state() private tab: TabName | "" = "";
   @query("hawk-map") private map!: MapPanel;
-  private wasFlying = false;
+  private landedAt: string | null = null;
   private readonly dark = matchMedia("(prefers-color-scheme: dark)");
 
   constructor() {
@@ -47,9 +47,9 @@ export class App extends LitElement {
   override willUpdate(_changed: PropertyValues): void {
     this.dress();
     const view = this.model.view();
-    const flying = isFlying(view.heartbeat);
-    if (flying !== this.wasFlying) this.survey = !flying && stallCount(view) > 0 && view.landedAt !== null;
-    this.wasFlying = flying;
+    if (isFlying(view.heartbeat)) this.survey = false;
+    if (view.landedAt !== this.landedAt && view.landedAt !== null && stallCount(view) > 0) this.survey = true;
+    this.landedAt = view.landedAt;
     const simulated = view.welcome?.Simulation ? " (simulation)" : "";
     document.title = `${stateWords(view).title} – Parking Lot Hawk${simulated}`;
   }

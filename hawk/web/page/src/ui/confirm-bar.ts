@@ -59,12 +59,12 @@ export class ConfirmBar extends Part {
     const words = {
       "Return To Launch": ["Return home and land there?", OVERRULES, "Slide to return"],
       Land: ["Land straight down?", OVERRULES, "Slide to land"],
-      Resume: ["Take over from the remote control?", "It stops and stays where it is.", "Slide to take over"],
+      Resume: ["Resume, taking over from the remote control?", "It stops and stays where it is.", "Slide to resume"],
     }[about];
     const command = about === "Resume" ? { Type: about, Confirmed: true } : { Type: about };
     return this.frame(words[0] ?? "", words[1] ?? "", nothing, words[2] ?? "", () => {
       this.model.ask(null);
-      void this.model.command(command, about === "Resume" ? "Take over" : about === "Land" ? "Land" : "Return home");
+      void this.model.command(command, about === "Resume" ? "Resume" : about === "Land" ? "Land" : "Return home");
     });
   }
 

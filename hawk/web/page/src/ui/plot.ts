@@ -64,7 +64,7 @@ export class Plot extends LitElement {
           { ...axis, grid: { stroke: colour("--line"), width: 1 }, size: 36, space: 22 },
         ],
         series: [{}, { stroke: colour("--text"), width: 2, points: { show: false } }],
-        padding: [6, 8, 0, 0],
+        padding: [8, 16, 0, 0],
       },
       this.series,
       this.holder,

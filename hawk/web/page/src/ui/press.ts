@@ -3,11 +3,19 @@ export class Press {
   private frame = 0;
   private began = 0;
 
+  private readonly milliseconds: number;
+  private readonly progress: (share: number) => void;
+  private readonly done: () => void;
+
   constructor(
-    private readonly milliseconds: number,
-    private readonly progress: (share: number) => void,
-    private readonly done: () => void,
-  ) {}
+    milliseconds: number,
+    progress: (share: number) => void,
+    done: () => void,
+  ) {
+    this.milliseconds = milliseconds;
+    this.progress = progress;
+    this.done = done;
+  }
 
   get running(): boolean {
     return this.frame !== 0;

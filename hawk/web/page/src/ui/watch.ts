@@ -5,10 +5,15 @@ import type { Operator } from "../state/operator.ts";
 export class Watch implements ReactiveController {
   private watched: Operator | null = null;
 
+  private readonly host: ReactiveControllerHost;
+  private readonly model: () => Operator;
+
   constructor(
-    private readonly host: ReactiveControllerHost,
-    private readonly model: () => Operator,
+    host: ReactiveControllerHost,
+    model: () => Operator,
   ) {
+    this.host = host;
+    this.model = model;
     host.addController(this);
   }
 

@@ -61,7 +61,7 @@ function armOrDisarm(view: View): Action {
 }
 
 function resume(view: View): Action {
-  return offered(view, "resume", "Take over", "From the remote control");
+  return offered(view, "resume", "Resume", "Take over from the pilot");
 }
 
 function takeoff(view: View): Action {
@@ -101,7 +101,9 @@ function land(view: View): Action {
 
 /** Hold is offered whenever there is an open socket and the drone is not on the ground. */
 function hold(view: View): Action {
-  const action = build(view, "hold", "Hold", "Stop and stay", true, "");
+  const { Possible, Reason } = option(view, "Hold");
+  const note = Possible || Reason === "" ? "Stop and stay" : Reason.replace(/\.$/, "");
+  const action = build(view, "hold", "Hold", note, true, "");
   if (view.link !== "open" || !view.heartbeat) return { ...action, kind: "impossible", note: "No link" };
   const ground = grounded(view);
   return ground === null ? action : { ...action, kind: "impossible", note: ground };

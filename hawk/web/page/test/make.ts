@@ -1,0 +1,134 @@
+import type { Heartbeat, MapUpdate, StallUpdate, Welcome } from "../src/protocol.ts";
+import type { View } from "../src/words/view.ts";
+
+export function heartbeat(changes: Partial<Heartbeat> = {}): Heartbeat {
+  return {
+    Type: "Heartbeat",
+    State: "Hover",
+    "Ardupilot State": "GUIDED",
+    "Occupancy Map": null,
+    "Relative Altitude": 35,
+    Armed: true,
+    Latitude: 48,
+    Longitude: 11,
+    "Local Position X": 0,
+    "Local Position Y": 0,
+    "Battery Percentage": 89,
+    "User Error": 0,
+    "Health Status": 0,
+    Sequence: 1,
+    Time: 100,
+    UTC: "2026-01-02T03:04:05Z",
+    Detail: "At its place.",
+    "User Error Text": "",
+    Health: [],
+    Landed: "IN_AIR",
+    Connected: true,
+    North: 0,
+    East: 0,
+    Yaw: 0,
+    Roll: 0,
+    Pitch: 0,
+    Speed: 0,
+    Climb: 0,
+    "Pose Age": 0.05,
+    "Battery Age": 0.5,
+    "Link Age": 0.1,
+    Voltage: 16,
+    "Battery Time Left": 800,
+    Satellites: 16,
+    Home: { North: 0, East: 0 },
+    Datum: [48, 11],
+    Target: null,
+    Route: [],
+    Footprint: [],
+    Fence: [],
+    Ceiling: 120,
+    Heights: [15, 35, 60],
+    Explored: null,
+    "Explore Done": false,
+    Remaining: null,
+    "Lot Area": null,
+    "Park Lot Detected": true,
+    Free: 0,
+    Taken: 0,
+    Unknown: 0,
+    "Vision Rate": 8,
+    "Camera Age": 0.1,
+    Options: [],
+    Checks: [],
+    Messages: [],
+    Controller: "one",
+    "In Control": true,
+    Killed: false,
+    "Kill State": "none",
+    "Return In": null,
+    Trail: [],
+    "Flight Time": null,
+    Way: null,
+    ...changes,
+  };
+}
+
+export function welcome(changes: Partial<Welcome> = {}): Welcome {
+  return {
+    Type: "Welcome",
+    Session: "one",
+    Version: "0.1.0",
+    Simulation: false,
+    CellSize: 0.1,
+    TileCells: 256,
+    OperatorTimeout: 10,
+    OperatorHold: 30,
+    Speed: 1,
+    CameraFov: 70,
+    ...changes,
+  };
+}
+
+/** A view at 12:00:00 local time, fresh and in control. */
+export function view(changes: Partial<View> = {}): View {
+  return {
+    link: "open",
+    attempts: 0,
+    welcome: welcome(),
+    heartbeat: heartbeat(),
+    silence: 0.1,
+    gap: 0.2,
+    now: new Date(2026, 0, 2, 12, 0, 0).getTime(),
+    landedAt: null,
+    cruise: null,
+    ...changes,
+  };
+}
+
+export function possible(...commands: string[]): Heartbeat["Options"] {
+  return commands.map((Command) => ({ Command, Possible: true, Reason: "" }));
+}
+
+export function impossible(Command: string, Reason: string): Heartbeat["Options"][number] {
+  return { Command, Possible: false, Reason };
+}
+
+export function stall(Id: number, changes: Partial<StallUpdate> = {}): StallUpdate {
+  return {
+    Id,
+    Version: 1,
+    Removed: false,
+    North: 1,
+    East: 2,
+    Angle: 0,
+    Width: 2.5,
+    Length: 5,
+    State: "free",
+    Taken: 0.1,
+    Seen: 4,
+    LastSeen: 90,
+    Score: 0.9,
+    ...changes,
+  };
+}
+
+export function mapUpdate(changes: Partial<MapUpdate> = {}): MapUpdate {
+  return { MapId: "a", Tiles: [], Stalls: [], Mosaic: [], Backlog: 0, ...changes };
+}

@@ -1,0 +1,164 @@
+import assert from "node:assert/strict";
+import { describe, it } from "node:test";
+import * as format from "../src/words/format.ts";
+import { glanceValues, stateWords } from "../src/words/glance.ts";
+import { healthSummary, partName } from "../src/words/health.ts";
+import { heightsProblem } from "../src/words/heights.ts";
+import { stallDetail } from "../src/words/stall.ts";
+import { heartbeat, view, welcome } from "./make.ts";
+
+describe("numbers", () => {
+  it("carry units, and a dash stands for what is not known", () => {
+    assert.equal(format.height(null), "–");
+    assert.equal(format.height(-0.04), "0.0 m");
+    assert.equal(format.height(9.94), "9.9 m");
+    assert.equal(format.height(9.97), "10 m");
+    assert.equal(format.distance(4.26), "4.3 m");
+    assert.equal(format.distance(38.4), "38 m");
+    assert.equal(format.speed(null), "–");
+    assert.equal(format.speed(-0.04), "0.0 m/s");
+    assert.equal(format.percent(88.6), "89 %");
+    assert.equal(format.area(312), "312 m²");
+    assert.equal(format.area(12_300), "1.23 ha");
+    assert.equal(format.area(31_400), "3.1 ha");
+  });
+
+  it("never round time up that is left", () => {
+    assert.equal(format.timeLeft(119), "119 s");
+    assert.equal(format.timeLeft(179), "2 min");
+    assert.equal(format.timeLeft(-3), "0 s");
+  });
+
+  it("tell spans in the unit that fits", () => {
+    assert.equal(format.duration(89), "89 s");
+    assert.equal(format.duration(90), "2 min");
+    assert.equal(format.longDuration(312), "5 min 12 s");
+    assert.equal(format.age(0.24), "0.2 s");
+    assert.equal(format.age(6.9), "6 s");
+  });
+
+  it("tell places", () => {
+    assert.equal(format.place(48.137, -11.5), "48.13700° N, 11.50000° W");
+    assert.equal(format.place(null, 1), "–");
+    assert.equal(format.offset(-59, 60), "60 m E, 59 m S");
+    assert.equal(format.direction(-1, -1), "south-west");
+    assert.equal(format.direction(1, 0.05), "north");
+    assert.equal(format.clock("nonsense"), "–");
+  });
+});
+
+describe("the state in words", () => {
+  it("says that it looks for the drone before it was heard", () => {
+    const words = stateWords(view({ heartbeat: null, silence: null, link: "connecting" }));
+    assert.deepEqual([words.tone, words.title], ["warn", "Not connected"]);
+  });
+
+  it("says what it did when the link was lost, never what it does", () => {
+    const words = stateWords(view({ heartbeat: heartbeat({ State: "Autonomous Explore" }), silence: 6.2 }));
+    assert.deepEqual([words.tone, words.title, words.detail], ["warn", "No link", "was exploring 6 s ago"]);
+  });
+
+  it("tells how much was seen, and how long it takes only when its speed is known", () => {
+    const exploring = heartbeat({ State: "Autonomous Explore", Explored: 0.47, Remaining: 480 });
+    assert.equal(stateWords(view({ heartbeat: exploring })).detail, "47 % of the lot seen");
+    assert.equal(stateWords(view({ heartbeat: exploring, cruise: 4 })).detail, "47 % of the lot seen, about 2 min to go");
+    assert.equal(stateWords(view({ heartbeat: exploring, cruise: 4 })).short, "47 % seen, 2 min to go");
+  });
+
+  it("asks for attention for failed checks, trouble, the pilot and a silent autopilot", () => {
+    const check = { Name: "GPS", Passed: false, Value: "", Consequence: "", Remedy: "", RemedyCommand: null };
+    const failed = stateWords(view({ heartbeat: heartbeat({ State: "Idle", Armed: false, Checks: [check] }) }));
+    assert.deepEqual([failed.tone, failed.detail], ["warn", "1 check failed. Fix it to arm."]);
+    assert.equal(stateWords(view({ heartbeat: heartbeat({ "Health Status": 1 }) })).tone, "warn");
+    assert.equal(stateWords(view({ heartbeat: heartbeat({ "User Error": 2 }) })).tone, "warn");
+    assert.equal(stateWords(view({ heartbeat: heartbeat({ State: "Manual" }) })).tone, "warn");
+    assert.equal(stateWords(view({ heartbeat: heartbeat({ Connected: false }) })).title, "Autopilot silent");
+    assert.equal(stateWords(view()).tone, "fine");
+  });
+
+  it("does not claim that the motors are off before the drone says so", () => {
+    const words = (state: "sending" | "not confirmed") => stateWords(view({ heartbeat: heartbeat({ "Kill State": state }) }));
+    assert.equal(words("sending").title, "Cutting motors");
+    assert.equal(words("not confirmed").title, "Cut not confirmed");
+    assert.equal(stateWords(view({ heartbeat: heartbeat({ State: "Idle", Armed: false, Killed: true }) })).title, "Motors cut");
+  });
+
+  it("tells since when it is down", () => {
+    const words = stateWords(view({ heartbeat: heartbeat({ State: "Idle", Armed: false }), landedAt: "2026-01-02T10:00:00" }));
+    assert.deepEqual([words.tone, words.title, words.detail], ["idle", "Landed", "Motors off since 10:00:00"]);
+  });
+});
+
+describe("values at a glance", () => {
+  const named = (changes: Parameters<typeof view>[0]) => Object.fromEntries(glanceValues(view(changes)).map((each) => [each.name, each]));
+
+  it("are fresh with a good link", () => {
+    const values = named({ heartbeat: heartbeat({ Free: 114, Taken: 40, Unknown: 5 }) });
+    assert.deepEqual([values.free?.value, values.free?.label], ["114", "free stalls"]);
+    assert.deepEqual([values.battery?.value, values.battery?.label, values.battery?.age], ["13 min", "battery, 89 %", ""]);
+    assert.deepEqual([values.height?.value, values.height?.age], ["35 m", ""]);
+    assert.deepEqual([values.link?.value, values.link?.label], ["0.2 s", "link, good"]);
+  });
+
+  it("turn stale within a second, the battery after three", () => {
+    const values = named({ silence: 1.1 });
+    assert.equal(values.height?.age, "1 s old");
+    assert.equal(values.battery?.age, "");
+    assert.equal(values.link?.trouble, true);
+    assert.equal(named({ silence: 2.6 }).battery?.age, "3 s old");
+  });
+
+  it("turn stale when the drone's own values are old", () => {
+    assert.equal(named({ heartbeat: heartbeat({ "Pose Age": 4 }) }).height?.age, "4 s old");
+  });
+
+  it("are dashes when they are not known, and never old then", () => {
+    const unknown = heartbeat({ "Relative Altitude": null, "Battery Percentage": null, "Battery Time Left": null });
+    const values = named({ heartbeat: unknown, silence: 60 });
+    assert.deepEqual([values.height?.value, values.height?.age], ["–", ""]);
+    assert.deepEqual([values.battery?.value, values.battery?.age], ["–", ""]);
+    assert.deepEqual(glanceValues(view({ heartbeat: null, silence: null })).map((each) => each.value), ["–", "–", "–", "–"]);
+  });
+
+  it("show the battery in per cent when the time is not known", () => {
+    const value = named({ heartbeat: heartbeat({ "Battery Time Left": null }) }).battery;
+    assert.deepEqual([value?.value, value?.label], ["89 %", "battery"]);
+  });
+
+  it("say until when stalls were counted", () => {
+    const values = named({ heartbeat: heartbeat({ Free: 1 }), silence: 6 });
+    assert.equal(values.free?.label, "free, at 11:59:54");
+    assert.deepEqual([values.link?.value, values.link?.label], ["6 s", "link lost"]);
+  });
+});
+
+describe("other words", () => {
+  it("name what is wrong with heights", () => {
+    assert.equal(heightsProblem(15, 35, 60, 120), "");
+    assert.match(heightsProblem(Number.NaN, 35, 60, 120), /^Never below/);
+    assert.match(heightsProblem(15, 0, 60, 120), /^Flies at: give a number/);
+    assert.match(heightsProblem(40, 35, 60, 120), /below the lowest/);
+    assert.match(heightsProblem(15, 65, 60, 120), /above the highest/);
+    assert.match(heightsProblem(15, 35, 130, 120), /fence ends at 120 m/);
+    assert.equal(heightsProblem(15, 35, 130, null), "");
+  });
+
+  it("say how sure a stall is", () => {
+    const stall = { id: 1, north: 0, east: 0, angle: 0, width: 2, length: 5, state: "unknown" as const, taken: 0.38, seen: 4, lastSeen: 1 };
+    const at = new Date(2026, 0, 1, 14, 33, 25).getTime();
+    assert.equal(stallDetail(stall, at), "Probably free (62 %). Seen 4 times, last at 14:33:25.");
+    assert.equal(stallDetail({ ...stall, state: "free", seen: 1 }, null), "Seen 1 time.");
+    assert.match(stallDetail({ ...stall, taken: 0.5, seen: 0 }, at), /As likely free as taken\. Not seen itself/);
+  });
+
+  it("name the parts", () => {
+    const items = [
+      { Name: "vision", Healthy: true, Reason: "" },
+      { Name: "camera", Healthy: false, Reason: "no picture for 3 s" },
+    ];
+    assert.equal(healthSummary(items), "1 of 2 in trouble");
+    assert.equal(healthSummary(items.slice(0, 1)), "all 1 working");
+    assert.equal(partName(items[0]!), "Finding stalls");
+    assert.equal(welcome().Simulation, false);
+  });
+});

@@ -1,0 +1,59 @@
+"""The page's types are those of the messages."""
+
+import importlib.util
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+def load(name: str) -> ModuleType:
+    specification = importlib.util.spec_from_file_location(name, ROOT / "packaging" / f"{name}.py")
+    assert specification is not None
+    assert specification.loader is not None
+    module = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(module)
+    return module
+
+
+page_protocol = load("page_protocol")
+
+
+def test_the_page_knows_every_message_as_it_is() -> None:
+    written = (ROOT / "hawk" / "web" / "page" / "src" / "protocol.ts").read_text("utf-8")
+    assert written == page_protocol.protocol(), "run: python packaging/page_protocol.py"
+
+
+def test_check_tells_when_the_types_are_out_of_date(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    target = tmp_path / "protocol.ts"
+    monkeypatch.setattr(page_protocol, "TARGET", target)
+    target.write_text("old", "utf-8")
+    assert page_protocol.main(["--check"]) == 1
+    assert "run python packaging/page_protocol.py" in capsys.readouterr().err
+    assert page_protocol.main([]) == 0
+    assert page_protocol.main(["--check"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("schema", "expected"),
+    [
+        ({"type": "integer"}, "number"),
+        ({"const": "Ack", "type": "string"}, '"Ack"'),
+        ({"enum": ["a", "b"], "type": "string"}, '"a" | "b"'),
+        ({"anyOf": [{"type": "number"}, {"type": "integer"}, {"type": "null"}]}, "number | null"),
+        ({"type": "array", "items": {"$ref": "#/$defs/Point"}}, "Point[]"),
+        ({"type": "array", "items": {"anyOf": [{"type": "number"}, {"type": "null"}]}}, "(number | null)[]"),
+    ],
+)
+def test_types(schema: dict[str, Any], expected: str) -> None:
+    assert page_protocol._type(schema) == expected
+
+
+def test_a_kind_of_schema_that_is_not_known_is_an_error_rather_than_a_wrong_type() -> None:
+    with pytest.raises(KeyError):
+        page_protocol._type({"type": "object"})
