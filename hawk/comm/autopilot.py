@@ -35,6 +35,7 @@ T = TypeVar("T")
 _FIND_S = 0.5
 _WATCH_S = 0.2
 _REOPEN_S = 5.0
+_RETRY_S = 0.5
 _CLOSE_S = 5.0
 _WORDS_AFTER_S = 0.3
 _FENCE_CEILING_AND_POLYGON = 1 | 4  # FENCE_TYPE bits
@@ -119,7 +120,7 @@ class MavsdkAutopilot:
 
     @property
     def problem(self) -> str:
-        """Why the link cannot be opened, in words; empty when it is open."""
+        """Why there is no autopilot, in words: the link cannot be opened, or nobody is heard on it. Else empty."""
         return self._problem
 
     # --- commands --------------------------------------------------------------------------------------------------
@@ -153,6 +154,8 @@ class MavsdkAutopilot:
         if frames is None:
             raise AutopilotError("No arm place yet: there is no map to fly on")
         self._require_link()
+        if not self._telemetry.sure:
+            raise AutopilotError("The autopilot's position leapt: not sent before it is tied to the map again")
         place = frames.ekf(north, east, height)
         self._targets.put(commands.position_target(self._telemetry.boot_ms, place, wrap_angle(yaw)))
 
@@ -299,13 +302,16 @@ class MavsdkAutopilot:
     async def _keep_link(self) -> None:
         """Open, find, and open again after 5 s of silence, without end."""
         loop = asyncio.get_running_loop()
+        missing_since = loop.time()
         while True:
             try:
                 await loop.run_in_executor(self._links, self._link.open)
-                self._problem = ""
-                if not self._link.found:
-                    await loop.run_in_executor(self._links, self._link.find, _FIND_S)
-                elif self._telemetry.silence(self._clock()) > _REOPEN_S * self._clock.speed:
+                if self._link.found or await loop.run_in_executor(self._links, self._link.find, _FIND_S):
+                    self._problem = ""
+                elif loop.time() - missing_since > self._settings.connect_timeout_s:
+                    url = self._settings.url
+                    raise AutopilotError(f"No autopilot is heard at autopilot.url {url!r}: is it on and sending here?")
+                if self._telemetry.silence(self._clock()) > _REOPEN_S * self._clock.speed:
                     await loop.run_in_executor(self._links, self._link.reopen)
                     await asyncio.sleep(_REOPEN_S)
                 await asyncio.sleep(_WATCH_S)
@@ -313,7 +319,7 @@ class MavsdkAutopilot:
                 if str(error) != self._problem:
                     _LOG.warning("%s; trying again", error)
                 self._problem = str(error)
-                await asyncio.sleep(self._settings.connect_timeout_s)
+                await asyncio.sleep(_WATCH_S if self._link.found else _RETRY_S)
 
     async def _watch(self) -> None:
         """Notice silence, ask for rates that are missing, and keep a fast simulation's failsafe quiet."""

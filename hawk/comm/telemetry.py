@@ -115,6 +115,11 @@ class Telemetry:
         return self._state
 
     @property
+    def sure(self) -> bool:
+        """Whether EKF-local is tied to the map: not for a moment after it leapt."""
+        return self._watch.sure
+
+    @property
     def connected(self) -> bool:
         """Whether HEARTBEATs come."""
         return self._state.connected

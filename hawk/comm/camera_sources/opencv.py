@@ -10,6 +10,7 @@ import contextlib
 import threading
 import time
 from collections.abc import AsyncGenerator, Callable
+from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 import cv2
@@ -99,6 +100,9 @@ class _Reader:
                 self._loop.call_soon_threadsafe(self._end)
 
     def _read(self) -> None:
+        self.problem = _missing(self._url)
+        if self.problem:
+            return
         capture = _open(self._url)
         try:
             if not capture.isOpened():
@@ -135,6 +139,18 @@ class _Reader:
     def _end(self) -> None:
         self._over.set()
         self._news.set()
+
+
+def _missing(url: str) -> str:
+    """Return what is wrong with a device or file that is not there; OpenCV would only say that it failed."""
+    parts = urlsplit(url)
+    if parts.scheme not in {"v4l2", "file"}:
+        return ""
+    path = Path(unquote(parts.path))
+    if path.exists():
+        return ""
+    kind = "device (is the camera plugged in?)" if parts.scheme == "v4l2" else "file"
+    return f"{without_secrets(url)}: there is no such {kind}"
 
 
 def _open(url: str) -> cv2.VideoCapture:

@@ -119,6 +119,15 @@ async def test_a_link_that_cannot_be_opened_says_why_and_is_tried_again(rig: Rig
     assert rig.autopilot.problem == ""
 
 
+async def test_after_the_configured_time_it_is_told_that_nobody_is_heard(rig: Rig) -> None:
+    rig.link.appears = False
+    await rig.autopilot.start()
+    await until(lambda: "No autopilot is heard" in rig.autopilot.problem)
+    assert "udpin://127.0.0.1:14550" in rig.autopilot.problem
+    rig.link.appears = True
+    await until(lambda: rig.link.found and rig.autopilot.problem == "")
+
+
 async def test_rates_are_asked_for_when_the_autopilot_is_found(rig: Rig) -> None:
     await rig.connect()
     await until(lambda: len(rig.link.named("COMMAND_LONG")) >= 6)
@@ -289,6 +298,23 @@ class TestTarget:
             rig.autopilot.send_target(numbers[0], numbers[1], numbers[2], numbers[3])
         await asyncio.sleep(0.01)
         assert rig.link.named("SET_POSITION_TARGET_LOCAL_NED") == []
+
+    async def test_while_the_position_leaps_none_is_sent(self, rig: Rig) -> None:
+        await rig.connect()
+        await rig.arm_here()
+        rig.clock.advance(0.05)
+        rig.said.boot += 0.05
+        await rig.say(rig.said.local(40.0, 1.0, -0.5))
+        with pytest.raises(AutopilotError, match="position leapt"):
+            rig.autopilot.send_target(1.0, 2.0, 30.0, 0.0)
+        for _ in range(3):
+            rig.clock.advance(0.05)
+            rig.said.boot += 0.05
+            await rig.say(rig.said.attitude(), rig.said.local(40.0, 1.0, -0.5), rig.said.world())
+        rig.autopilot.send_target(0.0, 0.0, 30.0, 0.0)
+        await until(lambda: bool(rig.link.named("SET_POSITION_TARGET_LOCAL_NED")))
+        (sent,) = rig.link.named("SET_POSITION_TARGET_LOCAL_NED")
+        assert (sent["x"], sent["y"]) == pytest.approx((40.0, 1.0), abs=0.05)
 
     async def test_before_the_first_arm_there_is_nowhere_to_send_it(self, rig: Rig) -> None:
         await rig.connect()

@@ -64,7 +64,7 @@ async def test_it_may_be_opened_again(video: str) -> None:
 @pytest.mark.parametrize("url", ["file:///there/is/no.mp4", "v4l2:///dev/video97"])
 async def test_what_cannot_be_opened_is_an_error_with_its_name(url: str) -> None:
     source = OpenCvSource(url, ManualClock())
-    with pytest.raises(CameraError, match=f"{url}: cannot be opened"):
+    with pytest.raises(CameraError, match=f"{url}: there is no such"):
         await read_all(source, [])
     await source.close()
 

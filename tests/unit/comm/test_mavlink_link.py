@@ -1,0 +1,227 @@
+"""The real MAVSDK with a peer of one UDP socket that speaks MAVLink."""
+
+from __future__ import annotations
+
+import math
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from hawk.comm.mavlink_link import MavsdkLink, Message
+from hawk.comm.vehicle import AutopilotError
+
+HEARTBEAT_S = 0.2
+WAIT_S = 10.0
+
+
+def free_port() -> int:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+class Peer:
+    """An autopilot that sends heartbeats, answers commands with ``results`` and notes what it gets."""
+
+    def __init__(self, port: int) -> None:
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.bind(("127.0.0.1", 0))
+        self._socket.settimeout(0.02)
+        self._place = ("127.0.0.1", port)
+        self._changed = threading.Condition()
+        self._stop = False
+        self.results: dict[int, int] = {}
+        self.got: list[Any] = []
+        self.mav = mavlink.MAVLink(self, 1, 1)
+        self._thread = threading.Thread(target=self._run, name="peer", daemon=True)
+        self._thread.start()
+
+    def write(self, data: bytes) -> None:
+        self._socket.sendto(data, self._place)
+
+    def wait(self, kind: str, true: Callable[[Any], bool] = lambda _: True) -> Any:
+        """Wait for a message that fits and return it."""
+
+        def found() -> Any:
+            return next((one for one in self.got if one.get_type() == kind and true(one)), None)
+
+        with self._changed:
+            message = self._changed.wait_for(found, WAIT_S)
+        assert message is not None, f"no {kind}: {[one.get_type() for one in self.got][-10:]}"
+        return message
+
+    def close(self) -> None:
+        self._stop = True
+        self._thread.join()
+        self._socket.close()
+
+    def _run(self) -> None:
+        last = -math.inf
+        while not self._stop:
+            if time.monotonic() - last > HEARTBEAT_S:
+                last = time.monotonic()
+                self.mav.heartbeat_send(2, 3, 81, 4, 4)
+            try:
+                data = self._socket.recv(2048)
+            except TimeoutError:
+                continue
+            for message in self.mav.parse_buffer(data) or ():
+                self._take(message)
+
+    def _take(self, message: Any) -> None:
+        if message.get_type() == "COMMAND_LONG":
+            self.mav.command_ack_send(message.command, self.results.get(message.command, 0))
+        with self._changed:
+            self.got.append(message)
+            self._changed.notify_all()
+
+
+class Heard:
+    """What came over the link."""
+
+    def __init__(self) -> None:
+        self._changed = threading.Condition()
+        self.messages: list[Message] = []
+
+    def take(self, message: Message) -> None:
+        with self._changed:
+            self.messages.append(message)
+            self._changed.notify_all()
+
+    def wait(self, name: str, count: int = 1) -> Message:
+        def found() -> list[Message]:
+            return [one for one in self.messages if one.name == name]
+
+        with self._changed:
+            assert self._changed.wait_for(lambda: len(found()) >= count, WAIT_S), f"no {name}"
+            return found()[-1]
+
+
+@pytest.fixture(scope="module")
+def port() -> int:
+    return free_port()
+
+
+@pytest.fixture(scope="module")
+def heard() -> Heard:
+    return Heard()
+
+
+@pytest.fixture(scope="module")
+def peer(port: int) -> Iterator[Peer]:
+    peer = Peer(port)
+    yield peer
+    peer.close()
+
+
+@pytest.fixture(scope="module")
+def link(port: int, heard: Heard, peer: Peer) -> Iterator[MavsdkLink]:
+    """A link on which the peer was found; shared, because MAVSDK needs half a second to find it."""
+    link = MavsdkLink(f"udpin://127.0.0.1:{port}", 245, lambda: 12.5, heard.take)
+    link.open()
+    deadline = time.monotonic() + WAIT_S
+    while not link.find(0.5):
+        assert time.monotonic() < deadline
+    yield link
+    link.close()
+
+
+def test_our_heartbeats_are_those_of_ground_station_245(link: MavsdkLink, peer: Peer) -> None:
+    message = peer.wait("HEARTBEAT")
+    assert (message.get_srcSystem(), message.get_srcComponent()) == (245, 190)
+    assert link.found
+
+
+def test_messages_come_with_their_fields_and_arrival(link: MavsdkLink, peer: Peer, heard: Heard) -> None:
+    peer.mav.local_position_ned_send(7000, 1.5, -2.0, -3.0, math.nan, 0.0, 0.0)
+    message = heard.wait("LOCAL_POSITION_NED")
+    assert message.arrival == 12.5
+    fields = message.fields
+    assert (fields["time_boot_ms"], fields["x"], fields["y"], fields["z"]) == (7000, 1.5, -2.0, -3.0)
+    assert fields["vx"] is None  # NaN
+    assert heard.wait("HEARTBEAT").fields["custom_mode"] == 4
+
+
+def test_other_components_of_the_vehicle_are_not_the_autopilot(link: MavsdkLink, peer: Peer, heard: Heard) -> None:
+    gimbal = mavlink.MAVLink(peer, 1, 154)
+    gimbal.attitude_send(1, 9.0, 9.0, 9.0, 0, 0, 0)
+    peer.mav.attitude_send(2, 0.1, 0.2, 0.3, 0, 0, 0)
+    assert heard.wait("ATTITUDE").fields["time_boot_ms"] == 2
+    assert len([one for one in heard.messages if one.name == "ATTITUDE"]) == 1
+
+
+def test_a_command_returns_the_autopilots_own_result(link: MavsdkLink, peer: Peer) -> None:
+    peer.results[176] = 4
+    assert link.command(176, [1.0, 4.0]) == 4
+    assert link.command(400, [1.0]) == 0
+    sent = peer.wait("COMMAND_LONG", lambda one: one.command == 176)
+    assert (sent.param1, sent.param2, sent.param7) == (1.0, 4.0, 0.0)
+    assert (sent.target_system, sent.target_component) == (1, 1)
+
+
+def test_a_target_is_on_the_wire_as_it_was_given(link: MavsdkLink, peer: Peer) -> None:
+    fields = {"time_boot_ms": 5, "coordinate_frame": 1, "type_mask": 2552, "x": 1.0, "y": 2.0, "z": -3.0, "yaw": 0.5}
+    link.send("SET_POSITION_TARGET_LOCAL_NED", fields)
+    sent = peer.wait("SET_POSITION_TARGET_LOCAL_NED")
+    assert (sent.x, sent.y, sent.z, sent.yaw, sent.type_mask) == (1.0, 2.0, -3.0, 0.5, 2552)
+    assert (sent.vx, sent.afx, sent.yaw_rate) == (0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_what_is_not_finite_never_reaches_mavsdk(link: MavsdkLink, peer: Peer, value: float) -> None:
+    before = len(peer.got)
+    with pytest.raises(AutopilotError, match=r"^yaw is"):
+        link.send("SET_POSITION_TARGET_LOCAL_NED", {"x": 1.0, "yaw": value})
+    with pytest.raises(AutopilotError, match=r"^param2 is"):
+        link.command(176, [1.0, value])
+    assert not [one for one in peer.got[before:] if one.get_type() != "HEARTBEAT"]
+
+
+def test_a_message_that_mavlink_does_not_know_is_an_error(link: MavsdkLink) -> None:
+    with pytest.raises(AutopilotError, match="NO_SUCH_MESSAGE was not sent"):
+        link.send("NO_SUCH_MESSAGE", {})
+
+
+def test_opened_again_the_link_goes_on_and_its_subscriptions_too(link: MavsdkLink, peer: Peer, heard: Heard) -> None:
+    link.reopen()
+    before = len([one for one in heard.messages if one.name == "HEARTBEAT"])
+    heard.wait("HEARTBEAT", before + 2)
+    assert link.command(400, [0.0]) == 0
+
+
+def test_before_an_autopilot_is_found_nothing_can_be_sent() -> None:
+    link = MavsdkLink(f"udpin://127.0.0.1:{free_port()}", 245, lambda: 0.0, lambda _: None)
+    calls: list[Callable[[], Any]] = [
+        lambda: link.send("HEARTBEAT", {}),
+        lambda: link.command(400),
+        lambda: link.upload_fence([(1.0, 2.0)]),
+    ]
+    for call in calls:
+        with pytest.raises(AutopilotError, match="No autopilot found yet"):
+            call()
+    assert not link.find(0.1)
+    assert not link.sensor_health().all_ok
+    link.close()
+
+
+@pytest.mark.parametrize("url", ["nonsense", "serial:///dev/nothing:57600"])
+def test_an_address_that_cannot_be_opened_is_named_with_its_setting(url: str) -> None:
+    link = MavsdkLink(url, 245, lambda: 0.0, lambda _: None)
+    for _ in range(2):
+        with pytest.raises(AutopilotError, match=rf"autopilot.url '{url}' cannot be opened"):
+            link.open()
+    link.close()
+
+
+def test_closed_twice_it_stays_closed(port: int) -> None:
+    link = MavsdkLink(f"udpin://127.0.0.1:{free_port()}", 245, lambda: 0.0, lambda _: None)
+    link.open()
+    link.close()
+    link.close()
+    link.open()
+    assert not link.find(0.1)
