@@ -302,6 +302,11 @@ class Autopilot:
         """Let the position estimate jump; targets stay where they were in the world's coordinates."""
         self.estimator.jump(*shift)
 
+    def repair(self) -> None:
+        """Put a crashed vehicle upright where it lies."""
+        if self.body.crashed:
+            self.body = replace(self.body, roll=0.0, pitch=0.0, crashed=False)
+
     def say(self, severity: int, text: str) -> None:
         """Queue a STATUSTEXT."""
         self.texts.append(Text(severity, text))

@@ -37,6 +37,7 @@ class Fault(BaseModel):
     radio: Literal["ok", "lost"] | None = Field(None, description="the pilot's radio control")
     stick: float | None = Field(None, ge=0.0, le=1.0, description="the pilot's throttle stick")
     pilot_mode: int | None = Field(None, ge=0, le=255, description="the pilot switches to this custom_mode")
+    repair: bool | None = Field(None, description="true: a crashed vehicle stands upright again where it lies")
     autopilot: Literal["crash", "reboot", "power_cycle"] | None = Field(
         None, description="its program ends; boots when disarmed; boots at once, whatever it does"
     )
@@ -78,6 +79,8 @@ def apply_fault(
         autopilot.radio_present = fault.radio == "ok"
     if fault.stick is not None:
         autopilot.stick = fault.stick
+    if fault.repair:
+        autopilot.repair()
     return _commands(fault, autopilot)
 
 

@@ -87,6 +87,21 @@ def test_what_cannot_be_done_is_said(flying: Any) -> None:
     assert not flying.autopilot.armed
 
 
+def test_a_repaired_vehicle_flies_again(flying: Any) -> None:
+    flying.autopilot.terminate()
+    flying.run(4.0)
+    assert flying.arm() != 0
+    put(flying, repair=True)
+    flying.fly()
+    assert flying.autopilot.body.height > 11.0
+
+
+def test_repair_does_nothing_in_the_air(flying: Any) -> None:
+    before = flying.autopilot.body
+    put(flying, repair=True)
+    assert flying.autopilot.body == before
+
+
 def test_a_crash_of_the_program(flying: Any) -> None:
     put(flying, autopilot="crash")
     flying.heard.clear()
