@@ -64,6 +64,7 @@ export function heartbeat(changes: Partial<Heartbeat> = {}): Heartbeat {
     "Kill State": "none",
     "Return In": null,
     Trail: [],
+    "Trail Start": false,
     "Flight Time": null,
     Way: null,
     ...changes,

@@ -118,6 +118,17 @@ describe("the flight", () => {
     assert.deepEqual(flight.lines.map((line) => line.text), ["Link lost."]);
   });
 
+  it("begins the trail anew when the drone does", () => {
+    const flight = new Flight();
+    flight.hear(heartbeat({ Trail: [{ North: 1, East: 1 }] }), 0);
+    flight.hear(heartbeat({ Trail: [{ North: 2, East: 2 }] }), 1);
+    assert.equal(flight.trail.length, 2);
+    flight.hear(heartbeat({ Trail: [{ North: 3, East: 3 }], "Trail Start": true }), 2);
+    assert.deepEqual(flight.trail, [{ North: 3, East: 3 }]);
+    flight.hear(heartbeat({ "Trail Start": true }), 3);
+    assert.deepEqual(flight.trail, []);
+  });
+
   it("notes when the motors stopped, until they run again", () => {
     const flight = new Flight();
     flight.hear(heartbeat({ Armed: false }), 0);

@@ -54,7 +54,8 @@ export class Flight {
     this.heartbeat = heartbeat;
     this.heardAt = at;
     if (heartbeat.Messages.length > 0) this.addLines(heartbeat.Messages.map(line));
-    if (heartbeat.Trail.length > 0) this.trail = [...this.trail, ...heartbeat.Trail].slice(-TRAIL);
+    const before = heartbeat["Trail Start"] ? [] : this.trail;
+    if (heartbeat.Trail.length > 0 || heartbeat["Trail Start"]) this.trail = [...before, ...heartbeat.Trail].slice(-TRAIL);
     this.sample(heartbeat, at);
     const speed = heartbeat.Speed ?? 0;
     if (isFlying(heartbeat) && speed > CRUISE_FROM) this.cruise = Math.max(this.cruise ?? 0, speed);

@@ -61,10 +61,9 @@ export class ConfirmBar extends Part {
       Land: ["Land straight down?", OVERRULES, "Slide to land"],
       Resume: ["Resume, taking over from the remote control?", "It stops and stays where it is.", "Slide to resume"],
     }[about];
-    const command = about === "Resume" ? { Type: about, Confirmed: true } : { Type: about };
     return this.frame(words[0] ?? "", words[1] ?? "", nothing, words[2] ?? "", () => {
       this.model.ask(null);
-      void this.model.command(command, about === "Resume" ? "Resume" : about === "Land" ? "Land" : "Return home");
+      void this.model.command({ Type: about, Confirmed: true }, about === "Resume" ? "Resume" : about === "Land" ? "Land" : "Return home");
     });
   }
 
