@@ -26,6 +26,7 @@ from hawk.algo.mapper.app import MapperApp
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.topics import AlgorithmTopics
+from hawk.algo.vision.annotate import PictureStyle
 from hawk.algo.vision.app import VisionApp
 from hawk.algo.vision.settings import VisionSettings
 from hawk.comm.autopilot import MavsdkAutopilot
@@ -182,7 +183,7 @@ class Daemon:
             lambda output: self.performance.frame_published(output.captured, output.timings)
         )
         self.algorithms = AlgorithmLoop(
-            _make_manager(self._config, self._kept.survey_id),
+            _make_manager(self._config, self._kept.survey_id, self._options),
             self.camera,
             self.autopilot.pose_at,
             self._situation,
@@ -370,7 +371,7 @@ class Daemon:
         self._tasks.append(task)
 
 
-def _make_manager(config: Config, survey_id: str) -> AlgorithmManagerApp:
+def _make_manager(config: Config, survey_id: str, options: DaemonOptions) -> AlgorithmManagerApp:
     cv2.setNumThreads(config.vision.threads)
     settings = VisionSettings(
         model=config.vision.model,
@@ -380,7 +381,8 @@ def _make_manager(config: Config, survey_id: str) -> AlgorithmManagerApp:
         minimum_stalls=config.vision.minimum_stalls,
     )
     interface = AlgorithmTopicInterface()
-    manager = AlgorithmManagerApp()
+    caption = "SIMULATION" if options.is_simulation else ""
+    manager = AlgorithmManagerApp(style=PictureStyle(config.web.video_width, config.web.video_quality, caption))
     mapper = MapperApp(map_id=survey_id or "first")
     manager.init(interface, VisionApp(settings), mapper, PathPlanApp(), FrameCamera(interface))
     return manager

@@ -19,7 +19,7 @@ from hawk.algo.frame import FrameInput, FrameOutput
 from hawk.algo.mapper.app import MapperApp
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
-from hawk.algo.vision.annotate import annotate
+from hawk.algo.vision.annotate import PictureStyle, annotate
 from hawk.algo.vision.seen import Seen, StallSeen
 from hawk.model import Health, MapPoint, Stall
 
@@ -64,9 +64,10 @@ class LooksAtFrames(Protocol):
 class AlgorithmManagerApp:
     """Vision, mapper and path plan in the order of the specification; a failure of one never stops the others."""
 
-    def __init__(self, timer: Callable[[], float] = time.perf_counter) -> None:
-        """``timer`` (seconds) measures the steps; no result depends on it."""
+    def __init__(self, timer: Callable[[], float] = time.perf_counter, style: PictureStyle = PictureStyle()) -> None:
+        """``timer`` (seconds) measures the steps; no result depends on it. ``style``: how pictures are sent."""
         self._timer = timer
+        self._style = style
         self._timings: list[tuple[str, float]] = []
 
     def init(
@@ -169,7 +170,7 @@ class AlgorithmManagerApp:
             known = self._topic_interface.occupancy_map_pub.value.stalls.values()
             stalls = [s for s in known if abs(s.north - pose.north) + abs(s.east - pose.east) < _DRAWN_M]
             pose = self._mapper_app.corrected(pose)
-        return annotate(image, frame.camera, pose, stalls)
+        return annotate(image, frame.camera, pose, stalls, style=self._style)
 
 
 def _footprint(frame: FrameInput) -> tuple[MapPoint, ...]:

@@ -7,6 +7,7 @@ are dashed in white.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import cv2
@@ -18,10 +19,6 @@ from hawk.algo.vision.rectify import project, scaled_camera
 from hawk.algo.vision.seen import FloatArray, StallSeen
 from hawk.model import CameraModel, MapPose, Stall, StallState
 
-MAXIMUM_WIDTH = 960
-"""Pixels; a wider picture is made smaller first."""
-QUALITY = 75
-"""JPEG quality."""
 FREE_BGR = (255, 143, 47)
 TAKEN_BGR = (26, 122, 255)
 TAKEN_HATCH_BGR = (0, 94, 224)
@@ -36,25 +33,38 @@ _FREE_BELOW, _TAKEN_ABOVE = 0.35, 0.65
 _LABEL_PIXELS = 18.0
 
 
+@dataclass(frozen=True, slots=True)
+class PictureStyle:
+    """How pictures are sent: a wider one than ``maximum_width`` pixels is made smaller first; ``quality`` is JPEG's.
+
+    ``caption`` is written on every picture, so that a simulated one is never taken for a real one.
+    """
+
+    maximum_width: int = 960
+    quality: int = 75
+    caption: str = ""
+
+
 def annotate(
     image: NDArray[np.uint8],
     camera: CameraModel,
     pose: MapPose | None,
     stalls: Sequence[Stall | StallSeen] = (),
     lot_edge: Sequence[FloatArray] = (),
-    maximum_width: int = MAXIMUM_WIDTH,
-    quality: int = QUALITY,
+    style: PictureStyle = PictureStyle(),
 ) -> bytes:
     """Return the annotated picture as JPEG.
 
-    ``image`` is uint8 BGR; ``lot_edge`` are closed outlines (N, 2) of (north, east). Without a pose nothing is drawn.
+    ``image`` is uint8 BGR; ``lot_edge`` are closed outlines (N, 2) of (north, east). Without a pose no stall is drawn.
     """
-    canvas = _fit(image, maximum_width)
+    canvas = _fit(image, style.maximum_width)
     if pose is not None and pose.is_finite() and pose.height > 0:
         view = scaled_camera(camera, canvas.shape[1], canvas.shape[0])
         _draw_edges(canvas, lot_edge, view, pose)
         _draw_stalls(canvas, stalls, view, pose)
-    done, jpeg = cv2.imencode(".jpg", canvas, [cv2.IMWRITE_JPEG_QUALITY, quality])
+    if style.caption:
+        _write_caption(canvas, style.caption)
+    done, jpeg = cv2.imencode(".jpg", canvas, [cv2.IMWRITE_JPEG_QUALITY, style.quality])
     return jpeg.tobytes() if done else b""
 
 
@@ -73,6 +83,14 @@ def _fit(image: NDArray[np.uint8], maximum_width: int) -> NDArray[np.uint8]:
         return image.copy()
     size = (maximum_width, round(height * maximum_width / width))
     return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_LINEAR), np.uint8)
+
+
+def _write_caption(canvas: NDArray[np.uint8], caption: str) -> None:
+    height, width = canvas.shape[:2]
+    (across, up), below = cv2.getTextSize(caption, cv2.FONT_HERSHEY_SIMPLEX, 0.5, 1)
+    left, base = width - across - 10, up + 10
+    cv2.rectangle(canvas, (left - 4, base - up - 4), (width - 6, base + below + 2), (28, 22, 16), cv2.FILLED)
+    cv2.putText(canvas, caption, (left, base), cv2.FONT_HERSHEY_SIMPLEX, 0.5, (255, 255, 255), 1, cv2.LINE_AA)
 
 
 def _draw_edges(canvas: NDArray[np.uint8], edges: Sequence[FloatArray], view: CameraModel, pose: MapPose) -> None:

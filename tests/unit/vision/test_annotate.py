@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hawk.algo.vision.annotate import FREE_BGR, TAKEN_BGR, UNKNOWN_BGR, annotate, state_of
+from hawk.algo.vision.annotate import FREE_BGR, TAKEN_BGR, UNKNOWN_BGR, PictureStyle, annotate, state_of
 from hawk.algo.vision.rectify import project, scaled_camera
 from hawk.algo.vision.seen import StallSeen
 from hawk.model import CameraModel, MapPose, Stall, StallState
@@ -20,9 +20,13 @@ GROUND = np.full((720, 1280, 3), 90, np.uint8)
 STALL = Stall(7, 100, 50, 0.4, 2.6, 5.2, 0.1, StallState.FREE, 0.9, 3, 1.0, 1)
 
 
-def drawn(*stalls: Stall | StallSeen, pose: MapPose | None = POSE, width: int = 960) -> NDArray[np.int16]:
-    jpeg = annotate(GROUND, CAMERA, pose, stalls, maximum_width=width, quality=95)
+def decoded(jpeg: bytes) -> NDArray[np.int16]:
     return np.asarray(cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)).astype(np.int16)
+
+
+def drawn(*stalls: Stall | StallSeen, pose: MapPose | None = POSE, width: int = 960) -> NDArray[np.int16]:
+    jpeg = annotate(GROUND, CAMERA, pose, stalls, style=PictureStyle(maximum_width=width, quality=95))
+    return decoded(jpeg)
 
 
 def pixel(north: float, east: float) -> tuple[int, int]:
@@ -97,3 +101,13 @@ def test_the_given_picture_is_left_alone() -> None:
     image = GROUND[:500, :800].copy()
     annotate(image, CAMERA, POSE, [STALL])
     assert (image == 90).all()
+
+
+def test_a_simulated_picture_says_so_even_without_a_pose() -> None:
+    plain = decoded(annotate(GROUND, CAMERA, None))
+    said = decoded(annotate(GROUND, CAMERA, None, style=PictureStyle(caption="SIMULATION")))
+    changed = np.abs(plain - said).max(axis=2) > 60
+    rows, columns = np.nonzero(changed)
+    assert rows.size > 300
+    assert rows.max() < 40
+    assert columns.min() > plain.shape[1] - 160
