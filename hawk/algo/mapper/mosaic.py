@@ -70,6 +70,11 @@ class Mosaic:
         self._rest()
         return bool(keys)
 
+    @property
+    def awake(self) -> int:
+        """How many tiles are kept as pixels."""
+        return sum(tile.pixels is not None for tile in self._tiles.values())
+
     def restore(self, key: TileKey, version: int, data: bytes) -> None:
         """Take up a tile of an earlier run. Raises ValueError when the picture cannot be read."""
         pixels = _decoded(data)

@@ -14,8 +14,8 @@ Floats = NDArray[np.float64]
 
 def row(count: int, angle: float = 0.0) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """A row of 2.6 m wide stalls, turned."""
-    at = np.arange(count) * 2.6
-    ones = np.ones(count)
+    at = np.arange(count, dtype=np.float64) * 2.6
+    ones = np.ones(count, np.float64)
     return -at * math.sin(angle), at * math.cos(angle), ones * angle, ones * 2.6, ones * 5.2
 
 
