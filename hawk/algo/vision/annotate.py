@@ -86,7 +86,7 @@ def _fit(image: NDArray[np.uint8], maximum_width: int) -> NDArray[np.uint8]:
 
 
 def _write_caption(canvas: NDArray[np.uint8], caption: str) -> None:
-    height, width = canvas.shape[:2]
+    width = canvas.shape[1]
     (across, up), below = cv2.getTextSize(caption, cv2.FONT_HERSHEY_SIMPLEX, 0.5, 1)
     left, base = width - across - 10, up + 10
     cv2.rectangle(canvas, (left - 4, base - up - 4), (width - 6, base + below + 2), (28, 22, 16), cv2.FILLED)
