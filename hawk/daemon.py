@@ -278,8 +278,16 @@ class Daemon:
     async def _monitor(self) -> None:
         """Publish the health of what has no topics of its own."""
         seen = 0
+        parent, problem = os.getppid(), ""
         while True:
             await asyncio.sleep(MONITOR_S)
+            if self._options.attached_simulation is not None and os.getppid() != parent:
+                _LOG.warning("whoever started this simulation has gone")
+                self._stopping.set()
+            if self.autopilot.problem != problem:
+                problem = self.autopilot.problem
+                if problem:
+                    self.manager.log.add("warning", "The link to the autopilot cannot be opened.", problem)
             self.inputs.camera_health.publish(self.camera.health)
             self.inputs.recording_health.publish(self._storage_health())
             self.inputs.loop_lag.publish(self._lag.latest_ms() / 1e3)

@@ -83,7 +83,11 @@ class Simulation:
         command = [sys.executable, "-m", "hawk.sim.cli", *self._options.arguments()]
         command += [f"--mavlink=udpout:127.0.0.1:{port}", "--http=127.0.0.1:0", f"--parent-pid={os.getpid()}"]
         self._process = await asyncio.create_subprocess_exec(
-            *command, stdin=asyncio.subprocess.DEVNULL, stdout=asyncio.subprocess.PIPE, stderr=log
+            *command,
+            stdin=asyncio.subprocess.DEVNULL,
+            stdout=asyncio.subprocess.PIPE,
+            stderr=log,
+            start_new_session=True,  # Ctrl-C is for us: the drone must still be there to come home
         )
         try:
             line = await asyncio.wait_for(self._ready_line(), READY_TIMEOUT_S)

@@ -10,6 +10,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
+from urllib.parse import urlsplit
 
 import aiohttp
 
@@ -44,6 +45,7 @@ class SimulatedStack:
         self._fence = fence
         self._simulation = Simulation(options)
         self._daemon: asyncio.subprocess.Process | None = None
+        self._port = 0
         self._logs: list[IO[bytes]] = []
         self._session: aiohttp.ClientSession | None = None
         self.address: SimulationAddress | None = None
@@ -68,13 +70,17 @@ class SimulatedStack:
         return await self.start_daemon()
 
     async def start_daemon(self) -> Ready:
-        """Start the daemon, or start it again after it was killed. Raises StackError."""
+        """Start the daemon, or start it again where it was, after it was killed. Raises StackError."""
         assert self.address is not None  # noqa: S101
         ready = self._folder / "ready.json"
         ready.unlink(missing_ok=True)
         log = self._log("hawk-drone.log")
         self._daemon = await asyncio.create_subprocess_exec(
-            *self._daemon_command(ready), stdin=asyncio.subprocess.DEVNULL, stdout=log, stderr=log
+            *self._daemon_command(ready),
+            stdin=asyncio.subprocess.DEVNULL,
+            stdout=log,
+            stderr=log,
+            start_new_session=True,  # Ctrl-C is for the survey, which brings the drone home first
         )
         deadline = asyncio.get_running_loop().time() + READY_TIMEOUT_S
         while not ready.exists():
@@ -85,6 +91,7 @@ class SimulatedStack:
             with contextlib.suppress(TimeoutError):
                 await asyncio.wait_for(self._daemon.wait(), 0.05)
         values = json.loads(ready.read_text())
+        self._port = urlsplit(values["url"]).port or 0
         return Ready(values["url"], float(values["first_tick_s"]))
 
     @property
@@ -97,6 +104,12 @@ class SimulatedStack:
         if self._daemon is not None and self._daemon.returncode is None:
             self._daemon.kill()
             await self._daemon.wait()
+
+    async def end_daemon(self) -> int:
+        """SIGTERM, as the service manager does it; return the exit status."""
+        assert self._daemon is not None  # noqa: S101
+        self._daemon.send_signal(signal.SIGTERM)
+        return await self._daemon.wait()
 
     async def status(self) -> dict[str, Any]:
         """Return the simulator's own account of what really happened."""
@@ -131,7 +144,7 @@ class SimulatedStack:
         assert self.address is not None  # noqa: S101
         command = [sys.executable, "-m", "hawk.cli", "run", "--attach-sim", self.address.http]
         command += ["--autopilot", self.address.autopilot_url, "--camera", self.address.camera_url]
-        command += ["--host", "127.0.0.1", "--port", "0", "--speed", str(self._options.speed)]
+        command += ["--host", "127.0.0.1", "--port", str(self._port), "--speed", str(self._options.speed)]
         command += ["--store", str(self._folder / "store"), "--ready-file", str(ready)]
         fence = self._fence_file()
         if fence is not None:
