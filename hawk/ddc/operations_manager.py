@@ -140,9 +140,9 @@ class OperationsManager:
 
     def process(self) -> None:
         """Run one tick: commands, what the autopilot did, Kill, automatic reactions, the state, the heartbeat."""
-        self.record("tick", tick_inputs(self))
+        self._guarded(self._record_tick)
         for client, command in self.socket.receive():
-            answer = self.handle(client, command)
+            answer = self._handle_safely(client, command)
             if answer is not None:
                 self.socket.reply(client, answer)
         self._guarded(self.follower.follow)
@@ -381,6 +381,17 @@ class OperationsManager:
             return self.accept(command, ConfigureOrder(HeightParameters(command.min, command.des, command.max)))
         return self.accept(command, command)
 
+    def _handle_safely(self, client: ClientId, command: Command) -> Outgoing | None:
+        """A fault while a command is handled refuses that command; the others, and the ticks, go on."""
+        answers: list[Outgoing | None] = []
+        self._guarded(lambda: answers.append(self.handle(client, command)))
+        if answers:
+            return answers[0]
+        return Ack(id=command.id, accepted=False, reason=f"{self.own_health.reason}.")
+
+    def _record_tick(self) -> None:
+        self.record("tick", tick_inputs(self))
+
     def _move_order(self, command: AutonomousMove | CompulsiveMove) -> MoveOrder:
         place, pose = self.place_of(command), self.topics.get_fresh_pose()
         if place is None or pose is None or pose.map is None:
@@ -468,9 +479,8 @@ class OperationsManager:
         try:
             step()
         except Exception as error:
-            _LOGGER.exception("%s: unexpected", step.__name__)
+            _LOGGER.exception("unexpected")
             self.own_health = Health.bad(f"Fault in the program: {type(error).__name__}: {error}")
-            self.record("fault", {"step": step.__name__, "error": repr(error)})
             if self.state.identity in TASK_STATES:
                 self.state = self.states.hover("A fault in the program.", level="error")
                 self.topics.curr_state_pub.publish(self.state.identity)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from hawk.ddc.operations_manager import OperationsManager
 
 REREAD_S = 20.0
-"""A parameter is read again when it is older than this: somebody else may change it, or the autopilot reboot."""
+"""A parameter is read again after so many seconds on the ground: others may change it, the autopilot reboot."""
 STALE_S = 60.0
 """A parameter older than this counts as not read."""
 RETRY_S = 3.0
@@ -37,6 +37,8 @@ class Preflight:
         self._reading: tuple[str, Request] | None = None
         self._setting: Request | None = None
         self._not_before = float("-inf")
+        self._ground_time = 0.0
+        self._last_tick = context.now
         self._items: tuple[float, tuple[CheckItem, ...]] | None = None
 
     @property
@@ -76,6 +78,9 @@ class Preflight:
     def tick(self, disarmed: bool) -> None:
         """Look at answers and ask for the next parameter; only while disarmed, one at a time."""
         self._items = None
+        now, last, self._last_tick = self._context.now, self._last_tick, self._context.now
+        if disarmed:
+            self._ground_time += now - last  # what was read does not age in flight, when nothing can be read
         self._finish_setting()
         if self._reading is not None and not self._reading[1].is_pending:
             self._take_reading(*self._reading)
@@ -116,7 +121,7 @@ class Preflight:
         self._read_at.clear()
 
     def _read_next(self) -> None:
-        now = self._context.now
+        now = self._ground_time
         if now < self._not_before:
             return
         due = [n for n in watched_names(self._values) if now - self._read_at.get(n, float("-inf")) >= REREAD_S]
@@ -135,13 +140,13 @@ class Preflight:
 
     def _take_reading(self, name: str, request: Request) -> None:
         if request.has_failed:
-            self._not_before = self._context.now + RETRY_S
+            self._not_before = self._ground_time + RETRY_S
         else:
-            self._read_at[name] = self._context.now
+            self._read_at[name] = self._ground_time
 
     def _fresh_values(self) -> dict[str, float | None]:
         """Return what is known: a value is void when it could not be read again for long; a name is not."""
-        now = self._context.now
+        now = self._ground_time
         return {
             name: value
             for name, value in self._values.items()

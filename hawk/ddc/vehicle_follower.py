@@ -119,11 +119,11 @@ class VehicleFollower:
 
     def _follow_arming(self, vehicle: State) -> None:
         current = self._context.state.identity
+        if self._context.kill.is_sending:
+            return
         if not vehicle.armed:
             if current not in GROUND_STATES:
                 self._land_in_idle()
-            return
-        if self._context.kill.is_sending:
             return
         if current is StateName.ARM and vehicle.landed in (LandedState.IN_AIR, LandedState.TAKING_OFF):
             self.take_up(at_start=False)  # taken off by somebody else

@@ -11,8 +11,8 @@ from hawk.model import HeightParameters, StateName
 if TYPE_CHECKING:
     from hawk.ddc.operations_manager import OperationsManager
 
-TIMEOUT_S = 15.0
-"""The return altitude takes up to two tries of 3 s each under its two names."""
+TIMEOUT_S = 40.0
+"""The return altitude takes up to two tries of some real seconds under its two names; simulations run up to 4 times."""
 
 
 class Configure(State):

@@ -145,7 +145,7 @@ async def test_a_silent_autopilot_does_not_keep_it_in_configure(rig: Rig) -> Non
     rig.autopilot.silent.add("set_rtl_altitude")
     rig.order(Configure(min=12, des=25, max=48))
     await rig.manager.requests.finish()
-    await rig.run(16)
+    await rig.run(41)
     rig.expect(StateName.IDLE)
     assert "too long" in rig.log[-1]
 

@@ -174,6 +174,19 @@ async def test_parameters_are_not_read_in_flight(flying: Rig) -> None:
     assert flying.autopilot.count("get_parameter") == 0
 
 
+async def test_after_a_flight_the_checks_pass_at_once(rig: Rig) -> None:
+    rig.order(Arm())
+    await rig.run(0.5)
+    rig.clock.advance(100)
+    await rig.tick()
+    rig.autopilot.armed = False
+    await rig.tick()
+    assert rig.manager.preflight.first_failed() is None
+    before = rig.autopilot.count("get_parameter")
+    await rig.run(25)
+    assert rig.autopilot.count("get_parameter") > before
+
+
 async def test_stale_telemetry_does_not_pass(rig: Rig) -> None:
     rig.autopilot.topics.battery.publish(BatteryInfo(90, 16, 1, rig.clock()))
     rig.clock.advance(5.1)

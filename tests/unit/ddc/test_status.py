@@ -237,6 +237,27 @@ async def test_a_fault_in_the_status_does_not_stop_the_ticks(rig: Rig, monkeypat
     assert not rig.manager.own_health.is_healthy
 
 
+async def test_a_fault_while_a_command_is_handled_refuses_it(flying: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(flying.manager.judge, "refusal", lambda *_: 1 / 0)
+    flying.socket.waiting = [("ana", Hold(id=7)), ("ana", OperatorHeartbeat(id=8))]
+    before = flying.manager.ticks
+    await flying.tick()
+    answers = [(a.id, a.accepted) for _, a in flying.socket.replies if isinstance(a, Ack)]
+    assert answers == [(7, False), (8, True)]
+    assert flying.manager.ticks == before + 1
+
+
+async def test_a_recording_that_fails_does_not_stop_the_ticks(flying: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(kind: str, payload: object) -> None:
+        raise OSError("disk full")
+
+    monkeypatch.setattr(flying.manager, "record", fail)
+    before = flying.manager.ticks
+    await flying.run(0.5)
+    assert flying.manager.ticks == before + 10
+    assert "disk full" in flying.manager.own_health.reason
+
+
 async def test_commands_through_the_socket_are_answered_to_their_sender(flying: Rig) -> None:
     flying.socket.waiting = [("eve", Arm(id=1)), ("ana", Hold(id="x")), ("ana", OperatorHeartbeat())]
     await flying.tick()
