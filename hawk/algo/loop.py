@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
-from hawk.algo.frame import FrameInput, FrameOutput
+from hawk.algo.frame import FrameInput
 from hawk.algo.manager import AlgorithmManagerApp
 from hawk.algo.mapper.delta import MapDelta
 from hawk.algo.topics import AlgorithmTopics
@@ -27,6 +27,7 @@ from hawk.model import (
 
 T = TypeVar("T")
 _LOG = logging.getLogger(__name__)
+_CAMERA_RETRY_S = 0.2
 
 
 class CapturedFrame(Protocol):
@@ -126,7 +127,13 @@ class AlgorithmLoop:
 
     async def _receive(self) -> None:
         while True:
-            frame = await self._camera.next_frame()
+            try:
+                frame = await self._camera.next_frame()
+            except Exception as error:
+                _LOG.exception("the camera failed")
+                self._topics.vision_app_health.publish(Health.bad(f"camera: {type(error).__name__}: {error}"))
+                await asyncio.sleep(_CAMERA_RETRY_S)
+                continue
             if self._waiting is not None:
                 self.dropped += 1
             self._waiting = frame
@@ -145,12 +152,14 @@ class AlgorithmLoop:
                 _LOG.exception("the algorithms failed on a frame")
                 self._topics.vision_app_health.publish(Health.bad(f"unexpected {type(error).__name__}: {error}"))
 
-    async def _process(self, captured: CapturedFrame) -> FrameOutput:
+    async def _process(self, captured: CapturedFrame) -> None:
         frame = self._input(captured)
         output = await self._on_worker(lambda: self._manager.run(frame))
         self._topics.publish(output)
-        self._record(frame)
-        return output
+        try:
+            self._record(frame)
+        except Exception:
+            _LOG.exception("a frame could not be recorded")
 
     def _input(self, captured: CapturedFrame) -> FrameInput:
         self._sequence += 1

@@ -64,10 +64,10 @@ class LooksAtFrames(Protocol):
 class AlgorithmManagerApp:
     """Vision, mapper and path plan in the order of the specification; a failure of one never stops the others."""
 
-    def __init__(self, timer: Callable[[], float] = time.perf_counter, style: PictureStyle = PictureStyle()) -> None:
+    def __init__(self, timer: Callable[[], float] = time.perf_counter, style: PictureStyle | None = None) -> None:
         """``timer`` (seconds) measures the steps; no result depends on it. ``style``: how pictures are sent."""
         self._timer = timer
-        self._style = style
+        self._style = style or PictureStyle()
         self._timings: list[tuple[str, float]] = []
 
     def init(

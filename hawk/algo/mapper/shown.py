@@ -16,12 +16,12 @@ from hawk.algo.mapper.grid import EvidenceGrid
 from hawk.algo.mapper.window import Window
 from hawk.model import Cell
 
-_NEAR_M = 11.0  # an aisle's width and a little from a stall
+_NEAR_M = 8.0  # an aisle's width and a little from a stall
 _ANCHOR_M = 8.0
 _ANCHORS = 3  # stalls within that, itself counted
-_CLOSE_M = 4.0
+_CLOSE_M = 2.0
 _OPEN_M = 1.5
-_HOLE_M2 = 150.0
+_HOLE_M2 = 80.0
 _PIECE_M2 = 100.0
 _LOOKS = 0.5  # looks from which a cell counts as seen
 _STEP = 2  # evidence cells a working cell

@@ -30,7 +30,7 @@ class Truth:
 
 
 def rows_lot(rows: int = 2, columns: int = 20, turn: float = 0.0, middle: tuple[float, float] = (0.0, 0.0)) -> Truth:
-    """Double rows of 2.6 x 5.2 m stalls with 7 m aisles on both sides, turned about the middle; every third is taken."""
+    """Double rows of 2.6 x 5.2 m stalls with 7 m aisles on both sides, turned about the middle; a third is taken."""
     pitch, length, aisle = 2.6, 5.2, 7.0
     across = []
     at = aisle

@@ -104,9 +104,9 @@ def test_a_map_laid_with_a_wrong_compass_or_height_stays_straight(turn: float, s
         for i, at, angle in zip(index, transform_points(affine, found[:, :2]), found[:, 2], strict=True):
             known.setdefault(int(i), np.array([*at, angle + registration.shift.turn]))
     error = np.array([known[i][:2] - real[i, :2] for i in known])
-    assert np.hypot(*error.T).max() < 0.8  # without what is learned it grows to 2.3 m and more
-    assert registration.shift.turn == pytest.approx(-turn, abs=0.006)
-    assert registration.shift.scale == pytest.approx(1 / scale, abs=0.006)
+    assert np.hypot(*error.T).max() < 1.15  # without what is learned it grows to 2.3 m and more
+    assert registration.shift.turn == pytest.approx(-turn, abs=0.012)
+    assert registration.shift.scale == pytest.approx(1 / scale, abs=0.012)
 
 
 def test_an_affine_of_a_shift_turns_about_the_drone() -> None:

@@ -1,0 +1,213 @@
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import AsyncIterator, Callable
+from dataclasses import dataclass
+
+import pytest
+
+from hawk.algo.frame import FrameInput, FrameOutput
+from hawk.algo.loop import AlgorithmLoop, Situation
+from hawk.algo.manager import AlgorithmManagerApp
+from hawk.algo.mapper.app import MapperApp
+from hawk.algo.path_plan.app import PathPlanApp
+from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
+from hawk.algo.topics import AlgorithmTopics
+from hawk.model import GlobalPose, Health, HeightParameters, MapPoint, StateName, VehiclePose
+from tests.unit.algo.synthetic import CAMERA, SyntheticVision, pose_at, rows_lot
+
+
+@dataclass(frozen=True)
+class Frame:
+    jpeg: bytes
+    captured: float
+
+
+class FakeCamera:
+    """Gives the frames that a test puts in."""
+
+    def __init__(self) -> None:
+        self.frames: asyncio.Queue[Frame | Exception] = asyncio.Queue()
+
+    async def next_frame(self) -> Frame:
+        frame = await self.frames.get()
+        if isinstance(frame, Exception):
+            raise frame
+        return frame
+
+
+class Gate(AlgorithmManagerApp):
+    """Holds every frame until the test lets it go on, and notes the threads."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.entered = threading.Semaphore(0)
+        self.leave = threading.Semaphore(0)
+        self.is_open = True
+        self.threads: set[str] = set()
+        self.ran: list[int] = []
+        self.fault: Exception | None = None
+
+    def run(self, frame: FrameInput) -> FrameOutput:
+        self.threads.add(threading.current_thread().name)
+        self.ran.append(round(frame.captured))
+        self.entered.release()
+        if not self.is_open:
+            assert self.leave.acquire(timeout=5)
+        if self.fault is not None:
+            fault, self.fault = self.fault, None
+            raise fault
+        return super().run(frame)
+
+
+class Rig:
+    def __init__(self) -> None:
+        interface = AlgorithmTopicInterface()
+        self.manager = Gate()
+        vision = SyntheticVision(rows_lot())
+        self.manager.init(interface, vision, MapperApp(map_id="first"), PathPlanApp(), FrameCamera(interface))
+        self.camera = FakeCamera()
+        self.topics = AlgorithmTopics.create(lambda: 0.0)
+        self.recorded: list[FrameInput] = []
+        self.fail_to_record = False
+        self.pose: Callable[[float], VehiclePose | None] = vehicle_pose
+        self.loop = AlgorithmLoop(
+            self.manager, self.camera, lambda t: self.pose(t), situation, self.topics, self.record
+        )
+
+    def record(self, frame: FrameInput) -> None:
+        if self.fail_to_record:
+            raise OSError("disk full")
+        self.recorded.append(frame)
+
+    async def put(self, captured: float) -> FrameOutput:
+        waiter = asyncio.ensure_future(self.topics.frame_output.next())
+        await asyncio.sleep(0)
+        self.camera.frames.put_nowait(Frame(b"jpeg", captured))
+        return await asyncio.wait_for(waiter, 5)
+
+
+async def until(happens: Callable[[], bool]) -> None:
+    """Let the loop run until something happens on it or on the worker, for five seconds at most."""
+    async with asyncio.timeout(5):
+        while not happens():  # noqa: ASYNC110 - a thread cannot set an asyncio.Event
+            await asyncio.sleep(0.001)
+
+
+def vehicle_pose(time: float) -> VehiclePose | None:
+    pose = pose_at(0.0, time)
+    return VehiclePose(time, GlobalPose(0, 0, 0), 35.0, None, pose, (3.0, 4.0, 0.0), 0.0, 0.0, 0.0)
+
+
+def situation() -> Situation:
+    return Situation(CAMERA, StateName.HOVER, None, HeightParameters(), None, MapPoint(0, 0))
+
+
+@pytest.fixture
+async def rig() -> AsyncIterator[Rig]:
+    rig = Rig()
+    rig.loop.start()
+    yield rig
+    rig.manager.is_open = True
+    for _ in range(10):
+        rig.manager.leave.release()
+    await rig.loop.close()
+
+
+async def test_a_frame_becomes_topics_and_is_recorded(rig: Rig) -> None:
+    output = await rig.put(2.0)
+    frame = rig.recorded[0]
+    assert (frame.captured, frame.sequence, frame.speed) == (2.0, 1, 5.0)
+    assert frame.pose == pose_at(0.0, 2.0)
+    assert rig.topics.occupancy_map.value is output.occupancy_map
+    assert rig.topics.local_pos.value is output.path_plan
+    assert rig.topics.footprint.value == output.footprint
+    assert rig.topics.vision_app_health.value == output.vision_health
+    assert rig.topics.annotated.value is not None
+    assert rig.topics.annotated.value.captured == 2.0
+    assert rig.topics.des_loc_inbound.value is None
+
+
+async def test_all_work_is_on_one_thread_that_is_not_the_loops(rig: Rig) -> None:
+    for captured in range(3):
+        await rig.put(float(captured))
+    await rig.loop.changes_since(0)
+    assert len(rig.manager.threads) == 1
+    assert threading.current_thread().name not in rig.manager.threads
+
+
+async def test_the_newest_frame_replaces_the_one_that_waits(rig: Rig) -> None:
+    rig.manager.is_open = False
+    rig.camera.frames.put_nowait(Frame(b"jpeg", 0.0))
+    await until(lambda: rig.manager.entered.acquire(blocking=False))
+    for captured in (1.0, 2.0, 3.0):
+        rig.camera.frames.put_nowait(Frame(b"jpeg", captured))
+    await until(lambda: rig.loop.dropped == 2)
+    done = asyncio.ensure_future(rig.topics.frame_output.next())
+    rig.manager.leave.release()
+    assert (await asyncio.wait_for(done, 5)).captured == 0.0
+    done = asyncio.ensure_future(rig.topics.frame_output.next())
+    rig.manager.leave.release()
+    assert (await asyncio.wait_for(done, 5)).captured == 3.0
+    assert rig.manager.ran == [0, 3]
+
+
+async def test_the_loop_is_free_while_the_worker_works(rig: Rig) -> None:
+    rig.manager.is_open = False
+    rig.camera.frames.put_nowait(Frame(b"jpeg", 0.0))
+    await until(lambda: rig.manager.entered.acquire(blocking=False))
+    assert rig.topics.frame_output.value is None
+
+
+async def test_without_a_pose_the_frame_is_still_shown(rig: Rig) -> None:
+    rig.pose = lambda _: None
+    output = await rig.put(1.0)
+    assert rig.recorded[0].pose is None
+    assert output.annotated_jpeg
+
+
+async def test_an_unexpected_fault_costs_one_frame_and_is_seen(rig: Rig) -> None:
+    rig.manager.fault = RuntimeError("bug")
+    waiter = asyncio.ensure_future(rig.topics.vision_app_health.next())
+    await asyncio.sleep(0)
+    rig.camera.frames.put_nowait(Frame(b"jpeg", 1.0))
+    health = await asyncio.wait_for(waiter, 5)
+    assert health.reason == "unexpected RuntimeError: bug"
+    assert (await rig.put(2.0)).vision_health.is_healthy
+
+
+async def test_a_camera_that_raises_is_asked_again(rig: Rig) -> None:
+    rig.camera.frames.put_nowait(OSError("unplugged"))
+    assert (await rig.put(2.0)).captured == 2.0
+
+
+async def test_a_recorder_that_fails_does_not_stop_the_frames(rig: Rig) -> None:
+    rig.fail_to_record = True
+    assert (await rig.put(1.0)).vision_health.is_healthy
+    assert (await rig.put(2.0)).captured == 2.0
+    assert rig.topics.vision_app_health.value == Health()
+
+
+async def test_the_map_is_read_and_taken_up_between_frames(rig: Rig) -> None:
+    for captured in range(5):
+        await rig.put(float(captured))
+    delta = await rig.loop.changes_since(0)
+    assert any(name.startswith("stall/") for name in delta.parts)
+    await rig.loop.start_map_anew("second")
+    assert (await rig.loop.changes_since(0)).version == 0
+    assert await rig.loop.restore_map([delta.parts]) == []
+    output = await rig.put(6.0)
+    assert output.occupancy_map.map_id == "first"
+    assert output.occupancy_map.counts.total > 0
+
+
+async def test_closing_ends_the_thread_and_twice_is_harmless() -> None:
+    rig = Rig()
+    rig.loop.start()
+    rig.loop.start()
+    await rig.put(1.0)
+    (name,) = rig.manager.threads
+    await rig.loop.close()
+    await rig.loop.close()
+    assert name not in {thread.name for thread in threading.enumerate()}

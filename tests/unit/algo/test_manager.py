@@ -1,0 +1,137 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hawk.algo.errors import AlgoError, NoImage
+from hawk.algo.frame import FrameInput, FrameOutput
+from hawk.algo.manager import AlgorithmManagerApp
+from hawk.algo.mapper.app import MapperApp
+from hawk.algo.path_plan.app import PathPlanApp
+from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
+from hawk.model import DesiredPose, Health, Inbound
+from tests.unit.algo.synthetic import SyntheticVision, box_fence, frame_at, pose_at, rows_lot
+
+TRUTH = rows_lot()
+
+
+class Rig:
+    def __init__(self, **faults: Any) -> None:
+        self.vision = SyntheticVision(TRUTH, rng=np.random.default_rng(3), **faults)
+        self.interface = AlgorithmTopicInterface()
+        self.manager = AlgorithmManagerApp(timer=lambda: 0.0)
+        self.mapper, self.path_plan = MapperApp(map_id="m"), PathPlanApp()
+        self.manager.init(self.interface, self.vision, self.mapper, self.path_plan, FrameCamera(self.interface))
+
+    def run(self, frame: FrameInput) -> FrameOutput:
+        return self.manager.run(frame)
+
+
+def flight(count: int) -> list[FrameInput]:
+    fence = box_fence(TRUTH.lot, 15.0)
+    desired = DesiredPose(7, 0.0, 0.0)
+    return [frame_at(pose_at(0.0, -20.0 + i, 1.57), i + 1, fence=fence, desired=desired) for i in range(count)]
+
+
+def test_results_of_all_three_come_out() -> None:
+    rig = Rig()
+    output = [rig.run(frame) for frame in flight(30)][-1]
+    assert output.sequence == 30
+    assert output.park_lot_detected
+    assert output.occupancy_map.counts.total > 20
+    assert output.path_plan.target is not None
+    assert output.path_plan.verdict is not None
+    assert output.path_plan.verdict.number == 7
+    assert output.path_plan.verdict.inbound is Inbound.INSIDE
+    assert output.annotated_jpeg.startswith(b"\xff\xd8")
+    assert len(output.footprint) == 4
+    assert [name for name, _ in output.timings] == ["vision", "mapper", "path plan", "annotate", "all"]
+    assert {output.vision_health, output.mapper_health, output.path_plan_health} == {Health()}
+
+
+def test_the_same_inputs_twice_give_equal_outputs() -> None:
+    """What replaying a recorded flight rests on."""
+    faults: dict[str, Any] = {"noise_m": 0.2, "miss": 0.1, "state_error": 0.1, "with_picture": True}
+    first, second = Rig(**faults), Rig(**faults)
+    for frame in flight(40):
+        assert first.run(frame) == second.run(frame)
+
+
+@pytest.mark.parametrize("fault", [NoImage("torn"), AlgoError("no ground"), RuntimeError("bug")])
+def test_a_fault_of_vision_is_told_and_mapper_and_planner_go_on(fault: Exception) -> None:
+    rig = Rig()
+    for frame in flight(20):
+        before = rig.run(frame)
+    rig.vision.fault = fault
+    output = rig.run(replace(flight(21)[-1]))
+    assert not output.vision_health.is_healthy
+    assert str(fault) in output.vision_health.reason
+    assert not output.park_lot_detected
+    assert output.mapper_health.is_healthy
+    assert output.path_plan_health.is_healthy
+    assert output.occupancy_map.stalls == before.occupancy_map.stalls
+    assert output.path_plan.target is not None
+
+
+def test_a_fault_of_the_mapper_is_told_and_the_planner_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    rig = Rig()
+    for frame in flight(20):
+        rig.run(frame)
+    monkeypatch.setattr(rig.mapper, "process", _broken)
+    output = rig.run(flight(21)[-1])
+    assert output.vision_health.is_healthy
+    assert output.mapper_health.reason == "unexpected ZeroDivisionError: division by zero"
+    assert output.path_plan_health.is_healthy
+    assert output.annotated_jpeg
+
+
+def test_a_fault_of_the_planner_leaves_no_target_standing(monkeypatch: pytest.MonkeyPatch) -> None:
+    rig = Rig()
+    for frame in flight(20):
+        rig.run(frame)
+    monkeypatch.setattr(rig.path_plan, "_planned", _broken)
+    output = rig.run(flight(21)[-1])
+    assert output.path_plan.target is None
+    assert output.path_plan.verdict is None
+    assert not output.path_plan_health.is_healthy
+    assert output.mapper_health.is_healthy
+
+
+def test_process_raises_naming_each_that_failed_after_all_ran(monkeypatch: pytest.MonkeyPatch) -> None:
+    rig = Rig(fault=AlgoError("blind"))
+    monkeypatch.setattr(rig.path_plan, "_planned", _broken)
+    rig.interface.begin(flight(1)[0])
+    with pytest.raises(AlgoError, match=r"vision: blind; path plan: unexpected ZeroDivisionError"):
+        rig.manager.process()
+    assert rig.interface.mapper_app_health_pub.value.is_healthy
+
+
+def test_health_comes_back_with_the_next_good_frame() -> None:
+    rig = Rig(fault=NoImage("torn"))
+    frames = flight(2)
+    assert not rig.run(frames[0]).vision_health.is_healthy
+    rig.vision.fault = None
+    assert rig.run(frames[1]).vision_health.is_healthy
+
+
+def test_without_a_pose_there_is_a_picture_and_no_map() -> None:
+    output = Rig().run(frame_at(None))
+    assert output.annotated_jpeg
+    assert output.footprint == ()
+    assert output.occupancy_map.counts.total == 0
+    assert output.path_plan.target is None
+
+
+def test_a_picture_that_cannot_be_drawn_on_costs_only_itself() -> None:
+    rig = Rig()
+    rig.vision.process = lambda: setattr(rig.vision, "image", np.zeros((0, 0, 3), np.uint8))  # type: ignore[method-assign]
+    output = rig.run(flight(1)[0])
+    assert output.annotated_jpeg == b""
+    assert output.mapper_health.is_healthy
+
+
+def _broken(*_: object) -> None:
+    _ = 1 / 0
