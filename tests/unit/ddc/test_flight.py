@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from hawk.comm.messages import Arm, AutonomousExplore, ReturnToLaunch, Takeoff
+import pytest
+
+from hawk.comm.messages import Arm, AutonomousExplore, Land, ReturnToLaunch, Takeoff
 from hawk.model import CopterMode, StateName
 from tests.unit.ddc.fakes import Rig
 
@@ -39,3 +41,24 @@ async def test_a_survey_goes_through_all_its_states(rig: Rig) -> None:
         "Returning home.",
         "Landed. Motors off.",
     ]
+
+
+async def test_land_arm_again_elsewhere_and_go_on(rig: Rig) -> None:
+    for place in (0.0, 5.0):
+        rig.autopilot.east = place
+        await rig.tick()
+        rig.order(Arm())
+        await rig.run(1.0)
+        datum = rig.service.datum
+        rig.order(Takeoff())
+        await rig.until(StateName.HOVER)
+        home, fence = rig.topics.home_pub.value, rig.manager.fence
+        assert home is not None
+        assert fence is not None
+        assert (home.north, home.east) == pytest.approx((0, place), abs=0.01)
+        easts = [east for _, east in fence.autopilot_polygon]
+        assert (min(easts) + max(easts)) / 2 == pytest.approx(place, abs=0.01)
+        rig.order(Land())
+        await rig.until(StateName.IDLE)
+        assert rig.service.datum is datum
+    assert rig.autopilot.count("upload_fence") == 2
