@@ -132,11 +132,13 @@ class FlightJournal:
     def add_start_in_air(self) -> tuple[float, ...]:
         """Count a start in the air at this moment; return all of the last ten minutes, this one last.
 
-        Await `flush` before anything that may crash.
+        It is written at once: a program that crashes right after its start must be counted too.
         """
         now = self._wall()
         starts = tuple(start for start in self.state.starts_in_air if 0 <= now - start <= _STARTS_KEPT_S)
-        self._put_values({f"{_START}{now:.3f}": b"1"})
+        with self._ready:
+            self._urgent = True
+            self._put_values({f"{_START}{now:.3f}": b"1"})
         return (*starts, now)
 
     def new_survey(self) -> str:

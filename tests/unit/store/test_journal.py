@@ -142,6 +142,17 @@ async def test_a_start_in_the_air_is_on_disk_when_flush_returns(make: Make, tmp_
     assert read_journal(folder(tmp_path)).starts_in_air == (5000.0,)
 
 
+async def test_a_start_in_the_air_does_not_wait_for_the_next_write(
+    make: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("hawk.store.journal.SYNC_S", 3600.0)
+    journal = make(wall=lambda: 5000.0)
+    journal.add_start_in_air()
+    async with asyncio.timeout(5.0):
+        while read_journal(folder(tmp_path)).starts_in_air != (5000.0,):  # noqa: ASYNC110 - a disk tells nobody
+            await asyncio.sleep(0.01)
+
+
 async def test_flush_with_nothing_to_write_returns_at_once(make: Make) -> None:
     assert await make().flush(0.5)
 
