@@ -34,7 +34,6 @@ from hawk.comm.calibration import load_calibration
 from hawk.comm.clock import ScaledClock
 from hawk.comm.drone_camera import DroneCamera
 from hawk.comm.loop_lag import LoopLag
-from hawk.comm.passive_listener import wait_until_disarmed
 from hawk.comm.performance import Performance
 from hawk.comm.topic import Topic
 from hawk.comm.vehicle import VehicleTopics
@@ -253,6 +252,9 @@ class Daemon:
         """Open MAVLink, unless this program crashed twice in the air within a minute: then only when disarmed."""
         before = [start for start in self._kept.starts_in_air if time.time() - start < RESTART_WINDOW_S]
         if restart_rule(len(before) + 1) is RestartRule.STAY_AWAY:
+            # Imported here: a MAVLink dialect takes a tenth of the time in which a start in the air must act.
+            from hawk.comm.passive_listener import wait_until_disarmed
+
             _LOG.error("started a third time within a minute in the air: the autopilot's failsafe has the drone")
             listening = asyncio.create_task(
                 wait_until_disarmed(self._config.autopilot.url, RESTART_WINDOW_S), name="passive-listener"
