@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 import * as format from "../src/words/format.ts";
-import { glanceValues, stateWords } from "../src/words/glance.ts";
+import { glanceValues, seenPercent, stateWords } from "../src/words/glance.ts";
 import { healthSummary, partName } from "../src/words/health.ts";
 import { heightsProblem } from "../src/words/heights.ts";
 import { stallDetail } from "../src/words/stall.ts";
@@ -74,6 +74,17 @@ describe("the state in words", () => {
     assert.equal(stateWords(view({ heartbeat: heartbeat({ State: "Manual" }) })).tone, "warn");
     assert.equal(stateWords(view({ heartbeat: heartbeat({ Connected: false }) })).title, "Autopilot silent");
     assert.equal(stateWords(view()).tone, "fine");
+  });
+
+  it("does not say that it is armed before it is", () => {
+    assert.equal(stateWords(view({ heartbeat: heartbeat({ State: "Arm", Armed: false }) })).title, "Arming");
+    assert.equal(stateWords(view({ heartbeat: heartbeat({ State: "Arm", Armed: true }) })).title, "Armed");
+  });
+
+  it("does not call a lot unseen in which stalls were found", () => {
+    assert.equal(seenPercent(heartbeat({ State: "Hover", Explored: 0, Free: 3 })), null);
+    assert.equal(seenPercent(heartbeat({ State: "Autonomous Explore", Explored: 0 })), 0);
+    assert.equal(seenPercent(heartbeat({ State: "Hover", Explored: 0.467 })), 47);
   });
 
   it("does not claim that the motors are off before the drone says so", () => {

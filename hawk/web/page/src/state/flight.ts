@@ -38,6 +38,9 @@ export class Flight {
   /** Fastest that it was heard to fly, metres a second: what a way takes is told only when this is known. */
   cruise: number | null = null;
 
+  /** Seconds in the air of the last flight that is known. */
+  airTime: number | null = null;
+
   private fresh = false;
   private localLines = 0;
 
@@ -57,6 +60,7 @@ export class Flight {
     const before = heartbeat["Trail Start"] ? [] : this.trail;
     if (heartbeat.Trail.length > 0 || heartbeat["Trail Start"]) this.trail = [...before, ...heartbeat.Trail].slice(-TRAIL);
     this.sample(heartbeat, at);
+    this.airTime = heartbeat["Flight Time"] ?? this.airTime;
     const speed = heartbeat.Speed ?? 0;
     if (isFlying(heartbeat) && speed > CRUISE_FROM) this.cruise = Math.max(this.cruise ?? 0, speed);
   }

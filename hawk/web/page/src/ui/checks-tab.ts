@@ -43,7 +43,7 @@ export class ChecksTab extends Part {
 
   private remedy(remedy: Remedy, group: CheckItem[]): TemplateResult {
     const mine = control(this.model.view()) === "mine";
-    const words = [...new Set(group.map((check) => check.Remedy).filter((text) => text !== ""))];
+    const words = [...new Set(group.map((check) => check.Remedy).filter((text) => text !== "" && text !== `${REMEDIES[remedy]}.`))];
     return html`${words.map((text) => html`<p class="sub">${text}</p>`)}
       <button class="primary" ?disabled=${!mine} @click=${() => void this.model.command({ Type: remedy }, REMEDIES[remedy])}>
         ${REMEDIES[remedy]}

@@ -7,8 +7,7 @@ import { healthSummary, partName } from "../words/health.ts";
 import { ageNow, STALE_S, type View } from "../words/view.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
-import type { Series } from "./plot.ts";
-import "./plot.ts";
+import { type Series, topHeight } from "./plot.ts";
 
 /** Mode, place, speed, health of each part, and how height and battery went. */
 @customElement("hawk-flight")
@@ -23,7 +22,7 @@ export class FlightTab extends Part {
     const plots = this.plots(samples);
     return html`<div class="scroll">
       ${mainFacts(view, heartbeat)} ${parts(heartbeat.Health.filter((item) => !item.Healthy))}
-      <hawk-plot label="Height, m" .series=${plots.height} .top=${topHeight(heartbeat)} .theme=${this.theme()}></hawk-plot>
+      <hawk-plot label="Height, m" .series=${plots.height} .top=${topHeight(heartbeat.Heights[2])} .theme=${this.theme()}></hawk-plot>
       <hawk-plot label="Battery, %" .series=${plots.battery} .top=${100} .theme=${this.theme()}></hawk-plot>
       ${moreFacts(view, heartbeat)} ${parts(heartbeat.Health.filter((item) => item.Healthy))}
     </div>`;
@@ -46,10 +45,6 @@ export class FlightTab extends Part {
   private theme(): string {
     return document.documentElement.dataset.theme ?? "";
   }
-}
-
-function topHeight(heartbeat: Heartbeat): number {
-  return Math.max(15, Math.ceil((heartbeat.Heights[2] ?? 60) / 15) * 15);
 }
 
 function parts(items: HealthItem[]): TemplateResult | typeof nothing {

@@ -208,7 +208,7 @@ export class MapPanel extends Part {
     }
     if (!heartbeat || stallCount(view) > 0 || isFlying(heartbeat)) return nothing;
     return html`<div class="toast quiet">
-      <span><b>No map yet</b><span class="sub">It fills as the drone flies. The dotted line is the fence: the drone stays inside.</span></span>
+      <span><b>No map yet</b><span class="sub">${emptyMapWords(heartbeat.Fence.length > 2)}</span></span>
     </div>`;
   }
 
@@ -256,6 +256,11 @@ export class MapPanel extends Part {
     const heartbeat = this.model.flight.heartbeat;
     return heartbeat?.North != null && heartbeat.East !== null ? { North: heartbeat.North, East: heartbeat.East } : null;
   }
+}
+
+function emptyMapWords(fenced: boolean): string {
+  const fence = "The dotted line is the fence: the drone stays inside.";
+  return fenced ? `It fills as the drone flies. ${fence}` : "It begins where the drone is armed, and fills as it flies.";
 }
 
 /** How far it can have flown since it was last heard, metres. */

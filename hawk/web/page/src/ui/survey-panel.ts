@@ -2,16 +2,20 @@ import { html, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
 import type { StallState } from "../state/map-store.ts";
 import * as format from "../words/format.ts";
+import { seenPercent } from "../words/glance.ts";
 import type { View } from "../words/view.ts";
 import { STALL_WORDS, stallCount } from "./counts-card.ts";
 import { cssVars } from "./css-vars.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
+import { type Series, topHeight } from "./plot.ts";
 import { swatch } from "./swatch.ts";
 
 /** What the survey found, once the drone is down again. */
 @customElement("hawk-survey")
 export class SurveyPanel extends Part {
+  private plotted: { now: number; height: Series; battery: Series } | null = null;
+
   override render(): TemplateResult {
     const view = this.model.view();
     const heartbeat = view.heartbeat;
@@ -29,7 +33,7 @@ export class SurveyPanel extends Part {
         </div>
         <div class="hero">${heartbeat?.Free ?? 0} free <small>of ${format.count(all, "stall", "stalls")}</small></div>
         <div class="stack" aria-hidden="true">
-          ${counts.map(([state, number]) => html`<i class=${state} ${cssVars({ "--share": String(number) })}></i>`)}
+          ${counts.filter(([, number]) => number > 0).map(([state, number]) => html`<i class=${state} ${cssVars({ "--share": String(number) })}></i>`)}
         </div>
         <div class="keys">
           ${counts.map(
@@ -45,11 +49,26 @@ export class SurveyPanel extends Part {
         <a class="button" href="api/stalls.geojson" download>${icon("download")}<span><b>Stalls for maps</b><span class="sub">GeoJSON</span></span></a>
       </section>
       <section class="facts">
-        ${fact(heartbeat?.["Flight Time"], format.longDuration, "in the air")} ${fact(heartbeat?.Way, format.distance, "flown")}
+        ${fact(this.model.flight.airTime, format.longDuration, "in the air")} ${fact(heartbeat?.Way, format.distance, "flown")}
         ${fact(heartbeat?.["Lot Area"], format.area, "lot")}
-        ${fact(heartbeat?.Explored, (share) => format.percent(share * 100), "of it seen")}
+        ${fact(heartbeat ? seenPercent(heartbeat) : null, format.percent, "of it seen")}
       </section>
+      <section class="plots">${this.plots(view)}</section>
     </section>`;
+  }
+
+  private plots(view: View): TemplateResult {
+    const samples = this.model.flight.samples;
+    const now = samples.at(-1)?.at ?? 0;
+    if (this.plotted?.now !== now) {
+      const seconds = samples.map((sample) => sample.at - now);
+      const height: Series = [seconds, samples.map((sample) => sample.height)];
+      this.plotted = { now, height, battery: [seconds, samples.map((sample) => sample.battery)] };
+    }
+    const theme = document.documentElement.dataset.theme ?? "";
+    const top = topHeight(view.heartbeat?.Heights[2]);
+    return html`<hawk-plot label="Height, m" .series=${this.plotted.height} .top=${top} .theme=${theme}></hawk-plot>
+      <hawk-plot label="Battery, %" .series=${this.plotted.battery} .top=${100} .theme=${theme}></hawk-plot>`;
   }
 
   private close(): void {

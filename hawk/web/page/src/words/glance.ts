@@ -26,7 +26,7 @@ export interface GlanceValue {
 const TITLES: Record<string, string> = {
   Idle: "On the ground",
   Configure: "Storing heights",
-  Arm: "Armed",
+  Arm: "Arming",
   Takeoff: "Taking off",
   Hover: "Holding",
   "Autonomous Explore": "Exploring",
@@ -43,9 +43,11 @@ export function stateTitle(state: string): string {
   return TITLES[state] ?? state;
 }
 
-/** Per cent of the lot seen, or null. */
+/** Per cent of the lot seen; null when it is not known, as it is when stalls were found and yet nothing counts as seen. */
 export function seenPercent(heartbeat: Heartbeat): number | null {
-  return heartbeat.Explored === null ? null : Math.round(heartbeat.Explored * 100);
+  const share = heartbeat.Explored;
+  if (share === null || (share === 0 && heartbeat.State !== "Autonomous Explore")) return null;
+  return Math.round(share * 100);
 }
 
 export function stateWords(view: View): StateWords {
@@ -75,7 +77,7 @@ function grounded(view: View, heartbeat: Heartbeat): StateWords {
 
 function active(view: View, heartbeat: Heartbeat): StateWords {
   const tone = toned(heartbeat, "fine");
-  const title = stateTitle(heartbeat.State);
+  const title = heartbeat.State === "Arm" && heartbeat.Armed === true ? "Armed" : stateTitle(heartbeat.State);
   const seen = seenPercent(heartbeat);
   if (heartbeat.State !== "Autonomous Explore" || seen === null) return same(tone, title, heartbeat.Detail);
   const left = heartbeat.Remaining;
