@@ -57,16 +57,18 @@ class EvidenceTile:
     well: GridU8 = field(default_factory=_zeros8)
     shown: GridU8 = field(default_factory=_zeros8)
     version: int = 0
+    coarse_likely: Grid32 = field(default_factory=lambda: np.zeros((_COARSE_CELLS, _COARSE_CELLS), np.float32))
     coarse_lot: Grid32 = field(default_factory=lambda: np.zeros((_COARSE_CELLS, _COARSE_CELLS), np.float32))
     coarse_seen: Grid32 = field(default_factory=lambda: np.zeros((_COARSE_CELLS, _COARSE_CELLS), np.float32))
     coarse_well: Grid32 = field(default_factory=lambda: np.zeros((_COARSE_CELLS, _COARSE_CELLS), np.float32))
     lot_cells: int = 0
 
     def summarise(self) -> None:
-        """Bring the coarse layers up to date: shares of lot, of seen and of well seen cells."""
+        """Bring the coarse layers up to date: shares of lot, of what looks like it, of seen and of well seen cells."""
         known = (self.shown != Cell.UNKNOWN).astype(np.float32)
         lot = (self.shown == Cell.LOT).astype(np.float32)
         self.coarse_lot = _shares(lot)
+        self.coarse_likely = _shares((self.lot > 0).astype(np.float32) * known)
         self.coarse_seen = _shares(known)
         self.coarse_well = _shares(self.well.astype(np.float32))
         self.lot_cells = int(np.count_nonzero(lot))
@@ -89,12 +91,14 @@ class CellEvidence:
 
 @dataclass(frozen=True, slots=True)
 class CoarseLayers:
-    """Shares (0..1) over a window of coarse cells: ``lot``, ``seen`` at all, ``well`` seen."""
+    """Shares (0..1) over a window of coarse cells: ``lot``, ``seen`` at all, ``well`` seen, and ``likely``: looks like
+    lot, whether stalls are near it or not."""
 
     window: Window
     lot: Grid32
     seen: Grid32
     well: Grid32
+    likely: Grid32
 
 
 class EvidenceGrid:
@@ -129,14 +133,15 @@ class EvidenceGrid:
 
     def coarse(self, window: Window) -> CoarseLayers:
         """Return the coarse layers over a window of `COARSE_M` cells."""
-        lot, seen, well = (np.zeros(window.shape, np.float32) for _ in range(3))
+        lot, seen, well, likely = (np.zeros(window.shape, np.float32) for _ in range(4))
         for key, in_tile, in_window in window.tiles():
             tile = self.tiles.get(key)
             if tile is not None:
                 lot[in_window] = tile.coarse_lot[in_tile]
                 seen[in_window] = tile.coarse_seen[in_tile]
                 well[in_window] = tile.coarse_well[in_tile]
-        return CoarseLayers(window, lot, seen, well)
+                likely[in_window] = tile.coarse_likely[in_tile]
+        return CoarseLayers(window, lot, seen, well, likely)
 
     @property
     def lot_area_m2(self) -> float:

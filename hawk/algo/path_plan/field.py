@@ -17,6 +17,7 @@ from hawk.algo.mapper.window import Window
 
 _REACH_M = 10.0  # how far beyond known lot more of it is expected: most of a double row with its aisle
 _FAR_M = 1e3
+_ALIKE = 0.7  # ground that looks like lot, without stalls near it, leads to lot less often
 _SEEN_BADLY = 0.15  # what a second look at a place near a picture's edge is worth, against a first look
 
 Grid = NDArray[np.float32]
@@ -59,10 +60,17 @@ def information_field(layers: CoarseLayers, fenced: NDArray[np.uint8], near_lot_
 def _likely_lot(layers: CoarseLayers, is_lot: NDArray[np.bool_], to_lot: Grid) -> Grid:
     """Probability of being lot: what was seen as it is, the rest by what is nearest."""
     known = layers.seen > 0.5
-    to_other = _distance(known & ~is_lot) * layers.window.cell_m
-    expected = np.exp(-to_lot / _REACH_M) / (1 + (to_lot / np.maximum(to_other, 0.5)) ** 2)
+    looks_alike = layers.likely > 0.5 * np.maximum(layers.seen, 0.3)
+    to_other = np.maximum(_distance(known & ~is_lot & ~looks_alike) * layers.window.cell_m, 0.5)
+    to_alike = _distance(looks_alike) * layers.window.cell_m
+    expected = np.maximum(_beyond(to_lot, to_other), _ALIKE * _beyond(to_alike, to_other))
     seen = layers.lot / np.maximum(layers.seen, 1e-3)
     return np.where(known, seen, expected).astype(np.float32)
+
+
+def _beyond(to_lot: Grid, to_other: Grid) -> Grid:
+    """Probability that unseen ground is lot, by the distances to known lot and to what is none."""
+    return np.asarray(np.exp(-to_lot / _REACH_M) / (1 + (to_lot / to_other) ** 2), dtype=np.float32)
 
 
 def _distance(mask: NDArray[np.bool_]) -> Grid:

@@ -17,7 +17,7 @@ class PathPlanSettings:
     """Distance at which a target counts as reached."""
     least_gain_m2: float = 20.0
     """Expected new lot (a stall and a half) below which a way is not worth flying."""
-    quiet_plans: int = 4
+    quiet_plans: int = 12
     """Plans in a row without anything to learn after which the exploration is done."""
     second_looks: int = 12
     """Unclear stalls that are flown to once more, at most."""

@@ -29,7 +29,7 @@ def area(north: tuple[float, float], east: tuple[float, float]) -> NDArray[np.bo
 
 
 def test_ground_with_lot_evidence_near_stalls_is_lot() -> None:
-    lot = area((-9, 9), (-20, 20))
+    lot = area((-9, 9), (-18, 16))
     shown = classify(grid_of(lot), WINDOW, ROW)
     assert (shown[lot] == Cell.LOT).mean() > 0.97
     assert (shown[~lot] == Cell.NON_LOT).mean() > 0.97

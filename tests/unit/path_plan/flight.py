@@ -1,0 +1,169 @@
+"""A drone that flies what the planner says over a lot of known shape; what a picture's middle shows is seen exactly."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+import shapely
+import shapely.affinity
+import shapely.ops
+from numpy.typing import NDArray
+
+from hawk.algo.mapper.grid import CoarseLayers
+from hawk.algo.mapper.window import Window
+from hawk.algo.path_plan.app import PathPlanApp
+from hawk.algo.topic_interface import AlgorithmTopicInterface
+from hawk.model import Fence, Inbound, MapPose, PathPlan, Stall
+from tests.unit.algo.synthetic import CAMERA, frame_at, ground_affine
+
+_FINE_M = 0.8
+_SPEED = 4.0  # m/s
+_YAW_RATE = 0.8  # rad/s
+_FRAME_S = 0.25
+_ACCELERATION = 2.0
+
+
+class KnownMap:
+    """What was seen of a lot so far, on a 0.8 m grid about the origin."""
+
+    def __init__(self, lot: shapely.Polygon, reach: float) -> None:
+        self.window = Window.around(np.array([[-reach, -reach], [reach, reach]]), _FINE_M).aligned(2)
+        self.lot = self._drawn(lot)
+        self.seen = np.zeros_like(self.lot)
+        self.well = np.zeros_like(self.lot)
+
+    def look(self, pose: MapPose) -> None:
+        for layer, share in ((self.seen, 1.0), (self.well, 0.85)):
+            corners = footprint(pose, share)
+            cells = self.window.cells_of(corners[:, 0], corners[:, 1])
+            cv2.fillConvexPoly(layer, np.round(cells * 16).astype(np.int32), (1.0,), shift=4)
+
+    def coverage(self) -> float:
+        return float((self.lot * self.well).sum() / self.lot.sum())
+
+    def coarse(self, window: Window) -> CoarseLayers:
+        lot, seen, well = (self._coarse(layer, window) for layer in (self.lot * self.seen, self.seen, self.well))
+        return CoarseLayers(window, lot, seen, well, lot)
+
+    def known_extent(self) -> NDArray[np.float64] | None:
+        rows, columns = np.nonzero(self.seen)
+        north = -(self.window.row + np.array([rows.max(), rows.min()])) * _FINE_M
+        east = (self.window.column + np.array([columns.min(), columns.max()])) * _FINE_M
+        return np.stack([north, east], -1)
+
+    def inbound(self, north: float, east: float) -> Inbound:
+        return Inbound.UNKNOWN
+
+    def stalls(self) -> Mapping[int, Stall]:
+        return {}
+
+    def _coarse(self, layer: NDArray[np.float32], window: Window) -> NDArray[np.float32]:
+        step = round(window.cell_m / _FINE_M)
+        size = (self.window.columns // step, self.window.rows // step)
+        small = cv2.resize(layer, size, interpolation=cv2.INTER_AREA)
+        top, left = window.row - self.window.row // step, window.column - self.window.column // step
+        result = np.zeros(window.shape, np.float32)
+        rows, columns = np.arange(window.rows) + top, np.arange(window.columns) + left
+        r, c = (rows >= 0) & (rows < size[1]), (columns >= 0) & (columns < size[0])
+        result[np.ix_(r, c)] = small[np.ix_(rows[r], columns[c])]
+        return result
+
+    def _drawn(self, lot: shapely.Polygon) -> NDArray[np.float32]:
+        corners = np.array(lot.exterior.coords)
+        cells = self.window.cells_of(corners[:, 0], corners[:, 1])
+        image = np.zeros(self.window.shape, np.float32)
+        cv2.fillPoly(image, [np.round(cells * 16).astype(np.int32)], (1.0,), shift=4)
+        return image
+
+
+@dataclass
+class Flight:
+    """What came of it: metres flown, seconds, share of the lot seen well, and every place."""
+
+    way: float = 0.0
+    seconds: float = 0.0
+    coverage: float = 0.0
+    done: bool = False
+    places: list[tuple[float, float]] = field(default_factory=list)
+    plans: list[PathPlan] = field(default_factory=list)
+
+
+def footprint(pose: MapPose, share: float) -> NDArray[np.float64]:
+    """Return the corners of the middle ``share`` of the level picture."""
+    width, depth = (pose.height * n / CAMERA.fx * share for n in (CAMERA.width, CAMERA.height))
+    affine = ground_affine(pose, (2, 2), 1.0)
+    box = np.array([[-width, -depth], [width, -depth], [width, depth], [-width, depth]]) / 2 + 0.5
+    return np.asarray(box @ affine[:, :2].T + affine[:, 2])
+
+
+def fly(
+    lot: shapely.Polygon, start: tuple[float, float], fence: Fence, app: PathPlanApp | None = None, most_s: float = 900
+) -> Flight:
+    """Fly until the planner is done: turning on the spot, then straight on with limited acceleration."""
+    known = KnownMap(lot, max(map(abs, lot.bounds)) + 80)
+    interface = AlgorithmTopicInterface()
+    app = app or PathPlanApp()
+    app.init(known, interface)
+    flight = Flight()
+    north, east, yaw, speed, sequence = *start, 0.0, 0.0, 0
+    while flight.seconds < most_s and not flight.done:
+        sequence += 1
+        flight.seconds += _FRAME_S
+        pose = MapPose(north, east, 35.0, 0.0, 0.0, yaw)
+        known.look(pose)
+        interface.begin(frame_at(pose, sequence, fence=fence))
+        app.process()
+        plan = app.get_local_pose()
+        flight.plans.append(plan)
+        flight.places.append((north, east))
+        flight.done = plan.explore.done
+        if plan.target is None or plan.yaw is None:
+            speed = 0.0
+            continue
+        off = math.remainder(plan.yaw - yaw, math.tau)
+        yaw += float(np.clip(off, -_YAW_RATE * _FRAME_S, _YAW_RATE * _FRAME_S))
+        d_north, d_east = plan.target.north - north, plan.target.east - east
+        left = math.hypot(d_north, d_east)
+        if abs(off) > 0.7 or left < 1e-6:
+            speed = 0.0
+            continue
+        speed = min(_SPEED, speed + _ACCELERATION * _FRAME_S, math.sqrt(2 * _ACCELERATION * left))
+        step = min(speed * _FRAME_S, left)
+        north, east = north + d_north / left * step, east + d_east / left * step
+        flight.way += step
+    flight.coverage = known.coverage()
+    return flight
+
+
+def lower_bound(lot: shapely.Polygon) -> float:
+    """Return the least way that can show the lot: what one picture does not show, swept with its full width."""
+    width, depth = (35.0 * n / CAMERA.fx * 0.85 for n in (CAMERA.width, CAMERA.height))
+    return float((lot.area - width * depth) / width)
+
+
+def random_lot(seed: int) -> tuple[shapely.Polygon, tuple[float, float]]:
+    """Return a lot of one or two joined rectangles, turned about the origin, and a start just inside its border."""
+    rng = np.random.default_rng(seed)
+    a, b = rng.uniform(50, 110), rng.uniform(40, 80)
+    lot = shapely.box(-b / 2, -a / 2, b / 2, a / 2)
+    if rng.random() < 0.6:
+        c, d = rng.uniform(30, 50), rng.uniform(30, 60)
+        at = rng.uniform(-a / 2, a / 2 - c)
+        lot = shapely.union(lot, shapely.box(b / 2 - 5, at, b / 2 + d, at + c))
+    lot = shapely.affinity.rotate(lot, rng.uniform(0, 180), origin=(0, 0))
+    edge = np.array(lot.exterior.coords)
+    i = int(rng.integers(len(edge) - 1))
+    middle = shapely.Point((edge[i] + edge[i + 1]) / 2)
+    inner = lot.buffer(-2.0)
+    inside = shapely.ops.nearest_points(inner, middle)[0]
+    return lot, (inside.x, inside.y)
+
+
+def fence_around(lot: shapely.Polygon, margin: float) -> Fence:
+    """Return a fence so far around the lot."""
+    polygon = tuple(map(tuple, lot.buffer(margin, join_style="mitre").exterior.coords[:-1]))
+    return Fence(polygon, polygon, 60.0, 63.0)

@@ -1,0 +1,180 @@
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+import pytest
+import shapely
+
+from hawk.algo.errors import AlgoError
+from hawk.algo.frame import FrameInput
+from hawk.algo.path_plan.app import PathPlanApp
+from hawk.algo.topic_interface import AlgorithmTopicInterface
+from hawk.model import (
+    DesiredPose,
+    Fence,
+    HeightParameters,
+    Inbound,
+    MapPoint,
+    PathPlan,
+    Stall,
+    StallState,
+    StateName,
+    Verdict,
+)
+from tests.unit.algo.synthetic import frame_at, pose_at
+from tests.unit.path_plan.flight import KnownMap, fence_around
+
+LOT = shapely.box(-20.0, -20.0, 20.0, 20.0)
+FENCE = fence_around(LOT, 15.0)
+
+
+class FakeMap(KnownMap):
+    """All of the lot is known, and what a test says of places and stalls."""
+
+    def __init__(self) -> None:
+        super().__init__(LOT, 100.0)
+        self.seen[:] = 1
+        self.well[:] = 1
+        self.verdict = Inbound.UNKNOWN
+        self.known: dict[int, Stall] = {}
+
+    def inbound(self, north: float, east: float) -> Inbound:
+        return self.verdict
+
+    def stalls(self) -> Mapping[int, Stall]:
+        return self.known
+
+
+class Rig:
+    def __init__(self) -> None:
+        self.map = FakeMap()
+        self.interface = AlgorithmTopicInterface()
+        self.app = PathPlanApp()
+        self.app.init(self.map, self.interface)
+
+    def plan(self, frame: FrameInput) -> PathPlan:
+        self.interface.begin(frame)
+        self.app.process()
+        self.app.publish()
+        return self.interface.local_pos_pub.value
+
+
+def stall(stall_id: int, north: float, east: float, state: StallState) -> Stall:
+    return Stall(stall_id, north, east, 0.0, 2.6, 5.2, 0.5, state, 0.9, 3, 1.0, 1)
+
+
+@pytest.mark.parametrize("inbound", list(Inbound))
+def test_the_verdict_carries_the_number_of_the_place_it_is_about(inbound: Inbound) -> None:
+    rig = Rig()
+    rig.map.verdict = inbound
+    plan = rig.plan(frame_at(pose_at(0, 0), state=StateName.HOVER, desired=DesiredPose(42, 5.0, 6.0)))
+    assert plan.verdict == Verdict(42, inbound)
+    assert rig.interface.des_loc_inbound_pub.value == Verdict(42, inbound)
+    assert rig.app.get_des_pose_inbound() is inbound
+
+
+@pytest.mark.parametrize(
+    ("inbound", "target"), [(Inbound.INSIDE, MapPoint(5.0, 6.0)), (Inbound.OUTSIDE, None), (Inbound.UNKNOWN, None)]
+)
+def test_only_a_place_inside_becomes_a_target(inbound: Inbound, target: MapPoint | None) -> None:
+    rig = Rig()
+    rig.map.verdict = inbound
+    frame = frame_at(pose_at(0, 0), state=StateName.AUTONOMOUS_MOVE, desired=DesiredPose(1, 5.0, 6.0))
+    assert rig.plan(frame).target == target
+
+
+def test_without_a_place_there_is_no_verdict_and_it_is_not_inbound() -> None:
+    rig = Rig()
+    assert rig.plan(frame_at(pose_at(0, 0), state=StateName.HOVER)).verdict is None
+    assert rig.app.get_des_pose_inbound() is Inbound.UNKNOWN
+
+
+def test_nothing_is_explored_in_other_states() -> None:
+    rig = Rig()
+    for state in set(StateName) - {StateName.AUTONOMOUS_EXPLORE}:
+        plan = rig.plan(frame_at(pose_at(0, 0), state=state, fence=FENCE))
+        assert plan.target is None
+        assert not plan.explore.done
+
+
+@pytest.mark.parametrize(
+    ("heights", "expected"),
+    [(HeightParameters(15, 35, 60), 35.0), (HeightParameters(40, 35, 60), 40.0), (HeightParameters(15, 35, 30), 30.0)],
+)
+def test_the_height_is_the_desired_one_within_its_bounds(heights: HeightParameters, expected: float) -> None:
+    rig = Rig()
+    rig.map.verdict = Inbound.INSIDE
+    frame = frame_at(pose_at(0, 0), state=StateName.AUTONOMOUS_MOVE, desired=DesiredPose(1, 5.0, 6.0))
+    assert rig.plan(replace(frame, heights=heights)).height == expected
+
+
+def test_an_unclear_stall_is_flown_to_once_before_it_is_done() -> None:
+    rig = Rig()
+    rig.map.known = {7: stall(7, 12.0, 8.0, StallState.UNKNOWN), 8: stall(8, -5.0, 0.0, StallState.FREE)}
+    frame = frame_at(pose_at(0, 0), fence=FENCE)
+    plan = rig.plan(frame)
+    assert plan.target == MapPoint(12.0, 8.0)
+    assert plan.yaw == pytest.approx(math.atan2(8, 12))
+    assert rig.plan(replace(frame, pose=pose_at(12.0, 8.0))).target is None
+    done = [rig.plan(replace(frame, pose=pose_at(12.0, 8.0))).explore.done for _ in range(20)]
+    assert done[-1]
+    assert not done[0]
+
+
+def test_an_unclear_stall_that_becomes_clear_on_the_way_is_left() -> None:
+    rig = Rig()
+    rig.map.known = {7: stall(7, 12.0, 8.0, StallState.UNKNOWN)}
+    assert rig.plan(frame_at(pose_at(0, 0), fence=FENCE)).target is not None
+    rig.map.known = {7: stall(7, 12.0, 8.0, StallState.TAKEN)}
+    assert rig.plan(frame_at(pose_at(1, 1), fence=FENCE)).target is None
+
+
+def test_an_unclear_stall_beyond_the_fence_is_not_flown_to() -> None:
+    rig = Rig()
+    rig.map.known = {7: stall(7, 12.0, 8.0, StallState.UNKNOWN)}
+    polygon = ((-20.0, -20.0), (5.0, -20.0), (5.0, 20.0), (-20.0, 20.0))
+    frame = frame_at(pose_at(0, 0), fence=Fence(polygon, polygon, 60.0, 63.0))
+    for _ in range(20):
+        plan = rig.plan(frame)
+        assert plan.target is None
+    assert plan.explore.done
+
+
+def test_leaving_explore_forgets_that_it_was_done() -> None:
+    rig = Rig()
+    frame = frame_at(pose_at(0, 0), fence=FENCE)
+    while not rig.plan(frame).explore.done:
+        pass
+    assert not rig.plan(replace(frame, state=StateName.HOVER)).explore.done
+    assert not rig.plan(frame).explore.done
+
+
+def test_before_anything_is_seen_it_waits_and_says_why() -> None:
+    rig = Rig()
+    rig.map.lot[:] = 0
+    plan = rig.plan(frame_at(pose_at(0, 0), fence=FENCE))
+    assert plan.target is None
+    assert not plan.explore.done
+    assert plan.explore.reason == "no lot is known yet"
+
+
+def test_without_a_pose_there_is_no_target() -> None:
+    assert Rig().plan(frame_at(None, fence=FENCE)).target is None
+
+
+def test_a_pose_that_is_not_finite_is_an_error_and_leaves_no_target() -> None:
+    rig = Rig()
+    rig.map.known = {7: stall(7, 12.0, 8.0, StallState.UNKNOWN)}
+    assert rig.plan(frame_at(pose_at(0, 0), fence=FENCE)).target is not None
+    rig.interface.begin(frame_at(pose_at(math.nan, 0), fence=FENCE))
+    with pytest.raises(AlgoError, match="not finite"):
+        rig.app.process()
+    assert rig.app.get_local_pose().target is None
+    assert not rig.app.get_health().is_healthy
+
+
+def test_not_initialised_is_said() -> None:
+    with pytest.raises(AlgoError, match="not initialised"):
+        PathPlanApp().process()

@@ -1,0 +1,71 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hawk.algo.mapper.grid import COARSE_M, CoarseLayers
+from hawk.algo.mapper.window import Window
+from hawk.algo.path_plan.field import InformationField, information_field
+
+WINDOW = Window(-40, -40, 80, 80, COARSE_M)
+
+
+def layers(lot: slice, seen: slice, likely: slice = slice(0), well: slice | None = None) -> CoarseLayers:
+    """Rows ``lot`` are known lot, of the rows ``seen``; everything else is unknown."""
+    made = [np.zeros(WINDOW.shape, np.float32) for _ in range(4)]
+    for layer, rows in zip(made, (lot, seen, seen if well is None else well, likely), strict=True):
+        layer[rows] = 1.0
+    made[3] = np.maximum(made[3], made[0])
+    return CoarseLayers(WINDOW, *made)
+
+
+def field_of(*args: slice, **kwargs: slice) -> InformationField:
+    return information_field(layers(*args, **kwargs), np.ones(WINDOW.shape, np.uint8), 10.0)
+
+
+def test_nothing_is_gained_where_all_was_seen_well() -> None:
+    field = field_of(slice(20, 60), slice(0, 80))
+    assert field.gain.max() == 0
+    assert field.seen_share == 1.0
+
+
+def test_beyond_known_lot_more_is_expected_the_nearer_the_more() -> None:
+    gain = field_of(slice(20, 40), slice(20, 40)).gain[40:60, 40]
+    assert gain[0] > 0.8 * COARSE_M**2
+    assert (np.diff(gain) < 0).all()
+
+
+def test_beyond_ground_that_is_no_lot_little_is_expected() -> None:
+    closed = field_of(slice(20, 40), slice(20, 44)).gain[44:60, 40]
+    open_ = field_of(slice(20, 40), slice(20, 40)).gain[40:56, 40]
+    assert closed.max() < 0.1 * open_.max()
+
+
+def test_ground_that_looks_alike_without_stalls_leads_on_a_little_less() -> None:
+    alike = field_of(slice(20, 40), slice(20, 50), likely=slice(40, 50)).gain[50, 40]
+    lot = field_of(slice(20, 50), slice(20, 50)).gain[50, 40]
+    none = field_of(slice(20, 40), slice(20, 50)).gain[50, 40]
+    assert none < alike < lot
+
+
+def test_a_second_look_at_a_picture_s_border_is_worth_less_than_a_first_look() -> None:
+    field = field_of(slice(20, 60), slice(20, 60), well=slice(20, 50))
+    assert 0 < field.gain[55, 40] < 0.3 * field.gain[60, 40]
+    assert field.seen_share == pytest.approx(0.75)
+
+
+def test_the_drone_stays_near_the_lot_and_inside_the_fence() -> None:
+    fenced = np.ones(WINDOW.shape, np.uint8)
+    fenced[:, :30] = 0
+    field = information_field(layers(slice(20, 40), slice(0, 80)), fenced, 10.0)
+    assert field.allowed[30, 40] == 1
+    assert field.allowed[45, 40] == 1  # 9.6 m from the lot
+    assert field.allowed[48, 40] == 0
+    assert not field.allowed[:, :30].any()
+    assert not field.passable[:, :30].any()
+
+
+def test_without_a_lot_nothing_is_allowed() -> None:
+    field = field_of(slice(0), slice(20, 40))
+    assert not field.allowed.any()
+    assert field.seen_share == 0.0
