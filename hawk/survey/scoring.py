@@ -32,6 +32,7 @@ NEAR_M = 0.7
 """A false alarm this near to a labelled stall always counts."""
 WHOLE_WIDTH_M, WHOLE_LENGTH_M, WHOLE_RATIO = 1.9, 4.0, 1.35
 """Least sides, metres, and ratio of the sides of a label that shows a whole stall."""
+_GRID_M = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,7 +158,8 @@ def match(found: FloatArray, true: FloatArray) -> Matches:
         return none
     first, second = _polygons(found), _polygons(true)
     i, j = shapely.STRtree(second).query(first, predicate="intersects")
-    shared = shapely.area(shapely.intersection(first[i], second[j]))
+    # the grid makes GEOS robust: without it two rectangles that share a side but for rounding can count as one
+    shared = shapely.area(shapely.intersection(first[i], second[j], grid_size=_GRID_M))
     overlap = shared / (shapely.area(first[i]) + shapely.area(second[j]) - shared)
     good = overlap >= MATCH_OVERLAP
     table = np.zeros((len(found), len(true)))

@@ -150,3 +150,12 @@ def test_areas_are_compared() -> None:
     assert math.isnan(lot_iou(lot_area([]), shapely.Polygon()))
     mask = np.arange(6).reshape(2, 3)
     assert mask_iou(mask < 4, mask >= 2) == pytest.approx(2 / 6)
+
+
+@given(st.floats(0, math.pi))
+@settings(max_examples=40, deadline=None)
+def test_touching_neighbours_are_never_matched(angle: float) -> None:
+    place = np.array([-math.sin(angle), math.cos(angle)]) * 2.6
+    stalls = np.array([stall(10 + place[0] * k, -20 + place[1] * k, angle) for k in range(12)])
+    assert len(match(stalls[::2], stalls[1::2])) == 0
+    assert match(stalls, stalls).found.tolist() == match(stalls, stalls).true.tolist() == list(range(12))

@@ -194,3 +194,23 @@ def test_suppression_keeps_the_better_of_two_and_does_not_chain() -> None:
     assert quads.suppress(boxes, np.array([0.9, 0.8, 0.7, 0.1]), 0.3).tolist() == [True, False, True, True]
     assert quads.suppress(boxes, np.array([0.8, 0.9, 0.7, 0.1]), 0.3).tolist() == [False, True, False, True]
     assert quads.suppress(boxes[:0], np.zeros(0), 0.3).tolist() == []
+
+
+def test_neighbours_that_share_a_side_but_for_rounding_do_not_overlap() -> None:
+    first = np.array([(22.95508045411016, -1.9075736721816918), (21.698756119200702, -4.183897279561429)])
+    first = np.vstack([first, [(17.146108904441228, -1.6712486097425063), (18.402433239350685, 0.6050749976372309)]])
+    second = np.array([(24.211404789019625, 0.3687499351980457), (22.95508045411016, -1.9075736721816916)])
+    second = np.vstack([second, [(18.402433239350685, 0.6050749976372309), (19.65875757426015, 2.881398605016968)]])
+    assert quads.overlaps(first[None], second[None])[0] < 1e-6
+    assert quads.overlaps(second[None], first[None])[0] < 1e-6
+
+
+@given(st.floats(0, math.pi), st.floats(-500, 500), st.floats(-500, 500), st.floats(2, 4), st.floats(4, 6))
+def test_a_row_of_touching_stalls_never_overlaps(angle: float, x: float, y: float, width: float, length: float) -> None:
+    steps, ones = np.arange(12) * width, np.ones(12)
+    along = np.asarray(x - math.sin(angle) * steps, np.float64)
+    across = np.asarray(y + math.cos(angle) * steps, np.float64)
+    boxes = quads.corners(along, across, angle * ones, width * ones, length * ones)
+    assert quads.overlaps(boxes[:-1], boxes[1:]).max() < 1e-6
+    assert quads.overlaps(boxes, boxes).min() > 1 - 1e-6
+    assert quads.suppress(boxes, ones, 0.25).all()
