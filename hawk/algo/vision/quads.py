@@ -109,9 +109,10 @@ def _meeting_points(first: FloatArray, second: FloatArray) -> tuple[FloatArray, 
     r, s = np.roll(first, -1, axis=1) - first, np.roll(second, -1, axis=1) - second
     between = second[:, None, :, :] - first[:, :, None, :]
     denominator = _turn(r[:, :, None], s[:, None])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        t, u = _turn(between, s[:, None]) / denominator, _turn(between, r[:, :, None]) / denominator
-    crossing = (np.abs(denominator) > 1e-12) & (t >= 0) & (t <= 1) & (u >= 0) & (u <= 1)
+    parallel = np.abs(denominator) < 1e-12
+    denominator = np.where(parallel, 1.0, denominator)
+    t, u = _turn(between, s[:, None]) / denominator, _turn(between, r[:, :, None]) / denominator
+    crossing = ~parallel & (t >= 0) & (t <= 1) & (u >= 0) & (u <= 1)
     at = first[:, :, None] + np.where(crossing, t, 0.0)[..., None] * r[:, :, None]
     inner_first = (_turn(s[:, None], first[:, :, None] - second[:, None]) >= 0).all(axis=2)
     inner_second = (_turn(r[:, None], second[:, :, None] - first[:, None]) >= 0).all(axis=2)
