@@ -8,6 +8,7 @@ const GRID_M = 20;
 /** The lowest layer: a grid of 20 m, and what the drone saw of the ground. */
 export class GroundLayer extends Layer {
   palette: Palette | null = null;
+  private frame: FrameState | null = null;
   private readonly canvas = document.createElement("canvas");
 
   private readonly tiles: GroundTiles;
@@ -19,8 +20,16 @@ export class GroundLayer extends Layer {
   }
 
   override render(frame: FrameState | null): HTMLElement {
+    this.frame = frame;
+    this.repaint();
+    return this.canvas;
+  }
+
+  /** Draws this layer alone, as the view was last: what lies over it need not be drawn again. */
+  repaint(): void {
+    const frame = this.frame;
     const context = this.canvas.getContext("2d");
-    if (!frame || !context || !this.palette) return this.canvas;
+    if (!frame || !context || !this.palette) return;
     const ratio = frame.pixelRatio;
     const [width, height] = [frame.size[0] ?? 0, frame.size[1] ?? 0];
     resize(this.canvas, width, height, ratio);
@@ -36,7 +45,6 @@ export class GroundLayer extends Layer {
       if (right < 0 || bottom < 0 || left > width || top > height) return;
       context.drawImage(picture, left, top, right - left, bottom - top);
     });
-    return this.canvas;
   }
 }
 

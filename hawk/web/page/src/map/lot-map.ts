@@ -26,9 +26,9 @@ export interface LotMapEvents {
 const HALF_WORLD_M = 5000;
 /** Heartbeats come every 200 ms; the drone's mark glides from one place to the next in so long. */
 const GLIDE_MS = 200;
-const GLIDE_STEP_MS = 90;
+const GLIDE_STEP_MS = 100;
 /** Ground redraws are gathered for so long. */
-const REDRAW_MS = 120;
+const REDRAW_MS = 250;
 const FOLLOW_RESOLUTION = 0.14;
 const EASE_MS = 150;
 /** A whole lot that takes up less of the view than this is brought nearer. */
@@ -131,7 +131,8 @@ export class LotMap {
     this.scene = scene;
     this.startGlide(before);
     this.keepInView();
-    this.drawOverlay();
+    const same = before.planned === scene.planned && before.selected === scene.selected && before.lost === scene.lost;
+    if (!this.glide || !same) this.drawOverlay();
   }
 
   classAt(place: Point): number {
@@ -196,7 +197,7 @@ export class LotMap {
     if (this.redrawTimer !== 0 || document.hidden) return;
     this.redrawTimer = window.setTimeout(() => {
       this.redrawTimer = 0;
-      this.ground.changed();
+      this.ground.repaint();
     }, REDRAW_MS);
   }
 

@@ -1,7 +1,7 @@
 import type { ReactiveController, ReactiveControllerHost } from "lit";
 import type { Operator } from "../state/operator.ts";
 
-/** Draws its component again when the model changes. */
+/** Draws its component again when the model changes, unless nobody sees it. */
 export class Watch implements ReactiveController {
   private watched: Operator | null = null;
 
@@ -18,6 +18,7 @@ export class Watch implements ReactiveController {
   }
 
   hostConnected(): void {
+    document.addEventListener("visibilitychange", this.update);
     this.host.requestUpdate();
   }
 
@@ -30,11 +31,13 @@ export class Watch implements ReactiveController {
   }
 
   hostDisconnected(): void {
+    document.removeEventListener("visibilitychange", this.update);
     this.watched?.removeEventListener("change", this.update);
     this.watched = null;
   }
 
   private readonly update = (): void => {
+    if (document.hidden) return;
     this.host.requestUpdate();
   };
 }
