@@ -79,6 +79,9 @@ def default_intrinsics() -> CameraModel:
 class Camera:
     """Draws one shot at a time; a shot that comes while one waits replaces it and counts as late.
 
+    ``due`` counts the shots while somebody looked, ``drawn`` the pictures, ``late`` the shots that were drawn more than
+    a frame period after their slot or not at all: ``late / due`` is the share that voids a run.
+
     A picture is handed out ``latency`` simulated seconds after its light was caught. Nothing is drawn while nobody
     looks.
     """
@@ -86,6 +89,7 @@ class Camera:
     def __init__(
         self, renderer: Renderer, clock: SimulationClock, rng: np.random.Generator, latency: float = 0.05
     ) -> None:
+        self.due = 0
         self.drawn = 0
         self.late = 0
         self.frozen = False
@@ -111,6 +115,7 @@ class Camera:
         """Catch the light of this moment (called once a frame period, on the loop)."""
         if not self.is_watched or self.dark:
             return
+        self.due += 1
         if self._waiting is not None:
             self.late += 1
         self._waiting = shot

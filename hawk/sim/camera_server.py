@@ -126,7 +126,7 @@ class CameraServer:
 
     async def _status(self, _: web.Request) -> web.Response:
         camera = self._backend.camera
-        frames = {"frames_drawn": camera.drawn, "frames_late": camera.late}
+        frames = {"frames_due": camera.due, "frames_drawn": camera.drawn, "frames_late": camera.late}
         return web.json_response({**frames, **self._backend.status()})
 
     async def _fence(self, request: web.Request) -> web.Response:

@@ -122,7 +122,7 @@ async def test_truth_and_status(site: Site) -> None:
     async with site.client.get(f"{site.url}/truth") as answer:
         assert await answer.json() == {"stalls": []}
     async with site.client.get(f"{site.url}/status") as answer:
-        assert await answer.json() == {"frames_drawn": 0, "frames_late": 0, "landed": True}
+        assert await answer.json() == {"frames_due": 0, "frames_drawn": 0, "frames_late": 0, "landed": True}
 
 
 async def test_a_fence_is_watched_in_world_coordinates(site: Site) -> None:
