@@ -1,0 +1,111 @@
+"""All measurements of a flight in one table.
+
+``python -m benchmarks [--only latency,kill,seeds] [--json FILE]`` (``make bench ARGS="--json FILE"``)
+
+latency: the whole daemon at speed 1 with a page, beside an idle loop. kill: Kill on the wire while everything else is
+blocked. seeds: whole surveys of drawn worlds at speed 2 against their truth. Measure on a machine with nothing else to
+do: a section says VOID when others worked beside it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import contextlib
+import sys
+import tempfile
+from collections.abc import Awaitable, Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Final
+
+from rich.console import Console
+
+from benchmarks import kill_wire, surveys, whole_daemon
+from benchmarks.figures import BenchmarkError, Figure, Section, flat, print_table, write_json
+
+Result = tuple[list[Figure], str]
+SECTIONS: Final = ("latency", "kill", "seeds")
+EXIT_FAILED: Final = 1
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Measure, print, write; status 1 when a section could not be measured (what was measured is told all the same)."""
+    options = make_parser().parse_args(arguments)
+    with _folder(options.keep) as folder:
+        sections = [_run(name, _work(name, options, folder)) for name in SECTIONS if name in options.only]
+    print_table(sections, Console(width=None if sys.stdout.isatty() else 130))
+    if options.json is not None:
+        write_json(options.json, flat(sections))
+    return EXIT_FAILED if any(not section.figures for section in sections) else 0
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the parser of the command line."""
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--only", type=_sections, default=SECTIONS, metavar="A,B", help=f"of {', '.join(SECTIONS)}")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write every figure as one flat object")
+    parser.add_argument("--seconds", type=float, default=60.0, help="latency: how long to measure (default 60)")
+    parser.add_argument("--seed", type=int, default=1, help="latency: the world to fly over (default 1)")
+    parser.add_argument("--kills", type=int, default=200, help="kill: how many (default 200)")
+    parser.add_argument("--seeds", type=_seeds, default="1-5", metavar="A-B", help="seeds: worlds to survey (1-5)")
+    parser.add_argument("--keep", type=Path, metavar="DIR", help="keep logs, maps and reports there")
+    return parser
+
+
+@contextlib.contextmanager
+def _folder(keep: Path | None) -> Iterator[Path]:
+    """Make a new folder: a daemon that finds a journal goes on with its survey."""
+    if keep is None:
+        with tempfile.TemporaryDirectory(prefix="hawk-bench-") as made:
+            yield Path(made)
+    else:
+        keep.mkdir(parents=True, exist_ok=True)
+        kept = Path(tempfile.mkdtemp(prefix="bench-", dir=keep))
+        print(f"logs, maps and reports: {kept}", file=sys.stderr, flush=True)
+        yield kept
+
+
+def _work(name: str, options: argparse.Namespace, folder: Path) -> Callable[[], Awaitable[Result]]:
+    async def kill() -> Result:
+        return await kill_wire.measure(options.kills), ""
+
+    return {
+        "latency": lambda: whole_daemon.measure(options.seconds, options.seed, folder / "latency"),
+        "kill": kill,
+        "seeds": lambda: surveys.measure(options.seeds, folder / "seeds"),
+    }[name]
+
+
+def _run(name: str, work: Callable[[], Awaitable[Result]]) -> Section:
+    """Measure one section on a loop of its own."""
+
+    async def run() -> Result:
+        return await work()
+
+    print(f"measuring {name} ...", file=sys.stderr, flush=True)
+    try:
+        figures, problem = asyncio.run(run())
+    except BenchmarkError as error:
+        return Section(name, (), f"not measured: {error}")
+    return Section(name, figures, problem)
+
+
+def _sections(text: str) -> tuple[str, ...]:
+    names = tuple(text.split(","))
+    unknown = [name for name in names if name not in SECTIONS]
+    if unknown:
+        raise argparse.ArgumentTypeError(f"{', '.join(unknown)} is not one of {', '.join(SECTIONS)}")
+    return names
+
+
+def _seeds(text: str) -> list[int]:
+    try:
+        return surveys.parse_seeds(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,193 @@
+"""Whole surveys of drawn worlds by ``hawk-drone survey --sim``: what was counted against the truth, and the way flown
+against the least way that could show the lot.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import math
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import fmean
+from typing import Any, Final
+
+from shapely.geometry import Polygon
+from shapely.ops import unary_union
+
+from benchmarks.figures import BenchmarkError, Figure, Limit
+from hawk.config import CameraSettings, HeightSettings
+from hawk.survey.truth import Truth, read_truth
+
+SPEED: Final = 2.0
+"""Simulated seconds per second: perception figures count at 2 and less."""
+TIMEOUT_S: Final = 1200.0
+LEAST_F1: Final = 0.85
+COUNT_ERROR_SHARE: Final = 0.10
+COUNT_ERROR_STALLS: Final = 3.0
+LATE_SHARE: Final = 0.01
+ASPECT: Final = 720 / 1280
+
+
+@dataclass(frozen=True, slots=True)
+class Survey:
+    """One survey. ``bound_m``: least way that shows the whole lot, metres."""
+
+    seed: int
+    report: dict[str, Any]
+    bound_m: float
+
+    def value(self, key: str) -> float | None:
+        """Return a figure of the report, None when it is not there."""
+        found = self.report.get(key)
+        return None if found is None else float(found)
+
+    @property
+    def count_is_right(self) -> bool:
+        """Whether the free stalls were counted to 10 % or 3 stalls, whichever is more."""
+        share, stalls = self.value("free_count_error"), self.value("free_count_error_stalls")
+        if stalls is None:
+            return False
+        return abs(stalls) <= COUNT_ERROR_STALLS or (share is not None and abs(share) <= COUNT_ERROR_SHARE)
+
+    @property
+    def finished(self) -> bool:
+        """Whether the whole lot was seen and the drone is down with its motors off."""
+        return bool(self.report.get("status") == 0 and self.report.get("landed") and self.report.get("disarmed"))
+
+
+def least_way(truth: Truth, height_m: float, field_of_view: float) -> float:
+    """Return the least way that shows every lot, metres: (area - one picture's area) / width of a picture.
+
+    ``field_of_view``: of the picture's longer side, radians. A camera that flies along its shorter side sweeps its
+    width; what it sees where it begins costs no way. What is seen twice and the ways between lots are left out.
+    """
+    swath = 2 * height_m * math.tan(field_of_view / 2)
+    area = float(unary_union([Polygon(lot).buffer(0) for lot in truth.lots]).area)
+    return max(0.0, area - swath * swath * ASPECT) / swath
+
+
+async def measure(seeds: Sequence[int], folder: Path) -> tuple[list[Figure], str]:
+    """Fly every seed; return the figures, and why they are void if they are. Raises BenchmarkError when none flew."""
+    surveys = []
+    for seed in seeds:
+        survey = await _fly(seed, _made(folder / f"seed-{seed}"))
+        print(_line(survey), file=sys.stderr, flush=True)
+        surveys.append(survey)
+    if not any(survey.report for survey in surveys):
+        raise BenchmarkError(f"no survey was flown; see the logs in {folder}")
+    return figures(surveys), _void(surveys)
+
+
+def figures(surveys: Sequence[Survey]) -> list[Figure]:
+    """Return the figures of all surveys together."""
+    count = float(len(surveys))
+    f1 = _values(surveys, "stall_f1")
+    errors = [abs(value) for value in _values(surveys, "free_count_error")]
+    ways = [(way, s.bound_m) for s in surveys if (way := s.value("way_m")) is not None and s.bound_m > 0]
+    excursions = _values(surveys, "excursions")
+    return [
+        Figure("surveys", "surveys", count),
+        Figure(
+            "surveys_finished", "finished, landed and disarmed", float(sum(s.finished for s in surveys)),
+            limit=Limit(lowest=count),
+        ),
+        Figure("stall_f1", "stall F1, mean", _mean(f1)),
+        Figure("stall_f1_min", "stall F1, worst seed", min(f1, default=None), limit=Limit(lowest=LEAST_F1)),
+        Figure("recall_whole", "recall of whole stalls, mean", _mean(_values(surveys, "recall_whole"))),
+        Figure("state_accuracy", "state accuracy, mean", _mean(_values(surveys, "state_accuracy"))),
+        Figure("unknown_share", "share of stalls that are unclear, mean", _mean(_values(surveys, "unknown_share"))),
+        Figure("lot_iou", "lot IoU, mean", _mean(_values(surveys, "lot_iou"))),
+        Figure("free_count_error", "free-count error, mean size", _mean(errors)),
+        Figure("free_count_error_max", "free-count error, worst seed", max(errors, default=None)),
+        Figure(
+            "free_counts_right", "counts within max(10 %, 3 stalls)", float(sum(s.count_is_right for s in surveys)),
+            limit=Limit(lowest=count),
+        ),
+        Figure("excursions", "excursions, all seeds", sum(excursions) if excursions else None, limit=Limit(0, 0)),
+        Figure("way_m", "way flown, mean", _mean([way for way, _ in ways]), "m"),
+        Figure("way_bound_m", "least way, mean", _mean([bound for _, bound in ways]), "m"),
+        Figure("way_over_bound", "way flown by least way, mean", _mean([way / bound for way, bound in ways])),
+        Figure("survey_duration_s", "take-off to disarmed, mean", _mean(_values(surveys, "duration_s")), "s"),
+        Figure(
+            "survey_late_frames", "late frames, worst seed", max(_values(surveys, "late_frames"), default=None),
+            limit=Limit(highest=LATE_SHARE),
+        ),
+    ]  # fmt: skip
+
+
+def parse_seeds(text: str) -> list[int]:
+    """Return the seeds of ``1-5`` or ``2,4,7``. Raises ValueError."""
+    seeds: list[int] = []
+    for part in text.split(","):
+        first, _, last = part.partition("-")
+        if not (first.isdigit() and (last or first).isdigit() and int(first) <= int(last or first)):
+            raise ValueError(f"{text!r} names no seeds; write 1-5 or 2,4,7")
+        seeds.extend(range(int(first), int(last or first) + 1))
+    return seeds
+
+
+async def _fly(seed: int, folder: Path) -> Survey:
+    command = [sys.executable, "-m", "hawk.cli", "survey", "--sim", "--speed", f"{SPEED:g}", "--seed", str(seed)]
+    with (folder / "survey.log").open("wb") as log:
+        process = await asyncio.create_subprocess_exec(
+            *command, "--out", str(folder), "--quiet", stdin=asyncio.subprocess.DEVNULL, stdout=log, stderr=log
+        )
+        try:
+            await asyncio.wait_for(process.wait(), TIMEOUT_S)
+        except TimeoutError:
+            print(f"seed {seed}: not home after {TIMEOUT_S:.0f} s", file=sys.stderr)
+        finally:
+            await _end(process)
+    return _result(seed, folder)
+
+
+def _made(folder: Path) -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+async def _end(process: asyncio.subprocess.Process) -> None:
+    """Interrupt, so that the survey ends what it started; by force when it does not listen."""
+    if process.returncode is not None:
+        return
+    for tell, patience in ((process.terminate, 60.0), (process.kill, 5.0)):
+        with contextlib.suppress(ProcessLookupError):
+            tell()
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(process.wait(), patience)
+            return
+
+
+def _result(seed: int, folder: Path) -> Survey:
+    """Read what a survey wrote; an empty report when it did not get so far."""
+    try:
+        report = json.loads((folder / "report.json").read_text())
+        truth = read_truth(folder / "run" / "truth.json")
+    except (OSError, ValueError) as error:
+        print(f"seed {seed}: no result ({error}); see {folder / 'survey.log'}", file=sys.stderr)
+        return Survey(seed, {}, 0.0)
+    view = math.radians(CameraSettings().horizontal_fov_deg)
+    return Survey(seed, report, least_way(truth, HeightSettings().desired_m, view))
+
+
+def _void(surveys: Sequence[Survey]) -> str:
+    late = [s.seed for s in surveys if (s.value("late_frames") or 0.0) > LATE_SHARE]
+    return f"VOID: the simulator drew too late for seeds {late}" if late else ""
+
+
+def _line(survey: Survey) -> str:
+    keys = ("stall_f1", "free_count_error", "excursions", "way_m", "duration_s", "late_frames")
+    told = ", ".join(f"{key} {survey.report.get(key)}" for key in keys)
+    return f"seed {survey.seed}: {told}, least way {survey.bound_m:.0f} m: {survey.report.get('reason', 'no result')}"
+
+
+def _values(surveys: Sequence[Survey], key: str) -> list[float]:
+    return [value for survey in surveys if (value := survey.value(key)) is not None]
+
+
+def _mean(values: Sequence[float]) -> float | None:
+    return fmean(values) if values else None

@@ -1,0 +1,53 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from benchmarks import __main__ as command
+from benchmarks import kill_wire, whole_daemon
+from benchmarks.figures import BenchmarkError, Figure
+
+
+async def two_kills(kills: int) -> list[Figure]:
+    return [Figure("kills", "kills measured", float(kills))]
+
+
+async def no_simulator(seconds: float, seed: int, folder: Path) -> tuple[list[Figure], str]:
+    raise BenchmarkError("hawk-sim did not start")
+
+
+def test_one_section_is_measured_told_and_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(kill_wire, "measure", two_kills)
+    assert command.main(["--only", "kill", "--kills", "2", "--json", str(tmp_path / "out.json")]) == 0
+    assert json.loads((tmp_path / "out.json").read_text()) == {"kills": 2.0}
+    assert "kills measured" in capsys.readouterr().out
+
+
+def test_a_section_that_fails_does_not_lose_the_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(kill_wire, "measure", two_kills)
+    monkeypatch.setattr(whole_daemon, "measure", no_simulator)
+    out = tmp_path / "out.json"
+    assert command.main(["--only", "kill,latency", "--json", str(out)]) == command.EXIT_FAILED
+    assert json.loads(out.read_text()) == {"kills": 200.0}
+    assert "latency: not measured: hawk-sim did not start" in capsys.readouterr().out
+
+
+def test_kept_results_never_mix_with_those_of_an_earlier_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(whole_daemon, "measure", no_simulator)
+    for _ in range(2):
+        command.main(["--only", "latency", "--keep", str(tmp_path / "kept")])
+    assert len(list((tmp_path / "kept").iterdir())) == 2
+
+
+@pytest.mark.parametrize("arguments", [["--only", "kill,speed"], ["--seeds", "x"]])
+def test_wrong_options_are_refused_with_the_option(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        command.main(arguments)
+    assert ended.value.code == 2
+    assert arguments[0] in capsys.readouterr().err

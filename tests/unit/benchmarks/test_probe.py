@@ -1,0 +1,22 @@
+from __future__ import annotations
+
+import asyncio
+
+from benchmarks.probe import Probe, main
+
+
+async def test_an_idle_loop_is_sampled_until_the_probe_is_told_to_end() -> None:
+    probe = Probe("idle")
+    try:
+        await probe.start()
+        await asyncio.sleep(0.5)  # what is measured is time itself
+        found = await probe.finish()
+    finally:
+        await probe.close()
+    assert found["samples"] > 5
+    assert 0 <= found["lag_p50_ms"] <= found["lag_p99_ms"] <= found["lag_max_ms"]
+    assert found["jitter_p99_ms"] >= 0
+
+
+def test_an_unknown_probe_is_refused() -> None:
+    assert main(["nothing"]) == 2

@@ -1,0 +1,123 @@
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.figures import Figure
+from benchmarks.surveys import Survey, _result, _void, figures, least_way, parse_seeds
+from hawk.survey.truth import Truth
+
+RIGHT_ANGLE = math.pi / 2  # a picture is twice as wide as the drone is high
+GOOD = {
+    "status": 0, "landed": True, "disarmed": True, "stall_f1": 0.9, "free_count_error": 0.02,
+    "free_count_error_stalls": 1.0, "excursions": 0, "way_m": 300.0, "late_frames": 0.001,
+}  # fmt: skip
+
+
+def lot(width: float, height: float, x: float = 0.0) -> np.ndarray[Any, np.dtype[np.float64]]:
+    return np.array([[x, 0], [x + width, 0], [x + width, height], [x, height]], float)
+
+
+def truth(*lots: np.ndarray[Any, np.dtype[np.float64]]) -> Truth:
+    return Truth((), (), (), lots, None)
+
+
+def by_key(found: list[Figure]) -> dict[str, Figure]:
+    return {figure.key: figure for figure in found}
+
+
+def test_the_least_way_is_the_area_beyond_the_first_picture_by_the_width_of_a_picture() -> None:
+    # 20 m wide, 11.25 m deep pictures over 100 m x 40 m
+    assert least_way(truth(lot(100, 40)), 10.0, RIGHT_ANGLE) == pytest.approx((4000 - 20 * 11.25) / 20)
+
+
+def test_lots_that_overlap_are_counted_once() -> None:
+    one = least_way(truth(lot(100, 40)), 10.0, RIGHT_ANGLE)
+    assert least_way(truth(lot(100, 40), lot(50, 40, 25)), 10.0, RIGHT_ANGLE) == pytest.approx(one)
+
+
+def test_a_lot_within_one_picture_takes_no_way() -> None:
+    assert least_way(truth(lot(5, 5)), 10.0, RIGHT_ANGLE) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("share", "stalls", "right"),
+    [
+        (0.02, 1.0, True),
+        (0.30, 3.0, True),  # few free stalls: three may be missed
+        (-0.09, -9.0, True),
+        (0.11, 11.0, False),
+        (-0.5, -4.0, False),
+        (None, 2.0, True),  # no free stall at all, two seen
+        (None, 4.0, False),
+        (0.0, None, False),
+    ],
+)
+def test_a_count_is_right_within_a_tenth_or_three_stalls(
+    share: float | None, stalls: float | None, right: bool
+) -> None:
+    survey = Survey(1, {"free_count_error": share, "free_count_error_stalls": stalls}, 100.0)
+    assert survey.count_is_right is right
+
+
+def test_a_survey_that_did_not_land_is_not_finished() -> None:
+    assert Survey(1, GOOD, 100.0).finished
+    for change in ({"landed": False}, {"disarmed": False}, {"status": 4}):
+        assert not Survey(1, {**GOOD, **change}, 100.0).finished
+    assert not Survey(1, {}, 0.0).finished
+
+
+def test_figures_of_several_surveys_tell_mean_and_worst() -> None:
+    worse = {**GOOD, "stall_f1": 0.8, "free_count_error": -0.2, "free_count_error_stalls": -9.0, "excursions": 2}
+    found = by_key(figures([Survey(1, GOOD, 100.0), Survey(2, worse, 150.0)]))
+    assert found["stall_f1"].value == pytest.approx(0.85)
+    assert found["stall_f1_min"].value == 0.8
+    assert found["stall_f1_min"].passed is False
+    assert found["free_count_error"].value == pytest.approx(0.11)
+    assert found["free_count_error_max"].value == pytest.approx(0.2)
+    assert found["free_counts_right"].passed is False
+    assert found["excursions"].value == 2
+    assert found["excursions"].passed is False
+    assert found["way_over_bound"].value == pytest.approx((3.0 + 2.0) / 2)
+    assert found["surveys_finished"].passed
+
+
+def test_a_survey_without_a_result_shows_in_the_figures() -> None:
+    found = by_key(figures([Survey(1, GOOD, 100.0), Survey(2, {}, 0.0)]))
+    assert found["surveys_finished"].value == 1
+    assert found["surveys_finished"].passed is False
+    assert found["stall_f1"].value == pytest.approx(0.9)
+
+
+def test_late_frames_void_the_section_by_seed() -> None:
+    late = Survey(3, {**GOOD, "late_frames": 0.02}, 100.0)
+    assert _void([Survey(1, GOOD, 100.0)]) == ""
+    assert "[3]" in _void([Survey(1, GOOD, 100.0), late])
+
+
+def test_a_result_is_read_from_what_the_survey_wrote(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert _result(1, tmp_path).report == {}
+    assert "survey.log" in capsys.readouterr().err
+    (tmp_path / "run").mkdir()
+    (tmp_path / "report.json").write_text(json.dumps(GOOD))
+    values = {"stalls": [], "lots_m": [lot(200, 100).tolist()]}
+    (tmp_path / "run" / "truth.json").write_text(json.dumps(values))
+    found = _result(1, tmp_path)
+    assert found.report["stall_f1"] == 0.9
+    assert 300 < found.bound_m < 400
+
+
+@pytest.mark.parametrize(("text", "seeds"), [("1-5", [1, 2, 3, 4, 5]), ("2", [2]), ("1,4-6", [1, 4, 5, 6])])
+def test_seeds_are_a_list_or_a_range(text: str, seeds: list[int]) -> None:
+    assert parse_seeds(text) == seeds
+
+
+@pytest.mark.parametrize("text", ["", "a", "5-1", "1,,2", "-1"])
+def test_what_names_no_seeds_is_refused(text: str) -> None:
+    with pytest.raises(ValueError, match="names no seeds"):
+        parse_seeds(text)
