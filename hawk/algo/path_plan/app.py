@@ -15,7 +15,7 @@ from hawk.algo.mapper.grid import COARSE_M, CoarseLayers
 from hawk.algo.mapper.window import Window
 from hawk.algo.path_plan.explore import Explorer, Surroundings, to_point
 from hawk.algo.path_plan.fence import FenceGuard
-from hawk.algo.path_plan.field import InformationField, information_field
+from hawk.algo.path_plan.field import InformationField, information_field, scouting_field
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.path_plan.sweep import Swath
 from hawk.algo.topic_interface import AlgorithmTopicInterface
@@ -133,15 +133,16 @@ class PathPlanApp:
 
     def _explored(self, frame: FrameInput, pose: MapPose, height: float, verdict: Verdict | None) -> PathPlan:
         swath = Swath.of(frame.camera, height, self._settings.good_share)
-        field = self._field(frame.fence, pose)
-        if field is None:
+        known = self._known(frame.fence, pose)
+        if known is None:
             return PathPlan(explore=ExploreStatus(reason="nothing is mapped yet"), verdict=verdict)
+        field, scouting = self._fields(*known, swath)
         unclear = {
             i: (stall.north, stall.east)
             for i, stall in self._mapper.stalls().items()
             if stall.state is StallState.UNKNOWN
         }
-        plan = self._explorer.plan(Surroundings(field, pose, swath, self._guard, unclear))
+        plan = self._explorer.plan(Surroundings(field, pose, swath, self._guard, unclear, scouting))
         if plan.leg is None or plan.target is None:
             return PathPlan(explore=plan.status, verdict=verdict)
         target = to_point(plan.target)
@@ -151,15 +152,26 @@ class PathPlanApp:
         on = (plan.target, *(() if is_leg else (plan.leg.end,)), *plan.leg.onwards)
         return PathPlan(target, height, yaw, tuple(to_point(p) for p in on[:_SHOWN]), plan.status, verdict)
 
-    def _field(self, fence: Fence | None, pose: MapPose) -> InformationField | None:
+    def _fields(
+        self, layers: CoarseLayers, fenced: NDArray[np.uint8], swath: Swath
+    ) -> tuple[InformationField, InformationField | None]:
+        """Return what is to be learned, and for a lot that seems too small what may lie around it."""
+        settings = self._settings
+        field = information_field(layers, fenced, settings.near_lot_m)
+        area = float(layers.lot.sum()) * layers.window.cell_m**2
+        if area >= settings.small_lot_pictures * swath.width * swath.depth:
+            return field, None
+        return field, scouting_field(layers, fenced, settings.scout_near_lot_m)
+
+    def _known(self, fence: Fence | None, pose: MapPose) -> tuple[CoarseLayers, NDArray[np.uint8]] | None:
+        """Return the map around everything seen and where the fence lets the drone be, None before the first frame."""
         extent = self._mapper.known_extent()
         if extent is None:
             return None
         if fence != self._guard.fence:
             self._guard = FenceGuard(fence)
         window = Window.around(np.vstack([extent, [[pose.north, pose.east]]]), COARSE_M, _MARGIN_M)
-        layers = self._mapper.coarse(window)
-        return information_field(layers, self._guard.mask(window), self._settings.near_lot_m)
+        return self._mapper.coarse(window), self._guard.mask(window)
 
     @property
     def _interface(self) -> AlgorithmTopicInterface:

@@ -59,13 +59,18 @@ class Exploration:
 
 @dataclass(frozen=True, slots=True)
 class Surroundings:
-    """What one plan is made from. ``unclear`` are the stalls whose state is not known, by id."""
+    """What one plan is made from.
+
+    ``unclear`` are the stalls whose state is not known, by id; ``scouting`` is the field for looking around, None when
+    the lot is large enough to be the whole.
+    """
 
     field: InformationField
     pose: MapPose
     swath: Swath
     fence: FenceGuard
     unclear: dict[int, Place]
+    scouting: InformationField | None = None
 
     @property
     def place(self) -> Place:
@@ -87,23 +92,41 @@ class Explorer:
         self._age = 0
         self._looked: set[int] = set()
         self._barred: list[Place] = []
+        self._place: Place | None = None
+        self._is_scouting = False
+        self._scouted = 0.0
 
     def plan(self, around: Surroundings) -> Exploration:
         """Return where to fly next."""
         if not (around.field.lot > 0).any():
             return Exploration(None, None, ExploreStatus(reason="no lot is known yet"))
-        around = self._without_barred(around)
+        around = self._without_barred(self._looking(around))
         target = self._aim(around, self._kept(around)) or self._aim(around, self._fresh(around))
         barred = target is None and self._leg is not None
         if self._leg is not None and barred:
             self._barred.append(self._leg.end)
             self._leg = None
-        self._quiet = 0 if target is not None or barred else self._quiet + 1
+        is_busy = target is not None or barred or self._is_scouting
+        self._quiet = 0 if is_busy else self._quiet + 1
         done = self._quiet >= self._settings.quiet_plans
         left = 0.0 if self._leg is None else _length((around.place, self._leg.end, *self._leg.onwards))
         reason = "nothing is left to learn" if done else ""
         status = ExploreStatus(done, around.field.seen_share, round(left, 1), reason)
         return Exploration(self._leg, target, status)
+
+    def _looking(self, around: Surroundings) -> Surroundings:
+        """Change between exploring and looking around, and return what the plan is made from."""
+        last, self._place = self._place, around.place
+        if not self._is_scouting:
+            return around
+        self._scouted += 0.0 if last is None else math.dist(last, around.place)
+        self._age += 1
+        is_review = self._age % self._settings.review_plans == 0
+        is_over = around.scouting is None or self._scouted > self._settings.scout_way_m
+        if is_over or (is_review and self._cheapest(around) is not None):
+            self._is_scouting, self._leg = False, None
+            return around
+        return replace(around, field=around.scouting or around.field)
 
     def _aim(self, around: Surroundings, leg: Leg | None) -> Place | None:
         """Take up a leg and return where to fly for it, None when there is no way."""
@@ -156,7 +179,14 @@ class Explorer:
 
     def _fresh(self, around: Surroundings) -> Leg | None:
         plan = self._cheapest(around)
-        return self._unclear(around) if plan is None else self._begun(around, plan)
+        if plan is not None:
+            return self._begun(around, plan)
+        if self._is_scouting:
+            self._is_scouting, self._scouted = False, math.inf
+        elif around.scouting is not None and self._scouted <= self._settings.scout_way_m:
+            self._is_scouting = True
+            return None
+        return self._unclear(around)
 
     def _cheapest(self, around: Surroundings) -> LinePlan | None:
         pose = around.pose

@@ -16,6 +16,7 @@ from hawk.algo.mapper.grid import CoarseLayers
 from hawk.algo.mapper.window import Window
 
 _REACH_M = 10.0  # how far beyond known lot more of it is expected: most of a double row with its aisle
+_SCOUT_M = 30.0
 _FAR_M = 1e3
 _ALIKE = 0.7  # ground that looks like lot, without stalls near it, leads to lot less often
 _SEEN_BADLY = 0.15  # what a second look at a place near a picture's edge is worth, against a first look
@@ -55,6 +56,16 @@ def information_field(layers: CoarseLayers, fenced: NDArray[np.uint8], near_lot_
     allowed = ((to_lot <= near_lot_m) & (fenced > 0)).astype(np.uint8)
     passable = np.where(fenced > 0, cv2.dilate(allowed, np.ones((3, 3), np.uint8)), 0)
     return InformationField(layers.window, gain, allowed, passable.astype(np.uint8), layers.lot, layers.well)
+
+
+def scouting_field(layers: CoarseLayers, fenced: NDArray[np.uint8], near_lot_m: float) -> InformationField:
+    """Return the field for looking around a lot that seems too small to be the whole: all unseen ground counts that is
+    near the lot, whatever lies between."""
+    cell = layers.window.cell_m
+    to_lot = _distance(layers.lot > 0.5 * np.maximum(layers.seen, 0.3)) * cell
+    gain = ((1 - layers.seen) * np.exp(-to_lot / _SCOUT_M) * cell**2).astype(np.float32)
+    allowed = ((to_lot <= near_lot_m) & (fenced > 0)).astype(np.uint8)
+    return InformationField(layers.window, gain, allowed, allowed, layers.lot, layers.well)
 
 
 def _likely_lot(layers: CoarseLayers, is_lot: NDArray[np.bool_], to_lot: Grid) -> Grid:

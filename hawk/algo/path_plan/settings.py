@@ -17,6 +17,12 @@ class PathPlanSettings:
     """Distance at which a target counts as reached."""
     least_gain_m2: float = 20.0
     """Expected new lot (a stall and a half) below which a way is not worth flying."""
+    small_lot_pictures: float = 1.5
+    """A lot smaller than so many pictures may be part of a larger one: the drone looks around it before it is done."""
+    scout_near_lot_m: float = 25.0
+    """How far from the lot the drone may be while it looks around."""
+    scout_way_m: float = 120.0
+    """Way that looking around may cost."""
     quiet_plans: int = 12
     """Plans in a row without anything to learn after which the exploration is done."""
     second_looks: int = 12

@@ -30,7 +30,7 @@ _ACCELERATION = 2.0
 class KnownMap:
     """What was seen of a lot so far, on a 0.8 m grid about the origin."""
 
-    def __init__(self, lot: shapely.Polygon, reach: float) -> None:
+    def __init__(self, lot: shapely.Geometry, reach: float) -> None:
         self.window = Window.around(np.array([[-reach, -reach], [reach, reach]]), _FINE_M).aligned(2)
         self.lot = self._drawn(lot)
         self.seen = np.zeros_like(self.lot)
@@ -72,11 +72,12 @@ class KnownMap:
         result[np.ix_(r, c)] = small[np.ix_(rows[r], columns[c])]
         return result
 
-    def _drawn(self, lot: shapely.Polygon) -> NDArray[np.float32]:
-        corners = np.array(lot.exterior.coords)
-        cells = self.window.cells_of(corners[:, 0], corners[:, 1])
+    def _drawn(self, lot: shapely.Geometry) -> NDArray[np.float32]:
         image = np.zeros(self.window.shape, np.float32)
-        cv2.fillPoly(image, [np.round(cells * 16).astype(np.int32)], (1.0,), shift=4)
+        for part in shapely.get_parts(lot):
+            corners = np.array(part.exterior.coords)
+            cells = self.window.cells_of(corners[:, 0], corners[:, 1])
+            cv2.fillPoly(image, [np.round(cells * 16).astype(np.int32)], (1.0,), shift=4)
         return image
 
 
@@ -101,7 +102,7 @@ def footprint(pose: MapPose, share: float) -> NDArray[np.float64]:
 
 
 def fly(
-    lot: shapely.Polygon, start: tuple[float, float], fence: Fence, app: PathPlanApp | None = None, most_s: float = 900
+    lot: shapely.Geometry, start: tuple[float, float], fence: Fence, app: PathPlanApp | None = None, most_s: float = 900
 ) -> Flight:
     """Fly until the planner is done: turning on the spot, then straight on with limited acceleration."""
     known = KnownMap(lot, max(map(abs, lot.bounds)) + 80)

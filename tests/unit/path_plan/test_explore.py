@@ -103,3 +103,19 @@ def test_the_same_flight_twice_is_equal() -> None:
     lot, start = random_lot(2)
     flights = [fly(lot, start, fence_around(lot, 10.0)) for _ in range(2)]
     assert flights[0].plans == flights[1].plans
+
+
+def test_a_small_patch_of_lot_is_looked_around_before_it_is_done() -> None:
+    """The start shows a corner that nothing visible joins to the lot behind it: an entrance, a strip of trees."""
+    lot = shapely.union(shapely.box(-45.0, -30.0, -35.0, -14.0), shapely.box(-40.0, 12.0, 40.0, 60.0))
+    flight = fly(lot, (-40.0, -20.0), fence_around(lot.envelope, 10.0))
+    assert flight.done
+    assert flight.coverage > 0.95
+
+
+def test_looking_around_ends_where_there_is_nothing() -> None:
+    lot = shapely.box(-8.0, -12.0, 8.0, 12.0)
+    flight = fly(lot, (0.0, 0.0), fence_around(lot, 150.0))
+    assert flight.done
+    assert flight.way < 200
+    assert flight.coverage > 0.98
