@@ -28,6 +28,10 @@ from hawk.survey.survey_map import SurveyMap
 from hawk.survey.truth import Truth, TruthError, read_truth
 
 
+LATE_FRAMES_LIMIT = 0.01
+"""Share of pictures that the simulator drew late above which a run says nothing about perception."""
+
+
 @dataclass(frozen=True, slots=True)
 class SurveyOptions:
     """What to survey and where to write. ``url`` is a daemon that runs already, else ``simulation`` is started."""
@@ -150,10 +154,10 @@ def _report(
         **report.counts(survey),
     }
     if status is not None:
-        drawn, late = status["frames_drawn"], status["frames_late"]
+        due, late = status["frames_due"], status["frames_late"]
         values |= {key: status[key] for key in ("landed", "disarmed", "way_m", "excursions", "crashed")}
-        values |= {"late_frames": late / drawn if drawn else 0.0, "frames_drawn": drawn}
-        values["run_is_valid"] = values["late_frames"] <= 0.01
+        values |= {"late_frames": late / due if due else 0.0, "frames_due": due}
+        values["run_is_valid"] = values["late_frames"] <= LATE_FRAMES_LIMIT
     if truth is not None and truth.origin is not None and (survey.tiles or survey.stalls):
         values |= report.compare(survey, truth)
     values["lot_area_m2"] = report.lot_area(survey)
