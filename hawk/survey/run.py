@@ -27,7 +27,6 @@ from hawk.survey.stack import SimulatedStack, StackError
 from hawk.survey.survey_map import SurveyMap
 from hawk.survey.truth import Truth, TruthError, read_truth
 
-
 LATE_FRAMES_LIMIT = 0.01
 """Share of pictures that the simulator drew late above which a run says nothing about perception."""
 
