@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import functools
 import logging
 import math
 import time
@@ -37,6 +38,8 @@ _WATCH_S = 0.2
 _REOPEN_S = 5.0
 _RETRY_S = 0.5
 _CLOSE_S = 5.0
+_COMMAND_S = 2.5
+"""A little more than MAVSDK waits for an acknowledgement."""
 _WORDS_AFTER_S = 0.3
 _FENCE_CEILING_AND_POLYGON = 1 | 4  # FENCE_TYPE bits
 _FENCE_RTL_OR_LAND = 1  # FENCE_ACTION
@@ -110,8 +113,7 @@ class MavsdkAutopilot:
             self._inbox.close()
         loop = asyncio.get_running_loop()
         self._targets.close()
-        self._commands.shutdown(wait=False, cancel_futures=True)
-        self._kills.shutdown(wait=False, cancel_futures=True)
+        await self._end_commands()
         try:
             await asyncio.wait_for(loop.run_in_executor(self._links, self._close_link), _CLOSE_S)
         except TimeoutError:
@@ -340,6 +342,15 @@ class MavsdkAutopilot:
             elif self._link.found:
                 self._targets.clear()
             await asyncio.sleep(_WATCH_S / max(1.0, self._clock.speed))
+
+    async def _end_commands(self) -> None:
+        """Wait for commands under way: MAVSDK never answers one after it was closed, its thread would stay for ever."""
+        ending = asyncio.get_running_loop().run_in_executor(
+            self._kills, functools.partial(self._commands.shutdown, wait=True, cancel_futures=True)
+        )
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(ending, _COMMAND_S)
+        self._kills.shutdown(wait=False, cancel_futures=True)
 
     def _close_link(self) -> None:
         self._link.close()
