@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import faulthandler
 import sys
 from collections.abc import Sequence
 from importlib.metadata import version
@@ -17,6 +18,8 @@ EXIT_USAGE = 2
 """Exit status for wrong options and wrong settings, as argparse has it."""
 EXIT_FAILED = 1
 """Exit status when something that was asked for could not be done."""
+EXIT_S = 5.0
+"""Real seconds that the process may take to end after its work is done; then its threads are shown and it ends."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -129,9 +132,11 @@ def _run(options: argparse.Namespace) -> int:
 
     config = load_settings(options)
     simulation = simulation_options(options)
-    return asyncio.run(
+    status = asyncio.run(
         run_daemon(config, DaemonOptions(simulation, options.attach_sim, options.speed, options.ready_file))
     )
+    faulthandler.dump_traceback_later(EXIT_S, exit=True)  # a thread that hangs in a library would keep the process
+    return status
 
 
 def _survey(options: argparse.Namespace) -> int:

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import argparse
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -80,3 +82,22 @@ def test_survey_without_out_is_a_usage_error(capsys: pytest.CaptureFixture[str])
 def test_a_config_error_is_not_a_traceback() -> None:
     with pytest.raises(ConfigError):
         simulation_options(options("run", "--wind", "3"))
+
+
+HANGING = """
+import sys, threading
+import hawk.cli, hawk.daemon
+async def run_daemon(config, options):
+    threading.Thread(target=threading.Event().wait, name="hangs in a library").start()
+    return 0
+hawk.daemon.run_daemon = run_daemon
+hawk.cli.EXIT_S = 0.1
+sys.exit(hawk.cli.main(["run"]))
+"""
+
+
+def test_a_thread_that_hangs_does_not_keep_the_process() -> None:
+    ended = subprocess.run([sys.executable, "-c", HANGING], capture_output=True, text=True, timeout=60, check=False)
+    assert ended.returncode == 1
+    assert "Timeout" in ended.stderr
+    assert "in wait" in ended.stderr
