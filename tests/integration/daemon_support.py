@@ -1,0 +1,138 @@
+"""The real daemon and hawk-sim as processes, and an operator who flies them."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import AsyncIterator, Awaitable, Callable
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+from hawk.comm.messages import Ack, Arm, Command, Control, HealthItem, Heartbeat, ReturnToLaunch, SetFailsafes, Takeoff
+from hawk.model import StateName
+from hawk.simulation import SimulationOptions
+from hawk.survey.client import DroneClient
+from hawk.survey.handset import Handset
+from hawk.survey.stack import SimulatedStack
+from tests.integration.sim_support import small_picture
+
+SPEED = 3.0
+SILENCE_S = 15.0
+"""Real seconds without a heartbeat until a test gives up."""
+POLL_S = 0.05
+
+LOW = """
+[heights]
+minimum_m = 5.0
+desired_m = 8.0
+maximum_m = 10.0
+[operator]
+operator_timeout_s = 4.0
+operator_hold_s = 6.0
+control_lease_s = 8.0
+"""
+"""Settings for flights on which nothing is to be seen: low, and with little patience."""
+
+
+def over_a_picture(folder: Path, settings: str = LOW) -> SimulatedStack:
+    """Return a stack over 60 x 60 m of noise: ready at once, and no lot anywhere."""
+    options = SimulationOptions(world=small_picture(folder), metres_per_pixel=0.5, speed=SPEED)
+    return SimulatedStack(options, folder / "run", write_settings(folder, settings), None)
+
+
+def write_settings(folder: Path, settings: str) -> Path:
+    """Write a settings file and return its path."""
+    path = folder / "config.toml"
+    path.write_text(settings)
+    return path
+
+
+class Operator:
+    """One person with a connection: orders, and waits for what heartbeats show. Times are the drone's unless real."""
+
+    def __init__(self, drone: DroneClient) -> None:
+        self.drone = drone
+        self.hand = Handset(drone, SILENCE_S, lambda _: None)
+
+    @property
+    def beat(self) -> Heartbeat:
+        """The last heartbeat."""
+        assert self.drone.heartbeat is not None
+        return self.drone.heartbeat
+
+    async def until(self, reached: Callable[[Heartbeat], bool], timeout_s: float = 60.0) -> Heartbeat:
+        """Wait for such a heartbeat. Raises SurveyError with what the drone said instead."""
+        return await self.hand.until(reached, timeout_s, lambda b: f"still {b.state}, {b.ardupilot_state}: {b.detail}")
+
+    async def until_state(self, state: StateName, timeout_s: float = 60.0) -> Heartbeat:
+        """Wait until the drone is in a state."""
+        return await self.until(lambda b: b.state == state, timeout_s)
+
+    async def order(self, command: Command) -> None:
+        """Give a command that must be taken."""
+        await self.hand.order(command)
+
+    async def refusal(self, command: Command) -> str:
+        """Give a command that must be refused; return the reason."""
+        answer = await self.drone.ask(command)
+        assert isinstance(answer, Ack)
+        assert not answer.accepted
+        return answer.reason
+
+    async def take_control(self) -> None:
+        """Ask for control, again while somebody who has gone still has it."""
+        async with asyncio.timeout(SILENCE_S):
+            while not await self._has_control():
+                await self.hand.next()
+
+    async def take_off(self) -> None:
+        """Set what the checks ask for, arm, and climb to the desired height."""
+        await self.until(lambda b: b.connected and bool(b.checks), 60.0)
+        await self.take_control()
+        await self.until(lambda b: all(c.passed or c.remedy_command == "Set Failsafes" for c in b.checks), 120.0)
+        if not all(check.passed for check in self.beat.checks):
+            await self.order(SetFailsafes())
+        await self.until(lambda b: bool(b.checks) and all(check.passed for check in b.checks), 60.0)
+        await self.order(Arm())
+        await self.until(lambda b: b.state == StateName.ARM and b.armed is True)
+        await self.order(Takeoff())
+        await self.until_state(StateName.HOVER, 90.0)
+
+    async def until_down(self, timeout_s: float = 200.0) -> Heartbeat:
+        """Wait until the motors are off."""
+        return await self.until(lambda b: b.state == StateName.IDLE and b.armed is False, timeout_s)
+
+    async def come_home(self) -> None:
+        """Return home and wait until the motors are off."""
+        await self.order(ReturnToLaunch())
+        await self.until_down()
+
+    async def _has_control(self) -> bool:
+        answer = await self.drone.ask(Control(action="Request"))
+        return isinstance(answer, Ack) and answer.accepted
+
+
+@contextlib.asynccontextmanager
+async def operator(url: str) -> AsyncIterator[Operator]:
+    """Connect a new operator, without control."""
+    place = urlsplit(url)
+    async with DroneClient(place.hostname or "", place.port or 0) as drone:
+        yield Operator(drone)
+
+
+async def eventually(
+    ask: Callable[[], Awaitable[dict[str, Any]]], reached: Callable[[dict[str, Any]], bool], timeout_s: float
+) -> dict[str, Any]:
+    """Ask again and again until the answer is such; real seconds. Raises AssertionError with the last answer."""
+    clock = asyncio.get_running_loop().time
+    deadline = clock() + timeout_s
+    while not reached(answer := await ask()):
+        assert clock() < deadline, answer
+        await asyncio.sleep(POLL_S)
+    return answer
+
+
+def health(beat: Heartbeat, name: str) -> HealthItem:
+    """Return the health of one part."""
+    return next(item for item in beat.health if item.name == name)

@@ -1,0 +1,124 @@
+"""How the daemon dies, is told to end, loses its operator, and begins again: the drone is in the air each time."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+import pytest_asyncio
+
+from hawk.model import StateName
+from hawk.survey.stack import SimulatedStack
+from tests.integration.daemon_support import Operator, eventually, health, operator, over_a_picture
+
+pytestmark = [pytest.mark.integration, pytest.mark.asyncio(loop_scope="module")]
+
+TAKEN_UP_S = 3.0
+"""A daemon that starts in the air acts within this."""
+STOP_S = 10.0
+"""The service manager kills what has not ended by then (TimeoutStopSec)."""
+OPERATOR_TIMEOUT_S, OPERATOR_HOLD_S = 4.0, 6.0
+"""As `daemon_support.LOW` sets them."""
+
+
+@dataclass(frozen=True)
+class Flown:
+    """A stack that runs; the daemon's address stays over restarts."""
+
+    stack: SimulatedStack
+    url: str
+
+    async def start_again(self) -> float:
+        """Start the daemon; return when its process began, on the loop's clock."""
+        began = asyncio.get_running_loop().time()
+        await self.stack.start_daemon()
+        return began
+
+    def seconds_since(self, began: float) -> float:
+        """Return real seconds since then, without those in which the daemon waited for a core that others had."""
+        pid = self.stack.daemon_pid
+        assert pid is not None
+        return asyncio.get_running_loop().time() - began - waited_for_a_core(pid)
+
+
+def waited_for_a_core(pid: int) -> float:
+    """Return seconds that a process' main thread stood ready and was not run (Linux' sched-stats.rst, field 2)."""
+    path = Path(f"/proc/{pid}/schedstat")
+    return int(path.read_text().split()[1]) / 1e9 if path.exists() else 0.0
+
+
+@pytest_asyncio.fixture(loop_scope="module", scope="module")
+async def flown(tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Flown]:
+    stack = over_a_picture(tmp_path_factory.mktemp("life"))
+    try:
+        yield Flown(stack, (await stack.start()).url)
+    finally:
+        await stack.stop()
+
+
+async def test_killed_again_and_again_in_the_air(flown: Flown) -> None:
+    """Taken up at the first start, brought home at the second, left to the autopilot at the third."""
+    async with operator(flown.url) as pilot:
+        await pilot.take_off()
+        await flown.stack.kill_daemon()
+    began = await flown.start_again()
+    async with operator(flown.url) as pilot:
+        await pilot.until_state(StateName.COMMUNICATION_LOST)
+        assert flown.seconds_since(began) < TAKEN_UP_S
+        await pilot.take_control()
+        await pilot.until_state(StateName.HOVER)
+        assert (await flown.stack.status())["mode"] == "GUIDED"
+        await flown.stack.kill_daemon()
+    began = await flown.start_again()
+    await eventually(flown.stack.status, lambda s: s["mode"] == "RTL", 10)
+    assert flown.seconds_since(began) < TAKEN_UP_S
+    await flown.stack.kill_daemon()
+    await flown.start_again()
+    async with operator(flown.url) as pilot:
+        await stays_away_until_disarmed(flown.stack, pilot)
+        await pilot.until(lambda b: b.connected and b.state == StateName.IDLE)
+
+
+async def stays_away_until_disarmed(stack: SimulatedStack, pilot: Operator) -> None:
+    """Watch the drone come down by itself while the daemon says nothing to it."""
+    status = await stack.status()
+    assert not status["disarmed"]
+    while not status["disarmed"]:
+        beat = await pilot.hand.next()
+        assert not beat.connected or (await stack.status())["disarmed"]
+        status = await stack.status()
+        assert status["mode"] in ("RTL", "LAND")
+    assert not status["crashed"]
+
+
+async def test_without_its_operator_it_holds_and_then_comes_home(flown: Flown) -> None:
+    async with operator(flown.url) as watcher:
+        async with operator(flown.url) as pilot:
+            await pilot.take_off()
+            gone = pilot.beat.time
+        lost = await watcher.until_state(StateName.COMMUNICATION_LOST)
+        assert OPERATOR_TIMEOUT_S - 2 < lost.time - gone < OPERATOR_TIMEOUT_S + 2
+        assert lost.ardupilot_state == "GUIDED"
+        assert lost.return_in is not None
+        assert lost.return_in <= OPERATOR_HOLD_S
+        home = await watcher.until_state(StateName.RETURN_TO_LAUNCH)
+        assert OPERATOR_HOLD_S - 1 < home.time - lost.time < OPERATOR_HOLD_S + 2
+        await watcher.until_down()
+    assert not (await flown.stack.status())["crashed"]
+
+
+async def test_told_to_end_in_the_air_it_sends_the_drone_home_first(flown: Flown) -> None:
+    async with operator(flown.url) as pilot:
+        await pilot.take_off()
+    async with asyncio.timeout(STOP_S):
+        assert await flown.stack.end_daemon() == 0
+    assert (await flown.stack.status())["mode"] == "RTL"
+    down = await eventually(flown.stack.status, lambda s: s["disarmed"], 60)
+    assert not down["crashed"]
+    await flown.start_again()
+    async with operator(flown.url) as pilot:
+        idle = await pilot.until(lambda b: b.connected and b.state == StateName.IDLE)
+        assert health(idle, "link").healthy
