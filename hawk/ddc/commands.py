@@ -201,11 +201,19 @@ class Judge:
             return self._heights(command)
         if isinstance(command, AutonomousMove | CompulsiveMove):
             place = self._context.place_of(command)
-            return Refusal("The position is not known well enough.") if place is None else self.move_refusal(place)
+            if place is None:
+                return Refusal("The position is not known well enough.")
+            return self._travel_height(command) or self.move_refusal(place)
         confirmed = not isinstance(command, Resume | ReturnToLaunch | Land) or command.confirmed
         if self._context.state.identity is StateName.MANUAL and not confirmed:
             return Refusal("Confirmed: someone else flies; send it confirmed.")
         return None
+
+    def _travel_height(self, command: Command) -> Refusal | None:
+        height, heights = getattr(command, "height", None), self._context.heights
+        if height is None or heights.minimum <= height <= heights.maximum:
+            return None
+        return Refusal(f"Height: must lie between Min {heights.minimum:g} m and Max {heights.maximum:g} m.")
 
     def _heights(self, command: Configure) -> Refusal | None:
         try:

@@ -396,7 +396,8 @@ class OperationsManager:
         place, pose = self.place_of(command), self.topics.get_fresh_pose()
         if place is None or pose is None or pose.map is None:
             raise ValueError("a move was accepted without a position")
-        height = min(max(pose.map.height, self.heights.minimum), self.heights.maximum)
+        wanted = command.height if isinstance(command, CompulsiveMove) else None
+        height = min(max(wanted or pose.map.height, self.heights.minimum), self.heights.maximum)
         return MoveOrder(place, height, pose.map.yaw, isinstance(command, AutonomousMove), number=0)
 
     def _record_answer(self, client: ClientId, command: Command, answer: Ack) -> None:

@@ -412,6 +412,21 @@ async def test_a_map_move_goes_to_coordinates(flying: Rig) -> None:
     assert (flying.autopilot.north, flying.autopilot.east) == pytest.approx((15, -5), abs=0.1)
 
 
+async def test_a_compulsive_move_may_name_its_height(flying: Rig) -> None:
+    flying.order(CompulsiveMove(x=5, y=0, height=50))
+    await flying.until(S.HOVER)
+    await flying.run(3)
+    assert flying.autopilot.height == pytest.approx(50, abs=0.5)
+
+
+@pytest.mark.parametrize("height", [14.9, 60.1])
+async def test_a_height_outside_min_and_max_is_refused(flying: Rig, height: float) -> None:
+    answer = flying.command(CompulsiveMove(x=5, y=0, height=height))
+    assert not answer.accepted
+    assert answer.reason.startswith("Height: must lie between Min 15 m and Max 60 m")
+    flying.expect(S.HOVER)
+
+
 @pytest.mark.parametrize("kind", [CompulsiveMove, AutonomousMove])
 async def test_a_place_outside_the_fence_is_refused(
     flying: Rig, kind: type[CompulsiveMove] | type[AutonomousMove]
