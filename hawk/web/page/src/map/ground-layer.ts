@@ -10,19 +10,22 @@ export class GroundLayer extends Layer {
   palette: Palette | null = null;
   private frame: FrameState | null = null;
   private readonly canvas = document.createElement("canvas");
+  /** OpenLayers draws the next layer into a bare canvas below it: this one is wiped on its own, so it is not bare. */
+  private readonly holder = document.createElement("div");
 
   private readonly tiles: GroundTiles;
 
   constructor(tiles: GroundTiles) {
     super({});
     this.tiles = tiles;
-    this.canvas.className = "ground";
+    this.holder.className = "ground";
+    this.holder.append(this.canvas);
   }
 
   override render(frame: FrameState | null): HTMLElement {
     this.frame = frame;
     this.repaint();
-    return this.canvas;
+    return this.holder;
   }
 
   /** Draws this layer alone, as the view was last: what lies over it need not be drawn again. */

@@ -275,7 +275,8 @@ export class LotMap {
     const whole = this.whole();
     const size = this.map.getSize();
     if (!whole || !size?.[0] || !size[1]) return;
-    this.view.fit(whole, { padding: [28, 68, 52, 68], minResolution: 0.05, size });
+    const padding = size[1] < 300 ? [12, 60, 12, 60] : [28, 68, 52, 68];
+    this.view.fit(whole, { padding, minResolution: 0.05, size });
   }
 
   /** The lot as far as it was seen with drone and home, else the fence. */
