@@ -226,7 +226,13 @@ def _message_id(text: str) -> str | int | None:
         found = json.loads(text).get("Id")
     except (ValueError, AttributeError, RecursionError):
         return None
-    return found if isinstance(found, str | int) and not isinstance(found, bool) else None
+    if not isinstance(found, str | int) or isinstance(found, bool):
+        return None
+    try:
+        str(found).encode()
+    except ValueError:  # half a surrogate pair, or a number of thousands of digits: neither can be sent back
+        return None
+    return found
 
 
 # -- from the drone ---------------------------------------------------------------------------------------------------
