@@ -69,6 +69,7 @@ class PathPlanApp:
         self._health = Health.bad("not initialised")
         self._plan = PathPlan()
         self._exploring = False
+        self._explored_so_far = ExploreStatus()
 
     def init(self, mapper_app: KnowsMap, topic_interface: AlgorithmTopicInterface) -> None:
         """Take references. No place is inbound until the map says so."""
@@ -120,11 +121,14 @@ class PathPlanApp:
             self._explorer.start()
         self._exploring = exploring
         if exploring and frame.pose is not None:
-            return self._explored(frame, frame.pose, height, verdict)
+            plan = self._explored(frame, frame.pose, height, verdict)
+            self._explored_so_far = plan.explore
+            return plan
+        explore = self._explored_so_far
         if verdict is not None and frame.desired is not None and verdict.inbound is Inbound.INSIDE:
             target = MapPoint(frame.desired.north, frame.desired.east)
-            return PathPlan(target=target, height=height, route=(target,), verdict=verdict)
-        return PathPlan(verdict=verdict)
+            return PathPlan(target=target, height=height, route=(target,), explore=explore, verdict=verdict)
+        return PathPlan(explore=explore, verdict=verdict)
 
     def _verdict(self, frame: FrameInput) -> Verdict | None:
         if frame.desired is None:

@@ -142,12 +142,14 @@ def test_an_unclear_stall_beyond_the_fence_is_not_flown_to() -> None:
     assert plan.explore.done
 
 
-def test_leaving_explore_forgets_that_it_was_done() -> None:
+def test_how_far_it_came_is_told_until_it_begins_anew() -> None:
     rig = Rig()
     frame = frame_at(pose_at(0, 0), fence=FENCE)
     while not rig.plan(frame).explore.done:
         pass
-    assert not rig.plan(replace(frame, state=StateName.HOVER)).explore.done
+    after = rig.plan(replace(frame, state=StateName.HOVER)).explore
+    assert after.done
+    assert after.seen == 1.0
     assert not rig.plan(frame).explore.done
 
 
