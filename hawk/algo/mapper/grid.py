@@ -37,6 +37,10 @@ def _zeros16() -> Grid16:
     return np.zeros((_CELLS, _CELLS), np.float16)
 
 
+def _zeros32() -> Grid32:
+    return np.zeros((_CELLS, _CELLS), np.float32)
+
+
 def _zeros8() -> GridU8:
     return np.zeros((_CELLS, _CELLS), np.uint8)
 
@@ -50,8 +54,8 @@ class EvidenceTile:
     map version of the last change of any layer.
     """
 
-    lot: Grid16 = field(default_factory=_zeros16)
-    looks: Grid16 = field(default_factory=_zeros16)
+    lot: Grid32 = field(default_factory=_zeros32)
+    looks: Grid32 = field(default_factory=_zeros32)
     core: Grid16 = field(default_factory=_zeros16)
     car: Grid16 = field(default_factory=_zeros16)
     well: GridU8 = field(default_factory=_zeros8)
@@ -163,7 +167,7 @@ def _shares(layer: Grid32) -> Grid32:
 
 def _fuse_tile(tile: EvidenceTile, part: Slices, evidence: CellEvidence, seen: Slices, weight: float) -> None:
     mask = evidence.mask[seen]
-    looks = tile.looks[part].astype(np.float32)
+    looks = tile.looks[part]
     w = np.clip(1 - looks, np.float32(weight), 1) * (mask > 0)
     total = looks + w
     rate = w / np.clip(total, 1e-6, _MEAN_LOOKS)

@@ -95,4 +95,4 @@ def test_a_hectare_stays_within_its_memory() -> None:
     grid.fuse(evidence(0.8, window=Window(0, 0, side, side, EVIDENCE_M)), 1.0, 1)
     layers = ("lot", "looks", "core", "car", "well", "shown", "coarse_lot", "coarse_seen", "coarse_well")
     size = sum(getattr(tile, name).nbytes for tile in grid.tiles.values() for name in layers)
-    assert size < 3.5e6  # the mosaic, resting as JPEG, needs less than the rest of 5 MB
+    assert size < 4.2e6  # the mosaic, resting as JPEG, needs less than the rest of 5 MB
