@@ -157,6 +157,12 @@ export class LotMap {
     return pixel ? [pixel[0] ?? 0, pixel[1] ?? 0] : null;
   }
 
+  /** Place in the middle of what is shown. */
+  get centre(): Point {
+    const [east, north] = this.view.getCenter() ?? [];
+    return { North: north ?? 0, East: east ?? 0 };
+  }
+
   get resolution(): number {
     return this.view.getResolution() ?? 0.3;
   }

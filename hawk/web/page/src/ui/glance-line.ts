@@ -14,10 +14,10 @@ export class GlanceLine extends Part {
     const view = this.model.view();
     const words = stateWords(view);
     return html`<header class="glance">
-      <div class="cell state" role="status">
+      <div class="cell state">
         <i class="mark ${words.tone}"></i>
         <div>
-          <b>${words.title}</b>
+          <b role="status">${words.title}</b>
           <span class="sub wide">${words.detail}</span><span class="sub narrow">${words.short}</span>
         </div>
       </div>

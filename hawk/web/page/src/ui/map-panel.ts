@@ -54,7 +54,7 @@ export class MapPanel extends Part {
   override render(): TemplateResult {
     const view = this.model.view();
     return html`<section class="map ${this.model.picking ? "picking" : ""}" aria-label="Map">
-      <div class="ol" tabindex="0" aria-label="Map of the lot"></div>
+      <div class="ol" tabindex="0" role="application" aria-label="Map of the lot" @keydown=${this.key}></div>
       ${this.tools()} ${this.foot()} ${this.legend(view)} ${this.pill(view)} ${this.stallCard(view)} ${this.lastSeen(view)}
       ${this.notice(view)}
     </section>`;
@@ -115,6 +115,12 @@ export class MapPanel extends Part {
     }
     this.selected = stall === this.selected ? null : stall;
   }
+
+  /** By keyboard the middle of the map is chosen: arrows move the map, plus and minus zoom. */
+  private readonly key = (event: KeyboardEvent): void => {
+    if (event.key === "Escape" && this.model.picking) this.model.pick(false);
+    if (event.key === "Enter" && this.model.picking && this.lot) this.clicked(this.lot.centre, null);
+  };
 
   private canMove(view: View): boolean {
     const offered = option(view, "Autonomous Move").Possible || option(view, "Compulsive Move").Possible;
