@@ -34,6 +34,13 @@ def free_udp_port() -> int:
         return int(probe.getsockname()[1])
 
 
+def free_tcp_port() -> int:
+    """Return a TCP port of the loopback that nobody listens on."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
 def small_picture(folder: Path) -> Path:
     """Write a picture of 60 x 60 m at half a metre a pixel: a world that is ready at once."""
     path = folder / "world.png"
