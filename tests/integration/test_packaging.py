@@ -1,0 +1,90 @@
+"""What a user installs: the wheel is whole, and the service says what the design says."""
+
+from __future__ import annotations
+
+import configparser
+import re
+import shutil
+import subprocess
+import sys
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+UNIT = ROOT / "packaging" / "systemd" / "hawk-drone.service"
+COMMAND = "/opt/hawk/.venv/bin/hawk-drone"
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[zipfile.ZipFile]:
+    folder = tmp_path_factory.mktemp("wheel")
+    command = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation", "--no-cache-dir"]
+    built = subprocess.run(
+        [*command, f"--wheel-dir={folder}", str(ROOT)], capture_output=True, text=True, timeout=300, check=False
+    )
+    assert built.returncode == 0, built.stdout + built.stderr
+    (path,) = folder.glob("hawk_drone-*.whl")
+    with zipfile.ZipFile(path) as found:
+        yield found
+
+
+def test_the_wheel_carries_the_built_page_with_all_that_it_asks_for(wheel: zipfile.ZipFile) -> None:
+    page = wheel.read("hawk/web/static/index.html").decode()
+    asked = set(re.findall(r'(?:src|href)="\.?/?([\w./-]+)"', page))
+    assert {"app.js", "app.css"} <= asked
+    names = set(wheel.namelist())
+    assert {f"hawk/web/static/{name}" for name in asked | {"life-worker.js", "licences.txt"}} <= names
+    assert b"hawk-app" in wheel.read("hawk/web/static/app.js")
+
+
+def test_the_wheel_carries_the_network_and_every_module(wheel: zipfile.ZipFile) -> None:
+    weights = Path("hawk/algo/vision/weights/lot.onnx")
+    assert wheel.read(weights.as_posix()) == (ROOT / weights).read_bytes()
+    modules = {path.relative_to(ROOT).as_posix() for path in (ROOT / "hawk").rglob("*.py") if not _of_the_page(path)}
+    assert modules <= set(wheel.namelist())
+    assert "hawk/py.typed" in wheel.namelist()
+
+
+def test_the_wheel_carries_nothing_that_a_user_does_not_need(wheel: zipfile.ZipFile) -> None:
+    folders = {name.split("/")[0] for name in wheel.namelist()}
+    assert {folder for folder in folders if not folder.endswith(".dist-info")} == {"hawk"}
+    assert not [name for name in wheel.namelist() if name.startswith("hawk/web/page/") or name.endswith(".pyc")]
+
+
+def test_the_wheel_installs_both_commands(wheel: zipfile.ZipFile) -> None:
+    (name,) = [name for name in wheel.namelist() if name.endswith(".dist-info/entry_points.txt")]
+    commands = configparser.ConfigParser()
+    commands.read_string(wheel.read(name).decode())
+    assert dict(commands["console_scripts"]) == {"hawk-drone": "hawk.cli:main", "hawk-sim": "hawk.sim.cli:main"}
+
+
+def test_the_service_is_watched_started_again_at_once_and_never_simulated() -> None:
+    unit = configparser.RawConfigParser(strict=False)
+    unit.optionxform = str  # type: ignore[assignment, method-assign]
+    unit.read_string(UNIT.read_text())
+    service = unit["Service"]
+    assert service["Type"] == "notify"
+    assert service["Restart"] == "always"
+    assert service["RestartSec"] == "0"
+    assert unit["Unit"]["StartLimitIntervalSec"] == "0"
+    assert service["WatchdogSignal"] == "SIGKILL"
+    assert float(service["WatchdogSec"]) <= 3
+    assert service["ExecStart"].split()[0] == COMMAND
+    assert "--sim" not in UNIT.read_text()
+
+
+@pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="systemd-analyze is not installed")
+def test_the_service_is_understood_by_systemd(tmp_path: Path) -> None:
+    unit = tmp_path / UNIT.name
+    unit.write_text(UNIT.read_text().replace(COMMAND, sys.executable))  # it verifies that the command is there
+    verified = subprocess.run(
+        ["systemd-analyze", "verify", "--man=no", str(unit)], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert (verified.returncode, verified.stdout + verified.stderr) == (0, "")
+
+
+def _of_the_page(path: Path) -> bool:
+    return path.is_relative_to(ROOT / "hawk" / "web" / "page")
