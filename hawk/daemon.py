@@ -341,9 +341,7 @@ class Daemon:
         """Whether the journalled survey goes on; a simulated world is another one at each start of ours."""
         if self._options.simulation is not None or self._kept.datum is None:
             return False
-        folder = self._config.store.directory / "journal" / self._kept.survey_id
-        age = time.time() - max((path.stat().st_mtime for path in folder.glob("*")), default=0.0)
-        return age < CONTINUE_S
+        return time.time() - self._kept.last_written < CONTINUE_S
 
     def _begin_survey(self) -> None:
         if self._kept.datum is not None or self._kept.map_parts:

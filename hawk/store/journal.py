@@ -18,7 +18,7 @@ import shutil
 import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import IO, TypeVar
 
@@ -59,6 +59,8 @@ class JournalState:
     """Bytes that were torn or damaged and passed over."""
     problem: str = ""
     """Why it could not be read whole, in words."""
+    last_written: float = 0.0
+    """When the newest of it was written, wall clock seconds; 0 where there is nothing."""
 
 
 def read_journal(directory: Path) -> JournalState:
@@ -67,7 +69,7 @@ def read_journal(directory: Path) -> JournalState:
     if not surveys:
         return JournalState()
     values, lost, problem = _read_values(surveys[-1])
-    return _state(surveys[-1].name, values, lost, problem)
+    return replace(_state(surveys[-1].name, values, lost, problem), last_written=_last_written(surveys[-1]))
 
 
 class FlightJournal:
@@ -104,7 +106,8 @@ class FlightJournal:
         self._survey = surveys[-1] if surveys else directory / self._name(0)
         self._newest = self._survey
         self._values, lost, problem = _read_values(self._survey) if surveys else ({}, 0, "")
-        self.state = _state(self._survey.name, self._values, lost, problem)
+        kept = _state(self._survey.name, self._values, lost, problem)
+        self.state = replace(kept, last_written=_last_written(self._survey) if surveys else 0.0)
         self._file: IO[bytes] | None = None
         self._written = 0
         self._dirty = False
@@ -368,6 +371,13 @@ def _read_values(survey: Path) -> tuple[dict[str, bytes], int, str]:
             _merge(values, {record.key: record.value})
         lost += records.lost
     return values, lost, problem
+
+
+def _last_written(survey: Path) -> float:
+    """Return when its newest segment was written to; asked before this run writes anything."""
+    with contextlib.suppress(OSError):
+        return max((segment.stat().st_mtime for segment in _segments(survey)), default=0.0)
+    return 0.0
 
 
 def _merge(values: dict[str, bytes], news: Mapping[str, bytes]) -> None:

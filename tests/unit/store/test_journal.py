@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import asyncio
 import errno
+import os
 import signal
 import subprocess
 import sys
@@ -151,6 +152,18 @@ async def test_a_start_in_the_air_does_not_wait_for_the_next_write(
     async with asyncio.timeout(5.0):
         while read_journal(folder(tmp_path)).starts_in_air != (5000.0,):  # noqa: ASYNC110 - a disk tells nobody
             await asyncio.sleep(0.01)
+
+
+async def test_how_old_it_is_is_told_by_the_run_before(make: Make, tmp_path: Path) -> None:
+    journal = make()
+    assert journal.state.last_written == 0.0
+    journal.set_datum(DATUM)
+    await journal.close()
+    (segment,) = folder(tmp_path).glob("*/*.journal")
+    os.utime(segment, (5000.0, 5000.0))
+    again = make()
+    await again.flush()
+    assert again.state.last_written == 5000.0
 
 
 async def test_flush_with_nothing_to_write_returns_at_once(make: Make) -> None:
