@@ -43,10 +43,11 @@ export class GroundLayer extends Layer {
     const y = (north: number): number => height / 2 - (north - (center[1] ?? 0)) / resolution;
     drawGrid(context, { width, height, x, y, metres: resolution, colour: this.palette.grid });
     context.imageSmoothingQuality = "medium";
-    this.tiles.draw((picture, east, north, side) => {
-      const [left, top, right, bottom] = [x(east), y(north), x(east + side), y(north - side)];
-      if (right < 0 || bottom < 0 || left > width || top > height) return;
-      context.drawImage(picture, left, top, right - left, bottom - top);
+    const inSight = (east: number, north: number, side: number): boolean =>
+      x(east + side) > 0 && y(north - side) > 0 && x(east) < width && y(north) < height;
+    this.tiles.draw(inSight, (picture, east, north, side) => {
+      const [left, top] = [x(east), y(north)];
+      context.drawImage(picture, left, top, x(east + side) - left, y(north - side) - top);
     });
   }
 }

@@ -14,8 +14,12 @@ interface GroundTile {
   classVersion: number;
   picture: ImageBitmap | null;
   pictureVersion: number;
-  /** Composed from both, or null when it must be composed again. */
+  /** The picture without what was never seen, or null when there is another picture. */
+  seen: HTMLCanvasElement | null;
+  /** Composed from both. */
   canvas: HTMLCanvasElement | null;
+  /** It must be composed again before it is drawn. */
+  stale: boolean;
 }
 
 const FETCHES = 2;
@@ -27,6 +31,7 @@ export class GroundTiles {
   private fetching = 0;
   private generation = 0;
   private palette: Palette | null = null;
+  private scratch: HTMLCanvasElement | null = null;
 
   private readonly grid: Grid;
   private readonly changed: () => void;
@@ -47,7 +52,7 @@ export class GroundTiles {
 
   recolour(palette: Palette): void {
     this.palette = palette;
-    for (const tile of this.tiles.values()) tile.canvas = null;
+    for (const tile of this.tiles.values()) tile.stale = true;
     this.changed();
   }
 
@@ -60,7 +65,7 @@ export class GroundTiles {
       const classes = await inflateTile(data, this.grid.cells);
       if (generation !== this.generation || tile.classVersion !== version) return;
       tile.classes = classes;
-      tile.canvas = null;
+      tile.stale = true;
       this.changed();
     } catch (error) {
       console.warn("map tile", tileName(key), error);
@@ -78,12 +83,17 @@ export class GroundTiles {
     return this.tiles.get(tileName({ row, column }))?.classes?.[index] ?? 0;
   }
 
-  /** Draws each tile by a function that gets its picture and its north-west corner (east, north) and side in metres. */
-  draw(paint: (picture: HTMLCanvasElement, east: number, north: number, side: number) => void): void {
+  /** Draws the tiles that are in sight by a function that gets the picture, its north-west corner and its side, metres. */
+  draw(
+    inSight: (east: number, north: number, side: number) => boolean,
+    paint: (picture: HTMLCanvasElement, east: number, north: number, side: number) => void,
+  ): void {
     const side = this.grid.cells * this.grid.cellSize;
     for (const tile of this.tiles.values()) {
-      tile.canvas ??= this.compose(tile);
-      if (tile.canvas) paint(tile.canvas, tile.key.column * side, -tile.key.row * side, side);
+      const [east, north] = [tile.key.column * side, -tile.key.row * side];
+      if (!inSight(east, north, side)) continue;
+      if (tile.stale) this.compose(tile);
+      if (tile.canvas) paint(tile.canvas, east, north, side);
     }
   }
 
@@ -91,7 +101,8 @@ export class GroundTiles {
     const name = tileName(key);
     let tile = this.tiles.get(name);
     if (!tile) {
-      tile = { key, classes: null, classVersion: -1, picture: null, pictureVersion: -1, canvas: null };
+      const none = { classes: null, classVersion: -1, picture: null, pictureVersion: -1, seen: null, canvas: null };
+      tile = { key, ...none, stale: false };
       this.tiles.set(name, tile);
     }
     return tile;
@@ -120,27 +131,27 @@ export class GroundTiles {
       const tile = this.tile(key);
       if (version < tile.pictureVersion) return;
       tile.picture?.close();
-      Object.assign(tile, { picture, pictureVersion: version, canvas: null });
+      Object.assign(tile, { picture, pictureVersion: version, seen: null, stale: true });
       this.changed();
     } catch (error) {
       console.warn("map picture", tileName(key), error);
     }
   }
 
-  private compose(tile: GroundTile): HTMLCanvasElement | null {
-    if (!this.palette) return null;
+  private compose(tile: GroundTile): void {
+    const palette = this.palette;
     const size = this.grid.cells;
-    const canvas = newCanvas(size);
-    const context = canvas.getContext("2d");
-    if (!context) return null;
-    if (tile.classes) context.putImageData(new ImageData(classPixels(tile.classes, this.palette), size), 0, 0);
-    if (tile.picture) context.drawImage(seenPart(tile.picture, size), 0, 0);
-    if (tile.classes) {
-      const veil = newCanvas(size);
-      veil.getContext("2d")?.putImageData(new ImageData(veilPixels(tile.classes, this.palette), size), 0, 0);
-      context.drawImage(veil, 0, 0);
-    }
-    return canvas;
+    tile.canvas ??= newCanvas(size);
+    const context = tile.canvas.getContext("2d");
+    if (!palette || !context) return;
+    tile.stale = false;
+    context.clearRect(0, 0, size, size);
+    if (tile.classes) context.putImageData(new ImageData(classPixels(tile.classes, palette), size), 0, 0);
+    if (tile.picture) context.drawImage((tile.seen ??= seenPart(tile.picture, size)), 0, 0);
+    if (!tile.classes) return;
+    this.scratch ??= newCanvas(size);
+    this.scratch.getContext("2d")?.putImageData(new ImageData(veilPixels(tile.classes, palette), size), 0, 0);
+    context.drawImage(this.scratch, 0, 0);
   }
 }
 

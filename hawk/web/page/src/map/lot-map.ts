@@ -28,7 +28,7 @@ const HALF_WORLD_M = 5000;
 const GLIDE_MS = 200;
 const GLIDE_STEP_MS = 100;
 /** Ground redraws are gathered for so long. */
-const REDRAW_MS = 250;
+const REDRAW_MS = 400;
 const FOLLOW_RESOLUTION = 0.14;
 const EASE_MS = 150;
 /** A whole lot that takes up less of the view than this is brought nearer. */

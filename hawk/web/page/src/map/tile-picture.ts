@@ -70,16 +70,15 @@ function corner(size: number, block: number): [left: number, top: number] {
 
 type Paint = { colour: Rgb; alpha: number } | null;
 
+/** Looks each cell's colour up, a whole pixel at a time. */
 function paint(classes: Uint8Array, of: (cell: number) => Paint): Uint8ClampedArray<ArrayBuffer> {
-  const paints = [0, 1, 2, 3, 4].map(of);
-  const pixels = new Uint8ClampedArray(classes.length * 4);
-  for (let index = 0; index < classes.length; index += 1) {
-    const found = paints[classes[index] ?? 0];
-    if (!found) continue;
-    pixels[index * 4] = found.colour[0];
-    pixels[index * 4 + 1] = found.colour[1];
-    pixels[index * 4 + 2] = found.colour[2];
-    pixels[index * 4 + 3] = found.alpha;
+  const lookup = new Uint32Array(256);
+  const bytes = new Uint8Array(lookup.buffer);
+  for (const cell of Object.values(CELL)) {
+    const found = of(cell);
+    if (found) bytes.set([...found.colour, found.alpha], cell * 4);
   }
-  return pixels;
+  const pixels = new Uint32Array(classes.length);
+  for (let index = 0; index < classes.length; index += 1) pixels[index] = lookup[classes[index] ?? 0] ?? 0;
+  return new Uint8ClampedArray(pixels.buffer);
 }
