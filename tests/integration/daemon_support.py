@@ -86,8 +86,8 @@ class Operator:
             while not await self._has_control():
                 await self.hand.next()
 
-    async def take_off(self) -> None:
-        """Set what the checks ask for, arm, and climb to the desired height."""
+    async def arm(self) -> None:
+        """Take control, set what the checks ask for, and arm."""
         await self.until(lambda b: b.connected and bool(b.checks), 60.0)
         await self.take_control()
         await self.until(lambda b: all(c.passed or c.remedy_command == "Set Failsafes" for c in b.checks), 120.0)
@@ -96,8 +96,16 @@ class Operator:
         await self.until(lambda b: bool(b.checks) and all(check.passed for check in b.checks), 60.0)
         await self.order(Arm())
         await self.until(lambda b: b.state == StateName.ARM and b.armed is True)
+
+    async def climb(self) -> None:
+        """Take off to the desired height."""
         await self.order(Takeoff())
         await self.until_state(StateName.HOVER, 90.0)
+
+    async def take_off(self) -> None:
+        """Arm and climb."""
+        await self.arm()
+        await self.climb()
 
     async def until_down(self, timeout_s: float = 200.0) -> Heartbeat:
         """Wait until the motors are off."""
