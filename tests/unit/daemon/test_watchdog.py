@@ -8,6 +8,9 @@ import sys
 import time
 from pathlib import Path
 
+import pytest
+
+from hawk.comm.clock import ManualClock
 from hawk.watchdog import SystemdNotifier, Watchdog
 
 HUNG = """
@@ -33,6 +36,22 @@ def test_progress_keeps_a_process_alive() -> None:
     code = HUNG.split("ctypes.PyDLL")[0] + "import time\nfor _ in range(8): time.sleep(0.1); dog.progress()\ndog.stop()"
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=20)
     assert result.returncode == 0, result.stderr
+
+
+def test_ticks_re_arm_it_seldom_and_never_too_late(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = ManualClock()
+    armed: list[tuple[float, float]] = []
+    monkeypatch.setattr(
+        "faulthandler.dump_traceback_later", lambda timeout, **_: armed.append((clock(), clock() + timeout))
+    )
+    dog = Watchdog(1.0, SystemdNotifier({}), io.StringIO(), monotonic=clock)
+    for _ in range(200):  # ten seconds of ticks
+        assert not armed or clock() < armed[-1][1], "ended although it ticked"
+        dog.progress()
+        # a hang that begins with this tick is ended between one and 1.2 s later
+        assert 1.0 <= armed[-1][1] - clock() <= 1.2 + 1e-9
+        clock.advance(0.05)
+    assert len(armed) <= 60
 
 
 def test_systemd_hears_ready_progress_and_stop(tmp_path: Path) -> None:
