@@ -50,6 +50,7 @@ class MapCore:
         self._last_pose: MapPose | None = None
         self._outlined: MapPose | None = None
         self._pictured: MapPose | None = None
+        self._way = 0.0
         self._frame = self._outlined_at = self._rows_at = 0
         self._touched: set[TileKey] = set()
         self._chores: list[Callable[[Window, Seen], bool]] = [self._outline, self._complete_rows, self._picture]
@@ -153,6 +154,7 @@ class MapCore:
             except ValueError as error:
                 problems.append(f"{name}: {error}")
         self.tracker.restore(np.concatenate(rows), self.tracker.next_id)
+        self._way = float(self.tracker.rows["born"].max(initial=0.0)) + 2 * self._settings.anchor_m
         everything = np.arange(len(self.tracker.rows))
         self._stalls.update(self.tracker.rows, everything, [], self._version)
         self._encoder.mark(set(self.grid.tiles))
@@ -187,6 +189,7 @@ class MapCore:
             return 1.0
         way = math.dist((pose.north, pose.east, pose.height), (last.north, last.east, last.height))
         turn = abs(math.remainder(pose.yaw - last.yaw, math.tau))
+        self._way += way
         settings = self._settings
         return min(1.0, settings.still_weight + way / settings.look_m + turn / 0.6)
 
@@ -198,7 +201,8 @@ class MapCore:
         sure = found.take(found.visible > 0.9)
         seen = np.stack([sure.north, sure.east, sure.angle], -1)
         drone = (pose.north, pose.east)
-        return self.registration.update(known, seen, drone).about(*drone)
+        anchored = self._way - rows["born"] > self._settings.anchor_m
+        return self.registration.update(known, seen, drone, anchored).about(*drone)
 
     def _fuse_stalls(self, found: Detections, evidence: CellEvidence, weight: float, seen: Seen) -> None:
         def in_picture(points: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -208,7 +212,7 @@ class MapCore:
             return np.asarray(inside & (evidence.mask[row, column] > 0))
 
         middle, radius = _extent(seen)
-        look = Look(found, weight, seen.captured, in_picture, self._version)
+        look = Look(found, weight, seen.captured, in_picture, self._version, self._way)
         self.tracker.fuse(look, self.tracker.near(*middle, radius + _REACH_M))
 
     def _show_stalls(self) -> None:

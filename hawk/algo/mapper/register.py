@@ -2,8 +2,8 @@
 
 The secret is what is trusted how far. Rows repeat every pitch, so that a shift is only sought within less than half a
 pitch of the last one. New ground is laid with the shift of the old, so that a wrong compass would bend the map without
-end, and a wrong height stretch it: the shift leaks back to what GNSS says, and a shift that keeps growing to one side
-of the way is the compass's, one that keeps growing along it the height's.
+end, and a wrong height stretch it: over fresh ground the shift leaks back to what GNSS says, and what keeps growing to
+one side of the way is the compass's error, what grows along it the height's. Stalls of an earlier pass hold it firmly.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ Floats = NDArray[np.float64]
 _REACH_M = 1.1  # less than half of the narrowest pitch, 2.3 m
 _LEAST_PAIRS = 4
 _SPREAD_M = 0.45  # median absolute deviation above which the pairs do not agree on one shift
-_SMOOTHING = 0.4  # share of the remaining error that one frame takes out
-_LEAK_PER_M = 0.04  # share of the shift that a metre of way forgets
-_GAIN = 0.005  # radians of turn, and share of scale, per metre of error to the side or along the way, a frame
+_SMOOTHING = 0.2  # share of the remaining error that one frame takes out
+_LEAK_PER_M = 0.2  # share of the shift that a metre of way forgets: a map that is 0.7 m off in places helps nobody
+_GAIN = 0.0025  # radians of turn, and share of scale, per metre of error to the side or along the way, a frame
 _TURN_LIMIT = math.radians(6)
 _SCALE_LIMIT = 0.04
 _STILL_M = 0.05
@@ -61,41 +61,43 @@ class Registration:
         """Take up the shift of an earlier run: the map is laid in it."""
         self.shift = shift
 
-    def update(self, known: Floats, found: Floats, drone: tuple[float, float]) -> Shift:
+    def update(
+        self, known: Floats, found: Floats, drone: tuple[float, float], anchored: NDArray[np.bool_] | None = None
+    ) -> Shift:
         """Return the shift for this frame, after it learned from the frame's stalls.
 
-        ``known`` and ``found`` are (N, 3): north, east, angle. ``drone`` is the place in the pose's own words. The last
-        shift stays when fewer than four stalls agree.
+        ``known`` and ``found`` are (N, 3): north, east, angle; ``anchored`` which of the known are of an earlier pass
+        (none when not given). ``drone`` is the place in the pose's own words. Nothing is learned when fewer than four
+        stalls agree.
         """
-        way = self._moved(drone)
+        last, self._last = self._last or drone, drone
+        way = drone[0] - last[0], drone[1] - last[1]
         affine = self.shift.about(*drone)
         places = transform_points(affine, found[:, :2])
         k, f = _mutual_nearest(known, places, found[:, 2] + self.shift.turn)
+        firm = float(anchored[k].mean()) if anchored is not None and len(k) >= _LEAST_PAIRS else 0.0
+        self._leak(way, 1 - firm)
         if len(k) < _LEAST_PAIRS:
             return self.shift
         residual = known[k, :2] - places[f]
         step = np.median(residual, 0)
         if np.median(np.abs(residual - step)) > _SPREAD_M:
             return self.shift
-        self._learn(step, way)
+        self._learn(step, way, _GAIN * (1 - firm))
         return self.shift
 
-    def _moved(self, drone: tuple[float, float]) -> tuple[float, float]:
-        """Return the way since the last frame, and let the shift leak by it."""
-        last, self._last = self._last or drone, drone
-        way = drone[0] - last[0], drone[1] - last[1]
-        keep = max(0.0, 1 - _LEAK_PER_M * math.hypot(*way))
+    def _leak(self, way: tuple[float, float], share: float) -> None:
+        keep = max(0.0, 1 - _LEAK_PER_M * share * math.hypot(*way))
         self.shift = replace(self.shift, north=self.shift.north * keep, east=self.shift.east * keep)
-        return way
 
-    def _learn(self, step: Floats, way: tuple[float, float]) -> None:
+    def _learn(self, step: Floats, way: tuple[float, float], gain: float) -> None:
         length = math.hypot(*way)
         along = aside = 0.0
         if length > _STILL_M:
             along = float(way[0] * step[0] + way[1] * step[1]) / length
             aside = float(way[0] * step[1] - way[1] * step[0]) / length
-        turn = float(np.clip(self.shift.turn - _GAIN * aside, -_TURN_LIMIT, _TURN_LIMIT))
-        scale = float(np.clip(self.shift.scale - _GAIN * along, 1 - _SCALE_LIMIT, 1 + _SCALE_LIMIT))
+        turn = float(np.clip(self.shift.turn - gain * aside, -_TURN_LIMIT, _TURN_LIMIT))
+        scale = float(np.clip(self.shift.scale - gain * along, 1 - _SCALE_LIMIT, 1 + _SCALE_LIMIT))
         north, east = self.shift.north + _SMOOTHING * step[0], self.shift.east + _SMOOTHING * step[1]
         limit = self._limit_m
         self.shift = Shift(float(np.clip(north, -limit, limit)), float(np.clip(east, -limit, limit)), turn, scale)

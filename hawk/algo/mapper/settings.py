@@ -17,6 +17,8 @@ class MapperSettings:
     """Way flown after which a frame counts as an independent look."""
     still_weight: float = 0.02
     """Weight of a frame from the same place as the one before."""
+    anchor_m: float = 40.0
+    """Way flown since a stall was first found after which it holds the map in place: more than one pass shows it."""
     max_shift_m: float = 2.0
     """Largest position error that registration takes out at once, about the last known error."""
     tiles_per_frame: int = 3
@@ -27,7 +29,7 @@ class MapperSettings:
     """Way flown between two pictures that go into the mosaic."""
     rows_frames: int = 6
     """Frames between two completions of the rows near the drone."""
-    rows_reach_m: float = 34.0
+    rows_reach_m: float = 28.0
     """How far from the middle of the picture rows are completed."""
     outline_step_m: float = 2.0
     """Way flown between two looks at the lot's outline."""

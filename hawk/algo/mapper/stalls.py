@@ -43,13 +43,15 @@ _CLOSE_M = 2.2
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """One frame as the tracker sees it: stalls, weight as an independent look, time, and what lies in the picture."""
+    """One frame as the tracker sees it: stalls, weight as an independent look, time, what lies in the picture, the
+    map's version, and the metres flown so far."""
 
     found: Detections
     weight: float
     time: float
     in_picture: InPicture
     version: int
+    way: float = 0.0
 
 
 class StallTracker:
@@ -121,6 +123,7 @@ class StallTracker:
         rows["looks"] += weight
         rows["seen"] += 1
         rows["last_seen"] = look.time
+        rows["born"] = np.where(rows["inferred"], look.way, rows["born"])
         rows["inferred"] = False
         rows["state"] = call_state(rows["taken"], rows["state"])
         rows["touched"] = look.version
@@ -149,7 +152,7 @@ class StallTracker:
         rows["solidity"] = np.maximum(_geometry_weight(found), 1e-3)
         rows["exists"] = _SCORE_GAIN * (found.score - _SCORE_ZERO)
         rows["taken"] = np.clip(found.visible, 0, 1) * _taken_log_odds(found.taken)
-        rows["looks"], rows["seen"], rows["last_seen"] = 1, 1, look.time
+        rows["looks"], rows["seen"], rows["last_seen"], rows["born"] = 1, 1, look.time, look.way
         rows["state"] = call_state(rows["taken"], rows["state"])
         rows["touched"] = look.version
         self.add(rows)

@@ -33,6 +33,7 @@ STALL_DTYPE = np.dtype(
         ("looks", "f8"),  # independent looks
         ("seen", "i8"),  # frames in which it was found
         ("last_seen", "f8"),
+        ("born", "f8"),  # metres that the drone had flown when it was first found
         ("state", "i8"),
         ("inferred", "?"),  # from its row, never found by itself
         ("lone", "?"),  # stands in no row
