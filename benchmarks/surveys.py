@@ -20,6 +20,7 @@ from shapely.ops import unary_union
 
 from benchmarks.figures import BenchmarkError, Figure, Limit
 from hawk.config import CameraSettings, HeightSettings
+from hawk.survey.run import LATE_FRAMES_LIMIT
 from hawk.survey.truth import Truth, read_truth
 
 SPEED: Final = 2.0
@@ -28,7 +29,6 @@ TIMEOUT_S: Final = 1200.0
 LEAST_F1: Final = 0.85
 COUNT_ERROR_SHARE: Final = 0.10
 COUNT_ERROR_STALLS: Final = 3.0
-LATE_SHARE: Final = 0.01
 ASPECT: Final = 720 / 1280
 
 
@@ -114,7 +114,7 @@ def figures(surveys: Sequence[Survey]) -> list[Figure]:
         Figure("survey_duration_s", "take-off to disarmed, mean", _mean(_values(surveys, "duration_s")), "s"),
         Figure(
             "survey_late_frames", "late frames, worst seed", max(_values(surveys, "late_frames"), default=None),
-            limit=Limit(highest=LATE_SHARE),
+            limit=Limit(highest=LATE_FRAMES_LIMIT),
         ),
     ]  # fmt: skip
 
@@ -175,7 +175,7 @@ def _result(seed: int, folder: Path) -> Survey:
 
 
 def _void(surveys: Sequence[Survey]) -> str:
-    late = [s.seed for s in surveys if (s.value("late_frames") or 0.0) > LATE_SHARE]
+    late = [s.seed for s in surveys if (s.value("late_frames") or 0.0) > LATE_FRAMES_LIMIT]
     return f"VOID: the simulator drew too late for seeds {late}" if late else ""
 
 

@@ -25,6 +25,7 @@ from hawk.model import StateName
 from hawk.simulation import SimulationOptions
 from hawk.survey.client import DroneClient
 from hawk.survey.operator import Progress, SurveyOperator, SurveyPlan
+from hawk.survey.run import LATE_FRAMES_LIMIT
 from hawk.survey.stack import Ready, SimulatedStack, StackError
 
 CHROMIUM: Final = shutil.which("chromium") or "/usr/bin/chromium"
@@ -33,7 +34,6 @@ EXPLORING_S: Final = 300.0
 SETTLE_S: Final = 3.0
 LAG_MS, JITTER_MS, FRAME_TO_MAP_MS, FRAMES_PER_S = 10.0, 20.0, 250.0, 8.0
 """The issue's limits: lag or twice the idle loop's, jitter above the idle timer's, frame to map, vision."""
-LATE_SHARE: Final = 0.01
 LEAST_S: Final = 10.0
 """A lot that is explored sooner gives no figures."""
 QUIET_CORES: Final = 0.2
@@ -67,9 +67,9 @@ class Run:
 
     @property
     def late_frames(self) -> float | None:
-        """Share of pictures that the simulator drew late meanwhile."""
-        drawn, late = self._counted("frames_drawn"), self._counted("frames_late")
-        return late / drawn if drawn else None
+        """Share of the pictures due meanwhile that the simulator drew late or not at all."""
+        due, late = self._counted("frames_due"), self._counted("frames_late")
+        return late / due if due else None
 
     @property
     def camera_fps(self) -> float:
@@ -113,7 +113,7 @@ def void(run: Run) -> str:
     reasons = []
     if run.seconds < LEAST_S:
         reasons.append(f"the drone explored for {run.seconds:.1f} s only")
-    if run.late_frames is None or run.late_frames > LATE_SHARE:
+    if run.late_frames is None or run.late_frames > LATE_FRAMES_LIMIT:
         reasons.append("the simulator drew more than 1 % of its pictures late")
     if run.page_frames_per_s == 0:
         reasons.append("the page got no video")
@@ -142,9 +142,13 @@ def _frame_figures(run: Run) -> list[Figure]:
             reference=Reference("camera", run.camera_fps), limit=Limit(lowest=FRAMES_PER_S),
         ),
         Figure("frames_dropped_share", "frames replaced by newer ones", told["frames_dropped_share"]),
-        *(Figure(f"step_{name}_p50_ms", f"step {name}, p50", value, "ms") for name, value in steps.items()),
+        *(Figure(_step_key(name), f"step {name}, p50", value, "ms") for name, value in steps.items()),
         Figure("page_video_fps", "pictures to the page", run.page_frames_per_s, "1/s"),
     ]  # fmt: skip
+
+
+def _step_key(name: str) -> str:
+    return f"step_{name.replace(' ', '_')}_p50_ms"
 
 
 def _loop_figures(run: Run) -> list[Figure]:
@@ -180,7 +184,7 @@ def _machine_figures(run: Run) -> list[Figure]:
     cores = run.after.cpu.cores_since(run.before.cpu)
     return [
         Figure("start_to_first_tick_s", "process start to first tick", run.ready.first_tick_s, "s"),
-        Figure("late_frames", "late frames of the simulator", run.late_frames, limit=Limit(highest=LATE_SHARE)),
+        Figure("late_frames", "late frames of the simulator", run.late_frames, limit=Limit(highest=LATE_FRAMES_LIMIT)),
         Figure("measured_s", "measured", run.seconds, "s"),
         *(
             Figure(f"cores_{name}", f"cores used: {name}", cores.get(name))

@@ -12,7 +12,7 @@ from hawk.survey.stack import Ready
 
 PERFORMANCE = {
     "loop_lag_p50_ms": 0.5, "loop_lag_p99_ms": 6.0, "loop_lag_max_ms": 20.0, "frame_to_map_p50_ms": 150.0,
-    "frame_to_map_p95_ms": 220.0, "vision_fps": 9.0, "frames_dropped_share": 0.4, "steps_p50_ms": {"vision": 60.0},
+    "frame_to_map_p95_ms": 220.0, "vision_fps": 9.0, "frames_dropped_share": 0.4, "steps_p50_ms": {"vision": 60.0, "path plan": 1.0},
     "tick_p99_ms": 3.0,
 }  # fmt: skip
 IDLE = {"lag_p50_ms": 0.2, "lag_p99_ms": 2.0, "lag_max_ms": 5.0, "jitter_p99_ms": 1.0}
@@ -22,7 +22,7 @@ BEATS = {"jitter_p50_ms": 1.0, "jitter_p99_ms": 8.0, "rate_hz": 5.0}
 def sample(at: float, drawn: int, late: int, pictures: float, daemon: float, machine: float) -> Sample:
     return Sample(
         CpuTime(at, {"daemon": daemon}, machine),
-        {"frames_drawn": drawn, "frames_late": late},
+        {"frames_due": drawn, "frames_drawn": drawn, "frames_late": late},
         {"hawk_video_frames_total": pictures},
     )
 
@@ -49,6 +49,7 @@ def test_every_figure_that_the_issue_names_is_there() -> None:
     assert found["vision_fps"].ratio == pytest.approx(9.0 / 15.0)
     assert found["late_frames"].value == pytest.approx(5 / 900)
     assert found["page_video_fps"].value == pytest.approx(10.0)
+    assert found["step_path_plan_p50_ms"].value == 1.0
     assert found["cores_daemon"].value == pytest.approx(0.8)
     assert found["cores_others"].value == pytest.approx(1 / 60)
 
