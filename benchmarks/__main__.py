@@ -31,6 +31,8 @@ EXIT_FAILED: Final = 1
 def main(arguments: Sequence[str] | None = None) -> int:
     """Measure, print, write; status 1 when a section could not be measured (what was measured is told all the same)."""
     options = make_parser().parse_args(arguments)
+    if options.json is not None:
+        options.json.parent.mkdir(parents=True, exist_ok=True)  # rather now than after minutes of measuring
     with _folder(options.keep) as folder:
         sections = [_run(name, _work(name, options, folder)) for name in SECTIONS if name in options.only]
     print_table(sections, Console(width=None if sys.stdout.isatty() else 130))

@@ -22,8 +22,9 @@ def test_one_section_is_measured_told_and_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(kill_wire, "measure", two_kills)
-    assert command.main(["--only", "kill", "--kills", "2", "--json", str(tmp_path / "out.json")]) == 0
-    assert json.loads((tmp_path / "out.json").read_text()) == {"kills": 2.0}
+    out = tmp_path / "results" / "out.json"
+    assert command.main(["--only", "kill", "--kills", "2", "--json", str(out)]) == 0
+    assert json.loads(out.read_text()) == {"kills": 2.0}
     assert "kills measured" in capsys.readouterr().out
 
 
