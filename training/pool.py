@@ -20,11 +20,13 @@ _WAITING = 24
 class ScenePool:
     """Newest scenes of a drawing process; the oldest make room once ``capacity`` is reached."""
 
-    def __init__(self, seed: int, capacity: int, painters: int = 1) -> None:
+    def __init__(self, seed: int, capacity: int, painters: int = 1, side: int = SIDE_PIXELS) -> None:
         context = multiprocessing.get_context("spawn")
         self._queue: Queue[TrainingScene] = context.Queue(_WAITING)
         self._painters = [
-            context.Process(target=_paint, args=(self._queue, seed, k, painters), name=f"painter-{k}", daemon=True)
+            context.Process(
+                target=_paint, args=(self._queue, seed, k, painters, side), name=f"painter-{k}", daemon=True
+            )
             for k in range(painters)
         ]
         self._capacity = capacity
@@ -83,12 +85,12 @@ def training_scene(scene: Scene) -> TrainingScene:
     )
 
 
-def _paint(scenes: Queue[TrainingScene], seed: int, painter: int, painters: int) -> None:
+def _paint(scenes: Queue[TrainingScene], seed: int, painter: int, painters: int, side: int) -> None:
     os.nice(5)
     cv2.setNumThreads(1)
     index = painter
     while True:
-        scene = training_scene(draw_scene(np.random.default_rng((seed, index)), SIDE_PIXELS))
+        scene = training_scene(draw_scene(np.random.default_rng((seed, index)), side))
         if not _hand_over(scenes, scene):
             return
         index += painters

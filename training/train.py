@@ -22,6 +22,7 @@ from training.pool import ScenePool
 
 _WARM_UP_STEPS = 50
 _TAKEN_AT_ONCE = 4
+_SCENE_OVER_CROP = 1.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +40,7 @@ class Plan:
     rate: float = 2e-3
     decay: float = 0.998
     capacity: int = 8000
-    first_scenes: int = 150
+    first_scenes: int = 60
     reuse: int = 8
     report_steps: int = 100
     threads: int = 1
@@ -91,7 +92,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Train by command line."""
     options = _parse(arguments)
     plan = Plan(
-        options.minutes, options.seed, threads=options.threads, painters=options.painters, bfloat16=not options.float32
+        minutes=options.minutes,
+        seed=options.seed,
+        batch=options.batch,
+        side=options.crop,
+        rate=options.rate,
+        threads=options.threads,
+        painters=options.painters,
+        bfloat16=not options.float32,
     )
     torch.set_num_threads(plan.threads)
     torch.manual_seed(plan.seed)
@@ -104,7 +112,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if options.keep:
             torch.save(weights.state_dict(), options.keep)
 
-    pool = ScenePool(plan.seed, plan.capacity, plan.painters)
+    pool = ScenePool(plan.seed, plan.capacity, plan.painters, round(plan.side * _SCENE_OVER_CROP))
     try:
         trained = train(plan, network, pool, keep)
     finally:
@@ -120,6 +128,9 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--seed", type=int, default=0, help="seed of scenes, weights and samples (default 0)")
     parser.add_argument("--threads", type=int, default=1, help="threads of torch (default 1)")
     parser.add_argument("--painters", type=int, default=1, help="processes that draw scenes (default 1)")
+    parser.add_argument("--crop", type=int, default=256, help="side of a training picture, pixels (default 256)")
+    parser.add_argument("--batch", type=int, default=6, help="pictures a step (default 6)")
+    parser.add_argument("--rate", type=float, default=2e-3, help="learning rate (default 0.002)")
     parser.add_argument("--float32", action="store_true", help="no bfloat16: slower, for processors without it")
     parser.add_argument("--keep", type=Path, help="also write torch's weights here")
     parser.add_argument("--start-from", type=Path, help="torch weights to go on from")

@@ -31,6 +31,7 @@ CORE_SHARE = 0.74
 """Side of a stall's core as a share of the stall's."""
 CHANNELS = 10
 _MULTIPLE = 32
+_LARGEST, _OVERLAP = 320, 64
 _WEIGHTS = ("weights", "lot.onnx")
 
 
@@ -84,6 +85,18 @@ class StallNetwork:
 
         Raises VisionModelError when the network's answer does not have the shape that is asked for.
         """
+        rows, columns = (-(-side // CELL_PIXELS) for side in picture.shape[:2])
+        output = np.empty((CHANNELS, rows, columns), np.float32)
+        for row, below in _parts(picture.shape[0]):
+            for column, right in _parts(picture.shape[1]):
+                part = self._forward(picture[row.start : row.stop, column.start : column.stop])
+                output[:, below[0] : below[1], right[0] : right[1]] = part[
+                    :, below[0] - row.start // CELL_PIXELS :, right[0] - column.start // CELL_PIXELS :
+                ][:, : below[1] - below[0], : right[1] - right[0]]
+        return maps_from_output(output)
+
+    def _forward(self, picture: NDArray[np.uint8]) -> MapArray:
+        """Return the raw answer (CHANNELS, ceil(H/2), ceil(W/2)) to a small picture."""
         rows, columns = picture.shape[:2]
         padded = cv2.copyMakeBorder(picture, 0, -rows % _MULTIPLE, 0, -columns % _MULTIPLE, cv2.BORDER_REFLECT_101)
         self._net.setInput(cv2.dnn.blobFromImage(padded, 1 / 255, mean=(127.5, 127.5, 127.5)))
@@ -97,7 +110,7 @@ class StallNetwork:
                 f"vision.model: {self._source} answers with shape {output.shape} where {expected} is needed; "
                 "docs/model-card.md tells inputs and outputs"
             )
-        return maps_from_output(output[0, :, : -(-rows // CELL_PIXELS), : -(-columns // CELL_PIXELS)])
+        return np.asarray(output[0, :, : -(-rows // CELL_PIXELS), : -(-columns // CELL_PIXELS)])
 
 
 def maps_from_output(output: MapArray) -> NetworkMaps:
@@ -125,6 +138,22 @@ def packaged_weights() -> bytes:
         raise VisionModelError(
             "the network's file is missing from the package: install it again, or name your own in vision.model"
         ) from error
+
+
+def _parts(side: int) -> list[tuple[slice, tuple[int, int]]]:
+    """Split a side of a picture into overlapping parts no larger than the network is used to.
+
+    Returns each part's pixels, and the first and last cell that are taken from it: the middle of each overlap is the
+    border, since at its own edge a part sees less.
+    """
+    count = max(1, -(-(side - _OVERLAP) // (_LARGEST - _OVERLAP)))
+    length = side if count == 1 else -(-(side + (count - 1) * _OVERLAP) // count // _MULTIPLE) * _MULTIPLE
+    starts = [-(-(side - length) * k // max(count - 1, 1) // CELL_PIXELS) * CELL_PIXELS for k in range(count)]
+    ends = [*(start + length for start in starts[:-1]), side]
+    borders = [(end + start) // 2 // CELL_PIXELS for end, start in zip(ends, starts[1:], strict=False)]
+    cells = -(-side // CELL_PIXELS)
+    taken = zip([0, *borders], [*borders, cells], strict=True)
+    return [(slice(start, end), cell) for start, end, cell in zip(starts, ends, taken, strict=True)]
 
 
 def _sigmoid(logits: MapArray) -> MapArray:

@@ -1,12 +1,16 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from hawk.algo.vision import network as network_module
 from hawk.algo.vision.finder import NetworkFinder
 from hawk.algo.vision.network import StallNetwork, VisionModelError, maps_from_output, packaged_weights
 from hawk.algo.vision.rectify import ground_homography, rectify
@@ -132,3 +136,26 @@ def test_a_folder_is_no_network(tmp_path: Path) -> None:
 
 def test_the_weights_are_small_enough_to_ship() -> None:
     assert len(packaged_weights()) < 5_000_000
+
+
+@given(st.integers(32, 2000))
+def test_the_parts_of_a_picture_cover_it_once_with_a_margin(side: int) -> None:
+    parts = network_module._parts(side)
+    assert parts[0][1][0] == 0
+    assert parts[-1][1][1] == -(-side // 2)
+    assert all(one[1][1] == two[1][0] for one, two in pairwise(parts))
+    for pixels, (first, last) in parts:
+        assert pixels.stop - pixels.start <= 320
+        assert pixels.start % 2 == 0
+        assert pixels.start <= 2 * first < 2 * last <= pixels.stop + 1
+        assert pixels.start == 0 or 2 * first - pixels.start >= 30
+        assert pixels.stop == side or pixels.stop - 2 * last >= 30
+
+
+def test_a_large_picture_shows_what_a_small_one_does(network: StallNetwork) -> None:
+    image = painted_lot()
+    large = cv2.copyMakeBorder(image, 150, 150, 200, 200, cv2.BORDER_REFLECT_101)
+    alone, within = network.run(image), network.run(np.asarray(large, np.uint8))
+    inner = within.core[75 : 75 + 144, 100 : 100 + 192]
+    both = np.minimum(alone.core > 0.5, inner > 0.5).sum() / np.maximum(alone.core > 0.5, inner > 0.5).sum()
+    assert both > 0.8
