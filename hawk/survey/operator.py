@@ -21,7 +21,7 @@ from hawk.comm.messages import (
 from hawk.model import HeightParameters, StateName, UserError
 from hawk.survey.client import LinkLostError
 from hawk.survey.handset import HOMING, SETTLED, Drone, Handset, Progress, SurveyError, SurveyStatus, sentence
-from hawk.survey.search import find_lot
+from hawk.survey.search import LotSearch
 
 __all__ = ["Progress", "SurveyLimits", "SurveyOperator", "SurveyOutcome", "SurveyPlan", "SurveyStatus"]
 
@@ -94,8 +94,7 @@ class SurveyOperator:
         try:
             await self._prepare()
             await self._take_off()
-            await find_lot(self._hand, self._limits.look_s, self._limits.move_s)
-            await self._explore()
+            await self._survey()
         except SurveyError as error:
             status, reason = error.status, str(error)
         except (LinkLostError, FailedToSend) as error:
@@ -166,8 +165,26 @@ class SurveyOperator:
             failed=lambda b: b.state in ON_GROUND,
         )
 
-    async def _explore(self) -> None:
-        """Explore until nothing is left; begin again a few times after what ended it early."""
+    async def _survey(self) -> None:
+        """Find the lot and explore it; look for it again where it was lost from sight."""
+        search = LotSearch(self._hand, self._limits.look_s, self._limits.move_s)
+        explored = False
+        while True:
+            try:
+                await search.find()
+            except SurveyError as error:
+                if not explored or error.status is not SurveyStatus.NO_LOT:
+                    raise
+                raise SurveyError("The lot was lost from sight.", SurveyStatus.INCOMPLETE) from None
+            if await self._explore():
+                return
+            explored = True
+
+    async def _explore(self) -> bool:
+        """Explore until nothing is left, beginning again a few times after what ended it early.
+
+        Returns False when the lot was lost from sight.
+        """
         self._hand.phase = "Exploring"
         for _ in range(EXPLORE_ATTEMPTS):
             refusal = await self._hand.offer(AutonomousExplore())
@@ -177,12 +194,12 @@ class SurveyOperator:
                 "The time for exploring is over",
                 status=SurveyStatus.INCOMPLETE,
             )
+            if beat.user_error == UserError.NO_LOT_DETECTED:
+                return False
             if refusal is not None:
                 await self._hand.pause(self._limits.look_s)
             elif beat.explore_done:
-                return
-            elif beat.user_error == UserError.NO_LOT_DETECTED:
-                break
+                return True
         raise SurveyError(sentence("Exploring ended early", refusal or beat.detail), SurveyStatus.INCOMPLETE)
 
     async def _come_home(self) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from hawk.comm.messages import CompulsiveMove
+from hawk.comm.messages import CompulsiveMove, Hold
 from hawk.model import StateName
 from hawk.survey.handset import Handset, SurveyError, SurveyStatus
 
@@ -15,29 +15,51 @@ SPIRAL_WAY_M: Final = 60.0
 NO_LOT: Final = "No lot in sight, not even from the greatest height and 60 m around."
 
 
-async def find_lot(hand: Handset, look_s: float, move_s: float) -> None:
-    """Return when a lot is in sight. Raises SurveyError with status NO_LOT when there is none.
+class LotSearch:
+    """Looks for a lot from where the drone hovers, then from Max along the spiral; each place is looked at once.
 
     ``look_s``: seconds to look from each place; ``move_s``: seconds that one move may take.
     """
-    hand.phase = "Looking for the lot"
-    if await _in_sight(hand, look_s):
-        return
-    beat = await hand.beat()
-    if beat.north is None or beat.east is None:
-        raise SurveyError("No lot in sight, and the place of the drone is not known.", SurveyStatus.NO_LOT)
-    for north, east in spiral(beat.north, beat.east):
-        refusal = await hand.offer(CompulsiveMove(x=north, y=east, frame="Map", height=beat.heights[2]))
+
+    def __init__(self, hand: Handset, look_s: float, move_s: float) -> None:
+        self._hand = hand
+        self._look_s = look_s
+        self._move_s = move_s
+        self._places: Iterator[tuple[float, float]] | None = None
+
+    async def find(self) -> None:
+        """Return when the drone hovers with a lot in sight; another call goes on to the next place.
+
+        Raises SurveyError with status NO_LOT when every place was looked at.
+        """
+        self._hand.phase = "Looking for the lot"
+        if self._places is None:
+            beat = await self._hand.beat()
+            if beat.north is None or beat.east is None:
+                raise SurveyError("The place of the drone is not known.", SurveyStatus.NO_LOT)
+            self._places = spiral(beat.north, beat.east)
+            if await _in_sight(self._hand, self._look_s):
+                return
+        for north, east in self._places:
+            if await self._go(north, east) and await _in_sight(self._hand, self._look_s):
+                return
+        raise SurveyError(NO_LOT, SurveyStatus.NO_LOT)
+
+    async def _go(self, north: float, east: float) -> bool:
+        """Fly there at Max, stopping at once when a lot comes in sight; False when the place was refused."""
+        beat = await self._hand.beat()
+        refusal = await self._hand.offer(CompulsiveMove(x=north, y=east, frame="Map", height=beat.heights[2]))
         if refusal is not None:
-            continue  # outside the fence, for one: the next place may be inside
-        await hand.until(
+            return False  # outside the fence, for one: the next place may be inside
+        beat = await self._hand.until(
             lambda b: b.state == StateName.HOVER or b.park_lot_detected is True,
-            move_s,
+            self._move_s,
             "The drone did not get to where it looks for the lot",
         )
-        if await _in_sight(hand, look_s):
-            return
-    raise SurveyError(NO_LOT, SurveyStatus.NO_LOT)
+        if beat.state != StateName.HOVER:
+            await self._hand.tell(Hold())
+            await self._hand.until(lambda b: b.state == StateName.HOVER, self._move_s, "The drone did not stop")
+        return True
 
 
 def spiral(north: float, east: float) -> Iterator[tuple[float, float]]:

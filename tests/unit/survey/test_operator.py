@@ -188,13 +188,24 @@ async def test_exploring_that_never_finishes_ends_incomplete_and_at_home() -> No
     assert is_down(drone)
 
 
-async def test_losing_the_lot_while_exploring_ends_incomplete() -> None:
+async def test_a_lot_that_is_lost_is_looked_for_from_the_next_place() -> None:
+    def lose_once(d: FakeDrone) -> None:
+        d.user_error = UserError.NO_LOT_DETECTED
+        d.explore_ends = None
+
+    drone = FakeDrone(explore_ends=lose_once)
+    assert (await fly(drone)).status is SurveyStatus.DONE
+    assert len(drone.told(AutonomousExplore)) == 2
+    assert len(drone.told(CompulsiveMove)) == 1
+
+
+async def test_losing_the_lot_wherever_it_is_looked_for_ends_incomplete() -> None:
     def lose(d: FakeDrone) -> None:
         d.user_error = UserError.NO_LOT_DETECTED
 
     drone = FakeDrone(explore_ends=lose)
     assert (await fly(drone)).status is SurveyStatus.INCOMPLETE
-    assert len(drone.told(AutonomousExplore)) == 1
+    assert len(drone.told(AutonomousExplore)) == 1 + len(list(spiral(0, 0)))
 
 
 async def test_the_time_for_exploring_has_an_end() -> None:
