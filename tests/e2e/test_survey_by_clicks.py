@@ -5,22 +5,13 @@ import re
 from pathlib import Path
 
 import pytest
-from playwright.async_api import Browser, Locator, Page, expect
+from playwright.async_api import Browser, expect
 
 from hawk.survey.stack import SimulatedStack
+from tests.e2e.hands import press, visible
 from tests.e2e.watching import watch
 
 pytestmark = pytest.mark.e2e
-
-
-async def press(page: Page, name: str, timeout_s: float) -> None:
-    """Click a button as soon as a person could."""
-    await page.get_by_role("button", name=re.compile(f"^{name}")).first.click(timeout=timeout_s * 1e3)
-
-
-def visible(page: Page, text: str) -> Locator:
-    """Return the first place that shows the text."""
-    return page.get_by_text(text).locator("visible=true").first
 
 
 async def test_a_whole_survey_is_flown_with_clicks_only(

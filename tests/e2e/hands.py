@@ -1,0 +1,52 @@
+"""What a person does with a page."""
+
+from __future__ import annotations
+
+import re
+
+from playwright.async_api import Locator, Page, expect
+
+
+def button(page: Page, name: str) -> Locator:
+    """Return the first visible button whose name begins so."""
+    return page.get_by_role("button", name=re.compile(f"^{name}")).locator("visible=true").first
+
+
+async def press(page: Page, name: str, timeout_s: float) -> None:
+    """Click a button as soon as a person could."""
+    await button(page, name).click(timeout=timeout_s * 1e3)
+
+
+def visible(page: Page, text: str) -> Locator:
+    """Return the first place that shows the text."""
+    return page.get_by_text(text).locator("visible=true").first
+
+
+async def shows(page: Page, text: str, timeout_s: float = 10.0) -> None:
+    """Wait until the text can be read."""
+    await expect(visible(page, text)).to_be_visible(timeout=timeout_s * 1e3)
+
+
+async def state_is(page: Page, title: str, timeout_s: float = 10.0) -> None:
+    """Wait until the line that is read at a glance says so."""
+    await expect(page.locator("hawk-glance").get_by_role("status")).to_have_text(title, timeout=timeout_s * 1e3)
+
+
+async def keep_pressed(page: Page, target: Locator, milliseconds: float) -> None:
+    """Press the mouse on something and let go after so long."""
+    await target.hover()
+    await page.mouse.down()
+    await page.wait_for_timeout(milliseconds)
+    await page.mouse.up()
+
+
+async def slide(page: Page, target: Locator) -> None:
+    """Slide from the left end to the right one."""
+    box = await target.bounding_box()
+    assert box is not None
+    middle = box["y"] + box["height"] / 2
+    await page.mouse.move(box["x"] + 20, middle)
+    await page.mouse.down()
+    await page.mouse.move(box["x"] + box["width"] / 2, middle, steps=5)
+    await page.mouse.move(box["x"] + box["width"] + 10, middle, steps=5)
+    await page.mouse.up()

@@ -1,0 +1,208 @@
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import AsyncIterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.async_api import Browser, Locator, Page, expect
+
+from hawk.comm.messages import Arm
+from hawk.simulation import SimulationOptions
+from hawk.survey.stack import SimulatedStack
+from tests.e2e.hands import button, keep_pressed, press, shows, slide, state_is, visible
+from tests.e2e.watching import watch
+from tests.integration.daemon_support import eventually, operator, write_settings
+
+pytestmark = pytest.mark.e2e
+
+SETTINGS = """
+[heights]
+minimum_m = 15.0
+desired_m = 25.0
+maximum_m = 30.0
+"""
+SPEED = 2.0
+"""Beyond it pictures are seen too seldom beside two pages."""
+EXPLORE_ATTEMPTS = 5
+DESK = {"width": 1440, "height": 900}
+SIZES = {"desk": DESK, "phone": {"width": 390, "height": 844}, "phone-on-its-side": {"width": 844, "height": 390}}
+FAR_PX = 80
+SOME_STALLS = re.compile(r"\d\d stalls found")
+LEAST_MOVE_M = 6.0
+STILL_M_S = 0.4
+EASE_MS = 500
+"""By then the map has come to rest, with the drone in its middle."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A drone, the one who flies it, and one who watches."""
+
+    stack: SimulatedStack
+    url: str
+    pilot: Page
+    watcher: Page
+
+    async def place_at_rest(self) -> tuple[float, float]:
+        """Wait until the drone stands still; return where it really is, metres east and south."""
+        return place(await eventually(self.stack.status, lambda s: max(map(abs, s["velocity"])) < STILL_M_S, 20))
+
+
+def place(status: dict[str, Any]) -> tuple[float, float]:
+    return status["position"]["x"], status["position"]["y"]
+
+
+@pytest.fixture
+async def scene(browser: Browser, tmp_path: Path) -> AsyncIterator[Scene]:
+    config = write_settings(tmp_path, SETTINGS)
+    stack = SimulatedStack(SimulationOptions(seed=1, speed=SPEED), tmp_path / "run", config, None)
+    try:
+        url = (await stack.start()).url
+        pages = []
+        for _ in range(2):
+            pages.append(await (await browser.new_context(viewport=DESK, color_scheme="light")).new_page())  # type: ignore[arg-type]
+            await pages[-1].goto(url)
+        yield Scene(stack, url, *pages)
+    finally:
+        await stack.stop()
+
+
+async def test_two_people_and_a_drone(scene: Scene, screenshots: Path) -> None:
+    """Control, watching, Hold, Move, a daemon that dies, and Cut motors: by clicks on two pages, in one flight."""
+    errors = watch(scene.pilot)
+    await take_off(scene.pilot)
+    await watching_is_told_and_commands_nothing(scene)
+    await explore(scene.pilot)
+    await everything_fits(scene.pilot, screenshots)
+    await press(scene.watcher, "Hold", 10)
+    await state_is(scene.pilot, "Holding")
+    await move(scene, by_key=False)
+    await press(scene.pilot, "Hold", 10)
+    await state_is(scene.pilot, "Holding")
+    await move(scene, by_key=True)
+    await press(scene.pilot, "Hold", 10)
+    await state_is(scene.pilot, "Holding")
+    assert not errors
+    await a_dead_daemon_is_told_and_found_again(scene, screenshots)
+    await the_motors_are_cut_in_two_steps(scene, screenshots)
+
+
+async def take_off(page: Page) -> None:
+    await press(page, "Take control", 10)
+    await press(page, "Set failsafes", 30)
+    await press(page, "Arm", 40)
+    await press(page, "Take off", 20)
+
+
+async def explore(page: Page) -> None:
+    """Explore until a few stalls are known; press again when a machine too busy to see ended it."""
+    button_of_it, known = button(page, "Explore"), page.locator("hawk-counts").get_by_text(SOME_STALLS)
+    for _ in range(EXPLORE_ATTEMPTS):
+        await button_of_it.click(timeout=60_000)
+        await state_is(page, "Exploring")
+        ended = page.locator("button[data-action=explore][aria-pressed=false]")
+        await expect(known.or_(ended).first).to_be_visible(timeout=90_000)
+        if await known.count() and not await ended.count():
+            return
+    pytest.fail(f"exploring ended {EXPLORE_ATTEMPTS} times")
+
+
+async def watching_is_told_and_commands_nothing(scene: Scene) -> None:
+    page = scene.watcher
+    await shows(page, "You are watching. Someone else has control.")
+    await expect(button(page, "Arm")).to_have_count(0)
+    await expect(button(page, "Land")).to_be_disabled()
+    await expect(button(page, "Land")).to_contain_text("Someone else has control")
+    await expect(button(page, "Cut motors")).to_be_disabled()
+    await press(page, "Ask for control", 5)
+    await shows(page, "It is free once given back")
+    async with operator(scene.url) as another:
+        assert await another.refusal(Arm()) == "Someone else has control."
+
+
+async def everything_fits(page: Page, screenshots: Path) -> None:
+    """In every size and both themes: nothing is cut off at the side, and Hold and Land are in reach."""
+    for name, size in SIZES.items():
+        await page.set_viewport_size(size)  # type: ignore[arg-type]
+        for theme in ("light", "dark"):
+            await page.emulate_media(color_scheme=theme)
+            await expect(page.locator("html")).to_have_attribute("data-theme", theme)
+            await expect(button(page, "Hold")).to_be_enabled()
+            await page.screenshot(path=screenshots / f"exploring-{name}-{theme}.png")
+            assert await page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+            for each in ("Hold", "Land"):
+                assert await is_within(button(page, each), size)
+    await page.emulate_media(color_scheme="light")
+    await page.set_viewport_size(DESK)  # type: ignore[arg-type]
+
+
+async def is_within(target: Locator, size: dict[str, int]) -> bool:
+    """Whether all of it is in sight, and large enough for a finger."""
+    box = await target.bounding_box()
+    assert box is not None
+    inside = box["x"] >= 0 and box["y"] >= 0
+    inside = inside and box["x"] + box["width"] <= size["width"] and box["y"] + box["height"] <= size["height"]
+    return inside and min(box["width"], box["height"]) >= 44
+
+
+async def move(scene: Scene, *, by_key: bool) -> None:
+    """Point at a place on the map and confirm: the drone flies there, in the direction that was pointed at."""
+    page, before = scene.pilot, await scene.place_at_rest()
+    await press(page, "Follow the drone", 5)
+    await page.wait_for_timeout(EASE_MS)
+    await press(page, "Move", 20)
+    box = await page.locator(".ol").bounding_box()
+    assert box is not None
+    await page.mouse.click(box["x"] + box["width"] / 2 + FAR_PX, box["y"] + box["height"] / 2)
+    track = page.locator("hawk-slide button")
+    await expect(track).to_be_enabled()
+    if by_key:
+        await track.focus()
+        await page.keyboard.down("Enter")
+        await state_is(page, "Moving")
+        await page.keyboard.up("Enter")
+    else:
+        await slide(page, track)
+        await state_is(page, "Moving")
+
+    there = await eventually(scene.stack.status, lambda s: math.dist(place(s), before) > LEAST_MOVE_M, 30)
+    after = place(there)
+    assert after[0] - before[0] > 2 * abs(after[1] - before[1])  # to the right is east
+
+
+async def a_dead_daemon_is_told_and_found_again(scene: Scene, screenshots: Path) -> None:
+    page = scene.pilot
+    await scene.stack.kill_daemon()
+    await shows(page, "No word from the drone for")
+    await shows(page, "By its settings")
+    await expect(button(page, "Hold")).to_be_disabled()
+    await expect(button(page, "Return home")).to_be_disabled()
+    await page.screenshot(path=screenshots / "no-link.png")
+    await scene.stack.start_daemon()
+    await expect(visible(page, "No word from the drone for")).to_have_count(0, timeout=20_000)
+    await press(page, "Take control", 20)
+    await state_is(page, "Holding", 20)
+
+
+async def the_motors_are_cut_in_two_steps(scene: Scene, screenshots: Path) -> None:
+    page = scene.pilot
+    await press(page, "Cut motors", 10)
+    cut = button(page, "Keep pressed 1 s to cut")
+    await expect(cut).to_be_enabled()
+    await page.screenshot(path=screenshots / "cut-motors.png")
+    await keep_pressed(page, cut, 300)
+    status = await scene.stack.status()
+    assert not status["disarmed"]
+    await keep_pressed(page, cut, 1300)
+    fallen = await eventually(scene.stack.status, lambda s: s["disarmed"] and s["landed"], 20)
+    assert fallen["crashed"]
+    await state_is(page, "Motors cut")
+    await expect(button(page, "Arm")).to_be_disabled()
+    await page.screenshot(path=screenshots / "motors-cut.png")
+    await page.get_by_role("button", name="Close").click()  # the survey's result lies over the checks
+    await press(page, "Allow arming again", 20)
+    await expect(button(page, "Allow arming again")).to_have_count(0)
