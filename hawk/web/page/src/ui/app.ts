@@ -48,7 +48,8 @@ export class App extends LitElement {
     this.dress();
     const view = this.model.view();
     if (isFlying(view.heartbeat)) this.survey = false;
-    if (view.landedAt !== this.landedAt && view.landedAt !== null && stallCount(view) > 0) this.survey = true;
+    const landed = view.landedAt !== this.landedAt && view.landedAt !== null;
+    if (landed && stallCount(view) > 0 && view.heartbeat?.Killed !== true) this.survey = true; // after a cut its remedy stays in sight
     this.landedAt = view.landedAt;
     const simulated = view.welcome?.Simulation ? " (simulation)" : "";
     document.title = `${stateWords(view).title} – Parking Lot Hawk${simulated}`;
