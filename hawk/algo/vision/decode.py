@@ -6,7 +6,7 @@ has variance w^2 / 12), the maps under the rectangle say how sure it is and whet
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import cv2
@@ -26,6 +26,8 @@ _OVERLAP_LIMIT = 0.3
 _WIDTH_M = (1.4, 4.6)
 _LENGTH_M = (3.0, 9.0)
 _SAMPLES = (7, 13)
+_CORE_OF_STALLS = (0.5, 0.9)
+"""Mean core probability within a rectangle at which it is surely none, and fully a stall; islands lie between."""
 _CAR_SHARE_OF_TAKEN = 0.36
 """A stall whose car cover is this is surely taken (a car covers about 45-60 % of its stall)."""
 _TAKEN_MIDDLE = 0.4
@@ -75,7 +77,7 @@ def vote(maps: NetworkMaps, cell_m: float, core: NDArray[np.float32] | None = No
         return _none()
     found = _gather(voters, peaks, core.shape)
     fits = _between(found.width * cell_m, _WIDTH_M) & _between(found.length * cell_m, _LENGTH_M)
-    found = found[fits]
+    found = _weigh(found[fits], core)
     return found[quads.suppress(found.corners(), found.score, _OVERLAP_LIMIT)]
 
 
@@ -83,7 +85,7 @@ def occupancy(maps: NetworkMaps, stalls: Stalls) -> FloatArray:
     """Return the probability (N,) that each stall is taken: the network's own word and the cover by cars, together."""
     points = sample_points(stalls)
     core, taken, car = (sample(values, points) for values in (maps.core, maps.taken, maps.car))
-    inner = np.abs(sample_grid()).max(axis=1) <= CORE_SHARE / 2
+    inner = _inner()
     weight = core[:, inner] + 1e-3
     said = (taken[:, inner] * weight).sum(axis=1) / weight.sum(axis=1)
     cover = np.minimum((car > 0.5).mean(axis=1) / _CAR_SHARE_OF_TAKEN, 1.0)
@@ -191,6 +193,17 @@ def _gather(voters: _Voters, peaks: tuple[NDArray[np.intp], NDArray[np.intp]], s
     score = np.minimum(weight, 1.0) * np.minimum(np.hypot(sine, cosine), 1.0)
     found = Stalls(column, row, angle, extent(across), extent(along), score)
     return found[np.bincount(owner, minlength=count) >= _MINIMUM_VOTERS]
+
+
+def _weigh(stalls: Stalls, core: NDArray[np.float32]) -> Stalls:
+    """Lower the score of stalls that the core map itself is unsure of."""
+    mean = sample(core, sample_points(stalls)[:, _inner()]).mean(axis=1)
+    return replace(stalls, score=stalls.score * np.interp(mean, _CORE_OF_STALLS, (0.0, 1.0)))
+
+
+def _inner() -> NDArray[np.bool_]:
+    """Return which places of `sample_grid` lie in a stall's core."""
+    return np.asarray(np.abs(sample_grid()).max(axis=1) <= CORE_SHARE / 2)
 
 
 def _cell(voters: _Voters, size: tuple[int, ...]) -> NDArray[np.intp]:

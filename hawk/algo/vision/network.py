@@ -31,7 +31,7 @@ CORE_SHARE = 0.74
 """Side of a stall's core as a share of the stall's."""
 CHANNELS = 10
 _MULTIPLE = 32
-_LARGEST, _OVERLAP = 320, 64
+_LARGEST, _OVERLAP = 576, 64
 _WEIGHTS = ("weights", "lot.onnx")
 
 

@@ -145,7 +145,7 @@ def test_the_parts_of_a_picture_cover_it_once_with_a_margin(side: int) -> None:
     assert parts[-1][1][1] == -(-side // 2)
     assert all(one[1][1] == two[1][0] for one, two in pairwise(parts))
     for pixels, (first, last) in parts:
-        assert pixels.stop - pixels.start <= 320
+        assert pixels.stop - pixels.start <= 576
         assert pixels.start % 2 == 0
         assert pixels.start <= 2 * first < 2 * last <= pixels.stop + 1
         assert pixels.start == 0 or 2 * first - pixels.start >= 30
