@@ -30,7 +30,7 @@ from hawk.model import (
 T = TypeVar("T")
 _LOG = logging.getLogger(__name__)
 
-WORKER_NICENESS = 5
+WORKER_NICENESS = 10
 """Niceness (0 normal, 19 last) of the vision worker."""
 _CAMERA_RETRY_S = 0.2
 

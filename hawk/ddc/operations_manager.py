@@ -151,7 +151,7 @@ class OperationsManager:
         else:
             self._guarded(self._run_state)
         self.ticks += 1
-        if self.now >= self._next_heartbeat - 1e-6:
+        if self.now >= self._next_heartbeat - 0.5 / self.settings.flight.tick_hz:  # the nearest tick, not the next
             self._guarded(self._send_heartbeat)
 
     def handle(self, client: ClientId, command: Command) -> Outgoing | None:
