@@ -24,14 +24,11 @@ from mavsdk.plugins.mavlink_direct import MavlinkDirect, MavlinkMessage
 from mavsdk.plugins.param import Param
 from mavsdk.plugins.telemetry import Telemetry
 
+from hawk.simulation import free_udp_port
+
+__all__ = ["Pilot", "free_tcp_port", "free_udp_port", "get_json", "simulation", "small_picture"]
+
 START_TIMEOUT_S = 60.0
-
-
-def free_udp_port() -> int:
-    """Return a UDP port that nobody uses."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 def free_tcp_port() -> int:
