@@ -35,22 +35,22 @@ def sample(
 def light(image: NDArray[Any], rng: np.random.Generator) -> NDArray[np.float32]:
     """Return a picture (H, W, 3) in 0..255 with another exposure, colour, sharpness and noise.
 
-    Mild, since the scenes themselves are drawn in many lights and by many cameras.
+    Milder than the scenes' own differences: those are drawn in many lights and by many cameras already.
     """
-    if rng.random() < 0.6:
-        image = image * rng.uniform(0.8, 1.2) + rng.uniform(-15, 15)
-        image = image * np.exp(rng.normal(0, 0.04, 3))
-    if rng.random() < 0.12:
-        image = cv2.GaussianBlur(image, (0, 0), rng.uniform(0.4, 0.9))
-    if rng.random() < 0.15:
-        image = image + (image - cv2.GaussianBlur(image, (0, 0), 1.2)) * rng.uniform(0.3, 1.2)
+    if rng.random() < 0.7:
+        image = image * rng.uniform(0.75, 1.25) + rng.uniform(-20, 20)
+        image = image * np.exp(rng.normal(0, 0.05, 3))
     if rng.random() < 0.2:
-        image = image + rng.normal(0, rng.uniform(1, 5), image.shape)
-    if rng.random() < 0.1:
+        image = cv2.GaussianBlur(image, (0, 0), rng.uniform(0.4, 0.95))
+    if rng.random() < 0.25:
+        image = image + (image - cv2.GaussianBlur(image, (0, 0), 1.2)) * rng.uniform(0.3, 1.2)
+    if rng.random() < 0.3:
+        image = image + rng.normal(0, rng.uniform(1, 6), image.shape)
+    if rng.random() < 0.2:
         grey = image.mean(axis=2, keepdims=True)
         image = grey + (image - grey) * rng.uniform(0, 0.6)
-    if rng.random() < 0.25:
-        image = 255 * (np.clip(image, 0, 255) / 255) ** rng.uniform(0.7, 1.4)
+    if rng.random() < 0.35:
+        image = 255 * (np.clip(image, 0, 255) / 255) ** rng.uniform(0.65, 1.45)
     return np.asarray(np.clip(image, 0, 255), np.float32)
 
 

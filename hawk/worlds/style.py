@@ -66,15 +66,15 @@ class LotStyle:
 
 def sample_style(rng: np.random.Generator, *, calm: bool = False) -> LotStyle:
     """Draw a style; ``calm`` keeps to what most lots look like (the simulator's worlds), else anything goes."""
-    skewed = rng.random() < (0.32 if calm else 0.27)
-    skew = math.radians(rng.uniform(12, 45)) * (1 if rng.random() < 0.5 else -1) if skewed else 0.0
+    skewed = rng.random() < (0.32 if calm else 0.38)
+    skew = math.radians(rng.uniform(12, 45) if calm else rng.uniform(8, 50)) * (1 if rng.random() < 0.5 else -1) if skewed else 0.0
     return LotStyle(
         width=rng.uniform(2.45, 2.85) if calm else rng.uniform(2.3, 3.1),
         length=rng.uniform(4.9, 5.6) if calm else rng.uniform(4.6, 6.1),
         skew=skew,
         aisle=rng.uniform(6.0, 7.6) if calm else rng.uniform(5.2, 8.5),
         occupancy=rng.uniform(0.42, 0.8) if calm else _occupancy(rng),
-        line_width=rng.uniform(0.10, 0.16) if calm else rng.uniform(0.09, 0.19),
+        line_width=rng.uniform(0.10, 0.16) if calm else rng.uniform(0.08, 0.19),
         drop=float(rng.choice([0.01, 0.03]) if calm else rng.choice([0, 0.02, 0.08, 0.2], p=[0.4, 0.3, 0.2, 0.1])),
         worn=rng.uniform(0.15, 0.3) if calm else float(rng.choice([0, 0.1, 0.3, 0.6], p=[0.3, 0.3, 0.3, 0.1])),
         hairpin=bool(rng.random() < (0.04 if calm else 0.09)),
@@ -84,7 +84,7 @@ def sample_style(rng: np.random.Generator, *, calm: bool = False) -> LotStyle:
         hatch=float(rng.choice([0.015, 0.02, 0.05] if calm else [0.02, 0.02, 0.1])),
         wheel_stops=bool(rng.random() < 0.16),
         island=sample_material(rng, str(rng.choice(_ISLAND_KINDS))),
-        break_share=float(rng.choice([0.0, 0.04, 0.08])),
+        break_share=float(rng.choice([0.0, 0.04, 0.08] if calm else [0.0, 0.06, 0.14])),
         trees=float(rng.choice([0.15, 0.3, 0.5] if calm else [0, 0.1, 0.3, 0.6])),
         crown=(1.1, rng.uniform(2.6, 4.6)),
         medians=float(rng.choice([0.25, 0.6] if calm else [0.1, 0.45, 0.8])),
@@ -103,7 +103,7 @@ def sample_palette(rng: np.random.Generator, asphalt: float, *, calm: bool = Fal
     ``asphalt`` is the brightness of what the paint lies on. How opaque the paint is comes with it: the stalls' colour
     is mixed towards the asphalt, but a least contrast stays, because lines that nobody can see teach nothing.
     """
-    first = int(rng.choice(3, p=[0.75, 0.24, 0.01] if calm else [0.7, 0.26, 0.04]))
+    first = int(rng.choice(3, p=[0.75, 0.24, 0.01] if calm else [0.62, 0.34, 0.04]))
     other = first if rng.random() < 0.6 else int(rng.choice([0, 1]))
     opacity = rng.uniform(0.65, 1.0) if calm else rng.uniform(0.35, 1.0)
     colours = []
