@@ -67,7 +67,9 @@ class LotStyle:
 def sample_style(rng: np.random.Generator, *, calm: bool = False) -> LotStyle:
     """Draw a style; ``calm`` keeps to what most lots look like (the simulator's worlds), else anything goes."""
     skewed = rng.random() < (0.32 if calm else 0.38)
-    skew = math.radians(rng.uniform(12, 45) if calm else rng.uniform(8, 50)) * (1 if rng.random() < 0.5 else -1) if skewed else 0.0
+    skew = 0.0
+    if skewed:
+        skew = math.radians(rng.uniform(12, 45) if calm else rng.uniform(8, 50)) * (1 if rng.random() < 0.5 else -1)
     return LotStyle(
         width=rng.uniform(2.45, 2.85) if calm else rng.uniform(2.3, 3.1),
         length=rng.uniform(4.9, 5.6) if calm else rng.uniform(4.6, 6.1),
