@@ -193,6 +193,15 @@ class ArmPlace:
 
 
 @dataclass(frozen=True, slots=True)
+class FlightSoFar:
+    """A flight that is under way: seconds since take-off and metres flown, as of ``at`` (wall clock, UTC seconds)."""
+
+    seconds: float
+    way: float
+    at: float
+
+
+@dataclass(frozen=True, slots=True)
 class HeightParameters:
     """Travel heights above the arm place, metres: 0 < minimum <= desired <= maximum <= ceiling."""
 

@@ -42,6 +42,7 @@ from hawk.ddc.motion import Goal
 from hawk.ddc.params import ParameterStore
 from hawk.ddc.preflight import Preflight
 from hawk.ddc.requests import Request, Requests
+from hawk.ddc.restart import flight_goes_on
 from hawk.ddc.service_interface import DdcServiceInterface
 from hawk.ddc.states.base import Cause, ConfigureOrder, MoveOrder, Order, State
 from hawk.ddc.states.factory import StateFactory
@@ -56,6 +57,7 @@ from hawk.model import (
     CopterMode,
     DesiredPose,
     Fence,
+    FlightSoFar,
     GlobalPose,
     Health,
     HeightParameters,
@@ -120,7 +122,7 @@ class OperationsManager:
         self.states = StateFactory(self)
         self.kill = KillSwitch(self._around.clock, self._send_kill, self._around.new_token)
         self.guard = Guard(self)
-        self.trail = Trail()
+        self.trail = Trail(self._keep_flight)
         self.preflight = Preflight(self)
         self.judge = Judge(self, self._around.desk)
         self.inquiries = Inquiries(self)
@@ -315,6 +317,12 @@ class OperationsManager:
         """These hold from here on."""
         self.topics.heights_pub.publish(heights)
 
+    def take_up_flight(self) -> None:
+        """This program started in the air: flight time and way go on where the earlier run left them."""
+        known = flight_goes_on(self._around.flight, self.utc().timestamp(), self._around.speed)
+        if known is not None:
+            self.trail.go_on(*known, self.now)
+
     def datum_for_arm(self) -> GlobalPose | None:
         """Return the map's origin, or what becomes it at a survey's first arm: the place where the drone stands."""
         return self.service.datum or self.topics.get_global_pose()
@@ -389,6 +397,9 @@ class OperationsManager:
             return answers[0]
         return Ack(id=command.id, accepted=False, reason=f"{self.own_health.reason}.")
 
+    def _keep_flight(self, flown: tuple[float, float] | None) -> None:
+        self._around.keep_flight(None if flown is None else FlightSoFar(*flown, at=self.utc().timestamp()))
+
     def _record_tick(self) -> None:
         self.record("tick", tick_inputs(self))
 
@@ -440,8 +451,9 @@ class OperationsManager:
 
     def _run_state(self) -> None:
         airborne = self.follower.is_airborne
-        pose = self.topics.get_pose()
-        self.trail.update(None if pose is None else pose.map, airborne, self.now)
+        if self.has_link:
+            pose = self.topics.get_pose()
+            self.trail.update(None if pose is None else pose.map, airborne, self.now)
         self.guard.observe(airborne)
         self.preflight.tick(not self.topics.get_state().armed)
         self.inquiries.tick()

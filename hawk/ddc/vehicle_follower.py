@@ -110,6 +110,7 @@ class VehicleFollower:
 
     def _begin_in_air(self) -> None:
         self.started_in_air = True
+        self._context.take_up_flight()
         starts = self._count_start()
         self._context.record("start in the air", {"starts": starts})
         self._context.log.add("warning", "The program started while the drone was in the air.")
