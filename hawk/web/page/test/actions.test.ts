@@ -49,7 +49,7 @@ describe("actions", () => {
 
   it("run with their progress", () => {
     const exploring = action("explore", { heartbeat: heartbeat({ State: "Autonomous Explore", Explored: 0.473 }) });
-    assert.deepEqual([exploring.kind, exploring.note, exploring.progress], ["running", "Running, 47 %", 0.473]);
+    assert.deepEqual([exploring.kind, exploring.note, exploring.progress], ["running", "Running, 47 % so far", 0.473]);
     const climbing = action("takeoff", { heartbeat: heartbeat({ State: "Takeoff", "Relative Altitude": 7 }) });
     assert.deepEqual([climbing.kind, climbing.progress], ["running", 0.2]);
   });
