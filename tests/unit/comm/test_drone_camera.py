@@ -11,7 +11,8 @@ from hawk.comm.camera_sources.make import make_source
 from hawk.comm.camera_sources.opencv import OpenCvSource
 from hawk.comm.camera_sources.source import CameraError, SourceFrame
 from hawk.comm.clock import Clock, ManualClock
-from hawk.comm.drone_camera import STALE_S, DroneCamera, NoImage
+from hawk.comm.drone_camera import STALE_S, DroneCamera
+from hawk.comm.image import NoImage
 from hawk.config import CameraSettings, ConfigError
 from tests.unit.comm.pictures import StreamServer, forever, part, picture
 from tests.unit.comm.waiting import until
