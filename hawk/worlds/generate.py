@@ -20,6 +20,7 @@ from hawk.worlds.world import TrueStall, World, WorldError
 _HIDDEN_SHARE = 0.5
 _COVER_M = 0.2
 _ATTEMPTS = 60
+_GRID_M = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +109,7 @@ def _draw(seed: int, plan: Plan, canvas: Canvas, rng: np.random.Generator) -> Wo
             hidden=_covered(cover, stall.corners) > _HIDDEN_SHARE,
             worn=stall.worn,
             kind=stall.kind,
-            covered=_overlap(stall.corners, vehicles),
+            covered=share_under(stall.corners, vehicles),
         )
         for number, stall in enumerate(plan.stalls)
     ]
@@ -141,6 +142,10 @@ def _covered(mask: Bytes, corners: Points) -> float:
     return float((mask[part] & inside[part]).sum()) / max(1, int(inside[part].sum()))
 
 
-def _overlap(corners: Points, vehicles: shapely.Geometry) -> float:
+def share_under(corners: Points, vehicles: shapely.Geometry) -> float:
+    """Return the share (0..1) of a stall under vehicles.
+
+    On a grid: without one GEOS can take two outlines that share an edge but for rounding as one.
+    """
     quad = shapely.Polygon(corners)
-    return float(quad.intersection(vehicles).area / quad.area)
+    return float(shapely.intersection(quad, vehicles, grid_size=_GRID_M).area / quad.area)
