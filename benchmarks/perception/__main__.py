@@ -31,8 +31,9 @@ from benchmarks.perception.places import Place, read_lots, read_pictures, read_t
 from benchmarks.perception.video import watch
 from benchmarks.surveys import parse_seeds
 from benchmarks.vision_frame import frame_ms
-from hawk.algo.vision.finder import NetworkFinder
+from hawk.algo.vision.finder import Finder, NetworkFinder
 from hawk.algo.vision.network import StallNetwork
+from hawk.worlds.conditions import Condition
 
 PROTOTYPE_TILES: Final = {
     "precision": 0.879, "recall": 0.892, "precision_star": 0.917, "recall_whole": 0.927,
@@ -103,13 +104,28 @@ def _network_sections(network: StallNetwork, options: argparse.Namespace) -> lis
         )
     sections.extend(_negatives(eye, options, ""))
     if options.seeds:
-        print("frames over drawn worlds")
-        total = measure_worlds(NetworkFinder(network), options.seeds, verbose=True)
-        print(f"  all: {line(total.measures())} ({total.true} stalls in view)")
-        figures = [Figure(f"frames_{name}", name.replace("_", " "), total.measures()[name]) for name in MEASURES]
-        sections.append(Section("single frames over drawn worlds", figures))
+        sections.append(_drawn(NetworkFinder(network), options.seeds))
     sections.append(Section("time", [Figure("ms_per_frame", "a frame at 35 m, one core", frame_ms(network), "ms")]))
     return sections
+
+
+def _drawn(finder: Finder, seeds: Sequence[int]) -> Section:
+    """Return the measures over drawn worlds by day, and what other conditions leave of recall and state accuracy."""
+    print("frames over drawn worlds by day")
+    day = measure_worlds(finder, seeds, verbose=True)
+    print(f"  all: {line(day.measures())} ({day.true} stalls in view)")
+    figures = [Figure(f"frames_{name}", name.replace("_", " "), day.measures()[name]) for name in MEASURES]
+    for condition in Condition:
+        if condition is not Condition.DAY:
+            found = measure_worlds(finder, seeds, condition=condition)
+            figures += [
+                Figure(
+                    f"frames_{condition}_{name}", f"{name.replace('_', ' ')}, {condition}", found.measures()[name],
+                    reference=Reference("day", day.measures()[name]),
+                )
+                for name in ("recall", "precision", "state_accuracy")
+            ]  # fmt: skip
+    return Section("single frames over drawn worlds", figures)
 
 
 def _hard(eye: Eye, network: StallNetwork, tiles: Sequence[Place]) -> list[Figure]:

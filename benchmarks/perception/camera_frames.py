@@ -21,7 +21,8 @@ from hawk.algo.vision.seen import FloatArray, GroundImage, StallSeen
 from hawk.model import CameraModel, HeightParameters, MapPose, StallState, StateName
 from hawk.survey.scoring import Finding, Tally, Truth, tally
 from hawk.worlds.camera import WorldCamera
-from hawk.worlds.generate import generate_world
+from hawk.worlds.conditions import Condition
+from hawk.worlds.generate import WorldOptions, generate_world
 from hawk.worlds.world import World
 
 HEIGHT_M = 35.0
@@ -39,12 +40,19 @@ class Labels:
     lots: tuple[FloatArray, ...]
 
 
-def measure_worlds(finder: Finder, seeds: Sequence[int], count: int = 12, *, verbose: bool = False) -> Tally:
+def measure_worlds(
+    finder: Finder,
+    seeds: Sequence[int],
+    count: int = 12,
+    *,
+    condition: Condition = Condition.DAY,
+    verbose: bool = False,
+) -> Tally:
     """Return the tally of single frames over drawn worlds at `HEIGHT_M`, stalls that lie wholly in view only."""
     total = Tally()
     rectifier = Rectifier()
     for seed in seeds:
-        world = generate_world(seed)
+        world = generate_world(seed, WorldOptions(condition=condition))
         labels = _labels(world)
         one = sum((_look(finder, rectifier, f, labels) for f in frames(world, HEIGHT_M, count, lens=False)), Tally())
         if verbose:
