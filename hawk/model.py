@@ -73,6 +73,12 @@ class StateName(StrEnum):
     MANUAL = "Manual"
 
 
+GROUND_STATES = frozenset({StateName.IDLE, StateName.CONFIGURE, StateName.ARM})
+"""States in which the drone is not in the air."""
+TASK_STATES = frozenset({StateName.AUTONOMOUS_EXPLORE, StateName.AUTONOMOUS_MOVE, StateName.COMPULSIVE_MOVE})
+"""States that fly somewhere for the operator."""
+
+
 class CopterMode(IntEnum):
     """ArduCopter's ``custom_mode`` numbers (ArduPilot, ArduCopter/mode.h)."""
 

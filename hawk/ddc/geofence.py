@@ -9,10 +9,10 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-import pymap3d
 import shapely
 from shapely import LineString, Point, Polygon
 
+from hawk.comm.frames import offset_ned
 from hawk.model import Fence, GlobalPose, MapPoint
 
 BREACH_TOLERANCE_M = 0.5
@@ -32,10 +32,8 @@ class FenceError(ValueError):
 
 def to_map(datum: GlobalPose, latitude: float, longitude: float) -> MapPoint:
     """Return a WGS-84 place (degrees) on the tangent plane at the datum."""
-    north, east, _ = pymap3d.geodetic2ned(
-        latitude, longitude, datum.altitude, datum.latitude, datum.longitude, datum.altitude
-    )
-    return MapPoint(float(north), float(east))
+    north, east, _ = offset_ned(GlobalPose(latitude, longitude, datum.altitude), datum)
+    return MapPoint(north, east)
 
 
 def read_geojson(path: Path) -> Ring:

@@ -51,9 +51,11 @@ from hawk.ddc.surroundings import Surroundings
 from hawk.ddc.tick_record import tick_inputs
 from hawk.ddc.topic_interface import DdcTopicInterface
 from hawk.ddc.trail import Trail
-from hawk.ddc.vehicle_follower import GROUND_STATES, LEFT_ALONE, TASK_STATES, VehicleFollower
+from hawk.ddc.vehicle_follower import LEFT_ALONE, VehicleFollower
 from hawk.ddc.vehicle_watch import VehicleWatch
 from hawk.model import (
+    GROUND_STATES,
+    TASK_STATES,
     CopterMode,
     DesiredPose,
     Fence,

@@ -12,7 +12,7 @@ from hawk.ddc.restart import RestartRule, restart_rule
 from hawk.ddc.states.base import Cause
 from hawk.ddc.states.holding import Holding
 from hawk.ddc.vehicle_watch import VehicleEvent, VehicleWatch
-from hawk.model import ArmPlace, LandedState, State, StateName
+from hawk.model import GROUND_STATES, TASK_STATES, ArmPlace, LandedState, State, StateName
 
 if TYPE_CHECKING:
     from hawk.ddc.operations_manager import OperationsManager
@@ -21,8 +21,6 @@ ABANDONED_S = 15.0
 """So long after an arming that was given up, "armed" is answered by a disarm, seconds."""
 DISARM_RETRY_S = 2.0
 
-GROUND_STATES = frozenset({StateName.IDLE, StateName.CONFIGURE, StateName.ARM})
-TASK_STATES = frozenset({StateName.AUTONOMOUS_EXPLORE, StateName.AUTONOMOUS_MOVE, StateName.COMPULSIVE_MOVE})
 LEFT_ALONE = frozenset({StateName.MANUAL, StateName.RETURN_TO_LAUNCH, StateName.LAND})
 """States that neither a restart nor the end of the program changes."""
 
