@@ -151,7 +151,7 @@ class OperationsManager:
                 self.socket.reply(client, answer)
         self._guarded(self.follower.follow)
         if self.kill.is_sending:
-            self._repeat_kill()
+            self._guarded(self._repeat_kill)
         else:
             self._guarded(self._run_state)
         self.ticks += 1
@@ -175,7 +175,7 @@ class OperationsManager:
 
     def handle_now(self, client: ClientId, command: Command) -> Outgoing:
         """Act at once on a command that passes every queue: Hold, Kill Request, Kill."""
-        answer = self.handle(client, command)
+        answer = self._handle_safely(client, command)
         if answer is None:
             raise ValueError(f"{command_type(command)} is not a command that passes the queue")
         return answer
@@ -421,7 +421,7 @@ class OperationsManager:
 
     def _kill(self, client: ClientId, command: Kill) -> Ack:
         try:
-            self.kill.kill(client, command.token)
+            self.kill.kill(client, command.token, self.topics.get_state().armed)
         except KillRefused as refused:
             return Ack(id=command.id, accepted=False, reason=str(refused))
         self.set_user_error(UserError.NONE, "")
@@ -433,7 +433,8 @@ class OperationsManager:
         self.ask("kill", self.service.kill())
 
     def _repeat_kill(self) -> None:
-        if not self.kill.tick(self.topics.get_state().armed, self.has_link):
+        vehicle = self.topics.get_state()
+        if not self.kill.tick(vehicle.armed, vehicle.time, self.has_link):
             return
         if self.kill.state == "confirmed":
             self.log.add("error", "Motors cut. Arm is locked until you clear it.")
