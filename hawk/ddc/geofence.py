@@ -22,6 +22,7 @@ RECOVERY_DEPTH_M = 2.0
 CIRCLE_VERTICES = 48
 """Corners of a circular fence; ArduPilot takes up to some 70."""
 MAXIMUM_VERTICES = 70
+_ARC_SEGMENTS = 16
 
 Ring = tuple[tuple[float, float], ...]
 
@@ -123,17 +124,18 @@ def way_is_inside(fence: Fence, start: MapPoint, end: MapPoint) -> bool:
 
 
 def inside_point(fence: Fence, place: MapPoint, depth: float = RECOVERY_DEPTH_M) -> MapPoint:
-    """Return the place nearest to this one that lies at least ``depth`` metres inside our fence.
+    """Return the place nearest to this one (within half a percent of the depth) that lies ``depth`` metres inside.
 
     In a fence too narrow for that depth it is the place farthest from all sides.
     """
     shape = _shape(fence.polygon)
-    core = shapely.buffer(shape, -depth)
+    # around a corner that points inwards the edge is an arc, drawn by chords that would come too near to the corner
+    core = shapely.buffer(shape, -depth / math.cos(math.pi / 4 / _ARC_SEGMENTS), quad_segs=_ARC_SEGMENTS)
     if core.is_empty:
         best = shapely.maximum_inscribed_circle(shape).coords[0]
         return MapPoint(float(best[0]), float(best[1]))
     point = Point(place.north, place.east)
-    if core.covers(point):
+    if shape.covers(point) and shape.boundary.distance(point) >= depth:
         return place
     north, east = shapely.shortest_line(core, point).coords[0]
     return MapPoint(float(north), float(east))

@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from hawk.ddc.geofence import (
@@ -66,6 +66,7 @@ def test_the_whole_straight_way_is_checked() -> None:
 
 
 @given(coordinate, coordinate)
+@example(34.0, 34.0)  # beside the corner that points inwards
 def test_the_recovery_place_is_two_metres_inside_and_nearest(north: float, east: float) -> None:
     place = MapPoint(north, east)
     back = inside_point(L_SHAPE, place)
