@@ -84,6 +84,7 @@ async def test_explore_follows_the_plan_with_its_height_and_yaw(flying: Rig) -> 
     place = flying.autopilot
     assert (place.north, place.east, place.height) == pytest.approx((25, -10, 40), abs=0.2)
     assert flying.autopilot.targets[-1].yaw == 0.5
+    assert flying.manager.state.detail.endswith("% seen of the lot found so far.")
 
 
 @pytest.mark.parametrize(("height", "flown"), [(3, 15), (500, 60), (None, 35)])
