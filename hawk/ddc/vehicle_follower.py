@@ -11,6 +11,7 @@ from hawk.ddc.ranks import Rank
 from hawk.ddc.restart import RestartRule, restart_rule
 from hawk.ddc.states.base import Cause
 from hawk.ddc.states.holding import Holding
+from hawk.ddc.states.homing import Homing
 from hawk.ddc.vehicle_watch import VehicleEvent, VehicleWatch
 from hawk.model import GROUND_STATES, TASK_STATES, ArmPlace, LandedState, State, StateName
 
@@ -95,11 +96,13 @@ class VehicleFollower:
         if keeps_rank and (name is current or self._outranks_hover(name)):
             if isinstance(holding := getattr(self._context.state, "holding", None), Holding):
                 holding.restart()
+            elif isinstance(state := self._context.state, Homing):
+                state.restart()
             return
         if current is StateName.ARM and name is StateName.ARM:
             return
         self._context.switch(self._context.states.taken_up(name))
-        if at_start and name not in GROUND_STATES:
+        if at_start and self.is_airborne:
             self._begin_in_air()
 
     def _outranks_hover(self, name: StateName) -> bool:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from hawk.comm.messages import CompulsiveMove, Hold, Land
+from hawk.comm.messages import CompulsiveMove, Hold, Land, ReturnToLaunch
 from hawk.ddc.restart import FLIGHT_KEPT_S, RestartRule, flight_goes_on, restart_rule
 from hawk.model import CopterMode, FlightSoFar, LandedState, StateName
 from tests.unit.ddc.fakes import START, UTC_START, Rig
@@ -196,6 +196,16 @@ def test_time_that_the_program_was_down_passes_at_the_clocks_speed_and_never_bac
     assert flight_goes_on(kept, UTC_START + FLIGHT_KEPT_S + 1, 1.0) is None
 
 
+async def test_a_start_beside_a_pilot_who_is_armed_on_the_ground_is_no_start_in_the_air(tmp_path: Path) -> None:
+    rig = Rig(tmp_path, starts=2, flight=FlightSoFar(300.0, 812.5, UTC_START))
+    rig.autopilot.armed, rig.autopilot.mode = True, int(CopterMode.LOITER)
+    await rig.run(2)
+    rig.expect(S.MANUAL)
+    assert not any(kind == "start in the air" for kind, _ in rig.records)
+    assert "The program started while the drone was in the air." not in rig.log
+    await rig.close()
+
+
 async def test_a_start_on_the_ground_is_idle_and_not_counted(rig: Rig) -> None:
     rig.expect(S.IDLE)
     assert not any(kind == "start in the air" for kind, _ in rig.records)
@@ -330,3 +340,47 @@ async def test_ended_elsewhere_it_leaves_the_drone_alone(fresh: Rig, state: Stat
 async def test_a_refused_return_does_not_keep_the_program_from_ending(flying: Rig) -> None:
     flying.autopilot.refuse["set_mode"] = "no"
     assert await flying.manager.shutdown_in_air()
+
+
+@pytest.mark.parametrize(("state", "mode"), [(S.RETURN_TO_LAUNCH, CopterMode.RTL), (S.LAND, CopterMode.LAND)])
+async def test_our_own_way_down_is_asked_for_again_when_the_mode_is_another_after_a_lost_link(
+    fresh: Rig, state: StateName, mode: CopterMode
+) -> None:
+    await fresh.enter(state)
+    await fresh.run(1)
+    fresh.autopilot.connected = False
+    await fresh.run(4)
+    fresh.autopilot.change_mode(CopterMode.GUIDED)
+    fresh.autopilot.calls.clear()
+    fresh.autopilot.connected = True
+    await fresh.run(1)
+    fresh.expect(state)
+    assert fresh.autopilot.asked("set_mode") == [mode]
+    assert fresh.autopilot.mode == mode
+
+
+async def test_a_mode_of_an_overtaken_request_that_shows_late_is_not_taken_for_ours(flying: Rig) -> None:
+    flying.order(ReturnToLaunch())
+    await flying.tick(3)
+    flying.order(Land())
+    await flying.tick(3)
+    flying.expect(S.LAND)
+    assert flying.autopilot.mode == CopterMode.LAND
+    flying.autopilot.change_mode(CopterMode.RTL)  # the request was repeated on the wire
+    await flying.tick(2)
+    flying.expect(S.RETURN_TO_LAUNCH)
+    assert "The autopilot returns home by itself." in flying.log
+
+
+async def test_a_mode_that_shows_after_the_next_was_asked_for_is_still_ours(flying: Rig) -> None:
+    flying.autopilot.silent.add("set_mode")
+    flying.order(ReturnToLaunch())
+    await flying.tick()
+    flying.order(Land())
+    await flying.tick()
+    flying.autopilot.change_mode(CopterMode.RTL)
+    await flying.tick()
+    flying.expect(S.LAND)
+    flying.autopilot.change_mode(CopterMode.LAND)
+    await flying.tick()
+    flying.expect(S.LAND)
