@@ -136,9 +136,9 @@ class DroneCamera:
             await self._source.close()
 
     async def _receive(self) -> None:
-        self._source = self._make(self._settings, self._clock)
         while True:
             try:
+                self._source = self._source or self._make(self._settings, self._clock)
                 async with aclosing(self._source.frames()) as frames:  # type: ignore[type-var]
                     async for frame in frames:
                         self._take(frame)
