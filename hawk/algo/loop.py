@@ -67,6 +67,7 @@ class Situation:
     heights: HeightParameters
     fence: Fence | None
     home: MapPoint | None
+    asked: DesiredPose | None = None
 
 
 class AlgorithmLoop:
@@ -182,6 +183,7 @@ class AlgorithmLoop:
             heights=situation.heights,
             fence=situation.fence,
             home=situation.home,
+            asked=situation.asked,
         )
 
 
