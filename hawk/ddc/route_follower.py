@@ -11,15 +11,17 @@ import math
 
 from hawk.model import MapPoint, Route
 
-_ON_LEG_M = 1.5
+_ON_LEG_M = 1.0
 """From this distance to a leg the drone is on it, metres."""
 
 
 class RouteFollower:
-    """Follows one route, whose points are at least two."""
+    """Follows one route."""
 
     def __init__(self, route: Route, arrival_m: float) -> None:
-        """``arrival_m`` is how near a corner the drone has stopped there."""
+        """``arrival_m`` is how near a corner the drone has stopped there. Raises ValueError for less than two points."""
+        if len(route.points) < 2:
+            raise ValueError("a route has at least two points")
         self.route = route
         self._arrival_m = arrival_m
         self._leg = 1
