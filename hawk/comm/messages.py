@@ -388,6 +388,10 @@ class RouteAnswer(Outgoing):
     """Why an Autonomous Move there would be refused, null when it would not."""
 
 
+Answer = Ack | KillToken | RouteAnswer
+"""What comes back to the client that sent a command."""
+
+
 class Heartbeat(Outgoing):
     """What the drone tells at 5 Hz: the specification's keys (18.4.5), then ours."""
 

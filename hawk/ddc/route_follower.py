@@ -19,7 +19,7 @@ class RouteFollower:
     """Follows one route."""
 
     def __init__(self, route: Route, arrival_m: float) -> None:
-        """``arrival_m`` is how near a corner the drone has stopped there. Raises ValueError for less than two points."""
+        """``arrival_m``: so near a corner the drone has stopped there. Raises ValueError for less than two points."""
         if len(route.points) < 2:
             raise ValueError("a route has at least two points")
         self.route = route

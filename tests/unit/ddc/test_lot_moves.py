@@ -129,17 +129,18 @@ async def test_a_refused_new_target_tells_nothing_of_a_changed_map(flying: Rig) 
 
 
 async def test_the_status_has_the_way_that_is_left(flying: Rig) -> None:
-    assert flying.manager.status.value is not None
-    assert flying.manager.status.value.route == ()
+    status = flying.manager.status
+    assert status.value is not None
+    assert not status.value.route
     flying.sight.route = AROUND
     await move(flying, 30, 40)
     await flying.run(2)
-    route = flying.manager.status.value.route
+    route = status.value.route
     assert route[0].distance(MapPoint(flying.autopilot.north, flying.autopilot.east)) < 2.0
     assert route[1:] == AROUND.points[1:]
     flying.order(Hold())
     await flying.run(0.4)
-    assert flying.manager.status.value.route == ()
+    assert status.value.route == ()
 
 
 # -- the way asked for before ------------------------------------------------------------------------------------------
@@ -212,7 +213,7 @@ async def test_many_may_ask_and_each_gets_an_answer(flying: Rig) -> None:
         flying.manager.handle(f"client {n % 6}", RouteRequest(id=n, x=n, y=1, frame="Map"))
     await flying.run(3)
     answers = {a.id: a for _, a in flying.socket.replies if isinstance(a, RouteAnswer)}
-    assert sorted(answers) == list(range(12))
+    assert set(answers) == set(range(12))
     assert all(answers[n].refused is None for n in range(6, 12))
     assert all(answers[n].refused == "You asked for another way since." for n in range(6))
 
