@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from hawk.algo.mapper.recent import Recent
 from hawk.algo.mapper.window import Slices, Window
 from hawk.model import TILE_M, Cell, TileKey
 
@@ -110,6 +111,40 @@ class EvidenceGrid:
 
     def __init__(self) -> None:
         self.tiles: dict[TileKey, EvidenceTile] = {}
+        self.recent: Recent[TileKey] = Recent()
+        self._lot_cells = 0
+        self._bounds: tuple[int, int, int, int] | None = None
+
+    def put(self, key: TileKey, tile: EvidenceTile, version: int) -> None:
+        """Take up a tile of an earlier run."""
+        known = self.tiles.get(key)
+        self._lot_cells += tile.lot_cells - (0 if known is None else known.lot_cells)
+        self.tiles[key] = tile
+        self._extend(key)
+        self.note_change(key, version)
+
+    def note_change(self, key: TileKey, version: int) -> None:
+        """Something in a tile changed with this version of the map."""
+        self.tiles[key].version = version
+        self.recent.note(key, version)
+
+    def summarise(self, key: TileKey) -> None:
+        """Bring a tile's coarse layers and the lot's area up to date."""
+        tile = self.tiles[key]
+        before = tile.lot_cells
+        tile.summarise()
+        self._lot_cells += tile.lot_cells - before
+
+    def extent(self) -> NDArray[np.float64] | None:
+        """Return two corners (2, 2) of (north, east) around all tiles, None when there are none."""
+        if self._bounds is None:
+            return None
+        top, left, bottom, right = self._bounds
+        return np.array([[-(bottom + 1) * TILE_M, left * TILE_M], [-top * TILE_M, (right + 1) * TILE_M]])
+
+    def _extend(self, key: TileKey) -> None:
+        top, left, bottom, right = self._bounds or (*key, *key)
+        self._bounds = (min(top, key[0]), min(left, key[1]), max(bottom, key[0]), max(right, key[1]))
 
     def fuse(self, evidence: CellEvidence, weight: float, version: int) -> list[TileKey]:
         """Add one frame and return the tiles that it touched.
@@ -120,9 +155,12 @@ class EvidenceGrid:
         for key, in_tile, in_window in evidence.window.tiles():
             if not evidence.mask[in_window].any():
                 continue
-            tile = self.tiles.setdefault(key, EvidenceTile())
+            tile = self.tiles.get(key)
+            if tile is None:
+                tile = self.tiles[key] = EvidenceTile()
+                self._extend(key)
             _fuse_tile(tile, in_tile, evidence, in_window, weight)
-            tile.version = version
+            self.note_change(key, version)
             touched.append(key)
         return touched
 
@@ -150,7 +188,7 @@ class EvidenceGrid:
     @property
     def lot_area_m2(self) -> float:
         """Area of all cells that are shown as lot, square metres."""
-        return sum(tile.lot_cells for tile in self.tiles.values()) * EVIDENCE_M**2
+        return self._lot_cells * EVIDENCE_M**2
 
 
 def log_odds(probability: Grid32) -> Grid32:
