@@ -45,6 +45,7 @@ from hawk.web.heartbeat import ClientView, SharedHeartbeat
 STAGES: Final = (1.0, 10.0, 30.0, 100.0)
 FRAMES: Final = 160
 STEP_M: Final = 1.0
+FRAME_S: Final = 0.25
 HEIGHT_M: Final = 35.0
 MOVE_M: Final = 80.0
 CAMERA: Final = CameraModel(1280, 720, 914.0, 914.0, 640.0, 360.0)
@@ -158,7 +159,7 @@ class Stage:
         for number in range(FRAMES):
             east = self.lot.half - (FRAMES / 2 - number) * STEP_M
             pose = MapPose(0.0, east, HEIGHT_M, 0.0, 0.0, 0.0)
-            self.sight.seen = self.lot.look(pose, float(number))
+            self.sight.seen = self.lot.look(pose, number * FRAME_S)
             frame = _frame(number, pose)
             self.interface.begin(frame)
             with self.samples.timed("update_ms"):
@@ -312,7 +313,7 @@ def _frame(
     number: int, pose: MapPose, state: StateName = StateName.AUTONOMOUS_EXPLORE, desired: DesiredPose | None = None
 ) -> FrameInput:
     return FrameInput(
-        number + 1, float(number), b"", CAMERA, pose, 4.0, state, desired, HeightParameters(), None, MapPoint(0.0, 0.0)
+        number + 1, number * FRAME_S, b"", CAMERA, pose, 4.0, state, desired, HeightParameters(), None, MapPoint(0.0, 0.0)
     )
 
 

@@ -76,10 +76,9 @@ class MapBacklog:
             if len(found) >= most:
                 break
             found += self._stalls[square]
-        there = [
-            (math.hypot(s.north - near.north, s.east - near.east), s.id) for s in map(current.stalls.get, found) if s
-        ]
-        return [stall_id for _, stall_id in sorted(there)]
+        there = [stall for stall_id in found if (stall := current.stalls.get(stall_id)) is not None]
+        there.sort(key=lambda stall: (math.hypot(stall.north - near.north, stall.east - near.east), stall.id))
+        return [stall.id for stall in there]
 
     def sent_stall(self, stall_id: int) -> None:
         """The stall waits no more."""

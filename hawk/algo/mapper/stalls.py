@@ -42,7 +42,7 @@ _CALL = 0.4  # log-odds from which a state is called
 _KEEP = 0.1  # and down to which it is kept
 _OVERLAP = 0.3
 _CLOSE_M = 2.2
-_ATTEND_STEP_M = 30.0  # way flown until the rows about the drone are chosen anew
+_ATTEND_STEP_M = 20.0  # way flown until the rows about the drone are chosen anew
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +89,7 @@ class StallTracker:
         wide = reach + _ATTEND_STEP_M
         self._attended = (north, east, wide)
         distance = np.hypot(self.rows["north"] - north, self.rows["east"] - east)
-        far = distance > wide + 2 * SQUARE_M
+        far = distance > wide + SQUARE_M
         self._resting.put(self.rows[far])
         self.rows = np.concatenate([self.rows[~far], self._resting.take(north, east, wide)])
 
@@ -115,7 +115,7 @@ class StallTracker:
         k, f = pair(_as_known(before), (look.found.north, look.found.east, look.found.angle))
         self._hit(local[k], look.found.take(f), look)
         self._miss(np.delete(local, k), look)
-        self._birth(look.found.take(np.setdiff1d(np.arange(len(look.found)), f)), look)
+        self._birth(look.found.take(_others(len(look.found), f)), look)
         self._drop(look.version)
         self._merge(look)
         self.settle(look.version)
@@ -221,10 +221,10 @@ class StallTracker:
         if len(fresh) == 0:
             return
         places = np.stack([self.rows["north"], self.rows["east"]], -1)
-        pairs = cKDTree(places).query_pairs(_CLOSE_M, output_type="ndarray")
-        is_fresh = np.zeros(len(self.rows), np.bool_)
-        is_fresh[fresh] = True
-        pairs = pairs[is_fresh[pairs].any(1)]
+        low, high = places[fresh].min(0) - _CLOSE_M, places[fresh].max(0) + _CLOSE_M
+        about = np.flatnonzero(((places >= low) & (places <= high)).all(1))
+        pairs = about[cKDTree(places[about]).query_pairs(_CLOSE_M, output_type="ndarray")]
+        pairs = pairs[(self.rows["touched"][pairs] == look.version).any(1)]
         if len(pairs) == 0:
             return
         pairs = np.unique(np.sort(pairs, 1), axis=0)
@@ -247,6 +247,13 @@ def call_state(taken: Floats, before: NDArray[np.int64]) -> NDArray[np.int64]:
     is_taken = (taken >= _CALL) | keep_taken
     is_free = (taken <= -_CALL) | keep_free
     return np.where(is_taken, TAKEN, np.where(is_free, FREE, UNKNOWN)).astype(np.int64)
+
+
+def _others(count: int, index: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Return the indices below ``count`` that are not in ``index``."""
+    free = np.ones(count, np.bool_)
+    free[index] = False
+    return np.flatnonzero(free)
 
 
 def _as_known(rows: Rows) -> tuple[Floats, Floats, Floats, Floats, Floats]:
