@@ -313,7 +313,17 @@ def _frame(
     number: int, pose: MapPose, state: StateName = StateName.AUTONOMOUS_EXPLORE, desired: DesiredPose | None = None
 ) -> FrameInput:
     return FrameInput(
-        number + 1, number * FRAME_S, b"", CAMERA, pose, 4.0, state, desired, HeightParameters(), None, MapPoint(0.0, 0.0)
+        number + 1,
+        number * FRAME_S,
+        b"",
+        CAMERA,
+        pose,
+        4.0,
+        state,
+        desired,
+        HeightParameters(),
+        None,
+        MapPoint(0.0, 0.0),
     )
 
 

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.mapper import delta
-from hawk.algo.mapper.grid import EVIDENCE_M, EvidenceTile
+from hawk.algo.mapper.evidence import EVIDENCE_M
+from hawk.algo.mapper.grid import EvidenceTile
 from hawk.algo.mapper.table import FREE, STALL_DTYPE, TAKEN, Rows, corners_of, to_bytes
 from hawk.algo.mapper.window import tile_window
 from hawk.algo.vision.seen import GroundImage, Seen, StallSeen
@@ -50,7 +51,7 @@ class WideLot:
         meta = delta.MapMeta("wide", 1, len(self.stalls) + 1, (0.0, 0.0, 0.0, 1.0))
         parts[delta.META] = meta.to_bytes()
         for key in self._known_tiles():
-            parts[delta.tile_name(delta.GRID, key)] = delta.pack_tile(self._tile(key))
+            parts[delta.tile_name(delta.GRID, key)] = self._tile(key).to_bytes()
             parts[delta.tile_name(delta.MOSAIC, key)] = self._picture_tile()
         return parts
 

@@ -17,7 +17,8 @@ import pytest_asyncio
 import shapely
 
 from hawk.algo.mapper import delta
-from hawk.algo.mapper.grid import EVIDENCE_M, EvidenceGrid, EvidenceTile
+from hawk.algo.mapper.evidence import EVIDENCE_M
+from hawk.algo.mapper.grid import EvidenceGrid, EvidenceTile
 from hawk.algo.mapper.window import Window
 from hawk.comm.messages import Ack, AutonomousMove, Disarm, Heartbeat, Point, RouteAnswer, RouteRequest
 from hawk.model import Cell, StateName, UserError
@@ -58,7 +59,7 @@ def lot_parts() -> dict[str, bytes]:
         tile.shown[in_tile] = np.where(is_lot, Cell.LOT, Cell.NON_LOT)
         tile.lot[in_tile] = np.where(is_lot, 4.0, -4.0)
         tile.looks[in_tile] = 8.0
-    parts = {delta.tile_name(delta.GRID, key): delta.pack_tile(tile) for key, tile in grid.tiles.items()}
+    parts = {delta.tile_name(delta.GRID, key): tile.to_bytes() for key, tile in grid.tiles.items()}
     return parts | {delta.META: delta.MapMeta("drawn", 1, 1, (0.0, 0.0, 0.0, 1.0)).to_bytes()}
 
 

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from hawk.algo.mapper import delta
 from hawk.algo.mapper.detections import Detections
 from hawk.algo.mapper.encode import TileEncoder
-from hawk.algo.mapper.grid import EVIDENCE_M, CellEvidence, EvidenceGrid
+from hawk.algo.mapper.evidence import EVIDENCE_M
+from hawk.algo.mapper.grid import CellEvidence, EvidenceGrid, EvidenceTile
 from hawk.algo.mapper.index import StallIndex
 from hawk.algo.mapper.layout import lay, moved, outline
 from hawk.algo.mapper.mosaic import Mosaic
@@ -55,7 +56,12 @@ class MapCore:
         self._way = 0.0
         self._frame = self._outlined_at = self._rows_at = 0
         self._touched: set[TileKey] = set()
-        self._chores: list[Callable[[Window, Seen], bool]] = [self._outline, self._complete_rows, self._picture]
+        self._chores: list[Callable[[Window, Seen], bool]] = [
+            self._outline,
+            self._complete_rows,
+            self._picture,
+            self._rest,
+        ]
         self.index = OccupancyMap(map_id=map_id)
 
     def fuse(self, seen: Seen) -> None:
@@ -139,7 +145,7 @@ class MapCore:
         """Return the parts that changed after ``version``."""
         parts: dict[str, bytes] = {}
         for key in self.grid.recent.since(version):
-            parts[delta.tile_name(delta.GRID, key)] = delta.pack_tile(self.grid.tiles[key])
+            parts[delta.tile_name(delta.GRID, key)] = self.grid.tiles[key].to_bytes()
         for key in self._mosaic.recent.since(version):
             parts[delta.tile_name(delta.MOSAIC, key)] = self._mosaic.encoded[key].data
         for rows in self.tracker.touched_since(version):
@@ -171,8 +177,9 @@ class MapCore:
         everything = np.arange(len(self.tracker.rows))
         self._stalls.update(self.tracker.rows, everything, [], self._version)
         self._encoder.mark(set(self.grid.tiles))
-        while self._encoder.encode(self.grid, self.tracker.confirmed, 64, self._version, (0.0, 0.0)):
-            pass
+        confirmed = self.tracker.confirmed
+        while self._encoder.encode(self.grid, confirmed, 64, self._version, (0.0, 0.0)):
+            self.grid.rest(64)
         self.encode(None)
         return problems
 
@@ -184,7 +191,7 @@ class MapCore:
             self.tracker.next_id = max(self.tracker.next_id, meta.next_id)
             self.registration.restore(Shift(*meta.shift))
         elif kind == delta.GRID:
-            self.grid.put(delta.tile_key(name), delta.unpack_tile(data), self._version)
+            self.grid.put(delta.tile_key(name), EvidenceTile(data), self._version)
         elif kind == delta.MOSAIC:
             self._mosaic.restore(delta.tile_key(name), self._version, data)
         elif kind == delta.STALL:
@@ -260,7 +267,7 @@ class MapCore:
 
     def _show(self, window: Window, shown: NDArray[np.uint8]) -> None:
         for key, in_tile, in_window in window.tiles():
-            tile = self.grid.tiles.get(key)
+            tile = self.grid.tile(key)
             if tile is None:
                 continue
             if not np.array_equal(tile.shown[in_tile], shown[in_window]):
@@ -271,6 +278,9 @@ class MapCore:
             if key in self._touched:
                 self.grid.summarise(key)
                 self._touched.discard(key)
+
+    def _rest(self, _: Window, __: Seen) -> bool:
+        return self.grid.rest() > 0
 
     def _picture(self, _: Window, seen: Seen) -> bool:
         if not _is_farther(self._pictured, seen.pose, self._settings.mosaic_step_m):

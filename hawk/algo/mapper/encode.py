@@ -8,7 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.algo.mapper.grid import EVIDENCE_M, EvidenceGrid
+from hawk.algo.mapper.evidence import EVIDENCE_M
+from hawk.algo.mapper.grid import EvidenceGrid
 from hawk.algo.mapper.mosaic import nearest_first
 from hawk.algo.mapper.table import FREE, TAKEN, Rows, corners_of
 from hawk.algo.mapper.window import Window, shard_of_tile, tile_window
@@ -62,7 +63,7 @@ class TileEncoder:
 
 def raster(grid: EvidenceGrid, key: TileKey, stalls: Rows) -> NDArray[np.uint8]:
     """Return the `Cell` classes of one tile with its stalls drawn in."""
-    tile = grid.tiles.get(key)
+    tile = grid.tile(key)
     n = round(TILE_M / CELL_M)
     cells = np.zeros((n, n), np.uint8) if tile is None else np.repeat(np.repeat(tile.shown, _FINER, 0), _FINER, 1)
     window = tile_window(key, CELL_M)

@@ -3,7 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hawk.algo.mapper.grid import COARSE_M, EVIDENCE_M, CellEvidence, EvidenceGrid, log_odds
+from hawk.algo.mapper.evidence import EVIDENCE_M
+from hawk.algo.mapper.grid import COARSE_M, CellEvidence, EvidenceGrid, log_odds
 from hawk.algo.mapper.window import Window, tile_window
 from hawk.model import TILE_M, Cell
 
