@@ -341,6 +341,7 @@ class Daemon:
             heights=self.manager.heights,
             fence=self.manager.fence,
             home=self.topics.home_pub.value,
+            asked=self.topics.asked_place_pub.value,
         )
 
     def _goes_on(self) -> bool:

@@ -27,6 +27,7 @@ from hawk.comm.messages import (
     MapResync,
     OperatorHeartbeat,
     Outgoing,
+    RouteRequest,
     SetFailsafes,
 )
 from hawk.comm.status import ClientId, CommandSocket, DroneStatus
@@ -43,6 +44,7 @@ from hawk.ddc.params import ParameterStore
 from hawk.ddc.preflight import Preflight
 from hawk.ddc.requests import Request, Requests
 from hawk.ddc.restart import flight_goes_on
+from hawk.ddc.route_requests import RouteRequests
 from hawk.ddc.service_interface import DdcServiceInterface
 from hawk.ddc.states.base import Cause, ConfigureOrder, MoveOrder, Order, State
 from hawk.ddc.states.factory import StateFactory
@@ -128,6 +130,7 @@ class OperationsManager:
         self.preflight = Preflight(self)
         self.judge = Judge(self, self._around.desk)
         self.inquiries = Inquiries(self)
+        self.route_requests = RouteRequests(self)
         self._watch = VehicleWatch(self.topics, self.service, self._around.clock)
         self.follower = VehicleFollower(self, self._watch, self._around.count_start)
         self._builder = StatusBuilder(self)
@@ -150,6 +153,7 @@ class OperationsManager:
             if answer is not None:
                 self.socket.reply(client, answer)
         self._guarded(self.follower.follow)
+        self._guarded(self.route_requests.tick)
         if self.kill.is_sending:
             self._guarded(self._repeat_kill)
         else:
@@ -165,6 +169,9 @@ class OperationsManager:
         if isinstance(command, Control | MapResync):
             return Ack(id=command.id, accepted=False, reason=f"{command.type}: is answered by the web server.")
         self.record("command", {"client": client, **command.model_dump(by_alias=True, exclude={"token"})})
+        if isinstance(command, RouteRequest):
+            self.route_requests.ask(client, command)
+            return None
         refusal = self.judge.refusal(client, command)
         answer = self.refuse(command, refusal) if refusal is not None else self._accept(client, command)
         if isinstance(answer, Ack):
@@ -302,8 +309,8 @@ class OperationsManager:
                 return f"{name}: {health.reason}"
         return ""
 
-    def place_of(self, command: AutonomousMove | CompulsiveMove) -> MapPoint | None:
-        """Return the place in the map that a Move means, None while the position is not known."""
+    def place_of(self, command: AutonomousMove | CompulsiveMove | RouteRequest) -> MapPoint | None:
+        """Return the place in the map that a Move or Route Request means, None while the position is not known."""
         if command.frame == "Map":
             return MapPoint(command.x, command.y)
         pose = self.topics.get_fresh_pose()

@@ -16,6 +16,7 @@ from hawk.comm.async_message_socket import AsyncMessageSocket
 from hawk.comm.base_socket import BaseSocket, FailedToSend
 from hawk.comm.messages import (
     Ack,
+    Answer,
     Command,
     Control,
     Heartbeat,
@@ -24,6 +25,8 @@ from hawk.comm.messages import (
     MapResync,
     OperatorHeartbeat,
     Point,
+    RouteAnswer,
+    RouteRequest,
     Welcome,
 )
 from hawk.model import GlobalPose, TileKey
@@ -40,7 +43,7 @@ SHORTEST_SIGN_INTERVAL_S: Final = 0.2
 PICTURE_TIMEOUT_S: Final = 10.0
 LOG_LIMIT: Final = 1000
 
-_Incoming = Annotated[Heartbeat | Ack | KillToken | Welcome, Field(discriminator="type")]
+_Incoming = Annotated[Heartbeat | Answer | Welcome, Field(discriminator="type")]
 _INCOMING: TypeAdapter[Any] = TypeAdapter(_Incoming)
 C = TypeVar("C", bound=Command)
 
@@ -59,7 +62,7 @@ class DroneClient:
     def __init__(self, host: str, port: int, *, token: str | None = None, timeout_s: float = 5.0) -> None:
         self._socket = AsyncMessageSocket(BaseSocket(host, port, token=token), timeout_s=timeout_s)
         self._numbers = itertools.count(1)
-        self._answers: dict[str, asyncio.Future[Ack | KillToken]] = {}
+        self._answers: dict[str, asyncio.Future[Answer]] = {}
         self._waiters: set[asyncio.Future[Heartbeat]] = set()
         self._tasks: list[asyncio.Task[None]] = []
         self._welcomed = asyncio.Event()
@@ -106,8 +109,21 @@ class DroneClient:
 
     async def ask(self, command: Command, timeout_s: float = ANSWER_TIMEOUT_S) -> Ack | KillToken:
         """Send one command and return the answer. Raises FailedToSend, or LinkLostError when none comes."""
+        answer = await self._ask(command, timeout_s)
+        if isinstance(answer, RouteAnswer):
+            raise TypeError("a way is asked for by route()")
+        return answer
+
+    async def route(self, request: RouteRequest) -> RouteAnswer:
+        """Ask for the way that an Autonomous Move would take. Raises as `ask`, and CommandRefusedError."""
+        answer = await self._ask(request, ANSWER_TIMEOUT_S)
+        if not isinstance(answer, RouteAnswer):
+            raise CommandRefusedError(answer.reason if isinstance(answer, Ack) else "another answer came")
+        return answer
+
+    async def _ask(self, command: Command, timeout_s: float) -> Answer:
         number = f"c{next(self._numbers)}"
-        answer: asyncio.Future[Ack | KillToken] = asyncio.get_running_loop().create_future()
+        answer: asyncio.Future[Answer] = asyncio.get_running_loop().create_future()
         self._answers[number] = answer
         try:
             async with asyncio.timeout(timeout_s):
@@ -191,7 +207,7 @@ class DroneClient:
                 continue
             self._take(message)
 
-    def _take(self, message: Heartbeat | Ack | KillToken | Welcome) -> None:
+    def _take(self, message: Heartbeat | Answer | Welcome) -> None:
         if isinstance(message, Heartbeat):
             self._take_heartbeat(message)
         elif isinstance(message, Welcome):
