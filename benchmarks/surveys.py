@@ -89,7 +89,7 @@ async def measure_places(lots: Path, folder: Path) -> tuple[list[Figure], str]:
 
 
 def place_worlds(lots: Path) -> list[tuple[str, list[str]]]:
-    """Return name and command line options of every place of a folder. Raises BenchmarkError for a file that misfits."""
+    """Return name and options of every place of a folder. Raises BenchmarkError for a file that misfits."""
     worlds = []
     for truth in sorted(lots.glob("*.json")):
         try:
