@@ -15,7 +15,7 @@ from hawk.algo.vision.classical import ClassicalFinder
 from hawk.algo.vision.decode import Stalls
 from hawk.algo.vision.lot import lot_area
 from hawk.algo.vision.network import CELL_PIXELS, StallNetwork
-from hawk.algo.vision.rows import complete_rows, row_stalls
+from hawk.algo.vision.rows import RowStalls, complete_rows, row_stalls
 from hawk.algo.vision.seen import GroundImage
 from hawk.model import StallState
 from hawk.survey.scoring import Finding, FloatArray
@@ -58,7 +58,7 @@ class NetworkEye:
         """Find stalls and lot."""
         maps = self._network.run(_shown(image, metres_per_pixel, scale))
         stalls = decode.vote(maps, CELL_M)
-        stalls = _completed(stalls[stalls.score >= MINIMUM_SCORE], maps.core)
+        stalls = _stalls(_rows(stalls[stalls.score >= MINIMUM_SCORE], maps.core))
         return _result(stalls, decode.occupancy(maps, stalls), maps.lot, scale)
 
 
@@ -74,9 +74,11 @@ class ClassicalEye:
         seen = [s for s in found.stalls if s.score >= MINIMUM_SCORE]
         table = np.array([(s.east, -s.north, s.angle - np.pi / 2, s.width, s.length, s.score, s.taken) for s in seen])
         table = table.reshape(-1, 7) / np.array([CELL_M, CELL_M, 1, CELL_M, CELL_M, 1, 1])
-        stalls = Stalls(*(table[:, k] for k in range(6)))
-        # its evidence is drawn from its own stalls: it has nothing to fill a row's hole with
-        return _result(stalls, table[:, 6], np.asarray(found.lot.values, np.float32), scale)
+        rows = _rows(Stalls(*(table[:, k] for k in range(6))), found.core.values)
+        stalls = _stalls(rows)
+        said = np.append(table[:, 6], 0.0)[rows.source]
+        taken = np.where(rows.inferred, _inner_mean(found.car.values, rows.corners()), said)
+        return _result(stalls, taken, np.asarray(found.lot.values, np.float32), scale)
 
 
 def _shown(image: NDArray[np.uint8], metres_per_pixel: float, scale: float) -> NDArray[np.uint8]:
@@ -95,13 +97,8 @@ def _result(stalls: Stalls, taken: FloatArray, lot: NDArray[np.float32], scale: 
     return Result(Finding(metres, state_array(states)), taken, area, LOT_M / scale)
 
 
-def _completed(stalls: Stalls, core: NDArray[np.float32]) -> Stalls:
-    """Return the stalls with their rows completed."""
-
-    def evidence(corners: FloatArray) -> FloatArray:
-        middle = corners.mean(axis=1, keepdims=True)
-        return _core_mean(core, (middle + (corners - middle) * _INNER) / CELL_M)
-
+def _rows(stalls: Stalls, core: NDArray[np.float32]) -> RowStalls:
+    """Return the stalls with their rows completed, metres."""
     given = row_stalls(
         stalls.column * CELL_M,
         stalls.row * CELL_M,
@@ -110,13 +107,22 @@ def _completed(stalls: Stalls, core: NDArray[np.float32]) -> Stalls:
         stalls.length * CELL_M,
         stalls.score,
     )
-    rows = complete_rows(given, evidence)
+    return complete_rows(given, lambda corners: _inner_mean(core, corners))
+
+
+def _stalls(rows: RowStalls) -> Stalls:
     return Stalls(
         rows.north / CELL_M, rows.east / CELL_M, rows.angle, rows.width / CELL_M, rows.length / CELL_M, rows.score
     )
 
 
-def _core_mean(core: NDArray[np.float32], corners: FloatArray) -> FloatArray:
+def _inner_mean(values: NDArray[np.float32], corners: FloatArray) -> FloatArray:
+    """Return the mean (N,) of a map over the inner parts of quads (N, 4, 2), metres."""
+    middle = corners.mean(axis=1, keepdims=True)
+    return _mean(values, (middle + (corners - middle) * _INNER) / CELL_M)
+
+
+def _mean(core: NDArray[np.float32], corners: FloatArray) -> FloatArray:
     """Return the mean (N,) of a map over quads (N, 4, 2) of (column, row); outside counts as 0."""
     share = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
     first = corners[:, None, 0] + (corners[:, None, 1] - corners[:, None, 0]) * share[:, None]

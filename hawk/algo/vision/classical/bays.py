@@ -29,7 +29,7 @@ _STRIPED = 0.6
 _MOST_PAINT = 0.6
 _MANY_LINES = 10
 _SCORE: FloatArray = np.array([-0.26, 1.23, 2.45, -7.8, -0.59, 0.35, -2.25, -0.14, 1.12, 4.19, -2.24])
-"""Logistic regression on the features of `scores`; fitted to drawn lots."""
+"""Logistic regression on the `score_features`, fitted to drawn lots (`training.fit_classical`)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,9 +61,14 @@ def joined(parts: Sequence[Bays]) -> Bays:
 
 def scores(bays: Bays, taken: FloatArray) -> FloatArray:
     """Return how likely each bay (N,) is a stall: by paint on both sides, none between, and cars that hide it."""
+    return np.asarray(1 / (1 + np.exp(-(score_features(bays, taken) @ _SCORE))))
+
+
+def score_features(bays: Bays, taken: FloatArray) -> FloatArray:
+    """Return the features (N, 11) of each bay, the constant first; what `scores` weighs."""
     low, high = np.minimum(bays.left, bays.right), np.maximum(bays.left, bays.right)
     most, past = _MOST_PAINT, bays.past > 0
-    features = np.column_stack(
+    return np.column_stack(
         [
             np.ones(len(taken)),
             np.minimum(low, most),
@@ -78,7 +83,6 @@ def scores(bays: Bays, taken: FloatArray) -> FloatArray:
             past * taken * low,
         ]
     )
-    return np.asarray(1 / (1 + np.exp(-(features @ _SCORE))))
 
 
 def bays_of(view: View, row: Row) -> list[Bays]:

@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 
 from hawk.algo.vision import decode, quads
 from hawk.algo.vision.classical import ground as ground_of
-from hawk.algo.vision.classical.bays import bays_of, joined, scores
+from hawk.algo.vision.classical.bays import Bays, bays_of, joined, scores
 from hawk.algo.vision.classical.core import core_map
-from hawk.algo.vision.classical.lattice import rows_of
+from hawk.algo.vision.classical.ground import Ground
+from hawk.algo.vision.classical.lattice import Row, rows_of
 from hawk.algo.vision.classical.paint import directions, paint_map
-from hawk.algo.vision.classical.strokes import strokes, turn
+from hawk.algo.vision.classical.strokes import View, strokes, turn
 from hawk.algo.vision.decode import Stalls
 from hawk.algo.vision.finder import Found
 from hawk.algo.vision.network import CELL_PIXELS
@@ -28,16 +29,8 @@ class ClassicalFinder:
 
     def find(self, picture: GroundImage) -> Found:
         """Return stalls between painted lines; taken where the ground between them is not bare."""
-        side = picture.metres_per_pixel
         cells = decode.cell_raster(picture, picture.valid[::CELL_PIXELS, ::CELL_PIXELS])
-        paint = paint_map(picture.values, picture.valid, side)
-        views = [turn(paint, direction, side) for direction in directions(paint, side)]
-        rows = [rows_of(strokes(view)) for view in views]
-        parts = [p for view, some in zip(views, rows, strict=True) for row in some for p in bays_of(view, row)]
-        bays = joined(parts)
-        bays = bays[_in_sight(bays.stalls, picture)]
-        within = bays.past == 0
-        ground = ground_of.survey_ground(picture.values, picture.valid, bays.stalls[within], side)
+        views, rows, bays, ground = survey(picture)
         taken = ground_of.taken(ground, bays.stalls)
         stalls = replace(bays.stalls, score=scores(bays, taken))
         car = ground_of.car_map(ground, cells.metres_per_pixel)
@@ -53,6 +46,18 @@ class ClassicalFinder:
             car=replace(cells, values=car),
             core=replace(cells, values=core),
         )
+
+
+def survey(picture: GroundImage) -> tuple[list[View], list[list[Row]], Bays, Ground]:
+    """Return the views of the paint, the rows in each, all bays between their strokes, and the ground about them."""
+    side = picture.metres_per_pixel
+    paint = paint_map(picture.values, picture.valid, side)
+    views = [turn(paint, direction, side) for direction in directions(paint, side)]
+    rows = [rows_of(strokes(view)) for view in views]
+    bays = joined([p for view, some in zip(views, rows, strict=True) for row in some for p in bays_of(view, row)])
+    bays = bays[_in_sight(bays.stalls, picture)]
+    within = bays.stalls[bays.past == 0]
+    return views, rows, bays, ground_of.survey_ground(picture.values, picture.valid, within, side)
 
 
 def _in_sight(stalls: Stalls, picture: GroundImage) -> NDArray[np.bool_]:

@@ -26,7 +26,7 @@ _LIKE_M = 0.9
 _LIKE, _LOT = (0.15, 0.5, 0.85), (0.2, 0.6, 0.93)
 _NEAR_M = (9.0, 18.0)
 _TAKEN: FloatArray = np.array([-2.64, 0.81, 0.97, 2.5, 0.77, 2.05, 0.9, 0.67, 1.77])
-"""Logistic regression of taken on the mean features of a stall, bias first; fitted to drawn lots."""
+"""Logistic regression of taken on the `stall_features`, bias first, fitted to drawn lots (`training.fit_classical`)."""
 _INNER = (0.55, 0.74)
 """Shares of a stall's width and length in which cars are looked for; neighbours and their shade reach in from aside."""
 
