@@ -44,10 +44,10 @@ def test_resting_stalls_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_resting_tiles_change_next_to_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     awake = fly(MapCore(MapperSettings(), "a"), OUT_AND_BACK)
-    monkeypatch.setattr(grid_module, "AWAKE", 24)
+    monkeypatch.setattr(grid_module, "AWAKE", 16)
     resting = fly(MapCore(MapperSettings(), "a"), OUT_AND_BACK)
     at_rest = sum(tile.is_resting for tile in resting.grid.tiles.values())
-    assert at_rest > 10
+    assert at_rest > 5
     assert resting.grid.lot_area_m2 == pytest.approx(awake.grid.lot_area_m2, rel=0.01)
     assert len(resting.index.stalls) == pytest.approx(len(awake.index.stalls), rel=0.01)
     for key, tile in awake.grid.tiles.items():
@@ -86,7 +86,7 @@ def test_all_rows_within_reach_are_taken_and_none_is_lost(
     assert taken == about
     assert taken | left == set(range(1, len(places) + 1))
     assert not taken & left
-    assert all(math.dist(places[i - 1], at) > reach for i in left)
+    assert all(math.dist(places[i - 1], at) > reach - 1e-9 for i in left)
     assert all(math.dist(places[i - 1], at) < reach + SQUARE_M * math.sqrt(2) + 1e-6 for i in taken)
 
 
