@@ -32,11 +32,11 @@ class MapBacklog:
         self._squares: dict[int, TileKey] = {}
         self._compared = OccupancyMap()
         self._differing: Iterator[tuple[_Kind, TileKey | int]] | None = None
-        self._target = self._compared
+        self._target = self._newest = self._compared
 
     def __len__(self) -> int:
         """Return what waits; while a comparison is under way there is more of it than is known."""
-        unknown = 0 if self._differing is None else 1
+        unknown = 0 if self._compared is self._newest else 1
         return unknown + len(self.tiles) + len(self.mosaic) + len(self.gone) + len(self._squares)
 
     def take_in(
@@ -47,6 +47,7 @@ class MapBacklog:
         held_stalls: Mapping[int, int],
     ) -> None:
         """Look at what changed up to the newest map; ``held`` are the versions that the client was sent."""
+        self._newest = current
         if self._differing is None and current is not self._compared:
             self._differing, self._target = _differences(current, self._compared), current
         if self._differing is None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hawk.algo.mapper.associate import pair
 from hawk.algo.mapper.evidence import EVIDENCE_M
 from hawk.algo.mapper.grid import EvidenceGrid
-from hawk.algo.mapper.stalls import StallTracker, call_state
+from hawk.algo.mapper.stalls import StallTracker, call_state, others
 from hawk.algo.mapper.table import STALL_DTYPE, Rows, angle_of, probability
 from hawk.algo.mapper.window import Window
 from hawk.algo.vision import quads
@@ -58,8 +58,11 @@ class RowFiller:
         around = tracker.near(*middle, self._reach_m + _BEYOND_M)
         known, found = pair(_geometry(tracker.rows[around]), (implied.north, implied.east, implied.angle))
         _place(tracker.rows, around[known], implied[found])
-        fresh = implied[np.setdiff1d(np.arange(len(implied)), found)]
-        missing = np.setdiff1d(tracker.near(*middle, self._reach_m - _BEYOND_M), around[known])
+        fresh = implied[others(len(implied), found)]
+        is_implied = np.zeros(len(tracker.rows), np.bool_)
+        is_implied[around[known]] = True
+        inner = tracker.near(*middle, self._reach_m - _BEYOND_M)
+        missing = inner[~is_implied[inner]]
         _judge(tracker, around[known], missing, version)
         _add(tracker, fresh, version)
         _call(tracker.rows, layers, version)
@@ -71,9 +74,10 @@ def _judge_company(rows: Rows, near: NDArray[np.intp], judged: NDArray[np.intp],
     if len(likely) == 0:
         return
     group = row_of(_as_row_stalls(rows[likely]))
-    lone = np.zeros(len(rows), np.bool_)
+    lone, is_likely = np.zeros((2, len(rows)), np.bool_)
     lone[likely] = np.bincount(group)[group] == 1
-    changed = judged[(rows["lone"][judged] != lone[judged]) & np.isin(judged, likely)]
+    is_likely[likely] = True
+    changed = judged[(rows["lone"][judged] != lone[judged]) & is_likely[judged]]
     rows["lone"][changed] = lone[changed]
     rows["touched"][changed] = version
 

@@ -115,7 +115,7 @@ class StallTracker:
         k, f = pair(_as_known(before), (look.found.north, look.found.east, look.found.angle))
         self._hit(local[k], look.found.take(f), look)
         self._miss(np.delete(local, k), look)
-        self._birth(look.found.take(_others(len(look.found), f)), look)
+        self._birth(look.found.take(others(len(look.found), f)), look)
         self._drop(look.version)
         self._merge(look)
         self.settle(look.version)
@@ -249,7 +249,7 @@ def call_state(taken: Floats, before: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.where(is_taken, TAKEN, np.where(is_free, FREE, UNKNOWN)).astype(np.int64)
 
 
-def _others(count: int, index: NDArray[np.intp]) -> NDArray[np.intp]:
+def others(count: int, index: NDArray[np.intp]) -> NDArray[np.intp]:
     """Return the indices below ``count`` that are not in ``index``."""
     free = np.ones(count, np.bool_)
     free[index] = False

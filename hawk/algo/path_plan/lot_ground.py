@@ -18,13 +18,10 @@ from numpy.typing import NDArray
 from hawk.algo.mapper.grid import COARSE_M, CoarseLayers
 from hawk.algo.mapper.window import Slices, Window
 from hawk.algo.path_plan.fence import FenceGuard
-from hawk.algo.path_plan.sight import is_clear
-from hawk.algo.path_plan.turned import Place
+from hawk.algo.path_plan.sight import Mask, Place, is_clear
 
 _LOT_SHARE = 0.5
 _CHUNK_M = 40.0
-
-Mask = NDArray[np.uint8]
 
 
 class KnowsLot(Protocol):

@@ -18,9 +18,8 @@ from hawk.algo.mapper.grid import COARSE_M
 from hawk.algo.mapper.window import Window
 from hawk.algo.path_plan.fence import FenceGuard
 from hawk.algo.path_plan.grid_search import is_connected, shortest_path
-from hawk.algo.path_plan.lot_ground import KnowsLot, LotGround, Mask, cleared, disc_about
-from hawk.algo.path_plan.sight import is_clear, is_clear_triangle
-from hawk.algo.path_plan.turned import Place
+from hawk.algo.path_plan.lot_ground import KnowsLot, LotGround, cleared, disc_about
+from hawk.algo.path_plan.sight import Mask, Place, is_clear, is_clear_triangle
 from hawk.model import MapPoint, Route
 
 _BANDS_M = (40.0, 120.0, 360.0)

@@ -11,7 +11,7 @@ import shapely
 from hawk.algo.path_plan.fence import FenceGuard
 from hawk.algo.path_plan.lot_ground import KnowsLot, LotGround
 from hawk.algo.path_plan.lot_route import GOAL_M, lot_route
-from hawk.algo.path_plan.turned import Place
+from hawk.algo.path_plan.sight import Place
 from hawk.model import DesiredPose, Route
 
 _ASIDE_M = 8.0  # farther from the route than a cut corner and wind explain

@@ -9,8 +9,9 @@ import shapely
 from numpy.typing import NDArray
 
 from hawk.algo.mapper.window import Window
-from hawk.algo.path_plan.turned import Place
 
+Place = tuple[float, float]
+"""(north, east), metres."""
 Mask = NDArray[np.uint8]
 Indices = NDArray[np.intp]
 

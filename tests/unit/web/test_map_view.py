@@ -4,6 +4,7 @@ import json
 import random
 import zlib
 from dataclasses import replace
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -12,7 +13,9 @@ from hypothesis import strategies as st
 
 from hawk.comm.messages import MapUpdate
 from hawk.model import TILE_CELLS, EncodedTile, MapPoint, OccupancyMap, Stall, StallState, TileKey
+from hawk.sharded import Sharded
 from hawk.survey.client_map import ClientMap
+from hawk.web import map_backlog
 from hawk.web.map_view import BUDGET_BYTES, MapView
 
 HERE = MapPoint(0.0, 0.0)
@@ -179,3 +182,36 @@ def test_the_longest_stall_fits_what_is_counted_for_it() -> None:
 @pytest.mark.parametrize("drone", [None, MapPoint(3.0, 4.0)])
 def test_without_a_place_of_the_drone_the_map_goes_out_all_the_same(drone: MapPoint | None) -> None:
     assert len(MapView().update(OccupancyMap({(0, 0): tile(1, 1)}), drone).tiles) == 1
+
+
+@settings(max_examples=25, deadline=None)
+@given(steps=STEPS)
+def test_a_large_map_is_taken_in_by_and_by(steps: list[tuple[str, int, int, bool]]) -> None:
+    server, view, client = Model(), MapView(), ClientMap()
+    shared = OccupancyMap(Sharded(_block), Sharded(_block), Sharded(lambda number: number // 8), map_id="m0")
+    with mock.patch.object(map_backlog, "INTAKE", 40):
+        for action, number, fill, reads in steps:
+            server.change(action, number, fill)
+            shared = as_shared(server.now, shared)
+            if reads:
+                client.apply(over_the_wire(view.update(shared, HERE)))
+        for _ in range(300):
+            update = view.update(shared, HERE)
+            client.apply(over_the_wire(update))
+            if update.backlog == 0:
+                break
+    assert_same(client, server.now)
+
+
+def _block(key: TileKey) -> TileKey:
+    return key[0] // 2, key[1] // 2
+
+
+def as_shared(now: OccupancyMap, before: OccupancyMap) -> OccupancyMap:
+    """Return the map with mappings that share with the one before what did not change."""
+    layers = {}
+    for name in ("tiles", "mosaic", "stalls"):
+        old, new = getattr(before, name), getattr(now, name)
+        news = {key: value for key, value in new.items() if old.get(key) != value}
+        layers[name] = old.changed(news, [key for key in old if key not in new])
+    return replace(now, **layers)
