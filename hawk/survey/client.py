@@ -14,6 +14,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 
 from hawk.comm.async_message_socket import AsyncMessageSocket
 from hawk.comm.base_socket import BaseSocket, FailedToSend
+from hawk.comm.fence_messages import FenceCheck, FenceSetup
 from hawk.comm.messages import (
     Ack,
     Command,
@@ -40,7 +41,8 @@ SHORTEST_SIGN_INTERVAL_S: Final = 0.2
 PICTURE_TIMEOUT_S: Final = 10.0
 LOG_LIMIT: Final = 1000
 
-_Incoming = Annotated[Heartbeat | Ack | KillToken | Welcome, Field(discriminator="type")]
+Answer = Ack | KillToken | FenceCheck
+_Incoming = Annotated[Heartbeat | Answer | Welcome, Field(discriminator="type")]
 _INCOMING: TypeAdapter[Any] = TypeAdapter(_Incoming)
 C = TypeVar("C", bound=Command)
 
@@ -59,7 +61,7 @@ class DroneClient:
     def __init__(self, host: str, port: int, *, token: str | None = None, timeout_s: float = 5.0) -> None:
         self._socket = AsyncMessageSocket(BaseSocket(host, port, token=token), timeout_s=timeout_s)
         self._numbers = itertools.count(1)
-        self._answers: dict[str, asyncio.Future[Ack | KillToken]] = {}
+        self._answers: dict[str, asyncio.Future[Answer]] = {}
         self._waiters: set[asyncio.Future[Heartbeat]] = set()
         self._tasks: list[asyncio.Task[None]] = []
         self._welcomed = asyncio.Event()
@@ -72,6 +74,8 @@ class DroneClient:
         """The drone's messages, oldest first."""
         self.trail: list[Point] = []
         """Where the drone flew."""
+        self.fence_setup: FenceSetup | None = None
+        """Which fence the next Arm puts in force."""
 
     @property
     def is_connected(self) -> bool:
@@ -104,10 +108,10 @@ class DroneClient:
 
     # -- commands -----------------------------------------------------------------------------------------------------
 
-    async def ask(self, command: Command, timeout_s: float = ANSWER_TIMEOUT_S) -> Ack | KillToken:
+    async def ask(self, command: Command, timeout_s: float = ANSWER_TIMEOUT_S) -> Answer:
         """Send one command and return the answer. Raises FailedToSend, or LinkLostError when none comes."""
         number = f"c{next(self._numbers)}"
-        answer: asyncio.Future[Ack | KillToken] = asyncio.get_running_loop().create_future()
+        answer: asyncio.Future[Answer] = asyncio.get_running_loop().create_future()
         self._answers[number] = answer
         try:
             async with asyncio.timeout(timeout_s):
@@ -191,7 +195,7 @@ class DroneClient:
                 continue
             self._take(message)
 
-    def _take(self, message: Heartbeat | Ack | KillToken | Welcome) -> None:
+    def _take(self, message: Heartbeat | Answer | Welcome) -> None:
         if isinstance(message, Heartbeat):
             self._take_heartbeat(message)
         elif isinstance(message, Welcome):
@@ -220,6 +224,7 @@ class DroneClient:
         if beat.trail_start:
             self.trail.clear()
         self.trail.extend(beat.trail)
+        self.fence_setup = beat.fence_setup or self.fence_setup
         for waiter in tuple(self._waiters):
             if not waiter.done():
                 waiter.set_result(beat)

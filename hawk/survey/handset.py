@@ -11,8 +11,9 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Final, Protocol
 
-from hawk.comm.messages import Ack, Command, Heartbeat, KillToken
+from hawk.comm.messages import Ack, Command, Heartbeat
 from hawk.model import StateName
+from hawk.survey.client import Answer
 
 SETTLED: Final = 2
 """Heartbeats after an answer until one is sure to have been made after the command was acted on."""
@@ -54,7 +55,7 @@ class Drone(Protocol):
         """Wait for the next heartbeat. Raises LinkLostError after real seconds."""
         ...
 
-    async def ask(self, command: Command) -> Ack | KillToken:
+    async def ask(self, command: Command) -> Answer:
         """Send a command and return the answer. Raises FailedToSend, LinkLostError."""
         ...
 
