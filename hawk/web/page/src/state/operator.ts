@@ -4,9 +4,11 @@ import type { OpenSocket, Timers } from "../link/socket.ts";
 import type { Command, Heartbeat, Incoming, Point } from "../protocol.ts";
 import { linkOf, type View } from "../words/view.ts";
 import { DaemonClock } from "./daemon-clock.ts";
+import { FenceEditing } from "./fence-edit.ts";
 import { Flight } from "./flight.ts";
 import { type MapChange, MapStore } from "./map-store.ts";
 import { type Preferences, readPreferences, writePreferences } from "./preferences.ts";
+import { RoutePlan } from "./route-plan.ts";
 
 export interface Outside {
   commandUrl: string;
@@ -35,6 +37,8 @@ export interface Toast {
 }
 
 const TOAST_MS = 8000;
+/** In all others the bar is needed to fly, and the drone refuses another fence. */
+const FENCE_STATES = new Set(["Idle", "Configure"]);
 
 /** The page's one model: what the drone said, what the operator is about to do. Tells "change" after each change. */
 export class Operator extends EventTarget {
@@ -46,6 +50,9 @@ export class Operator extends EventTarget {
   question: Question | null = null;
   cutting: Cutting | null = null;
   toast: Toast | null = null;
+  readonly fence: FenceEditing;
+  /** The way to the place that is asked about, where the drone plans one. */
+  readonly routePlan = new RoutePlan();
 
   private readonly socket: ReconnectingSocket;
   private readonly commands: Commands;
@@ -64,6 +71,12 @@ export class Operator extends EventTarget {
       status: (status) => this.linkChanged(status),
     });
     this.commands = new Commands((text) => this.socket.send(text), outside.timers);
+    this.fence = new FenceEditing({
+      send: (command) => this.commands.send(command),
+      changed: () => this.changed(),
+      tell: (text) => this.tell({ level: "warning", text }),
+      timers: outside.timers,
+    });
   }
 
   connect(): void {
@@ -109,6 +122,15 @@ export class Operator extends EventTarget {
     return false;
   }
 
+  /** Opens the fence editor in place of whatever else is asked. */
+  editFence(): void {
+    const setup = this.flight.fenceSetup;
+    if (!setup || !FENCE_STATES.has(this.flight.heartbeat?.State ?? "")) return;
+    this.question = null;
+    this.picking = false;
+    this.fence.begin(setup);
+  }
+
   async takeControl(): Promise<void> {
     await this.command({ Type: "Control", Action: "Request" }, "Take control");
   }
@@ -140,7 +162,7 @@ export class Operator extends EventTarget {
       this.cutting = { step: "ready", token: answer.Token, problem: "" };
       this.cancelToken = this.outside.timers.after(answer.ValidFor * 1000, () => this.tokenExpired());
     } else {
-      this.cutting = { step: "asking", token: null, problem: answer.Reason || "The drone did not allow it." };
+      this.cutting = { step: "asking", token: null, problem: (answer.Type === "Ack" && answer.Reason) || "The drone did not allow it." };
     }
     this.changed();
   }
@@ -212,6 +234,7 @@ export class Operator extends EventTarget {
     this.flight.hear(heartbeat, at);
     if (before !== undefined && before !== heartbeat.State) this.question = null;
     if (this.cutting && heartbeat.Armed === false) this.endCut();
+    if (!FENCE_STATES.has(heartbeat.State)) this.fence.pause("The fence is changed on the ground only, with the motors off.");
     const update = heartbeat["Occupancy Map"];
     if (update) this.dispatchEvent(new CustomEvent<MapChange>("map", { detail: this.map.apply(update) }));
     this.changed();
@@ -236,7 +259,7 @@ export class Operator extends EventTarget {
   }
 }
 
-const KINDS = new Set(["Ack", "Heartbeat", "Kill Token", "Welcome"]);
+const KINDS = new Set(["Ack", "Fence Check", "Heartbeat", "Kill Token", "Welcome"]);
 
 /** A message of the server; null for one that this page does not know. */
 function parse(text: string): Incoming | null {

@@ -26,9 +26,11 @@ export function planMove(view: View, target: Point, cell: number): MovePlan | nu
   const metres = Math.hypot(north, east);
   const seconds = view.cruise === null ? null : metres / view.cruise;
   const insideFence = heartbeat.Fence.length < 3 || contains(heartbeat.Fence, target);
+  const here = { North: heartbeat.North, East: heartbeat.East };
+  const leaves = insideFence && crosses(heartbeat.Fence, here, target) ? "The straight way there leaves the fence" : "";
   const ways = [
     way(view, "Autonomous Move", "Inside the lot", insideFence, cell === CELL.nonLot ? "Not a place inside the lot" : ""),
-    way(view, "Compulsive Move", "Anywhere inside the fence", insideFence, ""),
+    way(view, "Compulsive Move", "Anywhere inside the fence", insideFence, leaves),
   ];
   const lot = cell === CELL.lot || cell === CELL.free || cell === CELL.taken;
   const order = lot ? ways : ways.toReversed();
@@ -79,4 +81,18 @@ export function contains(polygon: readonly Point[], place: Point): boolean {
     previous = corner;
   }
   return inside;
+}
+
+/** Whether the straight way from a place to another crosses a side of the polygon. */
+export function crosses(polygon: readonly Point[], from: Point, to: Point): boolean {
+  return polygon.some((corner, index) => {
+    const next = polygon[(index + 1) % polygon.length] ?? corner;
+    const apart = side(from, to, corner) * side(from, to, next) < 0;
+    return apart && side(corner, next, from) * side(corner, next, to) < 0;
+  });
+}
+
+/** Above 0 on one side of the line, below on the other. */
+function side(from: Point, to: Point, place: Point): number {
+  return (to.North - from.North) * (place.East - from.East) - (to.East - from.East) * (place.North - from.North);
 }
