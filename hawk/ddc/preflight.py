@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Literal
 
@@ -242,7 +243,8 @@ class Preflight:
         north, east = extent(fence)
         text = f"{north:.0f} × {east:.0f} m"
         if not contains(fence, home):
-            return _bad_fence(f"{text}, drone {metres(outside_by(fence, home))} outside", "It could not fly anywhere.")
+            away = metres(math.ceil(outside_by(fence, home)))
+            return _bad_fence(f"{text}, drone {away} outside", "It could not fly anywhere.")
         return _passed("Fence", f"{text}, drone and home inside")
 
     def _return_height(self) -> CheckItem:

@@ -65,7 +65,7 @@ async def test_a_fence_is_drawn_kept_and_kept_to(scene: Scene, screenshots: Path
     await everything_fits(page, screenshots)
     await a_file_goes_out_and_comes_in(page, tmp_path)
     await press(page, "Save fence", 10)
-    await shows(page, "The fence is saved.")
+    await shows(page, "The fence is saved. The next Arm uploads it.")
     await shows(page, "Fence of 8 corners")
     await page.screenshot(path=screenshots / "fence-3-saved.png")
     kept = await fence_of(scene.url)
@@ -78,7 +78,7 @@ async def test_a_fence_is_drawn_kept_and_kept_to(scene: Scene, screenshots: Path
     assert (await fence_of(scene.url)).corners == kept.corners
 
     await take_off(page)
-    await press(page, "Settings", 5)
+    await page.get_by_role("tab", name="Settings").click()
     await expect(button(page, "Edit fence")).to_be_disabled()
     await shows(page, "The fence is changed on the ground only")
     await the_way_across_the_gap_is_refused(page, screenshots)
@@ -91,6 +91,7 @@ async def test_a_fence_is_drawn_kept_and_kept_to(scene: Scene, screenshots: Path
 
 async def drawing_by_clicks(page: Page, screenshots: Path) -> None:
     """Corner by corner, closed by a click on the first one."""
+    await press(page, "Follow the drone", 5)
     await page.wait_for_timeout(EASE_MS)
     await expect(button(page, "Save fence")).to_be_disabled()
     places = [await pixel(page, place) for place in U_SHAPE]
@@ -111,7 +112,7 @@ async def drawing_by_clicks(page: Page, screenshots: Path) -> None:
 
 async def putting_it_right(page: Page) -> None:
     """A corner dragged across a side and a ceiling that is too low are told, and mended."""
-    first, far = await pixel(page, U_SHAPE[0]), await pixel(page, (60, 0))
+    first, far = await pixel(page, U_SHAPE[0]), await pixel(page, (30, 0))
     await drag(page, first, far)
     await shows(page, "This fence cannot be saved")
     await shows(page, "cross: move a corner so that no side crosses another")
@@ -181,12 +182,13 @@ async def take_off(page: Page) -> None:
 
 
 async def the_way_across_the_gap_is_refused(page: Page, screenshots: Path) -> None:
-    """The arm is inside, the straight way to it is not: it cannot be confirmed, and the bar says why."""
+    """The arm is inside, the straight way to it is not: the page does not offer it, and the drone refuses it."""
     await move_to(page, IN_THE_ARM)
-    await shows(page, "The straight way there leaves the fence")
-    await expect(page.locator("hawk-slide button")).to_be_disabled()
+    await expect(page.get_by_label("Anywhere inside the fence")).to_be_disabled()
+    await slide(page, page.locator("hawk-slide button"))
+    await shows(page, "the straight way there leaves the fence")
     await page.screenshot(path=screenshots / "fence-4-refused.png")
-    await press(page, "Cancel", 5)
+    await state_is(page, "Holding")
 
 
 async def move_to(page: Page, place: tuple[float, float]) -> None:

@@ -306,7 +306,7 @@ async def test_a_check_tells_our_limit_and_measures(rig: Rig) -> None:
 @pytest.mark.parametrize(
     ("ring", "words"),
     [
-        (tuple((n + 200, e) for n, e in SQUARE), "The drone stands 145 m outside"),
+        (tuple((n + 200, e) for n, e in SQUARE), "The drone stands 146 m outside"),
         (U_SHAPE, "From parts of it the straight way home leaves the fence"),
     ],
 )
@@ -321,7 +321,7 @@ async def test_a_check_tells_what_would_speak_against_flying(
 
 async def test_a_drone_outside_may_keep_the_fence_but_not_arm(rig: Rig) -> None:
     await draw(rig, fence(tuple((n + 200, e) for n, e in SQUARE)))
-    assert "drone 145 m outside" in rig.command(Arm()).reason
+    assert "drone 146 m outside" in rig.command(Arm()).reason
 
 
 # -- a way that leaves a concave fence and enters it again ------------------------------------------------------------

@@ -209,27 +209,42 @@ describe("the fence editor", () => {
     assert.equal(sent.length, 1);
   });
 
-  it("saves, and closes only when the drone took it", async () => {
+  it("saves, and closes only when the drone has kept it", async () => {
     const { fence, sent, told, answer } = editing();
     fence.begin(setup());
     fence.draw(SQUARE);
     void fence.save();
     await answer({ Type: "Ack", Accepted: false, Reason: "Flying: land first." });
     assert.deepEqual([fence.open, told], [true, ["Flying: land first."]]);
-    const saving = fence.save();
-    assert.equal(await fence.save(), false, "not twice");
+    void fence.save();
+    await fence.save();
     await answer({ Type: "Ack", Accepted: true, Reason: "" });
-    assert.equal(await saving, true);
-    assert.deepEqual([fence.open, fence.draft], [false, null]);
-    assert.deepEqual(sent.map((command) => command.Type), ["Set Fence", "Set Fence"]);
+    assert.deepEqual(sent.map((command) => command.Type), ["Set Fence", "Set Fence"], "not twice");
+    fence.hear(heartbeat({ State: "Idle" }));
+    fence.hear(heartbeat({ State: "Configure" }));
+    assert.deepEqual([fence.open, fence.saving], [true, true]);
+    fence.hear(heartbeat({ State: "Idle", "Fence Setup": setup() }));
+    assert.deepEqual([fence.open, fence.draft, fence.saving], [false, null, false]);
+    assert.match(told[1] ?? "", /saved/);
+  });
+
+  it("keeps what was drawn when the drone could not keep it", async () => {
+    const { fence, told, answer } = editing();
+    fence.begin(CIRCLE);
+    fence.draw(SQUARE);
+    void fence.save();
+    await answer({ Type: "Ack", Accepted: true, Reason: "" });
+    for (let beat = 0; beat < 4; beat += 1) fence.hear(heartbeat({ State: "Idle", Detail: "The fence was not saved." }));
+    assert.deepEqual([fence.open, fence.saving, told], [true, false, ["The fence was not saved."]]);
+    assert.deepEqual(fence.draft?.corners, SQUARE);
   });
 
   it("does not save what is no ring", async () => {
     const { fence, sent } = editing();
     fence.begin(CIRCLE);
-    assert.equal(await fence.save(), false);
+    await fence.save();
     fence.draw(SQUARE.slice(2));
-    assert.equal(await fence.save(), false);
+    await fence.save();
     assert.deepEqual(sent, []);
   });
 
@@ -345,7 +360,7 @@ describe("the words about the fence", () => {
     fence.drawing(2);
     assert.match(fenceWords(fence, CIRCLE, ready, false).line, /2 corners set. A fence needs at least 3/);
     fence.drawing(3);
-    assert.match(fenceWords(fence, CIRCLE, ready, false).line, /Click the first one again, or Close the ring/);
+    assert.match(fenceWords(fence, CIRCLE, ready, false).line, /Click the first one again, or Close/);
     assert.equal(fenceWords(fence, CIRCLE, ready, false).reason, "Not closed yet");
   });
 
@@ -360,7 +375,7 @@ describe("the words about the fence", () => {
     assert.deepEqual(good, {
       title: "Fence 80 × 100 m, 4 corners",
       line: "The drone stays 5 m inside it, at the dotted line, and below 77 m.",
-      wrong: false,
+      level: "",
       reason: "",
     });
     const other = view({ heartbeat: heartbeat({ "In Control": false, Options: possible("Set Fence") }) });
@@ -373,7 +388,10 @@ describe("the words about the fence", () => {
     fence.draw(SQUARE.toReversed());
     timers.advance(200);
     await answer(check({ Notes: ["The drone stands 9 m outside."] }));
-    assert.deepEqual([fenceWords(fence, CIRCLE, ready, false).line, fenceWords(fence, CIRCLE, ready, false).wrong], ["The drone stands 9 m outside.", true]);
+    assert.deepEqual([fenceWords(fence, CIRCLE, ready, false).line, fenceWords(fence, CIRCLE, ready, false).level], ["The drone stands 9 m outside.", "warning"]);
+    fence.remove(true);
+    assert.match(fenceWords(fence, CIRCLE, ready, true).line, /^Tap the corners that are to go/);
+    fence.remove(false);
     fence.draw(SQUARE);
     timers.advance(200);
     await answer(check({ Problem: "Corners: the sides 1-2 and 3-4 cross: move a corner." }));
@@ -394,7 +412,7 @@ describe("the words about the fence", () => {
     assert.equal(fenceSummary(null).line, "not known yet");
     assert.deepEqual(fenceSummary(setup()), { title: "Fence of 4 corners", line: "drawn, up to 80 m" });
     assert.equal(fenceSummary(setup({ Source: "file" })).line, "from the settings, up to 80 m");
-    assert.deepEqual(fenceSummary(CIRCLE), { title: "Fence 150 m around", line: "a circle around where it is armed, up to 100 m" });
+    assert.deepEqual(fenceSummary(CIRCLE), { title: "Fence: circle of 150 m", line: "around where it is armed, up to 100 m" });
     assert.equal(fenceSummary(setup({ Problem: "cannot be read" })).line, "cannot be read");
   });
 });

@@ -106,6 +106,7 @@ export class FenceEditor {
     this.palette = palette;
     this.layer.changed();
     this.draw.getOverlay().changed();
+    this.modify.getOverlay().changed();
   }
 
   dispose(): void {
@@ -116,7 +117,7 @@ export class FenceEditor {
   private listen(): void {
     this.draw.on("drawstart", ({ feature }) => {
       feature.getGeometry()?.on("change", () => this.count());
-      this.count();
+      queueMicrotask(() => this.count()); // the sketch is on the map after this event
     });
     this.draw.on("drawabort", () => this.count());
     this.draw.on("drawend", ({ feature }) => {
@@ -153,7 +154,7 @@ export class FenceEditor {
   private count(): void {
     const sketch = this.draw.getOverlay().getSource() as VectorSource | null;
     const lines = (sketch?.getFeatures() ?? []).map((each) => each.getGeometry()).filter((each) => each instanceof Polygon);
-    const begun = Math.max(0, (lines[0]?.getCoordinates()[0]?.length ?? 0) - 2);
+    const begun = lines[0] ? Math.max(1, (lines[0].getCoordinates()[0]?.length ?? 0) - 2) : 0;
     if (begun === this.begun) return;
     this.begun = begun;
     this.events.drawing(begun);

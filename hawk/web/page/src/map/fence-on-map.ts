@@ -22,9 +22,9 @@ export class FenceOnMap {
     this.model = model;
   }
 
-  /** What is to be drawn while the editor is open; null while it is not. */
+  /** What is to be drawn beside the editor's own line; null while nothing is drawn: the fence that counts stays. */
   shown(): ShownFence | null {
-    if (!this.editor) return null;
+    if (!this.editor || this.model.fence.draft?.isDrawn !== true) return null;
     const { verdict } = this.model.fence;
     return draftFence(verdict.about === "good" ? verdict.check : null, this.plane);
   }

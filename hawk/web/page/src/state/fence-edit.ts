@@ -1,10 +1,13 @@
 import { FenceDraft } from "../fence/draft.ts";
 import { type FenceFile, FenceFileError, readFence, writeFence } from "../fence/geojson.ts";
 import type { Timers } from "../link/socket.ts";
-import type { Ack, Command, FenceCheck, FenceCorner, FenceSetup, KillToken } from "../protocol.ts";
+import type { Ack, Command, FenceCheck, FenceCorner, FenceSetup, Heartbeat, KillToken } from "../protocol.ts";
 
 /** After a change the drone is asked so much later: a corner that is dragged changes with every frame. */
 const ASK_MS = 150;
+
+/** Heartbeats after an answer until one is sure to have been made after the command was acted on. */
+const SETTLED = 2;
 
 /** What the drone says about the fence as it is drawn. */
 export type Verdict =
@@ -16,7 +19,7 @@ export type Verdict =
 export interface FenceHooks {
   send: (command: Command) => Promise<Ack | KillToken | FenceCheck>;
   changed: () => void;
-  tell: (text: string) => void;
+  tell: (text: string, level: "info" | "warning") => void;
   timers: Timers;
 }
 
@@ -35,6 +38,8 @@ export class FenceEditing {
   private readonly hooks: FenceHooks;
   private asked = 0;
   private cancelAsk: (() => void) | null = null;
+  /** Heartbeats since the drone began to save; null while it does not. */
+  private beats: number | null = null;
 
   constructor(hooks: FenceHooks) {
     this.hooks = hooks;
@@ -62,7 +67,7 @@ export class FenceEditing {
     const kept = this.draft?.isChanged === true;
     this.close();
     if (!kept) this.draft = null;
-    this.hooks.tell(kept ? `${reason} What was drawn is kept.` : reason);
+    this.hooks.tell(kept ? `${reason} What was drawn is kept.` : reason, "warning");
   }
 
   draw(corners: readonly FenceCorner[], ceiling?: string): void {
@@ -103,7 +108,7 @@ export class FenceEditing {
       return true;
     } catch (error) {
       if (!(error instanceof FenceFileError)) throw error;
-      this.hooks.tell(error.message);
+      this.hooks.tell(error.message, "warning");
       return false;
     }
   }
@@ -116,20 +121,34 @@ export class FenceEditing {
     return writeFence(file);
   }
 
-  /** Keeps the fence. Resolves to whether the drone took it; a refusal is told and the editor stays open. */
-  async save(): Promise<boolean> {
+  /** Asks the drone to keep the fence; `hear` learns whether it did. A refusal is told and the editor stays open. */
+  async save(): Promise<void> {
     const [draft, ceiling] = [this.draft, this.draft?.ceilingMetres];
-    if (!draft?.isDrawn || ceiling == null || this.saving) return false;
+    if (!draft?.isDrawn || ceiling == null || this.saving) return;
     this.saving = true;
     this.hooks.changed();
     const answer = await this.hooks.send({ Type: "Set Fence", Corners: [...draft.corners], Ceiling: ceiling });
+    if (answer.Type === "Ack" && answer.Accepted) this.beats = 0;
+    else this.notSaved(answer.Type === "Ack" ? answer.Reason : "");
+  }
+
+  /** The drone says that it plans with another fence once that is on its disk; until then the draft is kept. */
+  hear(heartbeat: Heartbeat): void {
+    if (this.beats === null) return;
+    this.beats += 1;
+    if (heartbeat["Fence Setup"] !== null) {
+      this.beats = null;
+      this.saving = false;
+      this.cancel();
+      this.hooks.tell("The fence is saved. The next Arm uploads it.", "info");
+    } else if (heartbeat.State === "Idle" && this.beats > SETTLED) this.notSaved(heartbeat.Detail);
+  }
+
+  private notSaved(reason: string): void {
+    this.beats = null;
     this.saving = false;
-    if (answer.Type === "Ack" && answer.Accepted) {
-      if (this.draft === draft) this.cancel();
-      return true;
-    }
-    this.hooks.tell(answer.Type === "Ack" && answer.Reason !== "" ? answer.Reason : "The fence was not saved.");
-    return false;
+    this.hooks.tell(reason === "" ? "The fence was not saved." : reason, "warning");
+    this.hooks.changed();
   }
 
   private close(): void {

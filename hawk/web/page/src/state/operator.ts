@@ -74,7 +74,7 @@ export class Operator extends EventTarget {
     this.fence = new FenceEditing({
       send: (command) => this.commands.send(command),
       changed: () => this.changed(),
-      tell: (text) => this.tell({ level: "warning", text }),
+      tell: (text, level) => this.tell({ level, text }),
       timers: outside.timers,
     });
   }
@@ -234,6 +234,7 @@ export class Operator extends EventTarget {
     this.flight.hear(heartbeat, at);
     if (before !== undefined && before !== heartbeat.State) this.question = null;
     if (this.cutting && heartbeat.Armed === false) this.endCut();
+    this.fence.hear(heartbeat);
     if (!FENCE_STATES.has(heartbeat.State)) this.fence.pause("The fence is changed on the ground only, with the motors off.");
     const update = heartbeat["Occupancy Map"];
     if (update) this.dispatchEvent(new CustomEvent<MapChange>("map", { detail: this.map.apply(update) }));

@@ -58,7 +58,7 @@ export class App extends LitElement {
   override render(): TemplateResult {
     const model = this.model;
     const simulated = model.flight.welcome?.Simulation === true;
-    const main = [this.swapped ? "swapped" : "", this.survey ? "surveyed" : ""].join(" ");
+    const main = [this.swapped ? "swapped" : "", this.survey ? "surveyed" : "", model.fence.open ? "fencing" : ""].join(" ");
     return html`${simulated ? html`<div class="simline"><b>SIMULATION</b> No real drone flies.</div>` : nothing}
       <hawk-glance .model=${model}></hawk-glance>
       <hawk-banner .model=${model}></hawk-banner>

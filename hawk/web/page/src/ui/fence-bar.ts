@@ -15,7 +15,7 @@ export class FenceBar extends Part {
     return html`<div class="confirm fence" role="group" aria-label="Edit the fence">
       <button class="cancel" aria-label="Cancel" @click=${() => fence.cancel()}>${icon("close")}<span>Cancel</span></button>
       <div class="txt" role="status">
-        <b>${words.title}</b><span class="sub ${words.wrong ? "wrong" : ""}">${words.line}</span>
+        <b>${words.title}</b><span class="sub ${words.level}">${words.line}</span>
       </div>
       <label class="number"
         ><span class="t">Ceiling</span>

@@ -9,6 +9,8 @@ export type FenceToolEvent = CustomEvent<"back" | "close" | "square">;
 
 interface Tool {
   label: string;
+  /** Read aloud, where the label alone does not say it. */
+  aloud?: string;
   name: IconName;
   possible: boolean;
   run: () => void;
@@ -33,9 +35,9 @@ export class FenceTools extends Part {
     const begun = fence.begun > 0;
     const undo = begun ? () => this.ask("back") : () => fence.undo();
     const shape: Tool = drawn
-      ? { label: "Remove corners", name: "minus", possible: true, run: () => fence.remove(!fence.removing), on: fence.removing }
+      ? { label: "Remove", aloud: "Remove corners", name: "minus", possible: true, run: () => fence.remove(!fence.removing), on: fence.removing }
       : begun
-        ? { label: "Close the ring", name: "check", possible: fence.begun >= 3, run: () => this.ask("close") }
+        ? { label: "Close", aloud: "Close the ring", name: "check", possible: fence.begun >= 3, run: () => this.ask("close") }
         : { label: "Square", name: "square", possible: true, run: () => this.ask("square") };
     return [
       { label: "Undo", name: "undo", possible: begun || fence.draft?.canUndo === true, run: undo },
@@ -46,8 +48,8 @@ export class FenceTools extends Part {
     ];
   }
 
-  private tool({ label, name, possible, run, on = false }: Tool): TemplateResult {
-    return html`<button class=${on ? "on" : ""} aria-pressed=${on ? "true" : "false"} ?disabled=${!possible} @click=${run}>
+  private tool({ label, aloud = label, name, possible, run, on = false }: Tool): TemplateResult {
+    return html`<button class=${on ? "on" : ""} aria-label=${aloud} aria-pressed=${on ? "true" : "false"} ?disabled=${!possible} @click=${run}>
       ${icon(name)}<span>${label}</span>
     </button>`;
   }

@@ -8,8 +8,8 @@ export interface FenceWords {
   title: string;
   /** What is wrong, or what to do, or what it means. */
   line: string;
-  /** Whether the line is about something that stands in the way. */
-  wrong: boolean;
+  /** What the line is about: "bad" stands in the way of saving, "warning" of flying. */
+  level: "" | "warning" | "bad";
   /** Why it cannot be saved; empty when it can. */
   reason: string;
 }
@@ -22,18 +22,19 @@ export function fenceWords(editing: FenceEditing, setup: FenceSetup | null, view
   const verdict = editing.verdict;
   const corners = format.count(draft.corners.length, "corner", "corners");
   if (linkOf(view) !== "live") {
-    return { title: `Fence of ${corners}`, line: "No link: it cannot be checked or saved.", wrong: true, reason: "No link" };
+    return { title: `Fence of ${corners}`, line: "No link: it cannot be checked or saved.", level: "bad", reason: "No link" };
   }
   if (verdict.about === "problem") {
-    return { title: "This fence cannot be saved", line: verdict.text, wrong: true, reason: "Put right what is said" };
+    return { title: "This fence cannot be saved", line: verdict.text, level: "bad", reason: "Put right what is said" };
   }
-  if (verdict.about !== "good") return { title: `Fence of ${corners}`, line: "Being checked.", wrong: false, reason: "Being checked" };
+  if (verdict.about !== "good") return { title: `Fence of ${corners}`, line: "Being checked.", level: "", reason: "Being checked" };
   const { check } = verdict;
   const title = `Fence ${extent(check["North South"], check["East West"])}, ${corners}`;
   const waits = editing.saving ? "Being saved" : draft.isChanged ? "" : "Nothing changed";
+  const done = { title, reason: reason || waits };
+  if (editing.removing) return { ...done, line: `${touch ? "Tap" : "Click"} the corners that are to go.`, level: "" };
   const [note] = check.Notes;
-  const line = note ?? inside(setup, draft.ceilingMetres);
-  return { title, line, wrong: note !== undefined, reason: reason || waits };
+  return { ...done, line: note ?? inside(setup, draft.ceilingMetres), level: note === undefined ? "" : "warning" };
 }
 
 /** Why the fence cannot be changed now; empty when it can. */
@@ -51,16 +52,16 @@ export function fenceSummary(setup: FenceSetup | null): { title: string; line: s
   const ceiling = `up to ${format.height(setup.Ceiling)}`;
   if (setup.Source === "drawn") return { title: `Fence of ${format.count(setup.Corners.length, "corner", "corners")}`, line: `drawn, ${ceiling}` };
   if (setup.Source === "file") return { title: `Fence of ${format.count(setup.Corners.length, "corner", "corners")}`, line: `from the settings, ${ceiling}` };
-  return { title: `Fence ${format.distance(setup.Radius ?? 0)} around`, line: `a circle around where it is armed, ${ceiling}` };
+  return { title: `Fence: circle of ${format.distance(setup.Radius ?? 0)}`, line: `around where it is armed, ${ceiling}` };
 }
 
 function drawing(begun: number, touch: boolean): FenceWords {
   const point = touch ? "Tap" : "Click";
-  const common = { title: "Draw the fence", wrong: false, reason: "Not closed yet" };
+  const common = { title: "Draw the fence", level: "" as const, reason: "Not closed yet" };
   if (begun === 0) return { ...common, line: `${point} its corners on the map, one after the other. Or import a file.` };
   const set = format.count(begun, "corner", "corners");
   if (begun < 3) return { ...common, line: `${set} set. A fence needs at least 3.` };
-  return { ...common, line: `${set} set. ${point} the first one again, or Close the ring.` };
+  return { ...common, line: `${set} set. ${point} the first one again, or Close.` };
 }
 
 function extent(north: number | null, east: number | null): string {
