@@ -65,8 +65,8 @@ Kill Request       | yes    yes       yes    yes     yes   yes     yes    yes   
 Kill               | yes    yes       yes    yes     yes   yes     yes    yes    yes    yes    yes  yes
 Clear Kill         | yes    saving    disarm air     air   air     air    air    air    air    air  pilot
 Set Failsafes      | yes    saving    before before  before before before before before before before pilot
-Set Fence          | yes    saving    disarm fence   fence fence   fence  fence  fence  fence  fence pilot
-Clear Fence        | yes    saving    disarm fence   fence fence   fence  fence  fence  fence  fence pilot
+Set Fence          | yes    saving    disarm land    land  land    land   land   land   land   land pilot
+Clear Fence        | yes    saving    disarm land    land  land    land   land   land   land   land pilot
 """
 """A word is a reason of `_REASONS`; "yes": taken, if `Judge` finds nothing else against it."""
 
@@ -74,7 +74,6 @@ _REASONS: Mapping[str, str] = {
     "saving": "Saving: wait a moment.",
     "disarm": "Armed: disarm first.",
     "land": "Flying: land first.",
-    "fence": "Flying: land first. The fence is changed on the ground only.",
     "flying": "Already flying.",
     "armed": "Already armed, or arming.",
     "arm": "Arm first.",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 from hawk.comm.fence_messages import CheckFence, FenceCheck, SetFence
@@ -61,7 +60,7 @@ def _notes(context: OperationsManager, plan: FencePlan) -> list[str]:
     fence = plan.on_map(datum, context.settings.fence)
     home = to_map(datum, place.latitude, place.longitude)
     if not contains(fence, home):
-        away = metres(math.ceil(outside_by(fence, home)))
+        away = metres(max(1.0, outside_by(fence, home)))
         return [f"The drone stands {away} outside the dotted line: it could not be armed there."]
     return [*_height_notes(context, fence), *([] if sees_all(fence, home) else [BLIND_HOME])]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from hawk.comm.topic import Topic
 from hawk.ddc.fence_file import read_geojson
 from hawk.ddc.fence_plan import FencePlan, check_plan
 from hawk.ddc.fence_store import FenceStore
+from hawk.ddc.flight_log import Level
 from hawk.ddc.geofence import FenceError, Ring, circle, polygon_fence, to_map
 from hawk.ddc.settings import DdcSettings
 from hawk.model import Fence, GlobalPose, HeightParameters
@@ -57,6 +59,13 @@ class FenceKeeper:
             return self.plan.on_map(datum, settings)
         outer = circle(to_map(datum, latitude, longitude), settings.radius_m)
         return polygon_fence(outer, settings.margin_m, self.plan.ceiling, settings.ceiling_margin_m)
+
+    def tell_source(self, tell: Callable[[Level, str, str], object]) -> None:
+        """Tell the operator at the start what may surprise: a drawn fence that cannot be used, or outranks the file."""
+        if self.problem:
+            tell("warning", "The fence that was drawn cannot be used.", self.problem)
+        elif self.plan.source == "drawn" and self._standard.source == "file":
+            tell("info", "The drawn fence counts, not the settings' file.", f"{self._settings.fence.file}")
 
     def put_in_force(self, fence: Fence) -> None:
         """This fence holds from here on."""

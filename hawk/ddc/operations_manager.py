@@ -121,8 +121,7 @@ class OperationsManager:
         self.topics.heights_pub.publish(heights)
         if problem:
             self.log.add("warning", "The stored heights cannot be used; the configured ones are.", problem)
-        if self.fences.problem:
-            self.log.add("warning", "The fence that was drawn cannot be used.", self.fences.problem)
+        self.fences.tell_source(self.log.add)
         self.states = StateFactory(self)
         self.kill = KillSwitch(self._around.clock, self._send_kill, self._around.new_token)
         self.guard = Guard(self)

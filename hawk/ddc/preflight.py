@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Literal
 
@@ -243,7 +242,7 @@ class Preflight:
         north, east = extent(fence)
         text = f"{north:.0f} × {east:.0f} m"
         if not contains(fence, home):
-            away = metres(math.ceil(outside_by(fence, home)))
+            away = metres(max(1.0, outside_by(fence, home)))
             return _bad_fence(f"{text}, drone {away} outside", "It could not fly anywhere.")
         return _passed("Fence", f"{text}, drone and home inside")
 

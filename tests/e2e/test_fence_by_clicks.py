@@ -76,17 +76,22 @@ async def test_a_fence_is_drawn_kept_and_kept_to(scene: Scene, screenshots: Path
     await scene.stack.start_daemon()
     await press(page, "Take control", 30)
     assert (await fence_of(scene.url)).corners == kept.corners
+    await scene.stack.watch_fence([(each.latitude, each.longitude) for each in kept.inner], kept.ceiling)
 
     await take_off(page)
     await page.get_by_role("tab", name="Settings").click()
     await expect(button(page, "Edit fence")).to_be_disabled()
-    await shows(page, "The fence is changed on the ground only")
+    await expect(button(page, "Edit fence")).to_contain_text("Flying: land first")
     await the_way_across_the_gap_is_refused(page, screenshots)
     await move_to(page, AT_ITS_FOOT)
     await slide(page, page.locator("hawk-slide button"))
     await state_is(page, "Moving")
+    await state_is(page, "Holding", 60)
     status = await scene.stack.status()
     assert status["excursions"] == 0
+    await page.screenshot(path=screenshots / "fence-5-moved.png")
+    await move_to(page, IN_THE_ARM, of=AT_ITS_FOOT)
+    await expect(page.get_by_label("Anywhere inside the fence")).to_be_enabled()
 
 
 async def drawing_by_clicks(page: Page, screenshots: Path) -> None:
@@ -191,11 +196,12 @@ async def the_way_across_the_gap_is_refused(page: Page, screenshots: Path) -> No
     await state_is(page, "Holding")
 
 
-async def move_to(page: Page, place: tuple[float, float]) -> None:
+async def move_to(page: Page, place: tuple[float, float], of: tuple[float, float] = (0.0, 0.0)) -> None:
+    """Point at a place (metres north and east of where the drone was armed) while the drone is at another."""
     await press(page, "Follow the drone", 5)
     await page.wait_for_timeout(EASE_MS)
     await press(page, "Move", 20)
-    await page.mouse.click(*await pixel(page, place))
+    await page.mouse.click(*await pixel(page, (place[0] - of[0], place[1] - of[1])))
 
 
 def title(page: Page) -> Locator:

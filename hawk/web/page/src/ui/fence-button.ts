@@ -9,8 +9,9 @@ import { Part } from "./element.ts";
 @customElement("hawk-fence-button")
 export class FenceButton extends Part {
   override render(): TemplateResult {
-    const { title, line } = fenceSummary(this.model.flight.fenceSetup);
-    const reason = cannotSave(this.model.view());
+    const setup = this.model.flight.fenceSetup;
+    const { title, line } = fenceSummary(setup);
+    const reason = setup ? cannotSave(this.model.view()) : "Not known yet";
     return html`<div><b>${title}</b><span class="sub">${line}</span></div>
       <div class="row">
         ${this.aside()}

@@ -219,7 +219,7 @@ export class MapPanel extends Part {
     const heartbeat = view.heartbeat;
     if (toast) {
       return html`<div class="toast ${toast.level}" role="alert">
-        ${icon("warn")}<span>${toast.text}</span>
+        ${icon(toast.level === "info" ? "check" : "warn")}<span>${toast.text}</span>
         <button class="plain" aria-label="Close" @click=${() => this.model.dismissToast()}>${icon("close")}</button>
       </div>`;
     }
