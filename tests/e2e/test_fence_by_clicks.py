@@ -20,10 +20,11 @@ from tests.integration.daemon_support import operator, over_a_picture
 pytestmark = pytest.mark.e2e
 
 DESK = {"width": 1440, "height": 900}
+PHONE = {"width": 390, "height": 844}
 SIZES = {
     "desk": DESK,
     "tablet": {"width": 820, "height": 1180},
-    "phone": {"width": 390, "height": 844},
+    "phone": PHONE,
     "phone-on-its-side": {"width": 844, "height": 390},
 }
 U_SHAPE = ((-20, -45), (40, -45), (40, -15), (10, -15), (10, 15), (40, 15), (40, 45), (-20, 45))
@@ -92,6 +93,52 @@ async def test_a_fence_is_drawn_kept_and_kept_to(scene: Scene, screenshots: Path
     await page.screenshot(path=screenshots / "fence-5-moved.png")
     await move_to(page, IN_THE_ARM, of=AT_ITS_FOOT)
     await expect(page.get_by_label("Anywhere inside the fence")).to_be_enabled()
+
+
+async def test_a_fence_is_drawn_with_a_finger(browser: Browser, tmp_path: Path, screenshots: Path) -> None:
+    """On a phone: by taps, closed by a tap on the first corner; then a corner is dragged by a finger."""
+    stack = over_a_picture(tmp_path)
+    try:
+        url = (await stack.start()).url
+        phone = await browser.new_context(viewport=PHONE, has_touch=True, is_mobile=True)  # type: ignore[arg-type]
+        page = await phone.new_page()
+        errors = watch(page)
+        await page.goto(url)
+        await button(page, "Take control").tap(timeout=20_000)
+        await button(page, "Show checks").tap(timeout=60_000)
+        await button(page, "Edit fence").tap(timeout=20_000)
+        await shows(page, "Tap its corners on the map")
+        places = [await pixel(page, place) for place in ((-40, -40), (40, -40), (40, 40), (-40, 40))]
+        for count, place in enumerate(places, start=1):
+            await page.touchscreen.tap(*place)
+            await shows(page, f"{count} corner{'s' if count > 1 else ''} set")
+            await page.wait_for_timeout(EASE_MS)
+        await page.touchscreen.tap(*places[0])
+        await expect(title(page)).to_have_text(re.compile(r"Fence (79|8[01]) × (79|8[01]) m, 4 corners"), timeout=5_000)
+        await drag_by_finger(page, places[2], await pixel(page, (40, 70)))
+        await expect(title(page)).to_have_text(re.compile(r"Fence 1(09|1[01]) × "), timeout=5_000)
+        await page.screenshot(path=screenshots / "fence-by-finger.png")
+        await button(page, "Save fence").tap()
+        await shows(page, "The fence is saved. The next Arm uploads it.")
+        assert (await fence_of(url)).source == "drawn"
+        assert not errors
+    finally:
+        await stack.stop()
+
+
+async def drag_by_finger(page: Page, start: tuple[float, float], end: tuple[float, float]) -> None:
+    """Put a finger down, move it and lift it (Playwright itself can only tap)."""
+    devtools = await page.context.new_cdp_session(page)
+
+    async def touch(kind: str, *places: tuple[float, float]) -> None:
+        points = [{"x": x, "y": y} for x, y in places]
+        await devtools.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    await touch("touchStart", start)
+    for share in (0.1, 0.3, 0.5, 0.7, 0.9, 1.0):
+        await touch("touchMove", (start[0] + (end[0] - start[0]) * share, start[1] + (end[1] - start[1]) * share))
+        await page.wait_for_timeout(30)
+    await touch("touchEnd")
 
 
 async def drawing_by_clicks(page: Page, screenshots: Path) -> None:
