@@ -202,7 +202,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for key, value in figures.items():
             results.setdefault(key, []).append(float(value))
         if options.out is not None:
-            from hawk.survey.exports import map_picture
+            from hawk.survey.map_picture import map_picture
 
             options.out.mkdir(parents=True, exist_ok=True)
             cv2.imwrite(str(options.out / f"{name.replace(' ', '-')}.png"), map_picture(survey))

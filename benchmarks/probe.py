@@ -1,5 +1,6 @@
 """A process of its own that samples beside a benchmark: says ``ready``, samples until its standard input ends, then
-prints one JSON object.
+prints one JSON object. It goes first on the processor where it may, as the daemon does: what it tells is when things
+happened, not when it got round to looking.
 
 ``python -m benchmarks.probe idle``: an asyncio loop that does nothing else: its lag, and the jitter of a 5 Hz timer.
 ``python -m benchmarks.probe heartbeats URL``: a client of the daemon: when its heartbeats arrive.
@@ -21,6 +22,7 @@ from benchmarks.figures import BenchmarkError, interval_jitter
 from hawk.comm.base_socket import BaseSocket
 from hawk.comm.loop_lag import LoopLag
 from hawk.comm.performance import percentile
+from hawk.priority import LOOP_NICENESS, set_niceness, set_session_niceness
 
 HEARTBEAT_S = 0.2
 """Heartbeats come at 5 Hz."""
@@ -38,7 +40,7 @@ class Probe:
         """Start and wait until it samples. Raises BenchmarkError."""
         self._process = await asyncio.create_subprocess_exec(
             sys.executable, "-m", "benchmarks.probe", *self._arguments,
-            stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE,
+            stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, start_new_session=True,
         )  # fmt: skip
         assert self._process.stdout is not None
         if await self._process.stdout.readline() != b"ready\n":
@@ -104,6 +106,8 @@ async def heartbeats(url: str) -> dict[str, Any]:
 
 def main(arguments: Sequence[str]) -> int:
     """Run one probe."""
+    set_niceness(LOOP_NICENESS)
+    set_session_niceness(LOOP_NICENESS)
     match list(arguments):
         case ["idle"]:
             found = asyncio.run(idle())

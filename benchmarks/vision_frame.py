@@ -99,6 +99,12 @@ def measure(app: VisionApp, network: StallNetwork, inputs: list[FrameInput]) -> 
     }
 
 
+def frame_ms(network: StallNetwork, count: int = 20, seed: int = 1) -> float:
+    """Return the median milliseconds of a frame at 35 m over a drawn world, from JPEG to stalls."""
+    app = VisionApp(VisionSettings(), NetworkFinder(network))
+    return measure(app, network, frames(generate_world(seed), 35.0, count, lens=False))["median_ms"]
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure by command line."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.vision_frame", description=__doc__)

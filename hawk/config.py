@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 ENVIRONMENT_PREFIX = "HAWK_"
 """``HAWK_WEB__PORT=3001`` sets ``port`` of section ``web``."""
@@ -34,10 +34,27 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
+AUTOPILOT_KINDS = ("udpin://", "udpout://", "tcpin://", "tcpout://", "serial://", "serial_flowcontrol://")
+"""Links that MAVSDK opens."""
+CAMERA_KINDS = ("http://", "https://", "v4l2://", "rtsp://", "rtsps://", "file://", "gst:")
+"""Sources of pictures."""
+
+
+def _address(*kinds: str) -> AfterValidator:
+    """Return the check that an address begins in one of these ways."""
+
+    def check(value: str) -> str:
+        if not value.startswith(kinds):
+            raise ValueError(f"must start with {', '.join(kinds[:-1])} or {kinds[-1]}")
+        return value
+
+    return AfterValidator(check)
+
+
 class AutopilotSettings(Section):
     """Link to the autopilot."""
 
-    url: str = "udpin://0.0.0.0:14550"
+    url: Annotated[str, _address(*AUTOPILOT_KINDS)] = "udpin://0.0.0.0:14550"
     system_id: int = Field(default=245, ge=1, le=255)
     connect_timeout_s: Seconds = 5.0
     position_rate_hz: Positive = 20.0
@@ -47,7 +64,7 @@ class AutopilotSettings(Section):
 class CameraSettings(Section):
     """Where the pictures come from and how the camera sees."""
 
-    url: str = "http://127.0.0.1:8090/stream"
+    url: Annotated[str, _address(*CAMERA_KINDS)] = "http://127.0.0.1:8090/stream"
     horizontal_fov_deg: float = Field(default=70.0, gt=5, lt=170)
     calibration: Path | None = None
     mount_roll_deg: Degrees = 0.0

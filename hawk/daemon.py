@@ -47,6 +47,7 @@ from hawk.ddc.surroundings import Surroundings
 from hawk.ddc.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.map_keeper import MapKeeper
 from hawk.model import ArmPlace, Health, State, StateName
+from hawk.priority import LOOP_NICENESS, set_niceness, set_session_niceness
 from hawk.simulation import Simulation, SimulationAddress, SimulationOptions
 from hawk.store.journal import FlightJournal, JournalState
 from hawk.store.recording import Recording
@@ -91,6 +92,8 @@ async def run_daemon(config: Config, options: DaemonOptions) -> int:
     if options.simulation is not None:
         simulation = Simulation(options.simulation)
         config = _simulated(config, await simulation.start())
+    set_niceness(LOOP_NICENESS)  # after the simulator has started: it stands for another computer
+    set_session_niceness(LOOP_NICENESS)
     try:
         daemon = Daemon(config, options)
         return await daemon.run()

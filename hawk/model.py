@@ -73,6 +73,12 @@ class StateName(StrEnum):
     MANUAL = "Manual"
 
 
+GROUND_STATES = frozenset({StateName.IDLE, StateName.CONFIGURE, StateName.ARM})
+"""States in which the drone is not in the air."""
+TASK_STATES = frozenset({StateName.AUTONOMOUS_EXPLORE, StateName.AUTONOMOUS_MOVE, StateName.COMPULSIVE_MOVE})
+"""States that fly somewhere for the operator."""
+
+
 class CopterMode(IntEnum):
     """ArduCopter's ``custom_mode`` numbers (ArduPilot, ArduCopter/mode.h)."""
 
@@ -190,6 +196,15 @@ class ArmPlace:
     ekf_y: float
     ekf_z: float
     boot_id: int
+
+
+@dataclass(frozen=True, slots=True)
+class FlightSoFar:
+    """A flight that is under way: seconds since take-off and metres flown, as of ``at`` (wall clock, UTC seconds)."""
+
+    seconds: float
+    way: float
+    at: float
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import math
 import time
 from collections.abc import Callable
 
@@ -11,7 +12,11 @@ _LOG = logging.getLogger(__name__)
 
 
 class Ticker:
-    """Ticks until it is stopped. A late tick is not made up for; one that raises does not end the ticking."""
+    """Ticks until it is stopped. Missed ticks are not made up for; one that raises does not end the ticking.
+
+    Ticks keep their places in time: after a late one the next comes when it would have come anyhow, but not sooner
+    than half an interval later. What is done every so many ticks (the heartbeat) keeps its rhythm so.
+    """
 
     def __init__(self, interval_s: float, tick: Callable[[], None], cost: Callable[[float], None]) -> None:
         """``interval_s`` in real seconds; ``cost`` is told the real seconds of every tick."""
@@ -36,9 +41,9 @@ class Ticker:
 
     def _run(self) -> None:
         loop = asyncio.get_running_loop()
-        self._due += self._interval
-        if self._due <= loop.time():
-            self._due = loop.time() + self._interval
+        late = loop.time() - self._due
+        if self._interval > 0:
+            self._due += max(1, math.ceil(late / self._interval + 0.5)) * self._interval
         self._handle = loop.call_at(self._due, self._run)
         started = time.perf_counter()
         try:

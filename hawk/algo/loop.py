@@ -5,8 +5,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
-import os
-import threading
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -26,12 +24,11 @@ from hawk.model import (
     StateName,
     VehiclePose,
 )
+from hawk.priority import WORKER_NICENESS, set_niceness
 
 T = TypeVar("T")
 _LOG = logging.getLogger(__name__)
 
-WORKER_NICENESS = 10
-"""Niceness (0 normal, 19 last) of the vision worker."""
 _CAMERA_RETRY_S = 0.2
 
 
@@ -88,7 +85,9 @@ class AlgorithmLoop:
         self._situation = situation
         self._topics = topics
         self._record = record
-        self._executor = ThreadPoolExecutor(1, thread_name_prefix="hawk-vision", initializer=_yield_to_the_loop)
+        self._executor = ThreadPoolExecutor(
+            1, thread_name_prefix="hawk-vision", initializer=set_niceness, initargs=(WORKER_NICENESS,)
+        )
         self._waiting: CapturedFrame | None = None
         self._arrived = asyncio.Event()
         self._tasks: list[asyncio.Task[None]] = []
@@ -183,9 +182,3 @@ class AlgorithmLoop:
             fence=situation.fence,
             home=situation.home,
         )
-
-
-def _yield_to_the_loop() -> None:
-    """Let the loop and the autopilot's threads go first where cores are few; Linux's niceness is each thread's own."""
-    with contextlib.suppress(OSError):
-        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), WORKER_NICENESS)

@@ -14,7 +14,6 @@ from collections.abc import Callable
 from contextlib import aclosing
 from dataclasses import dataclass, field
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,6 +22,7 @@ from hawk.comm.calibration import Calibration, load_calibration
 from hawk.comm.camera_sources.make import make_source
 from hawk.comm.camera_sources.source import CameraError, CameraSource, SourceFrame
 from hawk.comm.clock import Clock, OffsetEstimator
+from hawk.comm.image import NoImage, decode
 from hawk.config import CameraSettings
 from hawk.model import CameraModel, Health
 
@@ -30,10 +30,6 @@ _LOG = logging.getLogger(__name__)
 
 STALE_S = 1.0
 """Seconds without a picture after which the camera counts as unhealthy and `get_image` has none."""
-
-
-class NoImage(Exception):  # noqa: N818 - the specification's name
-    """There is no picture, or none that is fresh; the text says why."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,9 +136,9 @@ class DroneCamera:
             await self._source.close()
 
     async def _receive(self) -> None:
-        self._source = self._make(self._settings, self._clock)
         while True:
             try:
+                self._source = self._source or self._make(self._settings, self._clock)
                 async with aclosing(self._source.frames()) as frames:  # type: ignore[type-var]
                     async for frame in frames:
                         self._take(frame)
@@ -176,14 +172,3 @@ class DroneCamera:
         if problem != self._problem:
             _LOG.warning("Camera: %s; trying again", problem)
         self._problem = problem
-
-
-def decode(data: bytes) -> NDArray[np.uint8]:
-    """Return a JPEG as (height, width, 3) BGR. Raises NoImage; OpenCV's own errors never escape."""
-    try:
-        image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
-    except cv2.error as error:
-        raise NoImage(f"the picture cannot be decoded: {error}") from error
-    if image is None:
-        raise NoImage("the picture cannot be decoded")
-    return np.asarray(image, np.uint8)

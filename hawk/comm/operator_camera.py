@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from hawk.comm.camera_sources.http_mjpeg import HttpMjpegSource
 from hawk.comm.camera_sources.source import CameraError
-from hawk.comm.drone_camera import NoImage, decode
+from hawk.comm.image import NoImage, decode
 
 _LOG = logging.getLogger(__name__)
 

@@ -11,6 +11,7 @@ import pymap3d
 import shapely
 from shapely import LineString, Point, Polygon
 
+from hawk.comm.frames import offset_ned
 from hawk.model import Fence, GlobalPose, MapPoint
 
 BREACH_TOLERANCE_M = 0.5
@@ -27,6 +28,7 @@ MOST_EXTENT_M = 4000.0
 """As wide as the widest circle that can be configured."""
 WAY_BACK_M = 0.5
 """A stop before the edge is so far before it, metres."""
+_ARC_SEGMENTS = 16
 
 Ring = tuple[tuple[float, float], ...]
 
@@ -37,10 +39,8 @@ class FenceError(ValueError):
 
 def to_map(datum: GlobalPose, latitude: float, longitude: float) -> MapPoint:
     """Return a WGS-84 place (degrees) on the tangent plane at the datum."""
-    north, east, _ = pymap3d.geodetic2ned(
-        latitude, longitude, datum.altitude, datum.latitude, datum.longitude, datum.altitude
-    )
-    return MapPoint(float(north), float(east))
+    north, east, _ = offset_ned(GlobalPose(latitude, longitude, datum.altitude), datum)
+    return MapPoint(north, east)
 
 
 def ring_to_map(datum: GlobalPose, ring: Ring) -> Ring:
@@ -166,17 +166,18 @@ def sees_all(fence: Fence, place: MapPoint) -> bool:
 
 
 def inside_point(fence: Fence, place: MapPoint, depth: float = RECOVERY_DEPTH_M) -> MapPoint:
-    """Return the place nearest to this one that lies at least ``depth`` metres inside our fence.
+    """Return the place nearest to this one (within half a percent of the depth) that lies ``depth`` metres inside.
 
     In a fence too narrow for that depth it is the place farthest from all sides.
     """
     shape = _shape(fence.polygon)
-    core = shapely.buffer(shape, -depth, quad_segs=64)  # a corner's arc to a tenth of a millimetre
+    # around a corner that points inwards the edge is an arc, drawn by chords that would come too near to the corner
+    core = shapely.buffer(shape, -depth / math.cos(math.pi / 4 / _ARC_SEGMENTS), quad_segs=_ARC_SEGMENTS)
     if core.is_empty:
         best = shapely.maximum_inscribed_circle(shape).coords[0]
         return MapPoint(float(best[0]), float(best[1]))
     point = Point(place.north, place.east)
-    if core.covers(point):
+    if shape.covers(point) and shape.boundary.distance(point) >= depth:
         return place
     north, east = shapely.shortest_line(core, point).coords[0]
     return MapPoint(float(north), float(east))

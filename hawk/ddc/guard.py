@@ -11,12 +11,11 @@ from hawk.ddc.geofence import BREACH_TOLERANCE_M, outside_by
 from hawk.ddc.ranks import Rank
 from hawk.ddc.states.base import Cause, State
 from hawk.ddc.topic_interface import POSE_TIMEOUT_S
-from hawk.model import StateName, VehiclePose
+from hawk.model import TASK_STATES, StateName, VehiclePose
 
 if TYPE_CHECKING:
     from hawk.ddc.operations_manager import OperationsManager
 
-TASK_STATES = frozenset({StateName.AUTONOMOUS_EXPLORE, StateName.AUTONOMOUS_MOVE, StateName.COMPULSIVE_MOVE})
 SEEING_STATES = frozenset({StateName.AUTONOMOUS_EXPLORE, StateName.AUTONOMOUS_MOVE})
 """States that fly by what is seen."""
 GUARDED_STATES = TASK_STATES | {StateName.TAKEOFF, StateName.HOVER, StateName.COMMUNICATION_LOST}

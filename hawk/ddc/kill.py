@@ -14,6 +14,8 @@ REPEAT_S = 0.2
 """The command is sent this often until disarmed is seen, seconds."""
 GIVE_UP_S = 5.0
 """After so many seconds it is "not confirmed" and a new confirmation is needed."""
+ARMED_SHOWS_S = 1.0
+"""Heartbeats show "armed" up to so many seconds late."""
 
 
 class KillRefused(Exception):  # noqa: N818 - it is the answer, not a fault
@@ -41,6 +43,7 @@ class KillSwitch:
         self._last_sent = 0.0
         self._state: KillState = "none"
         self._killed = False
+        self._was_armed = False
 
     @property
     def state(self) -> KillState:
@@ -62,8 +65,11 @@ class KillSwitch:
         self._token = _Token(self._new_token(), client, self._clock())
         return self._token.text
 
-    def kill(self, client: ClientId, token: str) -> None:
-        """Begin to cut the motors: the first command goes out in this call. Raises KillRefused on a bad token."""
+    def kill(self, client: ClientId, token: str, armed: bool) -> None:
+        """Begin to cut the motors: the first command goes out in this call. Raises KillRefused on a bad token.
+
+        ``armed``: what the autopilot's last heartbeat says.
+        """
         given, self._token = self._token, None
         if given is None or given.client != client or not hmac.compare_digest(given.text.encode(), token.encode()):
             raise KillRefused("Token: not valid, or used already: ask for a new one by Kill Request.")
@@ -72,14 +78,20 @@ class KillSwitch:
         self._killed = True
         self._state = "sending"
         self._started = self._clock()
+        self._was_armed = armed
         self._repeat()
 
-    def tick(self, armed: bool, connected: bool) -> bool:
-        """Repeat the command until disarmed is seen; return whether the sending ended in this tick."""
+    def tick(self, armed: bool, heard: float, connected: bool) -> bool:
+        """Repeat the command until disarmed is seen; return whether the sending ended in this tick.
+
+        ``armed`` is what the heartbeat of the time ``heard`` says. A drone that did not seem armed may just be arming,
+        which shows late: such a heartbeat confirms only ARMED_SHOWS_S after the beginning.
+        """
         if self._started is None:
             return False
         now = self._clock()
-        if connected and not armed:
+        self._was_armed |= armed
+        if connected and not armed and (self._was_armed or heard - self._started >= ARMED_SHOWS_S):
             return self._end("confirmed")
         if not connected or now - self._started >= GIVE_UP_S - 1e-6:
             return self._end("not confirmed")

@@ -46,6 +46,7 @@ from hawk.ddc.motion import Goal
 from hawk.ddc.params import ParameterStore
 from hawk.ddc.preflight import Preflight
 from hawk.ddc.requests import Request, Requests
+from hawk.ddc.restart import flight_goes_on
 from hawk.ddc.service_interface import DdcServiceInterface
 from hawk.ddc.states.base import Cause, ConfigureOrder, FenceOrder, MoveOrder, Order, State
 from hawk.ddc.states.factory import StateFactory
@@ -54,12 +55,15 @@ from hawk.ddc.surroundings import Surroundings
 from hawk.ddc.tick_record import tick_inputs
 from hawk.ddc.topic_interface import DdcTopicInterface
 from hawk.ddc.trail import Trail
-from hawk.ddc.vehicle_follower import GROUND_STATES, LEFT_ALONE, TASK_STATES, VehicleFollower
+from hawk.ddc.vehicle_follower import LEFT_ALONE, VehicleFollower
 from hawk.ddc.vehicle_watch import VehicleWatch
 from hawk.model import (
+    GROUND_STATES,
+    TASK_STATES,
     CopterMode,
     DesiredPose,
     Fence,
+    FlightSoFar,
     GlobalPose,
     Health,
     HeightParameters,
@@ -125,7 +129,7 @@ class OperationsManager:
         self.states = StateFactory(self)
         self.kill = KillSwitch(self._around.clock, self._send_kill, self._around.new_token)
         self.guard = Guard(self)
-        self.trail = Trail()
+        self.trail = Trail(self._keep_flight)
         self.preflight = Preflight(self)
         self.judge = Judge(self, self._around.desk)
         self.inquiries = Inquiries(self)
@@ -152,7 +156,7 @@ class OperationsManager:
                 self.socket.reply(client, answer)
         self._guarded(self.follower.follow)
         if self.kill.is_sending:
-            self._repeat_kill()
+            self._guarded(self._repeat_kill)
         else:
             self._guarded(self._run_state)
         self.ticks += 1
@@ -178,7 +182,7 @@ class OperationsManager:
 
     def handle_now(self, client: ClientId, command: Command) -> Outgoing:
         """Act at once on a command that passes every queue: Hold, Kill Request, Kill."""
-        answer = self.handle(client, command)
+        answer = self._handle_safely(client, command)
         if answer is None:
             raise ValueError(f"{command_type(command)} is not a command that passes the queue")
         return answer
@@ -340,6 +344,12 @@ class OperationsManager:
         if place is not None and datum is not None and not self.topics.get_state().armed:
             self.fences.put_in_force(self.fences.build(datum, place.latitude, place.longitude))
 
+    def take_up_flight(self) -> None:
+        """This program started in the air: flight time and way go on where the earlier run left them."""
+        known = flight_goes_on(self._around.flight, self.utc().timestamp(), self._around.speed)
+        if known is not None:
+            self.trail.go_on(*known, self.now)
+
     def datum_for_arm(self) -> GlobalPose | None:
         """Return the map's origin, or what becomes it at a survey's first arm: the place where the drone stands."""
         return self.service.datum or self.topics.get_global_pose()
@@ -418,6 +428,9 @@ class OperationsManager:
             return answers[0]
         return Ack(id=command.id, accepted=False, reason=f"{self.own_health.reason}.")
 
+    def _keep_flight(self, flown: tuple[float, float] | None) -> None:
+        self._around.keep_flight(None if flown is None else FlightSoFar(*flown, at=self.utc().timestamp()))
+
     def _record_tick(self) -> None:
         self.record("tick", tick_inputs(self))
 
@@ -437,7 +450,7 @@ class OperationsManager:
 
     def _kill(self, client: ClientId, command: Kill) -> Ack:
         try:
-            self.kill.kill(client, command.token)
+            self.kill.kill(client, command.token, self.topics.get_state().armed)
         except KillRefused as refused:
             return Ack(id=command.id, accepted=False, reason=str(refused))
         self.set_user_error(UserError.NONE, "")
@@ -449,7 +462,8 @@ class OperationsManager:
         self.ask("kill", self.service.kill())
 
     def _repeat_kill(self) -> None:
-        if not self.kill.tick(self.topics.get_state().armed, self.has_link):
+        vehicle = self.topics.get_state()
+        if not self.kill.tick(vehicle.armed, vehicle.time, self.has_link):
             return
         if self.kill.state == "confirmed":
             self.log.add("error", "Motors cut. Arm is locked until you clear it.")
@@ -469,8 +483,9 @@ class OperationsManager:
 
     def _run_state(self) -> None:
         airborne = self.follower.is_airborne
-        pose = self.topics.get_pose()
-        self.trail.update(None if pose is None else pose.map, airborne, self.now)
+        if self.has_link:
+            pose = self.topics.get_pose()
+            self.trail.update(None if pose is None else pose.map, airborne, self.now)
         self.guard.observe(airborne)
         self.preflight.tick(not self.topics.get_state().armed)
         self.inquiries.tick()

@@ -128,6 +128,14 @@ class DdcServiceInterface:
         asked = None if custom_mode is None else self._asked.get(custom_mode)
         return asked is not None and self._clock() - asked <= MODE_WINDOW_S
 
+    def settle_mode(self, custom_mode: int | None) -> None:
+        """A mode was seen: when it is the one asked for last, a change to one asked for earlier is not ours any more.
+
+        It would come from a repeated datagram of a request that was overtaken, or from somebody else.
+        """
+        if custom_mode is not None and custom_mode in self._asked and custom_mode == next(reversed(self._asked)):
+            self._asked = {custom_mode: self._asked[custom_mode]}
+
     def forget_asked_modes(self) -> None:
         """Somebody else took over: no mode change from here on is ours until we ask again."""
         self._asked.clear()
@@ -170,6 +178,7 @@ class DdcServiceInterface:
         return pose.altitude - place.altitude
 
     def _expect_mode(self, mode: CopterMode) -> None:
+        self._asked.pop(int(mode), None)  # the one asked for last stands last
         self._asked[int(mode)] = self._clock()
 
     async def _ask(self, name: str, call: Callable[[], Awaitable[T]], **details: Any) -> T:

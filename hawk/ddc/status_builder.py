@@ -10,12 +10,10 @@ from hawk.comm.messages import HealthItem
 from hawk.comm.status import DroneStatus
 from hawk.ddc.geofence import Ring
 from hawk.ddc.states.communication_lost import CommunicationLost
-from hawk.model import HealthStatus, MapPoint, StateName
+from hawk.model import GROUND_STATES, HealthStatus, MapPoint, StateName
 
 if TYPE_CHECKING:
     from hawk.ddc.operations_manager import OperationsManager
-
-GROUND_STATES = frozenset({StateName.IDLE, StateName.CONFIGURE, StateName.ARM})
 
 
 class StatusBuilder:

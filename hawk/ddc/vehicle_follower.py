@@ -11,8 +11,9 @@ from hawk.ddc.ranks import Rank
 from hawk.ddc.restart import RestartRule, restart_rule
 from hawk.ddc.states.base import Cause
 from hawk.ddc.states.holding import Holding
+from hawk.ddc.states.homing import Homing
 from hawk.ddc.vehicle_watch import VehicleEvent, VehicleWatch
-from hawk.model import ArmPlace, LandedState, State, StateName
+from hawk.model import GROUND_STATES, TASK_STATES, ArmPlace, LandedState, State, StateName
 
 if TYPE_CHECKING:
     from hawk.ddc.operations_manager import OperationsManager
@@ -21,8 +22,6 @@ ABANDONED_S = 15.0
 """So long after an arming that was given up, "armed" is answered by a disarm, seconds."""
 DISARM_RETRY_S = 2.0
 
-GROUND_STATES = frozenset({StateName.IDLE, StateName.CONFIGURE, StateName.ARM})
-TASK_STATES = frozenset({StateName.AUTONOMOUS_EXPLORE, StateName.AUTONOMOUS_MOVE, StateName.COMPULSIVE_MOVE})
 LEFT_ALONE = frozenset({StateName.MANUAL, StateName.RETURN_TO_LAUNCH, StateName.LAND})
 """States that neither a restart nor the end of the program changes."""
 
@@ -97,11 +96,13 @@ class VehicleFollower:
         if keeps_rank and (name is current or self._outranks_hover(name)):
             if isinstance(holding := getattr(self._context.state, "holding", None), Holding):
                 holding.restart()
+            elif isinstance(state := self._context.state, Homing):
+                state.restart()
             return
         if current is StateName.ARM and name is StateName.ARM:
             return
         self._context.switch(self._context.states.taken_up(name))
-        if at_start and name not in GROUND_STATES:
+        if at_start and self.is_airborne:
             self._begin_in_air()
 
     def _outranks_hover(self, name: StateName) -> bool:
@@ -110,6 +111,7 @@ class VehicleFollower:
 
     def _begin_in_air(self) -> None:
         self.started_in_air = True
+        self._context.take_up_flight()
         starts = self._count_start()
         self._context.record("start in the air", {"starts": starts})
         self._context.log.add("warning", "The program started while the drone was in the air.")

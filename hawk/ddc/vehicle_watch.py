@@ -61,6 +61,7 @@ class VehicleWatch:
         if mode == self._mode:
             return
         self._mode = mode
+        self._service.settle_mode(mode)
         self.mode_changed_at = self._clock()
         if not self._service.asked_for(mode) and VehicleEvent.LINK_BACK not in events:
             events.append(VehicleEvent.FOREIGN_MODE)

@@ -22,7 +22,8 @@ from hawk.sim.process import EndSignal, ParentGoneError
 from hawk.sim.runner import RunOptions, fly, follow
 from hawk.sim.udp import UdpUrl
 from hawk.worlds.camera import WorldCamera
-from hawk.worlds.generate import generate_world
+from hawk.worlds.conditions import Condition
+from hawk.worlds.generate import WorldOptions, generate_world
 from hawk.worlds.picture import picture_world
 from hawk.worlds.world import World, WorldError
 
@@ -73,7 +74,7 @@ def load_world(options: argparse.Namespace) -> World:
         for name in ("metres_per_pixel", "truth"):
             if getattr(options, name) is not None:
                 raise UsageError(f"--{name.replace('_', '-')}: only together with --world")
-        return generate_world(options.seed)
+        return generate_world(options.seed, WorldOptions(condition=options.condition))
     if options.metres_per_pixel is None:
         raise UsageError("--metres-per-pixel: is needed with --world (metres on the ground that a pixel covers)")
     return picture_world(options.world, options.metres_per_pixel, options.truth)
@@ -112,6 +113,13 @@ def run_options(options: argparse.Namespace, world: World) -> RunOptions:
 
 def _add_world(world: argparse._ArgumentGroup) -> None:
     world.add_argument("--seed", type=_whole, default=1, metavar="N", help="world to draw (default 1)")
+    world.add_argument(
+        "--condition",
+        type=Condition,
+        choices=list(Condition),
+        default=Condition.DAY,
+        help="time of day and weather of the drawn world (default day)",
+    )
     world.add_argument("--world", type=Path, metavar="FILE", help="fly over this picture instead (north up)")
     world.add_argument("--metres-per-pixel", type=_number(0.0), metavar="X", help="scale of that picture")
     world.add_argument("--truth", type=Path, metavar="FILE", help="what the picture really holds (JSON)")

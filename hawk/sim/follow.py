@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -11,9 +10,8 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from hawk.sim.camera import FRAME_S, Shot
 from hawk.sim.clock import SimulationClock
+from hawk.sim.datagrams import Datagrams
 from hawk.sim.geodesy import Origin
-
-log = logging.getLogger(__name__)
 
 SYSTEM, COMPONENT = 246, 191
 """Our own MAVLink id: an onboard computer, not a ground station that a failsafe could watch."""
@@ -40,8 +38,7 @@ class Follower:
     def __init__(self, origin: Origin, clock: SimulationClock) -> None:
         self._origin = origin
         self._clock = clock
-        self._decoder = mavlink.MAVLink(None)
-        self._decoder.robust_parsing = True
+        self._datagrams = Datagrams()
         self._encoder = mavlink.MAVLink(None, srcSystem=SYSTEM, srcComponent=COMPONENT)
         self._vehicle: tuple[int, int] | None = None
         self._position: _Position | None = None
@@ -52,12 +49,7 @@ class Follower:
 
     def receive(self, data: bytes) -> None:
         """Take a datagram."""
-        try:
-            messages = self._decoder.parse_buffer(data) or []
-        except mavlink.MAVError as error:
-            log.debug("not MAVLink: %s", error)
-            return
-        for message in messages:
+        for message in self._datagrams.read(data):
             self._handle(message)
 
     def shots(self) -> list[Shot]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import math
 from collections.abc import Callable
 from typing import Any
@@ -12,13 +11,12 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from hawk.sim.autopilot import Autopilot
 from hawk.sim.commands import Command, execute
+from hawk.sim.datagrams import Datagrams
 from hawk.sim.missions import HANDLED as MISSION_MESSAGES
 from hawk.sim.missions import Missions
 from hawk.sim.parameters import Parameter
 from hawk.sim.telemetry import BUILDERS, Message, build, heartbeat
 from hawk.sim.vector import Vector, add
-
-log = logging.getLogger(__name__)
 
 SYSTEM, COMPONENT = 1, 1
 HEARTBEAT_S = 1.0
@@ -43,8 +41,7 @@ class MavlinkLink:
         self._autopilot = autopilot
         self._rng = rng
         self._encoder = mavlink.MAVLink(None, srcSystem=SYSTEM, srcComponent=COMPONENT)
-        self._decoder = mavlink.MAVLink(None)
-        self._decoder.robust_parsing = True
+        self._datagrams = Datagrams()
         self._out: list[Message] = []
         self._boots = 0
         self._reset()
@@ -53,12 +50,7 @@ class MavlinkLink:
         """Take a datagram; answers are given out by the next `poll`."""
         if self._autopilot.stopped or self.cut or self._lost():
             return
-        try:
-            messages = self._decoder.parse_buffer(data) or []
-        except mavlink.MAVError as error:
-            log.debug("not MAVLink: %s", error)
-            return
-        for message in messages:
+        for message in self._datagrams.read(data):
             self._handle(message)
 
     def poll(self) -> list[bytes]:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import asyncio
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import AsyncGenerator, Callable, Mapping
+from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -87,12 +88,9 @@ class Flyer:
 
 async def fly(world: World, renderer: Renderer, options: RunOptions, say: Callable[[str], None]) -> None:
     """Run the whole simulated drone until cancelled; ``say`` gets the line that tells where it is. Raises OSError."""
-    cv2.setNumThreads(1)
-    clock = SimulationClock(options.speed)
-    camera = Camera(renderer, clock, np.random.default_rng(options.seed), options.latency)
+    clock, camera, faults = _begin(renderer, options)
     flyer = Flyer(options, camera, clock)
     udp = UdpLink(flyer.link.receive)
-    faults = CameraFaults()
     backend = Backend(
         camera=camera,
         origin=options.origin,
@@ -102,29 +100,18 @@ async def fly(world: World, renderer: Renderer, options: RunOptions, say: Callab
         apply_fault=lambda fault: apply_fault(fault, flyer.autopilot, flyer.link, camera, faults),
         faults=faults,
     )
-    server = CameraServer(backend)
-    try:
-        url = await udp.open(options.mavlink)
-        http = await server.start(*options.http)
-        say(json.dumps({"http": http, "mavlink": str(url)}))
+    async with _open(udp, backend, options, say):
         while True:
             datagrams, caught_up = flyer.advance()
             udp.send(datagrams)
             await asyncio.sleep(TICK_S if caught_up else 0.0)
-    finally:
-        udp.close()
-        await server.stop()
-        await camera.close()
 
 
 async def follow(world: World, renderer: Renderer, options: RunOptions, say: Callable[[str], None]) -> None:
     """Run the camera half alone, following the vehicle at ``options.mavlink``, until cancelled. Raises OSError."""
-    cv2.setNumThreads(1)
-    clock = SimulationClock(options.speed)
-    camera = Camera(renderer, clock, np.random.default_rng(options.seed), options.latency)
+    clock, camera, faults = _begin(renderer, options)
     follower = Follower(options.origin, clock)
     udp = UdpLink(follower.receive)
-    faults = CameraFaults()
     backend = Backend(
         camera=camera,
         origin=options.origin,
@@ -134,20 +121,36 @@ async def follow(world: World, renderer: Renderer, options: RunOptions, say: Cal
         apply_fault=lambda fault: _camera_fault(fault, camera, faults),
         faults=faults,
     )
-    server = CameraServer(backend)
-    try:
-        url = await udp.open(options.mavlink)
-        http = await server.start(*options.http)
-        say(json.dumps({"http": http, "mavlink": str(url)}))
+    async with _open(udp, backend, options, say):
         while True:
             for shot in follower.shots():
                 camera.expose(shot)
             udp.send(follower.poll())
             await asyncio.sleep(TICK_S)
+
+
+def _begin(renderer: Renderer, options: RunOptions) -> tuple[SimulationClock, Camera, CameraFaults]:
+    """Make what the whole drone and the camera half have in common."""
+    cv2.setNumThreads(1)
+    clock = SimulationClock(options.speed)
+    return clock, Camera(renderer, clock, np.random.default_rng(options.seed), options.latency), CameraFaults()
+
+
+@asynccontextmanager
+async def _open(
+    udp: UdpLink, backend: Backend, options: RunOptions, say: Callable[[str], None]
+) -> AsyncGenerator[None]:
+    """Open MAVLink and the camera's server and tell where they are; close both, and the camera, at the end."""
+    server = CameraServer(backend)
+    try:
+        url = await udp.open(options.mavlink)
+        http = await server.start(*options.http)
+        say(json.dumps({"http": http, "mavlink": str(url)}))
+        yield
     finally:
         udp.close()
         await server.stop()
-        await camera.close()
+        await backend.camera.close()
 
 
 def _truth(world: World, options: RunOptions) -> Mapping[str, Any]:

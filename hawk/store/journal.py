@@ -1,9 +1,9 @@
 """The flight journal: what a daemon that is killed in the air needs to go on, on disk within half a second.
 
-Map, stalls, datum, arm place and starts in the air are values by key, the newest of each wins. Every survey has a
-folder of its own with append-only segments (`hawk.store.journal_file`). A thread of its own writes them; what is put
-while it writes is merged by key, so that a slow disk costs memory for the newest values only. A disk that is full or
-cannot be written makes the journal unhealthy and is tried again; nothing ever waits for it.
+Map, stalls, datum, arm place, the flight under way and starts in the air are values by key, the newest of each wins.
+Every survey has a folder of its own with append-only segments (`hawk.store.journal_file`). A thread of its own writes
+them; what is put while it writes is merged by key, so that a slow disk costs memory for the newest values only. A disk
+that is full or cannot be written makes the journal unhealthy and is tried again; nothing ever waits for it.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from typing import IO, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
-from hawk.model import ArmPlace, GlobalPose, Health
+from hawk.model import ArmPlace, FlightSoFar, GlobalPose, Health
 from hawk.store.journal_file import Records, check, pack
 
 _LOG = logging.getLogger(__name__)
@@ -41,6 +41,7 @@ _MAP = "map/"
 _START = "start/"
 _DATUM = "datum"
 _ARM_PLACE = "arm_place"
+_FLIGHT = "flight"
 _SURVEY = re.compile(r"(\d{6})-[\w-]+")
 _SEGMENT = re.compile(r"(\d{6})\.journal")
 
@@ -52,6 +53,8 @@ class JournalState:
     survey_id: str = ""
     datum: GlobalPose | None = None
     arm_place: ArmPlace | None = None
+    flight: FlightSoFar | None = None
+    """The flight that was under way; None on the ground."""
     map_parts: Mapping[str, bytes] = field(default_factory=dict, repr=False)
     starts_in_air: tuple[float, ...] = ()
     notes: Mapping[str, str] = field(default_factory=dict)
@@ -123,6 +126,10 @@ class FlightJournal:
     def set_arm_place(self, place: ArmPlace) -> None:
         """Keep where the drone was armed."""
         self._put_json(_ARM_PLACE, asdict(place))
+
+    def set_flight(self, flight: FlightSoFar | None) -> None:
+        """Keep how long and how far this flight went so far; None: it has ended."""
+        self._put_json(_FLIGHT, None if flight is None else asdict(flight))
 
     def put_map(self, parts: Mapping[str, bytes]) -> None:
         """Keep changed parts of the map; empty bytes: the part is no more."""
@@ -391,11 +398,13 @@ def _merge(values: dict[str, bytes], news: Mapping[str, bytes]) -> None:
 def _state(survey_id: str, values: Mapping[str, bytes], lost: int, problem: str) -> JournalState:
     datum, datum_problem = _parse(GlobalPose, values.get(_DATUM))
     place, place_problem = _parse(ArmPlace, values.get(_ARM_PLACE))
+    flight, flight_problem = _parse(FlightSoFar, values.get(_FLIGHT))
     starts = sorted(_start_times(values))
     return JournalState(
         survey_id=survey_id,
         datum=datum,
         arm_place=place,
+        flight=flight,
         map_parts={key.removeprefix(_MAP): value for key, value in values.items() if key.startswith(_MAP)},
         starts_in_air=tuple(starts),
         notes={
@@ -404,7 +413,7 @@ def _state(survey_id: str, values: Mapping[str, bytes], lost: int, problem: str)
             if key.startswith("note/")
         },
         lost_bytes=lost,
-        problem="; ".join(text for text in (problem, datum_problem, place_problem) if text),
+        problem="; ".join(text for text in (problem, datum_problem, place_problem, flight_problem) if text),
     )
 
 

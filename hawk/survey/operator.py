@@ -18,14 +18,13 @@ from hawk.comm.messages import (
     SetFailsafes,
     Takeoff,
 )
-from hawk.model import HeightParameters, StateName, UserError
+from hawk.model import GROUND_STATES, HeightParameters, StateName, UserError
 from hawk.survey.client import LinkLostError
 from hawk.survey.handset import HOMING, SETTLED, Drone, Handset, Progress, SurveyError, SurveyStatus, sentence
 from hawk.survey.search import LotSearch
 
 __all__ = ["Progress", "SurveyLimits", "SurveyOperator", "SurveyOutcome", "SurveyPlan", "SurveyStatus"]
 
-ON_GROUND: Final = frozenset({StateName.IDLE, StateName.CONFIGURE, StateName.ARM})
 EXPLORE_ATTEMPTS: Final = 3
 AGAIN_S: Final = 5.0
 """Seconds between two attempts to begin the way home."""
@@ -162,7 +161,7 @@ class SurveyOperator:
             lambda b: b.state == StateName.HOVER,
             self._limits.takeoff_s,
             "The drone did not reach its height",
-            failed=lambda b: b.state in ON_GROUND,
+            failed=lambda b: b.state in GROUND_STATES,
         )
 
     async def _survey(self) -> None:
@@ -232,7 +231,7 @@ class SurveyOperator:
         """Refused or not heard: it is asked for again, since nothing else is left to do."""
         try:
             await self._hand.tell(Control(action="Request"))
-            await self._hand.tell(Disarm() if beat.state in ON_GROUND else ReturnToLaunch())
+            await self._hand.tell(Disarm() if beat.state in GROUND_STATES else ReturnToLaunch())
         except (LinkLostError, FailedToSend):
             return  # without a link the drone comes home by its own settings
 
@@ -243,7 +242,7 @@ class SurveyOperator:
         return SurveyOutcome(
             status=status,
             reason=reason,
-            landed=_is_down(beat) or beat.landed == "ON_GROUND",
+            landed=_is_down(beat) or beat.landed == "GROUND_STATES",
             disarmed=beat.armed is False,
             duration_s=None if self._took_off_at is None else max(0.0, beat.time - self._took_off_at),
             way_m=beat.way,

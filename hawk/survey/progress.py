@@ -12,15 +12,15 @@ from hawk.survey import operator
 
 
 class SurveyProgress:
-    """Shows phase, share of the lot seen, stalls found, height and battery on standard error."""
+    """Shows phase, share seen of the lot found so far, stalls found, height and battery on standard error."""
 
-    def __init__(self, *, quiet: bool) -> None:
+    def __init__(self, *, quiet: bool, console: Console | None = None) -> None:
         self._bar = Progress(
             TextColumn("{task.description:<14}"),
             BarColumn(bar_width=30),
             TextColumn("{task.fields[facts]}"),
             TimeElapsedColumn(),
-            console=Console(stderr=True),
+            console=console or Console(stderr=True),
             disable=quiet,
         )
         self._task: TaskID | None = None
@@ -40,9 +40,10 @@ class SurveyProgress:
         beat = progress.heartbeat
         height = "–" if beat.relative_altitude is None else f"{beat.relative_altitude:.0f} m"
         battery = "–" if beat.battery_percentage is None else f"{beat.battery_percentage:.0f} %"
+        seen = "" if beat.explored is None else f"{100 * beat.explored:.0f} % seen so far · "
         self._bar.update(
             self._task,
             description=progress.phase,
             completed=beat.explored or 0.0,
-            facts=f"{beat.free} free, {beat.taken} taken, {beat.unknown} unclear · {height} · battery {battery}",
+            facts=f"{seen}{beat.free} free, {beat.taken} taken, {beat.unknown} unclear · {height} · battery {battery}",
         )

@@ -18,9 +18,10 @@ from hawk.comm.base_socket import ConnectionTimeout
 from hawk.comm.messages import Heartbeat
 from hawk.model import GlobalPose
 from hawk.simulation import SimulationOptions
+from hawk.stall_exports import stalls_csv, stalls_geojson_text
 from hawk.survey import report
 from hawk.survey.client import DroneClient, LinkLostError
-from hawk.survey.exports import map_picture, stalls_csv, stalls_geojson_text
+from hawk.survey.map_picture import map_picture
 from hawk.survey.operator import Progress, SurveyLimits, SurveyOperator, SurveyOutcome, SurveyPlan, SurveyStatus
 from hawk.survey.progress import SurveyProgress
 from hawk.survey.stack import SimulatedStack, StackError
@@ -123,8 +124,8 @@ class FenceWatch:
 
 def write_results(folder: Path, survey: SurveyMap, values: dict[str, Any]) -> None:
     """Write ``stalls.csv``, ``stalls.geojson``, ``map.png`` and ``report.json``."""
-    (folder / "stalls.csv").write_text(stalls_csv(survey), encoding="utf-8")
-    (folder / "stalls.geojson").write_text(stalls_geojson_text(survey), encoding="utf-8")
+    (folder / "stalls.csv").write_text(stalls_csv(survey.datum, survey.stalls), encoding="utf-8")
+    (folder / "stalls.geojson").write_text(stalls_geojson_text(survey.datum, survey.stalls), encoding="utf-8")
     cv2.imwrite(str(folder / "map.png"), map_picture(survey))
     (folder / "report.json").write_text(json.dumps(report.finite(values), indent=1, allow_nan=False), encoding="utf-8")
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
-import pymap3d
 from numpy.typing import NDArray
 
 from hawk.model import CELL_M, TILE_CELLS, TILE_M, Cell, Counts, GlobalPose, Stall, StallState, TileKey
+from hawk.stall_exports import to_global
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,10 +48,7 @@ class SurveyMap:
 
     def to_global(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return (N, 2) of (north, east) metres as (latitude, longitude) degrees."""
-        latitude, longitude, _ = pymap3d.ned2geodetic(
-            points[:, 0], points[:, 1], 0.0, self.datum.latitude, self.datum.longitude, 0.0
-        )
-        return np.column_stack((latitude, longitude))
+        return to_global(self.datum, points)
 
     def cells(self) -> Raster:
         """Return all tiles as one picture of `Cell` values; a single unknown cell when nothing was seen."""

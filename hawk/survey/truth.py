@@ -16,6 +16,7 @@ from shapely.geometry import Polygon
 from shapely.ops import unary_union
 
 from hawk.model import GlobalPose, StallState
+from hawk.stall_exports import to_global
 
 
 class TruthError(ValueError):
@@ -74,10 +75,8 @@ class Truth:
         outer = area if area.geom_type == "Polygon" else area.convex_hull
         ring = np.asarray(outer.simplify(0.5).exterior.coords)
         origin = self._require_origin()
-        latitude, longitude, _ = pymap3d.ned2geodetic(
-            -ring[:, 1], ring[:, 0], 0.0, origin.latitude, origin.longitude, 0.0
-        )
-        coordinates = [[float(lon), float(lat)] for lat, lon in zip(latitude, longitude, strict=True)]
+        places = to_global(origin, np.column_stack((-ring[:, 1], ring[:, 0])))
+        coordinates = [[float(lon), float(lat)] for lat, lon in places]
         return {"type": "Feature", "properties": {}, "geometry": {"type": "Polygon", "coordinates": [coordinates]}}
 
     def _datum_offset(self, datum: GlobalPose) -> tuple[float, float]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Final
 
@@ -11,9 +11,8 @@ from aiohttp import hdrs, web
 
 from hawk.comm.messages import schema
 from hawk.comm.status import DroneStatus
-from hawk.model import GlobalPose, OccupancyMap
-from hawk.survey.exports import stalls_csv, stalls_geojson_text
-from hawk.survey.survey_map import SurveyMap
+from hawk.model import GlobalPose, OccupancyMap, Stall
+from hawk.stall_exports import stalls_csv, stalls_geojson_text
 from hawk.web.counters import COUNTERS
 from hawk.web.metrics import METRICS_CONTENT_TYPE, metrics_text
 from hawk.web.services import SERVICES, WebServices
@@ -103,15 +102,15 @@ async def metrics(request: web.Request) -> web.StreamResponse:
     return web.Response(text=text, headers={hdrs.CONTENT_TYPE: METRICS_CONTENT_TYPE})
 
 
-async def _export(request: web.Request, make: Callable[[SurveyMap], str]) -> str:
+async def _export(request: web.Request, make: Callable[[GlobalPose, Mapping[int, Stall]], str]) -> str:
     """Make an export off the loop, on a thread that nothing of the flight uses."""
     services = request.app[SERVICES]
     status, current = services.status.value, services.occupancy_map.value
     if status is None or status.datum is None:
         raise web.HTTPConflict(text="There is no map yet: it gets its place on Earth when the drone is first armed.")
     datum = GlobalPose(*status.datum, 0.0)
-    survey = SurveyMap(datum, {} if current is None else current.stalls, {})
-    return await asyncio.get_running_loop().run_in_executor(request.app[EXPORTER], make, survey)
+    stalls = {} if current is None else current.stalls
+    return await asyncio.get_running_loop().run_in_executor(request.app[EXPORTER], make, datum, stalls)
 
 
 def _download(text: str, content_type: str, name: str) -> web.Response:

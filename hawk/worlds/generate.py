@@ -10,6 +10,7 @@ import shapely
 
 from hawk.worlds.canvas import Bytes, Canvas, Points
 from hawk.worlds.cars import footprint_m
+from hawk.worlds.conditions import Condition, set_condition
 from hawk.worlds.facets import FacetSet, ground_projection
 from hawk.worlds.light import sample_sun
 from hawk.worlds.plan import Plan
@@ -20,13 +21,15 @@ from hawk.worlds.world import TrueStall, World, WorldError
 _HIDDEN_SHARE = 0.5
 _COVER_M = 0.2
 _ATTEMPTS = 60
+_GRID_M = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
 class WorldOptions:
     """What a generated world must be like. Sizes in metres, shares 0..1.
 
-    ``difficult`` is the least share of stalls with worn lines or partly under a crown.
+    ``difficult`` is the least share of stalls with worn lines or partly under a crown. ``condition``: time of day and
+    weather; the same seed is the same lot with the same cars in all of them.
     """
 
     width: tuple[float, float] = (112.0, 138.0)
@@ -35,6 +38,7 @@ class WorldOptions:
     stalls: tuple[int, int] = (84, 330)
     taken: tuple[float, float] = (0.32, 0.88)
     difficult: float = 0.16
+    condition: Condition = Condition.DAY
 
     def __post_init__(self) -> None:
         if not 0.02 <= self.metres_per_pixel <= 0.5:
@@ -57,7 +61,8 @@ def generate_world(seed: int, options: WorldOptions | None = None) -> World:
     for _ in range(_ATTEMPTS):
         plan = _plan(rng, size_m)
         if _is_good(plan, size_m, options):
-            return _draw(seed, plan, Canvas(0.0, 0.0, width, height, mpp), rng)
+            canvas = Canvas(0.0, 0.0, width, height, mpp)
+            return _draw(seed, plan, canvas, rng, options.condition)
     raise WorldError(f"seed {seed}: no lot out of {_ATTEMPTS} meets the options; widen stalls, taken or the size")
 
 
@@ -95,8 +100,10 @@ def _difficult_share(plan: Plan) -> float:
     return sum(hard) / max(1, len(hard))
 
 
-def _draw(seed: int, plan: Plan, canvas: Canvas, rng: np.random.Generator) -> World:
-    drawn = draw_plan(plan, canvas, sample_sun(rng, calm=True), rng)
+def _draw(seed: int, plan: Plan, canvas: Canvas, rng: np.random.Generator, condition: Condition) -> World:
+    # its own numbers: the same seed is the same lot in every condition
+    sun = set_condition(plan, condition, sample_sun(rng, calm=True), np.random.default_rng((seed, 1)))
+    drawn = draw_plan(plan, canvas, sun, rng)
     ground = np.clip(drawn.ground, 0, 255, out=drawn.ground).astype(np.uint8)
     cover = _cover(canvas, FacetSet([layer for layer in drawn.layers if layer.label in ("tree", "roof")]))
     vehicles = shapely.union_all([shapely.Polygon(footprint_m(vehicle)) for vehicle in plan.vehicles])
@@ -108,7 +115,7 @@ def _draw(seed: int, plan: Plan, canvas: Canvas, rng: np.random.Generator) -> Wo
             hidden=_covered(cover, stall.corners) > _HIDDEN_SHARE,
             worn=stall.worn,
             kind=stall.kind,
-            covered=_overlap(stall.corners, vehicles),
+            covered=share_under(stall.corners, vehicles),
         )
         for number, stall in enumerate(plan.stalls)
     ]
@@ -141,6 +148,10 @@ def _covered(mask: Bytes, corners: Points) -> float:
     return float((mask[part] & inside[part]).sum()) / max(1, int(inside[part].sum()))
 
 
-def _overlap(corners: Points, vehicles: shapely.Geometry) -> float:
+def share_under(corners: Points, vehicles: shapely.Geometry) -> float:
+    """Return the share (0..1) of a stall under vehicles.
+
+    On a grid: without one GEOS can take two outlines that share an edge but for rounding as one.
+    """
     quad = shapely.Polygon(corners)
-    return float(quad.intersection(vehicles).area / quad.area)
+    return float(shapely.intersection(quad, vehicles, grid_size=_GRID_M).area / quad.area)

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.worlds.canvas import Points
+from hawk.worlds.canvas import Canvas, Points
+from hawk.worlds.facets import HeightLayer
 from hawk.worlds.materials import Colour, Material
 
 
@@ -156,6 +159,18 @@ class Block:
     colour: Colour
 
 
+class Lighting(Protocol):
+    """Lights a drawn place (see `hawk.worlds.conditions`)."""
+
+    def light(self, canvas: Canvas) -> None:
+        """Light the ground."""
+        ...
+
+    def light_layers(self, layers: Sequence[HeightLayer]) -> list[HeightLayer]:
+        """Return what stands on it, lit."""
+        ...
+
+
 @dataclass(slots=True)
 class Plan:
     """Everything on a site, in the order in which it is laid down.
@@ -182,6 +197,10 @@ class Plan:
     shades: list[Points] = field(default_factory=list)
     """Shadows of things far outside."""
     wet: float = 0.0
+    snow: float = 0.0
+    leaves: float = 0.0
+    lamps: Lighting | None = None
+    """What lights the place where there is no sun."""
 
     def lay(self, surface: Surface) -> None:
         """Lay a surface; what stood or lay there before is gone."""

@@ -14,6 +14,7 @@ from hawk.worlds.buildings import draw_building
 from hawk.worlds.canvas import Canvas, Floats, Patch, as_bytes, as_floats
 from hawk.worlds.cars import Model, Sprite, draw_vehicle, outline
 from hawk.worlds.clutter import draw_puddles
+from hawk.worlds.conditions import draw_leaves, draw_snow
 from hawk.worlds.facets import HeightLayer, flat_layer
 from hawk.worlds.light import Shadows, Sun
 from hawk.worlds.materials import texture
@@ -48,8 +49,11 @@ def draw_plan(plan: Plan, canvas: Canvas, sun: Sun, rng: np.random.Generator) ->
         paint.put_on(order)
     draw_puddles(canvas, plan.wet, rng)
     paint.blend(plan.palette, plan.wear, rng)
+    draw_snow(canvas, plan.snow, rng)
     for surface in plan.islands:
         draw_surface(canvas, surface, rng)
+    if plan.leaves:
+        draw_leaves(canvas, plan, leaf_colours(rng), rng)
     shadows = Shadows(canvas, sun)
     for shade in plan.shades:
         shadows.add_block(shade, 0.0, tall=True)
@@ -59,6 +63,9 @@ def draw_plan(plan: Plan, canvas: Canvas, sun: Sun, rng: np.random.Generator) ->
             shadows.add_block(block.polygon, block.height)
     shadows.apply(rng=rng)
     _draw_blocks(plan, canvas, shadows)
+    if plan.lamps is not None:
+        plan.lamps.light(canvas)
+        layers = plan.lamps.light_layers(layers)
     return Drawn(canvas.image, tuple(layers))
 
 

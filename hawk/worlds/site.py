@@ -50,7 +50,7 @@ def plan_lot_site(rng: np.random.Generator, centre: tuple[float, float], size: S
             plan_section(plan, rng, plan.axes.moved(r[2], r[1]).facing((0, 1), (-1, 0)), depth, width, style)
         else:
             plan_section(plan, rng, corner, width, depth, style)
-    if not calm and rng.random() < 0.1:
+    if not calm and rng.random() < 0.2:
         turned = Axes.turned(plan.axes.at(*rng.normal(0, 15, 2)), rng.uniform(0, 2 * math.pi))
         plan.shades.append(turned.rect(0, -200, 200, 200))
     return plan

@@ -67,7 +67,9 @@ class LotStyle:
 def sample_style(rng: np.random.Generator, *, calm: bool = False) -> LotStyle:
     """Draw a style; ``calm`` keeps to what most lots look like (the simulator's worlds), else anything goes."""
     skewed = rng.random() < (0.32 if calm else 0.38)
-    skew = math.radians(rng.uniform(12, 45) if calm else rng.uniform(8, 50)) * (1 if rng.random() < 0.5 else -1) if skewed else 0.0
+    skew = 0.0
+    if skewed:
+        skew = math.radians(rng.uniform(12, 45) if calm else rng.uniform(8, 50)) * (1 if rng.random() < 0.5 else -1)
     return LotStyle(
         width=rng.uniform(2.45, 2.85) if calm else rng.uniform(2.3, 3.1),
         length=rng.uniform(4.9, 5.6) if calm else rng.uniform(4.6, 6.1),
@@ -85,7 +87,7 @@ def sample_style(rng: np.random.Generator, *, calm: bool = False) -> LotStyle:
         wheel_stops=bool(rng.random() < 0.16),
         island=sample_material(rng, str(rng.choice(_ISLAND_KINDS))),
         break_share=float(rng.choice([0.0, 0.04, 0.08] if calm else [0.0, 0.06, 0.14])),
-        trees=float(rng.choice([0.15, 0.3, 0.5] if calm else [0, 0.1, 0.3, 0.6])),
+        trees=float(rng.choice([0.15, 0.3, 0.5] if calm else [0, 0.15, 0.4, 0.8])),
         crown=(1.1, rng.uniform(2.6, 4.6)),
         medians=float(rng.choice([0.25, 0.6] if calm else [0.1, 0.45, 0.8])),
         side_rows=0.4,

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from hawk.worlds.canvas import Bytes, Canvas, Floats, Points, as_bytes
+from hawk.worlds.conditions import sample_condition, set_condition
 from hawk.worlds.facets import FacetSet, ground_projection
 from hawk.worlds.light import sample_sun
 from hawk.worlds.photometry import photograph
@@ -69,7 +70,8 @@ def draw_scene(
     plan = plan_bare_site(rng, (0.0, 0.0)) if rng.random() < BARE_SHARE else plan_lot_site(rng, (0.0, 0.0), _SITE)
     x, y = _window_centre(rng, plan) - np.array([width, height]) * metres_per_pixel / 2
     canvas = Canvas(float(x), float(y), width, height, metres_per_pixel)
-    drawn = draw_plan(plan, canvas, sample_sun(rng), rng)
+    sun = set_condition(plan, sample_condition(rng), sample_sun(rng), rng)
+    drawn = draw_plan(plan, canvas, sun, rng)
     image, car, cover = _composite(rng, canvas, drawn.ground, FacetSet(drawn.layers))
     contrast = float(np.abs(np.array(plan.palette[0]) - plan.asphalt.colour).max())
     stalls = tuple(

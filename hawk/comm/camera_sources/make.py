@@ -7,9 +7,7 @@ from hawk.comm.camera_sources.http_mjpeg import HttpMjpegSource
 from hawk.comm.camera_sources.opencv import OpenCvSource
 from hawk.comm.camera_sources.source import CameraSource
 from hawk.comm.clock import Clock
-from hawk.config import CameraSettings, ConfigError
-
-KINDS = "http://, https://, v4l2://, rtsp://, file:// or gst:"
+from hawk.config import CAMERA_KINDS, CameraSettings, ConfigError
 
 
 def make_source(settings: CameraSettings, clock: Clock) -> CameraSource:
@@ -21,4 +19,4 @@ def make_source(settings: CameraSettings, clock: Clock) -> CameraSource:
         return GStreamerSource(url.removeprefix("gst:"), clock)
     if url.startswith(("v4l2://", "rtsp://", "rtsps://", "file://")):
         return OpenCvSource(url, clock)
-    raise ConfigError(f"camera.url: {url!r} is no source of pictures: it must start with {KINDS}")
+    raise ConfigError(f"camera.url: {url!r} is no source of pictures: it must start with {', '.join(CAMERA_KINDS)}")

@@ -43,11 +43,11 @@ class AutonomousExplore(AirborneState):
 
     @property
     def detail(self) -> str:
-        """How much has been seen."""
+        """How much has been seen of what was found so far."""
         plan = self.context.topics.get_path_plan()
         if plan is None:
             return "Waiting for a plan."
-        return f"{plan.explore.seen * 100:.0f} % of the lot seen."
+        return f"{plan.explore.seen * 100:.0f} % seen of the lot found so far."
 
     def enter(self) -> None:
         """Begin; the lot was in sight a moment ago."""

@@ -53,6 +53,10 @@ class Homing(AirborneState):
             return f"Not while this lasts: {self.cause.text}"
         return ""
 
+    def restart(self) -> None:
+        """The autopilot was not heard for a while and flies another mode now: ask again."""
+        self._keeper, self._told = ModeKeeper(self.context, self.mode), 0
+
     def process(self) -> None:
         """Ask for the mode until it is seen."""
         if self.taken_up:

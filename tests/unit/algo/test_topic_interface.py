@@ -2,8 +2,9 @@ from __future__ import annotations
 
 import pytest
 
-from hawk.algo.errors import AlgoError, NoImage
+from hawk.algo.errors import AlgoError
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
+from hawk.comm.image import NoImage
 from hawk.model import DesiredPose, StateName
 from tests.unit.algo.synthetic import frame_at, pose_at
 

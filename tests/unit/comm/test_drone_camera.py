@@ -9,9 +9,10 @@ from hawk.comm.camera_sources.gstreamer import GStreamerSource
 from hawk.comm.camera_sources.http_mjpeg import HttpMjpegSource
 from hawk.comm.camera_sources.make import make_source
 from hawk.comm.camera_sources.opencv import OpenCvSource
-from hawk.comm.camera_sources.source import CameraError, SourceFrame
+from hawk.comm.camera_sources.source import CameraError, CameraSource, SourceFrame
 from hawk.comm.clock import Clock, ManualClock
-from hawk.comm.drone_camera import STALE_S, DroneCamera, NoImage
+from hawk.comm.drone_camera import STALE_S, DroneCamera
+from hawk.comm.image import NoImage
 from hawk.config import CameraSettings, ConfigError
 from tests.unit.comm.pictures import StreamServer, forever, part, picture
 from tests.unit.comm.waiting import until
@@ -227,7 +228,26 @@ def test_the_address_chooses_the_source(url: str, kind: type) -> None:
 
 def test_an_address_of_no_known_kind_names_those_that_are() -> None:
     with pytest.raises(ConfigError, match=r"camera.url: 'ftp://x' .*http://.*gst:"):
-        make_source(CameraSettings(url="ftp://x"), ManualClock())
+        make_source(CameraSettings().model_copy(update={"url": "ftp://x"}), ManualClock())
+
+
+async def test_a_source_that_cannot_be_made_is_told_and_tried_again_and_the_camera_can_be_closed() -> None:
+    made: list[str] = []
+
+    def make(settings: CameraSettings, clock: Clock) -> CameraSource:
+        made.append(settings.url)
+        if len(made) < 3:
+            raise ConfigError("camera.url: no such source")
+        return make_source(settings, clock)
+
+    camera = DroneCamera(CameraSettings(reconnect_s=0.01), ManualClock(5.0), make=make)
+    camera.init()
+    try:
+        async with asyncio.timeout(10):
+            await until(lambda: "no such source" in camera.health.reason)
+            await until(lambda: len(made) == 3)
+    finally:
+        await camera.close()
 
 
 async def test_over_http_it_waits_for_an_absent_camera_and_finds_it_again(unused_tcp_port: int) -> None:

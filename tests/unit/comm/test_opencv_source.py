@@ -12,7 +12,7 @@ import pytest
 from hawk.comm.camera_sources.opencv import OpenCvSource
 from hawk.comm.camera_sources.source import CameraError, SourceFrame
 from hawk.comm.clock import ManualClock
-from hawk.comm.drone_camera import decode
+from hawk.comm.image import decode
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from typing import TypeVar
 
 import pytest
 
-from hawk.comm.drone_camera import NoImage
+from hawk.comm.image import NoImage
 from hawk.comm.operator_camera import OperatorCamera
 from tests.unit.comm.pictures import StreamServer, forever, once, part, picture
 

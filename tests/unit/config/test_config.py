@@ -43,6 +43,8 @@ def test_the_reference_has_no_other_settings() -> None:
         ("[web]\n\nprot = 1\n", 3, "web.prot", "did you mean port?"),
         ("[heights]\ndesired_m = 5.0\n", 1, "heights", "must rise"),
         ("[flight]\nspeed_m_s = nan\n", 2, "flight.speed_m_s", "finite"),
+        ("[camera]\nurl = 'ftp://cam'\n", 2, "camera.url", "rtsp://"),
+        ("[autopilot]\nurl = '/dev/ttyACM0'\n", 2, "autopilot.url", "serial://"),
         ("[wbe]\nport = 1\n", 1, "wbe", "did you mean web?"),
         ("[web]\ntoken = 'short'\n", 2, "web.token", "16"),
     ],

@@ -83,4 +83,26 @@ async def test_ticks_that_were_missed_are_not_made_up_for() -> None:
     await asyncio.wait_for(enough.wait(), 5)
     ticker.stop()
     gaps = [after - before for before, after in pairwise(times[1:])]
-    assert min(gaps) > 0.005
+    assert min(gaps) > 0.0049
+
+
+async def test_after_a_late_tick_the_others_keep_their_places_in_time() -> None:
+    times: list[float] = []
+    enough = asyncio.Event()
+    loop = asyncio.get_running_loop()
+
+    def tick() -> None:
+        times.append(loop.time())
+        if len(times) == 2:
+            while loop.time() < times[0] + 0.275:  # the third tick, due at 0.2, comes at 0.275
+                pass
+        if len(times) == 5:
+            enough.set()
+
+    ticker = Ticker(0.1, tick, lambda _: None)
+    ticker.start()
+    await asyncio.wait_for(enough.wait(), 5)
+    ticker.stop()
+    shifts = [(time - times[0]) / 0.1 for time in times[3:]]
+    assert shifts[0] >= 3.99, "the tick at 0.3 would be too soon after the one at 0.275"
+    assert all(0 <= shift - round(shift) < 0.3 for shift in shifts), shifts

@@ -6,6 +6,7 @@ import asyncio
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +40,7 @@ from hawk.model import (
     Diagnostics,
     ExploreStatus,
     Fence,
+    FlightSoFar,
     GlobalPose,
     Health,
     Inbound,
@@ -359,6 +361,12 @@ class Sight:
     plan: PathPlan | None = field(default_factory=lambda: PathPlan(explore=ExploreStatus(seen=0.4)))
 
 
+START = 100.0
+"""The rig's clock at the start, seconds."""
+UTC_START = 1_700_000_000.0
+"""The wall clock then."""
+
+
 class Rig:
     """Manager, fake drone, fake operator and fake perception around one clock."""
 
@@ -370,8 +378,10 @@ class Rig:
         settings: DdcSettings | None = None,
         starts: int = 1,
         continues_survey: bool = False,
+        flight: FlightSoFar | None = None,
     ) -> None:
-        self.clock = ManualClock(100.0)
+        self.clock = ManualClock(START)
+        self.kept_flights: list[FlightSoFar | None] = []
         self.autopilot = FakeAutopilot(self.clock, parameters)
         self.desk = FakeDesk()
         self.socket = FakeSocket()
@@ -396,6 +406,9 @@ class Rig:
                 count_start=lambda: starts,
                 new_token=lambda: next(tokens),
                 continues_survey=continues_survey,
+                utc=lambda: datetime.fromtimestamp(UTC_START + self.clock() - START, UTC),
+                flight=flight,
+                keep_flight=self.kept_flights.append,
             )
         )
         self.manager.init(self.socket, self.topics, self.service)

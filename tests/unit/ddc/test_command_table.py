@@ -137,7 +137,7 @@ async def test_kill_is_taken_in_every_state(fresh: Rig, state: StateName) -> Non
     answer = fresh.manager.handle_now("ana", Kill(token=token.token))
     assert isinstance(answer, Ack)
     assert answer.accepted
-    await fresh.tick(2)
+    await fresh.run(1.2)
     assert fresh.autopilot.count("kill") >= 1
     assert not fresh.autopilot.armed
     fresh.expect(StateName.IDLE)

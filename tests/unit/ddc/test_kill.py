@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from hawk.comm.clock import ManualClock
@@ -24,29 +26,29 @@ def bench() -> Bench:
 
 
 def test_the_first_command_goes_out_in_the_call(bench: Bench) -> None:
-    bench.switch.kill("ana", bench.switch.request("ana"))
+    bench.switch.kill("ana", bench.switch.request("ana"), armed=True)
     assert bench.sent == [0.0]
     assert bench.switch.state == "sending"
 
 
 def test_a_token_serves_once(bench: Bench) -> None:
     token = bench.switch.request("ana")
-    bench.switch.kill("ana", token)
+    bench.switch.kill("ana", token, armed=True)
     with pytest.raises(KillRefused, match="used already"):
-        bench.switch.kill("ana", token)
+        bench.switch.kill("ana", token, armed=True)
 
 
 def test_a_token_of_another_client_an_older_one_and_a_made_up_one_are_refused(bench: Bench) -> None:
     older = bench.switch.request("ana")
     with pytest.raises(KillRefused):
-        bench.switch.kill("eve", bench.switch.request("ana"))
+        bench.switch.kill("eve", bench.switch.request("ana"), armed=True)
     newer = bench.switch.request("ana")
     with pytest.raises(KillRefused):
-        bench.switch.kill("ana", older)
+        bench.switch.kill("ana", older, armed=True)
     with pytest.raises(KillRefused):
-        bench.switch.kill("ana", newer)  # a wrong guess voids the token too
+        bench.switch.kill("ana", newer, armed=True)  # a wrong guess voids the token too
     with pytest.raises(KillRefused):
-        bench.switch.kill("ana", "x" * 32)
+        bench.switch.kill("ana", "x" * 32, armed=True)
     assert bench.sent == []
     assert not bench.switch.is_killed
 
@@ -55,7 +57,7 @@ def test_a_token_is_void_after_ten_seconds(bench: Bench) -> None:
     token = bench.switch.request("ana")
     bench.clock.advance(10.1)
     with pytest.raises(KillRefused, match="older than 10 s"):
-        bench.switch.kill("ana", token)
+        bench.switch.kill("ana", token, armed=True)
 
 
 def test_tokens_cannot_be_guessed(bench: Bench) -> None:
@@ -65,34 +67,56 @@ def test_tokens_cannot_be_guessed(bench: Bench) -> None:
 
 
 def test_it_is_sent_every_200_ms_for_five_seconds_at_most(bench: Bench) -> None:
-    bench.switch.kill("ana", bench.switch.request("ana"))
+    bench.switch.kill("ana", bench.switch.request("ana"), armed=True)
     ended = False
     while not ended:
         bench.clock.advance(0.05)
-        ended = bench.switch.tick(armed=True, connected=True)
+        ended = bench.switch.tick(armed=True, heard=bench.clock(), connected=True)
     assert bench.clock() == pytest.approx(5.0)
     assert len(bench.sent) == pytest.approx(25, abs=1)
     assert max(b - a for a, b in zip(bench.sent, bench.sent[1:], strict=False)) < 0.21
     assert bench.switch.state == "not confirmed"
     bench.clock.advance(1)
-    assert not bench.switch.tick(armed=True, connected=True)
+    assert not bench.switch.tick(armed=True, heard=bench.clock(), connected=True)
     assert len(bench.sent) == pytest.approx(25, abs=1)
 
 
 def test_it_ends_when_disarmed_is_seen(bench: Bench) -> None:
-    bench.switch.kill("ana", bench.switch.request("ana"))
+    bench.switch.kill("ana", bench.switch.request("ana"), armed=True)
     bench.clock.advance(0.05)
-    assert bench.switch.tick(armed=False, connected=True)
+    assert bench.switch.tick(armed=False, heard=bench.clock(), connected=True)
     assert bench.switch.state == "confirmed"
     assert len(bench.sent) == 1
 
 
+def test_a_drone_that_did_not_seem_armed_is_not_taken_as_cut_before_armed_would_show(bench: Bench) -> None:
+    bench.switch.kill("ana", bench.switch.request("ana"), armed=False)
+    for _ in range(19):
+        bench.clock.advance(0.05)
+        assert not bench.switch.tick(armed=False, heard=bench.clock(), connected=True)
+    bench.clock.advance(0.2)
+    assert not bench.switch.tick(armed=False, heard=0.9, connected=True), "heard too early to tell"
+    assert len(bench.sent) >= 5
+    assert bench.switch.tick(armed=False, heard=bench.clock(), connected=True)
+    assert bench.switch.state == "confirmed"
+
+
+def test_armed_that_shows_late_is_cut_too(bench: Bench) -> None:
+    bench.switch.kill("ana", bench.switch.request("ana"), armed=False)
+    bench.clock.advance(0.3)
+    assert not bench.switch.tick(armed=True, heard=0.3, connected=True)
+    bench.clock.advance(0.3)
+    assert bench.switch.tick(armed=False, heard=0.6, connected=True)
+    assert len(bench.sent) == 2
+    assert bench.switch.state == "confirmed"
+
+
 def test_it_does_not_survive_a_lost_link(bench: Bench) -> None:
-    bench.switch.kill("ana", bench.switch.request("ana"))
-    assert bench.switch.tick(armed=False, connected=False)
+    bench.switch.kill("ana", bench.switch.request("ana"), armed=True)
+    assert bench.switch.tick(armed=False, heard=bench.clock(), connected=False)
     assert bench.switch.state == "not confirmed"
     bench.clock.advance(1)
-    assert not bench.switch.tick(armed=True, connected=True)
+    assert not bench.switch.tick(armed=True, heard=bench.clock(), connected=True)
     assert len(bench.sent) == 1
 
 
@@ -175,3 +199,47 @@ async def test_a_token_is_never_recorded(flying: Rig) -> None:
     token = token_of(flying)
     flying.manager.handle_now("ana", Kill(token=token))
     assert token not in repr(flying.records)
+
+
+async def test_a_kill_while_it_arms_is_sent_until_armed_would_have_shown(rig: Rig) -> None:
+    rig.order(Arm())
+    rig.manager.handle_now("ana", Kill(token=token_of(rig)))
+    await rig.run(0.8)
+    assert rig.autopilot.count("kill") >= 4
+    assert "Motors cut. Arm is locked until you clear it." not in rig.log
+    assert not rig.autopilot.armed
+    await rig.run(0.5)
+    assert "Motors cut. Arm is locked until you clear it." in rig.log
+    rig.expect(StateName.IDLE)
+
+
+async def test_a_fault_while_it_is_repeated_stops_neither_the_kill_nor_the_ticks(flying: Rig) -> None:
+    flying.autopilot.silent.add("kill")
+    flying.manager.handle_now("ana", Kill(token=token_of(flying)))
+    ask, faults = flying.manager.ask, iter([ValueError("broken")])
+
+    def broken(name: str, call: Any) -> Any:
+        for fault in faults:
+            call.close()
+            raise fault
+        return ask(name, call)
+
+    flying.manager.ask = broken  # type: ignore[method-assign]
+    ticks = flying.manager.ticks
+    await flying.run(1.0)
+    assert flying.manager.ticks - ticks == pytest.approx(20, abs=1)
+    assert flying.autopilot.count("kill") >= 4
+    assert "broken" in flying.manager.own_health.reason
+
+
+async def test_a_fault_behind_hold_refuses_it_and_is_visible(flying: Rig) -> None:
+    flying.manager.judge.refusal = _fail  # type: ignore[method-assign]
+    answer = flying.manager.handle_now("ana", Hold())
+    assert isinstance(answer, Ack)
+    assert not answer.accepted
+    assert "broken" in answer.reason
+    assert "broken" in flying.manager.own_health.reason
+
+
+def _fail(client: str, command: object) -> None:
+    raise ValueError("broken")

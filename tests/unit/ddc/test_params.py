@@ -8,7 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hawk.comm.messages import Arm, Configure
+from hawk.config import FenceSettings
 from hawk.ddc.params import ParameterError, ParameterStore, check_heights
+from hawk.ddc.settings import DdcSettings
 from hawk.model import HeightParameters, StateName
 from tests.unit.ddc.fakes import Rig
 
@@ -157,3 +159,7 @@ async def test_heights_that_cannot_be_stored_are_not_flown(rig: Rig, tmp_path: P
     assert rig.manager.heights == DEFAULTS
     assert rig.log[-1] == "The heights were not saved."
     assert rig.command(Arm()).accepted
+
+
+def test_the_ceiling_of_a_configured_fence_bounds_what_can_be_configured() -> None:
+    assert DdcSettings(fence=FenceSettings(ceiling_margin_m=3)).ceiling == 97

@@ -7,18 +7,25 @@ from pathlib import Path
 
 import pytest
 
-from hawk.comm.messages import CompulsiveMove, Hold
-from hawk.ddc.restart import RestartRule, restart_rule
-from hawk.model import CopterMode, LandedState, StateName
-from tests.unit.ddc.fakes import Rig
+from hawk.comm.messages import CompulsiveMove, Hold, Land, ReturnToLaunch
+from hawk.ddc.restart import FLIGHT_KEPT_S, RestartRule, flight_goes_on, restart_rule
+from hawk.model import CopterMode, FlightSoFar, LandedState, StateName
+from tests.unit.ddc.fakes import START, UTC_START, Rig
 
 S = StateName
 
 
 @pytest.fixture
 async def make(tmp_path: Path) -> Callable[..., Rig]:
-    def build(starts: int = 1, *, height: float = 30.0, mode: int = CopterMode.GUIDED, survey: bool = False) -> Rig:
-        rig = Rig(tmp_path, starts=starts, continues_survey=survey)
+    def build(
+        starts: int = 1,
+        *,
+        height: float = 30.0,
+        mode: int = CopterMode.GUIDED,
+        survey: bool = False,
+        flight: FlightSoFar | None = None,
+    ) -> Rig:
+        rig = Rig(tmp_path, starts=starts, continues_survey=survey, flight=flight)
         rig.autopilot.put_in_air(height, mode)
         rig.desk.present = False
         return rig
@@ -111,6 +118,92 @@ async def test_the_fence_of_the_arm_place_is_in_force_again(make: Callable[..., 
     rig.order(CompulsiveMove(x=20, y=0))
     await rig.until(S.HOVER)
     assert rig.autopilot.north == pytest.approx(20, abs=2)
+
+
+# -- flight time and way ----------------------------------------------------------------------------------------------
+
+
+def told(rig: Rig) -> tuple[float, float]:
+    status = rig.manager.status.value
+    assert status is not None
+    assert status.flight_time is not None
+    assert status.way is not None
+    return status.flight_time, status.way
+
+
+async def test_flight_time_and_way_go_on(make: Callable[..., Rig]) -> None:
+    rig = make(flight=FlightSoFar(300.0, 812.5, UTC_START - 2.0))
+    await rig.run(5)
+    seconds, way = told(rig)
+    assert seconds == pytest.approx(307, abs=0.3)
+    assert way == pytest.approx(812.5, abs=1)
+    rig.desk.present = True
+    await rig.tick()
+    rig.order(CompulsiveMove(x=20, y=0))
+    await rig.until(S.HOVER)
+    assert told(rig)[1] == pytest.approx(832.5, abs=3)
+
+
+@pytest.mark.parametrize("kept", [None, FlightSoFar(300.0, 812.5, UTC_START - 10 * 60)])
+async def test_a_flight_of_long_ago_is_another_one(make: Callable[..., Rig], kept: FlightSoFar | None) -> None:
+    rig = make(flight=kept)
+    await rig.run(5)
+    seconds, way = told(rig)
+    assert seconds <= 5
+    assert way < 1
+
+
+async def test_a_flight_that_begins_from_the_ground_begins_at_zero(tmp_path: Path) -> None:
+    rig = Rig(tmp_path, flight=FlightSoFar(300.0, 812.5, UTC_START - 2.0))
+    await rig.enter(S.TAKEOFF)
+    await rig.until(S.HOVER)
+    seconds, way = told(rig)
+    await rig.close()
+    assert seconds < 60
+    assert way < 5
+
+
+async def test_the_flight_is_kept_twice_a_second_and_ends_on_the_ground(fresh: Rig) -> None:
+    await fresh.enter(S.HOVER)
+    fresh.kept_flights.clear()
+    await fresh.run(10)
+    kept = [flight for flight in fresh.kept_flights if flight is not None]
+    assert len(kept) == len(fresh.kept_flights)
+    assert 17 <= len(kept) <= 21
+    seconds, way = told(fresh)
+    assert (kept[-1].seconds, kept[-1].way) == pytest.approx((seconds, way), abs=0.6)
+    assert kept[-1].at == pytest.approx(UTC_START + fresh.clock() - START, abs=0.6)
+    fresh.order(Land())
+    await fresh.until(S.IDLE)
+    assert fresh.kept_flights[-1] is None
+    ended = len(fresh.kept_flights)
+    await fresh.run(2)
+    assert len(fresh.kept_flights) == ended
+
+
+async def test_before_the_autopilot_is_found_nothing_overwrites_what_was_kept(make: Callable[..., Rig]) -> None:
+    rig = make(flight=FlightSoFar(300.0, 812.5, UTC_START))
+    rig.autopilot.landed = LandedState.UNDEFINED
+    await rig.run(5)
+    assert rig.kept_flights
+    assert all(flight is not None and flight.seconds >= 300 for flight in rig.kept_flights)
+
+
+def test_time_that_the_program_was_down_passes_at_the_clocks_speed_and_never_backwards() -> None:
+    kept = FlightSoFar(300.0, 812.5, UTC_START)
+    assert flight_goes_on(kept, UTC_START + 3, 2.0) == (306.0, 812.5)
+    assert flight_goes_on(kept, UTC_START - 3600, 1.0) == (300.0, 812.5)
+    assert flight_goes_on(kept, UTC_START + FLIGHT_KEPT_S + 1, 1.0) is None
+
+
+async def test_a_start_beside_a_pilot_who_is_armed_on_the_ground_is_no_start_in_the_air(tmp_path: Path) -> None:
+    rig = Rig(tmp_path, starts=2, flight=FlightSoFar(300.0, 812.5, UTC_START))
+    rig.autopilot.armed, rig.autopilot.mode = True, int(CopterMode.LOITER)
+    await rig.run(2)
+    rig.expect(S.MANUAL)
+    assert not any(kind == "start in the air" for kind, _ in rig.records)
+    assert "The program started while the drone was in the air." not in rig.log
+    await rig.close()
 
 
 async def test_a_start_on_the_ground_is_idle_and_not_counted(rig: Rig) -> None:
@@ -247,3 +340,47 @@ async def test_ended_elsewhere_it_leaves_the_drone_alone(fresh: Rig, state: Stat
 async def test_a_refused_return_does_not_keep_the_program_from_ending(flying: Rig) -> None:
     flying.autopilot.refuse["set_mode"] = "no"
     assert await flying.manager.shutdown_in_air()
+
+
+@pytest.mark.parametrize(("state", "mode"), [(S.RETURN_TO_LAUNCH, CopterMode.RTL), (S.LAND, CopterMode.LAND)])
+async def test_our_own_way_down_is_asked_for_again_when_the_mode_is_another_after_a_lost_link(
+    fresh: Rig, state: StateName, mode: CopterMode
+) -> None:
+    await fresh.enter(state)
+    await fresh.run(1)
+    fresh.autopilot.connected = False
+    await fresh.run(4)
+    fresh.autopilot.change_mode(CopterMode.GUIDED)
+    fresh.autopilot.calls.clear()
+    fresh.autopilot.connected = True
+    await fresh.run(1)
+    fresh.expect(state)
+    assert fresh.autopilot.asked("set_mode") == [mode]
+    assert fresh.autopilot.mode == mode
+
+
+async def test_a_mode_of_an_overtaken_request_that_shows_late_is_not_taken_for_ours(flying: Rig) -> None:
+    flying.order(ReturnToLaunch())
+    await flying.tick(3)
+    flying.order(Land())
+    await flying.tick(3)
+    flying.expect(S.LAND)
+    assert flying.autopilot.mode == CopterMode.LAND
+    flying.autopilot.change_mode(CopterMode.RTL)  # the request was repeated on the wire
+    await flying.tick(2)
+    flying.expect(S.RETURN_TO_LAUNCH)
+    assert "The autopilot returns home by itself." in flying.log
+
+
+async def test_a_mode_that_shows_after_the_next_was_asked_for_is_still_ours(flying: Rig) -> None:
+    flying.autopilot.silent.add("set_mode")
+    flying.order(ReturnToLaunch())
+    await flying.tick()
+    flying.order(Land())
+    await flying.tick()
+    flying.autopilot.change_mode(CopterMode.RTL)
+    await flying.tick()
+    flying.expect(S.LAND)
+    flying.autopilot.change_mode(CopterMode.LAND)
+    await flying.tick()
+    flying.expect(S.LAND)

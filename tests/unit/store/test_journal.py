@@ -14,12 +14,13 @@ from typing import IO, Any
 
 import pytest
 
-from hawk.model import ArmPlace, GlobalPose
+from hawk.model import ArmPlace, FlightSoFar, GlobalPose
 from hawk.store.journal import FlightJournal, JournalState, read_journal
 from hawk.store.journal_file import pack
 
 DATUM = GlobalPose(43.2609, -79.9192, 100.25)
 PLACE = ArmPlace(43.26, -79.92, 101.5, 1.25, -2.5, 0.125, 1_800_000_000)
+FLIGHT = FlightSoFar(312.5, 850.25, 1_800_000_400.5)
 Make = Callable[..., FlightJournal]
 
 
@@ -48,11 +49,12 @@ async def test_everything_that_was_put_is_there_again(make: Make, tmp_path: Path
     journal = make()
     journal.set_datum(DATUM)
     journal.set_arm_place(PLACE)
+    journal.set_flight(FLIGHT)
     journal.put_map({"grid/0,0": b"tile", "stall/7": b"stall"})
     journal.note("parameters", "var/params.json")
     assert await journal.flush()
     state = read_journal(folder(tmp_path))
-    assert (state.datum, state.arm_place) == (DATUM, PLACE)
+    assert (state.datum, state.arm_place, state.flight) == (DATUM, PLACE, FLIGHT)
     assert state.map_parts == {"grid/0,0": b"tile", "stall/7": b"stall"}
     assert state.notes == {"parameters": "var/params.json"}
     assert (state.lost_bytes, state.problem) == (0, "")
@@ -67,10 +69,13 @@ async def test_the_newest_value_wins_and_an_empty_one_ends_it(make: Make, tmp_pa
     journal.put_map({"gone": b""})
     journal.set_datum(DATUM)
     journal.set_datum(None)
+    journal.set_flight(FLIGHT)
+    journal.set_flight(None)
     await journal.close()
     state = read_journal(folder(tmp_path))
     assert state.map_parts == {"a": b"4"}
     assert state.datum is None
+    assert state.flight is None
 
 
 async def test_the_next_run_goes_on_with_it(make: Make, tmp_path: Path) -> None:

@@ -10,7 +10,8 @@ import pytest
 from shapely.geometry import shape
 
 from hawk.model import TILE_CELLS, Cell, GlobalPose, Stall, StallState
-from hawk.survey.exports import CSV_COLUMNS, map_picture, stalls_csv, stalls_geojson
+from hawk.stall_exports import CSV_COLUMNS, stalls_csv, stalls_geojson
+from hawk.survey.map_picture import map_picture
 from hawk.survey.survey_map import SurveyMap
 
 DATUM = GlobalPose(43.26, -79.92, 100.0)
@@ -49,7 +50,7 @@ def test_tiles_north_of_the_datum_lie_above_those_south_of_it() -> None:
 
 
 def test_csv_has_a_line_a_stall_in_the_order_of_ids(survey: SurveyMap) -> None:
-    rows = list(csv.DictReader(io.StringIO(stalls_csv(survey))))
+    rows = list(csv.DictReader(io.StringIO(stalls_csv(survey.datum, survey.stalls))))
     assert [row["id"] for row in rows] == ["2", "3", "7"]
     assert tuple(rows[0]) == CSV_COLUMNS
     assert rows[2]["state"] == "free"
@@ -57,7 +58,7 @@ def test_csv_has_a_line_a_stall_in_the_order_of_ids(survey: SurveyMap) -> None:
 
 
 def test_geojson_polygons_are_where_the_stalls_are(survey: SurveyMap) -> None:
-    features = stalls_geojson(survey)["features"]
+    features = stalls_geojson(survey.datum, survey.stalls)["features"]
     first = next(f for f in features if f["id"] == 7)
     polygon = shape(first["geometry"])
     assert polygon.is_valid
@@ -94,6 +95,6 @@ def test_the_mosaic_lies_under_the_stalls(survey: SurveyMap) -> None:
 
 def test_an_empty_survey_has_files_too() -> None:
     empty = SurveyMap(DATUM, {}, {})
-    assert stalls_csv(empty).count("\n") == 1
-    assert stalls_geojson(empty)["features"] == []
+    assert stalls_csv(empty.datum, empty.stalls).count("\n") == 1
+    assert stalls_geojson(empty.datum, empty.stalls)["features"] == []
     assert map_picture(empty).shape == (1, 1, 3)

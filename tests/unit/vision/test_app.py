@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from hawk.algo.errors import AlgoError, NoImage
+from hawk.algo.errors import AlgoError
 from hawk.algo.frame import FrameInput
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.app import VisionApp, stall_scale
@@ -16,6 +16,7 @@ from hawk.algo.vision.finder import Found
 from hawk.algo.vision.network import VisionModelError
 from hawk.algo.vision.seen import GroundImage, StallSeen
 from hawk.algo.vision.settings import VisionSettings
+from hawk.comm.image import NoImage
 from hawk.model import CameraModel, HeightParameters, MapPose, StateName
 
 F = 640 / math.tan(math.radians(35))

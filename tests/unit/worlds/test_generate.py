@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import shapely
 
-from hawk.worlds.generate import WorldOptions, generate_world
+from hawk.worlds.generate import WorldOptions, generate_world, share_under
 from hawk.worlds.world import World, WorldError
 
 COARSE = WorldOptions(metres_per_pixel=0.2)
@@ -78,3 +78,12 @@ def test_impossible_options_say_what_to_change() -> None:
         WorldOptions(metres_per_pixel=0.0)
     with pytest.raises(WorldError, match="width"):
         WorldOptions(width=(500, 600))
+
+
+def test_a_car_beside_a_stall_covers_none_of_it() -> None:
+    stall = np.array([(22.95508045411016, -1.9075736721816918), (21.698756119200702, -4.183897279561429)])
+    stall = np.vstack([stall, [(17.146108904441228, -1.6712486097425063), (18.402433239350685, 0.6050749976372309)]])
+    beside = np.array([(24.211404789019625, 0.3687499351980457), (22.95508045411016, -1.9075736721816916)])
+    beside = np.vstack([beside, [(18.402433239350685, 0.6050749976372309), (19.65875757426015, 2.881398605016968)]])
+    assert share_under(stall, shapely.Polygon(beside)) < 1e-6
+    assert share_under(stall, shapely.Polygon(stall)) == pytest.approx(1, abs=1e-6)

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 import { CELL } from "../src/state/tile-data.ts";
 import { type Action, control, guidedActions, safetyActions } from "../src/words/actions.ts";
-import { banner, flownOn } from "../src/words/banner.ts";
+import { banner } from "../src/words/banner.ts";
 import { consequence, contains, crosses, planMove } from "../src/words/move.ts";
 import type { View } from "../src/words/view.ts";
 import { heartbeat, impossible, possible, view } from "./make.ts";
@@ -49,7 +49,7 @@ describe("actions", () => {
 
   it("run with their progress", () => {
     const exploring = action("explore", { heartbeat: heartbeat({ State: "Autonomous Explore", Explored: 0.473 }) });
-    assert.deepEqual([exploring.kind, exploring.note, exploring.progress], ["running", "Running, 47 %", 0.473]);
+    assert.deepEqual([exploring.kind, exploring.note, exploring.progress], ["running", "Running, 47 % so far", 0.473]);
     const climbing = action("takeoff", { heartbeat: heartbeat({ State: "Takeoff", "Relative Altitude": 7 }) });
     assert.deepEqual([climbing.kind, climbing.progress], ["running", 0.2]);
   });
@@ -142,11 +142,16 @@ describe("the banner", () => {
     assert.equal(cut?.tone, "bad");
   });
 
-  it("limits how far it can have flown to the time until it holds", () => {
-    assert.equal(flownOn(view({ heartbeat: exploring, silence: 6 })), 6);
-    assert.equal(flownOn(view({ heartbeat: exploring, silence: 25 })), 10);
-    assert.equal(flownOn(view({ heartbeat: exploring, silence: 45 })), 15);
-    assert.equal(flownOn(view({ heartbeat: heartbeat({ State: "Return To Launch" }), silence: 25 })), 25);
+  it("is right too when the drone's computer stopped and the autopilot acts sooner", () => {
+    const early = banner(view({ heartbeat: exploring, silence: 6 }));
+    assert.match(early?.text ?? "", /If its computer stopped, the autopilot acts sooner by its own failsafe\. To take over/);
+    assert.equal(early?.timeline?.marks.at(-1)?.label, "returns home at the latest in");
+    assert.match(banner(view({ heartbeat: exploring, silence: 16 }))?.text ?? "", /the autopilot acts sooner by its own failsafe/);
+    assert.match(banner(view({ heartbeat: exploring, silence: 50 }))?.text ?? "", /the autopilot acted sooner by its own failsafe/);
+    const landing = banner(view({ heartbeat: heartbeat({ State: "Land" }), silence: 6 }));
+    assert.match(landing?.text ?? "", /goes on landing\. If its computer stopped, the autopilot acts by its own failsafe/);
+    const grounded = banner(view({ heartbeat: heartbeat(ground), silence: 6 }));
+    assert.doesNotMatch(grounded?.text ?? "", /failsafe/);
   });
 });
 

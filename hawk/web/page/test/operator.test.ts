@@ -1,37 +1,9 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 import type { MapChange } from "../src/state/map-store.ts";
-import { Operator } from "../src/state/operator.ts";
-import { FakeServer, FakeStorage, FakeTimers, settle } from "./fakes.ts";
+import { settle } from "./fakes.ts";
 import { heartbeat, mapUpdate, stall, welcome } from "./make.ts";
-
-interface Sent {
-  Type: string;
-  Id?: string;
-  Token?: string;
-}
-
-function flying(): { operator: Operator; server: FakeServer; timers: FakeTimers; sent: () => Sent[]; answer: (accepted: boolean, reason?: string) => Promise<void> } {
-  const timers = new FakeTimers();
-  const server = new FakeServer();
-  const operator = new Operator({
-    commandUrl: "ws://drone/ws",
-    open: server.open,
-    timers,
-    wallClock: () => 1_000_000 + timers.now(),
-    storage: new FakeStorage(),
-  });
-  operator.connect();
-  server.last.accept();
-  server.last.say(welcome());
-  server.last.say(heartbeat());
-  const sent = (): Sent[] => server.last.sent.map((text) => JSON.parse(text) as Sent);
-  const answer = async (accepted: boolean, reason = ""): Promise<void> => {
-    server.last.say({ Type: "Ack", Id: sent().at(-1)?.Id, Accepted: accepted, Reason: reason });
-    await settle();
-  };
-  return { operator, server, timers, sent, answer };
-}
+import { flying } from "./rig.ts";
 
 describe("the operator", () => {
   it("shows why a command was refused, until the next one is taken", async () => {

@@ -60,9 +60,9 @@ describe("the state in words", () => {
 
   it("tells how much was seen, and how long it takes only when its speed is known", () => {
     const exploring = heartbeat({ State: "Autonomous Explore", Explored: 0.47, Remaining: 480 });
-    assert.equal(stateWords(view({ heartbeat: exploring })).detail, "47 % of the lot seen");
-    assert.equal(stateWords(view({ heartbeat: exploring, cruise: 4 })).detail, "47 % of the lot seen, about 2 min to go");
-    assert.equal(stateWords(view({ heartbeat: exploring, cruise: 4 })).short, "47 % seen, 2 min to go");
+    assert.equal(stateWords(view({ heartbeat: exploring })).detail, "47 % seen of the lot found so far");
+    assert.equal(stateWords(view({ heartbeat: exploring, cruise: 4 })).detail, "47 % seen of the lot found so far, about 2 min to go");
+    assert.equal(stateWords(view({ heartbeat: exploring, cruise: 4 })).short, "47 % seen so far, 2 min to go");
   });
 
   it("asks for attention for failed checks, trouble, the pilot and a silent autopilot", () => {

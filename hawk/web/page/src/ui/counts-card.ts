@@ -50,5 +50,5 @@ function summary(view: View): string {
   const seen = view.heartbeat ? seenPercent(view.heartbeat) : null;
   const found = `${format.count(stallCount(view), "stall", "stalls")} found`;
   if (view.heartbeat?.["Explore Done"]) return `${found}, whole lot seen`;
-  return seen === null ? found : `${found} in the ${seen} % seen so far`;
+  return seen === null ? found : `${found}, ${seen} % seen of the lot found so far`;
 }

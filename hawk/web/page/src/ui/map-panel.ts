@@ -9,7 +9,6 @@ import type { Point, Welcome } from "../protocol.ts";
 import { isFlying } from "../state/flight.ts";
 import type { MapChange, Stall } from "../state/map-store.ts";
 import { control } from "../words/actions.ts";
-import { flownOn } from "../words/banner.ts";
 import * as format from "../words/format.ts";
 import { planMove } from "../words/move.ts";
 import { stallDetail } from "../words/stall.ts";
@@ -293,6 +292,6 @@ function emptyMapWords(fenced: boolean): string {
 
 /** How far it can have flown since it was last heard, metres. */
 function reach(view: View): number {
-  return flownOn(view) * Math.max(view.cruise ?? 0, view.heartbeat?.Speed ?? 0) * (view.welcome?.Speed ?? 1);
+  return (view.silence ?? 0) * Math.max(view.cruise ?? 0, view.heartbeat?.Speed ?? 0) * (view.welcome?.Speed ?? 1);
 }
 

@@ -50,7 +50,7 @@ export class SurveyPanel extends Part {
       </section>
       <section class="facts">
         ${fact(this.model.flight.airTime, format.longDuration, "in the air")} ${fact(heartbeat?.Way, format.distance, "flown")}
-        ${fact(heartbeat?.["Lot Area"], format.area, "lot")}
+        ${fact(heartbeat?.["Lot Area"], format.area, "lot found")}
         ${fact(heartbeat ? seenPercent(heartbeat) : null, format.percent, "of it seen")}
       </section>
       <section class="plots">${this.plots(view)}</section>

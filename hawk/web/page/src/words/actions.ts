@@ -1,7 +1,6 @@
 import type { Command } from "../protocol.ts";
 import { isFlying } from "../state/flight.ts";
 import * as format from "./format.ts";
-import { seenPercent } from "./glance.ts";
 import { linkOf, option, type View } from "./view.ts";
 
 export type ActionName = "arm" | "takeoff" | "explore" | "move" | "home" | "land" | "hold" | "disarm" | "resume";
@@ -75,7 +74,7 @@ function explore(view: View): Action {
   const action = offered(view, "explore", "Explore", "See the whole lot");
   const heartbeat = view.heartbeat;
   if (heartbeat?.State !== "Autonomous Explore") return action;
-  return running(view, action, heartbeat.Explored);
+  return running(view, action, heartbeat.Explored, " so far");
 }
 
 function move(view: View, touch: boolean): Action {
@@ -125,9 +124,9 @@ function build(view: View, name: ActionName, label: string, note: string, possib
   return { ...base, kind: "impossible", note: reason === "" ? "Not possible here" : reason.replace(/\.$/, "") };
 }
 
-function running(view: View, action: Action, progress: number | null): Action {
+function running(view: View, action: Action, progress: number | null, of = ""): Action {
   if (linkOf(view) !== "live") return action;
-  const note = progress === null ? "Running" : `Running, ${Math.round(progress * 100)} %`;
+  const note = progress === null ? "Running" : `Running, ${Math.round(progress * 100)} %${of}`;
   return { ...action, kind: "running", note, progress };
 }
 
@@ -143,10 +142,4 @@ function homeNote(view: View): string {
   const metres = Math.hypot(North - Home.North, East - Home.East);
   const time = view.cruise === null ? "" : `, ${format.duration(metres / view.cruise)}`;
   return `${format.distance(metres)}${time}`;
-}
-
-/** "47 % of the lot" of the present survey. */
-export function seenShare(view: View): string | null {
-  const seen = view.heartbeat ? seenPercent(view.heartbeat) : null;
-  return seen === null ? null : `${seen} %`;
 }

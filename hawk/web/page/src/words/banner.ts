@@ -48,7 +48,7 @@ function linkLost(view: View, heartbeat: Heartbeat): Banner {
   const marks = [
     { label: "lost", at: 0 },
     { label: "holds", at: returns.hold },
-    { label: left > 0 ? "returns home in" : "returned home", at: returns.home },
+    { label: left > 0 ? "returns home at the latest in" : "returned home", at: returns.home },
   ];
   return { ...base, timeline: { marks, now: silence, countdown: left > 0 ? format.duration(left) : "" } };
 }
@@ -60,31 +60,30 @@ function returnAfter(view: View, heartbeat: Heartbeat): { hold: number; home: nu
   return { hold: OperatorTimeout / Speed, home: (OperatorTimeout + OperatorHold) / Speed };
 }
 
-/** Seconds of ours for which it may have flown on since it was last heard: by its settings it then holds its place. */
-export function flownOn(view: View): number {
-  const silence = view.silence ?? 0;
-  const returns = view.heartbeat ? returnAfter(view, view.heartbeat) : null;
-  if (!returns || silence <= returns.hold) return silence;
-  return returns.hold + Math.max(0, silence - returns.home);
-}
-
+/** The page cannot know whether only its own link is gone or the drone's computer, for which the autopilot waits less. */
 function bySettings(view: View, heartbeat: Heartbeat): string {
   const remote = "To take over, use the remote control.";
   if (!isFlying(heartbeat)) return "It was on the ground when it was last heard.";
   if (heartbeat.State === "Return To Launch") return `By its settings it goes on home and lands there. ${remote}`;
-  if (heartbeat.State === "Land") return `By its settings it goes on landing. ${remote}`;
+  if (heartbeat.State === "Land") return `By its settings it goes on landing. ${autopilotActs("acts")} ${remote}`;
   if (heartbeat.State === "Manual") return "It was flown with the remote control when it was last heard.";
   const returns = returnAfter(view, heartbeat);
   if (!returns) return `Another operator had control, or it was already waiting: it goes on by its settings. ${remote}`;
   const lostAt = view.now - (view.silence ?? 0) * 1000;
   const silence = view.silence ?? 0;
   const homeAt = format.clock(lostAt + returns.home * 1000);
-  if (silence >= returns.home) return `By its settings it is on its way home since ${homeAt} and lands there. ${remote}`;
+  if (silence >= returns.home) {
+    return `By its settings it is on its way home since ${homeAt} and lands there. ${autopilotActs("acted sooner")} ${remote}`;
+  }
   const holds =
     silence >= returns.hold
       ? "By its settings it now holds its place."
       : `By its settings it goes on until ${format.clock(lostAt + returns.hold * 1000)}, then holds its place.`;
-  return `${holds} At ${homeAt} it returns home and lands. ${remote}`;
+  return `${holds} At ${homeAt} it returns home and lands. ${autopilotActs("acts sooner")} ${remote}`;
+}
+
+function autopilotActs(when: string): string {
+  return `If its computer stopped, the autopilot ${when} by its own failsafe.`;
 }
 
 function silentAutopilot(heartbeat: Heartbeat): Banner {

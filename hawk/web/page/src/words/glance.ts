@@ -43,7 +43,7 @@ export function stateTitle(state: string): string {
   return TITLES[state] ?? state;
 }
 
-/** Per cent of the lot seen; null when it is not known, as it is when stalls were found and yet nothing counts as seen. */
+/** Per cent seen of the lot found so far, which grows with the survey; null when it is not known, as it is when stalls were found and yet nothing counts as seen. */
 export function seenPercent(heartbeat: Heartbeat): number | null {
   const share = heartbeat.Explored;
   if (share === null || (share === 0 && heartbeat.State !== "Autonomous Explore")) return null;
@@ -85,8 +85,8 @@ function active(view: View, heartbeat: Heartbeat): StateWords {
   return {
     tone,
     title,
-    detail: `${seen} % of the lot seen${toGo ? `, about ${toGo} to go` : ""}`,
-    short: `${seen} % seen${toGo ? `, ${toGo} to go` : ""}`,
+    detail: `${seen} % seen of the lot found so far${toGo ? `, about ${toGo} to go` : ""}`,
+    short: `${seen} % seen so far${toGo ? `, ${toGo} to go` : ""}`,
   };
 }
 

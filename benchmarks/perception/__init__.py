@@ -1,0 +1,1 @@
+"""Perception on still pictures and videos, without a flight."""

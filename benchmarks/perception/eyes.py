@@ -1,0 +1,131 @@
+"""What looks at a nadir picture: the network with its votes, or classical line geometry, both with rows completed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.perception.places import state_array
+from hawk.algo.vision import decode, quads
+from hawk.algo.vision.classical import ClassicalFinder
+from hawk.algo.vision.decode import Stalls
+from hawk.algo.vision.lot import lot_area
+from hawk.algo.vision.network import CELL_PIXELS, StallNetwork
+from hawk.algo.vision.rows import complete_rows, row_stalls
+from hawk.algo.vision.seen import GroundImage
+from hawk.model import StallState
+from hawk.survey.scoring import Finding, FloatArray
+
+GROUND_M = 0.10
+CELL_M = GROUND_M * CELL_PIXELS
+LOT_M = 2 * CELL_M
+"""Side of a cell of the found lot, metres of the picture as the eye was told its scale."""
+MINIMUM_SCORE = 0.5
+_INNER = 0.7
+_SAMPLES = 9
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """What was found in a place: stalls in metres from its upper left corner (x right, y down), the probability (N,)
+    that each is taken, and the lot as a mask whose cells are ``lot_m`` metres a side."""
+
+    finding: Finding
+    taken: FloatArray = field(repr=False)
+    lot: NDArray[np.bool_] = field(repr=False)
+    lot_m: float = LOT_M
+
+
+class Eye(Protocol):
+    """Looks at pictures."""
+
+    def look(self, image: NDArray[np.uint8], metres_per_pixel: float, *, scale: float = 1.0) -> Result:
+        """Return what is found; ``scale`` is by how much larger the picture is shown than it is told."""
+        ...
+
+
+class NetworkEye:
+    """The network, its votes and the rows."""
+
+    def __init__(self, network: StallNetwork) -> None:
+        self._network = network
+
+    def look(self, image: NDArray[np.uint8], metres_per_pixel: float, *, scale: float = 1.0) -> Result:
+        """Find stalls and lot."""
+        maps = self._network.run(_shown(image, metres_per_pixel, scale))
+        stalls = decode.vote(maps, CELL_M)
+        stalls = _completed(stalls[stalls.score >= MINIMUM_SCORE], maps.core)
+        return _result(stalls, decode.occupancy(maps, stalls), maps.lot, scale)
+
+
+class ClassicalEye:
+    """Painted lines alone."""
+
+    def look(self, image: NDArray[np.uint8], metres_per_pixel: float, *, scale: float = 1.0) -> Result:
+        """Find stalls and lot."""
+        shown = _shown(image, metres_per_pixel, scale)
+        # east is right and north is up, so that (x, y) is (east, -north)
+        to_map = np.array([[0.0, -GROUND_M, 0.0], [GROUND_M, 0.0, 0.0]])
+        found = ClassicalFinder().find(GroundImage(shown, to_map, np.ones(shown.shape[:2], np.bool_)))
+        seen = [s for s in found.stalls if s.score >= MINIMUM_SCORE]
+        table = np.array([(s.east, -s.north, s.angle - np.pi / 2, s.width, s.length, s.score, s.taken) for s in seen])
+        table = table.reshape(-1, 7) / np.array([CELL_M, CELL_M, 1, CELL_M, CELL_M, 1, 1])
+        stalls = Stalls(*(table[:, k] for k in range(6)))
+        # its evidence is drawn from its own stalls: it has nothing to fill a row's hole with
+        return _result(stalls, table[:, 6], np.asarray(found.lot.values, np.float32), scale)
+
+
+def _shown(image: NDArray[np.uint8], metres_per_pixel: float, scale: float) -> NDArray[np.uint8]:
+    factor = metres_per_pixel / GROUND_M * scale
+    method = cv2.INTER_AREA if factor < 1 else cv2.INTER_LINEAR
+    return np.asarray(cv2.resize(image, None, fx=factor, fy=factor, interpolation=method), np.uint8)
+
+
+def _result(stalls: Stalls, taken: FloatArray, lot: NDArray[np.float32], scale: float) -> Result:
+    share = CELL_M / LOT_M
+    probability = cv2.resize(lot, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
+    area = lot_area(np.asarray(probability, np.float32), stalls.corners() * share, LOT_M)
+    states = [StallState.FREE if p < 0.5 else StallState.TAKEN for p in taken.tolist()]
+    # cell (c, r) is picture pixel (2 c, 2 r), whose centre lies half a pixel from the picture's corner
+    metres = (stalls.corners() * CELL_M + GROUND_M / 2) / scale
+    return Result(Finding(metres, state_array(states)), taken, area, LOT_M / scale)
+
+
+def _completed(stalls: Stalls, core: NDArray[np.float32]) -> Stalls:
+    """Return the stalls with their rows completed."""
+
+    def evidence(corners: FloatArray) -> FloatArray:
+        middle = corners.mean(axis=1, keepdims=True)
+        return _core_mean(core, (middle + (corners - middle) * _INNER) / CELL_M)
+
+    given = row_stalls(
+        stalls.column * CELL_M,
+        stalls.row * CELL_M,
+        stalls.angle,
+        stalls.width * CELL_M,
+        stalls.length * CELL_M,
+        stalls.score,
+    )
+    rows = complete_rows(given, evidence)
+    return Stalls(
+        rows.north / CELL_M, rows.east / CELL_M, rows.angle, rows.width / CELL_M, rows.length / CELL_M, rows.score
+    )
+
+
+def _core_mean(core: NDArray[np.float32], corners: FloatArray) -> FloatArray:
+    """Return the mean (N,) of a map over quads (N, 4, 2) of (column, row); outside counts as 0."""
+    share = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
+    first = corners[:, None, 0] + (corners[:, None, 1] - corners[:, None, 0]) * share[:, None]
+    last = corners[:, None, 3] + (corners[:, None, 2] - corners[:, None, 3]) * share[:, None]
+    points = first[:, :, None] + (last - first)[:, :, None] * share[:, None]
+    return np.asarray(decode.sample(core, points).mean(axis=(1, 2)))
+
+
+def boxes(table: FloatArray) -> FloatArray:
+    """Return quads (N, 4, 2) of (x, y) for rows (N, 5) of north, east, angle, width, length."""
+    corners = quads.corners(*(table[:, k] for k in range(5)))
+    return np.stack([corners[..., 1], -corners[..., 0]], axis=-1)

@@ -1,0 +1,82 @@
+"""A video of a camera that stands still straight above a lot: which stalls there are, and how steady their states.
+
+Each frame goes through vision and mapper as in flight, with a pose that never moves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from hawk.algo.mapper.core import MapCore
+from hawk.algo.mapper.settings import MapperSettings
+from hawk.algo.vision.finder import Finder
+from hawk.algo.vision.rectify import GROUND_M
+from hawk.algo.vision.seen import GroundImage, Seen
+from hawk.model import MapPose, StallState
+
+_HEIGHT_M = 40.0
+"""Told to the mapper, which uses it to weigh how far the drone has moved: not at all."""
+
+
+@dataclass(frozen=True, slots=True)
+class Steadiness:
+    """A stall: its id, last state, frames in which it counted, and how often it went from free to taken or back."""
+
+    id: int
+    state: StallState
+    frames: int
+    flips: int
+
+
+def watch(finder: Finder, path: Path, metres_per_pixel: float) -> list[Steadiness]:
+    """Return every stall that counted in some frame. Raises FileNotFoundError, ValueError for a video of no frames."""
+    core = MapCore(MapperSettings(), "video")
+    last: dict[int, StallState] = {}
+    counted: dict[int, int] = {}
+    flips: dict[int, int] = {}
+    number = 0
+    for number, image in enumerate(_frames(path), 1):
+        core.fuse(_seen(finder, image, metres_per_pixel, float(number)))
+        core.encode(None)
+        for stall in core.index.stalls.values():
+            counted[stall.id] = counted.get(stall.id, 0) + 1
+            if stall.state is StallState.UNKNOWN:
+                continue
+            before = last.setdefault(stall.id, stall.state)
+            flips[stall.id] = flips.get(stall.id, 0) + (before is not stall.state)
+            last[stall.id] = stall.state
+    if not number:
+        raise ValueError(f"{path} has no frames that can be read; name a video that OpenCV can open")
+    return [Steadiness(k, last.get(k, StallState.UNKNOWN), n, flips.get(k, 0)) for k, n in sorted(counted.items())]
+
+
+def _frames(path: Path) -> Iterator[NDArray[np.uint8]]:
+    if not path.exists():
+        raise FileNotFoundError(f"{path} does not exist; name a video")
+    video = cv2.VideoCapture(str(path))
+    try:
+        while True:
+            good, image = video.read()
+            if not good:
+                return
+            yield np.asarray(image, np.uint8)
+    finally:
+        video.release()
+
+
+def _seen(finder: Finder, image: NDArray[np.uint8], metres_per_pixel: float, time: float) -> Seen:
+    factor = metres_per_pixel / GROUND_M
+    method = cv2.INTER_AREA if factor < 1 else cv2.INTER_LINEAR
+    shown = np.asarray(cv2.resize(image, None, fx=factor, fy=factor, interpolation=method), np.uint8)
+    to_map = np.array([[0.0, -GROUND_M, 0.0], [GROUND_M, 0.0, 0.0]])
+    ground = GroundImage(shown, to_map, np.ones(shown.shape[:2], np.bool_))
+    found = finder.find(ground)
+    middle = ground.map_points(np.array([shown.shape[1] / 2, shown.shape[0] / 2]))
+    pose = MapPose(float(middle[0]), float(middle[1]), _HEIGHT_M, 0.0, 0.0, 0.0)
+    return Seen(found.stalls, found.lot, found.car, found.core, ground, bool(found.stalls), 1.0, pose, time)

@@ -1,0 +1,195 @@
+import "./dom.ts";
+import assert from "node:assert/strict";
+import { describe, it } from "node:test";
+import type { Heartbeat } from "../src/protocol.ts";
+import { CELL } from "../src/state/tile-data.ts";
+import { ActionBar } from "../src/ui/action-bar.ts";
+import { impossible, possible } from "./make.ts";
+import { flying, type Rig } from "./rig.ts";
+import { Frames, Stage, words } from "./stage.ts";
+
+const ON_GROUND: Partial<Heartbeat> = { State: "Idle", Armed: false, Landed: "ON_GROUND", "Relative Altitude": 0 };
+const IN_AIR = possible("Autonomous Explore", "Autonomous Move", "Compulsive Move", "Return To Launch", "Land", "Hold");
+const SQUARE = [
+  { North: -50, East: -50 },
+  { North: -50, East: 50 },
+  { North: 50, East: 50 },
+  { North: 50, East: -50 },
+];
+
+async function bar(changes: Partial<Heartbeat> = {}): Promise<{ rig: Rig; stage: Stage<ActionBar> }> {
+  const rig = flying(changes);
+  const part = new ActionBar();
+  part.classAt = () => CELL.lot;
+  const stage = new Stage(part, rig.operator);
+  await stage.drawn();
+  return { rig, stage };
+}
+
+function reason(stage: Stage<ActionBar>, name: string): string {
+  return words(stage.button(name).querySelector(".sub")!);
+}
+
+describe("the bar", () => {
+  it("offers on the ground what the drone offers, and says why the rest is impossible", async () => {
+    const options = [...possible("Arm"), impossible("Takeoff", "Arm first."), impossible("Land", "It is on the ground.")];
+    const { stage } = await bar({ ...ON_GROUND, Options: options });
+    assert.deepEqual(stage.enabled(), ["More actions", "Arm"]);
+    assert.equal(reason(stage, "Take off"), "Arm first");
+    assert.equal(reason(stage, "Hold"), "On the ground");
+    assert.equal(reason(stage, "Land"), "It is on the ground");
+  });
+
+  it("keeps Arm shut while a check fails", async () => {
+    const failed = { Name: "GPS", Passed: false, Value: "", Consequence: "", Remedy: "", RemedyCommand: null };
+    const { stage } = await bar({ ...ON_GROUND, Checks: [failed], Options: [impossible("Arm", "GPS.")] });
+    assert.equal(stage.button("Arm").disabled, true);
+    assert.equal(reason(stage, "Arm"), "1 check failed");
+  });
+
+  it("sends what is pressed, once", async () => {
+    const { rig, stage } = await bar({ Options: IN_AIR });
+    await stage.press("Explore");
+    await stage.press("Hold");
+    assert.deepEqual(rig.sent().map((each) => each.Type), ["Autonomous Explore", "Hold"]);
+  });
+
+  it("opens and shuts with what the drone says", async () => {
+    const { rig, stage } = await bar({ Options: IN_AIR });
+    assert.equal(stage.button("Explore").disabled, false);
+    rig.hear({ State: "Autonomous Explore", Options: possible("Hold"), Explored: 0.4 });
+    await stage.drawn();
+    assert.equal(stage.button("Explore").disabled, true);
+    assert.equal(stage.button("Explore").getAttribute("aria-pressed"), "true");
+    assert.equal(stage.button("Hold").disabled, false);
+  });
+
+  it("without a link offers nothing that cannot arrive", async () => {
+    const { rig, stage } = await bar({ Options: IN_AIR });
+    rig.server.last.break();
+    await stage.drawn();
+    assert.deepEqual(stage.enabled(), ["More actions"]);
+    assert.equal(reason(stage, "Hold"), "No link");
+    assert.equal(reason(stage, "Return home"), "No link: does it itself");
+  });
+
+  it("lets those who watch Hold and ask for control, and nothing else", async () => {
+    const { rig, stage } = await bar({ "In Control": false, Options: possible("Hold", "Land") });
+    assert.deepEqual(stage.enabled(), ["Ask for control", "Hold"]);
+    assert.equal(reason(stage, "Land"), "Someone else has control");
+    await stage.press("Ask for control");
+    await stage.press("Hold");
+    assert.deepEqual(rig.sent().map((each) => [each.Type, each.Action]), [["Control", "Request"], ["Hold", undefined]]);
+  });
+
+  it("lets anyone bring home and land a drone that nobody has control of", async () => {
+    const { stage } = await bar({ "In Control": false, Controller: null, Options: possible("Hold", "Land", "Return To Launch") });
+    assert.deepEqual(stage.enabled(), ["Return home", "Take control", "Land", "Hold"]);
+  });
+
+  it("asks first when a pilot would be overruled", async () => {
+    const { rig, stage } = await bar({ State: "Manual", Options: possible("Land", "Resume", "Return To Launch") });
+    for (const [name, question] of [
+      ["Land", "Land straight down?"],
+      ["Return home", "Return home and land there?"],
+      ["Resume", "Resume, taking over from the remote control?"],
+    ] as const) {
+      await stage.press(name);
+      assert.match(stage.text, new RegExp(question.replace("?", "\\?")));
+      await stage.press("Cancel");
+    }
+    assert.deepEqual(rig.sent(), []);
+  });
+});
+
+describe("the confirm bar", () => {
+  async function asked(changes: Partial<Heartbeat> = {}): Promise<{ rig: Rig; stage: Stage<ActionBar> }> {
+    const made = await bar({ Options: IN_AIR, Fence: SQUARE, ...changes });
+    made.rig.operator.ask({ about: "move", target: { North: 0, East: 30 } });
+    await made.stage.drawn();
+    return made;
+  }
+
+  it("stands in for the guided actions and leaves Land and Hold in reach", async () => {
+    const { rig, stage } = await asked();
+    assert.match(stage.text, /Move 30 m east/);
+    assert.equal(stage.has("[data-action]"), false);
+    await stage.press("Hold");
+    assert.deepEqual(rig.sent().map((each) => each.Type), ["Hold"]);
+  });
+
+  it("sends nothing before the slide is at its end", async () => {
+    const { rig, stage } = await asked();
+    await stage.press("Cancel");
+    assert.deepEqual(rig.sent(), []);
+    assert.equal(stage.has("hawk-confirm"), false);
+  });
+
+  it("moves inside the lot where there is lot, else where it is told", async () => {
+    const { rig, stage } = await asked();
+    stage.find("hawk-slide").dispatchEvent(new Event("confirmed"));
+    rig.operator.ask({ about: "move", target: { North: 0, East: 30 } });
+    await stage.drawn();
+    const [, anywhere] = stage.part.querySelectorAll<HTMLInputElement>("input[type=radio]");
+    anywhere!.checked = true;
+    anywhere!.dispatchEvent(new Event("change"));
+    await stage.drawn();
+    stage.find("hawk-slide").dispatchEvent(new Event("confirmed"));
+    assert.deepEqual(
+      rig.sent().map(({ Type, X, Y, Frame }) => [Type, X, Y, Frame]),
+      [["Autonomous Move", 0, 30, "Map"], ["Compulsive Move", 0, 30, "Map"]],
+    );
+  });
+
+  it("refuses a place outside the fence: its slide does not move", async () => {
+    const { rig, stage } = await asked();
+    rig.operator.ask({ about: "move", target: { North: 0, East: 90 } });
+    await stage.drawn();
+    assert.match(stage.text, /Outside the fence/);
+    assert.equal((stage.find("button.slide") as HTMLButtonElement).disabled, true);
+    stage.find("hawk-slide").dispatchEvent(new Event("confirmed"));
+    assert.deepEqual(rig.sent(), []);
+  });
+
+  it("no longer runs a way that the drone withdrew after it was chosen", async () => {
+    const { rig, stage } = await asked();
+    const [, anywhere] = stage.part.querySelectorAll<HTMLInputElement>("input[type=radio]");
+    anywhere!.dispatchEvent(new Event("change"));
+    rig.hear({ Options: [...possible("Autonomous Move"), impossible("Compulsive Move", "No position.")] });
+    await stage.drawn();
+    assert.match(stage.text, /No position\./);
+    stage.find("hawk-slide").dispatchEvent(new Event("confirmed"));
+    assert.deepEqual(rig.sent(), []);
+  });
+
+  it("goes away when the state changes under it", async () => {
+    const { rig, stage } = await asked();
+    rig.hear({ State: "Return To Launch" });
+    await stage.drawn();
+    assert.equal(stage.has("hawk-confirm"), false);
+  });
+
+  it("says to the drone that overruling the pilot was confirmed", async () => {
+    const { rig, stage } = await bar({ State: "Manual", Options: possible("Land", "Resume") });
+    await stage.press("Land");
+    stage.find("hawk-slide").dispatchEvent(new Event("confirmed"));
+    await stage.drawn();
+    assert.deepEqual(rig.sent().map(({ Type, Confirmed }) => [Type, Confirmed]), [["Land", true]]);
+  });
+
+  it("is confirmed by Enter kept pressed for a second, not by a tap on it", async () => {
+    const frames = new Frames();
+    const { rig, stage } = await asked();
+    const slide = stage.find("button.slide");
+    const key = (type: string) => slide.dispatchEvent(new KeyboardEvent(type, { key: "Enter", bubbles: true }));
+    key("keydown");
+    frames.advance(900);
+    key("keyup");
+    frames.advance(900);
+    assert.deepEqual(rig.sent(), []);
+    key("keydown");
+    frames.advance(500);
+    frames.advance(500);
+    assert.deepEqual(rig.sent().map((each) => each.Type), ["Autonomous Move"]);
+  });
+});

@@ -1,0 +1,140 @@
+import "./dom.ts";
+import assert from "node:assert/strict";
+import { describe, it } from "node:test";
+import { KillDialog } from "../src/ui/kill-dialog.ts";
+import { settle } from "./fakes.ts";
+import { flying, type Rig } from "./rig.ts";
+import { Frames, Stage } from "./stage.ts";
+
+const RED = "Keep pressed 1 s to cut";
+
+interface Scene {
+  rig: Rig;
+  stage: Stage<KillDialog>;
+  frames: Frames;
+}
+
+/** The first step was taken: the dialog asks the drone for its token. */
+async function begun(): Promise<Scene> {
+  const frames = new Frames();
+  const rig = flying();
+  const stage = new Stage(new KillDialog(), rig.operator);
+  await stage.drawn();
+  void rig.operator.beginCut();
+  await stage.drawn();
+  return { rig, stage, frames };
+}
+
+async function ready(): Promise<Scene> {
+  const scene = await begun();
+  scene.rig.server.last.say({ Type: "Kill Token", Id: scene.rig.sent().at(-1)?.Id, Token: "secret", ValidFor: 10 });
+  await settle();
+  await scene.stage.drawn();
+  return scene;
+}
+
+function press(stage: Stage<KillDialog>, type: string): void {
+  stage.button(RED).dispatchEvent(new PointerEvent(type, { button: 0, bubbles: true }));
+}
+
+function kills(rig: Rig): unknown[] {
+  return rig.sent().filter((each) => each.Type === "Kill").map((each) => each.Token);
+}
+
+describe("cutting the motors", () => {
+  it("shows nothing before the first step", async () => {
+    const stage = new Stage(new KillDialog(), flying().operator);
+    await stage.drawn();
+    assert.equal(stage.text, "");
+  });
+
+  it("asks for a token first, and cannot be done before it came", async () => {
+    const { rig, stage } = await begun();
+    assert.deepEqual(rig.sent().map((each) => each.Type), ["Kill Request"]);
+    assert.equal(stage.button(RED).disabled, true);
+    assert.match(stage.text, /The drone falls from 35 m at once/);
+    assert.equal(document.activeElement, stage.button("Cancel"));
+  });
+
+  it("is done once the button was kept pressed for a second", async () => {
+    const { rig, stage, frames } = await ready();
+    assert.equal(stage.button(RED).disabled, false);
+    press(stage, "pointerdown");
+    frames.advance(600);
+    assert.deepEqual(kills(rig), []);
+    frames.advance(400);
+    await stage.drawn();
+    assert.deepEqual(kills(rig), ["secret"]);
+    assert.equal(stage.text, "");
+    frames.advance(5000);
+    assert.deepEqual(kills(rig), ["secret"]);
+  });
+
+  for (const end of ["pointerup", "pointerleave", "pointercancel", "blur"]) {
+    it(`is not done when the press ends early by ${end}`, async () => {
+      const { rig, stage, frames } = await ready();
+      press(stage, "pointerdown");
+      frames.advance(900);
+      press(stage, end);
+      frames.advance(900);
+      press(stage, "pointerdown");
+      frames.advance(900);
+      assert.deepEqual(kills(rig), []);
+    });
+  }
+
+  it("takes Enter and space, and no other button of the mouse", async () => {
+    const { rig, stage, frames } = await ready();
+    stage.button(RED).dispatchEvent(new PointerEvent("pointerdown", { button: 2, bubbles: true }));
+    frames.advance(1500);
+    assert.deepEqual(kills(rig), []);
+    stage.button(RED).dispatchEvent(new KeyboardEvent("keydown", { key: " ", bubbles: true }));
+    frames.advance(1000);
+    assert.deepEqual(kills(rig), ["secret"]);
+  });
+
+  it("ends by Cancel and by Escape, also in the middle of a press", async () => {
+    for (const end of ["Cancel", "Escape"]) {
+      const { rig, stage, frames } = await ready();
+      press(stage, "pointerdown");
+      frames.advance(900);
+      if (end === "Cancel") await stage.press("Cancel");
+      else stage.find(".kill").dispatchEvent(new KeyboardEvent("keydown", { key: "Escape", bubbles: true }));
+      await stage.drawn();
+      frames.advance(900);
+      assert.equal(stage.text, "");
+      assert.deepEqual(kills(rig), []);
+    }
+  });
+
+  it("ends in the middle of a press when the link is lost", async () => {
+    const { rig, stage, frames } = await ready();
+    press(stage, "pointerdown");
+    frames.advance(900);
+    rig.timers.advance(3000);
+    rig.operator.tick();
+    await stage.drawn();
+    frames.advance(900);
+    assert.equal(stage.text, "");
+    assert.deepEqual(kills(rig), []);
+  });
+
+  it("says why the drone does not allow it", async () => {
+    const { rig, stage } = await begun();
+    await rig.answer(false, "Someone else has control.");
+    await stage.drawn();
+    assert.match(stage.text, /Someone else has control\./);
+    assert.equal(stage.button(RED).disabled, true);
+  });
+
+  it("is shut again when the token has run out", async () => {
+    const { rig, stage } = await ready();
+    for (let second = 0; second < 11; second += 1) {
+      rig.timers.advance(1000);
+      rig.hear({});
+    }
+    await stage.drawn();
+    assert.match(stage.text, /took too long/);
+    assert.equal(stage.button(RED).disabled, true);
+  });
+});

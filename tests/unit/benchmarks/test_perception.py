@@ -1,0 +1,145 @@
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from benchmarks.perception.camera_frames import measure_tilted
+from benchmarks.perception.eyes import ClassicalEye, NetworkEye, Result
+from benchmarks.perception.measures import Judged, calibration_error, false_alarms, measure
+from benchmarks.perception.places import Place, read_lots, read_tiles, state_array
+from benchmarks.perception.video import watch
+from hawk.algo.vision.finder import NetworkFinder
+from hawk.algo.vision.network import StallNetwork
+from hawk.model import StallState
+from hawk.survey.scoring import Finding, Truth
+from hawk.worlds.generate import generate_world
+
+ROW = np.array([[[5 + 3 * k, 5], [7.5 + 3 * k, 5], [7.5 + 3 * k, 10], [5 + 3 * k, 10]] for k in range(6)], float)
+STATES = state_array([StallState.FREE, StallState.TAKEN] * 3)
+LOT = np.array([[0, 0], [30, 0], [30, 20], [0, 20]], float)
+
+
+class Oracle:
+    """Finds what it is told, whatever the picture; at another scale it finds nothing."""
+
+    def __init__(self, stalls: NDArray[np.float64], taken: NDArray[np.float64]) -> None:
+        self._stalls, self._taken = stalls, taken
+
+    def look(self, image: NDArray[np.uint8], metres_per_pixel: float, *, scale: float = 1.0) -> Result:
+        count = len(self._stalls) if scale == 1.0 else 0
+        states = [StallState.TAKEN if p > 0.5 else StallState.FREE for p in self._taken[:count]]
+        lot = np.ones((50, 75), np.bool_)
+        return Result(Finding(self._stalls[:count], state_array(states)), self._taken[:count], lot)
+
+
+def place(stalls: NDArray[np.float64] = ROW) -> Place:
+    return Place("row", np.zeros((200, 300, 3), np.uint8), 0.1, Truth(stalls, STATES[: len(stalls)], (LOT,)))
+
+
+@pytest.fixture(scope="module")
+def ground() -> Place:
+    """A corner of a drawn world's lot without its cars: every stall is free."""
+    world = generate_world(3)
+    corners = np.array([stall.corners for stall in world.stalls])
+    low = corners.mean(axis=(0, 1)) - 17.5
+    column, row = np.round(low / world.metres_per_pixel).astype(int)
+    side = round(35 / world.metres_per_pixel)
+    picture = np.ascontiguousarray(world.ground[row : row + side, column : column + side])
+    inside = ((corners > low) & (corners < low + 35)).all(axis=(1, 2))
+    stalls = corners[inside] - low
+    states = state_array([StallState.FREE] * len(stalls))
+    return Place("ground", picture, world.metres_per_pixel, Truth(stalls, states, tuple(world.lots)))
+
+
+def _label(x: float) -> str:
+    """Return a stall's line: class, then the polygon in fractions."""
+    points = ((x, 0.1), (x + 0.05, 0.1), (x + 0.05, 0.2), (x, 0.2))
+    return "3 " + " ".join(f"{value:.2f}" for point in points for value in point)
+
+
+def test_what_is_found_rightly_measures_one() -> None:
+    measured = measure(Oracle(ROW, np.array([0.0, 1.0] * 3)), [place()])
+    for name in ("precision", "recall", "recall_whole", "free_recall", "state_accuracy", "found_over_labelled"):
+        assert measured[name] == 1.0, name
+    assert measured["lot_iou"] > 0.95
+    assert measured["state_ece"] == 0.0
+
+
+def test_what_is_missed_and_called_wrongly_costs() -> None:
+    measured = measure(Oracle(ROW[:3], np.array([0.0, 0.0, 0.0])), [place()])
+    assert measured["recall"] == 0.5
+    assert measured["state_accuracy"] == pytest.approx(2 / 3)
+    assert measured["state_ece"] == pytest.approx(1 / 3)
+    assert measure(Oracle(ROW, np.zeros(6)), [place()], scale=0.8)["recall"] == 0.0
+
+
+def test_false_alarms_are_a_mean_over_pictures() -> None:
+    pictures = [(name, np.zeros((100, 100, 3), np.uint8)) for name in ("a", "b")]
+    assert false_alarms(Oracle(ROW, np.zeros(6)), pictures, 0.1) == {"false_per_negative": 6.0}
+    assert false_alarms(Oracle(ROW, np.zeros(6)), [], 0.1) == {}
+
+
+def test_probabilities_that_are_meant_have_no_calibration_error() -> None:
+    said, true = np.repeat([0.25, 0.75], 4), np.array([1, 0, 0, 0, 1, 1, 1, 0], bool)
+    assert calibration_error([Judged(said, true)]) == pytest.approx(0.0)
+    assert calibration_error([Judged(np.full(4, 0.9), np.zeros(4, bool))]) == pytest.approx(0.9)
+    assert math.isnan(calibration_error([]))
+
+
+def test_places_and_tiles_are_read(tmp_path: Path) -> None:
+    cv2.imwrite(str(tmp_path / "lot.jpg"), np.zeros((100, 100, 3), np.uint8))
+    stalls = [{"corners_m": quad.tolist(), "state": "unclear"} for quad in ROW]
+    told = {"metres_per_pixel": 0.2, "stalls": stalls, "lots_m": [LOT.tolist()]}
+    (tmp_path / "lot.json").write_text(json.dumps(told))
+    (found,) = read_lots(tmp_path)
+    assert found.metres_per_pixel == 0.2
+    assert set(found.truth.states) == {"unknown"}
+    tiles = tmp_path / "tiles"
+    for folder in ("images", "labels"):
+        (tiles / folder).mkdir(parents=True)
+    for name, count in (("many", 5), ("few", 4)):
+        cv2.imwrite(str(tiles / "images" / f"{name}.jpg"), np.zeros((640, 640, 3), np.uint8))
+        lines = [_label(0.1 * k) for k in range(count)]
+        lines.append("0 0.025 0.15 0.05 0.1")
+        (tiles / "labels" / f"{name}.txt").write_text("\n".join(lines))
+    (tile,) = read_tiles(tiles)
+    assert list(tile.truth.states) == ["taken", "free", "free", "free", "free"]
+
+
+def test_a_picture_of_nothing_shows_nothing_to_either_eye() -> None:
+    image = np.full((256, 256, 3), 110, np.uint8)
+    for eye in (NetworkEye(StallNetwork.load()), ClassicalEye()):
+        assert len(eye.look(image, 0.1).finding.stalls) == 0
+
+
+def test_tilted_frames_show_the_stalls_where_they_are(ground: Place) -> None:
+    found = measure_tilted(NetworkFinder(StallNetwork.load()), [ground])
+    assert found.true >= 30
+    assert found.recall > 0.6
+
+
+def test_a_video_tells_how_steady_each_stall_is(tmp_path: Path, ground: Place) -> None:
+    path = tmp_path / "still.avi"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 10.0, ground.image.shape[1::-1])
+    for _ in range(6):
+        writer.write(ground.image)
+    writer.release()
+    stalls = watch(NetworkFinder(StallNetwork.load()), path, ground.metres_per_pixel)
+    assert len(stalls) >= 0.6 * len(ground.truth.stalls)
+    assert all(stall.flips == 0 for stall in stalls)
+    assert max(stall.frames for stall in stalls) == 6
+
+
+def test_a_video_that_is_not_there_is_refused(tmp_path: Path) -> None:
+    finder = NetworkFinder(StallNetwork.load())
+    with pytest.raises(FileNotFoundError, match="name a video"):
+        watch(finder, tmp_path / "none.avi", 0.1)
+    (tmp_path / "empty.avi").write_bytes(b"")
+    with pytest.raises(ValueError, match="no frames"):
+        watch(finder, tmp_path / "empty.avi", 0.1)

@@ -1,0 +1,29 @@
+from __future__ import annotations
+
+import io
+
+from rich.console import Console
+
+from hawk.survey.operator import SurveyOperator, SurveyPlan
+from hawk.survey.progress import SurveyProgress
+from tests.unit.survey.fake_drone import FakeDrone
+
+
+async def shown(*, quiet: bool) -> str:
+    """What the bar showed last of a survey of which the fake drone says that half of the lot was seen."""
+    screen = io.StringIO()
+    with SurveyProgress(quiet=quiet, console=Console(file=screen, width=160)) as progress:
+        outcome = await SurveyOperator(FakeDrone(), SurveyPlan(), progress.show).run()
+    assert outcome.explored == 0.5
+    return screen.getvalue()
+
+
+async def test_the_share_is_told_as_that_of_what_was_found_so_far() -> None:
+    text = await shown(quiet=False)
+    assert "50 % seen so far" in text
+    assert "Coming home" in text
+    assert "battery" in text
+
+
+async def test_quiet_is_quiet() -> None:
+    assert await shown(quiet=True) == ""
