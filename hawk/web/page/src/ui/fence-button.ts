@@ -12,7 +12,7 @@ export class FenceButton extends Part {
     const setup = this.model.flight.fenceSetup;
     const { title, line } = fenceSummary(setup);
     const reason = setup ? cannotSave(this.model.view()) : "Not known yet";
-    return html`<div><b>${title}</b><span class="sub">${line}</span></div>
+    return html`<div><b>${title}</b> <span class="sub">${line}</span></div>
       <div class="row">
         ${this.aside()}
         <button aria-label="Edit fence" aria-description=${reason} ?disabled=${reason !== ""} @click=${() => this.edit()}>
