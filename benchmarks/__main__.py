@@ -1,9 +1,10 @@
 """All measurements of a flight in one table.
 
-``python -m benchmarks [--only latency,kill,seeds] [--json FILE]`` (``make bench ARGS="--json FILE"``)
+``python -m benchmarks [--only latency,kill,seeds] [--lots DIR] [--json FILE]`` (``make bench ARGS="--json FILE"``)
 
 latency: the whole daemon at speed 1 with a page, beside an idle loop. kill: Kill on the wire while everything else is
-blocked. seeds: whole surveys of drawn worlds at speed 2 against their truth. Measure on a machine with nothing else to
+blocked. seeds: whole surveys of drawn worlds at speed 2 against their truth. places: the same over the pictures of
+--lots (PLACE.jpg with PLACE.json). Measure on a machine with nothing else to
 do: a section says VOID when others worked beside it.
 """
 
@@ -24,7 +25,7 @@ from benchmarks import kill_wire, surveys, whole_daemon
 from benchmarks.figures import BenchmarkError, Figure, Section, flat, print_table, write_json
 
 Result = tuple[list[Figure], str]
-SECTIONS: Final = ("latency", "kill", "seeds")
+SECTIONS: Final = ("latency", "kill", "seeds", "places")
 EXIT_FAILED: Final = 1
 
 
@@ -34,11 +35,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.json is not None:
         options.json.parent.mkdir(parents=True, exist_ok=True)  # rather now than after minutes of measuring
     with _folder(options.keep) as folder:
-        sections = [_run(name, _work(name, options, folder)) for name in SECTIONS if name in options.only]
+        sections = [_run(name, _work(name, options, folder)) for name in _chosen(options)]
     print_table(sections, Console(width=None if sys.stdout.isatty() else 130))
     if options.json is not None:
         write_json(options.json, flat(sections))
     return EXIT_FAILED if any(not section.figures for section in sections) else 0
+
+
+def _chosen(options: argparse.Namespace) -> list[str]:
+    return [name for name in SECTIONS if name in options.only and (name != "places" or options.lots is not None)]
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -52,6 +57,9 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--seed", type=int, default=1, help="latency: the world to fly over (default 1)")
     parser.add_argument("--kills", type=int, default=200, help="kill: how many (default 200)")
     parser.add_argument("--seeds", type=_seeds, default="1-5", metavar="A-B", help="seeds: worlds to survey (1-5)")
+    parser.add_argument(
+        "--lots", type=Path, metavar="DIR", help="places: pictures with truth to fly over (default none)"
+    )
     parser.add_argument("--keep", type=Path, metavar="DIR", help="keep logs, maps and reports there")
     return parser
 
@@ -77,6 +85,7 @@ def _work(name: str, options: argparse.Namespace, folder: Path) -> Callable[[], 
         "latency": lambda: whole_daemon.measure(options.seconds, options.seed, folder / "latency"),
         "kill": kill,
         "seeds": lambda: surveys.measure(options.seeds, folder / "seeds"),
+        "places": lambda: surveys.measure_places(options.lots, folder / "places"),
     }[name]
 
 

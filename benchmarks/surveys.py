@@ -1,5 +1,5 @@
-"""Whole surveys of drawn worlds by ``hawk-drone survey --sim``: what was counted against the truth, and the way flown
-against the least way that could show the lot.
+"""Whole surveys by ``hawk-drone survey --sim``, of drawn worlds and of pictures of real places: what was counted
+against the truth, and the way flown against the least way that could show the lot.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import Any, Final
 from shapely.geometry import Polygon
 from shapely.ops import unary_union
 
-from benchmarks.figures import BenchmarkError, Figure, Limit
+from benchmarks.figures import BenchmarkError, Figure, Limit, number
 from hawk.config import CameraSettings, HeightSettings
 from hawk.survey.run import LATE_FRAMES_LIMIT
 from hawk.survey.truth import Truth, read_truth
@@ -27,6 +27,7 @@ SPEED: Final = 2.0
 """Simulated seconds per second: perception figures count at 2 and less."""
 TIMEOUT_S: Final = 1200.0
 LEAST_F1: Final = 0.85
+LEAST_RECALL_WHOLE: Final = 0.8
 COUNT_ERROR_SHARE: Final = 0.10
 COUNT_ERROR_STALLS: Final = 3.0
 ASPECT: Final = 720 / 1280
@@ -36,7 +37,7 @@ ASPECT: Final = 720 / 1280
 class Survey:
     """One survey. ``bound_m``: least way that shows the whole lot, metres."""
 
-    seed: int
+    name: str
     report: dict[str, Any]
     bound_m: float
 
@@ -72,14 +73,61 @@ def least_way(truth: Truth, height_m: float, field_of_view: float) -> float:
 
 async def measure(seeds: Sequence[int], folder: Path) -> tuple[list[Figure], str]:
     """Fly every seed; return the figures, and why they are void if they are. Raises BenchmarkError when none flew."""
-    surveys = []
-    for seed in seeds:
-        survey = await _fly(seed, _made(folder / f"seed-{seed}"))
-        print(_line(survey), file=sys.stderr, flush=True)
-        surveys.append(survey)
-    if not any(survey.report for survey in surveys):
-        raise BenchmarkError(f"no survey was flown; see the logs in {folder}")
+    surveys = [await _fly(f"seed-{seed}", ["--seed", str(seed)], folder) for seed in seeds]
+    _check_flown(surveys, folder)
     return figures(surveys), _void(surveys)
+
+
+async def measure_places(lots: Path, folder: Path) -> tuple[list[Figure], str]:
+    """Fly over every picture of a folder (PLACE.jpg, PLACE.json with ``metres_per_pixel`` and the truth).
+
+    Raises BenchmarkError when there is none or none was flown.
+    """
+    surveys = [await _fly(name, world, folder) for name, world in place_worlds(lots)]
+    _check_flown(surveys, folder)
+    return place_figures(surveys), _void(surveys)
+
+
+def place_worlds(lots: Path) -> list[tuple[str, list[str]]]:
+    """Return name and options of every place of a folder. Raises BenchmarkError for a file that misfits."""
+    worlds = []
+    for truth in sorted(lots.glob("*.json")):
+        try:
+            scale = str(float(json.loads(truth.read_text())["metres_per_pixel"]))
+        except (KeyError, TypeError, ValueError) as error:
+            raise BenchmarkError(f"{truth}: metres_per_pixel is missing or not a number ({error})") from error
+        picture = str(truth.with_suffix(".jpg"))
+        worlds.append((truth.stem, ["--world", picture, "--metres-per-pixel", scale, "--truth", str(truth)]))
+    if not worlds:
+        raise BenchmarkError(f"--lots: {lots} holds no PLACE.json; name a folder of PLACE.jpg with PLACE.json")
+    return worlds
+
+
+def place_figures(surveys: Sequence[Survey]) -> list[Figure]:
+    """Return the figures of all places together: means of the places, each counting alike."""
+    count = float(len(surveys))
+    excursions = _values(surveys, "excursions")
+    return [
+        Figure("places", "places", count),
+        Figure(
+            "places_finished", "finished, landed and disarmed", float(sum(s.finished for s in surveys)),
+            limit=Limit(lowest=count),
+        ),
+        Figure(
+            "places_recall_whole", "recall of whole stalls, mean", _mean(_values(surveys, "recall_whole")),
+            limit=Limit(lowest=LEAST_RECALL_WHOLE),
+        ),
+        Figure("places_recall_whole_min", "recall of whole stalls, worst", _least(surveys, "recall_whole")),
+        *(
+            Figure(f"places_{key}", f"{key.replace('_', ' ')}, mean", _mean(_values(surveys, key)))
+            for key in ("precision_star", "free_recall", "state_accuracy", "unknown_share", "lot_iou", "duration_s")
+        ),
+        Figure("places_excursions", "excursions", sum(excursions) if excursions else None, limit=Limit(0, 0)),
+        Figure(
+            "places_late_frames", "late frames, worst", max(_values(surveys, "late_frames"), default=None),
+            limit=Limit(highest=LATE_FRAMES_LIMIT),
+        ),
+    ]  # fmt: skip
 
 
 def figures(surveys: Sequence[Survey]) -> list[Figure]:
@@ -130,8 +178,10 @@ def parse_seeds(text: str) -> list[int]:
     return seeds
 
 
-async def _fly(seed: int, folder: Path) -> Survey:
-    command = [sys.executable, "-m", "hawk.cli", "survey", "--sim", "--speed", f"{SPEED:g}", "--seed", str(seed)]
+async def _fly(name: str, world: Sequence[str], folder: Path) -> Survey:
+    """Survey one world and tell about it."""
+    folder = _made(folder / name)
+    command = [sys.executable, "-m", "hawk.cli", "survey", "--sim", "--speed", f"{SPEED:g}", *world]
     with (folder / "survey.log").open("wb") as log:
         process = await asyncio.create_subprocess_exec(
             *command, "--out", str(folder), "--quiet", stdin=asyncio.subprocess.DEVNULL, stdout=log, stderr=log
@@ -139,10 +189,17 @@ async def _fly(seed: int, folder: Path) -> Survey:
         try:
             await asyncio.wait_for(process.wait(), TIMEOUT_S)
         except TimeoutError:
-            print(f"seed {seed}: not home after {TIMEOUT_S:.0f} s", file=sys.stderr)
+            print(f"{name}: not home after {TIMEOUT_S:.0f} s", file=sys.stderr)
         finally:
             await _end(process)
-    return _result(seed, folder)
+    survey = _result(name, folder)
+    print(_line(survey), file=sys.stderr, flush=True)
+    return survey
+
+
+def _check_flown(surveys: Sequence[Survey], folder: Path) -> None:
+    if not any(survey.report for survey in surveys):
+        raise BenchmarkError(f"no survey was flown; see the logs in {folder}")
 
 
 def _made(folder: Path) -> Path:
@@ -162,31 +219,38 @@ async def _end(process: asyncio.subprocess.Process) -> None:
             return
 
 
-def _result(seed: int, folder: Path) -> Survey:
+def _result(name: str, folder: Path) -> Survey:
     """Read what a survey wrote; an empty report when it did not get so far."""
     try:
         report = json.loads((folder / "report.json").read_text())
         truth = read_truth(folder / "run" / "truth.json")
     except (OSError, ValueError) as error:
-        print(f"seed {seed}: no result ({error}); see {folder / 'survey.log'}", file=sys.stderr)
-        return Survey(seed, {}, 0.0)
+        print(f"{name}: no result ({error}); see {folder / 'survey.log'}", file=sys.stderr)
+        return Survey(name, {}, 0.0)
     view = math.radians(CameraSettings().horizontal_fov_deg)
-    return Survey(seed, report, least_way(truth, HeightSettings().desired_m, view))
+    return Survey(name, report, least_way(truth, HeightSettings().desired_m, view))
 
 
 def _void(surveys: Sequence[Survey]) -> str:
-    late = [s.seed for s in surveys if (s.value("late_frames") or 0.0) > LATE_FRAMES_LIMIT]
-    return f"VOID: the simulator drew too late for seeds {late}" if late else ""
+    late = [s.name for s in surveys if (s.value("late_frames") or 0.0) > LATE_FRAMES_LIMIT]
+    return f"VOID: the simulator drew too late for {', '.join(late)}" if late else ""
 
 
 def _line(survey: Survey) -> str:
-    keys = ("stall_f1", "free_count_error", "excursions", "way_m", "duration_s", "late_frames")
-    told = ", ".join(f"{key} {survey.report.get(key)}" for key in keys)
-    return f"seed {survey.seed}: {told}, least way {survey.bound_m:.0f} m: {survey.report.get('reason', 'no result')}"
+    keys = (
+        "stall_f1", "recall_whole", "precision_star", "free_recall", "state_accuracy", "lot_iou",
+        "free_count_error_stalls", "excursions", "way_m", "duration_s", "late_frames",
+    )  # fmt: skip
+    told = ", ".join(f"{key} {number(survey.value(key))}" for key in keys)
+    return f"{survey.name}: {told}, least way {survey.bound_m:.0f} m: {survey.report.get('reason', 'no result')}"
 
 
 def _values(surveys: Sequence[Survey], key: str) -> list[float]:
     return [value for survey in surveys if (value := survey.value(key)) is not None]
+
+
+def _least(surveys: Sequence[Survey], key: str) -> float | None:
+    return min(_values(surveys, key), default=None)
 
 
 def _mean(values: Sequence[float]) -> float | None:

@@ -158,6 +158,9 @@ class Daemon:
                 record=self._recording.record,
                 count_start=self._count_start,
                 continues_survey=bool(self._kept.map_parts),
+                flight=self._kept.flight,
+                keep_flight=self._journal.set_flight,
+                speed=self.clock.speed,
             )
         )
         self.topics = DdcTopicInterface(self.vehicle, self.inputs, self.clock)
@@ -338,6 +341,7 @@ class Daemon:
             heights=self.manager.heights,
             fence=self.manager.fence,
             home=self.topics.home_pub.value,
+            asked=self.topics.asked_place_pub.value,
         )
 
     def _goes_on(self) -> bool:

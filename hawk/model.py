@@ -11,6 +11,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -268,11 +269,31 @@ class DesiredPose:
 
 
 @dataclass(frozen=True, slots=True)
+class Route:
+    """A way over known lot, map frame: ``points`` from where the drone was to the place asked for.
+
+    ``turns`` has a number for each point: metres before and behind it within which its corner may be cut (0: the drone
+    stops there). ``refused`` says in words why there is no way; it is empty when there is one, and when none was asked
+    for.
+    """
+
+    points: tuple[MapPoint, ...] = ()
+    turns: tuple[float, ...] = ()
+    refused: str = ""
+
+    @property
+    def length_m(self) -> float:
+        """Metres from the first point to the last."""
+        return sum(a.distance(b) for a, b in pairwise(self.points))
+
+
+@dataclass(frozen=True, slots=True)
 class Verdict:
-    """Path Plan App's answer on the desired pose of that number."""
+    """Path Plan App's answer on the desired pose of that number; ``route`` leads there when it lies inside the lot."""
 
     number: int
     inbound: Inbound
+    route: Route = Route()
 
 
 class StallState(StrEnum):
@@ -389,6 +410,8 @@ class PathPlan:
     route: tuple[MapPoint, ...] = ()
     explore: ExploreStatus = ExploreStatus()
     verdict: Verdict | None = None
+    asked: Verdict | None = None
+    """The same on a place that somebody only asked the way to."""
 
 
 @dataclass(frozen=True, slots=True)

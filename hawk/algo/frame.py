@@ -24,6 +24,7 @@ class FrameInput:
 
     ``captured`` is when the light was caught (daemon's clock, seconds); ``pose`` is interpolated to that moment, None
     before the first arm or when no pose is near enough (then nothing is mapped). ``speed`` is horizontal m/s.
+    ``asked`` is a place that the way to is to be told, without flying there.
     """
 
     sequence: int
@@ -37,6 +38,7 @@ class FrameInput:
     heights: HeightParameters
     fence: Fence | None
     home: MapPoint | None
+    asked: DesiredPose | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -64,6 +64,7 @@ class Situation:
     heights: HeightParameters
     fence: Fence | None
     home: MapPoint | None
+    asked: DesiredPose | None = None
 
 
 class AlgorithmLoop:
@@ -181,4 +182,5 @@ class AlgorithmLoop:
             heights=situation.heights,
             fence=situation.fence,
             home=situation.home,
+            asked=situation.asked,
         )

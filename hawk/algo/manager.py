@@ -20,7 +20,7 @@ from hawk.algo.mapper.app import MapperApp
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.annotate import PictureStyle, annotate
-from hawk.algo.vision.seen import Seen, StallSeen
+from hawk.algo.vision.seen import Seen
 from hawk.model import Health, MapPoint, Stall
 
 _LOG = logging.getLogger(__name__)
@@ -165,10 +165,9 @@ class AlgorithmManagerApp:
             return b""
         seen = self._vision_app.seen
         pose = frame.pose if seen is not None and seen.captured == frame.captured else None
-        stalls: Sequence[Stall | StallSeen] = ()
+        stalls: Sequence[Stall] = ()
         if pose is not None:
-            known = self._topic_interface.occupancy_map_pub.value.stalls.values()
-            stalls = [s for s in known if abs(s.north - pose.north) + abs(s.east - pose.east) < _DRAWN_M]
+            stalls = self._mapper_app.stalls_near(pose.north, pose.east, _DRAWN_M)
             pose = self._mapper_app.corrected(pose)
         return annotate(image, frame.camera, pose, stalls, style=self._style)
 

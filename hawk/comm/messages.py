@@ -71,6 +71,12 @@ class AutonomousMove(_Move):
     type: Literal["Autonomous Move"] = Field(default="Autonomous Move", alias="Type")
 
 
+class RouteRequest(_Move):
+    """Ask for the way that an Autonomous Move there would take (answered by RouteAnswer); nothing is flown."""
+
+    type: Literal["Route Request"] = Field(default="Route Request", alias="Type")
+
+
 class Hold(Command):
     """Stop and stay."""
 
@@ -157,6 +163,7 @@ AnyCommand = Annotated[
     | AutonomousExplore
     | CompulsiveMove
     | AutonomousMove
+    | RouteRequest
     | Hold
     | ReturnToLaunch
     | Land
@@ -356,6 +363,21 @@ class LogEntry(Outgoing):
     details: str = Field(default="", alias="Details")
 
 
+class RouteAnswer(Outgoing):
+    """Answer to Route Request: the points of the way from the drone, its length in metres, or why there is none."""
+
+    type: Literal["Route"] = Field(default="Route", alias="Type")
+    id: str | int | None = Field(alias="Id")
+    points: list[Point] = Field(alias="Points")
+    length_m: Finite | None = Field(alias="Length")
+    refused: str | None = Field(alias="Refused")
+    """Why an Autonomous Move there would be refused, null when it would not."""
+
+
+Answer = Ack | FenceCheck | KillToken | RouteAnswer
+"""What comes back to the client that sent a command."""
+
+
 class Heartbeat(Outgoing):
     """What the drone tells at 5 Hz: the specification's keys (18.4.5), then ours."""
 
@@ -401,6 +423,7 @@ class Heartbeat(Outgoing):
     """Latitude and longitude of the map's origin."""
     target: Point | None = Field(alias="Target")
     route: list[Point] = Field(alias="Route")
+    """The way on while it explores or moves autonomously, in order; empty when there is none."""
     footprint: list[Point] = Field(alias="Footprint")
     fence: list[Point] = Field(alias="Fence")
     """Our own limit, which lies inside the autopilot's."""
@@ -443,7 +466,7 @@ class Heartbeat(Outgoing):
 
 def schema() -> dict[str, Any]:
     """Return the JSON schema of every message, as served at /api/schema.json."""
-    models: list[type[BaseModel]] = [Heartbeat, Ack, FenceCheck, KillToken, Welcome]
+    models: list[type[BaseModel]] = [Heartbeat, Ack, FenceCheck, KillToken, RouteAnswer, Welcome]
     return {
         "toDrone": _COMMANDS.json_schema(by_alias=True),
         "fromDrone": {model.__name__: model.model_json_schema(by_alias=True) for model in models},

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from hawk.comm.fence_messages import SetFence
@@ -25,7 +26,7 @@ from hawk.ddc.params import ParameterError, check_heights
 from hawk.ddc.states.arm import Arm as ArmState
 from hawk.ddc.states.homing import Homing
 from hawk.ddc.words import seconds, sentence
-from hawk.model import HeightParameters, MapPoint, StateName, UserError
+from hawk.model import HeightParameters, MapPoint, Route, StateName, UserError
 
 if TYPE_CHECKING:
     from hawk.ddc.operations_manager import OperationsManager
@@ -126,6 +127,10 @@ class Refusal:
     error: UserError = UserError.NONE
 
 
+_OUT_OF_BOUNDS = UserError.DESIRED_LOCATION_OUT_OF_BOUNDS
+_POSITION_UNKNOWN = Refusal("The position is not known well enough: wait for it.")
+
+
 class Judge:
     """Decides on commands. It changes nothing."""
 
@@ -165,18 +170,41 @@ class Judge:
             return Refusal(authority)
         return self._possible(kind) or self._content(command)
 
+    def place_refusal(self, place: MapPoint) -> Refusal | None:
+        """Return why the drone may not be at this place of the map."""
+        fence = self._context.fence
+        if self._context.topics.get_fresh_pose() is None or fence is None:
+            return _POSITION_UNKNOWN
+        if not contains(fence, place):
+            return Refusal("X, Y: the place is outside the fence: choose one inside.", _OUT_OF_BOUNDS)
+        return None
+
     def move_refusal(self, place: MapPoint) -> Refusal | None:
         """Return why the drone may not go straight to this place of the map."""
-        pose = self._context.topics.get_fresh_pose()
+        refusal = self.place_refusal(place)
+        if refusal is None and not self._is_way_inside(place):
+            reason = "X, Y: the straight way there leaves the fence: go around it in two moves."
+            return Refusal(reason, _OUT_OF_BOUNDS)
+        return refusal
+
+    def route_refusal(self, route: Route) -> Refusal | None:
+        """Return why the drone may not fly this route: every leg of it, and the way to it, must be inside the fence."""
         fence = self._context.fence
-        if pose is None or pose.map is None or fence is None:
-            return Refusal("The position is not known well enough: wait for it.")
-        error = UserError.DESIRED_LOCATION_OUT_OF_BOUNDS
-        if not contains(fence, place):
-            return Refusal("X, Y: the place is outside the fence: choose one inside.", error)
-        if not way_is_inside(fence, pose.map.point, place):
-            return Refusal("X, Y: the straight way there leaves the fence: go around it in two moves.", error)
+        if fence is None:
+            return _POSITION_UNKNOWN
+        legs_inside = all(way_is_inside(fence, a, b) for a, b in pairwise(route.points))
+        if len(route.points) < 2 or not legs_inside or not self._is_way_inside(route.points[1]):
+            return Refusal("X, Y: the way there leaves the fence: choose another place.", _OUT_OF_BOUNDS)
         return None
+
+    def _is_way_inside(self, place: MapPoint) -> bool:
+        pose, fence = self._context.topics.get_fresh_pose(), self._context.fence
+        return (
+            pose is not None
+            and pose.map is not None
+            and fence is not None
+            and way_is_inside(fence, pose.map.point, place)
+        )
 
     def _possible(self, kind: str) -> Refusal | None:
         context = self._context
@@ -211,7 +239,8 @@ class Judge:
             place = self._context.place_of(command)
             if place is None:
                 return Refusal("The position is not known well enough.")
-            return self._travel_height(command) or self.move_refusal(place)
+            reachable = self.place_refusal if isinstance(command, AutonomousMove) else self.move_refusal
+            return self._travel_height(command) or reachable(place)
         confirmed = not isinstance(command, Resume | ReturnToLaunch | Land) or command.confirmed
         if self._context.state.identity is StateName.MANUAL and not confirmed:
             return Refusal("Confirmed: someone else flies; send it confirmed.")

@@ -10,11 +10,12 @@ from hawk.comm.status import ClientId
 from hawk.ddc.commands import Refusal
 from hawk.ddc.states.base import MoveOrder
 from hawk.ddc.topic_interface import VERDICT_AGE_S
-from hawk.model import Inbound, UserError
+from hawk.model import Inbound, UserError, Verdict
 
 if TYPE_CHECKING:
     from hawk.ddc.operations_manager import OperationsManager
 
+NOT_TOLD = "X, Y: whether the place is inside the lot could not be told within a second."
 _REASONS = {
     Inbound.OUTSIDE: "X, Y: the place is outside the lot: choose one inside, or Compulsive Move.",
     Inbound.UNKNOWN: "X, Y: nobody has seen that place yet: explore first, or Compulsive Move.",
@@ -58,19 +59,20 @@ class Inquiries:
         if inquiry is None:
             return
         verdict = self._context.topics.get_verdict(inquiry.order.number)
-        if verdict is not None and verdict.inbound is Inbound.INSIDE:
-            self._accept(inquiry)
-        elif verdict is not None:
-            error = UserError.DESIRED_LOCATION_OUT_OF_BOUNDS
-            self._refuse(inquiry, Refusal(_REASONS[verdict.inbound], error))
+        error = UserError.DESIRED_LOCATION_OUT_OF_BOUNDS
+        if verdict is not None:
+            reason = place_refusal(verdict)
+            if reason:
+                self._refuse(inquiry, Refusal(reason, error))
+            else:
+                self._accept(replace(inquiry, order=replace(inquiry.order, route=verdict.route)))
         elif self._context.now - inquiry.asked > VERDICT_AGE_S:
-            reason = "X, Y: whether the place is inside the lot could not be told within a second."
-            self._refuse(inquiry, Refusal(reason, UserError.DESIRED_LOCATION_OUT_OF_BOUNDS))
+            self._refuse(inquiry, Refusal(NOT_TOLD, error))
 
     def _accept(self, inquiry: _Inquiry) -> None:
         self._open = None
         refusal = self._context.judge.refusal(inquiry.client, inquiry.command)
-        refusal = refusal or self._context.judge.move_refusal(inquiry.order.place)
+        refusal = refusal or self._context.judge.route_refusal(inquiry.order.route)
         if refusal is not None:
             self._refuse(inquiry, refusal)
             return
@@ -82,3 +84,12 @@ class Inquiries:
         self._context.forget_desired(inquiry.order.number)
         answer = self._context.refuse(inquiry.command, refusal)
         self._context.answer_later(inquiry.client, inquiry.command, answer)
+
+
+def place_refusal(verdict: Verdict) -> str:
+    """Return why an Autonomous Move to the place of this verdict is refused; empty when it has a route."""
+    if verdict.inbound is not Inbound.INSIDE:
+        return _REASONS[verdict.inbound]
+    if len(verdict.route.points) >= 2:
+        return ""
+    return f"X, Y: {verdict.route.refused or 'no way there is known'}: choose another place, or Compulsive Move."

@@ -28,6 +28,7 @@ from hawk.comm.messages import (
     MapResync,
     OperatorHeartbeat,
     Outgoing,
+    RouteRequest,
     SetFailsafes,
 )
 from hawk.comm.status import ClientId, CommandSocket, DroneStatus
@@ -47,6 +48,7 @@ from hawk.ddc.params import ParameterStore
 from hawk.ddc.preflight import Preflight
 from hawk.ddc.requests import Request, Requests
 from hawk.ddc.restart import flight_goes_on
+from hawk.ddc.route_requests import RouteRequests
 from hawk.ddc.service_interface import DdcServiceInterface
 from hawk.ddc.states.base import Cause, ConfigureOrder, FenceOrder, MoveOrder, Order, State
 from hawk.ddc.states.factory import StateFactory
@@ -133,6 +135,7 @@ class OperationsManager:
         self.preflight = Preflight(self)
         self.judge = Judge(self, self._around.desk)
         self.inquiries = Inquiries(self)
+        self.route_requests = RouteRequests(self)
         self._watch = VehicleWatch(self.topics, self.service, self._around.clock)
         self.follower = VehicleFollower(self, self._watch, self._around.count_start)
         self._builder = StatusBuilder(self)
@@ -155,6 +158,7 @@ class OperationsManager:
             if answer is not None:
                 self.socket.reply(client, answer)
         self._guarded(self.follower.follow)
+        self._guarded(self.route_requests.tick)
         if self.kill.is_sending:
             self._guarded(self._repeat_kill)
         else:
@@ -172,6 +176,9 @@ class OperationsManager:
         if isinstance(command, CheckFence):
             return answer_check(self, command)
         self.record("command", {"client": client, **command.model_dump(by_alias=True, exclude={"token"})})
+        if isinstance(command, RouteRequest):
+            self.route_requests.ask(client, command)
+            return None
         refusal = self.judge.refusal(client, command)
         answer = self.refuse(command, refusal) if refusal is not None else self._accept(client, command)
         if isinstance(answer, Ack):
@@ -316,8 +323,8 @@ class OperationsManager:
                 return f"{name}: {health.reason}"
         return ""
 
-    def place_of(self, command: AutonomousMove | CompulsiveMove) -> MapPoint | None:
-        """Return the place in the map that a Move means, None while the position is not known."""
+    def place_of(self, command: AutonomousMove | CompulsiveMove | RouteRequest) -> MapPoint | None:
+        """Return the place in the map that a Move or Route Request means, None while the position is not known."""
         if command.frame == "Map":
             return MapPoint(command.x, command.y)
         pose = self.topics.get_fresh_pose()

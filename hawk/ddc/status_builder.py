@@ -123,7 +123,7 @@ class StatusBuilder:
         if plan is not None:
             exploring = self._context.state.identity is StateName.AUTONOMOUS_EXPLORE
             known |= {
-                "route": plan.route if exploring else (),
+                "route": plan.route if exploring else getattr(self._context.state, "route", ()),
                 "explored": _finite(plan.explore.seen),
                 "explore_done": plan.explore.done,
                 "remaining_m": _finite(plan.explore.remaining_m),

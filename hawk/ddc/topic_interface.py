@@ -96,14 +96,17 @@ class DdcTopicInterface:
         self._inputs = inputs
         self._clock = clock
         self.des_pose_pub: Topic[DesiredPose | None] = Topic("des_pose", clock)
+        self.asked_place_pub: Topic[DesiredPose | None] = Topic("asked_place", clock)
+        """A place that somebody only asks the way to: numbered apart from the desired ones."""
         self.curr_state_pub: Topic[StateName] = Topic("curr_state", clock)
         self.fence_pub: Topic[Fence] = Topic("fence", clock)
         self.heights_pub: Topic[HeightParameters] = Topic("heights", clock)
         self.home_pub: Topic[MapPoint] = Topic("home", clock)
 
     def init(self) -> None:
-        """Nothing is desired yet."""
+        """Nothing is desired yet, nor asked about."""
         self.des_pose_pub.publish(None)
+        self.asked_place_pub.publish(None)
 
     @property
     def vehicle(self) -> VehicleTopics:
@@ -244,6 +247,12 @@ class DdcTopicInterface:
         """Return the verdict on that number if it is no older than 1 s."""
         verdict = self._inputs.verdict.fresh(VERDICT_AGE_S)
         return verdict if verdict is not None and verdict.number == number else None
+
+    def get_asked_verdict(self, number: int) -> Verdict | None:
+        """Return the verdict on the place of that number that was only asked about, if it is no older than 1 s."""
+        plan = self._inputs.path_plan.fresh(VERDICT_AGE_S)
+        asked = None if plan is None else plan.asked
+        return asked if asked is not None and asked.number == number else None
 
     def get_path_plan(self) -> PathPlan | None:
         """Return the plan if it is young enough to fly by."""

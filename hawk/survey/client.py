@@ -14,17 +14,19 @@ from pydantic import Field, TypeAdapter, ValidationError
 
 from hawk.comm.async_message_socket import AsyncMessageSocket
 from hawk.comm.base_socket import BaseSocket, FailedToSend
-from hawk.comm.fence_messages import FenceCheck, FenceSetup
+from hawk.comm.fence_messages import FenceSetup
 from hawk.comm.messages import (
     Ack,
+    Answer,
     Command,
     Control,
     Heartbeat,
-    KillToken,
     LogEntry,
     MapResync,
     OperatorHeartbeat,
     Point,
+    RouteAnswer,
+    RouteRequest,
     Welcome,
 )
 from hawk.model import GlobalPose, TileKey
@@ -41,7 +43,6 @@ SHORTEST_SIGN_INTERVAL_S: Final = 0.2
 PICTURE_TIMEOUT_S: Final = 10.0
 LOG_LIMIT: Final = 1000
 
-Answer = Ack | KillToken | FenceCheck
 _Incoming = Annotated[Heartbeat | Answer | Welcome, Field(discriminator="type")]
 _INCOMING: TypeAdapter[Any] = TypeAdapter(_Incoming)
 C = TypeVar("C", bound=Command)
@@ -110,6 +111,19 @@ class DroneClient:
 
     async def ask(self, command: Command, timeout_s: float = ANSWER_TIMEOUT_S) -> Answer:
         """Send one command and return the answer. Raises FailedToSend, or LinkLostError when none comes."""
+        answer = await self._ask(command, timeout_s)
+        if isinstance(answer, RouteAnswer):
+            raise TypeError("a way is asked for by route()")
+        return answer
+
+    async def route(self, request: RouteRequest) -> RouteAnswer:
+        """Ask for the way that an Autonomous Move would take. Raises as `ask`, and CommandRefusedError."""
+        answer = await self._ask(request, ANSWER_TIMEOUT_S)
+        if not isinstance(answer, RouteAnswer):
+            raise CommandRefusedError(answer.reason if isinstance(answer, Ack) else "another answer came")
+        return answer
+
+    async def _ask(self, command: Command, timeout_s: float) -> Answer:
         number = f"c{next(self._numbers)}"
         answer: asyncio.Future[Answer] = asyncio.get_running_loop().create_future()
         self._answers[number] = answer

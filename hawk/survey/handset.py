@@ -11,9 +11,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Final, Protocol
 
-from hawk.comm.messages import Ack, Command, Heartbeat
+from hawk.comm.messages import Ack, Answer, Command, Heartbeat
 from hawk.model import StateName
-from hawk.survey.client import Answer
 
 SETTLED: Final = 2
 """Heartbeats after an answer until one is sure to have been made after the command was acted on."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hawk.comm.messages import Ack, Command, Control, MapResync, OperatorHeartbeat, Outgoing
+from hawk.comm.messages import Ack, Command, Control, MapResync, OperatorHeartbeat, Outgoing, RouteRequest
 from hawk.comm.status import ClientId
 from hawk.web.hub import ClientHub
 from hawk.web.sessions import ControlDesk
@@ -20,6 +20,8 @@ class Gate:
         self._desk.sign_of_life(client)
         if isinstance(command, OperatorHeartbeat):
             return Ack(id=command.id, accepted=True)
+        if isinstance(command, RouteRequest):
+            return None  # who only watches may ask: nothing is flown
         if isinstance(command, Control):
             act = self._desk.request if command.action == "Request" else self._desk.release
             reason = act(client)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import base64
 import math
-from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
 from hawk.comm.messages import MapUpdate, MosaicVersion, StallUpdate, TileUpdate
-from hawk.model import TILE_M, EncodedTile, MapPoint, OccupancyMap, Stall, TileKey
+from hawk.model import EncodedTile, MapPoint, OccupancyMap, Stall, TileKey
+from hawk.web.map_backlog import MapBacklog, nearest
 
 BUDGET_BYTES: Final = 64 * 1024
 """JSON of one "Occupancy Map" (design, section 5)."""
@@ -46,13 +46,12 @@ class MapView:
     _tiles: dict[TileKey, int] = field(default_factory=dict)
     _mosaic: dict[TileKey, int] = field(default_factory=dict)
     _stalls: dict[int, int] = field(default_factory=dict)
-    _complete: OccupancyMap | None = None
-    """The map that the client holds wholly."""
+    _backlog: MapBacklog = field(default_factory=MapBacklog)
 
     def forget(self) -> None:
         """The client holds nothing."""
         self._map_id = None
-        self._complete = None
+        self._backlog = MapBacklog()
         self._tiles.clear()
         self._mosaic.clear()
         self._stalls.clear()
@@ -62,44 +61,39 @@ class MapView:
         if current.map_id != self._map_id:
             self.forget()
             self._map_id = current.map_id
-        if current is self._complete:
-            return MapUpdate(map_id=current.map_id, tiles=[], stalls=[], mosaic=[], backlog=0)
+        backlog = self._backlog
+        backlog.take_in(current, self._tiles, self._mosaic, self._stalls)
         near = drone or MapPoint(0.0, 0.0)
-        gone = [number for number in self._stalls if number not in current.stalls]
-        stalls = sorted(self._changed_stalls(current), key=lambda s: near.distance(MapPoint(s.north, s.east)))
-        tiles = _nearest(_changed(current.tiles, self._tiles), near)
-        mosaic = _nearest(_changed(current.mosaic, self._mosaic), near)
+        tiles = nearest(backlog.tiles, near)
         budget = _Budget(self.budget_bytes - ENVELOPE_BYTES)
         floor = max(round(budget.left * (1 - STALL_SHARE)), _size(current.tiles[tiles[0]])) if tiles else 0
-        sent_stalls = self._send_gone(gone, budget, floor) + self._send_stalls(stalls, budget, floor)
-        sent_tiles = self._send_tiles(tiles, current, budget)
-        sent_mosaic = self._send_mosaic(mosaic, current, budget)
-        waiting = len(gone) + len(stalls) + len(tiles) + len(mosaic)
-        backlog = waiting - len(sent_stalls) - len(sent_tiles) - len(sent_mosaic)
-        self._complete = current if backlog == 0 else None
+        stalls = self._send_gone(budget, floor) + self._send_stalls(current, near, budget, floor)
         return MapUpdate(
-            map_id=current.map_id, tiles=sent_tiles, stalls=sent_stalls, mosaic=sent_mosaic, backlog=backlog
+            map_id=current.map_id,
+            stalls=stalls,
+            tiles=self._send_tiles(tiles, current, budget),
+            mosaic=self._send_mosaic(nearest(backlog.mosaic, near), current, budget),
+            backlog=len(backlog),
         )
 
-    def _changed_stalls(self, current: OccupancyMap) -> Iterable[Stall]:
-        held = self._stalls
-        return [stall for number, stall in current.stalls.items() if held.get(number) != stall.version]
-
-    def _send_gone(self, gone: list[int], budget: _Budget, floor: int) -> list[StallUpdate]:
+    def _send_gone(self, budget: _Budget, floor: int) -> list[StallUpdate]:
         sent = []
-        for number in gone:
+        for number in sorted(self._backlog.gone):
             if not budget.take(STALL_BYTES, floor):
                 break
+            self._backlog.gone.discard(number)
             sent.append(StallUpdate(id=number, version=self._stalls.pop(number) + 1, removed=True))
         return sent
 
-    def _send_stalls(self, stalls: list[Stall], budget: _Budget, floor: int) -> list[StallUpdate]:
+    def _send_stalls(self, current: OccupancyMap, near: MapPoint, budget: _Budget, floor: int) -> list[StallUpdate]:
         sent = []
-        for stall in stalls:
+        for number in self._backlog.next_stalls(current, near, self.budget_bytes // STALL_BYTES):
             if not budget.take(STALL_BYTES, floor):
                 break
+            stall = current.stalls[number]
             sent.append(stall_update(stall))
-            self._stalls[stall.id] = stall.version
+            self._stalls[number] = stall.version
+            self._backlog.sent_stall(number)
         return sent
 
     def _send_tiles(self, keys: list[TileKey], current: OccupancyMap, budget: _Budget) -> list[TileUpdate]:
@@ -111,6 +105,7 @@ class MapView:
             data = base64.b64encode(tile.data).decode("ascii")
             sent.append(TileUpdate(row=key[0], column=key[1], version=tile.version, data=data))
             self._tiles[key] = tile.version
+            self._backlog.tiles.discard(key)
         return sent
 
     def _send_mosaic(self, keys: list[TileKey], current: OccupancyMap, budget: _Budget) -> list[MosaicVersion]:
@@ -121,6 +116,7 @@ class MapView:
             version = current.mosaic[key].version
             sent.append(MosaicVersion(row=key[0], column=key[1], version=version))
             self._mosaic[key] = version
+            self._backlog.mosaic.discard(key)
         return sent
 
 
@@ -145,11 +141,3 @@ def stall_update(stall: Stall) -> StallUpdate:
 def _size(tile: EncodedTile) -> int:
     """Return the bytes that a tile takes in a message, at most."""
     return TILE_BYTES + 4 * math.ceil(len(tile.data) / 3)
-
-
-def _changed(tiles: Mapping[TileKey, EncodedTile], held: Mapping[TileKey, int]) -> list[TileKey]:
-    return [key for key, tile in tiles.items() if held.get(key) != tile.version]
-
-
-def _nearest(keys: list[TileKey], near: MapPoint) -> list[TileKey]:
-    return sorted(keys, key=lambda key: near.distance(MapPoint(-(key[0] + 0.5) * TILE_M, (key[1] + 0.5) * TILE_M)))

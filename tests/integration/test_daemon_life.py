@@ -63,11 +63,16 @@ async def test_killed_again_and_again_in_the_air(flown: Flown) -> None:
     """Taken up at the first start, brought home at the second, left to the autopilot at the third."""
     async with operator(flown.url) as pilot:
         await pilot.take_off()
+        before = await pilot.until(lambda b: (b.flight_time or 0) > 5)
         await flown.stack.kill_daemon()
     began = await flown.start_again()
     async with operator(flown.url) as pilot:
-        await pilot.until_state(StateName.COMMUNICATION_LOST)
+        after = await pilot.until_state(StateName.COMMUNICATION_LOST)
         assert flown.seconds_since(began) < TAKEN_UP_S
+        assert after.flight_time is not None
+        assert before.flight_time is not None
+        assert after.flight_time > before.flight_time, "the flight goes on"
+        assert (after.way or 0) >= (before.way or 0) - 3
         await pilot.take_control()
         await pilot.until_state(StateName.HOVER)
         assert (await flown.stack.status())["mode"] == "GUIDED"

@@ -97,6 +97,14 @@ class MapperApp:
         """Return the stalls that count."""
         return self._core.index.stalls
 
+    def stalls_near(self, north: float, east: float, radius: float) -> list[Stall]:
+        """Return the stalls that count within a radius (metres) of a place near the drone."""
+        return self._core.stalls_near(north, east, radius)
+
+    def unclear_stalls(self) -> Mapping[int, Stall]:
+        """Return the stalls that count whose state is not known."""
+        return self._core.unclear
+
     def corrected(self, pose: MapPose) -> MapPose:
         """Return the pose with the error taken out that registration found: how the map lies about the drone."""
         return self._core.corrected(pose)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +14,8 @@ from numpy.typing import NDArray
 from hawk.algo.mapper import delta
 from hawk.algo.mapper.detections import Detections
 from hawk.algo.mapper.encode import TileEncoder
-from hawk.algo.mapper.grid import EVIDENCE_M, CellEvidence, EvidenceGrid
+from hawk.algo.mapper.evidence import EVIDENCE_M
+from hawk.algo.mapper.grid import CellEvidence, EvidenceGrid, EvidenceTile
 from hawk.algo.mapper.index import StallIndex
 from hawk.algo.mapper.layout import lay, moved, outline
 from hawk.algo.mapper.mosaic import Mosaic
@@ -27,10 +27,13 @@ from hawk.algo.mapper.stalls import Look, StallTracker
 from hawk.algo.mapper.table import angle_of, corners_of, from_bytes, to_bytes
 from hawk.algo.mapper.window import Window
 from hawk.algo.vision.seen import Seen
-from hawk.model import TILE_M, Cell, Inbound, MapPose, OccupancyMap, TileKey
+from hawk.model import TILE_M, Cell, Inbound, MapPose, OccupancyMap, Stall, TileKey
 
 _REACH_M = 12.0  # stalls this far outside the picture still matter to the outline
 _LOT_NEAR_M = 0.5
+_REGISTER_M = 60.0
+_DRAWN_M = 90.0  # from the drone: what others ask about (`stalls_near`)
+_TILE_REACH_M = TILE_M * math.sqrt(0.5) + 5.0  # and half the diagonal of the longest stall
 
 
 class MapCore:
@@ -53,13 +56,19 @@ class MapCore:
         self._way = 0.0
         self._frame = self._outlined_at = self._rows_at = 0
         self._touched: set[TileKey] = set()
-        self._chores: list[Callable[[Window, Seen], bool]] = [self._outline, self._complete_rows, self._picture]
+        self._chores: list[Callable[[Window, Seen], bool]] = [
+            self._outline,
+            self._complete_rows,
+            self._picture,
+            self._rest,
+        ]
         self.index = OccupancyMap(map_id=map_id)
 
     def fuse(self, seen: Seen) -> None:
         """Take in one frame."""
         self._version += 1
         weight = self._weight(seen.pose)
+        self._attend(seen)
         found = Detections.of(seen.stalls)
         correction = self._register(found, seen.pose)
         seen = _corrected(seen, correction)
@@ -80,13 +89,20 @@ class MapCore:
         """Encode a bounded number of changed tiles and renew the index."""
         settings = self._settings
         near = (0.0, 0.0) if pose is None else (pose.north, pose.east)
-        rows = self.tracker.confirmed
-        self._encoder.encode(self.grid, rows, settings.tiles_per_frame, self._version, near)
+        most = settings.tiles_per_frame
+        parts = [
+            self.tracker.about(-(row + 0.5) * TILE_M, (column + 0.5) * TILE_M, _TILE_REACH_M)
+            for row, column in self._encoder.next_tiles(most, near)
+        ]
+        if parts:
+            rows = np.concatenate(parts)
+            _, once = np.unique(rows["id"], return_index=True)  # drawn twice is not drawn: polygons fill even-odd
+            self._encoder.encode(self.grid, rows[once], most, self._version, near)
         self._mosaic.encode(settings.mosaic_tiles_per_frame, self._version)
         self.index = OccupancyMap(
-            tiles=MappingProxyType(dict(self._encoder.encoded)),
-            mosaic=MappingProxyType(dict(self._mosaic.encoded)),
-            stalls=MappingProxyType(dict(self._stalls.stalls)),
+            tiles=self._encoder.encoded,
+            mosaic=self._mosaic.encoded,
+            stalls=self._stalls.stalls,
             counts=self._stalls.counts(),
             lot_area_m2=round(self.grid.lot_area_m2, 1),
             version=self._version,
@@ -95,12 +111,17 @@ class MapCore:
 
     def extent(self) -> NDArray[np.float64] | None:
         """Return two corners (2, 2) of (north, east) around all tiles, None when there are none."""
-        if not self.grid.tiles:
-            return None
-        keys = np.array(list(self.grid.tiles), np.float64)
-        top, left = keys.min(0)
-        bottom, right = keys.max(0) + 1
-        return np.array([[-bottom * TILE_M, left * TILE_M], [-top * TILE_M, right * TILE_M]])
+        return self.grid.extent()
+
+    def stalls_near(self, north: float, east: float, radius: float) -> list[Stall]:
+        """Return the stalls that count within a radius of a place near the drone."""
+        rows = self.tracker.rows[self.tracker.near(north, east, radius)]
+        return [self.index.stalls[i] for i in rows["id"][rows["confirmed"]].tolist() if i in self.index.stalls]
+
+    @property
+    def unclear(self) -> Mapping[int, Stall]:
+        """The stalls that count whose state is not known."""
+        return self._stalls.unclear
 
     def inbound(self, north: float, east: float) -> Inbound:
         """Return the verdict on a place: what most of the cells within half a metre show."""
@@ -123,17 +144,15 @@ class MapCore:
     def changes_since(self, version: int) -> delta.MapDelta:
         """Return the parts that changed after ``version``."""
         parts: dict[str, bytes] = {}
-        for key, tile in self.grid.tiles.items():
-            if tile.version > version:
-                parts[delta.tile_name(delta.GRID, key)] = delta.pack_tile(tile)
-        for key, picture in self._mosaic.encoded.items():
-            if picture.version > version:
-                parts[delta.tile_name(delta.MOSAIC, key)] = picture.data
-        for row in self.tracker.rows[self.tracker.rows["confirmed"] & (self.tracker.rows["touched"] > version)]:
-            parts[f"{delta.STALL}/{int(row['id'])}"] = to_bytes(row)
-        for stall_id, when in self.tracker.gone.items():
-            if when > version:
-                parts[f"{delta.STALL}/{stall_id}"] = b""
+        for key in self.grid.recent.since(version):
+            parts[delta.tile_name(delta.GRID, key)] = self.grid.tiles[key].to_bytes()
+        for key in self._mosaic.recent.since(version):
+            parts[delta.tile_name(delta.MOSAIC, key)] = self._mosaic.encoded[key].data
+        for rows in self.tracker.touched_since(version):
+            for row in rows:
+                parts[f"{delta.STALL}/{int(row['id'])}"] = to_bytes(row)
+        for stall_id in self.tracker.gone.since(version):
+            parts[f"{delta.STALL}/{stall_id}"] = b""
         shift = self.registration.shift
         meta = delta.MapMeta(
             self._map_id, self._version, self.tracker.next_id, (shift.north, shift.east, shift.turn, shift.scale)
@@ -158,8 +177,9 @@ class MapCore:
         everything = np.arange(len(self.tracker.rows))
         self._stalls.update(self.tracker.rows, everything, [], self._version)
         self._encoder.mark(set(self.grid.tiles))
-        while self._encoder.encode(self.grid, self.tracker.confirmed, 64, self._version, (0.0, 0.0)):
-            pass
+        confirmed = self.tracker.confirmed
+        while self._encoder.encode(self.grid, confirmed, 64, self._version, (0.0, 0.0)):
+            self.grid.rest(64)
         self.encode(None)
         return problems
 
@@ -171,9 +191,7 @@ class MapCore:
             self.tracker.next_id = max(self.tracker.next_id, meta.next_id)
             self.registration.restore(Shift(*meta.shift))
         elif kind == delta.GRID:
-            tile = delta.unpack_tile(data)
-            tile.version = self._version
-            self.grid.tiles[delta.tile_key(name)] = tile
+            self.grid.put(delta.tile_key(name), EvidenceTile(data), self._version)
         elif kind == delta.MOSAIC:
             self._mosaic.restore(delta.tile_key(name), self._version, data)
         elif kind == delta.STALL:
@@ -193,8 +211,15 @@ class MapCore:
         settings = self._settings
         return min(1.0, settings.still_weight + way / settings.look_m + turn / 0.6)
 
+    def _attend(self, seen: Seen) -> None:
+        """Have the stalls at hand that anything below looks at."""
+        (north, east), radius = _extent(seen)
+        aside = math.hypot(north - seen.pose.north, east - seen.pose.east)
+        about = radius + max(math.sqrt(2) * self._settings.outline_reach_m, self._settings.rows_reach_m) + _REACH_M
+        self.tracker.attend(north, east, max(about, aside + _DRAWN_M) + self._settings.max_shift_m)
+
     def _register(self, found: Detections, pose: MapPose) -> NDArray[np.float64]:
-        near = self.tracker.near(pose.north, pose.east, 60.0)
+        near = self.tracker.near(pose.north, pose.east, _REGISTER_M)
         rows = self.tracker.rows[near]
         rows = rows[rows["confirmed"] & ~rows["inferred"]]
         known = np.stack([rows["north"], rows["east"], angle_of(rows)], -1)
@@ -242,17 +267,20 @@ class MapCore:
 
     def _show(self, window: Window, shown: NDArray[np.uint8]) -> None:
         for key, in_tile, in_window in window.tiles():
-            tile = self.grid.tiles.get(key)
+            tile = self.grid.tile(key)
             if tile is None:
                 continue
             if not np.array_equal(tile.shown[in_tile], shown[in_window]):
                 tile.shown[in_tile] = shown[in_window]
-                tile.version = self._version
+                self.grid.note_change(key, self._version)
                 self._encoder.mark({key})
                 self._touched.add(key)
             if key in self._touched:
-                tile.summarise()
+                self.grid.summarise(key)
                 self._touched.discard(key)
+
+    def _rest(self, _: Window, __: Seen) -> bool:
+        return self.grid.rest() > 0
 
     def _picture(self, _: Window, seen: Seen) -> bool:
         if not _is_farther(self._pictured, seen.pose, self._settings.mosaic_step_m):

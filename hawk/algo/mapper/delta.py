@@ -1,31 +1,23 @@
 """The map as bytes by key, for the flight journal: what changed since a version, and back again.
 
 Every part stands for itself and the newest of a key wins, so that a journal only appends; empty bytes mean that the
-part is no more. Evidence is rounded to a sixteenth in log-odds and 1/255 in probabilities.
+part is no more. Tiles of evidence are bytes of `EvidenceTile.to_bytes`.
 """
 
 from __future__ import annotations
 
-import io
 import json
-import zipfile
-import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hawk.algo.mapper.grid import EvidenceTile
-from hawk.model import Cell, TileKey
+from hawk.model import TileKey
 
 META = "meta"
 GRID = "grid"
 MOSAIC = "mosaic"
 STALL = "stall"
-
-_LOT_SCALE = 16.0
-_LOOKS_SCALE = 4.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,39 +63,3 @@ def tile_key(name: str) -> TileKey:
     """Return the tile of a key. Raises ValueError when it names none."""
     row, _, column = name.partition("/")[2].partition(",")
     return int(row), int(column)
-
-
-def pack_tile(tile: EvidenceTile) -> bytes:
-    """Return an evidence tile as bytes."""
-    buffer = io.BytesIO()
-    np.savez(
-        buffer,
-        lot=np.round(tile.lot.astype(np.float32) * _LOT_SCALE).astype(np.int8),
-        looks=np.round(np.minimum(tile.looks.astype(np.float32) * _LOOKS_SCALE, 255)).astype(np.uint8),
-        core=_to_byte(tile.core),
-        car=_to_byte(tile.car),
-        well=np.packbits(tile.well),
-        shown=tile.shown,
-    )
-    return zlib.compress(buffer.getvalue(), 1)
-
-
-def unpack_tile(data: bytes) -> EvidenceTile:
-    """Return the tile of `pack_tile`. Raises ValueError when the bytes are not one."""
-    try:
-        with np.load(io.BytesIO(zlib.decompress(data)), allow_pickle=False) as arrays:
-            tile = EvidenceTile()
-            tile.lot[:] = arrays["lot"] / np.float32(_LOT_SCALE)
-            tile.looks[:] = arrays["looks"] / np.float32(_LOOKS_SCALE)
-            tile.core[:] = arrays["core"] / np.float32(255)
-            tile.car[:] = arrays["car"] / np.float32(255)
-            tile.well[:] = np.unpackbits(arrays["well"]).reshape(tile.well.shape)
-            tile.shown[:] = np.minimum(arrays["shown"], Cell.LOT)
-    except (zlib.error, zipfile.BadZipFile, KeyError, ValueError, OSError, EOFError) as error:
-        raise ValueError(f"not an evidence tile: {error}") from error
-    tile.summarise()
-    return tile
-
-
-def _to_byte(layer: NDArray[np.float16]) -> NDArray[np.uint8]:
-    return np.round(layer.astype(np.float32) * 255).astype(np.uint8)

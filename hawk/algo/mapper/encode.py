@@ -8,11 +8,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.algo.mapper.grid import EVIDENCE_M, EvidenceGrid
+from hawk.algo.mapper.evidence import EVIDENCE_M
+from hawk.algo.mapper.grid import EvidenceGrid
 from hawk.algo.mapper.mosaic import nearest_first
 from hawk.algo.mapper.table import FREE, TAKEN, Rows, corners_of
-from hawk.algo.mapper.window import Window, tile_window
+from hawk.algo.mapper.window import Window, shard_of_tile, tile_window
 from hawk.model import CELL_M, TILE_M, Cell, EncodedTile, TileKey
+from hawk.sharded import Sharded
 
 _FINER = round(EVIDENCE_M / CELL_M)
 _REACH_M = 5.0  # half the diagonal of the longest stall
@@ -24,7 +26,7 @@ class TileEncoder:
     """Keeps the encoded tiles and what waits to be encoded."""
 
     def __init__(self) -> None:
-        self.encoded: dict[TileKey, EncodedTile] = {}
+        self.encoded: Sharded[TileKey, EncodedTile] = Sharded(shard_of_tile)
         self._waiting: set[TileKey] = set()
 
     def mark(self, keys: set[TileKey]) -> None:
@@ -37,24 +39,31 @@ class TileEncoder:
         columns = np.floor(corners[..., 1] / TILE_M).astype(int)
         self._waiting |= set(zip(rows.ravel().tolist(), columns.ravel().tolist(), strict=True))
 
+    def next_tiles(self, most: int, near: tuple[float, float]) -> list[TileKey]:
+        """Return the tiles that are encoded next, at most so many: those nearest to a place."""
+        return nearest_first(list(self._waiting), *near)[:most]
+
     def encode(self, grid: EvidenceGrid, stalls: Rows, most: int, version: int, near: tuple[float, float]) -> bool:
-        """Encode the waiting tiles nearest to a place, at most so many; return whether one shows something new."""
-        changed = False
-        for key in nearest_first(list(self._waiting), *near)[:most]:
+        """Encode the waiting tiles nearest to a place, at most so many; return whether one shows something new.
+
+        ``stalls`` are all that may lie on them.
+        """
+        news: dict[TileKey, EncodedTile] = {}
+        for key in self.next_tiles(most, near):
             self._waiting.discard(key)
-            data = zlib.compress(raster(grid, key, stalls).tobytes(), 1)
             known = self.encoded.get(key)
-            if known is None and not grid.tiles.get(key):
+            if known is None and key not in grid.tiles:
                 continue
+            data = zlib.compress(raster(grid, key, stalls).tobytes(), 1)
             if known is None or known.data != data:
-                self.encoded[key] = EncodedTile(version, data)
-                changed = True
-        return changed
+                news[key] = EncodedTile(version, data)
+        self.encoded = self.encoded.changed(news)
+        return bool(news)
 
 
 def raster(grid: EvidenceGrid, key: TileKey, stalls: Rows) -> NDArray[np.uint8]:
     """Return the `Cell` classes of one tile with its stalls drawn in."""
-    tile = grid.tiles.get(key)
+    tile = grid.tile(key)
     n = round(TILE_M / CELL_M)
     cells = np.zeros((n, n), np.uint8) if tile is None else np.repeat(np.repeat(tile.shown, _FINER, 0), _FINER, 1)
     window = tile_window(key, CELL_M)

@@ -9,8 +9,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from hawk.algo.mapper.evidence import EVIDENCE_M
 from hawk.algo.mapper.geometry import compose, transform_points
-from hawk.algo.mapper.grid import EVIDENCE_M, CellEvidence, log_odds
+from hawk.algo.mapper.grid import CellEvidence, log_odds
 from hawk.algo.mapper.window import Window
 from hawk.algo.vision.seen import GroundImage, Seen
 

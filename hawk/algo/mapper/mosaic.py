@@ -6,6 +6,7 @@ pixels: the others rest as JPEG.
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass, field
 
@@ -14,9 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.mapper.layout import outline, quality_mask, warp
-from hawk.algo.mapper.window import Slices, Window, tile_window
+from hawk.algo.mapper.recent import Recent
+from hawk.algo.mapper.window import Slices, Window, shard_of_tile, tile_window
 from hawk.algo.vision.seen import GroundImage
 from hawk.model import CELL_M, TILE_CELLS, TILE_M, EncodedTile, TileKey
+from hawk.sharded import Sharded
 
 _QUALITY_M = 0.8
 _QUALITY_CELLS = round(TILE_M / _QUALITY_M)
@@ -34,22 +37,21 @@ class _Tile:
     offset: NDArray[np.float32] = field(
         default_factory=lambda: np.full((_QUALITY_CELLS, _QUALITY_CELLS), np.inf, np.float32)
     )
-    pixels: Picture | None = None
-    used: int = 0
 
 
 class Mosaic:
     """Picture tiles of `TILE_CELLS` pixels a side."""
 
     def __init__(self) -> None:
-        self.encoded: dict[TileKey, EncodedTile] = {}
+        self.encoded: Sharded[TileKey, EncodedTile] = Sharded(shard_of_tile)
+        self.recent: Recent[TileKey] = Recent()
         self._tiles: dict[TileKey, _Tile] = {}
+        self._pixels: dict[TileKey, Picture] = {}
+        """Of the tiles that are awake, the least lately used first."""
         self._dirty: dict[TileKey, None] = {}
-        self._turn = 0
 
     def add(self, picture: GroundImage, below: tuple[float, float], height: float) -> None:
         """Lay a picture on the map. ``below`` is the place (north, east) straight below the camera."""
-        self._turn += 1
         mask = quality_mask(picture.valid, picture.metres_per_pixel, 0.5, 1.0)
         if not mask.any():
             return
@@ -61,26 +63,30 @@ class Mosaic:
 
     def encode(self, most: int, version: int) -> bool:
         """Encode the longest waiting tiles, at most so many; return whether there was one."""
-        keys = list(self._dirty)[:most]
+        keys = list(itertools.islice(self._dirty, most))
+        news: dict[TileKey, EncodedTile] = {}
         for key in keys:
             del self._dirty[key]
             ok, data = cv2.imencode(".jpg", self._awake(key), _JPEG)
             if ok:
-                self.encoded[key] = EncodedTile(version, data.tobytes())
+                news[key] = EncodedTile(version, data.tobytes())
+                self.recent.note(key, version)
+        self.encoded = self.encoded.changed(news)
         self._rest()
         return bool(keys)
 
     @property
     def awake(self) -> int:
         """How many tiles are kept as pixels."""
-        return sum(tile.pixels is not None for tile in self._tiles.values())
+        return len(self._pixels)
 
     def restore(self, key: TileKey, version: int, data: bytes) -> None:
         """Take up a tile of an earlier run. Raises ValueError when the picture cannot be read."""
         pixels = _decoded(data)
         if pixels is None:
             raise ValueError("mosaic tile: not a picture of the right size")
-        self.encoded[key] = EncodedTile(version, data)
+        self.encoded = self.encoded.changed({key: EncodedTile(version, data)})
+        self.recent.note(key, version)
         tile = _Tile()
         seen = cv2.resize(pixels.max(2), (_QUALITY_CELLS, _QUALITY_CELLS), interpolation=cv2.INTER_AREA) > 0
         tile.offset[seen] = 1e3
@@ -103,12 +109,11 @@ class Mosaic:
         if not use.any():
             return
         cv2.copyTo(pixels, use.astype(np.uint8), self._awake(key)[part])
-        tile = self._tiles[key]
+        tile = self._tiles.setdefault(key, _Tile())
         whole = np.zeros((TILE_CELLS, TILE_CELLS), np.float32)
         whole[part] = use
         covered = cv2.resize(whole, (_QUALITY_CELLS, _QUALITY_CELLS), interpolation=cv2.INTER_AREA) > 0.99
         tile.offset = np.where(covered & better, offset, tile.offset).astype(np.float32)
-        tile.used = self._turn
         self._dirty.setdefault(key)
 
     def _better(self, key: TileKey, below: tuple[float, float], height: float) -> tuple[NDArray[np.bool_], Picture]:
@@ -121,18 +126,19 @@ class Mosaic:
         return np.asarray(offset < before - _BETTER), offset
 
     def _awake(self, key: TileKey) -> Picture:
-        tile = self._tiles.setdefault(key, _Tile())
-        if tile.pixels is None:
+        pixels = self._pixels.pop(key, None)
+        if pixels is None:
             known = self.encoded.get(key)
             pixels = None if known is None else _decoded(known.data)
-            tile.pixels = np.zeros((TILE_CELLS, TILE_CELLS, 3), np.uint8) if pixels is None else pixels
-        return tile.pixels
+        if pixels is None:
+            pixels = np.zeros((TILE_CELLS, TILE_CELLS, 3), np.uint8)
+        self._pixels[key] = pixels
+        return pixels
 
     def _rest(self) -> None:
-        awake = [(tile.used, key) for key, tile in self._tiles.items() if tile.pixels is not None]
-        for _, key in sorted(awake)[: max(len(awake) - _AWAKE, 0)]:
+        for key in list(itertools.islice(self._pixels, max(len(self._pixels) - _AWAKE, 0))):
             if key not in self._dirty:
-                self._tiles[key].pixels = None
+                del self._pixels[key]
 
 
 def _decoded(data: bytes) -> Picture | None:

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.mapper.associate import pair
-from hawk.algo.mapper.grid import EVIDENCE_M, EvidenceGrid
+from hawk.algo.mapper.evidence import EVIDENCE_M
+from hawk.algo.mapper.grid import EvidenceGrid
 from hawk.algo.mapper.stalls import StallTracker, call_state
 from hawk.algo.mapper.table import STALL_DTYPE, Rows, angle_of, probability
 from hawk.algo.mapper.window import Window

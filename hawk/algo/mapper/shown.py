@@ -11,6 +11,7 @@ from typing import Any
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from hawk.algo.mapper.grid import EvidenceGrid
 from hawk.algo.mapper.window import Window
@@ -52,9 +53,11 @@ def classify(grid: EvidenceGrid, window: Window, corners: NDArray[np.float64]) -
 
 
 def _grouped(corners: NDArray[np.float64]) -> NDArray[np.bool_]:
+    if len(corners) < _ANCHORS:
+        return np.zeros(len(corners), np.bool_)
     centre = corners.mean(1)
-    distance = np.hypot(*(centre[:, None] - centre[None]).transpose(2, 0, 1))
-    return np.asarray((distance < _ANCHOR_M).sum(1) >= _ANCHORS)
+    distance, _ = cKDTree(centre).query(centre, k=_ANCHORS)
+    return np.asarray(distance[:, -1] < _ANCHOR_M)
 
 
 def _stall_mask(corners: NDArray[np.float64], window: Window, size: tuple[int, int]) -> Mask:

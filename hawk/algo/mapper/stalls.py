@@ -6,7 +6,8 @@ frame has a weight (0..1, how much of an independent look it is); the first look
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,8 @@ from scipy.spatial import cKDTree
 
 from hawk.algo.mapper.associate import pair
 from hawk.algo.mapper.detections import Detections
+from hawk.algo.mapper.recent import Recent
+from hawk.algo.mapper.squares import SQUARE_M, RestingStalls
 from hawk.algo.mapper.table import FREE, STALL_DTYPE, TAKEN, UNKNOWN, Rows, angle_of, corners_of
 from hawk.algo.vision import quads
 
@@ -39,6 +42,7 @@ _CALL = 0.4  # log-odds from which a state is called
 _KEEP = 0.1  # and down to which it is kept
 _OVERLAP = 0.3
 _CLOSE_M = 2.2
+_ATTEND_STEP_M = 20.0  # way flown until the rows about the drone are chosen anew
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,23 +59,53 @@ class Look:
 
 
 class StallTracker:
-    """The known stalls."""
+    """The known stalls. ``rows`` are those about the drone (`attend`); the others rest until it comes back."""
 
     def __init__(self) -> None:
         self.rows: Rows = np.zeros(0, STALL_DTYPE)
         self.next_id = 1
-        self.gone: dict[int, int] = {}
-        """Stalls that counted and do no more, and the map version at which they went."""
+        self.gone: Recent[int] = Recent()
+        """Stalls that counted and do no more, by the map version at which they went."""
         self._just_gone: list[int] = []
+        self._resting = RestingStalls()
+        self._attended: tuple[float, float, float] | None = None
 
     @property
     def confirmed(self) -> Rows:
-        """A copy of the rows that count."""
-        rows: Rows = self.rows[self.rows["confirmed"]]
-        return rows
+        """A copy of the rows that count, resting ones too."""
+        rows = np.concatenate([self.rows, self._resting.all()])
+        confirmed: Rows = rows[rows["confirmed"]]
+        return confirmed
+
+    def attend(self, north: float, east: float, reach: float) -> None:
+        """Have all stalls within reach (metres) of a place in ``rows``, and lay to rest those far beyond.
+
+        Indices of rows that were asked for before are void.
+        """
+        if self._attended is not None:
+            moved = math.hypot(north - self._attended[0], east - self._attended[1])
+            if moved + reach <= self._attended[2]:
+                return
+        wide = reach + _ATTEND_STEP_M
+        self._attended = (north, east, wide)
+        distance = np.hypot(self.rows["north"] - north, self.rows["east"] - east)
+        far = distance > wide + SQUARE_M
+        self._resting.put(self.rows[far])
+        self.rows = np.concatenate([self.rows[~far], self._resting.take(north, east, wide)])
+
+    def about(self, north: float, east: float, reach: float) -> Rows:
+        """Return a copy of the rows that count within reach of a place, and perhaps a few more, resting ones too."""
+        rows = np.concatenate([self.rows[self.near(north, east, reach)], self._resting.about(north, east, reach)])
+        confirmed: Rows = rows[rows["confirmed"]]
+        return confirmed
+
+    def touched_since(self, version: int) -> Iterator[Rows]:
+        """Yield rows that count and were touched after a version."""
+        for rows in (self.rows, *self._resting.since(version)):
+            yield rows[rows["confirmed"] & (rows["touched"] > version)]
 
     def near(self, north: float, east: float, radius: float) -> NDArray[np.intp]:
-        """Return indices of rows within a radius."""
+        """Return indices of rows within a radius that lies inside what is attended."""
         distance = np.hypot(self.rows["north"] - north, self.rows["east"] - east)
         return np.flatnonzero(distance < radius)
 
@@ -81,7 +115,7 @@ class StallTracker:
         k, f = pair(_as_known(before), (look.found.north, look.found.east, look.found.angle))
         self._hit(local[k], look.found.take(f), look)
         self._miss(np.delete(local, k), look)
-        self._birth(look.found.take(np.setdiff1d(np.arange(len(look.found)), f)), look)
+        self._birth(look.found.take(_others(len(look.found), f)), look)
         self._drop(look.version)
         self._merge(look)
         self.settle(look.version)
@@ -95,7 +129,7 @@ class StallTracker:
         counts = good & ~rows["lone"]
         self._part_with(rows["id"][rows["confirmed"] & ~counts], version)
         for stall_id in rows["id"][~rows["confirmed"] & counts].tolist():
-            self.gone.pop(stall_id, None)
+            self.gone.forget(stall_id)
         self.rows["confirmed"][index] = counts
 
     def take_gone(self) -> list[int]:
@@ -106,6 +140,7 @@ class StallTracker:
     def restore(self, rows: Rows, next_id: int) -> None:
         """Take up the stalls of an earlier run."""
         self.rows = rows
+        self._resting, self._attended = RestingStalls(), None
         self.next_id = max(next_id, int(rows["id"].max(initial=0)) + 1)
 
     def _hit(self, index: NDArray[np.intp], found: Detections, look: Look) -> None:
@@ -175,7 +210,7 @@ class StallTracker:
 
     def _part_with(self, ids: NDArray[np.int64], version: int) -> None:
         for stall_id in ids.tolist():
-            self.gone[stall_id] = version
+            self.gone.note(stall_id, version)
             self._just_gone.append(stall_id)
 
     def _merge(self, look: Look) -> None:
@@ -186,13 +221,14 @@ class StallTracker:
         if len(fresh) == 0:
             return
         places = np.stack([self.rows["north"], self.rows["east"]], -1)
-        neighbours = cKDTree(places).query_ball_point(places[fresh], _CLOSE_M)
-        pairs = np.array([(i, j) for i, js in zip(fresh, neighbours, strict=True) for j in js if i != j], np.intp)
+        low, high = places[fresh].min(0) - _CLOSE_M, places[fresh].max(0) + _CLOSE_M
+        about = np.flatnonzero(((places >= low) & (places <= high)).all(1))
+        pairs = about[cKDTree(places[about]).query_pairs(_CLOSE_M, output_type="ndarray")]
+        pairs = pairs[(self.rows["touched"][pairs] == look.version).any(1)]
         if len(pairs) == 0:
             return
         pairs = np.unique(np.sort(pairs, 1), axis=0)
-        corners = corners_of(self.rows)
-        overlap = quads.overlaps(corners[pairs[:, 0]], corners[pairs[:, 1]])
+        overlap = quads.overlaps(corners_of(self.rows[pairs[:, 0]]), corners_of(self.rows[pairs[:, 1]]))
         losers: set[int] = set()
         for first, second in pairs[overlap > _OVERLAP]:
             if first not in losers and second not in losers:
@@ -211,6 +247,13 @@ def call_state(taken: Floats, before: NDArray[np.int64]) -> NDArray[np.int64]:
     is_taken = (taken >= _CALL) | keep_taken
     is_free = (taken <= -_CALL) | keep_free
     return np.where(is_taken, TAKEN, np.where(is_free, FREE, UNKNOWN)).astype(np.int64)
+
+
+def _others(count: int, index: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Return the indices below ``count`` that are not in ``index``."""
+    free = np.ones(count, np.bool_)
+    free[index] = False
+    return np.flatnonzero(free)
 
 
 def _as_known(rows: Rows) -> tuple[Floats, Floats, Floats, Floats, Floats]:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from hawk.model import TILE_M, TileKey
 
 Slices = tuple[slice, slice]
+_BLOCK = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,3 +100,8 @@ def tile_window(key: TileKey, cell_m: float) -> Window:
     """Return the window that covers one tile."""
     n = round(TILE_M / cell_m)
     return Window(key[0] * n, key[1] * n, n, n, cell_m)
+
+
+def shard_of_tile(key: TileKey) -> TileKey:
+    """Return the block of tiles to which a tile belongs: what changes at a time lies close together."""
+    return key[0] // _BLOCK, key[1] // _BLOCK

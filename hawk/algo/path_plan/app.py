@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
@@ -16,10 +17,12 @@ from hawk.algo.mapper.window import Window
 from hawk.algo.path_plan.explore import Explorer, Surroundings, to_point
 from hawk.algo.path_plan.fence import FenceGuard
 from hawk.algo.path_plan.field import InformationField, information_field, scouting_field
+from hawk.algo.path_plan.route_keeper import RouteKeeper
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.path_plan.sweep import Swath
 from hawk.algo.topic_interface import AlgorithmTopicInterface
 from hawk.model import (
+    DesiredPose,
     ExploreStatus,
     Fence,
     Health,
@@ -64,6 +67,8 @@ class PathPlanApp:
         self._settings = settings or PathPlanSettings()
         self._explorer = Explorer(self._settings)
         self._guard = FenceGuard(None)
+        self._routes = RouteKeeper(self._settings.near_lot_m)
+        self._asked_routes = RouteKeeper(self._settings.near_lot_m)
         self._mapper_app: KnowsMap | None = None
         self._topic_interface: AlgorithmTopicInterface | None = None
         self._health = Health.bad("not initialised")
@@ -84,7 +89,9 @@ class PathPlanApp:
         try:
             if frame.pose is not None and not frame.pose.is_finite():
                 raise AlgoError("the pose of the frame is not finite: no plan is made")
-            self._plan = self._planned(frame)
+            self._know_fence(frame.fence)
+            asked = self._verdict(frame, frame.asked, self._asked_routes)
+            self._plan = replace(self._planned(frame), asked=asked)
         except AlgoError as error:
             self._health = Health.bad(str(error))
             raise
@@ -114,7 +121,7 @@ class PathPlanApp:
         self._plan = PathPlan()
 
     def _planned(self, frame: FrameInput) -> PathPlan:
-        verdict = self._verdict(frame)
+        verdict = self._verdict(frame, frame.desired, self._routes)
         height = min(max(frame.heights.desired, frame.heights.minimum), frame.heights.maximum)
         exploring = frame.state is StateName.AUTONOMOUS_EXPLORE
         if exploring and not self._exploring:
@@ -127,17 +134,29 @@ class PathPlanApp:
         explore = self._explored_so_far
         if verdict is not None and frame.desired is not None and verdict.inbound is Inbound.INSIDE:
             target = MapPoint(frame.desired.north, frame.desired.east)
-            return PathPlan(target=target, height=height, route=(target,), explore=explore, verdict=verdict)
+            way = verdict.route.points[1:]
+            return PathPlan(target=target, height=height, route=way, explore=explore, verdict=verdict)
         return PathPlan(explore=explore, verdict=verdict)
 
-    def _verdict(self, frame: FrameInput) -> Verdict | None:
-        if frame.desired is None:
+    def _verdict(self, frame: FrameInput, place: DesiredPose | None, routes: RouteKeeper) -> Verdict | None:
+        """Return whether a place is inside the lot, and the route there when it is; None without place or pose."""
+        if place is None:
             return None
-        return Verdict(frame.desired.number, self._mapper.inbound(frame.desired.north, frame.desired.east))
+        inbound = self._mapper.inbound(place.north, place.east)
+        if inbound is not Inbound.INSIDE:
+            return Verdict(place.number, inbound)
+        if frame.pose is None:
+            return None
+        at = (frame.pose.north, frame.pose.east)
+        return Verdict(place.number, inbound, routes.route(self._mapper, self._guard, at, place))
+
+    def _know_fence(self, fence: Fence | None) -> None:
+        if fence != self._guard.fence:
+            self._guard = FenceGuard(fence)
 
     def _explored(self, frame: FrameInput, pose: MapPose, height: float, verdict: Verdict | None) -> PathPlan:
         swath = Swath.of(frame.camera, height, self._settings.good_share)
-        known = self._known(frame.fence, pose)
+        known = self._known(pose)
         if known is None:
             return PathPlan(explore=ExploreStatus(reason="nothing is mapped yet"), verdict=verdict)
         field, scouting = self._fields(*known, swath)
@@ -167,13 +186,11 @@ class PathPlanApp:
             return field, None
         return field, scouting_field(layers, fenced, settings.scout_near_lot_m)
 
-    def _known(self, fence: Fence | None, pose: MapPose) -> tuple[CoarseLayers, NDArray[np.uint8]] | None:
+    def _known(self, pose: MapPose) -> tuple[CoarseLayers, NDArray[np.uint8]] | None:
         """Return the map around everything seen and where the fence lets the drone be, None before the first frame."""
         extent = self._mapper.known_extent()
         if extent is None:
             return None
-        if fence != self._guard.fence:
-            self._guard = FenceGuard(fence)
         window = Window.around(np.vstack([extent, [[pose.north, pose.east]]]), COARSE_M, _MARGIN_M)
         return self._mapper.coarse(window), self._guard.mask(window)
 

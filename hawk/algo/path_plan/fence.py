@@ -30,11 +30,12 @@ class FenceGuard:
         return self._polygon is None or bool(self._polygon.covers(shapely.LineString([start, end])))
 
     def mask(self, window: Window) -> NDArray[np.uint8]:
-        """Return 1 where whole cells lie inside, 0 elsewhere."""
+        """Return 1 where whole cells lie inside, 0 elsewhere; a cell has the same answer in every window."""
         if self.fence is None or self._polygon is None:
             return np.ones(window.shape, np.uint8)
         corners = np.array(self.fence.polygon)
-        cells = np.round(window.cells_of(corners[:, 0], corners[:, 1]) * 16).astype(np.int32)
-        mask = np.zeros(window.shape, np.uint8)
+        wider = window.grown(1)  # what lies beyond the window counts too when the cells at the fence are taken away
+        cells = np.round(wider.cells_of(corners[:, 0], corners[:, 1]) * 16).astype(np.int32)
+        mask = np.zeros(wider.shape, np.uint8)
         cv2.fillPoly(mask, [cells], [1], shift=4)
-        return np.asarray(cv2.erode(mask, np.ones((3, 3), np.uint8)), dtype=np.uint8)
+        return np.asarray(cv2.erode(mask, np.ones((3, 3), np.uint8))[1:-1, 1:-1], dtype=np.uint8)

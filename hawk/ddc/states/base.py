@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar
 
 from hawk.comm.messages import Command
 from hawk.ddc.fence_plan import FencePlan
 from hawk.ddc.ranks import Rank
-from hawk.model import HeightParameters, MapPoint, StateName
+from hawk.model import HeightParameters, MapPoint, Route, StateName
 
 if TYPE_CHECKING:
     from hawk.ddc.operations_manager import OperationsManager
@@ -27,13 +27,17 @@ class Cause:
 
 @dataclass(frozen=True, slots=True)
 class MoveOrder:
-    """An accepted Move in map coordinates (metres, yaw in radians); ``number`` is its desired pose's."""
+    """An accepted Move in map coordinates (metres, yaw in radians); ``number`` is its desired pose's.
+
+    ``route`` is the way there of an autonomous one.
+    """
 
     place: MapPoint
     height: float
     yaw: float
     autonomous: bool
     number: int
+    route: Route = field(default_factory=Route)
 
 
 @dataclass(frozen=True, slots=True)

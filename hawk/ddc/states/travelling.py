@@ -26,6 +26,10 @@ class Travelling:
         self.obstacle = ""
         """Why the drone is not led on at the moment."""
 
+    def restart(self) -> None:
+        """Lead on from where the drone is: the way is another one."""
+        self._carrot = Carrot(self._context.settings.flight.speed_m_s)
+
     def process(self, goal: Goal) -> None:
         """Send this tick's target."""
         if not self._guided.reach():

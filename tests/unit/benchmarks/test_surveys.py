@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.figures import Figure
-from benchmarks.surveys import Survey, _result, _void, figures, least_way, parse_seeds
+from benchmarks.figures import BenchmarkError, Figure
+from benchmarks.surveys import Survey, _result, _void, figures, least_way, parse_seeds, place_figures, place_worlds
 from hawk.survey.truth import Truth
 
 RIGHT_ANGLE = math.pi / 2  # a picture is twice as wide as the drone is high
@@ -61,20 +61,20 @@ def test_a_lot_within_one_picture_takes_no_way() -> None:
 def test_a_count_is_right_within_a_tenth_or_three_stalls(
     share: float | None, stalls: float | None, right: bool
 ) -> None:
-    survey = Survey(1, {"free_count_error": share, "free_count_error_stalls": stalls}, 100.0)
+    survey = Survey("seed-1", {"free_count_error": share, "free_count_error_stalls": stalls}, 100.0)
     assert survey.count_is_right is right
 
 
 def test_a_survey_that_did_not_land_is_not_finished() -> None:
-    assert Survey(1, GOOD, 100.0).finished
+    assert Survey("seed-1", GOOD, 100.0).finished
     for change in ({"landed": False}, {"disarmed": False}, {"status": 4}):
-        assert not Survey(1, {**GOOD, **change}, 100.0).finished
-    assert not Survey(1, {}, 0.0).finished
+        assert not Survey("seed-1", {**GOOD, **change}, 100.0).finished
+    assert not Survey("seed-1", {}, 0.0).finished
 
 
 def test_figures_of_several_surveys_tell_mean_and_worst() -> None:
     worse = {**GOOD, "stall_f1": 0.8, "free_count_error": -0.2, "free_count_error_stalls": -9.0, "excursions": 2}
-    found = by_key(figures([Survey(1, GOOD, 100.0), Survey(2, worse, 150.0)]))
+    found = by_key(figures([Survey("seed-1", GOOD, 100.0), Survey("seed-2", worse, 150.0)]))
     assert found["stall_f1"].value == pytest.approx(0.85)
     assert found["stall_f1_min"].value == 0.8
     assert found["stall_f1_min"].passed is False
@@ -88,26 +88,26 @@ def test_figures_of_several_surveys_tell_mean_and_worst() -> None:
 
 
 def test_a_survey_without_a_result_shows_in_the_figures() -> None:
-    found = by_key(figures([Survey(1, GOOD, 100.0), Survey(2, {}, 0.0)]))
+    found = by_key(figures([Survey("seed-1", GOOD, 100.0), Survey("seed-2", {}, 0.0)]))
     assert found["surveys_finished"].value == 1
     assert found["surveys_finished"].passed is False
     assert found["stall_f1"].value == pytest.approx(0.9)
 
 
 def test_late_frames_void_the_section_by_seed() -> None:
-    late = Survey(3, {**GOOD, "late_frames": 0.02}, 100.0)
-    assert _void([Survey(1, GOOD, 100.0)]) == ""
-    assert "[3]" in _void([Survey(1, GOOD, 100.0), late])
+    late = Survey("seed-3", {**GOOD, "late_frames": 0.02}, 100.0)
+    assert _void([Survey("seed-1", GOOD, 100.0)]) == ""
+    assert "seed-3" in _void([Survey("seed-1", GOOD, 100.0), late])
 
 
 def test_a_result_is_read_from_what_the_survey_wrote(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert _result(1, tmp_path).report == {}
+    assert _result("seed-1", tmp_path).report == {}
     assert "survey.log" in capsys.readouterr().err
     (tmp_path / "run").mkdir()
     (tmp_path / "report.json").write_text(json.dumps(GOOD))
     values = {"stalls": [], "lots_m": [lot(200, 100).tolist()]}
     (tmp_path / "run" / "truth.json").write_text(json.dumps(values))
-    found = _result(1, tmp_path)
+    found = _result("seed-1", tmp_path)
     assert found.report["stall_f1"] == 0.9
     assert 300 < found.bound_m < 400
 
@@ -121,3 +121,29 @@ def test_seeds_are_a_list_or_a_range(text: str, seeds: list[int]) -> None:
 def test_what_names_no_seeds_is_refused(text: str) -> None:
     with pytest.raises(ValueError, match="names no seeds"):
         parse_seeds(text)
+
+
+def test_every_place_of_a_folder_is_flown_over(tmp_path: Path) -> None:
+    (tmp_path / "richmond.json").write_text('{"metres_per_pixel": 0.0938, "stalls": [], "lots_m": []}')
+    ((name, options),) = place_worlds(tmp_path)
+    assert name == "richmond"
+    assert options[:4] == ["--world", str(tmp_path / "richmond.jpg"), "--metres-per-pixel", "0.0938"]
+
+
+def test_a_folder_without_places_and_one_that_misfits_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(BenchmarkError, match="--lots"):
+        place_worlds(tmp_path)
+    (tmp_path / "bad.json").write_text("{}")
+    with pytest.raises(BenchmarkError, match="metres_per_pixel"):
+        place_worlds(tmp_path)
+
+
+def test_places_count_alike() -> None:
+    one = Survey("a", {**GOOD, "recall_whole": 1.0, "precision_star": 0.9}, 100.0)
+    two = Survey("b", {**GOOD, "recall_whole": 0.5, "precision_star": 0.7, "landed": False}, 100.0)
+    found = by_key(place_figures([one, two]))
+    assert found["places_recall_whole"].value == 0.75
+    assert found["places_recall_whole"].passed is False
+    assert found["places_recall_whole_min"].value == 0.5
+    assert found["places_finished"].passed is False
+    assert found["places_excursions"].passed is True

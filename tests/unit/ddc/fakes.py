@@ -37,6 +37,7 @@ from hawk.model import (
     ArmPlace,
     BatteryInfo,
     CopterMode,
+    DesiredPose,
     Diagnostics,
     ExploreStatus,
     Fence,
@@ -49,6 +50,7 @@ from hawk.model import (
     MapPoint,
     MapPose,
     PathPlan,
+    Route,
     State,
     StateName,
     StatusText,
@@ -359,6 +361,8 @@ class Sight:
     healthy: bool = True
     flows: bool = True
     plan: PathPlan | None = field(default_factory=lambda: PathPlan(explore=ExploreStatus(seen=0.4)))
+    route: Route | None = None
+    """The way to a place inside; None: straight from where the drone was when it was asked for."""
 
 
 START = 100.0
@@ -412,6 +416,7 @@ class Rig:
             )
         )
         self.manager.init(self.socket, self.topics, self.service)
+        self._routes: dict[DesiredPose, Route] = {}
 
     def record(self, kind: str, payload: dict[str, Any]) -> None:
         self.records.append((kind, payload))
@@ -447,11 +452,22 @@ class Rig:
             topic.publish(health)
         if self.sight.lot is not None:
             self.inputs.park_lot_detected.publish(self.sight.lot)
+        asked = self._judged(self.topics.asked_place_pub.value)
         if self.sight.plan is not None:
-            self.inputs.path_plan.publish(self.sight.plan)
-        desired = self.topics.des_pose_pub.value
-        if desired is not None and self.sight.inbound is not None:
-            self.inputs.verdict.publish(Verdict(desired.number, self.sight.inbound))
+            self.inputs.path_plan.publish(replace(self.sight.plan, asked=asked))
+        verdict = self._judged(self.topics.des_pose_pub.value)
+        if verdict is not None:
+            self.inputs.verdict.publish(verdict)
+
+    def _judged(self, place: DesiredPose | None) -> Verdict | None:
+        if place is None or self.sight.inbound is None:
+            return None
+        if self.sight.inbound is not Inbound.INSIDE:
+            return Verdict(place.number, self.sight.inbound)
+        here = MapPoint(self.autopilot.north, self.autopilot.east)
+        straight = Route((here, MapPoint(place.north, place.east)), (0.0, 0.0))
+        kept = self._routes.setdefault(place, straight)
+        return Verdict(place.number, Inbound.INSIDE, self.sight.route or kept)
 
     async def tick(self, count: int = 1) -> None:
         """Run so many ticks of 50 ms."""

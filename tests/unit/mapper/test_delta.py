@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.algo.mapper.delta import MapMeta, pack_tile, tile_key, tile_name, unpack_tile
+from hawk.algo.mapper.delta import MapMeta, tile_key, tile_name
 from hawk.algo.mapper.grid import EvidenceTile
 from hawk.algo.mapper.table import STALL_DTYPE, from_bytes, to_bytes
 from hawk.model import Cell
@@ -26,7 +26,7 @@ def tile(seed: int = 0) -> EvidenceTile:
 
 def test_a_tile_comes_back_nearly_as_it_was() -> None:
     before = tile()
-    after = unpack_tile(pack_tile(before))
+    after = EvidenceTile(before.to_bytes())
     for name, tolerance in (("lot", 0.05), ("looks", 0.2), ("core", 0.003), ("car", 0.003), ("well", 0), ("shown", 0)):
         difference = getattr(before, name).astype(float) - getattr(after, name).astype(float)
         assert np.abs(difference).max() <= tolerance, name
@@ -36,13 +36,13 @@ def test_a_tile_comes_back_nearly_as_it_was() -> None:
 @given(st.binary(max_size=200))
 def test_what_is_no_tile_is_an_error_that_says_so(data: bytes) -> None:
     with pytest.raises(ValueError, match="not an evidence tile"):
-        unpack_tile(data)
+        EvidenceTile(data)
 
 
 def test_a_torn_tile_is_an_error() -> None:
-    data = pack_tile(tile())
+    data = tile().to_bytes()
     with pytest.raises(ValueError, match="not an evidence tile"):
-        unpack_tile(data[: len(data) // 2])
+        EvidenceTile(data[: len(data) // 2])
 
 
 @given(st.integers(-1000, 1000), st.integers(-1000, 1000))

@@ -3,7 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hawk.algo.mapper.grid import COARSE_M, EVIDENCE_M, CellEvidence, EvidenceGrid, log_odds
+from hawk.algo.mapper.evidence import EVIDENCE_M
+from hawk.algo.mapper.grid import COARSE_M, CellEvidence, EvidenceGrid, log_odds
 from hawk.algo.mapper.window import Window, tile_window
 from hawk.model import TILE_M, Cell
 
@@ -80,7 +81,7 @@ def test_coarse_layers_are_shares_of_their_cells() -> None:
     tile.shown[:, :64] = Cell.LOT
     tile.shown[:, 64:] = Cell.NON_LOT
     tile.shown[:4] = Cell.UNKNOWN
-    tile.summarise()
+    grid.summarise((0, 0))
     layers = grid.coarse(tile_window((0, 0), COARSE_M))
     assert layers.lot[4, 0] == 1
     assert layers.lot[4, 15] == 0

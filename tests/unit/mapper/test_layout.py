@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hawk.algo.mapper.grid import EVIDENCE_M
+from hawk.algo.mapper.evidence import EVIDENCE_M
 from hawk.algo.mapper.layout import lay, moved, outline, quality_mask
 from tests.unit.algo.synthetic import SyntheticVision, pose_at, rows_lot
 

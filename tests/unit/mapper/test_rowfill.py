@@ -5,7 +5,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.mapper.detections import Detections
-from hawk.algo.mapper.grid import EVIDENCE_M, CellEvidence, EvidenceGrid
+from hawk.algo.mapper.evidence import EVIDENCE_M
+from hawk.algo.mapper.grid import CellEvidence, EvidenceGrid
 from hawk.algo.mapper.rowfill import RowFiller
 from hawk.algo.mapper.stalls import Look, StallTracker
 from hawk.algo.mapper.table import FREE, TAKEN

@@ -18,6 +18,7 @@ from hawk.model import (
     Inbound,
     MapPoint,
     PathPlan,
+    Route,
     Stall,
     StallState,
     StateName,
@@ -70,8 +71,11 @@ def test_the_verdict_carries_the_number_of_the_place_it_is_about(inbound: Inboun
     rig = Rig()
     rig.map.verdict = inbound
     plan = rig.plan(frame_at(pose_at(0, 0), state=StateName.HOVER, desired=DesiredPose(42, 5.0, 6.0)))
-    assert plan.verdict == Verdict(42, inbound)
-    assert rig.interface.des_loc_inbound_pub.value == Verdict(42, inbound)
+    there = inbound is Inbound.INSIDE
+    route = Route((MapPoint(0.0, 0.0), MapPoint(5.0, 6.0)), (0.0, 0.0)) if there else Route()
+    assert plan.verdict == Verdict(42, inbound, route)
+    assert rig.interface.des_loc_inbound_pub.value == plan.verdict
+    assert plan.asked is None
     assert rig.app.get_des_pose_inbound() is inbound
 
 
@@ -83,6 +87,32 @@ def test_only_a_place_inside_becomes_a_target(inbound: Inbound, target: MapPoint
     rig.map.verdict = inbound
     frame = frame_at(pose_at(0, 0), state=StateName.AUTONOMOUS_MOVE, desired=DesiredPose(1, 5.0, 6.0))
     assert rig.plan(frame).target == target
+
+
+def test_a_place_that_is_only_asked_about_gets_its_route_and_no_target() -> None:
+    rig = Rig()
+    rig.map.verdict = Inbound.INSIDE
+    frame = replace(frame_at(pose_at(0, 0), state=StateName.HOVER), asked=DesiredPose(7, 5.0, 6.0))
+    plan = rig.plan(frame)
+    assert plan.asked == Verdict(7, Inbound.INSIDE, Route((MapPoint(0.0, 0.0), MapPoint(5.0, 6.0)), (0.0, 0.0)))
+    assert (plan.target, plan.verdict, plan.route) == (None, None, ())
+
+
+def test_while_a_move_is_flown_another_place_may_be_asked_about() -> None:
+    rig = Rig()
+    rig.map.verdict = Inbound.INSIDE
+    frame = frame_at(pose_at(0, 0), state=StateName.AUTONOMOUS_MOVE, desired=DesiredPose(1, 5.0, 6.0))
+    before = rig.plan(frame).verdict
+    plan = rig.plan(replace(frame, asked=DesiredPose(2, -5.0, 6.0)))
+    assert plan.asked is not None
+    assert plan.asked.route.points[-1] == MapPoint(-5.0, 6.0)
+    assert plan.verdict == before
+
+
+def test_without_a_pose_nothing_is_said_of_a_place_inside() -> None:
+    rig = Rig()
+    rig.map.verdict = Inbound.INSIDE
+    assert rig.plan(frame_at(None, state=StateName.HOVER, desired=DesiredPose(1, 5.0, 6.0))).verdict is None
 
 
 def test_without_a_place_there_is_no_verdict_and_it_is_not_inbound() -> None:

@@ -14,10 +14,13 @@ from hawk.algo.vision.seen import FloatArray
 
 _PITCHES_M = np.arange(2.2, 3.34, 0.04)
 _MOST_STEPS = 4
-_OFF_M = 0.24
+_OFF_M = 0.3
 _SAME_PITCH_M = 0.13
-_ALIKE = 0.4
-_LEAST_SUPPORT = 0.7
+_ALIKE, _ALIKE_LEANING = 0.5, 0.25
+"""Least share of their common extent in which two strokes lie side by side; next ones of an angled row share less, but
+are equally long."""
+_EQUAL = 0.2
+_LEAST_SUPPORT = 0.55
 _LEAST_LINES = 3
 _MOST_PARTS = 4
 
@@ -64,9 +67,11 @@ def _beside(strokes: Strokes) -> tuple[NDArray[np.intp], NDArray[np.intp], Float
     j = np.arange(len(i)) - np.repeat(np.cumsum(number) - number, number) + i + 1
     shared = np.minimum(high[i], high[j]) - np.maximum(low[i], low[j])
     whole = np.maximum(high[i], high[j]) - np.minimum(low[i], low[j])
-    good = shared > _ALIKE * whole
-    i, j = i[good], j[good]
-    du = u[j] - u[i]
+    du, length = u[j] - u[i], high - low
+    equal = np.abs(length[i] - length[j]) < _EQUAL * np.maximum(length[i], length[j])
+    leaning = equal & (shared > _ALIKE_LEANING * whole) & (du < _PITCHES_M[-1] + _OFF_M)
+    good = (shared > _ALIKE * whole) | leaning
+    i, j, du = i[good], j[good], du[good]
     i, j = order[i], order[j]
     return np.concatenate([i, j]), np.concatenate([j, i]), np.concatenate([du, -du])
 

@@ -125,6 +125,15 @@ export interface ReturnToLaunchCommand {
   Confirmed?: boolean;
 }
 
+/** Ask for the way that an Autonomous Move there would take (answered by RouteAnswer); nothing is flown. */
+export interface RouteRequestCommand {
+  Id?: string | number | null;
+  X: number;
+  Y: number;
+  Frame?: "Relative" | "Map";
+  Type: "Route Request";
+}
+
 /** Set the autopilot's own failsafes that the preflight check found missing. */
 export interface SetFailsafesCommand {
   Id?: string | number | null;
@@ -164,6 +173,7 @@ export type Command =
   | OperatorHeartbeatCommand
   | ResumeCommand
   | ReturnToLaunchCommand
+  | RouteRequestCommand
   | SetFailsafesCommand
   | SetFenceCommand
   | TakeoffCommand;
@@ -340,6 +350,15 @@ export interface Point {
   East: number;
 }
 
+/** Answer to Route Request: the points of the way from the drone, its length in metres, or why there is none. */
+export interface RouteAnswer {
+  Type: "Route";
+  Id: string | number | null;
+  Points: Point[];
+  Length: number | null;
+  Refused: string | null;
+}
+
 /** A changed stall. ``Removed``: it is gone. Angle in radians clockwise from north of the long side. */
 export interface StallUpdate {
   Id: number;
@@ -379,4 +398,4 @@ export interface Welcome {
   CameraFov: number;
 }
 
-export type Incoming = Ack | FenceCheck | Heartbeat | KillToken | Welcome;
+export type Incoming = Ack | FenceCheck | Heartbeat | KillToken | RouteAnswer | Welcome;

@@ -212,6 +212,19 @@ describe("a move", () => {
     assert.equal(crosses(horseshoe, { North: 30, East: -30 }, { North: 30, East: 30 }), true);
   });
 
+  it("over the lot tells its way, or why there is none, in the bar's second line", () => {
+    const now = view({ heartbeat: able });
+    const known = { metres: 52, reason: "" };
+    const plan = planMove(now, { North: 9, East: 0 }, CELL.lot, known);
+    assert.ok(plan);
+    assert.match(consequence(now, plan, "Autonomous Move", known), /52 m on the way/);
+    assert.doesNotMatch(consequence(now, plan, "Compulsive Move", known), /on the way/);
+    const none = planMove(now, { North: 9, East: 0 }, CELL.lot, { metres: null, reason: "X, Y: no way over the lot." });
+    assert.deepEqual([none?.ways[0]?.possible, none?.ways[0]?.reason, none?.suggested], [false, "no way over the lot.", "Compulsive Move"]);
+    const outside = planMove(now, { North: 60, East: 0 }, CELL.lot, known);
+    assert.equal(outside?.refusal, "Outside the fence");
+  });
+
   it("says what it ends, and needs to know where the drone is", () => {
     const exploring = view({ heartbeat: { ...able, State: "Autonomous Explore" } });
     const plan = planMove(exploring, { North: 9, East: 0 }, CELL.lot);

@@ -1,7 +1,8 @@
 import { FenceDraft } from "../fence/draft.ts";
 import { type FenceFile, FenceFileError, readFence, writeFence } from "../fence/geojson.ts";
+import type { Answer } from "../link/commands.ts";
 import type { Timers } from "../link/socket.ts";
-import type { Ack, Command, FenceCheck, FenceCorner, FenceSetup, Heartbeat, KillToken } from "../protocol.ts";
+import type { Command, FenceCheck, FenceCorner, FenceSetup, Heartbeat } from "../protocol.ts";
 
 /** After a change the drone is asked so much later: a corner that is dragged changes with every frame. */
 const ASK_MS = 150;
@@ -17,7 +18,7 @@ export type Verdict =
   | { about: "good"; check: FenceCheck };
 
 export interface FenceHooks {
-  send: (command: Command) => Promise<Ack | KillToken | FenceCheck>;
+  send: (command: Command) => Promise<Answer>;
   changed: () => void;
   tell: (text: string, level: "info" | "warning") => void;
   timers: Timers;

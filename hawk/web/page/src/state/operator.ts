@@ -2,7 +2,8 @@ import { Commands } from "../link/commands.ts";
 import { type LinkStatus, ReconnectingSocket } from "../link/reconnect.ts";
 import type { OpenSocket, Timers } from "../link/socket.ts";
 import type { Command, Heartbeat, Incoming, Point } from "../protocol.ts";
-import { linkOf, type View } from "../words/view.ts";
+import type { MoveKind } from "../words/move.ts";
+import { linkOf, option, type View } from "../words/view.ts";
 import { DaemonClock } from "./daemon-clock.ts";
 import { FenceEditing } from "./fence-edit.ts";
 import { Flight } from "./flight.ts";
@@ -21,7 +22,7 @@ export interface Outside {
 
 /** What the operator is asked to confirm in the bar. */
 export type Question =
-  | { about: "move"; target: Point }
+  | { about: "move"; target: Point; kind?: MoveKind }
   | { about: "Return To Launch" | "Land" | "Resume" };
 
 /** Cutting the motors: first a token is asked for, then it can be done. */
@@ -52,7 +53,7 @@ export class Operator extends EventTarget {
   toast: Toast | null = null;
   readonly fence: FenceEditing;
   /** The way to the place that is asked about, where the drone plans one. */
-  readonly routePlan = new RoutePlan();
+  readonly routePlan: RoutePlan;
 
   private readonly socket: ReconnectingSocket;
   private readonly commands: Commands;
@@ -71,6 +72,7 @@ export class Operator extends EventTarget {
       status: (status) => this.linkChanged(status),
     });
     this.commands = new Commands((text) => this.socket.send(text), outside.timers);
+    this.routePlan = new RoutePlan((command) => this.commands.send(command), () => this.changed());
     this.fence = new FenceEditing({
       send: (command) => this.commands.send(command),
       changed: () => this.changed(),
@@ -142,6 +144,14 @@ export class Operator extends EventTarget {
   ask(question: Question | null): void {
     this.question = question;
     this.picking = false;
+    if (question?.about === "move" && option(this.view(), "Autonomous Move").Possible) void this.routePlan.ask(question.target);
+    else this.routePlan.clear();
+    this.changed();
+  }
+
+  /** The way to move that was chosen in place of the one suggested. */
+  choose(kind: MoveKind): void {
+    if (this.question?.about === "move") this.question = { ...this.question, kind };
     this.changed();
   }
 
@@ -260,7 +270,7 @@ export class Operator extends EventTarget {
   }
 }
 
-const KINDS = new Set(["Ack", "Fence Check", "Heartbeat", "Kill Token", "Welcome"]);
+const KINDS = new Set(["Ack", "Fence Check", "Heartbeat", "Kill Token", "Route", "Welcome"]);
 
 /** A message of the server; null for one that this page does not know. */
 function parse(text: string): Incoming | null {

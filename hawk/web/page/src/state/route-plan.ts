@@ -1,50 +1,41 @@
-import type { Point } from "../protocol.ts";
-
-/** Asks for the way to a place of the map, (north, east) in metres. */
-export interface RouteRequest {
-  kind: "route_request";
-  id: string;
-  target: [number, number];
-}
-
-/** The way that would be flown, or why there is none. */
-export interface RouteAnswer {
-  kind: "route";
-  id: string;
-  points: [number, number][];
-  length_m: number | null;
-  refused: string | null;
-}
+import type { Answer } from "../link/commands.ts";
+import type { Command, Point } from "../protocol.ts";
 
 export type RouteState = "none" | "asking" | "known" | "refused";
 
-/** The way to the place that is being asked about. Only the answer to the last question counts. */
+/** The way that an Autonomous Move to the place that is asked about would take. Only the last question counts. */
 export class RoutePlan {
   state: RouteState = "none";
   points: readonly Point[] = [];
   metres: number | null = null;
+  /** Why there is no way. */
   reason = "";
-  private asked = 0;
 
-  ask(target: Point): RouteRequest {
-    this.clear();
-    this.state = "asking";
-    return { kind: "route_request", id: this.id, target: [target.North, target.East] };
+  private asked = 0;
+  private readonly send: (command: Command) => Promise<Answer>;
+  private readonly changed: () => void;
+
+  constructor(send: (command: Command) => Promise<Answer>, changed: () => void) {
+    this.send = send;
+    this.changed = changed;
   }
 
-  /** Takes an answer; whether it was to the last question. */
-  take(answer: RouteAnswer): boolean {
-    if (this.state !== "asking" || answer.id !== this.id) return false;
-    const finite = answer.points.every((point) => point.every(Number.isFinite));
-    if (answer.refused !== null || !finite || answer.points.length === 0) {
+  async ask(target: Point): Promise<void> {
+    this.clear();
+    this.state = "asking";
+    const number = this.asked;
+    const answer = await this.send({ Type: "Route Request", X: target.North, Y: target.East, Frame: "Map" });
+    if (number !== this.asked) return;
+    if (answer.Type === "Route" && answer.Refused === null && answer.Points.length > 0) {
+      this.state = "known";
+      this.points = answer.Points;
+      this.metres = answer.Length;
+    } else {
       this.state = "refused";
-      this.reason = answer.refused ?? "There is no way there.";
-      return true;
+      const reason = answer.Type === "Route" ? answer.Refused : answer.Type === "Ack" ? answer.Reason : null;
+      this.reason = reason ?? "There is no way there.";
     }
-    this.state = "known";
-    this.points = routePoints(answer.points);
-    this.metres = answer.length_m;
-    return true;
+    this.changed();
   }
 
   /** Nothing is asked about any longer. */
@@ -55,13 +46,4 @@ export class RoutePlan {
     this.metres = null;
     this.reason = "";
   }
-
-  private get id(): string {
-    return `route-${this.asked}`;
-  }
-}
-
-/** (north, east) pairs as places of the map. */
-export function routePoints(pairs: readonly (readonly [number, number])[]): Point[] {
-  return pairs.map(([North, East]) => ({ North, East }));
 }

@@ -111,10 +111,18 @@ export class MapPanel extends Part {
       footprint: heartbeat.Footprint,
       drone,
       planned: question?.about === "move" ? question.target : null,
-      plannedRoute: this.model.routePlan.points,
+      plannedRoute: this.plannedRoute(view),
       lost: lost ? { reach: reach(view) } : null,
       selected: stall ?? null,
     };
+  }
+
+  /** The way over the lot belongs to the Autonomous Move; any other goes straight. */
+  private plannedRoute(view: View): readonly Point[] {
+    const { question, routePlan } = this.model;
+    if (question?.about !== "move") return [];
+    const kind = question.kind ?? planMove(view, question.target, this.classAt(question.target), routePlan)?.suggested;
+    return kind === "Autonomous Move" ? routePlan.points : [];
   }
 
   private clicked(place: Point, stall: number | null): void {

@@ -15,10 +15,20 @@ export interface MovePlan {
   insideFence: boolean;
   ways: { kind: MoveKind; label: string; possible: boolean; reason: string }[];
   suggested: MoveKind | null;
+  /** Why it is not possible in the way that would be suggested; empty when it is possible. */
+  refusal: string;
 }
 
+/** What is known of the way over the lot: its length, or why there is none. */
+export interface PlannedRoute {
+  metres: number | null;
+  reason: string;
+}
+
+const NO_ROUTE: PlannedRoute = { metres: null, reason: "" };
+
 /** What a move to a place on the map would be; null while the drone's own place is not known. */
-export function planMove(view: View, target: Point, cell: number): MovePlan | null {
+export function planMove(view: View, target: Point, cell: number, route: PlannedRoute = NO_ROUTE): MovePlan | null {
   const heartbeat = view.heartbeat;
   if (heartbeat?.North == null || heartbeat.East === null) return null;
   const north = target.North - heartbeat.North;
@@ -29,7 +39,7 @@ export function planMove(view: View, target: Point, cell: number): MovePlan | nu
   const here = { North: heartbeat.North, East: heartbeat.East };
   const leaves = insideFence && crosses(heartbeat.Fence, here, target) ? "The straight way there leaves the fence" : "";
   const ways = [
-    way(view, "Autonomous Move", "Inside the lot", insideFence, cell === CELL.nonLot ? "Not a place inside the lot" : ""),
+    way(view, "Autonomous Move", "Inside the lot", insideFence, cell === CELL.nonLot ? "Not a place inside the lot" : route.reason.replace(/^X, Y: /, "")),
     way(view, "Compulsive Move", "Anywhere inside the fence", insideFence, leaves),
   ];
   const lot = cell === CELL.lot || cell === CELL.free || cell === CELL.taken;
@@ -42,14 +52,16 @@ export function planMove(view: View, target: Point, cell: number): MovePlan | nu
     insideFence,
     ways,
     suggested: order.find((each) => each.possible)?.kind ?? null,
+    refusal: order.some((each) => each.possible) ? "" : (order[0]?.reason ?? ""),
   };
 }
 
 /** The second line of the confirm bar. */
-export function consequence(view: View, plan: MovePlan, kind: MoveKind): string {
+export function consequence(view: View, plan: MovePlan, kind: MoveKind, route: PlannedRoute = NO_ROUTE): string {
   if (!plan.insideFence) return "Outside the fence. Choose a place inside the dotted line.";
   const parts = plan.seconds === null ? [] : [`${format.duration(plan.seconds)}.`];
-  parts.push(kind === "Autonomous Move" ? "Stays inside the lot." : "Inside the fence, lot or not.");
+  const length = route.metres === null ? "" : `, ${format.distance(route.metres)} on the way`;
+  parts.push(kind === "Autonomous Move" ? `Stays inside the lot${length}.` : "Inside the fence, lot or not.");
   if (view.heartbeat?.State === "Autonomous Explore") parts.push("Exploring stops.");
   return parts.join(" ");
 }

@@ -1,0 +1,97 @@
+"""The operations manager with a drone that hovers: no link, telemetry by hand, a clock that is moved by hand."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from hawk.comm.autopilot import MavsdkAutopilot
+from hawk.comm.clock import ManualClock
+from hawk.comm.messages import Command, Outgoing
+from hawk.comm.status import ClientId, DroneStatus
+from hawk.comm.vehicle import VehicleTopics
+from hawk.config import AutopilotSettings
+from hawk.ddc.operations_manager import OperationsManager
+from hawk.ddc.service_interface import DdcServiceInterface
+from hawk.ddc.surroundings import Surroundings
+from hawk.ddc.topic_interface import DdcInputs, DdcTopicInterface
+from hawk.model import (
+    BatteryInfo,
+    CopterMode,
+    Diagnostics,
+    GlobalPose,
+    Health,
+    LandedState,
+    LocalPose,
+    MapPose,
+    OccupancyMap,
+    State,
+    VehiclePose,
+)
+
+TICK_S = 0.05
+_PLACE = GlobalPose(43.26, -79.92, 100.0)
+
+
+class Nobody:
+    """An operator's side without an operator, and with nothing to say."""
+
+    def operator_present(self, _: float) -> bool:
+        """Present, so that the drone holds."""
+        return True
+
+    def controller(self) -> ClientId | None:
+        """Return nobody."""
+        return None
+
+    def has_control(self, _: ClientId) -> bool:
+        """Nobody has."""
+        return False
+
+    def receive(self) -> list[tuple[ClientId, Command]]:
+        """Return no command."""
+        return []
+
+    def reply(self, client: ClientId, message: Outgoing) -> None:
+        """Answer nobody."""
+
+
+class StillDrone:
+    """A manager to be ticked."""
+
+    def __init__(self, folder: Path) -> None:
+        self.clock = ManualClock(100.0)
+        self._vehicle = VehicleTopics.create(self.clock)
+        self._autopilot = MavsdkAutopilot(AutopilotSettings(), self.clock, self._vehicle)
+        self._inputs = DdcInputs.create(self.clock)
+        topics = DdcTopicInterface(self._vehicle, self._inputs, self.clock)
+        self.manager = OperationsManager(Surroundings(clock=self.clock, desk=Nobody(), directory=folder))
+        service = DdcServiceInterface(self._autopilot, topics, self.clock, 4.0, lambda *_: None)
+        self.manager.init(Nobody(), topics, service)
+
+    @property
+    def status(self) -> DroneStatus:
+        """The last status."""
+        return self.manager.status.value or DroneStatus()
+
+    def see(self, current: OccupancyMap) -> None:
+        """Publish the map as the mapper does."""
+        self._inputs.occupancy_map.publish(current)
+        for topic in (self._inputs.vision_health, self._inputs.mapper_health, self._inputs.path_plan_health):
+            topic.publish(Health())
+
+    def advance(self) -> None:
+        """Let a tick's time pass and the telemetry come in."""
+        self.clock.advance(TICK_S)
+        now = self.clock()
+        self._vehicle.state.publish(State(True, True, int(CopterMode.GUIDED), LandedState.IN_AIR, now))
+        self._vehicle.battery.publish(BatteryInfo(80.0, 16.0, 10.0, now))
+        self._vehicle.diagnostics.publish(Diagnostics(True, True, True, True, 3, 16, 0.9, now))
+        pose = MapPose(0.0, 0.0, 35.0, 0.0, 0.0, 0.0)
+        local = LocalPose(0.0, 0.0, -35.0)
+        velocity = (0.0, 0.0, 0.0)
+        self._vehicle.pose.publish(VehiclePose(now, _PLACE, 35.0, local, pose, velocity, 0.0, 0.0, 0.0))
+
+    async def close(self) -> None:
+        """End everything."""
+        await self.manager.close()
+        await self._autopilot.close()

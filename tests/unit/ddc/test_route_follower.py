@@ -1,0 +1,109 @@
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import pytest
+import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hawk.ddc.motion import Carrot, Goal
+from hawk.ddc.route_follower import RouteFollower
+from hawk.model import MapPoint, MapPose, Route
+
+ARRIVAL_M = 1.5
+SPEED = 4.0
+TICK_S = 0.05
+ACCELERATION = 2.5  # ArduCopter's WPNAV_ACCEL
+
+
+def route(*points: tuple[float, float], turns: tuple[float, ...] | None = None) -> Route:
+    return Route(tuple(MapPoint(*p) for p in points), turns or (0.0,) * len(points))
+
+
+def fly(way: Route, most_s: float = 300.0) -> tuple[list[MapPoint], list[float]]:
+    """Fly a point mass that heads for the carrot as a position controller does; return places and speeds."""
+    follower, carrot = RouteFollower(way, ARRIVAL_M), Carrot(SPEED)
+    place, velocity = complex(way.points[0].north, way.points[0].east), 0j
+    places, speeds = [way.points[0]], [0.0]
+    for tick in range(round(most_s / TICK_S)):
+        here = MapPoint(place.real, place.imag)
+        if here.distance(way.points[-1]) < 0.3 and follower.heading_for == way.points[-1]:
+            return places, speeds
+        aim = follower.aim(here)
+        pose = MapPose(here.north, here.east, 30.0, 0.0, 0.0, 0.0)
+        target = carrot.step(Goal(aim.north, aim.east, 30.0, 0.0), pose, tick * TICK_S, 15.0, 60.0)
+        to = complex(target.north, target.east) - place
+        wanted = to / max(abs(to), 1e-9) * min(SPEED, math.sqrt(2 * ACCELERATION * abs(to)), 1.2 * abs(to))
+        change = wanted - velocity
+        velocity += change * min(1.0, 2 * ACCELERATION * TICK_S / max(abs(change), 1e-9))
+        place += velocity * TICK_S
+        places.append(MapPoint(place.real, place.imag))
+        speeds.append(abs(velocity))
+    raise AssertionError("never arrived")
+
+
+def free_ground(way: Route, beside: float) -> shapely.Geometry:
+    """What the planner found free: the legs with a cell beside them, and the corners that may be cut."""
+    line = shapely.LineString([(p.north, p.east) for p in way.points])
+    parts, run = [line.buffer(beside)], 0.0
+    for i, (a, b) in enumerate(pairwise(way.points)):
+        run += a.distance(b)
+        cut = way.turns[i + 1]
+        if cut > 0:
+            parts.append(shapely.Polygon([line.interpolate(run + d) for d in (-cut, 0, cut)]).buffer(beside))
+    return shapely.union_all(parts)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    legs=st.lists(st.tuples(st.floats(17.0, 60.0), st.floats(-2.4, 2.4)), min_size=2, max_size=5),
+    cuts=st.lists(st.sampled_from([0.0, 2.5, 4.0, 8.0]), min_size=4, max_size=4),
+)
+def test_the_flown_way_stays_on_the_legs_and_in_the_corners_that_may_be_cut(
+    legs: list[tuple[float, float]], cuts: list[float]
+) -> None:
+    points, heading, at = [(0.0, 0.0)], 0.0, 0j
+    for length, turn in legs:
+        heading += turn
+        at += length * complex(math.cos(heading), math.sin(heading))
+        points.append((at.real, at.imag))
+    way = route(*points, turns=(0.0, *cuts[: len(legs) - 1], 0.0))
+    places, _ = fly(way)
+    flown = shapely.LineString([(p.north, p.east) for p in places])
+    assert shapely.covers(free_ground(way, 1.6), flown)
+
+
+def test_a_corner_that_may_be_cut_is_flown_without_a_stop() -> None:
+    way = route((0, 0), (40, 0), (40, 40), turns=(0.0, 8.0, 0.0))
+    _, speeds = fly(way)
+    assert min(speeds[60:-100]) > 0.5 * SPEED
+
+
+def test_at_any_other_corner_it_all_but_stops_first() -> None:
+    way = route((0, 0), (40, 0), (40, 40))
+    places, speeds = fly(way)
+    nearest = min(range(len(places)), key=lambda i: places[i].distance(way.points[1]))
+    assert min(speeds[nearest - 20 : nearest + 40]) < 0.45 * SPEED
+    assert max(p.north for p in places) < 41.6
+
+
+def test_a_drone_that_leaves_a_corner_aside_is_not_led_past_what_was_looked_at() -> None:
+    follower = RouteFollower(route((0, 0), (40, 0), (40, 40), turns=(0.0, 8.0, 0.0)), ARRIVAL_M)
+    assert follower.aim(MapPoint(30, 0)) == MapPoint(40, 0)
+    assert follower.aim(MapPoint(33, 0)) == MapPoint(40, 8)
+    assert follower.aim(MapPoint(38, 4)) == MapPoint(40, 8)
+    assert follower.aim(MapPoint(39, 7)) == MapPoint(40, 40)
+    assert follower.heading_for == MapPoint(40, 40)
+    assert follower.left(MapPoint(39, 7)) == (MapPoint(39, 7), MapPoint(40, 40))
+
+
+def test_a_route_of_no_length() -> None:
+    assert RouteFollower(route((1, 2), (1, 2)), ARRIVAL_M).aim(MapPoint(1, 2)) == MapPoint(1, 2)
+
+
+@pytest.mark.parametrize("points", [(), ((1.0, 2.0),)])
+def test_a_route_that_leads_nowhere_is_an_error(points: tuple[tuple[float, float], ...]) -> None:
+    with pytest.raises(ValueError, match="two points"):
+        RouteFollower(route(*points), ARRIVAL_M)
