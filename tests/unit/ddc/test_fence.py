@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from hawk.comm.fence_messages import CheckFence, ClearFence, FenceCheck, FenceCorner, SetFence
-from hawk.comm.messages import Arm, AutonomousExplore, AutonomousMove, CompulsiveMove, Configure
+from hawk.comm.messages import Ack, Arm, AutonomousExplore, AutonomousMove, CompulsiveMove, Configure
 from hawk.config import FenceSettings
 from hawk.ddc.fence_store import FENCE_FILE
 from hawk.ddc.geofence import contains, ring_from_map, ring_to_map
@@ -334,8 +334,12 @@ async def test_a_move_across_the_gap_is_refused(concave: Rig) -> None:
     across = CompulsiveMove(x=EAST_ARM.north, y=EAST_ARM.east, frame="Map")
     answer = concave.command(across)
     assert answer.reason == "X, Y: the straight way there leaves the fence: go around it in two moves."
-    answer = concave.command(AutonomousMove(x=EAST_ARM.north, y=EAST_ARM.east, frame="Map"))
-    assert "straight way" in answer.reason
+    assert concave.manager.handle("ana", AutonomousMove(x=EAST_ARM.north, y=EAST_ARM.east, frame="Map")) is None
+    await concave.tick(3)
+    _, late = concave.socket.replies[-1]  # the planner's route goes straight, over the gap
+    assert isinstance(late, Ack)
+    assert not late.accepted
+    assert "leaves the fence" in late.reason
     concave.expect(StateName.HOVER)
     concave.order(CompulsiveMove(x=0, y=-40, frame="Map"))
 
