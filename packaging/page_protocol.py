@@ -23,8 +23,10 @@ _PRIMITIVES = {"string": "string", "integer": "number", "number": "number", "boo
 def protocol() -> str:
     """Return the TypeScript source of every message's type."""
     messages = schema()
-    commands = messages["toDrone"]["$defs"]
+    sent = messages["toDrone"]["$defs"]
+    commands = {name: model for name, model in sent.items() if "Type" in model["properties"]}
     models: dict[str, dict[str, Any]] = {}
+    models |= {name: model for name, model in sent.items() if name not in commands}
     for model in messages["fromDrone"].values():
         models |= model.get("$defs", {})
         models[model["title"]] = model

@@ -9,29 +9,18 @@ from __future__ import annotations
 import json
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import BaseModel, Field, TypeAdapter, ValidationError
+
+from hawk.comm.fence_messages import CheckFence, ClearFence, FenceCheck, FenceSetup, SetFence
+from hawk.comm.message_base import Command as Command
+from hawk.comm.message_base import Finite, Height, Metres
+from hawk.comm.message_base import Outgoing as Outgoing
 
 MAX_MESSAGE_BYTES = 16 * 1024
-"""A command is a few hundred bytes; anything larger is refused unread."""
-
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Metres = Annotated[float, Field(allow_inf_nan=False, ge=-10_000.0, le=10_000.0)]
-Height = Annotated[float, Field(allow_inf_nan=False, gt=0.0, le=1_000.0)]
-
-
-class Model(BaseModel):
-    """Strict base: unknown keys are errors, numbers are numbers."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, populate_by_name=True, frozen=True)
+"""A command is a few hundred bytes, a fence of 70 corners some 4 kB; anything larger is refused unread."""
 
 
 # -- to the drone -----------------------------------------------------------------------------------------------------
-
-
-class Command(Model):
-    """Common part of everything an operator sends; ``Id`` comes back in the Ack."""
-
-    id: Annotated[str, Field(max_length=64)] | int | None = Field(default=None, alias="Id")
 
 
 class Configure(Command):
@@ -184,6 +173,9 @@ AnyCommand = Annotated[
     | Kill
     | ClearKill
     | SetFailsafes
+    | SetFence
+    | ClearFence
+    | CheckFence
     | OperatorHeartbeat
     | Control
     | MapResync,
@@ -225,7 +217,7 @@ def _explain(error: ValidationError) -> str:
     if kind == "union_tag_invalid":
         return f"Type: {problem['msg'][:300]}"
     location = [str(part) for part in problem["loc"][1:]] or ["message"]
-    return f"{'.'.join(location)}: {problem['msg']}"
+    return f"{'.'.join(location)}: {problem['msg'].removeprefix('Value error, ')}"
 
 
 def _message_id(text: str) -> str | int | None:
@@ -243,14 +235,6 @@ def _message_id(text: str) -> str | int | None:
 
 
 # -- from the drone ---------------------------------------------------------------------------------------------------
-
-
-class Outgoing(Model):
-    """Base of what the drone sends."""
-
-    def to_json(self) -> str:
-        """Return the message as JSON with the specification's keys."""
-        return self.model_dump_json(by_alias=True)
 
 
 class Ack(Outgoing):
@@ -355,7 +339,9 @@ class CheckItem(Outgoing):
     value: str = Field(alias="Value")
     consequence: str = Field(default="", alias="Consequence")
     remedy: str = Field(default="", alias="Remedy")
-    remedy_command: Literal["Set Failsafes", "Clear Kill"] | None = Field(default=None, alias="RemedyCommand")
+    remedy_command: Literal["Set Failsafes", "Clear Kill", "Set Fence"] | None = Field(
+        default=None, alias="RemedyCommand"
+    )
 
 
 class CommandOption(Outgoing):
@@ -388,7 +374,7 @@ class RouteAnswer(Outgoing):
     """Why an Autonomous Move there would be refused, null when it would not."""
 
 
-Answer = Ack | KillToken | RouteAnswer
+Answer = Ack | FenceCheck | KillToken | RouteAnswer
 """What comes back to the client that sent a command."""
 
 
@@ -440,6 +426,11 @@ class Heartbeat(Outgoing):
     """The way on while it explores or moves autonomously, in order; empty when there is none."""
     footprint: list[Point] = Field(alias="Footprint")
     fence: list[Point] = Field(alias="Fence")
+    """Our own limit, which lies inside the autopilot's."""
+    fence_limit: list[Point] = Field(alias="Fence Limit")
+    """The autopilot's."""
+    fence_setup: FenceSetup | None = Field(alias="Fence Setup")
+    """Which fence the next Arm puts in force; null: as this client was told last."""
     ceiling: Finite | None = Field(alias="Ceiling")
     heights: list[Finite] = Field(alias="Heights")
     """Min, Des, Max."""
@@ -475,7 +466,7 @@ class Heartbeat(Outgoing):
 
 def schema() -> dict[str, Any]:
     """Return the JSON schema of every message, as served at /api/schema.json."""
-    models: list[type[BaseModel]] = [Heartbeat, Ack, KillToken, RouteAnswer, Welcome]
+    models: list[type[BaseModel]] = [Heartbeat, Ack, FenceCheck, KillToken, RouteAnswer, Welcome]
     return {
         "toDrone": _COMMANDS.json_schema(by_alias=True),
         "fromDrone": {model.__name__: model.model_json_schema(by_alias=True) for model in models},

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
+from hawk.comm.fence_messages import FenceSetup
 from hawk.comm.messages import CheckItem, Command, CommandOption, HealthItem, LogEntry, Outgoing
 from hawk.model import HealthStatus, MapPoint, StateName, UserError
 
@@ -66,6 +67,10 @@ class DroneStatus:
     route: tuple[MapPoint, ...] = ()
     footprint: tuple[MapPoint, ...] = ()
     fence: tuple[MapPoint, ...] = ()
+    fence_limit: tuple[MapPoint, ...] = ()
+    """The autopilot's."""
+    fence_setup: FenceSetup | None = None
+    """The same object until it changes: a client is sent each once."""
     ceiling: float | None = None
     heights: tuple[float, float, float] = (15.0, 35.0, 60.0)
     """Min, Des, Max."""

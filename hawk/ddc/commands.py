@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from hawk.comm.fence_messages import SetFence
 from hawk.comm.messages import (
     AutonomousMove,
     Command,
@@ -18,6 +19,7 @@ from hawk.comm.messages import (
     ReturnToLaunch,
 )
 from hawk.comm.status import ClientId, OperatorDesk
+from hawk.ddc.fence_desk import fence_refusal
 from hawk.ddc.geofence import contains, way_is_inside
 from hawk.ddc.mapping import is_on_ground
 from hawk.ddc.params import ParameterError, check_heights
@@ -64,11 +66,13 @@ Kill Request       | yes    yes       yes    yes     yes   yes     yes    yes   
 Kill               | yes    yes       yes    yes     yes   yes     yes    yes    yes    yes    yes  yes
 Clear Kill         | yes    saving    disarm air     air   air     air    air    air    air    air  pilot
 Set Failsafes      | yes    saving    before before  before before before before before before before pilot
+Set Fence          | yes    saving    disarm land    land  land    land   land   land   land   land pilot
+Clear Fence        | yes    saving    disarm land    land  land    land   land   land   land   land pilot
 """
 """A word is a reason of `_REASONS`; "yes": taken, if `Judge` finds nothing else against it."""
 
 _REASONS: Mapping[str, str] = {
-    "saving": "Saving the heights: wait a moment.",
+    "saving": "Saving: wait a moment.",
     "disarm": "Armed: disarm first.",
     "land": "Flying: land first.",
     "flying": "Already flying.",
@@ -146,6 +150,7 @@ class Judge:
             "Resume": self._resume,
             "Clear Kill": self._clear_kill,
             "Set Failsafes": self._set_failsafes,
+            "Clear Fence": self._clear_fence,
         }
 
     def options(self) -> tuple[CommandOption, ...]:
@@ -227,6 +232,9 @@ class Judge:
     def _content(self, command: Command) -> Refusal | None:
         if isinstance(command, Configure):
             return self._heights(command)
+        if isinstance(command, SetFence):
+            reason = fence_refusal(self._context, command)
+            return Refusal(reason) if reason else None
         if isinstance(command, AutonomousMove | CompulsiveMove):
             place = self._context.place_of(command)
             if place is None:
@@ -246,7 +254,7 @@ class Judge:
 
     def _heights(self, command: Configure) -> Refusal | None:
         try:
-            check_heights(HeightParameters(command.min, command.des, command.max), self._context.settings.ceiling)
+            check_heights(HeightParameters(command.min, command.des, command.max), self._context.ceiling)
         except ParameterError as error:
             return Refusal(str(error))
         return None
@@ -315,6 +323,9 @@ class Judge:
 
     def _set_failsafes(self) -> Refusal | None:
         return Refusal("Being set: wait a moment.") if self._context.preflight.is_setting else None
+
+    def _clear_fence(self) -> Refusal | None:
+        return None if self._context.fences.is_drawn else Refusal("No fence is drawn: the standard one counts.")
 
 
 def command_type(command: Command) -> str:

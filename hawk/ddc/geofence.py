@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Sequence
 from functools import lru_cache
-from pathlib import Path
-from typing import Any
 
+import numpy as np
+import pymap3d
 import shapely
 from shapely import LineString, Point, Polygon
 
@@ -21,14 +20,21 @@ RECOVERY_DEPTH_M = 2.0
 """A drone beyond our fence is sent so far inside it, metres."""
 CIRCLE_VERTICES = 48
 """Corners of a circular fence; ArduPilot takes up to some 70."""
-MAXIMUM_VERTICES = 70
+LEAST_SIDE_M = 0.5
+"""Corners nearer to each other are one that was set twice."""
+LEAST_AREA_M2 = 400.0
+"""20 x 20 m: with the margin taken off both sides something is left to fly in."""
+MOST_EXTENT_M = 4000.0
+"""As wide as the widest circle that can be configured."""
+WAY_BACK_M = 0.5
+"""A stop before the edge is so far before it, metres."""
 _ARC_SEGMENTS = 16
 
 Ring = tuple[tuple[float, float], ...]
 
 
 class FenceError(ValueError):
-    """A fence that cannot be used; the text names the file, what is wrong and the remedy."""
+    """A fence that cannot be used; the text names the file or the field, what is wrong and the remedy."""
 
 
 def to_map(datum: GlobalPose, latitude: float, longitude: float) -> MapPoint:
@@ -37,49 +43,52 @@ def to_map(datum: GlobalPose, latitude: float, longitude: float) -> MapPoint:
     return MapPoint(north, east)
 
 
-def read_geojson(path: Path) -> Ring:
-    """Return the one polygon of a GeoJSON file as (latitude, longitude) vertices, not closed. Raises FenceError."""
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
-        raise FenceError(f"fence file {path}: cannot be read: {error}") from error
-    polygon = _single_polygon(content, path)
-    rings = polygon.get("coordinates")
-    if not isinstance(rings, list) or len(rings) != 1:
-        raise FenceError(f"fence file {path}: coordinates: draw one ring without holes")
-    return _checked_ring(rings[0], path)
+def ring_to_map(datum: GlobalPose, ring: Ring) -> Ring:
+    """Return (latitude, longitude) corners as (north, east) metres on the tangent plane at the datum."""
+    latitudes, longitudes = np.array(ring, dtype=float).T
+    north, east, _ = pymap3d.geodetic2ned(
+        latitudes, longitudes, datum.altitude, datum.latitude, datum.longitude, datum.altitude
+    )
+    return tuple(zip(north.tolist(), east.tolist(), strict=True))
 
 
-def _single_polygon(content: Any, path: Path) -> dict[str, Any]:
-    features = content.get("features") if isinstance(content, dict) else None
-    geometries = [f.get("geometry") if isinstance(f, dict) else None for f in features] if features else [content]
-    if len(geometries) == 1 and isinstance(geometries[0], dict):
-        found = geometries[0].get("geometry", geometries[0])
-        if isinstance(found, dict) and found.get("type") == "Polygon":
-            return found
-    raise FenceError(f"fence file {path}: must hold exactly one Polygon (WGS-84, longitude before latitude)")
+def ring_from_map(datum: GlobalPose, ring: Ring) -> Ring:
+    """Return (north, east) corners on the tangent plane at the datum as (latitude, longitude) degrees."""
+    north, east = np.array(ring, dtype=float).T
+    latitudes, longitudes, _ = pymap3d.ned2geodetic(
+        north, east, np.zeros_like(north), datum.latitude, datum.longitude, datum.altitude
+    )
+    return tuple(zip(latitudes.tolist(), longitudes.tolist(), strict=True))
 
 
-def _checked_ring(ring: Any, path: Path) -> Ring:
-    vertices: list[tuple[float, float]] = []
-    for number, place in enumerate(ring if isinstance(ring, list) else ()):
-        if not (isinstance(place, list) and len(place) >= 2 and all(_is_finite_number(v) for v in place[:2])):
-            raise FenceError(f"fence file {path}: coordinates[0][{number}]: must be [longitude, latitude]")
-        longitude, latitude = float(place[0]), float(place[1])
-        if abs(longitude) > 180 or abs(latitude) > 90:
-            raise FenceError(f"fence file {path}: coordinates[0][{number}]: not degrees: {longitude}, {latitude}")
-        vertices.append((latitude, longitude))
-    if len(vertices) > 1 and vertices[0] == vertices[-1]:
-        vertices.pop()
-    if not 3 <= len(vertices) <= MAXIMUM_VERTICES:
-        raise FenceError(f"fence file {path}: has {len(vertices)} corners; draw 3 to {MAXIMUM_VERTICES}")
-    if not Polygon(vertices).is_valid:
-        raise FenceError(f"fence file {path}: its sides cross or touch each other; draw a simple polygon")
-    return tuple(vertices)
+def check_outline(ring: Ring) -> None:
+    """Check a ring of (north, east) metres: sides, extent, no crossing, area. Raises FenceError naming the corners."""
+    for number, (here, there) in enumerate(zip(ring, (*ring[1:], ring[0]), strict=True), start=1):
+        if math.dist(here, there) < LEAST_SIDE_M:
+            raise FenceError(f"Corners: {number} and {number % len(ring) + 1} lie at one place: remove one of them.")
+    ring = tuple((round(north, 2), round(east, 2)) for north, east in ring)  # sides that touch do so to the centimetre
+    shape = Polygon(ring)
+    south, west, north, east = shape.bounds
+    widest = max(north - south, east - west)
+    if widest > MOST_EXTENT_M:
+        raise FenceError(f"Corners: the fence is {widest:.0f} m wide: draw it at most {MOST_EXTENT_M:.0f} m wide.")
+    if not shape.is_valid:
+        raise FenceError(f"Corners: {_crossing(ring)}: move a corner so that no side crosses another.")
+    if shape.area < LEAST_AREA_M2:
+        raise FenceError(f"Corners: the fence holds {shape.area:.0f} m², too little to fly in: draw it wider.")
 
 
-def _is_finite_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+def _crossing(ring: Ring) -> str:
+    """Return in words which two sides cross or touch."""
+    sides = shapely.linestrings([(here, there) for here, there in zip(ring, (*ring[1:], ring[0]), strict=True)])
+    first, second = np.triu_indices(len(ring), 2)
+    apart = (second - first) % len(ring) < len(ring) - 1  # the last side is the first one's neighbour
+    first, second = first[apart], second[apart]
+    crossed = np.flatnonzero(shapely.intersects(sides[first], sides[second]))
+    if not crossed.size:
+        return "a side lies on its neighbour"
+    a, b = int(first[crossed[0]]), int(second[crossed[0]])
+    return f"the sides {a + 1}-{a + 2} and {b + 1}-{(b + 1) % len(ring) + 1} cross"
 
 
 def polygon_fence(outer: Sequence[tuple[float, float]], margin: float, ceiling: float, ceiling_margin: float) -> Fence:
@@ -89,7 +98,7 @@ def polygon_fence(outer: Sequence[tuple[float, float]], margin: float, ceiling: 
     """
     inner = shapely.buffer(Polygon(outer), -margin, join_style="mitre", mitre_limit=5.0)
     if inner.is_empty or not isinstance(inner, Polygon) or inner.interiors:
-        raise FenceError(f"fence: too narrow: nothing whole is left {margin:g} m inside; draw it wider")
+        raise FenceError(f"Corners: the fence is too narrow: nothing whole is left {margin:g} m inside: draw it wider.")
     return Fence(
         polygon=_open_ring(inner),
         autopilot_polygon=tuple((float(n), float(e)) for n, e in outer),
@@ -123,6 +132,39 @@ def way_is_inside(fence: Fence, start: MapPoint, end: MapPoint) -> bool:
     return bool(_shape(fence.polygon).covers(LineString([(start.north, start.east), (end.north, end.east)])))
 
 
+def leads_inside(fence: Fence, start: MapPoint, end: MapPoint) -> bool:
+    """Whether the straight way ends inside our fence and never leaves it once it is inside.
+
+    From a start inside this is `way_is_inside`; from one outside it is a way back that enters once.
+    """
+    if way_is_inside(fence, start, end):
+        return True
+    if not _is_finite(start) or not contains(fence, end) or contains(fence, start):
+        return False
+    inside = _shape(fence.polygon).intersection(LineString([(start.north, start.east), (end.north, end.east)]))
+    return isinstance(inside, Point | LineString)
+
+
+def last_inside(fence: Fence, start: MapPoint, end: MapPoint) -> MapPoint:
+    """Return where a straight way that begins inside and leaves our fence must end: `WAY_BACK_M` before it leaves."""
+    inside = _shape(fence.polygon).intersection(LineString([(start.north, start.east), (end.north, end.east)]))
+    first = min(shapely.get_parts(inside), key=lambda part: part.distance(Point(start.north, start.east)), default=None)
+    if first is None:
+        return start
+    length = max(math.dist((start.north, start.east), corner) for corner in first.coords)
+    share = max(length - WAY_BACK_M, 0.0) / max(start.distance(end), 1e-9)
+    return MapPoint(start.north + (end.north - start.north) * share, start.east + (end.east - start.east) * share)
+
+
+def sees_all(fence: Fence, place: MapPoint) -> bool:
+    """Whether the straight way from everywhere inside our fence to this place stays inside.
+
+    A simple polygon is seen whole from where all its corners are seen.
+    """
+    ways = shapely.linestrings([((place.north, place.east), corner) for corner in fence.polygon])
+    return contains(fence, place) and bool(np.all(_shape(fence.polygon).covers(ways)))
+
+
 def inside_point(fence: Fence, place: MapPoint, depth: float = RECOVERY_DEPTH_M) -> MapPoint:
     """Return the place nearest to this one (within half a percent of the depth) that lies ``depth`` metres inside.
 
@@ -145,6 +187,11 @@ def extent(fence: Fence) -> tuple[float, float]:
     """Return the fence's extent north-south and east-west, metres."""
     south, west, north, east = _shape(fence.polygon).bounds
     return float(north - south), float(east - west)
+
+
+def area(ring: Ring) -> float:
+    """Return the area inside a ring of metres, m²."""
+    return float(_shape(ring).area)
 
 
 @lru_cache(maxsize=8)

@@ -12,6 +12,7 @@ from collections.abc import Callable, Coroutine
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
+from hawk.comm.fence_messages import CheckFence, ClearFence, SetFence
 from hawk.comm.messages import (
     Ack,
     AutonomousMove,
@@ -34,8 +35,11 @@ from hawk.comm.status import ClientId, CommandSocket, DroneStatus
 from hawk.comm.topic import Topic
 from hawk.ddc.commands import Judge, Refusal, command_type
 from hawk.ddc.errors import ReqFailed, TargetRefused
+from hawk.ddc.fence_desk import answer_check, plan_of
 from hawk.ddc.fence_keeper import FenceKeeper
+from hawk.ddc.fence_plan import FencePlan
 from hawk.ddc.flight_log import FlightLog
+from hawk.ddc.geofence import FenceError
 from hawk.ddc.guard import Guard
 from hawk.ddc.inquiry import Inquiries
 from hawk.ddc.kill import TOKEN_VALID_S, KillRefused, KillSwitch
@@ -46,7 +50,7 @@ from hawk.ddc.requests import Request, Requests
 from hawk.ddc.restart import flight_goes_on
 from hawk.ddc.route_requests import RouteRequests
 from hawk.ddc.service_interface import DdcServiceInterface
-from hawk.ddc.states.base import Cause, ConfigureOrder, MoveOrder, Order, State
+from hawk.ddc.states.base import Cause, ConfigureOrder, FenceOrder, MoveOrder, Order, State
 from hawk.ddc.states.factory import StateFactory
 from hawk.ddc.status_builder import StatusBuilder
 from hawk.ddc.surroundings import Surroundings
@@ -115,7 +119,7 @@ class OperationsManager:
         self.service = ddc_service_interface
         self.topics.init()
         self.service.init()
-        self.fences = FenceKeeper(self.settings, self.topics.fence_pub)
+        self.fences = FenceKeeper(self.settings, self.topics.fence_pub, self._around.directory)
         limits = self.settings.heights
         defaults = HeightParameters(limits.minimum_m, limits.desired_m, limits.maximum_m)
         self._store = ParameterStore(self._around.directory, defaults, self.settings.ceiling)
@@ -123,6 +127,7 @@ class OperationsManager:
         self.topics.heights_pub.publish(heights)
         if problem:
             self.log.add("warning", "The stored heights cannot be used; the configured ones are.", problem)
+        self.fences.tell_source(self.log.add)
         self.states = StateFactory(self)
         self.kill = KillSwitch(self._around.clock, self._send_kill, self._around.new_token)
         self.guard = Guard(self)
@@ -168,6 +173,8 @@ class OperationsManager:
             return Ack(id=command.id, accepted=True)
         if isinstance(command, Control | MapResync):
             return Ack(id=command.id, accepted=False, reason=f"{command.type}: is answered by the web server.")
+        if isinstance(command, CheckFence):
+            return answer_check(self, command)
         self.record("command", {"client": client, **command.model_dump(by_alias=True, exclude={"token"})})
         if isinstance(command, RouteRequest):
             self.route_requests.ask(client, command)
@@ -229,6 +236,13 @@ class OperationsManager:
     def fence(self) -> Fence | None:
         """The fence in force."""
         return self.fences.active
+
+    @property
+    def ceiling(self) -> float:
+        """Our own ceiling: of the fence in force in the air, of the planned one on the ground; metres."""
+        fence = self.fence
+        on_ground = self.state.identity in GROUND_STATES
+        return self.fences.ceiling if on_ground or fence is None else fence.ceiling
 
     @property
     def has_link(self) -> bool:
@@ -326,6 +340,17 @@ class OperationsManager:
         """These hold from here on."""
         self.topics.heights_pub.publish(heights)
 
+    async def store_fence(self, plan: FencePlan | None) -> None:
+        """Write the drawn fence's file (None: put it aside), off the loop; then plan with it, and show it.
+
+        The next Arm uploads it. A drone that a pilot armed meanwhile flies on in the fence that is in force.
+        """
+        await asyncio.get_running_loop().run_in_executor(self._executor, self.fences.store, plan)
+        self.fences.use(plan)
+        place, datum = self.topics.get_global_pose(), self.service.datum
+        if place is not None and datum is not None and not self.topics.get_state().armed:
+            self.fences.put_in_force(self.fences.build(datum, place.latitude, place.longitude))
+
     def take_up_flight(self) -> None:
         """This program started in the air: flight time and way go on where the earlier run left them."""
         known = flight_goes_on(self._around.flight, self.utc().timestamp(), self._around.speed)
@@ -341,6 +366,8 @@ class OperationsManager:
         place, datum = self.topics.get_global_pose(), self.datum_for_arm()
         if place is None or datum is None:
             raise ValueError("the position is not known")
+        if self.fences.problem:
+            raise FenceError(self.fences.problem)
         fence = self.fences.build(datum, place.latitude, place.longitude)
         if self.service.datum is None:
             self.service.set_datum(datum)
@@ -396,6 +423,8 @@ class OperationsManager:
             return self.accept(command, self._move_order(command))
         if isinstance(command, Configure):
             return self.accept(command, ConfigureOrder(HeightParameters(command.min, command.des, command.max)))
+        if isinstance(command, SetFence | ClearFence):
+            return self.accept(command, FenceOrder(plan_of(command) if isinstance(command, SetFence) else None))
         return self.accept(command, command)
 
     def _handle_safely(self, client: ClientId, command: Command) -> Outgoing | None:

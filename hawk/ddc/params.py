@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from hawk.ddc.atomic_file import put_aside, write_atomically
 from hawk.model import HeightParameters
 
 PARAMETER_FILE = "params.json"
@@ -71,23 +71,12 @@ class ParameterStore:
     def write(self, heights: HeightParameters) -> None:
         """Store the heights durably. Blocks on the disk: call it off the loop. Raises ParameterError."""
         content: dict[str, Any] = {"Min": heights.minimum, "Des": heights.desired, "Max": heights.maximum}
-        temporary = self._path.with_name(f".{self._path.name}.new")
         try:
-            self._path.parent.mkdir(parents=True, exist_ok=True)
-            with temporary.open("w", encoding="utf-8") as file:
-                json.dump(content, file)
-                file.flush()
-                os.fsync(file.fileno())
-            temporary.replace(self._path)
-            folder = os.open(self._path.parent, os.O_RDONLY | os.O_DIRECTORY)
-            try:
-                os.fsync(folder)
-            finally:
-                os.close(folder)
+            write_atomically(self._path, json.dumps(content))
         except OSError as error:
             raise ParameterError(f"The heights could not be stored in {self._path}: {error}") from error
 
     def _put_aside(self, reason: str) -> str:
         with suppress(OSError):
-            self._path.replace(self._path.with_name(f"{self._path.name}.bad"))
+            put_aside(self._path, "bad")
         return f"The stored heights cannot be used, the configured ones stand in: {reason}"

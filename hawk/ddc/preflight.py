@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Literal
 from hawk.comm.messages import CheckItem
 from hawk.ddc.errors import ReqFailed
 from hawk.ddc.failsafes import check_failsafes, return_altitude, wanted_values, watched_names
-from hawk.ddc.geofence import FenceError, contains, extent, to_map
+from hawk.ddc.geofence import FenceError, contains, extent, outside_by, sees_all, to_map
 from hawk.ddc.params import ParameterError, check_heights
 from hawk.ddc.requests import Request
 from hawk.ddc.words import metres
+from hawk.model import Fence, MapPoint
 
 if TYPE_CHECKING:
     from hawk.ddc.operations_manager import OperationsManager
@@ -24,7 +25,7 @@ RETRY_S = 3.0
 """After a read that failed, seconds."""
 GPS_FIX_3D = 3
 
-Remedy = Literal["Set Failsafes", "Clear Kill"]
+Remedy = Literal["Set Failsafes", "Clear Kill", "Set Fence"]
 
 
 class Preflight:
@@ -40,11 +41,17 @@ class Preflight:
         self._ground_time = 0.0
         self._last_tick = context.now
         self._items: tuple[float, tuple[CheckItem, ...]] | None = None
+        self._plan_made: tuple[float, tuple[Fence, MapPoint] | CheckItem] | None = None
 
     @property
     def is_setting(self) -> bool:
         """Whether failsafes are being set."""
         return self._setting is not None
+
+    @property
+    def return_height(self) -> float | None:
+        """The height at which the autopilot returns, metres above the arm place; None while it was not read lately."""
+        return return_altitude(self._fresh_values())
 
     @property
     def passed_count(self) -> int:
@@ -72,12 +79,13 @@ class Preflight:
             self._recording,
             self._heights,
             self._fence,
+            self._return_height,
         )
         return (*(make() for make in makers), *self._failsafes())
 
     def tick(self, disarmed: bool) -> None:
         """Look at answers and ask for the next parameter; only while disarmed, one at a time."""
-        self._items = None
+        self._items = self._plan_made = None
         now, last, self._last_tick = self._context.now, self._last_tick, self._context.now
         if disarmed:
             self._ground_time += now - last  # what was read does not age in flight, when nothing can be read
@@ -218,7 +226,7 @@ class Preflight:
         return _failed("Recording", health.reason, "The flight would not be recorded.", "Make room on the disk.")
 
     def _heights(self) -> CheckItem:
-        heights, ceiling = self._context.heights, self._context.settings.ceiling
+        heights, ceiling = self._context.heights, self._context.ceiling
         text = f"{heights.desired:g} m, never below {heights.minimum:g} m or above {heights.maximum:g} m"
         try:
             check_heights(heights, ceiling)
@@ -227,25 +235,46 @@ class Preflight:
         return _passed("Heights", text)
 
     def _fence(self) -> CheckItem:
-        remedy = "Put the drone inside the fence, or choose another fence file."
+        planned = self._planned()
+        if isinstance(planned, CheckItem):
+            return planned
+        fence, home = planned
+        north, east = extent(fence)
+        text = f"{north:.0f} × {east:.0f} m"
+        if not contains(fence, home):
+            away = metres(max(1.0, outside_by(fence, home)))
+            return _bad_fence(f"{text}, drone {away} outside", "It could not fly anywhere.")
+        return _passed("Fence", f"{text}, drone and home inside")
+
+    def _return_height(self) -> CheckItem:
+        name, planned, altitude = "Return height", self._planned(), self.return_height
+        if altitude is None or isinstance(planned, CheckItem):
+            value = "not read yet" if altitude is None else f"{metres(altitude)}, no fence to compare it with"
+            return _failed(name, value, "It may be above the fence.", "Wait.")
+        fence, home = planned
+        text = f"{metres(altitude)}, ceiling {metres(fence.ceiling)}"
+        if altitude > fence.ceiling:
+            return _failed(name, text, "On its way home it would leave the fence.", "Change the heights.")
+        return _passed(name, text if sees_all(fence, home) else f"{text}; from parts the way home leaves the fence")
+
+    def _planned(self) -> tuple[Fence, MapPoint] | CheckItem:
+        """Return what `_plan` says, made once a tick."""
+        if self._plan_made is None or self._plan_made[0] != self._context.now:
+            self._plan_made = (self._context.now, self._plan())
+        return self._plan_made[1]
+
+    def _plan(self) -> tuple[Fence, MapPoint] | CheckItem:
+        """Return the fence that Arm would lay and the drone's place, its home to be; else the check that fails."""
+        if self._context.fences.problem:
+            return _bad_fence(self._context.fences.problem, "What it forbids is not known.")
         place, datum = self._context.topics.get_global_pose(), self._context.datum_for_arm()
         if place is None or datum is None:
             return _failed("Fence", "position not known", "There is no fence to fly in.", "Wait for the position.")
         try:
             fence = self._context.fences.build(datum, place.latitude, place.longitude)
         except FenceError as error:
-            return _failed("Fence", str(error), "There is no fence to fly in.", remedy)
-        north, east = extent(fence)
-        text = f"{north:.0f} × {east:.0f} m"
-        if not contains(fence, to_map(datum, place.latitude, place.longitude)):
-            return _failed("Fence", f"{text}, drone outside", "It could not fly anywhere.", remedy)
-        altitude = return_altitude(self._fresh_values())
-        if altitude is None:
-            return _failed("Fence", f"{text}, return height not read yet", "It may be above the fence.", "Wait.")
-        if altitude > fence.ceiling:
-            found = f"returns at {metres(altitude)}, ceiling {metres(fence.ceiling)}"
-            return _failed("Fence", found, "On its way home it would leave the fence.", "Change the heights.")
-        return _passed("Fence", f"{text}, home inside")
+            return _bad_fence(str(error), "There is no fence to fly in.")
+        return fence, to_map(datum, place.latitude, place.longitude)
 
     def _failsafes(self) -> tuple[CheckItem, ...]:
         found = check_failsafes(self._fresh_values(), self._context.settings.system_id)
@@ -259,6 +288,11 @@ class Preflight:
 
 def _passed(name: str, value: str) -> CheckItem:
     return CheckItem(name=name, passed=True, value=value)
+
+
+def _bad_fence(value: str, consequence: str) -> CheckItem:
+    remedy = "Put the drone inside the fence, or draw another one."
+    return _failed("Fence", value, consequence, remedy, remedy_command="Set Fence")
 
 
 def _failed(name: str, value: str, consequence: str, remedy: str, *, remedy_command: Remedy | None = None) -> CheckItem:

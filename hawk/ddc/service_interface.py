@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 from hawk.comm.vehicle import Autopilot, AutopilotError
 from hawk.ddc.errors import ReqFailed, TargetRefused
-from hawk.ddc.geofence import contains
+from hawk.ddc.geofence import contains, leads_inside
 from hawk.ddc.motion import Goal, maximum_target_distance
 from hawk.ddc.topic_interface import TARGET_POSE_AGE_S, DdcTopicInterface
 from hawk.model import CopterMode, Fence, GlobalPose, HeightParameters, MapPose, StateName
@@ -164,8 +164,9 @@ class DdcServiceInterface:
         pose = self._topics.get_fresh_pose()
         if pose is None or pose.map is None:
             return f"the pose is older than {TARGET_POSE_AGE_S:g} s"
-        if fence is None or not contains(fence, target.point):
-            return "the target is outside the fence"
+        across = _fence_refusal(target, pose.map, fence, state in HOLDING_STATES)
+        if fence is None or across:
+            return across
         highest = fence.ceiling if state in HOLDING_STATES else heights.maximum
         bounds = (heights.minimum, min(highest, fence.ceiling), fence.ceiling)
         return _height_refusal(target, pose.map, bounds) or _distance_refusal(target, pose.map, self._speed)
@@ -189,6 +190,18 @@ class DdcServiceInterface:
             raise ReqFailed(str(error)) from error
         self._record("answer", {"name": name, "value": answer if isinstance(answer, int | float) else None, **details})
         return answer
+
+
+def _fence_refusal(target: Goal, pose: MapPose, fence: Fence | None, holding: bool) -> str:
+    """Check the target and the straight way to it.
+
+    A drone outside that holds is led back by any way that ends inside.
+    """
+    if fence is None or not contains(fence, target.point):
+        return "the target is outside the fence"
+    if leads_inside(fence, pose.point, target.point) or (holding and not contains(fence, pose.point)):
+        return ""
+    return "the straight way to the target leaves the fence"
 
 
 def _height_refusal(target: Goal, pose: MapPose, bounds: tuple[float, float, float]) -> str:

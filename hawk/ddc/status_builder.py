@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from hawk.comm.messages import HealthItem
 from hawk.comm.status import DroneStatus
+from hawk.ddc.geofence import Ring
 from hawk.ddc.states.communication_lost import CommunicationLost
 from hawk.model import GROUND_STATES, HealthStatus, MapPoint, StateName
 
@@ -99,8 +100,10 @@ class StatusBuilder:
         return {
             "home": context.topics.home_pub.value,
             "datum": None if datum is None else (datum.latitude, datum.longitude),
-            "fence": () if fence is None else tuple(MapPoint(n, e) for n, e in fence.polygon),
-            "ceiling": context.settings.ceiling if fence is None else fence.ceiling,
+            "fence": () if fence is None else _ring(fence.polygon),
+            "fence_limit": () if fence is None else _ring(fence.autopilot_polygon),
+            "fence_setup": context.fences.setup,
+            "ceiling": context.ceiling,
             "target": context.target_place,
             "footprint": context.topics.get_footprint(),
         }
@@ -134,6 +137,11 @@ class StatusBuilder:
         items = tuple(HealthItem(name=name, healthy=h.is_healthy, reason=h.reason) for name, h in shown)
         well = own.is_healthy and all(item.healthy for item in items if item.name != "loop")
         return {"health": items, "health_status": HealthStatus.HEALTHY if well else HealthStatus.UNHEALTHY}
+
+
+def _ring(corners: Ring) -> tuple[MapPoint, ...]:
+    """Return corners to the centimetre: they are told five times a second."""
+    return tuple(MapPoint(round(north, 2), round(east, 2)) for north, east in corners)
 
 
 def _finite(value: float | None) -> float | None:

@@ -14,13 +14,13 @@ from pydantic import Field, TypeAdapter, ValidationError
 
 from hawk.comm.async_message_socket import AsyncMessageSocket
 from hawk.comm.base_socket import BaseSocket, FailedToSend
+from hawk.comm.fence_messages import FenceSetup
 from hawk.comm.messages import (
     Ack,
     Answer,
     Command,
     Control,
     Heartbeat,
-    KillToken,
     LogEntry,
     MapResync,
     OperatorHeartbeat,
@@ -75,6 +75,8 @@ class DroneClient:
         """The drone's messages, oldest first."""
         self.trail: list[Point] = []
         """Where the drone flew."""
+        self.fence_setup: FenceSetup | None = None
+        """Which fence the next Arm puts in force."""
 
     @property
     def is_connected(self) -> bool:
@@ -107,7 +109,7 @@ class DroneClient:
 
     # -- commands -----------------------------------------------------------------------------------------------------
 
-    async def ask(self, command: Command, timeout_s: float = ANSWER_TIMEOUT_S) -> Ack | KillToken:
+    async def ask(self, command: Command, timeout_s: float = ANSWER_TIMEOUT_S) -> Answer:
         """Send one command and return the answer. Raises FailedToSend, or LinkLostError when none comes."""
         answer = await self._ask(command, timeout_s)
         if isinstance(answer, RouteAnswer):
@@ -236,6 +238,7 @@ class DroneClient:
         if beat.trail_start:
             self.trail.clear()
         self.trail.extend(beat.trail)
+        self.fence_setup = beat.fence_setup or self.fence_setup
         for waiter in tuple(self._waiters):
             if not waiter.done():
                 waiter.set_result(beat)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Final, Protocol
 
-from hawk.comm.messages import Ack, Command, Heartbeat, KillToken
+from hawk.comm.messages import Ack, Answer, Command, Heartbeat
 from hawk.model import StateName
 
 SETTLED: Final = 2
@@ -54,7 +54,7 @@ class Drone(Protocol):
         """Wait for the next heartbeat. Raises LinkLostError after real seconds."""
         ...
 
-    async def ask(self, command: Command) -> Ack | KillToken:
+    async def ask(self, command: Command) -> Answer:
         """Send a command and return the answer. Raises FailedToSend, LinkLostError."""
         ...
 

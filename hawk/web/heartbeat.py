@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, fields
 from enum import Enum
 from typing import Any, Final
 
+from hawk.comm.fence_messages import FenceSetup
 from hawk.comm.messages import Heartbeat, Point
 from hawk.comm.status import DroneStatus
 from hawk.model import MapPoint, OccupancyMap
@@ -17,7 +18,7 @@ LOG_LIMIT: Final = 50
 """Log entries in one heartbeat; the rest comes with the next."""
 TRAIL_LIMIT: Final = 500
 """Trail points in one heartbeat."""
-_PER_CLIENT: Final = frozenset({"log", "trail", "trail_id"})
+_PER_CLIENT: Final = frozenset({"log", "trail", "trail_id", "fence_setup"})
 
 
 class SharedHeartbeat:
@@ -37,12 +38,13 @@ class SharedHeartbeat:
 
 @dataclass(slots=True)
 class ClientView:
-    """What one client was sent of map, log and trail."""
+    """What one client was sent of map, log, trail and fence."""
 
     map: MapView = field(default_factory=MapView)
     _log: int = -1
     _trail: int = 0
     _trail_id: int | None = None
+    _fence: FenceSetup | None = None
 
     def forget_map(self) -> None:
         """The client asked for the whole map again."""
@@ -68,6 +70,7 @@ class ClientView:
                 "Messages": [entry.model_dump(by_alias=True) for entry in self._next_log(status)],
                 "Trail": [{"North": point.north, "East": point.east} for point in trail],
                 "Trail Start": start,
+                "Fence Setup": self._next_fence(status),
                 "Controller": controller,
                 "In Control": in_control,
             },
@@ -81,6 +84,12 @@ class ClientView:
             self._log = entries[-1].number
         return entries
 
+    def _next_fence(self, status: DroneStatus) -> dict[str, Any] | None:
+        if status.fence_setup is None or status.fence_setup is self._fence:
+            return None
+        self._fence = status.fence_setup
+        return self._fence.model_dump(by_alias=True)
+
     def _next_trail(self, status: DroneStatus) -> tuple[bool, list[MapPoint]]:
         start = status.trail_id != self._trail_id or len(status.trail) < self._trail
         if start:
@@ -93,7 +102,9 @@ class ClientView:
 
 def _shared(status: DroneStatus) -> Heartbeat:
     values = {f.name: _plain(getattr(status, f.name)) for f in fields(status) if f.name not in _PER_CLIENT}
-    return Heartbeat(occupancy_map=None, messages=[], trail=[], controller=None, in_control=False, **values)
+    return Heartbeat(
+        occupancy_map=None, messages=[], trail=[], fence_setup=None, controller=None, in_control=False, **values
+    )
 
 
 def _plain(value: Any) -> Any:

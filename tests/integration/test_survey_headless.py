@@ -11,7 +11,7 @@ import pytest
 
 from hawk.comm.clock import ManualClock
 from hawk.comm.loop_lag import LagSummary
-from hawk.comm.messages import Arm, Hold, Kill, KillRequest, KillToken
+from hawk.comm.messages import Ack, Arm, Hold, Kill, KillRequest, KillToken
 from hawk.comm.topic import Topic
 from hawk.config import OperatorSettings, WebSettings
 from hawk.model import CopterMode, OccupancyMap, StateName
@@ -187,24 +187,24 @@ async def test_kill_needs_control_and_its_token_and_then_cuts(flight: Flight) ->
     async with flight.client() as drone, flight.client() as watcher:
         await drone.request_control()
         refused = await watcher.ask(KillRequest())
-        assert not isinstance(refused, KillToken)
+        assert isinstance(refused, Ack)
         assert not refused.accepted
         token = await drone.ask(KillRequest())
         assert isinstance(token, KillToken)
         stolen = await watcher.ask(Kill(token=token.token))
-        assert not isinstance(stolen, KillToken)
+        assert isinstance(stolen, Ack)
         assert not stolen.accepted
         assert rig.autopilot.count("kill") == 0
         await drone.order(Kill(token=token.token))
         await rig.tick(2)
         assert rig.autopilot.count("kill") >= 1
         again = await drone.ask(Kill(token=token.token))
-        assert not isinstance(again, KillToken)
+        assert isinstance(again, Ack)
         assert not again.accepted, "a token is used once"
         rig.manager.process()
         asking = asyncio.create_task(drone.ask(Arm()))
         while not asking.done():
             await rig.tick()
         refused = asking.result()
-        assert not isinstance(refused, KillToken)
+        assert isinstance(refused, Ack)
         assert not refused.accepted, "Arm waits until the kill is cleared"

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar
 
 from hawk.comm.messages import Command
+from hawk.ddc.fence_plan import FencePlan
 from hawk.ddc.ranks import Rank
 from hawk.model import HeightParameters, MapPoint, Route, StateName
 
@@ -46,7 +47,14 @@ class ConfigureOrder:
     heights: HeightParameters
 
 
-Order = Command | MoveOrder | ConfigureOrder
+@dataclass(frozen=True, slots=True)
+class FenceOrder:
+    """An accepted fence; None: the drawn one is put aside."""
+
+    plan: FencePlan | None
+
+
+Order = Command | MoveOrder | ConfigureOrder | FenceOrder
 
 
 class State(ABC):

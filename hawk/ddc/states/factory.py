@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from hawk.ddc.fence_plan import FencePlan
 from hawk.ddc.flight_log import Level
 from hawk.ddc.motion import Goal
 from hawk.ddc.states.arm import Arm
@@ -11,6 +12,7 @@ from hawk.ddc.states.base import Cause, MoveOrder, State
 from hawk.ddc.states.communication_lost import CommunicationLost
 from hawk.ddc.states.configure import Configure
 from hawk.ddc.states.explore import AutonomousExplore
+from hawk.ddc.states.fencing import ConfigureFence
 from hawk.ddc.states.homing import Land, ReturnToLaunch
 from hawk.ddc.states.hover import Hover
 from hawk.ddc.states.idle import Idle
@@ -37,6 +39,10 @@ class StateFactory:
     def configure(self, heights: HeightParameters) -> State:
         """Store these heights."""
         return Configure(self._context, heights)
+
+    def configure_fence(self, plan: FencePlan | None) -> State:
+        """Store this fence; None: put the drawn one aside."""
+        return ConfigureFence(self._context, plan)
 
     def arm(self, armed: bool = False, reason: str = "") -> State:
         """Arm; or wait for take-off with a drone that is armed already."""

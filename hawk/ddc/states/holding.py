@@ -6,10 +6,10 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from hawk.ddc.geofence import RECOVERY_DEPTH_M, contains, inside_point
+from hawk.ddc.geofence import RECOVERY_DEPTH_M, WAY_BACK_M, contains, inside_point, last_inside, way_is_inside
 from hawk.ddc.motion import Carrot, Goal, distance, maximum_target_distance, stopping_point
 from hawk.ddc.states.mode_keeper import ModeKeeper
-from hawk.model import CopterMode, VehiclePose
+from hawk.model import CopterMode, Fence, MapPoint, VehiclePose
 
 if TYPE_CHECKING:
     from hawk.ddc.operations_manager import OperationsManager
@@ -98,7 +98,7 @@ class Holding:
             target = self._goal
         else:
             target = self._carrot.step(
-                self._goal, pose.map, self._context.now, self._context.heights.minimum, self._context.settings.ceiling
+                self._goal, pose.map, self._context.now, self._context.heights.minimum, self._context.ceiling
             )
         self._context.send_target(target)
 
@@ -107,9 +107,16 @@ class Holding:
         fence = self._context.fence
         if goal is None or fence is None or pose.map is None:
             return None
-        if not contains(fence, goal.point):
-            inside = inside_point(fence, goal.point, 0.5)
-            goal = replace(goal, north=inside.north, east=inside.east)
+        place = _reachable(fence, pose.map.point, goal.point)
+        goal = replace(goal, north=place.north, east=place.east)
         highest = max(self._context.heights.maximum, math.floor(pose.map.height))
         height = min(max(goal.height, self._context.heights.minimum), highest, fence.ceiling)
         return replace(goal, height=height)
+
+
+def _reachable(fence: Fence, start: MapPoint, stop: MapPoint) -> MapPoint:
+    """Return the stopping point, or what is nearest to it inside the fence on this side of its edge."""
+    inside = stop if contains(fence, stop) else inside_point(fence, stop, WAY_BACK_M)
+    if not contains(fence, start) or way_is_inside(fence, start, inside):
+        return inside
+    return last_inside(fence, start, stop)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from hawk.comm.messages import Arm
-from hawk.ddc.states.base import ConfigureOrder, State
+from hawk.ddc.states.base import ConfigureOrder, FenceOrder, State
 from hawk.model import StateName
 
 if TYPE_CHECKING:
@@ -31,6 +31,8 @@ class Idle(State):
         order = self._take_order()
         if isinstance(order, ConfigureOrder):
             return self.context.states.configure(order.heights)
+        if isinstance(order, FenceOrder):
+            return self.context.states.configure_fence(order.plan)
         if isinstance(order, Arm):
             return self.context.states.arm()
         return self

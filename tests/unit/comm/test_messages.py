@@ -1,7 +1,11 @@
 from __future__ import annotations
 
+import json
+from typing import Any
+
 import pytest
 
+from hawk.comm.fence_messages import CheckFence, SetFence
 from hawk.comm.messages import Ack, BadMessageError, Hold, parse_command
 
 
@@ -27,3 +31,52 @@ def test_a_refusal_carries_the_id_if_it_can_be_sent_back(text: str, found: str |
 
 def test_a_whole_pair_is_a_good_id() -> None:
     assert parse_command('{"Type": "Hold", "Id": "\\ud83d\\ude80"}') == Hold(id="\U0001f680")
+
+
+CORNERS = [{"Latitude": 43.0 + k * 1e-3, "Longitude": -79.0 + k * k * 1e-3} for k in range(71)]
+
+
+def fence(kind: str = "Set Fence", **changes: Any) -> str:
+    return json.dumps({"Type": kind, "Corners": CORNERS[:4], "Ceiling": 80, **changes})
+
+
+@pytest.mark.parametrize("count", [3, 70])
+def test_a_fence_has_3_to_70_corners(count: int) -> None:
+    taken = parse_command(fence(Corners=CORNERS[:count]))
+    assert isinstance(taken, SetFence)
+    assert len(taken.corners) == count
+    assert isinstance(parse_command(fence("Check Fence")), CheckFence)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"Corners": CORNERS[:2]}, "Corners: a fence has 3 to 70 corners, this one has 2: add some"),
+        ({"Corners": CORNERS}, "Corners: a fence has 3 to 70 corners, this one has 71"),
+        ({"Corners": []}, "Corners: "),
+        ({"Corners": None}, "Corners: "),
+        ({"Corners": "all around"}, "Corners: "),
+        ({"Corners": [*CORNERS[:3], {"Latitude": 91, "Longitude": 0}]}, "Corners.3.Latitude: "),
+        ({"Corners": [*CORNERS[:3], {"Latitude": 9, "Longitude": -181}]}, "Corners.3.Longitude: "),
+        ({"Corners": [*CORNERS[:3], {"Latitude": float("nan"), "Longitude": 0}]}, "Corners.3.Latitude: "),
+        ({"Corners": [*CORNERS[:3], {"Latitude": float("inf"), "Longitude": 0}]}, "Corners.3.Latitude: "),
+        ({"Corners": [*CORNERS[:3], {"Latitude": "9", "Longitude": 0}]}, "Corners.3.Latitude: "),
+        ({"Corners": [*CORNERS[:3], {"Latitude": 9}]}, "Corners.3.Longitude: "),
+        ({"Corners": [*CORNERS[:3], {"Latitude": 9, "Longitude": 0, "Height": 3}]}, "Corners.3.Height: "),
+        ({"Ceiling": 0}, "Ceiling: "),
+        ({"Ceiling": 1001}, "Ceiling: "),
+        ({"Ceiling": float("nan")}, "Ceiling: "),
+        ({"Ceiling": None}, "Ceiling: "),
+        ({"Radius": 9}, "Radius: "),
+    ],
+)
+@pytest.mark.parametrize("kind", ["Set Fence", "Check Fence"])
+def test_a_bad_fence_is_refused_by_the_field(kind: str, changes: dict[str, Any], words: str) -> None:
+    with pytest.raises(BadMessageError) as refused:
+        parse_command(fence(kind, **changes))
+    assert str(refused.value).startswith(words)
+
+
+def test_the_largest_fence_fits_into_a_message() -> None:
+    corners = [{"Latitude": -43.123456789012345, "Longitude": -179.12345678901234}] * 70
+    assert isinstance(parse_command(fence(Corners=corners)), SetFence)

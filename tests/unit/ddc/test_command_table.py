@@ -6,6 +6,7 @@ import itertools
 
 import pytest
 
+from hawk.comm.fence_messages import ClearFence, FenceCorner, SetFence
 from hawk.comm.messages import (
     Ack,
     Arm,
@@ -28,8 +29,12 @@ from hawk.comm.messages import (
 )
 from hawk.ddc.commands import TABLE
 from hawk.model import LandedState, StateName
-from tests.unit.ddc.fakes import Rig
+from tests.unit.ddc.fakes import PLACE, Rig
 
+FENCE = [
+    FenceCorner(latitude=PLACE.latitude + north, longitude=PLACE.longitude + east)
+    for north, east in ((-1e-3, -1e-3), (1e-3, -1e-3), (1e-3, 1e-3), (-1e-3, 1e-3))
+]
 COMMANDS: dict[str, Command] = {
     "Configure": Configure(min=10, des=20, max=30),
     "Arm": Arm(),
@@ -45,6 +50,8 @@ COMMANDS: dict[str, Command] = {
     "Kill Request": KillRequest(),
     "Clear Kill": ClearKill(),
     "Set Failsafes": SetFailsafes(),
+    "Set Fence": SetFence(corners=FENCE, ceiling=80),
+    "Clear Fence": ClearFence(),
 }
 """Kill itself, which needs a token, has a test of its own."""
 
@@ -68,6 +75,8 @@ ACCEPTED: dict[str, set[StateName]] = {
     "Kill Request": set(StateName),
     "Clear Kill": set(),
     "Set Failsafes": {StateName.IDLE},
+    "Set Fence": {StateName.IDLE},
+    "Clear Fence": set(),
 }
 
 LEADS_TO: dict[str, StateName] = {
@@ -81,6 +90,7 @@ LEADS_TO: dict[str, StateName] = {
     "Return To Launch": StateName.RETURN_TO_LAUNCH,
     "Land": StateName.LAND,
     "Resume": StateName.HOVER,
+    "Set Fence": StateName.CONFIGURE,
 }
 
 PAIRS = list(itertools.product(StateName, COMMANDS))

@@ -6,18 +6,25 @@ import math
 from pathlib import Path
 
 import pytest
+import shapely
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from hawk.ddc.fence_file import read_geojson
 from hawk.ddc.geofence import (
     FenceError,
+    check_outline,
     circle,
     contains,
     extent,
     inside_point,
+    last_inside,
+    leads_inside,
     outside_by,
     polygon_fence,
-    read_geojson,
+    ring_from_map,
+    ring_to_map,
+    sees_all,
     to_map,
     way_is_inside,
 )
@@ -119,6 +126,62 @@ def test_geodesy_agrees_with_a_degree_of_latitude() -> None:
     place = to_map(DATUM, DATUM.latitude + 0.001, DATUM.longitude)
     assert place.north == pytest.approx(111.1, abs=0.3)
     assert place.east == pytest.approx(0, abs=1e-6)
+
+
+@given(coordinate, coordinate, coordinate, coordinate)
+def test_a_way_that_leads_inside_never_leaves_again(north: float, east: float, to_north: float, to_east: float) -> None:
+    start, end = MapPoint(north, east), MapPoint(to_north, to_east)
+    shares = [k / 200 for k in range(201)]
+    along = [contains(L_SHAPE, MapPoint(north + (to_north - north) * k, east + (to_east - east) * k)) for k in shares]
+    if leads_inside(L_SHAPE, start, end):
+        assert along[-1]
+        assert along == sorted(along), "outside first, then inside to the end"
+    if contains(L_SHAPE, start):
+        assert leads_inside(L_SHAPE, start, end) == way_is_inside(L_SHAPE, start, end)
+
+
+def test_a_way_from_outside_through_one_arm_into_the_other_does_not_lead_inside() -> None:
+    corner, other = MapPoint(90, 20), MapPoint(20, 90)
+    assert not leads_inside(L_SHAPE, MapPoint(120, -10), other)
+    assert not leads_inside(L_SHAPE, corner, other)
+    assert leads_inside(L_SHAPE, MapPoint(120, 20), corner)
+    assert not leads_inside(L_SHAPE, MapPoint(math.nan, 20), corner)
+
+
+@given(coordinate, coordinate)
+def test_a_stop_beyond_the_edge_is_taken_back_on_this_side_of_it(north: float, east: float) -> None:
+    start, end = MapPoint(90, 20), MapPoint(north, east)
+    stop = last_inside(L_SHAPE, start, end)
+    assert way_is_inside(L_SHAPE, start, stop)
+    assert start.distance(stop) <= start.distance(end) + 1e-6
+
+
+def test_from_where_everything_is_seen() -> None:
+    assert sees_all(FENCE, MapPoint(10, 10))
+    assert sees_all(L_SHAPE, MapPoint(20, 20))
+    assert not sees_all(L_SHAPE, MapPoint(90, 20))
+    assert not sees_all(FENCE, MapPoint(200, 10))
+
+
+@given(st.lists(st.tuples(coordinate, coordinate), min_size=3, max_size=8))
+def test_an_outline_is_taken_only_when_it_is_a_simple_polygon(corners: list[tuple[float, float]]) -> None:
+    ring = tuple(corners)
+    refusal = ""
+    try:
+        check_outline(ring)
+    except FenceError as error:
+        refusal = str(error)
+    shape = shapely.Polygon(ring)
+    assert not refusal or (refusal.startswith("Corners: ") and refusal.count(": ") >= 2), "field and remedy"
+    assert refusal or (shape.is_valid and shape.area >= 399)
+
+
+@given(st.floats(-80, 80), st.floats(-180, 180), st.lists(st.tuples(coordinate, coordinate), min_size=1, max_size=5))
+def test_corners_come_back_from_wgs_84(latitude: float, longitude: float, corners: list[tuple[float, float]]) -> None:
+    datum = GlobalPose(latitude, longitude, 0.0)
+    ring = tuple(corners)
+    back = ring_to_map(datum, ring_from_map(datum, ring))
+    assert all(math.dist(a, b) < 0.02 for a, b in zip(ring, back, strict=True))
 
 
 RING = [[-79.92, 43.26], [-79.91, 43.26], [-79.91, 43.27], [-79.92, 43.26]]

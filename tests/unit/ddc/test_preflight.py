@@ -34,13 +34,15 @@ async def test_a_drone_that_is_well_passes_everything(rig: Rig) -> None:
         "Recording",
         "Heights",
         "Fence",
+        "Return height",
         "Ground-station failsafe",
         "Pilot keeps control",
         "Fence in the autopilot",
         "Battery failsafe",
     ]
     assert check(rig, "GPS").value == "16 satellites, ±0.9 m"
-    assert check(rig, "Fence").value == "290 × 290 m, home inside"
+    assert check(rig, "Fence").value == "290 × 290 m, drone and home inside"
+    assert check(rig, "Return height").value == "15 m, ceiling 97 m"
 
 
 def low_battery(rig: Rig) -> None:
@@ -73,7 +75,7 @@ BREAK: dict[str, Callable[[Rig], None]] = {
     "Autopilot": bad_position,
     "GPS": no_pose,
     "Camera": blind,
-    "Fence:returns at 120 m": high_return,
+    "Return height:120 m": high_return,
 }
 
 
@@ -247,7 +249,7 @@ async def test_the_drone_must_stand_inside_its_fence(tmp_path: Path, north: floa
 async def test_checks_are_shown_on_the_ground_only(fresh: Rig) -> None:
     await fresh.run(1)
     assert fresh.manager.status.value is not None
-    assert len(fresh.manager.status.value.checks) == 13
+    assert len(fresh.manager.status.value.checks) == 14
     await fresh.enter(StateName.HOVER)
     assert fresh.manager.status.value.checks == ()
 

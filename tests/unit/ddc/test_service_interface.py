@@ -9,6 +9,7 @@ import pytest
 
 from hawk.comm.vehicle import AutopilotError
 from hawk.ddc.errors import ReqFailed, TargetRefused
+from hawk.ddc.geofence import polygon_fence
 from hawk.ddc.motion import Goal, maximum_target_distance
 from hawk.ddc.service_interface import COMMANDING_STATES
 from hawk.model import CopterMode, GlobalPose, HeightParameters, StateName
@@ -89,6 +90,60 @@ async def test_not_outside_the_fence(flying: Rig) -> None:
     flying.autopilot.publish()
     refused(flying, "fence", Goal(146.0, 0, 31, 0))
     send(flying, Goal(143.0, 0, 31, 0))
+
+
+U_SHAPE = polygon_fence(((-20, -40), (40, -40), (40, -6), (10, -6), (10, 6), (40, 6), (40, 40), (-20, 40)), 1, 100, 3)
+"""Two arms to the north, the gap between them 14 m wide."""
+
+
+@pytest.mark.parametrize(
+    ("state", "east", "to_east", "allowed"),
+    [
+        (StateName.COMPULSIVE_MOVE, -8.0, 3.0, False),
+        (StateName.COMPULSIVE_MOVE, -8.0, 7.5, False),
+        (StateName.HOVER, -8.0, 7.5, False),
+        (StateName.COMPULSIVE_MOVE, -8.0, -20.0, True),
+        (StateName.AUTONOMOUS_MOVE, 0.0, 8.0, True),
+        (StateName.HOVER, 0.0, 8.0, True),
+        (StateName.AUTONOMOUS_EXPLORE, -8.0, 7.5, False),
+    ],
+    ids=[
+        "into the gap",
+        "over it",
+        "over it, holding",
+        "inside",
+        "out of it",
+        "out of it, holding",
+        "exploring over it",
+    ],
+)
+async def test_the_straight_way_to_the_target_stays_inside_a_concave_fence(
+    flying: Rig, state: StateName, east: float, to_east: float, allowed: bool
+) -> None:
+    flying.autopilot.north, flying.autopilot.east = 30.0, east
+    flying.autopilot.publish()
+    before = len(flying.autopilot.targets)
+    goal = Goal(30.0, to_east, 31, 0)
+    if allowed:
+        flying.service.send_target(goal, state, HEIGHTS, U_SHAPE)
+    else:
+        with pytest.raises(TargetRefused, match="fence"):
+            flying.service.send_target(goal, state, HEIGHTS, U_SHAPE)
+    assert len(flying.autopilot.targets) == before + allowed
+
+
+async def test_a_drone_outside_that_holds_is_led_back_through_another_arm(flying: Rig) -> None:
+    flying.autopilot.north, flying.autopilot.east = 42.0, -8.0
+    flying.autopilot.publish()
+    back = Goal(30.0, -8.0, 31, 0)
+    flying.service.send_target(back, StateName.HOVER, HEIGHTS, U_SHAPE)
+    flying.service.send_target(back, StateName.COMPULSIVE_MOVE, HEIGHTS, U_SHAPE)
+    flying.autopilot.north, flying.autopilot.east = 39.3, -8.9
+    flying.autopilot.publish()
+    through = Goal(34.0, 7.2, 31, 0)  # cuts the corner of one arm, crosses the gap, ends in the other
+    flying.service.send_target(through, StateName.HOVER, HEIGHTS, U_SHAPE)
+    with pytest.raises(TargetRefused, match="straight way"):
+        flying.service.send_target(through, StateName.COMPULSIVE_MOVE, HEIGHTS, U_SHAPE)
 
 
 async def test_not_without_a_fence(flying: Rig) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from hawk.comm.fence_messages import FenceCorner, FenceSetup
 from hawk.comm.messages import Heartbeat, LogEntry
 from hawk.comm.status import DroneStatus
 from hawk.model import HealthStatus, MapPoint, OccupancyMap, StateName, UserError
@@ -53,6 +54,31 @@ def test_not_finite_is_null(value: float) -> None:
     told = beat(ClientView(), DroneStatus(speed=value, trail=(MapPoint(1.0, value), MapPoint(1.0, 1.0))))
     assert told["Speed"] is None
     assert told["Trail"] == [{"North": 1.0, "East": 1.0}]
+
+
+def setup(problem: str = "") -> FenceSetup:
+    return FenceSetup(
+        source="drawn",
+        corners=[FenceCorner(latitude=43.0, longitude=-79.0)] * 3,
+        inner=[],
+        radius=None,
+        ceiling=80.0,
+        margin=5.0,
+        ceiling_margin=3.0,
+        highest_ceiling=100.0,
+        problem=problem,
+    )
+
+
+def test_the_fence_that_the_next_arm_takes_comes_once_after_each_change_to_each_client() -> None:
+    one, other, first, second = ClientView(), ClientView(), setup(), setup("cannot be read")
+    assert beat(one, DroneStatus(fence_setup=first))["Fence Setup"]["Corners"][0] == {
+        "Latitude": 43.0,
+        "Longitude": -79.0,
+    }
+    assert beat(one, DroneStatus(fence_setup=first))["Fence Setup"] is None
+    assert beat(other, DroneStatus(fence_setup=first))["Fence Setup"]["Ceiling"] == 80.0
+    assert beat(one, DroneStatus(fence_setup=second))["Fence Setup"]["Problem"] == "cannot be read"
 
 
 def test_log_entries_come_once_and_in_order() -> None:

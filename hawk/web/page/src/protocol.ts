@@ -21,6 +21,20 @@ export interface AutonomousMoveCommand {
   Type: "Autonomous Move";
 }
 
+/** Ask what would be said about this fence (answered by FenceCheck); changes nothing and needs no control. */
+export interface CheckFenceCommand {
+  Id?: string | number | null;
+  Corners: FenceCorner[];
+  Ceiling: number;
+  Type: "Check Fence";
+}
+
+/** Put the drawn fence aside: the configured file or circle counts again. On the ground only. */
+export interface ClearFenceCommand {
+  Id?: string | number | null;
+  Type: "Clear Fence";
+}
+
 /** On the ground after a kill: Arm may be asked for again. */
 export interface ClearKillCommand {
   Id?: string | number | null;
@@ -126,6 +140,14 @@ export interface SetFailsafesCommand {
   Type: "Set Failsafes";
 }
 
+/** Keep this fence: the next Arm uploads it and puts it in force. On the ground only. */
+export interface SetFenceCommand {
+  Id?: string | number | null;
+  Corners: FenceCorner[];
+  Ceiling: number;
+  Type: "Set Fence";
+}
+
 /** Climb to the desired height. */
 export interface TakeoffCommand {
   Id?: string | number | null;
@@ -136,6 +158,8 @@ export type Command =
   | ArmCommand
   | AutonomousExploreCommand
   | AutonomousMoveCommand
+  | CheckFenceCommand
+  | ClearFenceCommand
   | ClearKillCommand
   | CompulsiveMoveCommand
   | ConfigureCommand
@@ -151,6 +175,7 @@ export type Command =
   | ReturnToLaunchCommand
   | RouteRequestCommand
   | SetFailsafesCommand
+  | SetFenceCommand
   | TakeoffCommand;
 
 /** Answer to one command, to the client that sent it. */
@@ -168,7 +193,7 @@ export interface CheckItem {
   Value: string;
   Consequence: string;
   Remedy: string;
-  RemedyCommand: "Set Failsafes" | "Clear Kill" | null;
+  RemedyCommand: "Set Failsafes" | "Clear Kill" | "Set Fence" | null;
 }
 
 /** Whether a command would be taken now, and why not. */
@@ -176,6 +201,37 @@ export interface CommandOption {
   Command: string;
   Possible: boolean;
   Reason: string;
+}
+
+/** What speaks against a fence, and what the drone would make of it. */
+export interface FenceCheck {
+  Type: "Fence Check";
+  Id: string | number | null;
+  Problem: string;
+  Notes: string[];
+  Inner: FenceCorner[];
+  "North South": number | null;
+  "East West": number | null;
+  Area: number | null;
+}
+
+/** A corner of a fence, WGS-84 degrees. */
+export interface FenceCorner {
+  Latitude: number;
+  Longitude: number;
+}
+
+/** Which fence the next Arm puts in force. */
+export interface FenceSetup {
+  Source: "drawn" | "file" | "circle";
+  Corners: FenceCorner[];
+  Inner: FenceCorner[];
+  Radius: number | null;
+  Ceiling: number;
+  Margin: number;
+  "Ceiling Margin": number;
+  "Highest Ceiling": number;
+  Problem: string;
 }
 
 /** Health of one part. Name: link, position, vision, mapper, planner, camera, recording or loop. */
@@ -227,6 +283,8 @@ export interface Heartbeat {
   Route: Point[];
   Footprint: Point[];
   Fence: Point[];
+  "Fence Limit": Point[];
+  "Fence Setup": FenceSetup | null;
   Ceiling: number | null;
   Heights: number[];
   Explored: number | null;
@@ -340,4 +398,4 @@ export interface Welcome {
   CameraFov: number;
 }
 
-export type Incoming = Ack | Heartbeat | KillToken | RouteAnswer | Welcome;
+export type Incoming = Ack | FenceCheck | Heartbeat | KillToken | RouteAnswer | Welcome;

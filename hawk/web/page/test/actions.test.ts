@@ -3,7 +3,7 @@ import { describe, it } from "node:test";
 import { CELL } from "../src/state/tile-data.ts";
 import { type Action, control, guidedActions, safetyActions } from "../src/words/actions.ts";
 import { banner } from "../src/words/banner.ts";
-import { consequence, contains, planMove } from "../src/words/move.ts";
+import { consequence, contains, crosses, planMove } from "../src/words/move.ts";
 import type { View } from "../src/words/view.ts";
 import { heartbeat, impossible, possible, view } from "./make.ts";
 
@@ -189,6 +189,40 @@ describe("a move", () => {
     assert.match(consequence(view({ heartbeat: able }), outside, "Compulsive Move"), /Outside the fence/);
     const grass = planMove(view({ heartbeat: able }), { North: 9, East: 0 }, CELL.nonLot);
     assert.deepEqual([grass?.ways[0]?.possible, grass?.ways[0]?.reason], [false, "Not a place inside the lot"]);
+  });
+
+  it("straight over a gap of the fence is refused, and around it is not", () => {
+    const horseshoe = [
+      { North: -20, East: -45 },
+      { North: 40, East: -45 },
+      { North: 40, East: -15 },
+      { North: 10, East: -15 },
+      { North: 10, East: 15 },
+      { North: 40, East: 15 },
+      { North: 40, East: 45 },
+      { North: -20, East: 45 },
+    ];
+    const anywhere = (North: number, East: number, from = able) =>
+      planMove(view({ heartbeat: { ...from, Fence: horseshoe } }), { North, East }, CELL.unknown)?.ways[1];
+    assert.deepEqual([anywhere(30, -30)?.possible, anywhere(30, -30)?.reason], [false, "The straight way there leaves the fence"]);
+    assert.equal(anywhere(0, -30)?.possible, true);
+    const inTheArm = { ...able, North: 30, East: -30 };
+    assert.equal(anywhere(30, 30, inTheArm)?.possible, false);
+    assert.equal(anywhere(0, -30, inTheArm)?.possible, true);
+    assert.equal(crosses(horseshoe, { North: 30, East: -30 }, { North: 30, East: 30 }), true);
+  });
+
+  it("over the lot tells its way, or why there is none, in the bar's second line", () => {
+    const now = view({ heartbeat: able });
+    const known = { metres: 52, reason: "" };
+    const plan = planMove(now, { North: 9, East: 0 }, CELL.lot, known);
+    assert.ok(plan);
+    assert.match(consequence(now, plan, "Autonomous Move", known), /52 m on the way/);
+    assert.doesNotMatch(consequence(now, plan, "Compulsive Move", known), /on the way/);
+    const none = planMove(now, { North: 9, East: 0 }, CELL.lot, { metres: null, reason: "X, Y: no way over the lot." });
+    assert.deepEqual([none?.ways[0]?.possible, none?.ways[0]?.reason, none?.suggested], [false, "no way over the lot.", "Compulsive Move"]);
+    const outside = planMove(now, { North: 60, East: 0 }, CELL.lot, known);
+    assert.equal(outside?.refusal, "Outside the fence");
   });
 
   it("says what it ends, and needs to know where the drone is", () => {

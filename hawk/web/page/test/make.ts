@@ -43,6 +43,8 @@ export function heartbeat(changes: Partial<Heartbeat> = {}): Heartbeat {
     Route: [],
     Footprint: [],
     Fence: [],
+    "Fence Limit": [],
+    "Fence Setup": null,
     Ceiling: 120,
     Heights: [15, 35, 60],
     Explored: null,

@@ -1,10 +1,10 @@
-import type { Ack, Command, KillToken } from "../protocol.ts";
+import type { Ack, Command, FenceCheck, KillToken, RouteAnswer } from "../protocol.ts";
 import type { Timers } from "./socket.ts";
 
 /** A command that is not answered for so long is told as such. */
 export const ANSWER_MS = 5000;
 
-type Answer = Ack | KillToken;
+export type Answer = Ack | FenceCheck | KillToken | RouteAnswer;
 
 /** Sends commands and pairs each with its answer by Id. A command is never sent twice and never kept for later. */
 export class Commands {

@@ -1,3 +1,4 @@
+import type { Point } from "../protocol.ts";
 import { corners, toCoordinate } from "./geometry.ts";
 import type { Palette } from "./palette.ts";
 import type { DroneMark, Scene } from "./flight-scene.ts";
@@ -13,6 +14,8 @@ export interface Surface {
   pixel: (coordinate: readonly [number, number]) => Pixel;
 }
 
+/** A way that ends so near the place ends there. */
+const SAME_PLACE_M = 0.1;
 const DARK = "#10161c";
 const INK = "#15202b";
 
@@ -20,6 +23,7 @@ export function drawScene(surface: Surface, scene: Scene): void {
   const pixels = (places: readonly { North: number; East: number }[]): Pixel[] =>
     places.map((place) => surface.pixel(toCoordinate(place)));
   const drone = scene.drone ? surface.pixel([scene.drone.east, scene.drone.north]) : null;
+  drawLimit(surface, pixels(scene.limit));
   drawFence(surface, pixels(scene.fence));
   drawTrail(surface, drone && !scene.lost ? [...pixels(scene.trail), drone] : pixels(scene.trail));
   if (!scene.planned) drawRoute(surface, drone, pixels(scene.route), scene.target ? pixels([scene.target])[0] : undefined);
@@ -54,6 +58,13 @@ function drawFence({ context, palette }: Surface, fence: Pixel[]): void {
   if (fence.length < 3) return;
   path(context, fence, true);
   stroke(context, { colour: palette.fence, width: 2, dash: [2.5, 4.5] });
+}
+
+/** Beyond this line the autopilot itself acts. */
+function drawLimit({ context, palette }: Surface, limit: Pixel[]): void {
+  if (limit.length < 3) return;
+  path(context, limit, true);
+  stroke(context, { colour: palette.fence, width: 1.5 });
 }
 
 function drawTrail({ context }: Surface, trail: Pixel[]): void {
@@ -155,7 +166,9 @@ function drawPlanned(surface: Surface, scene: Scene, drone: DroneMark): void {
     stroke(context, { colour: palette.plan, width: 2, dash: [4, 4] });
   }
   const target = pixel(toCoordinate(scene.planned));
-  path(context, [pixel([drone.east, drone.north]), target]);
+  const way = plannedWay(scene, drone);
+  path(context, way.map((place) => pixel(toCoordinate(place))));
+  context.lineJoin = "round";
   stroke(context, { colour: palette.planCase, width: 6 });
   stroke(context, { colour: palette.plan, width: 3.5, dash: [10, 5] });
   context.beginPath();
@@ -167,6 +180,14 @@ function drawPlanned(surface: Surface, scene: Scene, drone: DroneMark): void {
   context.arc(...target, 4, 0, 2 * Math.PI);
   context.fillStyle = palette.plan;
   context.fill();
+}
+
+/** From the drone over the way points, where there are any, to the place that is asked about. */
+export function plannedWay(scene: Scene, drone: DroneMark): Point[] {
+  const last = scene.plannedRoute.at(-1);
+  const end = scene.planned;
+  const ends = end === null || (last && Math.hypot(last.North - end.North, last.East - end.East) < SAME_PLACE_M);
+  return [{ North: drone.north, East: drone.east }, ...scene.plannedRoute, ...(ends ? [] : [end])];
 }
 
 const ARROW: readonly Pixel[] = [

@@ -10,7 +10,10 @@ export interface DroneMark {
 
 /** What is drawn over the ground and the stalls. */
 export interface Scene {
+  /** Our line, inside which the drone stays. */
   fence: readonly Point[];
+  /** The autopilot's, around ours. */
+  limit: readonly Point[];
   trail: readonly Point[];
   route: readonly Point[];
   target: Point | null;
@@ -19,6 +22,8 @@ export interface Scene {
   drone: DroneMark | null;
   /** A place that is being asked about. */
   planned: Point | null;
+  /** The way to it, where the drone plans one; else it would fly straight. */
+  plannedRoute: readonly Point[];
   /** The drone was last seen so: drawn hollow, with a ring as far as it can be by now (metres). */
   lost: { reach: number } | null;
   selected: Rectangle | null;
@@ -26,6 +31,7 @@ export interface Scene {
 
 export const EMPTY_SCENE: Scene = {
   fence: [],
+  limit: [],
   trail: [],
   route: [],
   target: null,
@@ -33,6 +39,7 @@ export const EMPTY_SCENE: Scene = {
   footprint: [],
   drone: null,
   planned: null,
+  plannedRoute: [],
   lost: null,
   selected: null,
 };

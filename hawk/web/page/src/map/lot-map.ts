@@ -6,6 +6,7 @@ import View from "ol/View.js";
 import type { Point } from "../protocol.ts";
 import type { MapChange, MapStore, Stall } from "../state/map-store.ts";
 import { drawScene } from "./draw-scene.ts";
+import { FenceEditor, type FenceEditorEvents, type Ring } from "./fence-editor.ts";
 import { EMPTY_SCENE, type Scene } from "./flight-scene.ts";
 import { corners, covers, type Extent, extentOf, toCoordinate, turn } from "./geometry.ts";
 import { GroundLayer, resize } from "./ground-layer.ts";
@@ -50,6 +51,7 @@ export class LotMap {
   private glideTimer = 0;
   private redrawTimer = 0;
   private lot: Extent | null = null;
+  private editor: FenceEditor | null = null;
   private readonly still = matchMedia("(prefers-reduced-motion: reduce)");
   private readonly sizeWatch: ResizeObserver;
 
@@ -104,7 +106,24 @@ export class LotMap {
     this.ground.palette = palette;
     this.tiles.recolour(palette);
     this.ground.changed();
+    this.editor?.recolour(palette);
     this.drawOverlay();
+  }
+
+  /** Opens the fence editor; null closes it. */
+  editFence(events: FenceEditorEvents | null): FenceEditor | null {
+    this.editor?.dispose();
+    this.editor = events ? new FenceEditor(this.map, readPalette(this.element), events) : null;
+    return this.editor;
+  }
+
+  /** Brings a ring into view; nothing happens when it is there already. */
+  bringInView(ring: Ring): void {
+    const extent = extentOf(ring.map(([east, north]): [number, number] => [east, north]));
+    const size = this.map.getSize();
+    if (!extent || !size?.[0] || !size[1]) return;
+    this.leave();
+    if (!covers(this.view.calculateExtent(size) as Extent, extent)) this.view.fit(extent, { padding: [76, 68, 60, 68], size });
   }
 
   /** Takes what a heartbeat changed of the map. */
@@ -176,7 +195,7 @@ export class LotMap {
     this.element.addEventListener("wheel", () => this.leave(), { passive: true });
     this.map.on("click", (event: MapBrowserEvent) => {
       const [east, north] = event.coordinate;
-      if (east === undefined || north === undefined) return;
+      if (east === undefined || north === undefined || this.editor) return;
       this.events.clicked({ North: north, East: east }, this.stallAt(event.pixel));
     });
   }
@@ -288,7 +307,8 @@ export class LotMap {
   /** The lot as far as it was seen with drone and home, else the fence. */
   private whole(): Extent | null {
     const marks: Point[] = [];
-    const { drone, home, fence } = this.scene;
+    const { drone, home } = this.scene;
+    const fence = this.scene.limit.length > 2 ? this.scene.limit : this.scene.fence;
     if (drone) marks.push({ North: drone.north, East: drone.east });
     if (home) marks.push(home);
     const places = marks.map(toCoordinate);

@@ -1,4 +1,5 @@
-import type { Heartbeat, LogEntry, Point, Welcome } from "../protocol.ts";
+import { LocalPlane } from "../fence/plane.ts";
+import type { FenceCorner, FenceSetup, Heartbeat, LogEntry, Point, Welcome } from "../protocol.ts";
 
 export interface LogLine {
   key: string;
@@ -41,6 +42,11 @@ export class Flight {
   /** Seconds in the air of the last flight that is known. */
   airTime: number | null = null;
 
+  /** Which fence the next Arm puts in force, as it was told last. */
+  fenceSetup: FenceSetup | null = null;
+  /** Where the map lies on Earth; before the first arm around where the drone was first heard to be. */
+  plane: LocalPlane | null = null;
+
   private fresh = false;
   private localLines = 0;
 
@@ -56,6 +62,8 @@ export class Flight {
     this.watchLanding(heartbeat);
     this.heartbeat = heartbeat;
     this.heardAt = at;
+    this.fenceSetup = heartbeat["Fence Setup"] ?? this.fenceSetup;
+    this.layPlane(heartbeat);
     if (heartbeat.Messages.length > 0) this.addLines(heartbeat.Messages.map(line));
     const before = heartbeat["Trail Start"] ? [] : this.trail;
     if (heartbeat.Trail.length > 0 || heartbeat["Trail Start"]) this.trail = [...before, ...heartbeat.Trail].slice(-TRAIL);
@@ -80,6 +88,16 @@ export class Flight {
     this.fresh = false;
     this.trail = [];
     this.lines = this.lines.filter((line) => line.key.startsWith("page-"));
+  }
+
+  private layPlane({ Datum, Latitude, Longitude }: Heartbeat): void {
+    const [north, east] = Datum ?? [];
+    const known: FenceCorner | null = north === undefined || east === undefined ? null : { Latitude: north, Longitude: east };
+    const here = Latitude === null || Longitude === null ? null : { Latitude, Longitude };
+    const origin = known ?? this.plane?.origin ?? here ?? this.fenceSetup?.Corners[0];
+    if (!origin) return;
+    const { origin: before } = this.plane ?? {};
+    if (before?.Latitude !== origin.Latitude || before.Longitude !== origin.Longitude) this.plane = new LocalPlane(origin);
   }
 
   private watchLanding(heartbeat: Heartbeat): void {

@@ -2,11 +2,14 @@ import { Commands } from "../link/commands.ts";
 import { type LinkStatus, ReconnectingSocket } from "../link/reconnect.ts";
 import type { OpenSocket, Timers } from "../link/socket.ts";
 import type { Command, Heartbeat, Incoming, Point } from "../protocol.ts";
-import { linkOf, type View } from "../words/view.ts";
+import type { MoveKind } from "../words/move.ts";
+import { linkOf, option, type View } from "../words/view.ts";
 import { DaemonClock } from "./daemon-clock.ts";
+import { FenceEditing } from "./fence-edit.ts";
 import { Flight } from "./flight.ts";
 import { type MapChange, MapStore } from "./map-store.ts";
 import { type Preferences, readPreferences, writePreferences } from "./preferences.ts";
+import { RoutePlan } from "./route-plan.ts";
 
 export interface Outside {
   commandUrl: string;
@@ -19,7 +22,7 @@ export interface Outside {
 
 /** What the operator is asked to confirm in the bar. */
 export type Question =
-  | { about: "move"; target: Point }
+  | { about: "move"; target: Point; kind?: MoveKind }
   | { about: "Return To Launch" | "Land" | "Resume" };
 
 /** Cutting the motors: first a token is asked for, then it can be done. */
@@ -35,6 +38,8 @@ export interface Toast {
 }
 
 const TOAST_MS = 8000;
+/** In all others the bar is needed to fly, and the drone refuses another fence. */
+const FENCE_STATES = new Set(["Idle", "Configure"]);
 
 /** The page's one model: what the drone said, what the operator is about to do. Tells "change" after each change. */
 export class Operator extends EventTarget {
@@ -46,6 +51,9 @@ export class Operator extends EventTarget {
   question: Question | null = null;
   cutting: Cutting | null = null;
   toast: Toast | null = null;
+  readonly fence: FenceEditing;
+  /** The way to the place that is asked about, where the drone plans one. */
+  readonly routePlan: RoutePlan;
 
   private readonly socket: ReconnectingSocket;
   private readonly commands: Commands;
@@ -64,6 +72,13 @@ export class Operator extends EventTarget {
       status: (status) => this.linkChanged(status),
     });
     this.commands = new Commands((text) => this.socket.send(text), outside.timers);
+    this.routePlan = new RoutePlan((command) => this.commands.send(command), () => this.changed());
+    this.fence = new FenceEditing({
+      send: (command) => this.commands.send(command),
+      changed: () => this.changed(),
+      tell: (text, level) => this.tell({ level, text }),
+      timers: outside.timers,
+    });
   }
 
   connect(): void {
@@ -109,6 +124,15 @@ export class Operator extends EventTarget {
     return false;
   }
 
+  /** Opens the fence editor in place of whatever else is asked. */
+  editFence(): void {
+    const setup = this.flight.fenceSetup;
+    if (!setup || !FENCE_STATES.has(this.flight.heartbeat?.State ?? "")) return;
+    this.question = null;
+    this.picking = false;
+    this.fence.begin(setup);
+  }
+
   async takeControl(): Promise<void> {
     await this.command({ Type: "Control", Action: "Request" }, "Take control");
   }
@@ -120,6 +144,14 @@ export class Operator extends EventTarget {
   ask(question: Question | null): void {
     this.question = question;
     this.picking = false;
+    if (question?.about === "move" && option(this.view(), "Autonomous Move").Possible) void this.routePlan.ask(question.target);
+    else this.routePlan.clear();
+    this.changed();
+  }
+
+  /** The way to move that was chosen in place of the one suggested. */
+  choose(kind: MoveKind): void {
+    if (this.question?.about === "move") this.question = { ...this.question, kind };
     this.changed();
   }
 
@@ -140,7 +172,7 @@ export class Operator extends EventTarget {
       this.cutting = { step: "ready", token: answer.Token, problem: "" };
       this.cancelToken = this.outside.timers.after(answer.ValidFor * 1000, () => this.tokenExpired());
     } else {
-      this.cutting = { step: "asking", token: null, problem: answer.Reason || "The drone did not allow it." };
+      this.cutting = { step: "asking", token: null, problem: (answer.Type === "Ack" && answer.Reason) || "The drone did not allow it." };
     }
     this.changed();
   }
@@ -212,6 +244,8 @@ export class Operator extends EventTarget {
     this.flight.hear(heartbeat, at);
     if (before !== undefined && before !== heartbeat.State) this.question = null;
     if (this.cutting && heartbeat.Armed === false) this.endCut();
+    this.fence.hear(heartbeat);
+    if (!FENCE_STATES.has(heartbeat.State)) this.fence.pause("The fence is changed on the ground only, with the motors off.");
     const update = heartbeat["Occupancy Map"];
     if (update) this.dispatchEvent(new CustomEvent<MapChange>("map", { detail: this.map.apply(update) }));
     this.changed();
@@ -236,7 +270,7 @@ export class Operator extends EventTarget {
   }
 }
 
-const KINDS = new Set(["Ack", "Heartbeat", "Kill Token", "Welcome"]);
+const KINDS = new Set(["Ack", "Fence Check", "Heartbeat", "Kill Token", "Route", "Welcome"]);
 
 /** A message of the server; null for one that this page does not know. */
 function parse(text: string): Incoming | null {

@@ -5,9 +5,10 @@ import { control } from "../words/actions.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
 import { heights } from "./settings-tab.ts";
+import "./fence-button.ts";
 import "./heights-button.ts";
 
-const REMEDIES = { "Set Failsafes": "Set failsafes", "Clear Kill": "Allow arming again" } as const;
+const REMEDIES = { "Set Failsafes": "Set failsafes", "Clear Kill": "Allow arming again", "Set Fence": "Draw the fence" } as const;
 type Remedy = keyof typeof REMEDIES;
 
 /** Checks before flight: failed ones first, each with its consequence and one remedy. */
@@ -27,6 +28,7 @@ export class ChecksTab extends Part {
         </ul>
       </div>
       <div class="ft">${heights(view)}<hawk-heights-button .model=${this.model}></hawk-heights-button></div>
+      <div class="ft"><hawk-fence-button .model=${this.model}></hawk-fence-button></div>
     </section>`;
   }
 
@@ -45,10 +47,15 @@ export class ChecksTab extends Part {
     const mine = control(this.model.view()) === "mine";
     const words = [...new Set(group.map((check) => check.Remedy).filter((text) => text !== "" && text !== `${REMEDIES[remedy]}.`))];
     return html`${words.map((text) => html`<p class="sub">${text}</p>`)}
-      <button class="primary" ?disabled=${!mine} @click=${() => void this.model.command({ Type: remedy }, REMEDIES[remedy])}>
+      <button class="primary" ?disabled=${!mine} @click=${() => this.mend(remedy)}>
         ${REMEDIES[remedy]}
       </button>
       ${mine ? nothing : html`<span class="sub">You are not in control</span>`}`;
+  }
+
+  private mend(remedy: Remedy): void {
+    if (remedy === "Set Fence") this.dispatchEvent(new CustomEvent("open-panel", { detail: "fence", bubbles: true }));
+    else void this.model.command({ Type: remedy }, REMEDIES[remedy]);
   }
 }
 

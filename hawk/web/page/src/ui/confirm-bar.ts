@@ -1,5 +1,5 @@
 import { html, nothing, type TemplateResult } from "lit";
-import { customElement, property, state } from "lit/decorators.js";
+import { customElement, property } from "lit/decorators.js";
 import type { Point } from "../protocol.ts";
 import type { Question } from "../state/operator.ts";
 import { consequence, type MoveKind, type MovePlan, planMove } from "../words/move.ts";
@@ -14,28 +14,21 @@ const OVERRULES = "The remote control is overruled.";
 export class ConfirmBar extends Part {
   @property({ attribute: false }) question!: Question;
   @property({ attribute: false }) classAt: (place: Point) => number = () => 0;
-  @state() private chosen: MoveKind | null = null;
-  private asked: Question | null = null;
-
-  override willUpdate(): void {
-    if (this.asked === this.question) return;
-    this.asked = this.question;
-    this.chosen = null;
-  }
 
   override render(): TemplateResult {
     const question = this.question;
-    return question.about === "move" ? this.move(question.target) : this.simple(question.about);
+    return question.about === "move" ? this.move(question.target, question.kind) : this.simple(question.about);
   }
 
-  private move(target: Point): TemplateResult {
+  private move(target: Point, chosen: MoveKind | undefined): TemplateResult {
     const view = this.model.view();
-    const plan = planMove(view, target, this.classAt(target));
+    const route = this.model.routePlan;
+    const plan = planMove(view, target, this.classAt(target), route);
     if (!plan) return this.frame("Where the drone is, is not known.", "Wait for its position.", nothing, "Slide to move", null);
-    const kind = this.chosen ?? plan.suggested;
+    const kind = chosen ?? plan.suggested;
     const way = plan.ways.find((each) => each.kind === kind);
     const run = way?.possible ? () => void this.go(target, way.kind) : null;
-    const second = way?.possible ? consequence(view, plan, way.kind) : (way?.reason ?? plan.ways[0]?.reason ?? "Not possible here");
+    const second = way?.possible ? consequence(view, plan, way.kind, route) : (way?.reason ?? plan.refusal);
     return this.frame(plan.question, second, this.ways(plan, kind), "Slide to move", run);
   }
 
@@ -48,7 +41,7 @@ export class ConfirmBar extends Part {
             name="way"
             ?disabled=${!way.possible}
             .checked=${way.kind === kind}
-            @change=${() => (this.chosen = way.kind)}
+            @change=${() => this.model.choose(way.kind)}
           />${way.label}
         </label>`,
       )}

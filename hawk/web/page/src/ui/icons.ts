@@ -17,6 +17,10 @@ const PATHS = {
   cross: svg`<path d="M6 6l12 12M18 6L6 18"/>`,
   right: svg`<path d="M5.5 5.5L12 12l-6.5 6.5M12.5 5.5L19 12l-6.5 6.5"/>`,
   download: svg`<path d="M12 4v11M7 10.5l5 5 5-5M5 20h14"/>`,
+  upload: svg`<path d="M12 15V4M7 8.5l5-5 5 5M5 20h14"/>`,
+  undo: svg`<path d="M4.5 9.5h10a5 5 0 0 1 0 10H9M8.5 5l-4.5 4.5L8.5 14"/>`,
+  clear: svg`<path d="M4.5 6.5h15M9.5 6V4h5v2M6.5 6.5l1 13.5h9l1-13.5M10.5 10.5v6M13.5 10.5v6"/>`,
+  square: svg`<path d="M5 5h14v14H5z"/>`,
   link: svg`<path d="M5 12a10 10 0 0 1 14 0M8 15.5a5.5 5.5 0 0 1 8 0M12 19.4v.1"/>`,
 };
 

@@ -1,5 +1,7 @@
 import { html, nothing, type PropertyValues, type TemplateResult } from "lit";
 import { customElement, query, state } from "lit/decorators.js";
+import { FenceOnMap } from "../map/fence-on-map.ts";
+import { dronePlace, shownFence } from "../map/fence-shown.ts";
 import { EMPTY_SCENE, type Scene } from "../map/flight-scene.ts";
 import { scaleBar } from "../map/geometry.ts";
 import { LotMap, type Looking } from "../map/lot-map.ts";
@@ -13,8 +15,10 @@ import { stallDetail } from "../words/stall.ts";
 import { linkOf, option, type View } from "../words/view.ts";
 import { STALL_WORDS, stallCount } from "./counts-card.ts";
 import { Part } from "./element.ts";
+import type { FenceToolEvent } from "./fence-tools.ts";
 import { icon, needle } from "./icons.ts";
 import { swatch } from "./swatch.ts";
+import "./fence-tools.ts";
 
 const STANDARD_GRID = { cells: 256, cellSize: 0.1 };
 
@@ -25,6 +29,7 @@ export class MapPanel extends Part {
   @state() private looking: Looking = "whole";
   @state() private selected: number | null = null;
   private lot: LotMap | null = null;
+  private fence: FenceOnMap | null = null;
   private wasFlying = false;
   private theme = "";
 
@@ -36,6 +41,7 @@ export class MapPanel extends Part {
       moved: () => this.placeMarks(),
       looking: (looking) => (this.looking = looking),
     });
+    this.fence = new FenceOnMap(this.lot, this.model);
     this.model.addEventListener("map", this.mapChanged);
     new ResizeObserver(() => this.requestUpdate()).observe(this.holder);
     this.requestUpdate();
@@ -52,9 +58,10 @@ export class MapPanel extends Part {
 
   override render(): TemplateResult {
     const view = this.model.view();
-    return html`<section class="map ${this.model.picking ? "picking" : ""}" aria-label="Map">
+    const fencing = this.model.fence.open;
+    return html`<section class="map ${this.model.picking ? "picking" : ""} ${fencing ? "picking fencing" : ""}" aria-label="Map">
       <div class="ol" tabindex="0" role="application" aria-label="Map of the lot" @keydown=${this.key}></div>
-      ${this.tools()} ${this.foot()} ${this.legend(view)} ${this.pill(view)} ${this.stallCard(view)} ${this.lastSeen(view)}
+      ${fencing ? this.fenceTools() : nothing} ${this.tools()} ${this.foot()} ${this.legend(view)} ${this.pill(view)} ${this.stallCard(view)} ${this.lastSeen(view)}
       ${this.notice(view)}
     </section>`;
   }
@@ -66,6 +73,7 @@ export class MapPanel extends Part {
       this.lot?.recolour();
     }
     const view = this.model.view();
+    this.fence?.update();
     this.lot?.setScene(this.scene(view));
     this.lookAtFlight(view);
     this.placeMarks();
@@ -86,13 +94,16 @@ export class MapPanel extends Part {
   private scene(view: View): Scene {
     const heartbeat = view.heartbeat;
     if (!heartbeat) return EMPTY_SCENE;
-    const { North: north, East: east, Yaw: yaw } = heartbeat;
-    const drone = north === null || east === null ? null : { north, east, yaw: yaw ?? 0 };
+    const plane = this.model.flight.plane;
+    const place = dronePlace(heartbeat, plane);
+    const drone = place && { north: place.North, east: place.East, yaw: heartbeat.Yaw ?? 0 };
+    const fence = this.fence?.shown() ?? shownFence(heartbeat, this.model.flight.fenceSetup, plane);
     const lost = linkOf(view) === "lost" && isFlying(heartbeat);
     const stall = this.selected === null ? undefined : this.model.map.stalls.get(this.selected);
     const question = this.model.question;
     return {
-      fence: heartbeat.Fence,
+      fence: fence.inner,
+      limit: fence.limit,
       trail: this.model.flight.trail,
       route: lost ? [] : heartbeat.Route,
       target: lost ? null : heartbeat.Target,
@@ -100,9 +111,18 @@ export class MapPanel extends Part {
       footprint: heartbeat.Footprint,
       drone,
       planned: question?.about === "move" ? question.target : null,
+      plannedRoute: this.plannedRoute(view),
       lost: lost ? { reach: reach(view) } : null,
       selected: stall ?? null,
     };
+  }
+
+  /** The way over the lot belongs to the Autonomous Move; any other goes straight. */
+  private plannedRoute(view: View): readonly Point[] {
+    const { question, routePlan } = this.model;
+    if (question?.about !== "move") return [];
+    const kind = question.kind ?? planMove(view, question.target, this.classAt(question.target), routePlan)?.suggested;
+    return kind === "Autonomous Move" ? routePlan.points : [];
   }
 
   private clicked(place: Point, stall: number | null): void {
@@ -117,6 +137,7 @@ export class MapPanel extends Part {
 
   /** By keyboard the middle of the map is chosen: arrows move the map, plus and minus zoom. */
   private readonly key = (event: KeyboardEvent): void => {
+    if (this.model.fence.open) this.fence?.key(event);
     if (event.key === "Escape" && this.model.picking) this.model.pick(false);
     if (event.key === "Enter" && this.model.picking && this.lot) this.clicked(this.lot.centre, null);
   };
@@ -124,6 +145,14 @@ export class MapPanel extends Part {
   private canMove(view: View): boolean {
     const offered = option(view, "Autonomous Move").Possible || option(view, "Compulsive Move").Possible;
     return offered && control(view) === "mine";
+  }
+
+  private fenceTools(): TemplateResult {
+    return html`<hawk-fence-tools
+      .model=${this.model}
+      @fence-tool=${(event: FenceToolEvent) => this.fence?.use(event.detail)}
+      @fence-imported=${() => this.fence?.bringInView()}
+    ></hawk-fence-tools>`;
   }
 
   private tools(): TemplateResult {
@@ -197,10 +226,11 @@ export class MapPanel extends Part {
     const heartbeat = view.heartbeat;
     if (toast) {
       return html`<div class="toast ${toast.level}" role="alert">
-        ${icon("warn")}<span>${toast.text}</span>
+        ${icon(toast.level === "info" ? "check" : "warn")}<span>${toast.text}</span>
         <button class="plain" aria-label="Close" @click=${() => this.model.dismissToast()}>${icon("close")}</button>
       </div>`;
     }
+    if (this.model.fence.open) return nothing;
     if (heartbeat && heartbeat["User Error"] !== 0) {
       return html`<div class="toast warning" role="alert">${icon("warn")}<span>${heartbeat["User Error Text"]}</span></div>`;
     }
@@ -213,7 +243,7 @@ export class MapPanel extends Part {
     }
     if (!heartbeat || stallCount(view) > 0 || isFlying(heartbeat)) return nothing;
     return html`<div class="toast quiet">
-      <span><b>No map yet</b><span class="sub">${emptyMapWords(heartbeat.Fence.length > 2)}</span></span>
+      <span><b>No map yet</b><span class="sub">${emptyMapWords(this.model.flight.fenceSetup !== null)}</span></span>
     </div>`;
   }
 
@@ -259,7 +289,7 @@ export class MapPanel extends Part {
       return stall ? { North: stall.north, East: stall.east } : null;
     }
     const heartbeat = this.model.flight.heartbeat;
-    return heartbeat?.North != null && heartbeat.East !== null ? { North: heartbeat.North, East: heartbeat.East } : null;
+    return heartbeat && dronePlace(heartbeat, this.model.flight.plane);
   }
 }
 

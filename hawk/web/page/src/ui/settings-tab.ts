@@ -5,6 +5,7 @@ import { control } from "../words/actions.ts";
 import * as format from "../words/format.ts";
 import type { View } from "../words/view.ts";
 import { Part } from "./element.ts";
+import "./fence-button.ts";
 
 const THEMES: [Theme, string][] = [
   ["auto", "As this device"],
@@ -12,7 +13,7 @@ const THEMES: [Theme, string][] = [
   ["dark", "Dark"],
 ];
 
-/** Heights, control, and how this page looks. */
+/** Heights, fence, control, and how this page looks. */
 @customElement("hawk-settings")
 export class SettingsTab extends Part {
   override render(): TemplateResult {
@@ -20,6 +21,7 @@ export class SettingsTab extends Part {
     const { theme, leftHanded } = this.model.preferences;
     return html`<div class="scroll settings">
       <section>${heights(view)}<hawk-heights-button .model=${this.model}></hawk-heights-button></section>
+      <section><hawk-fence-button .model=${this.model}></hawk-fence-button></section>
       <section>${this.controlRow(view)}</section>
       <section>
         <fieldset>

@@ -16,7 +16,7 @@ export interface Action {
   progress: number | null;
 }
 
-export type SimpleCommand = Exclude<Command["Type"], "Configure" | "Kill" | "Autonomous Move" | "Compulsive Move" | "Control" | "Heartbeat">;
+export type SimpleCommand = Exclude<Command["Type"], "Configure" | "Kill" | "Autonomous Move" | "Compulsive Move" | "Control" | "Heartbeat" | "Set Fence" | "Check Fence" | "Route Request">;
 
 export const COMMANDS: Record<Exclude<ActionName, "move">, SimpleCommand> = {
   arm: "Arm",

@@ -15,10 +15,20 @@ export interface MovePlan {
   insideFence: boolean;
   ways: { kind: MoveKind; label: string; possible: boolean; reason: string }[];
   suggested: MoveKind | null;
+  /** Why it is not possible in the way that would be suggested; empty when it is possible. */
+  refusal: string;
 }
 
+/** What is known of the way over the lot: its length, or why there is none. */
+export interface PlannedRoute {
+  metres: number | null;
+  reason: string;
+}
+
+const NO_ROUTE: PlannedRoute = { metres: null, reason: "" };
+
 /** What a move to a place on the map would be; null while the drone's own place is not known. */
-export function planMove(view: View, target: Point, cell: number): MovePlan | null {
+export function planMove(view: View, target: Point, cell: number, route: PlannedRoute = NO_ROUTE): MovePlan | null {
   const heartbeat = view.heartbeat;
   if (heartbeat?.North == null || heartbeat.East === null) return null;
   const north = target.North - heartbeat.North;
@@ -26,9 +36,11 @@ export function planMove(view: View, target: Point, cell: number): MovePlan | nu
   const metres = Math.hypot(north, east);
   const seconds = view.cruise === null ? null : metres / view.cruise;
   const insideFence = heartbeat.Fence.length < 3 || contains(heartbeat.Fence, target);
+  const here = { North: heartbeat.North, East: heartbeat.East };
+  const leaves = insideFence && crosses(heartbeat.Fence, here, target) ? "The straight way there leaves the fence" : "";
   const ways = [
-    way(view, "Autonomous Move", "Inside the lot", insideFence, cell === CELL.nonLot ? "Not a place inside the lot" : ""),
-    way(view, "Compulsive Move", "Anywhere inside the fence", insideFence, ""),
+    way(view, "Autonomous Move", "Inside the lot", insideFence, cell === CELL.nonLot ? "Not a place inside the lot" : route.reason.replace(/^X, Y: /, "")),
+    way(view, "Compulsive Move", "Anywhere inside the fence", insideFence, leaves),
   ];
   const lot = cell === CELL.lot || cell === CELL.free || cell === CELL.taken;
   const order = lot ? ways : ways.toReversed();
@@ -40,14 +52,16 @@ export function planMove(view: View, target: Point, cell: number): MovePlan | nu
     insideFence,
     ways,
     suggested: order.find((each) => each.possible)?.kind ?? null,
+    refusal: order.some((each) => each.possible) ? "" : (order[0]?.reason ?? ""),
   };
 }
 
 /** The second line of the confirm bar. */
-export function consequence(view: View, plan: MovePlan, kind: MoveKind): string {
+export function consequence(view: View, plan: MovePlan, kind: MoveKind, route: PlannedRoute = NO_ROUTE): string {
   if (!plan.insideFence) return "Outside the fence. Choose a place inside the dotted line.";
   const parts = plan.seconds === null ? [] : [`${format.duration(plan.seconds)}.`];
-  parts.push(kind === "Autonomous Move" ? "Stays inside the lot." : "Inside the fence, lot or not.");
+  const length = route.metres === null ? "" : `, ${format.distance(route.metres)} on the way`;
+  parts.push(kind === "Autonomous Move" ? `Stays inside the lot${length}.` : "Inside the fence, lot or not.");
   if (view.heartbeat?.State === "Autonomous Explore") parts.push("Exploring stops.");
   return parts.join(" ");
 }
@@ -79,4 +93,18 @@ export function contains(polygon: readonly Point[], place: Point): boolean {
     previous = corner;
   }
   return inside;
+}
+
+/** Whether the straight way from a place to another crosses a side of the polygon. */
+export function crosses(polygon: readonly Point[], from: Point, to: Point): boolean {
+  return polygon.some((corner, index) => {
+    const next = polygon[(index + 1) % polygon.length] ?? corner;
+    const apart = side(from, to, corner) * side(from, to, next) < 0;
+    return apart && side(corner, next, from) * side(corner, next, to) < 0;
+  });
+}
+
+/** Above 0 on one side of the line, below on the other. */
+function side(from: Point, to: Point, place: Point): number {
+  return (to.North - from.North) * (place.East - from.East) - (to.East - from.East) * (place.North - from.North);
 }

@@ -1,0 +1,212 @@
+import type { Coordinate } from "ol/coordinate.js";
+import { click } from "ol/events/condition.js";
+import Feature from "ol/Feature.js";
+import LineString from "ol/geom/LineString.js";
+import MultiPoint from "ol/geom/MultiPoint.js";
+import Point from "ol/geom/Point.js";
+import Polygon from "ol/geom/Polygon.js";
+import Draw from "ol/interaction/Draw.js";
+import Modify from "ol/interaction/Modify.js";
+import Snap from "ol/interaction/Snap.js";
+import VectorLayer from "ol/layer/Vector.js";
+import type OlMap from "ol/Map.js";
+import VectorSource from "ol/source/Vector.js";
+import CircleStyle from "ol/style/Circle.js";
+import Fill from "ol/style/Fill.js";
+import Stroke from "ol/style/Stroke.js";
+import Style from "ol/style/Style.js";
+import Text from "ol/style/Text.js";
+import type { Palette } from "./palette.ts";
+
+/** Corners in order, not closed: east, north in metres. */
+export type Ring = readonly (readonly [number, number])[];
+
+export interface FenceEditorEvents {
+  /** A ring was closed, or a corner moved, added or removed. */
+  drawn(ring: Ring): void;
+  /** A ring that is not closed yet has so many corners. */
+  drawing(corners: number): void;
+}
+
+/** As many as ArduPilot keeps. */
+const MOST_CORNERS = 70;
+/** So near a finger must come to a corner, pixels. */
+const TOLERANCE_PX = 16;
+/** Sides shorter than this on the screen carry no length, pixels. */
+const LABELLED_PX = 56;
+
+/** Draws and changes one polygon on the map, by mouse, finger or, corner by corner, from outside. */
+export class FenceEditor {
+  removing = false;
+
+  private readonly map: OlMap;
+  private readonly events: FenceEditorEvents;
+  private readonly source = new VectorSource<Feature<Polygon>>();
+  private readonly layer: VectorLayer;
+  private readonly draw: Draw;
+  private readonly modify: Modify;
+  private readonly snap: Snap;
+  private palette: Palette;
+  private begun = 0;
+
+  constructor(map: OlMap, palette: Palette, events: FenceEditorEvents) {
+    this.map = map;
+    this.events = events;
+    this.palette = palette;
+    const style = (feature: { getGeometry(): unknown }, resolution: number): Style[] => this.style(feature.getGeometry(), resolution);
+    this.layer = new VectorLayer({ source: this.source, style, updateWhileAnimating: true, updateWhileInteracting: true });
+    this.draw = new Draw({
+      source: this.source,
+      type: "Polygon",
+      style,
+      maxPoints: MOST_CORNERS,
+      snapTolerance: TOLERANCE_PX,
+      stopClick: true,
+    });
+    this.modify = new Modify({
+      source: this.source,
+      pixelTolerance: TOLERANCE_PX,
+      style: () => this.handle(),
+      deleteCondition: (event) => this.removing && click(event),
+      insertVertexCondition: () => !this.removing && (this.ring()?.length ?? 0) < MOST_CORNERS,
+    });
+    this.snap = new Snap({ source: this.source, pixelTolerance: TOLERANCE_PX });
+    map.addLayer(this.layer);
+    for (const interaction of [this.modify, this.draw, this.snap]) map.addInteraction(interaction);
+    this.listen();
+    this.switch();
+  }
+
+  /** Shows a ring, in place of what is drawn; fewer than three corners: nothing, and drawing begins anew. */
+  show(ring: Ring): void {
+    this.draw.abortDrawing();
+    this.source.clear();
+    if (ring.length >= 3) this.source.addFeature(new Feature(new Polygon([closed(ring)])));
+    this.switch();
+  }
+
+  /** Adds a corner where the middle of the map is, for those who draw without pointing. */
+  add(place: readonly [number, number]): void {
+    if (this.ring() === null) this.draw.appendCoordinates([[...place]]);
+    this.count();
+  }
+
+  /** Takes back the last corner of a ring that is not closed. */
+  takeBack(): void {
+    this.draw.removeLastPoint();
+    this.count();
+  }
+
+  /** Closes the ring that is being drawn. */
+  finish(): void {
+    if (this.begun >= 3) this.draw.finishDrawing();
+  }
+
+  recolour(palette: Palette): void {
+    this.palette = palette;
+    this.layer.changed();
+    this.draw.getOverlay().changed();
+    this.modify.getOverlay().changed();
+  }
+
+  dispose(): void {
+    for (const interaction of [this.snap, this.draw, this.modify]) this.map.removeInteraction(interaction);
+    this.map.removeLayer(this.layer);
+  }
+
+  private listen(): void {
+    this.draw.on("drawstart", ({ feature }) => {
+      feature.getGeometry()?.on("change", () => this.count());
+      queueMicrotask(() => this.count()); // the sketch is on the map after this event
+    });
+    this.draw.on("drawabort", () => this.count());
+    this.draw.on("drawend", ({ feature }) => {
+      const geometry = feature.getGeometry();
+      this.begun = 0;
+      // The source takes the feature after this event: what is told now would be shown twice.
+      if (geometry instanceof Polygon) queueMicrotask(() => this.told(open(geometry)));
+    });
+    this.modify.on("modifyend", () => {
+      const ring = this.ring();
+      if (ring) this.told(ring);
+    });
+  }
+
+  private told(ring: Ring): void {
+    this.switch();
+    this.events.drawn(ring);
+  }
+
+  private ring(): Ring | null {
+    const geometry = this.source.getFeatures()[0]?.getGeometry();
+    return geometry ? open(geometry) : null;
+  }
+
+  /** Corners are either drawn or moved: never both at once. */
+  private switch(): void {
+    const drawn = this.ring() !== null;
+    this.draw.setActive(!drawn);
+    this.modify.setActive(drawn);
+    if (drawn) this.begun = 0;
+  }
+
+  /** The ring that is drawn ends in the pointer's place, which is no corner yet. */
+  private count(): void {
+    const sketch = this.draw.getOverlay().getSource() as VectorSource | null;
+    const lines = (sketch?.getFeatures() ?? []).map((each) => each.getGeometry()).filter((each) => each instanceof Polygon);
+    const begun = lines[0] ? Math.max(1, (lines[0].getCoordinates()[0]?.length ?? 0) - 2) : 0;
+    if (begun === this.begun) return;
+    this.begun = begun;
+    this.events.drawing(begun);
+  }
+
+  private style(geometry: unknown, resolution: number): Style[] {
+    const { plan, planCase } = this.palette;
+    if (geometry instanceof Point) return [this.handle()];
+    const ring = geometry instanceof Polygon ? (geometry.getCoordinates()[0] ?? []) : geometry instanceof LineString ? geometry.getCoordinates() : [];
+    const line = new LineString(ring);
+    const fill = geometry instanceof Polygon ? [new Style({ fill: new Fill({ color: `${plan}14` }) })] : [];
+    return [
+      ...fill,
+      new Style({ geometry: line, stroke: new Stroke({ color: planCase, width: 6 }) }),
+      new Style({ geometry: line, stroke: new Stroke({ color: plan, width: 3 }) }),
+      new Style({ geometry: new MultiPoint(ring), image: dot(7, planCase, plan) }),
+      ...this.lengths(ring, resolution),
+    ];
+  }
+
+  private handle(): Style {
+    return new Style({ image: dot(10, this.removing ? this.palette.plan : this.palette.planCase, this.palette.plan), zIndex: 1 });
+  }
+
+  /** How long each side is, in its middle: there may be no picture of the ground to draw on. */
+  private lengths(ring: Coordinate[], resolution: number): Style[] {
+    return ring.slice(1).flatMap((there, index) => {
+      const here = ring[index] ?? there;
+      const metres = Math.hypot((there[0] ?? 0) - (here[0] ?? 0), (there[1] ?? 0) - (here[1] ?? 0));
+      if (metres / resolution < LABELLED_PX) return [];
+      const middle = [((here[0] ?? 0) + (there[0] ?? 0)) / 2, ((here[1] ?? 0) + (there[1] ?? 0)) / 2];
+      const text = new Text({
+        text: `${Math.round(metres)} m`,
+        font: "600 13px system-ui, sans-serif",
+        fill: new Fill({ color: this.palette.plan }),
+        stroke: new Stroke({ color: this.palette.planCase, width: 4 }),
+      });
+      return [new Style({ geometry: new Point(middle), text })];
+    });
+  }
+}
+
+function dot(radius: number, fill: string, line: string): CircleStyle {
+  return new CircleStyle({ radius, fill: new Fill({ color: fill }), stroke: new Stroke({ color: line, width: 3 }) });
+}
+
+function open(polygon: Polygon): Ring {
+  const ring = polygon.getCoordinates()[0] ?? [];
+  return ring.slice(0, -1).map((place): [number, number] => [place[0] ?? 0, place[1] ?? 0]);
+}
+
+function closed(ring: Ring): Coordinate[] {
+  const [first] = ring;
+  return [...ring, ...(first ? [first] : [])].map((place) => [...place]);
+}

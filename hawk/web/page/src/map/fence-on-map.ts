@@ -1,0 +1,104 @@
+import type { LocalPlane } from "../fence/plane.ts";
+import type { FenceCorner } from "../protocol.ts";
+import type { Operator } from "../state/operator.ts";
+import type { FenceEditor, Ring } from "./fence-editor.ts";
+import { draftFence, dronePlace, type ShownFence } from "./fence-shown.ts";
+import { toCoordinate } from "./geometry.ts";
+import type { LotMap } from "./lot-map.ts";
+
+/** Side of the square that one can begin with, metres. */
+const SQUARE_M = 100;
+
+/** Keeps the editor on the map and the drawing of the model the same: degrees there, metres here. */
+export class FenceOnMap {
+  private readonly lot: LotMap;
+  private readonly model: Operator;
+  private editor: FenceEditor | null = null;
+  private corners: readonly FenceCorner[] | null = null;
+  private plane: LocalPlane | null = null;
+
+  constructor(lot: LotMap, model: Operator) {
+    this.lot = lot;
+    this.model = model;
+  }
+
+  /** What is to be drawn beside the editor's own line; null while nothing is drawn: the fence that counts stays. */
+  shown(): ShownFence | null {
+    if (!this.editor || this.model.fence.draft?.isDrawn !== true) return null;
+    const { verdict } = this.model.fence;
+    return draftFence(verdict.about === "good" ? verdict.check : null, this.plane);
+  }
+
+  /** Opens, closes and fills the editor as the model says. */
+  update(): void {
+    const { open, draft, removing } = this.model.fence;
+    if (open !== (this.editor !== null)) this.toggle(open);
+    if (!this.editor || !draft) return;
+    this.editor.removing = removing;
+    const plane = this.model.flight.plane;
+    if (draft.corners === this.corners && plane === this.plane) return;
+    this.corners = draft.corners;
+    this.plane = plane;
+    this.editor.show(this.ring());
+  }
+
+  bringInView(): void {
+    this.update();
+    this.lot.bringInView(this.ring());
+  }
+
+  /** A tool that needs the map. */
+  use(what: "back" | "close" | "square"): void {
+    if (what === "back") this.editor?.takeBack();
+    else if (what === "close") this.editor?.finish();
+    else this.square();
+  }
+
+  /** By keyboard: Enter sets a corner in the middle of the map, Backspace takes the last one back. */
+  key(event: KeyboardEvent): void {
+    if (event.key === "Enter") this.editor?.add(toCoordinate(this.lot.centre));
+    else if (event.key === "Backspace" && this.model.fence.begun > 0) this.editor?.takeBack();
+    else if (event.key === "z" && (event.ctrlKey || event.metaKey)) this.model.fence.undo();
+  }
+
+  private toggle(open: boolean): void {
+    const drawn = (ring: Ring): void => this.drawn(ring);
+    this.editor = this.lot.editFence(open ? { drawn, drawing: (corners) => this.model.fence.drawing(corners) } : null);
+    this.corners = null;
+    if (!open) return;
+    this.plane = this.model.flight.plane;
+    const ring = this.ring();
+    const drone = this.model.flight.heartbeat && dronePlace(this.model.flight.heartbeat, this.plane);
+    if (ring.length > 0) this.lot.bringInView(ring);
+    else if (drone) this.lot.bringInView(squareAround(toCoordinate(drone)));
+  }
+
+  private drawn(ring: Ring): void {
+    if (!this.plane) return;
+    const plane = this.plane;
+    this.corners = ring.map(([East, North]) => plane.toEarth({ North, East }));
+    this.model.fence.draw(this.corners);
+  }
+
+  private square(): void {
+    const ring = squareAround(toCoordinate(this.lot.centre));
+    this.editor?.show(ring);
+    this.drawn(ring);
+  }
+
+  private ring(): Ring {
+    const { plane } = this;
+    const corners = this.model.fence.draft?.corners ?? [];
+    return plane ? corners.map((corner) => toCoordinate(plane.toMap(corner))) : [];
+  }
+}
+
+function squareAround([east, north]: readonly [number, number]): Ring {
+  const half = SQUARE_M / 2;
+  return [
+    [east - half, north - half],
+    [east - half, north + half],
+    [east + half, north + half],
+    [east + half, north - half],
+  ];
+}

@@ -1,0 +1,47 @@
+import type { LocalPlane } from "../fence/plane.ts";
+import type { FenceCheck, FenceCorner, FenceSetup, Heartbeat, Point } from "../protocol.ts";
+
+/** The fence on the map: our line, inside which the drone stays, and the autopilot's around it. */
+export interface ShownFence {
+  inner: readonly Point[];
+  limit: readonly Point[];
+}
+
+const NONE: ShownFence = { inner: [], limit: [] };
+const CIRCLE_CORNERS = 48;
+/** States in which the next Arm decides which fence counts. */
+const BEFORE_ARM = new Set(["Idle", "Configure"]);
+
+/** While it is drawn, the editor shows the outer line itself; ours comes from what the drone said about it. */
+export function draftFence(check: FenceCheck | null, plane: LocalPlane | null): ShownFence {
+  return check && plane ? { inner: onMap(check.Inner, plane), limit: [] } : NONE;
+}
+
+/** On the ground the fence that the next Arm puts in force, else the one that is. */
+export function shownFence(heartbeat: Heartbeat, setup: FenceSetup | null, plane: LocalPlane | null): ShownFence {
+  const inForce = { inner: heartbeat.Fence, limit: heartbeat["Fence Limit"] };
+  if (!BEFORE_ARM.has(heartbeat.State) || !setup || !plane || setup.Problem !== "") return inForce;
+  if (setup.Corners.length > 0) return { inner: onMap(setup.Inner, plane), limit: onMap(setup.Corners, plane) };
+  const centre = dronePlace(heartbeat, plane);
+  if (!centre || setup.Radius === null || inForce.inner.length > 0) return inForce;
+  return { inner: circle(centre, setup.Radius - setup.Margin), limit: circle(centre, setup.Radius) };
+}
+
+/** Where the drone is on the map; before its first arm by its place on Earth. */
+export function dronePlace(heartbeat: Heartbeat, plane: LocalPlane | null): Point | null {
+  const { North, East, Latitude, Longitude } = heartbeat;
+  if (North !== null && East !== null) return { North, East };
+  if (!plane || Latitude === null || Longitude === null) return null;
+  return plane.toMap({ Latitude, Longitude });
+}
+
+function onMap(corners: readonly FenceCorner[], plane: LocalPlane): Point[] {
+  return corners.map((corner) => plane.toMap(corner));
+}
+
+function circle(centre: Point, radius: number): Point[] {
+  return Array.from({ length: CIRCLE_CORNERS }, (_, step) => {
+    const angle = (2 * Math.PI * step) / CIRCLE_CORNERS;
+    return { North: centre.North + radius * Math.cos(angle), East: centre.East + radius * Math.sin(angle) };
+  });
+}

@@ -1,0 +1,188 @@
+import { FenceDraft } from "../fence/draft.ts";
+import { type FenceFile, FenceFileError, readFence, writeFence } from "../fence/geojson.ts";
+import type { Answer } from "../link/commands.ts";
+import type { Timers } from "../link/socket.ts";
+import type { Command, FenceCheck, FenceCorner, FenceSetup, Heartbeat } from "../protocol.ts";
+
+/** After a change the drone is asked so much later: a corner that is dragged changes with every frame. */
+const ASK_MS = 150;
+
+/** Heartbeats after an answer until one is sure to have been made after the command was acted on. */
+const SETTLED = 2;
+
+/** What the drone says about the fence as it is drawn. */
+export type Verdict =
+  | { about: "nothing" }
+  | { about: "asking" }
+  | { about: "problem"; text: string }
+  | { about: "good"; check: FenceCheck };
+
+export interface FenceHooks {
+  send: (command: Command) => Promise<Answer>;
+  changed: () => void;
+  tell: (text: string, level: "info" | "warning") => void;
+  timers: Timers;
+}
+
+/** The fence editor: what is drawn, what the drone says about it, and keeping it. */
+export class FenceEditing {
+  draft: FenceDraft | null = null;
+  /** Whether the editor is open; a draft outlives its being put aside because the drone took off. */
+  open = false;
+  /** Corners of a ring that is not closed yet. */
+  begun = 0;
+  /** Whether a corner that is pointed at is removed. */
+  removing = false;
+  saving = false;
+  verdict: Verdict = { about: "nothing" };
+
+  private readonly hooks: FenceHooks;
+  private asked = 0;
+  private cancelAsk: (() => void) | null = null;
+  /** Heartbeats since the drone began to save; null while it does not. */
+  private beats: number | null = null;
+
+  constructor(hooks: FenceHooks) {
+    this.hooks = hooks;
+  }
+
+  /** Opens the editor with what was left unsaved, else with the fence that the drone keeps (a circle is not edited). */
+  begin(setup: FenceSetup): void {
+    this.open = true;
+    this.begun = 0;
+    this.removing = false;
+    this.draft ??= new FenceDraft(setup.Corners, setup.Ceiling);
+    this.ask();
+  }
+
+  /** Closes the editor; what was drawn is given up. */
+  cancel(): void {
+    this.close();
+    this.draft = null;
+    this.hooks.changed();
+  }
+
+  /** Closes the editor because the fence cannot be changed now; what was drawn is kept until the next `begin`. */
+  pause(reason: string): void {
+    if (!this.open) return;
+    const kept = this.draft?.isChanged === true;
+    this.close();
+    if (!kept) this.draft = null;
+    this.hooks.tell(kept ? `${reason} What was drawn is kept.` : reason, "warning");
+  }
+
+  draw(corners: readonly FenceCorner[], ceiling?: string): void {
+    this.draft?.draw(corners, ceiling);
+    this.begun = 0;
+    if (!this.draft?.isDrawn) this.removing = false;
+    this.ask();
+  }
+
+  typeCeiling(ceiling: string): void {
+    this.draft?.typeCeiling(ceiling);
+    this.ask();
+  }
+
+  undo(): void {
+    this.draft?.undo();
+    this.begun = 0;
+    this.ask();
+  }
+
+  /** The ring that is being drawn has so many corners. */
+  drawing(begun: number): void {
+    if (begun === this.begun) return;
+    this.begun = begun;
+    this.hooks.changed();
+  }
+
+  remove(removing: boolean): void {
+    this.removing = removing;
+    this.hooks.changed();
+  }
+
+  /** Takes a file's fence over; a file that holds none is told in words and changes nothing. */
+  import(text: string): boolean {
+    try {
+      const file = readFence(text);
+      this.draw(file.corners, file.ceiling === null ? undefined : String(file.ceiling));
+      return true;
+    } catch (error) {
+      if (!(error instanceof FenceFileError)) throw error;
+      this.hooks.tell(error.message, "warning");
+      return false;
+    }
+  }
+
+  /** GeoJSON of what is drawn; null while there is nothing. */
+  export(): string | null {
+    const draft = this.draft;
+    if (!draft?.isDrawn) return null;
+    const file: FenceFile = { corners: [...draft.corners], ceiling: draft.ceilingMetres };
+    return writeFence(file);
+  }
+
+  /** Asks the drone to keep the fence; `hear` learns whether it did. A refusal is told and the editor stays open. */
+  async save(): Promise<void> {
+    const [draft, ceiling] = [this.draft, this.draft?.ceilingMetres];
+    if (!draft?.isDrawn || ceiling == null || this.saving) return;
+    this.saving = true;
+    this.hooks.changed();
+    const answer = await this.hooks.send({ Type: "Set Fence", Corners: [...draft.corners], Ceiling: ceiling });
+    if (answer.Type === "Ack" && answer.Accepted) this.beats = 0;
+    else this.notSaved(answer.Type === "Ack" ? answer.Reason : "");
+  }
+
+  /** The drone says that it plans with another fence once that is on its disk; until then the draft is kept. */
+  hear(heartbeat: Heartbeat): void {
+    if (this.beats === null) return;
+    this.beats += 1;
+    if (heartbeat["Fence Setup"] !== null) {
+      this.beats = null;
+      this.saving = false;
+      this.cancel();
+      this.hooks.tell("The fence is saved. The next Arm uploads it.", "info");
+    } else if (heartbeat.State === "Idle" && this.beats > SETTLED) this.notSaved(heartbeat.Detail);
+  }
+
+  private notSaved(reason: string): void {
+    this.beats = null;
+    this.saving = false;
+    this.hooks.tell(reason === "" ? "The fence was not saved." : reason, "warning");
+    this.hooks.changed();
+  }
+
+  private close(): void {
+    this.open = false;
+    this.removing = false;
+    this.begun = 0;
+    this.asked += 1;
+    this.cancelAsk?.();
+    this.verdict = { about: "nothing" };
+  }
+
+  private ask(): void {
+    this.cancelAsk?.();
+    this.asked += 1;
+    const number = this.asked;
+    const [draft, ceiling] = [this.draft, this.draft?.ceilingMetres];
+    if (!draft?.isDrawn) this.verdict = { about: "nothing" };
+    else if (ceiling == null) this.verdict = { about: "problem", text: "Ceiling: give a number of metres above 0." };
+    else {
+      this.verdict = { about: "asking" };
+      const command: Command = { Type: "Check Fence", Corners: [...draft.corners], Ceiling: ceiling };
+      this.cancelAsk = this.hooks.timers.after(ASK_MS, () => void this.check(command, number));
+    }
+    this.hooks.changed();
+  }
+
+  /** An answer about a drawing that has changed since is dropped. */
+  private async check(command: Command, number: number): Promise<void> {
+    const answer = await this.hooks.send(command);
+    if (number !== this.asked) return;
+    if (answer.Type === "Fence Check") {
+      this.verdict = answer.Problem === "" ? { about: "good", check: answer } : { about: "problem", text: answer.Problem };
+    } else this.verdict = { about: "problem", text: (answer.Type === "Ack" ? answer.Reason : "") || "It could not be checked." };
+    this.hooks.changed();
+  }
+}

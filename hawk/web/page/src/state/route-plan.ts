@@ -1,0 +1,49 @@
+import type { Answer } from "../link/commands.ts";
+import type { Command, Point } from "../protocol.ts";
+
+export type RouteState = "none" | "asking" | "known" | "refused";
+
+/** The way that an Autonomous Move to the place that is asked about would take. Only the last question counts. */
+export class RoutePlan {
+  state: RouteState = "none";
+  points: readonly Point[] = [];
+  metres: number | null = null;
+  /** Why there is no way. */
+  reason = "";
+
+  private asked = 0;
+  private readonly send: (command: Command) => Promise<Answer>;
+  private readonly changed: () => void;
+
+  constructor(send: (command: Command) => Promise<Answer>, changed: () => void) {
+    this.send = send;
+    this.changed = changed;
+  }
+
+  async ask(target: Point): Promise<void> {
+    this.clear();
+    this.state = "asking";
+    const number = this.asked;
+    const answer = await this.send({ Type: "Route Request", X: target.North, Y: target.East, Frame: "Map" });
+    if (number !== this.asked) return;
+    if (answer.Type === "Route" && answer.Refused === null && answer.Points.length > 0) {
+      this.state = "known";
+      this.points = answer.Points;
+      this.metres = answer.Length;
+    } else {
+      this.state = "refused";
+      const reason = answer.Type === "Route" ? answer.Refused : answer.Type === "Ack" ? answer.Reason : null;
+      this.reason = reason ?? "There is no way there.";
+    }
+    this.changed();
+  }
+
+  /** Nothing is asked about any longer. */
+  clear(): void {
+    this.asked += 1;
+    this.state = "none";
+    this.points = [];
+    this.metres = null;
+    this.reason = "";
+  }
+}

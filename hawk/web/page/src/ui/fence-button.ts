@@ -1,0 +1,39 @@
+import { html, nothing, type TemplateResult } from "lit";
+import { customElement } from "lit/decorators.js";
+import { control } from "../words/actions.ts";
+import { cannotSave, fenceSummary } from "../words/fence.ts";
+import { option } from "../words/view.ts";
+import { Part } from "./element.ts";
+
+/** Which fence counts, and the way into its editor. */
+@customElement("hawk-fence-button")
+export class FenceButton extends Part {
+  override render(): TemplateResult {
+    const setup = this.model.flight.fenceSetup;
+    const { title, line } = fenceSummary(setup);
+    const reason = setup ? cannotSave(this.model.view()) : "Not known yet";
+    return html`<div><b>${title}</b> <span class="sub">${line}</span></div>
+      <div class="row">
+        ${this.aside()}
+        <button aria-label="Edit fence" aria-description=${reason} ?disabled=${reason !== ""} @click=${() => this.edit()}>
+          <span class="two">Edit fence${reason === "" ? nothing : html`<span class="sub">${reason}</span>`}</span>
+        </button>
+      </div>`;
+  }
+
+  /** A drawn fence can be put aside for the one of the settings. */
+  private aside(): TemplateResult | typeof nothing {
+    const view = this.model.view();
+    if (!option(view, "Clear Fence").Possible || control(view) !== "mine") return nothing;
+    return html`<button
+      aria-label="Put the drawn fence aside"
+      @click=${() => void this.model.command({ Type: "Clear Fence" }, "Put the drawn fence aside")}
+    >
+      Put aside
+    </button>`;
+  }
+
+  private edit(): void {
+    this.dispatchEvent(new CustomEvent("open-panel", { detail: "fence", bubbles: true }));
+  }
+}

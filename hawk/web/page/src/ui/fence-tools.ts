@@ -1,0 +1,79 @@
+import { html, type TemplateResult } from "lit";
+import { customElement, query } from "lit/decorators.js";
+import { LARGEST_FILE } from "../fence/geojson.ts";
+import { Part } from "./element.ts";
+import { icon, type IconName } from "./icons.ts";
+
+/** A ring that is not closed yet belongs to the map: these ask it to take back a corner, or to close. */
+export type FenceToolEvent = CustomEvent<"back" | "close" | "square">;
+
+interface Tool {
+  label: string;
+  /** Read aloud, where the label alone does not say it. */
+  aloud?: string;
+  name: IconName;
+  possible: boolean;
+  run: () => void;
+  on?: boolean;
+}
+
+/** What can be done with the fence that is being drawn, over the map's upper edge. */
+@customElement("hawk-fence-tools")
+export class FenceTools extends Part {
+  @query("input") private file!: HTMLInputElement;
+
+  override render(): TemplateResult {
+    return html`<div class="fencetools" role="toolbar" aria-label="Fence tools">
+      ${this.tools().map((each) => this.tool(each))}
+      <input type="file" accept=".geojson,.json,application/geo+json,application/json" hidden aria-label="Fence file" @change=${() => void this.read()} />
+    </div>`;
+  }
+
+  private tools(): Tool[] {
+    const { fence } = this.model;
+    const drawn = fence.draft?.isDrawn === true;
+    const begun = fence.begun > 0;
+    const undo = begun ? () => this.ask("back") : () => fence.undo();
+    const shape: Tool = drawn
+      ? { label: "Remove", aloud: "Remove corners", name: "minus", possible: true, run: () => fence.remove(!fence.removing), on: fence.removing }
+      : begun
+        ? { label: "Close", aloud: "Close the ring", name: "check", possible: fence.begun >= 3, run: () => this.ask("close") }
+        : { label: "Square", name: "square", possible: true, run: () => this.ask("square") };
+    return [
+      { label: "Undo", name: "undo", possible: begun || fence.draft?.canUndo === true, run: undo },
+      shape,
+      { label: "Clear", name: "clear", possible: drawn || begun, run: () => fence.draw([]) },
+      { label: "Import", name: "upload", possible: true, run: () => this.file.click() },
+      { label: "Export", name: "download", possible: drawn, run: () => this.export() },
+    ];
+  }
+
+  private tool({ label, aloud = label, name, possible, run, on = false }: Tool): TemplateResult {
+    return html`<button class=${on ? "on" : ""} aria-label=${aloud} aria-pressed=${on ? "true" : "false"} ?disabled=${!possible} @click=${run}>
+      ${icon(name)}<span>${label}</span>
+    </button>`;
+  }
+
+  private ask(what: "back" | "close" | "square"): void {
+    this.dispatchEvent(new CustomEvent("fence-tool", { detail: what, bubbles: true }));
+  }
+
+  private async read(): Promise<void> {
+    const file = this.file.files?.[0];
+    this.file.value = "";
+    if (!file) return;
+    if (file.size > LARGEST_FILE) this.model.tell({ level: "warning", text: "The file is too large for a fence." });
+    else if (this.model.fence.import(await file.text())) this.dispatchEvent(new CustomEvent("fence-imported", { bubbles: true }));
+  }
+
+  private export(): void {
+    const text = this.model.fence.export();
+    if (text === null) return;
+    const address = URL.createObjectURL(new Blob([text], { type: "application/geo+json" }));
+    const link = document.createElement("a");
+    link.href = address;
+    link.download = "fence.geojson";
+    link.click();
+    URL.revokeObjectURL(address);
+  }
+}

@@ -1,0 +1,75 @@
+import type { FenceSetup } from "../protocol.ts";
+import type { FenceEditing } from "../state/fence-edit.ts";
+import { control } from "./actions.ts";
+import * as format from "./format.ts";
+import { linkOf, option, type View } from "./view.ts";
+
+export interface FenceWords {
+  title: string;
+  /** What is wrong, or what to do, or what it means. */
+  line: string;
+  /** What the line is about: "bad" stands in the way of saving, "warning" of flying. */
+  level: "" | "warning" | "bad";
+  /** Why it cannot be saved; empty when it can. */
+  reason: string;
+}
+
+/** The words of the fence editor's bar. */
+export function fenceWords(editing: FenceEditing, setup: FenceSetup | null, view: View, touch: boolean): FenceWords {
+  const draft = editing.draft;
+  if (!draft?.isDrawn) return drawing(editing.begun, touch);
+  const reason = cannotSave(view);
+  const verdict = editing.verdict;
+  const corners = format.count(draft.corners.length, "corner", "corners");
+  if (linkOf(view) !== "live") {
+    return { title: `Fence of ${corners}`, line: "No link: it cannot be checked or saved.", level: "bad", reason: "No link" };
+  }
+  if (verdict.about === "problem") {
+    return { title: "This fence cannot be saved", line: verdict.text, level: "bad", reason: "Put right what is said" };
+  }
+  if (verdict.about !== "good") return { title: `Fence of ${corners}`, line: "Being checked.", level: "", reason: "Being checked" };
+  const { check } = verdict;
+  const title = `Fence ${extent(check["North South"], check["East West"])}, ${corners}`;
+  const waits = editing.saving ? "Being saved" : draft.isChanged ? "" : "Nothing changed";
+  const done = { title, reason: reason || waits };
+  if (editing.removing) return { ...done, line: `${touch ? "Tap" : "Click"} the corners that are to go.`, level: "" };
+  const [note] = check.Notes;
+  return { ...done, line: note ?? inside(setup, draft.ceilingMetres), level: note === undefined ? "" : "warning" };
+}
+
+/** Why the fence cannot be changed now; empty when it can. */
+export function cannotSave(view: View): string {
+  if (linkOf(view) !== "live") return "No link";
+  const offered = option(view, "Set Fence");
+  if (!offered.Possible) return offered.Reason.replace(/\.$/, "") || "Not possible here";
+  return control(view) === "mine" ? "" : "Not in control";
+}
+
+/** Which fence the next Arm puts in force, in a title and a line. */
+export function fenceSummary(setup: FenceSetup | null): { title: string; line: string } {
+  if (!setup) return { title: "Fence", line: "not known yet" };
+  if (setup.Problem !== "") return { title: "The drawn fence cannot be used", line: setup.Problem };
+  const ceiling = `up to ${format.height(setup.Ceiling)}`;
+  if (setup.Source === "drawn") return { title: `Fence of ${format.count(setup.Corners.length, "corner", "corners")}`, line: `drawn, ${ceiling}` };
+  if (setup.Source === "file") return { title: `Fence of ${format.count(setup.Corners.length, "corner", "corners")}`, line: `from the settings, ${ceiling}` };
+  return { title: `Fence: circle of ${format.distance(setup.Radius ?? 0)}`, line: `around where it is armed, ${ceiling}` };
+}
+
+function drawing(begun: number, touch: boolean): FenceWords {
+  const point = touch ? "Tap" : "Click";
+  const common = { title: "Draw the fence", level: "" as const, reason: "Not closed yet" };
+  if (begun === 0) return { ...common, line: `${point} its corners on the map, one after the other. Or import a file.` };
+  const set = format.count(begun, "corner", "corners");
+  if (begun < 3) return { ...common, line: `${set} set. A fence needs at least 3.` };
+  return { ...common, line: `${set} set. ${point} the first one again, or Close.` };
+}
+
+function extent(north: number | null, east: number | null): string {
+  return north === null || east === null ? "" : `${Math.round(east)} × ${Math.round(north)} m`;
+}
+
+function inside(setup: FenceSetup | null, ceiling: number | null): string {
+  if (!setup || ceiling === null) return "";
+  const top = format.height(ceiling - setup["Ceiling Margin"]);
+  return `The drone stays ${Number(setup.Margin.toFixed(1))} m inside it, at the dotted line, and below ${top}.`;
+}

@@ -1,0 +1,286 @@
+"""The fence by clicks: drawn, put right, saved, taken up by a later start, uploaded, and kept to."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import AsyncIterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from playwright.async_api import Browser, Locator, Page, expect
+
+from hawk.comm.fence_messages import FenceSetup
+from hawk.survey.stack import SimulatedStack
+from tests.e2e.hands import button, press, shows, slide, state_is
+from tests.e2e.watching import watch
+from tests.integration.daemon_support import operator, over_a_picture
+
+pytestmark = pytest.mark.e2e
+
+DESK = {"width": 1440, "height": 900}
+PHONE = {"width": 390, "height": 844}
+SIZES = {
+    "desk": DESK,
+    "tablet": {"width": 820, "height": 1180},
+    "phone": PHONE,
+    "phone-on-its-side": {"width": 844, "height": 390},
+}
+U_SHAPE = ((-20, -45), (40, -45), (40, -15), (10, -15), (10, 15), (40, 15), (40, 45), (-20, 45))
+"""North and east of the drone, metres: two arms with a gap between them. Our limit lies 5 m inside."""
+IN_THE_ARM, AT_ITS_FOOT = (25.0, -30.0), (0.0, -30.0)
+EASE_MS = 500
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A drone on the ground and one who flies it."""
+
+    stack: SimulatedStack
+    url: str
+    page: Page
+
+
+@pytest.fixture
+async def scene(browser: Browser, tmp_path: Path) -> AsyncIterator[Scene]:
+    stack = over_a_picture(tmp_path)
+    try:
+        url = (await stack.start()).url
+        page = await (await browser.new_context(viewport=DESK, color_scheme="light")).new_page()  # type: ignore[arg-type]
+        await page.goto(url)
+        yield Scene(stack, url, page)
+    finally:
+        await stack.stop()
+
+
+async def test_a_fence_is_drawn_kept_and_kept_to(scene: Scene, screenshots: Path, tmp_path: Path) -> None:
+    page = scene.page
+    errors = watch(page)
+    await press(page, "Take control", 20)
+    await page.screenshot(path=screenshots / "fence-1-before.png")
+    await press(page, "Edit fence", 60)
+    await shows(page, "Draw the fence")
+    await drawing_by_clicks(page, screenshots)
+    await putting_it_right(page)
+    await everything_fits(page, screenshots)
+    await a_file_goes_out_and_comes_in(page, tmp_path)
+    await press(page, "Save fence", 10)
+    await shows(page, "The fence is saved. The next Arm uploads it.")
+    await shows(page, "Fence of 8 corners")
+    await page.screenshot(path=screenshots / "fence-3-saved.png")
+    kept = await fence_of(scene.url)
+    assert (kept.source, kept.ceiling, len(kept.corners)) == ("drawn", 60, 8)
+    assert not errors
+
+    await scene.stack.kill_daemon()
+    await scene.stack.start_daemon()
+    await press(page, "Take control", 30)
+    assert (await fence_of(scene.url)).corners == kept.corners
+    await scene.stack.watch_fence([(each.latitude, each.longitude) for each in kept.inner], kept.ceiling)
+
+    await take_off(page)
+    await page.get_by_role("tab", name="Settings").click()
+    await expect(button(page, "Edit fence")).to_be_disabled()
+    await expect(button(page, "Edit fence")).to_contain_text("Flying: land first")
+    await the_way_across_the_gap_is_refused(page, screenshots)
+    await move_to(page, AT_ITS_FOOT)
+    await slide(page, page.locator("hawk-slide button"))
+    await state_is(page, "Moving")
+    await state_is(page, "Holding", 60)
+    status = await scene.stack.status()
+    assert status["excursions"] == 0
+    await page.screenshot(path=screenshots / "fence-5-moved.png")
+    await move_to(page, IN_THE_ARM, of=AT_ITS_FOOT)
+    await expect(page.get_by_label("Anywhere inside the fence")).to_be_enabled()
+
+
+async def test_a_fence_is_drawn_with_a_finger(browser: Browser, tmp_path: Path, screenshots: Path) -> None:
+    """On a phone: by taps, closed by a tap on the first corner; then a corner is dragged by a finger."""
+    stack = over_a_picture(tmp_path)
+    try:
+        url = (await stack.start()).url
+        phone = await browser.new_context(viewport=PHONE, has_touch=True, is_mobile=True)  # type: ignore[arg-type]
+        page = await phone.new_page()
+        errors = watch(page)
+        await page.goto(url)
+        await button(page, "Take control").tap(timeout=20_000)
+        await button(page, "Show checks").tap(timeout=60_000)
+        await button(page, "Edit fence").tap(timeout=20_000)
+        await shows(page, "Tap its corners on the map")
+        places = [await pixel(page, place) for place in ((-40, -40), (40, -40), (40, 40), (-40, 40))]
+        for count, place in enumerate(places, start=1):
+            await page.touchscreen.tap(*place)
+            await shows(page, f"{count} corner{'s' if count > 1 else ''} set")
+            await page.wait_for_timeout(EASE_MS)
+        await page.touchscreen.tap(*places[0])
+        await expect(title(page)).to_have_text(re.compile(r"Fence (79|8[01]) × (79|8[01]) m, 4 corners"), timeout=5_000)
+        await drag_by_finger(page, places[2], await pixel(page, (40, 70)))
+        await expect(title(page)).to_have_text(re.compile(r"Fence 1(09|1[01]) × "), timeout=5_000)
+        await page.screenshot(path=screenshots / "fence-by-finger.png")
+        await button(page, "Save fence").tap()
+        await shows(page, "The fence is saved. The next Arm uploads it.")
+        assert (await fence_of(url)).source == "drawn"
+        assert not errors
+    finally:
+        await stack.stop()
+
+
+async def drag_by_finger(page: Page, start: tuple[float, float], end: tuple[float, float]) -> None:
+    """Put a finger down, move it and lift it (Playwright itself can only tap)."""
+    devtools = await page.context.new_cdp_session(page)
+
+    async def touch(kind: str, *places: tuple[float, float]) -> None:
+        points = [{"x": x, "y": y} for x, y in places]
+        await devtools.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    await touch("touchStart", start)
+    for share in (0.1, 0.3, 0.5, 0.7, 0.9, 1.0):
+        await touch("touchMove", (start[0] + (end[0] - start[0]) * share, start[1] + (end[1] - start[1]) * share))
+        await page.wait_for_timeout(30)
+    await touch("touchEnd")
+
+
+async def drawing_by_clicks(page: Page, screenshots: Path) -> None:
+    """Corner by corner, closed by a click on the first one."""
+    await press(page, "Follow the drone", 5)
+    await page.wait_for_timeout(EASE_MS)
+    await expect(button(page, "Save fence")).to_be_disabled()
+    places = [await pixel(page, place) for place in U_SHAPE]
+    for count, place in enumerate(places, start=1):
+        await page.mouse.click(*place)
+        await shows(page, f"{count} corner{'s' if count > 1 else ''} set")
+        await page.wait_for_timeout(300)  # two clicks within 250 ms at one place are a double click
+    await press(page, "Undo", 5)
+    await shows(page, "7 corners set")
+    await page.mouse.click(*places[-1])
+    await shows(page, "8 corners set")
+    await page.screenshot(path=screenshots / "fence-2-drawing.png")
+    await page.wait_for_timeout(300)
+    await page.mouse.click(*places[0])
+    await expect(title(page)).to_have_text(re.compile(r"Fence (89|9[01]) × (59|6[01]) m, 8 corners"), timeout=5_000)
+    await shows(page, "From parts of it the straight way home leaves the fence")
+
+
+async def putting_it_right(page: Page) -> None:
+    """A corner dragged across a side and a ceiling that is too low are told, and mended."""
+    first, far = await pixel(page, U_SHAPE[0]), await pixel(page, (30, 0))
+    await drag(page, first, far)
+    await shows(page, "This fence cannot be saved")
+    await shows(page, "cross: move a corner so that no side crosses another")
+    await expect(button(page, "Save fence")).to_be_disabled()
+    await press(page, "Undo", 5)
+    ceiling = page.get_by_label("Ceiling, metres above")
+    await ceiling.fill("9")
+    await shows(page, "Ceiling: 9 m is too low for flying up to 10 m, which needs 13 m")
+    await ceiling.fill("60")
+    await expect(title(page)).to_have_text(re.compile("8 corners"))
+    await expect(button(page, "Save fence")).to_be_enabled()
+    await press(page, "Remove corners", 5)
+    await page.mouse.click(*await pixel(page, U_SHAPE[2]))
+    await expect(title(page)).to_have_text(re.compile("7 corners"), timeout=5_000)
+    await press(page, "Undo", 5)
+    await expect(title(page)).to_have_text(re.compile("8 corners"), timeout=5_000)
+
+
+async def everything_fits(page: Page, screenshots: Path) -> None:
+    """In every size and both themes: nothing is cut off at the side, and all that edits is in reach."""
+    for name, size in SIZES.items():
+        await page.set_viewport_size(size)  # type: ignore[arg-type]
+        for theme in ("light", "dark"):
+            await page.emulate_media(color_scheme=theme)
+            await expect(page.locator("html")).to_have_attribute("data-theme", theme)
+            await page.wait_for_timeout(EASE_MS)
+            await page.screenshot(path=screenshots / f"fence-editor-{name}-{theme}.png")
+            assert await page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+            for each in ("Save fence", "Cancel", "Undo", "Clear", "Import", "Export", "Hold", "Land"):
+                assert await is_within(button(page, each), size), (name, each)
+    await page.emulate_media(color_scheme="light")
+    await page.set_viewport_size(DESK)  # type: ignore[arg-type]
+
+
+async def is_within(target: Locator, size: dict[str, int]) -> bool:
+    """Whether all of it is in sight, and large enough for a finger."""
+    box = await target.bounding_box()
+    assert box is not None
+    inside = box["x"] >= 0 and box["y"] >= 0
+    inside = inside and box["x"] + box["width"] <= size["width"] and box["y"] + box["height"] <= size["height"]
+    return inside and min(box["width"], box["height"]) >= 44
+
+
+async def a_file_goes_out_and_comes_in(page: Page, folder: Path) -> None:
+    """What is exported is what was drawn, and comes back after everything was cleared; a wrong file changes nothing."""
+    async with page.expect_download() as waiting:
+        await press(page, "Export", 5)
+    path = folder / "exported.geojson"
+    await (await waiting.value).save_as(path)
+    (ring,) = json.loads(path.read_text())["geometry"]["coordinates"]
+    assert len(ring) == 9
+    await press(page, "Clear", 5)
+    await shows(page, "Draw the fence")
+    wrong = folder / "wrong.geojson"
+    wrong.write_text('{"type": "Point", "coordinates": [0, 0]}')
+    await page.locator("hawk-fence-tools input").set_input_files(wrong)
+    await shows(page, "exactly one polygon")
+    await page.locator("hawk-fence-tools input").set_input_files(path)
+    await expect(title(page)).to_have_text(re.compile("8 corners"), timeout=5_000)
+
+
+async def take_off(page: Page) -> None:
+    await press(page, "Set failsafes", 60)
+    await press(page, "Arm", 60)
+    await press(page, "Take off", 30)
+    await state_is(page, "Holding", 60)
+
+
+async def the_way_across_the_gap_is_refused(page: Page, screenshots: Path) -> None:
+    """The arm is inside, the straight way to it is not, and nothing is known of a lot to fly over: the bar says why."""
+    await move_to(page, IN_THE_ARM)
+    await shows(page, "The straight way there leaves the fence")
+    await expect(page.get_by_label("Anywhere inside the fence")).to_be_disabled()
+    await expect(page.locator("hawk-slide button")).to_be_disabled()
+    await page.screenshot(path=screenshots / "fence-4-refused.png")
+    await press(page, "Cancel", 5)
+
+
+async def move_to(page: Page, place: tuple[float, float], of: tuple[float, float] = (0.0, 0.0)) -> None:
+    """Point at a place (metres north and east of where the drone was armed) while the drone is at another."""
+    await press(page, "Follow the drone", 5)
+    await page.wait_for_timeout(EASE_MS)
+    await press(page, "Move", 20)
+    await page.mouse.click(*await pixel(page, (place[0] - of[0], place[1] - of[1])))
+
+
+def title(page: Page) -> Locator:
+    return page.locator("hawk-fence-bar .txt b")
+
+
+async def drag(page: Page, start: tuple[float, float], end: tuple[float, float]) -> None:
+    await page.mouse.move(*start)
+    await page.mouse.down()
+    await page.mouse.move((start[0] + end[0]) / 2, (start[1] + end[1]) / 2, steps=5)
+    await page.mouse.move(*end, steps=5)
+    await page.mouse.up()
+
+
+async def pixel(page: Page, place: tuple[float, float]) -> tuple[float, float]:
+    """Return where a place (metres north and east of the middle of the map) is on the screen, by the scale bar."""
+    box = await page.locator(".ol").bounding_box()
+    assert box is not None
+    metres, unit = (await page.locator(".mapfoot .metres").inner_text()).split()
+    bar = await page.locator(".mapfoot .scale").bounding_box()
+    assert bar is not None
+    per_metre = bar["width"] / (float(metres) / (100 if unit == "cm" else 1))
+    north, east = place
+    return (
+        box["x"] + box["width"] / 2 + east * per_metre,
+        box["y"] + box["height"] / 2 - north * per_metre,
+    )
+
+
+async def fence_of(url: str) -> FenceSetup:
+    """Return which fence the drone says that it would arm with."""
+    async with operator(url) as anyone:
+        await anyone.until(lambda _: anyone.drone.fence_setup is not None)
+        assert anyone.drone.fence_setup is not None
+        return anyone.drone.fence_setup
