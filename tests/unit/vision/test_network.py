@@ -16,6 +16,7 @@ from hawk.algo.vision.network import StallNetwork, VisionModelError, maps_from_o
 from hawk.algo.vision.rectify import ground_homography, rectify
 from hawk.algo.vision.seen import GroundImage
 from hawk.model import CameraModel, MapPose
+from hawk.worlds.training import Scene, SceneStall, draw_scene
 
 DATA = Path(__file__).parent / "data"
 NORTH_UP = np.array([[0.0, -0.1, 0.0], [0.1, 0.0, 0.0]])
@@ -26,36 +27,36 @@ def network() -> StallNetwork:
     return StallNetwork.load()
 
 
-def painted_lot(cars: tuple[int, ...] = (1, 4)) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
-    """Two facing rows of ten stalls, 2.6 x 5.2 m, painted white on asphalt, with cars in both rows at ``cars``."""
-    rng = np.random.default_rng(0)
-    image = np.full((288, 384, 3), 95, np.float32)
-    image += cv2.GaussianBlur(rng.normal(0, 1, image.shape).astype(np.float32), (0, 0), 1.5) * 6
-    for top in (40, 160):
-        for k in range(11):
-            x = 60 + 26 * k
-            cv2.line(image, (x, top), (x, top + 52), (215, 215, 215), 1, cv2.LINE_AA)
-        for k in cars:
-            x, y = 60 + 26 * k + 13, top + 26
-            cv2.rectangle(image, (x - 7, y - 20), (x + 14, y + 24), (45, 45, 45), -1)  # its shadow
-            cv2.rectangle(image, (x - 9, y - 22), (x + 9, y + 22), (40, 40, 170), -1)
-            cv2.rectangle(image, (x - 7, y - 8), (x + 7, y + 16), (25, 25, 90), -1)
-            cv2.rectangle(image, (x - 7, y - 13), (x + 7, y - 8), (70, 60, 55), -1)
-    noisy = cv2.GaussianBlur(image, (0, 0), 0.6) + rng.normal(0, 2, image.shape)
-    return np.clip(noisy, 0, 255).astype(np.uint8)
+@pytest.fixture(scope="module")
+def lot() -> Scene:
+    """A drawn lot, 38 x 29 m, with free and taken stalls; 20 are wholly in the picture and not under trees."""
+    return draw_scene(np.random.default_rng((500, 34)), (288, 384))
 
 
-def test_the_shipped_network_finds_painted_stalls_and_the_cars_in_them(network: StallNetwork) -> None:
-    image = painted_lot()
-    ground = GroundImage(image, NORTH_UP, np.ones(image.shape[:2], np.bool_))
+def whole(lot: Scene) -> list[SceneStall]:
+    """Return the stalls that can be seen wholly."""
+    height, width = lot.image.shape[:2]
+    return [
+        stall
+        for stall in lot.stalls
+        if ((stall.quad > 2) & (stall.quad < (width - 2, height - 2))).all()
+        and stall.covered < 0.2
+        and stall.lines_visible
+    ]
+
+
+def test_the_shipped_network_finds_painted_stalls_and_the_cars_in_them(network: StallNetwork, lot: Scene) -> None:
+    ground = GroundImage(lot.image, NORTH_UP, np.ones(lot.image.shape[:2], np.bool_))
     found = NetworkFinder(network).find(ground)
-    truth = np.array([(60 + 26 * k + 13, top + 26) for top in (40, 160) for k in range(10)], float)
-    places = ground.map_points(truth)
+    stalls = whole(lot)
+    assert len(stalls) == 20
+    places = ground.map_points(np.array([stall.quad.mean(axis=0) for stall in stalls]))
     apart = np.array([[math.hypot(s.north - n, s.east - e) for s in found.stalls] for n, e in places])
     seen = apart.min(axis=1) < 0.8
     assert seen.mean() >= 0.85
     taken = np.array([found.stalls[j].taken > 0.5 for j in apart.argmin(axis=1)])
-    real = np.array([k in (1, 4) for _ in range(2) for k in range(10)])
+    real = np.array([stall.taken for stall in stalls])
+    assert 0 < real.sum() < len(real)
     assert (taken == real)[seen].mean() >= 0.85
 
 
@@ -76,8 +77,8 @@ def test_maps_cover_a_picture_of_any_size(network: StallNetwork, size: tuple[int
         assert (values <= 1).all()
 
 
-def test_what_lies_beyond_the_camera_s_view_never_votes(network: StallNetwork) -> None:
-    image = painted_lot()
+def test_what_lies_beyond_the_camera_s_view_never_votes(network: StallNetwork, lot: Scene) -> None:
+    image = lot.image
     valid = np.ones(image.shape[:2], np.bool_)
     valid[:, :200] = False
     core = NetworkFinder(network).find(GroundImage(image, NORTH_UP, valid)).core
@@ -85,21 +86,21 @@ def test_what_lies_beyond_the_camera_s_view_never_votes(network: StallNetwork) -
     assert core.values[:, 110:].max() > 0.5
 
 
-def test_the_same_picture_twice_gives_the_same_maps(network: StallNetwork) -> None:
-    one, two = (network.run(painted_lot()) for _ in range(2))
+def test_the_same_picture_twice_gives_the_same_maps(network: StallNetwork, lot: Scene) -> None:
+    one, two = (network.run(lot.image) for _ in range(2))
     np.testing.assert_array_equal(one.core, two.core)
 
 
-def test_a_lot_seen_from_a_tilted_camera_lies_where_it_is(network: StallNetwork) -> None:
+def test_a_lot_seen_from_a_tilted_camera_lies_where_it_is(network: StallNetwork, lot: Scene) -> None:
     focal = 640 / math.tan(math.radians(35))
     camera = CameraModel(1280, 720, focal, focal, 639.5, 359.5)
     pose = MapPose(-14.0, 19.0, 24.0, 0.08, -0.06, 0.5)
     texture = ground_homography(camera, pose) @ np.vstack([NORTH_UP, [0, 0, 1]])
     border = (95, 95, 95)
-    frame = cv2.warpPerspective(painted_lot(), texture, (1280, 720), borderMode=cv2.BORDER_CONSTANT, borderValue=border)
+    frame = cv2.warpPerspective(lot.image, texture, (1280, 720), borderMode=cv2.BORDER_CONSTANT, borderValue=border)
     found = NetworkFinder(network).find(rectify(np.asarray(frame, np.uint8), camera, pose))
-    east = np.array([(60 + 26 * k + 13) * 0.1 for k in range(10)])
-    truth = np.array([(-(top + 26) * 0.1, e) for top in (40, 160) for e in east])
+    middles = np.array([stall.quad.mean(axis=0) for stall in whole(lot)])
+    truth = middles @ NORTH_UP[:, :2].T + NORTH_UP[:, 2]
     apart = np.array([[math.hypot(s.north - n, s.east - e) for s in found.stalls if s.visible > 0.9] for n, e in truth])
     in_view = apart.min(axis=1) < 0.6
     assert in_view.sum() >= 12
@@ -152,8 +153,8 @@ def test_the_parts_of_a_picture_cover_it_once_with_a_margin(side: int) -> None:
         assert pixels.stop == side or pixels.stop - 2 * last >= 30
 
 
-def test_a_large_picture_shows_what_a_small_one_does(network: StallNetwork) -> None:
-    image = painted_lot()
+def test_a_large_picture_shows_what_a_small_one_does(network: StallNetwork, lot: Scene) -> None:
+    image = lot.image
     large = cv2.copyMakeBorder(image, 150, 150, 200, 200, cv2.BORDER_REFLECT_101)
     alone, within = network.run(image), network.run(np.asarray(large, np.uint8))
     inner = within.core[75 : 75 + 144, 100 : 100 + 192]
