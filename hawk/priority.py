@@ -16,6 +16,8 @@ LOOP_NICENESS = -5
 """Of the event loop, what it starts, and the daemon's session; `hawk-drone.service` sets the same for the process."""
 WORKER_NICENESS = 10
 """Of the vision worker."""
+SIMULATOR_NICENESS = LOOP_NICENESS
+"""Of the simulator's session: a real drone and its camera are not slowed down by the companion computer's load."""
 AUTOGROUP = Path("/proc/self/autogroup")
 """The niceness of our session; not there where the kernel has no autogroups."""
 

@@ -15,6 +15,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from hawk.priority import SIMULATOR_NICENESS, set_session_niceness
 from hawk.sim.autopilot import AutopilotOptions
 from hawk.sim.camera import default_intrinsics
 from hawk.sim.geodesy import Origin
@@ -39,6 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run until SIGTERM, SIGINT or the parent's end; return the exit status."""
     logging.basicConfig(level=logging.WARNING, format="hawk-sim: %(message)s")
     options = make_parser().parse_args(arguments)
+    set_session_niceness(SIMULATOR_NICENESS)
     try:
         world = load_world(options)
         run = run_options(options, world)
