@@ -28,8 +28,33 @@ def sample(
     known = cv2.warpAffine(np.ones((height, width), np.uint8), to_crop, (side, side), flags=cv2.INTER_NEAREST)
     stalls = scene.quads @ to_crop[:, :2].T + to_crop[:, 2]
     target = draw_targets(np.asarray(labels, np.uint8), np.asarray(known, np.uint8), stalls, scene.taken, scene.judged)
-    lit = light(np.asarray(image, np.float32), rng)
+    lit = light(retextured(np.asarray(image, np.float32), rng), rng)
     return np.ascontiguousarray(lit.transpose(2, 0, 1)) / np.float32(255) - np.float32(0.5), target
+
+
+def retextured(image: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np.float32]:
+    """Return a picture (H, W, 3) in 0..255 whose surfaces feel different: smoothed flat, or with other grain on them.
+
+    The grain of a drawn ground is the renderer's own; a network that leans on it is lost over real ground.
+    """
+    if rng.random() < 0.3:
+        flat = cv2.bilateralFilter(image, 5, float(rng.uniform(8, 30)), float(rng.uniform(1.5, 4)))
+        image = image + (flat - image) * np.float32(rng.uniform(0.5, 1.0))
+    if rng.random() < 0.35:
+        for size in rng.choice([1.0, 2.0, 5.0, 14.0, 40.0], int(rng.integers(1, 4)), replace=False).tolist():
+            image = image * (1 + _grain(image.shape[:2], size, rng)[..., None] * np.float32(rng.uniform(0.01, 0.08)))
+    if rng.random() < 0.2:  # other mixes of the same three channels: other films, other sensors
+        mix = np.eye(3) + rng.normal(0, 0.08, (3, 3))
+        image = image @ (mix / mix.sum(axis=1, keepdims=True)).astype(np.float32).T
+    return np.asarray(image, np.float32)
+
+
+def _grain(shape: tuple[int, ...], size: float, rng: np.random.Generator) -> NDArray[np.float32]:
+    """Return noise (H, W) of mean 0 and deviation 1 whose blotches are ``size`` pixels wide."""
+    small = (max(2, round(shape[1] / size)), max(2, round(shape[0] / size)))
+    coarse = rng.standard_normal((small[1], small[0]), np.float32)
+    noise = cv2.resize(coarse, (shape[1], shape[0]), interpolation=cv2.INTER_CUBIC)
+    return np.asarray(noise / max(float(noise.std()), 1e-6), np.float32)
 
 
 def light(image: NDArray[Any], rng: np.random.Generator) -> NDArray[np.float32]:

@@ -10,7 +10,7 @@ from hawk.algo.vision import decode, quads
 from hawk.algo.vision.network import maps_from_output
 from hawk.worlds.training import draw_scene
 from training import pool as pool_module
-from training.augment import light, sample
+from training.augment import light, retextured, sample
 from training.pool import ScenePool, training_scene
 from training.targets import (
     CAR,
@@ -156,3 +156,15 @@ def test_a_painter_does_not_outlive_its_trainer(monkeypatch: pytest.MonkeyPatch)
 
     assert not pool_module._hand_over(Never(), scene())  # type: ignore[arg-type]
     assert handed_over == []
+
+
+def test_other_textures_leave_the_picture_where_it_is() -> None:
+    rng = np.random.default_rng(2)
+    image = np.full((96, 96, 3), 90, np.float32)
+    image[30:60, 40:50] = 220
+    for _ in range(30):
+        changed = retextured(image, rng)
+        assert changed.shape == image.shape
+        assert np.isfinite(changed).all()
+        inside, outside = changed[32:58, 42:48].mean(), changed[:25].mean()
+        assert inside > outside + 60
