@@ -19,10 +19,12 @@ from training.export import export
 from training.loss import loss
 from training.network import StallNet, lay_out
 from training.pool import ScenePool
+from training.resume import load_onnx
 
 _WARM_UP_STEPS = 50
 _TAKEN_AT_ONCE = 4
 _SCENE_OVER_CROP = 1.5
+_CALIBRATION_BATCHES = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,8 +106,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
     torch.set_num_threads(plan.threads)
     torch.manual_seed(plan.seed)
     network = StallNet()
-    if options.start_from:
-        network.load_state_dict(torch.load(options.start_from, weights_only=True))
     print(f"{sum(p.numel() for p in network.parameters())} parameters", flush=True)
 
     def keep(weights: StallNet) -> None:
@@ -114,11 +114,24 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
     pool = ScenePool(plan.seed, plan.capacity, plan.painters, round(plan.side * _SCENE_OVER_CROP))
     try:
+        if options.start_from:
+            _start_from(network, options.start_from, pool, plan)
         trained = train(plan, network, pool, keep)
     finally:
         pool.close()
     keep(trained)
     print(f"{options.out}: differs from torch by {export(trained, options.out):.1g}", flush=True)
+
+
+def _start_from(network: StallNet, path: Path, pool: ScenePool, plan: Plan) -> None:
+    """Take up torch's weights, or those of an exported network."""
+    if path.suffix != ".onnx":
+        network.load_state_dict(torch.load(path, weights_only=True))
+        return
+    pool.take(plan.first_scenes)
+    rng = np.random.default_rng((plan.seed, 2))
+    pictures = torch.cat([_batch(pool, rng, plan)[0] for _ in range(_CALIBRATION_BATCHES)])
+    load_onnx(network, path, pictures)
 
 
 def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
@@ -133,7 +146,9 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--rate", type=float, default=2e-3, help="learning rate (default 0.002)")
     parser.add_argument("--float32", action="store_true", help="no bfloat16: slower, for processors without it")
     parser.add_argument("--keep", type=Path, help="also write torch's weights here")
-    parser.add_argument("--start-from", type=Path, help="torch weights to go on from")
+    parser.add_argument(
+        "--start-from", type=Path, help="torch weights (.pt) or an exported network (.onnx) to go on from"
+    )
     return parser.parse_args(arguments)
 
 

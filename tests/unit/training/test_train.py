@@ -131,3 +131,24 @@ def test_the_same_seed_trains_the_same_weights() -> None:
         trained = train(plan, StallNet(SMALL), SetPool(), clock=lambda s=seconds: float(next(s)))  # type: ignore[arg-type,misc]
         weights.append(trained.answer.weight.detach())
     assert torch.equal(*weights)
+
+
+def test_an_exported_network_is_taken_up_as_it_is_and_trains_on(tmp_path: Path) -> None:
+    pytest.importorskip("onnx", reason="training needs the training extra")
+    from training.resume import ResumeError, load_onnx
+
+    torch.manual_seed(3)
+    first, second = StallNet(SMALL), StallNet(SMALL)
+    pictures = torch.randn(6, 3, 64, 64) * 0.2
+    first.train()
+    for _ in range(20):  # so that there is something to fold
+        first(pictures)
+    first.eval()
+    export(first, tmp_path / "first.onnx")
+    load_onnx(second, tmp_path / "first.onnx", pictures)
+    with torch.no_grad():
+        np.testing.assert_allclose(second.eval()(pictures).numpy(), first(pictures).numpy(), atol=1e-4)
+        near = second.train()(pictures) - first(pictures)
+    assert float(near.abs().mean()) < 0.1 * float(first(pictures).detach().abs().mean())
+    with pytest.raises(ResumeError, match="train from the beginning"):
+        load_onnx(StallNet(), tmp_path / "first.onnx", pictures)

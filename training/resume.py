@@ -1,0 +1,77 @@
+"""Takes up an exported network to train it further: what an ONNX file has folded together is taken apart again.
+
+Export folds each batch normalisation into its convolution. Here the convolution keeps the folded weights, and the
+normalisation gets the mean and deviation that the convolution really gives on some pictures, with scale and shift that
+undo it: in use the network is the exported one exactly, and while training nearly so.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import onnx
+import torch
+from onnx import numpy_helper
+from torch import Tensor, nn
+
+from training.network import StallNet
+
+
+class ResumeError(ValueError):
+    """The file does not hold this network; the text says how."""
+
+
+def load_onnx(network: StallNet, path: Path, pictures: Tensor) -> None:
+    """Give ``network`` the weights of an exported one; ``pictures`` (B, 3, H, W) show it what to expect.
+
+    Raises ResumeError when the file holds another network.
+    """
+    folded = _convolutions(path)
+    modules = [module for module in network.modules() if isinstance(module, nn.Conv2d)]
+    shapes = [tuple(module.weight.shape) for module in modules]
+    if [weight.shape for weight, _ in folded] != shapes:
+        raise ResumeError(f"{path}: its convolutions are not those of this network; train from the beginning")
+    norms = [module for module in network.modules() if isinstance(module, nn.BatchNorm2d)]
+    network.eval()
+    with torch.no_grad():
+        for module, (weight, bias) in zip(modules, folded, strict=True):
+            module.weight.copy_(torch.from_numpy(weight))
+            if module.bias is not None:
+                module.bias.copy_(torch.from_numpy(bias))
+        for norm, (_, bias) in zip(norms, folded[: len(norms)], strict=True):
+            shift = torch.from_numpy(bias)
+            _undo(norm, torch.zeros_like(shift), torch.ones_like(shift), shift)
+        found = _outputs(network, norms, pictures)
+        for norm, (mean, variance), (_, bias) in zip(norms, found, folded[: len(norms)], strict=True):
+            _undo(norm, mean, variance, torch.from_numpy(bias))
+
+
+def _convolutions(path: Path) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return weight and bias of every convolution of the file, in the order in which they are run."""
+    graph = onnx.load(str(path)).graph
+    values = {one.name: numpy_helper.to_array(one).copy() for one in graph.initializer}
+    return [(values[node.input[1]], values[node.input[2]]) for node in graph.node if node.op_type == "Conv"]
+
+
+def _undo(norm: nn.BatchNorm2d, mean: Tensor, variance: Tensor, shift: Tensor) -> None:
+    """Make a normalisation add ``shift`` and nothing else, for inputs of this mean and variance."""
+    for kept, value in ((norm.running_mean, mean), (norm.running_var, variance)):
+        if kept is not None:
+            kept.copy_(value)
+    norm.weight.copy_(torch.sqrt(variance + norm.eps))
+    norm.bias.copy_(mean + shift)
+
+
+def _outputs(network: StallNet, norms: list[nn.BatchNorm2d], pictures: Tensor) -> list[tuple[Tensor, Tensor]]:
+    """Return mean and variance of what goes into every normalisation."""
+    found: dict[nn.Module, tuple[Tensor, Tensor]] = {}
+
+    def look(module: nn.Module, inputs: tuple[Tensor, ...]) -> None:
+        found[module] = inputs[0].mean((0, 2, 3)), inputs[0].var((0, 2, 3))
+
+    hooks = [norm.register_forward_pre_hook(look) for norm in norms]
+    network(pictures)
+    for hook in hooks:
+        hook.remove()
+    return [found[norm] for norm in norms]
