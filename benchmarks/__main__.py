@@ -1,10 +1,10 @@
 """All measurements of a flight in one table.
 
-``python -m benchmarks [--only latency,kill,seeds] [--lots DIR] [--json FILE]`` (``make bench ARGS="--json FILE"``)
+``python -m benchmarks [--only latency,kill,seeds] [--places DIR] [--json FILE]`` (``make bench ARGS="--json FILE"``)
 
 latency: the whole daemon at speed 1 with a page, beside an idle loop. kill: Kill on the wire while everything else is
 blocked. seeds: whole surveys of drawn worlds at speed 2 against their truth. places: the same over the pictures of
---lots (PLACE.jpg with PLACE.json). Measure on a machine with nothing else to
+--places (PLACE.jpg with PLACE.json). Measure on a machine with nothing else to
 do: a section says VOID when others worked beside it.
 """
 
@@ -43,7 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _chosen(options: argparse.Namespace) -> list[str]:
-    return [name for name in SECTIONS if name in options.only and (name != "places" or options.lots is not None)]
+    return [name for name in SECTIONS if name in options.only and (name != "places" or options.places is not None)]
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -58,7 +58,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--kills", type=int, default=200, help="kill: how many (default 200)")
     parser.add_argument("--seeds", type=_seeds, default="1-5", metavar="A-B", help="seeds: worlds to survey (1-5)")
     parser.add_argument(
-        "--lots", type=Path, metavar="DIR", help="places: pictures with truth to fly over (default none)"
+        "--places", type=Path, metavar="DIR", help="places: pictures with truth to fly over (default none)"
     )
     parser.add_argument("--keep", type=Path, metavar="DIR", help="keep logs, maps and reports there")
     return parser
@@ -85,7 +85,7 @@ def _work(name: str, options: argparse.Namespace, folder: Path) -> Callable[[], 
         "latency": lambda: whole_daemon.measure(options.seconds, options.seed, folder / "latency"),
         "kill": kill,
         "seeds": lambda: surveys.measure(options.seeds, folder / "seeds"),
-        "places": lambda: surveys.measure_places(options.lots, folder / "places"),
+        "places": lambda: surveys.measure_places(options.places, folder / "places"),
     }[name]
 
 

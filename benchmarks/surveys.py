@@ -99,7 +99,7 @@ def place_worlds(lots: Path) -> list[tuple[str, list[str]]]:
         picture = str(truth.with_suffix(".jpg"))
         worlds.append((truth.stem, ["--world", picture, "--metres-per-pixel", scale, "--truth", str(truth)]))
     if not worlds:
-        raise BenchmarkError(f"--lots: {lots} holds no PLACE.json; name a folder of PLACE.jpg with PLACE.json")
+        raise BenchmarkError(f"--places: {lots} holds no PLACE.json; name a folder of PLACE.jpg with PLACE.json")
     return worlds
 
 

@@ -131,7 +131,7 @@ def test_every_place_of_a_folder_is_flown_over(tmp_path: Path) -> None:
 
 
 def test_a_folder_without_places_and_one_that_misfits_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(BenchmarkError, match="--lots"):
+    with pytest.raises(BenchmarkError, match="--places"):
         place_worlds(tmp_path)
     (tmp_path / "bad.json").write_text("{}")
     with pytest.raises(BenchmarkError, match="metres_per_pixel"):
