@@ -13,9 +13,9 @@ from typing import Final
 import cv2
 
 from benchmarks.exploration import setups
-from benchmarks.exploration.oracle import TourCache
 from benchmarks.exploration.report import figures, way_over_oracle
 from benchmarks.exploration.runs import SeedRun, run_seed
+from benchmarks.exploration.tour_cache import TourCache
 from benchmarks.figures import Figure
 
 SETUPS: Final = {"flown": setups.flown, "prototype": setups.prototype}

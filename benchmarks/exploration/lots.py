@@ -23,6 +23,8 @@ FENCE_MARGIN_M: Final = 5.0
 """Our own limit lies inside the autopilot's by this, as config.toml has it."""
 _TIGHT_M: Final = 20.0
 _WIDE_M: Final = 45.0
+_USUAL_SIZE: Final = math.sqrt(2.0)  # root of a drawn shape's area before it is scaled, about
+_LANE_M: Final = 7.0
 _START_INSIDE_M: Final = 2.0
 
 
@@ -46,14 +48,14 @@ class Lot:
 def draw_lot(seed: int, area_m2: float, kind: str) -> Lot:
     """Return the lot of a seed: ``kind`` is a key of `KINDS`. Raises KeyError for another."""
     rng = np.random.default_rng([seed, int(area_m2), sorted(KINDS).index(kind)])
-    shape = KINDS[kind](rng)
+    shape = KINDS[kind](rng, _USUAL_SIZE / math.sqrt(area_m2))
     scale = math.sqrt(area_m2 / shape.area)
     shape = shapely.affinity.scale(shape, scale, scale, origin=(0, 0))
     shape = _centred(shapely.affinity.rotate(shape, rng.uniform(0, 360), origin=(0, 0)))
     return Lot(seed, kind, shape, _start(rng, shape), float(rng.uniform(-math.pi, math.pi)), _fence(shape, seed))
 
 
-def _rectangles(rng: Generator) -> shapely.Geometry:
+def _rectangles(rng: Generator, _: float) -> shapely.Geometry:
     """Two to four rectangles with a common direction that overlap."""
     shape = _box(rng, (0.0, 0.0), 0.6, 1.6)
     for _ in range(int(rng.integers(1, 4))):
@@ -66,13 +68,13 @@ def _rectangles(rng: Generator) -> shapely.Geometry:
     return shape
 
 
-def _l_shape(rng: Generator) -> shapely.Geometry:
+def _l_shape(rng: Generator, _: float) -> shapely.Geometry:
     a, b = rng.uniform(1.0, 2.0, 2)
     c, d = rng.uniform(0.35, 0.6) * a, rng.uniform(0.35, 0.6) * b
     return shapely.union(shapely.box(0, 0, a, d), shapely.box(0, 0, c, b))
 
 
-def _u_shape(rng: Generator) -> shapely.Geometry:
+def _u_shape(rng: Generator, _: float) -> shapely.Geometry:
     a, b = rng.uniform(1.0, 1.8, 2)
     base = rng.uniform(0.25, 0.4) * a
     left, right = rng.uniform(0.25, 0.36, 2) * b
@@ -80,21 +82,22 @@ def _u_shape(rng: Generator) -> shapely.Geometry:
     return shapely.union_all([*parts, shapely.box(0, b - right, a * rng.uniform(0.6, 1.0), b)])
 
 
-def _joined(rng: Generator) -> shapely.Geometry:
+def _joined(rng: Generator, metre: float) -> shapely.Geometry:
     """Two lots, and a lane between them that is part of the whole."""
     first, second = _box(rng, (0.0, 0.0), 0.8, 1.4), _box(rng, (0.0, 0.0), 0.6, 1.2)
     north = first.bounds[2] - second.bounds[0] + rng.uniform(0.25, 0.5)
     second = shapely.affinity.translate(second, north, rng.uniform(-0.3, 0.3))
     low = max(first.bounds[1], second.bounds[1])
     high = min(first.bounds[3], second.bounds[3])
-    east = rng.uniform(low + 0.07, high - 0.07)
-    lane = shapely.box(first.bounds[2] - 0.05, east - 0.06, second.bounds[0] + 0.05, east + 0.06)
+    half = _LANE_M / 2 * metre
+    east = rng.uniform(low + half, high - half)
+    lane = shapely.box(first.bounds[2] - 0.05, east - half, second.bounds[0] + 0.05, east + half)
     return shapely.union_all([first, second, lane])
 
 
-def _islands(rng: Generator) -> shapely.Geometry:
+def _islands(rng: Generator, metre: float) -> shapely.Geometry:
     """Rectangles with one to three buildings in them."""
-    shape = _rectangles(rng)
+    shape = _rectangles(rng, metre)
     size = math.sqrt(shape.area)
     for _ in range(int(rng.integers(1, 4))):
         inner = shape.buffer(-0.12 * size)
@@ -107,7 +110,7 @@ def _islands(rng: Generator) -> shapely.Geometry:
     return shape
 
 
-KINDS: Final[dict[str, Callable[[Generator], shapely.Geometry]]] = {
+KINDS: Final[dict[str, Callable[[Generator, float], shapely.Geometry]]] = {
     "rectangles": _rectangles,
     "L": _l_shape,
     "U": _u_shape,

@@ -1,16 +1,15 @@
 """The best tour found over the known lot: what a planner could fly at best if it knew the border before.
 
 Lines to and fro in many directions, with gaps flown over or round, are the beginnings; the shortest of them are
-annealed (`tours`). The oracle knows no fence, no error and no turning time: it is meant to be hard to beat.
+annealed by the search that the planner has, for much longer and with the whole truth. The oracle knows no fence and no
+error, and turns cost it nothing: it is meant to be hard to beat.
 """
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,120 +19,137 @@ from benchmarks.exploration.lots import Lot
 from benchmarks.exploration.pilots import TourPilot
 from benchmarks.exploration.setups import Setup
 from benchmarks.exploration.surveyed import FINE_M, drawn
-from benchmarks.exploration.tours import Annealer, Floats, Ground, length_of
 from hawk.algo.mapper.window import Window
+from hawk.algo.path_plan.tour import (
+    Bools,
+    Floats,
+    Footprint,
+    Singles,
+    Terms,
+    Tour,
+    Wanted,
+    as_place,
+    legs_about,
+    length_of,
+)
 
-VERSION: Final = 1
+VERSION: Final = 4
 """Rises with every change of the search: older tours in a cache are then made anew."""
 _CELLS: Final = 1000
 _HEADINGS: Final = 36
 _OFFSETS: Final = (0.0, 0.25, 0.5, 0.75)
 _STARTS: Final = 4
+_SPREAD_RAD: Final = math.radians(20)
+_SHORT_BY: Final = 12.0
 _SWEEPS: Final = 120
+_HOT_M: Final = 6.0
 _AGAIN: Final = 25
 _WARM_M: Final = 1.0
-_SHARES: Final = (0.98, 0.95, 0.965, 0.973, 0.987)
-_SURE_SHARES: Final = (0.993, 0.998, 1.0)
-_SPREAD_RAD: Final = math.radians(20)
+_COLD_M: Final = 0.15
+_STEPS_M: Final = ((1.5, 12.0), (0.5, 4.0), (0.0, 1.2))
+"""Heat from which on way points are shifted by so much."""
+_SHARES: Final = (0.82, 0.85, 0.88, 0.90, 0.915, 0.93, 0.945, 0.96, 0.97, 0.98, 0.987, 0.993, 0.998)
+"""The search knows nothing of what turns show: from few legs on, the first tour that shows enough as flown counts."""
+_TRACK_STEP: Final = 4
+
+_LEAST_OF_DISC: Final = 0.96  # a disc shows no more when it turns
 
 
 @dataclass(frozen=True, slots=True)
-class Tour:
-    """A tour's way points (K, 2), the start first; way (metres) and seconds until the lot was seen, as flown."""
+class Disc(Footprint):
+    """What is seen is a disc; ``width`` and ``depth`` are its diameter."""
+
+    def shown(self, cells: Singles, begins: Floats, ends: Floats) -> Bools:
+        """Return (K, N): which of N cells (N, 2) each of K straight legs shows."""
+        along, across, half = legs_about(cells, begins, ends)
+        beyond = np.maximum(along - half, 0)
+        return np.asarray(beyond * beyond + across * across <= (self.width / 2) ** 2)
+
+
+@dataclass(frozen=True, slots=True)
+class OracleTour:
+    """``places`` (K, 2) along the way as flown, the start first; way (metres) and seconds until the lot was seen."""
 
     places: Floats
     way: float
     seconds: float
 
 
-def best_tour(lot: Lot, setup: Setup) -> Tour:
-    """Return the tour that showed enough of the lot on the shortest way. Equal calls give equal tours.
+@dataclass(frozen=True, slots=True)
+class _Ground:
+    wanted: Wanted
+    terms: Terms
+    start: Floats
 
-    Turns show more than the search knows of, and leaning less: tours are made for several shares, and all are flown.
+    def with_share(self, share: float) -> _Ground:
+        return replace(self, wanted=replace(self.wanted, spare=(1 - share) * self.wanted.total))
+
+
+def best_tour(lot: Lot, setup: Setup, wanted: float) -> OracleTour:
+    """Return the tour that showed the wanted share of the lot on the shortest way. Equal calls give equal tours.
+
+    Turns show more than the search knows of: tours are made for less than what is wanted, and flown.
     Raises ValueError when none shows enough.
     """
     rng = np.random.default_rng([lot.seed, 7])
-    ground = _ground(lot, setup, _SHARES[0])
-    annealed = [_annealed(ground, places, rng, _SWEEPS, None) for places in _beginnings(ground)]
-    first, second = sorted(annealed, key=length_of)[:2] if len(annealed) > 1 else (annealed[0], annealed[0])
-    tours = [first, second]
-    for share in _SHARES[1:]:
-        begin = tours[-1] if len(tours) > 2 else first
-        tours.append(_annealed(replace(ground, wanted=share), begin, rng, _AGAIN, _WARM_M))
-    found = [tour for tour in (_flown(lot, setup, tour) for tour in tours) if tour is not None]
-    for share in () if found else _SURE_SHARES:
-        tours.append(_annealed(replace(ground, wanted=share), tours[-1], rng, _AGAIN, _WARM_M))
-        flight = _flown(lot, setup, tours[-1])
-        if flight is not None:
-            return flight
+    ground = _ground(lot, setup).with_share(wanted)
+    annealed = sorted((_annealed(ground, one, rng, _SWEEPS, _HOT_M) for one in _beginnings(ground)), key=length_of)
+    found = []
+    for tour in annealed[:2]:
+        for share in _SHARES if not setup.is_disc else [share for share in _SHARES if share >= _LEAST_OF_DISC]:
+            tour = _annealed(ground.with_share(share), tour, rng, _AGAIN, _WARM_M)
+            flown = _flown(lot, setup, tour)
+            if flown is not None:
+                found.append(flown)
+                break
     if not found:
-        raise ValueError(f"seed {lot.seed}: no tour shows enough of the lot")
+        raise ValueError(f"seed {lot.seed}: no tour shows {wanted:.0%} of the lot")
     return min(found, key=lambda tour: tour.way)
 
 
-def _annealed(ground: Ground, places: Floats, rng: np.random.Generator, sweeps: int, hot: float | None) -> Floats:
-    annealer = Annealer(ground, places.copy(), rng)
-    annealer.run(sweeps, *(() if hot is None else (hot,)))
-    return places if annealer.best is None else annealer.best
+def _annealed(ground: _Ground, places: Floats, rng: np.random.Generator, sweeps: int, hot: float) -> Floats:
+    """Return the shortest tour met that shows enough, the last one if none did."""
+    tour = Tour(ground.terms, ground.wanted, places, None, rng)
+    best, least = None, math.inf
+    for sweep in range(sweeps):
+        heat = hot * (_COLD_M / hot) ** (sweep / max(sweeps - 1, 1))
+        step = next(step for above, step in _STEPS_M if heat > above) * ground.terms.footprint.width / 40
+        index = 1
+        while index < len(tour.places):
+            tour.shift(index, step, heat)
+            index += 1
+        tour.drop(heat)
+        tour.add(heat)
+        tour.exchange(heat)
+        length = length_of(tour.places)
+        if tour.shows_enough and length < least:
+            best, least = tour.places, length
+    return tour.places if best is None else best
 
 
-def _flown(lot: Lot, setup: Setup, places: Floats) -> Tour | None:
-    pilot = TourPilot([(float(north), float(east)) for north, east in places[1:]])
+def _flown(lot: Lot, setup: Setup, places: Floats) -> OracleTour | None:
+    pilot = TourPilot([as_place(place) for place in places[1:]])
     flight = fly(lot, setup, pilot, errors=False, to_the_end=False)
     if flight.way is None or flight.seconds is None:
         return None
-    return Tour(places, flight.way, flight.seconds)
+    return OracleTour(flight.track[::_TRACK_STEP, :2], flight.way, flight.seconds)
 
 
-class TourCache:
-    """Keeps tours in a file, by set-up, versions and seed: what this program computed before."""
-
-    def __init__(self, path: Path | None) -> None:
-        self._path = path
-        self._known: dict[str, dict[str, Any]] = {}
-        if path is not None and path.exists():
-            self._known = json.loads(path.read_text(encoding="utf-8"))
-
-    def tour(self, lot: Lot, setup: Setup) -> Tour:
-        """Return the tour of a lot, from the file if it is there."""
-        key = _key(lot, setup)
-        if key not in self._known:
-            self._keep(key, best_tour(lot, setup))
-        kept = self._known[key]
-        return Tour(np.array(kept["places"]), kept["way"], kept["seconds"])
-
-    def keep(self, lot: Lot, setup: Setup, tour: Tour) -> None:
-        """Take a tour that another process computed."""
-        key = _key(lot, setup)
-        if key not in self._known:
-            self._keep(key, tour)
-
-    def _keep(self, key: str, tour: Tour) -> None:
-        places = np.round(tour.places, 2).tolist()
-        self._known[key] = {"places": places, "way": round(tour.way, 2), "seconds": round(tour.seconds, 2)}
-        if self._path is not None:
-            self._path.parent.mkdir(parents=True, exist_ok=True)
-            self._path.write_text(json.dumps(self._known, indent=0), encoding="utf-8")
-
-
-def _key(lot: Lot, setup: Setup) -> str:
-    return f"{setup.name}.{setup.version}.{VERSION}.{lot.seed}"
-
-
-def _ground(lot: Lot, setup: Setup, wanted: float) -> Ground:
+def _ground(lot: Lot, setup: Setup) -> _Ground:
     low, high = np.array(lot.shape.bounds[:2]), np.array(lot.shape.bounds[2:])
     window = Window.around(np.array([low, high]), FINE_M, 1.0)
     cells = np.argwhere(drawn(lot.shape, window) > 0)
     step = max(1, round(math.sqrt(len(cells) / _CELLS)))
     cells = cells[(cells[:, 0] % step == 0) & (cells[:, 1] % step == 0)]
     places = np.column_stack([-(window.row + cells[:, 0] + 0.5), window.column + cells[:, 1] + 0.5]) * FINE_M
+    weights = np.full(len(places), (step * FINE_M) ** 2, np.float32)
     swath = setup.swath
-    depth = swath.width if setup.is_disc else swath.depth
-    area = (step * FINE_M) ** 2
-    return Ground(places, area, np.array(lot.start), swath.width, depth, setup.is_disc, wanted)
+    footprint = Disc(swath.width, swath.width) if setup.is_disc else Footprint(swath.width, swath.depth)
+    wanted = Wanted(places.astype(np.float32), weights, 0.0)
+    return _Ground(wanted, Terms(footprint, _SHORT_BY, trials=24), np.array(lot.start))
 
 
-def _beginnings(ground: Ground) -> list[Floats]:
+def _beginnings(ground: _Ground) -> list[Floats]:
     """Return the shortest tours to and fro, of directions that differ."""
     found: list[tuple[float, float, Floats]] = []
     for number in range(_HEADINGS):
@@ -149,9 +165,9 @@ def _beginnings(ground: Ground) -> list[Floats]:
     return [tour for _, _, tour in chosen[:_STARTS]]
 
 
-def _to_and_fro(ground: Ground, heading: float, offset: float) -> Floats:
+def _to_and_fro(ground: _Ground, heading: float, offset: float) -> Floats:
     c, s = math.cos(heading), math.sin(heading)
-    turned = ground.cells @ np.array([[c, -s], [s, c]])  # along, across
+    turned = ground.wanted.cells @ np.array([[c, -s], [s, c]])  # along, across
     lines = _lines(turned, ground, offset)
     start = ground.start @ np.array([[c, -s], [s, c]])
     ordered = _ordered(lines, start)
@@ -159,12 +175,12 @@ def _to_and_fro(ground: Ground, heading: float, offset: float) -> Floats:
     return np.vstack([ground.start, ordered @ back])
 
 
-def _lines(turned: Floats, ground: Ground, offset: float) -> list[Floats]:
+def _lines(turned: Floats, ground: _Ground, offset: float) -> list[Floats]:
     """Return lines (2, 2) of (along, across) that together show all cells."""
     low, high = float(turned[:, 1].min()), float(turned[:, 1].max())
-    count = max(1, math.ceil((high - low) / ground.width - 0.1 + offset / 2))
+    count = max(1, math.ceil((high - low) / ground.terms.footprint.width - 0.1 + offset / 2))
     pitch = max((high - low) / count, 1e-6)
-    reach = ground.depth / 2 * (0.7 if ground.is_disc else 1.0)
+    reach = ground.terms.footprint.depth / 2 * (0.7 if isinstance(ground.terms.footprint, Disc) else 1.0)
     lines = []
     for number in range(count):
         begin = low + number * pitch
@@ -172,7 +188,7 @@ def _lines(turned: Floats, ground: Ground, offset: float) -> list[Floats]:
         if len(band) == 0:
             continue
         middle = begin + pitch / 2
-        for part in np.split(band, np.flatnonzero(np.diff(band) > ground.depth) + 1):
+        for part in np.split(band, np.flatnonzero(np.diff(band) > ground.terms.footprint.depth) + 1):
             first, last = part[0] + reach, part[-1] - reach
             if first > last:
                 first = last = (part[0] + part[-1]) / 2

@@ -25,6 +25,7 @@ from hawk.model import ExploreStatus, MapPoint, MapPose, PathPlan
 
 Place = tuple[float, float]
 ARRIVAL_M: Final = 1.5
+_END_M: Final = 0.3  # a tour's last place is reached when the drone stands
 _MARGIN_M: Final = 40.0
 _LEAST_CELLS: Final = 4  # a smaller frontier is noise
 _REPLAN_S: Final = 3.0  # explore_lite's planner_frequency, 0.33 Hz
@@ -61,11 +62,15 @@ class TourPilot:
     def plan(self, frame: FrameInput, known: SurveyedMap) -> PathPlan:  # noqa: ARG002 - it knows the lot
         """Return the way point that is next."""
         pose = _pose(frame)
-        while self._next < len(self.tour) and math.dist(self.tour[self._next], (pose.north, pose.east)) <= ARRIVAL_M:
+        place = pose.north, pose.east
+        while self._next < len(self.tour):
+            is_last = self._next == len(self.tour) - 1
+            if math.dist(self.tour[self._next], place) > (_END_M if is_last else ARRIVAL_M):
+                break
             self._next += 1
         if self._next == len(self.tour):
             return PathPlan(explore=ExploreStatus(done=True))
-        return _towards(frame, self.tour[self._next])
+        return towards(frame, self.tour[self._next])
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,9 +124,9 @@ class RulePilot:
         if self._place is None:
             return PathPlan(explore=ExploreStatus(done=True))
         if self._guard.contains_way(scene.place, self._place):
-            return _towards(frame, self._place)
+            return towards(frame, self._place)
         corner = way_round(scene.field, scene.place, self._place)
-        return _towards(frame, corner if corner is not None else self._place)
+        return towards(frame, corner if corner is not None else self._place)
 
 
 class NearestFrontier:
@@ -240,7 +245,8 @@ def _pose(frame: FrameInput) -> MapPose:
     return frame.pose
 
 
-def _towards(frame: FrameInput, place: Place) -> PathPlan:
+def towards(frame: FrameInput, place: Place) -> PathPlan:
+    """Return the plan to fly to a place, picture along the way."""
     pose = _pose(frame)
     height = min(max(frame.heights.desired, frame.heights.minimum), frame.heights.maximum)
     yaw = pose.yaw

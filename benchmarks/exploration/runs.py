@@ -8,9 +8,10 @@ from typing import Final
 
 from benchmarks.exploration.flight import Flown, Pilot, fly
 from benchmarks.exploration.lots import Lot
-from benchmarks.exploration.oracle import Tour, TourCache
+from benchmarks.exploration.oracle import OracleTour
 from benchmarks.exploration.pilots import GainByDistance, MExplore, NearestFrontier, PlannerPilot, RulePilot
 from benchmarks.exploration.setups import Setup
+from benchmarks.exploration.tour_cache import TourCache
 
 PLANNER: Final = "planner"
 NEAREST: Final = "nearest_frontier"
@@ -27,7 +28,7 @@ class SeedRun:
 
     lot: Lot
     bound: float
-    oracle: Tour
+    oracle: OracleTour
     flights: Mapping[str, Flown]
 
     @property

@@ -21,6 +21,7 @@ GOOD_SHARE: Final = PathPlanSettings().good_share
 """What counts as seen is what the mapper counts as seen well: the middle share of the picture."""
 DISC_M: Final = 20.0
 """Radius of what the prototype's set-up sees."""
+_DISC_CORNERS: Final = 32
 _AREAS_M2: Final = (3_000.0, 10_000.0, 30_000.0)
 
 
@@ -50,8 +51,9 @@ class Setup:
         if not self.is_disc:
             inner = replace(self.camera, fx=self.camera.fx / share, fy=self.camera.fy / share)
             return np.array([(p.north, p.east) for p in ground_footprint(inner, pose)])
-        angles = np.arange(48) * (math.tau / 48)
-        radius = DISC_M * share / GOOD_SHARE
+        angles = np.arange(_DISC_CORNERS) * (math.tau / _DISC_CORNERS)
+        # as large as the disc: corners lie outside it, sides cut into it
+        radius = DISC_M * share / GOOD_SHARE * math.sqrt(math.tau / _DISC_CORNERS / math.sin(math.tau / _DISC_CORNERS))
         return np.column_stack([pose.north + radius * np.cos(angles), pose.east + radius * np.sin(angles)])
 
     def bound(self, area: float) -> float:
@@ -62,7 +64,7 @@ class Setup:
 def flown() -> Setup:
     """Return what the drone flies by default: its camera at the desired height, lots of 0.3, 1 and 3 ha."""
     camera = _camera(1280, 720, 640 / math.tan(math.radians(CameraSettings().horizontal_fov_deg) / 2))
-    return Setup("flown", 1, _flown_lot, camera, HeightSettings().desired_m, is_disc=False)
+    return Setup("flown", 2, _flown_lot, camera, HeightSettings().desired_m, is_disc=False)
 
 
 def prototype() -> Setup:

@@ -63,8 +63,9 @@ class SurveyedMap:
         whole = self.window.cells_of(*self._setup.outline(believed, 1.0).T)
         part = _slices(whole, self.window)
         origin = np.array([part[1].start, part[0].start])
-        seen = _filled(whole - origin, part)
-        self._well[part] |= _filled(self.window.cells_of(*self._setup.outline(believed, GOOD_SHARE).T) - origin, part)
+        seen = within(whole - origin, part)
+        good = self.window.cells_of(*self._setup.outline(believed, GOOD_SHARE).T)
+        self._well[part] |= within(good - origin, part)
         error = self.window.cells_of(np.array(true.north), np.array(true.east))
         error = np.round(error - self.window.cells_of(np.array(believed.north), np.array(believed.east))).astype(int)
         self._fuse(part, seen, (int(error[1]), int(error[0])), self._weight(believed))
@@ -150,7 +151,7 @@ class Coverage:
         """Take one picture from the true pose."""
         cells = self._window.cells_of(*self._setup.outline(pose, GOOD_SHARE).T)
         part = _slices(cells, self._window)
-        new = _filled(cells - (part[1].start, part[0].start), part) & self._left[part]
+        new = within(cells - (part[1].start, part[0].start), part) & self._left[part]
         self._seen += int(np.count_nonzero(new))
         self._left[part] -= new
 
@@ -227,10 +228,16 @@ def _slices(cells: NDArray[np.float64], window: Window) -> Slices:
     return slice(top, bottom), slice(left, right)
 
 
-def _filled(cells: NDArray[np.float64], part: Slices) -> Mask:
-    image = np.zeros((part[0].stop - part[0].start, part[1].stop - part[1].start), np.uint8)
-    cv2.fillConvexPoly(image, np.round(cells * 16).astype(np.int32), (1,), shift=4)
-    return image
+def within(corners: NDArray[np.float64], part: Slices) -> Mask:
+    """Return 1 where a cell's middle lies in a convex outline of (column, row), going round either way."""
+    rows = np.arange(part[0].stop - part[0].start)[:, None]
+    columns = np.arange(part[1].stop - part[1].start)[None]
+    following = np.roll(corners, -1, axis=0)
+    area = float((corners[:, 0] * following[:, 1] - following[:, 0] * corners[:, 1]).sum())
+    inside = np.ones((rows.shape[0], columns.shape[1]), np.bool_)
+    for (x, y), (to_x, to_y) in zip(corners, following, strict=True):
+        inside &= ((to_x - x) * (rows - y) - (to_y - y) * (columns - x)) * area >= 0
+    return inside.astype(np.uint8)
 
 
 def _shifted(layer: Grid, part: Slices, shift: tuple[int, int]) -> Grid:

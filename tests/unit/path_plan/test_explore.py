@@ -51,13 +51,16 @@ def test_the_drone_stays_over_the_lot_or_near_it() -> None:
 
 
 def test_a_target_is_kept_until_it_is_reached_or_shows_nothing_any_more(flown: Flight) -> None:
-    bearings = [
-        math.atan2(p.target.east - at[1], p.target.north - at[0])
+    ways = [
+        None if p.target is None else (p.target.north - at[0], p.target.east - at[1])
         for p, at in zip(flown.plans, flown.places, strict=True)
-        if p.target is not None and math.dist(at, (p.target.north, p.target.east)) > 5
     ]
-    turns = [abs(math.remainder(b - a, math.tau)) for a, b in itertools.pairwise(bearings)]
-    assert sum(turn > 0.6 for turn in turns) <= 14  # a leg or so each 20 m; dithering would turn on most frames
+    turns = [
+        abs(math.remainder(math.atan2(b[1], b[0]) - math.atan2(a[1], a[0]), math.tau))
+        for a, b in itertools.pairwise(ways)
+        if a is not None and b is not None and math.hypot(*a) > 5 and math.hypot(*b) > 5
+    ]
+    assert sum(turn > 0.6 for turn in turns) <= 9  # of some 300; dithering would turn on most frames
 
 
 def test_the_way_is_told_on_from_the_target_and_shrinks(flown: Flight) -> None:
