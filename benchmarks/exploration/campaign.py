@@ -13,7 +13,7 @@ from typing import Final
 import cv2
 
 from benchmarks.exploration import setups
-from benchmarks.exploration.report import figures, way_over_oracle
+from benchmarks.exploration.report import figures, prefixed, way_over_oracle
 from benchmarks.exploration.runs import SeedRun, run_seed
 from benchmarks.exploration.tour_cache import TourCache
 from benchmarks.figures import Figure
@@ -23,7 +23,7 @@ SETUPS: Final = {"flown": setups.flown, "prototype": setups.prototype}
 
 def measure(seeds: Sequence[int]) -> list[Figure]:
     """Return the figures of a few seeds, for the table of all benchmarks."""
-    return figures(fly_all("flown", seeds, None, 1), fly_all("prototype", seeds, None, 1))
+    return prefixed(figures(fly_all("flown", seeds, None, 1), fly_all("prototype", seeds, None, 1)))
 
 
 def fly_all(name: str, seeds: Sequence[int], tours: Path | None, workers: int) -> list[SeedRun]:

@@ -19,7 +19,6 @@ from hawk.algo.path_plan.fence import FenceGuard
 from hawk.algo.path_plan.field import InformationField, information_field
 from hawk.algo.path_plan.route import way_round
 from hawk.algo.path_plan.settings import PathPlanSettings
-from hawk.algo.path_plan.sweep import Swath
 from hawk.algo.topic_interface import AlgorithmTopicInterface
 from hawk.model import ExploreStatus, MapPoint, MapPose, PathPlan
 
@@ -27,10 +26,11 @@ Place = tuple[float, float]
 ARRIVAL_M: Final = 1.5
 _END_M: Final = 0.3  # a tour's last place is reached when the drone stands
 _MARGIN_M: Final = 40.0
-_LEAST_CELLS: Final = 4  # a smaller frontier is noise
+_LEAST_CELLS: Final = 12  # a smaller frontier is noise
 _REPLAN_S: Final = 3.0  # explore_lite's planner_frequency, 0.33 Hz
 _POTENTIAL_SCALE: Final = 3.0  # m-explore's launch file
 _GAIN_SCALE: Final = 1.0
+_LEAST_STEP_M: Final = 5.0
 _LATTICE: Final = 3  # coarse cells between two candidates of gain by distance
 
 
@@ -177,7 +177,8 @@ class MExplore:
 class GainByDistance:
     """The place whose picture shows the most that may be new, by the way there."""
 
-    swath: Swath
+    side: float
+    """Of a square as large as a picture on the ground, metres."""
     _gain: float = 0.0
 
     def choose(self, scene: Scene, frame: FrameInput) -> Place | None:
@@ -186,12 +187,12 @@ class GainByDistance:
         lattice = np.zeros(gains.shape, np.bool_)
         lattice[::_LATTICE, ::_LATTICE] = True
         cells = np.argwhere(lattice & (scene.field.allowed > 0) & (gains > PathPlanSettings().least_gain_m2))
-        if len(cells) == 0:
-            nearest = NearestFrontier().choose(scene, frame)
-            self._gain = 0.0
-            return nearest
         places = scene.places(cells)
-        away = np.hypot(*(places - scene.place).T) + COARSE_M
+        away = np.hypot(*(places - scene.place).T)
+        cells, places, away = (values[away > _LEAST_STEP_M] for values in (cells, places, away))
+        if len(cells) == 0:
+            self._gain = 0.0
+            return NearestFrontier().choose(scene, frame)
         best = int(np.argmax(gains[cells[:, 0], cells[:, 1]] / away))
         self._gain = float(gains[tuple(cells[best])])
         return float(places[best][0]), float(places[best][1])
@@ -209,7 +210,7 @@ class GainByDistance:
         return bool(self._gains(scene)[row, column] > self._gain / 2)
 
     def _gains(self, scene: Scene) -> NDArray[np.float32]:
-        side = round(math.sqrt(self.swath.width * self.swath.depth) / COARSE_M)
+        side = round(self.side / COARSE_M)
         summed = cv2.boxFilter(scene.unknown.astype(np.float32), -1, (side, side), normalize=False)
         return np.asarray(summed * COARSE_M**2, dtype=np.float32)
 

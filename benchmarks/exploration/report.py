@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -23,6 +24,14 @@ _TARGETS: Final[dict[str, Limit]] = {
     "excursions": Limit(0, 0),
     "coverage_min": Limit(lowest=0.98),
 }
+
+
+_PREFIX: Final = "exploration_"
+
+
+def prefixed(found: Iterable[Figure]) -> list[Figure]:
+    """Return the figures with keys that clash with no other benchmark's."""
+    return [replace(figure, key=f"{_PREFIX}{figure.key}") for figure in found]
 
 
 def figures(flown: Sequence[SeedRun], prototype: Sequence[SeedRun]) -> list[Figure]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final
@@ -18,7 +19,7 @@ NEAREST: Final = "nearest_frontier"
 BASELINES: Final[Mapping[str, Callable[[Setup], Pilot]]] = {
     NEAREST: lambda _: RulePilot(NearestFrontier()),
     "m_explore": lambda _: RulePilot(MExplore()),
-    "gain_by_distance": lambda setup: RulePilot(GainByDistance(setup.swath)),
+    "gain_by_distance": lambda setup: RulePilot(GainByDistance(math.sqrt(setup.footprint_area))),
 }
 
 

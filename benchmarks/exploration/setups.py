@@ -22,6 +22,7 @@ GOOD_SHARE: Final = PathPlanSettings().good_share
 DISC_M: Final = 20.0
 """Radius of what the prototype's set-up sees."""
 _DISC_CORNERS: Final = 32
+_TOLD_WIDTH_M: Final = 37.0
 _AREAS_M2: Final = (3_000.0, 10_000.0, 30_000.0)
 
 
@@ -39,7 +40,7 @@ class Setup:
     @property
     def swath(self) -> Swath:
         """What counts as seen when the drone is level; of a disc its box."""
-        return Swath.of(self.camera, self.height, GOOD_SHARE)
+        return Swath(2 * DISC_M, 2 * DISC_M) if self.is_disc else Swath.of(self.camera, self.height, GOOD_SHARE)
 
     @property
     def footprint_area(self) -> float:
@@ -70,11 +71,11 @@ def flown() -> Setup:
 def prototype() -> Setup:
     """Return the set-up of the prototype: islands in rotated rectangles of 0.5 ha, seen through a disc.
 
-    The planner knows footprints as pictures: it is told one as wide as the disc, and so deep that both areas are equal.
+    The planner knows footprints as pictures: it is told one whose corners lie on the disc.
     """
     height = HeightSettings().desired_m
-    focal = 1280 * GOOD_SHARE * height / (2 * DISC_M)
-    camera = _camera(1280, round(1280 * math.pi / 4), focal)
+    depth = math.sqrt((2 * DISC_M) ** 2 - _TOLD_WIDTH_M**2)
+    camera = _camera(1280, round(1280 * depth / _TOLD_WIDTH_M), 1280 * GOOD_SHARE * height / _TOLD_WIDTH_M)
     return Setup("prototype", 1, lambda seed: draw_lot(seed, 5_000.0, "islands"), camera, height, is_disc=True)
 
 

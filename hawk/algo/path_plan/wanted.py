@@ -49,8 +49,9 @@ def wanted_of(field: InformationField, swath: Swath, least_m2: float, spare_m2: 
 
 def are_allowed(field: InformationField, places: Floats) -> NDArray[np.bool_]:
     """Return for places (T, 2) of (north, east) whether the drone may be there."""
-    cells = np.round(field.window.cells_of(places[:, 0], places[:, 1])).astype(np.intp)
-    inside = ((cells >= 0) & (cells < (field.window.columns, field.window.rows))).all(1)
+    cells: NDArray[np.intp] = np.round(field.window.cells_of(places[:, 0], places[:, 1])).astype(np.intp)
+    within = (cells >= 0) & (cells < (field.window.columns, field.window.rows))
+    inside: NDArray[np.bool_] = within[:, 0] & within[:, 1]
     column, row = np.where(inside[:, None], cells, 0).T
     return np.asarray(inside & (field.allowed[row, column] > 0))
 
