@@ -32,7 +32,7 @@ def fly_all(name: str, seeds: Sequence[int], tours: Path | None, workers: int) -
     if workers <= 1:
         return [_one(name, seed, TourCache(path)) for seed in seeds]
     with ProcessPoolExecutor(min(workers, os.cpu_count() or 1)) as pool:
-        found = list(pool.map(_one, [name] * len(seeds), seeds, [TourCache(path)] * len(seeds)))
+        found = list(pool.map(_one, [name] * len(seeds), seeds, [TourCache(path, writes=False)] * len(seeds)))
     cache = TourCache(path)
     for run in found:
         cache.keep(run.lot, SETUPS[name](), run.oracle)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final, Protocol
 
 import numpy as np
@@ -133,10 +132,3 @@ def _end(plan: PathPlan, wanted: tuple[float, float] | None, seconds: float, bou
     if wanted is not None:
         return "seen"
     return "too long" if seconds > _LONGEST_S + _LONGEST_S_M * bound else ""
-
-
-def unfinished_as_endless(flown: Flown) -> Flown:
-    """Return the flight with an endless way when it did not show enough: it must never look short."""
-    if flown.way is not None:
-        return flown
-    return replace(flown, way=math.inf, seconds=math.inf)

@@ -17,8 +17,10 @@ from benchmarks.exploration.setups import Setup
 class TourCache:
     """Keeps tours in a file, by set-up, versions and seed: what this program computed before."""
 
-    def __init__(self, path: Path | None) -> None:
+    def __init__(self, path: Path | None, *, writes: bool = True) -> None:
+        """``writes`` False reads the file only: for one of several processes."""
         self._path = path
+        self._writes = writes
         self._known: dict[str, dict[str, Any]] = {}
         if path is not None and path.exists():
             self._known = json.loads(path.read_text(encoding="utf-8"))
@@ -40,7 +42,7 @@ class TourCache:
     def _keep(self, key: str, tour: OracleTour) -> None:
         places = np.round(tour.places, 2).tolist()
         self._known[key] = {"places": places, "way": round(tour.way, 2), "seconds": round(tour.seconds, 2)}
-        if self._path is not None:
+        if self._path is not None and self._writes:
             self._path.parent.mkdir(parents=True, exist_ok=True)
             self._path.write_text(json.dumps(self._known, indent=0), encoding="utf-8")
 

@@ -179,6 +179,9 @@ def test_tours_are_kept_and_not_computed_again(small: SeedRun, tmp_path: Path, m
     TourCache(path).keep(small.lot, flown(), small.oracle)
     monkeypatch.setattr("benchmarks.exploration.tour_cache.best_tour", None)
     assert TourCache(path).tour(small.lot, flown()).way == pytest.approx(small.oracle.way, abs=0.01)
+    unwritten = tmp_path / "unwritten.json"
+    TourCache(unwritten, writes=False).keep(small.lot, flown(), small.oracle)
+    assert not unwritten.exists()
 
 
 def test_a_disc_s_leg_shows_a_capsule() -> None:
