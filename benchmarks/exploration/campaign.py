@@ -43,6 +43,6 @@ def _one(name: str, seed: int, tours: TourCache) -> SeedRun:
     cv2.setNumThreads(1)
     run = run_seed(SETUPS[name](), seed, tours)
     ratio = way_over_oracle(run)
-    told = "not all seen" if math.isinf(ratio) else f"{ratio:.3f} of the oracle's {run.oracle.way:.0f} m"
+    told = "not all seen" if math.isinf(ratio) else f"{ratio:.3f} of the best {run.best_way:.0f} m"
     print(f"{name} {seed} ({run.lot.kind}, {run.lot.area / 1e4:.1f} ha): {told}", file=sys.stderr, flush=True)
     return run

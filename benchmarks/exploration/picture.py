@@ -61,7 +61,7 @@ def draw(run: SeedRun) -> Image:
 
 def _write(image: Image, run: SeedRun) -> None:
     flight = run.planner
-    way = "never" if flight.way is None else f"{flight.way:.0f} m ({way_over_oracle(run):.2f} of oracle)"
+    way = "never" if flight.way is None else f"{flight.way:.0f} m ({way_over_oracle(run):.2f} of the best)"
     lines = (
         f"seed {run.lot.seed}, {run.lot.kind}, {run.lot.area / 1e4:.1f} ha",
         f"98 % seen: {way}; whole {flight.whole_way:.0f} m, {flight.end}",

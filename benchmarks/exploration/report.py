@@ -54,7 +54,7 @@ def figures(flown: Sequence[SeedRun], prototype: Sequence[SeedRun]) -> list[Figu
 
 
 def _of_flown(runs: Sequence[SeedRun]) -> list[Figure]:
-    oracle = [run.oracle.way for run in runs]
+    oracle = [run.best_way for run in runs]
     ways = _ways(runs, PLANNER)
     nearest = _ways(runs, NEAREST)
     seconds = [math.inf if run.planner.seconds is None else run.planner.seconds for run in runs]
@@ -79,7 +79,7 @@ def _of_flown(runs: Sequence[SeedRun]) -> list[Figure]:
 
 def _of_prototype(runs: Sequence[SeedRun]) -> list[Figure]:
     bounds = [run.bound for run in runs]
-    oracle = [run.oracle.way for run in runs]
+    oracle = [run.best_way for run in runs]
     nearest = _ratios(_ways(runs, NEAREST), bounds)
     return [
         _figure("prototype_lots", "lots of 0.5 ha seen through a disc", float(len(runs))),
@@ -99,6 +99,7 @@ def rows(setup: str, runs: Iterable[SeedRun]) -> list[dict[str, Any]]:
             "kind": run.lot.kind,
             "area_m2": round(run.lot.area),
             "bound_m": round(run.bound, 1),
+            "best_way_m": round(run.best_way, 1),
             "oracle": {"way_m": round(run.oracle.way, 1), "seconds": round(run.oracle.seconds, 1)},
             **{name: _row(flight) for name, flight in run.flights.items()},
         }
@@ -107,8 +108,8 @@ def rows(setup: str, runs: Iterable[SeedRun]) -> list[dict[str, Any]]:
 
 
 def way_over_oracle(run: SeedRun) -> float:
-    """Return the planner's way by the oracle's, endless when it did not show enough."""
-    return math.inf if run.planner.way is None else run.planner.way / run.oracle.way
+    """Return the planner's way by the shortest known one, endless when it did not show enough."""
+    return math.inf if run.planner.way is None else run.planner.way / run.best_way
 
 
 def _row(flight: Flown) -> dict[str, Any]:

@@ -162,6 +162,14 @@ def test_a_flight_that_did_not_see_enough_never_looks_short(small: SeedRun) -> N
     assert told["unfinished"].value == 1
 
 
+def test_the_best_way_is_the_oracle_s_or_a_shorter_one_that_was_flown(small: SeedRun) -> None:
+    slow, fast = (replace(small.planner, way=small.oracle.way * factor) for factor in (1.2, 0.9))
+    assert replace(small, flights={PLANNER: slow}).best_way == small.oracle.way
+    lucky = replace(small, flights={PLANNER: slow, NEAREST: fast})
+    assert lucky.best_way == pytest.approx(0.9 * small.oracle.way)
+    assert way_over_oracle(lucky) == pytest.approx(1.2 / 0.9)
+
+
 def test_every_promised_figure_is_there(small: SeedRun) -> None:
     keys = {figure.key for figure in figures([small], [small])}
     promised = {
