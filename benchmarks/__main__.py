@@ -1,11 +1,12 @@
 """All measurements of a flight in one table.
 
-``python -m benchmarks [--only latency,kill,seeds] [--places DIR] [--json FILE]`` (``make bench ARGS="--json FILE"``)
+``python -m benchmarks [--only latency,kill,...] [--places DIR] [--json FILE]`` (``make bench ARGS="--json FILE"``)
 
 latency: the whole daemon at speed 1 with a page, beside an idle loop. kill: Kill on the wire while everything else is
-blocked. seeds: whole surveys of drawn worlds at speed 2 against their truth. places: the same over the pictures of
---places (PLACE.jpg with PLACE.json). Measure on a machine with nothing else to
-do: a section says VOID when others worked beside it.
+blocked. exploration: the planner alone over lots of known shape (``python -m benchmarks.exploration`` has more of it).
+seeds: whole surveys of drawn worlds at speed 2 against their truth. places: the same over the pictures of --places
+(PLACE.jpg with PLACE.json). Measure on a machine with nothing else to do: a section says VOID when others worked beside
+it.
 """
 
 from __future__ import annotations
@@ -22,10 +23,11 @@ from typing import Final
 from rich.console import Console
 
 from benchmarks import kill_wire, surveys, whole_daemon
+from benchmarks.exploration import campaign
 from benchmarks.figures import BenchmarkError, Figure, Section, flat, print_table, write_json
 
 Result = tuple[list[Figure], str]
-SECTIONS: Final = ("latency", "kill", "seeds", "places")
+SECTIONS: Final = ("latency", "kill", "exploration", "seeds", "places")
 EXIT_FAILED: Final = 1
 
 
@@ -56,6 +58,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--seconds", type=float, default=60.0, help="latency: how long to measure (default 60)")
     parser.add_argument("--seed", type=int, default=1, help="latency: the world to fly over (default 1)")
     parser.add_argument("--kills", type=int, default=200, help="kill: how many (default 200)")
+    parser.add_argument("--lots", type=_seeds, default="1-6", metavar="A-B", help="exploration: lots to fly over (1-6)")
     parser.add_argument("--seeds", type=_seeds, default="1-5", metavar="A-B", help="seeds: worlds to survey (1-5)")
     parser.add_argument(
         "--places", type=Path, metavar="DIR", help="places: pictures with truth to fly over (default none)"
@@ -81,7 +84,11 @@ def _work(name: str, options: argparse.Namespace, folder: Path) -> Callable[[], 
     async def kill() -> Result:
         return await kill_wire.measure(options.kills), ""
 
+    async def exploration() -> Result:
+        return campaign.measure(options.lots), ""
+
     return {
+        "exploration": exploration,
         "latency": lambda: whole_daemon.measure(options.seconds, options.seed, folder / "latency"),
         "kill": kill,
         "seeds": lambda: surveys.measure(options.seeds, folder / "seeds"),

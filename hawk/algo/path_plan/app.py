@@ -38,6 +38,7 @@ from hawk.model import (
 
 _MARGIN_M = 40.0  # ground around the known map that the plan looks at
 _SHOWN = 12  # places of the way on
+_YAW_FROM_M = 1.0  # the bearing of what is nearer says nothing
 
 
 class KnowsMap(Protocol):
@@ -166,13 +167,14 @@ class PathPlanApp:
             if stall.state is StallState.UNKNOWN
         }
         plan = self._explorer.plan(Surroundings(field, pose, swath, self._guard, unclear, scouting))
-        if plan.leg is None or plan.target is None:
+        if plan.target is None:
             return PathPlan(explore=plan.status, verdict=verdict)
         target = to_point(plan.target)
-        is_leg = plan.target == plan.leg.end
-        heading = plan.leg.heading if is_leg else math.atan2(target.east - pose.east, target.north - pose.north)
-        yaw = math.remainder(heading - frame.camera.mount_yaw, math.tau)
-        on = (plan.target, *(() if is_leg else (plan.leg.end,)), *plan.leg.onwards)
+        # the wide side of the picture lies across the way
+        away = math.dist(plan.target, (pose.north, pose.east))
+        heading = math.atan2(target.east - pose.east, target.north - pose.north)
+        yaw = math.remainder(heading - frame.camera.mount_yaw, math.tau) if away > _YAW_FROM_M else pose.yaw
+        on = plan.route if plan.target == plan.route[0] else (plan.target, *plan.route)
         return PathPlan(target, height, yaw, tuple(to_point(p) for p in on[:_SHOWN]), plan.status, verdict)
 
     def _fields(

@@ -1,59 +1,41 @@
 """Autonomous exploration: the next place to fly to, until nothing is left to learn.
 
-The secret is the policy: plan the whole way over what is expected, fly its first line for as long as it shows something
-new, and plan again. What was begun is kept unless another plan is much cheaper.
+The secret is the policy: keep a tour over all that is expected (`course`), fly to its first way point, better it with
+every frame. What is large comes first; what a first pass left out is flown to at the end. Then the drone looks around a
+lot that seems too small, and once more at stalls whose state is unclear.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from enum import Enum
 from itertools import pairwise
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from hawk.algo.path_plan.course import Course, Outlook
 from hawk.algo.path_plan.fence import FenceGuard
-from hawk.algo.path_plan.field import InformationField
-from hawk.algo.path_plan.lines import LinePlan, best_plan
+from hawk.algo.path_plan.field import InformationField, Place
 from hawk.algo.path_plan.route import way_round
 from hawk.algo.path_plan.settings import PathPlanSettings
-from hawk.algo.path_plan.sweep import Swath, ahead
-from hawk.algo.path_plan.turned import Place
+from hawk.algo.path_plan.sweep import Swath
+from hawk.algo.path_plan.tour import Footprint, Terms, as_place
+from hawk.algo.path_plan.wanted import are_allowed, wanted_of
 from hawk.model import ExploreStatus, MapPoint, MapPose
 
-_HEADINGS = tuple(i * math.pi / 16 for i in range(16))
-_REACH_M = 150.0
-_ROW_GAIN_M2 = 2.0  # new ground in a row of the swath for which a line goes on
+_BARRED_CELLS = 2  # no way point lies so near to one that was given up
 
-
-class Purpose(Enum):
-    """What a leg is for."""
-
-    APPROACH = "approach"
-    SWEEP = "sweep"
-    STALL = "stall"
-
-
-@dataclass(frozen=True, slots=True)
-class Leg:
-    """One straight way: where to, the heading of the picture, what for, and the way on for display."""
-
-    purpose: Purpose
-    end: Place
-    heading: float
-    onwards: tuple[Place, ...] = ()
-    stall_id: int | None = None
+Route = tuple[Place, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Exploration:
-    """One plan: where to fly (None: hold), with the way on, and how far the exploration is."""
+    """One plan: where to fly (None: hold), the way points from there on, and how far the exploration is."""
 
-    leg: Leg | None
     target: Place | None
+    route: Route
     status: ExploreStatus
 
 
@@ -87,140 +69,142 @@ class Explorer:
 
     def start(self) -> None:
         """Begin anew: nothing is done, no stall was looked at again."""
-        self._leg: Leg | None = None
+        self._course = self._new_course()
+        self._thorough = False
         self._quiet = 0
-        self._age = 0
+        self._stall: int | None = None
         self._looked: set[int] = set()
         self._barred: list[Place] = []
+        self._progress = _Progress(self._settings)
         self._place: Place | None = None
         self._is_scouting = False
         self._scouted = 0.0
+        self._left = 0.0
 
     def plan(self, around: Surroundings) -> Exploration:
         """Return where to fly next."""
         if not (around.field.lot > 0).any():
-            return Exploration(None, None, ExploreStatus(reason="no lot is known yet"))
-        around = self._without_barred(self._looking(around))
-        target = self._aim(around, self._kept(around)) or self._aim(around, self._fresh(around))
-        barred = target is None and self._leg is not None
-        if self._leg is not None and barred:
-            self._barred.append(self._leg.end)
-            self._leg = None
-        is_busy = target is not None or barred or self._is_scouting
+            return Exploration(None, (), ExploreStatus(reason="no lot is known yet"))
+        around = self._looking(self._without_barred(around))
+        was_scouting = self._is_scouting
+        route = self._tour(around) or self._last_looks(around)
+        target = self._target(around, route[0]) if route else None
+        is_barred = bool(route) and (target is None or self._progress.is_none(around))
+        if is_barred:
+            self._bar(route[0])
+            target, route = None, ()
+        is_busy = target is not None or is_barred or self._is_scouting or was_scouting
         self._quiet = 0 if is_busy else self._quiet + 1
         done = self._quiet >= self._settings.quiet_plans
-        left = 0.0 if self._leg is None else _length((around.place, self._leg.end, *self._leg.onwards))
-        reason = "nothing is left to learn" if done else ""
-        status = ExploreStatus(done, around.field.seen_share, round(left, 1), reason)
-        return Exploration(self._leg, target, status)
+        status = ExploreStatus(
+            done,
+            around.field.seen_share,
+            round(_length((around.place, *route)), 1),
+            "nothing is left to learn" if done else "",
+        )
+        return Exploration(target, route, status)
+
+    def _new_course(self) -> Course:
+        return Course(self._settings.arrival_m, self._settings.switch_m)
+
+    def _tour(self, around: Surroundings) -> Route:
+        """Return the way points of the tour, none when nothing is worth a way any more."""
+        for _ in range(2):
+            places = self._course.follow(self._outlook(around))
+            if len(places) or self._thorough:
+                return tuple(as_place(place) for place in places)
+            self._thorough = True
+        return ()
+
+    def _outlook(self, around: Surroundings) -> Outlook:
+        settings, field = self._settings, around.field
+        share = settings.last_spare if self._thorough else settings.first_spare
+        spare = share * float(field.lot.sum()) * field.window.cell_m**2
+        terms = Terms(
+            Footprint(around.swath.width, around.swath.depth),
+            settings.last_short_by if self._thorough else settings.short_by,
+            settings.turn_m,
+            settings.leg_m,
+            settings.keep_m,
+            allowed=lambda places: are_allowed(field, places),
+        )
+        wanted = wanted_of(field, around.swath, settings.least_gain_m2, spare, settings.border)
+        return Outlook(around.place, around.pose.yaw, wanted, terms)
+
+    def _last_looks(self, around: Surroundings) -> Route:
+        """After the tour: look around a small lot, then at stalls whose state is unclear."""
+        if self._is_scouting:
+            self._is_scouting, self._scouted = False, math.inf
+            self._course = self._new_course()
+        elif around.scouting is not None and self._scouted <= self._settings.scout_way_m:
+            self._is_scouting = True
+            self._left = self._outlook(around).wanted.total
+            self._course = self._new_course()
+            return ()
+        return self._unclear(around)
 
     def _looking(self, around: Surroundings) -> Surroundings:
-        """Change between exploring and looking around, and return what the plan is made from."""
+        """While looking around, return what lies around as the field; end it when it showed more lot, or costs too
+        much."""
         last, self._place = self._place, around.place
         if not self._is_scouting:
             return around
         self._scouted += 0.0 if last is None else math.dist(last, around.place)
-        self._age += 1
-        is_review = self._age % self._settings.review_plans == 0
-        is_over = around.scouting is None or self._scouted > self._settings.scout_way_m
-        if is_over or (is_review and self._cheapest(around) is not None):
-            self._is_scouting, self._leg = False, None
+        found = self._outlook(around).wanted.total > self._left + self._settings.least_gain_m2
+        if found or self._scouted > self._settings.scout_way_m or around.scouting is None:
+            self._is_scouting = False
+            self._course = self._new_course()
             return around
-        return replace(around, field=around.scouting or around.field)
-
-    def _aim(self, around: Surroundings, leg: Leg | None) -> Place | None:
-        """Take up a leg and return where to fly for it, None when there is no way."""
-        self._leg = leg
-        return None if leg is None else self._target(around, leg.end)
+        return replace(around, field=around.scouting)
 
     def _without_barred(self, around: Surroundings) -> Surroundings:
-        """Take out of the field what no way leads to: more each time, so that it always comes to an end."""
+        """Take out of the fields what no way leads to: more each time, so that it always comes to an end."""
         if not self._barred:
             return around
-        field = around.field
-        gain = field.gain.copy()
+        scouting = None if around.scouting is None else self._without(around.scouting, around.swath)
+        return replace(around, field=self._without(around.field, around.swath), scouting=scouting)
+
+    def _without(self, field: InformationField, swath: Swath) -> InformationField:
+        gain, lot, allowed = field.gain.copy(), field.lot.copy(), field.allowed.copy()
         for times, (column, row) in enumerate(_cells(field, np.array(self._barred)).tolist(), 1):
-            radius = around.swath.depth / 2 * (1 + times / 8) / field.window.cell_m
-            cv2.circle(gain, (column, row), math.ceil(radius), (0.0,), cv2.FILLED)
-        return replace(around, field=replace(field, gain=gain))
+            radius = swath.depth / 2 * (1 + times / 8) / field.window.cell_m
+            for layer in (gain, lot):
+                cv2.circle(layer, (column, row), math.ceil(radius), (0.0,), cv2.FILLED)
+            cv2.circle(allowed, (column, row), _BARRED_CELLS, (0,), cv2.FILLED)
+        return replace(field, gain=gain, allowed=allowed, lot=lot)
 
-    def _kept(self, around: Surroundings) -> Leg | None:
-        """Return the present leg as it is by now, None when it is flown or not worth it any more."""
-        leg = self._leg
-        if leg is None:
-            return None
-        reached = math.dist(leg.end, around.place) <= self._settings.arrival_m
-        if leg.purpose is Purpose.SWEEP:
-            return self._swept_on(around, leg)
-        if reached and leg.stall_id is not None:
-            self._looked.add(leg.stall_id)
-        if reached or (leg.stall_id is not None and leg.stall_id not in around.unclear):
-            return None
-        self._age += 1
-        if leg.purpose is Purpose.APPROACH and self._age % self._settings.review_plans == 0:
-            return self._reviewed(around, leg)
-        return leg
+    def _bar(self, place: Place) -> None:
+        self._barred.append(place)
+        self._course = self._new_course()
+        self._progress = _Progress(self._settings)
 
-    def _swept_on(self, around: Surroundings, leg: Leg) -> Leg | None:
-        """Go on along the line for as long as it shows something new."""
-        length, gain = ahead(around.field, around.place, leg.heading, around.swath, _REACH_M, _ROW_GAIN_M2)
-        if gain < self._settings.least_gain_m2 or length < self._settings.arrival_m:
-            return None
-        c, s = math.cos(leg.heading), math.sin(leg.heading)
-        return replace(leg, end=(around.place[0] + length * c, around.place[1] + length * s))
-
-    def _reviewed(self, around: Surroundings, leg: Leg) -> Leg | None:
-        """Keep approaching unless another plan is much cheaper, or nothing is left."""
-        plan = self._cheapest(around)
-        if plan is None:
-            return None
-        cost = _length((around.place, leg.end, *leg.onwards)) + 1.0
-        return leg if plan.cost > cost * self._settings.switch_share else self._begun(around, plan)
-
-    def _fresh(self, around: Surroundings) -> Leg | None:
-        plan = self._cheapest(around)
-        if plan is not None:
-            return self._begun(around, plan)
-        if self._is_scouting:
-            self._is_scouting, self._scouted = False, math.inf
-        elif around.scouting is not None and self._scouted <= self._settings.scout_way_m:
-            self._is_scouting = True
-            return None
-        return self._unclear(around)
-
-    def _cheapest(self, around: Surroundings) -> LinePlan | None:
-        pose = around.pose
-        return best_plan(around.field, around.place, pose.yaw, around.swath, _HEADINGS, self._settings.least_gain_m2)
-
-    def _begun(self, around: Surroundings, plan: LinePlan) -> Leg | None:
-        first = plan.lines[0]
-        self._age = 0
-        onwards = tuple(place for line in plan.lines[1:] for place in (line.start, line.end))
-        if math.dist(first.start, around.place) > self._settings.arrival_m:
-            return Leg(Purpose.APPROACH, first.start, _bearing(around.place, first.start), (first.end, *onwards))
-        if math.dist(first.start, first.end) <= self._settings.arrival_m:
-            return None
-        leg = Leg(Purpose.SWEEP, first.end, _bearing(first.start, first.end), onwards)
-        return leg if self._swept_on(around, leg) is not None else None
-
-    def _unclear(self, around: Surroundings) -> Leg | None:
+    def _unclear(self, around: Surroundings) -> Route:
         """Fly once over a stall whose state is unclear, the nearest first."""
+        if self._stall is not None:
+            at = around.unclear.get(self._stall)
+            if at is None or math.dist(at, around.place) <= self._settings.arrival_m:
+                self._looked.add(self._stall)
+                self._stall = None
+                return ()
+            return (at,)
         if len(self._looked) >= self._settings.second_looks:
-            return None
+            return ()
         waiting = [(math.dist(at, around.place), i) for i, at in around.unclear.items() if i not in self._looked]
         for _, stall_id in sorted(waiting):
             at = around.unclear[stall_id]
-            if _is_allowed(around.field, at):
-                return Leg(Purpose.STALL, at, _bearing(around.place, at), stall_id=stall_id)
+            if are_allowed(around.field, np.array([at]))[0]:
+                self._stall = stall_id
+                return (at,)
             self._looked.add(stall_id)
-        return None
+        return ()
 
     def _target(self, around: Surroundings, end: Place) -> Place | None:
-        """Return the end of the leg, or the corner to fly to first, None when there is no way."""
+        """Return the way point, or the corner to fly to first, None when there is no way."""
         field, fence = around.field, around.fence
         if not fence.contains(*around.place):
             return end
-        is_clear = not _is_allowed(field, around.place) or _is_clear(field, around.place, end)
+        is_allowed = are_allowed(field, np.array([around.place]))[0]
+        is_clear = not is_allowed or _is_clear(field, around.place, end)
         if is_clear and fence.contains_way(around.place, end):
             return end
         corner = way_round(field, around.place, end)
@@ -229,8 +213,27 @@ class Explorer:
         return corner if fence.contains_way(around.place, corner) else None
 
 
-def _bearing(start: Place, end: Place) -> float:
-    return math.atan2(end[1] - start[1], end[0] - start[0])
+class _Progress:
+    """Tells an exploration that flies on and learns nothing: what it flies to cannot be seen."""
+
+    def __init__(self, settings: PathPlanSettings) -> None:
+        self._settings = settings
+        self._well = 0.0
+        self._plans = 0
+        self._way = 0.0
+        self._place: Place | None = None
+
+    def is_none(self, around: Surroundings) -> bool:
+        """Take one plan; whether too many plans at one place, or too long a way, showed nothing new."""
+        moved = 0.0 if self._place is None else math.dist(self._place, around.place)
+        well = float(around.field.well.sum()) * around.field.window.cell_m**2
+        if well > self._well + 1.0:
+            self._well, self._plans, self._way, self._place = well, 0, 0.0, around.place
+            return False
+        self._way += moved
+        self._plans = self._plans + 1 if moved < self._settings.arrival_m / 10 else 0
+        self._place = around.place
+        return self._plans > self._settings.idle_plans or self._way > self._settings.idle_way_m
 
 
 def _length(places: tuple[Place, ...]) -> float:
@@ -239,12 +242,6 @@ def _length(places: tuple[Place, ...]) -> float:
 
 def _cells(field: InformationField, places: NDArray[np.float64]) -> NDArray[np.intp]:
     return np.round(field.window.cells_of(places[..., 0], places[..., 1])).astype(np.intp)
-
-
-def _is_allowed(field: InformationField, place: Place) -> bool:
-    column, row = _cells(field, np.array(place))
-    inside = 0 <= row < field.window.rows and 0 <= column < field.window.columns
-    return bool(inside and field.allowed[row, column])
 
 
 def _is_clear(field: InformationField, start: Place, end: Place) -> bool:

@@ -16,12 +16,15 @@ from hawk.algo.mapper.grid import CoarseLayers
 from hawk.algo.mapper.window import Window
 
 _REACH_M = 10.0  # how far beyond known lot more of it is expected: most of a double row with its aisle
+_TURNED = 2.0  # the higher, the more the nearest known ground alone decides
 _SCOUT_M = 30.0
 _FAR_M = 1e3
 _ALIKE = 0.7  # ground that looks like lot, without stalls near it, leads to lot less often
 _SEEN_BADLY = 0.15  # what a second look at a place near a picture's edge is worth, against a first look
 
 Grid = NDArray[np.float32]
+Place = tuple[float, float]
+"""(north, east), metres."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +84,7 @@ def _likely_lot(layers: CoarseLayers, is_lot: NDArray[np.bool_], to_lot: Grid) -
 
 def _beyond(to_lot: Grid, to_other: Grid) -> Grid:
     """Probability that unseen ground is lot, by the distances to known lot and to what is none."""
-    return np.asarray(np.exp(-to_lot / _REACH_M) / (1 + (to_lot / to_other) ** 2), dtype=np.float32)
+    return np.asarray(np.exp(-to_lot / _REACH_M) / (1 + (to_lot / to_other) ** _TURNED), dtype=np.float32)
 
 
 def _distance(mask: NDArray[np.bool_]) -> Grid:

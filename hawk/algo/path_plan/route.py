@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from hawk.algo.path_plan.field import InformationField
-from hawk.algo.path_plan.turned import Place
+from hawk.algo.path_plan.field import InformationField, Place
 
 _STEP = 2  # field cells a routing cell
 _STEPS_ON = 2

@@ -15,8 +15,30 @@ class PathPlanSettings:
     """How far from the lot the drone may be while it explores."""
     arrival_m: float = 2.5
     """Distance at which a target counts as reached."""
-    least_gain_m2: float = 20.0
-    """Expected new lot (a stall and a half) below which a way is not worth flying."""
+    short_by: float = 15.0
+    """What a tour does not show costs it so many times the way that sweeps it."""
+    last_short_by: float = 150.0
+    """The same at the end, when what is left is little and far away."""
+    turn_m: float = 3.0
+    """A right angle costs a tour so much way: braking, yaw, speeding up."""
+    leg_m: float = 2.0
+    """So much way each way point costs a tour: many small corrections are worth less than they seem."""
+    keep_m: float = 3.0
+    """So much shorter a tour must become by flying elsewhere first: no dithering between equals."""
+    border: float = 0.4
+    """Weight (0..1) of ground beside the lot against lot: the border is never known to the metre."""
+    first_spare: float = 0.01
+    """Share (0..1) of the known lot that the tour may leave out at first."""
+    last_spare: float = 0.002
+    """The same once all the rest was seen."""
+    switch_m: float = 4.0
+    """So much shorter another tour must be to take over from the one that is flown."""
+    idle_plans: int = 24
+    """Plans at one place without anything new after which the way point is given up: it cannot be seen."""
+    idle_way_m: float = 400.0
+    """The same for way flown."""
+    least_gain_m2: float = 15.0
+    """Expected new lot (a stall) in one patch below which it is not worth flying to."""
     small_lot_pictures: float = 1.5
     """A lot smaller than so many pictures may be part of a larger one: the drone looks around it before it is done."""
     scout_near_lot_m: float = 25.0
@@ -27,7 +49,3 @@ class PathPlanSettings:
     """Plans in a row without anything to learn after which the exploration is done."""
     second_looks: int = 12
     """Unclear stalls that are flown to once more, at most."""
-    review_plans: int = 8
-    """Plans between two looks for a better way while a line is approached."""
-    switch_share: float = 0.75
-    """Share of the present plan's way below which another plan takes over."""

@@ -102,10 +102,18 @@ def footprint(pose: MapPose, share: float) -> NDArray[np.float64]:
 
 
 def fly(
-    lot: shapely.Geometry, start: tuple[float, float], fence: Fence, app: PathPlanApp | None = None, most_s: float = 900
+    lot: shapely.Geometry,
+    start: tuple[float, float],
+    fence: Fence,
+    app: PathPlanApp | None = None,
+    most_s: float = 900,
+    known: KnownMap | None = None,
 ) -> Flight:
-    """Fly until the planner is done: turning on the spot, then straight on with limited acceleration."""
-    known = KnownMap(lot, max(map(abs, lot.bounds)) + 80)
+    """Fly until the planner is done: turning on the spot, then straight on with limited acceleration.
+
+    ``known`` is what an earlier flight saw.
+    """
+    known = known or KnownMap(lot, max(map(abs, lot.bounds)) + 80)
     interface = AlgorithmTopicInterface()
     app = app or PathPlanApp()
     app.init(known, interface)

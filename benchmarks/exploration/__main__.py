@@ -1,0 +1,79 @@
+"""How far the planner flies to see a whole lot, against the best tour over the known lot and against simple rules.
+
+``python -m benchmarks.exploration --seeds 1-200 --json FILE [--picture DIR]``; docs/exploration.md tells what the
+figures mean. Every seed gives the same flights each time; only milliseconds differ.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from rich.console import Console
+
+from benchmarks.exploration.campaign import SETUPS, fly_all
+from benchmarks.exploration.picture import draw_worst
+from benchmarks.exploration.report import figures, rows
+from benchmarks.figures import Section, flat, print_table
+from benchmarks.surveys import parse_seeds
+
+DEFAULT_SEEDS: Final = "1-200"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Fly, print, write; status 0 whatever the figures say."""
+    options = make_parser().parse_args(arguments)
+    if options.json is not None:
+        options.json.parent.mkdir(parents=True, exist_ok=True)
+    runs = {name: fly_all(name, options.seeds, options.tours, options.workers) for name in options.setups}
+    found = figures(runs.get("flown", []), runs.get("prototype", []))
+    print_table([Section("exploration", found)], Console(width=None if sys.stdout.isatty() else 130))
+    if options.json is not None:
+        values: dict[str, Any] = dict(flat([Section("exploration", found)]))
+        values["flights"] = [row for name, one in runs.items() for row in rows(name, one)]
+        options.json.write_text(json.dumps(values, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    if options.picture is not None:
+        for name, one in runs.items():
+            draw_worst(one, options.picture, name)
+    return 0
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the parser of the command line."""
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.exploration",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--seeds", type=_seeds, default=DEFAULT_SEEDS, metavar="A-B", help="lots (1-200)")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write all figures, and way and time of every flight")
+    parser.add_argument("--picture", type=Path, metavar="DIR", help="draw the ten worst flights of each set-up there")
+    parser.add_argument("--setups", type=_setups, default=tuple(SETUPS), metavar="A,B", help=f"of {', '.join(SETUPS)}")
+    parser.add_argument("--tours", type=Path, metavar="FILE", help="keep the oracle's tours there for the next run")
+    parser.add_argument(
+        "--workers", type=int, default=1, metavar="N", help="processes (1); more of them flatter no figure"
+    )
+    return parser
+
+
+def _seeds(text: str) -> list[int]:
+    try:
+        return parse_seeds(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def _setups(text: str) -> tuple[str, ...]:
+    names = tuple(text.split(","))
+    unknown = [name for name in names if name not in SETUPS]
+    if unknown:
+        raise argparse.ArgumentTypeError(f"{', '.join(unknown)} is not one of {', '.join(SETUPS)}")
+    return names
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,48 @@
+"""Flies many seeds of a set-up, in one process or several."""
+
+from __future__ import annotations
+
+import math
+import os
+import sys
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import Final
+
+import cv2
+
+from benchmarks.exploration import setups
+from benchmarks.exploration.report import figures, prefixed, way_over_oracle
+from benchmarks.exploration.runs import SeedRun, run_seed
+from benchmarks.exploration.tour_cache import TourCache
+from benchmarks.figures import Figure
+
+SETUPS: Final = {"flown": setups.flown, "prototype": setups.prototype}
+
+
+def measure(seeds: Sequence[int]) -> list[Figure]:
+    """Return the figures of a few seeds, for the table of all benchmarks."""
+    return prefixed(figures(fly_all("flown", seeds, None, 1), fly_all("prototype", seeds, None, 1)))
+
+
+def fly_all(name: str, seeds: Sequence[int], tours: Path | None, workers: int) -> list[SeedRun]:
+    """Fly every seed of a set-up."""
+    path = None if tours is None else tours.with_name(f"{tours.stem}-{name}{tours.suffix or '.json'}")
+    if workers <= 1:
+        return [_one(name, seed, TourCache(path)) for seed in seeds]
+    with ProcessPoolExecutor(min(workers, os.cpu_count() or 1)) as pool:
+        found = list(pool.map(_one, [name] * len(seeds), seeds, [TourCache(path, writes=False)] * len(seeds)))
+    cache = TourCache(path)
+    for run in found:
+        cache.keep(run.lot, SETUPS[name](), run.oracle)
+    return found
+
+
+def _one(name: str, seed: int, tours: TourCache) -> SeedRun:
+    cv2.setNumThreads(1)
+    run = run_seed(SETUPS[name](), seed, tours)
+    ratio = way_over_oracle(run)
+    told = "not all seen" if math.isinf(ratio) else f"{ratio:.3f} of the best {run.best_way:.0f} m"
+    print(f"{name} {seed} ({run.lot.kind}, {run.lot.area / 1e4:.1f} ha): {told}", file=sys.stderr, flush=True)
+    return run

@@ -1,0 +1,79 @@
+"""The drone that flies: the daemon's carrot, the simulated autopilot's controllers, body and position error.
+
+The same parts fly in ``hawk-sim``; here they take larger steps, and nothing lies between them.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+
+from benchmarks.exploration.lots import Lot
+from hawk.config import FlightSettings
+from hawk.ddc.geofence import way_is_inside
+from hawk.ddc.motion import Carrot, Goal
+from hawk.model import HeightParameters, MapPose
+from hawk.sim.control import Controller, Limits, Setpoint
+from hawk.sim.gps import Estimate, Estimator
+from hawk.sim.parameters import copter_parameters
+from hawk.sim.vehicle import Body, step_body
+
+STEP_S: Final = 0.05
+"""The state machine's tick."""
+GNSS_SIGMA_M: Final = 0.5
+"""Slow position error, as hawk-sim has it by default."""
+_CALM: Final = (0.0, 0.0, 0.0)
+
+
+class Drone:
+    """Hovers at a lot's start, then follows goals; ``way`` is metres truly flown, ``seconds`` since the start."""
+
+    def __init__(self, lot: Lot, height: float, rng: np.random.Generator, gnss_sigma: float = GNSS_SIGMA_M) -> None:
+        place = (*lot.start, -height)
+        self._body = Body(position=place, yaw=lot.yaw, on_ground=False)
+        self._estimator = Estimator(gnss_sigma, 0.0, rng)
+        self._estimator.exact = gnss_sigma == 0.0
+        self._estimate: Estimate = self._estimator.step(self._body, STEP_S)
+        self._controller = Controller()
+        self._controller.reset(self._estimate)
+        self._limits = Limits.of(copter_parameters())
+        self._carrot = Carrot(FlightSettings().speed_m_s)
+        self._fence = lot.fence
+        self._heights = HeightParameters()
+        self.way = 0.0
+        self.seconds = 0.0
+
+    @property
+    def true(self) -> MapPose:
+        """Where the drone really is."""
+        body = self._body
+        north, east, down = body.position
+        return MapPose(north, east, -down, body.roll, body.pitch, body.yaw)
+
+    @property
+    def believed(self) -> MapPose:
+        """Where it believes to be."""
+        estimate = self._estimate
+        north, east, down = estimate.position
+        return MapPose(north, east, -down, estimate.roll, estimate.pitch, estimate.yaw)
+
+    @property
+    def speed(self) -> float:
+        """Over ground, m/s."""
+        return math.hypot(*self._body.velocity[:2])
+
+    def step(self, goal: Goal | None) -> None:
+        """Let one tick pass; without a goal, or with one beyond the fence, the drone goes on to its last target."""
+        pose = self.believed
+        if goal is not None and way_is_inside(self._fence, pose.point, goal.point):
+            self._carrot.step(goal, pose, self.seconds, self._heights.minimum, self._heights.maximum)
+        target = self._carrot.place or Goal(pose.north, pose.east, pose.height, pose.yaw)
+        setpoint = Setpoint((target.north, target.east), down=-target.height, yaw=target.yaw)
+        demand = self._controller.update(self._estimate, setpoint, self._limits, STEP_S)
+        before = self._body.position
+        self._body = step_body(self._body, demand, _CALM, STEP_S)
+        self._estimate = self._estimator.step(self._body, STEP_S)
+        self.way += math.dist(before[:2], self._body.position[:2])
+        self.seconds += STEP_S

@@ -1,0 +1,52 @@
+"""Flies every pilot over a seed's lot and keeps what came of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from benchmarks.exploration.flight import Flown, Pilot, fly
+from benchmarks.exploration.lots import Lot
+from benchmarks.exploration.oracle import OracleTour
+from benchmarks.exploration.pilots import GainByDistance, MExplore, NearestFrontier, PlannerPilot, RulePilot
+from benchmarks.exploration.setups import Setup
+from benchmarks.exploration.tour_cache import TourCache
+
+PLANNER: Final = "planner"
+NEAREST: Final = "nearest_frontier"
+BASELINES: Final[Mapping[str, Callable[[Setup], Pilot]]] = {
+    NEAREST: lambda _: RulePilot(NearestFrontier()),
+    "m_explore": lambda _: RulePilot(MExplore()),
+    "gain_by_distance": lambda setup: RulePilot(GainByDistance(math.sqrt(setup.footprint_area))),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class SeedRun:
+    """All flights over one lot; ``bound`` is the least way, metres."""
+
+    lot: Lot
+    bound: float
+    oracle: OracleTour
+    flights: Mapping[str, Flown]
+
+    @property
+    def best_way(self) -> float:
+        """The shortest way known over this lot, metres: the oracle's, or whoever flew a shorter one without knowing."""
+        return min([self.oracle.way, *(flight.way for flight in self.flights.values() if flight.way is not None)])
+
+    @property
+    def planner(self) -> Flown:
+        """The planner's own flight."""
+        return self.flights[PLANNER]
+
+
+def run_seed(setup: Setup, seed: int, tours: TourCache) -> SeedRun:
+    """Fly the planner to its own end and the others until enough was seen."""
+    lot = setup.lot(seed)
+    flights = {PLANNER: fly(lot, setup, PlannerPilot())}
+    for name, pilot in BASELINES.items():
+        flights[name] = fly(lot, setup, pilot(setup), to_the_end=False)
+    return SeedRun(lot, setup.bound(lot.area), tours.tour(lot, setup), flights)

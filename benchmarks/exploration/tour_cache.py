@@ -1,0 +1,51 @@
+"""Keeps the oracle's tours between runs: nothing else is so dear."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.exploration.flight import WANTED
+from benchmarks.exploration.lots import Lot
+from benchmarks.exploration.oracle import VERSION, OracleTour, best_tour
+from benchmarks.exploration.setups import Setup
+
+
+class TourCache:
+    """Keeps tours in a file, by set-up, versions and seed: what this program computed before."""
+
+    def __init__(self, path: Path | None, *, writes: bool = True) -> None:
+        """``writes`` False reads the file only: for one of several processes."""
+        self._path = path
+        self._writes = writes
+        self._known: dict[str, dict[str, Any]] = {}
+        if path is not None and path.exists():
+            self._known = json.loads(path.read_text(encoding="utf-8"))
+
+    def tour(self, lot: Lot, setup: Setup) -> OracleTour:
+        """Return the tour of a lot, from the file if it is there."""
+        key = _key(lot, setup)
+        if key not in self._known:
+            self._keep(key, best_tour(lot, setup, WANTED))
+        kept = self._known[key]
+        return OracleTour(np.array(kept["places"]), kept["way"], kept["seconds"])
+
+    def keep(self, lot: Lot, setup: Setup, tour: OracleTour) -> None:
+        """Take a tour that another process computed."""
+        key = _key(lot, setup)
+        if key not in self._known:
+            self._keep(key, tour)
+
+    def _keep(self, key: str, tour: OracleTour) -> None:
+        places = np.round(tour.places, 2).tolist()
+        self._known[key] = {"places": places, "way": round(tour.way, 2), "seconds": round(tour.seconds, 2)}
+        if self._path is not None and self._writes:
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            self._path.write_text(json.dumps(self._known, indent=0), encoding="utf-8")
+
+
+def _key(lot: Lot, setup: Setup) -> str:
+    return f"{setup.name}.{setup.version}.{VERSION}.{lot.seed}"

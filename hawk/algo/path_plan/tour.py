@@ -1,0 +1,279 @@
+"""The shortest way that shows what is wanted: a polyline, what its legs show, and the search that shortens it.
+
+The secret is the search. What a tour shows is what its legs show, each a swath as wide as the picture and longer than
+the leg by the picture's depth. Way points are shifted, dropped, added and put in another order; many such moves are
+weighed at once, and one is drawn by its cost (heat bath): hot, the search tries much, cold, it only improves. What is
+not shown costs as way what sweeping it would cost, several times over; a little may be left out for nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from hawk.algo.path_plan.field import Place
+
+Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
+Bools = NDArray[np.bool_]
+
+_PICKS: Final = 4  # way points that one step tries to drop or to add
+_EXCHANGES: Final = 6
+_FIRST_TURN: Final = 2.5
+
+
+@dataclass(frozen=True, slots=True)
+class Footprint:
+    """Ground that a picture shows: ``width`` across and ``depth`` along its heading, metres."""
+
+    width: float
+    depth: float
+
+    def shown(self, cells: Singles, begins: Floats, ends: Floats) -> Bools:
+        """Return (K, N): which of N cells (N, 2) each of K straight legs shows."""
+        along, across, half = legs_about(cells, begins, ends)
+        return np.asarray((np.abs(across) <= self.width / 2) & (along <= half + self.depth / 2))
+
+
+def legs_about(cells: Singles, begins: Floats, ends: Floats) -> tuple[Singles, Singles, Singles]:
+    """Return how far along from each leg's middle (without sign) and across it the cells lie, (K, N), and half of each
+    leg's length, (K, 1)."""
+    leg = ends - begins
+    length = np.hypot(leg[:, 0], leg[:, 1])
+    unit = leg / np.maximum(length, 1e-9)[:, None]
+    unit[length < 1e-9] = (1.0, 0.0)
+    # one product of matrices gives both coordinates of every cell about every leg
+    turn = np.concatenate([unit, np.column_stack([-unit[:, 1], unit[:, 0]])])
+    middle = (begins + ends) / 2
+    origin = np.concatenate([(middle * unit).sum(1), middle[:, 1] * unit[:, 0] - middle[:, 0] * unit[:, 1]])
+    turned = turn.astype(np.float32) @ cells.T - origin[:, None].astype(np.float32)
+    half = (length / 2).astype(np.float32)[:, None]
+    return np.abs(turned[: len(leg)]), turned[len(leg) :], half
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """What is to be shown: ``cells`` (N, 2) of (north, east), worth ``weights`` (N,) square metres each.
+
+    ``spare`` square metres may be left out for nothing.
+    """
+
+    cells: Singles
+    weights: Singles
+    spare: float
+
+    @property
+    def total(self) -> float:
+        """Square metres to be shown."""
+        return float(self.weights.sum())
+
+
+@dataclass(frozen=True, slots=True)
+class Terms:
+    """What way and turns cost, and where way points may be.
+
+    ``short_by``: what is not shown costs so many times the way that sweeps it; ``turn_m``: metres a right angle,
+    ``leg_m`` each way point; another first way point must be cheaper by ``keep_m``; ``allowed`` tells of places (T, 2)
+    which may be way points; ``trials`` places are tried for each shift.
+    """
+
+    footprint: Footprint
+    short_by: float = 4.0
+    turn_m: float = 0.0
+    leg_m: float = 0.0
+    keep_m: float = 0.0
+    trials: int = 16
+    allowed: Callable[[Floats], Bools] = lambda places: np.ones(len(places), np.bool_)
+
+
+def length_of(places: Floats) -> float:
+    """Return the length of a polyline (K, 2), metres."""
+    return float(np.hypot(*np.diff(places, axis=0).T).sum())
+
+
+class Tour:
+    """A tour (K, 2) that begins at the drone, and what its legs show. Each step of the search may change it."""
+
+    def __init__(self, terms: Terms, wanted: Wanted, places: Floats, yaw: float | None, rng: Generator) -> None:
+        """``yaw`` (radians) is where the drone looks as it begins; None: the first turn costs nothing."""
+        self._rng = rng
+        self._places: Floats = places
+        self._legs: Bools = np.zeros((0, 0), np.bool_)
+        self._count: NDArray[np.int16] = np.zeros(0, np.int16)
+        self.meet(terms, wanted, places, yaw)
+
+    def meet(self, terms: Terms, wanted: Wanted, places: Floats, yaw: float | None) -> None:
+        """Go on with other places, over what is wanted by now."""
+        self._terms, self._wanted = terms, wanted
+        self._price = terms.short_by / terms.footprint.width
+        self._behind = None if yaw is None else places[0] - (math.cos(yaw), math.sin(yaw))
+        self._take(places, self._shown(places))
+
+    @property
+    def places(self) -> Floats:
+        """Way points (K, 2), the drone's own place first."""
+        return self._places
+
+    @property
+    def missing(self) -> float:
+        """Square metres wanted that the tour does not show."""
+        return float(self._wanted.weights @ (self._count == 0))
+
+    @property
+    def shows_enough(self) -> bool:
+        """Whether no more than the spare part is left out."""
+        return self.missing <= self._wanted.spare
+
+    @property
+    def cost(self) -> float:
+        """Metres: way, turns and what is not shown."""
+        return self._way(self._places) + float(self._penalty(np.array([self.missing]))[0])
+
+    def shift(self, index: int, step: float, heat: float) -> None:
+        """Move one way point (not the first) by about ``step`` metres."""
+        places, foot = self._places, self._terms.footprint
+        tried = places[index] + self._rng.normal(0.0, step, (self._terms.trials, 2))
+        tried[0] = places[index]
+        before = np.broadcast_to(places[index - 1], tried.shape)
+        near = slice(index - 1, index + 1)  # the legs that change; of the last way point there is one
+        unseen = self._count - self._legs[near].sum(0, dtype=np.int16) == 0
+        cells = self._wanted.cells[unseen]
+        shown = foot.shown(cells, before, tried)
+        is_last = index == len(places) - 1
+        if not is_last:
+            shown = shown | foot.shown(cells, tried, np.broadcast_to(places[index + 1], tried.shape))
+        costs = self._penalty(~shown @ self._wanted.weights[unseen]) + self._ways_about(index, tried)
+        costs[1:][~self._terms.allowed(tried[1:])] = math.inf
+        chosen = self._draw(costs, heat)
+        if chosen == 0:
+            return
+        places = places.copy()
+        places[index] = tried[chosen]
+        self._places = places
+        legs = foot.shown(self._wanted.cells, places[index - 1 : -1][:2], places[index:][:2])
+        self._count = self._count + legs.sum(0, dtype=np.int16) - self._legs[near].sum(0, dtype=np.int16)
+        self._legs[near] = legs
+
+    def drop(self, heat: float) -> None:
+        """Leave out a way point."""
+        if len(self._places) > 1:
+            picks = self._rng.permutation(np.arange(1, len(self._places)))[:_PICKS]
+            self._try([np.delete(self._places, pick, axis=0) for pick in picks], heat)
+
+    def add(self, heat: float) -> None:
+        """Add a way point: where something is not shown, or on a leg."""
+        unseen = np.flatnonzero(self._count == 0)
+        width = self._terms.footprint.width
+        tours = []
+        for _ in range(_PICKS):
+            if len(unseen) and (len(self._places) == 1 or self._rng.random() < 0.7):
+                place = self._wanted.cells[unseen[int(self._rng.integers(len(unseen)))]].astype(np.float64)
+                place = place + self._rng.normal(0.0, width / 6, 2)
+            elif len(self._places) > 1:
+                at = int(self._rng.integers(1, len(self._places)))
+                place = self._places[at - 1 : at + 1].mean(0) + self._rng.normal(0.0, width / 10, 2)
+            else:
+                return
+            if self._terms.allowed(place[None])[0]:
+                tours.append(np.insert(self._places, self._gap(place), place, axis=0))
+        self._try(tours, heat)
+
+    def exchange(self, heat: float) -> None:
+        """Turn a part of the tour round, or move it elsewhere."""
+        size = len(self._places)
+        if size <= 2:
+            return
+        tours = []
+        for _ in range(_EXCHANGES):
+            first, last = np.sort(self._rng.integers(1, size, 2))
+            part = self._places[first : last + 1]
+            rest = np.delete(self._places, slice(first, last + 1), axis=0)
+            at = first if self._rng.random() < 0.5 else int(self._rng.integers(1, len(rest) + 1))
+            part = part[::-1] if at == first or self._rng.random() < 0.5 else part
+            tours.append(np.concatenate([rest[:at], part, rest[at:]]))
+        self._try(tours, heat)
+
+    def _take(self, places: Floats, legs: Bools) -> None:
+        self._places, self._legs = places, legs
+        self._count = legs.sum(0, dtype=np.int16)
+
+    def _shown(self, places: Floats) -> Bools:
+        return self._terms.footprint.shown(self._wanted.cells, places[:-1], places[1:])
+
+    def _penalty(self, missing: NDArray[np.floating]) -> Floats:
+        return np.maximum(missing.astype(np.float64) - self._wanted.spare, 0.0) * self._price
+
+    def _way(self, places: Floats) -> float:
+        led = self._led(places)[None]
+        turns = float(_turns(led)[0] + self._first_turns(led)[0])
+        return length_of(places) + self._terms.turn_m * turns + self._terms.leg_m * (len(places) - 1)
+
+    def _first_turns(self, lines: Floats) -> Floats:
+        """Return what the drone's own turn counts more than others, right angles: it gives up what was begun."""
+        if self._behind is None:
+            return np.zeros(len(lines))
+        return (_FIRST_TURN - 1.0) * _turns(lines[:, :3])
+
+    def _led(self, places: Floats) -> Floats:
+        """Return the polyline with what lies behind the drone, so that its first turn counts."""
+        return places if self._behind is None else np.vstack([self._behind, places])
+
+    def _ways_about(self, index: int, tried: Floats) -> Floats:
+        """Return the cost of way and turns about one way point, for each place tried for it."""
+        led, at = self._led(self._places), index + (self._behind is not None)
+        part = np.repeat(led[None, max(at - 2, 0) : at + 3], len(tried), axis=0)
+        part[:, min(at, 2)] = tried
+        first = self._first_turns(part) if at <= 2 else 0.0
+        legs = part[:, max(min(at, 2) - 1, 0) : min(at, 2) + 2]
+        lengths = np.hypot(*np.moveaxis(np.diff(legs, axis=1), 2, 0)).sum(1)
+        return np.asarray(lengths + self._terms.turn_m * (_turns(part) + first))
+
+    def _try(self, tours: Sequence[Floats], heat: float) -> None:
+        """Draw one of the tours, or keep the present one."""
+        if not tours:
+            return
+        costs, kept = np.empty(len(tours) + 1), [self._legs]
+        costs[0] = self.cost
+        for number, places in enumerate(tours, 1):
+            kept.append(self._shown(places))
+            missing = self._wanted.weights @ ~kept[-1].any(0)
+            costs[number] = self._way(places) + self._penalty(np.array([missing]))[0]
+            if len(places) < 2 or len(self._places) < 2 or (places[1] != self._places[1]).any():
+                costs[number] += self._terms.keep_m
+        chosen = self._draw(costs, heat)
+        if chosen:
+            self._take(tours[chosen - 1], kept[chosen])
+
+    def _draw(self, costs: Floats, heat: float) -> int:
+        """Draw one of the alternatives by its cost, metres; without heat the cheapest."""
+        if heat <= 0.0:
+            return int(np.argmin(costs))
+        sums = np.cumsum(np.exp(-(costs - costs.min()) / heat))
+        return min(int(np.searchsorted(sums, self._rng.random() * sums[-1])), len(costs) - 1)
+
+    def _gap(self, place: Floats) -> int:
+        """Return where in the tour a place is inserted on the least detour."""
+        away = np.hypot(*(self._places - place).T)
+        detours = away[:-1] + away[1:] - np.hypot(*np.diff(self._places, axis=0).T)
+        if len(detours) == 0 or away[-1] < detours.min():
+            return len(self._places)
+        return int(np.argmin(detours)) + 1
+
+
+def _turns(lines: Floats) -> Floats:
+    """Return the sum of turns of polylines (T, K, 2), right angles."""
+    legs = np.diff(lines, axis=1)
+    headings = np.arctan2(legs[..., 1], legs[..., 0])
+    off = np.abs(np.diff(headings, axis=1))
+    return np.asarray(np.minimum(off, math.tau - off).sum(1) / (math.pi / 2))
+
+
+def as_place(row: Floats) -> Place:
+    """Return a way point as (north, east)."""
+    return float(row[0]), float(row[1])
