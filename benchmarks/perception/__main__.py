@@ -95,8 +95,9 @@ def _network_sections(network: StallNetwork, options: argparse.Namespace) -> lis
     eye, sections = NetworkEye(network), []
     if options.tiles:
         tiles = list(read_tiles(options.tiles))
-        figures = _figures(measure(eye, tiles), "", PROTOTYPE_TILES)
-        sections.append(Section("tiles", [*figures, *_hard(eye, network, tiles)]))
+        measured = measure(eye, tiles)
+        hard = _hard(eye, network, tiles, measured["recall"])
+        sections.append(Section("tiles", [*_figures(measured, "", PROTOTYPE_TILES), *hard]))
     if options.lots:
         print("places")
         sections.append(
@@ -128,9 +129,8 @@ def _drawn(finder: Finder, seeds: Sequence[int]) -> Section:
     return Section("single frames over drawn worlds", figures)
 
 
-def _hard(eye: Eye, network: StallNetwork, tiles: Sequence[Place]) -> list[Figure]:
-    """Return recall at wrong scales and of tilted frames."""
-    straight = measure(eye, tiles)["recall"]
+def _hard(eye: Eye, network: StallNetwork, tiles: Sequence[Place], straight: float) -> list[Figure]:
+    """Return recall at wrong scales and of tilted frames; ``straight`` is that at the right scale."""
     figures = []
     for scale in SCALES:
         recall = measure(eye, tiles, scale=scale)["recall"]

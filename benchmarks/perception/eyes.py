@@ -67,10 +67,7 @@ class ClassicalEye:
 
     def look(self, image: NDArray[np.uint8], metres_per_pixel: float, *, scale: float = 1.0) -> Result:
         """Find stalls and lot."""
-        shown = _shown(image, metres_per_pixel, scale)
-        # east is right and north is up, so that (x, y) is (east, -north)
-        to_map = np.array([[0.0, -GROUND_M, 0.0], [GROUND_M, 0.0, 0.0]])
-        found = ClassicalFinder().find(GroundImage(shown, to_map, np.ones(shown.shape[:2], np.bool_)))
+        found = ClassicalFinder().find(north_up(image, metres_per_pixel, scale=scale))
         seen = [s for s in found.stalls if s.score >= MINIMUM_SCORE]
         table = np.array([(s.east, -s.north, s.angle - np.pi / 2, s.width, s.length, s.score, s.taken) for s in seen])
         table = table.reshape(-1, 7) / np.array([CELL_M, CELL_M, 1, CELL_M, CELL_M, 1, 1])
@@ -79,6 +76,13 @@ class ClassicalEye:
         said = np.append(table[:, 6], 0.0)[rows.source]
         taken = np.where(rows.inferred, _inner_mean(found.car.values, rows.corners()), said)
         return _result(stalls, taken, np.asarray(found.lot.values, np.float32), scale)
+
+
+def north_up(image: NDArray[np.uint8], metres_per_pixel: float, *, scale: float = 1.0) -> GroundImage:
+    """Lay a nadir picture on the map with north up, so that its (x, y) is (east, -north), metres."""
+    shown = _shown(image, metres_per_pixel, scale)
+    to_map = np.array([[0.0, -GROUND_M, 0.0], [GROUND_M, 0.0, 0.0]])
+    return GroundImage(shown, to_map, np.ones(shown.shape[:2], np.bool_))
 
 
 def _shown(image: NDArray[np.uint8], metres_per_pixel: float, scale: float) -> NDArray[np.uint8]:

@@ -13,11 +13,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.perception.eyes import north_up
 from hawk.algo.mapper.core import MapCore
 from hawk.algo.mapper.settings import MapperSettings
 from hawk.algo.vision.finder import Finder
-from hawk.algo.vision.rectify import GROUND_M
-from hawk.algo.vision.seen import GroundImage, Seen
+from hawk.algo.vision.seen import Seen
 from hawk.model import MapPose, StallState
 
 _HEIGHT_M = 40.0
@@ -71,12 +71,8 @@ def _frames(path: Path) -> Iterator[NDArray[np.uint8]]:
 
 
 def _seen(finder: Finder, image: NDArray[np.uint8], metres_per_pixel: float, time: float) -> Seen:
-    factor = metres_per_pixel / GROUND_M
-    method = cv2.INTER_AREA if factor < 1 else cv2.INTER_LINEAR
-    shown = np.asarray(cv2.resize(image, None, fx=factor, fy=factor, interpolation=method), np.uint8)
-    to_map = np.array([[0.0, -GROUND_M, 0.0], [GROUND_M, 0.0, 0.0]])
-    ground = GroundImage(shown, to_map, np.ones(shown.shape[:2], np.bool_))
+    ground = north_up(image, metres_per_pixel)
     found = finder.find(ground)
-    middle = ground.map_points(np.array([shown.shape[1] / 2, shown.shape[0] / 2]))
+    middle = ground.map_points(np.array(ground.valid.shape[::-1]) / 2)
     pose = MapPose(float(middle[0]), float(middle[1]), _HEIGHT_M, 0.0, 0.0, 0.0)
     return Seen(found.stalls, found.lot, found.car, found.core, ground, bool(found.stalls), 1.0, pose, time)

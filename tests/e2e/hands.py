@@ -50,3 +50,12 @@ async def slide(page: Page, target: Locator) -> None:
     await page.mouse.move(box["x"] + box["width"] / 2, middle, steps=5)
     await page.mouse.move(box["x"] + box["width"] + 10, middle, steps=5)
     await page.mouse.up()
+
+
+async def is_within(target: Locator, size: dict[str, int]) -> bool:
+    """Whether all of it is in sight, and large enough for a finger."""
+    box = await target.bounding_box()
+    assert box is not None
+    inside = box["x"] >= 0 and box["y"] >= 0
+    inside = inside and box["x"] + box["width"] <= size["width"] and box["y"] + box["height"] <= size["height"]
+    return inside and min(box["width"], box["height"]) >= 44

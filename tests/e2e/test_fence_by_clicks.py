@@ -13,7 +13,7 @@ from playwright.async_api import Browser, Locator, Page, expect
 
 from hawk.comm.fence_messages import FenceSetup
 from hawk.survey.stack import SimulatedStack
-from tests.e2e.hands import button, press, shows, slide, state_is
+from tests.e2e.hands import button, is_within, press, shows, slide, state_is
 from tests.e2e.watching import watch
 from tests.integration.daemon_support import operator, over_a_picture
 
@@ -198,15 +198,6 @@ async def everything_fits(page: Page, screenshots: Path) -> None:
                 assert await is_within(button(page, each), size), (name, each)
     await page.emulate_media(color_scheme="light")
     await page.set_viewport_size(DESK)  # type: ignore[arg-type]
-
-
-async def is_within(target: Locator, size: dict[str, int]) -> bool:
-    """Whether all of it is in sight, and large enough for a finger."""
-    box = await target.bounding_box()
-    assert box is not None
-    inside = box["x"] >= 0 and box["y"] >= 0
-    inside = inside and box["x"] + box["width"] <= size["width"] and box["y"] + box["height"] <= size["height"]
-    return inside and min(box["width"], box["height"]) >= 44
 
 
 async def a_file_goes_out_and_comes_in(page: Page, folder: Path) -> None:

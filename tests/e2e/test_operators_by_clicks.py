@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.async_api import Browser, Locator, Page, expect
+from playwright.async_api import Browser, Page, expect
 
 from hawk.comm.messages import Arm
 from hawk.simulation import SimulationOptions
 from hawk.survey.stack import SimulatedStack
-from tests.e2e.hands import button, keep_pressed, press, shows, slide, state_is, visible
+from tests.e2e.hands import button, is_within, keep_pressed, press, shows, slide, state_is, visible
 from tests.e2e.watching import watch
 from tests.integration.daemon_support import eventually, operator, write_settings
 
@@ -138,15 +138,6 @@ async def everything_fits(page: Page, screenshots: Path) -> None:
                 assert await is_within(button(page, each), size)
     await page.emulate_media(color_scheme="light")
     await page.set_viewport_size(DESK)  # type: ignore[arg-type]
-
-
-async def is_within(target: Locator, size: dict[str, int]) -> bool:
-    """Whether all of it is in sight, and large enough for a finger."""
-    box = await target.bounding_box()
-    assert box is not None
-    inside = box["x"] >= 0 and box["y"] >= 0
-    inside = inside and box["x"] + box["width"] <= size["width"] and box["y"] + box["height"] <= size["height"]
-    return inside and min(box["width"], box["height"]) >= 44
 
 
 async def move(scene: Scene, *, by_key: bool) -> None:
