@@ -77,7 +77,6 @@ async def test_a_fence_is_drawn_kept_and_kept_to(scene: Scene, screenshots: Path
     await scene.stack.start_daemon()
     await press(page, "Take control", 30)
     assert (await fence_of(scene.url)).corners == kept.corners
-    await position_known(scene.url)
     await scene.stack.watch_fence([(each.latitude, each.longitude) for each in kept.inner], kept.ceiling)
 
     await take_off(page)
@@ -268,12 +267,6 @@ async def pixel(page: Page, place: tuple[float, float]) -> tuple[float, float]:
         box["x"] + box["width"] / 2 + east * per_metre,
         box["y"] + box["height"] / 2 - north * per_metre,
     )
-
-
-async def position_known(url: str) -> None:
-    """Wait until the drone's daemon hears the autopilot again: failsafes cannot be set before."""
-    async with operator(url) as anyone:
-        await anyone.until(lambda beat: any(check.name == "Fence" and check.passed for check in beat.checks))
 
 
 async def fence_of(url: str) -> FenceSetup:

@@ -7,7 +7,8 @@ import { dronePlace, draftFence, shownFence } from "../src/map/fence-shown.ts";
 import type { Command, FenceCheck, FenceCorner, FenceSetup } from "../src/protocol.ts";
 import { FenceEditing, type FenceHooks } from "../src/state/fence-edit.ts";
 import { Operator } from "../src/state/operator.ts";
-import { cannotSave, fenceSummary, fenceWords } from "../src/words/fence.ts";
+import { cannot } from "../src/words/actions.ts";
+import { fenceSummary, fenceWords } from "../src/words/fence.ts";
 import { FakeServer, FakeStorage, FakeTimers, settle } from "./fakes.ts";
 import { heartbeat, impossible, possible, view, welcome } from "./make.ts";
 
@@ -384,7 +385,7 @@ describe("the words about the fence", () => {
     assert.equal(fenceWords(fence, CIRCLE, flying, false).reason, "Flying: land first");
     const lost = view({ silence: 9 });
     assert.match(fenceWords(fence, CIRCLE, lost, false).line, /No link/);
-    assert.equal(cannotSave(lost), "No link");
+    assert.equal(cannot(lost, "Set Fence"), "No link");
     fence.draw(SQUARE.toReversed());
     timers.advance(200);
     await answer(check({ Notes: ["The drone stands 9 m outside."] }));

@@ -2,6 +2,7 @@ import "./dom.ts";
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 import type { Heartbeat } from "../src/protocol.ts";
+import { ChecksTab } from "../src/ui/checks-tab.ts";
 import { CountsCard } from "../src/ui/counts-card.ts";
 import { HeightsButton } from "../src/ui/heights-button.ts";
 import { LinkBanner } from "../src/ui/link-banner.ts";
@@ -89,6 +90,38 @@ describe("the counts", () => {
   });
 });
 
+describe("the remedies of failed checks", () => {
+  const missing = {
+    Name: "Battery failsafe",
+    Passed: false,
+    Value: "off",
+    Consequence: "With an empty battery the drone falls.",
+    Remedy: "Set failsafes.",
+    RemedyCommand: "Set Failsafes" as const,
+  };
+
+  it("are sent by a press", async () => {
+    const rig = flying({ ...ON_GROUND, Checks: [missing], Options: possible("Set Failsafes") });
+    const stage = new Stage(new ChecksTab(), rig.operator);
+    await stage.drawn();
+    await stage.press("Set failsafes");
+    assert.equal(rig.sent().at(-1)?.Type, "Set Failsafes");
+  });
+
+  it("are not offered while they would be refused, and say why", async () => {
+    const noLink = "No link to the autopilot: wait until it is found.";
+    for (const [changes, why] of [
+      [{ Options: [impossible("Set Failsafes", noLink)] }, noLink.slice(0, -1)],
+      [{ Options: possible("Set Failsafes"), "In Control": false }, "Not in control"],
+    ] as [Partial<Heartbeat>, string][]) {
+      const stage = new Stage(new ChecksTab(), flying({ ...ON_GROUND, Checks: [missing], ...changes }).operator);
+      await stage.drawn();
+      assert.equal(stage.button("Set failsafes").disabled, true);
+      assert.match(stage.text, new RegExp(why));
+    }
+  });
+});
+
 describe("the heights", () => {
   async function opened(changes: Partial<Heartbeat> = {}) {
     const rig = flying({ ...ON_GROUND, Options: possible("Configure"), Ceiling: 97, ...changes });
@@ -110,7 +143,7 @@ describe("the heights", () => {
 
   it("cannot be changed in the air or without control, and say why", async () => {
     for (const [changes, why] of [
-      [{ Options: [impossible("Configure", "Only on the ground.")] }, "Only on the ground."],
+      [{ Options: [impossible("Configure", "Only on the ground.")] }, "Only on the ground"],
       [{ "In Control": false, Options: possible("Configure") }, "Not in control"],
     ] as const) {
       const stage = new Stage(new HeightsButton(), flying(changes as Partial<Heartbeat>).operator);

@@ -1,7 +1,7 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
 import type { CheckItem } from "../protocol.ts";
-import { control } from "../words/actions.ts";
+import { cannot } from "../words/actions.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
 import { heights } from "./settings-tab.ts";
@@ -44,13 +44,13 @@ export class ChecksTab extends Part {
   }
 
   private remedy(remedy: Remedy, group: CheckItem[]): TemplateResult {
-    const mine = control(this.model.view()) === "mine";
+    const reason = cannot(this.model.view(), remedy);
     const words = [...new Set(group.map((check) => check.Remedy).filter((text) => text !== "" && text !== `${REMEDIES[remedy]}.`))];
     return html`${words.map((text) => html`<p class="sub">${text}</p>`)}
-      <button class="primary" ?disabled=${!mine} @click=${() => this.mend(remedy)}>
+      <button class="primary" ?disabled=${reason !== ""} aria-description=${reason} @click=${() => this.mend(remedy)}>
         ${REMEDIES[remedy]}
       </button>
-      ${mine ? nothing : html`<span class="sub">You are not in control</span>`}`;
+      ${reason === "" ? nothing : html`<span class="sub">${reason}</span>`}`;
   }
 
   private mend(remedy: Remedy): void {

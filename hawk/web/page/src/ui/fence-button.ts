@@ -1,7 +1,7 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
-import { control } from "../words/actions.ts";
-import { cannotSave, fenceSummary } from "../words/fence.ts";
+import { cannot, control } from "../words/actions.ts";
+import { fenceSummary } from "../words/fence.ts";
 import { option } from "../words/view.ts";
 import { Part } from "./element.ts";
 
@@ -11,7 +11,7 @@ export class FenceButton extends Part {
   override render(): TemplateResult {
     const setup = this.model.flight.fenceSetup;
     const { title, line } = fenceSummary(setup);
-    const reason = setup ? cannotSave(this.model.view()) : "Not known yet";
+    const reason = setup ? cannot(this.model.view(), "Set Fence") : "Not known yet";
     return html`<div><b>${title}</b> <span class="sub">${line}</span></div>
       <div class="row">
         ${this.aside()}

@@ -1,8 +1,7 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement, query, state } from "lit/decorators.js";
-import { control } from "../words/actions.ts";
+import { cannot } from "../words/actions.ts";
 import { heightsProblem } from "../words/heights.ts";
-import { option } from "../words/view.ts";
 import { Part } from "./element.ts";
 
 type Field = "Min" | "Des" | "Max";
@@ -17,9 +16,7 @@ export class HeightsButton extends Part {
   @query("dialog") private dialog!: HTMLDialogElement;
 
   override render(): TemplateResult {
-    const view = this.model.view();
-    const offered = option(view, "Configure");
-    const reason = control(view) !== "mine" ? "Not in control" : offered.Possible ? "" : offered.Reason;
+    const reason = cannot(this.model.view(), "Configure");
     return html`<button aria-label="Change heights" aria-description=${reason} ?disabled=${reason !== ""} @click=${() => this.open()}>
         <span class="two">Change heights${reason === "" ? nothing : html`<span class="sub">${reason}</span>`}</span>
       </button>

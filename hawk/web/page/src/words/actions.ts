@@ -48,6 +48,14 @@ export function control(view: View): "mine" | "free" | "other" | "unknown" {
   return heartbeat.Controller === null ? "free" : "other";
 }
 
+/** Why a command would not be taken from this operator now; empty when it would. */
+export function cannot(view: View, command: Command["Type"]): string {
+  if (linkOf(view) !== "live") return "No link";
+  const offered = option(view, command);
+  if (!offered.Possible) return offered.Reason.replace(/\.$/, "") || "Not possible here";
+  return control(view) === "mine" ? "" : "Not in control";
+}
+
 function armOrDisarm(view: View): Action {
   if (option(view, "Disarm").Possible) return offered(view, "disarm", "Disarm", "Stop the motors");
   const failed = view.heartbeat?.Checks.filter((check) => !check.Passed).length ?? 0;

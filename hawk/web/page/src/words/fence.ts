@@ -1,8 +1,8 @@
 import type { FenceSetup } from "../protocol.ts";
 import type { FenceEditing } from "../state/fence-edit.ts";
-import { control } from "./actions.ts";
+import { cannot } from "./actions.ts";
 import * as format from "./format.ts";
-import { linkOf, option, type View } from "./view.ts";
+import { linkOf, type View } from "./view.ts";
 
 export interface FenceWords {
   title: string;
@@ -18,7 +18,7 @@ export interface FenceWords {
 export function fenceWords(editing: FenceEditing, setup: FenceSetup | null, view: View, touch: boolean): FenceWords {
   const draft = editing.draft;
   if (!draft?.isDrawn) return drawing(editing.begun, touch);
-  const reason = cannotSave(view);
+  const reason = cannot(view, "Set Fence");
   const verdict = editing.verdict;
   const corners = format.count(draft.corners.length, "corner", "corners");
   if (linkOf(view) !== "live") {
@@ -35,14 +35,6 @@ export function fenceWords(editing: FenceEditing, setup: FenceSetup | null, view
   if (editing.removing) return { ...done, line: `${touch ? "Tap" : "Click"} the corners that are to go.`, level: "" };
   const [note] = check.Notes;
   return { ...done, line: note ?? inside(setup, draft.ceilingMetres), level: note === undefined ? "" : "warning" };
-}
-
-/** Why the fence cannot be changed now; empty when it can. */
-export function cannotSave(view: View): string {
-  if (linkOf(view) !== "live") return "No link";
-  const offered = option(view, "Set Fence");
-  if (!offered.Possible) return offered.Reason.replace(/\.$/, "") || "Not possible here";
-  return control(view) === "mine" ? "" : "Not in control";
 }
 
 /** Which fence the next Arm puts in force, in a title and a line. */
