@@ -25,6 +25,7 @@ from rich.console import Console
 from benchmarks import kill_wire, surveys, whole_daemon
 from benchmarks.exploration import campaign
 from benchmarks.figures import BenchmarkError, Figure, Section, flat, print_table, write_json
+from hawk.worlds.conditions import Condition
 
 Result = tuple[list[Figure], str]
 SECTIONS: Final = ("latency", "kill", "exploration", "seeds", "places")
@@ -60,6 +61,8 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--kills", type=int, default=200, help="kill: how many (default 200)")
     parser.add_argument("--lots", type=_seeds, default="1-6", metavar="A-B", help="exploration: lots to fly over (1-6)")
     parser.add_argument("--seeds", type=_seeds, default="1-5", metavar="A-B", help="seeds: worlds to survey (1-5)")
+    parser.add_argument("--condition", type=Condition, choices=list(Condition), help="seeds: time of day and weather")
+    parser.add_argument("--gnss-sigma", type=float, metavar="M", help="seeds: slow error of the position")
     parser.add_argument(
         "--places", type=Path, metavar="DIR", help="places: pictures with truth to fly over (default none)"
     )
@@ -91,9 +94,14 @@ def _work(name: str, options: argparse.Namespace, folder: Path) -> Callable[[], 
         "exploration": exploration,
         "latency": lambda: whole_daemon.measure(options.seconds, options.seed, folder / "latency"),
         "kill": kill,
-        "seeds": lambda: surveys.measure(options.seeds, folder / "seeds"),
+        "seeds": lambda: surveys.measure(options.seeds, folder / "seeds", _simulated(options)),
         "places": lambda: surveys.measure_places(options.places, folder / "places"),
     }[name]
+
+
+def _simulated(options: argparse.Namespace) -> list[str]:
+    given = (("--condition", options.condition), ("--gnss-sigma", options.gnss_sigma))
+    return [word for name, value in given if value is not None for word in (name, str(value))]
 
 
 def _run(name: str, work: Callable[[], Awaitable[Result]]) -> Section:

@@ -71,9 +71,12 @@ def least_way(truth: Truth, height_m: float, field_of_view: float) -> float:
     return max(0.0, area - swath * swath * ASPECT) / swath
 
 
-async def measure(seeds: Sequence[int], folder: Path) -> tuple[list[Figure], str]:
-    """Fly every seed; return the figures, and why they are void if they are. Raises BenchmarkError when none flew."""
-    surveys = [await _fly(f"seed-{seed}", ["--seed", str(seed)], folder) for seed in seeds]
+async def measure(seeds: Sequence[int], folder: Path, simulated: Sequence[str] = ()) -> tuple[list[Figure], str]:
+    """Fly every seed; return the figures, and why they are void if they are. Raises BenchmarkError when none flew.
+
+    ``simulated``: more options of the simulation, as ``("--condition", "night")``.
+    """
+    surveys = [await _fly(f"seed-{seed}", ["--seed", str(seed), *simulated], folder) for seed in seeds]
     _check_flown(surveys, folder)
     return figures(surveys), _void(surveys)
 

@@ -58,7 +58,7 @@ def make_parser() -> argparse.ArgumentParser:
 def simulation_options(options: argparse.Namespace) -> SimulationOptions | None:
     """Return what to simulate, None without --sim. Raises ConfigError naming an option that does not fit."""
     if not options.sim:
-        for name in ("world", "metres_per_pixel", "start", "gnss_sigma", "wind"):
+        for name in ("condition", "world", "metres_per_pixel", "start", "gnss_sigma", "wind"):
             if getattr(options, name) is not None:
                 raise ConfigError(f"--{name.replace('_', '-')}: only together with --sim")
         if options.speed != 1.0 and getattr(options, "attach_sim", None) is None:
@@ -68,10 +68,12 @@ def simulation_options(options: argparse.Namespace) -> SimulationOptions | None:
         raise ConfigError("--metres-per-pixel: is needed with --world (metres on the ground that a pixel covers)")
     if options.world is not None and not options.world.is_file():
         raise ConfigError(f"--world: {options.world} is not a file")
+    _check_condition(options)
     if not 1.0 <= options.speed <= 4.0:
         raise ConfigError(f"--speed: must be 1 to 4 simulated seconds per second, not {options.speed}")
     return SimulationOptions(
         seed=options.seed,
+        condition=options.condition,
         world=options.world,
         metres_per_pixel=options.metres_per_pixel,
         truth=options.truth,
@@ -80,6 +82,17 @@ def simulation_options(options: argparse.Namespace) -> SimulationOptions | None:
         gnss_sigma=options.gnss_sigma,
         wind=options.wind,
     )
+
+
+def _check_condition(options: argparse.Namespace) -> None:
+    if options.condition is None:
+        return
+    from hawk.worlds.conditions import Condition
+
+    if options.world is not None:
+        raise ConfigError("--condition: only for drawn worlds; not together with --world")
+    if options.condition not in list(Condition):
+        raise ConfigError(f"--condition: must be one of {', '.join(Condition)}, not {options.condition}")
 
 
 def load_settings(options: argparse.Namespace) -> Config:
@@ -109,6 +122,7 @@ def _add_daemon_options(parser: argparse.ArgumentParser) -> None:
     simulated = parser.add_argument_group("simulation", "fly a simulated drone instead of a real one")
     simulated.add_argument("--sim", action="store_true", help="start hawk-sim and fly it")
     simulated.add_argument("--seed", type=int, default=1, metavar="N", help="world to draw (default 1)")
+    simulated.add_argument("--condition", metavar="NAME", help="day, night, snow ... over a drawn world")
     simulated.add_argument("--world", type=Path, metavar="FILE", help="fly over this picture instead")
     simulated.add_argument("--metres-per-pixel", type=float, metavar="X", help="scale of that picture")
     simulated.add_argument("--truth", type=Path, metavar="FILE", help="what the picture really holds (JSON)")

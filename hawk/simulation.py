@@ -26,10 +26,12 @@ class SimulationOptions:
     """What is flown over and how: the options of ``hawk-sim`` under the same names.
 
     ``world`` with ``metres_per_pixel`` (and optionally ``truth``) flies over a picture, else ``seed`` draws a world.
+    ``condition`` is the drawn world's time of day and weather (`hawk.worlds.conditions.Condition`).
     ``start`` is x, y in metres in the world's picture. ``speed`` is simulated seconds per real second, 1 to 4.
     """
 
     seed: int = 1
+    condition: str | None = None
     world: Path | None = None
     metres_per_pixel: float | None = None
     truth: Path | None = None
@@ -42,6 +44,7 @@ class SimulationOptions:
         """Return the command line of ``hawk-sim`` for these options."""
         values = {
             "--seed": None if self.world else self.seed,
+            "--condition": self.condition,
             "--world": self.world,
             "--metres-per-pixel": self.metres_per_pixel,
             "--truth": self.truth,

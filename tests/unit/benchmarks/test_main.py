@@ -1,12 +1,13 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 
 from benchmarks import __main__ as command
-from benchmarks import kill_wire, whole_daemon
+from benchmarks import kill_wire, surveys, whole_daemon
 from benchmarks.figures import BenchmarkError, Figure
 
 
@@ -46,7 +47,20 @@ def test_kept_results_never_mix_with_those_of_an_earlier_run(tmp_path: Path, mon
     assert len(list((tmp_path / "kept").iterdir())) == 2
 
 
-@pytest.mark.parametrize("arguments", [["--only", "kill,speed"], ["--seeds", "x"]])
+def test_surveys_are_flown_in_the_condition_that_was_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    flown: list[list[str]] = []
+
+    async def survey(seeds: Sequence[int], folder: Path, simulated: Sequence[str]) -> tuple[list[Figure], str]:
+        flown.append(list(simulated))
+        return [Figure("surveys", "surveys", float(len(seeds)))], ""
+
+    monkeypatch.setattr(surveys, "measure", survey)
+    command.main(["--only", "seeds"])
+    command.main(["--only", "seeds", "--condition", "night", "--gnss-sigma", "1"])
+    assert flown == [[], ["--condition", "night", "--gnss-sigma", "1.0"]]
+
+
+@pytest.mark.parametrize("arguments", [["--only", "kill,speed"], ["--seeds", "x"], ["--condition", "fog"]])
 def test_wrong_options_are_refused_with_the_option(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:
         command.main(arguments)

@@ -28,6 +28,9 @@ def test_a_wrong_config_file_names_the_key_and_the_line_and_ends_with_status_2(
     ("arguments", "named"),
     [
         (["run", "--world", "x.png"], "--world: only together with --sim"),
+        (["run", "--condition", "night"], "--condition: only together with --sim"),
+        (["run", "--sim", "--condition", "fog"], "--condition: must be one of day, overcast"),
+        (["run", "--sim", "--condition", "fog"], "not fog"),
         (["run", "--speed", "2"], "--speed: only together with --sim"),
         (["run", "--sim", "--speed", "5"], "--speed: must be 1 to 4"),
         (["run", "--sim", "--world", "absent.png", "--metres-per-pixel", "0.1"], "--world: absent.png is not a file"),
@@ -70,6 +73,17 @@ def test_a_seed_and_a_picture_become_the_simulators_options(tmp_path: Path) -> N
     )
     assert flown is not None
     assert flown.arguments() == [f"--world={picture}", "--metres-per-pixel=0.1", "--start=3,4", "--speed=1.0"]
+
+
+def test_a_condition_is_for_drawn_worlds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    night = simulation_options(options("survey", "--out", "o", "--sim", "--condition", "night"))
+    assert night is not None
+    assert night.arguments() == ["--seed=1", "--condition=night", "--speed=1.0"]
+    picture = tmp_path / "lot.png"
+    picture.write_bytes(b"")
+    given = ["run", "--sim", "--world", str(picture), "--metres-per-pixel", "0.1", "--condition", "night"]
+    assert main(given) == 2
+    assert "--condition: only for drawn worlds" in capsys.readouterr().err
 
 
 def test_survey_without_out_is_a_usage_error(capsys: pytest.CaptureFixture[str]) -> None:
