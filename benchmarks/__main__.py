@@ -28,7 +28,7 @@ from benchmarks.figures import BenchmarkError, Figure, Section, flat, print_tabl
 from hawk.worlds.conditions import Condition
 
 Result = tuple[list[Figure], str]
-SECTIONS: Final = ("latency", "kill", "exploration", "seeds", "places")
+SECTIONS: Final = ("latency", "kill", "perception", "exploration", "seeds", "places")
 EXIT_FAILED: Final = 1
 
 

@@ -392,12 +392,16 @@ class OccupancyMap:
 
 @dataclass(frozen=True, slots=True)
 class ExploreStatus:
-    """How far the exploration is: ``seen`` is the share (0..1) of the lot known so far that has been seen well."""
+    """How far the exploration is: ``seen`` is the share (0..1) of the lot known so far that has been seen well.
+
+    ``lot_known`` is False while it still looks for a lot around what looks like one.
+    """
 
     done: bool = False
     seen: float = 0.0
     remaining_m: float | None = None
     reason: str = ""
+    lot_known: bool = True
 
 
 @dataclass(frozen=True, slots=True)

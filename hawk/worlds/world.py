@@ -88,7 +88,7 @@ class World:
     def start(self) -> tuple[float, float]:
         """Return where a drone is put down: just inside the middle of the lot's edge that is nearest to a corner.
 
-        The picture's corners are meant. Without any lot it is the middle of the picture.
+        The largest lot and the picture's corners are meant. Without any lot it is the middle of the picture.
         """
         if self.start_m is not None:
             return self.start_m
@@ -96,12 +96,13 @@ class World:
         if not self.lots:
             return width / 2, height / 2
         corners = np.array([[0, 0], [width, 0], [width, height], [0, height]], np.float64)
+        largest = max(self.lots, key=lambda lot: shapely.Polygon(lot).buffer(0).area)
         best = min(
-            ((point, lot) for lot in self.lots for point in _edge_middles(lot, width, height)),
-            key=lambda candidate: float(np.linalg.norm(corners - candidate[0], axis=1).min()),
+            _edge_middles(largest, width, height),
+            key=lambda point: float(np.linalg.norm(corners - point, axis=1).min()),
             default=None,
         )
-        return (width / 2, height / 2) if best is None else _inside(best[0], best[1])
+        return (width / 2, height / 2) if best is None else _inside(best, largest)
 
     def truth_json(self) -> dict[str, Any]:
         """Return the truth as it is saved (`load_truth` reads it)."""

@@ -16,7 +16,7 @@ from hawk.algo.mapper.grid import COARSE_M, CoarseLayers
 from hawk.algo.mapper.window import Window
 from hawk.algo.path_plan.explore import Explorer, Surroundings, to_point
 from hawk.algo.path_plan.fence import FenceGuard
-from hawk.algo.path_plan.field import InformationField, information_field, scouting_field
+from hawk.algo.path_plan.field import InformationField, guessed, information_field, scouting_field
 from hawk.algo.path_plan.route_keeper import RouteKeeper
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.path_plan.sweep import Swath
@@ -38,6 +38,7 @@ from hawk.model import (
 
 _MARGIN_M = 40.0  # ground around the known map that the plan looks at
 _SHOWN = 12  # places of the way on
+_NO_LOT = "no lot is known yet"
 _YAW_FROM_M = 1.0  # the bearing of what is nearer says nothing
 
 
@@ -160,22 +161,27 @@ class PathPlanApp:
         known = self._known(pose)
         if known is None:
             return PathPlan(explore=ExploreStatus(reason="nothing is mapped yet"), verdict=verdict)
-        field, scouting = self._fields(*known, swath)
+        layers, fenced = known
+        lot_known = bool((layers.lot > 0).any())
+        if not lot_known:
+            layers = guessed(layers, (pose.north, pose.east))
+        field, scouting = self._fields(layers, fenced, swath)
         unclear = {
             i: (stall.north, stall.east)
             for i, stall in self._mapper.stalls().items()
             if stall.state is StallState.UNKNOWN
         }
         plan = self._explorer.plan(Surroundings(field, pose, swath, self._guard, unclear, scouting))
+        status = plan.status if lot_known else replace(plan.status, seen=0.0, lot_known=False, reason=_NO_LOT)
         if plan.target is None:
-            return PathPlan(explore=plan.status, verdict=verdict)
+            return PathPlan(explore=status, verdict=verdict)
         target = to_point(plan.target)
         # the wide side of the picture lies across the way
         away = math.dist(plan.target, (pose.north, pose.east))
         heading = math.atan2(target.east - pose.east, target.north - pose.north)
         yaw = math.remainder(heading - frame.camera.mount_yaw, math.tau) if away > _YAW_FROM_M else pose.yaw
         on = plan.route if plan.target == plan.route[0] else (plan.target, *plan.route)
-        return PathPlan(target, height, yaw, tuple(to_point(p) for p in on[:_SHOWN]), plan.status, verdict)
+        return PathPlan(target, height, yaw, tuple(to_point(p) for p in on[:_SHOWN]), status, verdict)
 
     def _fields(
         self, layers: CoarseLayers, fenced: NDArray[np.uint8], swath: Swath

@@ -6,7 +6,7 @@ likelier, the nearer known lot is, and the unlikelier, the nearer it lies to gro
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -14,12 +14,14 @@ from numpy.typing import NDArray
 
 from hawk.algo.mapper.grid import CoarseLayers
 from hawk.algo.mapper.window import Window
+from hawk.algo.path_plan.bridges import with_bridges
 
 _REACH_M = 10.0  # how far beyond known lot more of it is expected: most of a double row with its aisle
 _TURNED = 2.0  # the higher, the more the nearest known ground alone decides
 _SCOUT_M = 30.0
 _FAR_M = 1e3
 _ALIKE = 0.7  # ground that looks like lot, without stalls near it, leads to lot less often
+_LONGEST_BRIDGE_M = 60.0  # across other ground, from one part of the lot to another
 _SEEN_BADLY = 0.15  # what a second look at a place near a picture's edge is worth, against a first look
 
 Grid = NDArray[np.float32]
@@ -31,8 +33,8 @@ Place = tuple[float, float]
 class InformationField:
     """``gain`` is expected new lot in square metres a cell.
 
-    ``allowed`` is where the drone may be, ``passable`` the same with a cell more for the way; ``lot`` shares of known
-    lot, ``well`` of well seen.
+    ``allowed`` is where the drone may be, ``passable`` the same with a cell more for the way and corridors between
+    parts of the lot; ``lot`` shares of known lot, ``well`` of well seen.
     """
 
     window: Window
@@ -57,8 +59,20 @@ def information_field(layers: CoarseLayers, fenced: NDArray[np.uint8], near_lot_
     new = (1 - layers.seen) + _SEEN_BADLY * np.maximum(layers.seen - layers.well, 0)
     gain = (new * _likely_lot(layers, is_lot, to_lot) * cell**2).astype(np.float32)
     allowed = ((to_lot <= near_lot_m) & (fenced > 0)).astype(np.uint8)
-    passable = np.where(fenced > 0, cv2.dilate(allowed, np.ones((3, 3), np.uint8)), 0)
-    return InformationField(layers.window, gain, allowed, passable.astype(np.uint8), layers.lot, layers.well)
+    passable = np.where(fenced > 0, cv2.dilate(allowed, np.ones((3, 3), np.uint8)), 0).astype(np.uint8)
+    passable = with_bridges(passable, fenced, _LONGEST_BRIDGE_M / cell)
+    return InformationField(layers.window, gain, allowed, passable, layers.lot, layers.well)
+
+
+def guessed(layers: CoarseLayers, place: Place) -> CoarseLayers:
+    """Return the layers for looking for a lot while none is known: what looks like lot counts as lot, or else the
+    ground below the drone."""
+    lot = layers.likely
+    if not (lot > 0).any():
+        lot = np.zeros(layers.window.shape, np.float32)
+        column, row = np.round(layers.window.cells_of(np.array(place[0]), np.array(place[1]))).astype(np.intp)
+        lot[row, column] = 1.0
+    return replace(layers, lot=lot)
 
 
 def scouting_field(layers: CoarseLayers, fenced: NDArray[np.uint8], near_lot_m: float) -> InformationField:

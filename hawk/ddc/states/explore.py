@@ -47,6 +47,8 @@ class AutonomousExplore(AirborneState):
         plan = self.context.topics.get_path_plan()
         if plan is None:
             return "Waiting for a plan."
+        if not plan.explore.lot_known:
+            return "Looking for the lot."
         return f"{plan.explore.seen * 100:.0f} % seen of the lot found so far."
 
     def enter(self) -> None:
@@ -72,6 +74,9 @@ class AutonomousExplore(AirborneState):
             self.context.set_user_error(UserError.NO_LOT_DETECTED, "No lot in sight.")
             return self.context.states.hover("No lot in sight for too long.", level="warning")
         if plan is not None and plan.explore.done and self._is_current():
+            if not plan.explore.lot_known:
+                self.context.set_user_error(UserError.NO_LOT_DETECTED, "No lot was found here.")
+                return self.context.states.hover("No lot was found here.", level="warning")
             return self.context.states.hover("Explored. Nothing left to see.", level="ok")
         if self._stuck:
             why = sentence(self._travelling.obstacle) or "The planner gives no way on."

@@ -137,6 +137,18 @@ async def test_no_lot_in_sight_for_too_long_is_user_error_2(fresh: Rig) -> None:
     assert fresh.manager.user_error is UserError.NO_LOT_DETECTED
 
 
+async def test_explored_without_a_lot_is_user_error_2(fresh: Rig) -> None:
+    await fresh.enter(S.AUTONOMOUS_EXPLORE)
+    fresh.sight.plan = PathPlan(MapPoint(10, 0), 35.0, 0.0, explore=ExploreStatus(lot_known=False))
+    await fresh.run(1)
+    assert fresh.manager.state.detail == "Looking for the lot."
+    fresh.sight.plan = PathPlan(explore=ExploreStatus(done=True, lot_known=False))
+    await fresh.run(1)
+    fresh.expect(S.HOVER)
+    assert fresh.manager.user_error is UserError.NO_LOT_DETECTED
+    assert fresh.manager.user_error_text == "No lot was found here."
+
+
 async def test_explore_says_where_it_goes_next(fresh: Rig) -> None:
     await fresh.enter(S.AUTONOMOUS_EXPLORE)
     fresh.target_plan(0, -40)

@@ -5,7 +5,7 @@ import pytest
 
 from hawk.algo.mapper.grid import COARSE_M, CoarseLayers
 from hawk.algo.mapper.window import Window
-from hawk.algo.path_plan.field import InformationField, information_field
+from hawk.algo.path_plan.field import InformationField, guessed, information_field
 
 WINDOW = Window(-40, -40, 80, 80, COARSE_M)
 
@@ -69,3 +69,25 @@ def test_without_a_lot_nothing_is_allowed() -> None:
     field = field_of(slice(0), slice(20, 40))
     assert not field.allowed.any()
     assert field.seen_share == 0.0
+
+
+def test_parts_of_the_lot_across_a_road_are_joined_for_the_way_but_nothing_is_wanted_there() -> None:
+    parted = layers(slice(5, 20), slice(0, 80))
+    parted.lot[55:70] = 1.0
+    field = information_field(parted, np.ones(WINDOW.shape, np.uint8), 10.0)
+    assert not field.allowed[37].any()
+    assert field.passable[37].any()
+
+
+def test_while_no_lot_is_known_what_looks_like_one_stands_in_for_it() -> None:
+    seen = layers(slice(0), slice(20, 40), likely=slice(25, 30))
+    assert (guessed(seen, (0.0, 0.0)).lot == seen.likely).all()
+
+
+def test_where_nothing_looks_like_a_lot_the_ground_below_the_drone_stands_in() -> None:
+    north, east = WINDOW.cell_m * 6.2, -WINDOW.cell_m * 3.3
+    lot = guessed(layers(slice(0), slice(20, 40)), (north, east)).lot
+    rows, columns = np.nonzero(lot)
+    assert len(rows) == 1
+    assert abs(-(WINDOW.row + rows[0] + 0.5) * WINDOW.cell_m - north) <= WINDOW.cell_m / 2
+    assert abs((WINDOW.column + columns[0] + 0.5) * WINDOW.cell_m - east) <= WINDOW.cell_m / 2

@@ -95,6 +95,12 @@ def test_start_is_at_the_edge_nearest_to_a_corner() -> None:
     assert _world().start() == (40.0, 25.0)
 
 
+def test_of_several_lots_the_drone_starts_at_the_largest() -> None:
+    large = np.array([[10.0, 20.0], [60.0, 20.0], [60.0, 45.0], [10.0, 45.0]])
+    strip_in_a_corner = np.array([[70.0, 0.0], [80.0, 0.0], [80.0, 10.0], [70.0, 10.0]])
+    assert _world(lots=(strip_in_a_corner, large)).start() == pytest.approx((11.0, 32.5))
+
+
 def test_start_in_a_sliver_of_a_lot_is_still_inside() -> None:
     sliver = np.array([[10.0, 20.0], [60.0, 20.0], [60.0, 21.0], [10.0, 21.0]])
     x, y = _world(lots=(sliver,)).start()
