@@ -3,10 +3,11 @@
 ``python -m benchmarks [--only latency,kill,...] [--places DIR] [--json FILE]`` (``make bench ARGS="--json FILE"``)
 
 latency: the whole daemon at speed 1 with a page, beside an idle loop. kill: Kill on the wire while everything else is
-blocked. exploration: the planner alone over lots of known shape (``python -m benchmarks.exploration`` has more of it).
-seeds: whole surveys of drawn worlds at speed 2 against their truth. places: the same over the pictures of --places
-(PLACE.jpg with PLACE.json). Measure on a machine with nothing else to do: a section says VOID when others worked beside
-it.
+blocked. perception: the network on still frames of the drawn worlds of --seeds, and on the pictures of --places,
+--tiles and --negatives (``python -m benchmarks.perception`` has more of it). exploration: the planner alone over lots
+of known shape (``python -m benchmarks.exploration`` has more of it). seeds: whole surveys of drawn worlds at speed 2
+against their truth. places: the same over the pictures of --places (PLACE.jpg with PLACE.json). Measure on a machine
+with nothing else to do: a section says VOID when others worked beside it.
 """
 
 from __future__ import annotations
@@ -17,14 +18,18 @@ import contextlib
 import sys
 import tempfile
 from collections.abc import Awaitable, Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
+import cv2
 from rich.console import Console
 
 from benchmarks import kill_wire, surveys, whole_daemon
 from benchmarks.exploration import campaign
 from benchmarks.figures import BenchmarkError, Figure, Section, flat, print_table, write_json
+from benchmarks.perception.sections import Material, network_sections
+from hawk.algo.vision.network import StallNetwork
 from hawk.worlds.conditions import Condition
 
 Result = tuple[list[Figure], str]
@@ -64,8 +69,10 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--condition", type=Condition, choices=list(Condition), help="seeds: time of day and weather")
     parser.add_argument("--gnss-sigma", type=float, metavar="M", help="seeds: slow error of the position")
     parser.add_argument(
-        "--places", type=Path, metavar="DIR", help="places: pictures with truth to fly over (default none)"
+        "--places", type=Path, metavar="DIR", help="perception, places: pictures with truth to fly over (default none)"
     )
+    parser.add_argument("--tiles", type=Path, metavar="DIR", help="perception: labelled tiles (default none)")
+    parser.add_argument("--negatives", type=Path, metavar="DIR", help="perception: pictures without stalls")
     parser.add_argument("--keep", type=Path, metavar="DIR", help="keep logs, maps and reports there")
     return parser
 
@@ -87,16 +94,32 @@ def _work(name: str, options: argparse.Namespace, folder: Path) -> Callable[[], 
     async def kill() -> Result:
         return await kill_wire.measure(options.kills), ""
 
+    async def perception() -> Result:
+        return _perception(options), ""
+
     async def exploration() -> Result:
         return campaign.measure(options.lots), ""
 
     return {
+        "perception": perception,
         "exploration": exploration,
         "latency": lambda: whole_daemon.measure(options.seconds, options.seed, folder / "latency"),
         "kill": kill,
         "seeds": lambda: surveys.measure(options.seeds, folder / "seeds", _simulated(options)),
         "places": lambda: surveys.measure_places(options.places, folder / "places"),
     }[name]
+
+
+def _perception(options: argparse.Namespace) -> list[Figure]:
+    """Measure perception; in JSON its figures begin with ``perception_``, since surveys have figures of like names."""
+    material = Material(lots=options.places, tiles=options.tiles, negatives=options.negatives, seeds=options.seeds)
+    cv2.setNumThreads(1)  # milliseconds are those of one core
+    sections = network_sections(StallNetwork.load(None), material)
+    return [
+        replace(figure, key=f"perception_{figure.key}", text=f"{section.name}: {figure.text}")
+        for section in sections
+        for figure in section.figures
+    ]
 
 
 def _simulated(options: argparse.Namespace) -> list[str]:

@@ -8,7 +8,8 @@ import pytest
 
 from benchmarks import __main__ as command
 from benchmarks import kill_wire, surveys, whole_daemon
-from benchmarks.figures import BenchmarkError, Figure
+from benchmarks.figures import BenchmarkError, Figure, Section
+from benchmarks.perception.sections import Material
 
 
 async def two_kills(kills: int) -> list[Figure]:
@@ -58,6 +59,25 @@ def test_surveys_are_flown_in_the_condition_that_was_asked_for(monkeypatch: pyte
     command.main(["--only", "seeds"])
     command.main(["--only", "seeds", "--condition", "night", "--gnss-sigma", "1"])
     assert flown == [[], ["--condition", "night", "--gnss-sigma", "1.0"]]
+
+
+def test_perception_has_names_of_its_own(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    looked_at: list[Material] = []
+
+    def measured(network: object, material: Material) -> list[Section]:
+        looked_at.append(material)
+        return [Section("tiles", [Figure("recall_whole", "recall of whole stalls", 0.5)])]
+
+    monkeypatch.setattr(command, "network_sections", measured)
+    out = tmp_path / "out.json"
+    command.main(["--only", "perception", "--tiles", "t", "--places", "p", "--seeds", "2-3", "--json", str(out)])
+    assert json.loads(out.read_text()) == {"perception_recall_whole": 0.5}
+    assert looked_at == [Material(lots=Path("p"), tiles=Path("t"), seeds=[2, 3])]
+
+
+@pytest.mark.parametrize("name", command.SECTIONS)
+def test_every_section_that_can_be_chosen_can_be_measured(name: str, tmp_path: Path) -> None:
+    assert callable(command._work(name, command.make_parser().parse_args([]), tmp_path))
 
 
 @pytest.mark.parametrize("arguments", [["--only", "kill,speed"], ["--seeds", "x"], ["--condition", "fog"]])
