@@ -236,7 +236,7 @@ class Judge:
             reason = fence_refusal(self._context, command)
             return Refusal(reason) if reason else None
         if isinstance(command, AutonomousMove | CompulsiveMove):
-            place = self._context.place_of(command)
+            place = self._context.commands.place_of(command)
             if place is None:
                 return Refusal("The position is not known well enough.")
             reachable = self.place_refusal if isinstance(command, AutonomousMove) else self.move_refusal

@@ -76,14 +76,14 @@ class Inquiries:
         if refusal is not None:
             self._refuse(inquiry, refusal)
             return
-        answer = self._context.accept(inquiry.command, inquiry.order)
-        self._context.answer_later(inquiry.client, inquiry.command, answer)
+        answer = self._context.commands.accept(inquiry.command, inquiry.order)
+        self._context.commands.answer_later(inquiry.client, inquiry.command, answer)
 
     def _refuse(self, inquiry: _Inquiry, refusal: Refusal) -> None:
         self._open = None
         self._context.forget_desired(inquiry.order.number)
-        answer = self._context.refuse(inquiry.command, refusal)
-        self._context.answer_later(inquiry.client, inquiry.command, answer)
+        answer = self._context.commands.refuse(inquiry.command, refusal)
+        self._context.commands.answer_later(inquiry.client, inquiry.command, answer)
 
 
 def place_refusal(verdict: Verdict) -> str:

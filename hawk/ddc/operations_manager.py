@@ -12,37 +12,24 @@ from collections.abc import Callable, Coroutine
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
-from hawk.comm.fence_messages import CheckFence, ClearFence, SetFence
 from hawk.comm.messages import (
     Ack,
-    AutonomousMove,
-    ClearKill,
     Command,
     CommandOption,
-    CompulsiveMove,
-    Configure,
-    Control,
-    Kill,
-    KillRequest,
-    KillToken,
-    MapResync,
-    OperatorHeartbeat,
     Outgoing,
-    RouteRequest,
-    SetFailsafes,
 )
 from hawk.comm.status import ClientId, CommandSocket, DroneStatus
 from hawk.comm.topic import Topic
-from hawk.ddc.commands import Judge, Refusal, command_type
+from hawk.ddc.command_desk import CommandDesk
+from hawk.ddc.commands import Judge, command_type
 from hawk.ddc.errors import ReqFailed, TargetRefused
-from hawk.ddc.fence_desk import answer_check, plan_of
 from hawk.ddc.fence_keeper import FenceKeeper
 from hawk.ddc.fence_plan import FencePlan
 from hawk.ddc.flight_log import FlightLog
 from hawk.ddc.geofence import FenceError
 from hawk.ddc.guard import Guard
 from hawk.ddc.inquiry import Inquiries
-from hawk.ddc.kill import TOKEN_VALID_S, KillRefused, KillSwitch
+from hawk.ddc.kill import KillSwitch
 from hawk.ddc.motion import Goal
 from hawk.ddc.params import ParameterStore
 from hawk.ddc.preflight import Preflight
@@ -50,7 +37,7 @@ from hawk.ddc.requests import Request, Requests
 from hawk.ddc.restart import flight_goes_on
 from hawk.ddc.route_requests import RouteRequests
 from hawk.ddc.service_interface import DdcServiceInterface
-from hawk.ddc.states.base import Cause, ConfigureOrder, FenceOrder, MoveOrder, Order, State
+from hawk.ddc.states.base import Cause, Order, State
 from hawk.ddc.states.factory import StateFactory
 from hawk.ddc.status_builder import StatusBuilder
 from hawk.ddc.surroundings import Surroundings
@@ -134,6 +121,7 @@ class OperationsManager:
         self.trail = Trail(self._keep_flight)
         self.preflight = Preflight(self)
         self.judge = Judge(self, self._around.desk)
+        self.commands = CommandDesk(self)
         self.inquiries = Inquiries(self)
         self.route_requests = RouteRequests(self)
         self._watch = VehicleWatch(self.topics, self.service, self._around.clock)
@@ -169,21 +157,7 @@ class OperationsManager:
 
     def handle(self, client: ClientId, command: Command) -> Outgoing | None:
         """Decide on a command, act on it, and return the answer; None: the answer follows through the socket."""
-        if isinstance(command, OperatorHeartbeat):
-            return Ack(id=command.id, accepted=True)
-        if isinstance(command, Control | MapResync):
-            return Ack(id=command.id, accepted=False, reason=f"{command.type}: is answered by the web server.")
-        if isinstance(command, CheckFence):
-            return answer_check(self, command)
-        self.record("command", {"client": client, **command.model_dump(by_alias=True, exclude={"token"})})
-        if isinstance(command, RouteRequest):
-            self.route_requests.ask(client, command)
-            return None
-        refusal = self.judge.refusal(client, command)
-        answer = self.refuse(command, refusal) if refusal is not None else self._accept(client, command)
-        if isinstance(answer, Ack):
-            self._record_answer(client, command, answer)
-        return answer
+        return self.commands.handle(client, command)
 
     # -- for the web server and the composition root -------------------------------------------------------------
 
@@ -323,15 +297,6 @@ class OperationsManager:
                 return f"{name}: {health.reason}"
         return ""
 
-    def place_of(self, command: AutonomousMove | CompulsiveMove | RouteRequest) -> MapPoint | None:
-        """Return the place in the map that a Move or Route Request means, None while the position is not known."""
-        if command.frame == "Map":
-            return MapPoint(command.x, command.y)
-        pose = self.topics.get_fresh_pose()
-        if pose is None or pose.map is None:
-            return None
-        return MapPoint(pose.map.north + command.x, pose.map.east + command.y)
-
     async def store_heights(self, heights: HeightParameters) -> None:
         """Write the parameter file, off the loop."""
         await asyncio.get_running_loop().run_in_executor(self._executor, self._store.write, heights)
@@ -380,52 +345,16 @@ class OperationsManager:
             self.fences.put_in_force(self._pending_fence)
         self.guard.reset()
 
+    def give(self, order: Order) -> None:
+        """Hand an order to the state and follow it at once."""
+        self.state.give(order)
+        self._guarded(self._advance)
+
     def abandon_arming(self) -> None:
         """An arming was given up: an "armed" that comes late is answered by a disarm."""
         self.follower.abandon_arming()
 
-    # -- commands ------------------------------------------------------------------------------------------------
-
-    def refuse(self, command: Command, refusal: Refusal) -> Ack:
-        """Return the refusing answer; show the User Error that the command caused."""
-        if refusal.error is not UserError.NONE:
-            self.set_user_error(refusal.error, refusal.reason)
-        return Ack(id=command.id, accepted=False, reason=refusal.reason)
-
-    def accept(self, command: Command, order: Order) -> Ack:
-        """Hand an accepted command to the state and follow it at once."""
-        self.set_user_error(UserError.NONE, "")
-        self.inquiries.supersede()
-        self.state.give(order)
-        self._guarded(self._advance)
-        return Ack(id=command.id, accepted=True)
-
-    def answer_later(self, client: ClientId, command: Command, answer: Ack) -> None:
-        """Send an answer that had to wait."""
-        self._record_answer(client, command, answer)
-        self.socket.reply(client, answer)
-
-    def _accept(self, client: ClientId, command: Command) -> Outgoing | None:
-        if isinstance(command, KillRequest):
-            return KillToken(id=command.id, token=self.kill.request(client), valid_for=TOKEN_VALID_S)
-        if isinstance(command, Kill):
-            return self._kill(client, command)
-        if isinstance(command, ClearKill):
-            return self._clear_kill(command)
-        if isinstance(command, SetFailsafes):
-            self.set_user_error(UserError.NONE, "")
-            self.preflight.set_failsafes()
-            return Ack(id=command.id, accepted=True)
-        if isinstance(command, AutonomousMove):
-            self.inquiries.open(client, command, self._move_order(command))
-            return None
-        if isinstance(command, CompulsiveMove):
-            return self.accept(command, self._move_order(command))
-        if isinstance(command, Configure):
-            return self.accept(command, ConfigureOrder(HeightParameters(command.min, command.des, command.max)))
-        if isinstance(command, SetFence | ClearFence):
-            return self.accept(command, FenceOrder(plan_of(command) if isinstance(command, SetFence) else None))
-        return self.accept(command, command)
+    # -- steps of a tick -----------------------------------------------------------------------------------------
 
     def _handle_safely(self, client: ClientId, command: Command) -> Outgoing | None:
         """A fault while a command is handled refuses that command; the others, and the ticks, go on."""
@@ -441,29 +370,7 @@ class OperationsManager:
     def _record_tick(self) -> None:
         self.record("tick", tick_inputs(self))
 
-    def _move_order(self, command: AutonomousMove | CompulsiveMove) -> MoveOrder:
-        place, pose = self.place_of(command), self.topics.get_fresh_pose()
-        if place is None or pose is None or pose.map is None:
-            raise ValueError("a move was accepted without a position")
-        wanted = command.height if isinstance(command, CompulsiveMove) else None
-        height = min(max(wanted or pose.map.height, self.heights.minimum), self.heights.maximum)
-        return MoveOrder(place, height, pose.map.yaw, isinstance(command, AutonomousMove), number=0)
-
-    def _record_answer(self, client: ClientId, command: Command, answer: Ack) -> None:
-        payload = {"client": client, "command": command_type(command), "accepted": answer.accepted}
-        self.record("answer to operator", {**payload, "reason": answer.reason})
-
     # -- Kill ----------------------------------------------------------------------------------------------------
-
-    def _kill(self, client: ClientId, command: Kill) -> Ack:
-        try:
-            self.kill.kill(client, command.token, self.topics.get_state().armed)
-        except KillRefused as refused:
-            return Ack(id=command.id, accepted=False, reason=str(refused))
-        self.set_user_error(UserError.NONE, "")
-        self.inquiries.supersede()
-        self.log.add("error", "Motors are being cut by you.")
-        return Ack(id=command.id, accepted=True)
 
     def _send_kill(self) -> None:
         self.ask("kill", self.service.kill())
@@ -479,12 +386,6 @@ class OperationsManager:
             return
         self.log.add("error", "Cutting the motors was not confirmed. Confirm again if it must be.")
         self.follower.take_up(at_start=False)
-
-    def _clear_kill(self, command: Command) -> Ack:
-        self.set_user_error(UserError.NONE, "")
-        self.kill.clear()
-        self.log.add("info", "The cut of the motors was cleared.")
-        return Ack(id=command.id, accepted=True)
 
     # -- the state -----------------------------------------------------------------------------------------------
 

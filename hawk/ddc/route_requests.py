@@ -55,7 +55,7 @@ class RouteRequests:
             self._put(self._waiting.pop(client))
 
     def _put(self, question: _Question) -> None:
-        place = self._context.place_of(question.request)
+        place = self._context.commands.place_of(question.request)
         refusal = None if place is None else self._context.judge.place_refusal(place)
         if place is None or refusal is not None:
             self._refuse(question, refusal.reason if refusal else "The position is not known well enough: wait for it.")
