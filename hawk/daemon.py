@@ -49,7 +49,8 @@ from hawk.map_keeper import MapKeeper
 from hawk.model import ArmPlace, Health, State, StateName
 from hawk.priority import LOOP_NICENESS, set_niceness, set_session_niceness
 from hawk.simulation import Simulation, SimulationAddress, SimulationOptions
-from hawk.store.journal import FlightJournal, JournalState
+from hawk.store.journal import FlightJournal
+from hawk.store.journal_state import JournalState
 from hawk.store.recording import Recording
 from hawk.ticker import Ticker
 from hawk.watchdog import SystemdNotifier, Watchdog

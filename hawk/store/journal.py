@@ -13,19 +13,30 @@ import contextlib
 import json
 import logging
 import os
-import re
 import shutil
 import threading
 import time
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import IO, TypeVar
 
-from pydantic import TypeAdapter, ValidationError
-
 from hawk.model import ArmPlace, FlightSoFar, GlobalPose, Health
-from hawk.store.journal_file import Records, check, pack
+from hawk.store.journal_file import check, pack
+from hawk.store.journal_state import (
+    ARM_PLACE,
+    DATUM,
+    FLIGHT,
+    MAP,
+    START,
+    last_written,
+    merge,
+    read_values,
+    segments_of,
+    start_times,
+    state_of,
+    surveys_of,
+)
 
 _LOG = logging.getLogger(__name__)
 T = TypeVar("T")
@@ -37,42 +48,6 @@ _CLOSE_S = 2.0
 _CLOSE_UNHEALTHY_S = 0.2
 _COMPACT_FACTOR = 4
 _STARTS_KEPT_S = 600.0
-_MAP = "map/"
-_START = "start/"
-_DATUM = "datum"
-_ARM_PLACE = "arm_place"
-_FLIGHT = "flight"
-_SURVEY = re.compile(r"(\d{6})-[\w-]+")
-_SEGMENT = re.compile(r"(\d{6})\.journal")
-
-
-@dataclass(frozen=True, slots=True)
-class JournalState:
-    """What the journal holds. ``starts_in_air``: wall clock seconds, oldest first. ``map_parts``: the map by key."""
-
-    survey_id: str = ""
-    datum: GlobalPose | None = None
-    arm_place: ArmPlace | None = None
-    flight: FlightSoFar | None = None
-    """The flight that was under way; None on the ground."""
-    map_parts: Mapping[str, bytes] = field(default_factory=dict, repr=False)
-    starts_in_air: tuple[float, ...] = ()
-    notes: Mapping[str, str] = field(default_factory=dict)
-    lost_bytes: int = 0
-    """Bytes that were torn or damaged and passed over."""
-    problem: str = ""
-    """Why it could not be read whole, in words."""
-    last_written: float = 0.0
-    """When the newest of it was written, wall clock seconds; 0 where there is nothing."""
-
-
-def read_journal(directory: Path) -> JournalState:
-    """Return what the newest survey in ``directory`` left. Never raises: what cannot be read is told in `problem`."""
-    surveys = _surveys(directory)
-    if not surveys:
-        return JournalState()
-    values, lost, problem = _read_values(surveys[-1])
-    return replace(_state(surveys[-1].name, values, lost, problem), last_written=_last_written(surveys[-1]))
 
 
 class FlightJournal:
@@ -105,12 +80,12 @@ class FlightJournal:
         self._jobs: list[Callable[[], None]] = []
         self._closing = False
         self._health = Health()
-        surveys = _surveys(directory)
+        surveys = surveys_of(directory)
         self._survey = surveys[-1] if surveys else directory / self._name(0)
         self._newest = self._survey
-        self._values, lost, problem = _read_values(self._survey) if surveys else ({}, 0, "")
-        kept = _state(self._survey.name, self._values, lost, problem)
-        self.state = replace(kept, last_written=_last_written(self._survey) if surveys else 0.0)
+        self._values, lost, problem = read_values(self._survey) if surveys else ({}, 0, "")
+        kept = state_of(self._survey.name, self._values, lost, problem)
+        self.state = replace(kept, last_written=last_written(self._survey) if surveys else 0.0)
         self._file: IO[bytes] | None = None
         self._written = 0
         self._dirty = False
@@ -121,19 +96,19 @@ class FlightJournal:
 
     def set_datum(self, datum: GlobalPose | None) -> None:
         """Keep the map frame's origin."""
-        self._put_json(_DATUM, None if datum is None else asdict(datum))
+        self._put_json(DATUM, None if datum is None else asdict(datum))
 
     def set_arm_place(self, place: ArmPlace) -> None:
         """Keep where the drone was armed."""
-        self._put_json(_ARM_PLACE, asdict(place))
+        self._put_json(ARM_PLACE, asdict(place))
 
     def set_flight(self, flight: FlightSoFar | None) -> None:
         """Keep how long and how far this flight went so far; None: it has ended."""
-        self._put_json(_FLIGHT, None if flight is None else asdict(flight))
+        self._put_json(FLIGHT, None if flight is None else asdict(flight))
 
     def put_map(self, parts: Mapping[str, bytes]) -> None:
         """Keep changed parts of the map; empty bytes: the part is no more."""
-        self._put_values({_MAP + key: bytes(value) for key, value in parts.items()})
+        self._put_values({MAP + key: bytes(value) for key, value in parts.items()})
 
     def note(self, name: str, text: str) -> None:
         """Keep a short text by name, for example where the parameters are stored."""
@@ -148,7 +123,7 @@ class FlightJournal:
         starts = tuple(start for start in self.state.starts_in_air if 0 <= now - start <= _STARTS_KEPT_S)
         with self._ready:
             self._urgent = True
-            self._put_values({f"{_START}{now:.3f}": b"1"})
+            self._put_values({f"{START}{now:.3f}": b"1"})
         return (*starts, now)
 
     def new_survey(self) -> str:
@@ -292,22 +267,22 @@ class FlightJournal:
             if self._file is not None:
                 self._append(before)
             self._close_file()
-        _merge(self._values, before)
+        merge(self._values, before)
         self._survey = folder
-        self._values = {key: value for key, value in self._values.items() if key.startswith(_START)}
+        self._values = {key: value for key, value in self._values.items() if key.startswith(START)}
 
     def _append(self, values: Mapping[str, bytes]) -> None:
         assert self._file is not None  # noqa: S101
         data = b"".join(pack(key, value) for key, value in values.items())
         _write_all(self._file, data)
         self._written += len(data)
-        _merge(self._values, values)
+        merge(self._values, values)
 
     def _open_file(self) -> None:
         """Begin a segment with everything that is live; then the older ones are not needed any more."""
         self._close_file()
         self._survey.mkdir(parents=True, exist_ok=True)
-        old = _segments(self._survey)
+        old = segments_of(self._survey)
         path = self._survey / f"{1 + (int(old[-1].stem) if old else 0):06d}.journal"
         file = self._opener(path)
         self._drop_old_starts()
@@ -327,8 +302,8 @@ class FlightJournal:
 
     def _drop_old_starts(self) -> None:
         now = self._wall()
-        for key in [key for key in self._values if key.startswith(_START)]:
-            if not any(0 <= now - start <= _STARTS_KEPT_S for start in _start_times([key])):
+        for key in [key for key in self._values if key.startswith(START)]:
+            if not any(0 <= now - start <= _STARTS_KEPT_S for start in start_times([key])):
                 del self._values[key]
 
     def _close_file(self) -> None:
@@ -344,95 +319,8 @@ class FlightJournal:
         return f"{after + 1:06d}-{stamp}"
 
     def _prune(self) -> None:
-        for survey in _surveys(self._directory)[: -self._keep - 1]:
+        for survey in surveys_of(self._directory)[: -self._keep - 1]:
             shutil.rmtree(survey, ignore_errors=True)
-
-
-def _surveys(directory: Path) -> list[Path]:
-    """Return the folders of surveys, oldest first."""
-    try:
-        return sorted(path for path in directory.iterdir() if _SURVEY.fullmatch(path.name) and path.is_dir())
-    except OSError:
-        return []
-
-
-def _segments(survey: Path) -> list[Path]:
-    return sorted(path for path in survey.iterdir() if _SEGMENT.fullmatch(path.name))
-
-
-def _read_values(survey: Path) -> tuple[dict[str, bytes], int, str]:
-    """Return the newest value of each key, the bytes that were lost, and what could not be read."""
-    values: dict[str, bytes] = {}
-    lost, problem = 0, ""
-    try:
-        segments = _segments(survey)
-    except OSError as error:
-        return values, lost, f"{survey}: {error.strerror or error}"
-    for segment in segments:
-        try:
-            records = Records(segment.read_bytes())
-        except OSError as error:
-            problem = f"{segment}: {error.strerror or error}"
-            continue
-        for record in records:
-            _merge(values, {record.key: record.value})
-        lost += records.lost
-    return values, lost, problem
-
-
-def _last_written(survey: Path) -> float:
-    """Return when its newest segment was written to; asked before this run writes anything."""
-    with contextlib.suppress(OSError):
-        return max((segment.stat().st_mtime for segment in _segments(survey)), default=0.0)
-    return 0.0
-
-
-def _merge(values: dict[str, bytes], news: Mapping[str, bytes]) -> None:
-    for key, value in news.items():
-        if value:
-            values[key] = value
-        else:
-            values.pop(key, None)
-
-
-def _state(survey_id: str, values: Mapping[str, bytes], lost: int, problem: str) -> JournalState:
-    datum, datum_problem = _parse(GlobalPose, values.get(_DATUM))
-    place, place_problem = _parse(ArmPlace, values.get(_ARM_PLACE))
-    flight, flight_problem = _parse(FlightSoFar, values.get(_FLIGHT))
-    starts = sorted(_start_times(values))
-    return JournalState(
-        survey_id=survey_id,
-        datum=datum,
-        arm_place=place,
-        flight=flight,
-        map_parts={key.removeprefix(_MAP): value for key, value in values.items() if key.startswith(_MAP)},
-        starts_in_air=tuple(starts),
-        notes={
-            key.removeprefix("note/"): value.decode("utf-8", "replace")
-            for key, value in values.items()
-            if key.startswith("note/")
-        },
-        lost_bytes=lost,
-        problem="; ".join(text for text in (problem, datum_problem, place_problem, flight_problem) if text),
-    )
-
-
-def _parse(kind: type[T], data: bytes | None) -> tuple[T | None, str]:
-    if data is None:
-        return None, ""
-    try:
-        return TypeAdapter(kind).validate_json(data), ""
-    except ValidationError as error:
-        return None, f"{kind.__name__} in the journal cannot be read: {error.error_count()} errors"
-
-
-def _start_times(keys: Iterable[str]) -> list[float]:
-    times = []
-    for key in keys:
-        if key.startswith(_START):
-            with contextlib.suppress(ValueError):
-                times.append(float(key.removeprefix(_START)))
-    return times
 
 
 def _tell(loop: asyncio.AbstractEventLoop, event: asyncio.Event) -> None:

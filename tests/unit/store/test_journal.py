@@ -15,8 +15,9 @@ from typing import IO, Any
 import pytest
 
 from hawk.model import ArmPlace, FlightSoFar, GlobalPose
-from hawk.store.journal import FlightJournal, JournalState, read_journal
+from hawk.store.journal import FlightJournal
 from hawk.store.journal_file import pack
+from hawk.store.journal_state import JournalState, read_journal
 
 DATUM = GlobalPose(43.2609, -79.9192, 100.25)
 PLACE = ArmPlace(43.26, -79.92, 101.5, 1.25, -2.5, 0.125, 1_800_000_000)
