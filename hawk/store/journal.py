@@ -19,7 +19,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import IO, TypeVar
+from typing import IO
 
 from hawk.model import ArmPlace, FlightSoFar, GlobalPose, Health
 from hawk.store.journal_file import check, pack
@@ -39,7 +39,6 @@ from hawk.store.journal_state import (
 )
 
 _LOG = logging.getLogger(__name__)
-T = TypeVar("T")
 
 SYNC_S = 0.25
 """Real seconds between two writes to the disk."""
