@@ -89,6 +89,10 @@ class SurveyedMap:
         """Return two corners around all tiles that were looked at, as the mapper does."""
         return self._tiles
 
+    def lot_area_m2(self) -> float:
+        """Return how much lot is known."""
+        return float(self._layers["lot"].sum()) * COARSE_M**2
+
     def inbound(self, north: float, east: float) -> Inbound:  # noqa: ARG002 - the mapper's interface
         """No place is asked for in these flights."""
         return Inbound.UNKNOWN

@@ -89,6 +89,10 @@ class MapperApp:
         """Return two corners (2, 2) of (north, east) around everything seen, None before the first frame."""
         return self._core.extent()
 
+    def lot_area_m2(self) -> float:
+        """Return how much lot is known, square metres."""
+        return self._core.grid.lot_area_m2
+
     def inbound(self, north: float, east: float) -> Inbound:
         """Return whether a place is inside the lot; a place never seen is unknown."""
         return self._core.inbound(north, east)

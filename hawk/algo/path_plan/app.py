@@ -53,6 +53,10 @@ class KnowsMap(Protocol):
         """Return two corners (2, 2) around everything seen."""
         ...
 
+    def lot_area_m2(self) -> float:
+        """Return how much lot is known, square metres."""
+        ...
+
     def inbound(self, north: float, east: float) -> Inbound:
         """Return whether a place is inside the lot."""
         ...
@@ -162,7 +166,7 @@ class PathPlanApp:
         if known is None:
             return PathPlan(explore=ExploreStatus(reason="nothing is mapped yet"), verdict=verdict)
         layers, fenced = known
-        lot_known = bool((layers.lot > 0).any())
+        lot_known = self._mapper.lot_area_m2() > 0
         if not lot_known:
             layers = guessed(layers, (pose.north, pose.east))
         field, scouting = self._fields(layers, fenced, swath)

@@ -55,6 +55,9 @@ class KnownMap:
         east = (self.window.column + np.array([columns.min(), columns.max()])) * _FINE_M
         return np.stack([north, east], -1)
 
+    def lot_area_m2(self) -> float:
+        return float((self.lot * self.seen).sum()) * _FINE_M**2
+
     def inbound(self, north: float, east: float) -> Inbound:
         return Inbound.UNKNOWN
 

@@ -18,8 +18,12 @@ class LateMap(KnownMap):
 
     def coarse(self, window: Window) -> CoarseLayers:
         found = super().coarse(window)
-        believed = float((self.lot * self.seen).sum()) * self.window.cell_m**2 > 600.0
-        return found if believed else replace(found, lot=np.zeros_like(found.lot), likely=np.zeros_like(found.lot))
+        nothing = np.zeros_like(found.lot)
+        return found if self.lot_area_m2() > 0 else replace(found, lot=nothing, likely=nothing)
+
+    def lot_area_m2(self) -> float:
+        area = super().lot_area_m2()
+        return area if area > 600.0 else 0.0
 
 
 def test_it_moves_on_to_where_the_map_believes_the_lot() -> None:
