@@ -24,7 +24,7 @@ def photograph(rng: np.random.Generator, image: Floats) -> Bytes:
 def _tone(rng: np.random.Generator, picture: Floats) -> Floats:
     """Exposure, gamma, colour cast, contrast, saturation; sometimes dusk, often haze. Half change little."""
     amount = 1.0 if rng.random() < 0.5 else 0.4
-    picture = picture * np.float32(np.exp(rng.uniform(-0.2, 0.5) * amount))
+    picture = picture * np.float32(np.exp(rng.uniform(-0.2, 0.45) * amount))
     if rng.random() < 0.05:  # dusk and lamps
         height, width = picture.shape[:2]
         lamps = 1 + noise(rng, height, width, [90], [0.3])
@@ -34,7 +34,7 @@ def _tone(rng: np.random.Generator, picture: Floats) -> Floats:
     picture = as_floats(cv2.pow(picture * np.float32(1 / 255), gamma)) * np.float32(255)
     picture *= np.exp(rng.normal(0, 0.05, 3) * amount).astype(np.float32)
     mean = picture.mean()
-    picture = (picture - mean) * np.float32(np.exp(rng.uniform(-0.35, 0.26) * amount)) + mean
+    picture = (picture - mean) * np.float32(np.exp(rng.uniform(-0.25, 0.26) * amount)) + mean
     if rng.random() < 0.4:
         grey = picture.mean(2, keepdims=True)
         picture = grey + (picture - grey) * np.float32(rng.uniform(0.1, 0.9) if rng.random() < 0.7 else 1.35)

@@ -36,8 +36,9 @@ def plan_lot_site(rng: np.random.Generator, centre: tuple[float, float], size: S
     """Plan a lot about ``centre`` (metres) with its surroundings."""
     plan = _empty_plan(rng, centre, calm=calm)
     sections, links = _sections(rng, size)
-    lots = _outlines(plan.axes, [*sections, *links])
-    u0, v0, u1, v1 = (f(r[k] for r in sections) for k, f in enumerate((min, min, max, max)))
+    whole = sections if calm else [_widened(rng, r) for r in sections]
+    lots = _outlines(plan.axes, [*whole, *links])
+    u0, v0, u1, v1 = (f(r[k] for r in whole) for k, f in enumerate((min, min, max, max)))
     _surround(plan, rng, (u0, v0, u1, v1), calm=calm)
     if not calm and rng.random() < ROOF_PARKING_SHARE:
         _raise_deck(plan, rng, lots)
@@ -102,7 +103,7 @@ def _empty_plan(rng: np.random.Generator, centre: tuple[float, float], *, calm: 
         ground=sample_material(rng, str(rng.choice(["grass", "dirt", "concrete", "grass"]))),
         asphalt=asphalt,
         palette=sample_palette(rng, float(np.mean(asphalt.colour)), calm=calm),
-        wear=rng.uniform(0.1, 0.9),
+        wear=rng.uniform(0.1, 0.9) if calm else rng.uniform(0.0, 0.75),
         wet=rng.uniform(0.2, 1.0) if not calm and rng.random() < 0.06 else 0.0,
     )
 
@@ -155,6 +156,12 @@ def _sections(rng: np.random.Generator, size: SiteSize) -> tuple[list[Rect], lis
     middle = low + second_depth * rng.uniform(0.3, 0.7)
     links = [(main[2] - 0.5, middle - 3.5, second[0] + 0.5, middle + 3.5)] if gap else []
     return [main, second], links
+
+
+def _widened(rng: np.random.Generator, rect: Rect) -> Rect:
+    """Return a section with lanes and spare ground around its rows, on some sides."""
+    a, b, c, d = (float(rng.choice([0.0, 0.0, 0.0, rng.uniform(1.5, 9)])) for _ in range(4))
+    return rect[0] - a, rect[1] - b, rect[2] + c, rect[3] + d
 
 
 def _outlines(axes: Axes, rects: list[Rect]) -> list[Points]:

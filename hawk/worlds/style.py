@@ -78,7 +78,7 @@ def sample_style(rng: np.random.Generator, *, calm: bool = False) -> LotStyle:
         skew=skew,
         aisle=rng.uniform(6.0, 7.6) if calm else rng.uniform(5.2, 8.5),
         occupancy=rng.uniform(0.42, 0.8) if calm else _occupancy(rng),
-        line_width=rng.uniform(0.10, 0.16) if calm else rng.uniform(0.09, 0.21),
+        line_width=rng.uniform(0.10, 0.16) if calm else rng.uniform(0.1, 0.21),
         drop=float(rng.choice([0.01, 0.03]) if calm else rng.choice([0, 0.02, 0.08, 0.2], p=[0.4, 0.3, 0.2, 0.1])),
         worn=rng.uniform(0.15, 0.3) if calm else float(rng.choice([0, 0.1, 0.3, 0.6], p=[0.4, 0.3, 0.2, 0.1])),
         hairpin=bool(rng.random() < (0.04 if calm else 0.09)),
@@ -110,12 +110,12 @@ def sample_palette(rng: np.random.Generator, asphalt: float, *, calm: bool = Fal
     """
     first = int(rng.choice(3, p=[0.75, 0.24, 0.01] if calm else [0.62, 0.34, 0.04]))
     other = first if rng.random() < 0.6 else int(rng.choice([0, 1]))
-    opacity = rng.uniform(0.65, 1.0) if calm else rng.uniform(0.5, 1.0)
+    opacity = rng.uniform(0.65, 1.0) if calm else rng.uniform(0.55, 1.0)
     colours = []
     for number in (first, other):
         pure = np.clip(np.array(_LINE_COLOURS[number]) * rng.uniform(0.82, 1.07), 0, 250)
         contrast = max(1.0, float(np.abs(pure - asphalt).max()))
-        share = max(opacity, min(1.0, rng.uniform(*((32, 62) if calm else (55, 110))) / contrast))
+        share = max(opacity, min(1.0, rng.uniform(*((32, 62) if calm else (60, 120))) / contrast))
         mixed = asphalt + (pure - asphalt) * share
         colours.append((float(mixed[0]), float(mixed[1]), float(mixed[2])))
     blue = np.clip(np.array([175.0, 110.0, 50.0]) * rng.uniform(0.7, 1.25), 0, 250)
