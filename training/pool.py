@@ -93,6 +93,7 @@ def _paint(scenes: Queue[TrainingScene], seed: int, painter: int, painters: int,
     while True:
         scene = training_scene(draw_scene(np.random.default_rng((seed, index)), side))
         if not _hand_over(scenes, scene):
+            scenes.cancel_join_thread()  # nobody will ever empty the pipe
             return
         index += painters
 

@@ -1,6 +1,12 @@
 from __future__ import annotations
 
+import contextlib
 import math
+import os
+import select
+import signal
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -175,6 +181,25 @@ def test_a_painter_does_not_outlive_its_trainer(monkeypatch: pytest.MonkeyPatch)
 
     assert not pool_module._hand_over(Never(), scene())  # type: ignore[arg-type]
     assert handed_over == []
+
+
+def test_a_painter_ends_when_its_trainer_was_killed_with_a_full_pipe() -> None:
+    code = (
+        "import os, time; from training.pool import ScenePool; pool = ScenePool(3, 1, side=400)\n"
+        "while pool._queue.qsize() < 3: time.sleep(0.02)\n"
+        "print(pool._painters[0].pid, flush=True); os._exit(0)"
+    )
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=True).stdout
+    try:
+        painter = os.pidfd_open(int(said))
+    except ProcessLookupError:
+        return
+    try:
+        assert select.select([painter], [], [], 45)[0], "the painter goes on"
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            signal.pidfd_send_signal(painter, signal.SIGKILL)
+        os.close(painter)
 
 
 def test_other_textures_leave_the_picture_where_it_is() -> None:
