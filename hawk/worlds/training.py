@@ -24,7 +24,7 @@ HIDDEN_SHARE = 0.7
 """A stall is hidden when more of it than this lies under crowns and roofs."""
 
 _VISIBLE_LEVELS = 9.0  # grey levels between paint and ground
-_SEEN_SHARE, _BESIDE = 0.3, 1.5
+_SEEN_SHARE, _BESIDE = 0.5, 2.6
 _SITES = (
     SiteSize(width=(16, 95), depth=(10, 72), second=0.12),
     SiteSize(width=(60, 150), depth=(45, 120), second=0.12),
@@ -39,7 +39,7 @@ class SceneStall:
     ``quad`` is (4, 2) pixels (pixel centres are whole numbers); quad[0]-quad[1] and quad[2]-quad[3] are the short ends.
     ``lines_visible`` tells whether at least one of its long lines can be seen; ``paint`` (0..1) how much paint the
     better one kept; ``covered`` the share (0..1) of it under crowns and roofs; ``hidden`` that it is too much;
-    ``implied`` that only crowns hide it and that a stall beside it can be seen, so that the row tells where it is.
+    ``implied`` that mostly crowns hide it and that a stall within two or three widths can be seen: the row tells of it.
     """
 
     quad: Points
@@ -163,7 +163,7 @@ def _scene_stall(canvas: Canvas, stall: PlannedStall, cover: Bytes, contrast: fl
 
 
 def _implied(stalls: list[SceneStall], roofs: Bytes) -> tuple[SceneStall, ...]:
-    """Mark the stalls that only crowns hide and that have a neighbour in plain sight."""
+    """Mark the stalls that mostly crowns hide and that have another one in sight nearby."""
     seen = np.array([stall.quad.mean(0) for stall in stalls if stall.covered < _SEEN_SHARE]).reshape(-1, 2)
     marked = []
     for stall in stalls:
