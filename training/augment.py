@@ -28,7 +28,7 @@ def sample(
     known = cv2.warpAffine(np.ones((height, width), np.uint8), to_crop, (side, side), flags=cv2.INTER_NEAREST)
     stalls = scene.quads @ to_crop[:, :2].T + to_crop[:, 2]
     target = draw_targets(np.asarray(labels, np.uint8), np.asarray(known, np.uint8), stalls, scene.taken, scene.judged)
-    lit = light(retextured(np.asarray(image, np.float32), rng), rng)
+    lit = light(shaded(retextured(np.asarray(image, np.float32), rng), rng), rng)
     return np.ascontiguousarray(lit.transpose(2, 0, 1)) / np.float32(255) - np.float32(0.5), target
 
 
@@ -37,16 +37,36 @@ def retextured(image: NDArray[np.float32], rng: np.random.Generator) -> NDArray[
 
     The grain of a drawn ground is the renderer's own; a network that leans on it is lost over real ground.
     """
-    if rng.random() < 0.3:
-        flat = cv2.bilateralFilter(image, 5, float(rng.uniform(8, 30)), float(rng.uniform(1.5, 4)))
+    if rng.random() < 0.25:
+        flat = cv2.bilateralFilter(image, 5, float(rng.uniform(6, 20)), float(rng.uniform(1.5, 4)))
         image = image + (flat - image) * np.float32(rng.uniform(0.5, 1.0))
-    if rng.random() < 0.35:
+    if rng.random() < 0.2:
         for size in rng.choice([1.0, 2.0, 5.0, 14.0, 40.0], int(rng.integers(1, 4)), replace=False).tolist():
-            image = image * (1 + _grain(image.shape[:2], size, rng)[..., None] * np.float32(rng.uniform(0.01, 0.08)))
-    if rng.random() < 0.2:  # other mixes of the same three channels: other films, other sensors
+            image = image * (1 + _grain(image.shape[:2], size, rng)[..., None] * np.float32(rng.uniform(0.01, 0.045)))
+    if rng.random() < 0.12:  # other mixes of the same three channels: other films, other sensors
         mix = np.eye(3) + rng.normal(0, 0.08, (3, 3))
         image = image @ (mix / mix.sum(axis=1, keepdims=True)).astype(np.float32).T
     return np.asarray(image, np.float32)
+
+
+def shaded(image: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np.float32]:
+    """Return a picture (H, W, 3) on part of which, cars and all, the shade of something outside it falls, or none.
+
+    Shade keeps some of the sky's blue. Half are the straight shadows of buildings, half the ragged ones of trees.
+    """
+    if rng.random() > 0.35:
+        return image
+    height, width = image.shape[:2]
+    if rng.random() < 0.5:
+        turn, rows, columns = rng.uniform(0, 2 * math.pi), *np.indices((height, width), np.float32)
+        field = (columns - rng.uniform(0.1, 0.9) * width) * math.cos(turn) + (rows - height / 2) * math.sin(turn)
+    else:
+        size = rng.uniform(20, 70)
+        field = (_grain((height, width), size, rng) + 0.5 * _grain((height, width), size / 5, rng) - 0.6) * 8
+    depth = np.clip(0.5 + field / rng.uniform(1, 4), 0, 1) * rng.uniform(0.75, 1.0)
+    left, cold = rng.uniform(0.25, 0.7), rng.uniform(0, 0.6)
+    gain = np.array([min(1.0, left * (1 + cold)), left, left * (1 - 0.5 * cold)])
+    return np.asarray(image * (1 - depth[..., None] * (1 - gain)), np.float32)
 
 
 def _grain(shape: tuple[int, ...], size: float, rng: np.random.Generator) -> NDArray[np.float32]:
@@ -63,19 +83,19 @@ def light(image: NDArray[Any], rng: np.random.Generator) -> NDArray[np.float32]:
     Milder than the scenes' own differences: those are drawn in many lights and by many cameras already.
     """
     if rng.random() < 0.7:
-        image = image * rng.uniform(0.75, 1.25) + rng.uniform(-20, 20)
+        image = image * rng.uniform(0.8, 1.3) + rng.uniform(-14, 20)
         image = image * np.exp(rng.normal(0, 0.05, 3))
-    if rng.random() < 0.2:
+    if rng.random() < 0.1:
         image = cv2.GaussianBlur(image, (0, 0), rng.uniform(0.4, 0.95))
     if rng.random() < 0.25:
         image = image + (image - cv2.GaussianBlur(image, (0, 0), 1.2)) * rng.uniform(0.3, 1.2)
-    if rng.random() < 0.3:
-        image = image + rng.normal(0, rng.uniform(1, 6), image.shape)
+    if rng.random() < 0.2:
+        image = image + rng.normal(0, rng.uniform(1, 5), image.shape)
     if rng.random() < 0.2:
         grey = image.mean(axis=2, keepdims=True)
         image = grey + (image - grey) * rng.uniform(0, 0.6)
     if rng.random() < 0.35:
-        image = 255 * (np.clip(image, 0, 255) / 255) ** rng.uniform(0.65, 1.45)
+        image = 255 * (np.clip(image, 0, 255) / 255) ** rng.uniform(0.65, 1.35)
     return np.asarray(np.clip(image, 0, 255), np.float32)
 
 

@@ -73,7 +73,8 @@ class ScenePool:
 def training_scene(scene: Scene) -> TrainingScene:
     """Return what training needs of a drawn scene.
 
-    Stalls that are hidden, or free without any paint to see, are not judged: nobody could tell that they are there.
+    Stalls that are hidden and that no row implies, or free without any paint to see, are not judged: nobody could
+    tell that they are there.
     """
     count = len(scene.stalls)
     return TrainingScene(
@@ -81,7 +82,7 @@ def training_scene(scene: Scene) -> TrainingScene:
         labels=np.stack([scene.lot, scene.car], axis=-1),
         quads=np.array([s.quad for s in scene.stalls], np.float32).reshape(count, 4, 2),
         taken=np.array([s.taken for s in scene.stalls], np.bool_),
-        judged=np.array([not s.hidden and (s.lines_visible or s.taken) for s in scene.stalls], np.bool_),
+        judged=np.array([(s.implied or not s.hidden) and (s.lines_visible or s.taken) for s in scene.stalls], np.bool_),
     )
 
 
@@ -92,6 +93,7 @@ def _paint(scenes: Queue[TrainingScene], seed: int, painter: int, painters: int,
     while True:
         scene = training_scene(draw_scene(np.random.default_rng((seed, index)), side))
         if not _hand_over(scenes, scene):
+            scenes.cancel_join_thread()  # nobody will ever empty the pipe
             return
         index += painters
 

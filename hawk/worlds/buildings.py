@@ -10,6 +10,7 @@ from hawk.worlds.facets import HeightLayer
 from hawk.worlds.light import Sun
 from hawk.worlds.materials import grey, sample_material, texture
 from hawk.worlds.plan import Axes, Building
+from hawk.worlds.roofs import draw_crowd
 
 _SMALL_M = 6.0
 
@@ -28,11 +29,13 @@ def _roof_picture(rng: np.random.Generator, building: Building, sun: Sun, metres
     width = max(8, round(building.width / metres_per_pixel))
     depth = max(8, round(building.depth / metres_per_pixel))
     canvas = Canvas(0.0, 0.0, width, depth, metres_per_pixel)
-    material = sample_material(rng, "roof")
+    material = building.roof or sample_material(rng, "roof")
     canvas.image = texture(rng, material, depth, width, metres_per_pixel)
     if rng.random() < 0.55:
         _seams(rng, canvas, building)
     _stains(rng, canvas)
+    if building.crowded:
+        draw_crowd(rng, canvas, building, sun)
     if min(building.width, building.depth) >= _SMALL_M:
         _furnish(rng, canvas, building, sun)
     _parapet(rng, canvas, material.colour)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -97,6 +97,20 @@ def draw_vehicle(rng: np.random.Generator, kind: str) -> Model:
     if kind in ("van", "lorry"):
         return _box_vehicle(rng, kind, shape, length, width, height, paint)
     return _car(rng, kind, shape, length, width, height, paint)
+
+
+def dimmed(rng: np.random.Generator, model: Model) -> Model:
+    """Return a dark vehicle whose glass, roof and body can hardly be told apart, as in a low sun or a poor picture."""
+    colour = rng.uniform(14, 62) * np.array([1 + rng.uniform(0, 0.5), 1.0, 1 - rng.uniform(-0.1, 0.3)])
+    detail = rng.uniform(0.1, 0.6)
+    sprites = []
+    for sprite in model.sprites:
+        pixels = sprite.pixels.copy()
+        shape = pixels[..., :3].mean(axis=2, keepdims=True)
+        shape = (shape - np.median(shape)) * detail
+        pixels[..., :3] = np.clip(colour + shape, 3, 250).astype(np.uint8)
+        sprites.append(replace(sprite, pixels=pixels))
+    return replace(model, sprites=tuple(sprites))
 
 
 def footprint_m(vehicle: Vehicle) -> Points:

@@ -32,13 +32,13 @@ class Condition(StrEnum):
 
 
 SHARES = {
-    Condition.DAY: 0.66,
-    Condition.OVERCAST: 0.08,
-    Condition.DUSK: 0.06,
-    Condition.NIGHT: 0.06,
-    Condition.WET: 0.06,
+    Condition.DAY: 0.73,
+    Condition.OVERCAST: 0.07,
+    Condition.DUSK: 0.05,
+    Condition.NIGHT: 0.04,
+    Condition.WET: 0.05,
     Condition.SNOW: 0.03,
-    Condition.LEAVES: 0.05,
+    Condition.LEAVES: 0.03,
 }
 """How often a scene to train on is of each kind."""
 

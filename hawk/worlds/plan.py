@@ -127,12 +127,19 @@ class Tree:
 
 @dataclass(frozen=True, slots=True)
 class Building:
-    """A building under a flat roof: [0, width] x [0, depth] of its axes, metres."""
+    """A building under a flat roof: [0, width] x [0, depth] of its axes, metres.
+
+    ``roof`` is what the roof is made of, drawn at random where it is None; ``crowded`` roofs have fields of seams,
+    skylights and units; a ``shelter`` stands in a lot and is part of it.
+    """
 
     axes: Axes
     width: float
     depth: float
     height: float
+    roof: Material | None = None
+    crowded: bool = False
+    shelter: bool = False
 
     @property
     def polygon(self) -> Points:
@@ -201,6 +208,8 @@ class Plan:
     leaves: float = 0.0
     lamps: Lighting | None = None
     """What lights the place where there is no sun."""
+    dim_cars: float = 0.0
+    """Share of the vehicles that are dark and show hardly any parts."""
 
     def lay(self, surface: Surface) -> None:
         """Lay a surface; what stood or lay there before is gone."""

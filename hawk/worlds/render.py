@@ -12,7 +12,7 @@ import numpy as np
 
 from hawk.worlds.buildings import draw_building
 from hawk.worlds.canvas import Canvas, Floats, Patch, as_bytes, as_floats
-from hawk.worlds.cars import Model, Sprite, draw_vehicle, outline
+from hawk.worlds.cars import Model, Sprite, dimmed, draw_vehicle, outline
 from hawk.worlds.clutter import draw_puddles
 from hawk.worlds.conditions import draw_leaves, draw_snow
 from hawk.worlds.facets import HeightLayer, flat_layer
@@ -154,12 +154,14 @@ def _draw_standing(
         layers += _draw_post(post, canvas, shadows)
     for vehicle in plan.vehicles:
         if canvas.touches(np.array([[vehicle.x, vehicle.y]]), 6):
-            layers += _draw_vehicle(vehicle, canvas, shadows, rng)
+            model = draw_vehicle(rng, vehicle.kind)
+            if plan.dim_cars and rng.random() < plan.dim_cars:
+                model = dimmed(rng, model)
+            layers += _draw_vehicle(vehicle, model, canvas, shadows)
     return layers
 
 
-def _draw_vehicle(vehicle: Vehicle, canvas: Canvas, shadows: Shadows, rng: np.random.Generator) -> list[HeightLayer]:
-    model = draw_vehicle(rng, vehicle.kind)
+def _draw_vehicle(vehicle: Vehicle, model: Model, canvas: Canvas, shadows: Shadows) -> list[HeightLayer]:
     footprint = outline(vehicle.x, vehicle.y, vehicle.heading, model.length * 0.96, model.width * 0.94)
     shadows.add_block(footprint, model.height * 0.85)
     contact = canvas.patch(footprint, soften=0.12)

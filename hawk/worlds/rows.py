@@ -10,7 +10,8 @@ import numpy as np
 
 from hawk.worlds.canvas import Points
 from hawk.worlds.cars import sample_kind
-from hawk.worlds.plan import Axes, Block, Plan, PlannedStall, Surface, Tree, Vehicle
+from hawk.worlds.materials import sample_material
+from hawk.worlds.plan import Axes, Block, Building, Plan, PlannedStall, Surface, Tree, Vehicle
 from hawk.worlds.style import LotStyle
 
 PARALLEL_DEPTH_M = 2.4
@@ -144,7 +145,7 @@ def _divider(plan: Plan, rng: np.random.Generator, slot: _Slot, style: LotStyle,
 
 
 def _fill(plan: Plan, rng: np.random.Generator, slots: list[_Slot], paint: NDArrayFloat, style: LotStyle) -> int:
-    """Decide what each slot is: a stall, an island or a hatched bay."""
+    """Decide what each slot is: a stall, an island, a hatched bay or a shelter."""
     occupancy = float(np.clip(style.occupancy + rng.normal(0, 0.12), 0, 1))
     accessible = int(rng.integers(1, 5)) if rng.random() < style.accessible else 0
     found = 0
@@ -154,6 +155,8 @@ def _fill(plan: Plan, rng: np.random.Generator, slots: list[_Slot], paint: NDArr
             _island(plan, rng, slot.corners, style)
         elif rng.random() < style.hatch and not style.unpainted:
             hatch(plan, rng, slot.corners, style.line_width * rng.uniform(1, 1.6), 1, strength=rng.uniform(0.6, 1))
+        elif style.shelters and not style.skew and rng.random() < style.shelters:
+            _shelter(plan, rng, slot)
         else:
             kind = "accessible" if k < accessible else ("angled" if style.skew else "perpendicular")
             left = float(max(paint[k], paint[k + 1]))
@@ -234,6 +237,15 @@ def _cap(plan: Plan, rng: np.random.Generator, slot: _Slot, reach: float, ending
         _island(plan, rng, corners, style)
     else:
         hatch(plan, rng, corners, style.line_width * rng.uniform(1, 1.6), 1, strength=rng.uniform(0.6, 1))
+
+
+def _shelter(plan: Plan, rng: np.random.Generator, slot: _Slot) -> None:
+    """Put a small roof for shopping carts where a stall would be."""
+    margin = rng.uniform(0.05, 0.2)
+    axes = slot.axes.moved(slot.u + margin * slot.pitch, rng.uniform(0.02, 0.1) * slot.depth)
+    width, depth = slot.pitch * (1 - 2 * margin), slot.depth * rng.uniform(0.75, 0.95)
+    roof = sample_material(rng, "court" if rng.random() < 0.6 else "roof")
+    plan.buildings.append(Building(axes, width, depth, rng.uniform(1.8, 2.8), roof, shelter=True))
 
 
 def _island(plan: Plan, rng: np.random.Generator, corners: Points, style: LotStyle) -> None:

@@ -19,7 +19,8 @@ class LotStyle:
 
     ``skew`` leans the stalls away from square to the aisle. ``occupancy`` is the share taken; ``drop`` the share of
     lines that are missing or cut short, ``worn`` the share in worn stretches. ``ends`` weighs what closes a row:
-    nothing, island, hatching. ``unpainted`` lots have cars in rows and no lines.
+    nothing, island, hatching. ``unpainted`` lots have cars in rows and no lines. ``shelters`` is the share of slots
+    that a roof for shopping carts stands on.
     """
 
     width: float
@@ -47,6 +48,7 @@ class LotStyle:
     tidy: float
     kerb: tuple[float, float, float] | None
     unpainted: bool
+    shelters: float = 0.0
 
     @property
     def pitch(self) -> float:
@@ -76,9 +78,9 @@ def sample_style(rng: np.random.Generator, *, calm: bool = False) -> LotStyle:
         skew=skew,
         aisle=rng.uniform(6.0, 7.6) if calm else rng.uniform(5.2, 8.5),
         occupancy=rng.uniform(0.42, 0.8) if calm else _occupancy(rng),
-        line_width=rng.uniform(0.10, 0.16) if calm else rng.uniform(0.08, 0.19),
+        line_width=rng.uniform(0.10, 0.16) if calm else rng.uniform(0.1, 0.21),
         drop=float(rng.choice([0.01, 0.03]) if calm else rng.choice([0, 0.02, 0.08, 0.2], p=[0.4, 0.3, 0.2, 0.1])),
-        worn=rng.uniform(0.15, 0.3) if calm else float(rng.choice([0, 0.1, 0.3, 0.6], p=[0.3, 0.3, 0.3, 0.1])),
+        worn=rng.uniform(0.15, 0.3) if calm else float(rng.choice([0, 0.1, 0.3, 0.6], p=[0.4, 0.3, 0.2, 0.1])),
         hairpin=bool(rng.random() < (0.04 if calm else 0.09)),
         tees=bool(rng.random() < 0.12),
         front_line=float(rng.random() < 0.06),
@@ -86,7 +88,7 @@ def sample_style(rng: np.random.Generator, *, calm: bool = False) -> LotStyle:
         hatch=float(rng.choice([0.015, 0.02, 0.05] if calm else [0.02, 0.02, 0.1])),
         wheel_stops=bool(rng.random() < 0.16),
         island=sample_material(rng, str(rng.choice(_ISLAND_KINDS))),
-        break_share=float(rng.choice([0.0, 0.04, 0.08] if calm else [0.0, 0.06, 0.14])),
+        break_share=float(rng.choice([0.0, 0.04, 0.08] if calm else [0.0, 0.0, 0.04, 0.12])),
         trees=float(rng.choice([0.15, 0.3, 0.5] if calm else [0, 0.15, 0.4, 0.8])),
         crown=(1.1, rng.uniform(2.6, 4.6)),
         medians=float(rng.choice([0.25, 0.6] if calm else [0.1, 0.45, 0.8])),
@@ -96,6 +98,7 @@ def sample_style(rng: np.random.Generator, *, calm: bool = False) -> LotStyle:
         tidy=rng.uniform(0.5, 1.6),
         kerb=grey(rng, 140, 228) if rng.random() < 0.65 else None,
         unpainted=bool(not calm and rng.random() < 0.03),
+        shelters=0.0 if calm else float(rng.choice([0.0, 0.0, 0.03])),
     )
 
 
@@ -107,12 +110,12 @@ def sample_palette(rng: np.random.Generator, asphalt: float, *, calm: bool = Fal
     """
     first = int(rng.choice(3, p=[0.75, 0.24, 0.01] if calm else [0.62, 0.34, 0.04]))
     other = first if rng.random() < 0.6 else int(rng.choice([0, 1]))
-    opacity = rng.uniform(0.65, 1.0) if calm else rng.uniform(0.35, 1.0)
+    opacity = rng.uniform(0.65, 1.0) if calm else rng.uniform(0.55, 1.0)
     colours = []
     for number in (first, other):
         pure = np.clip(np.array(_LINE_COLOURS[number]) * rng.uniform(0.82, 1.07), 0, 250)
         contrast = max(1.0, float(np.abs(pure - asphalt).max()))
-        share = max(opacity, min(1.0, rng.uniform(32, 62) / contrast))
+        share = max(opacity, min(1.0, rng.uniform(*((32, 62) if calm else (60, 120))) / contrast))
         mixed = asphalt + (pure - asphalt) * share
         colours.append((float(mixed[0]), float(mixed[1]), float(mixed[2])))
     blue = np.clip(np.array([175.0, 110.0, 50.0]) * rng.uniform(0.7, 1.25), 0, 250)

@@ -1,6 +1,13 @@
 from __future__ import annotations
 
+import contextlib
 import math
+import os
+import select
+import signal
+import subprocess
+import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,9 +15,9 @@ from numpy.typing import NDArray
 
 from hawk.algo.vision import decode, quads
 from hawk.algo.vision.network import maps_from_output
-from hawk.worlds.training import draw_scene
+from hawk.worlds.training import Scene, SceneStall, draw_scene
 from training import pool as pool_module
-from training.augment import light, retextured, sample
+from training.augment import light, retextured, sample, shaded
 from training.pool import ScenePool, training_scene
 from training.targets import (
     CAR,
@@ -126,8 +133,26 @@ def test_a_drawn_scene_becomes_a_training_scene() -> None:
     kept = training_scene(drawn)
     assert kept.labels.shape == (160, 160, 2)
     assert len(kept.quads) == len(kept.taken) == len(kept.judged) == len(drawn.stalls)
-    hidden = np.array([s.hidden for s in drawn.stalls])
-    assert not kept.judged[hidden].any()
+    unseen = np.array([s.hidden and not s.implied for s in drawn.stalls])
+    assert not kept.judged[unseen].any()
+
+
+def test_a_stall_under_a_crown_is_judged_where_its_row_tells_of_it() -> None:
+    stall = SceneStall(np.zeros((4, 2)), False, True, False, True, 1.0, 0.9, "perpendicular")
+    stalls = (stall, replace(stall, implied=True), replace(stall, implied=True, lines_visible=False))
+    blank = np.zeros((64, 64), np.uint8)
+    kept = training_scene(Scene(np.zeros((64, 64, 3), np.uint8), blank, blank, blank, stalls, 0.1))
+    assert kept.judged.tolist() == [False, True, False]
+
+
+def test_shade_darkens_a_part_and_keeps_the_rest() -> None:
+    image = np.full((96, 96, 3), 160, np.float32)
+    drawn = [shaded(image, np.random.default_rng(seed)) for seed in range(30)]
+    assert all((one <= image + 0.01).all() for one in drawn)
+    changed = [one for one in drawn if (one < 150).any()]
+    assert 4 <= len(changed) <= 20
+    assert np.mean([(one < 150).any(axis=2).mean() < 0.98 for one in changed]) > 0.7
+    assert all(one[..., 0].sum() >= one[..., 2].sum() for one in changed), "shade is blue"
 
 
 def test_the_pool_holds_what_its_seed_draws() -> None:
@@ -156,6 +181,25 @@ def test_a_painter_does_not_outlive_its_trainer(monkeypatch: pytest.MonkeyPatch)
 
     assert not pool_module._hand_over(Never(), scene())  # type: ignore[arg-type]
     assert handed_over == []
+
+
+def test_a_painter_ends_when_its_trainer_was_killed_with_a_full_pipe() -> None:
+    code = (
+        "import os, time; from training.pool import ScenePool; pool = ScenePool(3, 1, side=400)\n"
+        "while pool._queue.qsize() < 3: time.sleep(0.02)\n"
+        "print(pool._painters[0].pid, flush=True); os._exit(0)"
+    )
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=True).stdout
+    try:
+        painter = os.pidfd_open(int(said))
+    except ProcessLookupError:
+        return
+    try:
+        assert select.select([painter], [], [], 45)[0], "the painter goes on"
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            signal.pidfd_send_signal(painter, signal.SIGKILL)
+        os.close(painter)
 
 
 def test_other_textures_leave_the_picture_where_it_is() -> None:
