@@ -228,9 +228,9 @@ class StallTracker:
         if len(pairs) == 0:
             return
         pairs = np.unique(np.sort(pairs, 1), axis=0)
-        overlap = quads.overlaps(corners_of(self.rows[pairs[:, 0]]), corners_of(self.rows[pairs[:, 1]]))
+        overlap = quads.overlap_more(corners_of(self.rows[pairs[:, 0]]), corners_of(self.rows[pairs[:, 1]]), _OVERLAP)
         losers: set[int] = set()
-        for first, second in pairs[overlap > _OVERLAP]:
+        for first, second in pairs[overlap]:
             if first not in losers and second not in losers:
                 losers.add(int(min((first, second), key=self._standing)))
         self.remove(np.array(sorted(losers), np.intp), look.version)
