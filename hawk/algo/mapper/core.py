@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,13 +65,13 @@ class MapCore:
         ]
         self.index = OccupancyMap(map_id=map_id)
 
-    def fuse(self, seen: Seen) -> None:
-        """Take in one frame."""
+    def fuse(self, seen: Seen, raised: float = 1.0) -> None:
+        """Take in one frame; ``raised`` is what the height that the autopilot told was multiplied by to lay it."""
         self._version += 1
         weight = self._weight(seen.pose)
         self._attend(seen)
         found = Detections.of(seen.stalls)
-        correction = self._register(found, seen.pose)
+        correction = self._register(found, seen, raised)
         seen = _corrected(seen, correction)
         evidence = lay(seen, self._settings.edge_m, self._settings.good_share)
         if evidence is None:
@@ -218,16 +219,20 @@ class MapCore:
         about = radius + max(math.sqrt(2) * self._settings.outline_reach_m, self._settings.rows_reach_m) + _REACH_M
         self.tracker.attend(north, east, max(about, aside + _DRAWN_M) + self._settings.max_shift_m)
 
-    def _register(self, found: Detections, pose: MapPose) -> NDArray[np.float64]:
+    def _register(self, found: Detections, seen: Seen, raised: float) -> NDArray[np.float64]:
+        pose = seen.pose
         near = self.tracker.near(pose.north, pose.east, _REGISTER_M)
         rows = self.tracker.rows[near]
         rows = rows[rows["confirmed"] & ~rows["inferred"]]
         known = np.stack([rows["north"], rows["east"], angle_of(rows)], -1)
         sure = found.take(found.visible > 0.9)
-        seen = np.stack([sure.north, sure.east, sure.angle], -1)
         drone = (pose.north, pose.east)
+        places = drone + (np.stack([sure.north, sure.east], -1) - drone) / raised
         anchored = self._way - rows["born"] > self._settings.anchor_m
-        return self.registration.update(known, seen, drone, anchored).about(*drone)
+        size = None if seen.scale == 1.0 else seen.scale / raised
+        told = np.column_stack([places, sure.angle])
+        shift = self.registration.update(known, told, drone, anchored, size)
+        return replace(shift, scale=shift.scale / raised).about(*drone)
 
     def _fuse_stalls(self, found: Detections, evidence: CellEvidence, weight: float, seen: Seen) -> None:
         def in_picture(points: NDArray[np.float64]) -> NDArray[np.bool_]:
