@@ -4,9 +4,10 @@
 
 latency: the whole daemon at speed 1 with a page, beside an idle loop. kill: Kill on the wire while everything else is
 blocked. exploration: the planner alone over lots of known shape (``python -m benchmarks.exploration`` has more of it).
-seeds: whole surveys of drawn worlds at speed 2 against their truth. places: the same over the pictures of --places
-(PLACE.jpg with PLACE.json). Measure on a machine with nothing else to do: a section says VOID when others worked beside
-it.
+chain: vision, mapper and planner flown over drawn worlds with drifting GNSS, the fused map beside single frames
+(``python -m benchmarks.chain_flight``). seeds: whole surveys of drawn worlds at speed 2 against their truth. places: the
+same over the pictures of --places (PLACE.jpg with PLACE.json). Measure on a machine with nothing else to do: a section
+says VOID when others worked beside it.
 """
 
 from __future__ import annotations
@@ -23,11 +24,12 @@ from typing import Final
 from rich.console import Console
 
 from benchmarks import kill_wire, surveys, whole_daemon
+from benchmarks.chain_flight import campaign as chain
 from benchmarks.exploration import campaign
 from benchmarks.figures import BenchmarkError, Figure, Section, flat, print_table, write_json
 
 Result = tuple[list[Figure], str]
-SECTIONS: Final = ("latency", "kill", "exploration", "seeds", "places")
+SECTIONS: Final = ("latency", "kill", "exploration", "chain", "seeds", "places")
 EXIT_FAILED: Final = 1
 
 
@@ -59,6 +61,9 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--seed", type=int, default=1, help="latency: the world to fly over (default 1)")
     parser.add_argument("--kills", type=int, default=200, help="kill: how many (default 200)")
     parser.add_argument("--lots", type=_seeds, default="1-6", metavar="A-B", help="exploration: lots to fly over (1-6)")
+    parser.add_argument(
+        "--chain", type=_seeds, default="1-6", metavar="A-B", help="chain: worlds to fly the algorithms over (1-6)"
+    )
     parser.add_argument("--seeds", type=_seeds, default="1-5", metavar="A-B", help="seeds: worlds to survey (1-5)")
     parser.add_argument(
         "--places", type=Path, metavar="DIR", help="places: pictures with truth to fly over (default none)"
@@ -87,7 +92,11 @@ def _work(name: str, options: argparse.Namespace, folder: Path) -> Callable[[], 
     async def exploration() -> Result:
         return campaign.measure(options.lots), ""
 
+    async def chain_flights() -> Result:
+        return chain.measure(options.chain), ""
+
     return {
+        "chain": chain_flights,
         "exploration": exploration,
         "latency": lambda: whole_daemon.measure(options.seconds, options.seed, folder / "latency"),
         "kill": kill,
