@@ -72,6 +72,7 @@ class MapCore:
         self._attend(seen)
         found = Detections.of(seen.stalls)
         correction = self._register(found, seen, raised)
+        found = found.leaning(self.registration.leans)
         seen = _corrected(seen, correction)
         evidence = lay(seen, self._settings.edge_m, self._settings.good_share)
         if evidence is None:
@@ -225,7 +226,7 @@ class MapCore:
         rows = self.tracker.rows[near]
         rows = rows[rows["confirmed"] & ~rows["inferred"]]
         known = np.stack([rows["north"], rows["east"], angle_of(rows)], -1)
-        sure = found.take(found.visible > 0.9)
+        sure = found.take(found.is_whole)
         drone = (pose.north, pose.east)
         places = drone + (np.stack([sure.north, sure.east], -1) - drone) / raised
         anchored = self._way - rows["born"] > self._settings.anchor_m

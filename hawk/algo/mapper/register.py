@@ -57,6 +57,11 @@ class Registration:
         self.shift = shift
         self._slip.restore(shift.scale, shift.turn)
 
+    @property
+    def leans(self) -> Floats:
+        """By what share of the way each stall found last moves against the ground, NaN where that is not known."""
+        return self._slip.leans
+
     def update(
         self,
         known: Floats,

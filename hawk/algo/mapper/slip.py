@@ -21,11 +21,11 @@ Floats = NDArray[np.float64]
 
 REACH_M = 1.1
 """Less than half of the narrowest pitch, 2.3 m."""
-_BASE_M = 4.0  # way between the two frames that are compared
+_BASE_M = 3.0  # way between the two frames that are compared
 _STILL_M = 0.03
 _LEAST_PAIRS = 6
 _SPREAD_M = 0.45  # median absolute deviation above which the pairs do not agree
-_SIGMA = 0.05  # of one comparison: share of the height, radians
+_SIGMA = 0.06  # of one comparison: share of the height, radians
 _FIRST_SIGMA = (0.03, math.radians(2.0))  # of most flights
 _GROSS_SIGMA = 0.15  # once something shows that the height is grossly wrong
 _GROSS = 2.0  # standard deviations
@@ -49,11 +49,16 @@ class _Key:
 
 
 class Slip:
-    """``scale`` is what the height that is told must be multiplied by, ``turn`` what is to be added to the heading."""
+    """``scale`` is what the height that is told must be multiplied by, ``turn`` what is to be added to the heading.
+
+    ``leans`` (N,) is by what share of the drone's way each stall of the last frame moves against the ground, backwards:
+    NaN where it was not compared with an earlier frame.
+    """
 
     def __init__(self) -> None:
         self.scale = 1.0
         self.turn = 0.0
+        self.leans: Floats = np.zeros(0)
         self._sigma = _FIRST_SIGMA
         self._key: _Key | None = None
         self._last: complex | None = None
@@ -73,6 +78,7 @@ class Slip:
     def move(self, found: Floats, drone: tuple[float, float]) -> None:
         """Learn from the stalls (N, 3: north, east, angle) of the next frame, as the height that is told lays them."""
         at = complex(*drone)
+        self.leans = np.full(len(found), np.nan)
         step = 0.0 if self._last is None else abs(at - self._last)
         self._last = at
         self._sigma = (math.hypot(self._sigma[0], _WANDER * math.sqrt(step)), self._sigma[1])
@@ -98,6 +104,7 @@ class Slip:
         step = np.median(residual, 0)
         if np.median(np.abs(residual - step)) > _SPREAD_M:
             return
+        self.leans[f] = (step - residual) @ (way.real, way.imag) / abs(way) ** 2
         measured = 1 - (expected + complex(*step)) / way
         if not LIMITS[0] < abs(measured) * self.scale < LIMITS[1]:
             return
