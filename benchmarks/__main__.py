@@ -5,9 +5,9 @@
 latency: the whole daemon at speed 1 with a page, beside an idle loop. kill: Kill on the wire while everything else is
 blocked. exploration: the planner alone over lots of known shape (``python -m benchmarks.exploration`` has more of it).
 chain: vision, mapper and planner flown over drawn worlds with drifting GNSS, the fused map beside single frames
-(``python -m benchmarks.chain_flight``). seeds: whole surveys of drawn worlds at speed 2 against their truth. places: the
-same over the pictures of --places (PLACE.jpg with PLACE.json). Measure on a machine with nothing else to do: a section
-says VOID when others worked beside it.
+(``python -m benchmarks.chain_flight``). seeds: whole surveys of drawn worlds at speed 2 against their truth. places:
+the same over the pictures of --places (PLACE.jpg with PLACE.json). Measure on a machine with nothing else to do: a
+section says VOID when others worked beside it.
 """
 
 from __future__ import annotations

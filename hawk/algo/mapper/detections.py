@@ -40,7 +40,8 @@ class Detections:
         rows = [(s.north, s.east, s.angle, s.width, s.length, s.score, s.taken, s.visible) for s in stalls]
         table = np.array(rows, np.float64).reshape(-1, 8)
         sane = np.isfinite(table).all(1) & (table[:, 3] > 0.5) & (table[:, 4] > 0.5)
-        return cls(*table[sane].T, np.full(np.count_nonzero(sane), np.nan))
+        whole = np.column_stack([table, np.full(len(table), np.nan)])[sane]
+        return cls(*whole.T)
 
     def __len__(self) -> int:
         return len(self.north)

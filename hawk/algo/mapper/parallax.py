@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hawk.algo.mapper.table import Rows
 
 RAISED = 0.06
-"""Lean of what stands off the ground: 2 m seen from 35 m. Stalls on the ground, cars on them or not, kept below half of it as a rule."""
+"""Lean of what stands off the ground: 2 m seen from 35 m. Stalls on the ground stay below it, with cars on them too."""
 _SIGMA = 0.08  # of one look: 0.15 m of noise in two places, over the way between two frames
 _MOST_LOOKS = 20.0
 
