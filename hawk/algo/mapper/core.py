@@ -56,6 +56,7 @@ class MapCore:
         self._pictured: MapPose | None = None
         self._way = 0.0
         self._frame = self._outlined_at = self._rows_at = 0
+        self._is_spent = False
         self._touched: set[TileKey] = set()
         self._chores: list[Callable[[Window, Seen], bool]] = [
             self._outline,
@@ -80,6 +81,7 @@ class MapCore:
         self._touched.update(self.grid.fuse(evidence, weight, self._version))
         self._fuse_stalls(found.moved(correction), evidence, weight, seen)
         self._frame += 1
+        self._is_spent = False
         for chore in self._chores:
             if chore(evidence.window, seen):
                 self._chores.remove(chore)
@@ -88,10 +90,10 @@ class MapCore:
         self._show_stalls()
 
     def encode(self, pose: MapPose | None) -> None:
-        """Encode a bounded number of changed tiles and renew the index."""
+        """Encode a bounded number of changed tiles and renew the index; after the dearest of the chores only one."""
         settings = self._settings
         near = (0.0, 0.0) if pose is None else (pose.north, pose.east)
-        most = settings.tiles_per_frame
+        most = 1 if self._is_spent else settings.tiles_per_frame
         parts = [
             self.tracker.about(-(row + 0.5) * TILE_M, (column + 0.5) * TILE_M, _TILE_REACH_M)
             for row, column in self._encoder.next_tiles(most, near)
@@ -100,7 +102,7 @@ class MapCore:
             rows = np.concatenate(parts)
             _, once = np.unique(rows["id"], return_index=True)  # drawn twice is not drawn: polygons fill even-odd
             self._encoder.encode(self.grid, rows[once], most, self._version, near)
-        self._mosaic.encode(settings.mosaic_tiles_per_frame, self._version)
+        self._mosaic.encode(0 if self._is_spent else settings.mosaic_tiles_per_frame, self._version)
         self.index = OccupancyMap(
             tiles=self._encoder.encoded,
             mosaic=self._mosaic.encoded,
@@ -256,6 +258,7 @@ class MapCore:
         if self._frame - self._rows_at < self._settings.rows_frames:
             return False
         self._rows_at = self._frame
+        self._is_spent = True
         self._rows.run(self.tracker, self.grid, _extent(seen)[0], self._version)
         return True
 

@@ -23,6 +23,7 @@ _LEAST_PAIRS = 4
 _SPREAD_M = 0.45  # median absolute deviation above which the pairs do not agree on one shift
 _SMOOTHING = 0.2  # share of the remaining error that one frame takes out
 _LEAK_PER_M = 0.02  # share of the shift that a metre of way forgets over fresh ground
+_UNSURE_LEAK_PER_M = 0.2  # while the scale is not known well
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +83,8 @@ class Registration:
             self._slip.size(size)
         self._slip.move(found, drone)
         self.shift = replace(self.shift, turn=self._slip.turn, scale=self._slip.scale)
+        if self._slip.is_doubtful:  # what the known stalls were laid by is wrong
+            return self.shift
         affine = self.shift.about(*drone)
         places = transform_points(affine, found[:, :2])
         k, f = mutual_nearest(known, places, found[:, 2] + self.shift.turn)
@@ -97,7 +100,8 @@ class Registration:
         return self.shift
 
     def _leak(self, way: tuple[float, float], share: float) -> None:
-        keep = max(0.0, 1 - _LEAK_PER_M * share * math.hypot(*way))
+        leak = _LEAK_PER_M if self._slip.is_sure else _UNSURE_LEAK_PER_M
+        keep = max(0.0, 1 - leak * share * math.hypot(*way))
         self.shift = replace(self.shift, north=self.shift.north * keep, east=self.shift.east * keep)
 
     def _follow(self, step: Floats) -> None:

@@ -34,7 +34,8 @@ _LEAST_SIGMA = 0.006
 USUAL = (0.90, 1.08)
 """Sizes of stalls (by the usual 2.62 x 5.35 m) that lots have: 2.4 x 4.8 to 2.9 x 5.6 m."""
 _SIZE_SHARE = 0.3  # of what is beyond them that one frame takes back
-_SURE = 0.02  # standard deviation below which the movement has told enough
+_ENOUGH = 3  # comparisons from which on the movement says more
+_SURE, _DOUBTFUL = 0.02, 0.05  # standard deviations of the scale
 LIMITS = (0.7, 1.4)
 """Of the height's correction."""
 _TURN_LIMIT = math.radians(6)
@@ -60,20 +61,33 @@ class Slip:
         self.turn = 0.0
         self.leans: Floats = np.zeros(0)
         self._sigma = _FIRST_SIGMA
+        self._compared = 0
         self._key: _Key | None = None
         self._last: complex | None = None
 
     def restore(self, scale: float, turn: float) -> None:
         """Take up what an earlier flight learned."""
         self.scale, self.turn = scale, turn
+        self._compared = _ENOUGH
+
+    @property
+    def is_sure(self) -> bool:
+        """Whether the scale is known so well that the map can be trusted more than GNSS."""
+        return self._sigma[0] < _SURE
+
+    @property
+    def is_doubtful(self) -> bool:
+        """Whether the scale turned out to be wrong, and so is what was laid by it."""
+        return self._sigma[0] > _DOUBTFUL
 
     def size(self, told: float) -> None:
         """Learn from the size of stalls by the usual one, as the height that is told shows them."""
-        if self._sigma[0] < _SURE:
-            return
         size = told * self.scale
         within = min(max(size, USUAL[0]), USUAL[1])
+        if within == size or self._compared >= _ENOUGH:
+            return
         self.scale *= (within / size) ** _SIZE_SHARE
+        self._sigma = (max(self._sigma[0], _GROSS_SIGMA), self._sigma[1])
 
     def move(self, found: Floats, drone: tuple[float, float]) -> None:
         """Learn from the stalls (N, 3: north, east, angle) of the next frame, as the height that is told lays them."""
@@ -108,6 +122,7 @@ class Slip:
         measured = 1 - (expected + complex(*step)) / way
         if not LIMITS[0] < abs(measured) * self.scale < LIMITS[1]:
             return
+        self._compared += 1
         ratio = measured / wrong
         angle = math.atan2(ratio.imag, ratio.real)
         self._correct(-math.log(abs(ratio)), -angle)
