@@ -3,11 +3,19 @@
 ``python -m benchmarks [--only latency,kill,...] [--places DIR] [--json FILE]`` (``make bench ARGS="--json FILE"``)
 
 latency: the whole daemon at speed 1 with a page, beside an idle loop. kill: Kill on the wire while everything else is
+<<<<<<< HEAD
 blocked. perception: the network on still frames of the drawn worlds of --seeds, and on the pictures of --places,
 --tiles and --negatives (``python -m benchmarks.perception`` has more of it). exploration: the planner alone over lots
 of known shape (``python -m benchmarks.exploration`` has more of it). seeds: whole surveys of drawn worlds at speed 2
 against their truth. places: the same over the pictures of --places (PLACE.jpg with PLACE.json). Measure on a machine
 with nothing else to do: a section says VOID when others worked beside it.
+=======
+blocked. exploration: the planner alone over lots of known shape (``python -m benchmarks.exploration`` has more of it).
+chain: vision, mapper and planner flown over drawn worlds with drifting GNSS, the fused map beside single frames
+(``python -m benchmarks.chain_flight``). seeds: whole surveys of drawn worlds at speed 2 against their truth. places:
+the same over the pictures of --places (PLACE.jpg with PLACE.json). Measure on a machine with nothing else to do: a
+section says VOID when others worked beside it.
+>>>>>>> map
 """
 
 from __future__ import annotations
@@ -26,6 +34,7 @@ import cv2
 from rich.console import Console
 
 from benchmarks import kill_wire, surveys, whole_daemon
+from benchmarks.chain_flight import campaign as chain
 from benchmarks.exploration import campaign
 from benchmarks.figures import BenchmarkError, Figure, Section, flat, print_table, write_json
 from benchmarks.perception.sections import Material, network_sections
@@ -33,7 +42,11 @@ from hawk.algo.vision.network import StallNetwork
 from hawk.worlds.conditions import Condition
 
 Result = tuple[list[Figure], str]
+<<<<<<< HEAD
 SECTIONS: Final = ("latency", "kill", "perception", "exploration", "seeds", "places")
+=======
+SECTIONS: Final = ("latency", "kill", "exploration", "chain", "seeds", "places")
+>>>>>>> map
 EXIT_FAILED: Final = 1
 
 
@@ -65,6 +78,9 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--seed", type=int, default=1, help="latency: the world to fly over (default 1)")
     parser.add_argument("--kills", type=int, default=200, help="kill: how many (default 200)")
     parser.add_argument("--lots", type=_seeds, default="1-6", metavar="A-B", help="exploration: lots to fly over (1-6)")
+    parser.add_argument(
+        "--chain", type=_seeds, default="1-6", metavar="A-B", help="chain: worlds to fly the algorithms over (1-6)"
+    )
     parser.add_argument("--seeds", type=_seeds, default="1-5", metavar="A-B", help="seeds: worlds to survey (1-5)")
     parser.add_argument("--condition", type=Condition, choices=list(Condition), help="seeds: time of day and weather")
     parser.add_argument("--gnss-sigma", type=float, metavar="M", help="seeds: slow error of the position")
@@ -100,8 +116,15 @@ def _work(name: str, options: argparse.Namespace, folder: Path) -> Callable[[], 
     async def exploration() -> Result:
         return campaign.measure(options.lots), ""
 
+    async def chain_flights() -> Result:
+        return chain.measure(options.chain), ""
+
     return {
+<<<<<<< HEAD
         "perception": perception,
+=======
+        "chain": chain_flights,
+>>>>>>> map
         "exploration": exploration,
         "latency": lambda: whole_daemon.measure(options.seconds, options.seed, folder / "latency"),
         "kill": kill,

@@ -117,7 +117,7 @@ class AlgorithmManagerApp:
     def run(self, frame: FrameInput) -> FrameOutput:
         """Return everything that the algorithms make of a frame. Never raises for what is in the frame."""
         interface = self._topic_interface
-        interface.begin(frame)
+        interface.begin(self._mapper_app.levelled(frame))
         started = self._timer()
         try:
             self.process()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
@@ -18,7 +19,9 @@ from hawk.algo.mapper.settings import MapperSettings
 from hawk.algo.mapper.window import Window
 from hawk.algo.topic_interface import AlgorithmTopicInterface
 from hawk.algo.vision.seen import Seen
-from hawk.model import Health, Inbound, MapPose, OccupancyMap, Stall
+from hawk.model import Health, HealthStatus, Inbound, MapPose, OccupancyMap, Stall
+
+_TOLD_SCALE = 0.07  # an error of the height above which it is told
 
 
 class SeesLots(Protocol):
@@ -43,6 +46,7 @@ class MapperApp:
         self._vision_app: SeesLots | None = None
         self._topic_interface: AlgorithmTopicInterface | None = None
         self._health = Health.bad("not initialised")
+        self._raised = 1.0
 
     def init(self, vision_app: SeesLots, topic_interface: AlgorithmTopicInterface) -> None:
         """Take references; the map stays as it is (empty, or restored)."""
@@ -50,19 +54,30 @@ class MapperApp:
         self._topic_interface = topic_interface
         self._health = Health()
 
+    def levelled(self, frame: FrameInput) -> FrameInput:
+        """Return the frame with the height above the ground that the ground itself shows, for vision and planner.
+
+        To be called before vision looks at the frame; what was learned from the frames before is used.
+        """
+        self._raised = self._core.registration.shift.scale
+        if frame.pose is None:
+            return frame
+        return replace(frame, pose=replace(frame.pose, height=frame.pose.height * self._raised))
+
     def process(self) -> None:
         """Fuse the frame. Raises AlgoError when it cannot be fused; the map is then as it was before."""
         frame, vision = self._interface.frame, self._vision
         seen = vision.seen
+        raised, self._raised = self._raised, 1.0
         try:
             if seen is not None and seen.captured == frame.captured and frame.pose is not None:
                 _check(frame, seen)
-                self._core.fuse(seen)
+                self._core.fuse(seen, raised)
             self._core.encode(frame.pose)
         except AlgoError as error:
             self._health = Health.bad(str(error))
             raise
-        self._health = Health()
+        self._health = Health(HealthStatus.HEALTHY, _scale_words(self._core.registration.shift.scale))
 
     def publish(self) -> None:
         """Publish map and health."""
@@ -139,6 +154,17 @@ class MapperApp:
         if self._vision_app is None:
             raise AlgoError("the mapper was not initialised")
         return self._vision_app
+
+
+def _scale_words(scale: float) -> str:
+    """Say that the height is wrong; empty while it is about right."""
+    if abs(scale - 1) <= _TOLD_SCALE:
+        return ""
+    off, way = round(abs(1 - scale) * 100), "nearer" if scale < 1 else "farther"
+    return (
+        f"the ground is {off} % {way} than the height above the arm place says, and the map is laid so: "
+        "check the camera's field of view, and whether the lot lies as high as the arm place"
+    )
 
 
 def _check(frame: FrameInput, seen: Seen) -> None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +56,7 @@ class MapCore:
         self._pictured: MapPose | None = None
         self._way = 0.0
         self._frame = self._outlined_at = self._rows_at = 0
+        self._is_spent = False
         self._touched: set[TileKey] = set()
         self._chores: list[Callable[[Window, Seen], bool]] = [
             self._outline,
@@ -64,13 +66,14 @@ class MapCore:
         ]
         self.index = OccupancyMap(map_id=map_id)
 
-    def fuse(self, seen: Seen) -> None:
-        """Take in one frame."""
+    def fuse(self, seen: Seen, raised: float = 1.0) -> None:
+        """Take in one frame; ``raised`` is what the height that the autopilot told was multiplied by to lay it."""
         self._version += 1
         weight = self._weight(seen.pose)
         self._attend(seen)
         found = Detections.of(seen.stalls)
-        correction = self._register(found, seen.pose)
+        correction = self._register(found, seen, raised)
+        found = found.leaning(self.registration.leans)
         seen = _corrected(seen, correction)
         evidence = lay(seen, self._settings.edge_m, self._settings.good_share)
         if evidence is None:
@@ -78,6 +81,7 @@ class MapCore:
         self._touched.update(self.grid.fuse(evidence, weight, self._version))
         self._fuse_stalls(found.moved(correction), evidence, weight, seen)
         self._frame += 1
+        self._is_spent = False
         for chore in self._chores:
             if chore(evidence.window, seen):
                 self._chores.remove(chore)
@@ -86,10 +90,10 @@ class MapCore:
         self._show_stalls()
 
     def encode(self, pose: MapPose | None) -> None:
-        """Encode a bounded number of changed tiles and renew the index."""
+        """Encode a bounded number of changed tiles and renew the index; after the dearest of the chores only one."""
         settings = self._settings
         near = (0.0, 0.0) if pose is None else (pose.north, pose.east)
-        most = settings.tiles_per_frame
+        most = 1 if self._is_spent else settings.tiles_per_frame
         parts = [
             self.tracker.about(-(row + 0.5) * TILE_M, (column + 0.5) * TILE_M, _TILE_REACH_M)
             for row, column in self._encoder.next_tiles(most, near)
@@ -98,7 +102,7 @@ class MapCore:
             rows = np.concatenate(parts)
             _, once = np.unique(rows["id"], return_index=True)  # drawn twice is not drawn: polygons fill even-odd
             self._encoder.encode(self.grid, rows[once], most, self._version, near)
-        self._mosaic.encode(settings.mosaic_tiles_per_frame, self._version)
+        self._mosaic.encode(0 if self._is_spent else settings.mosaic_tiles_per_frame, self._version)
         self.index = OccupancyMap(
             tiles=self._encoder.encoded,
             mosaic=self._mosaic.encoded,
@@ -218,16 +222,20 @@ class MapCore:
         about = radius + max(math.sqrt(2) * self._settings.outline_reach_m, self._settings.rows_reach_m) + _REACH_M
         self.tracker.attend(north, east, max(about, aside + _DRAWN_M) + self._settings.max_shift_m)
 
-    def _register(self, found: Detections, pose: MapPose) -> NDArray[np.float64]:
+    def _register(self, found: Detections, seen: Seen, raised: float) -> NDArray[np.float64]:
+        pose = seen.pose
         near = self.tracker.near(pose.north, pose.east, _REGISTER_M)
         rows = self.tracker.rows[near]
         rows = rows[rows["confirmed"] & ~rows["inferred"]]
         known = np.stack([rows["north"], rows["east"], angle_of(rows)], -1)
-        sure = found.take(found.visible > 0.9)
-        seen = np.stack([sure.north, sure.east, sure.angle], -1)
+        sure = found.take(found.is_whole)
         drone = (pose.north, pose.east)
+        places = drone + (np.stack([sure.north, sure.east], -1) - drone) / raised
         anchored = self._way - rows["born"] > self._settings.anchor_m
-        return self.registration.update(known, seen, drone, anchored).about(*drone)
+        size = None if seen.scale == 1.0 else seen.scale / raised
+        told = np.column_stack([places, sure.angle])
+        shift = self.registration.update(known, told, drone, anchored, size)
+        return replace(shift, scale=shift.scale / raised).about(*drone)
 
     def _fuse_stalls(self, found: Detections, evidence: CellEvidence, weight: float, seen: Seen) -> None:
         def in_picture(points: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -250,6 +258,7 @@ class MapCore:
         if self._frame - self._rows_at < self._settings.rows_frames:
             return False
         self._rows_at = self._frame
+        self._is_spent = True
         self._rows.run(self.tracker, self.grid, _extent(seen)[0], self._version)
         return True
 

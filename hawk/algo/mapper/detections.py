@@ -14,10 +14,15 @@ from hawk.algo.vision.seen import StallSeen
 
 Floats = NDArray[np.float64]
 
+_WHOLE = 0.9  # visible share
+
 
 @dataclass(frozen=True, slots=True)
 class Detections:
-    """Stalls seen in one frame: arrays of equal length, fields as `StallSeen`."""
+    """Stalls seen in one frame: arrays of equal length, fields as `StallSeen`.
+
+    ``lean`` is the share of the drone's way by which a stall moves against the ground, NaN where it was not measured.
+    """
 
     north: Floats
     east: Floats
@@ -27,6 +32,7 @@ class Detections:
     score: Floats
     taken: Floats
     visible: Floats
+    lean: Floats
 
     @classmethod
     def of(cls, stalls: Sequence[StallSeen]) -> Detections:
@@ -34,7 +40,8 @@ class Detections:
         rows = [(s.north, s.east, s.angle, s.width, s.length, s.score, s.taken, s.visible) for s in stalls]
         table = np.array(rows, np.float64).reshape(-1, 8)
         sane = np.isfinite(table).all(1) & (table[:, 3] > 0.5) & (table[:, 4] > 0.5)
-        return cls(*table[sane].T)
+        whole = np.column_stack([table, np.full(len(table), np.nan)])[sane]
+        return cls(*whole.T)
 
     def __len__(self) -> int:
         return len(self.north)
@@ -50,7 +57,19 @@ class Detections:
             self.score[index],
             self.taken[index],
             self.visible[index],
+            self.lean[index],
         )
+
+    @property
+    def is_whole(self) -> NDArray[np.bool_]:
+        """Which of them lie in the picture as a whole: cut ones tell little of their centre."""
+        return self.visible > _WHOLE
+
+    def leaning(self, leans: Floats) -> Detections:
+        """Return them with the leans of those that are whole, as many as these."""
+        lean = self.lean.copy()
+        lean[self.is_whole] = leans
+        return replace(self, lean=lean)
 
     def moved(self, correction: Floats) -> Detections:
         """Return them with places, directions and sizes corrected by a (2, 3) map-to-map similarity."""

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from hawk.algo.mapper import parallax
 from hawk.algo.mapper.associate import pair
 from hawk.algo.mapper.detections import Detections
 from hawk.algo.mapper.recent import Recent
@@ -126,7 +127,7 @@ class StallTracker:
         rows = self.rows[index]
         needed = np.clip(_CONFIRM[0] + _CONFIRM_LOOK * (rows["looks"] - 1), *_CONFIRM)
         good = rows["exists"] >= np.where(rows["confirmed"], needed - _REVOKE, needed)
-        counts = good & ~rows["lone"]
+        counts = good & ~rows["lone"] & ~rows["raised"]
         self._part_with(rows["id"][rows["confirmed"] & ~counts], version)
         for stall_id in rows["id"][~rows["confirmed"] & counts].tolist():
             self.gone.forget(stall_id)
@@ -149,6 +150,7 @@ class StallTracker:
         rows = self.rows[index]
         weight = _novelty(rows["looks"], look.weight)
         _fuse_geometry(rows, found, weight)
+        parallax.note(rows, found.lean)
         gain = weight * _SCORE_GAIN * (found.score - _SCORE_ZERO)
         rows["exists"] = np.clip(rows["exists"] + gain, -_EXISTS_LIMIT, _EXISTS_LIMIT)
         whole = np.clip(found.visible, 0, 1)
@@ -228,9 +230,9 @@ class StallTracker:
         if len(pairs) == 0:
             return
         pairs = np.unique(np.sort(pairs, 1), axis=0)
-        overlap = quads.overlaps(corners_of(self.rows[pairs[:, 0]]), corners_of(self.rows[pairs[:, 1]]))
+        overlap = quads.overlap_more(corners_of(self.rows[pairs[:, 0]]), corners_of(self.rows[pairs[:, 1]]), _OVERLAP)
         losers: set[int] = set()
-        for first, second in pairs[overlap > _OVERLAP]:
+        for first, second in pairs[overlap]:
             if first not in losers and second not in losers:
                 losers.add(int(min((first, second), key=self._standing)))
         self.remove(np.array(sorted(losers), np.intp), look.version)

@@ -37,11 +37,18 @@ STALL_DTYPE = np.dtype(
         ("state", "i8"),
         ("inferred", "?"),  # from its row, never found by itself
         ("lone", "?"),  # stands in no row
+        ("raised", "?"),  # stands off the ground (`hawk.algo.mapper.parallax`)
+        ("lean", "f8"),
+        ("lean_looks", "f8"),
         ("confirmed", "?"),
         ("version", "i8"),  # of the last change of what is shown
         ("touched", "i8"),  # of the last change of anything
     ]
 )
+
+
+_LATER = ("raised", "lean", "lean_looks")
+"""Columns that older journals lack: nothing was known of them."""
 
 
 def angle_of(rows: Rows) -> Floats:
@@ -87,6 +94,7 @@ def from_bytes(data: bytes) -> Rows:
     """Return the row, shape (1,). Raises ValueError when it is not one."""
     try:
         values = json.loads(data)
+        values = dict.fromkeys(_LATER, 0) | values
         row = np.array([tuple(values[name] for name in STALL_DTYPE.names or ())], STALL_DTYPE)
     except (KeyError, TypeError, UnicodeDecodeError) as error:
         raise ValueError(f"not a stall: {error!r}") from error

@@ -63,6 +63,26 @@ def overlaps(first: FloatArray, second: FloatArray) -> FloatArray:
     return np.asarray(shared / np.maximum(union, 1e-12))
 
 
+def overlap_more(first: FloatArray, second: FloatArray, limit: float) -> NDArray[np.bool_]:
+    """Return which pairs of convex quads, both (N, 4, 2), have an intersection over union above ``limit``, (N,).
+
+    Boxes about both along the first one's sides bound the common part: most neighbours need no closer look.
+    """
+    more = np.zeros(len(first), np.bool_)
+    if not len(first):
+        return more
+    along = first[:, 2] + first[:, 3] - first[:, 0] - first[:, 1]
+    along = along / np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-12)[:, None]
+    shared = np.ones(len(first))
+    for axis in (along, np.column_stack([-along[:, 1], along[:, 0]])):
+        a, b = (quads[..., 0] * axis[:, :1] + quads[..., 1] * axis[:, 1:] for quads in (first, second))
+        shared *= np.maximum(np.minimum(a.max(1), b.max(1)) - np.maximum(a.min(1), b.min(1)), 0)
+    both = np.abs(_signed_area(first)) + np.abs(_signed_area(second))
+    close = np.flatnonzero(shared * (1 + limit) >= limit * both * (1 - 1e-9))
+    more[close] = overlaps(first[close], second[close]) > limit
+    return more
+
+
 def near_pairs(first: FloatArray, second: FloatArray, reach: float) -> tuple[IntArray, IntArray]:
     """Return the indices (i, j) of points (N, 2) and (M, 2) that are within ``reach`` of each other."""
     if not len(first) or not len(second):
@@ -82,7 +102,7 @@ def suppress(quads: FloatArray, score: FloatArray, limit: float) -> NDArray[np.b
     reach = float(np.hypot(*(quads[:, 0] - quads[:, 2]).T).max())
     centres = quads.mean(axis=1)
     pairs = cKDTree(centres).query_pairs(reach, output_type="ndarray")
-    pairs = pairs[overlaps(quads[pairs[:, 0]], quads[pairs[:, 1]]) > limit]
+    pairs = pairs[overlap_more(quads[pairs[:, 0]], quads[pairs[:, 1]], limit)]
     rank = np.empty(len(quads), np.intp)
     rank[np.argsort(-score, kind="stable")] = np.arange(len(quads))
     ordered = np.where((rank[pairs[:, 0]] < rank[pairs[:, 1]])[:, None], pairs, pairs[:, ::-1])

@@ -17,16 +17,15 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from hawk.algo.vision import quads
+from hawk.algo.vision.lattices import SHORT_ROW, Lattices, fit_lattices
 from hawk.algo.vision.seen import FloatArray
 
 Evidence = Callable[[FloatArray], FloatArray]
 """Takes quads (M, 4, 2) and returns the mean core probability (M,) in their inner part, 0 where nothing was seen."""
 
 _SAME_DIRECTION = 0.14
-_SHORT_ROW = 3
-_PITCH_M = (1.8, 4.2)
-_LATTICE_ERROR_M = 0.3
-_STRAIGHT_M = 0.6
+_NEAR_PLACE_M = 0.8
+_GAP_SCORE, _END_SCORE, _SAID_SCORE = 0.3, 0.25, 0.3
 _OVERLAP_LIMIT = 0.3
 _TOUCH_LIMIT = 0.25
 
@@ -97,14 +96,11 @@ def complete_rows(stalls: RowStalls, evidence: Evidence, options: RowOptions | N
     group = row_of(stalls)
     size = np.bincount(group)
     needed = np.where(size == 1, options.lone_score, np.where(size == 2, options.lone_score * 0.75, 0.0))
-    kept = (size[group] >= _SHORT_ROW) | (stalls.score >= needed[group])
-    snapped, lattices = stalls, []
-    for row in np.flatnonzero(size >= _SHORT_ROW):
-        members = np.flatnonzero(group == row)
-        for lattice in _lattices(stalls[members], members, options):
-            snapped = lattice.snap(snapped)
-            lattices.append(lattice)
-    inferred = _infer(lattices, evidence, options)
+    kept = (size[group] >= SHORT_ROW) | (stalls.score >= needed[group])
+    lattices = fit_lattices(
+        stalls.centres, stalls.angle, stalls.width, stalls.length, stalls.score, group, options.maximum_gap
+    )
+    snapped, inferred = _snap(stalls, lattices), _infer(lattices, evidence, options)
     result = snapped[kept]
     result = result[quads.suppress(result.corners(), result.score, _OVERLAP_LIMIT)]
     inferred = inferred[quads.suppress(inferred.corners(), inferred.score, _TOUCH_LIMIT)]
@@ -144,140 +140,57 @@ def _mean_by(owner: NDArray[np.intp], values: FloatArray, count: int) -> FloatAr
     return np.asarray(np.divide(total, number, out=np.full(count, np.nan), where=number > 0))
 
 
-@dataclass(frozen=True, slots=True)
-class _Lattice:
-    """A row's lattice: stall k has its centre at ``origin + along * t + aside * offset(t)``, t = first + pitch * k."""
-
-    origin: FloatArray
-    along: FloatArray
-    aside: FloatArray
-    first: float
-    pitch: float
-    offset: FloatArray  # polynomial of t, for np.polyval
-    angle: float
-    width: float
-    length: float
-    members: NDArray[np.intp]
-    places: NDArray[np.intp]
-
-    def centres(self, k: NDArray[Any]) -> FloatArray:
-        t = self.first + self.pitch * np.asarray(k, float)
-        return self.origin + np.outer(t, self.along) + np.outer(np.polyval(self.offset, t), self.aside)
-
-    def stalls(self, k: NDArray[Any], score: float) -> RowStalls:
-        centre, ones = self.centres(k), np.ones(len(k))
-        return RowStalls(
-            centre[:, 0],
-            centre[:, 1],
-            self.angle * ones,
-            self.width * ones,
-            self.length * ones,
-            score * ones,
-            np.full(len(k), -1, np.intp),
-        )
-
-    def snap(self, stalls: RowStalls) -> RowStalls:
-        """Move the members that lie near their place onto it."""
-        to = self.centres(self.places)
-        near = np.hypot(*(to - stalls.centres[self.members]).T) < 0.8
-        members = self.members[near]
-        north, east = stalls.north.copy(), stalls.east.copy()
-        north[members], east[members] = to[near].T
-        angle, width, length = stalls.angle.copy(), stalls.width.copy(), stalls.length.copy()
-        angle[members], width[members], length[members] = self.angle, self.width, self.length
-        return RowStalls(north, east, angle, width, length, stalls.score, stalls.source)
+def _snap(stalls: RowStalls, lattices: Lattices) -> RowStalls:
+    """Move the members that lie near their place on a lattice onto it."""
+    to = lattices.centres(lattices.owner, lattices.place)
+    near = np.hypot(*(to - stalls.centres[lattices.member]).T) < _NEAR_PLACE_M
+    member, owner = lattices.member[near], lattices.owner[near]
+    north, east, angle, width, length = (
+        v.copy() for v in (stalls.north, stalls.east, stalls.angle, stalls.width, stalls.length)
+    )
+    north[member], east[member] = to[near].T
+    angle[member], width[member], length[member] = lattices.angle[owner], lattices.width[owner], lattices.length[owner]
+    return RowStalls(north, east, angle, width, length, stalls.score, stalls.source)
 
 
-def _lattices(row: RowStalls, index: NDArray[np.intp], options: RowOptions) -> list[_Lattice]:
-    """Fit lattices to the stalls of one row; a row with a break in its rhythm gives several, a crooked one none."""
-    origin = row.centres.mean(axis=0)
-    _, _, axes = np.linalg.svd(row.centres - origin)
-    along, aside = axes[0], axes[1]
-    angle = float(np.angle(np.exp(2j * row.angle).sum()) / 2 % np.pi)
-    lean = abs(float(quads.cross(np.array(angle), along)))  # sine of the angle between row and stalls
-    residual = (row.centres - origin) @ aside
-    if lean < 0.6 or float(np.abs(residual).std()) > _STRAIGHT_M:
-        return []
-    order = np.argsort((row.centres - origin) @ along, kind="stable")
-    t = ((row.centres - origin) @ along)[order]
-    pitch = _pitch(t, float(np.median(row.width)) / lean)
-    length = float(np.median(row.length))
-    fitted = []
-    for part, places in _runs(t, pitch, options.maximum_gap):
-        chosen = order[part]
-        line = _fit(t[part], places, row.score[chosen])
-        if line is None or not _PITCH_M[0] < line[1] * lean < _PITCH_M[1]:
-            continue
-        offset = _offset(t[part], residual[chosen], row.score[chosen])
-        fitted.append(
-            _Lattice(
-                origin, along, aside, line[0], line[1], offset, angle, line[1] * lean, length, index[chosen], places
-            )
-        )
-    return fitted
-
-
-def _pitch(t: FloatArray, guess: float) -> float:
-    """Return the usual distance of neighbours, near the guess."""
-    gaps = np.diff(t)
-    usual = gaps[(gaps > 0.75 * guess) & (gaps < 1.3 * guess)]
-    return float(np.median(usual)) if len(usual) >= 2 else guess
-
-
-def _runs(t: FloatArray, pitch: float, maximum_gap: int) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
-    """Split sorted places where the rhythm breaks; returns (indices, lattice numbers) of runs of three or more."""
-    steps = np.diff(t) / pitch
-    whole = np.maximum(np.rint(steps), 1)
-    broken = (np.abs(steps - whole) > 0.28 + 0.03 * whole) | (whole > maximum_gap + 1)
-    run = np.concatenate([[0], np.cumsum(broken)])
-    number = np.concatenate([[0], np.cumsum(np.where(broken, 0, whole))]).astype(np.intp)
-    parts = [np.flatnonzero(run == r) for r in range(int(run[-1]) + 1)]
-    return [(part, number[part] - number[part[0]]) for part in parts if len(part) >= _SHORT_ROW]
-
-
-def _fit(t: FloatArray, places: NDArray[np.intp], score: FloatArray) -> tuple[float, float] | None:
-    """Return first and pitch by robust least squares (Cauchy weights), None when the places do not fit a lattice."""
-    design = np.column_stack([np.ones(len(t)), places])
-    weight: FloatArray = score
-    solution: FloatArray = np.zeros(2)
-    for _ in range(3):
-        solution = np.asarray(np.linalg.lstsq(design * weight[:, None], t * weight, rcond=None)[0], np.float64)
-        weight = np.asarray(score / (1 + ((t - design @ solution) / 0.25) ** 2))
-    if float(np.median(np.abs(t - design @ solution))) > _LATTICE_ERROR_M or solution[1] <= 0:
-        return None
-    return float(solution[0]), float(solution[1])
-
-
-def _offset(t: FloatArray, residual: FloatArray, score: FloatArray) -> FloatArray:
-    if len(t) <= _SHORT_ROW:
-        return np.array([0.0, float(np.median(residual))])
-    return np.asarray(np.polyfit(t, residual, 1, w=np.maximum(score, 1e-3)))
-
-
-def _infer(lattices: list[_Lattice], evidence: Evidence, options: RowOptions) -> RowStalls:
+def _infer(lattices: Lattices, evidence: Evidence, options: RowOptions) -> RowStalls:
     """Return the stalls that the lattices imply and the evidence bears out."""
-    empty = np.zeros(0)
-    result = row_stalls(empty, empty, empty, empty, empty, empty)
-    wanted: list[tuple[RowStalls, float, float, bool]] = []
-    for lattice in lattices:
-        last = int(lattice.places.max())
-        gaps = np.setdiff1d(np.arange(last + 1), lattice.places)
-        steps = np.arange(1, options.maximum_end + 1)
-        wanted.append((lattice.stalls(gaps, 0.3), options.gap, 0.3, False))
-        wanted.extend((lattice.stalls(k, 0.25), options.end, 0.3, True) for k in (-steps, last + steps))
-    if not wanted:
-        return result
-    says = np.asarray(evidence(np.concatenate([w[0].corners() for w in wanted])), np.float64)
-    at = 0
-    for stalls, least, gain, in_turn in wanted:
-        said = says[at : at + len(stalls)]
-        at += len(stalls)
-        good = said >= least
-        if in_turn:
-            good = np.logical_and.accumulate(good)
-        scored = replace(stalls, score=stalls.score + gain * said)
-        result = _join(result, scored[good])
-    return result
+    owner, k, step = _implied(lattices, options.maximum_end)
+    centre = lattices.centres(owner, k)
+    implied = RowStalls(
+        centre[:, 0],
+        centre[:, 1],
+        lattices.angle[owner],
+        lattices.width[owner],
+        lattices.length[owner],
+        np.where(step > 0, _END_SCORE, _GAP_SCORE),
+        np.full(len(k), -1, np.intp),
+    )
+    if not len(implied):
+        return implied
+    says = np.asarray(evidence(implied.corners()), np.float64)
+    good = says >= np.where(step > 0, options.end, options.gap)
+    ends = np.flatnonzero(step)  # an end goes on only where it has not stopped before
+    good[ends] = np.logical_and.accumulate(good[ends].reshape(2 * len(lattices), options.maximum_end), axis=1).ravel()
+    return replace(implied, score=implied.score + _SAID_SCORE * says)[good]
+
+
+def _implied(lattices: Lattices, maximum_end: int) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
+    """Return lattice and number of the holes of each lattice and of what would follow at its ends, and how many steps
+    past the end that is (0 in a hole); the ``maximum_end`` of one end follow each other."""
+    count, size = len(lattices), lattices.last + 1
+    start = np.cumsum(size) - size
+    is_hole = np.ones(int(size.sum()), np.bool_)
+    is_hole[start[lattices.owner] + lattices.place] = False
+    holes = np.flatnonzero(is_hole)
+    owner = np.searchsorted(start, holes, side="right") - 1
+    steps = np.arange(1, maximum_end + 1)
+    ends = np.stack([np.broadcast_to(-steps, (count, maximum_end)), lattices.last[:, None] + steps], axis=1)
+    return (
+        np.concatenate([owner, np.repeat(np.arange(count), 2 * maximum_end)]).astype(np.intp),
+        np.concatenate([holes - start[owner], ends.ravel()]).astype(np.intp),
+        np.concatenate([np.zeros(len(holes), np.intp), np.tile(steps, 2 * count)]).astype(np.intp),
+    )
 
 
 def _is_clear(candidates: RowStalls, stalls: RowStalls) -> NDArray[np.bool_]:
@@ -287,7 +200,7 @@ def _is_clear(candidates: RowStalls, stalls: RowStalls) -> NDArray[np.bool_]:
         return clear
     reach = float(max(candidates.length.max(), stalls.length.max())) * 1.2
     i, j = quads.near_pairs(candidates.centres, stalls.centres, reach)
-    touching = quads.overlaps(candidates.corners()[i], stalls.corners()[j]) > _TOUCH_LIMIT
+    touching = quads.overlap_more(candidates.corners()[i], stalls.corners()[j], _TOUCH_LIMIT)
     clear[i[touching]] = False
     return clear
 

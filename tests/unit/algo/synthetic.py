@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.frame import FrameInput
+from hawk.algo.vision.app import stall_scale
 from hawk.algo.vision.seen import GroundImage, Seen, StallSeen
 from hawk.model import CameraModel, DesiredPose, Fence, Health, HeightParameters, MapPoint, MapPose, StateName
 
@@ -68,6 +69,8 @@ class SyntheticVision:
     fault: Exception | None = None
     topic_interface: Any = None
     with_picture: bool = False
+    true_height: float | None = None
+    """How high the drone really is, whatever the pose tells: what is seen is laid that much too large or small."""
 
     def init(self, drone_camera: Any, topic_interface: Any) -> None:
         self.topic_interface = topic_interface
@@ -92,11 +95,15 @@ class SyntheticVision:
     def look(self, pose: MapPose, captured: float) -> Seen:
         """Return what is seen: places are told by ``pose``, the light comes from where the drone really is."""
         real = replace(pose, north=pose.north + self.pose_error[0], east=pose.east + self.pose_error[1])
+        if self.true_height is not None:
+            truth = stretched(self.truth, (real.north, real.east), pose.height / self.true_height)
+            return replace(self, truth=truth, true_height=None).look(pose, captured)
         lot, corners = self._lot(pose, real)
         stalls = self._stalls(real, lot)
         core = replace(lot, values=self._drawn(lot, corners, 0.74))
         car = replace(lot, values=self._drawn(lot, corners[self.truth.taken], 0.8))
-        return Seen(tuple(stalls), lot, car, core, self._picture(pose), len(stalls) >= 3, 1.0, pose, captured)
+        scale = stall_scale(tuple(stalls))
+        return Seen(tuple(stalls), lot, car, core, self._picture(pose), len(stalls) >= 3, scale, pose, captured)
 
     def _lot(self, pose: MapPose, real: MapPose) -> tuple[GroundImage, NDArray[np.float64]]:
         shape = (round(pose.height * 720 / 914 / LAYER_M), round(pose.height * 1280 / 914 / LAYER_M))
@@ -157,6 +164,14 @@ class SyntheticVision:
         quads = stall_corners(self.truth.stalls)
         cv2.fillPoly(blank, list(np.round(image.pixel_points(quads)).astype(np.int32)), (200, 120, 40))
         return image
+
+
+def stretched(truth: Truth, about: tuple[float, float], scale: float) -> Truth:
+    """Return the lot enlarged about a place."""
+    stalls = truth.stalls.copy()
+    stalls[:, :2] = about + (stalls[:, :2] - about) * scale
+    stalls[:, 3:] *= scale
+    return Truth(about + (truth.lot - about) * scale, stalls, truth.taken)
 
 
 def ground_affine(pose: MapPose, shape: tuple[int, int], pixel_m: float) -> NDArray[np.float64]:

@@ -11,7 +11,7 @@ import pytest
 from hawk.algo.errors import AlgoError
 from hawk.algo.mapper.app import MapperApp
 from hawk.algo.topic_interface import AlgorithmTopicInterface
-from hawk.model import TILE_CELLS, Cell, Inbound, MapPose, OccupancyMap, Stall, StallState
+from hawk.model import TILE_CELLS, Cell, Health, Inbound, MapPose, OccupancyMap, Stall, StallState
 from tests.unit.algo.synthetic import SyntheticVision, Truth, frame_at, pose_at, rows_lot
 
 
@@ -149,6 +149,45 @@ def test_what_vision_saw_in_an_older_frame_is_not_fused_twice() -> None:
     rig.interface.begin(frame_at(pose_at(0, 5), 99))
     rig.mapper.process()
     assert rig.mapper.get_occupancy_map().version == version
+
+
+@pytest.mark.parametrize("factor", [0.8, 0.9, 1.1, 1.2])
+def test_a_wrong_height_is_found_told_and_the_map_is_laid_right(factor: float) -> None:
+    rig = Rig(noise_m=0.1, true_height=35.0)
+    for north in (-8.0, 8.0):
+        for east in PASS if north < 0 else PASS[::-1]:
+            rig.sequence += 1
+            told = replace(pose_at(north, float(east), math.pi / 2), height=35.0 * factor)
+            rig.interface.begin(rig.mapper.levelled(frame_at(told, rig.sequence)))
+            rig.vision.process()
+            rig.mapper.process()
+    rig.mapper.publish()
+    frame = rig.mapper.levelled(frame_at(replace(pose_at(0, 0), height=35.0 * factor), 999))
+    assert frame.pose is not None
+    assert frame.pose.height == pytest.approx(35.0, rel=0.03)
+    words = "farther" if factor < 1 else "nearer"
+    assert words in rig.mapper.get_health().reason
+    assert rig.mapper.get_health().is_healthy
+    sizes = np.array([(s.width, s.length) for s in rig.map.stalls.values()])
+    assert np.median(sizes, 0) == pytest.approx((2.6, 5.2), rel=0.04)
+    assert rig.map.counts.total == pytest.approx(len(rig.truth.stalls), abs=3)
+    assert rig.unmatched(without_offset(rig)) <= len(rig.truth.stalls) / 10
+
+
+def without_offset(rig: Rig) -> list[Stall]:
+    """The stalls of a map that lies aside as a whole: the first frames are all that ties it to the datum."""
+    stalls = list(rig.map.stalls.values())
+    places = np.array([(s.north, s.east) for s in stalls])
+    away = rig.truth.stalls[None, :, :2] - places[:, None]
+    nearest = away[np.arange(len(stalls)), np.hypot(away[..., 0], away[..., 1]).argmin(1)]
+    north, east = np.median(nearest, 0)
+    return [replace(s, north=s.north + north, east=s.east + east) for s in stalls]
+
+
+def test_a_right_height_is_not_talked_about() -> None:
+    rig = Rig(noise_m=0.1)
+    rig.fly(PASS)
+    assert rig.mapper.get_health() == Health()
 
 
 def test_a_picture_that_does_not_fit_is_an_error_and_changes_nothing() -> None:

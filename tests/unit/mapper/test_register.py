@@ -74,7 +74,7 @@ def test_no_stalls_known_or_found_keep_the_shift() -> None:
     assert registration.update(stalls(), none, (0.0, 0.0)) == Shift(0.4, -0.2, 0.01, 1.01)
 
 
-@pytest.mark.parametrize(("is_old", "least", "most"), [(True, 0.95, 1.05), (False, 0.5, 0.8)])
+@pytest.mark.parametrize(("is_old", "least", "most"), [(True, 0.99, 1.01), (False, 0.9, 0.98)])
 def test_stalls_of_an_earlier_pass_hold_the_shift_fresh_ones_let_it_leak(
     is_old: bool, least: float, most: float
 ) -> None:
@@ -98,7 +98,7 @@ def test_the_shift_is_limited() -> None:
 def test_without_stalls_the_shift_leaks_back_to_what_gnss_says() -> None:
     registration = Registration(2.0)
     registration.restore(Shift(1.0, 0.0))
-    for step in range(200):
+    for step in range(800):
         registration.update(np.zeros((0, 3)), np.zeros((0, 3)), (0.0, step * 0.5))
     assert registration.shift.north < 0.05
 

@@ -1,0 +1,1 @@
+"""The algorithms alone flown over worlds by a kinematic drone, without MAVLink."""

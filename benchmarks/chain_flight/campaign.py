@@ -1,0 +1,67 @@
+"""Flies many worlds."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+
+import cv2
+
+from benchmarks.chain_flight.flight import Errors, fly
+from benchmarks.chain_flight.measure import ORIGIN, Result, SingleFrames, figures, judge, line, survey_of
+from benchmarks.figures import BenchmarkError, Figure
+from hawk.algo.vision.app import VisionApp
+from hawk.algo.vision.settings import VisionSettings
+from hawk.survey.map_picture import map_picture
+from hawk.survey.truth import parse_truth
+from hawk.worlds.generate import generate_world
+from hawk.worlds.picture import picture_world
+from hawk.worlds.world import World
+
+Named = tuple[str, World]
+
+
+def measure(chosen: Sequence[int]) -> list[Figure]:
+    """Return the figures of drawn worlds, for the table of all benchmarks."""
+    cv2.setNumThreads(1)
+    return measure_worlds(seeds(chosen), Errors(), None, None)
+
+
+def measure_worlds(worlds: Iterable[Named], errors: Errors, model: Path | None, pictures: Path | None) -> list[Figure]:
+    """Fly over every world and tell of each; ``pictures`` is a folder for their maps.
+
+    Raises BenchmarkError when there is none.
+    """
+    results = [fly_one(name, world, errors, model, pictures) for name, world in worlds]
+    if not results:
+        raise BenchmarkError("no world to fly over: name seeds, or a folder that holds PLACE.jpg with PLACE.json")
+    return figures(results)
+
+
+def fly_one(name: str, world: World, errors: Errors, model: Path | None, pictures: Path | None) -> Result:
+    """Fly over one world."""
+    truth = parse_truth(world.truth_json(), ORIGIN)
+    single = SingleFrames(world)
+    vision = VisionApp(VisionSettings(model=model))
+    flown = fly(world, truth, vision, errors, seed=world.seed or 0, watch=single.watch)
+    result = judge(name, world, truth, flown, single)
+    print(line(result), file=sys.stderr, flush=True)
+    if pictures is not None:
+        pictures.mkdir(parents=True, exist_ok=True)
+        cv2.imwrite(str(pictures / f"{name.replace(' ', '-')}.png"), map_picture(survey_of(world, flown)))
+    return result
+
+
+def seeds(chosen: Sequence[int]) -> Iterator[Named]:
+    """Yield drawn worlds."""
+    for seed in chosen:
+        yield f"seed {seed}", generate_world(seed)
+
+
+def lots(folder: Path) -> Iterator[Named]:
+    """Yield pictures of places, each with its truth beside it."""
+    for path in sorted(folder.glob("*.json")):
+        scale = json.loads(path.read_text())["metres_per_pixel"]
+        yield path.stem, picture_world(path.with_suffix(".jpg"), scale, path)

@@ -1,0 +1,233 @@
+"""What a flight says against the truth: the fused map, and beside it what each single frame says.
+
+Single frames are given the true position: drift is the map's to take out. Their stalls are those that the frame alone
+shows with a score of .5, and the truth is what lies wholly in its picture.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from statistics import fmean
+
+import numpy as np
+import pymap3d
+from numpy.typing import NDArray
+
+from benchmarks.chain_flight.flight import Flown, Glance
+from benchmarks.figures import Figure, Limit, Reference
+from benchmarks.perception.measures import Judged, calibration_error
+from hawk.algo.vision import decode, quads
+from hawk.algo.vision.seen import GroundImage
+from hawk.model import GlobalPose, StallState
+from hawk.survey import scoring
+from hawk.survey.report import compare, map_offset
+from hawk.survey.scoring import Finding, Tally, match, tally
+from hawk.survey.survey_map import SurveyMap, unpack_tiles
+from hawk.survey.truth import Truth
+from hawk.worlds.world import World
+
+ORIGIN = GlobalPose(43.2609, -79.9192, 0.0)
+MINIMUM_SCORE = 0.5
+WHOLE = 0.98
+FREE_SHARE, FREE_STALLS = 0.05, 2
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """How one finding compares with the truth. ``errors`` (N,) are metres between centres of matched stalls."""
+
+    tally: Tally
+    judged: Judged
+    errors: Floats = field(repr=False)
+
+    @classmethod
+    def of(cls, stalls: Floats, taken: Floats, states: NDArray[np.object_], truth: scoring.Truth) -> Judgement:
+        """Judge stalls (N, 4, 2) with their probabilities of being taken (N,) and states (N,)."""
+        pairs = match(stalls, truth.stalls)
+        real = np.asarray(truth.states, object)[pairs.true]
+        known = (real == StallState.FREE) | (real == StallState.TAKEN)
+        apart = stalls[pairs.found].mean(1) - truth.stalls[pairs.true].mean(1)
+        return cls(
+            tally(Finding(stalls, states), truth),
+            Judged(taken[pairs.found][known], np.asarray(real[known] == StallState.TAKEN)),
+            np.hypot(apart[:, 0], apart[:, 1]),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Pool:
+    """Judgements taken together."""
+
+    parts: tuple[Judgement, ...]
+
+    @property
+    def tally(self) -> Tally:
+        """All counts."""
+        return sum((part.tally for part in self.parts), Tally())
+
+    @property
+    def calibration_error(self) -> float:
+        """Expected calibration error of the probability of being taken."""
+        return calibration_error(part.judged for part in self.parts)
+
+    @property
+    def position_error(self) -> float | None:
+        """95th percentile of the errors of matched centres, metres; None without a match."""
+        errors = np.concatenate([np.zeros(0), *(part.errors for part in self.parts)])
+        return float(np.percentile(errors, 95)) if len(errors) else None
+
+
+class SingleFrames:
+    """Judges every frame of a flight by itself; ``watch`` goes to `flight.fly`."""
+
+    def __init__(self, world: World) -> None:
+        x0, y0 = world.start()
+        corners = np.array([stall.corners for stall in world.stalls]).reshape(-1, 4, 2)
+        self._corners = np.stack([y0 - corners[..., 1], corners[..., 0] - x0], axis=-1)
+        self._states = np.array([_true_state(stall.state) for stall in world.stalls], object)
+        self.judgements: list[Judgement] = []
+
+    def watch(self, glance: Glance) -> None:
+        """Judge one frame."""
+        seen, off = glance.seen, np.array(glance.off)
+        sure = [s for s in seen.stalls if s.score >= MINIMUM_SCORE and s.visible > WHOLE]
+        table = np.array([(s.north, s.east, s.angle, s.width, s.length, s.taken) for s in sure]).reshape(-1, 6)
+        table[:, :2] -= off
+        whole = _is_whole(seen.picture, self._corners + off)
+        truth = scoring.Truth(self._corners[whole], self._states[whole])
+        states = np.where(table[:, 5] < 0.5, StallState.FREE, StallState.TAKEN).astype(object)
+        self.judgements.append(Judgement.of(quads_of(table[:, :5]), table[:, 5], states, truth))
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """One flight: the report of its map, what is judged fused and frame by frame, and recall of stalls not hidden."""
+
+    name: str
+    flown: Flown
+    report: dict[str, float]
+    fused: Judgement
+    single: Pool
+    recall_seen: tuple[int, int]
+
+    @property
+    def free_is_right(self) -> bool:
+        """Whether the free stalls were counted to 5 % or 2 stalls."""
+        off, true = self.fused.tally.free_count_error, self.fused.tally.free_true
+        return off <= FREE_STALLS or off <= FREE_SHARE * true
+
+
+def judge(name: str, world: World, truth: Truth, flown: Flown, single: SingleFrames) -> Result:
+    """Compare a flight's map with the truth; the constant part of the position error is taken out (`map_offset`)."""
+    survey = survey_of(world, flown)
+    stalls = [survey.stalls[key] for key in sorted(survey.stalls)]
+    x0, y0 = world.start()
+    corners = np.array([stall.corners() for stall in stalls]).reshape(-1, 4, 2)
+    found = np.stack([x0 + corners[..., 1], y0 - corners[..., 0]], axis=-1)
+    true = np.asarray(truth.stalls, float).reshape(-1, 4, 2)
+    found += map_offset(found.mean(1), true.mean(1))
+    real = scoring.Truth(true, np.array([s or StallState.UNKNOWN for s in truth.states], object), truth.lots)
+    fused = Judgement.of(
+        found, np.array([s.taken for s in stalls]), np.array([s.state for s in stalls], object), real
+    )  # fmt: skip
+    shown = ~np.asarray(truth.hidden, np.bool_)
+    matched = match(found, true).true
+    report = compare(survey, truth)
+    return Result(
+        name, flown, report, fused, Pool(tuple(single.judgements)), (int(shown[matched].sum()), int(shown.sum()))
+    )
+
+
+def survey_of(world: World, flown: Flown) -> SurveyMap:
+    """Return the map of a flight as a survey would: its datum is the world's start."""
+    x0, y0 = world.start()
+    latitude, longitude, _ = pymap3d.ned2geodetic(-y0, x0, 0.0, ORIGIN.latitude, ORIGIN.longitude, 0.0)
+    found = flown.output.occupancy_map
+    tiles = unpack_tiles({key: tile.data for key, tile in found.tiles.items()})
+    mosaic = {key: tile.data for key, tile in found.mosaic.items()}
+    return SurveyMap(GlobalPose(float(latitude), float(longitude), 0.0), found.stalls, tiles, mosaic)
+
+
+def line(result: Result) -> str:
+    """Return the figures of one flight for people."""
+    fused, single = result.fused.tally, result.single.tally
+    alone = Pool((result.fused,))
+    told = [
+        f"F1 {fused.f1:.3f} (P {fused.precision:.3f} R {fused.recall:.3f}) free {fused.free_found}/{fused.free_true}",
+        f"state {fused.state_accuracy:.3f} unknown {fused.unknown_share:.3f} ECE {alone.calibration_error:.3f}",
+        f"p95 {alone.position_error or float('nan'):.2f} m lot {result.report['lot_iou']:.3f}",
+        f"single frames F1 {single.f1:.3f} (P {single.precision:.3f} R {single.recall:.3f}) "
+        f"state {single.state_accuracy:.3f} ECE {result.single.calibration_error:.3f}",
+        f"{result.flown.way:.0f} m {result.flown.seconds:.0f} s, mapper p99 "
+        f"{np.percentile(result.flown.mapper_ms, 99):.1f} ms",
+    ]
+    return f"{result.name}: " + ", ".join(told)
+
+
+def figures(results: Sequence[Result]) -> list[Figure]:
+    """Return the figures of all flights together: counts added up, fused beside single frames."""
+    fused = Pool(tuple(result.fused for result in results))
+    single = Pool(tuple(part for result in results for part in result.single.parts))
+    one, many, count = fused.tally, single.tally, len(results)
+    free_off = (one.free_found - one.free_true) / one.free_true if one.free_true else None
+    seen = np.sum([result.recall_seen for result in results], axis=0)
+    frame_ms, mapper_ms = (
+        np.concatenate([np.zeros(0), *(getattr(r.flown, key) for r in results)]) for key in ("frame_ms", "mapper_ms")
+    )
+
+    def beside(key: str, text: str, limit: Limit | None = None) -> list[Figure]:
+        value, alone = getattr(one, key), getattr(many, key)
+        name = "stall_f1" if key == "f1" else key
+        return [
+            Figure(f"chain_{name}", text, value, reference=Reference("single frames", alone), limit=limit),
+            Figure(f"chain_single_{name}", f"{text}, single frames", alone),
+        ]
+
+    return [
+        Figure("chain_flights", "flights", float(count)),
+        Figure("chain_finished", "whole lot seen", float(sum(r.flown.finished for r in results)), limit=Limit(count)),
+        *beside("f1", "stall F1, pooled", Limit(lowest=0.97)),
+        Figure("chain_stall_f1_min", "stall F1, worst", min((r.fused.tally.f1 for r in results), default=None)),
+        *beside("precision", "precision"),
+        *beside("recall", "recall"),
+        Figure("chain_recall_seen", "recall of stalls that are not hidden", float(seen[0] / seen[1])),
+        *beside("free_recall", "free recall"),
+        *beside("state_accuracy", "state accuracy (unknown is wrong)"),
+        Figure("chain_unknown_share", "unknown state", one.unknown_share, limit=Limit(highest=0.05)),
+        Figure("chain_free_count_error", "free stalls, pooled error", free_off, limit=Limit(-0.02, 0.02)),
+        Figure(
+            "chain_free_counts_right", f"free stalls within {FREE_SHARE:.0%} or {FREE_STALLS} stalls",
+            float(sum(r.free_is_right for r in results)), limit=Limit(lowest=count),
+        ),
+        Figure(
+            "chain_position_error_p95_m", "position error of centres, p95", fused.position_error, "m",
+            Reference("single frames", single.position_error), Limit(highest=0.5),
+        ),
+        Figure(
+            "chain_ece", "calibration error of the state", fused.calibration_error, "",
+            Reference("single frames", single.calibration_error), Limit(highest=0.05),
+        ),
+        Figure("chain_lot_iou", "lot IoU, mean", fmean(r.report["lot_iou"] for r in results)),
+        Figure("chain_way_m", "way, mean", fmean(r.flown.way for r in results), "m"),
+        Figure("chain_frame_ms_p50", "frame, JPEG to plan, median", float(np.median(frame_ms)), "ms"),
+        Figure("chain_frame_ms_p95", "frame, JPEG to plan, p95", float(np.percentile(frame_ms, 95)), "ms"),
+        Figure("chain_mapper_ms_p50", "map update, median", float(np.median(mapper_ms)), "ms"),
+        Figure("chain_mapper_ms_p99", "map update, p99", float(np.percentile(mapper_ms, 99)), "ms"),
+    ]  # fmt: skip
+
+
+def quads_of(table: Floats) -> Floats:
+    """Return corners (N, 4, 2) of (north, east) for rows (N, 5) of north, east, angle, width, length."""
+    return quads.corners(*table.T)
+
+
+def _is_whole(picture: GroundImage, corners: Floats) -> NDArray[np.bool_]:
+    pixels = picture.pixel_points(corners)
+    return np.asarray(decode.sample(picture.valid, pixels).all(axis=1))
+
+
+def _true_state(state: str) -> StallState:
+    return {"free": StallState.FREE, "taken": StallState.TAKEN}.get(state, StallState.UNKNOWN)

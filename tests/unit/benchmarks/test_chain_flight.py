@@ -1,0 +1,137 @@
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from benchmarks import __main__ as command
+from benchmarks.chain_flight import __main__ as chain
+from benchmarks.chain_flight import campaign, flight, measure
+from benchmarks.chain_flight.flight import Drone, Errors, Flown, Glance
+from benchmarks.chain_flight.measure import Judgement, Pool, Result
+from benchmarks.figures import Figure
+from hawk.algo.frame import FrameOutput
+from hawk.algo.vision.seen import GroundImage, Seen, StallSeen
+from hawk.model import Health, MapPoint, MapPose, OccupancyMap, PathPlan, StallState
+from hawk.survey import scoring
+from hawk.worlds.world import TrueStall, World
+
+BOX = np.array([[0, 0], [2.6, 0], [2.6, 5.2], [0, 5.2]], float)
+
+
+def row(count: int, x: float = 0.0, y: float = 0.0) -> NDArray[np.float64]:
+    return np.array([BOX + np.array([x + 2.6 * k, y]) for k in range(count)])
+
+
+def judged(found: int, true: int, *, free: int, taken: float = 0.1, shift: float = 0.0) -> Judgement:
+    """The first stalls of a row of free ones are found, so many of them called free."""
+    states = np.array([StallState.FREE] * free + [StallState.TAKEN] * (found - free), object)
+    truth = scoring.Truth(row(true), np.array([StallState.FREE] * true, object))
+    return Judgement.of(row(found, shift), np.full(found, taken), states, truth)
+
+
+def result(name: str, fused: Judgement, single: Judgement) -> Result:
+    health = Health()
+    output = FrameOutput(1, 0.0, True, b"", OccupancyMap(), PathPlan(), (), health, health, health)
+    flown = Flown(output, 200.0, 50.0, np.array([40.0, 60.0]), np.array([5.0, 7.0]), True)
+    return Result(name, flown, {"lot_iou": 0.9, "position_error_p95_m": 0.2}, fused, Pool((single, single)), (19, 20))
+
+
+def by_key(results: list[Result]) -> dict[str, Figure]:
+    return {figure.key: figure for figure in measure.figures(results)}
+
+
+def test_counts_of_all_flights_are_added_up_and_stand_beside_single_frames() -> None:
+    found = by_key(
+        [
+            result("a", judged(20, 20, free=20), judged(15, 20, free=15)),
+            result("b", judged(18, 20, free=18, shift=0.4), judged(10, 20, free=5)),
+        ]
+    )
+    assert found["chain_stall_f1"].value == pytest.approx(2 * 38 / (38 + 40))
+    assert found["chain_single_stall_f1"].value == pytest.approx(2 * 50 / (50 + 80))
+    assert found["chain_stall_f1"].reference is not None
+    assert found["chain_stall_f1"].reference.value == found["chain_single_stall_f1"].value
+    assert found["chain_stall_f1_min"].value == pytest.approx(2 * 18 / 38)
+    assert found["chain_free_count_error"].value == pytest.approx(-2 / 40)
+    assert found["chain_free_count_error"].passed is False
+    assert found["chain_free_counts_right"].value == 2
+    assert found["chain_position_error_p95_m"].value == pytest.approx(0.4)
+    assert found["chain_ece"].value == pytest.approx(0.1)
+    assert found["chain_recall_seen"].value == pytest.approx(0.95)
+    assert found["chain_finished"].passed
+
+
+def test_a_count_is_right_within_5_percent_or_2_stalls() -> None:
+    one = judged(20, 20, free=20)
+    assert result("a", judged(18, 20, free=18), one).free_is_right
+    assert not result("a", judged(17, 20, free=17), one).free_is_right
+    assert result("a", judged(97, 100, free=95), one).free_is_right
+    assert not result("a", judged(97, 100, free=94), one).free_is_right
+
+
+def test_a_single_frame_is_judged_at_its_true_place_by_what_lies_wholly_in_it() -> None:
+    corners = row(10, 5.0, 20.0)
+    stalls = tuple(TrueStall(k, c, taken=k == 0) for k, c in enumerate(corners))
+    world = World("w", 0.1, np.zeros((10, 10, 3), np.uint8), stalls=stalls, start_m=(0.0, 0.0))
+    off = (1.5, -0.8)
+    size = (200, 200)  # 20 m: the last four stalls are cut or outside
+    to_map = np.array([[0.0, -0.1, -10.0 + off[0]], [0.1, 0.0, 2.0 + off[1]]])
+    image = GroundImage(np.zeros((*size, 3), np.uint8), to_map, np.ones(size, np.bool_))
+    seen = tuple(
+        StallSeen(-22.6 + off[0], 6.3 + 2.6 * k + off[1], 0.0, 2.6, 5.2, 0.9, 0.9 if k == 0 else 0.1, 1.0)
+        for k in range(6)
+    )
+    pose = MapPose(off[0], off[1], 35.0, 0.0, 0.0, 0.0)
+    frames = measure.SingleFrames(world)
+    frames.watch(Glance(Seen(seen, image, image, image, image, True, 1.0, pose, 0.0), off))
+    (one,) = frames.judgements
+    assert (one.tally.matched, one.tally.found, one.tally.true) == (6, 6, 6)
+    assert one.tally.state_accuracy == 1.0
+    assert one.errors.max() < 1e-6
+
+
+def test_a_drone_that_is_told_a_wrong_place_goes_where_it_believes_the_target_is() -> None:
+    drone, plan = Drone(), PathPlan(target=MapPoint(10.0, 0.0), yaw=math.pi / 2)
+    for _ in range(100):
+        drone.step(plan, 0.2, (2.0, -1.0, 0.1))
+    assert (drone.north, drone.east) == pytest.approx((8.0, 1.0), abs=0.2)
+    assert drone.yaw == pytest.approx(math.pi / 2 - 0.1, abs=0.01)
+
+
+def test_a_flight_of_a_few_frames(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(flight, "TIMEOUT_S", 2.0)
+    monkeypatch.setattr(flight, "PIXELS", (640, 360))
+    out = tmp_path / "chain.json"
+    assert chain.main(["--seeds", "1", "--height", "1.1", "--json", str(out), "--out", str(tmp_path / "maps")]) == 0
+    figures = json.loads(out.read_text())
+    assert figures["chain_flights"] == 1
+    assert figures["chain_finished"] == 0
+    assert figures["chain_precision"] > 0.8
+    assert 0 < figures["chain_single_recall"] < 1
+    assert (tmp_path / "maps" / "seed-1.png").exists()
+
+
+def test_no_world_is_an_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert chain.main(["--lots", str(tmp_path)]) == 1
+    assert "no world to fly over" in capsys.readouterr().err
+
+
+def test_the_section_is_part_of_all_benchmarks(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    asked = []
+
+    def measured(seeds: list[int]) -> list[Figure]:
+        asked.append(seeds)
+        return [Figure("chain_flights", "flights", float(len(seeds)))]
+
+    monkeypatch.setattr(campaign, "measure", measured)
+    assert command.main(["--only", "chain", "--chain", "3-4", "--json", str(tmp_path / "out.json")]) == 0
+    assert asked == [[3, 4]]
+
+
+def test_errors_are_those_of_the_simulator_and_can_be_none() -> None:
+    assert Errors() == Errors(gnss_m=1.0, height=1.0, compass=0.0)
