@@ -11,9 +11,10 @@ import shapely
 
 from benchmarks.exploration import __main__ as command
 from benchmarks.exploration import campaign
+from benchmarks.exploration.disc import Disc
 from benchmarks.exploration.flight import fly
 from benchmarks.exploration.lots import FENCE_MARGIN_M, KINDS, draw_lot
-from benchmarks.exploration.oracle import Disc, best_tour
+from benchmarks.exploration.oracle import best_tour
 from benchmarks.exploration.pilots import MExplore, NearestFrontier, PlannerPilot, RulePilot, TourPilot
 from benchmarks.exploration.report import figures, rows, way_over_oracle
 from benchmarks.exploration.runs import NEAREST, PLANNER, SeedRun
