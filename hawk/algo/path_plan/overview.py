@@ -55,8 +55,8 @@ class Part:
 
 def cells_of_tiles(tiles: Window) -> Window:
     """Return the window of coarse cells that covers a window of tiles."""
-    numbers = (tiles.row, tiles.column, tiles.rows, tiles.columns)
-    return Window(*(number * _CELLS for number in numbers), COARSE_M)
+    top, left = tiles.row * _CELLS, tiles.column * _CELLS
+    return Window(top, left, tiles.rows * _CELLS, tiles.columns * _CELLS, COARSE_M)
 
 
 def with_margin(tiles: Window) -> Window:

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 import shapely
@@ -55,6 +57,13 @@ def test_a_target_is_kept_until_it_is_reached_or_shows_nothing_any_more(flown: F
             continue
         given_up += min(before.target.distance(point) for point in after.route) > 12  # half a picture: it is another
     assert given_up <= 1  # of some 360 plans
+
+
+def test_it_begins_with_a_turn_on_the_spot_that_shows_what_lies_about_the_drone(flown: Flight) -> None:
+    begin = [plan for plan, place in zip(flown.plans, flown.places, strict=True) if place == flown.places[0]]
+    assert len(begin) >= 4
+    assert max(abs(plan.yaw or 0.0) for plan in begin) > math.radians(60)  # the drone's own was 0
+    assert flown.plans[len(begin)].explore.seen > begin[0].explore.seen
 
 
 def test_the_way_is_told_on_from_the_target_and_shrinks(flown: Flight) -> None:
