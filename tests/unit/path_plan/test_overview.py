@@ -29,7 +29,7 @@ def part_of(tiles: Window, wanted: float = 0.0) -> tuple[Part, Grid]:
     east = (window.column + np.arange(window.columns) + 0.5) * window.cell_m
     lot = np.broadcast_to((east < 0).astype(np.float32), window.shape).copy()
     allowed = (lot > 0).astype(np.uint8)
-    field = InformationField(window, lot * 0, allowed, allowed, lot, lot / 2)
+    field = InformationField(window, np.zeros_like(lot), allowed, allowed, lot, lot * np.float32(0.5))
     return Part(tiles, field), np.full(window.shape, wanted, np.float32)
 
 
