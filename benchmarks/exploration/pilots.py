@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.exploration.disc import Disc
 from benchmarks.exploration.surveyed import SurveyedMap
 from hawk.algo.frame import FrameInput
 from hawk.algo.mapper.grid import COARSE_M, CoarseLayers
@@ -19,11 +20,14 @@ from hawk.algo.path_plan.fence import FenceGuard
 from hawk.algo.path_plan.field import InformationField, information_field
 from hawk.algo.path_plan.route import way_round
 from hawk.algo.path_plan.settings import PathPlanSettings
+from hawk.algo.path_plan.sweep import Swath
 from hawk.algo.topic_interface import AlgorithmTopicInterface
 from hawk.model import ExploreStatus, MapPoint, MapPose, PathPlan
 
 Place = tuple[float, float]
 ARRIVAL_M: Final = 1.5
+_FIRST_TURN_RAD: Final = math.radians(115)  # a picture turned so far has shown all of its disc
+_TURN_LEAD_RAD: Final = 0.8
 _END_M: Final = 0.3  # a tour's last place is reached when the drone stands
 _MARGIN_M: Final = 40.0
 _LEAST_CELLS: Final = 12  # a smaller frontier is noise
@@ -35,10 +39,10 @@ _LATTICE: Final = 3  # coarse cells between two candidates of gain by distance
 
 
 class PlannerPilot:
-    """The Path Plan App as the flight has it."""
+    """The Path Plan App as the flight has it; ``is_disc``: what counts as seen is a disc, and it knows that."""
 
-    def __init__(self) -> None:
-        self._app = PathPlanApp()
+    def __init__(self, *, is_disc: bool = False) -> None:
+        self._app = PathPlanApp(footprint=_disc if is_disc else None)
         self._interface = AlgorithmTopicInterface()
         self._known: SurveyedMap | None = None
 
@@ -54,23 +58,45 @@ class PlannerPilot:
 
 @dataclass
 class TourPilot:
-    """Flies a tour of known way points, picture along the way."""
+    """Flies a tour of known way points, picture along the way; with ``turns`` it turns on the spot before and after."""
 
     tour: list[Place]
+    turns: bool = False
     _next: int = 0
+    _turned: float = 0.0
+    _yaw: float | None = None
+    _side: float | None = None
 
     def plan(self, frame: FrameInput, known: SurveyedMap) -> PathPlan:  # noqa: ARG002 - it knows the lot
         """Return the way point that is next."""
         pose = _pose(frame)
         place = pose.north, pose.east
+        if self.turns and self.tour and not self._next:
+            bearing = math.atan2(self.tour[0][1] - pose.east, self.tour[0][0] - pose.north)
+            plan = self._turn(pose, math.remainder(bearing - pose.yaw, math.tau), _FIRST_TURN_RAD)
+            if plan is not None:
+                return plan
         while self._next < len(self.tour):
             is_last = self._next == len(self.tour) - 1
             if math.dist(self.tour[self._next], place) > (_END_M if is_last else ARRIVAL_M):
                 break
             self._next += 1
-        if self._next == len(self.tour):
-            return PathPlan(explore=ExploreStatus(done=True))
-        return towards(frame, self.tour[self._next])
+        if self._next < len(self.tour):
+            return towards(frame, self.tour[self._next])
+        plan = self._turn(pose, 1.0, _FIRST_TURN_RAD + math.pi) if self.turns else None
+        return plan or PathPlan(explore=ExploreStatus(done=True))
+
+    def _turn(self, pose: MapPose, side: float, until: float) -> PathPlan | None:
+        """Turn on, None when it turned so far (radians, all turns on the spot together)."""
+        if self._yaw is not None and self._turned < until:
+            self._turned += abs(math.remainder(pose.yaw - self._yaw, math.tau))
+        self._yaw = pose.yaw
+        if self._turned >= until:
+            self._yaw = self._side = None
+            return None
+        self._side = math.copysign(_TURN_LEAD_RAD, side) if self._side is None else self._side
+        place = MapPoint(pose.north, pose.east)
+        return PathPlan(place, pose.height, pose.yaw + self._side, (place,))
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,6 +239,10 @@ class GainByDistance:
         side = round(self.side / COARSE_M)
         summed = cv2.boxFilter(scene.unknown.astype(np.float32), -1, (side, side), normalize=False)
         return np.asarray(summed * COARSE_M**2, dtype=np.float32)
+
+
+def _disc(swath: Swath) -> Disc:
+    return Disc(swath.width, swath.width)
 
 
 def _scene(frame: FrameInput, known: SurveyedMap, guard: FenceGuard) -> Scene:

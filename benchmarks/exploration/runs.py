@@ -46,7 +46,7 @@ class SeedRun:
 def run_seed(setup: Setup, seed: int, tours: TourCache) -> SeedRun:
     """Fly the planner to its own end and the others until enough was seen."""
     lot = setup.lot(seed)
-    flights = {PLANNER: fly(lot, setup, PlannerPilot())}
+    flights = {PLANNER: fly(lot, setup, PlannerPilot(is_disc=setup.is_disc))}
     for name, pilot in BASELINES.items():
         flights[name] = fly(lot, setup, pilot(setup), to_the_end=False)
     return SeedRun(lot, setup.bound(lot.area), tours.tour(lot, setup), flights)

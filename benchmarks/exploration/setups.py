@@ -22,7 +22,6 @@ GOOD_SHARE: Final = PathPlanSettings().good_share
 DISC_M: Final = 20.0
 """Radius of what the prototype's set-up sees."""
 _DISC_CORNERS: Final = 32
-_TOLD_WIDTH_M: Final = 37.0
 _AREAS_M2: Final = (3_000.0, 10_000.0, 30_000.0)
 
 
@@ -65,17 +64,16 @@ class Setup:
 def flown() -> Setup:
     """Return what the drone flies by default: its camera at the desired height, lots of 0.3, 1 and 3 ha."""
     camera = _camera(1280, 720, 640 / math.tan(math.radians(CameraSettings().horizontal_fov_deg) / 2))
-    return Setup("flown", 2, _flown_lot, camera, HeightSettings().desired_m, is_disc=False)
+    return Setup("flown", 3, _flown_lot, camera, HeightSettings().desired_m, is_disc=False)
 
 
 def prototype() -> Setup:
     """Return the set-up of the prototype: islands in rotated rectangles of 0.5 ha, seen through a disc.
 
-    The planner knows footprints as pictures: it is told one whose corners lie on the disc.
+    The camera's picture is the disc's box; whoever plans by footprints is told of the disc.
     """
     height = HeightSettings().desired_m
-    depth = math.sqrt((2 * DISC_M) ** 2 - _TOLD_WIDTH_M**2)
-    camera = _camera(1280, round(1280 * depth / _TOLD_WIDTH_M), 1280 * GOOD_SHARE * height / _TOLD_WIDTH_M)
+    camera = _camera(1280, 1280, 1280 * GOOD_SHARE * height / (2 * DISC_M))
     return Setup("prototype", 1, lambda seed: draw_lot(seed, 5_000.0, "islands"), camera, height, is_disc=True)
 
 

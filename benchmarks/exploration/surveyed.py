@@ -97,7 +97,7 @@ class SurveyedMap:
         """No place is asked for in these flights."""
         return Inbound.UNKNOWN
 
-    def stalls(self) -> Mapping[int, Stall]:
+    def unclear_stalls(self) -> Mapping[int, Stall]:
         """No stalls are told apart here: nothing is flown to for a second look."""
         return {}
 

@@ -66,6 +66,11 @@ class Window:
         """Cells of this size along one side of a tile."""
         return round(TILE_M / self.cell_m)
 
+    def holds(self, place: tuple[float, float]) -> bool:
+        """Return whether a place (north, east) lies inside."""
+        row, column = -place[0] / self.cell_m - self.row, place[1] / self.cell_m - self.column
+        return 0 <= row < self.rows and 0 <= column < self.columns
+
     def cells_of(self, north: NDArray[np.float64], east: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return window coordinates (..., 2) of (column, row), whole numbers at cell centres."""
         column = east / self.cell_m - self.column - 0.5

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Protocol
 
@@ -12,11 +12,13 @@ from numpy.typing import NDArray
 
 from hawk.algo.errors import AlgoError
 from hawk.algo.frame import FrameInput
-from hawk.algo.mapper.grid import COARSE_M, CoarseLayers
+from hawk.algo.mapper.grid import CoarseLayers
 from hawk.algo.mapper.window import Window
 from hawk.algo.path_plan.explore import Explorer, Surroundings, to_point
 from hawk.algo.path_plan.fence import FenceGuard
-from hawk.algo.path_plan.field import InformationField, guessed, information_field, scouting_field
+from hawk.algo.path_plan.field import guessed, information_field, scouting_field
+from hawk.algo.path_plan.footprint import Footprint
+from hawk.algo.path_plan.overview import Overview, Part, near_tiles, with_margin
 from hawk.algo.path_plan.route_keeper import RouteKeeper
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.path_plan.sweep import Swath
@@ -31,12 +33,10 @@ from hawk.model import (
     MapPose,
     PathPlan,
     Stall,
-    StallState,
     StateName,
     Verdict,
 )
 
-_MARGIN_M = 40.0  # ground around the known map that the plan looks at
 _SHOWN = 12  # places of the way on
 _NO_LOT = "no lot is known yet"
 _YAW_FROM_M = 1.0  # the bearing of what is nearer says nothing
@@ -61,17 +61,22 @@ class KnowsMap(Protocol):
         """Return whether a place is inside the lot."""
         ...
 
-    def stalls(self) -> Mapping[int, Stall]:
-        """Return the stalls that count."""
+    def unclear_stalls(self) -> Mapping[int, Stall]:
+        """Return the stalls that count whose state is not known."""
         ...
 
 
 class PathPlanApp:
     """Plans from the map, frame by frame, on the worker thread."""
 
-    def __init__(self, settings: PathPlanSettings | None = None) -> None:
+    def __init__(
+        self, settings: PathPlanSettings | None = None, footprint: Callable[[Swath], Footprint] | None = None
+    ) -> None:
+        """``footprint`` says what a swath's picture shows; None: a rectangle that the drone turns."""
         self._settings = settings or PathPlanSettings()
+        self._footprint = footprint or self._turned_picture
         self._explorer = Explorer(self._settings)
+        self._overview = Overview()
         self._guard = FenceGuard(None)
         self._routes = RouteKeeper(self._settings.near_lot_m)
         self._asked_routes = RouteKeeper(self._settings.near_lot_m)
@@ -132,6 +137,7 @@ class PathPlanApp:
         exploring = frame.state is StateName.AUTONOMOUS_EXPLORE
         if exploring and not self._exploring:
             self._explorer.start()
+            self._overview = Overview()
         self._exploring = exploring
         if exploring and frame.pose is not None:
             plan = self._explored(frame, frame.pose, height, verdict)
@@ -159,51 +165,60 @@ class PathPlanApp:
     def _know_fence(self, fence: Fence | None) -> None:
         if fence != self._guard.fence:
             self._guard = FenceGuard(fence)
+            self._overview = Overview()
 
     def _explored(self, frame: FrameInput, pose: MapPose, height: float, verdict: Verdict | None) -> PathPlan:
         swath = Swath.of(frame.camera, height, self._settings.good_share)
-        known = self._known(pose)
-        if known is None:
+        around = self._surroundings(pose, frame.camera.mount_yaw, swath)
+        if around is None:
             return PathPlan(explore=ExploreStatus(reason="nothing is mapped yet"), verdict=verdict)
-        layers, fenced = known
+        plan = self._explorer.plan(around)
         lot_known = self._mapper.lot_area_m2() > 0
-        if not lot_known:
-            layers = guessed(layers, (pose.north, pose.east))
-        field, scouting = self._fields(layers, fenced, swath)
-        unclear = {
-            i: (stall.north, stall.east)
-            for i, stall in self._mapper.stalls().items()
-            if stall.state is StallState.UNKNOWN
-        }
-        plan = self._explorer.plan(Surroundings(field, pose, swath, self._guard, unclear, scouting))
         status = plan.status if lot_known else replace(plan.status, seen=0.0, lot_known=False, reason=_NO_LOT)
         if plan.target is None:
             return PathPlan(explore=status, verdict=verdict)
-        target = to_point(plan.target)
-        # the wide side of the picture lies across the way
-        away = math.dist(plan.target, (pose.north, pose.east))
-        heading = math.atan2(target.east - pose.east, target.north - pose.north)
-        yaw = math.remainder(heading - frame.camera.mount_yaw, math.tau) if away > _YAW_FROM_M else pose.yaw
+        target, heading = to_point(plan.target), plan.heading
+        if heading is None and math.dist(plan.target, around.place) > _YAW_FROM_M:
+            # the wide side of the picture lies across the way
+            heading = math.atan2(target.east - pose.east, target.north - pose.north)
+        yaw = pose.yaw if heading is None else math.remainder(heading - frame.camera.mount_yaw, math.tau)
         on = plan.route if plan.target == plan.route[0] else (plan.target, *plan.route)
         return PathPlan(target, height, yaw, tuple(to_point(p) for p in on[:_SHOWN]), status, verdict)
 
-    def _fields(
-        self, layers: CoarseLayers, fenced: NDArray[np.uint8], swath: Swath
-    ) -> tuple[InformationField, InformationField | None]:
-        """Return what is to be learned, and for a lot that seems too small what may lie around it."""
-        settings = self._settings
-        field = information_field(layers, fenced, settings.near_lot_m)
-        area = float(layers.lot.sum()) * layers.window.cell_m**2
-        if area >= settings.small_lot_pictures * swath.width * swath.depth:
-            return field, None
-        return field, scouting_field(layers, fenced, settings.scout_near_lot_m)
+    def _turned_picture(self, swath: Swath) -> Footprint:
+        return Footprint(swath.width, swath.depth, swath.width / 2 * self._settings.turned_share)
 
-    def _known(self, pose: MapPose) -> tuple[CoarseLayers, NDArray[np.uint8]] | None:
-        """Return the map around everything seen and where the fence lets the drone be, None before the first frame."""
+    def _surroundings(self, pose: MapPose, mount_yaw: float, swath: Swath) -> Surroundings | None:
+        """Return what is to be learned, None before the first frame; for a lot that seems too small also what may lie
+        around it."""
         extent = self._mapper.known_extent()
         if extent is None:
             return None
-        window = Window.around(np.vstack([extent, [[pose.north, pose.east]]]), COARSE_M, _MARGIN_M)
+        place, overview, settings = (pose.north, pose.east), self._overview, self._settings
+        near = near_tiles(overview.whole(extent), place)
+        block = overview.missing(place, near)
+        layers, fenced = self._layers(near)
+        if self._mapper.lot_area_m2() == 0:
+            layers = guessed(layers, place)
+        scouting = None
+        area = max(overview.lot_m2, float(layers.lot.sum()) * layers.window.cell_m**2)
+        if area < settings.small_lot_pictures * swath.width * swath.depth:
+            scouting = scouting_field(layers, fenced, settings.scout_near_lot_m)
+        return Surroundings(
+            Part(near, information_field(layers, fenced, settings.near_lot_m)),
+            None if block is None else Part(block, information_field(*self._layers(block), settings.near_lot_m)),
+            overview,
+            pose,
+            pose.yaw + mount_yaw,
+            self._footprint(swath),
+            self._guard,
+            {i: (stall.north, stall.east) for i, stall in self._mapper.unclear_stalls().items()},
+            scouting,
+        )
+
+    def _layers(self, tiles: Window) -> tuple[CoarseLayers, NDArray[np.uint8]]:
+        """Return the map about some tiles, and where the fence lets the drone be."""
+        window = with_margin(tiles)
         return self._mapper.coarse(window), self._guard.mask(window)
 
     @property

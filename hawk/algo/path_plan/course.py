@@ -13,7 +13,8 @@ from typing import Final
 import numpy as np
 
 from hawk.algo.path_plan.field import Place
-from hawk.algo.path_plan.tour import Floats, Terms, Tour, Wanted
+from hawk.algo.path_plan.footprint import Floats
+from hawk.algo.path_plan.tour import Terms, Tour, Wanted
 
 _FIRST_SWEEPS: Final = 6
 _CHALLENGE_FRAMES: Final = 8

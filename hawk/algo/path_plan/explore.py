@@ -17,12 +17,14 @@ from numpy.typing import NDArray
 
 from hawk.algo.path_plan.course import Course, Outlook
 from hawk.algo.path_plan.fence import FenceGuard
-from hawk.algo.path_plan.field import InformationField, Place
+from hawk.algo.path_plan.field import Grid, InformationField, Place
+from hawk.algo.path_plan.footprint import Bools, Floats, Footprint
+from hawk.algo.path_plan.overview import Overview, Part
 from hawk.algo.path_plan.route import way_round
 from hawk.algo.path_plan.settings import PathPlanSettings
-from hawk.algo.path_plan.sweep import Swath
-from hawk.algo.path_plan.tour import Footprint, Terms, as_place
-from hawk.algo.path_plan.wanted import are_allowed, wanted_of
+from hawk.algo.path_plan.tour import Terms, as_place
+from hawk.algo.path_plan.turning import Turning
+from hawk.algo.path_plan.wanted import are_allowed, share_of
 from hawk.model import ExploreStatus, MapPoint, MapPose
 
 _BARRED_CELLS = 2  # no way point lies so near to one that was given up
@@ -32,32 +34,59 @@ Route = tuple[Place, ...]
 
 @dataclass(frozen=True, slots=True)
 class Exploration:
-    """One plan: where to fly (None: hold), the way points from there on, and how far the exploration is."""
+    """One plan: where to fly (None: hold), the way points from there on, and how far the exploration is.
+
+    ``near`` is the ground about the drone, ``rest`` another part of which the ``overview`` does not know yet.
+    ``heading`` is the picture's, radians; None: along the way.
+    """
 
     target: Place | None
     route: Route
     status: ExploreStatus
+    heading: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Surroundings:
     """What one plan is made from.
 
-    ``unclear`` are the stalls whose state is not known, by id; ``scouting`` is the field for looking around, None when
-    the lot is large enough to be the whole.
+    ``near`` is the ground about the drone, ``rest`` another part of which the ``overview`` does not know yet.
+    ``heading`` is the picture's, radians; ``unclear`` are the stalls whose state is not known, by id; ``scouting`` is
+    the field for looking around, None when the lot is large enough to be the whole; ``share`` (0..1) is what is wanted
+    of the near field's cells, once that is found out.
     """
 
-    field: InformationField
+    near: Part
+    rest: Part | None
+    overview: Overview
     pose: MapPose
-    swath: Swath
+    heading: float
+    footprint: Footprint
     fence: FenceGuard
     unclear: dict[int, Place]
     scouting: InformationField | None = None
+    share: Grid | None = None
 
     @property
     def place(self) -> Place:
         """Where the drone is."""
         return self.pose.north, self.pose.east
+
+    @property
+    def field(self) -> InformationField:
+        """What is to be learned about the drone."""
+        return self.near.field
+
+    def with_field(self, field: InformationField, share: Grid | None = None) -> Surroundings:
+        """Return the same with another field about the drone."""
+        return replace(self, near=replace(self.near, field=field), share=share)
+
+    def are_allowed(self, places: Floats) -> Bools:
+        """Return for places (T, 2) of (north, east) whether the drone may be there."""
+        window = self.field.window
+        cells = window.cells_of(places[:, 0], places[:, 1])
+        is_near = ((cells >= 0) & (cells <= (window.columns - 1, window.rows - 1))).all(1)
+        return np.where(is_near, are_allowed(self.field, places), self.overview.are_allowed(places))
 
 
 class Explorer:
@@ -80,29 +109,58 @@ class Explorer:
         self._is_scouting = False
         self._scouted = 0.0
         self._left = 0.0
+        self._turning: Turning | None = None
+        self._route: Route = ()
+        self._turned_at: list[Place] = []
 
     def plan(self, around: Surroundings) -> Exploration:
         """Return where to fly next."""
-        if not (around.field.lot > 0).any():
+        around = self._taken(self._without_barred(around))
+        if around.overview.lot_m2 <= 0:
             return Exploration(None, (), ExploreStatus(reason="no lot is known yet"))
-        around = self._looking(self._without_barred(around))
+        around = self._looking(around)
+        turn = self._turn(around)
+        if turn is not None:
+            return turn
         was_scouting = self._is_scouting
         route = self._tour(around) or self._last_looks(around)
+        self._route = route
         target = self._target(around, route[0]) if route else None
         is_barred = bool(route) and (target is None or self._progress.is_none(around))
         if is_barred:
             self._bar(route[0])
             target, route = None, ()
-        is_busy = target is not None or is_barred or self._is_scouting or was_scouting
+        is_whole = around.overview.is_complete
+        is_busy = target is not None or is_barred or self._is_scouting or was_scouting or not is_whole
         self._quiet = 0 if is_busy else self._quiet + 1
         done = self._quiet >= self._settings.quiet_plans
-        status = ExploreStatus(
-            done,
-            around.field.seen_share,
-            round(_length((around.place, *route)), 1),
-            "nothing is left to learn" if done else "",
-        )
-        return Exploration(target, route, status)
+        return Exploration(target, route, _status(around, route, done=done))
+
+    def _turn(self, around: Surroundings) -> Exploration | None:
+        """Where the exploration begins, and where its tour ends, turn on the spot while that shows what is wanted."""
+        if self._turning is None and self._is_to_turn(around):
+            place = self._route[0] if self._route else around.place
+            self._turned_at.append(place)
+            self._turning = Turning(place, around.footprint, self._settings.least_turn_m2, self._settings.idle_plans)
+        if self._turning is None:
+            return None
+        heading = self._turning.heading(around.place, around.heading, self._outlook(around).wanted)
+        if heading is None:
+            self._turning = None
+            return None
+        self._quiet = 0
+        route = (self._turning.place, *self._route[1:])
+        return Exploration(route[0], route, _status(around, route, done=False), heading)
+
+    def _is_to_turn(self, around: Surroundings) -> bool:
+        if around.footprint.turned <= 0:
+            return False
+        arrival = self._settings.arrival_m
+        if any(math.dist(place, around.place) <= 2 * arrival for place in self._turned_at):
+            return False  # once a place
+        if not self._turned_at:
+            return True
+        return len(self._route) == 1 and math.dist(self._route[0], around.place) <= arrival
 
     def _new_course(self) -> Course:
         return Course(self._settings.arrival_m, self._settings.switch_m)
@@ -116,20 +174,32 @@ class Explorer:
             self._thorough = True
         return ()
 
+    def _taken(self, around: Surroundings) -> Surroundings:
+        """Find out what is wanted, and tell the overview."""
+        share = self._share(around, around.field)
+        around.overview.take(around.near, share)
+        if around.rest is not None:
+            around.overview.take(around.rest, self._share(around, around.rest.field))
+        return replace(around, share=share)
+
+    def _share(self, around: Surroundings, field: InformationField) -> Grid:
+        return share_of(field, around.footprint, self._settings.least_gain_m2, self._settings.border)
+
     def _outlook(self, around: Surroundings) -> Outlook:
-        settings, field = self._settings, around.field
+        settings = self._settings
         share = settings.last_spare if self._thorough else settings.first_spare
-        spare = share * float(field.lot.sum()) * field.window.cell_m**2
+        spare = min(share * around.overview.lot_m2, settings.most_spare_m2)
         terms = Terms(
-            Footprint(around.swath.width, around.swath.depth),
+            around.footprint,
             settings.last_short_by if self._thorough else settings.short_by,
             settings.turn_m,
             settings.leg_m,
             settings.keep_m,
-            allowed=lambda places: are_allowed(field, places),
+            allowed=around.are_allowed,
         )
-        wanted = wanted_of(field, around.swath, settings.least_gain_m2, spare, settings.border)
-        return Outlook(around.place, around.pose.yaw, wanted, terms)
+        assert around.share is not None  # noqa: S101 - found out before
+        wanted = around.overview.wanted(around.near, around.share, spare)
+        return Outlook(around.place, around.heading, wanted, terms)
 
     def _last_looks(self, around: Surroundings) -> Route:
         """After the tour: look around a small lot, then at stalls whose state is unclear."""
@@ -155,19 +225,23 @@ class Explorer:
             self._is_scouting = False
             self._course = self._new_course()
             return around
-        return replace(around, field=around.scouting)
+        return around.with_field(around.scouting, self._share(around, around.scouting))
 
     def _without_barred(self, around: Surroundings) -> Surroundings:
         """Take out of the fields what no way leads to: more each time, so that it always comes to an end."""
         if not self._barred:
             return around
-        scouting = None if around.scouting is None else self._without(around.scouting, around.swath)
-        return replace(around, field=self._without(around.field, around.swath), scouting=scouting)
+        scouting = None if around.scouting is None else self._without(around.scouting, around.footprint)
+        rest = around.rest
+        if rest is not None:
+            rest = replace(rest, field=self._without(rest.field, around.footprint))
+        around = around.with_field(self._without(around.field, around.footprint))
+        return replace(around, rest=rest, scouting=scouting)
 
-    def _without(self, field: InformationField, swath: Swath) -> InformationField:
+    def _without(self, field: InformationField, footprint: Footprint) -> InformationField:
         gain, lot, allowed = field.gain.copy(), field.lot.copy(), field.allowed.copy()
         for times, (column, row) in enumerate(_cells(field, np.array(self._barred)).tolist(), 1):
-            radius = swath.depth / 2 * (1 + times / 8) / field.window.cell_m
+            radius = footprint.depth / 2 * (1 + times / 8) / field.window.cell_m
             for layer in (gain, lot):
                 cv2.circle(layer, (column, row), math.ceil(radius), (0.0,), cv2.FILLED)
             cv2.circle(allowed, (column, row), _BARRED_CELLS, (0,), cv2.FILLED)
@@ -181,18 +255,20 @@ class Explorer:
     def _unclear(self, around: Surroundings) -> Route:
         """Fly once over a stall whose state is unclear, the nearest first."""
         if self._stall is not None:
+            near = self._settings.stall_look_m
+            self._looked |= {i for i, at in around.unclear.items() if math.dist(at, around.place) <= near}
             at = around.unclear.get(self._stall)
-            if at is None or math.dist(at, around.place) <= self._settings.arrival_m:
-                self._looked.add(self._stall)
-                self._stall = None
-                return ()
-            return (at,)
+            if at is not None and self._stall not in self._looked:
+                return (at,)
+            self._looked.add(self._stall)
+            self._stall = None
+            return ()
         if len(self._looked) >= self._settings.second_looks:
             return ()
         waiting = [(math.dist(at, around.place), i) for i, at in around.unclear.items() if i not in self._looked]
         for _, stall_id in sorted(waiting):
             at = around.unclear[stall_id]
-            if are_allowed(around.field, np.array([at]))[0]:
+            if around.are_allowed(np.array([at]))[0]:
                 self._stall = stall_id
                 return (at,)
             self._looked.add(stall_id)
@@ -203,14 +279,19 @@ class Explorer:
         field, fence = around.field, around.fence
         if not fence.contains(*around.place):
             return end
-        is_allowed = are_allowed(field, np.array([around.place]))[0]
+        is_allowed = around.are_allowed(np.array([around.place]))[0]
         is_clear = not is_allowed or _is_clear(field, around.place, end)
         if is_clear and fence.contains_way(around.place, end):
             return end
-        corner = way_round(field, around.place, end)
+        corner = self._corner(around, end)
         if corner is None or math.dist(corner, around.place) <= self._settings.arrival_m / 2:
             return None
         return corner if fence.contains_way(around.place, corner) else None
+
+    def _corner(self, around: Surroundings, end: Place) -> Place | None:
+        is_near = around.field.window.holds(end)
+        corner = way_round(around.field, around.place, end) if is_near else None
+        return corner or around.overview.way_round(around.place, end)
 
 
 class _Progress:
@@ -226,7 +307,7 @@ class _Progress:
     def is_none(self, around: Surroundings) -> bool:
         """Take one plan; whether too many plans at one place, or too long a way, showed nothing new."""
         moved = 0.0 if self._place is None else math.dist(self._place, around.place)
-        well = float(around.field.well.sum()) * around.field.window.cell_m**2
+        well = around.overview.well_m2
         if well > self._well + 1.0:
             self._well, self._plans, self._way, self._place = well, 0, 0.0, around.place
             return False
@@ -234,6 +315,11 @@ class _Progress:
         self._plans = self._plans + 1 if moved < self._settings.arrival_m / 10 else 0
         self._place = around.place
         return self._plans > self._settings.idle_plans or self._way > self._settings.idle_way_m
+
+
+def _status(around: Surroundings, route: Route, *, done: bool) -> ExploreStatus:
+    left = round(_length((around.place, *route)), 1)
+    return ExploreStatus(done, around.overview.seen_share, left, "nothing is left to learn" if done else "")
 
 
 def _length(places: tuple[Place, ...]) -> float:
@@ -245,10 +331,11 @@ def _cells(field: InformationField, places: NDArray[np.float64]) -> NDArray[np.i
 
 
 def _is_clear(field: InformationField, start: Place, end: Place) -> bool:
+    """Whether the straight way is free; what lies beyond the field will be looked at from nearer."""
     steps = max(2, math.ceil(math.dist(start, end) / field.window.cell_m * 2))
     columns, rows = _cells(field, np.linspace(start, end, steps)).T
     inside = (rows >= 0) & (rows < field.window.rows) & (columns >= 0) & (columns < field.window.columns)
-    return bool(inside.all() and field.passable[rows, columns].all())
+    return bool(field.passable[rows[inside], columns[inside]].all())
 
 
 def to_point(place: Place) -> MapPoint:

@@ -7,10 +7,12 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
+from hawk.algo.mapper.window import Window
 from hawk.algo.path_plan.field import InformationField, Place
 
 _STEP = 2  # field cells a routing cell
 _STEPS_ON = 2
+_MOST_STEPS = 128  # routing cells a side
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -21,22 +23,33 @@ def way_round(field: InformationField, place: Place, end: Place) -> Place | None
 
     None when there is no way, or no place nearer to the end than the drone's own.
     """
-    allowed = field.passable[::_STEP, ::_STEP]
+    return _way_over(field.passable[::_STEP, ::_STEP], field.window, _STEP, place, end)
+
+
+def way_over(mask: NDArray[np.uint8], window: Window, place: Place, end: Place) -> Place | None:
+    """The same over a mask (1: may be flown over) of any size, in coarser steps the larger it is."""
+    step = max(_STEP, -(-max(mask.shape) // _MOST_STEPS))
+    rows, columns = (size // step for size in mask.shape)
+    whole = mask[: rows * step, : columns * step].reshape(rows, step, columns, step).min((1, 3))
+    return _way_over(whole, window, step, place, end)
+
+
+def _way_over(allowed: NDArray[np.uint8], window: Window, step: int, place: Place, end: Place) -> Place | None:
     cells = np.argwhere(allowed > 0)
     if len(cells) == 0:
         return None
-    start, goal = (_nearest(field, cells, p) for p in (place, end))
+    start, goal = (_nearest(window, step, cells, p) for p in (place, end))
     way, before = _distances(allowed, cells, start)
     if start == goal or not np.isfinite(way[goal]):
         return None
     at = cells[_last_in_sight(allowed, cells, _trace(before, start, goal))]
-    north = -(field.window.row + at[0] * _STEP + 0.5) * field.window.cell_m
-    east = (field.window.column + at[1] * _STEP + 0.5) * field.window.cell_m
+    north = -(window.row + at[0] * step + 0.5) * window.cell_m
+    east = (window.column + at[1] * step + 0.5) * window.cell_m
     return float(north), float(east)
 
 
-def _nearest(field: InformationField, cells: Indices, place: Place) -> int:
-    column, row = field.window.cells_of(np.array(place[0]), np.array(place[1])) / _STEP
+def _nearest(window: Window, step: int, cells: Indices, place: Place) -> int:
+    column, row = window.cells_of(np.array(place[0]), np.array(place[1])) / step
     return int(np.argmin(np.hypot(cells[:, 0] - row, cells[:, 1] - column)))
 
 

@@ -11,14 +11,19 @@ class PathPlanSettings:
 
     good_share: float = 0.85
     """Middle share of the picture, each way, in which a place counts as seen well: the mapper's own."""
+    turned_share: float = 0.92
+    """Share of half a picture's width about a place that counts as shown when the picture turns there: the drone does
+    not turn at a point."""
+    least_turn_m2: float = 30.0
+    """Expected new lot about the drone below which it does not turn on the spot for it."""
     near_lot_m: float = 10.0
     """How far from the lot the drone may be while it explores."""
     arrival_m: float = 2.5
     """Distance at which a target counts as reached."""
     short_by: float = 15.0
     """What a tour does not show costs it so many times the way that sweeps it."""
-    last_short_by: float = 150.0
-    """The same at the end, when what is left is little and far away."""
+    last_short_by: float = 100.0
+    """The same at the end, when what is left is little and far away: one stall is worth some 40 m."""
     turn_m: float = 3.0
     """A right angle costs a tour so much way: braking, yaw, speeding up."""
     leg_m: float = 2.0
@@ -29,8 +34,10 @@ class PathPlanSettings:
     """Weight (0..1) of ground beside the lot against lot: the border is never known to the metre."""
     first_spare: float = 0.01
     """Share (0..1) of the known lot that the tour may leave out at first."""
-    last_spare: float = 0.002
+    last_spare: float = 0.004
     """The same once all the rest was seen."""
+    most_spare_m2: float = 300.0
+    """The most that either leaves out, however large the lot."""
     switch_m: float = 4.0
     """So much shorter another tour must be to take over from the one that is flown."""
     idle_plans: int = 24
@@ -47,5 +54,7 @@ class PathPlanSettings:
     """Way that looking around may cost."""
     quiet_plans: int = 12
     """Plans in a row without anything to learn after which the exploration is done."""
+    stall_look_m: float = 8.0
+    """So near to an unclear stall the drone has looked at it again."""
     second_looks: int = 12
     """Unclear stalls that are flown to once more, at most."""

@@ -1,7 +1,7 @@
 """The shortest way that shows what is wanted: a polyline, what its legs show, and the search that shortens it.
 
-The secret is the search. What a tour shows is what its legs show, each a swath as wide as the picture and longer than
-the leg by the picture's depth. Way points are shifted, dropped, added and put in another order; many such moves are
+The secret is the search. What a tour shows is what its legs show (`footprint`), and the turns between them; at its end
+the drone may turn on the spot. Way points are shifted, dropped, added and put in another order; many such moves are
 weighed at once, and one is drawn by its cost (heat bath): hot, the search tries much, cold, it only improves. What is
 not shown costs as way what sweeping it would cost, several times over; a little may be left out for nothing.
 """
@@ -18,43 +18,11 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from hawk.algo.path_plan.field import Place
-
-Floats = NDArray[np.float64]
-Singles = NDArray[np.float32]
-Bools = NDArray[np.bool_]
+from hawk.algo.path_plan.footprint import Bools, Floats, Footprint, Singles, Turns
 
 _PICKS: Final = 4  # way points that one step tries to drop or to add
 _EXCHANGES: Final = 6
 _FIRST_TURN: Final = 2.5
-
-
-@dataclass(frozen=True, slots=True)
-class Footprint:
-    """Ground that a picture shows: ``width`` across and ``depth`` along its heading, metres."""
-
-    width: float
-    depth: float
-
-    def shown(self, cells: Singles, begins: Floats, ends: Floats) -> Bools:
-        """Return (K, N): which of N cells (N, 2) each of K straight legs shows."""
-        along, across, half = legs_about(cells, begins, ends)
-        return np.asarray((np.abs(across) <= self.width / 2) & (along <= half + self.depth / 2))
-
-
-def legs_about(cells: Singles, begins: Floats, ends: Floats) -> tuple[Singles, Singles, Singles]:
-    """Return how far along from each leg's middle (without sign) and across it the cells lie, (K, N), and half of each
-    leg's length, (K, 1)."""
-    leg = ends - begins
-    length = np.hypot(leg[:, 0], leg[:, 1])
-    unit = leg / np.maximum(length, 1e-9)[:, None]
-    unit[length < 1e-9] = (1.0, 0.0)
-    # one product of matrices gives both coordinates of every cell about every leg
-    turn = np.concatenate([unit, np.column_stack([-unit[:, 1], unit[:, 0]])])
-    middle = (begins + ends) / 2
-    origin = np.concatenate([(middle * unit).sum(1), middle[:, 1] * unit[:, 0] - middle[:, 0] * unit[:, 1]])
-    turned = turn.astype(np.float32) @ cells.T - origin[:, None].astype(np.float32)
-    half = (length / 2).astype(np.float32)[:, None]
-    return np.abs(turned[: len(leg)]), turned[len(leg) :], half
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +44,7 @@ class Wanted:
 
 @dataclass(frozen=True, slots=True)
 class Terms:
-    """What way and turns cost, and where way points may be.
+    """What way and turns cost, where way points may be, and whether the drone has turned where the tour begins.
 
     ``short_by``: what is not shown costs so many times the way that sweeps it; ``turn_m``: metres a right angle,
     ``leg_m`` each way point; another first way point must be cheaper by ``keep_m``; ``allowed`` tells of places (T, 2)
@@ -89,6 +57,7 @@ class Terms:
     leg_m: float = 0.0
     keep_m: float = 0.0
     trials: int = 16
+    turned_first: bool = False
     allowed: Callable[[Floats], Bools] = lambda places: np.ones(len(places), np.bool_)
 
 
@@ -112,6 +81,7 @@ class Tour:
         """Go on with other places, over what is wanted by now."""
         self._terms, self._wanted = terms, wanted
         self._price = terms.short_by / terms.footprint.width
+        self._yaw = yaw
         self._behind = None if yaw is None else places[0] - (math.cos(yaw), math.sin(yaw))
         self._take(places, self._shown(places))
 
@@ -137,17 +107,18 @@ class Tour:
 
     def shift(self, index: int, step: float, heat: float) -> None:
         """Move one way point (not the first) by about ``step`` metres."""
-        places, foot = self._places, self._terms.footprint
+        places = self._places
         tried = places[index] + self._rng.normal(0.0, step, (self._terms.trials, 2))
         tried[0] = places[index]
         before = np.broadcast_to(places[index - 1], tried.shape)
         near = slice(index - 1, index + 1)  # the legs that change; of the last way point there is one
         unseen = self._count - self._legs[near].sum(0, dtype=np.int16) == 0
         cells = self._wanted.cells[unseen]
-        shown = foot.shown(cells, before, tried)
         is_last = index == len(places) - 1
+        shown = self._shown_by(cells, before, tried, is_first=index == 1, is_last=is_last)
         if not is_last:
-            shown = shown | foot.shown(cells, tried, np.broadcast_to(places[index + 1], tried.shape))
+            after, ends_there = np.broadcast_to(places[index + 1], tried.shape), index == len(places) - 2
+            shown = shown | self._shown_by(cells, tried, after, is_first=False, is_last=ends_there)
         costs = self._penalty(~shown @ self._wanted.weights[unseen]) + self._ways_about(index, tried)
         costs[1:][~self._terms.allowed(tried[1:])] = math.inf
         chosen = self._draw(costs, heat)
@@ -156,7 +127,7 @@ class Tour:
         places = places.copy()
         places[index] = tried[chosen]
         self._places = places
-        legs = foot.shown(self._wanted.cells, places[index - 1 : -1][:2], places[index:][:2])
+        legs = self._shown(places, near)
         self._count = self._count + legs.sum(0, dtype=np.int16) - self._legs[near].sum(0, dtype=np.int16)
         self._legs[near] = legs
 
@@ -203,8 +174,29 @@ class Tour:
         self._places, self._legs = places, legs
         self._count = legs.sum(0, dtype=np.int16)
 
-    def _shown(self, places: Floats) -> Bools:
-        return self._terms.footprint.shown(self._wanted.cells, places[:-1], places[1:])
+    def _shown(self, places: Floats, part: slice = slice(None)) -> Bools:
+        """Return (K - 1, N): which cells each leg of a tour shows, with the turn before it; or of some legs only."""
+        order = np.arange(len(places) - 1)
+        turns = Turns(((order > 0) | self._terms.turned_first)[part], (order == len(order) - 1)[part])
+        foot, cells = self._terms.footprint, self._wanted.cells
+        shown = foot.shown(cells, places[:-1][part], places[1:][part], turns)
+        if len(shown) and order[part][0] == 0:
+            shown[:1] |= self._first_turn_shows(cells, places[:1], places[1:2])
+        return shown
+
+    def _shown_by(self, cells: Singles, begins: Floats, ends: Floats, *, is_first: bool, is_last: bool) -> Bools:
+        """The same for alternatives of one leg."""
+        shown = self._terms.footprint.shown(
+            cells, begins, ends, Turns(not is_first or self._terms.turned_first, is_last)
+        )
+        return shown | self._first_turn_shows(cells, begins, ends) if is_first else shown
+
+    def _first_turn_shows(self, cells: Singles, begins: Floats, ends: Floats) -> Bools:
+        """Return (K, N): what the picture shows as the drone turns to the first of its legs."""
+        if self._yaw is None or self._terms.footprint.turned <= 0:
+            return np.zeros((len(begins), len(cells)), np.bool_)
+        legs = ends - begins
+        return self._terms.footprint.swept(cells, begins[0], self._yaw, np.arctan2(legs[:, 1], legs[:, 0]))
 
     def _penalty(self, missing: NDArray[np.floating]) -> Floats:
         return np.maximum(missing.astype(np.float64) - self._wanted.spare, 0.0) * self._price

@@ -13,9 +13,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from hawk.algo.mapper.window import Window
 from hawk.algo.path_plan.field import InformationField
-from hawk.algo.path_plan.sweep import Swath
-from hawk.algo.path_plan.tour import Floats, Wanted
+from hawk.algo.path_plan.footprint import Floats, Footprint, Singles
 
 _DOUBT: Final = 0.3  # probability of lot at and below which unseen ground counts nothing
 _LEAST_SHARE: Final = 0.1  # of a cell
@@ -24,8 +24,8 @@ _GATHERED: Final = 2  # field cells a side
 Grid = NDArray[np.float32]
 
 
-def wanted_of(field: InformationField, swath: Swath, least_m2: float, spare_m2: float, border: float) -> Wanted:
-    """Return what is to be shown of a field. Patches of less than ``least_m2`` are left out.
+def share_of(field: InformationField, footprint: Footprint, least_m2: float, border: float) -> Grid:
+    """Return what is to be shown of each cell of a field (0..1). Patches of less than ``least_m2`` are left out.
 
     ``border`` is the weight of the cells round the lot, whatever they look like.
 
@@ -35,16 +35,20 @@ def wanted_of(field: InformationField, swath: Swath, least_m2: float, spare_m2: 
     likely = np.maximum(field.gain / area - _DOUBT, 0) / (1 - _DOUBT)
     lot = np.maximum(field.lot, border * cv2.dilate(field.lot, np.ones((3, 3), np.uint8)))
     share = np.maximum(likely, lot - np.minimum(lot, field.well)).astype(np.float32)
-    share = np.where(_in_sight(field, swath), share, 0)
-    share = _without_small(share, least_m2 / area)
+    share = np.where(_in_sight(field, footprint), share, 0)
+    return _without_small(share, least_m2 / area)
+
+
+def gathered(share: Grid, window: Window) -> tuple[Singles, Singles]:
+    """Return places (N, 2) of (north, east) and square metres (N,) wanted of the cells of a window, a few of them
+    together."""
     rows, columns = (size - size % _GATHERED for size in share.shape)
     whole = share[:rows, :columns].reshape(rows // _GATHERED, _GATHERED, columns // _GATHERED, _GATHERED).sum((1, 3))
     row, column = np.nonzero(whole)
     middle = (_GATHERED - 1) / 2 + 0.5
-    north = -(field.window.row + row * _GATHERED + middle) * field.window.cell_m
-    east = (field.window.column + column * _GATHERED + middle) * field.window.cell_m
-    cells = np.column_stack([north, east]).astype(np.float32)
-    return Wanted(cells, (whole[row, column] * area).astype(np.float32), spare_m2)
+    north = -(window.row + row * _GATHERED + middle) * window.cell_m
+    east = (window.column + column * _GATHERED + middle) * window.cell_m
+    return np.column_stack([north, east]).astype(np.float32), (whole[row, column] * window.cell_m**2).astype(np.float32)
 
 
 def are_allowed(field: InformationField, places: Floats) -> NDArray[np.bool_]:
@@ -56,12 +60,12 @@ def are_allowed(field: InformationField, places: Floats) -> NDArray[np.bool_]:
     return np.asarray(inside & (field.allowed[row, column] > 0))
 
 
-def _in_sight(field: InformationField, swath: Swath) -> NDArray[np.bool_]:
+def _in_sight(field: InformationField, footprint: Footprint) -> NDArray[np.bool_]:
     """Where a picture taken from an allowed place can show the ground, whatever its heading."""
     if not field.allowed.any():
         return np.zeros(field.allowed.shape, np.bool_)
     away = cv2.distanceTransform(1 - field.allowed, cv2.DIST_L2, 5)
-    return np.asarray(away * field.window.cell_m <= min(swath.width, swath.depth) / 2)
+    return np.asarray(away * field.window.cell_m <= min(footprint.width, footprint.depth) / 2)
 
 
 def _without_small(share: Grid, least: float) -> Grid:

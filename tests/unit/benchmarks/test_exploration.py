@@ -11,9 +11,10 @@ import shapely
 
 from benchmarks.exploration import __main__ as command
 from benchmarks.exploration import campaign
+from benchmarks.exploration.disc import Disc
 from benchmarks.exploration.flight import fly
 from benchmarks.exploration.lots import FENCE_MARGIN_M, KINDS, draw_lot
-from benchmarks.exploration.oracle import Disc, best_tour
+from benchmarks.exploration.oracle import best_tour
 from benchmarks.exploration.pilots import MExplore, NearestFrontier, PlannerPilot, RulePilot, TourPilot
 from benchmarks.exploration.report import figures, rows, way_over_oracle
 from benchmarks.exploration.runs import NEAREST, PLANNER, SeedRun
@@ -131,10 +132,19 @@ def test_the_planner_sees_it_all_ends_by_itself_and_stays_inside(small: SeedRun)
 
 
 def test_the_oracle_s_tour_shows_enough_when_flown_again(small: SeedRun) -> None:
-    pilot = TourPilot([(float(north), float(east)) for north, east in small.oracle.places[1:]])
+    pilot = TourPilot([(float(north), float(east)) for north, east in small.oracle.places[1:]], turns=True)
     again = fly(small.lot, flown(), pilot, errors=False)
     assert again.coverage >= 0.97  # the way as flown, without what the drone turned where it stood
     assert again.whole_way == pytest.approx(small.oracle.way, rel=0.1)
+
+
+def test_a_pilot_that_turns_where_its_tour_begins_and_ends_sees_more_on_the_same_way() -> None:
+    setup = flown()
+    lot = setup.lot(3)
+    flights = [fly(lot, setup, TourPilot([(10.0, 0.0)], turns=turns), errors=False) for turns in (False, True)]
+    assert flights[1].coverage > flights[0].coverage + 0.03
+    assert flights[1].whole_way == pytest.approx(flights[0].whole_way, abs=1.0)
+    assert flights[1].end == "done"
 
 
 def test_equal_seeds_fly_equally(small: SeedRun) -> None:

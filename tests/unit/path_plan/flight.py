@@ -61,7 +61,7 @@ class KnownMap:
     def inbound(self, north: float, east: float) -> Inbound:
         return Inbound.UNKNOWN
 
-    def stalls(self) -> Mapping[int, Stall]:
+    def unclear_stalls(self) -> Mapping[int, Stall]:
         return {}
 
     def _coarse(self, layer: NDArray[np.float32], window: Window) -> NDArray[np.float32]:

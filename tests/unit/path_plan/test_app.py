@@ -44,8 +44,8 @@ class FakeMap(KnownMap):
     def inbound(self, north: float, east: float) -> Inbound:
         return self.verdict
 
-    def stalls(self) -> Mapping[int, Stall]:
-        return self.known
+    def unclear_stalls(self) -> Mapping[int, Stall]:
+        return {i: stall for i, stall in self.known.items() if stall.state is StallState.UNKNOWN}
 
 
 class Rig:

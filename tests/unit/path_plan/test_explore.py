@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import itertools
 import math
 
 import numpy as np
@@ -8,7 +7,7 @@ import pytest
 import shapely
 
 from hawk.algo.path_plan.app import PathPlanApp
-from hawk.model import Fence
+from hawk.model import Fence, MapPoint
 from tests.unit.path_plan.flight import Flight, KnownMap, fence_around, fly, lower_bound, random_lot
 
 WORST_RATIO = 2.6  # of the least way that any plan could need; the mean over 24 lots was 1.92
@@ -51,16 +50,20 @@ def test_the_drone_stays_over_the_lot_or_near_it() -> None:
 
 
 def test_a_target_is_kept_until_it_is_reached_or_shows_nothing_any_more(flown: Flight) -> None:
-    ways = [
-        None if p.target is None else (p.target.north - at[0], p.target.east - at[1])
-        for p, at in zip(flown.plans, flown.places, strict=True)
-    ]
-    turns = [
-        abs(math.remainder(math.atan2(b[1], b[0]) - math.atan2(a[1], a[0]), math.tau))
-        for a, b in itertools.pairwise(ways)
-        if a is not None and b is not None and math.hypot(*a) > 5 and math.hypot(*b) > 5
-    ]
-    assert sum(turn > 0.6 for turn in turns) <= 9  # of some 300; dithering would turn on most frames
+    """A nearer one may come before it as the lot shows; it is not to be forgotten."""
+    given_up = 0
+    for before, after, at in zip(flown.plans, flown.plans[1:], flown.places, strict=False):
+        if before.target is None or after.target is None or before.target.distance(MapPoint(*at)) <= 5:
+            continue
+        given_up += min(before.target.distance(point) for point in after.route) > 12  # half a picture: it is another
+    assert given_up <= 1  # of some 360 plans
+
+
+def test_it_begins_with_a_turn_on_the_spot_that_shows_what_lies_about_the_drone(flown: Flight) -> None:
+    begin = [plan for plan, place in zip(flown.plans, flown.places, strict=True) if place == flown.places[0]]
+    assert len(begin) >= 4
+    assert max(abs(plan.yaw or 0.0) for plan in begin) > math.radians(60)  # the drone's own was 0
+    assert flown.plans[len(begin)].explore.seen > begin[0].explore.seen
 
 
 def test_the_way_is_told_on_from_the_target_and_shrinks(flown: Flight) -> None:

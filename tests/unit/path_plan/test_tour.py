@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hawk.algo.path_plan.course import Course, Outlook
-from hawk.algo.path_plan.tour import Floats, Footprint, Terms, Tour, Wanted, length_of
+from hawk.algo.path_plan.footprint import Floats, Footprint
+from hawk.algo.path_plan.tour import Terms, Tour, Wanted, length_of
 
 FOOTPRINT = Footprint(40.0, 24.0)
 

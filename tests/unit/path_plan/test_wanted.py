@@ -6,11 +6,12 @@ import pytest
 from hawk.algo.mapper.grid import COARSE_M
 from hawk.algo.mapper.window import Window
 from hawk.algo.path_plan.field import InformationField
-from hawk.algo.path_plan.sweep import Swath
-from hawk.algo.path_plan.wanted import are_allowed, wanted_of
+from hawk.algo.path_plan.footprint import Footprint
+from hawk.algo.path_plan.tour import Wanted
+from hawk.algo.path_plan.wanted import are_allowed, gathered, share_of
 
 WINDOW = Window(-40, -40, 80, 80, COARSE_M)
-SWATH = Swath(40.0, 24.0)
+PICTURE = Footprint(40.0, 24.0)
 AREA = COARSE_M**2
 
 
@@ -23,19 +24,22 @@ def field(gain: float = 0.0, lot: float = 0.0, well: float = 0.0, rows: slice = 
     return InformationField(WINDOW, layers[0], free, free, layers[1], layers[2])
 
 
+def wanted_of(field: InformationField, least: float, border: float) -> Wanted:
+    return Wanted(*gathered(share_of(field, PICTURE, least, border), field.window), 0.0)
+
+
 def test_lot_seen_at_a_picture_s_edge_only_counts_whole() -> None:
-    wanted = wanted_of(field(lot=1.0), SWATH, 15.0, 5.0, 0.0)
+    wanted = wanted_of(field(lot=1.0), 15.0, 0.0)
     assert wanted.total == pytest.approx(20 * 40 * AREA)
-    assert wanted.spare == 5.0
     assert np.abs(wanted.cells.mean(0)).max() < COARSE_M
 
 
 def test_lot_that_was_seen_well_is_not_wanted() -> None:
-    assert wanted_of(field(lot=1.0, well=1.0), SWATH, 15.0, 0.0, 0.0).total == 0
+    assert wanted_of(field(lot=1.0, well=1.0), 15.0, 0.0).total == 0
 
 
 def test_the_likelier_the_more_and_what_is_unlikely_not_at_all() -> None:
-    sure, maybe, hardly = (wanted_of(field(gain=p), SWATH, 15.0, 0.0, 0.0).total for p in (1.0, 0.6, 0.3))
+    sure, maybe, hardly = (wanted_of(field(gain=p), 15.0, 0.0).total for p in (1.0, 0.6, 0.3))
     assert sure == pytest.approx(20 * 40 * AREA)
     assert 0 < maybe < sure / 2
     assert hardly == 0
@@ -43,13 +47,13 @@ def test_the_likelier_the_more_and_what_is_unlikely_not_at_all() -> None:
 
 def test_small_patches_are_left_out() -> None:
     small = field(lot=1.0, rows=slice(30, 31))
-    assert wanted_of(small, SWATH, 40 * AREA - 1, 0.0, 0.0).total > 0
-    assert wanted_of(small, SWATH, 40 * AREA + 1, 0.0, 0.0).total == 0
+    assert wanted_of(small, 40 * AREA - 1, 0.0).total > 0
+    assert wanted_of(small, 40 * AREA + 1, 0.0).total == 0
 
 
 def test_the_border_of_a_lot_is_wanted_with_it() -> None:
     all_seen = field(lot=1.0)
-    rim = wanted_of(all_seen, SWATH, 15.0, 0.0, 0.4).total - wanted_of(all_seen, SWATH, 15.0, 0.0, 0.0).total
+    rim = wanted_of(all_seen, 15.0, 0.4).total - wanted_of(all_seen, 15.0, 0.0).total
     assert rim == pytest.approx(0.4 * AREA * (22 * 42 - 20 * 40), rel=1e-5)
 
 
@@ -58,11 +62,11 @@ def test_what_no_picture_from_inside_the_fence_shows_is_not_wanted() -> None:
     free[:30] = 1
     base = field(lot=1.0)
     fenced = InformationField(WINDOW, base.gain, free, free, base.lot, base.well)
-    wanted = wanted_of(fenced, SWATH, 15.0, 0.0, 0.0)
+    wanted = wanted_of(fenced, 15.0, 0.0)
     beyond = -wanted.cells[:, 0] - (WINDOW.row + 30) * COARSE_M
-    assert 0 < beyond.max() <= SWATH.depth / 2 + COARSE_M
+    assert 0 < beyond.max() <= PICTURE.depth / 2 + COARSE_M
     nowhere = InformationField(WINDOW, base.gain, free * 0, free * 0, base.lot, base.well)
-    assert wanted_of(nowhere, SWATH, 15.0, 0.0, 0.0).total == 0
+    assert wanted_of(nowhere, 15.0, 0.0).total == 0
 
 
 def test_places_are_allowed_where_the_field_says_so_and_nowhere_else() -> None:

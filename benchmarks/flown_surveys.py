@@ -1,0 +1,322 @@
+"""Whether the exploration flies as its benchmark says, and whether it sees as much as a lawnmower would.
+
+``python -m benchmarks.flown_surveys --seeds 1-20 [--json FILE] [--out DIR]``
+
+Each drawn world is flown three times: explored through the whole simulated stack, flown to and fro over all of its lots
+through the same stack (a pilot who knows the border), and explored by the planner alone on the model of
+``benchmarks/exploration``, from the same place inside the same fence. Ways are those of exploring, without take-off and
+the way home.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import contextlib
+import json
+import math
+import sys
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import cv2
+import numpy as np
+import shapely
+from rich.console import Console
+
+from benchmarks.exploration import setups
+from benchmarks.exploration.flight import Flown, fly
+from benchmarks.exploration.lots import Lot
+from benchmarks.exploration.pilots import PlannerPilot
+from benchmarks.figures import BenchmarkError, Figure, Limit, Section, flat, print_table
+from benchmarks.lawnmower import LawnmowerOperator, lanes
+from benchmarks.surveys import SPEED, TIMEOUT_S, parse_seeds
+from hawk.comm.messages import Heartbeat
+from hawk.model import Fence, GlobalPose, StateName
+from hawk.simulation import SimulationOptions
+from hawk.survey import report
+from hawk.survey.client import DroneClient, LinkLostError
+from hawk.survey.operator import Progress, SurveyOperator, SurveyPlan, SurveyStatus
+from hawk.survey.run import LATE_FRAMES_LIMIT, FenceWatch
+from hawk.survey.stack import SimulatedStack, StackError
+from hawk.survey.survey_map import SurveyMap
+from hawk.survey.truth import Truth
+
+DEFAULT_SEEDS: Final = "1-20"
+APART: Final = 0.10
+"""Flown ways may differ from the kinematic ones by this share."""
+
+_MAP_ATTEMPTS: Final = 4
+
+MakeOperator = Callable[[DroneClient, Truth, Callable[[Progress], None]], SurveyOperator]
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """What heartbeats said where the work began and ended: place and yaw then, and metres in between."""
+
+    first: Heartbeat
+    last: Heartbeat
+
+    @property
+    def way(self) -> float:
+        """Metres flown in between, as the drone counts them."""
+        return (self.last.way or 0.0) - (self.first.way or 0.0)
+
+    @property
+    def seconds(self) -> float:
+        """Seconds in between."""
+        return self.last.time - self.first.time
+
+
+@dataclass(frozen=True, slots=True)
+class StackFlight:
+    """One flight through the stack; ``late`` is the share of pictures that the simulator drew late."""
+
+    status: int
+    reason: str
+    told: Told
+    survey: SurveyMap
+    truth: Truth
+    f1: float
+    late: float
+    excursions: int
+
+
+@dataclass(frozen=True, slots=True)
+class WorldRun:
+    """One world: ways in metres, seconds, stall F1."""
+
+    seed: int
+    status: int
+    reason: str
+    way_m: float
+    seconds: float
+    f1: float
+    kinematic_way_m: float
+    kinematic_seconds: float
+    lawnmower_status: int
+    lawnmower_way_m: float
+    lawnmower_f1: float
+    late: float
+    excursions: int
+
+
+class WorkWatch:
+    """Remembers the heartbeats where the work began and ended: exploring, or moving from lane to lane."""
+
+    def __init__(self, states: frozenset[StateName]) -> None:
+        self._states = states
+        self._first: Heartbeat | None = None
+        self._last: Heartbeat | None = None
+
+    def look(self, beat: Heartbeat) -> None:
+        """Take a heartbeat."""
+        if beat.state in self._states:
+            self._first = self._first or beat
+            self._last = beat
+
+    def told(self) -> Told:
+        """Return both. Raises BenchmarkError when the work never began."""
+        if self._first is None or self._last is None:
+            raise BenchmarkError("the flight never came to its work; see the logs")
+        return Told(self._first, self._last)
+
+
+async def fly_stack(seed: int, folder: Path, make: MakeOperator, states: frozenset[StateName]) -> StackFlight:
+    """Fly one world through simulator and daemon. Raises StackError, BenchmarkError."""
+    stack = SimulatedStack(SimulationOptions(seed=seed, speed=SPEED), folder, None, None)
+    try:
+        ready = await stack.start()
+        truth = stack.truth
+        if truth is None:
+            raise BenchmarkError(f"world {seed} holds no lot")
+        host, _, port = ready.url.rpartition("//")[2].rstrip("/").partition(":")
+        async with DroneClient(host, int(port)) as drone:
+            work, fence = WorkWatch(states), FenceWatch(stack)
+
+            def show(progress: Progress) -> None:
+                work.look(progress.heartbeat)
+                fence.look(progress.heartbeat)
+
+            outcome = await make(drone, truth, show).run()
+            survey = await _map_of(drone)
+            await fence.close()
+        status = await stack.status()
+    finally:
+        await stack.stop()
+    if survey is None:
+        raise BenchmarkError(f"world {seed}: the drone has no map; see {folder}")
+    f1 = float(report.compare(survey, truth)["stall_f1"])
+    late = status["frames_late"] / max(status["frames_due"], 1)
+    return StackFlight(
+        int(outcome.status), outcome.reason, work.told(), survey, truth, f1, late, int(status["excursions"])
+    )
+
+
+async def _map_of(drone: DroneClient) -> SurveyMap | None:
+    """Return the map; a busy machine takes longer than one call waits."""
+    for _ in range(_MAP_ATTEMPTS - 1):
+        with contextlib.suppress(LinkLostError):
+            return await drone.survey_map()
+    return await drone.survey_map()
+
+
+def lot_of(flight: StackFlight, seed: int) -> Lot:
+    """Return the world's lots in the flight's map frame, with its start and its fence, for the kinematic model."""
+    first = flight.told.first
+    fence = Fence(
+        tuple((point.north, point.east) for point in first.fence),
+        tuple((point.north, point.east) for point in first.fence_limit),
+        first.ceiling or math.inf,
+        math.inf,
+    )
+    if first.north is None or first.east is None:
+        raise BenchmarkError(f"world {seed}: the drone did not know where it began")
+    shape = shapely.union_all([shapely.Polygon(ring).buffer(0) for ring in rings_of(flight.truth, flight.survey)])
+    return Lot(seed, "world", shape, (first.north, first.east), first.yaw or 0.0, fence)
+
+
+def rings_of(truth: Truth, survey: SurveyMap) -> list[np.ndarray[Any, np.dtype[np.float64]]]:
+    """Return the lots' outlines (N, 2) as (north, east) of the survey's map."""
+    ((x, y),) = truth.to_world(np.zeros((1, 2)), survey.datum)
+    return [np.column_stack([y - lot[:, 1], lot[:, 0] - x]) for lot in truth.lots]
+
+
+async def measure(seed: int, folder: Path) -> WorldRun:
+    """Fly one world three times."""
+    explored = await fly_stack(seed, folder / "explored", _explorer, frozenset({StateName.AUTONOMOUS_EXPLORE}))
+    moves = frozenset({StateName.COMPULSIVE_MOVE})
+    mown = await fly_stack(seed, folder / "lawnmower", _lawnmower, moves)
+    kinematic = kinematic_flight(lot_of(explored, seed))
+    return WorldRun(
+        seed,
+        explored.status,
+        explored.reason,
+        explored.told.way,
+        explored.told.seconds,
+        explored.f1,
+        kinematic.whole_way,
+        kinematic.whole_seconds,
+        mown.status,
+        mown.told.way,
+        mown.f1,
+        max(explored.late, mown.late),
+        explored.excursions + mown.excursions,
+    )
+
+
+def kinematic_flight(lot: Lot) -> Flown:
+    """Return the planner's own flight over a lot, to its own end."""
+    cv2.setNumThreads(1)
+    return fly(lot, setups.flown(), PlannerPilot())
+
+
+def _explorer(drone: DroneClient, truth: Truth, show: Callable[[Progress], None]) -> SurveyOperator:  # noqa: ARG001
+    return SurveyOperator(drone, SurveyPlan(set_failsafes=True), show)
+
+
+def _lawnmower(drone: DroneClient, truth: Truth, show: Callable[[Progress], None]) -> SurveyOperator:
+    def route(beat: Heartbeat) -> list[tuple[float, float]]:
+        survey = SurveyMap(_datum(beat), {}, {})
+        shape = shapely.union_all([shapely.Polygon(ring).buffer(0) for ring in rings_of(truth, survey)])
+        fence = shapely.Polygon([(point.north, point.east) for point in beat.fence])
+        return lanes(shape, fence, beat.yaw or 0.0, setups.flown().swath, (beat.north or 0.0, beat.east or 0.0))
+
+    return LawnmowerOperator(drone, SurveyPlan(set_failsafes=True), show, route)
+
+
+def _datum(beat: Heartbeat) -> GlobalPose:
+    if beat.datum is None:
+        raise BenchmarkError("the drone has no datum: its map lies nowhere")
+    return GlobalPose(beat.datum[0], beat.datum[1], 0.0)
+
+
+def figures(runs: Sequence[WorldRun]) -> list[Figure]:
+    """Return the figures of all worlds together."""
+    count = float(len(runs))
+    ways = sum(run.way_m for run in runs) / sum(run.kinematic_way_m for run in runs)
+    seconds = sum(run.seconds for run in runs) / sum(run.kinematic_seconds for run in runs)
+    ratios = [run.way_m / run.kinematic_way_m for run in runs]
+    finished = float(sum(run.status == SurveyStatus.DONE for run in runs))
+    late = max(run.late for run in runs)
+    gains = [run.f1 - run.lawnmower_f1 for run in runs]
+    return [
+        Figure("flown_worlds", "worlds", count),
+        Figure("flown_finished", "explored, landed and disarmed", finished, limit=Limit(lowest=count)),
+        Figure("flown_way_over_kinematic", "way of all by the kinematic one", ways, limit=Limit(1 - APART, 1 + APART)),
+        Figure("flown_way_over_kinematic_median", "the same by world, median", float(np.median(ratios))),
+        Figure("flown_seconds_over_kinematic", "time of all by the kinematic one", seconds),
+        Figure("flown_f1", "stall F1, mean", float(np.mean([run.f1 for run in runs]))),
+        Figure("lawnmower_f1", "stall F1 of the lawnmower, mean", float(np.mean([run.lawnmower_f1 for run in runs]))),
+        Figure("flown_f1_gain", "F1 against the lawnmower, mean", float(np.mean(gains)), limit=Limit(lowest=-0.005)),
+        Figure("flown_f1_gain_min", "F1 against the lawnmower, worst world", float(np.min(gains))),
+        Figure("flown_way_over_lawnmower", "way by the lawnmower's", _share(runs)),
+        Figure("flown_excursions", "excursions", float(sum(run.excursions for run in runs)), limit=Limit(0, 0)),
+        Figure("flown_late_frames", "late frames, worst", late, limit=Limit(highest=LATE_FRAMES_LIMIT)),
+    ]  # fmt: skip
+
+
+def problem_of(runs: Sequence[WorldRun], asked: int) -> str:
+    """Return why the figures are void or not of all worlds, nothing when they are good."""
+    late = [str(run.seed) for run in runs if run.late > LATE_FRAMES_LIMIT]
+    told = [f"VOID: the simulator drew too late for {', '.join(late)}"] if late else []
+    told += [f"only {len(runs)} of {asked} worlds were measured"] if len(runs) < asked else []
+    return "; ".join(told)
+
+
+def _share(runs: Sequence[WorldRun]) -> float:
+    return sum(run.way_m for run in runs) / max(sum(run.lawnmower_way_m for run in runs), 1e-9)
+
+
+async def _all(seeds: Sequence[int], folder: Path) -> list[WorldRun]:
+    runs = []
+    for seed in seeds:
+        try:
+            async with asyncio.timeout(2 * TIMEOUT_S):
+                run = await measure(seed, folder / f"seed-{seed}")
+        except (StackError, BenchmarkError, LinkLostError, TimeoutError) as error:
+            print(f"world {seed}: not measured: {error!r}", file=sys.stderr, flush=True)
+            continue
+        runs.append(run)
+        print(
+            f"world {seed}: way {run.way_m:.0f} m, kinematic {run.kinematic_way_m:.0f} m, "
+            f"lawnmower {run.lawnmower_way_m:.0f} m; F1 {run.f1:.3f}, lawnmower {run.lawnmower_f1:.3f}; "
+            f"late {run.late:.2%}; {run.reason}",
+            file=sys.stderr,
+            flush=True,
+        )
+    return runs
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Fly, print, write."""
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.flown_surveys",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--seeds", type=parse_seeds, default=DEFAULT_SEEDS, metavar="A-B", help="drawn worlds (1-20)")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write all figures and every world")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="keep logs, journals and recordings there")
+    options = parser.parse_args(arguments)
+    if options.json is not None:
+        options.json.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix="hawk-flown-") as scratch:
+        runs = asyncio.run(_all(options.seeds, options.out or Path(scratch)))
+    if not runs:
+        print("no world was measured", file=sys.stderr)
+        return 1
+    section = Section("flown surveys", figures(runs), problem_of(runs, len(options.seeds)))
+    print_table([section], Console(width=None if sys.stdout.isatty() else 130))
+    if options.json is not None:
+        values: dict[str, Any] = {**flat([section]), "worlds": [asdict(run) for run in runs]}
+        options.json.write_text(json.dumps(values, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
