@@ -3,19 +3,12 @@
 ``python -m benchmarks [--only latency,kill,...] [--places DIR] [--json FILE]`` (``make bench ARGS="--json FILE"``)
 
 latency: the whole daemon at speed 1 with a page, beside an idle loop. kill: Kill on the wire while everything else is
-<<<<<<< HEAD
 blocked. perception: the network on still frames of the drawn worlds of --seeds, and on the pictures of --places,
 --tiles and --negatives (``python -m benchmarks.perception`` has more of it). exploration: the planner alone over lots
-of known shape (``python -m benchmarks.exploration`` has more of it). seeds: whole surveys of drawn worlds at speed 2
-against their truth. places: the same over the pictures of --places (PLACE.jpg with PLACE.json). Measure on a machine
-with nothing else to do: a section says VOID when others worked beside it.
-=======
-blocked. exploration: the planner alone over lots of known shape (``python -m benchmarks.exploration`` has more of it).
-chain: vision, mapper and planner flown over drawn worlds with drifting GNSS, the fused map beside single frames
-(``python -m benchmarks.chain_flight``). seeds: whole surveys of drawn worlds at speed 2 against their truth. places:
-the same over the pictures of --places (PLACE.jpg with PLACE.json). Measure on a machine with nothing else to do: a
-section says VOID when others worked beside it.
->>>>>>> map
+of known shape (``python -m benchmarks.exploration`` has more of it). chain: vision, mapper and planner flown over drawn
+worlds with drifting GNSS, the fused map beside single frames (``python -m benchmarks.chain_flight``). seeds: whole
+surveys of drawn worlds at speed 2 against their truth. places: the same over the pictures of --places (PLACE.jpg with
+PLACE.json). Measure on a machine with nothing else to do: a section says VOID when others worked beside it.
 """
 
 from __future__ import annotations
@@ -42,11 +35,7 @@ from hawk.algo.vision.network import StallNetwork
 from hawk.worlds.conditions import Condition
 
 Result = tuple[list[Figure], str]
-<<<<<<< HEAD
-SECTIONS: Final = ("latency", "kill", "perception", "exploration", "seeds", "places")
-=======
-SECTIONS: Final = ("latency", "kill", "exploration", "chain", "seeds", "places")
->>>>>>> map
+SECTIONS: Final = ("latency", "kill", "perception", "exploration", "chain", "seeds", "places")
 EXIT_FAILED: Final = 1
 
 
@@ -120,11 +109,8 @@ def _work(name: str, options: argparse.Namespace, folder: Path) -> Callable[[], 
         return chain.measure(options.chain), ""
 
     return {
-<<<<<<< HEAD
         "perception": perception,
-=======
         "chain": chain_flights,
->>>>>>> map
         "exploration": exploration,
         "latency": lambda: whole_daemon.measure(options.seconds, options.seed, folder / "latency"),
         "kill": kill,
