@@ -30,7 +30,7 @@ def network() -> StallNetwork:
 @pytest.fixture(scope="module")
 def lot() -> Scene:
     """A drawn lot, 38 x 29 m, with free and taken stalls; 20 are wholly in the picture and not under trees."""
-    return draw_scene(np.random.default_rng((500, 34)), (288, 384))
+    return draw_scene(np.random.default_rng((500, 17)), (288, 384))
 
 
 def whole(lot: Scene) -> list[SceneStall]:
@@ -58,6 +58,21 @@ def test_the_shipped_network_finds_painted_stalls_and_the_cars_in_them(network: 
     real = np.array([stall.taken for stall in stalls])
     assert 0 < real.sum() < len(real)
     assert (taken == real)[seen].mean() >= 0.85
+
+
+@pytest.mark.parametrize(("ground", "paint"), [(110, (235, 235, 235)), (140, (60, 190, 225)), (60, (200, 200, 200))])
+def test_two_rows_on_plain_ground_are_found_without_anything_around_them(
+    network: StallNetwork, ground: int, paint: tuple[int, int, int]
+) -> None:
+    image = np.full((500, 520, 3), ground, np.uint8)
+    for top in (140, 300):
+        for column in range(130, 391, 26):
+            cv2.rectangle(image, (column - 1, top), (column, top + 52), paint, -1)
+    found = NetworkFinder(network).find(GroundImage(image, NORTH_UP, np.ones(image.shape[:2], np.bool_))).stalls
+    middles = [(-(top + 26) / 10, (column + 13) / 10) for top in (140, 300) for column in range(130, 390, 26)]
+    near = [min(math.hypot(s.north - north, s.east - east) for s in found) < 0.5 for north, east in middles]
+    assert sum(near) >= 18
+    assert all(stall.taken < 0.5 for stall in found)
 
 
 def test_blank_ground_shows_no_stall(network: StallNetwork) -> None:

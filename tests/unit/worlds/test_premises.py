@@ -16,7 +16,7 @@ from hawk.worlds.plan import Axes, Building, Plan
 from hawk.worlds.render import draw_plan
 from hawk.worlds.site import SiteSize, plan_lot_site, plan_plain_site
 from hawk.worlds.style import sample_style
-from hawk.worlds.training import PLAIN_SHARE, draw_scene
+from hawk.worlds.training import PLAIN_SHARE, SceneStall, _implied, draw_scene
 
 GREY = Material("asphalt", (100.0, 100.0, 100.0), 0, 0, 0)
 PALE = Material("roof", (220.0, 220.0, 220.0), 0, 0, 0)
@@ -119,10 +119,22 @@ def test_dim_vehicles_are_dark_and_flat() -> None:
         assert shown.std() < 60
 
 
-def test_hidden_stalls_are_implied_by_their_row_only_under_crowns() -> None:
+def _stall(x: float, covered: float) -> SceneStall:
+    quad = np.array([[x, 40.0], [x + 26, 40], [x + 26, 92], [x, 92]])
+    return SceneStall(quad, False, covered >= 0.7, False, True, 1.0, covered, "perpendicular")
+
+
+def test_hidden_stalls_are_implied_only_near_others_and_under_crowns() -> None:
+    roofs = np.zeros((140, 300), np.uint8)
+    roofs[:, 26:52] = 1
+    row = [_stall(0, 0.1), _stall(26, 0.9), _stall(52, 0.9), _stall(78, 0.9), _stall(104, 0.5)]
+    marked = _implied(row, roofs)
+    assert [stall.implied for stall in marked] == [False, False, True, False, False]
+    assert not any(stall.implied for stall in _implied(row[1:], roofs)), "nobody shows"
+
+
+def test_scenes_have_implied_stalls_and_plain_ones_are_few() -> None:
     stalls = [s for seed in range(40) for s in draw_scene(_rng(seed), 256).stalls]
-    implied = [stall for stall in stalls if stall.implied]
-    assert implied
-    assert all(stall.hidden for stall in implied)
-    assert len(implied) < sum(stall.hidden for stall in stalls)
+    assert any(stall.implied for stall in stalls)
+    assert all(stall.hidden for stall in stalls if stall.implied)
     assert 0 < PLAIN_SHARE < 0.2
