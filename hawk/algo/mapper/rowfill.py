@@ -50,7 +50,7 @@ class RowFiller:
         real = near[tracker.rows["confirmed"][near] & ~rows["inferred"]]
         if len(real) == 0:
             return
-        layers = _Layers(grid, tracker.rows[real])
+        layers = _Layers(grid)
         completed = complete_rows(_as_row_stalls(tracker.rows[real]), layers.core, self._options)
         members = completed[~completed.inferred]
         _pull(tracker.rows, real[members.source], members, version)
@@ -98,23 +98,20 @@ def _judge(tracker: StallTracker, implied: NDArray[np.intp], missing: NDArray[np
 
 
 class _Layers:
-    """Mean evidence in quads, from one window of the grid around the stalls."""
+    """Mean evidence in quads; of the grid only what lies about them is read."""
 
-    def __init__(self, grid: EvidenceGrid, rows: Rows) -> None:
-        places = np.stack([rows["north"], rows["east"]], -1)
-        self._window = Window.around(places, EVIDENCE_M, 15.0)
-        self._core = grid.layer(self._window, "core")
-        self._car = grid.layer(self._window, "car")
+    def __init__(self, grid: EvidenceGrid) -> None:
+        self._grid = grid
 
     def core(self, corners: Floats) -> Floats:
         """Return the mean core probability in the inner part of quads (N, 4, 2)."""
-        return self._mean(self._core, corners)
+        return self._mean("core", corners)
 
     def car(self, corners: Floats) -> Floats:
         """Return the mean car probability in the inner part of quads (N, 4, 2)."""
-        return self._mean(self._car, corners)
+        return self._mean("car", corners)
 
-    def _mean(self, layer: NDArray[np.float32], corners: Floats) -> Floats:
+    def _mean(self, name: str, corners: Floats) -> Floats:
         if len(corners) == 0:
             return np.zeros(0)
         a, b = (np.linspace(0.5 - _INNER / 2, 0.5 + _INNER / 2, n) for n in _SAMPLES)
@@ -122,10 +119,9 @@ class _Layers:
         near = corners[:, None, 0] * (1 - across) + corners[:, None, 1] * across
         far = corners[:, None, 3] * (1 - across) + corners[:, None, 2] * across
         points = near * (1 - along) + far * along
-        cells = np.round(self._window.cells_of(points[..., 0], points[..., 1])).astype(np.intp)
-        column, row = cells[..., 0], cells[..., 1]
-        inside = (row >= 0) & (row < self._window.rows) & (column >= 0) & (column < self._window.columns)
-        values = np.where(inside, layer[np.where(inside, row, 0), np.where(inside, column, 0)], 0)
+        window = Window.around(points.reshape(-1, 2), EVIDENCE_M, EVIDENCE_M)
+        cells = np.round(window.cells_of(points[..., 0], points[..., 1])).astype(np.intp)
+        values = self._grid.layer(window, name)[cells[..., 1], cells[..., 0]]
         return np.asarray(values.mean(1), dtype=np.float64)
 
 
