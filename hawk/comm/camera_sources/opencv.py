@@ -89,6 +89,7 @@ class _Reader:
         self.stop()
         with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(self._over.wait(), _CLOSE_S)
+            self._thread.join(_CLOSE_S)  # it said so with its last word: this waits for its return only
 
     def _run(self) -> None:
         try:

@@ -4,11 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import torch
 
-from hawk.algo.vision.network import StallNetwork
-from training.average import average, main
-from training.network import StallNet
+torch = pytest.importorskip("torch", reason="training needs the training extra")
+
+from hawk.algo.vision.network import StallNetwork  # noqa: E402
+from training.average import average, main  # noqa: E402
+from training.network import StallNet  # noqa: E402
 
 
 def test_the_average_of_states_is_the_mean_of_each_weight_and_keeps_whole_numbers_whole() -> None:

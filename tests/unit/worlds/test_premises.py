@@ -41,8 +41,8 @@ def test_premises_have_something_on_them_and_no_stall(kind: str) -> None:
         assert plan.stalls == []
         assert plan.lots == []
         assert plan.surfaces
-        things = [plan.blocks, plan.buildings, plan.strokes, plan.surfaces[1:]]
-        assert sum(map(len, things)) >= 1
+        things = (*plan.blocks, *plan.buildings, *plan.strokes, *plan.surfaces[1:])
+        assert things
         middles = [building.axes.at(building.width / 2, building.depth / 2)[1] for building in plan.buildings]
         middles += [float(block.polygon[:, 1].mean()) for block in plan.blocks]
         assert all(v > 0 for v in middles), "on the far side of the edge"
