@@ -46,7 +46,7 @@ class MapCore:
         self._version = 0
         self.grid = EvidenceGrid()
         self.tracker = StallTracker()
-        self.registration = Registration(settings.max_shift_m)
+        self.registration = Registration(settings.max_shift_m, learns_height=settings.learns_height)
         self._encoder = TileEncoder()
         self._mosaic = Mosaic()
         self._stalls = StallIndex()

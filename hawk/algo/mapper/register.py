@@ -47,10 +47,11 @@ class Shift:
 class Registration:
     """Follows the slow error of the pose from frame to frame."""
 
-    def __init__(self, limit_m: float) -> None:
+    def __init__(self, limit_m: float, *, learns_height: bool = True) -> None:
+        """``limit_m`` bounds the shift; ``learns_height``: whether the height may be wrong."""
         self._limit_m = limit_m
         self._last: tuple[float, float] | None = None
-        self._slip = Slip()
+        self._slip = Slip(learns_height=learns_height)
         self.shift = Shift()
 
     def restore(self, shift: Shift) -> None:

@@ -56,7 +56,9 @@ class Slip:
     NaN where it was not compared with an earlier frame.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, learns_height: bool = True) -> None:
+        """``learns_height`` False: the height is taken for right, ``scale`` stays 1."""
+        self._learns_height = learns_height
         self.scale = 1.0
         self.turn = 0.0
         self.leans: Floats = np.zeros(0)
@@ -82,6 +84,8 @@ class Slip:
 
     def size(self, told: float) -> None:
         """Learn from the size of stalls by the usual one, as the height that is told shows them."""
+        if not self._learns_height:
+            return
         size = told * self.scale
         within = min(max(size, USUAL[0]), USUAL[1])
         if within == size or self._compared >= _ENOUGH:
@@ -129,6 +133,7 @@ class Slip:
 
     def _correct(self, scale: float, turn: float) -> None:
         """Take in a correction of the logarithm of the scale, and of the turn, by their certainties (Kalman)."""
+        scale = scale if self._learns_height else 0.0
         sigma = np.array(self._sigma)
         if abs(scale) > _GROSS * math.hypot(sigma[0], _SIGMA):  # no chance: what was believed of it is void
             sigma[0] = max(sigma[0], _GROSS_SIGMA)

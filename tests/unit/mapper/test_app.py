@@ -10,6 +10,7 @@ import pytest
 
 from hawk.algo.errors import AlgoError
 from hawk.algo.mapper.app import MapperApp
+from hawk.algo.mapper.settings import MapperSettings
 from hawk.algo.topic_interface import AlgorithmTopicInterface
 from hawk.model import TILE_CELLS, Cell, Health, Inbound, MapPose, OccupancyMap, Stall, StallState
 from tests.unit.algo.synthetic import SyntheticVision, Truth, frame_at, pose_at, rows_lot
@@ -18,11 +19,11 @@ from tests.unit.algo.synthetic import SyntheticVision, Truth, frame_at, pose_at,
 class Rig:
     """Mapper and a vision that sees a known lot."""
 
-    def __init__(self, truth: Truth | None = None, **faults: object) -> None:
+    def __init__(self, truth: Truth | None = None, settings: MapperSettings | None = None, **faults: object) -> None:
         self.truth = truth or rows_lot(turn=0.3)
         self.vision = SyntheticVision(self.truth, **faults)  # type: ignore[arg-type]
         self.interface = AlgorithmTopicInterface()
-        self.mapper = MapperApp(map_id="survey")
+        self.mapper = MapperApp(settings, map_id="survey")
         self.vision.init(None, self.interface)
         self.mapper.init(self.vision, self.interface)
         self.sequence = 0
@@ -153,7 +154,7 @@ def test_what_vision_saw_in_an_older_frame_is_not_fused_twice() -> None:
 
 @pytest.mark.parametrize("factor", [0.8, 0.9, 1.1, 1.2])
 def test_a_wrong_height_is_found_told_and_the_map_is_laid_right(factor: float) -> None:
-    rig = Rig(noise_m=0.1, true_height=35.0)
+    rig = Rig(settings=MapperSettings(learns_height=True), noise_m=0.1, true_height=35.0)
     for north in (-8.0, 8.0):
         for east in PASS if north < 0 else PASS[::-1]:
             rig.sequence += 1
@@ -172,6 +173,19 @@ def test_a_wrong_height_is_found_told_and_the_map_is_laid_right(factor: float) -
     assert np.median(sizes, 0) == pytest.approx((2.6, 5.2), rel=0.04)
     assert rig.map.counts.total == pytest.approx(len(rig.truth.stalls), abs=3)
     assert rig.unmatched(without_offset(rig)) <= len(rig.truth.stalls) / 10
+
+
+def test_the_height_is_believed_unless_it_is_to_be_learned() -> None:
+    rig = Rig(noise_m=0.1, true_height=35.0)
+    for east in PASS:
+        rig.sequence += 1
+        told = replace(pose_at(-8.0, float(east), math.pi / 2), height=35.0 * 1.1)
+        rig.interface.begin(rig.mapper.levelled(frame_at(told, rig.sequence)))
+        rig.vision.process()
+        rig.mapper.process()
+    frame = rig.mapper.levelled(frame_at(replace(pose_at(0, 0), height=38.5), 999))
+    assert frame.pose is not None
+    assert frame.pose.height == 38.5
 
 
 def without_offset(rig: Rig) -> list[Stall]:
