@@ -107,7 +107,7 @@ def test_a_flight_of_a_few_frames(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
     monkeypatch.setattr(flight, "TIMEOUT_S", 2.0)
     monkeypatch.setattr(flight, "PIXELS", (640, 360))
     out = tmp_path / "chain.json"
-    assert chain.main(["--seeds", "1", "--height", "1.1", "--json", str(out), "--out", str(tmp_path / "maps")]) == 0
+    assert chain.main(["--seeds", "1", "--json", str(out), "--out", str(tmp_path / "maps")]) == 0
     figures = json.loads(out.read_text())
     assert figures["chain_flights"] == 1
     assert figures["chain_finished"] == 0
