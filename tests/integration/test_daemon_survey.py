@@ -223,7 +223,8 @@ async def test_it_came_home_whole(survey: Survey) -> None:
     assert survey.truth_of_the_end["disarmed"]
     assert not survey.truth_of_the_end["crashed"]
     assert apart(survey.home.place, survey.home.home) < 2.5
-    assert survey.home.stalls.keys() >= survey.flying_again.stalls.keys()
+    gone = survey.flying_again.stalls.keys() - survey.home.stalls.keys()
+    assert len(gone) <= 1  # more looks may take back a doubtful stall; a lost map would take them all
 
 
 async def test_every_flight_was_recorded_also_the_killed_one(survey: Survey) -> None:
