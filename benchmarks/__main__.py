@@ -24,13 +24,13 @@ from pathlib import Path
 from typing import Final
 
 import cv2
-from rich.console import Console
 
 from benchmarks import kill_wire, surveys, whole_daemon
 from benchmarks.chain_flight import campaign as chain
 from benchmarks.exploration import campaign
-from benchmarks.figures import BenchmarkError, Figure, Section, flat, print_table, write_json
+from benchmarks.figures import BenchmarkError, Figure, Section, tell
 from benchmarks.perception.sections import Material, network_sections
+from benchmarks.surveys import seeds_option
 from hawk.algo.vision.network import StallNetwork
 from hawk.worlds.conditions import Condition
 
@@ -46,9 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         options.json.parent.mkdir(parents=True, exist_ok=True)  # rather now than after minutes of measuring
     with _folder(options.keep) as folder:
         sections = [_run(name, _work(name, options, folder)) for name in _chosen(options)]
-    print_table(sections, Console(width=None if sys.stdout.isatty() else 130))
-    if options.json is not None:
-        write_json(options.json, flat(sections))
+    tell(sections, options.json)
     return EXIT_FAILED if any(not section.figures for section in sections) else 0
 
 
@@ -66,11 +64,19 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--seconds", type=float, default=60.0, help="latency: how long to measure (default 60)")
     parser.add_argument("--seed", type=int, default=1, help="latency: the world to fly over (default 1)")
     parser.add_argument("--kills", type=int, default=200, help="kill: how many (default 200)")
-    parser.add_argument("--lots", type=_seeds, default="1-6", metavar="A-B", help="exploration: lots to fly over (1-6)")
     parser.add_argument(
-        "--chain", type=_seeds, default="1-6", metavar="A-B", help="chain: worlds to fly the algorithms over (1-6)"
+        "--lots", type=seeds_option, default="1-6", metavar="A-B", help="exploration: lots to fly over (1-6)"
     )
-    parser.add_argument("--seeds", type=_seeds, default="1-5", metavar="A-B", help="seeds: worlds to survey (1-5)")
+    parser.add_argument(
+        "--chain",
+        type=seeds_option,
+        default="1-6",
+        metavar="A-B",
+        help="chain: worlds to fly the algorithms over (1-6)",
+    )
+    parser.add_argument(
+        "--seeds", type=seeds_option, default="1-5", metavar="A-B", help="seeds: worlds to survey (1-5)"
+    )
     parser.add_argument("--condition", type=Condition, choices=list(Condition), help="seeds: time of day and weather")
     parser.add_argument("--gnss-sigma", type=float, metavar="M", help="seeds: slow error of the position")
     parser.add_argument(
@@ -156,13 +162,6 @@ def _sections(text: str) -> tuple[str, ...]:
     if unknown:
         raise argparse.ArgumentTypeError(f"{', '.join(unknown)} is not one of {', '.join(SECTIONS)}")
     return names
-
-
-def _seeds(text: str) -> list[int]:
-    try:
-        return surveys.parse_seeds(text)
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 if __name__ == "__main__":

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Sequence
+import sys
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -14,6 +15,8 @@ from rich.console import Console
 from rich.table import Table
 
 MISSING: Final = "–"
+TABLE_COLUMNS: Final = 130
+"""Width of a table that goes into a file."""
 
 
 class BenchmarkError(Exception):
@@ -109,9 +112,16 @@ def flat(sections: Iterable[Section]) -> dict[str, float | None]:
     return values
 
 
-def write_json(path: Path, values: dict[str, float | None]) -> None:
+def write_json(path: Path, values: Mapping[str, object]) -> None:
     """Write the flat object."""
     path.write_text(json.dumps(values, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def tell(sections: Sequence[Section], path: Path | None, **more: object) -> None:
+    """Print everything as one table, and write it to ``path`` as one flat object with ``more`` beside the figures."""
+    print_table(sections, Console(width=None if sys.stdout.isatty() else TABLE_COLUMNS))
+    if path is not None:
+        write_json(path, {**flat(sections), **more})
 
 
 def print_table(sections: Sequence[Section], console: Console) -> None:

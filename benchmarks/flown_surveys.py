@@ -13,7 +13,6 @@ from __future__ import annotations
 import argparse
 import asyncio
 import contextlib
-import json
 import math
 import sys
 import tempfile
@@ -25,13 +24,12 @@ from typing import Any, Final
 import cv2
 import numpy as np
 import shapely
-from rich.console import Console
 
 from benchmarks.exploration import setups
 from benchmarks.exploration.flight import Flown, fly
 from benchmarks.exploration.lots import Lot
 from benchmarks.exploration.pilots import PlannerPilot
-from benchmarks.figures import BenchmarkError, Figure, Limit, Section, flat, print_table
+from benchmarks.figures import BenchmarkError, Figure, Limit, Section, tell
 from benchmarks.lawnmower import LawnmowerOperator, lanes
 from benchmarks.surveys import SPEED, TIMEOUT_S, parse_seeds
 from hawk.comm.messages import Heartbeat
@@ -311,10 +309,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("no world was measured", file=sys.stderr)
         return 1
     section = Section("flown surveys", figures(runs), problem_of(runs, len(options.seeds)))
-    print_table([section], Console(width=None if sys.stdout.isatty() else 130))
-    if options.json is not None:
-        values: dict[str, Any] = {**flat([section]), "worlds": [asdict(run) for run in runs]}
-        options.json.write_text(json.dumps(values, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    tell([section], options.json, worlds=[asdict(run) for run in runs])
     return 0
 
 

@@ -4,6 +4,7 @@ against the truth, and the way flown against the least way that could show the l
 
 from __future__ import annotations
 
+import argparse
 import asyncio
 import contextlib
 import json
@@ -179,6 +180,14 @@ def parse_seeds(text: str) -> list[int]:
             raise ValueError(f"{text!r} names no seeds; write 1-5 or 2,4,7")
         seeds.extend(range(int(first), int(last or first) + 1))
     return seeds
+
+
+def seeds_option(text: str) -> list[int]:
+    """Return the seeds that a command line names. Raises ArgumentTypeError, which argparse tells word by word."""
+    try:
+        return parse_seeds(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 async def _fly(name: str, world: Sequence[str], folder: Path) -> Survey:

@@ -18,12 +18,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
-from rich.console import Console
 
 from benchmarks.chain_flight.campaign import lots, measure_worlds, seeds
 from benchmarks.chain_flight.flight import Errors
-from benchmarks.figures import BenchmarkError, Section, flat, print_table, write_json
-from benchmarks.surveys import parse_seeds
+from benchmarks.figures import BenchmarkError, Section, tell
+from benchmarks.surveys import seeds_option
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -37,10 +36,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BenchmarkError as error:
         print(error, file=sys.stderr)
         return 1
-    sections = [Section("chain", figures)]
-    print_table(sections, Console(width=None if sys.stdout.isatty() else 130))
-    if options.json is not None:
-        write_json(options.json, flat(sections))
+    tell([Section("chain", figures)], options.json)
     return 0
 
 
@@ -50,7 +46,7 @@ def _parser() -> argparse.ArgumentParser:
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--seeds", type=_seeds, default="1-6", metavar="A-B", help="drawn worlds (1-6)")
+    parser.add_argument("--seeds", type=seeds_option, default="1-6", metavar="A-B", help="drawn worlds (1-6)")
     parser.add_argument(
         "--lots", type=Path, metavar="DIR", help="places instead: pictures with truth files beside them"
     )
@@ -65,13 +61,6 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--out", type=Path, metavar="DIR", help="write each place's map as a picture")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write every figure as one flat object")
     return parser
-
-
-def _seeds(text: str) -> list[int]:
-    try:
-        return parse_seeds(text)
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 if __name__ == "__main__":

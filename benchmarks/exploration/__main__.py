@@ -7,19 +7,16 @@ figures mean. Every seed gives the same flights each time; only milliseconds dif
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Final
-
-from rich.console import Console
+from typing import Final
 
 from benchmarks.exploration.campaign import SETUPS, fly_all
 from benchmarks.exploration.picture import draw_worst
 from benchmarks.exploration.report import figures, rows
-from benchmarks.figures import Section, flat, print_table
-from benchmarks.surveys import parse_seeds
+from benchmarks.figures import Section, tell
+from benchmarks.surveys import seeds_option
 
 DEFAULT_SEEDS: Final = "1-200"
 
@@ -31,11 +28,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         options.json.parent.mkdir(parents=True, exist_ok=True)
     runs = {name: fly_all(name, options.seeds, options.tours, options.workers) for name in options.setups}
     found = figures(runs.get("flown", []), runs.get("prototype", []))
-    print_table([Section("exploration", found)], Console(width=None if sys.stdout.isatty() else 130))
-    if options.json is not None:
-        values: dict[str, Any] = dict(flat([Section("exploration", found)]))
-        values["flights"] = [row for name, one in runs.items() for row in rows(name, one)]
-        options.json.write_text(json.dumps(values, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    flights = [row for name, one in runs.items() for row in rows(name, one)]
+    tell([Section("exploration", found)], options.json, flights=flights)
     if options.picture is not None:
         for name, one in runs.items():
             draw_worst(one, options.picture, name)
@@ -49,7 +43,7 @@ def make_parser() -> argparse.ArgumentParser:
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--seeds", type=_seeds, default=DEFAULT_SEEDS, metavar="A-B", help="lots (1-200)")
+    parser.add_argument("--seeds", type=seeds_option, default=DEFAULT_SEEDS, metavar="A-B", help="lots (1-200)")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write all figures, and way and time of every flight")
     parser.add_argument("--picture", type=Path, metavar="DIR", help="draw the ten worst flights of each set-up there")
     parser.add_argument("--setups", type=_setups, default=tuple(SETUPS), metavar="A,B", help=f"of {', '.join(SETUPS)}")
@@ -58,13 +52,6 @@ def make_parser() -> argparse.ArgumentParser:
         "--workers", type=int, default=1, metavar="N", help="processes (1); more of them flatter no figure"
     )
     return parser
-
-
-def _seeds(text: str) -> list[int]:
-    try:
-        return parse_seeds(text)
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def _setups(text: str) -> tuple[str, ...]:

@@ -19,9 +19,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
-from rich.console import Console
 
-from benchmarks.figures import flat, print_table, write_json
+from benchmarks.figures import tell
 from benchmarks.perception.sections import NEGATIVES_SCALE, Material, classical_section, network_sections
 from benchmarks.perception.video import watch
 from benchmarks.surveys import parse_seeds
@@ -40,9 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     sections = network_sections(network, material)
     if not options.no_classical:
         sections.append(classical_section(material))
-    print_table(sections, Console(width=None if sys.stdout.isatty() else 130))
-    if options.json:
-        write_json(options.json, flat(sections))
+    tell(sections, options.json)
     return 0
 
 

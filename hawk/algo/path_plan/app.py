@@ -38,7 +38,6 @@ from hawk.model import (
 )
 
 _SHOWN = 12  # places of the way on
-_NO_LOT = "no lot is known yet"
 _YAW_FROM_M = 1.0  # the bearing of what is nearer says nothing
 
 
@@ -173,17 +172,15 @@ class PathPlanApp:
         if around is None:
             return PathPlan(explore=ExploreStatus(reason="nothing is mapped yet"), verdict=verdict)
         plan = self._explorer.plan(around)
-        lot_known = self._mapper.lot_area_m2() > 0
-        status = plan.status if lot_known else replace(plan.status, seen=0.0, lot_known=False, reason=_NO_LOT)
         if plan.target is None:
-            return PathPlan(explore=status, verdict=verdict)
+            return PathPlan(explore=plan.status, verdict=verdict)
         target, heading = to_point(plan.target), plan.heading
         if heading is None and math.dist(plan.target, around.place) > _YAW_FROM_M:
             # the wide side of the picture lies across the way
             heading = math.atan2(target.east - pose.east, target.north - pose.north)
         yaw = pose.yaw if heading is None else math.remainder(heading - frame.camera.mount_yaw, math.tau)
         on = plan.route if plan.target == plan.route[0] else (plan.target, *plan.route)
-        return PathPlan(target, height, yaw, tuple(to_point(p) for p in on[:_SHOWN]), status, verdict)
+        return PathPlan(target, height, yaw, tuple(to_point(p) for p in on[:_SHOWN]), plan.status, verdict)
 
     def _turned_picture(self, swath: Swath) -> Footprint:
         return Footprint(swath.width, swath.depth, swath.width / 2 * self._settings.turned_share)
@@ -198,7 +195,8 @@ class PathPlanApp:
         near = near_tiles(overview.whole(extent), place)
         block = overview.missing(place, near)
         layers, fenced = self._layers(near)
-        if self._mapper.lot_area_m2() == 0:
+        lot_known = self._mapper.lot_area_m2() > 0
+        if not lot_known:
             layers = guessed(layers, place)
         scouting = None
         area = max(overview.lot_m2, float(layers.lot.sum()) * layers.window.cell_m**2)
@@ -214,6 +212,7 @@ class PathPlanApp:
             self._guard,
             {i: (stall.north, stall.east) for i, stall in self._mapper.unclear_stalls().items()},
             scouting,
+            lot_known=lot_known,
         )
 
     def _layers(self, tiles: Window) -> tuple[CoarseLayers, NDArray[np.uint8]]:

@@ -27,6 +27,7 @@ from hawk.algo.path_plan.turning import Turning
 from hawk.algo.path_plan.wanted import are_allowed, share_of
 from hawk.model import ExploreStatus, MapPoint, MapPose
 
+_NO_LOT = "no lot is known yet"
 _BARRED_CELLS = 2  # no way point lies so near to one that was given up
 
 Route = tuple[Place, ...]
@@ -36,7 +37,6 @@ Route = tuple[Place, ...]
 class Exploration:
     """One plan: where to fly (None: hold), the way points from there on, and how far the exploration is.
 
-    ``near`` is the ground about the drone, ``rest`` another part of which the ``overview`` does not know yet.
     ``heading`` is the picture's, radians; None: along the way.
     """
 
@@ -53,7 +53,8 @@ class Surroundings:
     ``near`` is the ground about the drone, ``rest`` another part of which the ``overview`` does not know yet.
     ``heading`` is the picture's, radians; ``unclear`` are the stalls whose state is not known, by id; ``scouting`` is
     the field for looking around, None when the lot is large enough to be the whole; ``share`` (0..1) is what is wanted
-    of the near field's cells, once that is found out.
+    of the near field's cells, once that is found out; ``lot_known`` is False while what looks like a lot stands in
+    for one.
     """
 
     near: Part
@@ -66,6 +67,7 @@ class Surroundings:
     unclear: dict[int, Place]
     scouting: InformationField | None = None
     share: Grid | None = None
+    lot_known: bool = True
 
     @property
     def place(self) -> Place:
@@ -117,7 +119,7 @@ class Explorer:
         """Return where to fly next."""
         around = self._taken(self._without_barred(around))
         if around.overview.lot_m2 <= 0:
-            return Exploration(None, (), ExploreStatus(reason="no lot is known yet"))
+            return Exploration(None, (), ExploreStatus(reason=_NO_LOT, lot_known=around.lot_known))
         around = self._looking(around)
         turn = self._turn(around)
         if turn is not None:
@@ -319,6 +321,8 @@ class _Progress:
 
 def _status(around: Surroundings, route: Route, *, done: bool) -> ExploreStatus:
     left = round(_length((around.place, *route)), 1)
+    if not around.lot_known:
+        return ExploreStatus(done, 0.0, left, _NO_LOT, lot_known=False)
     return ExploreStatus(done, around.overview.seen_share, left, "nothing is left to learn" if done else "")
 
 

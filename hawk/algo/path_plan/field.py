@@ -66,12 +66,13 @@ def information_field(layers: CoarseLayers, fenced: NDArray[np.uint8], near_lot_
 
 def guessed(layers: CoarseLayers, place: Place) -> CoarseLayers:
     """Return the layers for looking for a lot while none is known: what looks like lot counts as lot, or else the
-    ground below the drone."""
+    ground below the drone, as far as the window shows it."""
     lot = layers.likely
     if not (lot > 0).any():
         lot = np.zeros(layers.window.shape, np.float32)
         column, row = np.round(layers.window.cells_of(np.array(place[0]), np.array(place[1]))).astype(np.intp)
-        lot[row, column] = 1.0
+        if 0 <= row < lot.shape[0] and 0 <= column < lot.shape[1]:
+            lot[row, column] = 1.0
     return replace(layers, lot=lot)
 
 

@@ -91,3 +91,9 @@ def test_where_nothing_looks_like_a_lot_the_ground_below_the_drone_stands_in() -
     assert len(rows) == 1
     assert abs(-(WINDOW.row + rows[0] + 0.5) * WINDOW.cell_m - north) <= WINDOW.cell_m / 2
     assert abs((WINDOW.column + columns[0] + 0.5) * WINDOW.cell_m - east) <= WINDOW.cell_m / 2
+
+
+def test_a_drone_beyond_the_window_stands_on_no_ground_of_it() -> None:
+    far = WINDOW.cell_m * WINDOW.rows
+    for place in ((far, 0.0), (-far, 0.0), (0.0, far), (0.0, -far)):
+        assert not guessed(layers(slice(0), slice(20, 40)), place).lot.any()
