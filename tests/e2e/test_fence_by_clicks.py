@@ -108,6 +108,7 @@ async def test_a_fence_is_drawn_with_a_finger(browser: Browser, tmp_path: Path, 
         await button(page, "Show checks").tap(timeout=60_000)
         await button(page, "Edit fence").tap(timeout=20_000)
         await shows(page, "Tap its corners on the map")
+        await the_map_follows_nothing(page)
         places = [await pixel(page, place) for place in ((-40, -40), (40, -40), (40, 40), (-40, 40))]
         for count, place in enumerate(places, start=1):
             await page.touchscreen.tap(*place)
@@ -124,6 +125,12 @@ async def test_a_fence_is_drawn_with_a_finger(browser: Browser, tmp_path: Path, 
         assert not errors
     finally:
         await stack.stop()
+
+
+async def the_map_follows_nothing(page: Page) -> None:
+    """While corners are set, nothing but the operator moves the map under them."""
+    for each in ("Follow the drone", "Whole lot"):
+        await expect(button(page, each)).to_have_attribute("aria-pressed", "false")
 
 
 async def drag_by_finger(page: Page, start: tuple[float, float], end: tuple[float, float]) -> None:
@@ -254,19 +261,30 @@ async def drag(page: Page, start: tuple[float, float], end: tuple[float, float])
     await page.mouse.up()
 
 
+SETTLED_SCALE = """async () => {
+  const read = () => {
+    const [map, bar] = [".ol", ".mapfoot .scale"].map((each) => document.querySelector(each).getBoundingClientRect());
+    return [map.x + map.width / 2, map.y + map.height / 2, bar.width, document.querySelector(".mapfoot .metres").innerText];
+  };
+  let [before, same] = [null, 0];
+  while (same < 5) {
+    await new Promise(requestAnimationFrame);
+    const now = JSON.stringify(read());
+    same = now === before ? same + 1 : 0;
+    before = now;
+  }
+  return read();
+}"""
+"""The middle of the map, the length of the scale bar and what it says, once five drawn frames agree on it."""
+
+
 async def pixel(page: Page, place: tuple[float, float]) -> tuple[float, float]:
     """Return where a place (metres north and east of the middle of the map) is on the screen, by the scale bar."""
-    box = await page.locator(".ol").bounding_box()
-    assert box is not None
-    metres, unit = (await page.locator(".mapfoot .metres").inner_text()).split()
-    bar = await page.locator(".mapfoot .scale").bounding_box()
-    assert bar is not None
-    per_metre = bar["width"] / (float(metres) / (100 if unit == "cm" else 1))
+    x, y, bar, words = await page.evaluate(SETTLED_SCALE)
+    metres, unit = words.split()
+    per_metre = bar / (float(metres) / (100 if unit == "cm" else 1))
     north, east = place
-    return (
-        box["x"] + box["width"] / 2 + east * per_metre,
-        box["y"] + box["height"] / 2 - north * per_metre,
-    )
+    return x + east * per_metre, y - north * per_metre
 
 
 async def fence_of(url: str) -> FenceSetup:

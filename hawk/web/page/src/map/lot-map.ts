@@ -47,6 +47,8 @@ export class LotMap {
   private readonly overlay = document.createElement("canvas");
   private scene: Scene = EMPTY_SCENE;
   private shown: Scene["drone"] = null;
+  /** What is to come into view once the map has a size: on a phone it may be hidden behind a panel. */
+  private wanted: Extent | null = null;
   private glide: { from: Scene["drone"]; began: number } | null = null;
   private glideTimer = 0;
   private redrawTimer = 0;
@@ -110,20 +112,27 @@ export class LotMap {
     this.drawOverlay();
   }
 
-  /** Opens the fence editor; null closes it. */
+  /** Opens the fence editor; null closes it. The map keeps still under the corners: it follows nothing from then on. */
   editFence(events: FenceEditorEvents | null): FenceEditor | null {
+    if (events) this.leave();
     this.editor?.dispose();
     this.editor = events ? new FenceEditor(this.map, readPalette(this.element), events) : null;
     return this.editor;
   }
 
-  /** Brings a ring into view; nothing happens when it is there already. */
+  /** Brings a ring into view, at once or as soon as the map is shown; nothing happens when it is there already. */
   bringInView(ring: Ring): void {
-    const extent = extentOf(ring.map(([east, north]): [number, number] => [east, north]));
-    const size = this.map.getSize();
-    if (!extent || !size?.[0] || !size[1]) return;
     this.leave();
-    if (!covers(this.view.calculateExtent(size) as Extent, extent)) this.view.fit(extent, { padding: [76, 68, 60, 68], size });
+    this.wanted = extentOf(ring.map(([east, north]): [number, number] => [east, north]));
+    this.showWanted();
+  }
+
+  private showWanted(): void {
+    const size = this.map.getSize();
+    if (!this.wanted || !size?.[0] || !size[1]) return;
+    const inView = covers(this.view.calculateExtent(size) as Extent, this.wanted);
+    if (!inView) this.view.fit(this.wanted, { padding: [76, 68, 60, 68], size });
+    this.wanted = null;
   }
 
   /** Takes what a heartbeat changed of the map. */
@@ -215,6 +224,7 @@ export class LotMap {
 
   private sized(): void {
     this.map.updateSize();
+    this.showWanted();
     if (this.looking === "whole") this.fitWhole();
   }
 
