@@ -263,8 +263,9 @@ async def drag(page: Page, start: tuple[float, float], end: tuple[float, float])
 
 SETTLED_SCALE = """async () => {
   const read = () => {
-    const [map, bar] = [".ol", ".mapfoot .scale"].map((each) => document.querySelector(each).getBoundingClientRect());
-    return [map.x + map.width / 2, map.y + map.height / 2, bar.width, document.querySelector(".mapfoot .metres").innerText];
+    const one = (selector) => document.querySelector(selector);
+    const [map, bar] = [one(".ol"), one(".mapfoot .scale")].map((each) => each.getBoundingClientRect());
+    return [map.x + map.width / 2, map.y + map.height / 2, bar.width, one(".mapfoot .metres").innerText];
   };
   let [before, same] = [null, 0];
   while (same < 5) {
