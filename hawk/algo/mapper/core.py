@@ -23,7 +23,7 @@ from hawk.algo.mapper.mosaic import Mosaic
 from hawk.algo.mapper.register import Registration, Shift
 from hawk.algo.mapper.rowfill import RowFiller
 from hawk.algo.mapper.settings import MapperSettings
-from hawk.algo.mapper.shown import classify
+from hawk.algo.mapper.shown import CLOSE_M, classify
 from hawk.algo.mapper.stalls import Look, StallTracker
 from hawk.algo.mapper.table import angle_of, corners_of, from_bytes, to_bytes
 from hawk.algo.mapper.window import Window
@@ -269,9 +269,14 @@ class MapCore:
         if not is_due and not _is_farther(self._outlined, seen.pose, settings.outline_step_m):
             return False
         self._outlined, self._outlined_at = seen.pose, self._frame
-        wide = window.grown(round(settings.outline_reach_m / EVIDENCE_M)).aligned(2)
+        reach = round(settings.outline_reach_m / EVIDENCE_M)
+        wide = window.grown(reach).aligned(2)
         rows = self.tracker.rows[self.tracker.near(*wide.middle, math.hypot(*wide.shape) * EVIDENCE_M / 2)]
-        self._show(wide, classify(self.grid, wide, corners_of(rows[rows["confirmed"]])))
+        shown = classify(self.grid, wide, corners_of(rows[rows["confirmed"]]))
+        # near its edge a window does not know what is to be closed over
+        inner = window.grown(reach - round(CLOSE_M / EVIDENCE_M))
+        top, left = inner.row - wide.row, inner.column - wide.column
+        self._show(inner, shown[top : top + inner.rows, left : left + inner.columns])
         return True
 
     def _show(self, window: Window, shown: NDArray[np.uint8]) -> None:

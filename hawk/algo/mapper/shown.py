@@ -17,12 +17,13 @@ from hawk.algo.mapper.grid import EvidenceGrid
 from hawk.algo.mapper.window import Window
 from hawk.model import Cell
 
-_NEAR_M = 8.0  # an aisle's width and a little from a stall
+_NEAR_M = 9.0  # an aisle's width and a little from a stall
 _ANCHOR_M = 8.0
 _ANCHORS = 3  # stalls within that, itself counted
-_CLOSE_M = 2.0
+CLOSE_M = 8.0
+"""Radius over which gaps in the lot are closed: the crowns of trees and the islands between two rows belong to it."""
 _OPEN_M = 1.5
-_HOLE_M2 = 80.0
+_HOLE_M2 = 200.0
 _PIECE_M2 = 100.0
 _LOOKS = 0.5  # looks from which a cell counts as seen
 _STEP = 2  # evidence cells a working cell
@@ -46,7 +47,7 @@ def classify(grid: EvidenceGrid, window: Window, corners: NDArray[np.float64]) -
     else:
         near = _distance_to(stalls) * step_m < _NEAR_M
         lot = ((evidence > 0) & near | (stalls > 0)).astype(np.uint8)
-        lot = _opened(_closed(lot, _CLOSE_M / step_m), _OPEN_M / step_m) | stalls
+        lot = _opened(_closed(lot, CLOSE_M / step_m), _OPEN_M / step_m) | stalls
         lot = _without_pieces(_without_holes(lot, _HOLE_M2 / step_m**2), stalls, _PIECE_M2 / step_m**2)
     fine = cv2.resize(lot, (window.columns, window.rows), interpolation=cv2.INTER_NEAREST)
     return np.where(seen, np.where(fine > 0, Cell.LOT, Cell.NON_LOT), Cell.UNKNOWN).astype(np.uint8)
