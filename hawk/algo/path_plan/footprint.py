@@ -1,80 +1,52 @@
-"""What a picture shows while the drone flies along straight legs, while it turns, and while it leans.
+"""What a picture shows while the drone flies along straight legs, and while it turns.
 
 A level picture is a rectangle about the drone, wide across the heading. Between two legs the drone turns it: about a
-way point it shows what a disc would, and more than the two rectangles together. The camera leans with the drone: as it
-speeds up the picture looks behind, as it brakes ahead, and at a corner outwards.
+way point it shows what a disc would, and more than the two rectangles together.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-
-from hawk.algo.path_plan.lean import Lean
-from hawk.algo.path_plan.settings import PathPlanSettings
-from hawk.algo.path_plan.sweep import Swath
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 Bools = NDArray[np.bool_]
 
-_LEVEL: Final = Lean(0.0, 0.0, 0.0, 0.0)
-
 
 @dataclass(frozen=True, slots=True)
-class Corners:
-    """How K legs begin and end.
+class Turns:
+    """Where the picture turns about the ends of K legs: ``at_begin`` and ``at_end`` (K,), or one answer for all."""
 
-    ``before`` (K, 2) is the direction (north, east; of length 1) in which the drone flies as each begins, (0, 0) where
-    it stands; ``turned`` (K,) says where the picture turns about the begin, ``last`` (K,) where the tour ends.
-    """
-
-    before: Floats
-    turned: Bools
-    last: Bools
+    at_begin: Bools | bool = False
+    at_end: Bools | bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class Footprint:
     """Ground that a picture shows: ``width`` across and ``depth`` along its heading, metres.
 
-    ``turned`` is the radius about a place that the picture shows by turning there; 0: turns are not counted on. Without
-    ``lean`` the picture stays level.
+    ``turned`` is the radius about a place that the picture shows by turning there; 0: turns are not counted on.
     """
 
     width: float
     depth: float
     turned: float = 0.0
-    lean: Lean | None = None
 
-    @classmethod
-    def of(cls, swath: Swath, settings: PathPlanSettings, leans: float = 1.0) -> Footprint:
-        """Return what a camera shows that turns with the drone, and leans by a share of what the settings say."""
-        return cls(swath.width, swath.depth, swath.width / 2 * settings.turned_share, Lean.of(swath, settings, leans))
-
-    def shown(self, cells: Singles, begins: Floats, ends: Floats, corners: Corners | None = None) -> Bools:
-        """Return (K, N): which of N cells (N, 2) each of K straight legs shows, with the corner where it begins."""
+    def shown(self, cells: Singles, begins: Floats, ends: Floats, turns: Turns | None = None) -> Bools:
+        """Return (K, N): which of N cells (N, 2) each of K straight legs shows."""
         along, across, half = legs_about(cells, begins, ends)
-        reach = half + self.depth / 2
-        if corners is None:
-            return np.asarray((np.abs(across) <= self.width / 2) & (np.abs(along) <= reach))
-        lean = self.lean or _LEVEL
-        stands = np.asarray(~corners.before.any(1))
-        shown = np.asarray(np.abs(across) <= self.width / 2)
-        shown &= along <= reach + _where(corners.last, lean.stop)
-        shown &= along >= -reach - _where(stands, lean.start)
-        if self.turned > 0:
-            aside = across * across
-            for sign, there in ((1, corners.turned), (-1, corners.last)):
-                if np.any(there):
-                    near = along + sign * half
-                    shown |= (near * near + aside <= self.turned**2) & there[:, None]
-        if lean.corner > 0:
-            shown |= _outwards(along + half, across, ends - begins, corners.before, lean)
+        shown = (np.abs(across) <= self.width / 2) & (np.abs(along) <= half + self.depth / 2)
+        if turns is None or self.turned <= 0:
+            return np.asarray(shown)
+        aside = across * across
+        for sign, there in ((1, turns.at_begin), (-1, turns.at_end)):
+            if np.any(there):
+                near = along + sign * half
+                shown |= (near * near + aside <= self.turned**2) & np.reshape(there, (-1, 1))
         return np.asarray(shown)
 
     def swept(self, cells: Singles, place: Floats, heading: float, headings: Floats) -> Bools:
@@ -101,27 +73,6 @@ class Footprint:
         right = np.where(is_shown, 0.0, aside - near_side)
         left = np.where(is_shown, 0.0, math.pi - aside - near_side)
         return left, right
-
-
-def _outwards(along: Singles, across: Singles, legs: Floats, before: Floats, lean: Lean) -> Bools:
-    """Return (K, N): what the picture shows as the drone leans into the corner where each leg begins. ``along`` and
-    ``across`` are about the leg's begin."""
-    unit = legs / np.maximum(np.hypot(legs[:, 0], legs[:, 1]), 1e-9)[:, None]
-    ahead = _column(lean.corner * ((unit * before).sum(1) - 1.0))
-    aside = _column(lean.corner * (unit[:, 0] * before[:, 1] - unit[:, 1] * before[:, 0]))
-    share = (along * ahead + across * aside) / np.maximum(ahead * ahead + aside * aside, np.float32(1e-6))
-    share = np.clip(share, 0, 1)
-    off, beside = along - share * ahead, across - share * aside
-    flies = np.asarray(before.any(1))[:, None]
-    return np.asarray((off * off + beside * beside <= lean.radius**2) & flies)
-
-
-def _column(values: Floats) -> Singles:
-    return values.astype(np.float32)[:, None]
-
-
-def _where(there: Bools, metres: float) -> Singles:
-    return np.where(there, metres, 0.0).astype(np.float32)[:, None]
 
 
 def legs_about(cells: Singles, begins: Floats, ends: Floats) -> tuple[Singles, Singles, Singles]:

@@ -14,12 +14,6 @@ class PathPlanSettings:
     turned_share: float = 0.92
     """Share of half a picture's width about a place that counts as shown when the picture turns there: the drone does
     not turn at a point."""
-    lean_deg: float = 16.0
-    """How far the drone leans as it speeds up and in corners: measured in hawk-sim, with ArduCopter's own limits."""
-    stop_lean_deg: float = 9.0
-    """How far it leans, at least, before it stops: it slows down more gently than it speeds up."""
-    lean_share: float = 0.81
-    """Share of half a picture's width that counts as shown about its middle while it leans into a corner."""
     least_turn_m2: float = 30.0
     """Expected new lot about the drone below which it does not turn on the spot for it."""
     near_lot_m: float = 10.0

@@ -9,14 +9,12 @@ from hawk.model import CameraModel
 
 @dataclass(frozen=True, slots=True)
 class Swath:
-    """Ground in the good part of a picture, metres: ``width`` across the heading, ``depth`` along it, from a height."""
+    """Ground in the good part of a picture, metres: ``width`` across the heading, ``depth`` along it."""
 
     width: float
     depth: float
-    height: float
 
     @classmethod
     def of(cls, camera: CameraModel, height: float, good_share: float) -> Swath:
         """Return the swath of a level camera at a height."""
-        scale = height * good_share
-        return cls(scale * camera.width / camera.fx, scale * camera.height / camera.fy, height)
+        return cls(height * camera.width / camera.fx * good_share, height * camera.height / camera.fy * good_share)

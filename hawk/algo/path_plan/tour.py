@@ -18,7 +18,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from hawk.algo.path_plan.field import Place
-from hawk.algo.path_plan.footprint import Bools, Corners, Floats, Footprint, Singles
+from hawk.algo.path_plan.footprint import Bools, Floats, Footprint, Singles, Turns
 
 _PICKS: Final = 4  # way points that one step tries to drop or to add
 _EXCHANGES: Final = 6
@@ -44,8 +44,7 @@ class Wanted:
 
 @dataclass(frozen=True, slots=True)
 class Terms:
-    """What way and turns cost, where way points may be, and how the tour begins: whether the drone has turned there,
-    and the direction (north, east; of length 1) in which it flies, (0, 0) while it stands.
+    """What way and turns cost, where way points may be, and whether the drone has turned where the tour begins.
 
     ``short_by``: what is not shown costs so many times the way that sweeps it; ``turn_m``: metres a right angle,
     ``leg_m`` each way point; another first way point must be cheaper by ``keep_m``; ``allowed`` tells of places (T, 2)
@@ -59,7 +58,6 @@ class Terms:
     keep_m: float = 0.0
     trials: int = 16
     turned_first: bool = False
-    before: Place = (0.0, 0.0)
     allowed: Callable[[Floats], Bools] = lambda places: np.ones(len(places), np.bool_)
 
 
@@ -112,9 +110,15 @@ class Tour:
         places = self._places
         tried = places[index] + self._rng.normal(0.0, step, (self._terms.trials, 2))
         tried[0] = places[index]
-        near = slice(index - 1, index + 2)  # the legs that change, and the one whose corner changes
+        before = np.broadcast_to(places[index - 1], tried.shape)
+        near = slice(index - 1, index + 1)  # the legs that change; of the last way point there is one
         unseen = self._count - self._legs[near].sum(0, dtype=np.int16) == 0
-        shown = self._shown_about(index, tried, self._wanted.cells[unseen])
+        cells = self._wanted.cells[unseen]
+        is_last = index == len(places) - 1
+        shown = self._shown_by(cells, before, tried, is_first=index == 1, is_last=is_last)
+        if not is_last:
+            after, ends_there = np.broadcast_to(places[index + 1], tried.shape), index == len(places) - 2
+            shown = shown | self._shown_by(cells, tried, after, is_first=False, is_last=ends_there)
         costs = self._penalty(~shown @ self._wanted.weights[unseen]) + self._ways_about(index, tried)
         costs[1:][~self._terms.allowed(tried[1:])] = math.inf
         chosen = self._draw(costs, heat)
@@ -173,34 +177,19 @@ class Tour:
     def _shown(self, places: Floats, part: slice = slice(None)) -> Bools:
         """Return (K - 1, N): which cells each leg of a tour shows, with the turn before it; or of some legs only."""
         order = np.arange(len(places) - 1)
+        turns = Turns(((order > 0) | self._terms.turned_first)[part], (order == len(order) - 1)[part])
         foot, cells = self._terms.footprint, self._wanted.cells
-        order, legs = np.arange(len(places) - 1), np.diff(places, axis=0)
-        before = np.vstack([np.array(self._terms.before).reshape(1, 2), _directions(legs[:-1])])[: len(legs)]
-        corners = Corners(before[part], self._is_turned(order)[part], (order == len(order) - 1)[part])
-        shown = foot.shown(cells, places[:-1][part], places[1:][part], corners)
+        shown = foot.shown(cells, places[:-1][part], places[1:][part], turns)
         if len(shown) and order[part][0] == 0:
             shown[:1] |= self._first_turn_shows(cells, places[:1], places[1:2])
         return shown
 
-    def _shown_about(self, index: int, tried: Floats, cells: Singles) -> Bools:
-        """Return (T, N): which cells the legs about one way point show, for each of T places tried for it."""
-        first = max(index - 2, 0)
-        line = np.repeat(self._places[None, first : index + 3], len(tried), axis=0)
-        line[:, index - first] = tried
-        directions = _directions(np.diff(line, axis=1))
-        shown = np.zeros((len(tried), len(cells)), np.bool_)
-        for leg in range(index - 1, min(index + 2, len(self._places) - 1)):
-            at = leg - first
-            before = directions[:, at - 1] if leg > 0 else np.broadcast_to(self._terms.before, tried.shape)
-            is_last = leg == len(self._places) - 2
-            corners = Corners(before, *(np.full(len(tried), value) for value in (bool(self._is_turned(leg)), is_last)))
-            shown |= self._terms.footprint.shown(cells, line[:, at], line[:, at + 1], corners)
-            if leg == 0:
-                shown |= self._first_turn_shows(cells, line[:, at], line[:, at + 1])
-        return shown
-
-    def _is_turned(self, leg: NDArray[np.intp] | int) -> Bools:
-        return np.asarray(np.greater(leg, 0) | self._terms.turned_first)
+    def _shown_by(self, cells: Singles, begins: Floats, ends: Floats, *, is_first: bool, is_last: bool) -> Bools:
+        """The same for alternatives of one leg."""
+        shown = self._terms.footprint.shown(
+            cells, begins, ends, Turns(not is_first or self._terms.turned_first, is_last)
+        )
+        return shown | self._first_turn_shows(cells, begins, ends) if is_first else shown
 
     def _first_turn_shows(self, cells: Singles, begins: Floats, ends: Floats) -> Bools:
         """Return (K, N): what the picture shows as the drone turns to the first of its legs."""
@@ -267,12 +256,6 @@ class Tour:
         if len(detours) == 0 or away[-1] < detours.min():
             return len(self._places)
         return int(np.argmin(detours)) + 1
-
-
-def _directions(legs: Floats) -> Floats:
-    """Return the legs (..., 2) as vectors of length 1, (1, 0) for none."""
-    lengths = np.hypot(legs[..., 0], legs[..., 1])[..., None]
-    return np.where(lengths < 1e-9, (1.0, 0.0), legs / np.maximum(lengths, 1e-9))
 
 
 def _turns(lines: Floats) -> Floats:
