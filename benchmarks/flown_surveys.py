@@ -31,7 +31,7 @@ from benchmarks.exploration.lots import Lot
 from benchmarks.exploration.pilots import PlannerPilot
 from benchmarks.figures import BenchmarkError, Figure, Limit, Section, tell
 from benchmarks.lawnmower import LawnmowerOperator, lanes
-from benchmarks.surveys import SPEED, TIMEOUT_S, parse_seeds
+from benchmarks.surveys import SPEED, TIMEOUT_S, seeds_option
 from hawk.comm.messages import Heartbeat
 from hawk.model import Fence, GlobalPose, StateName
 from hawk.simulation import SimulationOptions
@@ -297,7 +297,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--seeds", type=parse_seeds, default=DEFAULT_SEEDS, metavar="A-B", help="drawn worlds (1-20)")
+    parser.add_argument("--seeds", type=seeds_option, default=DEFAULT_SEEDS, metavar="A-B", help="drawn worlds (1-20)")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write all figures and every world")
     parser.add_argument("--out", type=Path, metavar="DIR", help="keep logs, journals and recordings there")
     options = parser.parse_args(arguments)

@@ -23,7 +23,7 @@ import cv2
 from benchmarks.figures import tell
 from benchmarks.perception.sections import NEGATIVES_SCALE, Material, classical_section, network_sections
 from benchmarks.perception.video import watch
-from benchmarks.surveys import parse_seeds
+from benchmarks.surveys import seeds_option
 from hawk.algo.vision.finder import NetworkFinder
 from hawk.algo.vision.network import StallNetwork
 
@@ -55,7 +55,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--negatives-scale", type=float, default=NEGATIVES_SCALE, help="metres per pixel of the negatives (0.03)"
     )
-    parser.add_argument("--seeds", type=parse_seeds, default=[], help="drawn worlds to see in single frames, as 1-5")
+    parser.add_argument("--seeds", type=seeds_option, default=[], help="drawn worlds to see in single frames, as 1-5")
     parser.add_argument("--model", type=Path, help="an ONNX file in place of the package's")
     parser.add_argument("--no-classical", action="store_true", help="leave out painted lines alone")
     parser.add_argument("--video", type=Path, help="a video of a still camera straight above a lot")

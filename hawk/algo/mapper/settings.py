@@ -39,4 +39,4 @@ class MapperSettings:
     outline_frames: int = 8
     """Frames between two looks at the lot's outline at most, wherever the drone is."""
     outline_reach_m: float = 18.0
-    """How far around the picture the outline is drawn anew."""
+    """How far around the picture ground is looked at for the outline; it is drawn up to ``CLOSE_M`` short of it."""
