@@ -3,7 +3,6 @@ operator lost, brought home. It is flown once; each test looks at a part of it."
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass, replace
@@ -236,9 +235,10 @@ async def test_every_flight_was_recorded_also_the_killed_one(survey: Survey) -> 
 
 
 async def test_the_same_recorded_frames_twice_give_equal_results(survey: Survey) -> None:
-    high = (f for f in read_frames(survey.recordings[-1], FrameInput) if f.pose is not None and f.pose.height > 15)
-    frames = list(itertools.islice(high, FRAMES))
-    assert len(frames) == FRAMES
+    recorded = read_frames(survey.recordings[-1], FrameInput)
+    high = [f for f in recorded if f.pose is not None and f.pose.height > 15]
+    assert len(high) >= FRAMES
+    frames = high[:: len(high) // FRAMES]  # from the whole flight: its first seconds may show the lot's edge alone
     once, twice = run_again(frames), run_again(frames)
     assert any(output.occupancy_map.stalls for output in once)
     for one, other in zip(once, twice, strict=True):
