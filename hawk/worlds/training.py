@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
+from hawk.worlds.avenues import plant_avenue
 from hawk.worlds.canvas import Bytes, Canvas, Floats, Points, as_bytes
 from hawk.worlds.conditions import sample_condition, set_condition
 from hawk.worlds.facets import FacetSet, ground_projection
@@ -20,6 +21,8 @@ BARE_SHARE = 0.16
 """Share of the scenes that have no lot at all."""
 PLAIN_SHARE = 0.08
 """Share of the scenes whose lot has next to nothing around it."""
+AVENUE_SHARE = 0.2
+"""Share of the scenes with a line of trees or a hedge at the heads of a row, besides the trees that all have."""
 HIDDEN_SHARE = 0.7
 """A stall is hidden when more of it than this lies under crowns and roofs."""
 
@@ -78,6 +81,8 @@ def draw_scene(
         raise ValueError("draw_scene: size_px must be at least 32 and metres_per_pixel above 0")
     plan = _plan(rng)
     plan.dim_cars = float(rng.choice([0.0, 0.15, 0.4]))
+    for _ in range(int(rng.integers(1, 4)) if rng.random() < AVENUE_SHARE else 0):
+        plant_avenue(plan, rng)
     x, y = _window_centre(rng, plan) - np.array([width, height]) * metres_per_pixel / 2
     canvas = Canvas(float(x), float(y), width, height, metres_per_pixel)
     sun = set_condition(plan, sample_condition(rng), sample_sun(rng), rng)

@@ -1,0 +1,50 @@
+"""Trees and hedges in a line behind parked cars: they hide stalls in part, and their shade lies over whole rows."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hawk.worlds.canvas import Points
+from hawk.worlds.plan import Plan, Tree
+
+_TREES = ((3.0, 7.0), (1.6, 3.4), (1.8, 3.4))
+_HEDGE = ((0.9, 1.8), (0.8, 1.5), (1.8, 4.5))
+"""Distance of the stems, metres; radius of the crowns, metres; height over radius."""
+_HEIGHT_M = (1.2, 12.0)
+_BEHIND_M = (-0.6, 2.2)
+"""How far behind the stalls' closed ends the stems stand, metres."""
+_ALONG = 0.87
+"""Cosine between the directions of two stalls of one row, at least."""
+_DEPTH_M = 1.5
+"""Closed ends of one row lie on one line, to so much."""
+_REACH_M = (14.0, 60.0)
+"""Length of the line of trees to either side of its middle."""
+
+
+def plant_avenue(plan: Plan, rng: np.random.Generator) -> None:
+    """Plant a line of trees, or a hedge, behind a part of one of the plan's rows; nothing where it has no stalls."""
+    if not plan.stalls:
+        return
+    heads = np.array([stall.corners[2:].mean(axis=0) for stall in plan.stalls])
+    outward = heads - np.array([stall.corners[:2].mean(axis=0) for stall in plan.stalls])
+    outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+    picked = int(rng.integers(len(heads)))
+    places = _row(heads, outward, picked)
+    step, radius, slender = _HEDGE if rng.random() < 0.35 else _TREES
+    spacing, crown, tall = rng.uniform(*step), rng.uniform(*radius), rng.uniform(*slender)
+    reach, behind = rng.uniform(*_REACH_M), rng.uniform(*_BEHIND_M)
+    along = np.array([-outward[picked, 1], outward[picked, 0]])
+    first, last = (f((places - heads[picked]) @ along) for f in (np.min, np.max))
+    for u in np.arange(max(first - crown, -reach), min(last + crown, reach), spacing).tolist():
+        x, y = (
+            heads[picked] + along * (u + rng.normal(0, 0.1) * spacing) + outward[picked] * (behind + rng.normal(0, 0.2))
+        )
+        size = crown * rng.uniform(0.75, 1.2)
+        plan.trees.append(Tree(float(x), float(y), size, float(np.clip(size * tall, *_HEIGHT_M))))
+
+
+def _row(heads: Points, outward: Points, picked: int) -> Points:
+    """Return the closed ends (N, 2) of the stalls that stand in one row with the picked one."""
+    away = heads - heads[picked]
+    in_line = np.abs(away @ outward[picked]) < _DEPTH_M
+    return np.asarray(heads[in_line & (outward @ outward[picked] > _ALONG)])
