@@ -41,25 +41,34 @@ class ScenePool:
     def __getitem__(self, index: int) -> TrainingScene:
         return self._scenes[index]
 
-    def take(self, wait_for: int = 0, at_most: int = 1_000_000, timeout: float = 60.0) -> None:
-        """Take what has been drawn, ``at_most`` so many; wait until the pool holds at least ``wait_for``.
+    def take(self, at_most: int) -> None:
+        """Take what has been drawn, ``at_most`` so many.
 
         What is not taken keeps the drawing process waiting, so that it draws no more than is used.
-
-        Raises RuntimeError when no scene comes in ``timeout`` seconds.
         """
         for _ in range(at_most):
             try:
-                scene = self._queue.get(block=len(self._scenes) < wait_for, timeout=timeout)
+                self._add(self._queue.get_nowait())
             except queue.Empty:
-                if len(self._scenes) >= wait_for:
-                    return
+                return
+
+    def take_until(self, drawn: int, timeout: float = 60.0) -> None:
+        """Take scenes until ``drawn`` have come since the beginning; wait for them.
+
+        Raises RuntimeError when no scene comes in ``timeout`` seconds.
+        """
+        while self.drawn < drawn:
+            try:
+                self._add(self._queue.get(timeout=timeout))
+            except queue.Empty:
                 raise RuntimeError("no scene was drawn in time: does the painter process run?") from None
-            if len(self._scenes) < self._capacity:
-                self._scenes.append(scene)
-            else:
-                self._scenes[self.drawn % self._capacity] = scene
-            self.drawn += 1
+
+    def _add(self, scene: TrainingScene) -> None:
+        if len(self._scenes) < self._capacity:
+            self._scenes.append(scene)
+        else:
+            self._scenes[self.drawn % self._capacity] = scene
+        self.drawn += 1
 
     def close(self) -> None:
         """End the drawing process."""

@@ -1,4 +1,9 @@
-"""Trains the network and writes it as ONNX: ``python -m training.train --minutes 60 --out FILE.onnx --seed 0``."""
+"""Trains the network and writes it as ONNX: ``python -m training.train --steps 30000 --out FILE.onnx --seed 0``.
+
+With ``--steps`` the same seed gives the same weights on the same kind of machine: every scene comes at its step. With
+``--minutes`` it ends in time, and how far it comes depends on the machine. What is written is the mean of some states
+from the second half of the training: the last one alone has settled on what the renderer draws.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +20,7 @@ import torch
 from torch import Tensor
 
 from training.augment import sample
+from training.average import State, average
 from training.export import export
 from training.loss import loss
 from training.network import StallNet, lay_out
@@ -29,14 +35,16 @@ _CALIBRATION_BATCHES = 8
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """How to train.
+    """How to train: ``steps`` steps, or for ``minutes`` where that is None.
 
     ``side`` is the crop's in pixels; ``first_scenes`` are drawn before the first step, and later ones so that each is
-    used about ``reuse`` times.
+    used about ``reuse`` times. ``averaged`` are the shares (0..1] of the training at which the states are taken whose
+    mean is the answer.
     """
 
     minutes: float
     seed: int
+    steps: int | None = None
     batch: int = 6
     side: int = 256
     rate: float = 2e-3
@@ -48,6 +56,7 @@ class Plan:
     threads: int = 1
     painters: int = 1
     bfloat16: bool = True
+    averaged: tuple[float, ...] = (0.5, 0.75, 1.0)
 
 
 def train(
@@ -57,21 +66,25 @@ def train(
     keep: Callable[[StallNet], None] = lambda _: None,
     clock: Callable[[], float] = time.monotonic,
 ) -> StallNet:
-    """Train for the plan's time and return the running mean of the weights (EMA), which ``keep`` gets now and then.
+    """Train as planned and return the mean of some states of the running mean of the weights (EMA), which ``keep`` gets
+    now and then.
 
-    The scenes follow from the seed; how many steps fit into the time depends on the machine.
+    The scenes follow from the seed. Without steps, how many fit into the time depends on the machine.
     """
     rng = np.random.default_rng((plan.seed, 1))
     network = lay_out(network, torch.channels_last).train()
-    mean = copy.deepcopy(network)
+    mean, states = copy.deepcopy(network), list[State]()
     optimiser = torch.optim.AdamW(network.parameters(), plan.rate, weight_decay=1e-4)
-    pool.take(plan.first_scenes)
+    pool.take_until(plan.first_scenes)
     start, step, share = clock(), 0, 0.0
     while share < 1:
-        share = (clock() - start) / (60 * plan.minutes)
+        share = (clock() - start) / (60 * plan.minutes) if plan.steps is None else (step + 1) / plan.steps
         for group in optimiser.param_groups:
             group["lr"] = plan.rate * _rate(step, share)
-        pool.take(at_most=int(pool.drawn * plan.reuse < step * plan.batch) * _TAKEN_AT_ONCE)
+        if plan.steps is not None:
+            pool.take_until(step * plan.batch // plan.reuse)
+        elif pool.drawn * plan.reuse < step * plan.batch:
+            pool.take(_TAKEN_AT_ONCE)
         picture, target = _batch(pool, rng, plan)
         with torch.autocast("cpu", torch.bfloat16, enabled=plan.bfloat16):
             answer = network(picture)
@@ -82,11 +95,14 @@ def train(
         optimiser.step()
         step += 1
         _follow(mean, network, min(plan.decay, (1 + step) / (10 + step)))
+        if len(states) < len(plan.averaged) and share >= plan.averaged[len(states)]:
+            states.append(copy.deepcopy(mean.state_dict()))
         if step % plan.report_steps == 0:
             words = " ".join(f"{name} {value:.3f}" for name, value in parts.items())
             keep(mean)
             print(f"step {step} {clock() - start:.0f} s scenes {pool.drawn} {words}", flush=True)
     print(f"trained {step} steps of {plan.batch} on {pool.drawn} scenes", flush=True)
+    mean.load_state_dict(average(states))
     return mean.eval()
 
 
@@ -96,6 +112,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     plan = Plan(
         minutes=options.minutes,
         seed=options.seed,
+        steps=options.steps,
         batch=options.batch,
         side=options.crop,
         rate=options.rate,
@@ -128,7 +145,7 @@ def _start_from(network: StallNet, path: Path, pool: ScenePool, plan: Plan) -> N
     if path.suffix != ".onnx":
         network.load_state_dict(torch.load(path, weights_only=True))
         return
-    pool.take(plan.first_scenes)
+    pool.take_until(plan.first_scenes)
     rng = np.random.default_rng((plan.seed, 2))
     pictures = torch.cat([_batch(pool, rng, plan)[0] for _ in range(_CALIBRATION_BATCHES)])
     load_onnx(network, path, pictures)
@@ -136,7 +153,9 @@ def _start_from(network: StallNet, path: Path, pool: ScenePool, plan: Plan) -> N
 
 def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m training.train", description=__doc__)
-    parser.add_argument("--minutes", type=float, default=60.0, help="time to train, minutes (default 60)")
+    length = parser.add_mutually_exclusive_group()
+    length.add_argument("--minutes", type=float, default=60.0, help="time to train, minutes (default 60)")
+    length.add_argument("--steps", type=int, help="steps to train instead: the same seed gives the same weights")
     parser.add_argument("--out", type=Path, required=True, help="ONNX file to write")
     parser.add_argument("--seed", type=int, default=0, help="seed of scenes, weights and samples (default 0)")
     parser.add_argument("--threads", type=int, default=1, help="threads of torch (default 1)")

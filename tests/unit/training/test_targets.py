@@ -158,9 +158,10 @@ def test_shade_darkens_a_part_and_keeps_the_rest() -> None:
 def test_the_pool_holds_what_its_seed_draws() -> None:
     pool = ScenePool(seed=4, capacity=1)
     try:
-        pool.take(wait_for=1)
-        if pool.drawn == 1:
-            expected = training_scene(draw_scene(np.random.default_rng((4, 0)), 400))
+        for drawn in (1, 2):
+            pool.take_until(drawn)
+            assert pool.drawn == drawn
+            expected = training_scene(draw_scene(np.random.default_rng((4, drawn - 1)), 400))
             np.testing.assert_array_equal(pool[0].image, expected.image)
         assert len(pool) == 1
     finally:

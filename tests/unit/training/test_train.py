@@ -96,6 +96,7 @@ class SetPool:
         labels = np.ones((100, 100, 2), np.uint8)
         self.scene = TrainingScene(image, labels, quads, np.array([True]), np.array([True]))
         self.drawn = 1
+        self.asked: list[int] = []
 
     def __len__(self) -> int:
         return 1
@@ -103,8 +104,12 @@ class SetPool:
     def __getitem__(self, index: int) -> TrainingScene:
         return self.scene
 
-    def take(self, wait_for: int = 0, at_most: int = 100) -> None:
-        self.drawn += at_most if at_most < 100 else 0
+    def take(self, at_most: int) -> None:
+        self.drawn += at_most
+
+    def take_until(self, drawn: int) -> None:
+        self.asked.append(drawn)
+        self.drawn = max(self.drawn, drawn)
 
 
 def test_training_ends_in_time_moves_the_weights_and_keeps_them_now_and_then() -> None:
@@ -131,6 +136,37 @@ def test_the_same_seed_trains_the_same_weights() -> None:
         trained = train(plan, StallNet(SMALL), SetPool(), clock=lambda s=seconds: float(next(s)))  # type: ignore[arg-type,misc]
         weights.append(trained.answer.weight.detach())
     assert torch.equal(*weights)
+
+
+def test_a_number_of_steps_is_trained_whatever_the_clock_says_and_each_has_its_scenes() -> None:
+    weights, pools = [], [SetPool(), SetPool()]
+    for pool, tick in zip(pools, (1.0, 1000.0), strict=True):
+        torch.manual_seed(3)
+        seconds = (tick * k for k in range(1000))
+        plan = Plan(minutes=1, seed=3, steps=12, batch=2, side=64, bfloat16=False, first_scenes=0, reuse=4)
+        trained = train(plan, StallNet(SMALL), pool, clock=lambda s=seconds: next(s))  # type: ignore[arg-type,misc]
+        weights.append(trained.answer.weight.detach())
+    assert torch.equal(*weights)
+    assert pools[0].asked == pools[1].asked == [0] + [step * 2 // 4 for step in range(12)]
+
+
+def test_the_answer_is_the_mean_of_the_planned_states() -> None:
+    states: list[Any] = []
+
+    def trained(averaged: tuple[float, ...]) -> Any:
+        torch.manual_seed(3)
+        plan = Plan(minutes=1, seed=3, steps=8, batch=2, side=64, bfloat16=False, averaged=averaged, report_steps=1)
+        return train(
+            plan,
+            StallNet(SMALL),
+            SetPool(),  # type: ignore[arg-type]
+            lambda mean: states.append(mean.answer.weight.detach().clone()),
+        ).answer.weight.detach()
+
+    mean = trained((0.5, 1.0))
+    assert not torch.equal(states[3], states[7])
+    torch.testing.assert_close(mean, (states[3] + states[7]) / 2)
+    torch.testing.assert_close(trained((1.0,)), states[7])
 
 
 def test_an_exported_network_is_taken_up_as_it_is_and_trains_on(tmp_path: Path) -> None:
