@@ -275,8 +275,7 @@ class MapCore:
         shown = classify(self.grid, wide, corners_of(rows[rows["confirmed"]]))
         # near its edge a window does not know what is to be closed over
         inner = window.grown(reach - round(CLOSE_M / EVIDENCE_M))
-        top, left = inner.row - wide.row, inner.column - wide.column
-        self._show(inner, shown[top : top + inner.rows, left : left + inner.columns])
+        self._show(inner, shown[wide.part(inner)])
         return True
 
     def _show(self, window: Window, shown: NDArray[np.uint8]) -> None:

@@ -51,6 +51,11 @@ class Window:
             self.row - cells, self.column - cells, self.rows + 2 * cells, self.columns + 2 * cells, self.cell_m
         )
 
+    def part(self, inner: Window) -> Slices:
+        """Return where a window of the same cells that lies inside this one is found in its arrays."""
+        top, left = inner.row - self.row, inner.column - self.column
+        return slice(top, top + inner.rows), slice(left, left + inner.columns)
+
     @property
     def middle(self) -> tuple[float, float]:
         """(north, east) of the middle, metres."""

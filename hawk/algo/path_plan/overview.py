@@ -48,9 +48,7 @@ class Part:
     @property
     def inner(self) -> Slices:
         """Where the tiles lie in the field."""
-        cells, window = cells_of_tiles(self.tiles), self.field.window
-        top, left = cells.row - window.row, cells.column - window.column
-        return slice(top, top + cells.rows), slice(left, left + cells.columns)
+        return self.field.window.part(cells_of_tiles(self.tiles))
 
 
 def cells_of_tiles(tiles: Window) -> Window:
@@ -118,7 +116,7 @@ class Overview:
         """Return the block of tiles to be made next, that nearest to a place; None when there is none beyond the near
         ones."""
         made = self._made.copy()
-        made[self._part(near)] = True
+        made[self._whole.part(near)] = True
         left = np.argwhere(~made)
         if len(left) == 0:
             return None
@@ -132,7 +130,7 @@ class Overview:
 
     def take(self, part: Part, share: Grid) -> None:
         """Make the tiles of a part. ``share`` (0..1) is what is wanted of the field's cells."""
-        field, inner, there = part.field, part.inner, self._part(part.tiles)
+        field, inner, there = part.field, part.inner, self._whole.part(part.tiles)
         area = field.window.cell_m**2
         lot, well = field.lot[inner], field.well[inner]
         for index, layer in enumerate((lot, well, np.minimum(lot, well))):
@@ -146,7 +144,7 @@ class Overview:
         rows, columns = part.inner
         cells, weights = gathered(share[rows, columns], cells_of_tiles(part.tiles))
         lumps = self._lumps.copy()
-        lumps[(slice(None), *_scaled(self._part(part.tiles), _CELLS // _LUMP))] = 0.0
+        lumps[(slice(None), *_scaled(self._whole.part(part.tiles), _CELLS // _LUMP))] = 0.0
         found = lumps[:, lumps[0] > 0]
         if found.shape[1] == 0:
             return Wanted(cells, weights, spare)
@@ -172,10 +170,6 @@ class Overview:
         """Return the farthest place on the shortest way that is reached straight on, None when there is none."""
         return way_over(self._allowed, cells_of_tiles(self._whole), place, end)
 
-    def _part(self, tiles: Window) -> Slices:
-        top, left = tiles.row - self._whole.row, tiles.column - self._whole.column
-        return slice(top, top + tiles.rows), slice(left, left + tiles.columns)
-
     def _grow(self, tiles: Window) -> None:
         old = self._whole
         if old.rows == 0:
@@ -195,7 +189,7 @@ class Overview:
         self._lumps = np.zeros((3, whole.rows * per, whole.columns * per))
         self._allowed = np.zeros((whole.rows * _CELLS, whole.columns * _CELLS), np.uint8)
         if old.rows:
-            there = self._part(old)
+            there = self._whole.part(old)
             self._made[there] = made
             self._sums[(slice(None), *there)] = sums
             self._lumps[(slice(None), *_scaled(there, per))] = lumps

@@ -74,3 +74,10 @@ def test_a_picture_is_laid_where_its_pixels_say_they_are(yaw: float, north: floa
     rows, columns = np.indices(laid.shape)
     assert abs((laid * columns).sum() / weight - column) < 0.35
     assert abs((laid * rows).sum() / weight - row) < 0.35
+
+
+def test_a_part_is_where_the_same_cells_lie() -> None:
+    whole, inner = Window(-3, 4, 6, 7, 1.6), Window(-1, 5, 2, 3, 1.6)
+    cells = np.arange(whole.rows * whole.columns).reshape(whole.shape)
+    assert cells[whole.part(inner)].tolist() == [[15, 16, 17], [22, 23, 24]]
+    assert cells[whole.part(whole)].shape == whole.shape
