@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hawk.worlds.canvas import Points
-from hawk.worlds.plan import Plan, Tree
+from hawk.worlds.plan import Axes, Plan, Tree
 
 _TREES = ((3.0, 7.0), (1.6, 3.4), (1.8, 3.4))
 _HEDGE = ((0.9, 1.8), (0.8, 1.5), (1.8, 4.5))
@@ -29,18 +29,16 @@ def plant_avenue(plan: Plan, rng: np.random.Generator) -> None:
     outward = heads - np.array([stall.corners[:2].mean(axis=0) for stall in plan.stalls])
     outward /= np.linalg.norm(outward, axis=1, keepdims=True)
     picked = int(rng.integers(len(heads)))
-    places = _row(heads, outward, picked)
+    (x, y), (across, down) = heads[picked].tolist(), outward[picked].tolist()
+    axes = Axes((x, y), (-down, across), (across, down))
     step, radius, slender = _HEDGE if rng.random() < 0.35 else _TREES
     spacing, crown, tall = rng.uniform(*step), rng.uniform(*radius), rng.uniform(*slender)
     reach, behind = rng.uniform(*_REACH_M), rng.uniform(*_BEHIND_M)
-    along = np.array([-outward[picked, 1], outward[picked, 0]])
-    first, last = (f((places - heads[picked]) @ along) for f in (np.min, np.max))
-    for u in np.arange(max(first - crown, -reach), min(last + crown, reach), spacing).tolist():
-        x, y = (
-            heads[picked] + along * (u + rng.normal(0, 0.1) * spacing) + outward[picked] * (behind + rng.normal(0, 0.2))
-        )
+    along = (_row(heads, outward, picked) - axes.origin) @ axes.u
+    for u in np.arange(max(along.min() - crown, -reach), min(along.max() + crown, reach), spacing).tolist():
+        x, y = axes.at(u + rng.normal(0, 0.1) * spacing, behind + rng.normal(0, 0.2))
         size = crown * rng.uniform(0.75, 1.2)
-        plan.trees.append(Tree(float(x), float(y), size, float(np.clip(size * tall, *_HEIGHT_M))))
+        plan.trees.append(Tree(x, y, size, float(np.clip(size * tall, *_HEIGHT_M))))
 
 
 def _row(heads: Points, outward: Points, picked: int) -> Points:

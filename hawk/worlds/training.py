@@ -81,8 +81,9 @@ def draw_scene(
         raise ValueError("draw_scene: size_px must be at least 32 and metres_per_pixel above 0")
     plan = _plan(rng)
     plan.dim_cars = float(rng.choice([0.0, 0.15, 0.4]))
-    for _ in range(int(rng.integers(1, 4)) if rng.random() < AVENUE_SHARE else 0):
-        plant_avenue(plan, rng)
+    if rng.random() < AVENUE_SHARE:
+        for _ in range(int(rng.integers(1, 4))):
+            plant_avenue(plan, rng)
     x, y = _window_centre(rng, plan) - np.array([width, height]) * metres_per_pixel / 2
     canvas = Canvas(float(x), float(y), width, height, metres_per_pixel)
     sun = set_condition(plan, sample_condition(rng), sample_sun(rng), rng)
