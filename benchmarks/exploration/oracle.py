@@ -25,7 +25,7 @@ from hawk.algo.path_plan.footprint import Floats, Footprint
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.path_plan.tour import Terms, Tour, Wanted, as_place, length_of
 
-VERSION: Final = 4
+VERSION: Final = 5
 """Rises with every change of the search: older tours in a cache are then made anew."""
 _CELLS: Final = 1000
 _HEADINGS: Final = 36
@@ -133,8 +133,10 @@ def _ground(lot: Lot, setup: Setup, *, turns: bool) -> _Ground:
     places = np.column_stack([-(window.row + cells[:, 0] + 0.5), window.column + cells[:, 1] + 0.5]) * FINE_M
     weights = np.full(len(places), (step * FINE_M) ** 2, np.float32)
     swath = setup.swath
-    turned = swath.width / 2 * PathPlanSettings().turned_share if turns else 0.0
-    footprint = Disc(swath.width, swath.width) if setup.is_disc else Footprint(swath.width, swath.depth, turned)
+    if setup.is_disc:
+        footprint: Footprint = Disc(swath.width, swath.width)
+    else:
+        footprint = PathPlanSettings().footprint(swath) if turns else Footprint(swath.width, swath.depth)
     wanted = Wanted(places.astype(np.float32), weights, 0.0)
     return _Ground(wanted, Terms(footprint, _SHORT_BY, trials=24, turned_first=turns), np.array(lot.start))
 

@@ -26,7 +26,7 @@ from hawk.model import ExploreStatus, MapPoint, MapPose, PathPlan
 
 Place = tuple[float, float]
 ARRIVAL_M: Final = 1.5
-_FIRST_TURN_RAD: Final = math.radians(115)  # a picture turned so far has shown all of its disc
+_FIRST_TURN_RAD: Final = math.radians(125)  # a picture turned so far has shown all that half a turn shows
 _TURN_LEAD_RAD: Final = 0.8
 _END_M: Final = 0.3  # a tour's last place is reached when the drone stands
 _MARGIN_M: Final = 40.0

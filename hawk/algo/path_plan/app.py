@@ -73,7 +73,7 @@ class PathPlanApp:
     ) -> None:
         """``footprint`` says what a swath's picture shows; None: a rectangle that the drone turns."""
         self._settings = settings or PathPlanSettings()
-        self._footprint = footprint or self._turned_picture
+        self._footprint = footprint or self._settings.footprint
         self._explorer = Explorer(self._settings)
         self._overview = Overview()
         self._guard = FenceGuard(None)
@@ -181,9 +181,6 @@ class PathPlanApp:
         yaw = pose.yaw if heading is None else math.remainder(heading - frame.camera.mount_yaw, math.tau)
         on = plan.route if plan.target == plan.route[0] else (plan.target, *plan.route)
         return PathPlan(target, height, yaw, tuple(to_point(p) for p in on[:_SHOWN]), plan.status, verdict)
-
-    def _turned_picture(self, swath: Swath) -> Footprint:
-        return Footprint(swath.width, swath.depth, swath.width / 2 * self._settings.turned_share)
 
     def _surroundings(self, pose: MapPose, mount_yaw: float, swath: Swath) -> Surroundings | None:
         """Return what is to be learned, None before the first frame; for a lot that seems too small also what may lie

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+
+from hawk.algo.path_plan.footprint import Footprint
+from hawk.algo.path_plan.sweep import Swath
 
 
 @dataclass(frozen=True, slots=True)
@@ -14,6 +18,9 @@ class PathPlanSettings:
     turned_share: float = 0.92
     """Share of half a picture's width about a place that counts as shown when the picture turns there: the drone does
     not turn at a point."""
+    spun_share: float = 0.96
+    """Share of the way from a picture's middle to its corner that counts as shown about a place where it turns half
+    round: the drone drifts a little meanwhile."""
     least_turn_m2: float = 30.0
     """Expected new lot about the drone below which it does not turn on the spot for it."""
     near_lot_m: float = 10.0
@@ -58,3 +65,8 @@ class PathPlanSettings:
     """So near to an unclear stall the drone has looked at it again."""
     second_looks: int = 12
     """Unclear stalls that are flown to once more, at most."""
+
+    def footprint(self, swath: Swath) -> Footprint:
+        """Return what a picture of this swath shows while it flies and turns."""
+        reach = math.hypot(swath.width, swath.depth) / 2
+        return Footprint(swath.width, swath.depth, swath.width / 2 * self.turned_share, reach * self.spun_share)

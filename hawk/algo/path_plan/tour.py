@@ -177,8 +177,9 @@ class Tour:
     def _shown(self, places: Floats, part: slice = slice(None)) -> Bools:
         """Return (K - 1, N): which cells each leg of a tour shows, with the turn before it; or of some legs only."""
         order = np.arange(len(places) - 1)
-        turns = Turns(((order > 0) | self._terms.turned_first)[part], (order == len(order) - 1)[part])
         foot, cells = self._terms.footprint, self._wanted.cells
+        at_begin = np.where(order > 0, foot.turned, self._spun_first)
+        turns = Turns(at_begin[part], np.where(order == len(order) - 1, foot.spun, 0.0)[part])
         shown = foot.shown(cells, places[:-1][part], places[1:][part], turns)
         if len(shown) and order[part][0] == 0:
             shown[:1] |= self._first_turn_shows(cells, places[:1], places[1:2])
@@ -186,14 +187,19 @@ class Tour:
 
     def _shown_by(self, cells: Singles, begins: Floats, ends: Floats, *, is_first: bool, is_last: bool) -> Bools:
         """The same for alternatives of one leg."""
-        shown = self._terms.footprint.shown(
-            cells, begins, ends, Turns(not is_first or self._terms.turned_first, is_last)
-        )
+        foot = self._terms.footprint
+        turns = Turns(self._spun_first if is_first else foot.turned, foot.spun if is_last else 0.0)
+        shown = foot.shown(cells, begins, ends, turns)
         return shown | self._first_turn_shows(cells, begins, ends) if is_first else shown
+
+    @property
+    def _spun_first(self) -> float:
+        """How far about the drone's place the picture has shown the ground before the tour begins, metres."""
+        return self._terms.footprint.spun if self._terms.turned_first else 0.0
 
     def _first_turn_shows(self, cells: Singles, begins: Floats, ends: Floats) -> Bools:
         """Return (K, N): what the picture shows as the drone turns to the first of its legs."""
-        if self._yaw is None or self._terms.footprint.turned <= 0:
+        if self._yaw is None or self._terms.footprint.spun <= 0:
             return np.zeros((len(begins), len(cells)), np.bool_)
         legs = ends - begins
         return self._terms.footprint.swept(cells, begins[0], self._yaw, np.arctan2(legs[:, 1], legs[:, 0]))

@@ -38,7 +38,7 @@ class Turning:
         """Return the picture's heading (radians) to turn to from the present one, None when the turn is over."""
         self._count(heading)
         off = wanted.cells - np.array(place, np.float32)
-        near = np.hypot(off[:, 0], off[:, 1]) <= self._footprint.turned
+        near = np.hypot(off[:, 0], off[:, 1]) <= self._footprint.spun
         if self._turned > _MOST_RAD or self._idle > self._most_idle or not near.any():
             return None
         left, right = self._still_to_turn(off[near], wanted.weights[near], heading)
