@@ -6,14 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hawk.algo.path_plan.footprint import Bools, Floats, Footprint, Singles, Turns, legs_about
+from hawk.algo.path_plan.footprint import Bools, Corners, Floats, Footprint, Singles, legs_about
 
 
 @dataclass(frozen=True, slots=True)
 class Disc(Footprint):
     """What is seen is a disc; ``width`` and ``depth`` are its diameter. It shows no more when it turns."""
 
-    def shown(self, cells: Singles, begins: Floats, ends: Floats, turns: Turns | None = None) -> Bools:  # noqa: ARG002
+    def shown(self, cells: Singles, begins: Floats, ends: Floats, corners: Corners | None = None) -> Bools:  # noqa: ARG002
         """Return (K, N): which of N cells (N, 2) each of K straight legs shows."""
         along, across, half = legs_about(cells, begins, ends)
         beyond = np.maximum(np.abs(along) - half, 0)

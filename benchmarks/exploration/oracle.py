@@ -133,10 +133,9 @@ def _ground(lot: Lot, setup: Setup, *, turns: bool) -> _Ground:
     places = np.column_stack([-(window.row + cells[:, 0] + 0.5), window.column + cells[:, 1] + 0.5]) * FINE_M
     weights = np.full(len(places), (step * FINE_M) ** 2, np.float32)
     swath = setup.swath
+    footprint = Footprint.of(swath, PathPlanSettings()) if turns else Footprint(swath.width, swath.depth)
     if setup.is_disc:
-        footprint: Footprint = Disc(swath.width, swath.width)
-    else:
-        footprint = PathPlanSettings().footprint(swath) if turns else Footprint(swath.width, swath.depth)
+        footprint = Disc(swath.width, swath.width)
     wanted = Wanted(places.astype(np.float32), weights, 0.0)
     return _Ground(wanted, Terms(footprint, _SHORT_BY, trials=24, turned_first=turns), np.array(lot.start))
 

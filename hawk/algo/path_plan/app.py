@@ -18,6 +18,7 @@ from hawk.algo.path_plan.explore import Explorer, Surroundings, to_point
 from hawk.algo.path_plan.fence import FenceGuard
 from hawk.algo.path_plan.field import guessed, information_field, scouting_field
 from hawk.algo.path_plan.footprint import Footprint
+from hawk.algo.path_plan.lean import LeanWatch
 from hawk.algo.path_plan.overview import Overview, Part, near_tiles, with_margin
 from hawk.algo.path_plan.route_keeper import RouteKeeper
 from hawk.algo.path_plan.settings import PathPlanSettings
@@ -73,9 +74,10 @@ class PathPlanApp:
     ) -> None:
         """``footprint`` says what a swath's picture shows; None: a rectangle that the drone turns."""
         self._settings = settings or PathPlanSettings()
-        self._footprint = footprint or self._settings.footprint
+        self._footprint = footprint or self._turned_picture
         self._explorer = Explorer(self._settings)
         self._overview = Overview()
+        self._lean = LeanWatch(self._settings)
         self._guard = FenceGuard(None)
         self._routes = RouteKeeper(self._settings.near_lot_m)
         self._asked_routes = RouteKeeper(self._settings.near_lot_m)
@@ -168,7 +170,8 @@ class PathPlanApp:
 
     def _explored(self, frame: FrameInput, pose: MapPose, height: float, verdict: Verdict | None) -> PathPlan:
         swath = Swath.of(frame.camera, height, self._settings.good_share)
-        around = self._surroundings(pose, frame.camera.mount_yaw, swath)
+        self._lean.take(pose, frame.speed)
+        around = self._surroundings(pose, frame, swath)
         if around is None:
             return PathPlan(explore=ExploreStatus(reason="nothing is mapped yet"), verdict=verdict)
         plan = self._explorer.plan(around)
@@ -182,7 +185,10 @@ class PathPlanApp:
         on = plan.route if plan.target == plan.route[0] else (plan.target, *plan.route)
         return PathPlan(target, height, yaw, tuple(to_point(p) for p in on[:_SHOWN]), plan.status, verdict)
 
-    def _surroundings(self, pose: MapPose, mount_yaw: float, swath: Swath) -> Surroundings | None:
+    def _turned_picture(self, swath: Swath) -> Footprint:
+        return Footprint.of(swath, self._settings, self._lean.share)
+
+    def _surroundings(self, pose: MapPose, frame: FrameInput, swath: Swath) -> Surroundings | None:
         """Return what is to be learned, None before the first frame; for a lot that seems too small also what may lie
         around it."""
         extent = self._mapper.known_extent()
@@ -204,7 +210,8 @@ class PathPlanApp:
             None if block is None else Part(block, information_field(*self._layers(block), settings.near_lot_m)),
             overview,
             pose,
-            pose.yaw + mount_yaw,
+            pose.yaw + frame.camera.mount_yaw,
+            frame.speed,
             self._footprint(swath),
             self._guard,
             {i: (stall.north, stall.east) for i, stall in self._mapper.unclear_stalls().items()},

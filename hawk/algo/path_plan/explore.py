@@ -28,6 +28,7 @@ from hawk.algo.path_plan.wanted import are_allowed, share_of
 from hawk.model import ExploreStatus, MapPoint, MapPose
 
 _NO_LOT = "no lot is known yet"
+_STANDS_M_S = 1.0  # slower, the drone has to speed up for whatever leg comes next
 _BARRED_CELLS = 2  # no way point lies so near to one that was given up
 
 Route = tuple[Place, ...]
@@ -51,10 +52,10 @@ class Surroundings:
     """What one plan is made from.
 
     ``near`` is the ground about the drone, ``rest`` another part of which the ``overview`` does not know yet.
-    ``heading`` is the picture's, radians; ``unclear`` are the stalls whose state is not known, by id; ``scouting`` is
-    the field for looking around, None when the lot is large enough to be the whole; ``share`` (0..1) is what is wanted
-    of the near field's cells, once that is found out; ``lot_known`` is False while what looks like a lot stands in
-    for one.
+    ``heading`` is the picture's, radians, ``speed`` the drone's, m/s; ``unclear`` are the stalls whose state is not
+    known, by id; ``scouting`` is the field for looking around, None when the lot is large enough to be the whole;
+    ``share`` (0..1) is what is wanted of the near field's cells, once that is found out; ``lot_known`` is False while
+    what looks like a lot stands in for one.
     """
 
     near: Part
@@ -62,6 +63,7 @@ class Surroundings:
     overview: Overview
     pose: MapPose
     heading: float
+    speed: float
     footprint: Footprint
     fence: FenceGuard
     unclear: dict[int, Place]
@@ -197,6 +199,7 @@ class Explorer:
             settings.turn_m,
             settings.leg_m,
             settings.keep_m,
+            before=(math.cos(around.heading), math.sin(around.heading)) if around.speed > _STANDS_M_S else (0.0, 0.0),
             allowed=around.are_allowed,
         )
         assert around.share is not None  # noqa: S101 - found out before

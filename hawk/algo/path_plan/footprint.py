@@ -1,30 +1,43 @@
-"""What a picture shows while the drone flies along straight legs, and while it turns.
+"""What a picture shows while the drone flies along straight legs, while it turns, and while it leans.
 
 A level picture is a rectangle about the drone, wide across the heading. Between two legs the drone turns it: about a
 way point it shows what a disc would, and more than the two rectangles together. Turned half round on the spot, its
-corners sweep a disc that is wider still.
+corners sweep a disc that is wider still. The camera leans with the drone: as it speeds up the picture looks behind, as
+it brakes ahead, and at a corner outwards.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+
+from hawk.algo.path_plan.lean import Lean
+from hawk.algo.path_plan.settings import PathPlanSettings
+from hawk.algo.path_plan.sweep import Swath
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 Bools = NDArray[np.bool_]
 
+_LEVEL: Final = Lean(0.0, 0.0, 0.0, 0.0)
+
 
 @dataclass(frozen=True, slots=True)
-class Turns:
-    """How far about the ends of K legs the picture shows the ground by turning there, metres: ``at_begin`` and
-    ``at_end`` (K,), or one radius for all; 0: it does not turn."""
+class Corners:
+    """How K legs begin and end.
 
-    at_begin: Floats | float = 0.0
-    at_end: Floats | float = 0.0
+    ``before`` (K, 2) is the direction (north, east; of length 1) in which the drone flies as each begins, (0, 0) where
+    it stands; ``turned`` (K,) is how far about the begin the ground is shown by turning there, metres; ``last`` (K,)
+    says where the tour ends.
+    """
+
+    before: Floats
+    turned: Floats
+    last: Bools
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,30 +45,39 @@ class Footprint:
     """Ground that a picture shows: ``width`` across and ``depth`` along its heading, metres.
 
     ``turned`` is the radius about a way point that the picture shows by turning to the next leg, ``spun`` the radius
-    about a place where it turns half round; 0: turns are not counted on.
+    about a place where it turns half round; 0: turns are not counted on. Without ``lean`` the picture stays level.
     """
 
     width: float
     depth: float
     turned: float = 0.0
     spun: float = 0.0
+    lean: Lean | None = None
 
-    @property
-    def reach(self) -> float:
-        """Metres from the middle of the picture to a corner: what no turn can show lies beyond."""
-        return math.hypot(self.width, self.depth) / 2
+    @classmethod
+    def of(cls, swath: Swath, settings: PathPlanSettings, leans: float = 1.0) -> Footprint:
+        """Return what a camera shows that turns with the drone, and leans by a share of what the settings say."""
+        turned, spun = settings.turned_share * swath.width / 2, settings.spun_share * swath.reach
+        return cls(swath.width, swath.depth, turned, spun, Lean.of(swath, settings, leans))
 
-    def shown(self, cells: Singles, begins: Floats, ends: Floats, turns: Turns | None = None) -> Bools:
-        """Return (K, N): which of N cells (N, 2) each of K straight legs shows."""
+    def shown(self, cells: Singles, begins: Floats, ends: Floats, corners: Corners | None = None) -> Bools:
+        """Return (K, N): which of N cells (N, 2) each of K straight legs shows, with the corner where it begins."""
         along, across, half = legs_about(cells, begins, ends)
-        shown = (np.abs(across) <= self.width / 2) & (np.abs(along) <= half + self.depth / 2)
-        if turns is None:
-            return np.asarray(shown)
+        reach = half + self.depth / 2
+        if corners is None:
+            return np.asarray((np.abs(across) <= self.width / 2) & (np.abs(along) <= reach))
+        lean = self.lean or _LEVEL
+        stands = np.asarray(~corners.before.any(1))
+        shown = np.asarray(np.abs(across) <= self.width / 2)
+        shown &= along <= reach + _where(corners.last, lean.stop)
+        shown &= along >= -reach - _where(stands, lean.start)
         aside = across * across
-        for sign, radii in ((1, turns.at_begin), (-1, turns.at_end)):
-            if np.any(radii):
+        for sign, radii in ((1, corners.turned), (-1, np.where(corners.last, self.spun, 0.0))):
+            if radii.any():
                 near = along + sign * half
-                shown |= near * near + aside < np.reshape(np.float32(radii) ** 2, (-1, 1))
+                shown |= near * near + aside < _column(radii**2)
+        if lean.corner > 0:
+            shown |= _outwards(along + half, across, ends - begins, corners.before, lean)
         return np.asarray(shown)
 
     def swept(self, cells: Singles, place: Floats, heading: float, headings: Floats) -> Bools:
@@ -74,7 +96,7 @@ class Footprint:
 
     def turns_until_shown(self, off: Singles, heading: float) -> tuple[Floats, Floats]:
         """Return how far a picture must turn to the left, and to the right, until it shows cells that lie ``off``
-        (N, 2) the drone and no farther than ``reach``: radians, 0 what it shows now."""
+        (N, 2) the drone, no farther than its corners: radians, 0 what it shows now."""
         away = np.maximum(np.hypot(off[:, 0], off[:, 1]), 1e-6)
         # a cell is shown while its bearing lies between these angles to the picture's wide axis, on either side of it
         least = np.arccos(np.minimum(self.width / 2 / away, 1.0))
@@ -85,6 +107,27 @@ class Footprint:
         right = np.minimum((aside - most) % math.pi, (aside + least) % math.pi)
         left = np.minimum((least - aside) % math.pi, (-most - aside) % math.pi)
         return np.where(is_shown, 0.0, left), np.where(is_shown, 0.0, right)
+
+
+def _outwards(along: Singles, across: Singles, legs: Floats, before: Floats, lean: Lean) -> Bools:
+    """Return (K, N): what the picture shows as the drone leans into the corner where each leg begins. ``along`` and
+    ``across`` are about the leg's begin."""
+    unit = legs / np.maximum(np.hypot(legs[:, 0], legs[:, 1]), 1e-9)[:, None]
+    ahead = _column(lean.corner * ((unit * before).sum(1) - 1.0))
+    aside = _column(lean.corner * (unit[:, 0] * before[:, 1] - unit[:, 1] * before[:, 0]))
+    share = (along * ahead + across * aside) / np.maximum(ahead * ahead + aside * aside, np.float32(1e-6))
+    share = np.clip(share, 0, 1)
+    off, beside = along - share * ahead, across - share * aside
+    flies = np.asarray(before.any(1))[:, None]
+    return np.asarray((off * off + beside * beside <= lean.radius**2) & flies)
+
+
+def _column(values: Floats) -> Singles:
+    return values.astype(np.float32)[:, None]
+
+
+def _where(there: Bools, metres: float) -> Singles:
+    return np.where(there, metres, 0.0).astype(np.float32)[:, None]
 
 
 def legs_about(cells: Singles, begins: Floats, ends: Floats) -> tuple[Singles, Singles, Singles]:

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-
-from hawk.algo.path_plan.footprint import Footprint
-from hawk.algo.path_plan.sweep import Swath
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,6 +17,12 @@ class PathPlanSettings:
     spun_share: float = 0.96
     """Share of the way from a picture's middle to its corner that counts as shown about a place where it turns half
     round: the drone drifts a little meanwhile."""
+    lean_deg: float = 16.0
+    """How far the drone leans as it speeds up and in corners: measured in hawk-sim, with ArduCopter's own limits."""
+    stop_lean_deg: float = 9.0
+    """How far it leans, at least, before it stops: it slows down more gently than it speeds up."""
+    lean_share: float = 0.81
+    """Share of half a picture's width that counts as shown about its middle while it leans into a corner."""
     least_turn_m2: float = 30.0
     """Expected new lot about the drone below which it does not turn on the spot for it."""
     near_lot_m: float = 10.0
@@ -65,8 +67,3 @@ class PathPlanSettings:
     """So near to an unclear stall the drone has looked at it again."""
     second_looks: int = 12
     """Unclear stalls that are flown to once more, at most."""
-
-    def footprint(self, swath: Swath) -> Footprint:
-        """Return what a picture of this swath shows while it flies and turns."""
-        reach = math.hypot(swath.width, swath.depth) / 2
-        return Footprint(swath.width, swath.depth, swath.width / 2 * self.turned_share, reach * self.spun_share)

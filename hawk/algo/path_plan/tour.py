@@ -18,7 +18,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from hawk.algo.path_plan.field import Place
-from hawk.algo.path_plan.footprint import Bools, Floats, Footprint, Singles, Turns
+from hawk.algo.path_plan.footprint import Bools, Corners, Floats, Footprint, Singles
 
 _PICKS: Final = 4  # way points that one step tries to drop or to add
 _EXCHANGES: Final = 6
@@ -44,7 +44,8 @@ class Wanted:
 
 @dataclass(frozen=True, slots=True)
 class Terms:
-    """What way and turns cost, where way points may be, and whether the drone has turned where the tour begins.
+    """What way and turns cost, where way points may be, and how the tour begins: whether the drone has turned there,
+    and the direction (north, east; of length 1) in which it flies, (0, 0) while it stands.
 
     ``short_by``: what is not shown costs so many times the way that sweeps it; ``turn_m``: metres a right angle,
     ``leg_m`` each way point; another first way point must be cheaper by ``keep_m``; ``allowed`` tells of places (T, 2)
@@ -58,6 +59,7 @@ class Terms:
     keep_m: float = 0.0
     trials: int = 16
     turned_first: bool = False
+    before: Place = (0.0, 0.0)
     allowed: Callable[[Floats], Bools] = lambda places: np.ones(len(places), np.bool_)
 
 
@@ -110,15 +112,9 @@ class Tour:
         places = self._places
         tried = places[index] + self._rng.normal(0.0, step, (self._terms.trials, 2))
         tried[0] = places[index]
-        before = np.broadcast_to(places[index - 1], tried.shape)
-        near = slice(index - 1, index + 1)  # the legs that change; of the last way point there is one
+        near = slice(index - 1, index + 2)  # the legs that change, and the one whose corner changes
         unseen = self._count - self._legs[near].sum(0, dtype=np.int16) == 0
-        cells = self._wanted.cells[unseen]
-        is_last = index == len(places) - 1
-        shown = self._shown_by(cells, before, tried, is_first=index == 1, is_last=is_last)
-        if not is_last:
-            after, ends_there = np.broadcast_to(places[index + 1], tried.shape), index == len(places) - 2
-            shown = shown | self._shown_by(cells, tried, after, is_first=False, is_last=ends_there)
+        shown = self._shown_about(index, tried, self._wanted.cells[unseen])
         costs = self._penalty(~shown @ self._wanted.weights[unseen]) + self._ways_about(index, tried)
         costs[1:][~self._terms.allowed(tried[1:])] = math.inf
         chosen = self._draw(costs, heat)
@@ -178,24 +174,34 @@ class Tour:
         """Return (K - 1, N): which cells each leg of a tour shows, with the turn before it; or of some legs only."""
         order = np.arange(len(places) - 1)
         foot, cells = self._terms.footprint, self._wanted.cells
-        at_begin = np.where(order > 0, foot.turned, self._spun_first)
-        turns = Turns(at_begin[part], np.where(order == len(order) - 1, foot.spun, 0.0)[part])
-        shown = foot.shown(cells, places[:-1][part], places[1:][part], turns)
+        legs = np.diff(places, axis=0)
+        before = np.vstack([np.array(self._terms.before).reshape(1, 2), _directions(legs[:-1])])[: len(legs)]
+        corners = Corners(before[part], self._turned(order)[part], (order == len(order) - 1)[part])
+        shown = foot.shown(cells, places[:-1][part], places[1:][part], corners)
         if len(shown) and order[part][0] == 0:
             shown[:1] |= self._first_turn_shows(cells, places[:1], places[1:2])
         return shown
 
-    def _shown_by(self, cells: Singles, begins: Floats, ends: Floats, *, is_first: bool, is_last: bool) -> Bools:
-        """The same for alternatives of one leg."""
-        foot = self._terms.footprint
-        turns = Turns(self._spun_first if is_first else foot.turned, foot.spun if is_last else 0.0)
-        shown = foot.shown(cells, begins, ends, turns)
-        return shown | self._first_turn_shows(cells, begins, ends) if is_first else shown
+    def _shown_about(self, index: int, tried: Floats, cells: Singles) -> Bools:
+        """Return (T, N): which cells the legs about one way point show, for each of T places tried for it."""
+        first = max(index - 2, 0)
+        line = np.repeat(self._places[None, first : index + 3], len(tried), axis=0)
+        line[:, index - first] = tried
+        directions = _directions(np.diff(line, axis=1))
+        shown = np.zeros((len(tried), len(cells)), np.bool_)
+        for leg in range(index - 1, min(index + 2, len(self._places) - 1)):
+            at, alike = leg - first, np.full(len(tried), leg)
+            before = directions[:, at - 1] if leg > 0 else np.broadcast_to(self._terms.before, tried.shape)
+            corners = Corners(before, self._turned(alike), alike == len(self._places) - 2)
+            shown |= self._terms.footprint.shown(cells, line[:, at], line[:, at + 1], corners)
+            if leg == 0:
+                shown |= self._first_turn_shows(cells, line[:, at], line[:, at + 1])
+        return shown
 
-    @property
-    def _spun_first(self) -> float:
-        """How far about the drone's place the picture has shown the ground before the tour begins, metres."""
-        return self._terms.footprint.spun if self._terms.turned_first else 0.0
+    def _turned(self, legs: NDArray[np.intp]) -> Floats:
+        """Return how far about the begin of legs, by their number, turning there shows the ground, metres."""
+        foot = self._terms.footprint
+        return np.where(legs > 0, foot.turned, foot.spun if self._terms.turned_first else 0.0)
 
     def _first_turn_shows(self, cells: Singles, begins: Floats, ends: Floats) -> Bools:
         """Return (K, N): what the picture shows as the drone turns to the first of its legs."""
@@ -262,6 +268,12 @@ class Tour:
         if len(detours) == 0 or away[-1] < detours.min():
             return len(self._places)
         return int(np.argmin(detours)) + 1
+
+
+def _directions(legs: Floats) -> Floats:
+    """Return the legs (..., 2) as vectors of length 1, (1, 0) for none."""
+    lengths = np.hypot(legs[..., 0], legs[..., 1])[..., None]
+    return np.where(lengths < 1e-9, (1.0, 0.0), legs / np.maximum(lengths, 1e-9))
 
 
 def _turns(lines: Floats) -> Floats:

@@ -18,12 +18,14 @@ from benchmarks.exploration.oracle import best_tour
 from benchmarks.exploration.pilots import MExplore, NearestFrontier, PlannerPilot, RulePilot, TourPilot
 from benchmarks.exploration.report import figures, rows, way_over_oracle
 from benchmarks.exploration.runs import NEAREST, PLANNER, SeedRun
-from benchmarks.exploration.setups import DISC_M, flown, prototype
+from benchmarks.exploration.setups import DISC_M, GOOD_SHARE, flown, prototype
 from benchmarks.exploration.surveyed import Coverage, SurveyedMap, within
 from benchmarks.exploration.tour_cache import TourCache
 from hawk.algo.frame import FrameInput
 from hawk.algo.mapper.grid import COARSE_M
 from hawk.algo.mapper.window import Window
+from hawk.algo.path_plan.footprint import Corners, Floats, Footprint
+from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.model import MapPose, PathPlan
 
 
@@ -145,6 +147,46 @@ def test_a_pilot_that_turns_where_its_tour_begins_and_ends_sees_more_on_the_same
     assert flights[1].coverage > flights[0].coverage + 0.03
     assert flights[1].whole_way == pytest.approx(flights[0].whole_way, abs=1.0)
     assert flights[1].end == "done"
+
+
+class Watched(TourPilot):
+    """A tour's pilot that keeps the poses from which pictures were taken."""
+
+    def __init__(self, tour: list[tuple[float, float]]) -> None:
+        super().__init__(tour)
+        self.poses: list[MapPose] = []
+
+    def plan(self, frame: FrameInput, known: SurveyedMap) -> PathPlan:
+        assert frame.pose is not None
+        self.poses.append(frame.pose)
+        return super().plan(frame, known)
+
+
+@pytest.mark.parametrize("turn", [0.6, 1.2, 1.8, 2.4, 3.1])
+def test_the_planner_counts_on_what_a_leaning_drone_shows(turn: float) -> None:
+    """The body that flies leans as it speeds up, turns and brakes: nearly all that is counted on is seen, and more than
+    of a picture that stays level."""
+    setup, places = flown(), np.array([(0.0, 0.0), (30.0, 0.0), (30 + 35 * math.cos(turn), 35 * math.sin(turn))])
+    lot = replace(setup.lot(1), start=(0.0, 0.0), yaw=0.0, shape=shapely.box(-90, -90, 90, 90))
+    pilot = Watched([(float(north), float(east)) for north, east in places[1:]])
+    assert fly(lot, setup, pilot, errors=False).end == "done"
+    cells = np.stack(np.meshgrid(np.arange(-89, 90, 2.0), np.arange(-89, 90, 2.0)), -1).reshape(-1, 2)
+    pictures = shapely.union_all([shapely.Polygon(setup.outline(pose, GOOD_SHARE)) for pose in pilot.poses])
+    seen = shapely.contains_xy(pictures, cells[:, 0], cells[:, 1])
+    leaning = Footprint.of(setup.swath, PathPlanSettings())
+    counted, level = (
+        footprint.shown(cells.astype(np.float32), places[:-1], places[1:], corners_of(places)).any(0)
+        for footprint in (leaning, replace(leaning, lean=None))
+    )
+    assert np.count_nonzero(counted & seen) > 0.97 * np.count_nonzero(counted)
+    assert np.count_nonzero(counted) > 1.1 * np.count_nonzero(level)
+
+
+def corners_of(places: Floats) -> Corners:
+    legs = np.diff(places, axis=0)
+    directions = legs / np.hypot(*legs.T)[:, None]
+    number = np.arange(len(legs))
+    return Corners(np.vstack([np.zeros((1, 2)), directions[:-1]]), number > 0, number == len(legs) - 1)
 
 
 def test_equal_seeds_fly_equally(small: SeedRun) -> None:

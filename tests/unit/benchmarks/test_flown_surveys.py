@@ -16,7 +16,7 @@ from hawk.model import GlobalPose
 from hawk.survey.survey_map import SurveyMap
 from hawk.survey.truth import Truth
 
-SWATH = Swath(40.0, 24.0)
+SWATH = Swath(40.0, 24.0, 35.0)
 FENCE = shapely.box(-80, -120, 80, 120)
 LOT = shapely.box(-40, -70, 40, 70)
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from hawk.algo.mapper.grid import CoarseLayers
 from hawk.algo.mapper.window import Window
 from hawk.algo.path_plan.app import PathPlanApp
+from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.topic_interface import AlgorithmTopicInterface
 from hawk.model import Fence, Inbound, MapPose, PathPlan, Stall
 from tests.unit.algo.synthetic import CAMERA, frame_at, ground_affine
@@ -104,6 +105,10 @@ def footprint(pose: MapPose, share: float) -> NDArray[np.float64]:
     return np.asarray(box @ affine[:, :2].T + affine[:, 2])
 
 
+LEVEL = PathPlanSettings(lean_deg=0.0, stop_lean_deg=0.0)
+"""The drone that is flown here stays level."""
+
+
 def fly(
     lot: shapely.Geometry,
     start: tuple[float, float],
@@ -118,7 +123,7 @@ def fly(
     """
     known = known or KnownMap(lot, max(map(abs, lot.bounds)) + 80)
     interface = AlgorithmTopicInterface()
-    app = app or PathPlanApp()
+    app = app or PathPlanApp(LEVEL)
     app.init(known, interface)
     flight = Flight()
     north, east, yaw, speed, sequence = *start, 0.0, 0.0, 0

@@ -43,6 +43,14 @@ def test_over_some_lots_the_way_is_near_the_least() -> None:
     assert np.mean(ratios) <= MEAN_RATIO
 
 
+def test_a_drone_that_stays_level_though_it_was_to_lean_sees_it_all() -> None:
+    lot, start = random_lot(4)
+    flight = fly(lot, start, fence_around(lot, 10.0), PathPlanApp())
+    assert flight.done
+    assert flight.coverage >= 0.98
+    assert flight.way <= WORST_RATIO * lower_bound(lot)
+
+
 def test_the_drone_stays_over_the_lot_or_near_it() -> None:
     lot, start = random_lot(5)
     flight = fly(lot, start, fence_around(lot, 60.0))

@@ -7,10 +7,24 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hawk.algo.path_plan.footprint import Bools, Footprint, Singles, Turns
+from hawk.algo.path_plan.footprint import Bools, Corners, Floats, Footprint, Singles
+from hawk.algo.path_plan.lean import Lean, LeanWatch
+from hawk.algo.path_plan.settings import PathPlanSettings
+from hawk.algo.path_plan.sweep import Swath
+from hawk.model import MapPose
 
 PICTURE = Footprint(40.0, 24.0, 19.0)
 CELLS = np.random.default_rng(3).uniform(-30, 30, (1500, 2)).astype(np.float32)
+
+
+LEANING = Footprint(40.0, 24.0, 19.0, Lean(corner=10.0, start=12.0, stop=6.0, radius=16.0))
+NORTH, NOWHERE = (1.0, 0.0), (0.0, 0.0)
+
+
+def corners(
+    *, before: tuple[float, float] | Floats = NORTH, turned: bool = False, last: bool = False, legs: int = 1
+) -> Corners:
+    return Corners(np.broadcast_to(np.array(before), (legs, 2)), np.full(legs, turned), np.full(legs, last))
 
 
 def in_picture(cells: Singles, heading: float) -> Bools:
@@ -46,10 +60,16 @@ def test_a_leg_shows_a_disc_about_its_ends_where_the_picture_turns() -> None:
     begin, end = np.array([[0.0, 0.0]]), np.array([[50.0, 0.0]])
     cells = np.array([[-18.0, 0.0], [68.0, 0.0], [-14.0, 14.0], [25.0, 19.0], [25.0, 21.0]], np.float32)
     assert PICTURE.shown(cells, begin, end)[0].tolist() == [False, False, False, True, False]
-    assert PICTURE.shown(cells, begin, end, Turns(True, False))[0].tolist() == [True, False, False, True, False]
-    assert PICTURE.shown(cells, begin, end, Turns(False, True))[0].tolist() == [False, True, False, True, False]
+    assert PICTURE.shown(cells, begin, end, corners(turned=True))[0].tolist() == [True, False, False, True, False]
+    assert PICTURE.shown(cells, begin, end, corners(last=True))[0].tolist() == [False, True, False, True, False]
     straight = Footprint(40.0, 24.0)
-    assert straight.shown(cells, begin, end, Turns(True, True))[0].tolist() == [False, False, False, True, False]
+    assert straight.shown(cells, begin, end, corners(turned=True, last=True))[0].tolist() == [
+        False,
+        False,
+        False,
+        True,
+        False,
+    ]
 
 
 def test_between_two_legs_the_turning_picture_shows_the_disc_that_is_counted_on() -> None:
@@ -59,11 +79,75 @@ def test_between_two_legs_the_turning_picture_shows_the_disc_that_is_counted_on(
         ends = np.array([[-60.0, 0.0], [60 * math.cos(turn), 60 * math.sin(turn)]])
         legs = PICTURE.shown(CELLS, np.array([ends[0], [0, 0]]), np.array([[0, 0], ends[1]])).any(0)
         turned = np.any([in_picture(CELLS, turn * share) for share in np.linspace(0, 1, 100)], axis=0)
-        counted = PICTURE.shown(CELLS, np.zeros((1, 2)), ends[1:], Turns(True, False))[0] & (radius <= PICTURE.turned)
+        counted = PICTURE.shown(CELLS, np.zeros((1, 2)), ends[1:], corners(turned=True))[0] & (radius <= PICTURE.turned)
         assert not (counted & ~legs & ~turned).any()
 
 
 def test_cells_far_off_are_shown_by_no_turn() -> None:
     far = np.array([[50.0, 0.0]], np.float32)
     assert not PICTURE.swept(far, np.zeros(2), 0.0, np.array([3.0])).any()
-    assert PICTURE.shown(far, np.zeros((1, 2)), np.ones((1, 2)), Turns(True, True)).sum() == pytest.approx(0)
+    assert PICTURE.shown(
+        far, np.zeros((1, 2)), np.ones((1, 2)), corners(turned=True, last=True)
+    ).sum() == pytest.approx(0)
+
+
+def test_a_drone_that_speeds_up_looks_behind_and_one_that_brakes_ahead() -> None:
+    begin, end = np.zeros((1, 2)), np.array([[50.0, 0.0]])
+    cells = np.array([[-23.0, 18.0], [-25.0, 0.0], [67.0, -18.0], [69.5, 0.0]], np.float32)
+    assert not LEANING.shown(cells, begin, end)[0].any()
+    assert LEANING.shown(cells, begin, end, corners(before=NOWHERE))[0].tolist() == [True, False, False, False]
+    assert LEANING.shown(cells, begin, end, corners(last=True))[0].tolist() == [False, False, True, False]
+
+
+def test_in_a_corner_the_picture_swings_outwards() -> None:
+    """Flying north, then east: north-west of the corner is shown; flying on straight on nothing more than the swath."""
+    begin, east, north = np.zeros((1, 2)), np.array([[0.0, 60.0]]), np.array([[60.0, 0.0]])
+    cells = np.array([[20.0, -15.0], [20.0, 15.0], [-20.0, -15.0]], np.float32)
+    assert LEANING.shown(cells, begin, east, corners())[0].tolist() == [True, True, False]
+    assert Footprint(40.0, 24.0, 19.0).shown(cells, begin, east, corners())[0].tolist() == [False, True, False]
+    aside = np.array([[0.0, 21.0], [0.0, -21.0], [-21.0, 0.0]], np.float32)
+    assert not LEANING.shown(aside, begin, north, corners())[0].any()
+
+
+def test_back_the_way_it_came_the_picture_swings_farthest() -> None:
+    back = np.array([[-60.0, 0.0]])
+    cells = np.array([[35.0, 0.0], [37.0, 0.0], [30.0, 12.0]], np.float32)
+    assert LEANING.shown(cells, np.zeros((1, 2)), back, corners())[0].tolist() == [True, False, True]
+
+
+def test_how_far_a_picture_moves_follows_from_height_and_lean() -> None:
+    swath = Swath(41.6, 23.4, 35.0)
+    lean = Lean.of(swath, PathPlanSettings(lean_deg=16.0, stop_lean_deg=9.0, lean_share=0.8))
+    assert lean.corner == pytest.approx(35 * math.tan(math.radians(16)))
+    rear = math.degrees(math.atan2(23.4 / 2 + lean.start, 35.0))
+    assert rear == pytest.approx(math.degrees(math.atan2(23.4 / 2, 35.0)) + 16.0)
+    assert 0 < lean.stop < lean.start
+    assert lean.radius == pytest.approx(0.8 * 41.6 / 2)
+
+
+def test_a_drone_that_leans_less_than_expected_is_found_out_and_one_that_leans_more_is_not_counted_on() -> None:
+    settings = PathPlanSettings(lean_deg=16.0)
+    for tilt_deg, share in ((0.0, 0.0), (8.0, 0.5), (25.0, 1.0)):
+        watch = LeanWatch(settings)
+        assert watch.share == 1.0
+        for number in range(60):
+            pitch = math.radians(tilt_deg) if number % 10 == 3 else 0.0
+            watch.take(MapPose(0.0, 0.0, 35.0, 0.0, pitch, 0.0), speed=5.0)
+        assert watch.share == pytest.approx(share)
+
+
+def test_a_drone_that_only_hovers_tells_nothing_of_its_lean() -> None:
+    watch = LeanWatch(PathPlanSettings())
+    for _ in range(200):
+        watch.take(MapPose(0.0, 0.0, 35.0, 0.0, 0.0, 0.0), speed=0.3)
+    assert watch.share == 1.0
+
+
+def test_without_lean_a_leg_shows_what_a_level_picture_does() -> None:
+    swath = Swath(40.0, 24.0, 35.0)
+    level = Footprint.of(swath, PathPlanSettings(), leans=0.0)
+    plain = Footprint(40.0, 24.0, level.turned)
+    for before in (NORTH, NOWHERE):
+        there = corners(before=before, turned=True, last=True)
+        begin, end = np.zeros((1, 2)), np.array([[20.0, 7.0]])
+        assert (level.shown(CELLS, begin, end, there) == plain.shown(CELLS, begin, end, there)).all()

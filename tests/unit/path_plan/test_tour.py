@@ -10,9 +10,11 @@ from hypothesis import strategies as st
 
 from hawk.algo.path_plan.course import Course, Outlook
 from hawk.algo.path_plan.footprint import Floats, Footprint
+from hawk.algo.path_plan.lean import Lean
 from hawk.algo.path_plan.tour import Terms, Tour, Wanted, length_of
 
 FOOTPRINT = Footprint(40.0, 24.0)
+LEANING = Footprint(40.0, 24.0, 19.0, Lean(corner=10.0, start=12.0, stop=6.0, radius=16.0))
 
 
 def ground(*boxes: tuple[float, float, float, float], step: float = 3.2, spare: float = 0.0) -> Wanted:
@@ -66,19 +68,27 @@ def test_what_a_tour_misses_is_what_no_leg_shows() -> None:
     assert tour.missing == pytest.approx(by_hand(wanted, tour.places), rel=1e-5)
 
 
-@settings(max_examples=20, deadline=None)
-@given(st.integers(0, 10_000), st.sampled_from(["shift", "drop", "add", "exchange"]))
-def test_after_every_move_the_books_are_right(seed: int, move: str) -> None:
+@settings(max_examples=40, deadline=None)
+@given(
+    st.integers(0, 10_000),
+    st.sampled_from(["shift", "drop", "add", "exchange"]),
+    st.sampled_from([FOOTPRINT, LEANING]),
+    st.sampled_from([(0.0, 0.0), (0.6, -0.8)]),
+)
+def test_after_every_move_the_books_are_right(
+    seed: int, move: str, footprint: Footprint, before: tuple[float, float]
+) -> None:
     wanted = ground((-30, 60, -50, 50))
     rng = np.random.default_rng(seed)
     places = np.vstack([[0.0, 0.0], rng.uniform(-60, 60, (4, 2))])
-    tour = Tour(Terms(FOOTPRINT, turn_m=2.0, leg_m=1.0), wanted, places, 0.5, rng)
+    terms = Terms(footprint, turn_m=2.0, leg_m=1.0, before=before)
+    tour = Tour(terms, wanted, places, 0.5, rng)
     for _ in range(3):
         if move == "shift":
             tour.shift(int(rng.integers(1, len(tour.places))), 8.0, 20.0)
         elif len(tour.places) > 1:
             getattr(tour, move)(20.0)
-    fresh = Tour(Terms(FOOTPRINT, turn_m=2.0, leg_m=1.0), wanted, tour.places, 0.5, rng)
+    fresh = Tour(terms, wanted, tour.places, 0.5, rng)
     assert tour.missing == pytest.approx(fresh.missing)
     assert tour.cost == pytest.approx(fresh.cost)
     assert tuple(tour.places[0]) == (0.0, 0.0)
@@ -131,6 +141,15 @@ def test_a_turn_is_avoided_when_it_costs() -> None:
     behind = Tour(Terms(FOOTPRINT, 60.0, turn_m=10.0), wanted, np.zeros((1, 2)), math.pi, np.random.default_rng(2))
     assert searched(ahead).places[1][0] > 0
     assert searched(behind).places[1][0] < 0
+
+
+def test_a_tour_stops_short_of_what_the_braking_drone_looks_at() -> None:
+    strip = ground((-15, 15, -60, 60))
+    level, leaning = (
+        searched(tour_over(strip, (0.0, -55.0), terms=Terms(footprint, short_by=60.0)))
+        for footprint in (Footprint(40.0, 24.0, 10.0), LEANING)
+    )
+    assert length_of(leaning.places) < length_of(level.places) - 4
 
 
 def outlook(place: tuple[float, float], wanted: Wanted) -> Outlook:
