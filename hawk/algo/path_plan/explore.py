@@ -157,7 +157,7 @@ class Explorer:
         return Exploration(route[0], route, _status(around, route, done=False), heading)
 
     def _is_to_turn(self, around: Surroundings) -> bool:
-        if around.footprint.spun <= 0:
+        if around.footprint.spun <= 0 or not around.fence.contains(*around.place):
             return False
         arrival = self._settings.arrival_m
         if any(math.dist(place, around.place) <= 2 * arrival for place in self._turned_at):

@@ -13,16 +13,14 @@ from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.path_plan.sweep import Swath
 from hawk.model import MapPose
 
-PICTURE = Footprint(40.0, 24.0, 19.0)
+PICTURE = Footprint(40.0, 24.0, 19.0, 23.0)
 CELLS = np.random.default_rng(3).uniform(-30, 30, (1500, 2)).astype(np.float32)
-
-
-LEANING = Footprint(40.0, 24.0, 19.0, Lean(corner=10.0, start=12.0, stop=6.0, radius=16.0))
+LEANING = Footprint(40.0, 24.0, 19.0, 19.0, Lean(corner=10.0, start=12.0, stop=6.0, radius=16.0))
 NORTH, NOWHERE = (1.0, 0.0), (0.0, 0.0)
 
 
 def corners(
-    *, before: tuple[float, float] | Floats = NORTH, turned: bool = False, last: bool = False, legs: int = 1
+    *, before: tuple[float, float] | Floats = NORTH, turned: float = 0.0, last: bool = False, legs: int = 1
 ) -> Corners:
     return Corners(np.broadcast_to(np.array(before), (legs, 2)), np.full(legs, turned), np.full(legs, last))
 
@@ -39,14 +37,14 @@ def in_picture(cells: Singles, heading: float) -> Bools:
 def test_a_turn_shows_what_the_picture_passes_over(begin: float, end: float) -> None:
     turn = math.remainder(end - begin, math.tau)
     passed = np.any([in_picture(CELLS, begin + turn * share) for share in np.linspace(0, 1, 200)], axis=0)
-    near = np.hypot(*CELLS.T) <= PICTURE.turned
+    near = np.hypot(*CELLS.T) <= PICTURE.spun
     shown = PICTURE.swept(CELLS, np.zeros(2), begin, np.array([end]))[0]
     assert not shown[~near].any()
     assert np.count_nonzero(shown[near] != passed[near]) <= 0.01 * len(CELLS)
 
 
 def test_turning_by_as_much_as_a_cell_needs_shows_it() -> None:
-    near = CELLS[np.hypot(*CELLS.T) <= PICTURE.turned]
+    near = CELLS[np.hypot(*CELLS.T) <= PICTURE.spun]
     left, right = PICTURE.turns_until_shown(near, 0.4)
     assert ((left == 0) == in_picture(near, 0.4)).all()
     assert ((right == 0) == in_picture(near, 0.4)).all()
@@ -58,18 +56,23 @@ def test_turning_by_as_much_as_a_cell_needs_shows_it() -> None:
 
 def test_a_leg_shows_a_disc_about_its_ends_where_the_picture_turns() -> None:
     begin, end = np.array([[0.0, 0.0]]), np.array([[50.0, 0.0]])
-    cells = np.array([[-18.0, 0.0], [68.0, 0.0], [-14.0, 14.0], [25.0, 19.0], [25.0, 21.0]], np.float32)
+    cells = np.array([[-18.0, 0.0], [72.0, 0.0], [-14.0, 14.0], [25.0, 19.0], [25.0, 21.0]], np.float32)
     assert PICTURE.shown(cells, begin, end)[0].tolist() == [False, False, False, True, False]
-    assert PICTURE.shown(cells, begin, end, corners(turned=True))[0].tolist() == [True, False, False, True, False]
-    assert PICTURE.shown(cells, begin, end, corners(last=True))[0].tolist() == [False, True, False, True, False]
+    for there, shown in ((corners(turned=PICTURE.turned), [1, 0, 0, 1, 0]), (corners(last=True), [0, 1, 0, 1, 0])):
+        assert PICTURE.shown(cells, begin, end, there)[0].astype(int).tolist() == shown
     straight = Footprint(40.0, 24.0)
-    assert straight.shown(cells, begin, end, corners(turned=True, last=True))[0].tolist() == [
-        False,
-        False,
-        False,
-        True,
-        False,
-    ]
+    assert straight.shown(cells, begin, end, corners(last=True))[0].tolist() == [False, False, False, True, False]
+
+
+def test_half_a_turn_shows_the_disc_that_the_corners_sweep_and_nothing_beyond_them() -> None:
+    swath = Swath(PICTURE.width, PICTURE.depth, 35.0)
+    near, far = (np.hypot(*CELLS.T) <= 0.999 * swath.reach, np.hypot(*CELLS.T) > swath.reach)
+    passed = np.any([in_picture(CELLS, angle) for angle in np.linspace(0, math.pi, 400)], axis=0)
+    assert np.count_nonzero(near & ~passed) <= 0.002 * len(CELLS)
+    assert not (far & passed).any()
+    left, right = PICTURE.turns_until_shown(CELLS[near], 0.0)
+    assert max(left.max(), right.max()) < math.radians(122)
+    assert Footprint.of(swath, PathPlanSettings(spun_share=0.9)).spun == pytest.approx(0.9 * swath.reach)
 
 
 def test_between_two_legs_the_turning_picture_shows_the_disc_that_is_counted_on() -> None:
@@ -79,15 +82,15 @@ def test_between_two_legs_the_turning_picture_shows_the_disc_that_is_counted_on(
         ends = np.array([[-60.0, 0.0], [60 * math.cos(turn), 60 * math.sin(turn)]])
         legs = PICTURE.shown(CELLS, np.array([ends[0], [0, 0]]), np.array([[0, 0], ends[1]])).any(0)
         turned = np.any([in_picture(CELLS, turn * share) for share in np.linspace(0, 1, 100)], axis=0)
-        counted = PICTURE.shown(CELLS, np.zeros((1, 2)), ends[1:], corners(turned=True))[0] & (radius <= PICTURE.turned)
-        assert not (counted & ~legs & ~turned).any()
+        counted = PICTURE.shown(CELLS, np.zeros((1, 2)), ends[1:], corners(turned=PICTURE.turned))[0]
+        assert not (counted & (radius <= PICTURE.turned) & ~legs & ~turned).any()
 
 
 def test_cells_far_off_are_shown_by_no_turn() -> None:
     far = np.array([[50.0, 0.0]], np.float32)
     assert not PICTURE.swept(far, np.zeros(2), 0.0, np.array([3.0])).any()
     assert PICTURE.shown(
-        far, np.zeros((1, 2)), np.ones((1, 2)), corners(turned=True, last=True)
+        far, np.zeros((1, 2)), np.ones((1, 2)), corners(turned=PICTURE.turned, last=True)
     ).sum() == pytest.approx(0)
 
 
@@ -104,7 +107,7 @@ def test_in_a_corner_the_picture_swings_outwards() -> None:
     begin, east, north = np.zeros((1, 2)), np.array([[0.0, 60.0]]), np.array([[60.0, 0.0]])
     cells = np.array([[20.0, -15.0], [20.0, 15.0], [-20.0, -15.0]], np.float32)
     assert LEANING.shown(cells, begin, east, corners())[0].tolist() == [True, True, False]
-    assert Footprint(40.0, 24.0, 19.0).shown(cells, begin, east, corners())[0].tolist() == [False, True, False]
+    assert Footprint(40.0, 24.0, 19.0, 19.0).shown(cells, begin, east, corners())[0].tolist() == [False, True, False]
     aside = np.array([[0.0, 21.0], [0.0, -21.0], [-21.0, 0.0]], np.float32)
     assert not LEANING.shown(aside, begin, north, corners())[0].any()
 
@@ -146,8 +149,8 @@ def test_a_drone_that_only_hovers_tells_nothing_of_its_lean() -> None:
 def test_without_lean_a_leg_shows_what_a_level_picture_does() -> None:
     swath = Swath(40.0, 24.0, 35.0)
     level = Footprint.of(swath, PathPlanSettings(), leans=0.0)
-    plain = Footprint(40.0, 24.0, level.turned)
+    plain = Footprint(40.0, 24.0, level.turned, level.spun)
     for before in (NORTH, NOWHERE):
-        there = corners(before=before, turned=True, last=True)
+        there = corners(before=before, turned=PICTURE.turned, last=True)
         begin, end = np.zeros((1, 2)), np.array([[20.0, 7.0]])
         assert (level.shown(CELLS, begin, end, there) == plain.shown(CELLS, begin, end, there)).all()

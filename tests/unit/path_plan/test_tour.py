@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from hawk.algo.path_plan.lean import Lean
 from hawk.algo.path_plan.tour import Terms, Tour, Wanted, length_of
 
 FOOTPRINT = Footprint(40.0, 24.0)
-LEANING = Footprint(40.0, 24.0, 19.0, Lean(corner=10.0, start=12.0, stop=6.0, radius=16.0))
+LEANING = Footprint(40.0, 24.0, 19.0, 22.0, Lean(corner=10.0, start=12.0, stop=6.0, radius=16.0))
 
 
 def ground(*boxes: tuple[float, float, float, float], step: float = 3.2, spare: float = 0.0) -> Wanted:
@@ -147,7 +148,7 @@ def test_a_tour_stops_short_of_what_the_braking_drone_looks_at() -> None:
     strip = ground((-15, 15, -60, 60))
     level, leaning = (
         searched(tour_over(strip, (0.0, -55.0), terms=Terms(footprint, short_by=60.0)))
-        for footprint in (Footprint(40.0, 24.0, 10.0), LEANING)
+        for footprint in (Footprint(40.0, 24.0, 10.0, 10.0), replace(LEANING, spun=10.0))
     )
     assert length_of(leaning.places) < length_of(level.places) - 4
 

@@ -8,7 +8,7 @@ from hawk.algo.path_plan.footprint import Footprint, Singles
 from hawk.algo.path_plan.tour import Wanted
 from hawk.algo.path_plan.turning import Turning
 
-PICTURE = Footprint(40.0, 24.0, 19.0)
+PICTURE = Footprint(40.0, 24.0, 19.0, 19.0)
 STEP = 0.15
 
 
