@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hawk.worlds.canvas import Points
-from hawk.worlds.plan import Axes, Plan, Tree
+from hawk.worlds.plan import Axes, Plan
 
 _TREES = ((3.0, 7.0), (1.6, 3.4), (1.8, 3.4))
 _HEDGE = ((0.9, 1.8), (0.8, 1.5), (1.8, 4.5))
@@ -38,7 +38,7 @@ def plant_avenue(plan: Plan, rng: np.random.Generator) -> None:
     for u in np.arange(max(along.min() - crown, -reach), min(along.max() + crown, reach), spacing).tolist():
         x, y = axes.at(u + rng.normal(0, 0.1) * spacing, behind + rng.normal(0, 0.2))
         size = crown * rng.uniform(0.75, 1.2)
-        plan.trees.append(Tree(x, y, size, float(np.clip(size * tall, *_HEIGHT_M))))
+        plan.plant((x, y), size, tall, _HEIGHT_M)
 
 
 def _row(heads: Points, outward: Points, picked: int) -> Points:

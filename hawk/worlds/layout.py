@@ -9,7 +9,7 @@ import numpy as np
 
 from hawk.worlds.canvas import Points
 from hawk.worlds.cars import sample_kind
-from hawk.worlds.plan import Axes, Plan, Post, Surface, Tree, Vehicle
+from hawk.worlds.plan import Axes, Plan, Post, Surface, Vehicle
 from hawk.worlds.rows import PARALLEL_DEPTH_M, plan_parallel_row, plan_row
 from hawk.worlds.style import LotStyle
 
@@ -131,7 +131,7 @@ def _plant(plan: Plan, rng: np.random.Generator, axes: Axes, length: float, medi
     for u in np.arange(rng.uniform(0, step), length, step):
         x, y = axes.at(float(u) + rng.normal(0, 0.4), rng.normal(0, 0.1) * median)
         radius = rng.uniform(*style.crown)
-        plan.trees.append(Tree(x, y, radius, float(np.clip(radius * rng.uniform(1.6, 2.6), 2, 9))))
+        plan.plant((x, y), radius, rng.uniform(1.6, 2.6), (2, 9))
         if rng.random() < 0.15:
             _post(plan, rng, axes.moved(float(u) + step / 2, 0))
 

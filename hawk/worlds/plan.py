@@ -235,6 +235,14 @@ class Plan:
         """Paint a convex polygon of four corners."""
         self.strokes.append(Stroke(polygon, colour, strength, len(self.surfaces)))
 
+    def plant(
+        self, place: tuple[float, float], radius: float, slenderness: float, heights: tuple[float, float]
+    ) -> None:
+        """Plant a tree or bush whose height is ``slenderness`` times the radius of its crown, within limits; metres."""
+        (x, y), (least, most) = place, heights
+        height = min(max(radius * slenderness, least), most)
+        self.trees.append(Tree(float(x), float(y), float(radius), float(height)))
+
     def line(
         self, start: tuple[float, float], end: tuple[float, float], width: float, colour: int, strength: float
     ) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from hawk.worlds.cars import outline, sample_kind
 from hawk.worlds.materials import Colour, Material, grey, sample_material
-from hawk.worlds.plan import Axes, Block, Building, Plan, Surface, Tree, Vehicle
+from hawk.worlds.plan import Axes, Block, Building, Plan, Surface, Vehicle
 from hawk.worlds.surroundings import REACH_M, plan_court
 
 _Layer = Callable[[Plan, np.random.Generator, Axes, float], None]
@@ -68,7 +68,7 @@ def _garden(plan: Plan, rng: np.random.Generator, axes: Axes, span: float) -> No
             for v in np.arange(0.5, length, rng.uniform(0.8, 2.5)).tolist() if is_planted else ():
                 x, y = corner.at((k + 0.3) * pitch, v)
                 radius = rng.uniform(0.25, 0.8)
-                plan.trees.append(Tree(x, y, radius, 2 * radius))
+                plan.plant((x, y), radius, 2.0, (0.5, 1.6))
     if rng.random() < 0.5:
         plan.buildings.append(Building(axes.moved(rng.uniform(-span, span), 9), 3.5, rng.uniform(3, 6), 2.6))
 

@@ -11,7 +11,7 @@ import numpy as np
 from hawk.worlds.canvas import Points
 from hawk.worlds.cars import sample_kind
 from hawk.worlds.materials import sample_material
-from hawk.worlds.plan import Axes, Block, Building, Plan, PlannedStall, Surface, Tree, Vehicle
+from hawk.worlds.plan import Axes, Block, Building, Plan, PlannedStall, Surface, Vehicle
 from hawk.worlds.style import LotStyle
 
 PARALLEL_DEPTH_M = 2.4
@@ -183,7 +183,7 @@ def _stall(
     if rng.random() < style.trees * 0.25:
         x, y = slot.at(rng.uniform(-0.1, 1.1), 1.0)
         radius = rng.uniform(*style.crown)
-        plan.trees.append(Tree(x, y, radius, float(np.clip(radius * rng.uniform(1.6, 2.6), 2.5, 9))))
+        plan.plant((x, y), radius, rng.uniform(1.6, 2.6), (2.5, 9))
 
 
 def _park(plan: Plan, rng: np.random.Generator, slot: _Slot, style: LotStyle, probability: float) -> None:
@@ -255,7 +255,7 @@ def _island(plan: Plan, rng: np.random.Generator, corners: Points, style: LotSty
     for _ in range(int(rng.choice([0, 1, 1, 2]))):
         x, y = centre + (corners[0] - centre) * rng.uniform(-0.6, 0.6)
         radius = rng.uniform(*style.crown) if rng.random() < 0.6 else rng.uniform(0.4, 0.9)
-        plan.trees.append(Tree(float(x), float(y), radius, float(np.clip(radius * rng.uniform(1.5, 2.5), 0.8, 9))))
+        plan.plant((x, y), radius, rng.uniform(1.5, 2.5), (0.8, 9))
 
 
 def _clipped(offset: float, slant: float) -> tuple[tuple[float, float], tuple[float, float]] | None:

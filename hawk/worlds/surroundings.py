@@ -10,7 +10,7 @@ import numpy as np
 from hawk.worlds.cars import sample_kind
 from hawk.worlds.clutter import plan_containers
 from hawk.worlds.materials import Material, grey, sample_material
-from hawk.worlds.plan import Axes, Building, Plan, Surface, Tree, Vehicle
+from hawk.worlds.plan import Axes, Building, Plan, Surface, Vehicle
 
 REACH_M = 140.0
 """How far surroundings are laid out from a lot's edge."""
@@ -117,7 +117,7 @@ def scatter_trees(plan: Plan, rng: np.random.Generator, axes: Axes, width: float
     for _ in range(count):
         x, y = axes.at(rng.uniform(0, width), rng.uniform(0, depth))
         radius = rng.uniform(0.6, 4.6)
-        plan.trees.append(Tree(x, y, radius, float(np.clip(radius * rng.uniform(1.6, 2.8), 1, 14))))
+        plan.plant((x, y), radius, rng.uniform(1.6, 2.8), (1, 14))
 
 
 def _border(plan: Plan, rng: np.random.Generator, axes: Axes) -> float:
@@ -133,7 +133,7 @@ def _border(plan: Plan, rng: np.random.Generator, axes: Axes) -> float:
             for u in np.arange(-45, 45, step):
                 x, y = axes.at(float(u) + rng.normal(0, 0.5), v + width / 2 + rng.normal(0, 0.3))
                 radius = rng.uniform(0.5, 3.4)
-                plan.trees.append(Tree(x, y, radius, float(np.clip(radius * rng.uniform(1.6, 2.6), 1, 11))))
+                plan.plant((x, y), radius, rng.uniform(1.6, 2.6), (1, 11))
         v += width
     return v
 
