@@ -1,8 +1,10 @@
 """The best tour found over the known lot: what a planner could fly at best if it knew the border before.
 
 Lines to and fro in many directions, with gaps flown over or round, are the beginnings; the shortest of them are
-annealed by the search that the planner has, for much longer and with the whole truth. The oracle knows no fence and no
-error, turns cost it nothing, and it may turn on the spot where it begins and ends: it is meant to be hard to beat.
+annealed by the search that the planner has, for much longer and with the whole truth. What comes of it is flown,
+changed a little and flown again (`polish`): only a flight tells what a leaning camera shows. The oracle knows no fence
+and no error, turns cost it nothing, and it may turn on the spot where it begins and ends: it is meant to be hard to
+beat.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ from benchmarks.exploration.disc import Disc
 from benchmarks.exploration.flight import fly
 from benchmarks.exploration.lots import Lot
 from benchmarks.exploration.pilots import TourPilot
+from benchmarks.exploration.polish import OracleTour, polished
 from benchmarks.exploration.setups import Setup
 from benchmarks.exploration.surveyed import FINE_M, drawn
 from hawk.algo.mapper.window import Window
@@ -45,15 +48,6 @@ _SHARES: Final = (0.78, 0.82, 0.85, 0.88, 0.90, 0.915, 0.93, 0.945, 0.96, 0.97, 
 _TRACK_STEP: Final = 4
 
 _LEAST_OF_DISC: Final = 0.96  # a disc shows no more when it turns
-
-
-@dataclass(frozen=True, slots=True)
-class OracleTour:
-    """``places`` (K, 2) along the way as flown, the start first; way (metres) and seconds until the lot was seen."""
-
-    places: Floats
-    way: float
-    seconds: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,9 +85,12 @@ def _best(lot: Lot, setup: Setup, wanted: float, *, turns: bool) -> OracleTour |
             tour = _annealed(ground.with_share(share), tour, rng, _AGAIN, _WARM_M)
             flown = _flown(lot, setup, tour, turns=turns)
             if flown is not None:
-                found.append(flown)
+                found.append((flown, tour))
                 break
-    return min(found, key=lambda tour: tour.way, default=None)
+    if not found:
+        return None
+    best, places = min(found, key=lambda one: one[0].way)
+    return polished(best, places, lambda changed: _flown(lot, setup, changed, turns=turns), rng)
 
 
 def _annealed(ground: _Ground, places: Floats, rng: np.random.Generator, sweeps: int, hot: float) -> Floats:

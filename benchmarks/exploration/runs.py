@@ -9,8 +9,8 @@ from typing import Final
 
 from benchmarks.exploration.flight import Flown, Pilot, fly
 from benchmarks.exploration.lots import Lot
-from benchmarks.exploration.oracle import OracleTour
 from benchmarks.exploration.pilots import GainByDistance, MExplore, NearestFrontier, PlannerPilot, RulePilot
+from benchmarks.exploration.polish import OracleTour
 from benchmarks.exploration.setups import Setup
 from benchmarks.exploration.tour_cache import TourCache
 

@@ -10,7 +10,8 @@ import numpy as np
 
 from benchmarks.exploration.flight import WANTED
 from benchmarks.exploration.lots import Lot
-from benchmarks.exploration.oracle import VERSION, OracleTour, best_tour
+from benchmarks.exploration.oracle import VERSION, best_tour
+from benchmarks.exploration.polish import OracleTour
 from benchmarks.exploration.setups import Setup
 
 

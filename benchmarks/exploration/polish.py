@@ -1,0 +1,50 @@
+"""Shortens a tour by flying it: a way point is moved or left out, and what shows enough on a shorter way is kept."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.random import Generator
+
+from hawk.algo.path_plan.footprint import Floats
+
+_FLIGHTS: Final = 100
+_STEPS_M: Final = (8.0, 0.7)
+"""How far way points are moved in the first and in the last of the flights, standard deviation."""
+_DROPPED: Final = 0.15
+
+
+@dataclass(frozen=True, slots=True)
+class OracleTour:
+    """``places`` (K, 2) along the way as flown, the start first; way (metres) and seconds until the lot was seen."""
+
+    places: Floats
+    way: float
+    seconds: float
+
+
+def polished(
+    best: OracleTour, places: Floats, flown: Callable[[Floats], OracleTour | None], rng: Generator
+) -> OracleTour:
+    """Return the shortest flight found. ``best`` is that of the way points ``places`` (K, 2), the start first;
+    ``flown`` flies others, and returns None when they do not show enough."""
+    for flight in range(_FLIGHTS):
+        step = _STEPS_M[0] * (_STEPS_M[1] / _STEPS_M[0]) ** (flight / _FLIGHTS)
+        changed = _changed(places, step, rng)
+        tour = flown(changed)
+        if tour is not None and tour.way < best.way:
+            best, places = tour, changed
+    return best
+
+
+def _changed(places: Floats, step: float, rng: Generator) -> Floats:
+    """Return the way points with one of them (not the start) moved, or left out."""
+    index = int(rng.integers(1, len(places)))
+    if len(places) > 2 and rng.random() < _DROPPED:
+        return np.delete(places, index, axis=0)
+    places = places.copy()
+    places[index] += rng.normal(0.0, step, 2)
+    return places
