@@ -33,7 +33,7 @@ class PathPlanSettings:
     """What a tour does not show costs it so many times the way that sweeps it."""
     last_short_by: float = 100.0
     """The same at the end, when what is left is little and far away: one stall is worth some 40 m."""
-    turn_m: float = 6.0
+    turn_m: float = 3.0
     """A right angle costs a tour so much way: braking, yaw, speeding up."""
     leg_m: float = 2.0
     """So much way each way point costs a tour: many small corrections are worth less than they seem."""
