@@ -39,11 +39,9 @@ class Setup:
     @property
     def swath(self) -> Swath:
         """What counts as seen when the drone is level; of a disc its box."""
-        return (
-            Swath(2 * DISC_M, 2 * DISC_M, self.height)
-            if self.is_disc
-            else Swath.of(self.camera, self.height, GOOD_SHARE)
-        )
+        if self.is_disc:
+            return Swath(2 * DISC_M, 2 * DISC_M, self.height)
+        return Swath.of(self.camera, self.height, GOOD_SHARE)
 
     @property
     def footprint_area(self) -> float:

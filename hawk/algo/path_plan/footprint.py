@@ -23,7 +23,8 @@ Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 Bools = NDArray[np.bool_]
 
-_LEVEL: Final = Lean(0.0, 0.0, 0.0, 0.0)
+LEVEL: Final = Lean(0.0, 0.0, 0.0, 0.0)
+"""How the picture of a camera moves that is kept level: not at all."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,14 +46,15 @@ class Footprint:
     """Ground that a picture shows: ``width`` across and ``depth`` along its heading, metres.
 
     ``turned`` is the radius about a way point that the picture shows by turning to the next leg, ``spun`` the radius
-    about a place where it turns half round; 0: turns are not counted on. Without ``lean`` the picture stays level.
+    about a place where it turns half round; 0: turns are not counted on. ``lean`` says how
+    far the picture moves while the drone leans.
     """
 
     width: float
     depth: float
     turned: float = 0.0
     spun: float = 0.0
-    lean: Lean | None = None
+    lean: Lean = LEVEL
 
     @classmethod
     def of(cls, swath: Swath, settings: PathPlanSettings, leans: float = 1.0) -> Footprint:
@@ -66,7 +68,7 @@ class Footprint:
         reach = half + self.depth / 2
         if corners is None:
             return np.asarray((np.abs(across) <= self.width / 2) & (np.abs(along) <= reach))
-        lean = self.lean or _LEVEL
+        lean = self.lean
         stands = np.asarray(~corners.before.any(1))
         shown = np.asarray(np.abs(across) <= self.width / 2)
         shown &= along <= reach + _where(corners.last, lean.stop)
@@ -112,7 +114,7 @@ class Footprint:
 def _outwards(along: Singles, across: Singles, legs: Floats, before: Floats, lean: Lean) -> Bools:
     """Return (K, N): what the picture shows as the drone leans into the corner where each leg begins. ``along`` and
     ``across`` are about the leg's begin."""
-    unit = legs / np.maximum(np.hypot(legs[:, 0], legs[:, 1]), 1e-9)[:, None]
+    unit = directions(legs)
     ahead = _column(lean.corner * ((unit * before).sum(1) - 1.0))
     aside = _column(lean.corner * (unit[:, 0] * before[:, 1] - unit[:, 1] * before[:, 0]))
     share = (along * ahead + across * aside) / np.maximum(ahead * ahead + aside * aside, np.float32(1e-6))
@@ -120,6 +122,12 @@ def _outwards(along: Singles, across: Singles, legs: Floats, before: Floats, lea
     off, beside = along - share * ahead, across - share * aside
     flies = np.asarray(before.any(1))[:, None]
     return np.asarray((off * off + beside * beside <= lean.radius**2) & flies)
+
+
+def directions(legs: Floats) -> Floats:
+    """Return legs (..., 2) as vectors of length 1, (1, 0) where there is no way."""
+    lengths = np.hypot(legs[..., 0], legs[..., 1])[..., None]
+    return np.where(lengths < 1e-9, (1.0, 0.0), legs / np.maximum(lengths, 1e-9))
 
 
 def _column(values: Floats) -> Singles:
@@ -135,8 +143,7 @@ def legs_about(cells: Singles, begins: Floats, ends: Floats) -> tuple[Singles, S
     (K, 1)."""
     leg = ends - begins
     length = np.hypot(leg[:, 0], leg[:, 1])
-    unit = leg / np.maximum(length, 1e-9)[:, None]
-    unit[length < 1e-9] = (1.0, 0.0)
+    unit = directions(leg)
     # one product of matrices gives both coordinates of every cell about every leg
     turn = np.concatenate([unit, np.column_stack([-unit[:, 1], unit[:, 0]])])
     middle = (begins + ends) / 2

@@ -18,7 +18,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from hawk.algo.path_plan.field import Place
-from hawk.algo.path_plan.footprint import Bools, Corners, Floats, Footprint, Singles
+from hawk.algo.path_plan.footprint import Bools, Corners, Floats, Footprint, Singles, directions
 
 _PICKS: Final = 4  # way points that one step tries to drop or to add
 _EXCHANGES: Final = 6
@@ -175,7 +175,7 @@ class Tour:
         order = np.arange(len(places) - 1)
         foot, cells = self._terms.footprint, self._wanted.cells
         legs = np.diff(places, axis=0)
-        before = np.vstack([np.array(self._terms.before).reshape(1, 2), _directions(legs[:-1])])[: len(legs)]
+        before = np.vstack([np.array(self._terms.before).reshape(1, 2), directions(legs[:-1])])[: len(legs)]
         corners = Corners(before[part], self._turned(order)[part], (order == len(order) - 1)[part])
         shown = foot.shown(cells, places[:-1][part], places[1:][part], corners)
         if len(shown) and order[part][0] == 0:
@@ -187,11 +187,11 @@ class Tour:
         first = max(index - 2, 0)
         line = np.repeat(self._places[None, first : index + 3], len(tried), axis=0)
         line[:, index - first] = tried
-        directions = _directions(np.diff(line, axis=1))
+        ways = directions(np.diff(line, axis=1))
         shown = np.zeros((len(tried), len(cells)), np.bool_)
         for leg in range(index - 1, min(index + 2, len(self._places) - 1)):
             at, alike = leg - first, np.full(len(tried), leg)
-            before = directions[:, at - 1] if leg > 0 else np.broadcast_to(self._terms.before, tried.shape)
+            before = ways[:, at - 1] if leg > 0 else np.broadcast_to(self._terms.before, tried.shape)
             corners = Corners(before, self._turned(alike), alike == len(self._places) - 2)
             shown |= self._terms.footprint.shown(cells, line[:, at], line[:, at + 1], corners)
             if leg == 0:
@@ -268,12 +268,6 @@ class Tour:
         if len(detours) == 0 or away[-1] < detours.min():
             return len(self._places)
         return int(np.argmin(detours)) + 1
-
-
-def _directions(legs: Floats) -> Floats:
-    """Return the legs (..., 2) as vectors of length 1, (1, 0) for none."""
-    lengths = np.hypot(legs[..., 0], legs[..., 1])[..., None]
-    return np.where(lengths < 1e-9, (1.0, 0.0), legs / np.maximum(lengths, 1e-9))
 
 
 def _turns(lines: Floats) -> Floats:

@@ -24,7 +24,7 @@ from benchmarks.exploration.tour_cache import TourCache
 from hawk.algo.frame import FrameInput
 from hawk.algo.mapper.grid import COARSE_M
 from hawk.algo.mapper.window import Window
-from hawk.algo.path_plan.footprint import Corners, Floats, Footprint
+from hawk.algo.path_plan.footprint import LEVEL, Corners, Floats, Footprint
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.model import MapPose, PathPlan
 
@@ -176,7 +176,7 @@ def test_the_planner_counts_on_what_a_leaning_drone_shows(turn: float) -> None:
     leaning = replace(Footprint.of(setup.swath, PathPlanSettings()), spun=0.0)  # this pilot does not turn at the end
     counted, level = (
         footprint.shown(cells.astype(np.float32), places[:-1], places[1:], corners_of(places, leaning.turned)).any(0)
-        for footprint in (leaning, replace(leaning, lean=None))
+        for footprint in (leaning, replace(leaning, lean=LEVEL))
     )
     assert np.count_nonzero(counted & seen) > 0.97 * np.count_nonzero(counted)
     assert np.count_nonzero(counted) > 1.1 * np.count_nonzero(level)
