@@ -67,10 +67,13 @@ class _Excursions:
         self._outside = outside
 
 
-def fly(lot: Lot, setup: Setup, pilot: Pilot, *, errors: bool = True, to_the_end: bool = True) -> Flown:
+def fly(
+    lot: Lot, setup: Setup, pilot: Pilot, *, errors: bool = True, to_the_end: bool = True, maps: bool = True
+) -> Flown:
     """Fly until the pilot is done, is stuck or takes far too long; with ``to_the_end`` False at 98 % at the latest.
 
     ``errors`` False takes away the errors of position and map. The seed's own generators give equal errors to all.
+    ``maps`` False leaves the map blank, for a pilot that knows the lot: looking takes most of a flight's time.
     """
     generators = [np.random.default_rng([lot.seed, stream]) for stream in (1, 2)]
     drone = Drone(lot, setup.height, generators[0], GNSS_SIGMA_M if errors else 0.0)
@@ -84,7 +87,8 @@ def fly(lot: Lot, setup: Setup, pilot: Pilot, *, errors: bool = True, to_the_end
     while not end:
         if tick % ticks_per_frame == 0:
             goal = _goal(waiting, drone.believed, goal)
-            known.look(drone.true, drone.believed)
+            if maps:
+                known.look(drone.true, drone.believed)
             coverage.look(drone.true)
             begun = time.thread_time()
             waiting = pilot.plan(_frame(lot, setup, drone, len(track)), known)

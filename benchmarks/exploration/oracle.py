@@ -115,7 +115,7 @@ def _annealed(ground: _Ground, places: Floats, rng: np.random.Generator, sweeps:
 
 def _flown(lot: Lot, setup: Setup, places: Floats, *, turns: bool) -> OracleTour | None:
     pilot = TourPilot([as_place(place) for place in places[1:]], turns=turns)
-    flight = fly(lot, setup, pilot, errors=False, to_the_end=False)
+    flight = fly(lot, setup, pilot, errors=False, to_the_end=False, maps=False)
     if flight.way is None or flight.seconds is None:
         return None
     return OracleTour(flight.track[::_TRACK_STEP, :2], flight.way, flight.seconds)

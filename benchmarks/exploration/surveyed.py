@@ -237,11 +237,11 @@ def within(corners: NDArray[np.float64], part: Slices) -> Mask:
     rows = np.arange(part[0].stop - part[0].start)[:, None]
     columns = np.arange(part[1].stop - part[1].start)[None]
     following = np.roll(corners, -1, axis=0)
-    area = float((corners[:, 0] * following[:, 1] - following[:, 0] * corners[:, 1]).sum())
+    way_round = math.copysign(1.0, (corners[:, 0] * following[:, 1] - following[:, 0] * corners[:, 1]).sum())
     inside = np.ones((rows.shape[0], columns.shape[1]), np.bool_)
-    for (x, y), (to_x, to_y) in zip(corners, following, strict=True):
-        inside &= ((to_x - x) * (rows - y) - (to_y - y) * (columns - x)) * area >= 0
-    return inside.astype(np.uint8)
+    for (x, y), (to_x, to_y) in zip(corners.tolist(), following.tolist(), strict=True):
+        inside &= way_round * (to_x - x) * (rows - y) >= way_round * (to_y - y) * (columns - x)
+    return inside.view(np.uint8)
 
 
 def _shifted(layer: Grid, part: Slices, shift: tuple[int, int]) -> Grid:
