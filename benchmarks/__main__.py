@@ -41,7 +41,10 @@ EXIT_FAILED: Final = 1
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Measure, print, write; status 1 when a section could not be measured (what was measured is told all the same)."""
-    options = make_parser().parse_args(arguments)
+    parser = make_parser()
+    options = parser.parse_args(arguments)
+    if options.only is not SECTIONS and "places" in options.only and options.places is None:
+        parser.error("argument --only: places are flown over pictures: say with --places DIR where they are")
     if options.json is not None:
         options.json.parent.mkdir(parents=True, exist_ok=True)  # rather now than after minutes of measuring
     with _folder(options.keep) as folder:

@@ -80,7 +80,9 @@ def test_every_section_that_can_be_chosen_can_be_measured(name: str, tmp_path: P
     assert callable(command._work(name, command.make_parser().parse_args([]), tmp_path))
 
 
-@pytest.mark.parametrize("arguments", [["--only", "kill,speed"], ["--seeds", "x"], ["--condition", "fog"]])
+@pytest.mark.parametrize(
+    "arguments", [["--only", "kill,speed"], ["--only", "kill,places"], ["--seeds", "x"], ["--condition", "fog"]]
+)
 def test_wrong_options_are_refused_with_the_option(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:
         command.main(arguments)
