@@ -43,18 +43,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Measure, print, write; status 1 when a section could not be measured (what was measured is told all the same)."""
     parser = make_parser()
     options = parser.parse_args(arguments)
-    if options.only is not SECTIONS and "places" in options.only and options.places is None:
-        parser.error("argument --only: places are flown over pictures: say with --places DIR where they are")
+    chosen = _chosen(parser, options)
     if options.json is not None:
         options.json.parent.mkdir(parents=True, exist_ok=True)  # rather now than after minutes of measuring
     with _folder(options.keep) as folder:
-        sections = [_run(name, _work(name, options, folder)) for name in _chosen(options)]
+        sections = [_run(name, _work(name, options, folder)) for name in chosen]
     tell(sections, options.json)
     return EXIT_FAILED if any(not section.figures for section in sections) else 0
 
 
-def _chosen(options: argparse.Namespace) -> list[str]:
-    return [name for name in SECTIONS if name in options.only and (name != "places" or options.places is not None)]
+def _chosen(parser: argparse.ArgumentParser, options: argparse.Namespace) -> list[str]:
+    """Return the sections that were asked for; without a word all that can be measured."""
+    if options.only is None:
+        return [name for name in SECTIONS if name != "places" or options.places is not None]
+    if "places" in options.only and options.places is None:
+        parser.error("argument --only: places are flown over pictures: say with --places DIR where they are")
+    return [name for name in SECTIONS if name in options.only]
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -62,7 +66,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--only", type=_sections, default=SECTIONS, metavar="A,B", help=f"of {', '.join(SECTIONS)}")
+    parser.add_argument("--only", type=_sections, metavar="A,B", help=f"of {', '.join(SECTIONS)}")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write every figure as one flat object")
     parser.add_argument("--seconds", type=float, default=60.0, help="latency: how long to measure (default 60)")
     parser.add_argument("--seed", type=int, default=1, help="latency: the world to fly over (default 1)")

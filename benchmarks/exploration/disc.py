@@ -15,6 +15,6 @@ class Disc(Footprint):
 
     def shown(self, cells: Singles, begins: Floats, ends: Floats, corners: Corners | None = None) -> Bools:  # noqa: ARG002
         """Return (K, N): which of N cells (N, 2) each of K straight legs shows."""
-        along, across, half = legs_about(cells, begins, ends)
+        along, across, half, _ = legs_about(cells, begins, ends)
         beyond = np.maximum(np.abs(along) - half, 0)
         return np.asarray(beyond * beyond + across * across <= (self.width / 2) ** 2)

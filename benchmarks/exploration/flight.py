@@ -73,7 +73,7 @@ def fly(
     """Fly until the pilot is done, is stuck or takes far too long; with ``to_the_end`` False at 98 % at the latest.
 
     ``errors`` False takes away the errors of position and map. The seed's own generators give equal errors to all.
-    ``maps`` False leaves the map blank, for a pilot that knows the lot: looking takes most of a flight's time.
+    ``maps`` False leaves the map blank, for a pilot that knows the lot: looking takes half of a flight's time.
     """
     generators = [np.random.default_rng([lot.seed, stream]) for stream in (1, 2)]
     drone = Drone(lot, setup.height, generators[0], GNSS_SIGMA_M if errors else 0.0)

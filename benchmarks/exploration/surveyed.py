@@ -237,10 +237,11 @@ def within(corners: NDArray[np.float64], part: Slices) -> Mask:
     rows = np.arange(part[0].stop - part[0].start)[:, None]
     columns = np.arange(part[1].stop - part[1].start)[None]
     following = np.roll(corners, -1, axis=0)
-    way_round = math.copysign(1.0, (corners[:, 0] * following[:, 1] - following[:, 0] * corners[:, 1]).sum())
+    area = (corners[:, 0] * following[:, 1] - following[:, 0] * corners[:, 1]).sum()
+    sides = math.copysign(1.0, area) * (following - corners)
     inside = np.ones((rows.shape[0], columns.shape[1]), np.bool_)
-    for (x, y), (to_x, to_y) in zip(corners.tolist(), following.tolist(), strict=True):
-        inside &= way_round * (to_x - x) * (rows - y) >= way_round * (to_y - y) * (columns - x)
+    for (x, y), (along_x, along_y) in zip(corners.tolist(), sides.tolist(), strict=True):
+        inside &= along_x * (rows - y) >= along_y * (columns - x)
     return inside.view(np.uint8)
 
 

@@ -46,8 +46,8 @@ class Footprint:
     """Ground that a picture shows: ``width`` across and ``depth`` along its heading, metres.
 
     ``turned`` is the radius about a way point that the picture shows by turning to the next leg, ``spun`` the radius
-    about a place where it turns half round; 0: turns are not counted on. ``lean`` says how
-    far the picture moves while the drone leans.
+    about a place where it turns half round; 0: turns are not counted on. ``lean`` says how far the picture moves while
+    the drone leans.
     """
 
     width: float
@@ -64,7 +64,7 @@ class Footprint:
 
     def shown(self, cells: Singles, begins: Floats, ends: Floats, corners: Corners | None = None) -> Bools:
         """Return (K, N): which of N cells (N, 2) each of K straight legs shows, with the corner where it begins."""
-        along, across, half = legs_about(cells, begins, ends)
+        along, across, half, unit = legs_about(cells, begins, ends)
         reach = half + self.depth / 2
         if corners is None:
             return np.asarray((np.abs(across) <= self.width / 2) & (np.abs(along) <= reach))
@@ -79,7 +79,7 @@ class Footprint:
                 near = along + sign * half
                 shown |= near * near + aside < _column(radii**2)
         if lean.corner > 0:
-            shown |= _outwards(along + half, across, ends - begins, corners.before, lean)
+            shown |= _outwards(along + half, across, unit, corners.before, lean)
         return np.asarray(shown)
 
     def swept(self, cells: Singles, place: Floats, heading: float, headings: Floats) -> Bools:
@@ -111,10 +111,9 @@ class Footprint:
         return np.where(is_shown, 0.0, left), np.where(is_shown, 0.0, right)
 
 
-def _outwards(along: Singles, across: Singles, legs: Floats, before: Floats, lean: Lean) -> Bools:
+def _outwards(along: Singles, across: Singles, unit: Floats, before: Floats, lean: Lean) -> Bools:
     """Return (K, N): what the picture shows as the drone leans into the corner where each leg begins. ``along`` and
-    ``across`` are about the leg's begin."""
-    unit = directions(legs)
+    ``across`` are about the leg's begin, ``unit`` (K, 2) and ``before`` the directions after it and before."""
     ahead = _column(lean.corner * ((unit * before).sum(1) - 1.0))
     aside = _column(lean.corner * (unit[:, 0] * before[:, 1] - unit[:, 1] * before[:, 0]))
     share = (along * ahead + across * aside) / np.maximum(ahead * ahead + aside * aside, np.float32(1e-6))
@@ -138,9 +137,9 @@ def _where(there: Bools, metres: float) -> Singles:
     return np.where(there, metres, 0.0).astype(np.float32)[:, None]
 
 
-def legs_about(cells: Singles, begins: Floats, ends: Floats) -> tuple[Singles, Singles, Singles]:
-    """Return how far along from each leg's middle and across it the cells lie, (K, N), and half of each leg's length,
-    (K, 1)."""
+def legs_about(cells: Singles, begins: Floats, ends: Floats) -> tuple[Singles, Singles, Singles, Floats]:
+    """Return how far along from each leg's middle and across it the cells lie, (K, N), half of each leg's length,
+    (K, 1), and its direction, (K, 2)."""
     leg = ends - begins
     length = np.hypot(leg[:, 0], leg[:, 1])
     unit = directions(leg)
@@ -150,4 +149,4 @@ def legs_about(cells: Singles, begins: Floats, ends: Floats) -> tuple[Singles, S
     origin = np.concatenate([(middle * unit).sum(1), middle[:, 1] * unit[:, 0] - middle[:, 0] * unit[:, 1]])
     turned = turn.astype(np.float32) @ cells.T - origin[:, None].astype(np.float32)
     half = (length / 2).astype(np.float32)[:, None]
-    return turned[: len(leg)], turned[len(leg) :], half
+    return turned[: len(leg)], turned[len(leg) :], half, unit
