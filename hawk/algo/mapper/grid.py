@@ -27,8 +27,8 @@ _CLAMP = 4.0  # log-odds, .982: two dozen frames of the opposite can still turn 
 _FRAME_LIMIT = 2.5  # log-odds that one frame may claim: the network is surer of itself than it should be
 _MEAN_LOOKS = 8.0  # running means forget what is older than about as many looks
 _LOOKS_LIMIT = 60.0
-AWAKE = 256
-"""Tiles (17 ha) whose layers are kept as arrays; the others rest as bytes, which the flight journal shares."""
+AWAKE = 64
+"""Tiles (4 ha) whose layers are kept as arrays; the others rest as bytes, which the flight journal shares."""
 
 
 class EvidenceTile:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from hawk.algo.vision import quads
 from hawk.algo.vision.lattices import SHORT_ROW, Lattices, fit_lattices
@@ -114,21 +115,23 @@ def row_of(stalls: RowStalls) -> NDArray[np.intp]:
     those beyond a gap, too.
     """
     count = len(stalls)
-    i, j = quads.near_pairs(stalls.centres, stalls.centres, 6.5 * float(stalls.width.max()))
+    pairs = cKDTree(stalls.centres).query_pairs(6.5 * float(stalls.width.max()), output_type="ndarray")
+    i, j = pairs.T
+    pairs = pairs[
+        (quads.angle_between(stalls.angle[i], stalls.angle[j]) < _SAME_DIRECTION)
+        & (np.abs(stalls.length[i] - stalls.length[j]) < 0.35 * np.maximum(stalls.length[i], stalls.length[j]))
+    ]
+    i, j = np.concatenate([pairs, pairs[:, ::-1]]).T
     offset = stalls.centres[j] - stalls.centres[i]
     across = quads.cross(stalls.angle[i], offset)
     along = offset[:, 0] * np.cos(stalls.angle[i]) + offset[:, 1] * np.sin(stalls.angle[i])
     width = (stalls.width[i] + stalls.width[j]) / 2
-    alike = (
-        (quads.angle_between(stalls.angle[i], stalls.angle[j]) < _SAME_DIRECTION)
-        & (np.abs(across) > 0.6 * width)
-        & (np.abs(stalls.length[i] - stalls.length[j]) < 0.35 * stalls.length[i])
-    )
-    beside = alike & (np.abs(across) < 1.4 * width) & (np.abs(along) < 0.75 * stalls.length[i])
+    apart = np.abs(across) > 0.6 * width
+    beside = apart & (np.abs(across) < 1.4 * width) & (np.abs(along) < 0.75 * stalls.length[i])
     lean = _mean_by(i[beside], along[beside] / across[beside], count)
     expected = np.where(np.isnan(lean[i]), lean[j], lean[i])
     straight = np.abs(along - np.nan_to_num(expected) * across) < 0.3 * stalls.length[i]
-    together = beside | (alike & straight & (np.abs(across) < 4.4 * width))
+    together = beside | (apart & straight & (np.abs(across) < 4.4 * width))
     links = coo_array((np.ones(int(together.sum())), (i[together], j[together])), shape=(count, count))
     return np.asarray(connected_components(links, directed=False)[1], np.intp)
 
