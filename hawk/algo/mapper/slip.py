@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from hawk.algo.mapper.heading import Heading
 from hawk.algo.vision import quads
 
 Floats = NDArray[np.float64]
@@ -25,8 +26,8 @@ _BASE_M = 3.0  # way between the two frames that are compared
 _STILL_M = 0.03
 _LEAST_PAIRS = 6
 _SPREAD_M = 0.45  # median absolute deviation above which the pairs do not agree
-_SIGMA = 0.06  # of one comparison: share of the height, radians
-_FIRST_SIGMA = (0.03, math.radians(2.0))  # of most flights
+_SIGMA = 0.06  # of one comparison: share of the height
+_FIRST_SIGMA = 0.03  # of most flights
 _GROSS_SIGMA = 0.15  # once something shows that the height is grossly wrong
 _GROSS = 2.0  # standard deviations
 _WANDER = 0.001  # standard deviation by square root of metre: the ground is not level, barometers drift
@@ -38,7 +39,6 @@ _ENOUGH = 3  # comparisons from which on the movement says more
 _SURE, _DOUBTFUL = 0.02, 0.05  # standard deviations of the scale
 LIMITS = (0.7, 1.4)
 """Of the height's correction."""
-_TURN_LIMIT = math.radians(6)
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,27 +60,33 @@ class Slip:
         """``learns_height`` False: the height is taken for right, ``scale`` stays 1."""
         self._learns_height = learns_height
         self.scale = 1.0
-        self.turn = 0.0
         self.leans: Floats = np.zeros(0)
         self._sigma = _FIRST_SIGMA
+        self._heading = Heading()
         self._compared = 0
         self._key: _Key | None = None
         self._last: complex | None = None
 
     def restore(self, scale: float, turn: float) -> None:
         """Take up what an earlier flight learned."""
-        self.scale, self.turn = scale, turn
+        self.scale = scale
+        self._heading.restore(turn)
         self._compared = _ENOUGH
+
+    @property
+    def turn(self) -> float:
+        """What is to be added to the heading, radians."""
+        return self._heading.turn
 
     @property
     def is_sure(self) -> bool:
         """Whether the scale is known so well that the map can be trusted more than GNSS."""
-        return self._sigma[0] < _SURE
+        return self._sigma < _SURE
 
     @property
     def is_doubtful(self) -> bool:
         """Whether the scale turned out to be wrong, and so is what was laid by it."""
-        return self._sigma[0] > _DOUBTFUL
+        return self._sigma > _DOUBTFUL
 
     def size(self, told: float) -> None:
         """Learn from the size of stalls by the usual one, as the height that is told shows them."""
@@ -91,7 +97,7 @@ class Slip:
         if within == size or self._compared >= _ENOUGH:
             return
         self.scale *= (within / size) ** _SIZE_SHARE
-        self._sigma = (max(self._sigma[0], _GROSS_SIGMA), self._sigma[1])
+        self._sigma = max(self._sigma, _GROSS_SIGMA)
 
     def move(self, found: Floats, drone: tuple[float, float]) -> None:
         """Learn from the stalls (N, 3: north, east, angle) of the next frame, as the height that is told lays them."""
@@ -99,7 +105,8 @@ class Slip:
         self.leans = np.full(len(found), np.nan)
         step = 0.0 if self._last is None else abs(at - self._last)
         self._last = at
-        self._sigma = (math.hypot(self._sigma[0], _WANDER * math.sqrt(step)), self._sigma[1])
+        self._sigma = math.hypot(self._sigma, _WANDER * math.sqrt(step))
+        self._heading.move(step)
         if self._key is None or step < _STILL_M:  # while the drone stands, GNSS drifts on
             self._key = _Key(at, found)
         way = at - self._key.drone
@@ -128,20 +135,17 @@ class Slip:
             return
         self._compared += 1
         ratio = measured / wrong
-        angle = math.atan2(ratio.imag, ratio.real)
-        self._correct(-math.log(abs(ratio)), -angle)
+        self._heading.learn(self.turn - math.atan2(ratio.imag, ratio.real))
+        self._correct(-math.log(abs(ratio)))
 
-    def _correct(self, scale: float, turn: float) -> None:
-        """Take in a correction of the logarithm of the scale, and of the turn, by their certainties (Kalman)."""
+    def _correct(self, scale: float) -> None:
+        """Take in a correction of the logarithm of the scale by its certainty (Kalman)."""
         scale = scale if self._learns_height else 0.0
-        sigma = np.array(self._sigma)
-        if abs(scale) > _GROSS * math.hypot(sigma[0], _SIGMA):  # no chance: what was believed of it is void
-            sigma[0] = max(sigma[0], _GROSS_SIGMA)
-        gain = sigma**2 / (sigma**2 + _SIGMA**2)
-        self.scale = min(max(self.scale * math.exp(float(gain[0]) * scale), LIMITS[0]), LIMITS[1])
-        self.turn = min(max(self.turn + float(gain[1]) * turn, -_TURN_LIMIT), _TURN_LIMIT)
-        after = np.maximum(sigma * np.sqrt(1 - gain), _LEAST_SIGMA)
-        self._sigma = (float(after[0]), float(after[1]))
+        if abs(scale) > _GROSS * math.hypot(self._sigma, _SIGMA):  # no chance: what was believed of it is void
+            self._sigma = max(self._sigma, _GROSS_SIGMA)
+        gain = self._sigma**2 / (self._sigma**2 + _SIGMA**2)
+        self.scale = min(max(self.scale * math.exp(gain * scale), LIMITS[0]), LIMITS[1])
+        self._sigma = max(self._sigma * math.sqrt(1 - gain), _LEAST_SIGMA)
 
 
 def mutual_nearest(known: Floats, places: Floats, angles: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
