@@ -44,9 +44,8 @@ STALLS = 15
 LOST_S = 1.0
 """What is older than this, real seconds, survives a kill."""
 STILL_M = 0.3
-"""The map as a whole moves less, and so does what is not seen again; a stall that is seen again is placed better."""
-HALF_A_STALL_M = 1.2
-"""What moves as far is another stall under the same id."""
+"""The map as a whole moves less, and so does what is not seen again; a stall that is seen again is placed better,
+by no more than twice that."""
 FROM_HOME_M = 5.0
 FRAMES = 30
 SPEED = 2.0
@@ -185,7 +184,7 @@ async def test_a_kill_while_exploring_loses_no_stall(survey: Survey) -> None:
     assert kept <= survey.taken_up.stalls.keys()
     moved = [apart(survey.at_the_kill.stalls[i], survey.taken_up.stalls[i]) for i in kept]
     assert statistics.median(moved) < STILL_M
-    assert max(moved) < HALF_A_STALL_M
+    assert max(moved) < 2 * STILL_M
 
 
 async def test_the_flight_is_taken_up_where_it_was(survey: Survey) -> None:
@@ -208,7 +207,7 @@ async def test_armed_again_elsewhere_no_stall_moves(survey: Survey) -> None:
     moved = {i: apart(before.stalls[i], flying.stalls[i]) for i in before.stalls}
     unseen = [i for i in moved if flying.stalls[i].last_seen == before.stalls[i].last_seen]
     assert all(moved[i] < STILL_M for i in unseen)
-    assert all(metres < HALF_A_STALL_M for metres in moved.values())
+    assert all(metres < 2 * STILL_M for metres in moved.values())
 
 
 async def test_an_operator_who_goes_while_it_explores_finds_it_holding(survey: Survey) -> None:

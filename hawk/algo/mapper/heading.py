@@ -31,11 +31,12 @@ class Heading:
         The positive part of James and Stein's estimator (1961): nothing within one standard deviation, nearly all of
         what is far beyond it. A map is bent by a turn that changes.
         """
-        sure = max(0.0, 1 - self._turn_variance / max(self._turn**2, 1e-12))
-        return min(max(self._turn * sure, -_LIMIT), _LIMIT)
+        if self._turn**2 <= self._turn_variance:
+            return 0.0
+        return min(max(self._turn - self._turn_variance / self._turn, -_LIMIT), _LIMIT)
 
     def restore(self, turn: float) -> None:
-        """Take up what an earlier flight learned."""
+        """Take up what an earlier flight learned: `turn` is that."""
         self._turn_variance = _KNOWN_SIGMA**2
         self._turn = (turn + math.copysign(math.sqrt(turn**2 + 4 * self._turn_variance), turn)) / 2 if turn else 0.0
 
