@@ -1,16 +1,17 @@
-"""One exploration: camera, vision, mapper and planner, flown by a point whose pose is as wrong as a real drone's."""
+"""One exploration: camera, vision, mapper and planner on hawk-sim's body, with a pose as wrong as a real drone's."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from benchmarks.kinematic_drone import Drone, goal_of
 from hawk.algo.frame import FrameInput, FrameOutput
 from hawk.algo.manager import AlgorithmManagerApp
 from hawk.algo.mapper.app import MapperApp
@@ -19,23 +20,19 @@ from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.app import VisionApp
 from hawk.algo.vision.seen import Seen
 from hawk.algo.vision.settings import VisionSettings
+from hawk.ddc.motion import Goal
 from hawk.model import CameraModel, Fence, HeightParameters, MapPoint, MapPose, PathPlan, StateName
-from hawk.sim.gps import Estimator
-from hawk.sim.vehicle import Body
 from hawk.survey.truth import Truth
 from hawk.worlds.camera import WorldCamera
 from hawk.worlds.world import World
 
-FRAMES_PER_S = 5.0
-SPEED_M_S = 4.0
-ACCELERATION = 2.5
-YAW_RATE = math.radians(60)
+FRAME_TICKS = 4
+"""Ticks of the drone from frame to frame: five a second; a plan leads it when the next frame is taken."""
 HEIGHT_M = 35.0
 FENCE_M = 10.0
 TIMEOUT_S = 900.0
 PIXELS = (1280, 720)
 FIELD_OF_VIEW = math.radians(70)
-SHAKE = math.radians(0.7)
 JPEG_QUALITY = (cv2.IMWRITE_JPEG_QUALITY, 85)
 
 
@@ -48,6 +45,14 @@ class Errors:
     gnss_m: float = 1.0
     height: float = 1.0
     compass: float = 0.0
+
+    def told(self, pose: MapPose) -> MapPose:
+        """Return what the algorithms are told in place of the autopilot's estimate."""
+        return replace(pose, height=pose.height * self.height, yaw=pose.yaw + self.compass)
+
+    def led(self, goal: Goal | None) -> Goal | None:
+        """Return what the drone flies to when it is told a goal: at its own height, with its own compass."""
+        return None if goal is None else replace(goal, height=HEIGHT_M, yaw=goal.yaw - self.compass)
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,49 +75,6 @@ class Flown:
     finished: bool
 
 
-@dataclass(slots=True)
-class Drone:
-    """A point that flies to targets with limited speed, acceleration and turn rate. Metres, map frame.
-
-    It is told where it should be in the words of an estimate that is ``off`` (north, east, yaw) from the truth.
-    """
-
-    north: float = 0.0
-    east: float = 0.0
-    yaw: float = 0.0
-    speed_north: float = 0.0
-    speed_east: float = 0.0
-    way: float = 0.0
-
-    def step(self, plan: PathPlan, dt: float, off: tuple[float, float, float]) -> None:
-        """Fly towards the plan's target for ``dt`` seconds."""
-        wanted = np.zeros(2)
-        if plan.target is not None:
-            target = plan.target.north - off[0], plan.target.east - off[1]
-            offset = np.array([target[0] - self.north, target[1] - self.east])
-            distance = float(np.hypot(*offset))
-            if distance > 0.05:
-                speed = min(SPEED_M_S, math.sqrt(2 * ACCELERATION * 0.7 * distance))
-                wanted = offset / distance * speed
-        change = wanted - (self.speed_north, self.speed_east)
-        size = float(np.hypot(*change))
-        if size > ACCELERATION * dt:
-            change *= ACCELERATION * dt / size
-        self.speed_north += float(change[0])
-        self.speed_east += float(change[1])
-        self.north += self.speed_north * dt
-        self.east += self.speed_east * dt
-        self.way += math.hypot(self.speed_north, self.speed_east) * dt
-        if plan.yaw is not None:
-            turn = math.remainder(plan.yaw - off[2] - self.yaw, math.tau)
-            self.yaw += max(-YAW_RATE * dt, min(YAW_RATE * dt, turn))
-
-    def body(self, roll: float, pitch: float) -> Body:
-        """Return the true state as the simulator's sensors take it."""
-        velocity = (self.speed_north, self.speed_east, 0.0)
-        return Body((self.north, self.east, -HEIGHT_M), velocity, roll, pitch, self.yaw, on_ground=False)
-
-
 def fly(
     world: World,
     truth: Truth,
@@ -127,30 +89,25 @@ def fly(
     manager, camera_model = _manager(vision), camera()
     eye = WorldCamera(world, camera_model)
     rng = np.random.default_rng(seed)
-    estimator = Estimator(errors.gnss_m, 0.0, np.random.default_rng((seed, 1)))
-    estimator.exact = errors.gnss_m == 0.0
     x0, y0 = world.start()
-    drone, fence = Drone(), _fence(truth, x0, y0)
+    fence = _fence(truth, x0, y0)
+    drone = Drone(MapPose(0.0, 0.0, HEIGHT_M, 0.0, 0.0, 0.0), fence, np.random.default_rng((seed, 1)), errors.gnss_m)
     costs: list[tuple[float, float]] = []
-    dt, finished = 1 / FRAMES_PER_S, False
-    for sequence in range(int(TIMEOUT_S * FRAMES_PER_S)):
-        roll, pitch = rng.normal(0, SHAKE, 2).tolist()
-        picture = eye.render(x0 + drone.east, y0 - drone.north, HEIGHT_M, roll, pitch, drone.yaw, rng=rng)
-        told = estimator.step(drone.body(roll, pitch), dt)
-        north, east, down = told.position
-        pose = MapPose(north, east, -down * errors.height, told.roll, told.pitch, told.yaw + errors.compass)
-        output = manager.run(_frame(sequence, dt, picture, camera_model, pose, drone, fence))
+    goal, waiting = None, PathPlan()
+    while not waiting.explore.done and drone.seconds < TIMEOUT_S:
+        true, pose = drone.true, errors.told(drone.believed)
+        goal = goal_of(waiting, pose, goal)
+        picture = eye.render(x0 + true.east, y0 - true.north, true.height, true.roll, true.pitch, true.yaw, rng=rng)
+        output = manager.run(_frame(len(costs), drone, picture, camera_model, pose, fence))
         timings = dict(output.timings)
         costs.append((timings["all"], timings["mapper"]))
-        off = north - drone.north, east - drone.east
         if vision.seen is not None:
-            watch(Glance(vision.seen, off))
-        finished = output.path_plan.explore.done
-        if finished:
-            break
-        drone.step(output.path_plan, dt, (*off, pose.yaw - drone.yaw))
+            watch(Glance(vision.seen, (pose.north - true.north, pose.east - true.east)))
+        waiting = output.path_plan
+        for _ in range(FRAME_TICKS):
+            drone.step(errors.led(goal))
     frame_ms, mapper_ms = np.array(costs).T
-    return Flown(output, drone.way, len(costs) * dt, frame_ms, mapper_ms, finished)
+    return Flown(output, drone.way, drone.seconds, frame_ms, mapper_ms, waiting.explore.done)
 
 
 def camera() -> CameraModel:
@@ -167,21 +124,15 @@ def _manager(vision: VisionApp) -> AlgorithmManagerApp:
 
 
 def _frame(
-    sequence: int,
-    dt: float,
-    picture: NDArray[np.uint8],
-    model: CameraModel,
-    pose: MapPose,
-    drone: Drone,
-    fence: Fence,
+    sequence: int, drone: Drone, picture: NDArray[np.uint8], model: CameraModel, pose: MapPose, fence: Fence
 ) -> FrameInput:
     return FrameInput(
         sequence=sequence,
-        captured=sequence * dt,
+        captured=drone.seconds,
         jpeg=cv2.imencode(".jpg", picture, JPEG_QUALITY)[1].tobytes(),
         camera=model,
         pose=pose,
-        speed=math.hypot(drone.speed_north, drone.speed_east),
+        speed=drone.speed,
         state=StateName.AUTONOMOUS_EXPLORE,
         desired=None,
         heights=HeightParameters(15, HEIGHT_M, 60),

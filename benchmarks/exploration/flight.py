@@ -10,12 +10,12 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from benchmarks.exploration.drone import GNSS_SIGMA_M, STEP_S, Drone
 from benchmarks.exploration.lots import Lot
 from benchmarks.exploration.setups import Setup
 from benchmarks.exploration.surveyed import Coverage, SurveyedMap
+from benchmarks.kinematic_drone import GNSS_SIGMA_M, STEP_S, Drone, goal_of
 from hawk.algo.frame import FrameInput
-from hawk.ddc.motion import Goal, RoamingWatch
+from hawk.ddc.motion import RoamingWatch
 from hawk.model import HeightParameters, MapPose, PathPlan, StateName
 
 WANTED: Final = 0.98
@@ -76,7 +76,8 @@ def fly(
     ``maps`` False leaves the map blank, for a pilot that knows the lot: looking takes half of a flight's time.
     """
     generators = [np.random.default_rng([lot.seed, stream]) for stream in (1, 2)]
-    drone = Drone(lot, setup.height, generators[0], GNSS_SIGMA_M if errors else 0.0)
+    start = MapPose(*lot.start, setup.height, 0.0, 0.0, lot.yaw)
+    drone = Drone(start, lot.fence, generators[0], GNSS_SIGMA_M if errors else 0.0)
     known = SurveyedMap(lot, setup, generators[1], errors=errors)
     coverage, excursions, roaming = Coverage(lot, setup), _Excursions(lot), RoamingWatch()
     goal, waiting = None, PathPlan()
@@ -86,7 +87,7 @@ def fly(
     track: list[tuple[float, float, float]] = []
     while not end:
         if tick % ticks_per_frame == 0:
-            goal = _goal(waiting, drone.believed, goal)
+            goal = goal_of(waiting, drone.believed, goal)
             if maps:
                 known.look(drone.true, drone.believed)
             coverage.look(drone.true)
@@ -120,14 +121,6 @@ def _frame(lot: Lot, setup: Setup, drone: Drone, sequence: int) -> FrameInput:
         fence=lot.fence,
         home=None,
     )
-
-
-def _goal(plan: PathPlan, pose: MapPose, last: Goal | None) -> Goal | None:
-    """As the state Autonomous Explore takes a plan: without a target the last goal stays."""
-    if plan.target is None:
-        return last
-    height = pose.height if plan.height is None else plan.height
-    return Goal(plan.target.north, plan.target.east, height, pose.yaw if plan.yaw is None else plan.yaw)
 
 
 def _end(plan: PathPlan, wanted: tuple[float, float] | None, seconds: float, bound: float) -> str:

@@ -30,10 +30,9 @@ InPicture = Callable[[Floats], Mask]
 _WHOLE = 0.9  # visible share from which a find tells the geometry
 _SCORE_ZERO = 0.3  # score at which a find says nothing
 _SCORE_GAIN = 2.0  # log-odds per unit of score
-_MISS = -0.6  # log-odds of a frame that shows the place and no stall
+_MISS = -0.4  # log-odds of a frame that shows the place and no stall
 _EXISTS_LIMIT = 5.0
-_CONFIRM = (1.3, 2.0)  # evidence to count: after one look (a score of .95), and after many: real ones get there
-_CONFIRM_LOOK = 0.4  # and how it rises by look
+_CONFIRM = 1.3  # evidence to count: one look with a score of .95, or several that say less
 _REVOKE = 1.0  # so much below it a stall counts no longer
 _DROP = -1.0
 _SOLID = 10.0  # weight of all looks at most: what comes later still moves a stall
@@ -125,8 +124,7 @@ class StallTracker:
         """Decide which of the rows touched in this version count: found well enough, and not alone."""
         index = np.flatnonzero((self.rows["touched"] == version) & ~self.rows["inferred"])
         rows = self.rows[index]
-        needed = np.clip(_CONFIRM[0] + _CONFIRM_LOOK * (rows["looks"] - 1), *_CONFIRM)
-        good = rows["exists"] >= np.where(rows["confirmed"], needed - _REVOKE, needed)
+        good = rows["exists"] >= np.where(rows["confirmed"], _CONFIRM - _REVOKE, _CONFIRM)
         counts = good & ~rows["lone"] & ~rows["raised"]
         self._part_with(rows["id"][rows["confirmed"] & ~counts], version)
         for stall_id in rows["id"][~rows["confirmed"] & counts].tolist():

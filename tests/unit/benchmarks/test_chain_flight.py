@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import json
-import math
 from pathlib import Path
 
 import numpy as np
@@ -11,12 +10,13 @@ from numpy.typing import NDArray
 from benchmarks import __main__ as command
 from benchmarks.chain_flight import __main__ as chain
 from benchmarks.chain_flight import campaign, flight, measure
-from benchmarks.chain_flight.flight import Drone, Errors, Flown, Glance
+from benchmarks.chain_flight.flight import Errors, Flown, Glance
 from benchmarks.chain_flight.measure import Judgement, Pool, Result
 from benchmarks.figures import Figure
 from hawk.algo.frame import FrameOutput
 from hawk.algo.vision.seen import GroundImage, Seen, StallSeen
-from hawk.model import Health, MapPoint, MapPose, OccupancyMap, PathPlan, StallState
+from hawk.ddc.motion import Goal
+from hawk.model import Health, MapPose, OccupancyMap, PathPlan, StallState
 from hawk.survey import scoring
 from hawk.worlds.world import TrueStall, World
 
@@ -95,12 +95,11 @@ def test_a_single_frame_is_judged_at_its_true_place_by_what_lies_wholly_in_it() 
     assert one.errors.max() < 1e-6
 
 
-def test_a_drone_that_is_told_a_wrong_place_goes_where_it_believes_the_target_is() -> None:
-    drone, plan = Drone(), PathPlan(target=MapPoint(10.0, 0.0), yaw=math.pi / 2)
-    for _ in range(100):
-        drone.step(plan, 0.2, (2.0, -1.0, 0.1))
-    assert (drone.north, drone.east) == pytest.approx((8.0, 1.0), abs=0.2)
-    assert drone.yaw == pytest.approx(math.pi / 2 - 0.1, abs=0.01)
+def test_a_wrong_compass_and_height_are_told_and_lead_the_drone_astray() -> None:
+    errors, pose = Errors(height=1.2, compass=0.1), MapPose(3.0, 4.0, 35.0, 0.01, 0.02, 0.5)
+    assert errors.told(pose) == MapPose(3.0, 4.0, pytest.approx(42.0), 0.01, 0.02, pytest.approx(0.6))
+    assert errors.led(Goal(1.0, 2.0, 42.0, 0.6)) == Goal(1.0, 2.0, 35.0, pytest.approx(0.5))
+    assert errors.led(None) is None
 
 
 def test_a_flight_of_a_few_frames(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

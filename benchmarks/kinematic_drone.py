@@ -1,6 +1,6 @@
 """The drone that flies: the daemon's carrot, the simulated autopilot's controllers, body and position error.
 
-The same parts fly in ``hawk-sim``; here they take larger steps, and nothing lies between them.
+The same parts fly in ``hawk-sim``; here they take larger steps, and nothing lies between them and a plan.
 """
 
 from __future__ import annotations
@@ -10,11 +10,10 @@ from typing import Final
 
 import numpy as np
 
-from benchmarks.exploration.lots import Lot
 from hawk.config import FlightSettings
 from hawk.ddc.geofence import way_is_inside
 from hawk.ddc.motion import Carrot, Goal
-from hawk.model import HeightParameters, MapPose
+from hawk.model import Fence, HeightParameters, MapPose, PathPlan
 from hawk.sim.control import Controller, Limits, Setpoint
 from hawk.sim.gps import Estimate, Estimator
 from hawk.sim.parameters import copter_parameters
@@ -28,11 +27,13 @@ _CALM: Final = (0.0, 0.0, 0.0)
 
 
 class Drone:
-    """Hovers at a lot's start, then follows goals; ``way`` is metres truly flown, ``seconds`` since the start."""
+    """Hovers at its start, then follows goals; ``way`` is metres truly flown, ``seconds`` since the start."""
 
-    def __init__(self, lot: Lot, height: float, rng: np.random.Generator, gnss_sigma: float = GNSS_SIGMA_M) -> None:
-        place = (*lot.start, -height)
-        self._body = Body(position=place, yaw=lot.yaw, on_ground=False)
+    def __init__(
+        self, start: MapPose, fence: Fence, rng: np.random.Generator, gnss_sigma: float = GNSS_SIGMA_M
+    ) -> None:
+        place = (start.north, start.east, -start.height)
+        self._body = Body(position=place, yaw=start.yaw, on_ground=False)
         self._estimator = Estimator(gnss_sigma, 0.0, rng)
         self._estimator.exact = gnss_sigma == 0.0
         self._estimate: Estimate = self._estimator.step(self._body, STEP_S)
@@ -40,7 +41,7 @@ class Drone:
         self._controller.reset(self._estimate)
         self._limits = Limits.of(copter_parameters())
         self._carrot = Carrot(FlightSettings().speed_m_s)
-        self._fence = lot.fence
+        self._fence = fence
         self._heights = HeightParameters()
         self.way = 0.0
         self.seconds = 0.0
@@ -77,3 +78,11 @@ class Drone:
         self._estimate = self._estimator.step(self._body, STEP_S)
         self.way += math.dist(before[:2], self._body.position[:2])
         self.seconds += STEP_S
+
+
+def goal_of(plan: PathPlan, pose: MapPose, last: Goal | None) -> Goal | None:
+    """Return the goal as the state Autonomous Explore takes it from a plan: without a target the last one stays."""
+    if plan.target is None:
+        return last
+    height = pose.height if plan.height is None else plan.height
+    return Goal(plan.target.north, plan.target.east, height, pose.yaw if plan.yaw is None else plan.yaw)
