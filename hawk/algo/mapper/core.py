@@ -234,7 +234,7 @@ class MapCore:
         anchored = self._way - rows["born"] > self._settings.anchor_m
         size = None if seen.scale == 1.0 else seen.scale / raised
         told = np.column_stack([places, sure.angle])
-        shift = self.registration.update(known, told, drone, anchored, size)
+        shift = self.registration.update(known, told, drone, seen.captured, anchored, size)
         return replace(shift, scale=shift.scale / raised).about(*drone)
 
     def _fuse_stalls(self, found: Detections, evidence: CellEvidence, weight: float, seen: Seen) -> None:

@@ -69,20 +69,21 @@ class Registration:
         known: Floats,
         found: Floats,
         drone: tuple[float, float],
+        time: float,
         anchored: NDArray[np.bool_] | None = None,
         size: float | None = None,
     ) -> Shift:
         """Return the shift for this frame, after it learned from the frame's stalls.
 
         ``known`` and ``found`` are (N, 3): north, east, angle; ``anchored`` which of the known are of an earlier pass
-        (none when not given). ``drone`` is the place in the pose's own words, ``size`` what the found stalls measure by
+        (none when not given). ``drone`` is the place in the pose's own words, ``time`` when the frame was taken (seconds), ``size`` what the found stalls measure by
         the usual ones, None when too few are seen to tell. No shift is learned when fewer than four stalls agree.
         """
         last, self._last = self._last or drone, drone
         way = drone[0] - last[0], drone[1] - last[1]
         if size is not None:
             self._slip.size(size)
-        self._slip.move(found, drone)
+        self._slip.move(found, drone, time)
         self.shift = replace(self.shift, turn=self._slip.turn, scale=self._slip.scale)
         if self._slip.is_doubtful:  # what the known stalls were laid by is wrong
             return self.shift

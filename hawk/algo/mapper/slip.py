@@ -43,9 +43,10 @@ LIMITS = (0.7, 1.4)
 
 @dataclass(frozen=True, slots=True)
 class _Key:
-    """An earlier frame: the drone's place, and its stalls (N, 3), as the height that was told lays them."""
+    """An earlier frame: the drone's place, when (seconds), and its stalls (N, 3), as the height that was told lays them."""
 
     drone: complex
+    time: float
     found: Floats
 
 
@@ -65,7 +66,7 @@ class Slip:
         self._heading = Heading()
         self._compared = 0
         self._key: _Key | None = None
-        self._last: complex | None = None
+        self._last: tuple[complex, float] | None = None
 
     def restore(self, scale: float, turn: float) -> None:
         """Take up what an earlier flight learned."""
@@ -99,24 +100,25 @@ class Slip:
         self.scale *= (within / size) ** _SIZE_SHARE
         self._sigma = max(self._sigma, _GROSS_SIGMA)
 
-    def move(self, found: Floats, drone: tuple[float, float]) -> None:
-        """Learn from the stalls (N, 3: north, east, angle) of the next frame, as the height that is told lays them."""
+    def move(self, found: Floats, drone: tuple[float, float], time: float) -> None:
+        """Learn from the stalls (N, 3: north, east, angle) of the next frame, taken then (seconds), as the height that
+        is told lays them."""
         at = complex(*drone)
         self.leans = np.full(len(found), np.nan)
-        step = 0.0 if self._last is None else abs(at - self._last)
-        self._last = at
+        step, seconds = (0.0, 0.0) if self._last is None else (abs(at - self._last[0]), time - self._last[1])
+        self._last = at, time
         self._sigma = math.hypot(self._sigma, _WANDER * math.sqrt(step))
-        self._heading.move(step)
+        self._heading.move(step, max(seconds, 0.0))
         if self._key is None or step < _STILL_M:  # while the drone stands, GNSS drifts on
-            self._key = _Key(at, found)
+            self._key = _Key(at, time, found)
         way = at - self._key.drone
         if abs(way) < _BASE_M:
             return
         if abs(way) < 3 * _BASE_M:
-            self._compare(found, way)
-        self._key = _Key(at, found)
+            self._compare(found, way, time - self._key.time)
+        self._key = _Key(at, time, found)
 
-    def _compare(self, found: Floats, way: complex) -> None:
+    def _compare(self, found: Floats, way: complex, seconds: float) -> None:
         assert self._key is not None  # noqa: S101 - set by move()
         known = self._key.found
         wrong = complex(math.cos(self.turn), -math.sin(self.turn)) / self.scale
@@ -135,7 +137,7 @@ class Slip:
             return
         self._compared += 1
         ratio = measured / wrong
-        self._heading.learn(self.turn - math.atan2(ratio.imag, ratio.real))
+        self._heading.learn(self.turn - math.atan2(ratio.imag, ratio.real), way, seconds)
         self._correct(-math.log(abs(ratio)))
 
     def _correct(self, scale: float) -> None:

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from hawk.algo.mapper.heading import Heading
 
-BASE_M = 3.0
+WAY = complex(3.0, 0.0)
+SECONDS = 0.75
 NOISE = 0.014
 
 
@@ -19,8 +20,8 @@ def flown(compass: float, slips: list[float], seed: int = 1) -> list[float]:
     """Return the turn, degrees, after each comparison of a flight; ``slips`` are what GNSS adds, radians."""
     heading, rng, turns = Heading(), np.random.default_rng(seed), []
     for slip in slips:
-        heading.move(BASE_M)
-        heading.learn(compass + slip + float(rng.normal(0, NOISE)))
+        heading.move(abs(WAY), SECONDS)
+        heading.learn(compass + slip + float(rng.normal(0, NOISE)), WAY, SECONDS)
         turns.append(math.degrees(heading.turn))
     return turns
 
@@ -33,6 +34,34 @@ def test_gnss_that_drifts_to_and_fro_hardly_turns_the_map() -> None:
     assert float(np.abs(turns[:, -1]).max()) < 0.3
 
 
+def steady(east: float, compass: float, *, turns_back: bool) -> float:
+    """Return the turn, degrees, after 48 m over which GNSS drifted east, metres a second."""
+    heading, half = Heading(), 8
+    for number in range(2 * half):
+        way = -WAY if turns_back and number >= half else WAY
+        heading.move(abs(way), SECONDS)
+        slip = (complex(0.0, east * SECONDS) / way).imag
+        heading.learn(compass + slip, way, SECONDS)
+    return math.degrees(heading.turn)
+
+
+def test_a_steady_drift_is_told_from_a_compass_where_the_drone_flies_back() -> None:
+    assert abs(steady(0.05, 0.0, turns_back=False)) > 0.3
+    assert abs(steady(0.05, 0.0, turns_back=True)) < 0.1
+    assert steady(0.05, math.radians(2), turns_back=True) == pytest.approx(2.0, abs=0.2)
+
+
+def test_the_slower_the_drone_the_more_is_laid_to_the_drift() -> None:
+    def turned(seconds: float) -> float:
+        heading = Heading()
+        for _ in range(6):
+            heading.move(abs(WAY), seconds)
+            heading.learn(math.radians(1.5), WAY, seconds)
+        return heading.turn
+
+    assert turned(3.0) < turned(1.5) < turned(0.75)
+
+
 @pytest.mark.parametrize("degrees", [-5.0, -2.0, 2.0, 4.0])
 @pytest.mark.parametrize("seed", range(5))
 def test_a_wrong_compass_is_learned_within_forty_metres(degrees: float, seed: int) -> None:
@@ -42,8 +71,8 @@ def test_a_wrong_compass_is_learned_within_forty_metres(degrees: float, seed: in
 def test_a_compass_that_changes_is_followed() -> None:
     heading = Heading()
     for told in [0.0] * 20 + [math.radians(3.0)] * 60:
-        heading.move(BASE_M)
-        heading.learn(told)
+        heading.move(abs(WAY), SECONDS)
+        heading.learn(told, WAY, SECONDS)
     assert math.degrees(heading.turn) == pytest.approx(3.0, abs=0.8)
 
 
@@ -66,6 +95,6 @@ def test_what_an_earlier_flight_learned_is_taken_up(turn: float) -> None:
 def test_never_more_than_was_told(told: list[float]) -> None:
     heading = Heading()
     for one in told:
-        heading.move(BASE_M)
-        heading.learn(one)
+        heading.move(abs(WAY), SECONDS)
+        heading.learn(one, WAY, SECONDS)
     assert abs(heading.turn) <= max(map(abs, told)) + 1e-9

@@ -82,7 +82,7 @@ def test_the_lean_is_the_height_by_what_the_drone_is_above_it() -> None:
     for east in (5.0, 8.2):
         places = ground.copy()
         places[-4:, :2] = (8, east) + (ground[-4:, :2] - (8, east)) * 35 / (35 - 6)
-        slip.move(places, (8.0, east))
+        slip.move(places, (8.0, east), east / 4)
     assert slip.leans[-4:] == pytest.approx([6 / 29] * 4)
     assert slip.leans[:-4] == pytest.approx([0.0] * 20, abs=1e-9)
 

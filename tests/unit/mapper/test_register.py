@@ -34,7 +34,7 @@ def test_a_position_error_is_taken_out(error: tuple[float, float]) -> None:
     registration, real = Registration(2.0), stalls()
     for _ in range(20):
         found, drone = told(near(real, (9.0, 30.0)), (9.0, 30.0), Shift(*error))
-        registration.update(real, found, drone)
+        registration.update(real, found, drone, 0.0)
     assert registration.shift.north == pytest.approx(-error[0], abs=0.02)
     assert registration.shift.east == pytest.approx(-error[1], abs=0.02)
 
@@ -43,7 +43,7 @@ def test_a_slow_drift_is_followed_beyond_half_a_pitch() -> None:
     registration, real = Registration(2.0), stalls()
     for step in range(200):
         found, drone = told(near(real, (9.0, 30.0)), (9.0, 30.0), Shift(0.0, step * 0.009))
-        registration.update(real, found, drone)
+        registration.update(real, found, drone, 0.0)
     assert registration.shift.east == pytest.approx(-1.8, abs=0.1)
 
 
@@ -51,28 +51,28 @@ def test_a_jump_of_a_whole_pitch_is_not_followed_to_the_wrong_stalls() -> None:
     """Nothing tells it from standing still: the shift stays instead of slipping by half a pitch."""
     registration, real = Registration(2.0), stalls()
     found, drone = told(near(real, (9.0, 30.0)), (9.0, 30.0), Shift(0.0, 2.6))
-    registration.update(real, found, drone)
+    registration.update(real, found, drone, 0.0)
     assert abs(registration.shift.east) < 0.05
 
 
 def test_three_stalls_are_too_few() -> None:
     registration, real = Registration(2.0), stalls(1, 3)
     found, drone = told(real, (0.0, 2.6), Shift(0.5, 0.0))
-    assert registration.update(real, found, drone) == Shift()
+    assert registration.update(real, found, drone, 0.0) == Shift()
 
 
 def test_stalls_that_do_not_agree_say_nothing() -> None:
     registration, real = Registration(2.0), stalls()
     found = near(real, (9.0, 30.0)).copy()
     found[:, :2] += np.random.default_rng(1).uniform(-1.0, 1.0, found[:, :2].shape)
-    assert registration.update(real, found, (9.0, 30.0)) == Shift()
+    assert registration.update(real, found, (9.0, 30.0), 0.0) == Shift()
 
 
 def test_no_stalls_known_or_found_keep_the_shift() -> None:
     registration, none = Registration(2.0), np.zeros((0, 3))
     registration.restore(Shift(0.4, -0.2, 0.01, 1.01))
     for known, found in ((none, stalls()), (stalls(), none)):
-        assert astuple(registration.update(known, found, (0.0, 0.0))) == pytest.approx((0.4, -0.2, 0.01, 1.01))
+        assert astuple(registration.update(known, found, (0.0, 0.0), 0.0)) == pytest.approx((0.4, -0.2, 0.01, 1.01))
 
 
 @pytest.mark.parametrize(("is_old", "least", "most"), [(True, 0.99, 1.01), (False, 0.9, 0.98)])
@@ -84,7 +84,7 @@ def test_stalls_of_an_earlier_pass_hold_the_shift_fresh_ones_let_it_leak(
     for step in range(150):
         place = (9.0, 10.0 + step * 0.4)
         found, drone = told(near(real, place), place, Shift(0.0, -1.0))
-        registration.update(real, found, drone, anchored)
+        registration.update(real, found, drone, 0.0, anchored)
     assert least < registration.shift.east < most
 
 
@@ -92,7 +92,7 @@ def test_the_shift_is_limited() -> None:
     registration, real = Registration(0.5), stalls()
     for _ in range(50):
         found, drone = told(near(real, (9.0, 30.0)), (9.0, 30.0), Shift(0.9, 0.0))
-        registration.update(real, found, drone)
+        registration.update(real, found, drone, 0.0)
     assert registration.shift.north == -0.5
 
 
@@ -100,7 +100,7 @@ def test_without_stalls_the_shift_leaks_back_to_what_gnss_says() -> None:
     registration = Registration(2.0)
     registration.restore(Shift(1.0, 0.0))
     for step in range(800):
-        registration.update(np.zeros((0, 3)), np.zeros((0, 3)), (0.0, step * 0.5))
+        registration.update(np.zeros((0, 3)), np.zeros((0, 3)), (0.0, step * 0.5), step * 0.2)
     assert registration.shift.north < 0.05
 
 
@@ -114,11 +114,11 @@ def test_a_map_laid_with_a_wrong_compass_or_height_stays_straight(turn: float, s
         index = np.flatnonzero(np.hypot(real[:, 0] - drone[0], real[:, 1] - drone[1]) < 14)
         found, place = told(real[index], drone, Shift(0, 0, turn, scale))
         old = np.array(list(known.values())).reshape(-1, 3)
-        affine = registration.update(old, found, place).about(*place)
+        affine = registration.update(old, found, place, step * 0.1).about(*place)
         for i, at, angle in zip(index, transform_points(affine, found[:, :2]), found[:, 2], strict=True):
             known.setdefault(int(i), np.array([*at, angle + registration.shift.turn]))
     error = np.array([known[i][:2] - real[i, :2] for i in known])
-    assert np.hypot(*error.T).max() < 0.65  # without what is learned it grows to 2.3 m and more
+    assert np.hypot(*error.T).max() < 0.7  # without what is learned it grows to 2.3 m and more
     assert registration.shift.turn == pytest.approx(-turn, abs=0.012)
     assert registration.shift.scale == pytest.approx(1 / scale, abs=0.012)
 

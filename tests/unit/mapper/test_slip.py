@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from hawk.algo.mapper.slip import USUAL, Slip
 
 Floats = NDArray[np.float64]
+SPEED = 4.0
 
 
 def lot(pitch: float = 2.6) -> Floats:
@@ -36,7 +37,7 @@ def fly(
         found = laid(real, drone, scale, turn)
         found[:, :2] += rng.normal(0, noise, found[:, :2].shape)
         found[:, 0] += drift * step
-        slip.move(found, (drone[0] + drift * step, drone[1]))
+        slip.move(found, (drone[0] + drift * step, drone[1]), step / SPEED)
     return slip
 
 
@@ -81,7 +82,7 @@ def test_a_drone_that_stands_learns_nothing_from_drift() -> None:
         place = np.array([12.0, 50.0 + step * 0.01])
         found = laid(real, np.array([12.0, 50.0]), 1.0, 0.0)
         found[:, 1] += step * 0.01
-        slip.move(found, (place[0], place[1]))
+        slip.move(found, (place[0], place[1]), step * 0.2)
     assert slip.scale == 1.0
 
 
@@ -89,11 +90,11 @@ def test_stalls_that_do_not_agree_and_jumps_say_nothing() -> None:
     slip, rng = Slip(), np.random.default_rng(2)
     for step in range(60):
         places = np.column_stack([rng.uniform(0, 30, (25, 2)), np.zeros(25)])
-        slip.move(places, (0.0, step * 4.5))
+        slip.move(places, (0.0, step * 4.5), step * 1.1)
     assert slip.scale == pytest.approx(1.0, abs=0.03)
     slip = Slip()
     for step in range(10):
-        slip.move(laid(lot(), np.array([12.0, 60.0]), 1.2, 0.0), (12.0, step * 50.0))
+        slip.move(laid(lot(), np.array([12.0, 60.0]), 1.2, 0.0), (12.0, step * 50.0), step * 12.5)
     assert slip.scale == 1.0
 
 
