@@ -1,8 +1,8 @@
 """How far the compass is off, told by the ground's movement: what GNSS's own drift may explain is not laid to it.
 
-While GNSS drifts sideways the ground seems to slip sideways too, as with a wrong compass: the more, the slower the drone
-flies, the other way round where it flies back, and not for long; what the compass is off stays. Both are told apart by a
-Kalman filter of the compass's error and the drift's velocity, north and east.
+While GNSS drifts sideways the ground seems to slip sideways too, as with a wrong compass: the more, the slower the
+drone flies, the other way round where it flies back, and not for long; what the compass is off stays. Both are told
+apart by a Kalman filter of the compass's error and the drift's velocity, north and east.
 """
 
 from __future__ import annotations

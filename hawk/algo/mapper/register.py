@@ -76,8 +76,9 @@ class Registration:
         """Return the shift for this frame, after it learned from the frame's stalls.
 
         ``known`` and ``found`` are (N, 3): north, east, angle; ``anchored`` which of the known are of an earlier pass
-        (none when not given). ``drone`` is the place in the pose's own words, ``time`` when the frame was taken (seconds), ``size`` what the found stalls measure by
-        the usual ones, None when too few are seen to tell. No shift is learned when fewer than four stalls agree.
+        (none when not given). ``drone`` is the place in the pose's own words, ``time`` when the frame was taken
+        (seconds), ``size`` what the found stalls measure by the usual ones, None when too few are seen to tell. No
+        shift is learned when fewer than four stalls agree.
         """
         last, self._last = self._last or drone, drone
         way = drone[0] - last[0], drone[1] - last[1]

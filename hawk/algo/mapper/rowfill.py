@@ -18,7 +18,7 @@ from hawk.algo.mapper.window import Window
 from hawk.algo.vision import quads
 from hawk.algo.vision.rows import RowOptions, RowStalls, complete_rows, row_of, row_stalls
 
-_GAP, _END = 0.45, 0.6  # evidence to fill a hole and to go on past an end: planted islands stand in rows too
+_GAP, _END = 0.3, 0.55  # evidence to fill a hole and to go on past an end: planted islands stand in rows too
 _PULL = 0.4  # share of the way to the lattice that one run takes
 _INNER = 0.7
 _SAMPLES = (9, 5)  # along, across

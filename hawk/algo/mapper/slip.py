@@ -43,7 +43,8 @@ LIMITS = (0.7, 1.4)
 
 @dataclass(frozen=True, slots=True)
 class _Key:
-    """An earlier frame: the drone's place, when (seconds), and its stalls (N, 3), as the height that was told lays them."""
+    """An earlier frame, when it was taken (seconds): the drone's place, and its stalls (N, 3), as the height that was
+    told lays them."""
 
     drone: complex
     time: float
