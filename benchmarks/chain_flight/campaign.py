@@ -9,8 +9,11 @@ from pathlib import Path
 
 import cv2
 
-from benchmarks.chain_flight.flight import Errors, fly
+from benchmarks.chain_flight.flight import Errors, fly, lot_of
 from benchmarks.chain_flight.measure import ORIGIN, Result, SingleFrames, figures, judge, line, survey_of
+from benchmarks.exploration import flight as exploration
+from benchmarks.exploration import setups
+from benchmarks.exploration.pilots import PlannerPilot
 from benchmarks.figures import BenchmarkError, Figure
 from hawk.algo.vision.app import VisionApp
 from hawk.algo.vision.settings import VisionSettings
@@ -46,7 +49,8 @@ def fly_one(name: str, world: World, errors: Errors, model: Path | None, picture
     single = SingleFrames(world)
     vision = VisionApp(VisionSettings(model=model))
     flown = fly(world, truth, vision, errors, seed=world.seed or 0, watch=single.watch)
-    result = judge(name, world, truth, flown, single)
+    planned = exploration.fly(lot_of(truth, world.start()), setups.flown(), PlannerPilot())
+    result = judge(name, world, truth, flown, single, planned.whole_way)
     print(line(result), file=sys.stderr, flush=True)
     if pictures is not None:
         pictures.mkdir(parents=True, exist_ok=True)

@@ -11,6 +11,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from benchmarks.exploration.lots import Lot
 from benchmarks.kinematic_drone import Drone, goal_of
 from hawk.algo.frame import FrameInput, FrameOutput
 from hawk.algo.manager import AlgorithmManagerApp
@@ -90,7 +91,7 @@ def fly(
     eye = WorldCamera(world, camera_model)
     rng = np.random.default_rng(seed)
     x0, y0 = world.start()
-    fence = _fence(truth, x0, y0)
+    fence = lot_of(truth, (x0, y0)).fence
     drone = Drone(MapPose(0.0, 0.0, HEIGHT_M, 0.0, 0.0, 0.0), fence, np.random.default_rng((seed, 1)), errors.gnss_m)
     costs: list[tuple[float, float]] = []
     goal, waiting = None, PathPlan()
@@ -141,9 +142,12 @@ def _frame(
     )
 
 
-def _fence(truth: Truth, x0: float, y0: float) -> Fence:
-    lots = shapely.union_all([shapely.Polygon(lot).buffer(0) for lot in truth.lots])
+def lot_of(truth: Truth, start: tuple[float, float]) -> Lot:
+    """Return the world's lots as one, in the map's frame, with the fence about them; ``start`` is the world's own."""
+    x0, y0 = start
+    rings = [np.column_stack([y0 - lot[:, 1], lot[:, 0] - x0]) for lot in map(np.asarray, truth.lots)]
+    lots = shapely.union_all([shapely.Polygon(ring).buffer(0) for ring in rings])
     area = lots.buffer(FENCE_M)
     outer = area if area.geom_type == "Polygon" else area.convex_hull
-    ring = tuple((float(y0 - y), float(x - x0)) for x, y in np.asarray(outer.simplify(0.5).exterior.coords)[:-1])
-    return Fence(ring, ring, 97.0, 100.0)
+    ring = tuple((float(north), float(east)) for north, east in outer.simplify(0.5).exterior.coords[:-1])
+    return Lot(0, "world", lots, (0.0, 0.0), 0.0, Fence(ring, ring, 97.0, 100.0))

@@ -104,7 +104,8 @@ class SingleFrames:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """One flight: the report of its map, what is judged fused and frame by frame, and recall of stalls not hidden."""
+    """One flight: the report of its map, what is judged fused and frame by frame, recall of stalls not hidden, and the
+    way (metres) of the planner over the same lot on the exploration's model of a map."""
 
     name: str
     flown: Flown
@@ -112,6 +113,7 @@ class Result:
     fused: Judgement
     single: Pool
     recall_seen: tuple[int, int]
+    model_way: float
 
     @property
     def free_is_right(self) -> bool:
@@ -120,7 +122,7 @@ class Result:
         return off <= FREE_STALLS or off <= FREE_SHARE * true
 
 
-def judge(name: str, world: World, truth: Truth, flown: Flown, single: SingleFrames) -> Result:
+def judge(name: str, world: World, truth: Truth, flown: Flown, single: SingleFrames, model_way: float) -> Result:
     """Compare a flight's map with the truth; the constant part of the position error is taken out (`map_offset`)."""
     survey = survey_of(world, flown)
     stalls = [survey.stalls[key] for key in sorted(survey.stalls)]
@@ -135,10 +137,8 @@ def judge(name: str, world: World, truth: Truth, flown: Flown, single: SingleFra
     )  # fmt: skip
     shown = ~np.asarray(truth.hidden, np.bool_)
     matched = match(found, true).true
-    report = compare(survey, truth)
-    return Result(
-        name, flown, report, fused, Pool(tuple(single.judgements)), (int(shown[matched].sum()), int(shown.sum()))
-    )
+    report, seen = compare(survey, truth), (int(shown[matched].sum()), int(shown.sum()))
+    return Result(name, flown, report, fused, Pool(tuple(single.judgements)), seen, model_way)
 
 
 def survey_of(world: World, flown: Flown) -> SurveyMap:
@@ -161,7 +161,7 @@ def line(result: Result) -> str:
         f"p95 {alone.position_error or float('nan'):.2f} m lot {result.report['lot_iou']:.3f}",
         f"single frames F1 {single.f1:.3f} (P {single.precision:.3f} R {single.recall:.3f}) "
         f"state {single.state_accuracy:.3f} ECE {result.single.calibration_error:.3f}",
-        f"{result.flown.way:.0f} m {result.flown.seconds:.0f} s, mapper p99 "
+        f"{result.flown.way:.0f} m (model {result.model_way:.0f} m) {result.flown.seconds:.0f} s, mapper p99 "
         f"{np.percentile(result.flown.mapper_ms, 99):.1f} ms",
     ]
     return f"{result.name}: " + ", ".join(told)
@@ -174,6 +174,7 @@ def figures(results: Sequence[Result]) -> list[Figure]:
     one, many, count = fused.tally, single.tally, len(results)
     free_off = (one.free_found - one.free_true) / one.free_true if one.free_true else None
     seen = np.sum([result.recall_seen for result in results], axis=0)
+    ways, model = sum(result.flown.way for result in results), sum(result.model_way for result in results)
     frame_ms, mapper_ms = (
         np.concatenate([np.zeros(0), *(getattr(r.flown, key) for r in results)]) for key in ("frame_ms", "mapper_ms")
     )
@@ -194,6 +195,9 @@ def figures(results: Sequence[Result]) -> list[Figure]:
         *beside("precision", "precision"),
         *beside("recall", "recall"),
         Figure("chain_recall_seen", "recall of stalls that are not hidden", float(seen[0] / seen[1])),
+        *beside("precision_star", "precision, counted false alarms only"),
+        *beside("recall_whole", "recall of whole stalls"),
+        *beside("free_precision_star", "free precision, counted false alarms only"),
         *beside("free_recall", "free recall"),
         *beside("state_accuracy", "state accuracy (unknown is wrong)"),
         Figure("chain_unknown_share", "unknown state", one.unknown_share, limit=Limit(highest=0.05)),
@@ -211,7 +215,8 @@ def figures(results: Sequence[Result]) -> list[Figure]:
             Reference("single frames", single.calibration_error), Limit(highest=0.05),
         ),
         Figure("chain_lot_iou", "lot IoU, mean", fmean(r.report["lot_iou"] for r in results)),
-        Figure("chain_way_m", "way, mean", fmean(r.flown.way for r in results), "m"),
+        Figure("chain_way_m", "way, mean", ways / count, "m", Reference("the exploration's model", model / count)),
+        Figure("chain_way_over_model", "way of all by the exploration's model", ways / model),
         Figure("chain_frame_ms_p50", "frame, JPEG to plan, median", float(np.median(frame_ms)), "ms"),
         Figure("chain_frame_ms_p95", "frame, JPEG to plan, p95", float(np.percentile(frame_ms, 95)), "ms"),
         Figure("chain_mapper_ms_p50", "map update, median", float(np.median(mapper_ms)), "ms"),

@@ -106,17 +106,18 @@ class Slip:
         is told lays them."""
         at = complex(*drone)
         self.leans = np.full(len(found), np.nan)
-        step, seconds = (0.0, 0.0) if self._last is None else (abs(at - self._last[0]), time - self._last[1])
+        last, before = self._last or (at, time)
+        step = abs(at - last)
         self._last = at, time
         self._sigma = math.hypot(self._sigma, _WANDER * math.sqrt(step))
-        self._heading.move(step, max(seconds, 0.0))
+        self._heading.move(step, max(time - before, 0.0))
         if self._key is None or step < _STILL_M:  # while the drone stands, GNSS drifts on
             self._key = _Key(at, time, found)
         way = at - self._key.drone
         if abs(way) < _BASE_M:
             return
         if abs(way) < 3 * _BASE_M:
-            self._compare(found, way, time - self._key.time)
+            self._compare(found, way, max(time - self._key.time, 0.0))
         self._key = _Key(at, time, found)
 
     def _compare(self, found: Floats, way: complex, seconds: float) -> None:

@@ -38,7 +38,8 @@ def result(name: str, fused: Judgement, single: Judgement) -> Result:
     health = Health()
     output = FrameOutput(1, 0.0, True, b"", OccupancyMap(), PathPlan(), (), health, health, health)
     flown = Flown(output, 200.0, 50.0, np.array([40.0, 60.0]), np.array([5.0, 7.0]), True)
-    return Result(name, flown, {"lot_iou": 0.9, "position_error_p95_m": 0.2}, fused, Pool((single, single)), (19, 20))
+    report = {"lot_iou": 0.9, "position_error_p95_m": 0.2}
+    return Result(name, flown, report, fused, Pool((single, single)), (19, 20), 160.0)
 
 
 def by_key(results: list[Result]) -> dict[str, Figure]:
@@ -63,6 +64,9 @@ def test_counts_of_all_flights_are_added_up_and_stand_beside_single_frames() -> 
     assert found["chain_position_error_p95_m"].value == pytest.approx(0.4)
     assert found["chain_ece"].value == pytest.approx(0.1)
     assert found["chain_recall_seen"].value == pytest.approx(0.95)
+    assert found["chain_way_over_model"].value == pytest.approx(400 / 320)
+    assert found["chain_precision_star"].value == 1.0
+    assert found["chain_recall_whole"].value == pytest.approx(38 / 40)
     assert found["chain_finished"].passed
 
 
@@ -115,6 +119,7 @@ def test_a_flight_of_a_few_frames(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
     assert figures["chain_flights"] == 1
     assert figures["chain_finished"] == 0
     assert figures["chain_precision"] > 0.8
+    assert 0 < figures["chain_way_over_model"] < 1
     assert 0 < figures["chain_single_recall"] < 1
     assert (tmp_path / "maps" / "seed-1.png").exists()
 
