@@ -19,19 +19,17 @@ import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
-import cv2
 import numpy as np
 import shapely
 
 from benchmarks.exploration import setups
-from benchmarks.exploration.flight import Flown, fly
 from benchmarks.exploration.lots import Lot
-from benchmarks.exploration.pilots import PlannerPilot
 from benchmarks.figures import BenchmarkError, Figure, Limit, Section, tell
 from benchmarks.lawnmower import LawnmowerOperator, lanes
 from benchmarks.surveys import SPEED, TIMEOUT_S, seeds_option
+from benchmarks.world_lots import Ring, joined, kinematic_flight, rings_about
 from hawk.comm.messages import Heartbeat
 from hawk.model import Fence, GlobalPose, StateName
 from hawk.simulation import SimulationOptions
@@ -174,14 +172,14 @@ def lot_of(flight: StackFlight, seed: int) -> Lot:
     )
     if first.north is None or first.east is None:
         raise BenchmarkError(f"world {seed}: the drone did not know where it began")
-    shape = shapely.union_all([shapely.Polygon(ring).buffer(0) for ring in rings_of(flight.truth, flight.survey)])
+    shape = joined(rings_of(flight.truth, flight.survey))
     return Lot(seed, "world", shape, (first.north, first.east), first.yaw or 0.0, fence)
 
 
-def rings_of(truth: Truth, survey: SurveyMap) -> list[np.ndarray[Any, np.dtype[np.float64]]]:
+def rings_of(truth: Truth, survey: SurveyMap) -> list[Ring]:
     """Return the lots' outlines (N, 2) as (north, east) of the survey's map."""
     ((x, y),) = truth.to_world(np.zeros((1, 2)), survey.datum)
-    return [np.column_stack([y - lot[:, 1], lot[:, 0] - x]) for lot in truth.lots]
+    return rings_about(truth, (x, y))
 
 
 async def measure(seed: int, folder: Path) -> WorldRun:
@@ -207,12 +205,6 @@ async def measure(seed: int, folder: Path) -> WorldRun:
     )
 
 
-def kinematic_flight(lot: Lot) -> Flown:
-    """Return the planner's own flight over a lot, to its own end."""
-    cv2.setNumThreads(1)
-    return fly(lot, setups.flown(), PlannerPilot())
-
-
 def _explorer(drone: DroneClient, truth: Truth, show: Callable[[Progress], None]) -> SurveyOperator:  # noqa: ARG001
     return SurveyOperator(drone, SurveyPlan(set_failsafes=True), show)
 
@@ -220,7 +212,7 @@ def _explorer(drone: DroneClient, truth: Truth, show: Callable[[Progress], None]
 def _lawnmower(drone: DroneClient, truth: Truth, show: Callable[[Progress], None]) -> SurveyOperator:
     def route(beat: Heartbeat) -> list[tuple[float, float]]:
         survey = SurveyMap(_datum(beat), {}, {})
-        shape = shapely.union_all([shapely.Polygon(ring).buffer(0) for ring in rings_of(truth, survey)])
+        shape = joined(rings_of(truth, survey))
         fence = shapely.Polygon([(point.north, point.east) for point in beat.fence])
         return lanes(shape, fence, beat.yaw or 0.0, setups.flown().swath, (beat.north or 0.0, beat.east or 0.0))
 

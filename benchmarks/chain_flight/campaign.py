@@ -11,10 +11,8 @@ import cv2
 
 from benchmarks.chain_flight.flight import Errors, fly, lot_of
 from benchmarks.chain_flight.measure import ORIGIN, Result, SingleFrames, figures, judge, line, survey_of
-from benchmarks.exploration import flight as exploration
-from benchmarks.exploration import setups
-from benchmarks.exploration.pilots import PlannerPilot
 from benchmarks.figures import BenchmarkError, Figure
+from benchmarks.world_lots import kinematic_flight
 from hawk.algo.vision.app import VisionApp
 from hawk.algo.vision.settings import VisionSettings
 from hawk.survey.map_picture import map_picture
@@ -48,9 +46,9 @@ def fly_one(name: str, world: World, errors: Errors, model: Path | None, picture
     truth = parse_truth(world.truth_json(), ORIGIN)
     single = SingleFrames(world)
     vision = VisionApp(VisionSettings(model=model))
-    flown = fly(world, truth, vision, errors, seed=world.seed or 0, watch=single.watch)
-    planned = exploration.fly(lot_of(truth, world.start()), setups.flown(), PlannerPilot())
-    result = judge(name, world, truth, flown, single, planned.whole_way)
+    lot = lot_of(truth, world.start())
+    flown = fly(world, lot, vision, errors, seed=world.seed or 0, watch=single.watch)
+    result = judge(name, world, truth, flown, single, kinematic_flight(lot).whole_way)
     print(line(result), file=sys.stderr, flush=True)
     if pictures is not None:
         pictures.mkdir(parents=True, exist_ok=True)

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-import shapely
 from numpy.typing import NDArray
 
 from benchmarks.exploration.lots import Lot
 from benchmarks.kinematic_drone import Drone, goal_of
+from benchmarks.world_lots import joined, rings_about
 from hawk.algo.frame import FrameInput, FrameOutput
 from hawk.algo.manager import AlgorithmManagerApp
 from hawk.algo.mapper.app import MapperApp
@@ -78,35 +78,37 @@ class Flown:
 
 def fly(
     world: World,
-    truth: Truth,
+    lot: Lot,
     vision: VisionApp | None = None,
     errors: Errors | None = None,
     seed: int = 0,
     watch: Callable[[Glance], None] = lambda _: None,
 ) -> Flown:
-    """Fly one exploration; ``watch`` is given every frame that was laid on the ground."""
+    """Fly one exploration of a world whose lots are ``lot`` (`lot_of`); ``watch`` is given every frame that was laid on
+    the ground."""
     errors = errors or Errors()
     vision = vision or VisionApp(VisionSettings())
     manager, camera_model = _manager(vision), camera()
     eye = WorldCamera(world, camera_model)
     rng = np.random.default_rng(seed)
     x0, y0 = world.start()
-    fence = lot_of(truth, (x0, y0)).fence
-    drone = Drone(MapPose(0.0, 0.0, HEIGHT_M, 0.0, 0.0, 0.0), fence, np.random.default_rng((seed, 1)), errors.gnss_m)
+    start = MapPose(*lot.start, HEIGHT_M, 0.0, 0.0, lot.yaw)
+    drone = Drone(start, lot.fence, np.random.default_rng((seed, 1)), errors.gnss_m)
     costs: list[tuple[float, float]] = []
     goal, waiting = None, PathPlan()
     while not waiting.explore.done and drone.seconds < TIMEOUT_S:
         true, pose = drone.true, errors.told(drone.believed)
         goal = goal_of(waiting, pose, goal)
         picture = eye.render(x0 + true.east, y0 - true.north, true.height, true.roll, true.pitch, true.yaw, rng=rng)
-        output = manager.run(_frame(len(costs), drone, picture, camera_model, pose, fence))
+        output = manager.run(_frame(len(costs), drone, picture, camera_model, pose, lot.fence))
         timings = dict(output.timings)
         costs.append((timings["all"], timings["mapper"]))
         if vision.seen is not None:
             watch(Glance(vision.seen, (pose.north - true.north, pose.east - true.east)))
         waiting = output.path_plan
+        led = errors.led(goal)
         for _ in range(FRAME_TICKS):
-            drone.step(errors.led(goal))
+            drone.step(led)
     frame_ms, mapper_ms = np.array(costs).T
     return Flown(output, drone.way, drone.seconds, frame_ms, mapper_ms, waiting.explore.done)
 
@@ -144,9 +146,7 @@ def _frame(
 
 def lot_of(truth: Truth, start: tuple[float, float]) -> Lot:
     """Return the world's lots as one, in the map's frame, with the fence about them; ``start`` is the world's own."""
-    x0, y0 = start
-    rings = [np.column_stack([y0 - lot[:, 1], lot[:, 0] - x0]) for lot in map(np.asarray, truth.lots)]
-    lots = shapely.union_all([shapely.Polygon(ring).buffer(0) for ring in rings])
+    lots = joined(rings_about(truth, start))
     area = lots.buffer(FENCE_M)
     outer = area if area.geom_type == "Polygon" else area.convex_hull
     ring = tuple((float(north), float(east)) for north, east in outer.simplify(0.5).exterior.coords[:-1])

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks.kinematic_drone import Drone, goal_of
+from benchmarks.kinematic_drone import STEP_S, Drone, goal_of
 from hawk.ddc.geofence import polygon_fence
 from hawk.ddc.motion import Goal
 from hawk.model import MapPoint, MapPose, PathPlan
@@ -21,7 +21,7 @@ def drone(sigma: float = 0.0) -> Drone:
 def fly(one: Drone, goal: Goal, seconds: float) -> float:
     """Return the greatest lean on the way, radians."""
     most = 0.0
-    for _ in range(round(seconds / 0.05)):
+    for _ in range(round(seconds / STEP_S)):
         one.step(goal)
         most = max(most, math.hypot(one.true.roll, one.true.pitch))
     return most
