@@ -24,6 +24,7 @@ from hawk.algo.loop import AlgorithmLoop, Situation
 from hawk.algo.manager import AlgorithmManagerApp
 from hawk.algo.mapper.app import MapperApp
 from hawk.algo.path_plan.app import PathPlanApp
+from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.topics import AlgorithmTopics
 from hawk.algo.vision.annotate import PictureStyle
@@ -39,6 +40,7 @@ from hawk.comm.topic import Topic
 from hawk.comm.vehicle import VehicleTopics
 from hawk.config import Config, ConfigError
 from hawk.ddc.geofence import FenceError
+from hawk.ddc.motion import carrot_lead
 from hawk.ddc.operations_manager import OperationsManager
 from hawk.ddc.restart import RESTART_WINDOW_S, RestartRule, restart_rule
 from hawk.ddc.service_interface import DdcServiceInterface
@@ -400,7 +402,9 @@ def _make_manager(config: Config, survey_id: str, options: DaemonOptions) -> Alg
     caption = "SIMULATION" if options.is_simulation else ""
     manager = AlgorithmManagerApp(style=PictureStyle(config.web.video_width, config.web.video_quality, caption))
     mapper = MapperApp(map_id=survey_id or "first")
-    manager.init(interface, VisionApp(settings), mapper, PathPlanApp(), FrameCamera(interface))
+    speed = config.flight.speed_m_s
+    planner = PathPlanApp(PathPlanSettings(speed_m_s=speed, lead_m=carrot_lead(speed)))
+    manager.init(interface, VisionApp(settings), mapper, planner, FrameCamera(interface))
     return manager
 
 

@@ -18,3 +18,8 @@ class Disc(Footprint):
         along, across, half, _ = legs_about(cells, begins, ends)
         beyond = np.maximum(np.abs(along) - half, 0)
         return np.asarray(beyond * beyond + across * across <= (self.width / 2) ** 2)
+
+    def seen(self, cells: Singles, places: Floats, yaws: Floats, leans: Floats) -> Bools:  # noqa: ARG002
+        """Return (M, N): which of N cells each of M looks shows, whatever the drone's attitude."""
+        off = cells[None] - places[:, None].astype(np.float32)
+        return np.asarray((off * off).sum(2) <= (self.width / 2) ** 2)

@@ -19,6 +19,7 @@ from hawk.algo.path_plan.fence import FenceGuard
 from hawk.algo.path_plan.field import guessed, information_field, scouting_field
 from hawk.algo.path_plan.footprint import Footprint
 from hawk.algo.path_plan.lean import LeanWatch
+from hawk.algo.path_plan.motion_watch import MotionWatch
 from hawk.algo.path_plan.overview import Overview, Part, near_tiles, with_margin
 from hawk.algo.path_plan.route_keeper import RouteKeeper
 from hawk.algo.path_plan.settings import PathPlanSettings
@@ -78,6 +79,7 @@ class PathPlanApp:
         self._explorer = Explorer(self._settings)
         self._overview = Overview()
         self._lean = LeanWatch(self._settings)
+        self._motion = MotionWatch(self._settings)
         self._guard = FenceGuard(None)
         self._routes = RouteKeeper(self._settings.near_lot_m)
         self._asked_routes = RouteKeeper(self._settings.near_lot_m)
@@ -175,6 +177,7 @@ class PathPlanApp:
         if around is None:
             return PathPlan(explore=ExploreStatus(reason="nothing is mapped yet"), verdict=verdict)
         plan = self._explorer.plan(around)
+        self._motion.tell(plan.target)
         if plan.target is None:
             return PathPlan(explore=plan.status, verdict=verdict)
         target, heading = to_point(plan.target), plan.heading
@@ -209,8 +212,7 @@ class PathPlanApp:
             Part(near, information_field(layers, fenced, settings.near_lot_m)),
             None if block is None else Part(block, information_field(*self._layers(block), settings.near_lot_m)),
             overview,
-            pose,
-            pose.yaw + frame.camera.mount_yaw,
+            self._motion.take(pose, frame.captured, pose.yaw + frame.camera.mount_yaw),
             frame.speed,
             self._footprint(swath),
             self._guard,

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from hawk.algo.path_plan.course import Course, Outlook
 from hawk.algo.path_plan.fence import FenceGuard
 from hawk.algo.path_plan.field import Grid, InformationField, Place
+from hawk.algo.path_plan.following import Motion
 from hawk.algo.path_plan.footprint import Bools, Floats, Footprint
 from hawk.algo.path_plan.overview import Overview, Part
 from hawk.algo.path_plan.route import way_round
@@ -25,7 +26,7 @@ from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.path_plan.tour import Terms, as_place
 from hawk.algo.path_plan.turning import Turning
 from hawk.algo.path_plan.wanted import are_allowed, share_of
-from hawk.model import ExploreStatus, MapPoint, MapPose
+from hawk.model import ExploreStatus, MapPoint
 
 _NO_LOT = "no lot is known yet"
 _STANDS_M_S = 1.0  # slower, the drone has to speed up for whatever leg comes next
@@ -52,17 +53,16 @@ class Surroundings:
     """What one plan is made from.
 
     ``near`` is the ground about the drone, ``rest`` another part of which the ``overview`` does not know yet.
-    ``heading`` is the picture's, radians, ``speed`` the drone's, m/s; ``unclear`` are the stalls whose state is not
-    known, by id; ``scouting`` is the field for looking around, None when the lot is large enough to be the whole;
-    ``share`` (0..1) is what is wanted of the near field's cells, once that is found out; ``lot_known`` is False while
-    what looks like a lot stands in for one.
+    ``motion`` is the drone's, with the picture's heading, ``speed`` over ground, m/s; ``unclear`` are the stalls whose
+    state is not known, by id; ``scouting`` is the field for looking around, None when the lot is large enough to be
+    the whole; ``share`` (0..1) is what is wanted of the near field's cells, once that is found out; ``lot_known`` is
+    False while what looks like a lot stands in for one.
     """
 
     near: Part
     rest: Part | None
     overview: Overview
-    pose: MapPose
-    heading: float
+    motion: Motion
     speed: float
     footprint: Footprint
     fence: FenceGuard
@@ -74,7 +74,13 @@ class Surroundings:
     @property
     def place(self) -> Place:
         """Where the drone is."""
-        return self.pose.north, self.pose.east
+        north, east = self.motion.place.tolist()
+        return north, east
+
+    @property
+    def heading(self) -> float:
+        """The picture's heading, radians."""
+        return self.motion.yaw
 
     @property
     def field(self) -> InformationField:
@@ -167,7 +173,7 @@ class Explorer:
         return len(self._route) == 1 and math.dist(self._route[0], around.place) <= arrival
 
     def _new_course(self) -> Course:
-        return Course(self._settings.arrival_m, self._settings.switch_m)
+        return Course(self._settings)
 
     def _tour(self, around: Surroundings) -> Route:
         """Return the way points of the tour, none when nothing is worth a way any more."""
@@ -204,7 +210,7 @@ class Explorer:
         )
         assert around.share is not None  # noqa: S101 - found out before
         wanted = around.overview.wanted(around.near, around.share, spare)
-        return Outlook(around.place, around.heading, wanted, terms)
+        return Outlook(around.motion, wanted, terms)
 
     def _last_looks(self, around: Surroundings) -> Route:
         """After the tour: look around a small lot, then at stalls whose state is unclear."""

@@ -85,7 +85,7 @@ class Tour:
         self._price = terms.short_by / terms.footprint.width
         self._yaw = yaw
         self._behind = None if yaw is None else places[0] - (math.cos(yaw), math.sin(yaw))
-        self._take(places, self._shown(places))
+        self._take(places, self._shown(self._lined(places)))
 
     @property
     def places(self) -> Floats:
@@ -123,7 +123,7 @@ class Tour:
         places = places.copy()
         places[index] = tried[chosen]
         self._places = places
-        legs = self._shown(places, near)
+        legs = self._shown(self._lined(places)[near])
         self._count = self._count + legs.sum(0, dtype=np.int16) - self._legs[near].sum(0, dtype=np.int16)
         self._legs[near] = legs
 
@@ -170,16 +170,22 @@ class Tour:
         self._places, self._legs = places, legs
         self._count = legs.sum(0, dtype=np.int16)
 
-    def _shown(self, places: Floats, part: slice = slice(None)) -> Bools:
-        """Return (K - 1, N): which cells each leg of a tour shows, with the turn before it; or of some legs only."""
-        order = np.arange(len(places) - 1)
-        foot, cells = self._terms.footprint, self._wanted.cells
+    def _lined(self, places: Floats) -> Floats:
+        """Return (K - 1, 8) of a tour's legs: begin, end and the direction before, each (north, east), 1 for the
+        first leg, 1 for the last."""
         legs = np.diff(places, axis=0)
         before = np.vstack([np.array(self._terms.before).reshape(1, 2), directions(legs[:-1])])[: len(legs)]
-        corners = Corners(before[part], self._turned(order)[part], (order == len(order) - 1)[part])
-        shown = foot.shown(cells, places[:-1][part], places[1:][part], corners)
-        if len(shown) and order[part][0] == 0:
-            shown[:1] |= self._first_turn_shows(cells, places[:1], places[1:2])
+        ends = np.zeros((len(legs), 2))
+        ends[:1, 0] = ends[-1:, 1] = 1.0
+        return np.hstack([places[:-1], places[1:], before, ends])
+
+    def _shown(self, legs: Floats) -> Bools:
+        """Return (K, N): which cells each leg (K, 8) shows, with the turn before it."""
+        foot, cells, is_first = self._terms.footprint, self._wanted.cells, legs[:, 6] > 0
+        corners = Corners(legs[:, 4:6], self._turned(~is_first), legs[:, 7] > 0)
+        shown = foot.shown(cells, legs[:, :2], legs[:, 2:4], corners)
+        if is_first.any():
+            shown[is_first] |= self._first_turn_shows(cells, legs[is_first, :2], legs[is_first, 2:4])
         return shown
 
     def _shown_about(self, index: int, tried: Floats, cells: Singles) -> Bools:
@@ -190,18 +196,18 @@ class Tour:
         ways = directions(np.diff(line, axis=1))
         shown = np.zeros((len(tried), len(cells)), np.bool_)
         for leg in range(index - 1, min(index + 2, len(self._places) - 1)):
-            at, alike = leg - first, np.full(len(tried), leg)
+            at, alike = leg - first, np.ones(len(tried), np.bool_)
             before = ways[:, at - 1] if leg > 0 else np.broadcast_to(self._terms.before, tried.shape)
-            corners = Corners(before, self._turned(alike), alike == len(self._places) - 2)
+            corners = Corners(before, self._turned(alike & (leg > 0)), alike & (leg == len(self._places) - 2))
             shown |= self._terms.footprint.shown(cells, line[:, at], line[:, at + 1], corners)
             if leg == 0:
                 shown |= self._first_turn_shows(cells, line[:, at], line[:, at + 1])
         return shown
 
-    def _turned(self, legs: NDArray[np.intp]) -> Floats:
-        """Return how far about the begin of legs, by their number, turning there shows the ground, metres."""
+    def _turned(self, is_later: Bools) -> Floats:
+        """Return how far about the begin of legs, the first or later ones, turning there shows the ground, metres."""
         foot = self._terms.footprint
-        return np.where(legs > 0, foot.turned, foot.spun if self._terms.turned_first else 0.0)
+        return np.where(is_later, foot.turned, foot.spun if self._terms.turned_first else 0.0)
 
     def _first_turn_shows(self, cells: Singles, begins: Floats, ends: Floats) -> Bools:
         """Return (K, N): what the picture shows as the drone turns to the first of its legs."""
@@ -242,17 +248,29 @@ class Tour:
         """Draw one of the tours, or keep the present one."""
         if not tours:
             return
-        costs, kept = np.empty(len(tours) + 1), [self._legs]
+        kept = self._shown_by(tours)
+        costs = np.empty(len(tours) + 1)
         costs[0] = self.cost
-        for number, places in enumerate(tours, 1):
-            kept.append(self._shown(places))
-            missing = self._wanted.weights @ ~kept[-1].any(0)
+        for number, (places, legs) in enumerate(zip(tours, kept, strict=True), 1):
+            missing = self._wanted.weights @ ~legs.any(0)
             costs[number] = self._way(places) + self._penalty(np.array([missing]))[0]
             if len(places) < 2 or len(self._places) < 2 or (places[1] != self._places[1]).any():
                 costs[number] += self._terms.keep_m
         chosen = self._draw(costs, heat)
         if chosen:
-            self._take(tours[chosen - 1], kept[chosen])
+            self._take(tours[chosen - 1], kept[chosen - 1])
+
+    def _shown_by(self, tours: Sequence[Floats]) -> list[Bools]:
+        """Return for each tour (K - 1, N): which cells its legs show. A leg that several have is looked at once."""
+        known = {leg.tobytes(): shown for leg, shown in zip(self._lined(self._places), self._legs, strict=True)}
+        lined = [self._lined(places) for places in tours]
+        keys = [[leg.tobytes() for leg in legs] for legs in lined]
+        new = {key: leg for legs, names in zip(lined, keys, strict=True) for key, leg in zip(names, legs, strict=True)}
+        new = {key: leg for key, leg in new.items() if key not in known}
+        if new:
+            known.update(zip(new, self._shown(np.array(list(new.values()))), strict=True))
+        none = np.zeros((0, len(self._wanted.cells)), np.bool_)
+        return [np.array([known[name] for name in names]) if names else none for names in keys]
 
     def _draw(self, costs: Floats, heat: float) -> int:
         """Draw one of the alternatives by its cost, metres; without heat the cheapest."""

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import cv2
 import numpy as np
@@ -13,6 +12,7 @@ import shapely.affinity
 import shapely.ops
 from numpy.typing import NDArray
 
+from benchmarks.kinematic_drone import STEP_S, Drone, goal_of
 from hawk.algo.mapper.grid import CoarseLayers
 from hawk.algo.mapper.window import Window
 from hawk.algo.path_plan.app import PathPlanApp
@@ -22,10 +22,8 @@ from hawk.model import Fence, Inbound, MapPose, PathPlan, Stall
 from tests.unit.algo.synthetic import CAMERA, frame_at, ground_affine
 
 _FINE_M = 0.8
-_SPEED = 4.0  # m/s
-_YAW_RATE = 0.8  # rad/s
 _FRAME_S = 0.25
-_ACCELERATION = 2.0
+_NO_FENCE = Fence(((-999.0, -999.0), (-999.0, 999.0), (999.0, 999.0), (999.0, -999.0)), (), 97.0, 100.0)
 
 
 class KnownMap:
@@ -117,7 +115,8 @@ def fly(
     most_s: float = 900,
     known: KnownMap | None = None,
 ) -> Flight:
-    """Fly until the planner is done: turning on the spot, then straight on with limited acceleration.
+    """Fly hawk-sim's body, with a camera that is kept level, until the planner is done. Nothing but the planner keeps
+    it inside the fence.
 
     ``known`` is what an earlier flight saw.
     """
@@ -125,34 +124,22 @@ def fly(
     interface = AlgorithmTopicInterface()
     app = app or PathPlanApp(LEVEL)
     app.init(known, interface)
-    flight = Flight()
-    north, east, yaw, speed, sequence = *start, 0.0, 0.0, 0
-    while flight.seconds < most_s and not flight.done:
-        sequence += 1
-        flight.seconds += _FRAME_S
-        pose = MapPose(north, east, 35.0, 0.0, 0.0, yaw)
+    drone = Drone(MapPose(*start, 35.0, 0.0, 0.0, 0.0), _NO_FENCE, np.random.default_rng(0), 0.0)
+    flight, goal, waiting = Flight(), None, PathPlan()
+    while drone.seconds < most_s and not flight.done:
+        pose = replace(drone.true, roll=0.0, pitch=0.0)
+        goal = goal_of(waiting, pose, goal)
         known.look(pose)
-        interface.begin(frame_at(pose, sequence, fence=fence))
+        frame = frame_at(pose, len(flight.plans), fence=fence, interval=_FRAME_S)
+        interface.begin(replace(frame, speed=drone.speed))
         app.process()
-        plan = app.get_local_pose()
-        flight.plans.append(plan)
-        flight.places.append((north, east))
-        flight.done = plan.explore.done
-        if plan.target is None or plan.yaw is None:
-            speed = 0.0
-            continue
-        off = math.remainder(plan.yaw - yaw, math.tau)
-        yaw += float(np.clip(off, -_YAW_RATE * _FRAME_S, _YAW_RATE * _FRAME_S))
-        d_north, d_east = plan.target.north - north, plan.target.east - east
-        left = math.hypot(d_north, d_east)
-        if abs(off) > 0.7 or left < 1e-6:
-            speed = 0.0
-            continue
-        speed = min(_SPEED, speed + _ACCELERATION * _FRAME_S, math.sqrt(2 * _ACCELERATION * left))
-        step = min(speed * _FRAME_S, left)
-        north, east = north + d_north / left * step, east + d_east / left * step
-        flight.way += step
-    flight.coverage = known.coverage()
+        waiting = app.get_local_pose()
+        flight.plans.append(waiting)
+        flight.places.append((pose.north, pose.east))
+        flight.done = waiting.explore.done
+        for _ in range(round(_FRAME_S / STEP_S)):
+            drone.step(goal)
+    flight.seconds, flight.way, flight.coverage = drone.seconds, drone.way, known.coverage()
     return flight
 
 

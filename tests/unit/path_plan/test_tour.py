@@ -9,9 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hawk.algo.path_plan.course import Course, Outlook
+from hawk.algo.path_plan.course import Course, Outlook, changed
+from hawk.algo.path_plan.following import Motion
 from hawk.algo.path_plan.footprint import Floats, Footprint
 from hawk.algo.path_plan.lean import Lean
+from hawk.algo.path_plan.rehearsal import Rehearsal
+from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.path_plan.tour import Terms, Tour, Wanted, length_of
 
 FOOTPRINT = Footprint(40.0, 24.0)
@@ -154,11 +157,13 @@ def test_a_tour_stops_short_of_what_the_braking_drone_looks_at() -> None:
 
 
 def outlook(place: tuple[float, float], wanted: Wanted) -> Outlook:
-    return Outlook(place, 0.0, wanted, Terms(FOOTPRINT, 60.0, turn_m=2.0, leg_m=2.0))
+    still = np.zeros(2)
+    motion = Motion(np.array(place), still, still, np.array(place), 0.0, np.array(place))
+    return Outlook(motion, wanted, Terms(FOOTPRINT, 60.0, turn_m=2.0, leg_m=2.0))
 
 
 def test_a_course_leads_over_all_of_it_and_ends() -> None:
-    wanted, place, course, way = ground((-50, 50, -60, 60)), (-40.0, -50.0), Course(2.5, 4.0), 0.0
+    wanted, place, course, way = ground((-50, 50, -60, 60)), (-40.0, -50.0), Course(PathPlanSettings()), 0.0
     for _ in range(600):
         left = course.follow(outlook(place, wanted))
         if len(left) == 0:
@@ -176,7 +181,7 @@ def test_a_course_leads_over_all_of_it_and_ends() -> None:
 
 
 def test_the_same_course_twice_is_equal() -> None:
-    courses = [Course(2.5, 4.0) for _ in range(2)]
+    courses = [Course(PathPlanSettings()) for _ in range(2)]
     wanted = ground((-50, 50, -60, 60))
     for step in range(12):
         first, second = (course.follow(outlook((-40.0 + step, -50.0), wanted)) for course in courses)
@@ -185,4 +190,28 @@ def test_the_same_course_twice_is_equal() -> None:
 
 def test_nothing_wanted_gives_no_way_points() -> None:
     nothing = Wanted(np.empty((0, 2), np.float32), np.empty(0, np.float32), 0.0)
-    assert len(Course(2.5, 4.0).follow(outlook((0.0, 0.0), nothing))) == 0
+    assert len(Course(PathPlanSettings()).follow(outlook((0.0, 0.0), nothing))) == 0
+
+
+def test_while_nothing_changes_the_tour_only_gets_cheaper_to_fly() -> None:
+    settings = PathPlanSettings(rehearses=True)
+    course, seen = Course(settings), outlook((-40.0, -50.0), ground((-50, 50, -60, 60)))
+    rehearsal, costs = Rehearsal(seen.wanted, seen.terms, seen.motion, settings), []
+    for _ in range(30):
+        places = np.vstack([seen.place, course.follow(seen)])
+        costs.append(float(rehearsal.costs([places])[0]))
+    assert all(after <= before + 1e-6 for before, after in itertools.pairwise(costs))
+    assert costs[-1] < costs[0] - 5
+
+
+def test_changes_of_a_tour_keep_to_where_the_drone_may_be() -> None:
+    tour = np.array([(0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (500.0, 20.0), (500.0, 900.0)])
+    terms = Terms(FOOTPRINT, allowed=lambda places: places[:, 0] < 21.0)
+    options = changed(tour, terms, np.random.default_rng(3))
+    assert options
+    for option in options:
+        new = [place for place in option.tolist() if place not in tour.tolist()]
+        assert all(north < 21.0 for north, _ in new)
+        assert (option[0] == tour[0]).all()
+        assert (option[-1] == tour[-1]).all()  # what is far ahead is not changed
+    assert changed(tour[:1], terms, np.random.default_rng(3)) == []
