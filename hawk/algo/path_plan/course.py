@@ -19,7 +19,7 @@ from hawk.algo.path_plan.following import Motion
 from hawk.algo.path_plan.footprint import Floats
 from hawk.algo.path_plan.rehearsal import Rehearsal, flown_ahead
 from hawk.algo.path_plan.settings import PathPlanSettings
-from hawk.algo.path_plan.tour import Terms, Tour, Wanted
+from hawk.algo.path_plan.tour import Terms, Tour, Wanted, as_place
 
 _FIRST_SWEEPS: Final = 6
 _CHALLENGE_FRAMES: Final = 8
@@ -48,8 +48,7 @@ class Outlook:
     @property
     def place(self) -> Place:
         """Where the drone is."""
-        north, east = self.motion.place.tolist()
-        return north, east
+        return as_place(self.motion.place)
 
     @property
     def yaw(self) -> float:

@@ -74,8 +74,7 @@ class Surroundings:
     @property
     def place(self) -> Place:
         """Where the drone is."""
-        north, east = self.motion.place.tolist()
-        return north, east
+        return as_place(self.motion.place)
 
     @property
     def heading(self) -> float:

@@ -135,14 +135,20 @@ class _Flock:
             self._goal = self._tours[self._order, np.minimum(self._next, self._sizes - 1)]
 
     def _move_carrot(self, goal: Complexes) -> None:
-        moved = self._carrot + _limited(goal - self._carrot, self._speed * STEP_S)
-        away = np.abs(moved - self.place)
-        waits = (away > self._lead) & (away > np.abs(self._carrot - self.place))
-        self._carrot = np.where(waits, self._carrot, moved)
+        self._carrot = led_on(self._carrot, goal, self.place, self._speed * STEP_S, self._lead)
 
     def _turn(self, off: Complexes) -> None:
         error = np.angle(off * np.exp(-1j * self.yaw)) * (np.abs(off) > _YAW_FROM_M)
         self.yaw = self.yaw + np.clip(error * _YAW_GAIN, -_SLEW_RAD_S, _SLEW_RAD_S) * STEP_S
+
+
+def led_on(carrot: Complexes, goal: Complexes, place: Complexes, step: float, lead: float) -> Complexes:
+    """Return where the carrot is after a step (metres) to the goal: it waits where it is ``lead`` ahead of the drone's
+    place."""
+    moved = carrot + _limited(goal - carrot, step)
+    away = np.abs(moved - place)
+    waits = (away > lead) & (away > np.abs(carrot - place))
+    return np.where(waits, carrot, moved)
 
 
 def _speed_for(away: Floats, braking: float) -> Floats:

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from hawk.algo.path_plan.field import Place
-from hawk.algo.path_plan.following import DRAG, Motion
+from hawk.algo.path_plan.following import DRAG, Motion, led_on
 from hawk.algo.path_plan.footprint import GRAVITY, Floats
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.model import MapPose
@@ -57,7 +57,6 @@ class MotionWatch:
             self._carrot = place
         if self._followed is None:
             return
-        off = np.array(self._followed) - self._carrot
-        moved = self._carrot + off * min(1.0, step / max(math.hypot(*off), 1e-9))
-        waits = math.dist(moved, place) > self._lead and math.dist(moved, place) > math.dist(self._carrot, place)
-        self._carrot = self._carrot if waits else moved
+        carrot, goal, drone = (np.array([complex(*at)]) for at in (self._carrot, self._followed, place))
+        moved = led_on(carrot, goal, drone, step, self._lead)
+        self._carrot = np.array([moved[0].real, moved[0].imag])

@@ -52,9 +52,8 @@ class Rehearsal:
         flights = fly(self.motion, _padded(heads), np.array([len(head) for head in heads]), self.settings, _MOST_STEPS)
         missed = self._missed(flights, heads, left, is_whole=len(tail) < 2)
         points = np.array([len(tour) - 1 for tour in tours])
-        price = self.terms.short_by / self.terms.footprint.width
         way = flights.ways + length_of(tail) + self.terms.leg_m * points
-        return np.asarray(way + np.maximum(missed - self.wanted.spare, 0.0) * price)
+        return np.asarray(way + self.terms.penalty(missed, self.wanted.spare))
 
     def _missed(self, flights: Flights, heads: Sequence[Floats], left: Wanted, *, is_whole: bool) -> Floats:
         """Return the square metres (B,) that neither flight nor the turn at its end shows of what is left."""

@@ -62,6 +62,10 @@ class Terms:
     before: Place = (0.0, 0.0)
     allowed: Callable[[Floats], Bools] = lambda places: np.ones(len(places), np.bool_)
 
+    def penalty(self, missing: NDArray[np.floating], spare: float) -> Floats:
+        """Return what it costs, metres, to leave so many square metres out, of which some are spared."""
+        return np.maximum(missing.astype(np.float64) - spare, 0.0) * (self.short_by / self.footprint.width)
+
 
 def length_of(places: Floats) -> float:
     """Return the length of a polyline (K, 2), metres."""
@@ -82,7 +86,6 @@ class Tour:
     def meet(self, terms: Terms, wanted: Wanted, places: Floats, yaw: float | None) -> None:
         """Go on with other places, over what is wanted by now."""
         self._terms, self._wanted = terms, wanted
-        self._price = terms.short_by / terms.footprint.width
         self._yaw = yaw
         self._behind = None if yaw is None else places[0] - (math.cos(yaw), math.sin(yaw))
         self._take(places, self._shown(self._lined(places)))
@@ -217,7 +220,7 @@ class Tour:
         return self._terms.footprint.swept(cells, begins[0], self._yaw, np.arctan2(legs[:, 1], legs[:, 0]))
 
     def _penalty(self, missing: NDArray[np.floating]) -> Floats:
-        return np.maximum(missing.astype(np.float64) - self._wanted.spare, 0.0) * self._price
+        return self._terms.penalty(missing, self._wanted.spare)
 
     def _way(self, places: Floats) -> float:
         led = self._led(places)[None]
