@@ -181,6 +181,8 @@ class Explorer:
             if len(places) or self._thorough:
                 return tuple(as_place(place) for place in places)
             self._thorough = True
+            around.overview.forget()
+            around = self._taken(around)
         return ()
 
     def _taken(self, around: Surroundings) -> Surroundings:
@@ -192,12 +194,12 @@ class Explorer:
         return replace(around, share=share)
 
     def _share(self, around: Surroundings, field: InformationField) -> Grid:
-        return share_of(field, around.footprint, self._settings.least_gain_m2, self._settings.border)
+        settings = self._settings
+        ends = settings.open_end_m2 + self._spare(around) if self._thorough else 0.0
+        return share_of(field, around.footprint, settings.least_gain_m2, settings.border, ends)
 
     def _outlook(self, around: Surroundings) -> Outlook:
         settings = self._settings
-        share = settings.last_spare if self._thorough else settings.first_spare
-        spare = min(share * around.overview.lot_m2, settings.most_spare_m2)
         terms = Terms(
             around.footprint,
             settings.last_short_by if self._thorough else settings.short_by,
@@ -208,8 +210,13 @@ class Explorer:
             allowed=around.are_allowed,
         )
         assert around.share is not None  # noqa: S101 - found out before
-        wanted = around.overview.wanted(around.near, around.share, spare)
+        wanted = around.overview.wanted(around.near, around.share, self._spare(around))
         return Outlook(around.motion, wanted, terms)
+
+    def _spare(self, around: Surroundings) -> float:
+        """Return the square metres that the tour may leave out."""
+        share = self._settings.last_spare if self._thorough else self._settings.first_spare
+        return min(share * around.overview.lot_m2, self._settings.most_spare_m2)
 
     def _last_looks(self, around: Surroundings) -> Route:
         """After the tour: look around a small lot, then at stalls whose state is unclear."""

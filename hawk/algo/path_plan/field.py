@@ -34,7 +34,7 @@ class InformationField:
     """``gain`` is expected new lot in square metres a cell.
 
     ``allowed`` is where the drone may be, ``passable`` the same with a cell more for the way and corridors between
-    parts of the lot; ``lot`` shares of known lot, ``well`` of well seen.
+    parts of the lot; ``lot`` shares of known lot, ``well`` of well seen, ``seen`` of seen at all.
     """
 
     window: Window
@@ -43,6 +43,7 @@ class InformationField:
     passable: NDArray[np.uint8]
     lot: Grid
     well: Grid
+    seen: Grid
 
     @property
     def seen_share(self) -> float:
@@ -61,7 +62,7 @@ def information_field(layers: CoarseLayers, fenced: NDArray[np.uint8], near_lot_
     allowed = ((to_lot <= near_lot_m) & (fenced > 0)).astype(np.uint8)
     passable = np.where(fenced > 0, cv2.dilate(allowed, np.ones((3, 3), np.uint8)), 0).astype(np.uint8)
     passable = with_bridges(passable, fenced, _LONGEST_BRIDGE_M / cell)
-    return InformationField(layers.window, gain, allowed, passable, layers.lot, layers.well)
+    return InformationField(layers.window, gain, allowed, passable, layers.lot, layers.well, layers.seen)
 
 
 def guessed(layers: CoarseLayers, place: Place) -> CoarseLayers:
@@ -83,7 +84,7 @@ def scouting_field(layers: CoarseLayers, fenced: NDArray[np.uint8], near_lot_m: 
     to_lot = _distance(layers.lot > 0.5 * np.maximum(layers.seen, 0.3)) * cell
     gain = ((1 - layers.seen) * np.exp(-to_lot / _SCOUT_M) * cell**2).astype(np.float32)
     allowed = ((to_lot <= near_lot_m) & (fenced > 0)).astype(np.uint8)
-    return InformationField(layers.window, gain, allowed, allowed, layers.lot, layers.well)
+    return InformationField(layers.window, gain, allowed, allowed, layers.lot, layers.well, layers.seen)
 
 
 def _likely_lot(layers: CoarseLayers, is_lot: NDArray[np.bool_], to_lot: Grid) -> Grid:

@@ -128,6 +128,10 @@ class Overview:
         rows, columns = min(BLOCK, self._whole.rows - int(row)), min(BLOCK, self._whole.columns - int(column))
         return Window(self._whole.row + int(row), self._whole.column + int(column), rows, columns, TILE_M)
 
+    def forget(self) -> None:
+        """Have every tile made anew: what is wanted is told otherwise from now on."""
+        self._made[:] = False
+
     def take(self, part: Part, share: Grid) -> None:
         """Make the tiles of a part. ``share`` (0..1) is what is wanted of the field's cells."""
         field, inner, there = part.field, part.inner, self._whole.part(part.tiles)

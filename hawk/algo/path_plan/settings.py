@@ -64,6 +64,9 @@ class PathPlanSettings:
     """The same for way flown."""
     least_gain_m2: float = 15.0
     """Expected new lot (a stall) in one patch below which it is not worth flying to."""
+    open_end_m2: float = 30.0
+    """What a stretch of unseen ground along known lot counts once all the rest was seen, more than may be left out: a
+    lane may lead on there to another part of the lot."""
     small_lot_pictures: float = 1.5
     """A lot smaller than so many pictures may be part of a larger one: the drone looks around it before it is done."""
     scout_near_lot_m: float = 25.0

@@ -20,14 +20,20 @@ from hawk.algo.path_plan.footprint import Floats, Footprint, Singles
 _DOUBT: Final = 0.3  # probability of lot at and below which unseen ground counts nothing
 _LEAST_SHARE: Final = 0.1  # of a cell
 _GATHERED: Final = 2  # field cells a side
+_IS_LOT: Final = 0.5  # share of a cell
+_IS_SEEN: Final = 0.5
+_OPEN_M: Final = 4.0  # half of a lane
 
 Grid = NDArray[np.float32]
 
 
-def share_of(field: InformationField, footprint: Footprint, least_m2: float, border: float) -> Grid:
+def share_of(
+    field: InformationField, footprint: Footprint, least_m2: float, border: float, open_end_m2: float = 0.0
+) -> Grid:
     """Return what is to be shown of each cell of a field (0..1). Patches of less than ``least_m2`` are left out.
 
-    ``border`` is the weight of the cells round the lot, whatever they look like.
+    ``border`` is the weight of the cells round the lot, whatever they look like. A stretch of unseen ground along known
+    lot counts ``open_end_m2`` as a whole, its cells more than 1 each if need be: a lane may lead on there.
 
     Ground beyond where the drone may be counts as far as a picture taken inside shows it.
     """
@@ -36,7 +42,8 @@ def share_of(field: InformationField, footprint: Footprint, least_m2: float, bor
     lot = np.maximum(field.lot, border * cv2.dilate(field.lot, np.ones((3, 3), np.uint8)))
     share = np.maximum(likely, lot - np.minimum(lot, field.well)).astype(np.float32)
     share = np.where(_in_sight(field, footprint), share, 0)
-    return _without_small(share, least_m2 / area)
+    kept = _without_small(share, least_m2 / area)
+    return kept if open_end_m2 <= 0 else np.maximum(kept, _open_ends(field, share, open_end_m2 / area))
 
 
 def gathered(share: Grid, window: Window) -> tuple[Singles, Singles]:
@@ -66,6 +73,20 @@ def _in_sight(field: InformationField, footprint: Footprint) -> NDArray[np.bool_
         return np.zeros(field.allowed.shape, np.bool_)
     away = cv2.distanceTransform(1 - field.allowed, cv2.DIST_L2, 5)
     return np.asarray(away * field.window.cell_m <= min(footprint.width, footprint.depth) / 2)
+
+
+def _open_ends(field: InformationField, share: Grid, worth: float) -> Grid:
+    """Return the cells that nobody saw, along known lot for some metres: ``worth`` whole cells a stretch."""
+    known_lot = ((field.lot > _IS_LOT) & (field.seen > _IS_SEEN)).astype(np.uint8)
+    beside = cv2.dilate(known_lot, np.ones((3, 3), np.uint8)) > 0
+    unseen = np.maximum(field.seen, field.well) <= _IS_SEEN  # what was looked at well may stay unclear for ever
+    front = beside & unseen & (share > _LEAST_SHARE)
+    _, labels = cv2.connectedComponents(front.astype(np.uint8), connectivity=8)
+    sizes = np.bincount(labels.ravel())
+    sizes[0] = 0
+    is_open = sizes * field.window.cell_m >= _OPEN_M
+    each = np.where(is_open, worth / np.maximum(sizes, 1), 0.0)
+    return np.asarray(each[labels], np.float32)
 
 
 def _without_small(share: Grid, least: float) -> Grid:

@@ -146,6 +146,32 @@ def test_a_small_patch_of_lot_is_looked_around_before_it_is_done() -> None:
     assert flight.coverage > 0.95
 
 
+def half_known_lots() -> tuple[shapely.Geometry, KnownMap]:
+    """Two lots with a lane between them; the first, and the begin of the lane, was seen."""
+    parts = [shapely.box(-25, -30, 25, 30), shapely.box(24, -2.5, 71, 2.5), shapely.box(70, -30, 110, 30)]
+    lots = shapely.union_all(parts)
+    known = KnownMap(lots, 190.0)
+    rows = known.window.rows
+    for layer in (known.seen, known.well):
+        layer[round(-known.window.row - 32.0 / known.window.cell_m) : rows] = 1.0
+    return lots, known
+
+
+def test_the_end_of_a_lane_is_looked_at_and_leads_to_the_other_lot() -> None:
+    lots, known = half_known_lots()
+    flight = fly(lots, (0.0, 0.0), fence_around(lots, 40.0), known=known)
+    assert flight.done
+    assert flight.coverage >= 0.98
+
+
+def test_what_is_not_worth_the_way_is_left_out() -> None:
+    lots, known = half_known_lots()
+    hurried = PathPlanApp(replace(LEVEL, open_end_m2=0.0))
+    flight = fly(lots, (0.0, 0.0), fence_around(lots, 40.0), hurried, known=known)
+    assert flight.done
+    assert flight.coverage < 0.75
+
+
 def test_looking_around_ends_where_there_is_nothing() -> None:
     lot = shapely.box(-8.0, -12.0, 8.0, 12.0)
     flight = fly(lot, (0.0, 0.0), fence_around(lot, 150.0))

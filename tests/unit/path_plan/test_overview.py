@@ -29,7 +29,8 @@ def part_of(tiles: Window, wanted: float = 0.0) -> tuple[Part, Grid]:
     east = (window.column + np.arange(window.columns) + 0.5) * window.cell_m
     lot = np.broadcast_to((east < 0).astype(np.float32), window.shape).copy()
     allowed = (lot > 0).astype(np.uint8)
-    field = InformationField(window, np.zeros_like(lot), allowed, allowed, lot, lot * np.float32(0.5))
+    half, seen = lot * np.float32(0.5), np.ones_like(lot)
+    field = InformationField(window, np.zeros_like(lot), allowed, allowed, lot, half, seen)
     return Part(tiles, field), np.full(window.shape, wanted, np.float32)
 
 

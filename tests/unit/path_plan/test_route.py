@@ -23,7 +23,7 @@ def field_of(*boxes: tuple[float, float, float, float], allowed: np.ndarray | No
     for a, b, c, d in boxes:
         gain[(north >= a) & (north < b) & (east >= c) & (east < d)] = COARSE_M**2
     free = np.ones(WINDOW.shape, np.uint8) if allowed is None else allowed.astype(np.uint8)
-    return InformationField(WINDOW, gain, free, free, gain, gain * 0)
+    return InformationField(WINDOW, gain, free, free, gain, gain * 0, gain * 0)
 
 
 def test_a_swath_is_the_good_middle_of_the_picture() -> None:
