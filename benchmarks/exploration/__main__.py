@@ -47,7 +47,9 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--json", type=Path, metavar="FILE", help="write all figures, and way and time of every flight")
     parser.add_argument("--picture", type=Path, metavar="DIR", help="draw the ten worst flights of each set-up there")
     parser.add_argument("--setups", type=_setups, default=tuple(SETUPS), metavar="A,B", help=f"of {', '.join(SETUPS)}")
-    parser.add_argument("--tours", type=Path, metavar="FILE", help="keep the oracle's tours there for the next run")
+    parser.add_argument(
+        "--tours", type=Path, metavar="FILE", help="keep the oracle's tours there, and use none that come with this"
+    )
     parser.add_argument(
         "--workers", type=int, default=1, metavar="N", help="processes (1); more of them flatter no figure"
     )

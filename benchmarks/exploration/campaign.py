@@ -15,7 +15,7 @@ import cv2
 from benchmarks.exploration import setups
 from benchmarks.exploration.report import figures, prefixed, way_over_oracle
 from benchmarks.exploration.runs import SeedRun, run_seed
-from benchmarks.exploration.tour_cache import TourCache
+from benchmarks.exploration.tour_cache import TourCache, shipped
 from benchmarks.figures import Figure
 
 SETUPS: Final = {"flown": setups.flown, "prototype": setups.prototype}
@@ -27,15 +27,19 @@ def measure(seeds: Sequence[int]) -> list[Figure]:
 
 
 def fly_all(name: str, seeds: Sequence[int], tours: Path | None, workers: int) -> list[SeedRun]:
-    """Fly every seed of a set-up."""
-    path = None if tours is None else tours.with_name(f"{tours.stem}-{name}{tours.suffix or '.json'}")
+    """Fly every seed of a set-up. ``tours`` names the files that keep the oracle's tours; None: those that come with
+    the benchmark."""
+    if tours is None:
+        cache = shipped(name)
+    else:
+        cache = TourCache(tours.with_name(f"{tours.stem}-{name}{tours.suffix or '.json'}"))
     if workers <= 1:
-        return [_one(name, seed, TourCache(path)) for seed in seeds]
+        return [_one(name, seed, cache) for seed in seeds]
+    found = []
     with ProcessPoolExecutor(min(workers, os.cpu_count() or 1)) as pool:
-        found = list(pool.map(_one, [name] * len(seeds), seeds, [TourCache(path, writes=False)] * len(seeds)))
-    cache = TourCache(path)
-    for run in found:
-        cache.keep(run.lot, SETUPS[name](), run.oracle)
+        for run in pool.map(_one, [name] * len(seeds), seeds, [cache.read_only()] * len(seeds)):
+            cache.keep(run.lot, SETUPS[name](), run.oracle)
+            found.append(run)
     return found
 
 

@@ -1,4 +1,8 @@
-"""Keeps the oracle's tours between runs: nothing else is so dear."""
+"""Keeps the oracle's tours between runs: nothing else is so dear.
+
+Tours of many lots come with the benchmark (``tours-SETUP.json``, as `python -m benchmarks.exploration --tours` wrote
+them). One made by an older search, or over other lots, has another key and is not used.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +19,11 @@ from benchmarks.exploration.polish import OracleTour
 from benchmarks.exploration.setups import Setup
 
 
+def shipped(setup: str) -> TourCache:
+    """Return the tours over a set-up's lots that come with the benchmark; others are made anew, and not kept."""
+    return TourCache(Path(__file__).with_name(f"tours-{setup}.json"), writes=False)
+
+
 class TourCache:
     """Keeps tours in a file, by set-up, versions and seed: what this program computed before."""
 
@@ -25,6 +34,10 @@ class TourCache:
         self._known: dict[str, dict[str, Any]] = {}
         if path is not None and path.exists():
             self._known = json.loads(path.read_text(encoding="utf-8"))
+
+    def read_only(self) -> TourCache:
+        """Return the same, to be read by one of several processes."""
+        return TourCache(self._path, writes=False)
 
     def tour(self, lot: Lot, setup: Setup) -> OracleTour:
         """Return the tour of a lot, from the file if it is there."""
@@ -45,7 +58,8 @@ class TourCache:
         self._known[key] = {"places": places, "way": round(tour.way, 2), "seconds": round(tour.seconds, 2)}
         if self._path is not None and self._writes:
             self._path.parent.mkdir(parents=True, exist_ok=True)
-            self._path.write_text(json.dumps(self._known, indent=0), encoding="utf-8")
+            lines = [f"{json.dumps(name)}: {json.dumps(tour)}" for name, tour in self._known.items()]
+            self._path.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
 
 
 def _key(lot: Lot, setup: Setup) -> str:

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 import math
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,14 +19,15 @@ from benchmarks.exploration.oracle import best_tour
 from benchmarks.exploration.pilots import MExplore, NearestFrontier, PlannerPilot, RulePilot, TourPilot
 from benchmarks.exploration.report import figures, rows, way_over_oracle
 from benchmarks.exploration.runs import NEAREST, PLANNER, SeedRun
-from benchmarks.exploration.setups import DISC_M, GOOD_SHARE, flown, prototype
+from benchmarks.exploration.setups import DISC_M, GOOD_SHARE, Setup, flown, prototype
 from benchmarks.exploration.surveyed import Coverage, SurveyedMap, within
-from benchmarks.exploration.tour_cache import TourCache
+from benchmarks.exploration.tour_cache import TourCache, shipped
 from hawk.algo.frame import FrameInput
 from hawk.algo.mapper.grid import COARSE_M
 from hawk.algo.mapper.window import Window
 from hawk.algo.path_plan.footprint import LEVEL, Corners, Floats, Footprint
 from hawk.algo.path_plan.settings import PathPlanSettings
+from hawk.algo.path_plan.tour import length_of
 from hawk.model import MapPose, PathPlan
 
 
@@ -244,6 +246,30 @@ def test_tours_are_kept_and_not_computed_again(small: SeedRun, tmp_path: Path, m
     unwritten = tmp_path / "unwritten.json"
     TourCache(unwritten, writes=False).keep(small.lot, flown(), small.oracle)
     assert not unwritten.exists()
+
+
+@pytest.mark.parametrize(("setup", "seed"), [(flown(), 3), (flown(), 4), (prototype(), 9)])
+def test_tours_that_come_with_the_benchmark_are_flights_over_its_lots(
+    setup: Setup, seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("benchmarks.exploration.tour_cache.best_tour", None)
+    lot = setup.lot(seed)
+    tour = shipped(setup.name).tour(lot, setup)
+    assert math.dist(tour.places[0], lot.start) < 1.0
+    assert length_of(tour.places) == pytest.approx(tour.way, rel=0.02)
+    leant = setup.height * math.tan(math.radians(PathPlanSettings().lean_deg))
+    far = lot.shape.difference(shapely.LineString(tour.places).buffer(setup.swath.reach + leant))
+    assert far.area <= 0.02 * lot.area
+
+
+def test_workers_find_what_one_process_finds(small: SeedRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(campaign, "ProcessPoolExecutor", ThreadPoolExecutor)
+    monkeypatch.setattr(campaign, "_one", lambda name, seed, tours: small)
+    path = tmp_path / "tours.json"
+    assert campaign.fly_all("flown", [3, 4], path, 2) == [small, small]
+    assert TourCache(tmp_path / "tours-flown.json").tour(small.lot, flown()).way == pytest.approx(
+        small.oracle.way, abs=0.01
+    )
 
 
 def test_a_disc_s_leg_shows_a_capsule() -> None:
