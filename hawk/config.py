@@ -71,6 +71,7 @@ class CameraSettings(Section):
     mount_pitch_deg: Degrees = 0.0
     mount_yaw_deg: Degrees = 0.0
     latency_s: float = Field(default=0.08, ge=0, le=5)
+    exposure_s: float = Field(default=0.01, gt=0, le=1)
     reconnect_s: Seconds = 1.0
 
 
@@ -95,6 +96,7 @@ class FlightSettings(Section):
     speed_m_s: float = Field(default=4.0, gt=0, le=15)
     tick_hz: float = Field(default=20.0, ge=5, le=50)
     arrival_radius_m: Positive = 1.5
+    explore_cm_per_pixel: float | None = Field(default=None, ge=0.5, le=10)
     explore_lost_lot_s: Seconds = 10.0
     battery_reserve_percent: float = Field(default=20.0, ge=5, le=80)
     battery_arm_percent: float = Field(default=30.0, ge=5, le=100)

@@ -403,7 +403,14 @@ def _make_manager(config: Config, survey_id: str, options: DaemonOptions) -> Alg
     manager = AlgorithmManagerApp(style=PictureStyle(config.web.video_width, config.web.video_quality, caption))
     mapper = MapperApp(map_id=survey_id or "first")
     speed = config.flight.speed_m_s
-    planner = PathPlanApp(PathPlanSettings(speed_m_s=speed, lead_m=carrot_lead(speed)))
+    planner = PathPlanApp(
+        PathPlanSettings(
+            speed_m_s=speed,
+            lead_m=carrot_lead(speed),
+            cm_per_pixel=config.flight.explore_cm_per_pixel,
+            exposure_s=config.camera.exposure_s,
+        )
+    )
     manager.init(interface, VisionApp(settings), mapper, planner, FrameCamera(interface))
     return manager
 

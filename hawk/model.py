@@ -416,6 +416,8 @@ class PathPlan:
     verdict: Verdict | None = None
     asked: Verdict | None = None
     """The same on a place that somebody only asked the way to."""
+    speed: float | None = None
+    """The fastest at which vision can read what the drone flies over, m/s; None: no limit but the travel speed."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -90,10 +90,13 @@ class Carrot:
         """Where the carrot is, None before the first step."""
         return self._place
 
-    def step(self, goal: Goal, pose: MapPose, now: float, lowest: float, highest: float) -> Goal:
+    def step(
+        self, goal: Goal, pose: MapPose, now: float, lowest: float, highest: float, speed: float | None = None
+    ) -> Goal:
         """Move on towards the goal and return the target for this tick.
 
-        Outside ``lowest``..``highest`` (metres) only the height changes; the way across begins inside.
+        Outside ``lowest``..``highest`` (metres) only the height changes; the way across begins inside. ``speed`` (m/s)
+        makes this tick slower than travel speed, never faster; what is no speed is not heeded.
         """
         if self._place is None or _aside(self._place, pose) > self._lead + 2.0:
             self._place = Goal(pose.north, pose.east, pose.height, goal.yaw)
@@ -102,7 +105,8 @@ class Carrot:
         self._time = now
         place = replace(self._place, height=self._next_height(goal, pose, step), yaw=goal.yaw)
         if lowest - 0.5 <= pose.height <= highest + 0.5:
-            place = self._across(place, goal, pose, self._speed * step)
+            pace = min(speed, self._speed) if speed is not None and speed > 0 else self._speed
+            place = self._across(place, goal, pose, pace * step)
         self._place = place
         return place
 

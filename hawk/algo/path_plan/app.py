@@ -21,6 +21,7 @@ from hawk.algo.path_plan.footprint import Footprint
 from hawk.algo.path_plan.lean import LeanWatch
 from hawk.algo.path_plan.motion_watch import MotionWatch
 from hawk.algo.path_plan.overview import Overview, Part, near_tiles, with_margin
+from hawk.algo.path_plan.readable import ReadableSpeed, exploring_height
 from hawk.algo.path_plan.route_keeper import RouteKeeper
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.path_plan.sweep import Swath
@@ -80,6 +81,7 @@ class PathPlanApp:
         self._overview = Overview()
         self._lean = LeanWatch(self._settings)
         self._motion = MotionWatch(self._settings)
+        self._readable = ReadableSpeed(self._settings.exposure_s)
         self._guard = FenceGuard(None)
         self._routes = RouteKeeper(self._settings.near_lot_m)
         self._asked_routes = RouteKeeper(self._settings.near_lot_m)
@@ -136,20 +138,21 @@ class PathPlanApp:
 
     def _planned(self, frame: FrameInput) -> PathPlan:
         verdict = self._verdict(frame, frame.desired, self._routes)
-        height = min(max(frame.heights.desired, frame.heights.minimum), frame.heights.maximum)
+        self._readable.take(frame.captured)
         exploring = frame.state is StateName.AUTONOMOUS_EXPLORE
         if exploring and not self._exploring:
             self._explorer.start()
             self._overview = Overview()
         self._exploring = exploring
         if exploring and frame.pose is not None:
-            plan = self._explored(frame, frame.pose, height, verdict)
+            plan = self._explored(frame, frame.pose, verdict)
             self._explored_so_far = plan.explore
             return plan
         explore = self._explored_so_far
         if verdict is not None and frame.desired is not None and verdict.inbound is Inbound.INSIDE:
             target = MapPoint(frame.desired.north, frame.desired.east)
             way = verdict.route.points[1:]
+            height = exploring_height(frame.heights, frame.camera, None)
             return PathPlan(target=target, height=height, route=way, explore=explore, verdict=verdict)
         return PathPlan(explore=explore, verdict=verdict)
 
@@ -170,7 +173,8 @@ class PathPlanApp:
             self._guard = FenceGuard(fence)
             self._overview = Overview()
 
-    def _explored(self, frame: FrameInput, pose: MapPose, height: float, verdict: Verdict | None) -> PathPlan:
+    def _explored(self, frame: FrameInput, pose: MapPose, verdict: Verdict | None) -> PathPlan:
+        height = exploring_height(frame.heights, frame.camera, self._settings.cm_per_pixel)
         swath = Swath.of(frame.camera, height, self._settings.good_share)
         self._lean.take(pose, frame.speed)
         around = self._surroundings(pose, frame, swath)
@@ -186,7 +190,9 @@ class PathPlanApp:
             heading = math.atan2(target.east - pose.east, target.north - pose.north)
         yaw = pose.yaw if heading is None else math.remainder(heading - frame.camera.mount_yaw, math.tau)
         on = plan.route if plan.target == plan.route[0] else (plan.target, *plan.route)
-        return PathPlan(target, height, yaw, tuple(to_point(p) for p in on[:_SHOWN]), plan.status, verdict)
+        way = tuple(to_point(p) for p in on[:_SHOWN])
+        speed = self._readable.limit(swath.depth)
+        return PathPlan(target, height, yaw, way, plan.status, verdict, speed=speed)
 
     def _turned_picture(self, swath: Swath) -> Footprint:
         return Footprint.of(swath, self._settings, self._lean.share)

@@ -33,6 +33,10 @@ class PathPlanSettings:
     """How far ahead of the drone the carrot goes at that speed (`hawk.ddc.motion.carrot_lead`)."""
     acceleration_m_s2: float = 2.5
     """What the drone speeds up and turns with: ArduCopter's WPNAV_ACCEL, m/s²."""
+    cm_per_pixel: float | None = None
+    """Wanted size of a pixel on the ground while exploring, centimetres; None: the operator's desired height."""
+    exposure_s: float = 0.01
+    """The longest time that the camera's shutter is open, seconds."""
     arrival_m: float = 2.5
     """Distance at which a target counts as reached."""
     short_by: float = 15.0

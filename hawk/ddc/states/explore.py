@@ -35,6 +35,8 @@ class AutonomousExplore(AirborneState):
         self._goal: Goal | None = None
         self._lot_seen = context.now
         self._told: tuple[MapPoint, float] | None = None
+        self._speed: float | None = None
+        self._is_slowed = False
 
     @property
     def goal(self) -> Goal | None:
@@ -66,7 +68,7 @@ class AutonomousExplore(AirborneState):
         self._take_plan(self.context.topics.get_path_plan(), pose.map)
         self._stuck = self._watch.is_stuck(pose.map, self.context.now)
         if self._goal is not None:
-            self._travelling.process(self._goal)
+            self._travelling.process(self._goal, self._speed)
 
     def _decide(self) -> State:
         plan = self.context.topics.get_path_plan()
@@ -100,6 +102,15 @@ class AutonomousExplore(AirborneState):
         if goal.is_finite() and math.isfinite(height):
             self._goal = goal
             self._tell(plan.target, pose)
+            self._slow_down(plan.speed)
+
+    def _slow_down(self, speed: float | None) -> None:
+        """Fly no faster than vision can read; say so once."""
+        self._speed = speed
+        is_slower = speed is not None and 0 < speed < self.context.settings.flight.speed_m_s
+        if is_slower and not self._is_slowed:
+            self._is_slowed = True
+            self.context.log.add("info", f"Slower, at {speed:.1f} m/s: pictures are read too seldom to fly faster.")
 
     def _tell(self, target: MapPoint, pose: MapPose) -> None:
         now = self.context.now

@@ -30,8 +30,8 @@ class Travelling:
         """Lead on from where the drone is: the way is another one."""
         self._carrot = Carrot(self._context.settings.flight.speed_m_s)
 
-    def process(self, goal: Goal) -> None:
-        """Send this tick's target."""
+    def process(self, goal: Goal, speed: float | None = None) -> None:
+        """Send this tick's target; ``speed`` (m/s) makes it slower than travel speed, never faster."""
         if not self._guided.reach():
             self.obstacle = self._guided.reason or "Waiting for GUIDED."
             return
@@ -44,7 +44,7 @@ class Travelling:
             self.obstacle = OUTSIDE_WAY
             return
         heights = self._context.heights
-        target = self._carrot.step(goal, pose.map, self._context.now, heights.minimum, heights.maximum)
+        target = self._carrot.step(goal, pose.map, self._context.now, heights.minimum, heights.maximum, speed)
         self.obstacle = self._context.send_target(target)
 
     def has_arrived(self, goal: Goal, pose: MapPose) -> bool:

@@ -97,6 +97,27 @@ async def test_the_plans_height_is_bounded(flying: Rig, height: float | None, fl
     assert flying.autopilot.height == pytest.approx(flown, abs=0.2)
 
 
+async def test_explore_is_no_faster_than_vision_reads_and_says_so_once(flying: Rig) -> None:
+    flying.sight.plan = PathPlan(MapPoint(60, 0), 35.0, 0.0, speed=1.0)
+    flying.order(AutonomousExplore())
+    await flying.run(4)
+    begun = flying.autopilot.north
+    await flying.run(5)
+    assert flying.autopilot.north - begun == pytest.approx(5.0, abs=0.5)
+    assert sum("Slower, at 1.0 m/s" in text for text in flying.log) == 1
+
+
+@pytest.mark.parametrize("speed", [None, 500.0, float("nan"), float("inf"), -3.0, 0.0])
+async def test_no_plan_makes_the_drone_faster_than_travel_speed(flying: Rig, speed: float | None) -> None:
+    flying.sight.plan = PathPlan(MapPoint(60, 0), 35.0, 0.0, speed=speed)
+    flying.order(AutonomousExplore())
+    await flying.run(4)
+    begun, travel = flying.autopilot.north, flying.manager.settings.flight.speed_m_s
+    await flying.run(5)
+    assert flying.autopilot.north - begun == pytest.approx(5 * travel, abs=0.5)
+    assert not any("Slower" in text for text in flying.log)
+
+
 @pytest.mark.parametrize("place", [(float("nan"), 0.0), (0.0, float("inf")), (300.0, 0.0)])
 async def test_a_plan_to_nowhere_or_outside_the_fence_is_not_flown(flying: Rig, place: tuple[float, float]) -> None:
     flying.order(AutonomousExplore())

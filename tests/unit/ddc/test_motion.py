@@ -88,6 +88,17 @@ def test_the_carrot_goes_at_travel_speed() -> None:
     assert target.north == pytest.approx(4.0)
 
 
+@pytest.mark.parametrize(
+    ("speed", "flown"), [(1.0, 1.0), (9.0, SPEED), (0.0, SPEED), (-1.0, SPEED), (math.nan, SPEED), (math.inf, SPEED)]
+)
+def test_the_carrot_may_be_slowed_down_and_never_sped_up(speed: float, flown: float) -> None:
+    carrot, goal = Carrot(SPEED), Goal(100, 0, 30, 0)
+    carrot.step(goal, at(), 0.0, 15, 60, speed)
+    for tick in range(1, 21):
+        target = carrot.step(goal, at(), tick * 0.05, 15, 60, speed)
+    assert target.north == pytest.approx(flown)
+
+
 def test_the_carrot_waits_for_a_drone_that_does_not_come() -> None:
     carrot, goal = Carrot(SPEED), Goal(100, 0, 30, 0)
     for tick in range(400):

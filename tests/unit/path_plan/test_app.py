@@ -10,6 +10,7 @@ import shapely
 from hawk.algo.errors import AlgoError
 from hawk.algo.frame import FrameInput
 from hawk.algo.path_plan.app import PathPlanApp
+from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.topic_interface import AlgorithmTopicInterface
 from hawk.model import (
     DesiredPose,
@@ -24,7 +25,7 @@ from hawk.model import (
     StateName,
     Verdict,
 )
-from tests.unit.algo.synthetic import frame_at, pose_at
+from tests.unit.algo.synthetic import CAMERA, frame_at, pose_at
 from tests.unit.path_plan.flight import KnownMap, fence_around
 
 LOT = shapely.box(-20.0, -20.0, 20.0, 20.0)
@@ -49,10 +50,10 @@ class FakeMap(KnownMap):
 
 
 class Rig:
-    def __init__(self) -> None:
+    def __init__(self, settings: PathPlanSettings | None = None) -> None:
         self.map = FakeMap()
         self.interface = AlgorithmTopicInterface()
-        self.app = PathPlanApp()
+        self.app = PathPlanApp(settings)
         self.app.init(self.map, self.interface)
 
     def plan(self, frame: FrameInput) -> PathPlan:
@@ -138,6 +139,20 @@ def test_the_height_is_the_desired_one_within_its_bounds(heights: HeightParamete
     rig.map.verdict = Inbound.INSIDE
     frame = frame_at(pose_at(0, 0), state=StateName.AUTONOMOUS_MOVE, desired=DesiredPose(1, 5.0, 6.0))
     assert rig.plan(replace(frame, heights=heights)).height == expected
+
+
+def test_explore_has_the_height_for_the_wanted_pixels_and_a_speed_that_can_be_read() -> None:
+    rig = Rig(PathPlanSettings(cm_per_pixel=100 * 28.0 / CAMERA.fx, exposure_s=0.02))
+    rig.map.seen[:, : rig.map.window.columns // 2] = 0
+    rig.map.well[:] = rig.map.seen
+    plans = [
+        rig.plan(frame_at(pose_at(0, 0), n, state=StateName.AUTONOMOUS_EXPLORE, fence=FENCE, interval=0.25))
+        for n in range(12)
+    ]
+    targeted = [plan for plan in plans if plan.target is not None]
+    assert targeted
+    assert all(plan.height == pytest.approx(28.0) for plan in targeted)
+    assert all(plan.speed == pytest.approx(5.0) for plan in targeted)
 
 
 def test_an_unclear_stall_is_flown_to_once_before_it_is_done() -> None:
