@@ -7,6 +7,7 @@ from typing import Protocol
 
 import cv2
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from benchmarks.perception.places import state_array
@@ -25,6 +26,8 @@ CELL_M = GROUND_M * CELL_PIXELS
 LOT_M = 2 * CELL_M
 """Side of a cell of the found lot, metres of the picture as the eye was told its scale."""
 MINIMUM_SCORE = 0.5
+SLIVER_M2 = 2.0
+"""Less of a stall at a picture's edge is not told."""
 _INNER = 0.7
 _SAMPLES = 9
 
@@ -56,10 +59,11 @@ class NetworkEye:
 
     def look(self, image: NDArray[np.uint8], metres_per_pixel: float, *, scale: float = 1.0) -> Result:
         """Find stalls and lot."""
-        maps = self._network.run(_shown(image, metres_per_pixel, scale))
+        shown = _shown(image, metres_per_pixel, scale)
+        maps = self._network.run(shown)
         stalls = decode.vote(maps, CELL_M)
         stalls = _stalls(_rows(stalls[stalls.score >= MINIMUM_SCORE], maps.core))
-        return _result(stalls, decode.occupancy(maps, stalls), maps.lot, scale)
+        return _result(stalls, decode.occupancy(maps, stalls), maps.lot, shown.shape, scale)
 
 
 class ClassicalEye:
@@ -75,7 +79,8 @@ class ClassicalEye:
         stalls = _stalls(rows)
         said = np.append(table[:, 6], 0.0)[rows.source]
         taken = np.where(rows.inferred, _inner_mean(found.car.values, rows.corners()), said)
-        return _result(stalls, taken, np.asarray(found.lot.values, np.float32), scale)
+        lot = np.asarray(found.lot.values, np.float32)
+        return _result(stalls, taken, lot, _shown(image, metres_per_pixel, scale).shape, scale)
 
 
 def north_up(image: NDArray[np.uint8], metres_per_pixel: float, *, scale: float = 1.0) -> GroundImage:
@@ -91,14 +96,32 @@ def _shown(image: NDArray[np.uint8], metres_per_pixel: float, scale: float) -> N
     return np.asarray(cv2.resize(image, None, fx=factor, fy=factor, interpolation=method), np.uint8)
 
 
-def _result(stalls: Stalls, taken: FloatArray, lot: NDArray[np.float32], scale: float) -> Result:
+def _result(stalls: Stalls, taken: FloatArray, lot: NDArray[np.float32], size: tuple[int, ...], scale: float) -> Result:
     share = CELL_M / LOT_M
     probability = cv2.resize(lot, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
     area = lot_area(np.asarray(probability, np.float32), stalls.corners() * share, LOT_M)
-    states = [StallState.FREE if p < 0.5 else StallState.TAKEN for p in taken.tolist()]
     # cell (c, r) is picture pixel (2 c, 2 r), whose centre lies half a pixel from the picture's corner
-    metres = (stalls.corners() * CELL_M + GROUND_M / 2) / scale
-    return Result(Finding(metres, state_array(states)), taken, area, LOT_M / scale)
+    metres = stalls.corners() * CELL_M + GROUND_M / 2
+    metres, is_shown = as_shown(metres, (size[1] * GROUND_M, size[0] * GROUND_M))
+    taken = taken[is_shown]
+    states = [StallState.FREE if p < 0.5 else StallState.TAKEN for p in taken.tolist()]
+    return Result(Finding(metres / scale, state_array(states)), taken, area, LOT_M / scale)
+
+
+def as_shown(corners: FloatArray, size: tuple[float, float]) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Cut quads (N, 4, 2) of (x, y) off at the edges of a picture [0, width] x [0, height], as labels of it are cut.
+
+    Returns the rectangles about what is left (M, 4, 2), and which quads (N,) of those given they are: those of which
+    less than `SLIVER_M2` is left are left out.
+    """
+    corners, is_shown = corners.copy(), np.ones(len(corners), np.bool_)
+    reaches_out = ((corners < 0) | (corners > size)).any((1, 2))
+    for number in np.flatnonzero(reaches_out).tolist():
+        left = shapely.box(0, 0, *size).intersection(shapely.Polygon(corners[number]))
+        is_shown[number] = left.area >= SLIVER_M2
+        if is_shown[number]:
+            corners[number] = np.array(shapely.minimum_rotated_rectangle(left).exterior.coords)[:4]
+    return corners[is_shown], is_shown
 
 
 def _rows(stalls: Stalls, core: NDArray[np.float32]) -> RowStalls:

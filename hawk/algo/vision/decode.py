@@ -26,6 +26,10 @@ _OVERLAP_LIMIT = 0.3
 _WIDTH_M = (1.4, 4.6)
 _LENGTH_M = (3.0, 9.0)
 _SAMPLES = (7, 13)
+_BEYOND_CELLS = 15
+"""So far beyond the maps, cells, the centre of a stall may lie of which they show some."""
+_LEAST_SHOWN = 0.3
+"""A stall of whose core less than this share is shown is not told from that."""
 _CORE_OF_STALLS = (0.5, 0.9)
 """Mean core probability within a rectangle at which it is surely none, and fully a stall; islands lie between."""
 _CAR_SHARE_OF_TAKEN = 0.36
@@ -64,20 +68,24 @@ class Stalls:
         return quads.corners(self.column, self.row, self.angle, self.width, self.length)
 
 
-def vote(maps: NetworkMaps, cell_m: float, core: NDArray[np.float32] | None = None) -> Stalls:
+def vote(maps: NetworkMaps, cell_m: float, shown: NDArray[np.float32] | None = None) -> Stalls:
     """Return the stalls that the maps show; ``cell_m`` is the side of a cell in metres.
 
-    ``core`` stands in for the maps' own core probability (masked, say).
+    ``shown`` is 1 in the cells that can be seen, 0 elsewhere; None: all can. Stalls that reach beyond them, or beyond
+    the maps, are judged by what is shown of them, and their centres may lie there.
     """
-    core = maps.core if core is None else core
+    shown = np.ones_like(maps.core) if shown is None else shown
+    core = maps.core * shown
     rows, columns = np.nonzero(core > _CORE_LIMIT)
     voters = _Voters(maps, core, rows, columns, cell_m)
-    peaks = _peaks(voters, core.shape)
+    size = (core.shape[0] + 2 * _BEYOND_CELLS, core.shape[1] + 2 * _BEYOND_CELLS)
+    peaks = _peaks(voters, size)
     if not len(peaks[0]):
         return _none()
-    found = _gather(voters, peaks, core.shape)
+    found = _gather(voters, peaks, size)
+    found = replace(found, column=found.column - _BEYOND_CELLS, row=found.row - _BEYOND_CELLS)
     fits = _between(found.width * cell_m, _WIDTH_M) & _between(found.length * cell_m, _LENGTH_M)
-    found = _weigh(found[fits], core)
+    found = _weigh(found[fits], core, shown)
     return found[quads.suppress(found.corners(), found.score, _OVERLAP_LIMIT)]
 
 
@@ -88,7 +96,8 @@ def occupancy(maps: NetworkMaps, stalls: Stalls) -> FloatArray:
     inner = _inner()
     weight = core[:, inner] + 1e-3
     said = (taken[:, inner] * weight).sum(axis=1) / weight.sum(axis=1)
-    cover = np.minimum((car > 0.5).mean(axis=1) / _CAR_SHARE_OF_TAKEN, 1.0)
+    shown = np.maximum(sample(np.ones_like(maps.car), points).mean(axis=1), 1e-3)  # 1 but at the picture's edge
+    cover = np.minimum((car > 0.5).mean(axis=1) / shown / _CAR_SHARE_OF_TAKEN, 1.0)
     return _recentre((said + cover) / 2, _TAKEN_MIDDLE)
 
 
@@ -134,12 +143,13 @@ def to_seen(stalls: Stalls, taken: FloatArray, ground: GroundImage) -> tuple[Sta
 
 
 class _Voters:
-    """Core cells with what each says of its stall."""
+    """Core cells with what each says of its stall; rows and columns are counted from so far beyond the maps that all
+    centres are above 0."""
 
     def __init__(
         self, maps: NetworkMaps, core: NDArray[np.float32], rows: NDArray[Any], columns: NDArray[Any], cell_m: float
     ) -> None:
-        self.row, self.column = rows.astype(np.float64), columns.astype(np.float64)
+        self.row, self.column = rows + float(_BEYOND_CELLS), columns + float(_BEYOND_CELLS)
         self.core = core[rows, columns].astype(np.float64)
         area = maps.width[rows, columns] * maps.length[rows, columns] * (CORE_SHARE**2 / cell_m**2)
         self.weight = self.core / area  # all voters of a whole stall together weigh about 1
@@ -195,10 +205,13 @@ def _gather(voters: _Voters, peaks: tuple[NDArray[np.intp], NDArray[np.intp]], s
     return found[np.bincount(owner, minlength=count) >= _MINIMUM_VOTERS]
 
 
-def _weigh(stalls: Stalls, core: NDArray[np.float32]) -> Stalls:
-    """Lower the score of stalls that the core map itself is unsure of."""
-    mean = sample(core, sample_points(stalls)[:, _inner()]).mean(axis=1)
-    return replace(stalls, score=stalls.score * np.interp(mean, _CORE_OF_STALLS, (0.0, 1.0)))
+def _weigh(stalls: Stalls, core: NDArray[np.float32], shown: NDArray[np.float32]) -> Stalls:
+    """Lower the score of stalls that the core map itself is unsure of; raise that of stalls that are cut off."""
+    points = sample_points(stalls)[:, _inner()]
+    share = sample(shown, points).mean(axis=1)
+    share = np.where(share >= _LEAST_SHOWN, share, 1.0)
+    mean, score = sample(core, points).mean(axis=1) / share, np.minimum(stalls.score / share, 1.0)
+    return replace(stalls, score=score * np.interp(mean, _CORE_OF_STALLS, (0.0, 1.0)))
 
 
 def _inner() -> NDArray[np.bool_]:

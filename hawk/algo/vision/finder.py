@@ -43,10 +43,10 @@ class NetworkFinder:
         """Return what the network sees. Raises VisionModelError when the network fails."""
         maps = self._network.run(picture.values)
         valid = picture.valid[::CELL_PIXELS, ::CELL_PIXELS]
-        inner = cv2.erode(valid.astype(np.uint8), np.ones((2 * _EDGE_CELLS + 1,) * 2, np.uint8), borderValue=(1,))
-        core = maps.core * inner
-        cells = decode.cell_raster(picture, core)
-        stalls = decode.vote(maps, cells.metres_per_pixel, core)
+        edge = np.ones((2 * _EDGE_CELLS + 1,) * 2, np.uint8)
+        shown = np.asarray(cv2.erode(valid.astype(np.float32), edge, borderValue=(1,)), np.float32)
+        cells = decode.cell_raster(picture, maps.core * shown)
+        stalls = decode.vote(maps, cells.metres_per_pixel, shown)
         taken = decode.occupancy(maps, stalls)
         return Found(
             stalls=decode.to_seen(stalls, taken, cells),

@@ -10,14 +10,14 @@ import pytest
 from numpy.typing import NDArray
 
 from benchmarks.perception.camera_frames import measure_tilted
-from benchmarks.perception.eyes import ClassicalEye, NetworkEye, Result
+from benchmarks.perception.eyes import ClassicalEye, NetworkEye, Result, as_shown
 from benchmarks.perception.measures import Judged, calibration_error, false_alarms, measure
 from benchmarks.perception.places import Place, read_lots, read_tiles, state_array
 from benchmarks.perception.video import watch
 from hawk.algo.vision.finder import NetworkFinder
 from hawk.algo.vision.network import StallNetwork
 from hawk.model import StallState
-from hawk.survey.scoring import Finding, Truth
+from hawk.survey.scoring import Finding, Truth, match
 from hawk.worlds.generate import generate_world
 
 ROW = np.array([[[5 + 3 * k, 5], [7.5 + 3 * k, 5], [7.5 + 3 * k, 10], [5 + 3 * k, 10]] for k in range(6)], float)
@@ -110,6 +110,27 @@ def test_places_and_tiles_are_read(tmp_path: Path) -> None:
         (tiles / "labels" / f"{name}.txt").write_text("\n".join(lines))
     (tile,) = read_tiles(tiles)
     assert list(tile.truth.states) == ["taken", "free", "free", "free", "free"]
+
+
+def test_stalls_are_told_as_far_as_the_picture_shows_them() -> None:
+    stalls = np.array([[[x, 1.0], [x + 2.5, 1.0], [x + 2.5, 6.0], [x, 6.0]] for x in (5.0, -1.0, -2.3, 8.0, 12.0)])
+    cut, is_shown = as_shown(stalls, (10.0, 20.0))
+    assert is_shown.tolist() == [True, True, False, True, False]
+    assert cut[0] == pytest.approx(stalls[0])
+    for quad, (low, high) in zip(cut[1:], ((0.0, 1.5), (8.0, 10.0)), strict=True):
+        assert (quad[:, 0].min(), quad[:, 0].max()) == pytest.approx((low, high))
+        assert (quad[:, 1].min(), quad[:, 1].max()) == pytest.approx((1.0, 6.0))
+
+
+def test_a_stall_that_the_picture_s_edge_cuts_is_found(ground: Place) -> None:
+    """Half of a stall is shown: told as half a stall, in its state."""
+    stalls, scale = ground.truth.stalls, ground.metres_per_pixel
+    first = stalls[np.argsort(stalls[:, :, 0].mean(1))[0]]
+    left = round(first[:, 0].mean() / scale)
+    found = NetworkEye(StallNetwork.load()).look(np.ascontiguousarray(ground.image[:, left:]), scale).finding
+    half, _ = as_shown(first[None] - (left * scale, 0), (1e3, 1e3))
+    (number,) = match(found.stalls, half).found
+    assert found.states[number] == StallState.FREE
 
 
 def test_a_picture_of_nothing_shows_nothing_to_either_eye() -> None:

@@ -102,12 +102,28 @@ def test_specks_and_things_of_another_size_are_no_stalls() -> None:
     assert len(decode.vote(ideal_maps(stalls), CELL)) == 0
 
 
-def test_a_core_that_is_masked_does_not_vote() -> None:
+def test_what_cannot_be_seen_does_not_vote() -> None:
     stalls = row_of(3, 1.2, start=(150, 70))
-    maps = ideal_maps(stalls)
-    core = maps.core.copy()
-    core[:, :140] = 0
-    assert 0 < len(decode.vote(maps, CELL, core)) < 3
+    shown = np.ones(SIZE, np.float32)
+    shown[:, :140] = 0
+    assert 0 < len(decode.vote(ideal_maps(stalls), CELL, shown)) < 3
+
+
+@pytest.mark.parametrize("edge", [0, 100])
+@pytest.mark.parametrize("centre", [-2.0, 0.0, 2.0])
+def test_a_stall_that_is_cut_off_is_judged_by_what_is_shown_of_it(edge: int, centre: float) -> None:
+    """Cut off by the edge of the maps, or by that of what could be seen within them."""
+    maps = ideal_maps([(edge + centre, 60.0, 0.0, 13.0, 26.0)], noise=0.3)
+    shown = np.ones(SIZE, np.float32)
+    shown[:, :edge] = 0
+    found = decode.vote(maps, CELL, shown)
+    assert found.score.tolist() == [pytest.approx(1.0, abs=0.3)]
+    assert (found.column[0], found.row[0]) == pytest.approx((edge + centre, 60.0), abs=1.0)
+
+
+def test_of_a_stall_that_is_all_but_cut_off_nothing_is_made() -> None:
+    maps = ideal_maps([(-7.0, 60.0, 0.0, 13.0, 26.0)])
+    assert (decode.vote(maps, CELL).score < 0.5).all()
 
 
 def test_votes_far_outside_the_picture_do_no_harm() -> None:
