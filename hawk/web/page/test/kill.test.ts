@@ -3,6 +3,7 @@ import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 import { KillDialog } from "../src/ui/kill-dialog.ts";
 import { settle } from "./fakes.ts";
+import { welcome } from "./make.ts";
 import { flying, type Rig } from "./rig.ts";
 import { Frames, Stage } from "./stage.ts";
 
@@ -83,6 +84,28 @@ describe("cutting the motors", () => {
     });
   }
 
+  it("counts a press that was long enough on a page too busy to draw", async () => {
+    for (const [milliseconds, done] of [[900, []], [1100, ["secret"]]] as const) {
+      const { rig, stage, frames } = await ready();
+      press(stage, "pointerdown");
+      frames.stall(milliseconds);
+      press(stage, "pointerup");
+      frames.advance(2000);
+      assert.deepEqual(kills(rig), done);
+    }
+  });
+
+  it("does not count a press that left the button, however long it was", async () => {
+    for (const end of ["pointerleave", "pointercancel", "blur"]) {
+      const { rig, stage, frames } = await ready();
+      press(stage, "pointerdown");
+      frames.stall(1500);
+      press(stage, end);
+      frames.advance(2000);
+      assert.deepEqual(kills(rig), []);
+    }
+  });
+
   it("takes Enter and space, and no other button of the mouse", async () => {
     const { rig, stage, frames } = await ready();
     stage.button(RED).dispatchEvent(new PointerEvent("pointerdown", { button: 2, bubbles: true }));
@@ -136,5 +159,19 @@ describe("cutting the motors", () => {
     await stage.drawn();
     assert.match(stage.text, /took too long/);
     assert.equal(stage.button(RED).disabled, true);
+  });
+
+  it("is shut as soon as the clock of a simulated drone says so", async () => {
+    const { rig, stage } = await begun();
+    rig.server.last.say({ ...welcome(), Speed: 4 });
+    rig.server.last.say({ Type: "Kill Token", Id: rig.sent().at(-1)?.Id, Token: "secret", ValidFor: 10 });
+    await settle();
+    rig.timers.advance(2400);
+    await stage.drawn();
+    assert.equal(stage.button(RED).disabled, false);
+    rig.timers.advance(200);
+    await stage.drawn();
+    assert.equal(stage.button(RED).disabled, true);
+    assert.match(stage.text, /took too long/);
   });
 });

@@ -80,8 +80,13 @@ export class Frames {
     performance.now = () => this.time;
   }
 
-  advance(milliseconds: number): void {
+  /** Lets time pass in which the page is too busy to draw. */
+  stall(milliseconds: number): void {
     this.time += milliseconds;
+  }
+
+  advance(milliseconds: number): void {
+    this.stall(milliseconds);
     const due = [...this.waiting.values()];
     this.waiting.clear();
     for (const run of due) run(this.time);

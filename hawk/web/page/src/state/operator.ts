@@ -170,7 +170,9 @@ export class Operator extends EventTarget {
     if (this.cutting !== begun) return;
     if (answer.Type === "Kill Token") {
       this.cutting = { step: "ready", token: answer.Token, problem: "" };
-      this.cancelToken = this.outside.timers.after(answer.ValidFor * 1000, () => this.tokenExpired());
+      // the drone tells seconds of its own clock, which a simulation lets run faster
+      const validMs = (answer.ValidFor / this.daemonClock.rate) * 1000;
+      this.cancelToken = this.outside.timers.after(validMs, () => this.tokenExpired());
     } else {
       this.cutting = { step: "asking", token: null, problem: (answer.Type === "Ack" && answer.Reason) || "The drone did not allow it." };
     }

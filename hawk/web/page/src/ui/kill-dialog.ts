@@ -50,7 +50,7 @@ export class KillDialog extends Part {
       class="red"
       ?disabled=${!ready}
       @pointerdown=${(event: PointerEvent) => event.button === 0 && this.press.begin()}
-      @pointerup=${() => this.press.end()}
+      @pointerup=${() => this.press.release()}
       @pointerleave=${() => this.press.end()}
       @pointercancel=${() => this.press.end()}
       @contextmenu=${(event: Event) => event.preventDefault()}
@@ -59,7 +59,7 @@ export class KillDialog extends Part {
         event.preventDefault();
         this.press.begin();
       }}
-      @keyup=${() => this.press.end()}
+      @keyup=${() => this.press.release()}
       @blur=${() => this.press.end()}
     >
       Keep pressed 1 s to cut

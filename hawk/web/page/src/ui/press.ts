@@ -27,6 +27,15 @@ export class Press {
     this.frame = requestAnimationFrame(this.step);
   }
 
+  /** Lets go: that counts when it was pressed for long enough, though the page was too busy to draw a frame since. */
+  release(): void {
+    if (!this.running) return;
+    const isEnough = performance.now() - this.began >= this.milliseconds;
+    this.end();
+    if (isEnough) this.done();
+  }
+
+  /** Ends it, whatever came of it. */
   end(): void {
     cancelAnimationFrame(this.frame);
     this.frame = 0;

@@ -39,7 +39,7 @@ export class Slide extends LitElement {
         event.preventDefault();
         this.press.begin();
       }}
-      @keyup=${() => this.press.end()}
+      @keyup=${() => this.press.release()}
       @blur=${() => this.press.end()}
     >
       <span class="fill"></span><span class="thumb">${icon("right")}</span><span class="word">${this.text}</span>
