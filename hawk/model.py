@@ -216,6 +216,10 @@ class HeightParameters:
     desired: float = 35.0
     maximum: float = 60.0
 
+    def bounded(self, height: float) -> float:
+        """Return the height, metres, or the nearest one between minimum and maximum."""
+        return min(max(height, self.minimum), self.maximum)
+
 
 @dataclass(frozen=True, slots=True)
 class Fence:

@@ -279,7 +279,7 @@ def _pose(frame: FrameInput) -> MapPose:
 def towards(frame: FrameInput, place: Place) -> PathPlan:
     """Return the plan to fly to a place, picture along the way."""
     pose = _pose(frame)
-    height = min(max(frame.heights.desired, frame.heights.minimum), frame.heights.maximum)
+    height = frame.heights.bounded(frame.heights.desired)
     yaw = pose.yaw
     if math.dist(place, (pose.north, pose.east)) > 1.0:
         yaw = math.atan2(place[1] - pose.east, place[0] - pose.north)

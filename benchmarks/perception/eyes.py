@@ -71,7 +71,8 @@ class ClassicalEye:
 
     def look(self, image: NDArray[np.uint8], metres_per_pixel: float, *, scale: float = 1.0) -> Result:
         """Find stalls and lot."""
-        found = ClassicalFinder().find(north_up(image, metres_per_pixel, scale=scale))
+        picture = north_up(image, metres_per_pixel, scale=scale)
+        found = ClassicalFinder().find(picture)
         seen = [s for s in found.stalls if s.score >= MINIMUM_SCORE]
         table = np.array([(s.east, -s.north, s.angle - np.pi / 2, s.width, s.length, s.score, s.taken) for s in seen])
         table = table.reshape(-1, 7) / np.array([CELL_M, CELL_M, 1, CELL_M, CELL_M, 1, 1])
@@ -80,7 +81,7 @@ class ClassicalEye:
         said = np.append(table[:, 6], 0.0)[rows.source]
         taken = np.where(rows.inferred, _inner_mean(found.car.values, rows.corners()), said)
         lot = np.asarray(found.lot.values, np.float32)
-        return _result(stalls, taken, lot, _shown(image, metres_per_pixel, scale).shape, scale)
+        return _result(stalls, taken, lot, picture.values.shape, scale)
 
 
 def north_up(image: NDArray[np.uint8], metres_per_pixel: float, *, scale: float = 1.0) -> GroundImage:

@@ -119,7 +119,7 @@ class CommandDesk:
             raise ValueError("a move was accepted without a position")
         heights = self._context.heights
         wanted = command.height if isinstance(command, CompulsiveMove) else None
-        height = min(max(wanted or pose.map.height, heights.minimum), heights.maximum)
+        height = heights.bounded(wanted or pose.map.height)
         return MoveOrder(place, height, pose.map.yaw, isinstance(command, AutonomousMove), number=0)
 
     def _kill(self, client: ClientId, command: Kill) -> Ack:

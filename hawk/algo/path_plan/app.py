@@ -152,7 +152,7 @@ class PathPlanApp:
         if verdict is not None and frame.desired is not None and verdict.inbound is Inbound.INSIDE:
             target = MapPoint(frame.desired.north, frame.desired.east)
             way = verdict.route.points[1:]
-            height = exploring_height(frame.heights, frame.camera, None)
+            height = frame.heights.bounded(frame.heights.desired)
             return PathPlan(target=target, height=height, route=way, explore=explore, verdict=verdict)
         return PathPlan(explore=explore, verdict=verdict)
 

@@ -25,8 +25,7 @@ _TIMES: Final = 8
 def exploring_height(heights: HeightParameters, camera: CameraModel, cm_per_pixel: float | None) -> float:
     """Return the height to explore from, metres, within Min and Max: where a pixel right below the camera is so many
     centimetres wide, or for None the operator's desired one."""
-    wanted = heights.desired if cm_per_pixel is None else cm_per_pixel / 100 * camera.fx
-    return min(max(wanted, heights.minimum), heights.maximum)
+    return heights.bounded(heights.desired if cm_per_pixel is None else cm_per_pixel / 100 * camera.fx)
 
 
 class ReadableSpeed:

@@ -96,7 +96,7 @@ class AutonomousExplore(AirborneState):
         goal = Goal(
             plan.target.north,
             plan.target.east,
-            min(max(height, heights.minimum), heights.maximum),
+            heights.bounded(height),
             pose.yaw if plan.yaw is None else plan.yaw,
         )
         if goal.is_finite() and math.isfinite(height):
