@@ -153,8 +153,9 @@ def changed(tour: Floats, terms: Terms, rng: Generator) -> list[Floats]:
     ahead = flown_ahead(tour)
     if ahead == 0:
         return []
-    drawn = (_one_changed(tour, int(rng.integers(1, ahead + 1)), rng) for _ in range(_CHANGES))
-    return [places for places, new in drawn if new is None or terms.allowed(new[None])[0]]
+    drawn = [_one_changed(tour, int(rng.integers(1, ahead + 1)), rng) for _ in range(_CHANGES)]
+    allowed = terms.allowed(np.array([tour[0] if new is None else new for _, new in drawn]))
+    return [places for (places, new), may in zip(drawn, allowed, strict=True) if new is None or may]
 
 
 def _one_changed(tour: Floats, index: int, rng: Generator) -> tuple[Floats, Floats | None]:

@@ -9,7 +9,7 @@ not shown costs as way what sweeping it would cost, several times over; a little
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
@@ -108,7 +108,7 @@ class Tour:
     @property
     def cost(self) -> float:
         """Metres: way, turns and what is not shown."""
-        return self._way(self._places) + float(self._penalty(np.array([self.missing]))[0])
+        return float(self._ways(self._places[None])[0] + self._penalty(np.array([self.missing]))[0])
 
     def shift(self, index: int, step: float, heat: float) -> None:
         """Move one way point (not the first) by about ``step`` metres."""
@@ -134,25 +134,25 @@ class Tour:
         """Leave out a way point."""
         if len(self._places) > 1:
             picks = self._rng.permutation(np.arange(1, len(self._places)))[:_PICKS]
-            self._try([np.delete(self._places, pick, axis=0) for pick in picks], heat)
+            self._try(np.array([np.delete(self._places, pick, axis=0) for pick in picks]), heat)
 
     def add(self, heat: float) -> None:
         """Add a way point: where something is not shown, or on a leg."""
         unseen = np.flatnonzero(self._count == 0)
+        if len(unseen) == 0 and len(self._places) == 1:
+            return
+        places = np.array([self._added(unseen) for _ in range(_PICKS)])
+        places = places[self._terms.allowed(places)]
+        self._try(np.array([np.insert(self._places, self._gap(place), place, axis=0) for place in places]), heat)
+
+    def _added(self, unseen: NDArray[np.intp]) -> Floats:
+        """Draw a place to add, near one of the cells that are not shown or on a leg."""
         width = self._terms.footprint.width
-        tours = []
-        for _ in range(_PICKS):
-            if len(unseen) and (len(self._places) == 1 or self._rng.random() < 0.7):
-                place = self._wanted.cells[unseen[int(self._rng.integers(len(unseen)))]].astype(np.float64)
-                place = place + self._rng.normal(0.0, width / 6, 2)
-            elif len(self._places) > 1:
-                at = int(self._rng.integers(1, len(self._places)))
-                place = self._places[at - 1 : at + 1].mean(0) + self._rng.normal(0.0, width / 10, 2)
-            else:
-                return
-            if self._terms.allowed(place[None])[0]:
-                tours.append(np.insert(self._places, self._gap(place), place, axis=0))
-        self._try(tours, heat)
+        if len(unseen) and (len(self._places) == 1 or self._rng.random() < 0.7):
+            place = self._wanted.cells[unseen[int(self._rng.integers(len(unseen)))]].astype(np.float64)
+            return np.asarray(place + self._rng.normal(0.0, width / 6, 2))
+        at = int(self._rng.integers(1, len(self._places)))
+        return np.asarray(self._places[at - 1 : at + 1].mean(0) + self._rng.normal(0.0, width / 10, 2))
 
     def exchange(self, heat: float) -> None:
         """Turn a part of the tour round, or move it elsewhere."""
@@ -167,20 +167,21 @@ class Tour:
             at = first if self._rng.random() < 0.5 else int(self._rng.integers(1, len(rest) + 1))
             part = part[::-1] if at == first or self._rng.random() < 0.5 else part
             tours.append(np.concatenate([rest[:at], part, rest[at:]]))
-        self._try(tours, heat)
+        self._try(np.array(tours), heat)
 
     def _take(self, places: Floats, legs: Bools) -> None:
         self._places, self._legs = places, legs
         self._count = legs.sum(0, dtype=np.int16)
 
-    def _lined(self, places: Floats) -> Floats:
-        """Return (K - 1, 8) of a tour's legs: begin, end and the direction before, each (north, east), 1 for the
-        first leg, 1 for the last."""
-        legs = np.diff(places, axis=0)
-        before = np.vstack([np.array(self._terms.before).reshape(1, 2), directions(legs[:-1])])[: len(legs)]
-        ends = np.zeros((len(legs), 2))
-        ends[:1, 0] = ends[-1:, 1] = 1.0
-        return np.hstack([places[:-1], places[1:], before, ends])
+    def _lined(self, tours: Floats) -> Floats:
+        """Return (..., K - 1, 8) of the legs of tours (..., K, 2): begin, end and the direction before, each
+        (north, east), 1 for the first leg, 1 for the last."""
+        legs = np.diff(tours, axis=-2)
+        lined = np.zeros((*legs.shape[:-1], 8))
+        lined[..., 0:2], lined[..., 2:4] = tours[..., :-1, :], tours[..., 1:, :]
+        lined[..., :1, 4:6], lined[..., 1:, 4:6] = self._terms.before, directions(legs[..., :-1, :])
+        lined[..., :1, 6] = lined[..., -1:, 7] = 1.0
+        return lined
 
     def _shown(self, legs: Floats) -> Bools:
         """Return (K, N): which cells each leg (K, 8) shows, with the turn before it."""
@@ -222,10 +223,12 @@ class Tour:
     def _penalty(self, missing: NDArray[np.floating]) -> Floats:
         return self._terms.penalty(missing, self._wanted.spare)
 
-    def _way(self, places: Floats) -> float:
-        led = self._led(places)[None]
-        turns = float(_turns(led)[0] + self._first_turns(led)[0])
-        return length_of(places) + self._terms.turn_m * turns + self._terms.leg_m * (len(places) - 1)
+    def _ways(self, tours: Floats) -> Floats:
+        """Return what way and turns of tours (T, K, 2) cost, metres."""
+        led = self._led(tours)
+        turns = _turns(led) + self._first_turns(led)
+        lengths = np.hypot(*np.moveaxis(np.diff(tours, axis=1), 2, 0)).sum(1)
+        return np.asarray(lengths + self._terms.turn_m * turns + self._terms.leg_m * (tours.shape[1] - 1))
 
     def _first_turns(self, lines: Floats) -> Floats:
         """Return what the drone's own turn counts more than others, right angles: it gives up what was begun."""
@@ -233,47 +236,55 @@ class Tour:
             return np.zeros(len(lines))
         return (_FIRST_TURN - 1.0) * _turns(lines[:, :3])
 
-    def _led(self, places: Floats) -> Floats:
-        """Return the polyline with what lies behind the drone, so that its first turn counts."""
-        return places if self._behind is None else np.vstack([self._behind, places])
+    def _led(self, tours: Floats) -> Floats:
+        """Return tours (T, K, 2) with what lies behind the drone, so that the first turn counts."""
+        if self._behind is None:
+            return tours
+        behind = np.broadcast_to(self._behind, (len(tours), 1, 2))
+        return np.concatenate([behind, tours], axis=1)
 
     def _ways_about(self, index: int, tried: Floats) -> Floats:
         """Return the cost of way and turns about one way point, for each place tried for it."""
-        led, at = self._led(self._places), index + (self._behind is not None)
-        part = np.repeat(led[None, max(at - 2, 0) : at + 3], len(tried), axis=0)
+        led, at = self._led(self._places[None]), index + (self._behind is not None)
+        part = np.repeat(led[:, max(at - 2, 0) : at + 3], len(tried), axis=0)
         part[:, min(at, 2)] = tried
         first = self._first_turns(part) if at <= 2 else 0.0
         legs = part[:, max(min(at, 2) - 1, 0) : min(at, 2) + 2]
         lengths = np.hypot(*np.moveaxis(np.diff(legs, axis=1), 2, 0)).sum(1)
         return np.asarray(lengths + self._terms.turn_m * (_turns(part) + first))
 
-    def _try(self, tours: Sequence[Floats], heat: float) -> None:
-        """Draw one of the tours, or keep the present one."""
-        if not tours:
+    def _try(self, tours: Floats, heat: float) -> None:
+        """Draw one of the tours (T, K, 2), or keep the present one."""
+        if not len(tours):
             return
         kept = self._shown_by(tours)
-        costs = np.empty(len(tours) + 1)
-        costs[0] = self.cost
-        for number, (places, legs) in enumerate(zip(tours, kept, strict=True), 1):
-            missing = self._wanted.weights @ ~legs.any(0)
-            costs[number] = self._way(places) + self._penalty(np.array([missing]))[0]
-            if len(places) < 2 or len(self._places) < 2 or (places[1] != self._places[1]).any():
-                costs[number] += self._terms.keep_m
+        costs = self._ways(tours) + self._penalty(~kept.any(1) @ self._wanted.weights)
+        costs = np.concatenate([[self.cost], costs + self._terms.keep_m * self._lead_elsewhere(tours)])
         chosen = self._draw(costs, heat)
         if chosen:
             self._take(tours[chosen - 1], kept[chosen - 1])
 
-    def _shown_by(self, tours: Sequence[Floats]) -> list[Bools]:
-        """Return for each tour (K - 1, N): which cells its legs show. A leg that several have is looked at once."""
-        known = {leg.tobytes(): shown for leg, shown in zip(self._lined(self._places), self._legs, strict=True)}
-        lined = [self._lined(places) for places in tours]
-        keys = [[leg.tobytes() for leg in legs] for legs in lined]
-        new = {key: leg for legs, names in zip(lined, keys, strict=True) for key, leg in zip(names, legs, strict=True)}
-        new = {key: leg for key, leg in new.items() if key not in known}
-        if new:
-            known.update(zip(new, self._shown(np.array(list(new.values()))), strict=True))
-        none = np.zeros((0, len(self._wanted.cells)), np.bool_)
-        return [np.array([known[name] for name in names]) if names else none for names in keys]
+    def _lead_elsewhere(self, tours: Floats) -> Bools:
+        """Return which of the tours (T, K, 2) give up the first way point."""
+        if tours.shape[1] < 2 or len(self._places) < 2:
+            return np.ones(len(tours), np.bool_)
+        return np.asarray((tours[:, 1] != self._places[1]).any(1))
+
+    def _shown_by(self, tours: Floats) -> Bools:
+        """Return (T, K - 1, N): which cells the legs of tours (T, K, 2) show. A leg that several have is looked at
+        once."""
+        own, lined = self._lined(self._places), self._lined(tours)
+        legs = np.concatenate([own, lined.reshape(-1, 8)])
+        names = legs.view(f"V{legs.itemsize * 8}").ravel().tolist()
+        rows: dict[bytes, int] = {name: row for row, name in enumerate(names[: len(own)])}
+        new: list[int] = []
+        for number, name in enumerate(names[len(own) :], len(own)):
+            if name not in rows:
+                rows[name] = len(own) + len(new)
+                new.append(number)
+        shown = np.concatenate([self._legs, self._shown(legs[new])]) if new else self._legs
+        picked = np.array([rows[name] for name in names[len(own) :]], np.intp)
+        return shown[picked.reshape(lined.shape[:2])]
 
     def _draw(self, costs: Floats, heat: float) -> int:
         """Draw one of the alternatives by its cost, metres; without heat the cheapest."""
