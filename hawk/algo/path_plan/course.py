@@ -67,6 +67,14 @@ class Course:
         self._cooled = 0
         self._frame = 0
 
+    def prepare(self, outlook: Outlook) -> None:
+        """Search for the first tour, a part with every frame, while the drone does not follow it yet."""
+        self._frame += 1
+        if self._tour is None:
+            self._tour = self._challenged(outlook)
+        else:
+            self._go_on(self._tour, outlook)
+
     def follow(self, outlook: Outlook) -> Floats:
         """Return the way points still to be flown (K, 2), none when nothing is worth the way."""
         self._frame += 1
@@ -74,13 +82,16 @@ class Course:
             self._tour = self._begun(outlook)
             for sweep in range(_FIRST_SWEEPS):
                 self._sweep(self._tour, _HOT_M * (_COLD_M / _HOT_M) ** (sweep / _FIRST_SWEEPS))
-        else:
-            self._meet(self._tour, outlook)
-        if self._settings.rehearses:
-            self._better_as_flown(self._tour, outlook)
-        else:
-            self._better(self._tour, outlook)
+        self._go_on(self._tour, outlook)
         return self._tour.places[1:]
+
+    def _go_on(self, tour: Tour, outlook: Outlook) -> None:
+        """Better the tour from where the drone is by now."""
+        self._meet(tour, outlook)
+        if self._settings.rehearses:
+            self._better_as_flown(tour, outlook)
+        else:
+            self._better(tour, outlook)
 
     def _better(self, tour: Tour, outlook: Outlook) -> None:
         """Better the tour by what its legs show, or let the challenger take over."""

@@ -153,11 +153,14 @@ class Explorer:
             self._turning = Turning(place, around.footprint, self._settings.least_turn_m2, self._settings.idle_plans)
         if self._turning is None:
             return None
-        heading = self._turning.heading(around.place, around.heading, self._outlook(around).wanted)
+        outlook = self._outlook(around)
+        heading = self._turning.heading(around.place, around.heading, outlook.wanted)
         if heading is None:
             self._turning = None
             return None
         self._quiet = 0
+        if not self._route:
+            self._course.prepare(outlook)
         route = (self._turning.place, *self._route[1:])
         return Exploration(route[0], route, _status(around, route, done=False), heading)
 

@@ -188,6 +188,28 @@ def test_the_same_course_twice_is_equal() -> None:
         assert np.array_equal(first, second)
 
 
+def test_a_course_that_was_prepared_follows_without_a_long_first_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    sweeps: list[float] = []
+    sweep = Course._sweep
+
+    def counted(course: Course, tour: Tour, heat: float) -> None:
+        sweeps.append(heat)
+        sweep(course, tour, heat)
+
+    monkeypatch.setattr(Course, "_sweep", counted)
+    seen = outlook((-40.0, -50.0), ground((-50, 50, -60, 60)))
+    prepared, other = Course(PathPlanSettings()), Course(PathPlanSettings())
+    for _ in range(10):
+        sweeps.clear()
+        prepared.prepare(seen)
+        assert len(sweeps) <= 2
+    sweeps.clear()
+    way = length_of(np.vstack([seen.place, prepared.follow(seen)]))
+    assert len(sweeps) <= 2
+    assert way < 1.2 * length_of(np.vstack([seen.place, other.follow(seen)]))
+    assert len(sweeps) > 6
+
+
 def test_nothing_wanted_gives_no_way_points() -> None:
     nothing = Wanted(np.empty((0, 2), np.float32), np.empty(0, np.float32), 0.0)
     assert len(Course(PathPlanSettings()).follow(outlook((0.0, 0.0), nothing))) == 0
