@@ -26,6 +26,15 @@ _EVERY: Final = 2
 
 
 @dataclass(frozen=True, slots=True)
+class _Left:
+    """What is to be shown near the flights, as in `Wanted`, and square metres ``elsewhere``, where none comes."""
+
+    cells: Singles
+    weights: Singles
+    elsewhere: float
+
+
+@dataclass(frozen=True, slots=True)
 class Rehearsal:
     """Weighs tours that begin at the drone."""
 
@@ -36,40 +45,33 @@ class Rehearsal:
 
     def costs(self, tours: Sequence[Floats]) -> Floats:
         """Return what tours (K, 2) cost, metres: way, way points and what is not shown. Each begins at the drone."""
-        groups: dict[bytes, list[int]] = {}
-        for number, tour in enumerate(tours):
-            groups.setdefault(_tail(tour).tobytes(), []).append(number)
-        result = np.empty(len(tours))
-        for numbers in groups.values():
-            result[numbers] = self._costs([tours[number] for number in numbers])
-        return result
-
-    def _costs(self, tours: Sequence[Floats]) -> Floats:
-        """The same for tours that are equal from the last place on that is flown in the mind."""
-        tail = _tail(tours[0])
-        left = self._not_shown_by_legs(tail)
-        heads = [tour[1 : 1 + flown_ahead(tour)] for tour in tours]
+        heads, tails = [tour[1 : 1 + flown_ahead(tour)] for tour in tours], [_tail(tour) for tour in tours]
         flights = fly(self.motion, _padded(heads), np.array([len(head) for head in heads]), self.settings, _MOST_STEPS)
-        missed = self._missed(flights, heads, left, is_whole=len(tail) < 2)
+        lefts, missed = dict[bytes, _Left](), np.empty(len(tours))
+        for number, (head, tail) in enumerate(zip(heads, tails, strict=True)):
+            left = lefts.get(tail.tobytes())
+            if left is None:
+                left = lefts[tail.tobytes()] = self._left(flights, tail)
+            missed[number] = self._missed(flights, number, left, end=head[-1] if len(head) and not len(tail) else None)
         points = np.array([len(tour) - 1 for tour in tours])
-        way = flights.ways + length_of(tail) + self.terms.leg_m * points
+        way = flights.ways + [length_of(tail) for tail in tails] + self.terms.leg_m * points
         return np.asarray(way + self.terms.penalty(missed, self.wanted.spare))
 
-    def _missed(self, flights: Flights, heads: Sequence[Floats], left: Wanted, *, is_whole: bool) -> Floats:
-        """Return the square metres (B,) that neither flight nor the turn at its end shows of what is left."""
-        foot = self.terms.footprint
-        near = _about(left.cells, flights, foot.width)
-        cells, weights = left.cells[near], left.weights[near]
-        missed = np.full(len(heads), float(left.weights[~near].sum()))
-        for number, head in enumerate(heads):
-            looks = np.flatnonzero(flights.flies[:, number])[::_EVERY]
-            shown = foot.seen(
-                cells, flights.places[looks, number], flights.yaws[looks, number], flights.leans[looks, number]
-            ).any(0)
-            if is_whole and len(head):
-                shown |= ((cells - head[-1].astype(np.float32)) ** 2).sum(1) < foot.spun**2
-            missed[number] += weights @ ~shown
-        return missed
+    def _left(self, flights: Flights, tail: Floats) -> _Left:
+        """Return what the legs of a tour's last part leave to its flight."""
+        left = self._not_shown_by_legs(tail)
+        near = _about(left.cells, flights, self.terms.footprint.width)
+        return _Left(left.cells[near], left.weights[near], float(left.weights[~near].sum()))
+
+    def _missed(self, flights: Flights, number: int, left: _Left, end: Floats | None) -> float:
+        """Return the square metres of what is left that neither a flight nor the turn at its ``end`` shows."""
+        foot, looks = self.terms.footprint, np.flatnonzero(flights.flies[:, number])[::_EVERY]
+        shown = foot.seen(
+            left.cells, flights.places[looks, number], flights.yaws[looks, number], flights.leans[looks, number]
+        ).any(0)
+        if end is not None:
+            shown |= ((left.cells - end.astype(np.float32)) ** 2).sum(1) < foot.spun**2
+        return left.elsewhere + float(left.weights @ ~shown)
 
     def _not_shown_by_legs(self, tail: Floats) -> Wanted:
         """Return what the legs of a tour's last part do not show."""
