@@ -40,7 +40,6 @@ from hawk.comm.topic import Topic
 from hawk.comm.vehicle import VehicleTopics
 from hawk.config import Config, ConfigError
 from hawk.ddc.geofence import FenceError
-from hawk.ddc.motion import carrot_lead
 from hawk.ddc.operations_manager import OperationsManager
 from hawk.ddc.restart import RESTART_WINDOW_S, RestartRule, restart_rule
 from hawk.ddc.service_interface import DdcServiceInterface
@@ -402,14 +401,8 @@ def _make_manager(config: Config, survey_id: str, options: DaemonOptions) -> Alg
     caption = "SIMULATION" if options.is_simulation else ""
     manager = AlgorithmManagerApp(style=PictureStyle(config.web.video_width, config.web.video_quality, caption))
     mapper = MapperApp(map_id=survey_id or "first")
-    speed = config.flight.speed_m_s
     planner = PathPlanApp(
-        PathPlanSettings(
-            speed_m_s=speed,
-            lead_m=carrot_lead(speed),
-            cm_per_pixel=config.flight.explore_cm_per_pixel,
-            exposure_s=config.camera.exposure_s,
-        )
+        PathPlanSettings(cm_per_pixel=config.flight.explore_cm_per_pixel, exposure_s=config.camera.exposure_s)
     )
     manager.init(interface, VisionApp(settings), mapper, planner, FrameCamera(interface))
     return manager

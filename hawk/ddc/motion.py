@@ -52,11 +52,6 @@ def maximum_target_distance(speed: float) -> float:
     return TARGET_HORIZON_S * speed + stopping_distance(speed)
 
 
-def carrot_lead(speed: float) -> float:
-    """Return how far ahead of the drone the carrot goes at most, metres, for a travel speed in m/s."""
-    return CARROT_LEAD_S * speed + stopping_distance(speed)
-
-
 def stopping_point(pose: VehiclePose) -> Goal | None:
     """Return where the drone comes to rest, at its yaw; None when the map pose is not known or not finite."""
     if pose.map is None or not pose.map.is_finite():
@@ -81,7 +76,7 @@ class Carrot:
 
     def __init__(self, speed: float) -> None:
         self._speed = speed
-        self._lead = carrot_lead(speed)
+        self._lead = CARROT_LEAD_S * speed + stopping_distance(speed)
         self._place: Goal | None = None
         self._time = 0.0
 

@@ -19,7 +19,6 @@ from hawk.algo.path_plan.fence import FenceGuard
 from hawk.algo.path_plan.field import guessed, information_field, scouting_field
 from hawk.algo.path_plan.footprint import Footprint
 from hawk.algo.path_plan.lean import LeanWatch
-from hawk.algo.path_plan.motion_watch import MotionWatch
 from hawk.algo.path_plan.overview import Overview, Part, near_tiles, with_margin
 from hawk.algo.path_plan.readable import ReadableSpeed, exploring_height
 from hawk.algo.path_plan.route_keeper import RouteKeeper
@@ -80,7 +79,6 @@ class PathPlanApp:
         self._explorer = Explorer(self._settings)
         self._overview = Overview()
         self._lean = LeanWatch(self._settings)
-        self._motion = MotionWatch(self._settings)
         self._readable = ReadableSpeed(self._settings.exposure_s)
         self._guard = FenceGuard(None)
         self._routes = RouteKeeper(self._settings.near_lot_m)
@@ -181,7 +179,6 @@ class PathPlanApp:
         if around is None:
             return PathPlan(explore=ExploreStatus(reason="nothing is mapped yet"), verdict=verdict)
         plan = self._explorer.plan(around)
-        self._motion.tell(plan.target)
         if plan.target is None:
             return PathPlan(explore=plan.status, verdict=verdict)
         target, heading = to_point(plan.target), plan.heading
@@ -218,7 +215,8 @@ class PathPlanApp:
             Part(near, information_field(layers, fenced, settings.near_lot_m)),
             None if block is None else Part(block, information_field(*self._layers(block), settings.near_lot_m)),
             overview,
-            self._motion.take(pose, frame.captured, pose.yaw + frame.camera.mount_yaw),
+            place,
+            pose.yaw + frame.camera.mount_yaw,
             frame.speed,
             self._footprint(swath),
             self._guard,

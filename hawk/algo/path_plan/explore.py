@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from hawk.algo.path_plan.course import Course, Outlook
 from hawk.algo.path_plan.fence import FenceGuard
 from hawk.algo.path_plan.field import Grid, InformationField, Place
-from hawk.algo.path_plan.following import Motion
 from hawk.algo.path_plan.footprint import Bools, Floats, Footprint
 from hawk.algo.path_plan.overview import Overview, Part
 from hawk.algo.path_plan.route import way_round
@@ -53,16 +52,17 @@ class Surroundings:
     """What one plan is made from.
 
     ``near`` is the ground about the drone, ``rest`` another part of which the ``overview`` does not know yet.
-    ``motion`` is the drone's, with the picture's heading, ``speed`` over ground, m/s; ``unclear`` are the stalls whose
-    state is not known, by id; ``scouting`` is the field for looking around, None when the lot is large enough to be
-    the whole; ``share`` (0..1) is what is wanted of the near field's cells, once that is found out; ``lot_known`` is
-    False while what looks like a lot stands in for one.
+    ``place`` is the drone's, ``heading`` the picture's (radians), ``speed`` over ground, m/s; ``unclear`` are the
+    stalls whose state is not known, by id; ``scouting`` is the field for looking around, None when the lot is large
+    enough to be the whole; ``share`` (0..1) is what is wanted of the near field's cells, once that is found out;
+    ``lot_known`` is False while what looks like a lot stands in for one.
     """
 
     near: Part
     rest: Part | None
     overview: Overview
-    motion: Motion
+    place: Place
+    heading: float
     speed: float
     footprint: Footprint
     fence: FenceGuard
@@ -70,16 +70,6 @@ class Surroundings:
     scouting: InformationField | None = None
     share: Grid | None = None
     lot_known: bool = True
-
-    @property
-    def place(self) -> Place:
-        """Where the drone is."""
-        return as_place(self.motion.place)
-
-    @property
-    def heading(self) -> float:
-        """The picture's heading, radians."""
-        return self.motion.yaw
 
     @property
     def field(self) -> InformationField:
@@ -214,7 +204,7 @@ class Explorer:
         )
         assert around.share is not None  # noqa: S101 - found out before
         wanted = around.overview.wanted(around.near, around.share, self._spare(around))
-        return Outlook(around.motion, wanted, terms)
+        return Outlook(around.place, around.heading, wanted, terms)
 
     def _spare(self, around: Surroundings) -> float:
         """Return the square metres that the tour may leave out."""

@@ -23,8 +23,6 @@ Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 Bools = NDArray[np.bool_]
 
-GRAVITY: Final = 9.80665
-"""m/s²."""
 LEVEL: Final = Lean(0.0, 0.0, 0.0, 0.0)
 """How the picture of a camera moves that is kept level: not at all."""
 
@@ -49,7 +47,7 @@ class Footprint:
 
     ``turned`` is the radius about a way point that the picture shows by turning to the next leg, ``spun`` the radius
     about a place where it turns half round; 0: turns are not counted on. ``lean`` says how far the picture moves while
-    the drone leans. ``height`` is the camera's, metres; ``leans`` the share (0..1) of the drone's lean that it takes.
+    the drone leans.
     """
 
     width: float
@@ -57,15 +55,12 @@ class Footprint:
     turned: float = 0.0
     spun: float = 0.0
     lean: Lean = LEVEL
-    height: float = 35.0
-    leans: float = 0.0
 
     @classmethod
     def of(cls, swath: Swath, settings: PathPlanSettings, leans: float = 1.0) -> Footprint:
         """Return what a camera shows that turns with the drone, and leans by a share of what the settings say."""
         turned, spun = settings.turned_share * swath.width / 2, settings.spun_share * swath.reach
-        lean = Lean.of(swath, settings, leans)
-        return cls(swath.width, swath.depth, turned, spun, lean, swath.height, leans if settings.lean_deg > 0 else 0.0)
+        return cls(swath.width, swath.depth, turned, spun, Lean.of(swath, settings, leans))
 
     def shown(self, cells: Singles, begins: Floats, ends: Floats, corners: Corners | None = None) -> Bools:
         """Return (K, N): which of N cells (N, 2) each of K straight legs shows, with the corner where it begins."""
@@ -86,29 +81,6 @@ class Footprint:
         if lean.corner > 0:
             shown |= _outwards(along + half, across, unit, corners.before, lean)
         return np.asarray(shown)
-
-    def seen(self, cells: Singles, places: Floats, yaws: Floats, leans: Floats) -> Bools:
-        """Return (M, N): which of N cells each of M pictures shows.
-
-        ``places`` (M, 2), ``yaws`` (M,) radians; ``leans`` (M, 2) is the acceleration that the drone leans for, m/s².
-        """
-        down = np.column_stack([-leans * self.leans, np.full(len(places), GRAVITY)])
-        down /= np.linalg.norm(down, axis=1)[:, None]
-        ahead = np.column_stack([np.cos(yaws), np.sin(yaws), np.zeros(len(yaws))])
-        ahead -= (ahead * down).sum(1)[:, None] * down
-        ahead /= np.linalg.norm(ahead, axis=1)[:, None]
-        aside = np.cross(down, ahead)
-        # the place of a cell in the camera's frame is one product of matrices
-        ground = np.column_stack([cells, np.ones(len(cells), np.float32)]).T
-        below, along, across = (
-            _coefficients(axis * scale, places, self.height) @ ground
-            for axis, scale in (
-                (down, 1.0),
-                (ahead, 2 * self.height / self.depth),
-                (aside, 2 * self.height / self.width),
-            )
-        )
-        return np.asarray((np.abs(along) <= below) & (np.abs(across) <= below))
 
     def swept(self, cells: Singles, place: Floats, heading: float, headings: Floats) -> Bools:
         """Return (K, N): which cells the picture shows while it turns on the spot from one heading to each of K
@@ -137,10 +109,6 @@ class Footprint:
         right = np.minimum((aside - most) % math.pi, (aside + least) % math.pi)
         left = np.minimum((least - aside) % math.pi, (-most - aside) % math.pi)
         return np.where(is_shown, 0.0, left), np.where(is_shown, 0.0, right)
-
-
-def _coefficients(axis: Floats, places: Floats, height: float) -> Singles:
-    return np.column_stack([axis[:, :2], axis[:, 2] * height - (axis[:, :2] * places).sum(1)]).astype(np.float32)
 
 
 def _outwards(along: Singles, across: Singles, unit: Floats, before: Floats, lean: Lean) -> Bools:

@@ -27,12 +27,6 @@ class PathPlanSettings:
     """Expected new lot about the drone below which it does not turn on the spot for it."""
     near_lot_m: float = 10.0
     """How far from the lot the drone may be while it explores."""
-    speed_m_s: float = 4.0
-    """Travel speed of the drone, m/s."""
-    lead_m: float = 11.2
-    """How far ahead of the drone the carrot goes at that speed (`hawk.ddc.motion.carrot_lead`)."""
-    acceleration_m_s2: float = 2.5
-    """What the drone speeds up and turns with: ArduCopter's WPNAV_ACCEL, m/s²."""
     cm_per_pixel: float | None = None
     """Wanted size of a pixel on the ground while exploring, centimetres; None: the operator's desired height."""
     exposure_s: float = 0.01
@@ -57,9 +51,6 @@ class PathPlanSettings:
     """The same once all the rest was seen."""
     most_spare_m2: float = 300.0
     """The most that either leaves out, however large the lot."""
-    rehearses: bool = False
-    """Whether tours are weighed by flying them in the mind: shorter ways through the exploration's model, no shorter
-    ones with vision so far, and dearer frames (docs/decisions/0006)."""
     switch_m: float = 4.0
     """So much shorter another tour must be to take over from the one that is flown."""
     idle_plans: int = 24
