@@ -16,6 +16,8 @@ from hawk.worlds.style import LotStyle
 
 PARALLEL_DEPTH_M = 2.4
 """Room that kerbside stalls need, metres."""
+_ISLAND = 1
+"""The ending of a row that an island closes (`LotStyle.ends`)."""
 WORN_BELOW = 0.6
 """A stall whose better long line keeps less than this share of its paint is worn."""
 
@@ -53,6 +55,8 @@ def plan_row(
     first = cap + max(0.0, -shift)
     slots = [_Slot(axes, first + k * style.pitch, style.pitch, style.depth, shift) for k in range(count)]
     paint = _line_strengths(rng, count + 1, style)
+    if ending == _ISLAND and style.bare_ends:
+        paint[[0, -1]] *= rng.random(2) >= style.bare_ends
     for slot, strength in zip([*slots, _after(slots[-1])], paint, strict=True):
         _divider(plan, rng, slot, style, float(strength))
     if style.unpainted:
@@ -233,7 +237,7 @@ def _cap(plan: Plan, rng: np.random.Generator, slot: _Slot, reach: float, ending
     share = reach / slot.pitch
     low, high = (share, 0.0) if reach < 0 else (1.0, 1.0 + share)
     corners = np.array([slot.at(low, 0), slot.at(high, 0), slot.at(high, 1), slot.at(low, 1)])
-    if ending == 1:
+    if ending == _ISLAND:
         _island(plan, rng, corners, style)
     else:
         hatch(plan, rng, corners, style.line_width * rng.uniform(1, 1.6), 1, strength=rng.uniform(0.6, 1))

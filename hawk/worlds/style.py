@@ -20,7 +20,8 @@ class LotStyle:
     ``skew`` leans the stalls away from square to the aisle. ``occupancy`` is the share taken; ``drop`` the share of
     lines that are missing or cut short, ``worn`` the share in worn stretches. ``ends`` weighs what closes a row:
     nothing, island, hatching. ``unpainted`` lots have cars in rows and no lines. ``shelters`` is the share of slots
-    that a roof for shopping carts stands on.
+    that a roof for shopping carts stands on. ``bare_ends`` is the share of rows' ends at islands where no line bounds
+    the last stall: the kerb does.
     """
 
     width: float
@@ -49,6 +50,7 @@ class LotStyle:
     kerb: tuple[float, float, float] | None
     unpainted: bool
     shelters: float = 0.0
+    bare_ends: float = 0.0
 
     @property
     def pitch(self) -> float:
@@ -99,6 +101,7 @@ def sample_style(rng: np.random.Generator, *, calm: bool = False) -> LotStyle:
         kerb=grey(rng, 140, 228) if rng.random() < 0.65 else None,
         unpainted=bool(not calm and rng.random() < 0.03),
         shelters=0.0 if calm else float(rng.choice([0.0, 0.0, 0.03])),
+        bare_ends=0.0 if calm else float(rng.choice([0.0, 0.6])),
     )
 
 
