@@ -9,7 +9,10 @@ from hawk.worlds.plan import Axes, Plan
 
 _TREES = ((3.0, 7.0), (1.6, 3.4), (1.8, 3.4))
 _HEDGE = ((0.9, 1.8), (0.8, 1.5), (1.8, 4.5))
-"""Distance of the stems, metres; radius of the crowns, metres; height over radius."""
+_COLUMNS = ((1.5, 3.2), (0.6, 1.2), (4.0, 8.0))
+"""Distance of the stems, metres; radius of the crowns, metres; height over radius. Columns: poplars, hornbeams."""
+_SHARES = (0.5, 0.25, 0.25)
+"""How often each of them is planted."""
 _HEIGHT_M = (1.2, 12.0)
 _BEHIND_M = (-0.6, 2.2)
 """How far behind the stalls' closed ends the stems stand, metres."""
@@ -22,7 +25,7 @@ _REACH_M = (14.0, 60.0)
 
 
 def plant_avenue(plan: Plan, rng: np.random.Generator) -> None:
-    """Plant a line of trees, or a hedge, behind a part of one of the plan's rows; nothing where it has no stalls."""
+    """Plant a line of trees, broad or columnar, or a hedge behind a part of one of the plan's rows, if it has stalls."""
     if not plan.stalls:
         return
     heads = np.array([stall.corners[2:].mean(axis=0) for stall in plan.stalls])
@@ -31,7 +34,7 @@ def plant_avenue(plan: Plan, rng: np.random.Generator) -> None:
     picked = int(rng.integers(len(heads)))
     (x, y), (across, down) = heads[picked].tolist(), outward[picked].tolist()
     axes = Axes((x, y), (-down, across), (across, down))
-    step, radius, slender = _HEDGE if rng.random() < 0.35 else _TREES
+    step, radius, slender = (_TREES, _HEDGE, _COLUMNS)[int(rng.choice(3, p=_SHARES))]
     spacing, crown, tall = rng.uniform(*step), rng.uniform(*radius), rng.uniform(*slender)
     reach, behind = rng.uniform(*_REACH_M), rng.uniform(*_BEHIND_M)
     along = (_row(heads, outward, picked) - axes.origin) @ axes.u

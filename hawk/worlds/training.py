@@ -21,7 +21,7 @@ BARE_SHARE = 0.16
 """Share of the scenes that have no lot at all."""
 PLAIN_SHARE = 0.08
 """Share of the scenes whose lot has next to nothing around it."""
-AVENUE_SHARE = 0.2
+AVENUE_SHARE = 0.25
 """Share of the scenes with a line of trees or a hedge at the heads of a row, besides the trees that all have."""
 HIDDEN_SHARE = 0.7
 """A stall is hidden when more of it than this lies under crowns and roofs."""
