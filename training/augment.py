@@ -13,6 +13,7 @@ from training.targets import TrainingScene, draw_targets
 
 SCALE = (0.65, 1.5)
 """Range of the random scale; stalls of other sizes than usual, and heights that are known badly."""
+_SHADOWS_SHARE = 0.3
 
 
 def sample(
@@ -28,7 +29,8 @@ def sample(
     known = cv2.warpAffine(np.ones((height, width), np.uint8), to_crop, (side, side), flags=cv2.INTER_NEAREST)
     stalls = scene.quads @ to_crop[:, :2].T + to_crop[:, 2]
     target = draw_targets(np.asarray(labels, np.uint8), np.asarray(known, np.uint8), stalls, scene.taken, scene.judged)
-    lit = light(shaded(retextured(np.asarray(image, np.float32), rng), rng), rng)
+    cast = with_shadows(retextured(np.asarray(image, np.float32), rng), stalls[~scene.taken], rng)
+    lit = light(shaded(cast, rng), rng)
     return np.ascontiguousarray(lit.transpose(2, 0, 1)) / np.float32(255) - np.float32(0.5), target
 
 
@@ -52,7 +54,7 @@ def retextured(image: NDArray[np.float32], rng: np.random.Generator) -> NDArray[
 def shaded(image: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np.float32]:
     """Return a picture (H, W, 3) on part of which, cars and all, the shade of something outside it falls, or none.
 
-    Shade keeps some of the sky's blue. Half are the straight shadows of buildings, half the ragged ones of trees.
+    Half are the straight shadows of buildings, half the ragged ones of trees.
     """
     if rng.random() > 0.35:
         return image
@@ -64,6 +66,34 @@ def shaded(image: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np.f
         size = rng.uniform(20, 70)
         field = (_grain((height, width), size, rng) + 0.5 * _grain((height, width), size / 5, rng) - 0.6) * 8
     depth = np.clip(0.5 + field / rng.uniform(1, 4), 0, 1) * rng.uniform(0.75, 1.0)
+    return _dimmed(image, depth, rng)
+
+
+def with_shadows(
+    image: NDArray[np.float32], free: NDArray[np.floating], rng: np.random.Generator
+) -> NDArray[np.float32]:
+    """Return a picture (H, W, 3) in which shadows as of vans and lorries lie over some of the ``free`` stalls
+    (N, 4, 2), in pixels, or none: a dark, even, straight-edged patch is not yet a car."""
+    if len(free) == 0 or rng.random() > _SHADOWS_SHARE:
+        return image
+    depth = np.zeros(image.shape[:2], np.float32)
+    picked = rng.permutation(len(free))[: int(rng.integers(1, 6))]
+    side = rng.random() < 0.5  # the sun stands on one side of all of them
+    begin, slant = rng.uniform(-0.15, 0.2), rng.normal(0, 0.12)
+    for quad in free[picked]:
+        origin, across, along = quad[0], quad[1] - quad[0], quad[3] - quad[0]
+        if side:
+            origin, across = quad[1], -across
+        reach = rng.uniform(0.3, 1.1)
+        shares = np.array([(-0.05, begin), (reach, begin + slant), (reach, begin + slant + 0.9), (-0.05, begin + 0.9)])
+        corners = origin + shares[:, :1] * across + shares[:, 1:] * along * rng.uniform(0.8, 1.05)
+        cv2.fillConvexPoly(depth, np.round(corners * 16).astype(np.int32), 1.0, cv2.LINE_AA, 4)
+    depth = np.asarray(cv2.GaussianBlur(depth, (0, 0), rng.uniform(0.5, 1.5)), np.float32) * rng.uniform(0.75, 1.0)
+    return _dimmed(image, depth, rng)
+
+
+def _dimmed(image: NDArray[np.float32], depth: NDArray[np.floating], rng: np.random.Generator) -> NDArray[np.float32]:
+    """Return a picture (H, W, 3) with shade over it as deep as told (H, W), 0..1: it keeps some of the sky's blue."""
     left, cold = rng.uniform(0.25, 0.7), rng.uniform(0, 0.6)
     gain = np.array([min(1.0, left * (1 + cold)), left, left * (1 - 0.5 * cold)])
     return np.asarray(image * (1 - depth[..., None] * (1 - gain)), np.float32)
