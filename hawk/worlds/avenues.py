@@ -25,7 +25,7 @@ _REACH_M = (14.0, 60.0)
 
 
 def plant_avenue(plan: Plan, rng: np.random.Generator) -> None:
-    """Plant a line of trees, broad or columnar, or a hedge behind a part of one of the plan's rows, if it has stalls."""
+    """Plant a line of trees, broad or columnar, or a hedge behind a part of one of the plan's rows if it has any."""
     if not plan.stalls:
         return
     heads = np.array([stall.corners[2:].mean(axis=0) for stall in plan.stalls])

@@ -17,7 +17,7 @@ from hawk.algo.vision import decode, quads
 from hawk.algo.vision.network import maps_from_output
 from hawk.worlds.training import Scene, SceneStall, draw_scene
 from training import pool as pool_module
-from training.augment import light, retextured, sample, shaded
+from training.augment import light, retextured, sample, shaded, with_shadows
 from training.pool import ScenePool, training_scene
 from training.targets import (
     CAR,
@@ -153,6 +153,21 @@ def test_shade_darkens_a_part_and_keeps_the_rest() -> None:
     assert 4 <= len(changed) <= 20
     assert np.mean([(one < 150).any(axis=2).mean() < 0.98 for one in changed]) > 0.7
     assert all(one[..., 0].sum() >= one[..., 2].sum() for one in changed), "shade is blue"
+
+
+def test_shadows_of_lorries_lie_over_free_stalls_alone() -> None:
+    image = np.full((120, 200, 3), 160.0, np.float32)
+    quads = np.array([[(x, 40.0), (x + 26, 40.0), (x + 26, 92.0), (x, 92.0)] for x in (20.0, 130.0)])
+    drawn = [with_shadows(image, quads, np.random.default_rng(seed)) for seed in range(60)]
+    dark = [one[..., 1] < 150 for one in drawn]
+    assert 8 <= sum(one.any() for one in dark) <= 30
+    assert all((one <= image + 0.01).all() for one in drawn)
+    beside = np.ones(image.shape[:2], np.bool_)
+    for x in (20, 130):
+        beside[20:112, x - 8 : x + 34] = False
+    assert not any((one & beside).any() for one in dark)
+    assert max(one[50:80, 20:46].mean() for one in dark) > 0.9
+    assert np.array_equal(with_shadows(image, quads[:0], np.random.default_rng(0)), image)
 
 
 def test_the_pool_holds_what_its_seed_draws() -> None:

@@ -105,6 +105,16 @@ def test_islands_and_hatched_bays_are_no_stalls() -> None:
     assert not any(bay.intersects(shapely.Polygon(stroke.polygon)) for bay in bays for stroke in slanted)
 
 
+@pytest.mark.parametrize(("bare_ends", "lines"), [(0.0, 2), (1.0, 0)])
+def test_where_the_kerb_bounds_the_last_stall_it_has_no_line_there(bare_ends: float, lines: int) -> None:
+    plan = _plan()
+    plan_row(plan, _rng(1), EAST, 50, _style(ends=(0.0, 1.0, 0.0), bare_ends=bare_ends))
+    ends = [min(s.corners[:, 0].min() for s in plan.stalls), max(s.corners[:, 0].max() for s in plan.stalls)]
+    drawn = [stroke for stroke in plan.strokes if np.abs(stroke.polygon[:, 0].mean() - ends).min() < 0.1]
+    assert len(drawn) == lines
+    assert len(plan.strokes) == len(plan.stalls) - 1 + lines
+
+
 @pytest.mark.parametrize("seed", range(12))
 def test_hatching_stays_in_its_bay(seed: int) -> None:
     plan = _plan()
