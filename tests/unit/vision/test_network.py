@@ -29,8 +29,9 @@ def network() -> StallNetwork:
 
 @pytest.fixture(scope="module")
 def lot() -> Scene:
-    """A drawn lot, 38 x 29 m, with free and taken stalls; 24 are wholly in the picture and not under trees."""
-    return draw_scene(np.random.default_rng((500, 17)), (288, 384))
+    """A drawn lot, 38 x 29 m: the first in which 20 stalls, free and taken, are wholly in sight."""
+    scenes = (draw_scene(np.random.default_rng((500, k)), (288, 384)) for k in range(100))
+    return next(scene for scene in scenes if len(whole(scene)) >= 20 and 4 <= sum(s.taken for s in whole(scene)) <= 16)
 
 
 def whole(lot: Scene) -> list[SceneStall]:
@@ -49,7 +50,6 @@ def test_the_shipped_network_finds_painted_stalls_and_the_cars_in_them(network: 
     ground = GroundImage(lot.image, NORTH_UP, np.ones(lot.image.shape[:2], np.bool_))
     found = NetworkFinder(network).find(ground)
     stalls = whole(lot)
-    assert len(stalls) == 24
     places = ground.map_points(np.array([stall.quad.mean(axis=0) for stall in stalls]))
     apart = np.array([[math.hypot(s.north - n, s.east - e) for s in found.stalls] for n, e in places])
     seen = apart.min(axis=1) < 0.8
