@@ -273,6 +273,27 @@ async def test_a_full_disk_is_told_and_nothing_is_lost_when_there_is_room_again(
     assert read_journal(folder(tmp_path)).map_parts == {"a": b"1" * 100, "b": b"2" * 100, "c": b"3" * 100}
 
 
+async def test_whoever_waits_for_the_disk_finds_the_journal_healthy(
+    make: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    disk = Disk()
+    journal = make(opener=disk.open)
+    told: list[bool] = []
+    tell = journal._tell_synced
+
+    def watched(target: int) -> None:
+        told.append(journal.health.is_healthy)
+        tell(target)
+
+    monkeypatch.setattr(journal, "_tell_synced", watched)
+    disk.full = True
+    journal.put_map({"a": b"1" * 100})
+    assert not await journal.flush(0.3)
+    disk.full = False
+    assert await journal.flush(5.0)
+    assert told == [True]
+
+
 async def test_a_disk_that_stays_full_does_not_fill_with_pieces(make: Make, tmp_path: Path) -> None:
     disk = Disk()
     journal = make(opener=disk.open)
