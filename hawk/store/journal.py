@@ -216,13 +216,7 @@ class FlightJournal:
             with contextlib.suppress(OSError):
                 self._close_file()
             return False
-        self._recover()
         return True
-
-    def _recover(self) -> None:
-        if not self._health.is_healthy:
-            _LOG.info("Journal: written again")
-        self._health = Health()
 
     def _pause(self, seconds: float) -> None:
         deadline = time.monotonic() + seconds
@@ -251,7 +245,9 @@ class FlightJournal:
             with self._ready:  # what came meanwhile is newer
                 self._pending = taken | self._pending
             raise
-        self._recover()  # before those are told who wait for it
+        if not self._health.is_healthy:
+            _LOG.info("Journal: written again")
+        self._health = Health()  # before those are told who wait for it
         self._tell_synced(target)
         if self._written > max(self._compact_bytes, _COMPACT_FACTOR * self._live_bytes()):
             self._open_file()

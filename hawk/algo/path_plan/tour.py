@@ -69,7 +69,7 @@ class Terms:
 
 def length_of(places: Floats) -> float:
     """Return the length of a polyline (K, 2), metres."""
-    return float(np.hypot(*np.diff(places, axis=0).T).sum())
+    return float(_lengths(places[None])[0])
 
 
 class Tour:
@@ -227,8 +227,8 @@ class Tour:
         """Return what way and turns of tours (T, K, 2) cost, metres."""
         led = self._led(tours)
         turns = _turns(led) + self._first_turns(led)
-        lengths = np.hypot(*np.moveaxis(np.diff(tours, axis=1), 2, 0)).sum(1)
-        return np.asarray(lengths + self._terms.turn_m * turns + self._terms.leg_m * (tours.shape[1] - 1))
+        ways: Floats = _lengths(tours) + self._terms.turn_m * turns + self._terms.leg_m * (tours.shape[1] - 1)
+        return ways
 
     def _first_turns(self, lines: Floats) -> Floats:
         """Return what the drone's own turn counts more than others, right angles: it gives up what was begun."""
@@ -250,8 +250,7 @@ class Tour:
         part[:, min(at, 2)] = tried
         first = self._first_turns(part) if at <= 2 else 0.0
         legs = part[:, max(min(at, 2) - 1, 0) : min(at, 2) + 2]
-        lengths = np.hypot(*np.moveaxis(np.diff(legs, axis=1), 2, 0)).sum(1)
-        return np.asarray(lengths + self._terms.turn_m * (_turns(part) + first))
+        return _lengths(legs) + self._terms.turn_m * (_turns(part) + first)
 
     def _try(self, tours: Floats, heat: float) -> None:
         """Draw one of the tours (T, K, 2), or keep the present one."""
@@ -300,6 +299,12 @@ class Tour:
         if len(detours) == 0 or away[-1] < detours.min():
             return len(self._places)
         return int(np.argmin(detours)) + 1
+
+
+def _lengths(lines: Floats) -> Floats:
+    """Return the lengths of polylines (T, K, 2), metres."""
+    legs = np.diff(lines, axis=1)
+    return np.asarray(np.hypot(legs[..., 0], legs[..., 1]).sum(1))
 
 
 def _turns(lines: Floats) -> Floats:

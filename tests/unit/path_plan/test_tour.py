@@ -218,4 +218,4 @@ def test_while_nothing_changes_the_tour_only_gets_cheaper() -> None:
         places = np.vstack([seen.place, course.follow(seen)])
         costs.append(Tour(seen.terms, seen.wanted, places, seen.yaw, np.random.default_rng(0)).cost)
     assert all(after <= before + 1e-6 for before, after in itertools.pairwise(costs))
-    assert costs[-1] < costs[0] - 1
+    assert costs[-1] < costs[0] - 5
