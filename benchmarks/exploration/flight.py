@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, Protocol
 
@@ -15,13 +17,14 @@ from benchmarks.exploration.setups import Setup
 from benchmarks.exploration.surveyed import Coverage, SurveyedMap
 from benchmarks.kinematic_drone import GNSS_SIGMA_M, STEP_S, Drone, goal_of
 from hawk.algo.frame import FrameInput
-from hawk.ddc.motion import RoamingWatch
+from hawk.ddc.motion import Goal, RoamingWatch
 from hawk.model import HeightParameters, MapPose, PathPlan, StateName
 
 WANTED: Final = 0.98
 """Share of the lot that must be seen."""
 FRAME_S: Final = 0.25
 """Seconds between two frames that are worked on; a plan leads the drone when the next one is taken."""
+_TICKS: Final = round(FRAME_S / STEP_S)
 _LONGEST_S: Final = 300.0
 _LONGEST_S_M: Final = 1.5  # and so many seconds for each metre of the least way
 
@@ -67,44 +70,87 @@ class _Excursions:
         self._outside = outside
 
 
+class Stage:
+    """A flight between two frames; a pilot without errors may go on from a copy of it in another way."""
+
+    def __init__(self, lot: Lot, setup: Setup, rng: np.random.Generator, *, errors: bool) -> None:
+        start = MapPose(*lot.start, setup.height, 0.0, 0.0, lot.yaw)
+        self.drone = Drone(start, lot.fence, rng, GNSS_SIGMA_M if errors else 0.0)
+        self.coverage, self.excursions, self.roaming = Coverage(lot, setup), _Excursions(lot), RoamingWatch()
+        self.goal: Goal | None = None
+        self.waiting = PathPlan()
+        self.wanted: tuple[float, float] | None = None
+        self.plan_ms: list[float] = []
+        self.track: list[tuple[float, float, float]] = []
+
+    def copy(self) -> Stage:
+        """Return the same flight, to be continued by itself. Generators are shared: for flights without errors."""
+        other = copy.copy(self)
+        other.drone, other.coverage = self.drone.copy(), self.coverage.copy()
+        other.excursions, other.roaming = copy.copy(self.excursions), copy.copy(self.roaming)
+        other.plan_ms, other.track = self.plan_ms.copy(), self.track.copy()
+        return other
+
+    def tick(self) -> bool:
+        """Let one tick pass; whether the drone is stuck."""
+        self.drone.step(self.goal)
+        self.excursions.look(self.drone.true)
+        return self.roaming.is_stuck(self.drone.believed, self.drone.seconds)
+
+
 def fly(
-    lot: Lot, setup: Setup, pilot: Pilot, *, errors: bool = True, to_the_end: bool = True, maps: bool = True
+    lot: Lot,
+    setup: Setup,
+    pilot: Pilot,
+    *,
+    errors: bool = True,
+    to_the_end: bool = True,
+    maps: bool = True,
+    stage: Stage | None = None,
+    watch: Callable[[Stage], None] = lambda _: None,
 ) -> Flown:
     """Fly until the pilot is done, is stuck or takes far too long; with ``to_the_end`` False at 98 % at the latest.
 
     ``errors`` False takes away the errors of position and map. The seed's own generators give equal errors to all.
     ``maps`` False leaves the map blank, for a pilot that knows the lot: looking takes half of a flight's time.
+    ``stage`` is a flight to go on with, which is changed; ``watch`` sees the flight before every frame.
     """
     generators = [np.random.default_rng([lot.seed, stream]) for stream in (1, 2)]
-    start = MapPose(*lot.start, setup.height, 0.0, 0.0, lot.yaw)
-    drone = Drone(start, lot.fence, generators[0], GNSS_SIGMA_M if errors else 0.0)
     known = SurveyedMap(lot, setup, generators[1], errors=errors)
-    coverage, excursions, roaming = Coverage(lot, setup), _Excursions(lot), RoamingWatch()
-    goal, waiting = None, PathPlan()
-    wanted: tuple[float, float] | None = None
-    ticks_per_frame, tick, end = round(FRAME_S / STEP_S), 0, ""
-    plan_ms: list[float] = []
-    track: list[tuple[float, float, float]] = []
+    now = stage or Stage(lot, setup, generators[0], errors=errors)
+    end = ""
     while not end:
-        if tick % ticks_per_frame == 0:
-            goal = goal_of(waiting, drone.believed, goal)
-            if maps:
-                known.look(drone.true, drone.believed)
-            coverage.look(drone.true)
-            begun = time.thread_time()
-            waiting = pilot.plan(_frame(lot, setup, drone, len(track)), known)
-            plan_ms.append((time.thread_time() - begun) * 1e3)
-            track.append((drone.true.north, drone.true.east, coverage.share))
-            if wanted is None and coverage.share >= WANTED:
-                wanted = drone.way, drone.seconds
-            end = _end(waiting, wanted if not to_the_end else None, drone.seconds, setup.bound(lot.area))
-        drone.step(goal)
-        excursions.look(drone.true)
-        end = end or ("stuck" if roaming.is_stuck(drone.believed, drone.seconds) else "")
-        tick += 1
-    way, seconds = wanted if wanted is not None else (None, None)
-    times, places = np.array(plan_ms), np.array(track)
-    return Flown(way, seconds, drone.way, drone.seconds, coverage.share, excursions.count, end, times, places)
+        watch(now)
+        now.goal = goal_of(now.waiting, now.drone.believed, now.goal)
+        if maps:
+            known.look(now.drone.true, now.drone.believed)
+        now.coverage.look(now.drone.true)
+        begun = time.thread_time()
+        now.waiting = pilot.plan(_frame(lot, setup, now.drone, len(now.track)), known)
+        now.plan_ms.append((time.thread_time() - begun) * 1e3)
+        now.track.append((now.drone.true.north, now.drone.true.east, now.coverage.share))
+        if now.wanted is None and now.coverage.share >= WANTED:
+            now.wanted = now.drone.way, now.drone.seconds
+        end = _end(now.waiting, now.wanted if not to_the_end else None, now.drone.seconds, setup.bound(lot.area))
+        end = _let_pass(now, end)
+    return _flown(now, end)
+
+
+def _let_pass(now: Stage, end: str) -> str:
+    """Let the ticks pass until the next frame, or one when the flight is over; return why it ended."""
+    for _ in range(_TICKS):
+        is_stuck = now.tick()
+        end = end or ("stuck" if is_stuck else "")
+        if end:
+            break
+    return end
+
+
+def _flown(now: Stage, end: str) -> Flown:
+    way, seconds = now.wanted if now.wanted is not None else (None, None)
+    drone, times, places = now.drone, np.array(now.plan_ms), np.array(now.track)
+    count = now.excursions.count
+    return Flown(way, seconds, drone.way, drone.seconds, now.coverage.share, count, end, times, places)
 
 
 def _frame(lot: Lot, setup: Setup, drone: Drone, sequence: int) -> FrameInput:

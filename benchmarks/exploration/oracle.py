@@ -17,16 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.exploration.disc import Disc
-from benchmarks.exploration.flight import fly
 from benchmarks.exploration.lots import Lot
-from benchmarks.exploration.pilots import TourPilot
 from benchmarks.exploration.polish import OracleTour, polished
 from benchmarks.exploration.setups import Setup
 from benchmarks.exploration.surveyed import FINE_M, drawn
+from benchmarks.exploration.tour_flights import TourFlights
 from hawk.algo.mapper.window import Window
 from hawk.algo.path_plan.footprint import Floats, Footprint
 from hawk.algo.path_plan.settings import PathPlanSettings
-from hawk.algo.path_plan.tour import Terms, Tour, Wanted, as_place, length_of
+from hawk.algo.path_plan.tour import Terms, Tour, Wanted, length_of
 
 VERSION: Final = 5
 """Rises with every change of the search: older tours in a cache are then made anew."""
@@ -45,7 +44,6 @@ _STEPS_M: Final = ((1.5, 12.0), (0.5, 4.0), (0.0, 1.2))
 """Heat from which on way points are shifted by so much."""
 _SHARES: Final = (0.78, 0.82, 0.85, 0.88, 0.90, 0.915, 0.93, 0.945, 0.96, 0.97, 0.98, 0.987, 0.993, 0.998)
 """The search knows nothing of what turns show: from few legs on, the first tour that shows enough as flown counts."""
-_TRACK_STEP: Final = 4
 
 _LEAST_OF_DISC: Final = 0.96  # a disc shows no more when it turns
 
@@ -76,6 +74,7 @@ def best_tour(lot: Lot, setup: Setup, wanted: float) -> OracleTour:
 def _best(lot: Lot, setup: Setup, wanted: float, *, turns: bool) -> OracleTour | None:
     """Turns always show more than a search knows of: tours are made for less than what is wanted, and flown."""
     rng = np.random.default_rng([lot.seed, 7])
+    flights = TourFlights(lot, setup, turns=turns)
     ground = _ground(lot, setup, turns=turns).with_share(wanted)
     shares = _SHARES[0 if turns else 1 :]
     annealed = sorted((_annealed(ground, one, rng, _SWEEPS, _HOT_M) for one in _beginnings(ground)), key=length_of)
@@ -83,14 +82,14 @@ def _best(lot: Lot, setup: Setup, wanted: float, *, turns: bool) -> OracleTour |
     for tour in annealed[:2]:
         for share in shares if not setup.is_disc else [share for share in shares if share >= _LEAST_OF_DISC]:
             tour = _annealed(ground.with_share(share), tour, rng, _AGAIN, _WARM_M)
-            flown = _flown(lot, setup, tour, turns=turns)
+            flown = flights.fly(tour)
             if flown is not None:
                 found.append((flown, tour))
                 break
     if not found:
         return None
     best, places = min(found, key=lambda one: one[0].way)
-    return polished(best, places, lambda changed: _flown(lot, setup, changed, turns=turns), rng)
+    return polished(best, places, flights.fly, rng)
 
 
 def _annealed(ground: _Ground, places: Floats, rng: np.random.Generator, sweeps: int, hot: float) -> Floats:
@@ -111,14 +110,6 @@ def _annealed(ground: _Ground, places: Floats, rng: np.random.Generator, sweeps:
         if tour.shows_enough and length < least:
             best, least = tour.places, length
     return tour.places if best is None else best
-
-
-def _flown(lot: Lot, setup: Setup, places: Floats, *, turns: bool) -> OracleTour | None:
-    pilot = TourPilot([as_place(place) for place in places[1:]], turns=turns)
-    flight = fly(lot, setup, pilot, errors=False, to_the_end=False, maps=False)
-    if flight.way is None or flight.seconds is None:
-        return None
-    return OracleTour(flight.track[::_TRACK_STEP, :2], flight.way, flight.seconds)
 
 
 def _ground(lot: Lot, setup: Setup, *, turns: bool) -> _Ground:

@@ -67,6 +67,11 @@ class TourPilot:
     _yaw: float | None = None
     _side: float | None = None
 
+    @property
+    def next(self) -> int:
+        """Number of the way point that is next."""
+        return self._next
+
     def plan(self, frame: FrameInput, known: SurveyedMap) -> PathPlan:  # noqa: ARG002 - it knows the lot
         """Return the way point that is next."""
         pose = _pose(frame)
