@@ -27,7 +27,7 @@ from hawk.algo.path_plan.footprint import Floats, Footprint
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.path_plan.tour import Terms, Tour, Wanted, length_of
 
-VERSION: Final = 5
+VERSION: Final = 6
 """Rises with every change of the search: older tours in a cache are then made anew."""
 _CELLS: Final = 1000
 _HEADINGS: Final = 36

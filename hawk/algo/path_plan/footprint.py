@@ -23,6 +23,10 @@ Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 Bools = NDArray[np.bool_]
 
+_LEAN_WAY_M: Final = 3.0
+"""On a shorter leg the drone does not gather the speed that it would have to lean for: at ArduCopter's 2.5 m/s² and
+5 m/s³ it leans fully after half a second, and half a second later no more."""
+
 LEVEL: Final = Lean(0.0, 0.0, 0.0, 0.0)
 """How the picture of a camera moves that is kept level: not at all."""
 
@@ -31,9 +35,9 @@ LEVEL: Final = Lean(0.0, 0.0, 0.0, 0.0)
 class Corners:
     """How K legs begin and end.
 
-    ``before`` (K, 2) is the direction (north, east; of length 1) in which the drone flies as each begins, (0, 0) where
-    it stands; ``turned`` (K,) is how far about the begin the ground is shown by turning there, metres; ``last`` (K,)
-    says where the tour ends.
+    ``before`` (K, 2) is the direction (north, east) in which the drone flies as each begins, its length the share of
+    full lean that it flies fast enough for, (0, 0) where it stands; ``turned`` (K,) is how far about the begin the
+    ground is shown by turning there, metres; ``last`` (K,) says where the tour ends.
     """
 
     before: Floats
@@ -69,17 +73,18 @@ class Footprint:
         if corners is None:
             return np.asarray((np.abs(across) <= self.width / 2) & (np.abs(along) <= reach))
         lean = self.lean
+        share = np.minimum(2 * half / np.float32(_LEAN_WAY_M), 1)
         stands = np.asarray(~corners.before.any(1))
         shown = np.asarray(np.abs(across) <= self.width / 2)
-        shown &= along <= reach + _where(corners.last, lean.stop)
-        shown &= along >= -reach - _where(stands, lean.start)
+        shown &= along <= reach + _where(corners.last, lean.stop) * share
+        shown &= along >= -reach - _where(stands, lean.start) * share
         aside = across * across
         for sign, radii in ((1, corners.turned), (-1, np.where(corners.last, self.spun, 0.0))):
             if radii.any():
                 near = along + sign * half
                 shown |= near * near + aside < _column(radii**2)
         if lean.corner > 0:
-            shown |= _outwards(along + half, across, unit, corners.before, lean)
+            shown |= _outwards(along + half, across, unit * share, corners.before, lean)
         return np.asarray(shown)
 
     def swept(self, cells: Singles, place: Floats, heading: float, headings: Floats) -> Bools:
@@ -111,11 +116,15 @@ class Footprint:
         return np.where(is_shown, 0.0, left), np.where(is_shown, 0.0, right)
 
 
-def _outwards(along: Singles, across: Singles, unit: Floats, before: Floats, lean: Lean) -> Bools:
+def _outwards(along: Singles, across: Singles, after: Floats, before: Floats, lean: Lean) -> Bools:
     """Return (K, N): what the picture shows as the drone leans into the corner where each leg begins. ``along`` and
-    ``across`` are about the leg's begin, ``unit`` (K, 2) and ``before`` the directions after it and before."""
-    ahead = _column(lean.corner * ((unit * before).sum(1) - 1.0))
-    aside = _column(lean.corner * (unit[:, 0] * before[:, 1] - unit[:, 1] * before[:, 0]))
+    ``across`` are about the leg's begin, ``after`` (K, 2) and ``before`` the directions after it and before, each as
+    long as the share of full lean that its leg is flown fast enough for."""
+    shares = np.hypot(after[:, 0], after[:, 1]), np.hypot(before[:, 0], before[:, 1])
+    far = lean.corner * np.minimum(*shares)
+    unit, other = directions(after), directions(before)
+    ahead = _column(far * ((unit * other).sum(1) - 1.0))
+    aside = _column(far * (unit[:, 0] * other[:, 1] - unit[:, 1] * other[:, 0]))
     share = (along * ahead + across * aside) / np.maximum(ahead * ahead + aside * aside, np.float32(1e-6))
     share = np.clip(share, 0, 1)
     off, beside = along - share * ahead, across - share * aside
@@ -127,6 +136,13 @@ def directions(legs: Floats) -> Floats:
     """Return legs (..., 2) as vectors of length 1, (1, 0) where there is no way."""
     lengths = np.hypot(legs[..., 0], legs[..., 1])[..., None]
     return np.where(lengths < 1e-9, (1.0, 0.0), legs / np.maximum(lengths, 1e-9))
+
+
+def momenta(legs: Floats) -> Floats:
+    """Return the directions of legs (..., 2), each as long as the share of full lean that it is flown fast enough
+    for."""
+    lengths = np.hypot(legs[..., 0], legs[..., 1])[..., None]
+    return np.asarray(directions(legs) * np.minimum(lengths / _LEAN_WAY_M, 1.0))
 
 
 def _column(values: Floats) -> Singles:

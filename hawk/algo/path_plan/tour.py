@@ -18,7 +18,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from hawk.algo.path_plan.field import Place
-from hawk.algo.path_plan.footprint import Bools, Corners, Floats, Footprint, Singles, directions
+from hawk.algo.path_plan.footprint import Bools, Corners, Floats, Footprint, Singles, momenta
 
 _PICKS: Final = 4  # way points that one step tries to drop or to add
 _EXCHANGES: Final = 6
@@ -174,12 +174,12 @@ class Tour:
         self._count = legs.sum(0, dtype=np.int16)
 
     def _lined(self, tours: Floats) -> Floats:
-        """Return (..., K - 1, 8) of the legs of tours (..., K, 2): begin, end and the direction before, each
+        """Return (..., K - 1, 8) of the legs of tours (..., K, 2): begin, end and the momentum before, each
         (north, east), 1 for the first leg, 1 for the last."""
         legs = np.diff(tours, axis=-2)
         lined = np.zeros((*legs.shape[:-1], 8))
         lined[..., 0:2], lined[..., 2:4] = tours[..., :-1, :], tours[..., 1:, :]
-        lined[..., :1, 4:6], lined[..., 1:, 4:6] = self._terms.before, directions(legs[..., :-1, :])
+        lined[..., :1, 4:6], lined[..., 1:, 4:6] = self._terms.before, momenta(legs[..., :-1, :])
         lined[..., :1, 6] = lined[..., -1:, 7] = 1.0
         return lined
 
@@ -197,7 +197,7 @@ class Tour:
         first = max(index - 2, 0)
         line = np.repeat(self._places[None, first : index + 3], len(tried), axis=0)
         line[:, index - first] = tried
-        ways = directions(np.diff(line, axis=1))
+        ways = momenta(np.diff(line, axis=1))
         shown = np.zeros((len(tried), len(cells)), np.bool_)
         for leg in range(index - 1, min(index + 2, len(self._places) - 1)):
             at, alike = leg - first, np.ones(len(tried), np.bool_)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hawk.algo.path_plan.footprint import Bools, Corners, Floats, Footprint, Singles
+from hawk.algo.path_plan.footprint import Bools, Corners, Floats, Footprint, Singles, momenta
 from hawk.algo.path_plan.lean import Lean, LeanWatch
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.path_plan.sweep import Swath
@@ -116,6 +116,22 @@ def test_back_the_way_it_came_the_picture_swings_farthest() -> None:
     back = np.array([[-60.0, 0.0]])
     cells = np.array([[35.0, 0.0], [37.0, 0.0], [30.0, 12.0]], np.float32)
     assert LEANING.shown(cells, np.zeros((1, 2)), back, corners())[0].tolist() == [True, False, True]
+
+
+def test_on_a_leg_too_short_to_gather_speed_the_picture_moves_by_as_little() -> None:
+    """Way points a step apart would else promise what only a drone at speed shows, ahead, behind and outwards."""
+    begin, step, leg = np.zeros((1, 2)), np.array([[0.3, 0.0]]), np.array([[30.0, 0.0]])
+    behind = np.array([[-14.0, 0.0]], np.float32)
+    for end, shown in ((step, False), (leg, True)):
+        assert bool(LEANING.shown(behind, begin, end, corners(before=NOWHERE))[0, 0]) is shown
+        far = (end + (LEANING.depth / 2 + 5.0, LEANING.width / 2 - 1.0)).astype(np.float32)
+        assert bool(LEANING.shown(far, begin, end, corners(last=True))[0, 0]) is shown
+    back = np.array([[-60.0, 0.0]])
+    ahead = np.array([[20.0, 0.0]], np.float32)
+    for length, shown in ((0.3, False), (3.0, True), (40.0, True)):
+        before = momenta(np.array([[length, 0.0]]))
+        assert bool(LEANING.shown(ahead, begin, back, corners(before=before))[0, 0]) is shown
+    assert not LEANING.shown(ahead, begin, np.array([[-0.3, 0.0]]), corners())[0, 0]
 
 
 def test_how_far_a_picture_moves_follows_from_height_and_lean() -> None:
