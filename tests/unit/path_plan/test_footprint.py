@@ -124,7 +124,7 @@ def test_on_a_leg_too_short_to_gather_speed_the_picture_moves_by_as_little() -> 
     behind = np.array([[-14.0, 0.0]], np.float32)
     for end, shown in ((step, False), (leg, True)):
         assert bool(LEANING.shown(behind, begin, end, corners(before=NOWHERE))[0, 0]) is shown
-        far = (end + (LEANING.depth / 2 + 5.0, LEANING.width / 2 - 1.0)).astype(np.float32)
+        far = np.array([[end[0, 0] + LEANING.depth / 2 + 5.0, LEANING.width / 2 - 1.0]], np.float32)
         assert bool(LEANING.shown(far, begin, end, corners(last=True))[0, 0]) is shown
     back = np.array([[-60.0, 0.0]])
     ahead = np.array([[20.0, 0.0]], np.float32)
