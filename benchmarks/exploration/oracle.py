@@ -99,13 +99,7 @@ def _annealed(ground: _Ground, places: Floats, rng: np.random.Generator, sweeps:
     for sweep in range(sweeps):
         heat = hot * (_COLD_M / hot) ** (sweep / max(sweeps - 1, 1))
         step = next(step for above, step in _STEPS_M if heat > above) * ground.terms.footprint.width / 40
-        index = 1
-        while index < len(tour.places):
-            tour.shift(index, step, heat)
-            index += 1
-        tour.drop(heat)
-        tour.add(heat)
-        tour.exchange(heat)
+        tour.sweep(step, heat)
         length = length_of(tour.places)
         if tour.shows_enough and length < least:
             best, least = tour.places, length

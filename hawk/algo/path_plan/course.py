@@ -101,8 +101,4 @@ class Course:
         """Try to better every way point, and the tour as a whole."""
         for number in range(_SWEEPS):
             step = _STEPS_M[(self._frame + number) % len(_STEPS_M)] if heat < 1.0 else _STEPS_M[0]
-            for index in range(1, min(len(tour.places), _MOST_SHIFTS + 1)):
-                tour.shift(index, step, heat)
-            tour.drop(heat)
-            tour.add(heat)
-            tour.exchange(heat)
+            tour.sweep(step, heat, _MOST_SHIFTS)

@@ -73,7 +73,7 @@ class Footprint:
         if corners is None:
             return np.asarray((np.abs(across) <= self.width / 2) & (np.abs(along) <= reach))
         lean = self.lean
-        share = np.minimum(2 * half / np.float32(_LEAN_WAY_M), 1)
+        share = _lean_shares(2 * half)
         stands = np.asarray(~corners.before.any(1))
         shown = np.asarray(np.abs(across) <= self.width / 2)
         shown &= along <= reach + _where(corners.last, lean.stop) * share
@@ -84,7 +84,7 @@ class Footprint:
                 near = along + sign * half
                 shown |= near * near + aside < _column(radii**2)
         if lean.corner > 0:
-            shown |= _outwards(along + half, across, unit * share, corners.before, lean)
+            shown |= _outwards(along + half, across, unit, share[:, 0], corners.before, lean)
         return np.asarray(shown)
 
     def swept(self, cells: Singles, place: Floats, heading: float, headings: Floats) -> Bools:
@@ -116,18 +116,19 @@ class Footprint:
         return np.where(is_shown, 0.0, left), np.where(is_shown, 0.0, right)
 
 
-def _outwards(along: Singles, across: Singles, after: Floats, before: Floats, lean: Lean) -> Bools:
+def _outwards(
+    along: Singles, across: Singles, unit: Floats, share: NDArray[np.floating], before: Floats, lean: Lean
+) -> Bools:
     """Return (K, N): what the picture shows as the drone leans into the corner where each leg begins. ``along`` and
-    ``across`` are about the leg's begin, ``after`` (K, 2) and ``before`` the directions after it and before, each as
-    long as the share of full lean that its leg is flown fast enough for."""
-    shares = np.hypot(after[:, 0], after[:, 1]), np.hypot(before[:, 0], before[:, 1])
-    far = lean.corner * np.minimum(*shares)
-    unit, other = directions(after), directions(before)
+    ``across`` are about the leg's begin, ``unit`` (K, 2) is its direction, ``share`` (K,) that of full lean on it, and
+    ``before`` (K, 2) as in `Corners`."""
+    far = lean.corner * np.minimum(share, np.hypot(before[:, 0], before[:, 1]))
+    other = directions(before)
     ahead = _column(far * ((unit * other).sum(1) - 1.0))
     aside = _column(far * (unit[:, 0] * other[:, 1] - unit[:, 1] * other[:, 0]))
-    share = (along * ahead + across * aside) / np.maximum(ahead * ahead + aside * aside, np.float32(1e-6))
-    share = np.clip(share, 0, 1)
-    off, beside = along - share * ahead, across - share * aside
+    on_way = (along * ahead + across * aside) / np.maximum(ahead * ahead + aside * aside, np.float32(1e-6))
+    on_way = np.clip(on_way, 0, 1)
+    off, beside = along - on_way * ahead, across - on_way * aside
     flies = np.asarray(before.any(1))[:, None]
     return np.asarray((off * off + beside * beside <= lean.radius**2) & flies)
 
@@ -142,7 +143,12 @@ def momenta(legs: Floats) -> Floats:
     """Return the directions of legs (..., 2), each as long as the share of full lean that it is flown fast enough
     for."""
     lengths = np.hypot(legs[..., 0], legs[..., 1])[..., None]
-    return np.asarray(directions(legs) * np.minimum(lengths / _LEAN_WAY_M, 1.0))
+    return np.asarray(directions(legs) * _lean_shares(lengths))
+
+
+def _lean_shares(lengths: NDArray[np.floating]) -> NDArray[np.floating]:
+    """Return for legs of so many metres the share of full lean that they are flown fast enough for, 0..1."""
+    return np.asarray(np.minimum(lengths / _LEAN_WAY_M, 1.0))
 
 
 def _column(values: Floats) -> Singles:

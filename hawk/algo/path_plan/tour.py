@@ -110,6 +110,15 @@ class Tour:
         """Metres: way, turns and what is not shown."""
         return float(self._ways(self._places[None])[0] + self._penalty(np.array([self.missing]))[0])
 
+    def sweep(self, step: float, heat: float, most: int | None = None) -> None:
+        """Make every kind of move once, and shift every way point by about ``step`` metres, the first ``most`` at
+        most."""
+        for index in range(1, len(self._places) if most is None else min(len(self._places), most + 1)):
+            self.shift(index, step, heat)
+        self.drop(heat)
+        self.add(heat)
+        self.exchange(heat)
+
     def shift(self, index: int, step: float, heat: float) -> None:
         """Move one way point (not the first) by about ``step`` metres."""
         places = self._places

@@ -30,11 +30,7 @@ def searched(lot: Lot, setup: Setup, share: float) -> Tour:
     tour = Tour(terms, wanted, np.array([lot.start]), None, np.random.default_rng(1))
     for sweep in range(SWEEPS):
         heat = 6.0 * (0.02 ** (sweep / SWEEPS))
-        for index in range(1, len(tour.places)):
-            tour.shift(index, 1.2 + heat, heat)
-        tour.drop(heat)
-        tour.add(heat)
-        tour.exchange(heat)
+        tour.sweep(1.2 + heat, heat)
     return tour
 
 

@@ -56,11 +56,7 @@ def by_hand(wanted: Wanted, places: Floats) -> float:
 def searched(tour: Tour, sweeps: int = 40) -> Tour:
     for sweep in range(sweeps):
         heat = 5.0 * (1 - sweep / sweeps)
-        for index in range(1, len(tour.places)):
-            tour.shift(index, 4.0, heat)
-        tour.drop(heat)
-        tour.add(heat)
-        tour.exchange(heat)
+        tour.sweep(4.0, heat)
     return tour
 
 
