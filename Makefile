@@ -6,7 +6,7 @@ STAMP := $(VENV)/.ready
 PAGE_STAMP := $(VENV)/.page
 PAGE_SOURCES := $(shell find hawk/web/page -type f -not -path '*/node_modules/*' 2>/dev/null)
 ARGS ?=
-# Quick kinds first, so that a mistake shows early.
+# Quick kinds first, so that a mistake shows early; those that fly in real programs have the machine to themselves.
 PYTEST := $(BIN)/python -m pytest -q
 
 .PHONY: setup run test bench lint unit integration e2e page page-check browser system clean
@@ -44,7 +44,7 @@ page-check: page
 	$(BIN)/python packaging/build_page.py --check
 
 unit: $(STAMP)
-	$(PYTEST) tests/unit $(ARGS)
+	$(PYTEST) --numprocesses auto --dist worksteal tests/unit $(ARGS)
 
 integration: $(STAMP)
 	$(PYTEST) tests/integration $(ARGS)

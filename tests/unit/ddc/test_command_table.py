@@ -185,7 +185,7 @@ async def test_commands_of_someone_without_control_are_refused(rig: Rig, name: s
     assert answer.reason == "Someone else has control."
 
 
-@pytest.mark.parametrize("state", [StateName.TAKEOFF, StateName.HOVER, *TASKS])
+@pytest.mark.parametrize("state", [StateName.TAKEOFF, StateName.HOVER, *sorted(TASKS)])
 async def test_anyone_may_hold(fresh: Rig, state: StateName) -> None:
     await fresh.enter(state)
     fresh.order(Hold(), client="eve")
