@@ -106,6 +106,7 @@ def fly(
     errors: bool = True,
     to_the_end: bool = True,
     maps: bool = True,
+    survey: type[SurveyedMap] = SurveyedMap,
     stage: Stage | None = None,
     watch: Callable[[Stage], None] = lambda _: None,
 ) -> Flown:
@@ -113,10 +114,11 @@ def fly(
 
     ``errors`` False takes away the errors of position and map. The seed's own generators give equal errors to all.
     ``maps`` False leaves the map blank, for a pilot that knows the lot: looking takes half of a flight's time.
+    ``survey`` is how the map comes to be.
     ``stage`` is a flight to go on with, which is changed; ``watch`` sees the flight before every frame.
     """
     generators = [np.random.default_rng([lot.seed, stream]) for stream in (1, 2)]
-    known = SurveyedMap(lot, setup, generators[1], errors=errors)
+    known = survey(lot, setup, generators[1], errors=errors)
     now = stage or Stage(lot, setup, generators[0], errors=errors)
     end = ""
     while not end:

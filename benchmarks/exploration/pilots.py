@@ -39,10 +39,11 @@ _LATTICE: Final = 3  # coarse cells between two candidates of gain by distance
 
 
 class PlannerPilot:
-    """The Path Plan App as the flight has it; ``is_disc``: what counts as seen is a disc, and it knows that."""
+    """The Path Plan App as the flight has it; ``is_disc``: what counts as seen is a disc, and it knows that.
+    ``settings`` None: its own."""
 
-    def __init__(self, *, is_disc: bool = False) -> None:
-        self._app = PathPlanApp(footprint=_disc if is_disc else None)
+    def __init__(self, *, is_disc: bool = False, settings: PathPlanSettings | None = None) -> None:
+        self._app = PathPlanApp(settings, footprint=_disc if is_disc else None)
         self._interface = AlgorithmTopicInterface()
         self._known: SurveyedMap | None = None
 

@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from benchmarks.exploration.flight import Flown
-from benchmarks.exploration.runs import BASELINES, NEAREST, PLANNER, SeedRun
+from benchmarks.exploration.runs import BASELINES, NEAREST, PLANNER, TOLD, SeedRun
 from benchmarks.figures import Figure, Limit
 
 _TARGETS: Final[dict[str, Limit]] = {
@@ -61,6 +61,8 @@ def _of_flown(runs: Sequence[SeedRun]) -> list[Figure]:
     found = [
         _figure("lots", "lots of 0.3, 1 and 3 ha", float(len(runs))),
         *_spread("way_over_oracle", "way by oracle", _ratios(ways, oracle)),
+        *_by_size(runs),
+        *_spread("told_over_oracle", "told the lot, way by oracle", _ratios(_ways(runs, TOLD), oracle)),
         *_spread("way_over_nearest_frontier", "way by nearest frontier", _ratios(ways, nearest)),
     ]
     for name in BASELINES:
@@ -74,6 +76,15 @@ def _of_flown(runs: Sequence[SeedRun]) -> list[Figure]:
         _figure("seconds_median", "time, median", _percentile(seconds, 50), "s"),
         _figure("way_median", "way, median", _percentile(ways, 50), "m"),
     ]
+    return found
+
+
+def _by_size(runs: Sequence[SeedRun]) -> list[Figure]:
+    found = []
+    for hectares in sorted({round(run.lot.area / 1e4, 1) for run in runs}):
+        ratios = [way_over_oracle(run) for run in runs if round(run.lot.area / 1e4, 1) == hectares]
+        name = f"{hectares:g}".replace(".", "_")
+        found += _spread(f"way_over_oracle_{name}_ha", f"way by oracle, {hectares:g} ha", ratios)
     return found
 
 

@@ -12,9 +12,15 @@ from benchmarks.exploration.lots import Lot
 from benchmarks.exploration.pilots import GainByDistance, MExplore, NearestFrontier, PlannerPilot, RulePilot
 from benchmarks.exploration.polish import OracleTour
 from benchmarks.exploration.setups import Setup
+from benchmarks.exploration.surveyed import ToldMap
 from benchmarks.exploration.tour_cache import TourCache
+from hawk.algo.path_plan.settings import PathPlanSettings
 
 PLANNER: Final = "planner"
+TOLD: Final = "told"
+"""The planner over a lot that it was told, without errors: what it pays for its way of searching alone."""
+TOLD_SETTINGS: Final = PathPlanSettings(first_spare=0.05, border=0.0, turn_m=0.0, leg_m=0.0, near_lot_m=25.0)
+"""What suits a known lot: nothing is looked for beside it, and it may be left for a while."""
 NEAREST: Final = "nearest_frontier"
 BASELINES: Final[Mapping[str, Callable[[Setup], Pilot]]] = {
     NEAREST: lambda _: RulePilot(NearestFrontier()),
@@ -47,6 +53,13 @@ def run_seed(setup: Setup, seed: int, tours: TourCache) -> SeedRun:
     """Fly the planner to its own end and the others until enough was seen."""
     lot = setup.lot(seed)
     flights = {PLANNER: fly(lot, setup, PlannerPilot(is_disc=setup.is_disc))}
+    flights[TOLD] = fly_told(lot, setup)
     for name, pilot in BASELINES.items():
         flights[name] = fly(lot, setup, pilot(setup), to_the_end=False)
     return SeedRun(lot, setup.bound(lot.area), tours.tour(lot, setup), flights)
+
+
+def fly_told(lot: Lot, setup: Setup) -> Flown:
+    """Fly the planner over a lot that it was told, without errors, until enough was seen."""
+    pilot = PlannerPilot(is_disc=setup.is_disc, settings=TOLD_SETTINGS)
+    return fly(lot, setup, pilot, errors=False, to_the_end=False, survey=ToldMap)

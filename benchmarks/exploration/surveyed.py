@@ -128,8 +128,7 @@ class SurveyedMap:
         values = {"lot": likely * near_stalls, "seen": known, "well": self._well[part] * known, "likely": likely}
         there = tuple(slice(s.start // 2, s.stop // 2) for s in part)
         for name, layer in values.items():
-            small = layer.reshape(layer.shape[0] // 2, 2, layer.shape[1] // 2, 2).mean((1, 3))
-            self._layers[name][there[0], there[1]] = small
+            self._layers[name][there[0], there[1]] = _coarse(layer)
 
     def _remember(self, whole: NDArray[np.float64]) -> None:
         cells = (whole + 0.5 + (self.window.column, self.window.row)) * FINE_M / TILE_M
@@ -139,6 +138,36 @@ class SurveyedMap:
         if self._tiles is not None:
             corners = np.stack([np.minimum(corners[0], self._tiles[0]), np.maximum(corners[1], self._tiles[1])])
         self._tiles = corners
+
+
+class ToldMap(SurveyedMap):
+    """The same for someone who was told where the lot is before the flight: only what was seen well is still to be
+    found out."""
+
+    def __init__(self, lot: Lot, setup: Setup, rng: np.random.Generator, *, errors: bool = False) -> None:
+        super().__init__(lot, setup, rng, errors=errors)
+        truth = drawn(lot.shape, self.window)
+        self._truth = _coarse(truth)
+        self._area = lot.area
+        rows, columns = np.nonzero(truth)
+        self._remember(np.array([[columns.min(), rows.min()], [columns.max(), rows.max()]]))
+        self._tell()
+
+    def look(self, true: MapPose, believed: MapPose) -> None:
+        """Take one picture."""
+        super().look(true, believed)
+        self._tell()
+
+    def lot_area_m2(self) -> float:
+        """Return how large the lot is."""
+        return self._area
+
+    def _tell(self) -> None:
+        """What is no lot counts as seen, so that nothing is expected there."""
+        for name in ("lot", "likely"):
+            self._layers[name][:] = self._truth
+        seen = self._layers["seen"]
+        np.maximum(seen, 1 - self._truth, out=seen)
 
 
 class Coverage:
@@ -170,6 +199,12 @@ class Coverage:
     def share(self) -> float:
         """Share of the lot that was seen, 0..1."""
         return self._seen / self._total
+
+
+def _coarse(layer: Grid) -> Grid:
+    """Return the mean of two by two cells each."""
+    means = layer.reshape(layer.shape[0] // 2, 2, layer.shape[1] // 2, 2).mean((1, 3))
+    return np.asarray(means, dtype=np.float32)
 
 
 def drawn(shape: shapely.Geometry, window: Window) -> Grid:

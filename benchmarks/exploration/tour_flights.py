@@ -47,8 +47,9 @@ class TourFlights:
             if len(now.track) % _KEPT_FRAMES == 0:
                 kept.append((replace(pilot), now.copy()))
 
-        options = {"errors": False, "to_the_end": False, "maps": False}
-        flight = fly(self._lot, self._setup, pilot, **options, stage=stage, watch=watch)
+        flight = fly(
+            self._lot, self._setup, pilot, errors=False, to_the_end=False, maps=False, stage=stage, watch=watch
+        )
         if flight.way is None or flight.seconds is None:
             return None
         if flight.way < self._least:

@@ -20,9 +20,9 @@ from benchmarks.exploration.oracle import best_tour
 from benchmarks.exploration.pilots import MExplore, NearestFrontier, PlannerPilot, RulePilot, TourPilot
 from benchmarks.exploration.polish import OracleTour
 from benchmarks.exploration.report import figures, rows, way_over_oracle
-from benchmarks.exploration.runs import NEAREST, PLANNER, SeedRun
+from benchmarks.exploration.runs import NEAREST, PLANNER, TOLD, SeedRun, fly_told
 from benchmarks.exploration.setups import DISC_M, GOOD_SHARE, Setup, flown, prototype
-from benchmarks.exploration.surveyed import Coverage, SurveyedMap, within
+from benchmarks.exploration.surveyed import Coverage, SurveyedMap, ToldMap, within
 from benchmarks.exploration.tour_cache import TourCache, shipped
 from benchmarks.exploration.tour_flights import TourFlights
 from hawk.algo.frame import FrameInput
@@ -113,6 +113,25 @@ def test_the_map_is_laid_where_the_drone_believes_to_be() -> None:
     assert edges[1] - edges[0] == pytest.approx(4, abs=COARSE_M)
 
 
+def test_someone_who_was_told_the_lot_has_only_to_see_it() -> None:
+    setup = flown()
+    lot = replace(setup.lot(0), shape=shapely.box(-32, -32, 32, 32))
+    known = ToldMap(lot, setup, np.random.default_rng(1))
+    window = Window.around(np.array([[-60.0, -60.0], [60.0, 60.0]]), COARSE_M)
+    known.look(at(20, 0), at(20, 0))
+    for _ in range(2):
+        layers = known.coarse(window)
+        assert layers.lot.sum() * COARSE_M**2 == pytest.approx(64**2, rel=0.03)
+        assert (layers.seen[layers.lot == 0] == 1).all()
+        assert layers.well.sum() * COARSE_M**2 == pytest.approx(setup.footprint_area, rel=0.1)
+        assert known.lot_area_m2() == lot.area
+        known.look(at(20, 0), at(20, 0))
+    extent = known.known_extent()
+    assert extent is not None
+    assert (extent[0] <= -32).all()
+    assert (extent[1] >= 32).all()
+
+
 @dataclass(frozen=True)
 class TourFlown:
     """One of the oracle's flights: way points (K, 2), whether it turned on the spot, metres."""
@@ -151,7 +170,7 @@ def small(oracle_flights: list[TourFlown]) -> Iterator[SeedRun]:
 def _everyone_s() -> SeedRun:
     setup = flown()
     lot = setup.lot(3)
-    flights = {PLANNER: fly(lot, setup, PlannerPilot())}
+    flights = {PLANNER: fly(lot, setup, PlannerPilot()), TOLD: fly_told(lot, setup)}
     for name, rule in (
         (NEAREST, NearestFrontier()),
         ("m_explore", MExplore()),
@@ -264,10 +283,18 @@ def test_the_best_way_is_the_oracle_s_or_a_shorter_one_that_was_flown(small: See
     assert way_over_oracle(lucky) == pytest.approx(1.2 / 0.9)
 
 
+def test_who_was_told_the_lot_sees_enough_of_it_and_ends_there(small: SeedRun) -> None:
+    told = small.flights[TOLD]
+    assert told.end == "seen"
+    assert told.way == pytest.approx(told.whole_way, abs=0.5)
+    assert told.excursions == 0
+
+
 def test_every_promised_figure_is_there(small: SeedRun) -> None:
     keys = {figure.key for figure in figures([small], [small])}
     promised = {
         "way_over_oracle_median", "way_over_oracle_p90", "way_over_nearest_frontier_median", "way_over_bound_median",
+        "told_over_oracle_median", "told_over_oracle_p90", "way_over_oracle_0_3_ha_median",
         "plan_ms_p99", "excursions", "coverage_min", "oracle_over_bound_median", "nearest_frontier_over_bound_median",
     }  # fmt: skip
     assert promised <= keys
