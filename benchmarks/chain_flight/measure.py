@@ -169,15 +169,22 @@ def line(result: Result) -> str:
 
 def figures(results: Sequence[Result]) -> list[Figure]:
     """Return the figures of all flights together: counts added up, fused beside single frames."""
+    count = len(results)
+    return [
+        Figure("chain_flights", "flights", float(count)),
+        Figure("chain_finished", "whole lot seen", float(sum(r.flown.finished for r in results)), limit=Limit(count)),
+        *_of_stalls(results),
+        Figure("chain_lot_iou", "lot IoU, mean", fmean(r.report["lot_iou"] for r in results)),
+        *_of_flights(results),
+    ]
+
+
+def _of_stalls(results: Sequence[Result]) -> list[Figure]:
     fused = Pool(tuple(result.fused for result in results))
     single = Pool(tuple(part for result in results for part in result.single.parts))
-    one, many, count = fused.tally, single.tally, len(results)
+    one, many = fused.tally, single.tally
     free_off = (one.free_found - one.free_true) / one.free_true if one.free_true else None
     seen = np.sum([result.recall_seen for result in results], axis=0)
-    ways, model = sum(result.flown.way for result in results), sum(result.model_way for result in results)
-    frame_ms, mapper_ms = (
-        np.concatenate([np.zeros(0), *(getattr(r.flown, key) for r in results)]) for key in ("frame_ms", "mapper_ms")
-    )
 
     def beside(key: str, text: str, limit: Limit | None = None) -> list[Figure]:
         value, alone = getattr(one, key), getattr(many, key)
@@ -188,8 +195,6 @@ def figures(results: Sequence[Result]) -> list[Figure]:
         ]
 
     return [
-        Figure("chain_flights", "flights", float(count)),
-        Figure("chain_finished", "whole lot seen", float(sum(r.flown.finished for r in results)), limit=Limit(count)),
         *beside("f1", "stall F1, pooled", Limit(lowest=0.97)),
         Figure("chain_stall_f1_min", "stall F1, worst", min((r.fused.tally.f1 for r in results), default=None)),
         *beside("precision", "precision"),
@@ -204,7 +209,7 @@ def figures(results: Sequence[Result]) -> list[Figure]:
         Figure("chain_free_count_error", "free stalls, pooled error", free_off, limit=Limit(-0.02, 0.02)),
         Figure(
             "chain_free_counts_right", f"free stalls within {FREE_SHARE:.0%} or {FREE_STALLS} stalls",
-            float(sum(r.free_is_right for r in results)), limit=Limit(lowest=count),
+            float(sum(r.free_is_right for r in results)), limit=Limit(lowest=len(results)),
         ),
         Figure(
             "chain_position_error_p95_m", "position error of centres, p95", fused.position_error, "m",
@@ -214,14 +219,23 @@ def figures(results: Sequence[Result]) -> list[Figure]:
             "chain_ece", "calibration error of the state", fused.calibration_error, "",
             Reference("single frames", single.calibration_error), Limit(highest=0.05),
         ),
-        Figure("chain_lot_iou", "lot IoU, mean", fmean(r.report["lot_iou"] for r in results)),
+    ]  # fmt: skip
+
+
+def _of_flights(results: Sequence[Result]) -> list[Figure]:
+    count = len(results)
+    ways, model = sum(result.flown.way for result in results), sum(result.model_way for result in results)
+    frame_ms, mapper_ms = (
+        np.concatenate([np.zeros(0), *(getattr(r.flown, key) for r in results)]) for key in ("frame_ms", "mapper_ms")
+    )
+    return [
         Figure("chain_way_m", "way, mean", ways / count, "m", Reference("the exploration's model", model / count)),
         Figure("chain_way_over_model", "way of all by the exploration's model", ways / model),
         Figure("chain_frame_ms_p50", "frame, JPEG to plan, median", float(np.median(frame_ms)), "ms"),
         Figure("chain_frame_ms_p95", "frame, JPEG to plan, p95", float(np.percentile(frame_ms, 95)), "ms"),
         Figure("chain_mapper_ms_p50", "map update, median", float(np.median(mapper_ms)), "ms"),
         Figure("chain_mapper_ms_p99", "map update, p99", float(np.percentile(mapper_ms, 99)), "ms"),
-    ]  # fmt: skip
+    ]
 
 
 def quads_of(table: Floats) -> Floats:
