@@ -141,8 +141,7 @@ class SurveyedMap:
 
 
 class ToldMap(SurveyedMap):
-    """The same for someone who was told where the lot is before the flight: only what was seen well is still to be
-    found out."""
+    """The same for someone who was told before the flight where the lot is: it has only to be seen."""
 
     def __init__(self, lot: Lot, setup: Setup, rng: np.random.Generator, *, errors: bool = False) -> None:
         super().__init__(lot, setup, rng, errors=errors)
