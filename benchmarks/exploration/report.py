@@ -80,11 +80,13 @@ def _of_flown(runs: Sequence[SeedRun]) -> list[Figure]:
 
 
 def _by_size(runs: Sequence[SeedRun]) -> list[Figure]:
+    ratios: dict[float, list[float]] = {}
+    for run in runs:
+        ratios.setdefault(round(run.lot.area / 1e4, 1), []).append(way_over_oracle(run))
     found = []
-    for hectares in sorted({round(run.lot.area / 1e4, 1) for run in runs}):
-        ratios = [way_over_oracle(run) for run in runs if round(run.lot.area / 1e4, 1) == hectares]
+    for hectares, those in sorted(ratios.items()):
         name = f"{hectares:g}".replace(".", "_")
-        found += _spread(f"way_over_oracle_{name}_ha", f"way by oracle, {hectares:g} ha", ratios)
+        found += _spread(f"way_over_oracle_{name}_ha", f"way by oracle, {hectares:g} ha", those)
     return found
 
 

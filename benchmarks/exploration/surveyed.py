@@ -145,10 +145,9 @@ class ToldMap(SurveyedMap):
 
     def __init__(self, lot: Lot, setup: Setup, rng: np.random.Generator, *, errors: bool = False) -> None:
         super().__init__(lot, setup, rng, errors=errors)
-        truth = drawn(lot.shape, self.window)
-        self._truth = _coarse(truth)
+        self._told = _coarse(self._lot)
         self._area = lot.area
-        rows, columns = np.nonzero(truth)
+        rows, columns = np.nonzero(self._lot)
         self._remember(np.array([[columns.min(), rows.min()], [columns.max(), rows.max()]]))
         self._tell()
 
@@ -164,9 +163,9 @@ class ToldMap(SurveyedMap):
     def _tell(self) -> None:
         """What is no lot counts as seen, so that nothing is expected there."""
         for name in ("lot", "likely"):
-            self._layers[name][:] = self._truth
+            self._layers[name][:] = self._told
         seen = self._layers["seen"]
-        np.maximum(seen, 1 - self._truth, out=seen)
+        np.maximum(seen, 1 - self._told, out=seen)
 
 
 class Coverage:
