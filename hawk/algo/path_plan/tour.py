@@ -207,15 +207,18 @@ class Tour:
         line = np.repeat(self._places[None, first : index + 3], len(tried), axis=0)
         line[:, index - first] = tried
         ways = momenta(np.diff(line, axis=1))
-        shown = np.zeros((len(tried), len(cells)), np.bool_)
-        for leg in range(index - 1, min(index + 2, len(self._places) - 1)):
-            at, alike = leg - first, np.ones(len(tried), np.bool_)
-            before = ways[:, at - 1] if leg > 0 else np.broadcast_to(self._terms.before, tried.shape)
-            corners = Corners(before, self._turned(alike & (leg > 0)), alike & (leg == len(self._places) - 2))
-            shown |= self._terms.footprint.shown(cells, line[:, at], line[:, at + 1], corners)
-            if leg == 0:
-                shown |= self._first_turn_shows(cells, line[:, at], line[:, at + 1])
-        return shown
+        legs = np.arange(index - 1, min(index + 2, len(self._places) - 1))
+        at = legs - first
+        begins, ends = line[:, at].reshape(-1, 2), line[:, at + 1].reshape(-1, 2)
+        before = ways[:, np.maximum(at - 1, 0)]
+        if index == 1:
+            before[:, 0] = self._terms.before
+        is_later, is_last = (np.tile(such, len(tried)) for such in (legs > 0, legs == len(self._places) - 2))
+        corners = Corners(before.reshape(-1, 2), self._turned(is_later), is_last)
+        shown = self._terms.footprint.shown(cells, begins, ends, corners).reshape(len(tried), len(legs), -1).any(1)
+        if index == 1:
+            shown |= self._first_turn_shows(cells, line[:, 0], line[:, 1])
+        return np.asarray(shown)
 
     def _turned(self, is_later: Bools) -> Floats:
         """Return how far about the begin of legs, the first or later ones, turning there shows the ground, metres."""
