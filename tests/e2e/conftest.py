@@ -7,15 +7,13 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 
 import pytest
-from playwright.async_api import Browser, async_playwright, expect
+from playwright.async_api import Browser, async_playwright
 
 from hawk.simulation import SimulationOptions
 from hawk.survey.stack import SimulatedStack
-from tests.e2e.hands import PATIENCE_S
 
 CHROMIUM = shutil.which("chromium") or "/usr/bin/chromium"
 SPEED = 3.0
-expect.set_options(timeout=PATIENCE_S * 1e3)
 
 
 @pytest.fixture

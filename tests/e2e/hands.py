@@ -6,16 +6,13 @@ import re
 
 from playwright.async_api import Locator, Page, expect
 
-PATIENCE_S = 60.0
-"""What a page does at once takes no longer than this, however slow the machine."""
-
 
 def button(page: Page, name: str) -> Locator:
     """Return the first visible button whose name begins so."""
     return page.get_by_role("button", name=re.compile(f"^{name}")).locator("visible=true").first
 
 
-async def press(page: Page, name: str, timeout_s: float = PATIENCE_S) -> None:
+async def press(page: Page, name: str, timeout_s: float) -> None:
     """Click a button as soon as a person could."""
     await button(page, name).click(timeout=timeout_s * 1e3)
 
@@ -25,12 +22,12 @@ def visible(page: Page, text: str) -> Locator:
     return page.get_by_text(text).locator("visible=true").first
 
 
-async def shows(page: Page, text: str, timeout_s: float = PATIENCE_S) -> None:
+async def shows(page: Page, text: str, timeout_s: float = 10.0) -> None:
     """Wait until the text can be read."""
     await expect(visible(page, text)).to_be_visible(timeout=timeout_s * 1e3)
 
 
-async def state_is(page: Page, title: str, timeout_s: float = PATIENCE_S) -> None:
+async def state_is(page: Page, title: str, timeout_s: float = 10.0) -> None:
     """Wait until the line that is read at a glance says so."""
     await expect(page.locator("hawk-glance").get_by_role("status")).to_have_text(title, timeout=timeout_s * 1e3)
 

@@ -57,7 +57,7 @@ async def scene(browser: Browser, tmp_path: Path) -> AsyncIterator[Scene]:
 async def test_a_fence_is_drawn_kept_and_kept_to(scene: Scene, screenshots: Path, tmp_path: Path) -> None:
     page = scene.page
     errors = watch(page)
-    await press(page, "Take control")
+    await press(page, "Take control", 20)
     await page.screenshot(path=screenshots / "fence-1-before.png")
     await press(page, "Edit fence", 60)
     await shows(page, "Draw the fence")
@@ -65,7 +65,7 @@ async def test_a_fence_is_drawn_kept_and_kept_to(scene: Scene, screenshots: Path
     await putting_it_right(page)
     await everything_fits(page, screenshots)
     await a_file_goes_out_and_comes_in(page, tmp_path)
-    await press(page, "Save fence")
+    await press(page, "Save fence", 10)
     await shows(page, "The fence is saved. The next Arm uploads it.")
     await shows(page, "Fence of 8 corners")
     await page.screenshot(path=screenshots / "fence-3-saved.png")
@@ -115,9 +115,9 @@ async def test_a_fence_is_drawn_with_a_finger(browser: Browser, tmp_path: Path, 
             await shows(page, f"{count} corner{'s' if count > 1 else ''} set")
             await page.wait_for_timeout(EASE_MS)
         await page.touchscreen.tap(*places[0])
-        await expect(title(page)).to_have_text(re.compile(r"Fence (79|8[01]) × (79|8[01]) m, 4 corners"))
+        await expect(title(page)).to_have_text(re.compile(r"Fence (79|8[01]) × (79|8[01]) m, 4 corners"), timeout=5_000)
         await drag_by_finger(page, places[2], await pixel(page, (40, 70)))
-        await expect(title(page)).to_have_text(re.compile(r"Fence 1(09|1[01]) × "))
+        await expect(title(page)).to_have_text(re.compile(r"Fence 1(09|1[01]) × "), timeout=5_000)
         await page.screenshot(path=screenshots / "fence-by-finger.png")
         await button(page, "Save fence").tap()
         await shows(page, "The fence is saved. The next Arm uploads it.")
@@ -150,7 +150,7 @@ async def drag_by_finger(page: Page, start: tuple[float, float], end: tuple[floa
 
 async def drawing_by_clicks(page: Page, screenshots: Path) -> None:
     """Corner by corner, closed by a click on the first one."""
-    await press(page, "Follow the drone")
+    await press(page, "Follow the drone", 5)
     await page.wait_for_timeout(EASE_MS)
     await expect(button(page, "Save fence")).to_be_disabled()
     places = [await pixel(page, place) for place in U_SHAPE]
@@ -158,14 +158,14 @@ async def drawing_by_clicks(page: Page, screenshots: Path) -> None:
         await page.mouse.click(*place)
         await shows(page, f"{count} corner{'s' if count > 1 else ''} set")
         await page.wait_for_timeout(300)  # two clicks within 250 ms at one place are a double click
-    await press(page, "Undo")
+    await press(page, "Undo", 5)
     await shows(page, "7 corners set")
     await page.mouse.click(*places[-1])
     await shows(page, "8 corners set")
     await page.screenshot(path=screenshots / "fence-2-drawing.png")
     await page.wait_for_timeout(300)
     await page.mouse.click(*places[0])
-    await expect(title(page)).to_have_text(re.compile(r"Fence (89|9[01]) × (59|6[01]) m, 8 corners"))
+    await expect(title(page)).to_have_text(re.compile(r"Fence (89|9[01]) × (59|6[01]) m, 8 corners"), timeout=5_000)
     await shows(page, "From parts of it the straight way home leaves the fence")
 
 
@@ -176,18 +176,18 @@ async def putting_it_right(page: Page) -> None:
     await shows(page, "This fence cannot be saved")
     await shows(page, "cross: move a corner so that no side crosses another")
     await expect(button(page, "Save fence")).to_be_disabled()
-    await press(page, "Undo")
+    await press(page, "Undo", 5)
     ceiling = page.get_by_label("Ceiling, metres above")
     await ceiling.fill("9")
     await shows(page, "Ceiling: 9 m is too low for flying up to 10 m, which needs 13 m")
     await ceiling.fill("60")
     await expect(title(page)).to_have_text(re.compile("8 corners"))
     await expect(button(page, "Save fence")).to_be_enabled()
-    await press(page, "Remove corners")
+    await press(page, "Remove corners", 5)
     await page.mouse.click(*await pixel(page, U_SHAPE[2]))
-    await expect(title(page)).to_have_text(re.compile("7 corners"))
-    await press(page, "Undo")
-    await expect(title(page)).to_have_text(re.compile("8 corners"))
+    await expect(title(page)).to_have_text(re.compile("7 corners"), timeout=5_000)
+    await press(page, "Undo", 5)
+    await expect(title(page)).to_have_text(re.compile("8 corners"), timeout=5_000)
 
 
 async def everything_fits(page: Page, screenshots: Path) -> None:
@@ -209,19 +209,19 @@ async def everything_fits(page: Page, screenshots: Path) -> None:
 async def a_file_goes_out_and_comes_in(page: Page, folder: Path) -> None:
     """What is exported is what was drawn, and comes back after everything was cleared; a wrong file changes nothing."""
     async with page.expect_download() as waiting:
-        await press(page, "Export")
+        await press(page, "Export", 5)
     path = folder / "exported.geojson"
     await (await waiting.value).save_as(path)
     (ring,) = json.loads(path.read_text())["geometry"]["coordinates"]
     assert len(ring) == 9
-    await press(page, "Clear")
+    await press(page, "Clear", 5)
     await shows(page, "Draw the fence")
     wrong = folder / "wrong.geojson"
     wrong.write_text('{"type": "Point", "coordinates": [0, 0]}')
     await page.locator("hawk-fence-tools input").set_input_files(wrong)
     await shows(page, "exactly one polygon")
     await page.locator("hawk-fence-tools input").set_input_files(path)
-    await expect(title(page)).to_have_text(re.compile("8 corners"))
+    await expect(title(page)).to_have_text(re.compile("8 corners"), timeout=5_000)
 
 
 async def take_off(page: Page) -> None:
@@ -238,14 +238,14 @@ async def the_way_across_the_gap_is_refused(page: Page, screenshots: Path) -> No
     await expect(page.get_by_label("Anywhere inside the fence")).to_be_disabled()
     await expect(page.locator("hawk-slide button")).to_be_disabled()
     await page.screenshot(path=screenshots / "fence-4-refused.png")
-    await press(page, "Cancel")
+    await press(page, "Cancel", 5)
 
 
 async def move_to(page: Page, place: tuple[float, float], of: tuple[float, float] = (0.0, 0.0)) -> None:
     """Point at a place (metres north and east of where the drone was armed) while the drone is at another."""
-    await press(page, "Follow the drone")
+    await press(page, "Follow the drone", 5)
     await page.wait_for_timeout(EASE_MS)
-    await press(page, "Move")
+    await press(page, "Move", 20)
     await page.mouse.click(*await pixel(page, (place[0] - of[0], place[1] - of[1])))
 
 

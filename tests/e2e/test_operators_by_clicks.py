@@ -79,15 +79,15 @@ async def test_two_people_and_a_drone(scene: Scene, screenshots: Path) -> None:
     await watching_is_told_and_commands_nothing(scene)
     await explore(scene.pilot)
     await everything_fits(scene.pilot, screenshots)
-    await press(scene.watcher, "Hold")
+    await press(scene.watcher, "Hold", 10)
     await state_is(scene.pilot, "Holding")
     # how far it explored depends on the machine: first to where there is lot for sure, then back again
     first = -1 if (await scene.place_at_rest())[0] - home[0] > HALF_THE_LOT_M else 1
     await move(scene, first, by_key=False)
-    await press(scene.pilot, "Hold")
+    await press(scene.pilot, "Hold", 10)
     await state_is(scene.pilot, "Holding")
     await move(scene, -first, by_key=True)
-    await press(scene.pilot, "Hold")
+    await press(scene.pilot, "Hold", 10)
     await state_is(scene.pilot, "Holding")
     assert not errors
     await a_dead_daemon_is_told_and_found_again(scene, screenshots)
@@ -95,10 +95,10 @@ async def test_two_people_and_a_drone(scene: Scene, screenshots: Path) -> None:
 
 
 async def take_off(page: Page) -> None:
-    await press(page, "Take control")
+    await press(page, "Take control", 10)
     await press(page, "Set failsafes", 30)
     await press(page, "Arm", 40)
-    await press(page, "Take off")
+    await press(page, "Take off", 20)
 
 
 async def explore(page: Page) -> None:
@@ -121,7 +121,7 @@ async def watching_is_told_and_commands_nothing(scene: Scene) -> None:
     await expect(button(page, "Land")).to_be_disabled()
     await expect(button(page, "Land")).to_contain_text("Someone else has control")
     await expect(button(page, "Cut motors")).to_be_disabled()
-    await press(page, "Ask for control")
+    await press(page, "Ask for control", 5)
     await shows(page, "It is free once given back")
     async with operator(scene.url) as another:
         assert await another.refusal(Arm()) == "Someone else has control."
@@ -146,9 +146,9 @@ async def everything_fits(page: Page, screenshots: Path) -> None:
 async def move(scene: Scene, side: int, *, by_key: bool) -> None:
     """Point at a place on the map, to the right (1) or left (-1) of the drone, and confirm: it flies that way."""
     page, before = scene.pilot, await scene.place_at_rest()
-    await press(page, "Follow the drone")
+    await press(page, "Follow the drone", 5)
     await page.wait_for_timeout(EASE_MS)
-    await press(page, "Move")
+    await press(page, "Move", 20)
     box = await page.locator(".ol").bounding_box()
     assert box is not None
     await page.mouse.click(box["x"] + box["width"] / 2 + side * FAR_PX, box["y"] + box["height"] / 2)
@@ -178,13 +178,13 @@ async def a_dead_daemon_is_told_and_found_again(scene: Scene, screenshots: Path)
     await page.screenshot(path=screenshots / "no-link.png")
     await scene.stack.start_daemon()
     await expect(visible(page, "No word from the drone for")).to_have_count(0, timeout=20_000)
-    await press(page, "Take control")
+    await press(page, "Take control", 20)
     await state_is(page, "Holding", 20)
 
 
 async def the_motors_are_cut_in_two_steps(scene: Scene, screenshots: Path) -> None:
     page = scene.pilot
-    await press(page, "Cut motors")
+    await press(page, "Cut motors", 10)
     cut = button(page, "Keep pressed 1 s to cut")
     await expect(cut).to_be_enabled()
     await page.screenshot(path=screenshots / "cut-motors.png")
@@ -192,8 +192,8 @@ async def the_motors_are_cut_in_two_steps(scene: Scene, screenshots: Path) -> No
     status = await scene.stack.status()
     assert not status["disarmed"]
     # the drone allows 10 s of its own time, which goes twice as fast here: who looked around begins anew
-    await press(page, "Cancel")
-    await press(page, "Cut motors")
+    await press(page, "Cancel", 5)
+    await press(page, "Cut motors", 10)
     await expect(cut).to_be_enabled()
     await keep_pressed(page, cut, 1300)
     fallen = await eventually(scene.stack.status, lambda s: s["disarmed"] and s["landed"], 20)
@@ -201,5 +201,5 @@ async def the_motors_are_cut_in_two_steps(scene: Scene, screenshots: Path) -> No
     await state_is(page, "Motors cut")
     await expect(button(page, "Arm")).to_be_disabled()
     await page.screenshot(path=screenshots / "motors-cut.png")
-    await press(page, "Allow arming again")
+    await press(page, "Allow arming again", 20)
     await expect(button(page, "Allow arming again")).to_have_count(0)
