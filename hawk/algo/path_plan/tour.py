@@ -88,7 +88,7 @@ class Tour:
         self._terms, self._wanted = terms, wanted
         self._yaw = yaw
         self._behind = None if yaw is None else places[0] - (math.cos(yaw), math.sin(yaw))
-        self._take(places, self._shown(self._lined(places)))
+        self._take(places, self._shown(self._lined(places), wanted.cells))
 
     @property
     def places(self) -> Floats:
@@ -135,7 +135,7 @@ class Tour:
         places = places.copy()
         places[index] = tried[chosen]
         self._places = places
-        legs = self._shown(self._lined(places)[near])
+        legs = self._shown(self._lined(places)[near], self._wanted.cells)
         self._count = self._count + legs.sum(0, dtype=np.int16) - self._legs[near].sum(0, dtype=np.int16)
         self._legs[near] = legs
 
@@ -192,9 +192,9 @@ class Tour:
         lined[..., :1, 6] = lined[..., -1:, 7] = 1.0
         return lined
 
-    def _shown(self, legs: Floats) -> Bools:
-        """Return (K, N): which cells each leg (K, 8) shows, with the turn before it."""
-        foot, cells, is_first = self._terms.footprint, self._wanted.cells, legs[:, 6] > 0
+    def _shown(self, legs: Floats, cells: Singles) -> Bools:
+        """Return (K, N): which of N cells (N, 2) each leg (K, 8) shows, with the turn before it."""
+        foot, is_first = self._terms.footprint, legs[:, 6] > 0
         corners = Corners(legs[:, 4:6], self._turned(~is_first), legs[:, 7] > 0)
         shown = foot.shown(cells, legs[:, :2], legs[:, 2:4], corners)
         if is_first.any():
@@ -206,19 +206,10 @@ class Tour:
         first = max(index - 2, 0)
         line = np.repeat(self._places[None, first : index + 3], len(tried), axis=0)
         line[:, index - first] = tried
-        ways = momenta(np.diff(line, axis=1))
-        legs = np.arange(index - 1, min(index + 2, len(self._places) - 1))
-        at = legs - first
-        begins, ends = line[:, at].reshape(-1, 2), line[:, at + 1].reshape(-1, 2)
-        before = ways[:, np.maximum(at - 1, 0)]
-        if index == 1:
-            before[:, 0] = self._terms.before
-        is_later, is_last = (np.tile(such, len(tried)) for such in (legs > 0, legs == len(self._places) - 2))
-        corners = Corners(before.reshape(-1, 2), self._turned(is_later), is_last)
-        shown = self._terms.footprint.shown(cells, begins, ends, corners).reshape(len(tried), len(legs), -1).any(1)
-        if index == 1:
-            shown |= self._first_turn_shows(cells, line[:, 0], line[:, 1])
-        return np.asarray(shown)
+        legs = self._lined(line)[:, index - 1 - first :]
+        legs[:, -1, 7] = index + 3 >= len(self._places)  # whether the tour ends with this part of it
+        shown = self._shown(legs.reshape(-1, 8), cells)
+        return np.asarray(shown.reshape(*legs.shape[:2], -1).any(1))
 
     def _turned(self, is_later: Bools) -> Floats:
         """Return how far about the begin of legs, the first or later ones, turning there shows the ground, metres."""
@@ -293,7 +284,7 @@ class Tour:
             if name not in rows:
                 rows[name] = len(own) + len(new)
                 new.append(number)
-        shown = np.concatenate([self._legs, self._shown(legs[new])]) if new else self._legs
+        shown = np.concatenate([self._legs, self._shown(legs[new], self._wanted.cells)]) if new else self._legs
         picked = np.array([rows[name] for name in names[len(own) :]], np.intp)
         return shown[picked.reshape(lined.shape[:2])]
 
