@@ -20,12 +20,11 @@ from shapely.geometry import Polygon
 from shapely.ops import unary_union
 
 from benchmarks.figures import BenchmarkError, Figure, Limit, number
+from benchmarks.pace import in_time
 from hawk.config import CameraSettings, HeightSettings
 from hawk.survey.run import LATE_FRAMES_LIMIT
 from hawk.survey.truth import Truth, read_truth
 
-SPEED: Final = 2.0
-"""Simulated seconds per second: perception figures count at 2 and less."""
 TIMEOUT_S: Final = 1200.0
 LEAST_F1: Final = 0.85
 LEAST_RECALL_WHOLE: Final = 0.8
@@ -192,8 +191,17 @@ def seeds_option(text: str) -> list[int]:
 
 async def _fly(name: str, world: Sequence[str], folder: Path) -> Survey:
     """Survey one world and tell about it."""
-    folder = _made(folder / name)
-    command = [sys.executable, "-m", "hawk.cli", "survey", "--sim", "--speed", f"{SPEED:g}", *world]
+
+    async def fly(speed: float) -> Survey:
+        return await _fly_at(speed, name, world, _made(folder / name / f"speed-{speed:g}"))
+
+    survey = await in_time(name, fly, _late)
+    print(_line(survey), file=sys.stderr, flush=True)
+    return survey
+
+
+async def _fly_at(speed: float, name: str, world: Sequence[str], folder: Path) -> Survey:
+    command = [sys.executable, "-m", "hawk.cli", "survey", "--sim", "--speed", f"{speed:g}", *world]
     with (folder / "survey.log").open("wb") as log:
         process = await asyncio.create_subprocess_exec(
             *command, "--out", str(folder), "--quiet", stdin=asyncio.subprocess.DEVNULL, stdout=log, stderr=log
@@ -204,9 +212,7 @@ async def _fly(name: str, world: Sequence[str], folder: Path) -> Survey:
             print(f"{name}: not home after {TIMEOUT_S:.0f} s", file=sys.stderr)
         finally:
             await _end(process)
-    survey = _result(name, folder)
-    print(_line(survey), file=sys.stderr, flush=True)
-    return survey
+    return _result(name, folder)
 
 
 def _check_flown(surveys: Sequence[Survey], folder: Path) -> None:
@@ -244,8 +250,12 @@ def _result(name: str, folder: Path) -> Survey:
 
 
 def _void(surveys: Sequence[Survey]) -> str:
-    late = [s.name for s in surveys if (s.value("late_frames") or 0.0) > LATE_FRAMES_LIMIT]
+    late = [survey.name for survey in surveys if _late(survey) > LATE_FRAMES_LIMIT]
     return f"VOID: the simulator drew too late for {', '.join(late)}" if late else ""
+
+
+def _late(survey: Survey) -> float:
+    return survey.value("late_frames") or 0.0
 
 
 def _line(survey: Survey) -> str:
