@@ -1,6 +1,7 @@
 """The composition root: builds every part, starts them in order, runs the loop, and ends them in order.
 
-Journal, autopilot and states come first and vision later: a daemon that starts in the air acts within three seconds.
+Journal, autopilot and states come first, and vision with all its libraries later: a daemon that starts in the air acts
+within three seconds.
 """
 
 from __future__ import annotations
@@ -13,23 +14,14 @@ import signal
 import sys
 import time
 from collections.abc import Coroutine
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
-
-import cv2
+from typing import TYPE_CHECKING, Any
 
 from hawk.algo.loop import AlgorithmLoop, Situation
-from hawk.algo.manager import AlgorithmManagerApp
-from hawk.algo.mapper.app import MapperApp
-from hawk.algo.path_plan.app import PathPlanApp
-from hawk.algo.path_plan.settings import PathPlanSettings
-from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.topics import AlgorithmTopics
-from hawk.algo.vision.annotate import PictureStyle
-from hawk.algo.vision.app import VisionApp
-from hawk.algo.vision.settings import VisionSettings
 from hawk.comm.autopilot import MavsdkAutopilot
 from hawk.comm.calibration import load_calibration
 from hawk.comm.clock import ScaledClock
@@ -58,6 +50,9 @@ from hawk.watchdog import SystemdNotifier, Watchdog
 from hawk.web.app import WebServer
 from hawk.web.security import InsecureBindingError
 from hawk.web.services import OperatorSide, WebServices
+
+if TYPE_CHECKING:
+    from hawk.algo.manager import AlgorithmManagerApp
 
 _LOG = logging.getLogger(__name__)
 
@@ -115,6 +110,8 @@ class Daemon:
         self._options = options
         self._stopping = asyncio.Event()
         self._tasks: list[asyncio.Task[None]] = []
+        self._algorithms: AlgorithmLoop | None = None
+        self._map_keeper: MapKeeper | None = None
         self._first_tick_s: float | None = None
         load_calibration(config.camera)
         config.store.directory.mkdir(parents=True, exist_ok=True)
@@ -128,7 +125,7 @@ class Daemon:
         self._recording = Recording(config.store, self.clock, self._metadata())
         self._make_vehicle()
         self._make_operations()
-        self._make_algorithms()
+        self._make_results()
         self._web = WebServer(self._web_services())
 
     # -- building ----------------------------------------------------------------------------------------------------
@@ -172,8 +169,8 @@ class Daemon:
         self.manager.init(self.side.socket, self.topics, service)
         self.side.socket.attach(self.manager)
 
-    def _make_algorithms(self) -> None:
-        """Everything but the network itself, which is loaded on the worker after the first tick."""
+    def _make_results(self) -> None:
+        """Where the algorithms publish, once they have started."""
         self.results = AlgorithmTopics(
             frame_output=Topic("frame_output", self.clock),
             park_lot_detected=self.inputs.park_lot_detected,
@@ -189,15 +186,6 @@ class Daemon:
         self.results.frame_output.listen(
             lambda output: self.performance.frame_published(output.captured, output.timings)
         )
-        self.algorithms = AlgorithmLoop(
-            _make_manager(self._config, self._kept.survey_id, self._options),
-            self.camera,
-            self.autopilot.pose_at,
-            self._situation,
-            self.results,
-            self._recording.record_frame,
-        )
-        self._map_keeper = MapKeeper(self.algorithms.changes_since, self._journal.put_map)
 
     def _web_services(self) -> WebServices:
         return WebServices(
@@ -279,10 +267,24 @@ class Daemon:
         if self._stopping.is_set():
             return
         self.camera.init()
+        # the ticks go on meanwhile
+        with ThreadPoolExecutor(1, thread_name_prefix="hawk-imports") as worker:
+            manager = await asyncio.get_running_loop().run_in_executor(
+                worker, _make_manager, self._config, self._kept.survey_id, self._options
+            )
+        self._algorithms = algorithms = AlgorithmLoop(
+            manager,
+            self.camera,
+            self.autopilot.pose_at,
+            self._situation,
+            self.results,
+            self._recording.record_frame,
+        )
         if self._kept.map_parts:
-            for problem in await self.algorithms.restore_map([self._kept.map_parts]):
+            for problem in await algorithms.restore_map([self._kept.map_parts]):
                 _LOG.warning("the journalled map: %s", problem)
-        self.algorithms.start()
+        algorithms.start()
+        self._map_keeper = MapKeeper(algorithms.changes_since, self._journal.put_map)
         self._own(self._map_keeper.run(), "map-keeper")
 
     async def _monitor(self) -> None:
@@ -319,13 +321,16 @@ class Daemon:
         await self._web.close()
         await self.camera.close()
         await self._keep_last_map()
-        await self.algorithms.close()
+        if self._algorithms is not None:
+            await self._algorithms.close()
         await self.manager.close()
         await self.autopilot.close()
         await self._recording.close()
         await self._journal.close()
 
     async def _keep_last_map(self) -> None:
+        if self._map_keeper is None:
+            return
         try:
             await asyncio.wait_for(self._map_keeper.keep(), 2.0)
         except Exception:
@@ -389,23 +394,10 @@ class Daemon:
 
 
 def _make_manager(config: Config, survey_id: str, options: DaemonOptions) -> AlgorithmManagerApp:
-    cv2.setNumThreads(config.vision.threads)
-    settings = VisionSettings(
-        model=config.vision.model,
-        use_network=config.vision.use_network,
-        threads=config.vision.threads,
-        minimum_height_m=config.vision.minimum_height_m,
-        minimum_stalls=config.vision.minimum_stalls,
-    )
-    interface = AlgorithmTopicInterface()
-    caption = "SIMULATION" if options.is_simulation else ""
-    manager = AlgorithmManagerApp(style=PictureStyle(config.web.video_width, config.web.video_quality, caption))
-    mapper = MapperApp(map_id=survey_id or "first")
-    planner = PathPlanApp(
-        PathPlanSettings(cm_per_pixel=config.flight.explore_cm_per_pixel, exposure_s=config.camera.exposure_s)
-    )
-    manager.init(interface, VisionApp(settings), mapper, planner, FrameCamera(interface))
-    return manager
+    # Imported here: vision's libraries take half of the time in which a start in the air must act.
+    from hawk.algorithms import make_manager
+
+    return make_manager(config, survey_id, is_simulation=options.is_simulation)
 
 
 def _simulated(config: Config, address: SimulationAddress) -> Config:

@@ -8,11 +8,9 @@ import logging
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from hawk.algo.frame import FrameInput
-from hawk.algo.manager import AlgorithmManagerApp
-from hawk.algo.mapper.delta import MapDelta
 from hawk.algo.topics import AlgorithmTopics
 from hawk.model import (
     CameraModel,
@@ -25,6 +23,10 @@ from hawk.model import (
     VehiclePose,
 )
 from hawk.priority import WORKER_NICENESS, set_niceness
+
+if TYPE_CHECKING:  # their libraries take half of the time in which a daemon that starts in the air must act
+    from hawk.algo.manager import AlgorithmManagerApp
+    from hawk.algo.mapper.delta import MapDelta
 
 T = TypeVar("T")
 _LOG = logging.getLogger(__name__)
