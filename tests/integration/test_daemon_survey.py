@@ -51,6 +51,8 @@ LOST_S = 1.0
 STILL_M = 0.3
 """The map as a whole moves less, and so does what is not seen again; a stall that is seen again may be placed better
 by more, and worse by no more than twice that."""
+MAP_BACK_S = 20.0
+"""So long after a crash, the drone's seconds, the map is back: vision starts after the drone is acted for."""
 FROM_HOME_M = 5.0
 FRAMES = 30
 SPEED = 2.0
@@ -149,6 +151,7 @@ async def until_killed(stack: SimulatedStack, url: str) -> tuple[Look, Look]:
 async def until_landed_elsewhere(url: str) -> tuple[Look, Look, Look]:
     async with operator(url) as pilot:
         await pilot.until_state(StateName.COMMUNICATION_LOST)
+        await pilot.until(lambda _: pilot.drone.map.map_id is not None, MAP_BACK_S)
         taken_up = await look(pilot)
         await pilot.take_control()
         await pilot.until_state(StateName.HOVER)
