@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import sys
 from collections.abc import AsyncIterator
 from pathlib import Path
 
@@ -13,14 +14,30 @@ from hawk.simulation import SimulationOptions
 from hawk.survey.stack import SimulatedStack
 
 CHROMIUM = shutil.which("chromium") or "/usr/bin/chromium"
+LAUNCHER = f"""#!{sys.executable}
+import os, sys
+from hawk.priority import SIMULATOR_NICENESS, set_session_niceness
+set_session_niceness(SIMULATOR_NICENESS)
+os.execv({CHROMIUM!r}, [{CHROMIUM!r}, *sys.argv[1:]])
+"""
+"""Puts the browser where the simulator is: the operator's computer, too, is another one, which the daemon does not slow
+down. Without this vision goes before the browser where the daemon's session goes before others, and clicks take 4 s."""
 SPEED = 3.0
 
 
 @pytest.fixture
-async def browser() -> AsyncIterator[Browser]:
+def launcher(tmp_path: Path) -> Path:
+    made = tmp_path / "chromium"
+    made.write_text(LAUNCHER)
+    made.chmod(0o755)
+    return made
+
+
+@pytest.fixture
+async def browser(launcher: Path) -> AsyncIterator[Browser]:
     async with async_playwright() as playwright:
         browser = await playwright.chromium.launch(
-            executable_path=CHROMIUM, args=["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic"]
+            executable_path=launcher, args=["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic"]
         )
         yield browser
         await browser.close()
