@@ -5,7 +5,7 @@
 Each drawn world is flown three times: explored through the whole simulated stack, flown to and fro over all of its lots
 through the same stack (a pilot who knows the border), and explored by the planner alone on the model of
 ``benchmarks/exploration``, from the same place inside the same fence. Ways are those of exploring, without take-off and
-the way home. A flight whose pictures the simulator drew too late is flown again at half of its speed.
+the way home. A flight whose pictures the simulator drew too late is flown again, slower (`benchmarks.pace`).
 """
 
 from __future__ import annotations

@@ -15,6 +15,8 @@ from pathlib import Path
 READY_TIMEOUT_S = 120.0
 """A large world on a slow machine takes a while to draw."""
 STOP_TIMEOUT_S = 5.0
+SLOWEST, FASTEST = 0.5, 4.0
+"""Simulated seconds per real second that can be asked for: MAVSDK's own timers stay real, and bound both."""
 
 
 class SimulationError(Exception):
@@ -27,7 +29,8 @@ class SimulationOptions:
 
     ``world`` with ``metres_per_pixel`` (and optionally ``truth``) flies over a picture, else ``seed`` draws a world.
     ``condition`` is the drawn world's time of day and weather (`hawk.worlds.conditions.Condition`).
-    ``start`` is x, y in metres in the world's picture. ``speed`` is simulated seconds per real second, 1 to 4.
+    ``start`` is x, y in metres in the world's picture. ``speed`` is simulated seconds per real second, `SLOWEST` to
+    `FASTEST`.
     """
 
     seed: int = 1

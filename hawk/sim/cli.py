@@ -22,6 +22,7 @@ from hawk.sim.geodesy import Origin
 from hawk.sim.process import EndSignal, ParentGoneError
 from hawk.sim.runner import RunOptions, fly, follow
 from hawk.sim.udp import UdpUrl
+from hawk.simulation import FASTEST, SLOWEST
 from hawk.worlds.camera import WorldCamera
 from hawk.worlds.conditions import Condition
 from hawk.worlds.generate import WorldOptions, generate_world
@@ -29,7 +30,6 @@ from hawk.worlds.picture import picture_world
 from hawk.worlds.world import World, WorldError
 
 EXIT_FAILED, EXIT_USAGE = 1, 2
-MAXIMUM_SPEED = 4.0
 
 
 class UsageError(Exception):
@@ -142,7 +142,7 @@ def _add_world(world: argparse._ArgumentGroup) -> None:
 
 def _add_flight(flight: argparse._ArgumentGroup) -> None:
     flight.add_argument(
-        "--speed", type=_number(1, MAXIMUM_SPEED), default=1.0, metavar="N", help="simulated seconds per second, 1-4"
+        "--speed", type=_number(SLOWEST, FASTEST), default=1.0, metavar="N", help="simulated seconds per second, 0.5-4"
     )
     flight.add_argument(
         "--gnss-sigma", type=_number(0, 50), default=0.5, metavar="M", help="slow error of the position (default 0.5)"

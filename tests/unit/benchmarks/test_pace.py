@@ -3,6 +3,7 @@ from __future__ import annotations
 import pytest
 
 from benchmarks.pace import SPEEDS, in_time
+from hawk.simulation import SLOWEST
 from hawk.survey.run import LATE_FRAMES_LIMIT
 
 pytestmark = pytest.mark.asyncio
@@ -32,6 +33,7 @@ async def test_the_slowest_flight_counts_as_late_as_it_is() -> None:
     assert await flown(dict.fromkeys(SPEEDS, 1.0)) == ([*SPEEDS], SPEEDS[-1])
 
 
-async def test_no_flight_is_faster_than_figures_count_at() -> None:
+async def test_no_flight_is_faster_than_figures_count_at_or_slower_than_can_be_flown() -> None:
     assert max(SPEEDS) == SPEEDS[0] == 2.0
+    assert min(SPEEDS) == SPEEDS[-1] >= SLOWEST
     assert sorted(SPEEDS, reverse=True) == [*SPEEDS]

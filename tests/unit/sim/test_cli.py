@@ -20,7 +20,7 @@ def picture(tmp_path: Path) -> Path:
 @pytest.mark.parametrize(
     ("arguments", "named"),
     [
-        (["--speed", "0.5"], "--speed"),
+        (["--speed", "0.4"], "--speed"),
         (["--speed", "5"], "--speed"),
         (["--speed", "nan"], "--speed"),
         (["--seed", "-1"], "--seed"),
