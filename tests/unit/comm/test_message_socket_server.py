@@ -146,7 +146,7 @@ def test_spec_programs_reach_every_client(server: ServerMessageSocket, clients: 
     assert not server.is_connected()
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     text=st.text(max_size=200)
     | st.recursive(st.none() | st.booleans() | st.floats() | st.text(), st.lists).map(json.dumps)

@@ -59,7 +59,7 @@ def test_a_velocity_that_is_not_finite_counts_as_rest() -> None:
     st.lists(st.tuples(st.floats(-80, 80), st.floats(-80, 80), st.floats(0, 80)), min_size=1, max_size=4),
     st.floats(0, 1.5),
 )
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_the_carrot_never_leads_too_far_and_a_following_drone_arrives(
     goals: list[tuple[float, float, float]], lag: float
 ) -> None:

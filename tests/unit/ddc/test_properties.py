@@ -300,7 +300,6 @@ class Flight(RuleBasedStateMachine):
 Flight.TestCase.settings = settings(
     max_examples=20,
     stateful_step_count=20,
-    deadline=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much],
 )
 TestFlight = Flight.TestCase

@@ -56,7 +56,7 @@ def free_ground(way: Route, beside: float) -> shapely.Geometry:
     return shapely.union_all(parts)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     legs=st.lists(st.tuples(st.floats(17.0, 60.0), st.floats(-2.4, 2.4)), min_size=2, max_size=5),
     cuts=st.lists(st.sampled_from([0.0, 2.5, 4.0, 8.0]), min_size=4, max_size=4),

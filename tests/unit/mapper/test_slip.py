@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -61,7 +61,6 @@ def test_unusual_stalls_do_not_outweigh_the_movement() -> None:
 
 
 @given(st.floats(*USUAL))
-@settings(deadline=None)
 def test_sizes_that_lots_have_say_nothing(size: float) -> None:
     slip = Slip()
     slip.size(size)

@@ -64,7 +64,7 @@ def test_where_the_shortest_line_leaves_the_fence_another_may_not() -> None:
 BOX = st.tuples(st.integers(0, 50), st.integers(0, 70), st.integers(1, 12), st.integers(1, 12))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.lists(BOX, min_size=1, max_size=6), st.integers(0, 3))
 def test_it_only_ever_adds_ground_inside_the_fence_and_never_parts_it(
     boxes: list[tuple[int, int, int, int]], walls: int

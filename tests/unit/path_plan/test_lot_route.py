@@ -30,7 +30,7 @@ def route(lot: DrawnLot, start: tuple[float, float], goal: tuple[float, float], 
     return lot_route(lot, FenceGuard(fence), start, goal, NEAR_M)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(lot=LOTS, data=st.data(), scale=st.sampled_from([1, 3]), fenced=st.booleans())
 def test_every_way_lies_over_lot_and_in_the_fence_and_none_means_that_there_is_none(
     lot: NDArray[np.bool_], data: st.DataObject, scale: int, fenced: bool

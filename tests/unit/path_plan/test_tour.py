@@ -66,7 +66,7 @@ def test_what_a_tour_misses_is_what_no_leg_shows() -> None:
     assert tour.missing == pytest.approx(by_hand(wanted, tour.places), rel=1e-5)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     st.integers(0, 10_000),
     st.sampled_from(["shift", "drop", "add", "exchange"]),
@@ -92,7 +92,7 @@ def test_after_every_move_the_books_are_right(
     assert tuple(tour.places[0]) == (0.0, 0.0)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(0, 10_000))
 def test_without_heat_no_move_makes_a_tour_dearer(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -16,7 +16,7 @@ def test_heartbeats_come_once_a_second(station: Any) -> None:
     assert 10 <= len(station.all("HEARTBEAT")) <= 11
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture])
 @given(data=st.binary(max_size=300))
 def test_any_bytes_are_survived(station: Any, data: bytes) -> None:
     station.link.receive(data)

@@ -50,7 +50,7 @@ def test_everything_right_scores_one() -> None:
 
 
 @given(st.floats(0, 2.6))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_a_shift_across_matches_exactly_up_to_an_overlap_of_one_half(shift: float) -> None:
     overlap = (2.6 - shift) / (2.6 + shift)
     if abs(overlap - 0.5) < 1e-6:
@@ -153,7 +153,7 @@ def test_areas_are_compared() -> None:
 
 
 @given(st.floats(0, math.pi))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_touching_neighbours_are_never_matched(angle: float) -> None:
     place = np.array([-math.sin(angle), math.cos(angle)]) * 2.6
     stalls = np.array([stall(10 + place[0] * k, -20 + place[1] * k, angle) for k in range(12)])

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -170,7 +170,7 @@ def test_two_rows_across_each_other_are_both_found() -> None:
     assert precision >= 0.9
 
 
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=25)
 @given(turn=st.floats(0, math.pi), pitch=st.floats(2.4, 3.1), seed=st.integers(0, 99))
 def test_it_does_not_matter_which_way_a_row_runs(turn: float, pitch: float, seed: int) -> None:
     drawing = Drawing(turn, seed=seed)

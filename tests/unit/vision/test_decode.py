@@ -59,7 +59,7 @@ def order(found: Stalls, stalls: list[Numbers]) -> Stalls:
     st.floats(11, 17),
     st.floats(22, 30),
 )
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_one_stall_is_found_as_it_is(column: float, row: float, angle: float, width: float, length: float) -> None:
     found = decode.vote(ideal_maps([(column, row, angle, width, length)], noise=0.3), CELL)
     assert len(found) == 1
@@ -187,7 +187,7 @@ def clipped_area(first: FloatArray, second: FloatArray) -> float:
 
 
 @given(st.floats(-2, 2), st.floats(-2, 2), st.floats(0, math.pi))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 def test_overlaps_agree_with_counting(x: float, y: float, angle: float) -> None:
     pair = quads.corners(
         np.array([0.0, x]), np.array([0.0, y]), np.array([0.2, angle]), np.array([2.6, 3.0]), np.array([5.2, 5.0])

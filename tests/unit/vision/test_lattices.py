@@ -55,7 +55,7 @@ def by_place(stalls: RowStalls) -> FloatArray:
 
 @pytest.mark.parametrize("lean", [math.pi / 2, math.radians(60)])
 @given(seed=st.integers(0, 10_000))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_rows_at_once_are_completed_as_one_by_one(lean: float, seed: int) -> None:
     stalls, options = lot(np.random.default_rng(seed), lean), RowOptions()
     quick = complete_rows(stalls, patchy(seed), options)

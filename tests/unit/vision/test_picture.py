@@ -51,7 +51,7 @@ def test_what_is_no_picture_is_refused_with_the_reason(data: bytes, words: str) 
 
 
 @given(st.binary(max_size=400), st.integers(0, 400), st.booleans())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_damage_gives_a_picture_or_a_reason_and_nothing_else(noise: bytes, at: int, cut: bool) -> None:
     good = jpeg()
     damaged = good[:at] + noise + (b"" if cut else good[at + len(noise) :])

@@ -53,7 +53,7 @@ def spot(camera: CameraModel, at: FloatArray) -> NDArray[np.uint8]:
 
 
 @given(poses, st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.sampled_from([CAMERA, LENS]))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_a_ground_point_lands_where_an_independent_projection_says(
     pose: MapPose, ahead: float, aside: float, camera: CameraModel
 ) -> None:
@@ -70,7 +70,7 @@ def test_a_ground_point_lands_where_an_independent_projection_says(
 
 
 @given(poses, st.floats(-20, 20), st.floats(-20, 20), angles, angles, angles)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_project_agrees_with_the_independent_formula(
     pose: MapPose, north: float, east: float, roll: float, pitch: float, yaw: float
 ) -> None:

@@ -40,7 +40,7 @@ def near(places: FloatArray, value: float = 0.9, elsewhere: float = 0.0) -> Evid
 
 @pytest.mark.parametrize("lean", [math.pi / 2, math.radians(60), math.radians(45), math.radians(120)])
 @given(direction=st.floats(0, math.pi), missing=st.sets(st.integers(1, 8), max_size=3))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_gaps_are_filled_where_there_is_evidence(lean: float, direction: float, missing: set[int]) -> None:
     truth = lattice(10, direction, lean)
     keep = [k for k in range(10) if k not in missing]

@@ -71,7 +71,7 @@ def test_nose_up_looks_ahead_and_right_side_down_looks_left() -> None:
     assert rolled_right[0] == pytest.approx(CAMERA.cx + 230 * math.tan(0.2), abs=0.8)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(ANGLES, ANGLES, st.floats(-7, 7), st.floats(-8, 8), st.floats(-8, 8), st.floats(0, 5))
 def test_projection_agrees_with_independent_formula(
     roll: float, pitch: float, yaw: float, dx: float, dy: float, z: float
@@ -83,7 +83,7 @@ def test_projection_agrees_with_independent_formula(
     assert image[:2] / image[2] == pytest.approx(_by_hand(point, place, roll, pitch, yaw), abs=1e-6)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(ANGLES, ANGLES, st.floats(-7, 7), st.floats(0, 319), st.floats(0, 179))
 def test_ground_from_pixel_is_the_inverse(roll: float, pitch: float, yaw: float, u: float, v: float) -> None:
     camera = _PLAIN

@@ -50,7 +50,7 @@ def test_a_row_too_short_for_a_stall_is_empty() -> None:
     assert plan.strokes == []
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.floats(-45, 45), st.booleans(), st.floats(20, 60))
 def test_angled_stalls_keep_their_width_and_stay_in_their_row(skew: float, mirrored: bool, length: float) -> None:
     plan, style = _plan(), _style(skew=math.radians(skew))
