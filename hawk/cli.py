@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from hawk.config import Config, ConfigError, load_config
-from hawk.simulation import FASTEST, SLOWEST, SimulationError, SimulationOptions
+from hawk.simulation import FASTEST, SLOWEST, SPEED_HELP, SimulationError, SimulationOptions
 
 EXIT_USAGE = 2
 """Exit status for wrong options and wrong settings, as argparse has it."""
@@ -128,7 +128,7 @@ def _add_daemon_options(parser: argparse.ArgumentParser) -> None:
     simulated.add_argument("--metres-per-pixel", type=float, metavar="X", help="scale of that picture")
     simulated.add_argument("--truth", type=Path, metavar="FILE", help="what the picture really holds (JSON)")
     simulated.add_argument("--start", metavar="X,Y", help="where the drone stands, metres in the world's picture")
-    simulated.add_argument("--speed", type=float, default=1.0, metavar="N", help="simulated seconds per second, 0.5-4")
+    simulated.add_argument("--speed", type=float, default=1.0, metavar="N", help=SPEED_HELP)
     simulated.add_argument("--gnss-sigma", type=float, metavar="M", help="slow error of the position, metres")
     simulated.add_argument("--wind", type=float, metavar="M/S", help="mean wind, metres per second")
 

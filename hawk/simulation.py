@@ -17,6 +17,8 @@ READY_TIMEOUT_S = 120.0
 STOP_TIMEOUT_S = 5.0
 SLOWEST, FASTEST = 0.5, 4.0
 """Simulated seconds per real second that can be asked for: MAVSDK's own timers stay real, and bound both."""
+SPEED_HELP = f"simulated seconds per second, {SLOWEST:g}-{FASTEST:g}"
+"""Of ``--speed``, for hawk-drone and hawk-sim."""
 
 
 class SimulationError(Exception):

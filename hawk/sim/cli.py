@@ -22,7 +22,7 @@ from hawk.sim.geodesy import Origin
 from hawk.sim.process import EndSignal, ParentGoneError
 from hawk.sim.runner import RunOptions, fly, follow
 from hawk.sim.udp import UdpUrl
-from hawk.simulation import FASTEST, SLOWEST
+from hawk.simulation import FASTEST, SLOWEST, SPEED_HELP
 from hawk.worlds.camera import WorldCamera
 from hawk.worlds.conditions import Condition
 from hawk.worlds.generate import WorldOptions, generate_world
@@ -141,9 +141,7 @@ def _add_world(world: argparse._ArgumentGroup) -> None:
 
 
 def _add_flight(flight: argparse._ArgumentGroup) -> None:
-    flight.add_argument(
-        "--speed", type=_number(SLOWEST, FASTEST), default=1.0, metavar="N", help="simulated seconds per second, 0.5-4"
-    )
+    flight.add_argument("--speed", type=_number(SLOWEST, FASTEST), default=1.0, metavar="N", help=SPEED_HELP)
     flight.add_argument(
         "--gnss-sigma", type=_number(0, 50), default=0.5, metavar="M", help="slow error of the position (default 0.5)"
     )
