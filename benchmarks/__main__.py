@@ -40,7 +40,7 @@ EXIT_FAILED: Final = 1
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure, print, write; status 1 when a section could not be measured (what was measured is told all the same)."""
+    """Measure, print, write; return 1 when a section could not be measured. The others are printed all the same."""
     parser = make_parser()
     options = parser.parse_args(arguments)
     chosen = _chosen(parser, options)

@@ -1,4 +1,4 @@
-"""What a benchmark says: figures with their references and limits, as one table and as one flat JSON object."""
+"""Results of a benchmark: figures with their references and limits, as one table and as one flat JSON object."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ class Reference:
 
 @dataclass(frozen=True, slots=True)
 class Limit:
-    """What a figure must keep to: a lowest or a highest value, either or both."""
+    """Limits of a figure: a lowest or a highest value, or both."""
 
     lowest: float = -math.inf
     highest: float = math.inf
 
     def holds(self, value: float | None) -> bool:
-        """Whether the value was measured and lies within; NaN does not."""
+        """Return True when the value was measured and lies within the limits; NaN does not."""
         return value is not None and self.lowest <= value <= self.highest
 
     def __str__(self) -> str:
@@ -53,7 +53,7 @@ class Limit:
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """One measured figure. ``key`` is its name in JSON; None is what could not be measured."""
+    """One measured figure. ``key`` is its name in JSON; ``value`` is None when it could not be measured."""
 
     key: str
     text: str
@@ -71,7 +71,7 @@ class Figure:
 
     @property
     def passed(self) -> bool | None:
-        """Whether the limit holds; None without one."""
+        """True when the limit holds; None without one."""
         return None if self.limit is None else self.limit.holds(self.value)
 
 

@@ -1,11 +1,12 @@
-"""Whether the exploration flies as its benchmark says, and whether it sees as much as a lawnmower would.
+"""Flown explorations against the exploration's benchmark and against a lawnmower over the same worlds.
 
 ``python -m benchmarks.flown_surveys --seeds 1-20 [--json FILE] [--out DIR]``
 
 Each drawn world is flown three times: explored through the whole simulated stack, flown to and fro over all of its lots
 through the same stack (a pilot who knows the border), and explored by the planner alone on the model of
-``benchmarks/exploration``, from the same place inside the same fence. Ways are those of exploring, without take-off and
-the way home. A flight whose pictures the simulator drew too late is flown again, slower (`benchmarks.pace`).
+``benchmarks/exploration``, from the same place inside the same fence. Distances are those of exploring, without
+take-off and the flight home. A flight whose pictures the simulator drew too late is flown again, slower
+(`benchmarks.pace`).
 """
 
 from __future__ import annotations
@@ -31,29 +32,30 @@ from benchmarks.lawnmower import LawnmowerOperator, lanes
 from benchmarks.pace import in_time
 from benchmarks.surveys import TIMEOUT_S, seeds_option
 from benchmarks.world_lots import Ring, joined, kinematic_flight, rings_about
-from hawk.comm.messages import Heartbeat
+from hawk.comm.status import Heartbeat
 from hawk.model import Fence, GlobalPose, StateName
 from hawk.simulation import SimulationOptions
 from hawk.survey import report
 from hawk.survey.client import DroneClient, LinkLostError
-from hawk.survey.operator import Progress, SurveyOperator, SurveyPlan, SurveyStatus
+from hawk.survey.handset import Progress, SurveyStatus
+from hawk.survey.operator import SurveyOperator, SurveyPlan
 from hawk.survey.run import LATE_FRAMES_LIMIT, FenceWatch
 from hawk.survey.stack import SimulatedStack, StackError
 from hawk.survey.survey_map import SurveyMap
-from hawk.survey.truth import Truth
+from hawk.survey.truth import GroundTruth
 
 DEFAULT_SEEDS: Final = "1-20"
 APART: Final = 0.10
-"""Flown ways may differ from the kinematic ones by this share."""
+"""Flown distances may differ from the kinematic ones by this share."""
 
 _MAP_ATTEMPTS: Final = 4
 
-MakeOperator = Callable[[DroneClient, Truth, Callable[[Progress], None]], SurveyOperator]
+MakeOperator = Callable[[DroneClient, GroundTruth, Progress], SurveyOperator]
 
 
 @dataclass(frozen=True, slots=True)
 class Told:
-    """What heartbeats said where the work began and ended: place and yaw then, and metres in between."""
+    """Heartbeats at the begin and at the end of the work: place and yaw, and metres in between."""
 
     first: Heartbeat
     last: Heartbeat
@@ -61,7 +63,7 @@ class Told:
     @property
     def way(self) -> float:
         """Metres flown in between, as the drone counts them."""
-        return (self.last.way or 0.0) - (self.first.way or 0.0)
+        return (self.last.distance_flown or 0.0) - (self.first.distance_flown or 0.0)
 
     @property
     def seconds(self) -> float:
@@ -77,7 +79,7 @@ class StackFlight:
     reason: str
     told: Told
     survey: SurveyMap
-    truth: Truth
+    truth: GroundTruth
     f1: float
     late: float
     excursions: int
@@ -85,7 +87,7 @@ class StackFlight:
 
 @dataclass(frozen=True, slots=True)
 class WorldRun:
-    """One world: ways in metres, seconds, stall F1."""
+    """One world: distances in metres, seconds, stall F1."""
 
     seed: int
     status: int
@@ -148,9 +150,9 @@ async def _fly_at(
         async with DroneClient(host, int(port)) as drone:
             work, fence = WorkWatch(states), FenceWatch(stack)
 
-            def show(progress: Progress) -> None:
-                work.look(progress.heartbeat)
-                fence.look(progress.heartbeat)
+            def show(_: str, beat: Heartbeat) -> None:
+                work.look(beat)
+                fence.look(beat)
 
             outcome = await make(drone, truth, show).run()
             survey = await _map_of(drone)
@@ -190,7 +192,7 @@ def lot_of(flight: StackFlight, seed: int) -> Lot:
     return Lot(seed, "world", shape, (first.north, first.east), first.yaw or 0.0, fence)
 
 
-def rings_of(truth: Truth, survey: SurveyMap) -> list[Ring]:
+def rings_of(truth: GroundTruth, survey: SurveyMap) -> list[Ring]:
     """Return the lots' outlines (N, 2) as (north, east) of the survey's map."""
     ((x, y),) = truth.to_world(np.zeros((1, 2)), survey.datum)
     return rings_about(truth, (x, y))
@@ -219,11 +221,11 @@ async def measure(seed: int, folder: Path) -> WorldRun:
     )
 
 
-def _explorer(drone: DroneClient, truth: Truth, show: Callable[[Progress], None]) -> SurveyOperator:  # noqa: ARG001
+def _explorer(drone: DroneClient, truth: GroundTruth, show: Progress) -> SurveyOperator:  # noqa: ARG001
     return SurveyOperator(drone, SurveyPlan(set_failsafes=True), show)
 
 
-def _lawnmower(drone: DroneClient, truth: Truth, show: Callable[[Progress], None]) -> SurveyOperator:
+def _lawnmower(drone: DroneClient, truth: GroundTruth, show: Progress) -> SurveyOperator:
     def route(beat: Heartbeat) -> list[tuple[float, float]]:
         survey = SurveyMap(_datum(beat), {}, {})
         shape = joined(rings_of(truth, survey))

@@ -17,7 +17,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from benchmarks.figures import BenchmarkError, Figure, Limit
 from hawk.comm.autopilot import MavsdkAutopilot
-from hawk.comm.clock import ScaledClock
+from hawk.comm.clock import Clock
 from hawk.comm.performance import percentile
 from hawk.comm.vehicle import AutopilotError, VehicleTopics
 from hawk.config import AutopilotSettings
@@ -109,7 +109,7 @@ async def measure(kills: int) -> list[Figure]:
 
 
 def figures(delays_ms: list[float]) -> list[Figure]:
-    """Return what is told of the delays."""
+    """Return the figures of the delays."""
     return [
         Figure("kill_to_wire_p50_ms", "Kill, call to wire, p50", percentile(delays_ms, 50), "ms"),
         Figure(
@@ -133,7 +133,7 @@ async def _kill(autopilot: MavsdkAutopilot, peer: SilentAutopilot, number: int) 
 async def _link() -> AsyncIterator[tuple[MavsdkAutopilot, SilentAutopilot]]:
     """Connect the real autopilot's side to a silent one."""
     port = free_udp_port()
-    clock = ScaledClock(1.0)
+    clock = Clock(1.0)
     topics = VehicleTopics.create(clock)
     autopilot = MavsdkAutopilot(AutopilotSettings(url=f"udpin://127.0.0.1:{port}"), clock, topics)
     peer = SilentAutopilot(port)

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from hawk.config import FlightSettings
-from hawk.ddc.geofence import way_is_inside
+from hawk.ddc.geofence import path_is_inside
 from hawk.ddc.motion import Carrot, Goal
 from hawk.model import Fence, HeightParameters, MapPose, PathPlan
 from hawk.sim.control import Controller, Limits, Setpoint
@@ -57,14 +57,14 @@ class Drone:
 
     @property
     def true(self) -> MapPose:
-        """Where the drone really is."""
+        """The true pose."""
         body = self._body
         north, east, down = body.position
         return MapPose(north, east, -down, body.roll, body.pitch, body.yaw)
 
     @property
     def believed(self) -> MapPose:
-        """Where it believes to be."""
+        """The estimated pose."""
         estimate = self._estimate
         north, east, down = estimate.position
         return MapPose(north, east, -down, estimate.roll, estimate.pitch, estimate.yaw)
@@ -77,7 +77,7 @@ class Drone:
     def step(self, goal: Goal | None) -> None:
         """Let one tick pass; without a goal, or with one beyond the fence, the drone goes on to its last target."""
         pose = self.believed
-        if goal is not None and way_is_inside(self._fence, pose.point, goal.point):
+        if goal is not None and path_is_inside(self._fence, pose.point, goal.point):
             self._carrot.step(goal, pose, self.seconds, self._heights.minimum, self._heights.maximum)
         target = self._carrot.place or Goal(pose.north, pose.east, pose.height, pose.yaw)
         setpoint = Setpoint((target.north, target.east), down=-target.height, yaw=target.yaw)

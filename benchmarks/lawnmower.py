@@ -14,8 +14,9 @@ import shapely.affinity
 import shapely.ops
 
 from benchmarks.figures import BenchmarkError
-from hawk.algo.path_plan.sweep import Swath
-from hawk.comm.messages import CompulsiveMove, Heartbeat
+from hawk.algo.path_plan.camera import Swath
+from hawk.comm.messages import CompulsiveMove
+from hawk.comm.status import Heartbeat
 from hawk.model import StateName
 from hawk.survey.handset import Drone, Progress
 from hawk.survey.operator import SurveyOperator, SurveyPlan
@@ -24,7 +25,7 @@ Place = tuple[float, float]
 Route = Callable[[Heartbeat], list[Place]]
 
 OVERLAP: Final = 0.9
-"""Lanes lie so many widths of what a picture shows well apart."""
+"""Distance of two lanes, in widths of the ground that a picture shows well."""
 _INSIDE_M: Final = 2.5  # from the fence
 _LEAST_M: Final = 2.0  # a shorter move is none
 
@@ -32,7 +33,7 @@ _LEAST_M: Final = 2.0  # a shorter move is none
 class LawnmowerOperator(SurveyOperator):
     """Flies a route in place of an exploration."""
 
-    def __init__(self, drone: Drone, plan: SurveyPlan, progress: Callable[[Progress], None], route: Route) -> None:
+    def __init__(self, drone: Drone, plan: SurveyPlan, progress: Progress, route: Route) -> None:
         """``route`` gives the places (north, east, map frame) for the heartbeat with which the work begins."""
         super().__init__(drone, plan, progress)
         self._route = route
@@ -50,7 +51,7 @@ def lanes(shape: shapely.Geometry, fence: shapely.Polygon, yaw: float, swath: Sw
     """Return places (north, east) to and fro over a shape, along ``yaw``: the drone keeps it in its moves, and the
     picture's wide side lies across.
 
-    Raises BenchmarkError when the fence leaves no way between two of them.
+    Raises BenchmarkError when the fence leaves no path between two of them.
     """
     inside = fence.buffer(-_INSIDE_M, join_style="mitre")
     flat = shapely.affinity.rotate(shape, -yaw, origin=(0, 0), use_radians=True)  # x along, y across
@@ -82,7 +83,7 @@ def _joined(places: list[Place], inside: shapely.Polygon) -> list[Place]:
 
 
 def _round(start: Place, end: Place, corners: list[Place], inside: shapely.Polygon) -> list[Place]:
-    """Return the places of the shortest way from start to end by corners (Dijkstra), the start left out."""
+    """Return the places of the shortest path from start to end by corners (Dijkstra), the start left out."""
     waiting: list[tuple[float, Place, list[Place]]] = [(0.0, start, [])]
     done: set[Place] = set()
     while waiting:

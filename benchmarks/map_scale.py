@@ -1,10 +1,10 @@
-"""Whether a large map costs more than a small one: a lot that grows to many hectares, and the same flight over each.
+"""Cost of a large map against a small one: a lot that grows to many hectares, and the same flight over each.
 
 ``python -m benchmarks.map_scale [--hectares 100] [--json FILE]``
 
 A map of 1, 10, 30 and 100 ha (up to ``--hectares``) is read from what an earlier flight left in the journal, each in a
 process of its own; then the drone flies across its border, half over known ground and half over new. Times are
-processor milliseconds of one thread, so that others on the machine do not count; the last column of each stage is the
+processor milliseconds of one thread, so that other programs do not matter; the last column of each stage is the
 ratio to the smallest map's figure of the same run.
 """
 
@@ -40,7 +40,7 @@ from hawk.algo.topic_interface import AlgorithmTopicInterface
 from hawk.algo.vision.seen import Seen
 from hawk.model import TILE_M, CameraModel, DesiredPose, HeightParameters, MapPoint, MapPose, OccupancyMap, StateName
 from hawk.store.journal import FlightJournal
-from hawk.web.heartbeat import ClientView, SharedHeartbeat
+from hawk.web.clients import ClientView
 
 STAGES: Final = (1.0, 10.0, 30.0, 100.0)
 FRAMES: Final = 160
@@ -72,7 +72,7 @@ TEXTS: Final = {
     "stalls": "Stalls",
 }
 NOT_FLAT: Final = frozenset({"memory_mb", "stalls", "memory_mb_per_ha"})
-"""What has no ratio: it grows, or is a rate already."""
+"""Figures without a ratio: they grow, or are rates already."""
 
 
 @dataclass
@@ -102,17 +102,6 @@ class Samples:
         return round(float(np.percentile(found, share)), 4)
 
 
-class Sight:
-    """Vision that says what the flight shows it."""
-
-    def __init__(self) -> None:
-        self.seen: Seen | None = None
-
-    def get_park_lot_detected(self) -> bool:
-        """Whether a lot is in sight."""
-        return True
-
-
 class Stage:
     """One map of a size, and everything that works on it."""
 
@@ -121,11 +110,10 @@ class Stage:
         self.lot = WideLot(hectares)
         self.samples = Samples()
         self.interface = AlgorithmTopicInterface()
-        self.sight, self.mapper = Sight(), MapperApp()
-        self.mapper.init(self.sight, self.interface)
+        self.mapper = MapperApp()
         self.planner = PathPlanApp()
         self.planner.init(self.mapper, self.interface)
-        self.view, self.shared = ClientView(), SharedHeartbeat()
+        self.view = ClientView()
         self.version = 0
 
     async def run(self, folder: Path) -> dict[str, float | None]:
@@ -159,11 +147,11 @@ class Stage:
         for number in range(FRAMES):
             east = self.lot.half - (FRAMES / 2 - number) * STEP_M
             pose = MapPose(0.0, east, HEIGHT_M, 0.0, 0.0, 0.0)
-            self.sight.seen = self.lot.look(pose, number * FRAME_S)
+            seen = Seen(park_lot_detected=True, ground=self.lot.look(pose, number * FRAME_S))
             frame = _frame(number, pose)
             self.interface.begin(frame)
             with self.samples.timed("update_ms"):
-                self.mapper.process()
+                self.mapper.fuse(frame, seen)
             with self.samples.timed("explore_ms"):
                 self.planner.process()
             self._plan_move(number)
@@ -196,9 +184,9 @@ class Stage:
 
     def _beat(self, drone: StillDrone, current: OccupancyMap, name: str) -> str:
         status = drone.status
-        keys = self.shared.keys(status)
+        assert status.shared_json  # encoded once for all clients
         with self.samples.timed(f"{name}_ms"):
-            text = self.view.heartbeat(keys, status, current, None, False)
+            text = self.view.heartbeat(status, current, None, False)
         self.samples.add(f"{name}_bytes", float(len(text)))
         return text
 

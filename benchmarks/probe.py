@@ -1,6 +1,6 @@
 """A process of its own that samples beside a benchmark: says ``ready``, samples until its standard input ends, then
-prints one JSON object. It goes first on the processor where it may, as the daemon does: what it tells is when things
-happened, not when it got round to looking.
+prints one JSON object. It goes first on the processor where it may, as the daemon does: it measures when
+things happened, not when it found time to look.
 
 ``python -m benchmarks.probe idle``: an asyncio loop that does nothing else: its lag, and the jitter of a 5 Hz timer.
 ``python -m benchmarks.probe heartbeats URL``: a client of the daemon: when its heartbeats arrive.
@@ -20,9 +20,8 @@ from urllib.parse import urlsplit
 
 from benchmarks.figures import BenchmarkError, interval_jitter
 from hawk.comm.base_socket import BaseSocket
-from hawk.comm.loop_lag import LoopLag
-from hawk.comm.performance import percentile
-from hawk.priority import LOOP_NICENESS, set_niceness, set_session_niceness
+from hawk.comm.performance import LoopLag, percentile
+from hawk.process import LOOP_NICENESS, set_niceness, set_session_niceness
 
 HEARTBEAT_S = 0.2
 """Heartbeats come at 5 Hz."""
@@ -89,11 +88,14 @@ async def heartbeats(url: str) -> dict[str, Any]:
     """Take the arrival of each heartbeat at a client that does nothing with it."""
     address = urlsplit(url)
     arrivals: list[float] = []
-    async with BaseSocket(address.hostname or "127.0.0.1", address.port or 3000) as socket:
+    socket = BaseSocket(address.hostname or "127.0.0.1", address.port or 3000)
+    try:
         await socket.connect(10.0)
         reading = asyncio.create_task(_read(socket, arrivals), name="probe-read")
         await _until_told()
         await _end(reading)
+    finally:
+        await socket.close()
     jitter = interval_jitter(arrivals, HEARTBEAT_S)
     span = arrivals[-1] - arrivals[0] if len(arrivals) > 1 else 0.0
     return {

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Final
 
 PARTS: Final = {"hawk.sim.cli": "simulator", "hawk.cli": "daemon", "chrom": "browser"}
-"""What a command line holds, and whose it is; the first that fits."""
+"""Part of a command line -> owner of the process; the first match is used."""
 OURS: Final = "benchmark"
 _TICKS: Final = os.sysconf("SC_CLK_TCK")
 

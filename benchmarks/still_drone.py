@@ -5,14 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 from hawk.comm.autopilot import MavsdkAutopilot
-from hawk.comm.clock import ManualClock
+from hawk.comm.clock import Clock
 from hawk.comm.messages import Command, Outgoing
 from hawk.comm.status import ClientId, DroneStatus
 from hawk.comm.vehicle import VehicleTopics
 from hawk.config import AutopilotSettings
 from hawk.ddc.operations_manager import OperationsManager
 from hawk.ddc.service_interface import DdcServiceInterface
-from hawk.ddc.surroundings import Surroundings
+from hawk.ddc.settings import ManagerSetup
 from hawk.ddc.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.model import (
     BatteryInfo,
@@ -24,8 +24,8 @@ from hawk.model import (
     LocalPose,
     MapPose,
     OccupancyMap,
-    State,
     VehiclePose,
+    VehicleState,
 )
 
 TICK_S = 0.05
@@ -43,9 +43,9 @@ class Nobody:
         """Return nobody."""
         return None
 
-    def has_control(self, _: ClientId) -> bool:
-        """Nobody has."""
-        return False
+    def controlling_clients(self) -> frozenset[ClientId]:
+        """Nobody has control."""
+        return frozenset()
 
     def receive(self) -> list[tuple[ClientId, Command]]:
         """Return no command."""
@@ -59,14 +59,16 @@ class StillDrone:
     """A manager to be ticked."""
 
     def __init__(self, folder: Path) -> None:
-        self.clock = ManualClock(100.0)
+        self._seconds = 0.0
+        self.clock = Clock(monotonic=lambda: self._seconds)
         self._vehicle = VehicleTopics.create(self.clock)
         self._autopilot = MavsdkAutopilot(AutopilotSettings(), self.clock, self._vehicle)
         self._inputs = DdcInputs.create(self.clock)
         topics = DdcTopicInterface(self._vehicle, self._inputs, self.clock)
-        self.manager = OperationsManager(Surroundings(clock=self.clock, desk=Nobody(), directory=folder))
         service = DdcServiceInterface(self._autopilot, topics, self.clock, 4.0, lambda *_: None)
-        self.manager.init(Nobody(), topics, service)
+        setup = ManagerSetup(clock=self.clock, desk=Nobody(), directory=folder)
+        self.manager = OperationsManager(setup, Nobody(), topics, service)
+        self.manager.init()
 
     @property
     def status(self) -> DroneStatus:
@@ -81,9 +83,9 @@ class StillDrone:
 
     def advance(self) -> None:
         """Let a tick's time pass and the telemetry come in."""
-        self.clock.advance(TICK_S)
+        self._seconds += TICK_S
         now = self.clock()
-        self._vehicle.state.publish(State(True, True, int(CopterMode.GUIDED), LandedState.IN_AIR, now))
+        self._vehicle.state.publish(VehicleState(True, True, int(CopterMode.GUIDED), LandedState.IN_AIR, now))
         self._vehicle.battery.publish(BatteryInfo(80.0, 16.0, 10.0, now))
         self._vehicle.diagnostics.publish(Diagnostics(True, True, True, True, 3, 16, 0.9, now))
         pose = MapPose(0.0, 0.0, 35.0, 0.0, 0.0, 0.0)

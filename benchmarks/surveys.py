@@ -1,5 +1,5 @@
-"""Whole surveys by ``hawk-drone survey --sim``, of drawn worlds and of pictures of real places: what was counted
-against the truth, and the way flown against the least way that could show the lot.
+"""Whole surveys by ``hawk-drone survey --sim``, of drawn worlds and of pictures of real places: counts
+against the truth, and the distance flown against the least distance that could show the lot.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from benchmarks.figures import BenchmarkError, Figure, Limit, number
 from benchmarks.pace import in_time
 from hawk.config import CameraSettings, HeightSettings
 from hawk.survey.run import LATE_FRAMES_LIMIT
-from hawk.survey.truth import Truth, read_truth
+from hawk.survey.truth import GroundTruth, read_truth
 
 TIMEOUT_S: Final = 1200.0
 LEAST_F1: Final = 0.85
@@ -35,7 +35,7 @@ ASPECT: Final = 720 / 1280
 
 @dataclass(frozen=True, slots=True)
 class Survey:
-    """One survey. ``bound_m``: least way that shows the whole lot, metres."""
+    """One survey. ``bound_m``: least distance that shows the whole lot, metres."""
 
     name: str
     report: dict[str, Any]
@@ -48,7 +48,7 @@ class Survey:
 
     @property
     def count_is_right(self) -> bool:
-        """Whether the free stalls were counted to 10 % or 3 stalls, whichever is more."""
+        """True when the count of free stalls is right to 10 % or 3 stalls, whichever is more."""
         share, stalls = self.value("free_count_error"), self.value("free_count_error_stalls")
         if stalls is None:
             return False
@@ -56,15 +56,15 @@ class Survey:
 
     @property
     def finished(self) -> bool:
-        """Whether the whole lot was seen and the drone is down with its motors off."""
+        """True when the whole lot was seen and the drone is down with its motors off."""
         return bool(self.report.get("status") == 0 and self.report.get("landed") and self.report.get("disarmed"))
 
 
-def least_way(truth: Truth, height_m: float, field_of_view: float) -> float:
-    """Return the least way that shows every lot, metres: (area - one picture's area) / width of a picture.
+def least_way(truth: GroundTruth, height_m: float, field_of_view: float) -> float:
+    """Return the least distance that shows every lot, metres: (area - one picture's area) / width of a picture.
 
     ``field_of_view``: of the picture's longer side, radians. A camera that flies along its shorter side sweeps its
-    width; what it sees where it begins costs no way. What is seen twice and the ways between lots are left out.
+    width, and its first picture costs no distance. Ground seen twice and flights between lots are left out.
     """
     swath = 2 * height_m * math.tan(field_of_view / 2)
     area = float(unary_union([Polygon(lot).buffer(0) for lot in truth.lots]).area)
@@ -182,7 +182,7 @@ def parse_seeds(text: str) -> list[int]:
 
 
 def seeds_option(text: str) -> list[int]:
-    """Return the seeds that a command line names. Raises ArgumentTypeError, which argparse tells word by word."""
+    """Return the seeds that a command line names. Raises ArgumentTypeError, which argparse prints."""
     try:
         return parse_seeds(text)
     except ValueError as error:
@@ -190,7 +190,7 @@ def seeds_option(text: str) -> list[int]:
 
 
 async def _fly(name: str, world: Sequence[str], folder: Path) -> Survey:
-    """Survey one world and tell about it."""
+    """Survey one world and report on it."""
 
     async def fly(speed: float) -> Survey:
         return await _fly_at(speed, name, world, _made(folder / name / f"speed-{speed:g}"))

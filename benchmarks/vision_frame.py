@@ -16,14 +16,11 @@ import cv2
 import numpy as np
 
 from hawk.algo.frame import FrameInput
-from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
-from hawk.algo.vision.annotate import annotate
-from hawk.algo.vision.app import VisionApp
-from hawk.algo.vision.finder import NetworkFinder
+from hawk.algo.vision.app import VisionApp, VisionSettings
+from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.network import StallNetwork
-from hawk.algo.vision.picture import decode
+from hawk.algo.vision.picture import annotate, decode
 from hawk.algo.vision.rectify import Rectifier
-from hawk.algo.vision.settings import VisionSettings
 from hawk.model import CameraModel, HeightParameters, MapPose, StateName
 from hawk.worlds.camera import WorldCamera
 from hawk.worlds.generate import generate_world
@@ -63,15 +60,12 @@ def frames(world: World, height: float, count: int, *, lens: bool) -> list[Frame
 
 def measure(app: VisionApp, network: StallNetwork, inputs: list[FrameInput]) -> dict[str, float]:
     """Return median and 95th percentile of a frame, and the medians of its steps, milliseconds."""
-    topics = AlgorithmTopicInterface()
-    app.init(FrameCamera(topics), topics)
     rectifier, finder = Rectifier(), NetworkFinder(network)
     rows = []
     for frame in [inputs[0], *inputs]:
-        topics.begin(frame)
         assert frame.pose is not None
         at = [time.perf_counter()]
-        app.process()
+        seen = app.see(frame)
         at.append(time.perf_counter())
         image = decode(frame.jpeg)
         at.append(time.perf_counter())
@@ -81,7 +75,7 @@ def measure(app: VisionApp, network: StallNetwork, inputs: list[FrameInput]) -> 
         at.append(time.perf_counter())
         finder.find(ground)
         at.append(time.perf_counter())
-        stalls = app.seen.stalls if app.seen else ()
+        stalls = seen.ground.stalls if seen.ground else ()
         annotate(image, frame.camera, frame.pose, stalls)
         at.append(time.perf_counter())
         rows.append((*(np.diff(at) * 1e3), float(len(stalls))))

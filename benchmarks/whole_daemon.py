@@ -21,10 +21,11 @@ from playwright.async_api import async_playwright
 from benchmarks.figures import BenchmarkError, Figure, Limit, Reference
 from benchmarks.probe import Probe
 from benchmarks.processes import CpuTime, cpu_time
+from hawk.comm.status import Heartbeat
 from hawk.model import StateName
 from hawk.simulation import SimulationOptions
 from hawk.survey.client import DroneClient
-from hawk.survey.operator import Progress, SurveyOperator, SurveyPlan
+from hawk.survey.operator import SurveyOperator, SurveyPlan
 from hawk.survey.run import LATE_FRAMES_LIMIT
 from hawk.survey.stack import Ready, SimulatedStack, StackError
 
@@ -42,7 +43,7 @@ QUIET_CORES: Final = 0.2
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """What was read at one end of the measured time."""
+    """Readings at one end of the measured time."""
 
     cpu: CpuTime
     simulator: Mapping[str, Any]
@@ -248,8 +249,8 @@ async def _exploring(url: str) -> AsyncIterator[asyncio.Event]:
     address = urlsplit(url)
     begun, ended = asyncio.Event(), asyncio.Event()
 
-    def watch(progress: Progress) -> None:
-        if progress.heartbeat.state == StateName.AUTONOMOUS_EXPLORE:
+    def watch(_: str, beat: Heartbeat) -> None:
+        if beat.state == StateName.AUTONOMOUS_EXPLORE:
             begun.set()
         elif begun.is_set():
             ended.set()

@@ -14,16 +14,16 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from hawk.algo.ground import tile_window
 from hawk.algo.mapper import delta
 from hawk.algo.mapper.evidence import EVIDENCE_M
 from hawk.algo.mapper.grid import EvidenceTile
 from hawk.algo.mapper.table import FREE, STALL_DTYPE, TAKEN, Rows, corners_of, to_bytes
-from hawk.algo.mapper.window import tile_window
-from hawk.algo.vision.seen import GroundImage, Seen, StallSeen
+from hawk.algo.vision.seen import GroundImage, SeenGround, StallSeen
 from hawk.model import TILE_CELLS, TILE_M, Cell, MapPose, TileKey
 
 BEYOND_M: Final = 120.0
-"""How far the lot goes on east of what is known."""
+"""Extent of the lot east of the known part, metres."""
 _PITCH_M, _WIDTH_M, _LENGTH_M = 17.4, 2.6, 5.2
 _BLOCK = 18  # stalls between two cross aisles
 _CROSS_M = 8.0
@@ -48,14 +48,14 @@ class WideLot:
         """Return the known part as the flight journal keeps it."""
         known = self.stalls[self.stalls["east"] < self.half]
         parts = {f"{delta.STALL}/{int(row['id'])}": to_bytes(row) for row in known}
-        meta = delta.MapMeta("wide", 1, len(self.stalls) + 1, (0.0, 0.0, 0.0, 1.0))
+        meta = delta.MapMeta("wide", 1, len(self.stalls) + 1, (0.0, 0.0, 0.0))
         parts[delta.META] = meta.to_bytes()
         for key in self._known_tiles():
             parts[delta.tile_name(delta.GRID, key)] = self._tile(key).to_bytes()
             parts[delta.tile_name(delta.MOSAIC, key)] = self._picture_tile()
         return parts
 
-    def look(self, pose: MapPose, captured: float) -> Seen:
+    def look(self, pose: MapPose, captured: float) -> SeenGround:
         """Return what a picture from there shows; the top of the picture is north."""
         shape = tuple(round(pose.height * n / _FOCAL / _LAYER_M) for n in (_ROWS, _COLUMNS))
         affine = _affine(pose, (shape[0], shape[1]), _LAYER_M)
@@ -65,7 +65,7 @@ class WideLot:
         core = GroundImage(_drawn(lot, near, 0.74), affine, valid)
         car = GroundImage(_drawn(lot, near[near["state"] == TAKEN], 0.8), affine, valid)
         picture = self._picture(pose)
-        return Seen(_found(lot, near), lot, car, core, picture, True, 1.0, pose, captured)
+        return SeenGround(_found(lot, near), lot, car, core, picture, pose, captured)
 
     def _make_stalls(self) -> Rows:
         along = np.arange(math.ceil((2 * self.half + BEYOND_M) / _WIDTH_M))
@@ -90,23 +90,24 @@ class WideLot:
 
     def _tile(self, key: TileKey) -> EvidenceTile:
         window, tile = tile_window(key, EVIDENCE_M), EvidenceTile()
+        layers = tile.layers
         north = -(window.row + np.arange(window.rows) + 0.5) * EVIDENCE_M
         east = (window.column + np.arange(window.columns) + 0.5) * EVIDENCE_M
         is_lot = (np.abs(north) < self.half)[:, None] & (np.abs(east) < self.half)[None]
         noise = self._noise[: window.rows, : window.columns]
-        tile.lot[:] = np.where(is_lot, 3.0, -3.0) + noise
-        tile.looks[:] = 6.0 + noise
+        layers.lot[:] = np.where(is_lot, 3.0, -3.0) + noise
+        layers.looks[:] = 6.0 + noise
         top = np.array([[-window.row * EVIDENCE_M, window.column * EVIDENCE_M]])
         affine = np.column_stack([[0.0, EVIDENCE_M], [-EVIDENCE_M, 0.0], top[0] + [-EVIDENCE_M / 2, EVIDENCE_M / 2]])
-        image = GroundImage(tile.lot, affine, np.ones(tile.lot.shape, np.bool_))
+        image = GroundImage(layers.lot, affine, np.ones(layers.lot.shape, np.bool_))
         near = self.stalls[
             (np.abs(self.stalls["north"] - north.mean()) < TILE_M)
             & (np.abs(self.stalls["east"] - east.mean()) < TILE_M)
         ]
-        tile.core[:] = np.clip(_drawn(image, near, 0.74) + noise / 10, 0, 1)
-        tile.car[:] = np.clip(_drawn(image, near[near["state"] == TAKEN], 0.8) + noise / 10, 0, 1)
-        tile.well[:] = 1
-        tile.shown[:] = np.where(is_lot, Cell.LOT, Cell.NON_LOT)
+        layers.core[:] = np.clip(_drawn(image, near, 0.74) + noise / 10, 0, 1)
+        layers.car[:] = np.clip(_drawn(image, near[near["state"] == TAKEN], 0.8) + noise / 10, 0, 1)
+        layers.well[:] = 1
+        layers.shown[:] = np.where(is_lot, Cell.LOT, Cell.NON_LOT)
         return tile
 
     def _picture_tile(self) -> bytes:

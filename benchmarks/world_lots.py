@@ -13,12 +13,12 @@ from benchmarks.exploration import setups
 from benchmarks.exploration.flight import Flown, fly
 from benchmarks.exploration.lots import Lot
 from benchmarks.exploration.pilots import PlannerPilot
-from hawk.survey.truth import Truth
+from hawk.survey.truth import GroundTruth
 
 Ring = NDArray[np.float64]
 
 
-def rings_about(truth: Truth, middle: tuple[float, float]) -> list[Ring]:
+def rings_about(truth: GroundTruth, middle: tuple[float, float]) -> list[Ring]:
     """Return the lots' outlines (N, 2) as (north, east) of a place of the world, metres (x east, y south)."""
     x, y = middle
     return [np.column_stack([y - lot[:, 1], lot[:, 0] - x]) for lot in truth.lots]

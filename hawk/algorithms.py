@@ -1,7 +1,7 @@
 """Builds the algorithms from the settings.
 
-A module of its own because all that vision and mapping need is imported with it, which the daemon does only once the
-autopilot is open.
+It is a module of its own because it imports the libraries of vision and mapping; the daemon does so once the autopilot
+is open.
 """
 
 from __future__ import annotations
@@ -13,14 +13,13 @@ from hawk.algo.mapper.app import MapperApp
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
-from hawk.algo.vision.annotate import PictureStyle
-from hawk.algo.vision.app import VisionApp
-from hawk.algo.vision.settings import VisionSettings
+from hawk.algo.vision.app import VisionApp, VisionSettings
+from hawk.algo.vision.picture import PictureStyle
 from hawk.config import Config
 
 
 def make_manager(config: Config, survey_id: str, *, is_simulation: bool) -> AlgorithmManagerApp:
-    """Return everything but the network itself, which is loaded with the first frame. ``survey_id`` may be empty."""
+    """Return the manager with all its parts. ``survey_id`` names the map; it may be empty."""
     cv2.setNumThreads(config.vision.threads)
     settings = VisionSettings(
         model=config.vision.model,

@@ -7,19 +7,28 @@ import asyncio
 import faulthandler
 import sys
 from collections.abc import Sequence
+from dataclasses import fields
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from hawk.config import Config, ConfigError, load_config
-from hawk.simulation import FASTEST, SLOWEST, SPEED_HELP, SimulationError, SimulationOptions
+from hawk.simulation import (
+    FASTEST,
+    SIMULATOR_MISSING,
+    SLOWEST,
+    SPEED_HELP,
+    SimulationError,
+    SimulationOptions,
+    simulator_installed,
+)
 
 EXIT_USAGE = 2
 """Exit status for wrong options and wrong settings, as argparse has it."""
 EXIT_FAILED = 1
-"""Exit status when something that was asked for could not be done."""
+"""Exit status when the simulation could not start."""
 EXIT_S = 5.0
-"""Real seconds that the process may take to end after its work is done; then its threads are shown and it ends."""
+"""Real seconds for the process to end after its work; then its threads are printed and it is ended."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -56,7 +65,7 @@ def make_parser() -> argparse.ArgumentParser:
 
 
 def simulation_options(options: argparse.Namespace) -> SimulationOptions | None:
-    """Return what to simulate, None without --sim. Raises ConfigError naming an option that does not fit."""
+    """Return the simulation's options, None without --sim. Raises ConfigError naming an option that does not fit."""
     if not options.sim:
         for name in ("condition", "world", "metres_per_pixel", "start", "gnss_sigma", "wind"):
             if getattr(options, name) is not None:
@@ -64,6 +73,8 @@ def simulation_options(options: argparse.Namespace) -> SimulationOptions | None:
         if options.speed != 1.0 and getattr(options, "attach_sim", None) is None:
             raise ConfigError("--speed: only together with --sim")
         return None
+    if not simulator_installed():
+        raise ConfigError(f"--sim: {SIMULATOR_MISSING}")
     if options.world is not None and options.metres_per_pixel is None:
         raise ConfigError("--metres-per-pixel: is needed with --world (metres on the ground that a pixel covers)")
     if options.world is not None and not options.world.is_file():
@@ -72,17 +83,7 @@ def simulation_options(options: argparse.Namespace) -> SimulationOptions | None:
     if not SLOWEST <= options.speed <= FASTEST:
         bounds = f"{SLOWEST:g} to {FASTEST:g}"
         raise ConfigError(f"--speed: must be {bounds} simulated seconds per second, not {options.speed}")
-    return SimulationOptions(
-        seed=options.seed,
-        condition=options.condition,
-        world=options.world,
-        metres_per_pixel=options.metres_per_pixel,
-        truth=options.truth,
-        start=options.start,
-        speed=options.speed,
-        gnss_sigma=options.gnss_sigma,
-        wind=options.wind,
-    )
+    return SimulationOptions(**{each.name: getattr(options, each.name) for each in fields(SimulationOptions)})
 
 
 def _check_condition(options: argparse.Namespace) -> None:
@@ -97,7 +98,7 @@ def _check_condition(options: argparse.Namespace) -> None:
 
 
 def load_settings(options: argparse.Namespace) -> Config:
-    """Return the settings with the command line's options laid over them. Raises ConfigError."""
+    """Return the settings with the command line's options applied. Raises ConfigError."""
     overrides: dict[str, dict[str, Any]] = {}
     for section, key, value in (
         ("web", "host", options.host),
@@ -138,15 +139,22 @@ def _add_survey_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--url", metavar="URL", help="fly the drone of a daemon that runs already")
     parser.add_argument("--token", help="token of that daemon")
     parser.add_argument("--set-failsafes", action="store_true", help="set the autopilot's failsafes that are missing")
-    parser.add_argument("--timeout", type=float, default=1800.0, metavar="S", help="seconds until it comes home anyway")
+    parser.add_argument(
+        "--timeout",
+        dest="timeout_s",
+        type=float,
+        default=1800.0,
+        metavar="S",
+        help="seconds until it comes home anyway",
+    )
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
 
 
 def _run(options: argparse.Namespace) -> int:
-    from hawk.daemon import DaemonOptions, run_daemon
-
     config = load_settings(options)
     simulation = simulation_options(options)
+    from hawk.daemon import DaemonOptions, run_daemon
+
     status = asyncio.run(
         run_daemon(config, DaemonOptions(simulation, options.attach_sim, options.speed, options.ready_file))
     )
@@ -155,30 +163,17 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _survey(options: argparse.Namespace) -> int:
-    from hawk.survey.run import SurveyOptions, run_survey
-
     simulation = simulation_options(options)
     if simulation is None and options.url is None:
         raise ConfigError("--url: is needed without --sim (the page's address of the daemon that flies the drone)")
     if simulation is not None and options.url is not None:
         raise ConfigError("--url: not together with --sim, which starts a daemon of its own")
     load_settings(options)  # a wrong setting shows here, before anything is started
-    return asyncio.run(
-        run_survey(
-            SurveyOptions(
-                out=options.out,
-                simulation=simulation,
-                url=options.url,
-                token=options.token,
-                config=options.config,
-                fence=options.fence,
-                truth=options.truth,
-                set_failsafes=options.set_failsafes or simulation is not None,
-                timeout_s=options.timeout,
-                quiet=options.quiet,
-            )
-        )
-    )
+    from hawk.survey.run import SurveyOptions, run_survey
+
+    values = {each.name: getattr(options, each.name) for each in fields(SurveyOptions) if each.name != "simulation"}
+    values["set_failsafes"] |= simulation is not None
+    return asyncio.run(run_survey(SurveyOptions(simulation=simulation, **values)))
 
 
 if __name__ == "__main__":

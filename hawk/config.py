@@ -41,7 +41,7 @@ CAMERA_KINDS = ("http://", "https://", "v4l2://", "rtsp://", "rtsps://", "file:/
 
 
 def _address(*kinds: str) -> AfterValidator:
-    """Return the check that an address begins in one of these ways."""
+    """Return the check that an address begins with one of these prefixes."""
 
     def check(value: str) -> str:
         if not value.startswith(kinds):
@@ -62,7 +62,7 @@ class AutopilotSettings(Section):
 
 
 class CameraSettings(Section):
-    """Where the pictures come from and how the camera sees."""
+    """Source of the pictures, and the camera's optics and mount."""
 
     url: Annotated[str, _address(*CAMERA_KINDS)] = "http://127.0.0.1:8090/stream"
     horizontal_fov_deg: float = Field(default=70.0, gt=5, lt=170)
@@ -91,7 +91,7 @@ class HeightSettings(Section):
 
 
 class FlightSettings(Section):
-    """How the drone flies."""
+    """Flight and battery limits."""
 
     speed_m_s: float = Field(default=4.0, gt=0, le=15)
     tick_hz: float = Field(default=20.0, ge=5, le=50)
@@ -104,7 +104,7 @@ class FlightSettings(Section):
 
 
 class FenceSettings(Section):
-    """Where the drone may be."""
+    """Limits of the flight."""
 
     file: Path | None = None
     radius_m: float = Field(default=150.0, gt=20, le=2000)
@@ -113,7 +113,7 @@ class FenceSettings(Section):
 
 
 class OperatorSettings(Section):
-    """When the operator counts as lost, and what happens then."""
+    """Timeouts for a lost operator."""
 
     operator_timeout_s: Seconds = 10.0
     operator_hold_s: Seconds = 30.0
@@ -143,7 +143,7 @@ class WebSettings(Section):
 
 
 class StoreSettings(Section):
-    """What is kept on disk."""
+    """Storage on disk."""
 
     directory: Path = Path("var")
     record: bool = True
@@ -151,7 +151,7 @@ class StoreSettings(Section):
 
 
 class WatchdogSettings(Section):
-    """How a hung process is ended."""
+    """End of a hung process."""
 
     timeout_s: float = Field(default=1.0, ge=0.2, le=30)
     enabled: bool = True
@@ -198,8 +198,7 @@ def load_config(
         values: dict[str, Any] = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(f"{path}: not TOML: {error}") from error
-    sources = {("environment", name) for name in environment if name.startswith(ENVIRONMENT_PREFIX)}
-    for _, name in sorted(sources):
+    for name in sorted(name for name in environment if name.startswith(ENVIRONMENT_PREFIX)):
         section, _, key = name.removeprefix(ENVIRONMENT_PREFIX).lower().partition("__")
         if key:
             _section(values, section)[key] = environment[name]

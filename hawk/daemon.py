@@ -15,19 +15,19 @@ import sys
 import time
 from collections.abc import Coroutine
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hawk.algo.loop import AlgorithmLoop, Situation
-from hawk.algo.topics import AlgorithmTopics
+from hawk.algo.topic_interface import AlgorithmTopics
 from hawk.comm.autopilot import MavsdkAutopilot
 from hawk.comm.calibration import load_calibration
-from hawk.comm.clock import ScaledClock
+from hawk.comm.clock import Clock
 from hawk.comm.drone_camera import DroneCamera
-from hawk.comm.loop_lag import LoopLag
-from hawk.comm.performance import Performance
+from hawk.comm.passive_listener import wait_until_disarmed
+from hawk.comm.performance import LoopLag, Performance
 from hawk.comm.topic import Topic
 from hawk.comm.vehicle import VehicleTopics
 from hawk.config import Config, ConfigError
@@ -35,18 +35,15 @@ from hawk.ddc.geofence import FenceError
 from hawk.ddc.operations_manager import OperationsManager
 from hawk.ddc.restart import RESTART_WINDOW_S, RestartRule, restart_rule
 from hawk.ddc.service_interface import DdcServiceInterface
-from hawk.ddc.settings import DdcSettings
-from hawk.ddc.surroundings import Surroundings
+from hawk.ddc.settings import DdcSettings, ManagerSetup
 from hawk.ddc.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.map_keeper import MapKeeper
-from hawk.model import ArmPlace, Health, State, StateName
-from hawk.priority import LOOP_NICENESS, set_niceness, set_session_niceness
+from hawk.model import ArmPlace, Health, StateName, VehicleState
+from hawk.process import LOOP_NICENESS, SystemdNotifier, Ticker, Watchdog, set_niceness, set_session_niceness
 from hawk.simulation import Simulation, SimulationAddress, SimulationOptions
 from hawk.store.journal import FlightJournal
 from hawk.store.journal_state import JournalState
 from hawk.store.recording import Recording
-from hawk.ticker import Ticker
-from hawk.watchdog import SystemdNotifier, Watchdog
 from hawk.web.app import WebServer
 from hawk.web.security import InsecureBindingError
 from hawk.web.services import OperatorSide, WebServices
@@ -59,15 +56,14 @@ _LOG = logging.getLogger(__name__)
 MONITOR_S = 0.25
 """Real seconds between two looks at camera, recording and loop."""
 CONTINUE_S = 1800.0
-"""A daemon that is started on the ground goes on with a survey that is younger than this, wall clock seconds."""
-EXIT_USAGE = 2
+"""A daemon that starts on the ground continues a survey younger than this, wall clock seconds."""
 
 
 @dataclass(frozen=True, slots=True)
 class DaemonOptions:
-    """What the command line says beside the settings.
+    """Options of the command line that are not settings.
 
-    ``simulation``: start hawk-sim and fly it. ``attached_simulation``: URL of one that somebody else started, at
+    ``simulation``: start hawk-sim and fly it. ``attached_simulation``: URL of one that runs already, at
     ``speed`` simulated seconds per second. ``ready_file`` is written (JSON: url, first_tick_s) when the page is up.
     """
 
@@ -78,7 +74,7 @@ class DaemonOptions:
 
     @property
     def is_simulation(self) -> bool:
-        """Whether nothing real is flown."""
+        """True when the drone is simulated."""
         return self.simulation is not None or self.attached_simulation is not None
 
 
@@ -115,7 +111,7 @@ class Daemon:
         self._first_tick_s: float | None = None
         load_calibration(config.camera)
         config.store.directory.mkdir(parents=True, exist_ok=True)
-        self.clock = ScaledClock(options.speed)
+        self.clock = Clock(options.speed)
         self._watchdog = Watchdog(
             config.watchdog.timeout_s, SystemdNotifier(), sys.stderr, enabled=config.watchdog.enabled
         )
@@ -133,13 +129,13 @@ class Daemon:
     def _make_vehicle(self) -> None:
         self.vehicle = VehicleTopics.create(self.clock)
         self.autopilot = MavsdkAutopilot(self._config.autopilot, self.clock, self.vehicle)
-        stamped = self.autopilot.from_boot if self._options.is_simulation else None
+        stamped = self.autopilot.telemetry.from_boot if self._options.is_simulation else None
         self.camera = DroneCamera(self._config.camera, self.clock, stamped)
         self._kept: JournalState = self._journal.state
         if self._goes_on():
             self.autopilot.set_datum(self._kept.datum)
             if self._kept.arm_place is not None:
-                self.autopilot.restore_arm_place(self._kept.arm_place)
+                self.autopilot.telemetry.restore_arm_place(self._kept.arm_place)
         else:
             self._begin_survey()
         self.vehicle.arm_place.listen(self._keep_arm_place)
@@ -147,9 +143,10 @@ class Daemon:
 
     def _make_operations(self) -> None:
         self.inputs = DdcInputs.create(self.clock)
-        self.side = OperatorSide.create(self.clock, self._config.operator, self._config.web.port)
+        self.side = OperatorSide.create(self.clock, self._config.operator)
+        self.topics = DdcTopicInterface(self.vehicle, self.inputs, self.clock)
         self.manager = OperationsManager(
-            Surroundings(
+            ManagerSetup(
                 clock=self.clock,
                 desk=self.side.desk,
                 directory=self._config.store.directory,
@@ -160,17 +157,18 @@ class Daemon:
                 flight=self._kept.flight,
                 keep_flight=self._journal.set_flight,
                 speed=self.clock.speed,
-            )
+            ),
+            self.side.socket,
+            self.topics,
+            DdcServiceInterface(
+                self.autopilot, self.topics, self.clock, self._config.flight.speed_m_s, self._recording.record
+            ),
         )
-        self.topics = DdcTopicInterface(self.vehicle, self.inputs, self.clock)
-        service = DdcServiceInterface(
-            self.autopilot, self.topics, self.clock, self._config.flight.speed_m_s, self._recording.record
-        )
-        self.manager.init(self.side.socket, self.topics, service)
-        self.side.socket.attach(self.manager)
+        self.manager.init()
+        self.side.socket.attach(self.manager.handle_now)
 
     def _make_results(self) -> None:
-        """Where the algorithms publish, once they have started."""
+        """Make the topics on which the algorithms publish once they have started."""
         self.results = AlgorithmTopics(
             frame_output=Topic("frame_output", self.clock),
             park_lot_detected=self.inputs.park_lot_detected,
@@ -200,7 +198,12 @@ class Daemon:
             simulation=self._options.is_simulation,
             camera_fov_deg=self._config.camera.horizontal_fov_deg,
             loop_lag=self._lag.summary,
-            performance=lambda: self.performance.summary().to_dict(),
+            performance=lambda: asdict(self.performance.summary()),
+            counters=lambda: {
+                "autopilot_messages_dropped": self.autopilot.dropped,
+                "camera_pictures_damaged": self.camera.damaged,
+                "recording_messages_dropped": self._recording.dropped,
+            },
         )
 
     def _metadata(self) -> dict[str, str]:
@@ -215,7 +218,7 @@ class Daemon:
     # -- running -----------------------------------------------------------------------------------------------------
 
     async def run(self) -> int:
-        """Start every part, run until told to stop, end every part; return the exit status."""
+        """Start every part, run until a stop signal, end every part; return the exit status."""
         loop = asyncio.get_running_loop()
         for name in (signal.SIGINT, signal.SIGTERM):
             loop.add_signal_handler(name, self._stopping.set)
@@ -239,8 +242,10 @@ class Daemon:
         return 0
 
     def _tick(self) -> None:
+        before = self.manager.ticks
         self.manager.process()
-        self._watchdog.progress()
+        if self.manager.ticks > before:
+            self._watchdog.progress()
         if self._first_tick_s is None:
             self._first_tick_s = _seconds_since_process_start()
 
@@ -248,9 +253,6 @@ class Daemon:
         """Open MAVLink, unless this program crashed twice in the air within a minute: then only when disarmed."""
         before = [start for start in self._kept.starts_in_air if time.time() - start < RESTART_WINDOW_S]
         if restart_rule(len(before) + 1) is RestartRule.STAY_AWAY:
-            # Imported here: a MAVLink dialect takes a tenth of the time in which a start in the air must act.
-            from hawk.comm.passive_listener import wait_until_disarmed
-
             _LOG.error("started a third time within a minute in the air: the autopilot's failsafe has the drone")
             listening = asyncio.create_task(
                 wait_until_disarmed(self._config.autopilot.url, RESTART_WINDOW_S), name="passive-listener"
@@ -274,8 +276,8 @@ class Daemon:
             )
         self._algorithms = algorithms = AlgorithmLoop(
             manager,
-            self.camera,
-            self.autopilot.pose_at,
+            self.camera.next_frame,
+            self.autopilot.telemetry.pose_at,
             self._situation,
             self.results,
             self._recording.record_frame,
@@ -288,13 +290,13 @@ class Daemon:
         self._own(self._map_keeper.run(), "map-keeper")
 
     async def _monitor(self) -> None:
-        """Publish the health of what has no topics of its own."""
+        """Publish the health of the parts without topics of their own."""
         seen = 0
         parent, problem = os.getppid(), ""
         while True:
             await asyncio.sleep(MONITOR_S)
             if self._options.attached_simulation is not None and os.getppid() != parent:
-                _LOG.warning("whoever started this simulation has gone")
+                _LOG.warning("the program that started this simulation has ended")
                 self._stopping.set()
             if self.autopilot.problem != problem:
                 problem = self.autopilot.problem
@@ -313,7 +315,7 @@ class Daemon:
                 seen = latest.sequence
 
     async def _close(self) -> None:
-        """End in the order in which nothing is fed into what has ended."""
+        """End the parts in order: no part sends to one that has ended."""
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
@@ -345,14 +347,14 @@ class Daemon:
             camera=model,
             state=self.topics.curr_state_pub.value or StateName.IDLE,
             desired=self.topics.des_pose_pub.value,
-            heights=self.manager.heights,
-            fence=self.manager.fence,
+            heights=self.topics.get_heights(),
+            fence=self.topics.fence_pub.value,
             home=self.topics.home_pub.value,
             asked=self.topics.asked_place_pub.value,
         )
 
     def _goes_on(self) -> bool:
-        """Whether the journalled survey goes on; a simulated world is another one at each start of ours."""
+        """Return True when the journalled survey continues; a simulated world is new at each start."""
         if self._options.simulation is not None or self._kept.datum is None:
             return False
         return time.time() - self._kept.last_written < CONTINUE_S
@@ -371,7 +373,7 @@ class Daemon:
         starts = self._journal.add_start_in_air()
         return sum(1 for start in starts if starts[-1] - start < RESTART_WINDOW_S)
 
-    def _record_flights(self, state: State) -> None:
+    def _record_flights(self, state: VehicleState) -> None:
         if state.connected:
             (self._recording.begin if state.armed else self._recording.end)()
 
@@ -389,7 +391,7 @@ class Daemon:
 
     def _own(self, work: Coroutine[Any, Any, None], name: str) -> None:
         task = asyncio.create_task(work, name=name)
-        task.add_done_callback(_tell_end)
+        task.add_done_callback(_log_end)
         self._tasks.append(task)
 
 
@@ -401,7 +403,7 @@ def _make_manager(config: Config, survey_id: str, options: DaemonOptions) -> Alg
 
 
 def _simulated(config: Config, address: SimulationAddress) -> Config:
-    """Point the settings at the simulated drone; what is kept of it stays apart from real flights."""
+    """Return the settings for the simulated drone; its files stay apart from those of real flights."""
     return config.model_copy(
         update={
             "autopilot": config.autopilot.model_copy(update={"url": address.autopilot_url}),
@@ -411,7 +413,7 @@ def _simulated(config: Config, address: SimulationAddress) -> Config:
     )
 
 
-def _tell_end(task: asyncio.Task[None]) -> None:
+def _log_end(task: asyncio.Task[None]) -> None:
     if not task.cancelled() and (error := task.exception()) is not None:
         _LOG.error("%s ended", task.get_name(), exc_info=error)
 

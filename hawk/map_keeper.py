@@ -1,38 +1,27 @@
-"""Carries what must outlive the process from the algorithms to the flight journal."""
+"""Carries the map from the algorithms to the flight journal, so that it survives the process."""
 
 from __future__ import annotations
 
 import asyncio
 import logging
 from collections.abc import Awaitable, Callable, Mapping
-from typing import Protocol
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:  # see `hawk.algo.loop`
+    from hawk.algo.mapper.delta import MapDelta
 
 _LOG = logging.getLogger(__name__)
 
 INTERVAL_S = 0.3
-"""Real seconds between two looks at what changed: with the journal's own quarter of a second less than one is lost."""
-
-
-class Delta(Protocol):
-    """What changed in the map: ``parts`` by key, up to ``version``."""
-
-    @property
-    def parts(self) -> Mapping[str, bytes]:
-        """Changed parts; empty bytes for one that is no more."""
-        ...
-
-    @property
-    def version(self) -> int:
-        """The map's version with these changes."""
-        ...
+"""Real seconds between two requests: with the journal's own quarter of a second less than one is lost."""
 
 
 class MapKeeper:
-    """Asks for the map's changes at an interval and puts them into the journal, until it is cancelled."""
+    """Puts the map's changes into the journal at an interval."""
 
     def __init__(
         self,
-        changes_since: Callable[[int], Awaitable[Delta]],
+        changes_since: Callable[[int], Awaitable[MapDelta]],
         put: Callable[[Mapping[str, bytes]], None],
         interval_s: float = INTERVAL_S,
     ) -> None:
@@ -41,12 +30,8 @@ class MapKeeper:
         self._interval = interval_s
         self._version = 0
 
-    def forget(self) -> None:
-        """The journal is another one: put everything again."""
-        self._version = 0
-
     async def run(self) -> None:
-        """Keep the map for ever; one failure is told and tried again."""
+        """Keep the map until cancelled; a failure is logged and tried again."""
         while True:
             await asyncio.sleep(self._interval)
             try:

@@ -1,4 +1,4 @@
-"""What every room agrees on: poses, enumerations, map and stall types.
+"""Values that every room shares: poses, enumerations, map and stall types.
 
 Frames (all metres): *local* is NED about the place where the drone was armed; *map* is NED on a tangent plane at the
 survey's WGS-84 datum. ``north`` and ``east`` always mean the map frame, ``x`` and ``y`` the local frame. Yaw and every
@@ -53,7 +53,7 @@ class Health:
 
     @property
     def is_healthy(self) -> bool:
-        """Whether the part can be trusted."""
+        """True when the part works."""
         return self.status is HealthStatus.HEALTHY
 
 
@@ -76,8 +76,6 @@ class StateName(StrEnum):
 
 GROUND_STATES = frozenset({StateName.IDLE, StateName.CONFIGURE, StateName.ARM})
 """States in which the drone is not in the air."""
-TASK_STATES = frozenset({StateName.AUTONOMOUS_EXPLORE, StateName.AUTONOMOUS_MOVE, StateName.COMPULSIVE_MOVE})
-"""States that fly somewhere for the operator."""
 
 
 class CopterMode(IntEnum):
@@ -178,16 +176,16 @@ class MapPose:
         return MapPoint(self.north, self.east)
 
     def is_finite(self) -> bool:
-        """Whether every number is finite."""
+        """Return True when every number is finite."""
         return all(math.isfinite(v) for v in (self.north, self.east, self.height, self.roll, self.pitch, self.yaw))
 
 
 @dataclass(frozen=True, slots=True)
 class ArmPlace:
-    """Where the drone was armed, and what ties EKF-local to it.
+    """Place where the drone was armed, in WGS-84 and in EKF-local.
 
-    ``ekf_x``, ``ekf_y``, ``ekf_z`` is the arm place in EKF-local (NED metres); ``boot_id`` tells one boot of the
-    autopilot from another (the wall-clock second at which its ``time_boot_ms`` was zero).
+    ``ekf_x``, ``ekf_y``, ``ekf_z`` is the arm place in EKF-local (NED metres); ``boot_id`` identifies a boot of
+    the autopilot (the wall-clock second at which its ``time_boot_ms`` was zero).
     """
 
     latitude: float
@@ -201,7 +199,7 @@ class ArmPlace:
 
 @dataclass(frozen=True, slots=True)
 class FlightSoFar:
-    """A flight that is under way: seconds since take-off and metres flown, as of ``at`` (wall clock, UTC seconds)."""
+    """A flight in progress: seconds since take-off and metres flown (``way``), as of ``at`` (UTC seconds)."""
 
     seconds: float
     way: float
@@ -223,7 +221,7 @@ class HeightParameters:
 
 @dataclass(frozen=True, slots=True)
 class Fence:
-    """Where the drone may be, map frame. ``polygon`` is our own limit: it lies inside the autopilot's by the margin.
+    """Limits of the flight, map frame. ``polygon`` is our own limit: it lies inside the autopilot's by the margin.
 
     ``polygon`` and ``autopilot_polygon`` are (north, east) vertices in order, not closed. Heights are metres above the
     arm place.
@@ -265,7 +263,7 @@ class Inbound(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class DesiredPose:
-    """Where the operator wants the drone: numbered, so that a verdict can be told from an older one."""
+    """The operator's place for the drone, numbered, so that a verdict belongs to one of them."""
 
     number: int
     north: float
@@ -274,11 +272,10 @@ class DesiredPose:
 
 @dataclass(frozen=True, slots=True)
 class Route:
-    """A way over known lot, map frame: ``points`` from where the drone was to the place asked for.
+    """A route over known lot, map frame: ``points`` from the drone's place to the requested one.
 
     ``turns`` has a number for each point: metres before and behind it within which its corner may be cut (0: the drone
-    stops there). ``refused`` says in words why there is no way; it is empty when there is one, and when none was asked
-    for.
+    stops there). ``refused`` is the reason for no route; it is empty when there is one, and when none was requested.
     """
 
     points: tuple[MapPoint, ...] = ()
@@ -301,7 +298,7 @@ class Verdict:
 
 
 class StallState(StrEnum):
-    """What is known of a stall."""
+    """State of a stall."""
 
     FREE = "free"
     TAKEN = "taken"
@@ -310,10 +307,10 @@ class StallState(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Stall:
-    """A stall on the map: an oriented rectangle with an id that stays.
+    """A stall on the map: an oriented rectangle with a permanent id.
 
     ``angle`` is the direction of the long side in [0, pi); ``taken`` the probability of being taken; ``score`` the
-    probability of being a stall at all; ``version`` rises when anything shown of it changes.
+    probability of being a stall at all; ``version`` rises when its shown content changes.
     """
 
     id: int
@@ -356,7 +353,7 @@ that rows grow southwards and columns eastwards, as in a picture; cell (0, 0) of
 
 @dataclass(frozen=True, slots=True)
 class EncodedTile:
-    """A tile as it is sent: ``version`` rises only when something that is shown changes."""
+    """An encoded tile: ``version`` rises only when its shown content changes."""
 
     version: int
     data: bytes = field(repr=False)
@@ -377,6 +374,15 @@ class Counts:
 
 
 @dataclass(frozen=True, slots=True)
+class AnnotatedFrame:
+    """An annotated picture for the operators; ``captured`` is seconds of the daemon's clock."""
+
+    sequence: int
+    captured: float
+    jpeg: bytes = field(repr=False)
+
+
+@dataclass(frozen=True, slots=True)
 class OccupancyMap:
     """An immutable index of the map: nothing in it is copied when a cell changes.
 
@@ -391,14 +397,14 @@ class OccupancyMap:
     lot_area_m2: float = 0.0
     version: int = 0
     map_id: str = ""
-    """Changes when the map starts anew: what a client holds of another map is void."""
+    """Changes when the map starts again: a client drops its copy of another map."""
 
 
 @dataclass(frozen=True, slots=True)
 class ExploreStatus:
-    """How far the exploration is: ``seen`` is the share (0..1) of the lot known so far that has been seen well.
+    """Progress of the exploration: ``seen`` is the share (0..1) of the known lot that has been seen well.
 
-    ``lot_known`` is False while it still looks for a lot around what looks like one.
+    ``lot_known`` is False while it still searches around something that looks like a lot.
     """
 
     done: bool = False
@@ -410,7 +416,7 @@ class ExploreStatus:
 
 @dataclass(frozen=True, slots=True)
 class PathPlan:
-    """Where to fly next in the map frame: target, its yaw and height, and the way on from there for display."""
+    """Next target in the map frame, with its yaw and height, and the route from there for display."""
 
     target: MapPoint | None = None
     height: float | None = None
@@ -419,13 +425,13 @@ class PathPlan:
     explore: ExploreStatus = ExploreStatus()
     verdict: Verdict | None = None
     asked: Verdict | None = None
-    """The same on a place that somebody only asked the way to."""
+    """Verdict on a place for which only the route was requested."""
     speed: float | None = None
-    """The fastest at which vision can read what the drone flies over, m/s; None: no limit but the travel speed."""
+    """Greatest speed at which vision can read the ground, m/s; None: no limit but the travel speed."""
 
 
 @dataclass(frozen=True, slots=True)
-class State:
+class VehicleState:
     """Autopilot state (mavros_msgs/State of the specification): ``time`` is when the last HEARTBEAT came."""
 
     connected: bool = False

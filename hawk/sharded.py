@@ -1,7 +1,7 @@
-"""An immutable mapping that is cheap to change and to compare, however much it holds.
+"""An immutable mapping that is cheap to change and to compare at any size.
 
-The secret is that it is cut into shards: a changed copy shares every shard in which nothing changed, and what differs
-between two copies is found by looking at those shards only that are not the very same object.
+It consists of shards: a changed copy shares every unchanged shard, and a comparison of two copies reads only shards
+that are not the same object.
 """
 
 from __future__ import annotations
@@ -42,9 +42,9 @@ class Sharded(Mapping[K, V], Generic[K, V]):
         return f"{type(self).__name__}({dict(self)!r})"
 
     def changed(self, news: Mapping[K, V], gone: Iterable[K] = ()) -> Sharded[K, V]:
-        """Return a copy with new values and without the keys that are gone (those that were never there do not matter).
+        """Return a copy with new values and without the keys in ``gone`` (unknown ones are ignored).
 
-        The cost is that of the shards in which something changes, and of the list of shards.
+        The cost grows with the size of the changed shards and the number of shards.
         """
         fresh: dict[Hashable, dict[K, V]] = {}
 
@@ -64,23 +64,20 @@ class Sharded(Mapping[K, V], Generic[K, V]):
         kept = {**self._shards, **fresh}
         return Sharded(self._shard_of, {name: one for name, one in kept.items() if one or name not in fresh}, size)
 
-    def differing(self, before: Mapping[K, V]) -> Iterator[K]:
-        """Yield every key whose value is another object than in ``before``, or that is in one of the two only."""
-        if not isinstance(before, Sharded):
-            yield from _differing(self, before)
-            return
+    def changed_shards(self, before: Sharded[K, V]) -> Iterator[tuple[Mapping[K, V], Mapping[K, V]]]:
+        """Yield every shard that is another object than in ``before``, and that one."""
         for name in self._shards.keys() | before._shards.keys():
             mine, theirs = self._shards.get(name, {}), before._shards.get(name, {})
             if mine is not theirs:
-                yield from _differing(mine, theirs)
+                yield mine, theirs
 
 
 def differing(now: Mapping[K, V], before: Mapping[K, V]) -> Iterator[K]:
-    """Yield every key whose value differs between two mappings: fast where both are `Sharded`."""
-    return now.differing(before) if isinstance(now, Sharded) else _differing(now, before)
-
-
-def _differing(now: Mapping[K, V], before: Mapping[K, V]) -> Iterator[K]:
+    """Yield every key whose value is another object, or that is in one of the two only: fast for two `Sharded`."""
+    if isinstance(now, Sharded) and isinstance(before, Sharded):
+        for mine, theirs in now.changed_shards(before):
+            yield from differing(mine, theirs)
+        return
     for key, value in now.items():
         if before.get(key) is not value:
             yield key

@@ -4,30 +4,33 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import importlib.util
 import json
 import os
 import signal
 import socket
 import sys
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 READY_TIMEOUT_S = 120.0
-"""A large world on a slow machine takes a while to draw."""
+"""Drawing a large world takes long on a slow machine."""
 STOP_TIMEOUT_S = 5.0
 SLOWEST, FASTEST = 0.5, 4.0
-"""Simulated seconds per real second that can be asked for: MAVSDK's own timers stay real, and bound both."""
+"""Limits of the simulated seconds per real second: MAVSDK's own timers stay real."""
 SPEED_HELP = f"simulated seconds per second, {SLOWEST:g}-{FASTEST:g}"
 """Of ``--speed``, for hawk-drone and hawk-sim."""
+SIMULATOR_MISSING = "the simulator needs pymavlink, which is not installed: pip install 'hawk-drone[sim]'"
+"""Error message of both programs where `simulator_installed` is False."""
 
 
 class SimulationError(Exception):
-    """The simulated drone did not start; the text is its own words."""
+    """The simulated drone did not start; the text gives the reason."""
 
 
 @dataclass(frozen=True, slots=True)
 class SimulationOptions:
-    """What is flown over and how: the options of ``hawk-sim`` under the same names.
+    """Options of ``hawk-sim``, under the same names.
 
     ``world`` with ``metres_per_pixel`` (and optionally ``truth``) flies over a picture, else ``seed`` draws a world.
     ``condition`` is the drawn world's time of day and weather (`hawk.worlds.conditions.Condition`).
@@ -47,30 +50,20 @@ class SimulationOptions:
 
     def arguments(self) -> list[str]:
         """Return the command line of ``hawk-sim`` for these options."""
-        values = {
-            "--seed": None if self.world else self.seed,
-            "--condition": self.condition,
-            "--world": self.world,
-            "--metres-per-pixel": self.metres_per_pixel,
-            "--truth": self.truth,
-            "--start": self.start,
-            "--speed": self.speed,
-            "--gnss-sigma": self.gnss_sigma,
-            "--wind": self.wind,
-        }
-        return [f"{name}={value}" for name, value in values.items() if value is not None]
+        values = asdict(self) | ({"seed": None} if self.world else {})
+        return [f"--{name.replace('_', '-')}={value}" for name, value in values.items() if value is not None]
 
 
 @dataclass(frozen=True, slots=True)
 class SimulationAddress:
-    """Where a running simulation is reached: ``autopilot_url`` for MAVSDK, ``http`` for camera, truth and faults."""
+    """Addresses of a running simulation: ``autopilot_url`` for MAVSDK, ``http`` for camera, truth and faults."""
 
     http: str
     autopilot_url: str
 
     @property
     def camera_url(self) -> str:
-        """Where the simulated camera's pictures are."""
+        """URL of the simulated camera's stream."""
         return f"{self.http}/stream"
 
 
@@ -83,7 +76,7 @@ class Simulation:
         self._drain: asyncio.Task[None] | None = None
 
     async def start(self, log: int | None = None) -> SimulationAddress:
-        """Start the process and wait until it flies. Raises SimulationError with its own words.
+        """Start the process and wait until it is ready. Raises SimulationError.
 
         ``log`` is a file descriptor for its standard error; the daemon's own when None.
         """
@@ -121,13 +114,8 @@ class Simulation:
         async for _ in self._process.stdout:
             pass
 
-    @property
-    def pid(self) -> int | None:
-        """Process id, None before the start."""
-        return self._process.pid if self._process else None
-
     async def stop(self) -> None:
-        """End the process, by force when it does not listen."""
+        """End the process, by force after `STOP_TIMEOUT_S`."""
         process = self._process
         if process is None:
             return
@@ -144,8 +132,13 @@ class Simulation:
             await asyncio.gather(self._drain, return_exceptions=True)
 
 
+def simulator_installed() -> bool:
+    """Return True when the package that only the simulator needs is installed."""
+    return importlib.util.find_spec("pymavlink") is not None
+
+
 def free_udp_port() -> int:
-    """Return a UDP port of the loopback that nobody uses."""
+    """Return a free UDP port of the loopback."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])

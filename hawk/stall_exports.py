@@ -1,4 +1,4 @@
-"""Stalls as table and GeoJSON, for whoever hands them out: the server and the headless survey."""
+"""Stalls as table (CSV) and GeoJSON, for the server and the headless survey."""
 
 from __future__ import annotations
 
@@ -47,14 +47,10 @@ def stalls_csv(datum: GlobalPose, stalls: Mapping[int, Stall]) -> str:
     return out.getvalue()
 
 
-def stalls_geojson(datum: GlobalPose, stalls: Mapping[int, Stall]) -> dict[str, Any]:
+def stalls_geojson(datum: GlobalPose, stalls: Mapping[int, Stall]) -> str:
     """Return the stalls as a GeoJSON FeatureCollection (RFC 7946: longitude first, rings closed, counter-clockwise)."""
-    return {"type": "FeatureCollection", "features": [_feature(datum, stalls[key]) for key in sorted(stalls)]}
-
-
-def stalls_geojson_text(datum: GlobalPose, stalls: Mapping[int, Stall]) -> str:
-    """Return `stalls_geojson` as text."""
-    return json.dumps(stalls_geojson(datum, stalls), allow_nan=False)
+    features = [_feature(datum, stalls[key]) for key in sorted(stalls)]
+    return json.dumps({"type": "FeatureCollection", "features": features}, allow_nan=False)
 
 
 def _row(datum: GlobalPose, stall: Stall) -> dict[str, object]:

@@ -64,6 +64,8 @@ def _type(value: dict[str, Any]) -> str:
         return " | ".join(json.dumps(each) for each in value["enum"])
     if "anyOf" in value:
         return " | ".join(dict.fromkeys(_type(each) for each in value["anyOf"]))
+    if "prefixItems" in value:
+        return f"[{', '.join(_type(each) for each in value['prefixItems'])}]"
     if value.get("type") == "array":
         inner = _type(value["items"])
         return f"({inner})[]" if " " in inner else f"{inner}[]"

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from training.targets import TrainingScene, draw_targets
 
 SCALE = (0.65, 1.5)
-"""Range of the random scale; stalls of other sizes than usual, and heights that are known badly."""
+"""Range of the random scale: for stalls of unusual sizes and heights with an error."""
 _SHADOWS_SHARE = 0.3
 
 
@@ -35,7 +35,7 @@ def sample(
 
 
 def retextured(image: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np.float32]:
-    """Return a picture (H, W, 3) in 0..255 whose surfaces feel different: smoothed flat, or with other grain on them.
+    """Return a picture (H, W, 3) in 0..255 with other surfaces: smoothed flat, or with other grain on them.
 
     The grain of a drawn ground is the renderer's own; a network that leans on it is lost over real ground.
     """
@@ -52,7 +52,7 @@ def retextured(image: NDArray[np.float32], rng: np.random.Generator) -> NDArray[
 
 
 def shaded(image: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np.float32]:
-    """Return a picture (H, W, 3) on part of which, cars and all, the shade of something outside it falls, or none.
+    """Return a picture (H, W, 3) with the shade of something outside it on a part, cars included, or without.
 
     Half are the straight shadows of buildings, half the ragged ones of trees.
     """
@@ -72,8 +72,10 @@ def shaded(image: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np.f
 def with_shadows(
     image: NDArray[np.float32], free: NDArray[np.floating], rng: np.random.Generator
 ) -> NDArray[np.float32]:
-    """Return a picture (H, W, 3) in which shadows as of vans and lorries lie over some of the ``free`` stalls
-    (N, 4, 2), in pixels, or none: a dark, even, straight-edged patch is not yet a car."""
+    """Return a picture (H, W, 3) with shadows as of vans and lorries over some or none of the ``free`` stalls.
+
+    ``free`` is (N, 4, 2) pixels. A dark, even patch with straight edges is not yet a car.
+    """
     if len(free) == 0 or rng.random() > _SHADOWS_SHARE:
         return image
     depth = np.zeros(image.shape[:2], np.float32)
@@ -93,7 +95,7 @@ def with_shadows(
 
 
 def _dimmed(image: NDArray[np.float32], depth: NDArray[np.floating], rng: np.random.Generator) -> NDArray[np.float32]:
-    """Return a picture (H, W, 3) with shade over it as deep as told (H, W), 0..1: it keeps some of the sky's blue."""
+    """Return a picture (H, W, 3) under shade of a depth (H, W; 0..1), which keeps some of the sky's blue."""
     left, cold = rng.uniform(0.25, 0.7), rng.uniform(0, 0.6)
     gain = np.array([min(1.0, left * (1 + cold)), left, left * (1 - 0.5 * cold)])
     return np.asarray(image * (1 - depth[..., None] * (1 - gain)), np.float32)

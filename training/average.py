@@ -1,6 +1,6 @@
 """Averages torch weights of one training: ``python -m training.average A.pt B.pt ... --out FILE.onnx``.
 
-States of one training that lie some way apart average to weights that often do better on new pictures than the last
+Distant states of one training average to weights that often do better on new pictures than the last
 state alone (Izmailov et al. 2018), which has settled on what the renderer draws.
 """
 

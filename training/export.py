@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import torch
 
-from training.network import StallNet, lay_out
+from training.network import StallNet, set_memory_format
 
 OPSET = 17
 LARGEST_DIFFERENCE = 1e-4
@@ -20,7 +20,7 @@ def export(network: StallNet, path: Path) -> float:
 
     Raises RuntimeError when they differ by more than LARGEST_DIFFERENCE; the file is then removed.
     """
-    network = lay_out(network, torch.contiguous_format).eval()
+    network = set_memory_format(network, torch.contiguous_format).eval()
     path.parent.mkdir(parents=True, exist_ok=True)
     axes = {"image": {2: "height", 3: "width"}, "maps": {2: "half_height", 3: "half_width"}}
     with warnings.catch_warnings():

@@ -2,8 +2,8 @@
 
 ``python -m training.fit_classical --scenes 160 --seed 91000``
 
-They stand as `_TAKEN` in `hawk.algo.vision.classical.ground` and as `_SCORE` in `hawk.algo.vision.classical.bays`; a
-third of the scenes is left out of a first fit to tell how well it does on others.
+They stand as `_TAKEN` in `hawk.algo.vision.classical.ground` and as `_SCORE` in `hawk.algo.vision.classical.rows`; a
+third of the scenes is left out of a first fit, to measure it on others.
 """
 
 from __future__ import annotations
@@ -18,11 +18,12 @@ from scipy.optimize import minimize
 
 from hawk.algo.vision import quads
 from hawk.algo.vision.classical import ground as ground_of
-from hawk.algo.vision.classical.bays import score_features
 from hawk.algo.vision.classical.finder import survey
+from hawk.algo.vision.classical.rows import score_features
 from hawk.algo.vision.decode import Stalls
 from hawk.algo.vision.seen import FloatArray, GroundImage
-from hawk.worlds.training import Scene, draw_scene
+from training.scenes import Scene, draw_scene
+from training.targets import shape_of
 
 _SIZE = (400, 560)
 _HELD_OUT = 3
@@ -56,7 +57,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def fit(features: FloatArray, right: FloatArray, decay: float) -> FloatArray:
     """Return the weights (F,) of a logistic regression of ``right`` (N,), 0 or 1, on ``features`` (N, F), the constant
-    first; ``decay`` (ridge) keeps all but the constant's small."""
+    first; ``decay`` (ridge) keeps all but the constant's small.
+    """
     shrink = np.r_[0.0, np.full(features.shape[1] - 1, decay)]
 
     def loss(weights: FloatArray) -> tuple[float, FloatArray]:
@@ -98,7 +100,7 @@ def _ground_image(scene: Scene) -> GroundImage:
 
 
 def _stalls(corners: FloatArray) -> Stalls:
-    centre, angle, width, length = quads.shape(corners)
+    centre, angle, width, length = shape_of(corners)
     return Stalls(centre[:, 0], centre[:, 1], angle, width, length, np.ones(len(corners)))
 
 

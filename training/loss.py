@@ -1,4 +1,4 @@
-"""How wrong an answer of the network is."""
+"""Loss of the network's answers."""
 
 from __future__ import annotations
 

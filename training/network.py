@@ -47,8 +47,8 @@ class StallNet(nn.Module):
         return torch.as_tensor(self.answer(half))
 
 
-def lay_out(network: StallNet, memory_format: torch.memory_format) -> StallNet:
-    """Lay the network's weights out in memory (channels last is quicker to train, contiguous is what is exported)."""
+def set_memory_format(network: StallNet, memory_format: torch.memory_format) -> StallNet:
+    """Set the memory format of the weights (channels last trains faster, export needs contiguous)."""
     for weights in network.parameters():
         if weights.dim() == 4:
             weights.data = weights.data.contiguous(memory_format=memory_format)

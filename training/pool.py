@@ -10,7 +10,7 @@ from multiprocessing.queues import Queue
 import cv2
 import numpy as np
 
-from hawk.worlds.training import Scene, draw_scene
+from training.scenes import Scene, draw_scene
 from training.targets import TrainingScene
 
 SIDE_PIXELS = 400
@@ -18,7 +18,7 @@ _WAITING = 24
 
 
 class ScenePool:
-    """Newest scenes of a drawing process; the oldest make room once ``capacity`` is reached."""
+    """Newest scenes of drawing processes; beyond ``capacity`` a new scene replaces the oldest."""
 
     def __init__(self, seed: int, capacity: int, painters: int = 1, side: int = SIDE_PIXELS) -> None:
         context = multiprocessing.get_context("spawn")
@@ -42,9 +42,9 @@ class ScenePool:
         return self._scenes[index]
 
     def take(self, at_most: int) -> None:
-        """Take what has been drawn, ``at_most`` so many.
+        """Take up to ``at_most`` drawn scenes.
 
-        What is not taken keeps the drawing process waiting, so that it draws no more than is used.
+        The drawing process waits while scenes are left: it draws no more than is used.
         """
         for _ in range(at_most):
             try:
@@ -80,10 +80,10 @@ class ScenePool:
 
 
 def training_scene(scene: Scene) -> TrainingScene:
-    """Return what training needs of a drawn scene.
+    """Return the training scene of a drawn scene.
 
-    Stalls that are hidden and that no row implies, or free without any paint to see, are not judged: nobody could
-    tell that they are there.
+    Stalls that are hidden and that no row implies, or free without visible paint, are not judged: a picture does not
+    show them.
     """
     count = len(scene.stalls)
     return TrainingScene(

@@ -1,4 +1,4 @@
-"""Takes up an exported network to train it further: what an ONNX file has folded together is taken apart again.
+"""Loads an exported network to train it further: unfolds the batch normalisations of an ONNX file.
 
 Export folds each batch normalisation into its convolution. Here the convolution keeps the folded weights, and the
 normalisation gets the mean and deviation that the convolution really gives on some pictures, with scale and shift that
@@ -19,7 +19,7 @@ from training.network import StallNet
 
 
 class ResumeError(ValueError):
-    """The file does not hold this network; the text says how."""
+    """The file holds another network; the text names the difference."""
 
 
 def load_onnx(network: StallNet, path: Path, pictures: Tensor) -> None:

@@ -1,4 +1,4 @@
-"""What the network should answer: targets drawn from a scene's stalls and masks."""
+"""Targets of the network, drawn from a scene's stalls and masks."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.algo.vision import quads
 from hawk.algo.vision.network import CELL_PIXELS, CORE_SHARE, OFFSET_CELLS, USUAL_LENGTH_M, USUAL_WIDTH_M
+from hawk.algo.vision.seen import FloatArray
 
 LOT, CORE, CAR, SINE, COSINE, OFFSET_COLUMN, OFFSET_ROW, WIDTH, LENGTH, TAKEN = range(10)
 """Channels of the network's answer and of the targets."""
@@ -21,12 +21,23 @@ CELL_M = 0.2
 """Side of an output cell, metres."""
 
 
+def shape_of(quads: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return centre (N, 2), angle [0, pi), width and length of quads (N, 4, 2); the long side is the length."""
+    along = (quads[:, 2] + quads[:, 3] - quads[:, 0] - quads[:, 1]) / 2
+    across = (quads[:, 1] + quads[:, 2] - quads[:, 0] - quads[:, 3]) / 2
+    length, width = np.hypot(*along.T), np.hypot(*across.T)
+    swap = width > length
+    along[swap] = across[swap]
+    angle = np.arctan2(along[:, 1], along[:, 0]) % math.pi
+    return quads.mean(axis=1), angle, np.minimum(length, width), np.maximum(length, width)
+
+
 @dataclass(frozen=True, slots=True)
 class TrainingScene:
     """A drawn scene as the trainer keeps it.
 
     ``image`` is BGR uint8 (H, W, 3) at 0.1 m; ``labels`` uint8 (H, W, 2): lot, car; ``quads`` (N, 4, 2) pixels, whole
-    numbers are pixel centres; ``taken`` (N,) and ``judged`` (N,): False where nobody could tell that it is a stall.
+    numbers are pixel centres; ``taken`` (N,) and ``judged`` (N,): False where the picture does not show a stall.
     """
 
     image: NDArray[np.uint8]
@@ -54,7 +65,7 @@ def draw_targets(
     target[CORE_WEIGHT] = target[PLACE_WEIGHT]
     if not len(stalls):
         return target
-    centre, angle, width, length = quads.shape(np.asarray(stalls, np.float64) / CELL_PIXELS)
+    centre, angle, width, length = shape_of(np.asarray(stalls, np.float64) / CELL_PIXELS)
     owner = np.zeros(half.shape[:2], np.int16)
     for k in np.flatnonzero(judged).tolist():
         _mark(owner, centre[k], angle[k], width[k] * CORE_SHARE, length[k] * CORE_SHARE, k + 1)
@@ -78,7 +89,7 @@ def draw_targets(
 def _mark(
     canvas: NDArray[np.int16], centre: NDArray[np.float64], angle: float, width: float, length: float, value: int
 ) -> None:
-    """Give the cells whose middle lies in a rectangle a value (polygon filling would add the cells on its edge)."""
+    """Set the cells whose middle is in a rectangle (polygon filling would add the cells on its edge)."""
     reach = (width + length) / 2
     size = (canvas.shape[1], canvas.shape[0])
     low = np.clip(np.floor(centre - reach), 0, size).astype(int)

@@ -4,10 +4,10 @@
     python -m benchmarks.chain_flight --lots DIR --drift 0
     python -m benchmarks.chain_flight --seeds 1-3 --height 1.2
 
-Prints what the fused map and what single frames found against the truth, the way flown beside that of the planner alone
-on the exploration's model of a map, and the milliseconds of each step. It is several times faster than a survey through
-the simulator, and tells errors of the algorithms from errors of the flight. Position, height, attitude and compass
-drift as in the simulator.
+Prints the scores of the fused map and of single frames against the truth, the distance flown beside that of the planner
+alone on the exploration's model of a map, and the milliseconds of each step. It is several times faster than a survey
+through the simulator, and separates errors of the algorithms from errors of the flight. Position, height, attitude and
+compass drift as in the simulator.
 """
 
 from __future__ import annotations

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -13,13 +14,11 @@ from benchmarks.chain_flight.flight import Errors, fly, lot_of
 from benchmarks.chain_flight.measure import ORIGIN, Result, SingleFrames, figures, judge, line, survey_of
 from benchmarks.figures import BenchmarkError, Figure
 from benchmarks.world_lots import kinematic_flight
-from hawk.algo.vision.app import VisionApp
-from hawk.algo.vision.settings import VisionSettings
-from hawk.survey.map_picture import map_picture
+from hawk.algo.vision.app import VisionApp, VisionSettings
+from hawk.survey.survey_map import map_picture
 from hawk.survey.truth import parse_truth
 from hawk.worlds.generate import generate_world
-from hawk.worlds.picture import picture_world
-from hawk.worlds.world import World
+from hawk.worlds.world import World, picture_world
 
 Named = tuple[str, World]
 
@@ -31,7 +30,7 @@ def measure(chosen: Sequence[int]) -> list[Figure]:
 
 
 def measure_worlds(worlds: Iterable[Named], errors: Errors, model: Path | None, pictures: Path | None) -> list[Figure]:
-    """Fly over every world and tell of each; ``pictures`` is a folder for their maps.
+    """Fly over every world and report on each; ``pictures`` is a folder for their maps.
 
     Raises BenchmarkError when there is none.
     """
@@ -43,7 +42,8 @@ def measure_worlds(worlds: Iterable[Named], errors: Errors, model: Path | None, 
 
 def fly_one(name: str, world: World, errors: Errors, model: Path | None, pictures: Path | None) -> Result:
     """Fly over one world."""
-    truth = parse_truth(world.truth_json(), ORIGIN)
+    truth = parse_truth(world.truth_json())
+    truth = replace(truth, origin=truth.origin or ORIGIN)
     single = SingleFrames(world)
     vision = VisionApp(VisionSettings(model=model))
     lot = lot_of(truth, world.start())

@@ -18,12 +18,11 @@ from hawk.algo.manager import AlgorithmManagerApp
 from hawk.algo.mapper.app import MapperApp
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
-from hawk.algo.vision.app import VisionApp
-from hawk.algo.vision.seen import Seen
-from hawk.algo.vision.settings import VisionSettings
+from hawk.algo.vision.app import VisionApp, VisionSettings
+from hawk.algo.vision.seen import SeenGround
 from hawk.ddc.motion import Goal
 from hawk.model import CameraModel, Fence, HeightParameters, MapPoint, MapPose, PathPlan, StateName
-from hawk.survey.truth import Truth
+from hawk.survey.truth import GroundTruth
 from hawk.worlds.camera import WorldCamera
 from hawk.worlds.world import World
 
@@ -39,28 +38,28 @@ JPEG_QUALITY = (cv2.IMWRITE_JPEG_QUALITY, 85)
 
 @dataclass(frozen=True, slots=True)
 class Errors:
-    """What is wrong with the pose: standard deviation of the slow error of GNSS (metres, as hawk-sim draws it, with
-    those of barometer, attitude and compass), the height it tells by the true one, and a constant error of the compass
-    (radians)."""
+    """Errors of the pose: standard deviation of the slow error of GNSS (metres, as hawk-sim draws it, with those of
+    barometer, attitude and compass), reported height by true height, and a constant error of the compass (radians).
+    """
 
     gnss_m: float = 1.0
     height: float = 1.0
     compass: float = 0.0
 
     def told(self, pose: MapPose) -> MapPose:
-        """Return what the algorithms are told in place of the autopilot's estimate."""
+        """Return the pose that the algorithms get in place of the autopilot's estimate."""
         return replace(pose, height=pose.height * self.height, yaw=pose.yaw + self.compass)
 
     def led(self, goal: Goal | None) -> Goal | None:
-        """Return what the drone flies to when it is told a goal: at its own height, with its own compass."""
+        """Return the goal that the drone flies to: at its own height, with its own compass."""
         return None if goal is None else replace(goal, height=HEIGHT_M, yaw=goal.yaw - self.compass)
 
 
 @dataclass(frozen=True, slots=True)
 class Glance:
-    """One frame: what vision saw in it, and how far (metres north and east) the pose it was laid by is off."""
+    """One frame: vision's result, and the error of its pose (metres north and east)."""
 
-    seen: Seen
+    seen: SeenGround
     off: tuple[float, float]
 
 
@@ -84,8 +83,9 @@ def fly(
     seed: int = 0,
     watch: Callable[[Glance], None] = lambda _: None,
 ) -> Flown:
-    """Fly one exploration of a world whose lots are ``lot`` (`lot_of`); ``watch`` is given every frame that was laid on
-    the ground."""
+    """Fly one exploration of a world whose lots are ``lot`` (`lot_of`); ``watch`` gets every frame that was projected
+    to the ground.
+    """
     errors = errors or Errors()
     vision = vision or VisionApp(VisionSettings())
     manager, camera_model = _manager(vision), camera()
@@ -103,8 +103,8 @@ def fly(
         output = manager.run(_frame(len(costs), drone, picture, camera_model, pose, lot.fence))
         timings = dict(output.timings)
         costs.append((timings["all"], timings["mapper"]))
-        if vision.seen is not None:
-            watch(Glance(vision.seen, (pose.north - true.north, pose.east - true.east)))
+        if vision.seen.ground is not None:
+            watch(Glance(vision.seen.ground, (pose.north - true.north, pose.east - true.east)))
         waiting = output.path_plan
         led = errors.led(goal)
         for _ in range(FRAME_TICKS):
@@ -144,7 +144,7 @@ def _frame(
     )
 
 
-def lot_of(truth: Truth, start: tuple[float, float]) -> Lot:
+def lot_of(truth: GroundTruth, start: tuple[float, float]) -> Lot:
     """Return the world's lots as one, in the map's frame, with the fence about them; ``start`` is the world's own."""
     lots = joined(rings_about(truth, start))
     area = lots.buffer(FENCE_M)

@@ -1,4 +1,4 @@
-"""What a flight says against the truth: the fused map, and beside it what each single frame says.
+"""Scores of a flight against the truth: the fused map, and beside it each single frame.
 
 Single frames are given the true position: drift is the map's to take out. Their stalls are those that the frame alone
 shows with a score of .5, and the truth is what lies wholly in its picture.
@@ -6,6 +6,7 @@ shows with a score of .5, and the truth is what lies wholly in its picture.
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from statistics import fmean
@@ -19,12 +20,12 @@ from benchmarks.figures import Figure, Limit, Reference
 from benchmarks.perception.measures import Judged, calibration_error
 from hawk.algo.vision import decode, quads
 from hawk.algo.vision.seen import GroundImage
-from hawk.model import GlobalPose, StallState
+from hawk.model import TILE_CELLS, GlobalPose, StallState
 from hawk.survey import scoring
 from hawk.survey.report import compare, map_offset
 from hawk.survey.scoring import Finding, Tally, match, tally
-from hawk.survey.survey_map import SurveyMap, unpack_tiles
-from hawk.survey.truth import Truth
+from hawk.survey.survey_map import SurveyMap
+from hawk.survey.truth import GroundTruth
 from hawk.worlds.world import World
 
 ORIGIN = GlobalPose(43.2609, -79.9192, 0.0)
@@ -37,14 +38,14 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Judgement:
-    """How one finding compares with the truth. ``errors`` (N,) are metres between centres of matched stalls."""
+    """Scores of one finding against the truth. ``errors`` (N,) are metres between centres of matched stalls."""
 
     tally: Tally
     judged: Judged
     errors: Floats = field(repr=False)
 
     @classmethod
-    def of(cls, stalls: Floats, taken: Floats, states: NDArray[np.object_], truth: scoring.Truth) -> Judgement:
+    def of(cls, stalls: Floats, taken: Floats, states: NDArray[np.object_], truth: scoring.LabelledPlace) -> Judgement:
         """Judge stalls (N, 4, 2) with their probabilities of being taken (N,) and states (N,)."""
         pairs = match(stalls, truth.stalls)
         real = np.asarray(truth.states, object)[pairs.true]
@@ -97,15 +98,16 @@ class SingleFrames:
         table = np.array([(s.north, s.east, s.angle, s.width, s.length, s.taken) for s in sure]).reshape(-1, 6)
         table[:, :2] -= off
         whole = _is_whole(seen.picture, self._corners + off)
-        truth = scoring.Truth(self._corners[whole], self._states[whole])
+        truth = scoring.LabelledPlace(self._corners[whole], self._states[whole])
         states = np.where(table[:, 5] < 0.5, StallState.FREE, StallState.TAKEN).astype(object)
         self.judgements.append(Judgement.of(quads_of(table[:, :5]), table[:, 5], states, truth))
 
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """One flight: the report of its map, what is judged fused and frame by frame, recall of stalls not hidden, and the
-    way (metres) of the planner over the same lot on the exploration's model of a map."""
+    """One flight: the report of its map, scores fused and frame by frame, recall of stalls not hidden, and the distance
+    (metres) of the planner over the same lot on the exploration's model of a map.
+    """
 
     name: str
     flown: Flown
@@ -117,12 +119,12 @@ class Result:
 
     @property
     def free_is_right(self) -> bool:
-        """Whether the free stalls were counted to 5 % or 2 stalls."""
+        """True when the count of free stalls is right to 5 % or 2 stalls."""
         off, true = self.fused.tally.free_count_error, self.fused.tally.free_true
         return off <= FREE_STALLS or off <= FREE_SHARE * true
 
 
-def judge(name: str, world: World, truth: Truth, flown: Flown, single: SingleFrames, model_way: float) -> Result:
+def judge(name: str, world: World, truth: GroundTruth, flown: Flown, single: SingleFrames, model_way: float) -> Result:
     """Compare a flight's map with the truth; the constant part of the position error is taken out (`map_offset`)."""
     survey = survey_of(world, flown)
     stalls = [survey.stalls[key] for key in sorted(survey.stalls)]
@@ -131,7 +133,7 @@ def judge(name: str, world: World, truth: Truth, flown: Flown, single: SingleFra
     found = np.stack([x0 + corners[..., 1], y0 - corners[..., 0]], axis=-1)
     true = np.asarray(truth.stalls, float).reshape(-1, 4, 2)
     found += map_offset(found.mean(1), true.mean(1))
-    real = scoring.Truth(true, np.array([s or StallState.UNKNOWN for s in truth.states], object), truth.lots)
+    real = scoring.LabelledPlace(true, np.array([s or StallState.UNKNOWN for s in truth.states], object), truth.lots)
     fused = Judgement.of(
         found, np.array([s.taken for s in stalls]), np.array([s.state for s in stalls], object), real
     )  # fmt: skip
@@ -146,7 +148,8 @@ def survey_of(world: World, flown: Flown) -> SurveyMap:
     x0, y0 = world.start()
     latitude, longitude, _ = pymap3d.ned2geodetic(-y0, x0, 0.0, ORIGIN.latitude, ORIGIN.longitude, 0.0)
     found = flown.output.occupancy_map
-    tiles = unpack_tiles({key: tile.data for key, tile in found.tiles.items()})
+    shape = (TILE_CELLS, TILE_CELLS)
+    tiles = {k: np.frombuffer(zlib.decompress(tile.data), np.uint8).reshape(shape) for k, tile in found.tiles.items()}
     mosaic = {key: tile.data for key, tile in found.mosaic.items()}
     return SurveyMap(GlobalPose(float(latitude), float(longitude), 0.0), found.stalls, tiles, mosaic)
 

@@ -1,1 +1,1 @@
-"""How far the exploration flies, against tours over the known lot and against simple rules (docs/exploration.md)."""
+"""Distance of the exploration, against tours over the known lot and against simple rules (docs/exploration.md)."""

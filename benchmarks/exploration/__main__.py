@@ -1,7 +1,7 @@
-"""How far the planner flies to see a whole lot, against the best tour over the known lot and against simple rules.
+"""Distance that the planner flies to see a whole lot, against the best tour over the known lot and simple rules.
 
-``python -m benchmarks.exploration --seeds 1-200 --json FILE [--picture DIR]``; docs/exploration.md tells what the
-figures mean. Every seed gives the same flights each time; only milliseconds differ.
+``python -m benchmarks.exploration --seeds 1-200 --json FILE [--picture DIR]``; docs/exploration.md
+explains the figures. Every seed gives the same flights each time; only milliseconds differ.
 """
 
 from __future__ import annotations

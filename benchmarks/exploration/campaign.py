@@ -28,7 +28,8 @@ def measure(seeds: Sequence[int]) -> list[Figure]:
 
 def fly_all(name: str, seeds: Sequence[int], tours: Path | None, workers: int) -> list[SeedRun]:
     """Fly every seed of a set-up. ``tours`` names the files that keep the oracle's tours; None: those that come with
-    the benchmark."""
+    the benchmark.
+    """
     if tours is None:
         cache = shipped(name)
     else:

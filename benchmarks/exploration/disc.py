@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hawk.algo.path_plan.footprint import Bools, Corners, Floats, Footprint, Singles, legs_about
+from hawk.algo.ground import Bools, Floats
+from hawk.algo.path_plan.footprint import Corners, Footprint, Singles, legs_about
 
 
 @dataclass(frozen=True, slots=True)
 class Disc(Footprint):
-    """What is seen is a disc; ``width`` and ``depth`` are its diameter. It shows no more when it turns."""
+    """A disc as footprint; ``width`` and ``depth`` are its diameter. It shows no more when it turns."""
 
     def shown(self, cells: Singles, begins: Floats, ends: Floats, corners: Corners | None = None) -> Bools:  # noqa: ARG002
         """Return (K, N): which of N cells (N, 2) each of K straight legs shows."""

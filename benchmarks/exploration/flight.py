@@ -26,11 +26,11 @@ FRAME_S: Final = 0.25
 """Seconds between two frames that are worked on; a plan leads the drone when the next one is taken."""
 _TICKS: Final = round(FRAME_S / STEP_S)
 _LONGEST_S: Final = 300.0
-_LONGEST_S_M: Final = 1.5  # and so many seconds for each metre of the least way
+_LONGEST_S_M: Final = 1.5  # seconds for each metre of the least distance
 
 
 class Pilot(Protocol):
-    """Whoever plans a flight."""
+    """Plans a flight."""
 
     def plan(self, frame: FrameInput, known: SurveyedMap) -> PathPlan:
         """Return where to fly next."""
@@ -71,7 +71,7 @@ class _Excursions:
 
 
 class Stage:
-    """A flight between two frames; a pilot without errors may go on from a copy of it in another way."""
+    """A flight between two frames; a pilot without errors may go on differently from a copy of it."""
 
     def __init__(self, lot: Lot, setup: Setup, rng: np.random.Generator, *, errors: bool) -> None:
         start = MapPose(*lot.start, setup.height, 0.0, 0.0, lot.yaw)

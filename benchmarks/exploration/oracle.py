@@ -2,7 +2,7 @@
 
 Lines to and fro in many directions, with gaps flown over or round, are the beginnings; the shortest of them are
 annealed by the search that the planner has, for much longer and with the whole truth. What comes of it is flown,
-changed a little and flown again (`polish`): only a flight tells what a leaning camera shows. The oracle knows no fence
+changed a little and flown again (`polish`): only a flight shows what a leaning camera sees. The oracle knows no fence
 and no error, turns cost it nothing, and it may turn on the spot where it begins and ends: it is meant to be hard to
 beat.
 """
@@ -22,13 +22,13 @@ from benchmarks.exploration.polish import OracleTour, polished
 from benchmarks.exploration.setups import Setup
 from benchmarks.exploration.surveyed import FINE_M, drawn
 from benchmarks.exploration.tour_flights import TourFlights
-from hawk.algo.mapper.window import Window
-from hawk.algo.path_plan.footprint import Floats, Footprint
+from hawk.algo.ground import Floats, Window
+from hawk.algo.path_plan.footprint import Footprint
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.path_plan.tour import Terms, Tour, Wanted, length_of
 
 VERSION: Final = 6
-"""Rises with every change of the search: older tours in a cache are then made anew."""
+"""Rises with every change of the search: older tours in a cache are then made again."""
 _CELLS: Final = 1000
 _HEADINGS: Final = 36
 _OFFSETS: Final = (0.0, 0.25, 0.5, 0.75)
@@ -41,7 +41,7 @@ _AGAIN: Final = 25
 _WARM_M: Final = 1.0
 _COLD_M: Final = 0.15
 _STEPS_M: Final = ((1.5, 12.0), (0.5, 4.0), (0.0, 1.2))
-"""Heat from which on way points are shifted by so much."""
+"""Heat from which on waypoints are shifted by so much."""
 _SHARES: Final = (0.78, 0.82, 0.85, 0.88, 0.90, 0.915, 0.93, 0.945, 0.96, 0.97, 0.98, 0.987, 0.993, 0.998)
 """The search knows nothing of what turns show: from few legs on, the first tour that shows enough as flown counts."""
 
@@ -59,7 +59,7 @@ class _Ground:
 
 
 def best_tour(lot: Lot, setup: Setup, wanted: float) -> OracleTour:
-    """Return the tour that showed the wanted share of the lot on the shortest way. Equal calls give equal tours.
+    """Return the shortest tour that showed the wanted share of the lot. Equal calls give equal tours.
 
     Two searches are made: one that turns on the spot where a tour begins and ends, and counts on what turns show, and
     one that knows of legs only. Raises ValueError when neither shows enough.
@@ -101,7 +101,7 @@ def _annealed(ground: _Ground, places: Floats, rng: np.random.Generator, sweeps:
         step = next(step for above, step in _STEPS_M if heat > above) * ground.terms.footprint.width / 40
         tour.sweep(step, heat)
         length = length_of(tour.places)
-        if tour.shows_enough and length < least:
+        if tour.missing <= ground.wanted.spare and length < least:
             best, least = tour.places, length
     return tour.places if best is None else best
 

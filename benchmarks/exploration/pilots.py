@@ -1,4 +1,4 @@
-"""Who flies: the planner itself, and the simple rules that it is compared with."""
+"""Pilots: the planner itself, and the simple rules that it is compared with."""
 
 from __future__ import annotations
 
@@ -13,14 +13,12 @@ from numpy.typing import NDArray
 from benchmarks.exploration.disc import Disc
 from benchmarks.exploration.surveyed import SurveyedMap
 from hawk.algo.frame import FrameInput
-from hawk.algo.mapper.grid import COARSE_M, CoarseLayers
-from hawk.algo.mapper.window import Window
+from hawk.algo.ground import COARSE_M, CoarseLayers, Window
 from hawk.algo.path_plan.app import PathPlanApp
-from hawk.algo.path_plan.fence import FenceGuard
+from hawk.algo.path_plan.camera import Swath
 from hawk.algo.path_plan.field import InformationField, information_field
-from hawk.algo.path_plan.route import way_round
+from hawk.algo.path_plan.lot_ground import FenceGuard
 from hawk.algo.path_plan.settings import PathPlanSettings
-from hawk.algo.path_plan.sweep import Swath
 from hawk.algo.topic_interface import AlgorithmTopicInterface
 from hawk.model import ExploreStatus, MapPoint, MapPose, PathPlan
 
@@ -40,7 +38,8 @@ _LATTICE: Final = 3  # coarse cells between two candidates of gain by distance
 
 class PlannerPilot:
     """The Path Plan App as the flight has it; ``is_disc``: what counts as seen is a disc, and it knows that.
-    ``settings`` None: its own."""
+    ``settings`` None: its own.
+    """
 
     def __init__(self, *, is_disc: bool = False, settings: PathPlanSettings | None = None) -> None:
         self._app = PathPlanApp(settings, footprint=_disc if is_disc else None)
@@ -59,7 +58,7 @@ class PlannerPilot:
 
 @dataclass
 class TourPilot:
-    """Flies a tour of known way points, picture along the way; with ``turns`` it turns on the spot before and after."""
+    """Flies a tour of known waypoints, picture along the flight; with ``turns`` it turns on the spot at both ends."""
 
     tour: list[Place]
     turns: bool = False
@@ -70,11 +69,11 @@ class TourPilot:
 
     @property
     def next(self) -> int:
-        """Number of the way point that is next."""
+        """Number of the waypoint that is next."""
         return self._next
 
     def plan(self, frame: FrameInput, known: SurveyedMap) -> PathPlan:  # noqa: ARG002 - it knows the lot
-        """Return the way point that is next."""
+        """Return the waypoint that is next."""
         pose = _pose(frame)
         place = pose.north, pose.east
         if self.turns and self.tour and not self._next:
@@ -107,8 +106,9 @@ class TourPilot:
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """What a simple rule looks at: ``unknown`` cells that may be lot and were not seen well, ``frontier`` those of them
-    that touch lot which was, and where the drone may fly."""
+    """Inputs of a simple rule: ``unknown`` cells that may be lot and were not seen well, ``frontier`` those of them
+    that touch well-seen lot, and where the drone may fly.
+    """
 
     field: InformationField
     unknown: NDArray[np.bool_]
@@ -121,7 +121,7 @@ class Scene:
         return np.column_stack([-(window.row + cells[:, 0] + 0.5), window.column + cells[:, 1] + 0.5]) * window.cell_m
 
     def is_frontier_near(self, place: Place) -> bool:
-        """Whether the cell of a place, or one beside it, is a frontier still."""
+        """Return True while the cell of a place, or one beside it, is a frontier."""
         column, row = np.round(self.field.window.cells_of(np.array(place[0]), np.array(place[1]))).astype(int)
         return bool(self.frontier[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2].any())
 
@@ -134,13 +134,13 @@ class Rule(Protocol):
         ...
 
     def keeps(self, scene: Scene, place: Place, frame: FrameInput) -> bool:
-        """Whether the chosen place is still worth it."""
+        """Return True while the chosen place is worth flying to."""
         ...
 
 
 @dataclass
 class RulePilot:
-    """Flies to what a rule chooses, round what the fence takes away, picture along the way."""
+    """Flies to the places that a rule chooses, inside the fence, picture along the flight."""
 
     rule: Rule
     _place: Place | None = None
@@ -155,9 +155,9 @@ class RulePilot:
             self._place = self.rule.choose(scene, frame)
         if self._place is None:
             return PathPlan(explore=ExploreStatus(done=True))
-        if self._guard.contains_way(scene.place, self._place):
+        if self._guard.contains_line(scene.place, self._place):
             return towards(frame, self._place)
-        corner = way_round(scene.field, scene.place, self._place)
+        corner = scene.field.corner_towards(scene.place, self._place)
         return towards(frame, corner if corner is not None else self._place)
 
 
@@ -207,7 +207,7 @@ class MExplore:
 
 @dataclass
 class GainByDistance:
-    """The place whose picture shows the most that may be new, by the way there."""
+    """The place whose picture shows the most new ground for its distance."""
 
     side: float
     """Of a square as large as a picture on the ground, metres."""
@@ -230,7 +230,7 @@ class GainByDistance:
         return float(places[best][0]), float(places[best][1])
 
     def keeps(self, scene: Scene, place: Place, frame: FrameInput) -> bool:  # noqa: ARG002
-        """Until it is reached, or half of what it promised was seen on the way."""
+        """Return True until it is reached, or half of its promise was seen in flight."""
         if math.dist(place, scene.place) <= ARRIVAL_M:
             return False
         if self._gain == 0.0:
@@ -283,7 +283,7 @@ def _pose(frame: FrameInput) -> MapPose:
 
 
 def towards(frame: FrameInput, place: Place) -> PathPlan:
-    """Return the plan to fly to a place, picture along the way."""
+    """Return the plan to fly to a place, picture along the flight."""
     pose = _pose(frame)
     height = frame.heights.bounded(frame.heights.desired)
     yaw = pose.yaw

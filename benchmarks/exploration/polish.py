@@ -1,4 +1,4 @@
-"""Shortens a tour by flying it: a way point is moved or left out, and what shows enough on a shorter way is kept."""
+"""Shortens a tour by flying it: a waypoint is moved or left out; a shorter flight that shows enough is kept."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from typing import Final
 import numpy as np
 from numpy.random import Generator
 
-from hawk.algo.path_plan.footprint import Floats
+from hawk.algo.ground import Floats
 
 _FLIGHTS: Final = 100
 _STEPS_M: Final = (8.0, 0.7)
-"""How far way points are moved in the first and in the last of the flights, standard deviation."""
+"""Distance by which waypoints are moved in the first and the last flight, metres, standard deviation."""
 _DROPPED: Final = 0.15
 
 
 @dataclass(frozen=True, slots=True)
 class OracleTour:
-    """``places`` (K, 2) along the way as flown, the start first; way (metres) and seconds until the lot was seen."""
+    """``places`` (K, 2) as flown, the start first; distance (metres) and seconds until the lot was seen."""
 
     places: Floats
     way: float
@@ -29,8 +29,9 @@ class OracleTour:
 def polished(
     best: OracleTour, places: Floats, flown: Callable[[Floats], OracleTour | None], rng: Generator
 ) -> OracleTour:
-    """Return the shortest flight found. ``best`` is that of the way points ``places`` (K, 2), the start first;
-    ``flown`` flies others, and returns None when they do not show enough."""
+    """Return the shortest flight found. ``best`` is that of the waypoints ``places`` (K, 2), the start first;
+    ``flown`` flies others, and returns None when they do not show enough.
+    """
     for flight in range(_FLIGHTS):
         step = _STEPS_M[0] * (_STEPS_M[1] / _STEPS_M[0]) ** (flight / _FLIGHTS)
         changed = _changed(places, step, rng)
@@ -41,7 +42,7 @@ def polished(
 
 
 def _changed(places: Floats, step: float, rng: Generator) -> Floats:
-    """Return the way points with one of them (not the start) moved, or left out."""
+    """Return the waypoints with one of them (not the start) moved, or left out."""
     index = int(rng.integers(1, len(places)))
     if len(places) > 2 and rng.random() < _DROPPED:
         return np.delete(places, index, axis=0)

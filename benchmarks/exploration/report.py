@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from benchmarks.exploration.flight import Flown
-from benchmarks.exploration.runs import BASELINES, NEAREST, PLANNER, TOLD, SeedRun
+from benchmarks.exploration.runs import BASELINES, KNOWN_LOT, NEAREST, PLANNER, SeedRun
 from benchmarks.figures import Figure, Limit
 
 _TARGETS: Final[dict[str, Limit]] = {
@@ -62,7 +62,7 @@ def _of_flown(runs: Sequence[SeedRun]) -> list[Figure]:
         _figure("lots", "lots of 0.3, 1 and 3 ha", float(len(runs))),
         *_spread("way_over_oracle", "way by oracle", _ratios(ways, oracle)),
         *_by_size(runs),
-        *_spread("told_over_oracle", "told the lot, way by oracle", _ratios(_ways(runs, TOLD), oracle)),
+        *_spread("told_over_oracle", "lot known, way by oracle", _ratios(_ways(runs, KNOWN_LOT), oracle)),
         *_spread("way_over_nearest_frontier", "way by nearest frontier", _ratios(ways, nearest)),
     ]
     for name in BASELINES:
@@ -104,7 +104,7 @@ def _of_prototype(runs: Sequence[SeedRun]) -> list[Figure]:
 
 
 def rows(setup: str, runs: Iterable[SeedRun]) -> list[dict[str, Any]]:
-    """Return one JSON object a seed: lot, bound, oracle, and way and time of every pilot."""
+    """Return one JSON object a seed: lot, bound, oracle, and distance and time of every pilot."""
     return [
         {
             "setup": setup,
@@ -121,7 +121,7 @@ def rows(setup: str, runs: Iterable[SeedRun]) -> list[dict[str, Any]]:
 
 
 def way_over_oracle(run: SeedRun) -> float:
-    """Return the planner's way by the shortest known one, endless when it did not show enough."""
+    """Return the planner's distance by the shortest known one, infinite when it did not show enough."""
     return math.inf if run.planner.way is None else run.planner.way / run.best_way
 
 
@@ -139,8 +139,10 @@ def _row(flight: Flown) -> dict[str, Any]:
 
 
 def _ways(runs: Sequence[SeedRun], name: str) -> list[float]:
-    """Return the ways until enough was seen. The planner's is endless when it never was; a rule that gave up is given
-    the way it flew, which makes it look better than it is."""
+    """Return the distances until enough was seen.
+
+    The planner's is infinite when it never was. A rule that gave up gets the distance it flew, which flatters it.
+    """
     short = math.inf if name == PLANNER else None
     ways = []
     for run in runs:

@@ -12,15 +12,15 @@ from benchmarks.exploration.lots import Lot
 from benchmarks.exploration.pilots import GainByDistance, MExplore, NearestFrontier, PlannerPilot, RulePilot
 from benchmarks.exploration.polish import OracleTour
 from benchmarks.exploration.setups import Setup
-from benchmarks.exploration.surveyed import ToldMap
+from benchmarks.exploration.surveyed import KnownLotMap
 from benchmarks.exploration.tour_cache import TourCache
 from hawk.algo.path_plan.settings import PathPlanSettings
 
 PLANNER: Final = "planner"
-TOLD: Final = "told"
-"""The planner over a lot that it was told, without errors: what it pays for its way of searching alone."""
-TOLD_SETTINGS: Final = PathPlanSettings(first_spare=0.05, border=0.0, turn_m=0.0, leg_m=0.0, near_lot_m=25.0)
-"""What suits a known lot: nothing is looked for beside it, and it may be left for a while."""
+KNOWN_LOT: Final = "told"
+"""The planner over a known lot, without errors: the price of its search alone."""
+KNOWN_LOT_SETTINGS: Final = PathPlanSettings(first_spare=0.05, border=0.0, turn_m=0.0, leg_m=0.0, near_lot_m=25.0)
+"""Settings for a known lot: nothing is looked for beside it, and it may be left for a while."""
 NEAREST: Final = "nearest_frontier"
 BASELINES: Final[Mapping[str, Callable[[Setup], Pilot]]] = {
     NEAREST: lambda _: RulePilot(NearestFrontier()),
@@ -31,7 +31,7 @@ BASELINES: Final[Mapping[str, Callable[[Setup], Pilot]]] = {
 
 @dataclass(frozen=True, slots=True)
 class SeedRun:
-    """All flights over one lot; ``bound`` is the least way, metres."""
+    """All flights over one lot; ``bound`` is the least distance, metres."""
 
     lot: Lot
     bound: float
@@ -40,7 +40,7 @@ class SeedRun:
 
     @property
     def best_way(self) -> float:
-        """The shortest way known over this lot, metres: the oracle's, or whoever flew a shorter one without knowing."""
+        """The shortest distance known over this lot, metres: the oracle's, or a shorter one of another pilot."""
         return min([self.oracle.way, *(flight.way for flight in self.flights.values() if flight.way is not None)])
 
     @property
@@ -54,12 +54,14 @@ def run_seed(setup: Setup, seed: int, tours: TourCache) -> SeedRun:
     lot = setup.lot(seed)
     flights = {PLANNER: fly(lot, setup, PlannerPilot(is_disc=setup.is_disc))}
     if not setup.is_disc:
-        flights[TOLD] = fly_told(lot, setup)
+        flights[KNOWN_LOT] = fly_known_lot(lot, setup)
     for name, pilot in BASELINES.items():
         flights[name] = fly(lot, setup, pilot(setup), to_the_end=False)
     return SeedRun(lot, setup.bound(lot.area), tours.tour(lot, setup), flights)
 
 
-def fly_told(lot: Lot, setup: Setup) -> Flown:
-    """Fly the planner over a lot that it was told, without errors, until enough was seen; by the camera's picture."""
-    return fly(lot, setup, PlannerPilot(settings=TOLD_SETTINGS), errors=False, to_the_end=False, survey=ToldMap)
+def fly_known_lot(lot: Lot, setup: Setup) -> Flown:
+    """Fly the planner over a known lot, without errors, until enough was seen; by the camera's picture."""
+    return fly(
+        lot, setup, PlannerPilot(settings=KNOWN_LOT_SETTINGS), errors=False, to_the_end=False, survey=KnownLotMap
+    )

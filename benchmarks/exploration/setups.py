@@ -11,16 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.exploration.lots import KINDS, Lot, draw_lot
-from hawk.algo.footprint import ground_footprint
+from hawk.algo.path_plan.camera import Swath
 from hawk.algo.path_plan.settings import PathPlanSettings
-from hawk.algo.path_plan.sweep import Swath
+from hawk.algo.vision.rectify import ground_footprint
 from hawk.config import CameraSettings, HeightSettings
 from hawk.model import CameraModel, MapPose
 
 GOOD_SHARE: Final = PathPlanSettings().good_share
-"""What counts as seen is what the mapper counts as seen well: the middle share of the picture."""
+"""Share of the picture, about its middle, that the mapper treats as seen well."""
 DISC_M: Final = 20.0
-"""Radius of what the prototype's set-up sees."""
+"""Radius of the ground that the prototype's set-up sees, metres."""
 _DISC_CORNERS: Final = 32
 _AREAS_M2: Final = (3_000.0, 10_000.0, 30_000.0)
 
@@ -38,14 +38,14 @@ class Setup:
 
     @property
     def swath(self) -> Swath:
-        """What counts as seen when the drone is level; of a disc its box."""
+        """Ground seen when the drone is level; of a disc its box."""
         if self.is_disc:
             return Swath(2 * DISC_M, 2 * DISC_M, self.height)
         return Swath.of(self.camera, self.height, GOOD_SHARE)
 
     @property
     def footprint_area(self) -> float:
-        """Square metres that count as seen from one place."""
+        """Square metres seen from one place."""
         return math.pi * DISC_M**2 if self.is_disc else self.swath.width * self.swath.depth
 
     def outline(self, pose: MapPose, share: float) -> NDArray[np.float64]:
@@ -59,12 +59,12 @@ class Setup:
         return np.column_stack([pose.north + radius * np.cos(angles), pose.east + radius * np.sin(angles)])
 
     def bound(self, area: float) -> float:
-        """Return the least way that any tour needs, metres: (area - one look) / width swept."""
+        """Return the least distance that any tour needs, metres: (area - one look) / width swept."""
         return max(0.0, area - self.footprint_area) / self.swath.width
 
 
 def flown() -> Setup:
-    """Return what the drone flies by default: its camera at the desired height, lots of 0.3, 1 and 3 ha."""
+    """Return the default flight: its camera at the desired height, lots of 0.3, 1 and 3 ha."""
     camera = _camera(1280, 720, 640 / math.tan(math.radians(CameraSettings().horizontal_fov_deg) / 2))
     return Setup("flown", 3, _flown_lot, camera, HeightSettings().desired_m, is_disc=False)
 
@@ -72,7 +72,7 @@ def flown() -> Setup:
 def prototype() -> Setup:
     """Return the set-up of the prototype: islands in rotated rectangles of 0.5 ha, seen through a disc.
 
-    The camera's picture is the disc's box; whoever plans by footprints is told of the disc.
+    The camera's picture is the disc's box; a planner that uses footprints gets the disc.
     """
     height = HeightSettings().desired_m
     camera = _camera(1280, 1280, 1280 * GOOD_SHARE * height / (2 * DISC_M))

@@ -1,7 +1,7 @@
-"""What the planner gets to know of a lot: the mapper's coarse layers, with the mapper's kind of errors.
+"""The planner's knowledge of a lot: the mapper's coarse layers, with the mapper's kind of errors.
 
-The secret is the error model. Cells are judged from looks whose noise is smooth over some metres; a look counts by the
-way flown since the last one, as the mapper weighs it. A road or a drive looks like lot, but no stalls are near it.
+The secret is the error model. Cells are judged from looks whose noise is smooth over some metres; a look weighs by
+the distance flown since the last one, as in the mapper. A road or a drive looks like lot, but no stalls are near it.
 The lot's border is off by a metre or two, and trees hide parts. Everything lies where the drone believes to be.
 """
 
@@ -19,9 +19,8 @@ from numpy.typing import NDArray
 
 from benchmarks.exploration.lots import Lot
 from benchmarks.exploration.setups import GOOD_SHARE, Setup
-from hawk.algo.mapper.grid import COARSE_M, CoarseLayers
-from hawk.algo.mapper.settings import MapperSettings
-from hawk.algo.mapper.window import Slices, Window
+from hawk.algo.ground import COARSE_M, CoarseLayers, Slices, Window
+from hawk.algo.mapper.core import MapperSettings
 from hawk.model import TILE_M, Inbound, MapPose, Stall
 
 FINE_M: Final = COARSE_M / 2
@@ -39,7 +38,7 @@ Mask = NDArray[np.uint8]
 
 
 class SurveyedMap:
-    """Implements `hawk.algo.path_plan.app.KnowsMap` over one lot; ``errors`` False sees exactly."""
+    """Implements `hawk.algo.ground.LotMap` over one lot; ``errors`` False sees exactly."""
 
     def __init__(self, lot: Lot, setup: Setup, rng: np.random.Generator, *, errors: bool = True) -> None:
         low, high = np.array(lot.shape.bounds[:2]), np.array(lot.shape.bounds[2:])
@@ -60,7 +59,7 @@ class SurveyedMap:
         self._last: MapPose | None = None
 
     def look(self, true: MapPose, believed: MapPose) -> None:
-        """Take one picture from the true place; it is laid on the map where the drone believes to be."""
+        """Take one picture from the true place; it is projected to the place where the drone believes to be."""
         whole = self.window.cells_of(*self._setup.outline(believed, 1.0).T)
         part = _slices(whole, self.window)
         origin = np.array([part[1].start, part[0].start])
@@ -99,7 +98,7 @@ class SurveyedMap:
         return Inbound.UNKNOWN
 
     def unclear_stalls(self) -> Mapping[int, Stall]:
-        """No stalls are told apart here: nothing is flown to for a second look."""
+        """There are no stalls here: nothing is flown to for a second look."""
         return {}
 
     def _weight(self, pose: MapPose) -> float:
@@ -140,36 +139,36 @@ class SurveyedMap:
         self._tiles = corners
 
 
-class ToldMap(SurveyedMap):
-    """The same for someone who was told before the flight where the lot is: it has only to be seen."""
+class KnownLotMap(SurveyedMap):
+    """A map on which the lot is known before the flight: it has only to be seen."""
 
     def __init__(self, lot: Lot, setup: Setup, rng: np.random.Generator, *, errors: bool = False) -> None:
         super().__init__(lot, setup, rng, errors=errors)
-        self._told = _coarse(self._lot)
+        self._known_lot = _coarse(self._lot)
         self._area = lot.area
         rows, columns = np.nonzero(self._lot)
         self._remember(np.array([[columns.min(), rows.min()], [columns.max(), rows.max()]]))
-        self._tell()
+        self._reveal()
 
     def look(self, true: MapPose, believed: MapPose) -> None:
         """Take one picture."""
         super().look(true, believed)
-        self._tell()
+        self._reveal()
 
     def lot_area_m2(self) -> float:
         """Return how large the lot is."""
         return self._area
 
-    def _tell(self) -> None:
-        """What is no lot counts as seen, so that nothing is expected there."""
+    def _reveal(self) -> None:
+        """Mark everything outside the lot as seen, so that nothing is expected there."""
         for name in ("lot", "likely"):
-            self._layers[name][:] = self._told
+            self._layers[name][:] = self._known_lot
         seen = self._layers["seen"]
-        np.maximum(seen, 1 - self._told, out=seen)
+        np.maximum(seen, 1 - self._known_lot, out=seen)
 
 
 class Coverage:
-    """What really was seen of a lot, by the true pose."""
+    """The share of a lot that was really seen, by the true pose."""
 
     def __init__(self, lot: Lot, setup: Setup) -> None:
         low, high = np.array(lot.shape.bounds[:2]), np.array(lot.shape.bounds[2:])
@@ -273,7 +272,7 @@ def _slices(cells: NDArray[np.float64], window: Window) -> Slices:
 
 
 def within(corners: NDArray[np.float64], part: Slices) -> Mask:
-    """Return 1 where a cell's middle lies in a convex outline of (column, row), going round either way."""
+    """Return 1 where a cell's middle lies in a convex outline of (column, row), in either direction."""
     rows = np.arange(part[0].stop - part[0].start)[:, None]
     columns = np.arange(part[1].stop - part[1].start)[None]
     following = np.roll(corners, -1, axis=0)
@@ -286,7 +285,7 @@ def within(corners: NDArray[np.float64], part: Slices) -> Mask:
 
 
 def _shifted(layer: Grid, part: Slices, shift: tuple[int, int]) -> Grid:
-    """Return a part of the layer as it looks from so many (rows, columns) farther, 0 beyond its edge."""
+    """Return a part of the layer as it looks from ``shift`` (rows, columns) farther, 0 beyond its edge."""
     rows = np.clip(np.arange(part[0].start, part[0].stop) + shift[0], 0, layer.shape[0] - 1)
     columns = np.clip(np.arange(part[1].start, part[1].stop) + shift[1], 0, layer.shape[1] - 1)
     return layer[np.ix_(rows, columns)]

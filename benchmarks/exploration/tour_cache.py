@@ -20,7 +20,7 @@ from benchmarks.exploration.setups import Setup
 
 
 def shipped(setup: str) -> TourCache:
-    """Return the tours over a set-up's lots that come with the benchmark; others are made anew, and not kept."""
+    """Return the tours over a set-up's lots that come with the benchmark; others are made again, and not kept."""
     return TourCache(Path(__file__).with_name(f"tours-{setup}.json"), writes=False)
 
 

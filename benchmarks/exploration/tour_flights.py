@@ -1,7 +1,7 @@
-"""Flies tours over one lot that differ little from each other: the way that two have in common is flown once.
+"""Flies tours over one lot that differ little from each other: the part that two have in common is flown once.
 
-A pilot looks no farther than its next way point, so a tour goes on from the last stage of an earlier flight at which
-both had the same way points behind and before them.
+A pilot looks no farther than its next waypoint, so a tour goes on from the last stage of an earlier flight at which
+both had the same waypoints behind and before them.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from benchmarks.exploration.lots import Lot
 from benchmarks.exploration.pilots import Place, TourPilot
 from benchmarks.exploration.polish import OracleTour
 from benchmarks.exploration.setups import Setup
-from hawk.algo.path_plan.footprint import Floats
+from hawk.algo.ground import Floats
 from hawk.algo.path_plan.tour import as_place
 
 _KEPT_FRAMES: Final = 4
@@ -57,8 +57,9 @@ class TourFlights:
         return OracleTour(flight.track[::_TRACK_STEP, :2], flight.way, flight.seconds)
 
     def _alike(self, tour: list[Place]) -> int:
-        """Return how many of the kept stages the tour goes through as well: a pilot knows the next way point, and
-        whether it is the last."""
+        """Return how many of the kept stages the tour goes through as well: a pilot knows the next waypoint, and
+        whether it is the last.
+        """
         pairs = enumerate(zip(tour, self._tour, strict=False))
         differs = next((number for number, (one, other) in pairs if one != other), min(len(tour), len(self._tour)))
         latest = min(differs - 1, len(tour) - 2, len(self._tour) - 2)

@@ -24,7 +24,7 @@ from benchmarks.figures import tell
 from benchmarks.perception.sections import NEGATIVES_SCALE, Material, classical_section, network_sections
 from benchmarks.perception.video import watch
 from benchmarks.surveys import seeds_option
-from hawk.algo.vision.finder import NetworkFinder
+from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.network import StallNetwork
 
 

@@ -15,11 +15,10 @@ from benchmarks.perception.places import Place, state_array
 from benchmarks.vision_frame import frames
 from hawk.algo.frame import FrameInput
 from hawk.algo.vision import decode, picture
-from hawk.algo.vision.finder import Finder
 from hawk.algo.vision.rectify import Rectifier
-from hawk.algo.vision.seen import FloatArray, GroundImage, StallSeen
+from hawk.algo.vision.seen import Finder, FloatArray, GroundImage, StallSeen
 from hawk.model import CameraModel, HeightParameters, MapPose, StallState, StateName
-from hawk.survey.scoring import Finding, Tally, Truth, tally
+from hawk.survey.scoring import Finding, LabelledPlace, Tally, tally
 from hawk.worlds.camera import WorldCamera
 from hawk.worlds.conditions import Condition
 from hawk.worlds.generate import WorldOptions, generate_world
@@ -111,8 +110,8 @@ def _labels(world: World) -> Labels:
     return Labels(corners, state_array(states), tuple(np.asarray(lot) for lot in world.lots))
 
 
-def _in_view(labels: Labels, ground: GroundImage) -> Truth:
+def _in_view(labels: Labels, ground: GroundImage) -> LabelledPlace:
     """Return the stalls that can be seen wholly in a rectified frame."""
     pixels = ground.pixel_points(np.stack([-labels.stalls[..., 1], labels.stalls[..., 0]], axis=-1))
     whole = decode.sample(ground.valid, pixels).all(axis=1)
-    return Truth(labels.stalls[whole], labels.states[whole], labels.lots)
+    return LabelledPlace(labels.stalls[whole], labels.states[whole], labels.lots)

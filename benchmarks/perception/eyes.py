@@ -1,4 +1,4 @@
-"""What looks at a nadir picture: the network with its votes, or classical line geometry, both with rows completed."""
+"""Eyes that look at a nadir picture: the network with its votes, or painted lines alone, both with rows completed."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from benchmarks.perception.lot_area import lot_area
 from benchmarks.perception.places import state_array
 from hawk.algo.vision import decode, quads
 from hawk.algo.vision.classical import ClassicalFinder
 from hawk.algo.vision.decode import Stalls
-from hawk.algo.vision.lot import lot_area
 from hawk.algo.vision.network import CELL_PIXELS, StallNetwork
 from hawk.algo.vision.rows import RowStalls, complete_rows, row_stalls
 from hawk.algo.vision.seen import GroundImage
@@ -24,18 +24,19 @@ from hawk.survey.scoring import Finding, FloatArray
 GROUND_M = 0.10
 CELL_M = GROUND_M * CELL_PIXELS
 LOT_M = 2 * CELL_M
-"""Side of a cell of the found lot, metres of the picture as the eye was told its scale."""
+"""Side of a cell of the found lot, metres by the scale that the eye was given."""
 MINIMUM_SCORE = 0.5
 SLIVER_M2 = 2.0
-"""Less of a stall at a picture's edge is not told."""
+"""A stall at a picture's edge with a smaller part in the picture is left out."""
 _INNER = 0.7
 _SAMPLES = 9
 
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What was found in a place: stalls in metres from its upper left corner (x right, y down), the probability (N,)
-    that each is taken, and the lot as a mask whose cells are ``lot_m`` metres a side."""
+    """Findings in a place: stalls in metres from its upper left corner (x right, y down), the probability (N,) that
+    each is taken, and the lot as a mask whose cells are ``lot_m`` metres a side.
+    """
 
     finding: Finding
     taken: FloatArray = field(repr=False)
@@ -47,7 +48,7 @@ class Eye(Protocol):
     """Looks at pictures."""
 
     def look(self, image: NDArray[np.uint8], metres_per_pixel: float, *, scale: float = 1.0) -> Result:
-        """Return what is found; ``scale`` is by how much larger the picture is shown than it is told."""
+        """Return the findings. The picture is shown larger by ``scale`` than ``metres_per_pixel`` says."""
         ...
 
 
@@ -85,7 +86,7 @@ class ClassicalEye:
 
 
 def north_up(image: NDArray[np.uint8], metres_per_pixel: float, *, scale: float = 1.0) -> GroundImage:
-    """Lay a nadir picture on the map with north up, so that its (x, y) is (east, -north), metres."""
+    """Return a nadir picture on the ground with north up: its (x, y) is (east, -north), metres."""
     shown = _shown(image, metres_per_pixel, scale)
     to_map = np.array([[0.0, -GROUND_M, 0.0], [GROUND_M, 0.0, 0.0]])
     return GroundImage(shown, to_map, np.ones(shown.shape[:2], np.bool_))

@@ -39,7 +39,8 @@ class Judged:
 
 def measure(eye: Eye, places: Iterable[Place], *, scale: float = 1.0, verbose: bool = False) -> dict[str, float]:
     """Return the measures over all places, with ``lot_iou``, ``state_ece``, ``found_over_labelled`` and
-    ``ms_per_megapixel`` (processor time per million pixels of 0.1 m); a line for each place where ``verbose``."""
+    ``ms_per_megapixel`` (processor time per million pixels of 0.1 m); a line for each place where ``verbose``.
+    """
     total, overlaps, judged = Tally(), list[float](), list[Judged]()
     seconds = megapixels = 0.0
     for place in places:
@@ -82,7 +83,8 @@ def false_alarms(
 
 def calibration_error(judged: Iterable[Judged]) -> float:
     """Return the expected calibration error (Guo et al. 2017) of the probabilities of being taken, in ten bins; NaN of
-    nothing."""
+    nothing.
+    """
     parts = list(judged)
     said = np.concatenate([part.said for part in parts]) if parts else np.zeros(0)
     true = np.concatenate([part.true for part in parts]) if parts else np.zeros(0, np.bool_)

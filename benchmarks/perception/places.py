@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.model import StallState
-from hawk.survey.scoring import FloatArray, Truth
+from hawk.survey.scoring import FloatArray, LabelledPlace
 
 TILE_METRES_PER_PIXEL = 0.0938
 FREE_COVER, TAKEN_COVER = 0.12, 0.30
@@ -31,7 +31,7 @@ class Place:
     name: str
     image: NDArray[np.uint8]
     metres_per_pixel: float
-    truth: Truth
+    truth: LabelledPlace
 
 
 def read_lots(folder: Path) -> Iterator[Place]:
@@ -41,7 +41,7 @@ def read_lots(folder: Path) -> Iterator[Place]:
         states = [StallState(s["state"]) if s["state"] != "unclear" else StallState.UNKNOWN for s in told["stalls"]]
         corners = np.array([s["corners_m"] for s in told["stalls"]], float).reshape(-1, 4, 2)
         lots = tuple(np.array(lot, float) for lot in told["lots_m"])
-        truth = Truth(corners, state_array(states), lots)
+        truth = LabelledPlace(corners, state_array(states), lots)
         yield Place(path.stem, read_picture(path.with_suffix(".jpg")), told["metres_per_pixel"], truth)
 
 
@@ -58,7 +58,7 @@ def read_tiles(folder: Path) -> Iterator[Place]:
         cv2.fillPoly(cars, [points.astype(np.int32) for kind, points in shapes if kind == _CAR], (1,))
         states = state_array([_state(cars, stall) for stall in stalls])
         lots = tuple(points * TILE_METRES_PER_PIXEL for kind, points in shapes if kind == _LOT)
-        truth = Truth(np.array(stalls, float) * TILE_METRES_PER_PIXEL, states, lots)
+        truth = LabelledPlace(np.array(stalls, float) * TILE_METRES_PER_PIXEL, states, lots)
         yield Place(path.stem, image, TILE_METRES_PER_PIXEL, truth)
 
 

@@ -14,8 +14,9 @@ from benchmarks.perception.eyes import ClassicalEye, Eye, NetworkEye
 from benchmarks.perception.measures import MEASURES, false_alarms, line, measure
 from benchmarks.perception.places import Place, read_lots, read_pictures, read_tiles
 from benchmarks.vision_frame import frame_ms
-from hawk.algo.vision.finder import Finder, NetworkFinder
+from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.network import StallNetwork
+from hawk.algo.vision.seen import Finder
 from hawk.worlds.conditions import Condition
 
 PROTOTYPE_TILES: Final = {
@@ -35,7 +36,7 @@ LIMITS: Final = {
 }  # fmt: skip
 SCALES: Final = (0.8, 1.2)
 SCALE_LOSS: Final = 0.02
-"""How much recall a wrong scale may cost."""
+"""Greatest loss of recall by a wrong scale."""
 FALSE_PER_NEGATIVE: Final = 0.2
 NEGATIVES_SCALE: Final = 0.03
 """Metres per pixel of the pictures without stalls, if nothing else is said."""
@@ -43,7 +44,7 @@ NEGATIVES_SCALE: Final = 0.03
 
 @dataclass(frozen=True, slots=True)
 class Material:
-    """What to look at: folders of places, tiles and pictures without stalls, and seeds of drawn worlds."""
+    """Inputs: folders of places, tiles and pictures without stalls, and seeds of drawn worlds."""
 
     lots: Path | None = None
     tiles: Path | None = None

@@ -14,14 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.perception.eyes import north_up
-from hawk.algo.mapper.core import MapCore
-from hawk.algo.mapper.settings import MapperSettings
-from hawk.algo.vision.finder import Finder
-from hawk.algo.vision.seen import Seen
+from hawk.algo.mapper.core import MapCore, MapperSettings
+from hawk.algo.vision.seen import Finder, SeenGround
 from hawk.model import MapPose, StallState
 
 _HEIGHT_M = 40.0
-"""Told to the mapper, which uses it to weigh how far the drone has moved: not at all."""
+"""Height given to the mapper, which weighs a frame by the distance moved: none here."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,9 +68,9 @@ def _frames(path: Path) -> Iterator[NDArray[np.uint8]]:
         video.release()
 
 
-def _seen(finder: Finder, image: NDArray[np.uint8], metres_per_pixel: float, time: float) -> Seen:
+def _seen(finder: Finder, image: NDArray[np.uint8], metres_per_pixel: float, time: float) -> SeenGround:
     ground = north_up(image, metres_per_pixel)
     found = finder.find(ground)
     middle = ground.map_points(np.array(ground.valid.shape[::-1]) / 2)
     pose = MapPose(float(middle[0]), float(middle[1]), _HEIGHT_M, 0.0, 0.0, 0.0)
-    return Seen(found.stalls, found.lot, found.car, found.core, ground, bool(found.stalls), 1.0, pose, time)
+    return SeenGround(found.stalls, found.lot, found.car, found.core, ground, pose, time)

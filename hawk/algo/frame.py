@@ -1,4 +1,4 @@
-"""What goes to the vision worker for one frame, and what comes back: the worker reads and returns nothing else."""
+"""Values of one frame: the input that the worker reads, the output that it returns, and its error."""
 
 from __future__ import annotations
 
@@ -18,13 +18,17 @@ from hawk.model import (
 )
 
 
+class AlgoError(Exception):
+    """An algorithm could not work on this frame; the text gives the reason (specification sections 10 to 13)."""
+
+
 @dataclass(frozen=True, slots=True)
 class FrameInput:
-    """Everything that the algorithms may know about one frame.
+    """Everything that the algorithms know about one frame.
 
-    ``captured`` is when the light was caught (daemon's clock, seconds); ``pose`` is interpolated to that moment, None
-    before the first arm or when no pose is near enough (then nothing is mapped). ``speed`` is horizontal m/s.
-    ``asked`` is a place that the way to is to be told, without flying there.
+    ``captured`` is the time of exposure (daemon's clock, seconds); ``pose`` is interpolated to that moment, None before
+    the first arm or when no pose is near enough (then nothing is mapped). ``speed`` is horizontal m/s. ``asked`` is a
+    place whose route is asked for; nothing is flown for it.
     """
 
     sequence: int
@@ -43,7 +47,7 @@ class FrameInput:
 
 @dataclass(frozen=True, slots=True)
 class FrameOutput:
-    """What the algorithms made of one frame. ``timings`` are milliseconds by step."""
+    """Results of one frame. ``timings`` are milliseconds by step."""
 
     sequence: int
     captured: float

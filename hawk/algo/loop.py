@@ -1,28 +1,20 @@
-"""The algorithms' part on the loop: takes camera frames, gives them to the worker thread, publishes what comes back."""
+"""The algorithms' part on the loop: gives the newest camera frame to the worker thread and publishes the results."""
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
 import logging
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Awaitable, Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from hawk.algo.frame import FrameInput
-from hawk.algo.topics import AlgorithmTopics
-from hawk.model import (
-    CameraModel,
-    DesiredPose,
-    Fence,
-    Health,
-    HeightParameters,
-    MapPoint,
-    StateName,
-    VehiclePose,
-)
-from hawk.priority import WORKER_NICENESS, set_niceness
+from hawk.algo.topic_interface import AlgorithmTopics
+from hawk.comm.drone_camera import CameraFrame
+from hawk.model import CameraModel, DesiredPose, Fence, Health, HeightParameters, MapPoint, StateName, VehiclePose
+from hawk.process import WORKER_NICENESS, set_niceness
 
 if TYPE_CHECKING:  # their libraries take half of the time in which a daemon that starts in the air must act
     from hawk.algo.manager import AlgorithmManagerApp
@@ -34,31 +26,9 @@ _LOG = logging.getLogger(__name__)
 _CAMERA_RETRY_S = 0.2
 
 
-class CapturedFrame(Protocol):
-    """A frame as the camera gives it; ``captured`` is seconds of the daemon's clock."""
-
-    @property
-    def jpeg(self) -> bytes:
-        """The picture."""
-        ...
-
-    @property
-    def captured(self) -> float:
-        """When the light was caught."""
-        ...
-
-
-class FrameSource(Protocol):
-    """The Drone Camera as it is used here."""
-
-    async def next_frame(self) -> CapturedFrame:
-        """Wait for the next frame."""
-        ...
-
-
 @dataclass(frozen=True, slots=True)
 class Situation:
-    """What the algorithms may know beside picture and pose, at the time a frame is taken up."""
+    """Inputs of a frame beside picture and pose, at the time the worker takes it."""
 
     camera: CameraModel
     state: StateName
@@ -70,20 +40,32 @@ class Situation:
 
 
 class AlgorithmLoop:
-    """Owns the worker thread and the task that feeds it. The newest frame replaces the one that waits."""
+    """Owns the worker thread and the task that feeds it.
+
+    Frames wait in one place only, the camera: while the worker is busy, its newest picture replaces the one before.
+    """
 
     def __init__(
         self,
         manager: AlgorithmManagerApp,
-        camera: FrameSource,
+        next_frame: Callable[[], Awaitable[CameraFrame]],
         pose_at: Callable[[float], VehiclePose | None],
         situation: Callable[[], Situation],
         topics: AlgorithmTopics,
         record: Callable[[FrameInput], None] = lambda _: None,
     ) -> None:
-        """``record`` is given each frame that was processed, on the loop; ``situation`` is asked on the loop."""
+        """Take the parts; nothing runs before `start`.
+
+        Args:
+            manager: Runs on the worker thread.
+            next_frame: Waits for a picture newer than the last one, see `DroneCamera.next_frame`.
+            pose_at: Returns the vehicle's pose at a time (daemon's clock, seconds).
+            situation: Asked on the loop for each frame.
+            topics: Where results are published.
+            record: Called on the loop with each frame that was processed.
+        """
         self._manager = manager
-        self._camera = camera
+        self._next_frame = next_frame
         self._pose_at = pose_at
         self._situation = situation
         self._topics = topics
@@ -91,67 +73,43 @@ class AlgorithmLoop:
         self._executor = ThreadPoolExecutor(
             1, thread_name_prefix="hawk-vision", initializer=set_niceness, initargs=(WORKER_NICENESS,)
         )
-        self._waiting: CapturedFrame | None = None
-        self._arrived = asyncio.Event()
-        self._tasks: list[asyncio.Task[None]] = []
+        self._task: asyncio.Task[None] | None = None
         self._sequence = 0
-        self.dropped = 0
-        """Frames that were replaced before the worker was free."""
 
     def start(self) -> None:
         """Begin to take frames."""
-        if not self._tasks:
-            self._tasks = [
-                asyncio.create_task(self._receive(), name="algorithm frames"),
-                asyncio.create_task(self._work(), name="algorithm worker"),
-            ]
+        if self._task is None:
+            self._task = asyncio.create_task(self._run(), name="algorithm worker")
 
     async def close(self) -> None:
-        """Stop taking frames, let the one being worked on finish, and end the worker thread."""
-        for task in self._tasks:
+        """Stop taking frames, let the present one finish, and end the worker thread."""
+        task, self._task = self._task, None
+        if task is not None:
             task.cancel()
-        for task in self._tasks:
             with contextlib.suppress(asyncio.CancelledError):
                 await task
-        self._tasks = []
         self._executor.shutdown(wait=True, cancel_futures=True)
 
     async def changes_since(self, version: int) -> MapDelta:
-        """Return what changed in the map after a version (0: everything), between two frames."""
+        """Return the map's changes after a version (0: everything), between two frames."""
         return await self._on_worker(lambda: self._manager.mapper_app.changes_since(version))
 
     async def restore_map(self, deltas: Iterable[Mapping[str, bytes]]) -> list[str]:
-        """Take up the map of an earlier run, oldest delta first; return what could not be read, in words."""
+        """Restore the map of an earlier run, oldest delta first; return the parts that cannot be read, in words."""
         kept = list(deltas)
         return await self._on_worker(lambda: self._manager.mapper_app.restore(kept))
-
-    async def start_map_anew(self, map_id: str) -> None:
-        """Forget the map: a new survey."""
-        await self._on_worker(lambda: self._manager.mapper_app.start_anew(map_id))
 
     async def _on_worker(self, work: Callable[[], T]) -> T:
         return await asyncio.get_running_loop().run_in_executor(self._executor, work)
 
-    async def _receive(self) -> None:
+    async def _run(self) -> None:
         while True:
             try:
-                frame = await self._camera.next_frame()
+                captured = await self._next_frame()
             except Exception as error:
                 _LOG.exception("the camera failed")
                 self._topics.vision_app_health.publish(Health.bad(f"camera: {type(error).__name__}: {error}"))
                 await asyncio.sleep(_CAMERA_RETRY_S)
-                continue
-            if self._waiting is not None:
-                self.dropped += 1
-            self._waiting = frame
-            self._arrived.set()
-
-    async def _work(self) -> None:
-        while True:
-            await self._arrived.wait()
-            self._arrived.clear()
-            captured, self._waiting = self._waiting, None
-            if captured is None:
                 continue
             try:
                 await self._process(captured)
@@ -159,7 +117,7 @@ class AlgorithmLoop:
                 _LOG.exception("the algorithms failed on a frame")
                 self._topics.vision_app_health.publish(Health.bad(f"unexpected {type(error).__name__}: {error}"))
 
-    async def _process(self, captured: CapturedFrame) -> None:
+    async def _process(self, captured: CameraFrame) -> None:
         frame = self._input(captured)
         output = await self._on_worker(lambda: self._manager.run(frame))
         self._topics.publish(output)
@@ -168,7 +126,7 @@ class AlgorithmLoop:
         except Exception:
             _LOG.exception("a frame could not be recorded")
 
-    def _input(self, captured: CapturedFrame) -> FrameInput:
+    def _input(self, captured: CameraFrame) -> FrameInput:
         self._sequence += 1
         pose = self._pose_at(captured.captured)
         situation = self._situation()

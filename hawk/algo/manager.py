@@ -1,64 +1,27 @@
-"""Algorithm Manager App (specification section 13): runs vision, mapper and path plan on one frame, in this order.
+"""Algorithm Manager App (specification section 13): one frame goes through vision, mapper and planner to the page.
 
-What is here runs on the worker thread and knows one frame at a time; `hawk.algo.loop` is the part on the loop.
+It runs on the worker thread and knows one frame at a time; `hawk.algo.loop` is the part on the loop.
 """
 
 from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from collections.abc import Callable
+from typing import TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
-from hawk.algo.errors import AlgoError, NoImage
-from hawk.algo.footprint import ground_footprint
-from hawk.algo.frame import FrameInput, FrameOutput
-from hawk.algo.mapper.app import MapperApp
-from hawk.algo.path_plan.app import PathPlanApp
+from hawk.algo.frame import AlgoError, FrameInput, FrameOutput
+from hawk.algo.mapper.app import Fused, MapperApp
+from hawk.algo.path_plan.app import PathPlanApp, Plan
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
-from hawk.algo.vision.annotate import PictureStyle, annotate
-from hawk.algo.vision.seen import Seen
-from hawk.model import Health, MapPoint, Stall
+from hawk.algo.vision.picture import PictureStyle, annotate
+from hawk.algo.vision.rectify import ground_footprint
+from hawk.algo.vision.seen import Seen, SeesFrames
+from hawk.comm.image import NoImage
 
+T = TypeVar("T")
 _LOG = logging.getLogger(__name__)
 _DRAWN_M = 90.0  # stalls farther from the drone are not in any picture
-
-
-class LooksAtFrames(Protocol):
-    """The Vision App as the manager uses it."""
-
-    def init(self, drone_camera: Any, topic_interface: Any) -> None:
-        """Take camera and topics."""
-        ...
-
-    def process(self) -> None:
-        """Work on the frame. Raises NoImage, AlgoError."""
-        ...
-
-    def publish(self) -> None:
-        """Publish what was seen."""
-        ...
-
-    def get_park_lot_detected(self) -> bool:
-        """Whether a lot is in sight."""
-        ...
-
-    def get_health(self) -> Health:
-        """Whether it can be trusted."""
-        ...
-
-    @property
-    def seen(self) -> Seen | None:
-        """The last frame's results."""
-        ...
-
-    @property
-    def image(self) -> NDArray[np.uint8] | None:
-        """The last frame's picture."""
-        ...
 
 
 class AlgorithmManagerApp:
@@ -68,12 +31,11 @@ class AlgorithmManagerApp:
         """``timer`` (seconds) measures the steps; no result depends on it. ``style``: how pictures are sent."""
         self._timer = timer
         self._style = style or PictureStyle()
-        self._timings: list[tuple[str, float]] = []
 
     def init(
         self,
         algo_topic_interface: AlgorithmTopicInterface,
-        vision_app: LooksAtFrames,
+        vision_app: SeesFrames,
         mapper_app: MapperApp,
         path_plan_app: PathPlanApp,
         drone_camera: FrameCamera,
@@ -94,83 +56,76 @@ class AlgorithmManagerApp:
         return self._mapper_app
 
     def process(self) -> None:
-        """Run all three on the frame that the topic interface serves, then publish.
+        """Run all three on the topic interface's frame, then publish (specification: process).
 
-        Raises AlgoError naming each that failed; the others ran and their results are published.
+        Raises:
+            AlgoError: Names each app that failed; the others ran and their results are published.
         """
-        interface = self._topic_interface
-        self._timings = []
-        failures = [
-            *self._step("vision", self._vision_app.process),
-            *self._step("mapper", self._mapper_app.process, self._mapper_app.fail),
-            *self._step("path plan", self._path_plan_app.process, self._path_plan_app.fail),
-        ]
+        steps = _Steps(self._timer)
+        self._work(self._topic_interface.frame, steps)
         for app in (self._vision_app, self._mapper_app, self._path_plan_app):
             app.publish()
-        for name, reason in failures:
-            if name == "vision":
-                interface.vision_app_health_pub.publish(Health.bad(reason))
-                interface.park_lot_detected_pub.publish(False)
-        if failures:
-            raise AlgoError("; ".join(f"{name}: {reason}" for name, reason in failures))
+        if steps.failures:
+            raise AlgoError("; ".join(steps.failures))
 
     def run(self, frame: FrameInput) -> FrameOutput:
-        """Return everything that the algorithms make of a frame. Never raises for what is in the frame."""
-        interface = self._topic_interface
-        interface.begin(self._mapper_app.levelled(frame))
+        """Return all results of a frame. Never raises for what is in the frame."""
+        steps = _Steps(self._timer)
         started = self._timer()
-        try:
-            self.process()
-        except AlgoError as error:
-            _LOG.info("frame %d: %s", frame.sequence, error)
-        annotated: list[bytes] = []
-        self._step("annotate", lambda: annotated.append(self._annotated(frame)))
-        self._timings.append(("all", (self._timer() - started) * 1e3))
+        seen, fused, plan = self._work(frame, steps)
+        if steps.failures:
+            _LOG.info("frame %d: %s", frame.sequence, "; ".join(steps.failures))
+        annotated = steps.do("annotate", lambda: self._annotated(frame, seen, fused), lambda _: b"")
         return FrameOutput(
             sequence=frame.sequence,
             captured=frame.captured,
-            park_lot_detected=interface.park_lot_detected_pub.value,
-            annotated_jpeg=annotated[0] if annotated else b"",
-            occupancy_map=interface.occupancy_map_pub.value,
-            path_plan=interface.local_pos_pub.value,
-            footprint=_footprint(frame),
-            vision_health=interface.vision_app_health_pub.value,
-            mapper_health=interface.mapper_app_health_pub.value,
-            path_plan_health=interface.path_plan_app_health_pub.value,
-            timings=tuple(self._timings),
+            park_lot_detected=seen.park_lot_detected,
+            annotated_jpeg=annotated,
+            occupancy_map=fused.occupancy_map,
+            path_plan=plan.path,
+            footprint=() if frame.pose is None else ground_footprint(frame.camera, frame.pose),
+            vision_health=seen.health,
+            mapper_health=fused.health,
+            path_plan_health=plan.health,
+            timings=(*steps.timings, ("all", (self._timer() - started) * 1e3)),
         )
 
-    def _step(
-        self, name: str, work: Callable[[], None], fail: Callable[[str], None] | None = None
-    ) -> list[tuple[str, str]]:
-        """Do one step and time it; return its name and the reason when it failed."""
+    def _work(self, frame: FrameInput, steps: _Steps) -> tuple[Seen, Fused, Plan]:
+        vision, mapper, planner = self._vision_app, self._mapper_app, self._path_plan_app
+        seen = steps.do("vision", lambda: vision.see(frame), vision.fail)
+        fused = steps.do("mapper", lambda: mapper.fuse(frame, seen), mapper.fail)
+        plan = steps.do("path plan", lambda: planner.plan(frame, mapper), planner.fail)
+        return seen, fused, plan
+
+    def _annotated(self, frame: FrameInput, seen: Seen, fused: Fused) -> bytes:
+        if seen.image is None:
+            return b""
+        if seen.ground is None:
+            return annotate(seen.image, frame.camera, None, style=self._style)
+        pose = seen.ground.pose
+        stalls = self._mapper_app.stalls_near(pose.north, pose.east, _DRAWN_M)
+        return annotate(seen.image, frame.camera, fused.shift.applied(pose), stalls, style=self._style)
+
+
+class _Steps:
+    """Runs the steps of one frame; keeps the milliseconds of each, and the reasons of those that failed."""
+
+    def __init__(self, timer: Callable[[], float]) -> None:
+        self._timer = timer
+        self.timings: list[tuple[str, float]] = []
+        self.failures: list[str] = []
+
+    def do(self, name: str, work: Callable[[], T], fail: Callable[[str], T]) -> T:
+        """Return the step's result, that of ``fail`` (given the reason) when it raises."""
         started = self._timer()
         try:
-            work()
+            return work()
         except (AlgoError, NoImage) as error:
-            return [(name, str(error))]
+            reason = str(error)
         except Exception as error:
             _LOG.exception("%s failed", name)
             reason = f"unexpected {type(error).__name__}: {error}"
-            if fail is not None:
-                fail(reason)
-            return [(name, reason)]
         finally:
-            self._timings.append((name, (self._timer() - started) * 1e3))
-        return []
-
-    def _annotated(self, frame: FrameInput) -> bytes:
-        image = self._vision_app.image
-        if image is None:
-            return b""
-        seen = self._vision_app.seen
-        pose = frame.pose if seen is not None and seen.captured == frame.captured else None
-        stalls: Sequence[Stall] = ()
-        if pose is not None:
-            stalls = self._mapper_app.stalls_near(pose.north, pose.east, _DRAWN_M)
-            pose = self._mapper_app.corrected(pose)
-        return annotate(image, frame.camera, pose, stalls, style=self._style)
-
-
-def _footprint(frame: FrameInput) -> tuple[MapPoint, ...]:
-    return () if frame.pose is None else ground_footprint(frame.camera, frame.pose)
+            self.timings.append((name, (self._timer() - started) * 1e3))
+        self.failures.append(f"{name}: {reason}")
+        return fail(reason)

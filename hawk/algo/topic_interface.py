@@ -1,38 +1,46 @@
-"""Algorithm Topic Interface (specification section 9): what vision, mapper and path plan may read and say.
+"""Algorithm Topic Interface (specification section 9), and the topics that carry its publications on the loop.
 
-The secret is that nothing here touches a topic: the apps run on the worker thread, read one frozen `FrameInput`, and
-their publications are collected until the frame is done. The loop publishes them afterwards.
+The apps run on the worker thread: the interface serves them one frozen `FrameInput` and keeps what they publish. Topics
+live on the loop, which publishes a frame's results when it is done.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-from hawk.algo.errors import AlgoError, NoImage
-from hawk.algo.frame import FrameInput
-from hawk.model import DesiredPose, Health, MapPose, OccupancyMap, PathPlan, StateName, Verdict
+from hawk.algo.frame import AlgoError, FrameInput, FrameOutput
+from hawk.comm.image import NoImage
+from hawk.comm.topic import Topic
+from hawk.model import (
+    AnnotatedFrame,
+    DesiredPose,
+    Health,
+    MapPoint,
+    MapPose,
+    OccupancyMap,
+    PathPlan,
+    StateName,
+    Verdict,
+)
 
 T = TypeVar("T")
 
 
 class Publisher(Generic[T]):
-    """Collects the last value that an app published."""
+    """Keeps the last published ``value``."""
 
     def __init__(self, initial: T) -> None:
-        self._value = initial
+        self.value = initial
 
     def publish(self, value: T) -> None:
         """Replace the value."""
-        self._value = value
-
-    @property
-    def value(self) -> T:
-        """What was published last, the initial value before that."""
-        return self._value
+        self.value = value
 
 
 class AlgorithmTopicInterface:
-    """Serves one frame's inputs to the apps and collects what they publish."""
+    """Serves one frame's inputs to the apps and keeps what they publish."""
 
     def __init__(self) -> None:
         waiting = Health.bad("no frame yet")
@@ -50,12 +58,12 @@ class AlgorithmTopicInterface:
         self._frame = None
 
     def begin(self, frame: FrameInput) -> None:
-        """Serve this frame from here on."""
+        """Serve this frame from now on."""
         self._frame = frame
 
     @property
     def frame(self) -> FrameInput:
-        """The frame being worked on. Raises AlgoError when there is none."""
+        """The present frame. Raises AlgoError when there is none."""
         if self._frame is None:
             raise AlgoError("no frame was given yet")
         return self._frame
@@ -65,16 +73,16 @@ class AlgorithmTopicInterface:
         return self.frame.state
 
     def get_desired_pose(self) -> DesiredPose | None:
-        """Return where the operator wants the drone (map frame, metres), None when nowhere."""
+        """Return the operator's desired pose (map frame, metres), None without one."""
         return self.frame.desired
 
     def get_local_pose(self) -> MapPose | None:
-        """Return the drone's pose when the frame's light was caught (map frame), None before the first arm."""
+        """Return the drone's pose at the frame's time of exposure (map frame), None before the first arm."""
         return self.frame.pose
 
 
 class FrameCamera:
-    """The Drone Camera as the Vision App sees it: the picture of the frame being worked on."""
+    """The Drone Camera for the Vision App: the picture of the present frame."""
 
     def __init__(self, topic_interface: AlgorithmTopicInterface) -> None:
         self._topic_interface = topic_interface
@@ -85,3 +93,39 @@ class FrameCamera:
         if not jpeg:
             raise NoImage("the camera gave an empty picture")
         return jpeg
+
+
+@dataclass(frozen=True, slots=True)
+class AlgorithmTopics:
+    """Latest results of vision, mapper and path plan, for the rest of the daemon."""
+
+    frame_output: Topic[FrameOutput]
+    park_lot_detected: Topic[bool]
+    des_loc_inbound: Topic[Verdict]
+    occupancy_map: Topic[OccupancyMap]
+    local_pos: Topic[PathPlan]
+    annotated: Topic[AnnotatedFrame]
+    footprint: Topic[tuple[MapPoint, ...]]
+    vision_app_health: Topic[Health]
+    mapper_app_health: Topic[Health]
+    path_plan_app_health: Topic[Health]
+
+    @classmethod
+    def create(cls, clock: Callable[[], float]) -> AlgorithmTopics:
+        """Make a set of empty topics."""
+        return cls(**{name: Topic(name, clock) for name in cls.__slots__})
+
+    def publish(self, output: FrameOutput) -> None:
+        """Publish the parts of one frame's results, healths first, the whole last."""
+        self.vision_app_health.publish(output.vision_health)
+        self.mapper_app_health.publish(output.mapper_health)
+        self.path_plan_app_health.publish(output.path_plan_health)
+        self.park_lot_detected.publish(output.park_lot_detected)
+        self.occupancy_map.publish(output.occupancy_map)
+        self.local_pos.publish(output.path_plan)
+        if output.path_plan.verdict is not None:
+            self.des_loc_inbound.publish(output.path_plan.verdict)
+        self.footprint.publish(output.footprint)
+        if output.annotated_jpeg:
+            self.annotated.publish(AnnotatedFrame(output.sequence, output.captured, output.annotated_jpeg))
+        self.frame_output.publish(output)

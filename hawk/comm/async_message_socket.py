@@ -1,20 +1,22 @@
-"""The operator's role of Message Socket for asyncio: a queue each way over a connection that comes back by itself."""
+"""Message Socket for asyncio: a queue each direction over a connection that is restored after a loss."""
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
+import logging
 import time
-from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Final
 
-from hawk.comm.base_socket import BaseSocket, ConnectionTimeout, FailedToSend, SocketClosedError
+from hawk.comm.base_socket import BaseSocket, ConnectionTimeout, FailedToSend, ServerBaseSocket, SocketClosedError
+
+_LOG = logging.getLogger(__name__)
 
 QUEUE_LIMIT: Final = 256
 """Messages that wait in each direction. A full receive queue stops reading: the drone then sends fewer heartbeats."""
 STALE_S: Final = 2.0
-"""A message that could not be sent for so long is not sent any more: the drone must not act on an old wish."""
+"""A posted message that waited longer for the link is dropped: the drone must not act on an old command."""
 RETRY_S: Final = (0.1, 0.25, 0.5, 1.0, 2.0)
 """Pauses between attempts to connect again; the last one repeats."""
 
@@ -24,31 +26,27 @@ class AsyncMessageSocket:
 
     def __init__(
         self,
-        socket: BaseSocket,
+        socket: BaseSocket | ServerBaseSocket,
         *,
         timeout_s: float = 5.0,
         queue_limit: int = QUEUE_LIMIT,
+        retry_s: Sequence[float] = RETRY_S,
         monotonic: Callable[[], float] = time.monotonic,
     ) -> None:
         self._socket = socket
         self._timeout = timeout_s
+        self._retry_s = retry_s
         self._monotonic = monotonic
         self._received: asyncio.Queue[str] = asyncio.Queue(queue_limit)
         self._waiting: asyncio.Queue[tuple[float, str]] = asyncio.Queue(queue_limit)
-        self._undelivered: deque[str] = deque(maxlen=queue_limit)
         self._connected = asyncio.Event()
         self._connecting = asyncio.Lock()
         self._tasks: list[asyncio.Task[None]] = []
 
     @property
     def is_connected(self) -> bool:
-        """Whether there is a connection now."""
+        """True while there is a connection."""
         return self._connected.is_set() and self._socket.is_connected
-
-    @property
-    def socket(self) -> BaseSocket:
-        """The connection below, for HTTP requests of the same session."""
-        return self._socket
 
     async def init(self) -> None:
         """Connect and start the tasks that read and write. Raises ConnectionTimeout."""
@@ -58,14 +56,9 @@ class AsyncMessageSocket:
             if not self._tasks:
                 await self._socket.close()
             raise
-        if not self._tasks:
-            self._tasks = [
-                asyncio.create_task(self._read(), name="message-socket-read"),
-                asyncio.create_task(self._write(), name="message-socket-write"),
-            ]
 
     async def send_message(self, text: str) -> None:
-        """Send now; connects again first when there is no connection. Raises FailedToSend."""
+        """Send now; connect first when there is no connection. Raises FailedToSend."""
         if not self.is_connected:
             try:
                 await self._connect()
@@ -84,12 +77,6 @@ class AsyncMessageSocket:
         """Wait for the oldest message that was not taken yet and return it."""
         return await self._received.get()
 
-    def take_undelivered(self) -> list[str]:
-        """Return, once, the last posted messages that were given up because the link was away too long."""
-        lost = list(self._undelivered)
-        self._undelivered.clear()
-        return lost
-
     async def close(self) -> None:
         """End tasks and connection."""
         tasks, self._tasks = self._tasks, []
@@ -106,6 +93,11 @@ class AsyncMessageSocket:
             self._connected.clear()
             await self._socket.connect(self._timeout)
             self._connected.set()
+            if not self._tasks:
+                self._tasks = [
+                    asyncio.create_task(self._read(), name="message-socket-read"),
+                    asyncio.create_task(self._write(), name="message-socket-write"),
+                ]
 
     async def _read(self) -> None:
         """Fill the queue; after a lost connection try again until closed."""
@@ -120,7 +112,7 @@ class AsyncMessageSocket:
     async def _reconnect(self) -> None:
         attempt = 0
         while not self.is_connected:
-            await asyncio.sleep(RETRY_S[min(attempt, len(RETRY_S) - 1)])
+            await asyncio.sleep(self._retry_s[min(attempt, len(self._retry_s) - 1)])
             attempt += 1
             with contextlib.suppress(ConnectionTimeout):
                 await self._connect()
@@ -130,10 +122,10 @@ class AsyncMessageSocket:
             posted, text = await self._waiting.get()
             await self._connected.wait()
             if self._monotonic() - posted > STALE_S:
-                self._undelivered.append(text)
+                _LOG.warning("A message that waited longer than %.0f s for the link was dropped", STALE_S)
                 continue
             try:
                 await self._socket.send(text)
-            except FailedToSend:
+            except FailedToSend as error:
                 self._connected.clear()
-                self._undelivered.append(text)
+                _LOG.warning("A message was not sent: %s", error)

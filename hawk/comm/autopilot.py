@@ -1,7 +1,7 @@
-"""The autopilot by MAVSDK: what `hawk.comm.vehicle.Autopilot` promises. Secret: which thread does what.
+"""The autopilot by MAVSDK, a `hawk.comm.vehicle.Autopilot`. Secret: the threads.
 
-MAVSDK's calls block, so that they run on threads that only this module uses: commands, Kill alone, the link, targets.
-What the autopilot says comes in on MAVSDK's own threads and is handled on the loop, in order.
+MAVSDK's calls block, so they run on threads of this module: commands, Kill alone, the link, targets. The autopilot's
+messages come in on MAVSDK's own threads and are handled on the loop, in order.
 """
 
 from __future__ import annotations
@@ -12,23 +12,20 @@ import functools
 import logging
 import math
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeVar
 
 from hawk.comm import commands
 from hawk.comm.clock import Clock
-from hawk.comm.frames import place_at
-from hawk.comm.inbox import Inbox
-from hawk.comm.latest_sender import LatestSender
-from hawk.comm.mavlink_link import AutopilotLink, MavsdkLink, Message, OnMessage
-from hawk.comm.parameters import Parameters
-from hawk.comm.pose_buffer import wrap_angle
-from hawk.comm.rates import RateKeeper, wanted_streams
-from hawk.comm.telemetry import Telemetry
+from hawk.comm.frames import place_at, wrap_angle
+from hawk.comm.mavlink_link import Link, Message, OnMessage
+from hawk.comm.parameters import AutopilotParameters
+from hawk.comm.telemetry import RateKeeper, Telemetry, wanted_streams
+from hawk.comm.threads import Inbox, LatestSender
 from hawk.comm.vehicle import AutopilotError, VehicleTopics
 from hawk.config import AutopilotSettings
-from hawk.model import ArmPlace, CopterMode, Fence, GlobalPose, VehiclePose
+from hawk.model import CopterMode, Fence, GlobalPose, StatusText
 
 _LOG = logging.getLogger(__name__)
 T = TypeVar("T")
@@ -56,7 +53,7 @@ _HEARTBEAT = {
 
 
 class MavsdkAutopilot:
-    """The real autopilot. Make it, `restore_arm_place` and `set_datum` if there is something kept, then `start`."""
+    """The real autopilot. After a restart `Telemetry.restore_arm_place` and `set_datum` come before `start`."""
 
     def __init__(
         self,
@@ -64,7 +61,7 @@ class MavsdkAutopilot:
         clock: Clock,
         topics: VehicleTopics,
         wall: Callable[[], float] = time.time,
-        make_link: Callable[[str, int, Clock, OnMessage], AutopilotLink] = MavsdkLink,
+        make_link: Callable[[str, int, Clock, OnMessage], Link] = Link,
         parameter_answer_s: float = 0.5,
     ) -> None:
         """``parameter_answer_s``: real seconds until a request for a parameter is repeated (four times)."""
@@ -74,34 +71,37 @@ class MavsdkAutopilot:
         self._rates = RateKeeper(wanted_streams(settings.position_rate_hz))
         self._inbox: Inbox[Message] | None = None
         self._link = make_link(settings.url, settings.system_id, clock, self._receive)
-        self._telemetry = Telemetry(clock, topics, self._rates, self._link.sensor_health, wall)
-        self._telemetry.on_reboot = self._on_reboot
+        self.telemetry = Telemetry(clock, topics, self._rates, self._link.sensor_health, wall, self._on_reboot)
+        self._tie = self.telemetry.tie
         self._commands = ThreadPoolExecutor(2, "autopilot-command")
         self._kills = ThreadPoolExecutor(1, "autopilot-kill")
         self._links = ThreadPoolExecutor(1, "autopilot-link")
-        self._targets: LatestSender[Mapping[str, Any]] = LatestSender("autopilot-target", self._send_target_message)
-        self._parameters = Parameters(self._send_message, parameter_answer_s)
+        self._targets: LatestSender[Mapping[str, Any]] = LatestSender(
+            "autopilot-target", functools.partial(self._link.send, "SET_POSITION_TARGET_LOCAL_NED")
+        )
+        self._parameters = AutopilotParameters(self._send_message, parameter_answer_s)
         self._rtl_in_metres: bool | None = None
         self._tasks: list[asyncio.Task[None]] = []
-        self._problem = ""
+        self.problem = ""
+        """Reason why there is no autopilot: the link cannot be opened, or nobody is heard on it. Else empty."""
         self._closed = False
 
     # --- life ------------------------------------------------------------------------------------------------------
 
     async def start(self) -> None:
-        """Open the link and look for the autopilot without end; returns at once."""
+        """Open the link and look for the autopilot until `close`; returns at once."""
         loop = asyncio.get_running_loop()
         self._inbox = Inbox(loop, self._handle)
         await loop.run_in_executor(self._kills, lambda: None)  # its thread exists before it is needed
-        self._telemetry.check_link(self._clock())
-        self.topics.state.publish(self.topics.state.value or self._telemetry.state)
+        self.telemetry.check_link(self._clock())
+        self.topics.state.publish(self.topics.state.value or self.telemetry.state)
         self._tasks = [
             asyncio.create_task(self._keep_link(), name="autopilot-link"),
             asyncio.create_task(self._watch(), name="autopilot-watch"),
         ]
 
     async def close(self) -> None:
-        """End tasks, MAVSDK and threads; takes no longer than a few seconds whatever hangs."""
+        """End tasks, MAVSDK and threads, within a few seconds even when a call hangs."""
         if self._closed:
             return
         self._closed = True
@@ -115,15 +115,15 @@ class MavsdkAutopilot:
         self._targets.close()
         await self._end_commands()
         try:
-            await asyncio.wait_for(loop.run_in_executor(self._links, self._close_link), _CLOSE_S)
+            await asyncio.wait_for(loop.run_in_executor(self._links, self._link.close), _CLOSE_S)
         except TimeoutError:
             _LOG.warning("MAVSDK did not end within %.0f s", _CLOSE_S)
         self._links.shutdown(wait=False, cancel_futures=True)
 
     @property
-    def problem(self) -> str:
-        """Why there is no autopilot, in words: the link cannot be opened, or nobody is heard on it. Else empty."""
-        return self._problem
+    def dropped(self) -> int:
+        """Number of the autopilot's messages that were dropped because the loop did not come in time."""
+        return 0 if self._inbox is None else self._inbox.dropped
 
     # --- commands --------------------------------------------------------------------------------------------------
 
@@ -132,7 +132,7 @@ class MavsdkAutopilot:
         await self._command(commands.arm)
 
     async def disarm(self) -> None:
-        """Disarm; refused by the autopilot in the air."""
+        """Disarm; the autopilot refuses it in the air."""
         await self._command(commands.disarm)
 
     async def set_mode(self, mode: CopterMode) -> None:
@@ -140,11 +140,11 @@ class MavsdkAutopilot:
         await self._command(commands.set_mode, mode)
 
     async def takeoff(self, relative_altitude: float) -> None:
-        """Climb to metres above the arm place; armed and in GUIDED only."""
+        """Climb to ``relative_altitude``, metres above the arm place; armed and in GUIDED only."""
         await self._command(commands.takeoff, relative_altitude)
 
     async def kill(self) -> None:
-        """Send one flight termination at once. Tried also on a link that seems dead; a refusal shows as a message."""
+        """Send one flight termination at once, also on a link that seems dead. A refusal shows as a message."""
         loop = asyncio.get_running_loop()
         await loop.run_in_executor(self._kills, commands.kill, self._link)
 
@@ -152,29 +152,24 @@ class MavsdkAutopilot:
         """Send one position target (map frame, metres above the arm place, radians). Never blocks, never repeats."""
         if not all(math.isfinite(value) for value in (north, east, height, yaw)):
             raise AutopilotError(f"Target {north}, {east}, {height}, {yaw} is not finite: not sent")
-        frames = self._telemetry.frames
+        frames = self._tie.frames
         if frames is None:
             raise AutopilotError("No arm place yet: there is no map to fly on")
         self._require_link()
-        if not self._telemetry.sure:
+        if not self._tie.watch.sure:
             raise AutopilotError("The autopilot's position leapt: not sent before it is tied to the map again")
         place = frames.ekf(north, east, height)
-        self._targets.put(commands.position_target(self._telemetry.boot_ms, place, wrap_angle(yaw)))
+        self._targets.put(commands.position_target(self.telemetry.boot_ms, place, wrap_angle(yaw)))
 
     # --- parameters and fence --------------------------------------------------------------------------------------
 
     async def get_parameter(self, name: str) -> float | int:
-        """Read one parameter. Raises AutopilotError for a name that the autopilot does not have."""
+        """Read one parameter. Raises AutopilotError for an unknown name."""
         self._require_link()
         return await self._parameters.get(name)
 
-    async def read_parameters(self, names: Iterable[str]) -> Mapping[str, float | int | None]:
-        """Read parameters side by side; None for those that the autopilot does not have."""
-        self._require_link()
-        return await self._parameters.read_many(names)
-
     async def set_parameter(self, name: str, value: float) -> None:
-        """Set one parameter with the type that the autopilot gave it, and read it back."""
+        """Set one parameter with the autopilot's type, and check the answer. Raises AutopilotError."""
         self._require_link()
         await self._parameters.set(name, value)
 
@@ -184,7 +179,7 @@ class MavsdkAutopilot:
         return self._parameters.values
 
     async def set_rtl_altitude(self, metres: float) -> float:
-        """Set RTL_ALT_M (metres), or RTL_ALT (centimetres) where only that exists; return what is read back, metres."""
+        """Set RTL_ALT_M (metres), or RTL_ALT (centimetres) where only that exists; return it in metres as read back."""
         if not (math.isfinite(metres) and metres > 0):
             raise AutopilotError(f"Return altitude is {metres} m: it must be above 0")
         self._require_link()
@@ -200,9 +195,9 @@ class MavsdkAutopilot:
         return await self._parameters.get("RTL_ALT") / 100.0
 
     async def upload_fence(self, fence: Fence) -> None:
-        """Upload `Fence.autopilot_polygon` (about `fence_origin`), set ceiling, type and action, and enable it."""
+        """Upload `Fence.autopilot_polygon` (about the fence origin), set ceiling, type and action, and enable it."""
         self._require_link()
-        origin = self.fence_origin
+        origin = self._tie.fence_origin
         if origin is None:
             raise AutopilotError("The drone does not know where it is yet: the fence cannot be placed")
         if len(fence.autopilot_polygon) < 3:
@@ -221,38 +216,20 @@ class MavsdkAutopilot:
 
     # --- frames ----------------------------------------------------------------------------------------------------
 
-    def pose_at(self, time: float) -> VehiclePose | None:
-        """Return the pose interpolated to that moment, None when no sample is within 0.3 s."""
-        return self._telemetry.pose_at(time)
-
-    def from_boot(self, seconds: float) -> float | None:
-        """Return a time of the autopilot's boot clock on ours, None before that clock is known."""
-        return self._telemetry.from_boot(seconds)
-
     def set_datum(self, datum: GlobalPose | None) -> None:
-        """Lay the map frame's origin; None: the next arm place becomes it."""
-        self._telemetry.set_datum(datum)
+        """Set the map frame's origin; None: the next arm place becomes it."""
+        self._tie.set_datum(datum)
 
     @property
     def datum(self) -> GlobalPose | None:
         """Origin of the map frame."""
-        return self._telemetry.datum
-
-    @property
-    def fence_origin(self) -> GlobalPose | None:
-        """Origin of a fence's coordinates: the datum, before there is one where the drone stands (to within 10 m)."""
-        return self._telemetry.fence_origin
-
-    def restore_arm_place(self, place: ArmPlace) -> None:
-        """Take up the arm place of an earlier run of the daemon (ignored when the autopilot has booted since)."""
-        self._telemetry.restore_arm_place(place)
+        return self._tie.datum
 
     # --- inside ----------------------------------------------------------------------------------------------------
 
     def _receive(self, message: Message) -> None:
-        inbox = self._inbox
-        if inbox is not None:
-            inbox.put(message)
+        if self._inbox is not None:
+            self._inbox.put(message)
 
     def _handle(self, message: Message) -> None:
         if message.name == "PARAM_VALUE":
@@ -260,11 +237,12 @@ class MavsdkAutopilot:
         elif message.name == "COMMAND_ACK":
             self._check_kill(message.fields)
         else:
-            self._telemetry.handle(message)
+            self.telemetry.handle(message)
 
     def _check_kill(self, fields: Mapping[str, Any]) -> None:
         if fields.get("command") == _COMMAND_ACK_KILL and fields.get("result") != commands.MavResult.ACCEPTED:
-            self._telemetry.say(_CRITICAL, f"Kill refused by the autopilot (result {fields.get('result')})")
+            words = f"Kill refused by the autopilot (result {fields.get('result')})"
+            self.topics.status_text.publish(StatusText(self._clock(), _CRITICAL, words))
 
     def _on_reboot(self) -> None:
         self._parameters.forget()
@@ -277,59 +255,56 @@ class MavsdkAutopilot:
         loop = asyncio.get_running_loop()
         try:
             return await loop.run_in_executor(self._commands, function, self._link, *arguments)
-        except commands.CommandRefusedError as error:
+        except commands.NotAcceptedError as error:
             words = await self._words(since)
             raise AutopilotError(words or str(error)) from error
 
     async def _words(self, since: float) -> str | None:
-        """Return the autopilot's reason: STATUSTEXT may be handled a moment after the acknowledgement."""
-        words = self._telemetry.reason_since(since)
+        """Return the autopilot's reason; STATUSTEXT may come a moment after the acknowledgement."""
+        words = self.telemetry.texts.reason_since(since)
         if words is None:
             with contextlib.suppress(TimeoutError):
                 await asyncio.wait_for(self.topics.status_text.next(), _WORDS_AFTER_S)
-            words = self._telemetry.reason_since(since)
+            words = self.telemetry.texts.reason_since(since)
         return words
 
     def _require_link(self) -> None:
-        if not self._telemetry.connected:
+        if not self.telemetry.state.connected:
             raise AutopilotError("No link to the autopilot")
 
     async def _send_message(self, name: str, fields: Mapping[str, Any]) -> None:
         loop = asyncio.get_running_loop()
         await loop.run_in_executor(self._commands, self._link.send, name, fields)
 
-    def _send_target_message(self, fields: Mapping[str, Any]) -> None:
-        self._link.send("SET_POSITION_TARGET_LOCAL_NED", fields)
-
     async def _keep_link(self) -> None:
-        """Open, find, and open again after 5 s of silence, without end."""
+        """Open, find, and open again after 5 s of silence, until cancelled."""
         loop = asyncio.get_running_loop()
         missing_since = loop.time()
         while True:
             try:
                 await loop.run_in_executor(self._links, self._link.open)
                 if self._link.found or await loop.run_in_executor(self._links, self._link.find, _FIND_S):
-                    self._problem = ""
+                    self.problem = ""
                 elif loop.time() - missing_since > self._settings.connect_timeout_s:
                     url = self._settings.url
                     raise AutopilotError(f"No autopilot is heard at autopilot.url {url!r}: is it on and sending here?")
-                if self._telemetry.silence(self._clock()) > _REOPEN_S * self._clock.speed:
+                if self.telemetry.silence(self._clock()) > _REOPEN_S * self._clock.speed:
                     await loop.run_in_executor(self._links, self._link.reopen)
                     await asyncio.sleep(_REOPEN_S)
                 await asyncio.sleep(_WATCH_S)
             except AutopilotError as error:
-                if str(error) != self._problem:
+                if str(error) != self.problem:
                     _LOG.warning("%s; trying again", error)
-                self._problem = str(error)
+                self.problem = str(error)
                 await asyncio.sleep(_WATCH_S if self._link.found else _RETRY_S)
 
     async def _watch(self) -> None:
-        """Notice silence, ask for rates that are missing, and keep a fast simulation's failsafe quiet."""
+        """Notice silence, ask for missing streams, and keep a fast simulation's failsafe quiet."""
         loop = asyncio.get_running_loop()
         beat = 0.0
         while True:
             now = self._clock()
-            if self._link.found and self._telemetry.check_link(now):
+            if self._link.found and self.telemetry.check_link(now):
                 try:
                     for stream in self._rates.due(now):
                         await loop.run_in_executor(self._commands, commands.ask_rate, self._link, stream)
@@ -344,13 +319,10 @@ class MavsdkAutopilot:
             await asyncio.sleep(_WATCH_S / max(1.0, self._clock.speed))
 
     async def _end_commands(self) -> None:
-        """Wait for commands under way: MAVSDK never answers one after it was closed, its thread would stay for ever."""
+        """Wait for running commands: MAVSDK never answers one after it was closed, and its thread would not end."""
         ending = asyncio.get_running_loop().run_in_executor(
             self._kills, functools.partial(self._commands.shutdown, wait=True, cancel_futures=True)
         )
         with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(ending, _COMMAND_S)
         self._kills.shutdown(wait=False, cancel_futures=True)
-
-    def _close_link(self) -> None:
-        self._link.close()

@@ -1,30 +1,33 @@
-"""Base Socket: one WebSocket to the drone, without queue, thread or reconnecting (those are Message Socket's).
+"""Base Socket: WebSockets between drone and operator. Message Socket adds queues, threads and reconnecting.
 
-WebSocket framing delivers whole messages only, so a string is never half a message or two at once (the specification
+A WebSocket delivers whole messages, so a received string is never half a message or two at once (the specification
 leaves that to the developer in 6.4.5).
 """
 
 from __future__ import annotations
 
 import asyncio
-from types import TracebackType
-from typing import Final, Self
+import contextlib
+import hmac
+from typing import Final
 
 import aiohttp
+from aiohttp import WSMsgType, web
 
 RECEIVE_LIMIT_BYTES: Final = 4 * 1024 * 1024
-"""A heartbeat is at most about 70 kB; anything beyond this limit ends the connection."""
+"""A heartbeat has at most about 70 kB; a message beyond this limit ends the connection."""
 PING_INTERVAL_S: Final = 5.0
 """Real seconds between pings: a dead link shows after one and a half of them."""
 CLOSE_TIMEOUT_S: Final = 1.0
+LOOPBACK: Final = ("127.0.0.1", "::1", "localhost")
 
 
 class ConnectionTimeout(ConnectionError):  # noqa: N818 - the specification's name
-    """No connection came about in time; the text says to what and why."""
+    """No connection was made in time; the text names the address and the reason."""
 
 
 class FailedToSend(ConnectionError):  # noqa: N818 - the specification's name
-    """The message was not sent; the text says why."""
+    """The message was not sent; the text gives the reason."""
 
 
 class SocketClosedError(ConnectionError):
@@ -32,7 +35,7 @@ class SocketClosedError(ConnectionError):
 
 
 class BaseSocket:
-    """A WebSocket client. Cookies outlive the connection, so that a session (and its control) is found again."""
+    """The client's role. Cookies outlive the connection, so a session (and its control) is found again."""
 
     def __init__(self, host: str, port: int, *, path: str = "/ws", token: str | None = None) -> None:
         shown = f"[{host}]" if ":" in host else host
@@ -44,11 +47,11 @@ class BaseSocket:
 
     @property
     def is_connected(self) -> bool:
-        """Whether messages can be sent."""
+        """True while messages can be sent."""
         return self._socket is not None and not self._socket.closed
 
     async def connect(self, timeout_s: float) -> None:
-        """Open the connection (no matter if there was one). Raises ConnectionTimeout after ``timeout_s`` at most."""
+        """Open a new connection in place of the old one. Raises ConnectionTimeout after ``timeout_s`` at most."""
         await self._drop()
         try:
             async with asyncio.timeout(timeout_s):
@@ -77,15 +80,15 @@ class BaseSocket:
             raise SocketClosedError(f"not connected to {self.url}")
         while True:
             message = await self._socket.receive()
-            if message.type is aiohttp.WSMsgType.TEXT:
+            if message.type is WSMsgType.TEXT:
                 return str(message.data)
-            if message.type is not aiohttp.WSMsgType.BINARY:
+            if message.type is not WSMsgType.BINARY:
                 raise SocketClosedError(f"{self.url} ended the connection")
 
     def session(self) -> aiohttp.ClientSession:
         """Return the HTTP session that shares cookies and token with the WebSocket."""
         if self._session is None or self._session.closed:
-            # Browsers keep cookies of bare addresses; aiohttp does so only when told.
+            # Browsers keep cookies of bare addresses; aiohttp does so only with `unsafe`.
             self._session = aiohttp.ClientSession(headers=self._headers, cookie_jar=aiohttp.CookieJar(unsafe=True))
         return self._session
 
@@ -99,19 +102,106 @@ class BaseSocket:
     async def _drop(self) -> None:
         if self._socket is not None:
             socket, self._socket = self._socket, None
-            try:
+            with contextlib.suppress(TimeoutError):
                 async with asyncio.timeout(CLOSE_TIMEOUT_S):
                     await socket.close()
-            except TimeoutError:
-                pass
 
-    async def __aenter__(self) -> Self:
-        return self
 
-    async def __aexit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        await self.close()
+class ServerBaseSocket:
+    """The server's role: clients connect to it, and `send` reaches all of them.
+
+    The daemon's web server stands in its place on the drone (`hawk.web`); this one serves programs that use
+    `MessageSocket("SERVER", ...)` alone.
+    """
+
+    def __init__(self, host: str, port: int, *, path: str = "/ws", token: str | None = None) -> None:
+        """An empty ``host`` is 127.0.0.1; with a ``token``, which clients must then send, all interfaces.
+
+        Raises:
+            ValueError: The address is not loopback and there is no token.
+        """
+        if host and host not in LOOPBACK and not token:
+            raise ValueError(f"host {host!r} can be reached from the network: a token is needed")
+        self._host = host or (None if token else LOOPBACK[0])
+        self._port = port
+        self._path = path
+        self._token = token
+        self._clients: set[web.WebSocketResponse] = set()
+        self._runner: web.AppRunner | None = None
+
+    @property
+    def is_connected(self) -> bool:
+        """True while a client is connected."""
+        return bool(self._clients)
+
+    async def connect(self, timeout_s: float) -> None:
+        """Listen; when already listening, wait for a client. Raises ConnectionTimeout."""
+        if self._runner is None:
+            await self._listen()
+            return
+        try:
+            async with asyncio.timeout(timeout_s):
+                await self._arrived.wait()
+        except TimeoutError as error:
+            raise ConnectionTimeout(f"no client connected to port {self._port} within {timeout_s:g} s") from error
+
+    async def send(self, text: str) -> None:
+        """Send one message to every client. Raises FailedToSend when it reached none."""
+        sends = [client.send_str(text) for client in tuple(self._clients)]
+        results = await asyncio.gather(*sends, return_exceptions=True)
+        if all(isinstance(result, BaseException) for result in results):
+            raise FailedToSend(f"no client is connected to port {self._port}")
+
+    async def receive(self) -> str:
+        """Wait for a message of any client. Raises SocketClosedError when no client is left."""
+        while self._clients or not self._received.empty():
+            text = await self._received.get()
+            if text is not None:
+                return text
+        raise SocketClosedError(f"no client is connected to port {self._port}")
+
+    async def close(self) -> None:
+        """End all connections and stop listening."""
+        runner, self._runner = self._runner, None
+        if runner is not None:
+            await asyncio.gather(*(client.close() for client in tuple(self._clients)), return_exceptions=True)
+            await runner.cleanup()
+
+    async def _listen(self) -> None:
+        self._received: asyncio.Queue[str | None] = asyncio.Queue(1)
+        self._arrived = asyncio.Event()
+        app = web.Application()
+        app.router.add_get(self._path, self._serve)
+        runner = web.AppRunner(app, access_log=None, shutdown_timeout=CLOSE_TIMEOUT_S)
+        await runner.setup()
+        try:
+            await web.TCPSite(runner, self._host, self._port).start()
+        except OSError as error:
+            await runner.cleanup()
+            raise ConnectionTimeout(f"port {self._port} cannot be listened on: {error}") from error
+        self._runner = runner
+
+    async def _serve(self, request: web.Request) -> web.StreamResponse:
+        if "Origin" in request.headers:  # a page of another server in somebody's browser
+            raise web.HTTPForbidden
+        given = request.headers.get("Authorization", "").encode()
+        if self._token and not hmac.compare_digest(given, f"Bearer {self._token}".encode()):
+            raise web.HTTPUnauthorized
+        client = web.WebSocketResponse(heartbeat=PING_INTERVAL_S, max_msg_size=RECEIVE_LIMIT_BYTES)
+        await client.prepare(request)
+        self._clients.add(client)
+        self._arrived.set()
+        try:
+            async for message in client:
+                if message.type is WSMsgType.TEXT:
+                    await self._received.put(message.data)
+        finally:
+            self._clients.discard(client)
+            if not self._clients:
+                self._arrived.clear()
+                with contextlib.suppress(asyncio.QueueFull):  # `receive` then looks again by itself
+                    self._received.put_nowait(None)
+        return client
 
 
 def _refusal(status: int) -> str:

@@ -1,6 +1,6 @@
-"""How the camera sees: from a calibration file (ROS ``camera_info`` YAML) or from a field of view.
+"""Calibration of the camera: from a file (ROS ``camera_info`` YAML) or from a field of view.
 
-The file is what ROS ``camera_calibration`` writes: https://wiki.ros.org/camera_calibration_parsers
+ROS ``camera_calibration`` writes the file: https://wiki.ros.org/camera_calibration_parsers
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class _Matrix(BaseModel):
 
 
 class _CameraInfo(BaseModel):
-    """The keys of a ``camera_info`` file that are used here."""
+    """The used keys of a ``camera_info`` file."""
 
     model_config = ConfigDict(extra="ignore")
 
@@ -72,58 +72,43 @@ class _CameraInfo(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """A camera at the size it was calibrated at (``width`` None: a field of view, good for every size)."""
+    """A camera's calibration. Without ``at`` a field of view, valid for every size of pictures."""
 
-    width: int | None
-    height: int | None
-    fx: float
-    fy: float
-    cx: float
-    cy: float
-    horizontal_fov: float
-    distortion: tuple[float, ...]
     mount: tuple[float, float, float]
+    """Roll, pitch, yaw of the mount, radians."""
+    horizontal_fov: float
+    """Radians; used without ``at`` only."""
+    at: _CameraInfo | None = None
 
     def misfit(self, width: int, height: int) -> str:
-        """Return why pictures of this size do not fit the calibration; empty when they do."""
-        if self.width is None or self.height is None:
-            return ""
-        if abs((width / height) / (self.width / self.height) - 1) <= _ASPECT_TOLERANCE:
+        """Return the reason why pictures of this size (pixels) do not fit; empty when they do."""
+        at = self.at
+        if at is None or abs((width / height) / (at.image_width / at.image_height) - 1) <= _ASPECT_TOLERANCE:
             return ""
         return (
-            f"pictures are {width} x {height}, the calibration is for {self.width} x {self.height}: "
+            f"pictures are {width} x {height}, the calibration is for {at.image_width} x {at.image_height}: "
             "set the camera to that shape or calibrate it again"
         )
 
     def for_size(self, width: int, height: int) -> CameraModel:
         """Return the camera for pictures of this size (pixels); the calibration is scaled to it."""
-        roll, pitch, yaw = self.mount
-        if self.width is None or self.height is None:
+        at = self.at
+        if at is None:
             focal = width / 2 / math.tan(self.horizontal_fov / 2)
-            fx, fy, cx, cy = focal, focal, width / 2, height / 2
-        else:
-            across, down = width / self.width, height / self.height
-            # pixel centres are whole numbers, so that half a pixel is added before scaling
-            cx, cy = (self.cx + 0.5) * across - 0.5, (self.cy + 0.5) * down - 0.5
-            fx, fy = self.fx * across, self.fy * down
-        return CameraModel(width, height, fx, fy, cx, cy, self.distortion, roll, pitch, yaw)
+            return CameraModel(width, height, focal, focal, width / 2, height / 2, (), *self.mount)
+        across, down = width / at.image_width, height / at.image_height
+        fx, _, cx, _, fy, cy = at.camera_matrix.data[:6]
+        # pixel centres are whole numbers: half a pixel is added before scaling
+        cx, cy = (cx + 0.5) * across - 0.5, (cy + 0.5) * down - 0.5
+        distortion = tuple(at.distortion_coefficients.data[:5])
+        return CameraModel(width, height, fx * across, fy * down, cx, cy, distortion, *self.mount)
 
 
 def load_calibration(settings: CameraSettings) -> Calibration:
-    """Return the calibration that the settings name. Raises ConfigError naming file and key."""
-    mount = (
-        math.radians(settings.mount_roll_deg),
-        math.radians(settings.mount_pitch_deg),
-        math.radians(settings.mount_yaw_deg),
-    )
-    if settings.calibration is None:
-        fov = math.radians(settings.horizontal_fov_deg)
-        return Calibration(None, None, 0.0, 0.0, 0.0, 0.0, fov, (), mount)
-    info = _read(settings.calibration)
-    fx, _, cx, _, fy, cy = info.camera_matrix.data[:6]
-    fov = 2 * math.atan(info.image_width / 2 / fx)
-    distortion = tuple(info.distortion_coefficients.data[:5])
-    return Calibration(info.image_width, info.image_height, fx, fy, cx, cy, fov, distortion, mount)
+    """Return the calibration of the settings. Raises ConfigError naming file and key."""
+    mount = tuple(map(math.radians, (settings.mount_roll_deg, settings.mount_pitch_deg, settings.mount_yaw_deg)))
+    info = None if settings.calibration is None else _read(settings.calibration)
+    return Calibration((mount[0], mount[1], mount[2]), math.radians(settings.horizontal_fov_deg), info)
 
 
 def _read(path: Path) -> _CameraInfo:

@@ -4,70 +4,31 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import Protocol
 
 
-class Clock(Protocol):
-    """Seconds that only grow. In a simulation of speed N they pass N times as fast as real ones."""
-
-    def __call__(self) -> float:
-        """Return the time now, seconds."""
-        ...
-
-    @property
-    def speed(self) -> float:
-        """Seconds of this clock per real second."""
-        ...
-
-
-class ScaledClock:
-    """``speed`` x monotonic time, starting at zero: the clock of `--sim --speed N`, and of real flight with speed 1."""
+class Clock:
+    """Seconds from zero on, ``speed`` times as fast as real ones (`--sim --speed N`; 1 in real flight)."""
 
     def __init__(self, speed: float = 1.0, monotonic: Callable[[], float] = time.monotonic) -> None:
+        """Start at zero. Raises ValueError for a speed that is not positive and finite."""
         if not 0 < speed < float("inf"):
             raise ValueError(f"speed must be a positive number, not {speed}")
-        self._speed = speed
+        self.speed = speed
+        """Seconds of this clock per real second."""
         self._monotonic = monotonic
         self._start = monotonic()
 
     def __call__(self) -> float:
-        """Return seconds since the clock was made."""
-        return (self._monotonic() - self._start) * self._speed
-
-    @property
-    def speed(self) -> float:
-        """Seconds of this clock per real second."""
-        return self._speed
-
-
-class ManualClock:
-    """A clock that a test moves by hand."""
-
-    def __init__(self, now: float = 0.0) -> None:
-        self.now = now
-
-    def __call__(self) -> float:
-        """Return the time that was set."""
-        return self.now
-
-    @property
-    def speed(self) -> float:
-        """A hand-moved clock counts as real time."""
-        return 1.0
-
-    def advance(self, seconds: float) -> None:
-        """Move the time forward."""
-        if seconds < 0:
-            raise ValueError("time does not run backwards")
-        self.now += seconds
+        """Return the time now, seconds."""
+        return (self._monotonic() - self._start) * self.speed
 
 
 class OffsetEstimator:
     """Maps a remote clock onto ours by the least delay seen in a sliding window.
 
     A stamp can only arrive late, so the smallest difference of arrival and stamp is the best estimate of the offset
-    (Cristian 1989; as in ROS ``CuckooTimeTranslator``). The window lets it follow drift; a remote clock that jumps
-    back (a reboot) starts it anew.
+    (Cristian 1989; as in ROS ``CuckooTimeTranslator``). The window follows drift; a remote clock that jumps back (a
+    reboot) resets it.
     """
 
     def __init__(self, window_s: float = 30.0, latency_s: float = 0.0) -> None:

@@ -1,7 +1,7 @@
-"""Commands to the autopilot as MAVLink asks for them. Every function may block for the acknowledgement (2 s).
+"""MAVLink commands to the autopilot. Every function may block for the acknowledgement (2 s).
 
-Commands go out by `Link.command` rather than by MAVSDK's Action plugin: that one changes the flight mode on its own
-before arming, and hides the acknowledgement's result.
+Commands go out by `Link.command`, not by MAVSDK's Action plugin: the plugin changes the flight mode before arming, and
+hides the result of the acknowledgement.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import math
 from enum import IntEnum
 
 from hawk.comm.mavlink_link import Link, command_fields, require_finite
-from hawk.comm.rates import Stream
+from hawk.comm.telemetry import Stream
 from hawk.comm.vehicle import AutopilotError
 from hawk.model import CopterMode, mode_name
 
@@ -37,7 +37,7 @@ class MavResult(IntEnum):
     CANCELLED = 6
 
 
-class CommandRefusedError(AutopilotError):
+class NotAcceptedError(AutopilotError):
     """The autopilot's acknowledgement was not ACCEPTED; its reason comes as STATUSTEXT beside it."""
 
 
@@ -64,19 +64,19 @@ def set_mode(link: Link, mode: CopterMode) -> None:
 
 
 def takeoff(link: Link, relative_altitude: float) -> None:
-    """Climb to metres above home. The autopilot takes it armed and in GUIDED only."""
+    """Climb to metres above home. The autopilot accepts it armed and in GUIDED only."""
     if not (math.isfinite(relative_altitude) and relative_altitude > 0):
         raise AutopilotError(f"Takeoff height is {relative_altitude} m: it must be above 0")
     _command(link, "Takeoff", MavCommand.NAV_TAKEOFF, 0, 0, 0, 0, 0, 0, relative_altitude)
 
 
 def kill(link: Link) -> None:
-    """Send one flight termination and do not wait for the answer: whoever kills repeats it until disarmed is seen."""
+    """Send one flight termination and do not wait for the answer: the caller repeats it until disarmed is seen."""
     link.send("COMMAND_LONG", command_fields(MavCommand.DO_FLIGHTTERMINATION, [1]))
 
 
 def ask_rate(link: Link, stream: Stream) -> None:
-    """Ask for a message's rate and do not wait: that it comes is the answer."""
+    """Ask for a message's rate and do not wait: the arriving message is the answer."""
     parameters = [stream.message_id, stream.interval_us]
     link.send("COMMAND_LONG", command_fields(MavCommand.SET_MESSAGE_INTERVAL, parameters))
 
@@ -97,8 +97,8 @@ def position_target(boot_ms: int, place: tuple[float, float, float], yaw: float)
     return fields
 
 
-def _command(link: Link, what: str, command: MavCommand, *parameters: float) -> None:
+def _command(link: Link, name: str, command: MavCommand, *parameters: float) -> None:
     result = link.command(command, [float(value) for value in parameters])
     if result != MavResult.ACCEPTED:
-        name = MavResult(result).name if result in _RESULTS else str(result)
-        raise CommandRefusedError(f"{what} refused: {name.replace('_', ' ').lower()}")
+        reason = MavResult(result).name.replace("_", " ").lower() if result in _RESULTS else str(result)
+        raise NotAcceptedError(f"{name} refused: {reason}")

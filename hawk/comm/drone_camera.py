@@ -1,8 +1,7 @@
-"""Drone Camera (specification, section 7): the camera's pictures with the moment their light was caught.
+"""Drone Camera (specification, section 7): the camera's pictures with their capture times.
 
-It waits for a camera that is absent and finds it again when it went away. The newest picture replaces the one before:
-nothing queues. A picture's time is its sender's stamp mapped onto our clock, else its arrival minus a configured
-latency.
+It waits for a camera that is absent and connects again when it went away. The newest picture replaces the one before:
+nothing queues. A picture's time is its sender's stamp on our clock, else its arrival minus a configured latency.
 """
 
 from __future__ import annotations
@@ -17,24 +16,25 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.comm import jpeg
 from hawk.comm.calibration import Calibration, load_calibration
-from hawk.comm.camera_sources.make import make_source
+from hawk.comm.camera_sources.gstreamer import GStreamerSource
+from hawk.comm.camera_sources.mjpeg import HttpMjpegSource
+from hawk.comm.camera_sources.opencv import OpenCvSource
 from hawk.comm.camera_sources.source import CameraError, CameraSource, SourceFrame
 from hawk.comm.clock import Clock, OffsetEstimator
-from hawk.comm.image import NoImage, decode
-from hawk.config import CameraSettings
+from hawk.comm.image import NoImage, decode, jpeg_size
+from hawk.config import CAMERA_KINDS, CameraSettings, ConfigError
 from hawk.model import CameraModel, Health
 
 _LOG = logging.getLogger(__name__)
 
 STALE_S = 1.0
-"""Seconds without a picture after which the camera counts as unhealthy and `get_image` has none."""
+"""Seconds without a picture after which the camera is unhealthy and `get_image` has none."""
 
 
 @dataclass(frozen=True, slots=True)
 class CameraFrame:
-    """One picture. ``captured`` (when its light was caught) and ``arrived`` are seconds of the daemon's clock."""
+    """One picture. ``captured`` (capture time) and ``arrived`` are seconds of the daemon's clock."""
 
     jpeg: bytes = field(repr=False)
     captured: float
@@ -44,12 +44,20 @@ class CameraFrame:
     height: int
 
 
-class DroneCamera:
-    """The camera under the drone.
+def make_source(settings: CameraSettings, clock: Clock) -> CameraSource:
+    """Return the source for ``settings.url``. Raises ConfigError naming the known kinds."""
+    url = settings.url
+    if url.startswith(("http://", "https://")):
+        return HttpMjpegSource(url, clock)
+    if url.startswith("gst:"):
+        return GStreamerSource(url.removeprefix("gst:"), clock)
+    if url.startswith(("v4l2://", "rtsp://", "rtsps://", "file://")):
+        return OpenCvSource(url, clock)
+    raise ConfigError(f"camera.url: {url!r} is no source of pictures: it must start with {', '.join(CAMERA_KINDS)}")
 
-    ``stamp_clock`` maps the camera's stamps onto our clock where that is known (the simulator stamps by the
-    autopilot's boot clock); it returns None when it cannot. Otherwise the least delay seen counts as the latency.
-    """
+
+class DroneCamera:
+    """The camera under the drone."""
 
     def __init__(
         self,
@@ -58,14 +66,22 @@ class DroneCamera:
         stamp_clock: Callable[[float], float | None] | None = None,
         make: Callable[[CameraSettings, Clock], CameraSource] = make_source,
     ) -> None:
-        """Raises ConfigError when the calibration file cannot be used."""
+        """Load the calibration; nothing is opened before `init`.
+
+        ``stamp_clock`` maps the camera's stamps (seconds) onto our clock where that is known (the simulator stamps by
+        the autopilot's boot clock); None when it cannot. Otherwise the least delay seen is the latency.
+
+        Raises:
+            ConfigError: The calibration file cannot be used.
+        """
         self._settings = settings
         self._clock = clock
         self._stamp_clock = stamp_clock
         self._make = make
         self._calibration: Calibration = load_calibration(settings)
         self._estimator = OffsetEstimator(latency_s=settings.latency_s)
-        self._latest: CameraFrame | None = None
+        self.latest: CameraFrame | None = None
+        """The newest picture, however old."""
         self._given = 0
         self._sequence = 0
         self._problem = "No picture yet"
@@ -82,30 +98,26 @@ class DroneCamera:
     def get_image(self) -> NDArray[np.uint8]:
         """Return the newest picture, (height, width, 3) BGR. Decodes (about 10 ms): call it off the loop.
 
-        Raises NoImage when there is none that is fresh, or when it cannot be decoded.
+        Raises:
+            NoImage: There is no fresh picture, or it cannot be decoded.
         """
-        frame = self._latest
+        frame = self.latest
         if frame is None or self._clock() - frame.arrived > STALE_S * self._clock.speed:
             raise NoImage(self.health.reason or self._problem)
         return decode(frame.jpeg)
 
     async def next_frame(self) -> CameraFrame:
-        """Wait for a picture newer than the last one that this method gave; return the newest."""
-        while self._latest is None or self._latest.sequence <= self._given:
+        """Wait for a picture newer than the last returned one; return the newest."""
+        while self.latest is None or self.latest.sequence <= self._given:
             self._arrived.clear()
             await self._arrived.wait()
-        self._given = self._latest.sequence
-        return self._latest
-
-    @property
-    def latest(self) -> CameraFrame | None:
-        """The newest picture, however old."""
-        return self._latest
+        self._given = self.latest.sequence
+        return self.latest
 
     @property
     def health(self) -> Health:
-        """Whether fresh pictures come that fit the calibration."""
-        frame = self._latest
+        """Healthy while fresh pictures come that fit the calibration."""
+        frame = self.latest
         if frame is None:
             return Health.bad(f"Camera: {self._problem}")
         age = self._clock() - frame.arrived
@@ -116,17 +128,17 @@ class DroneCamera:
 
     @property
     def model(self) -> CameraModel | None:
-        """The camera as it sees the newest picture, None before the first."""
-        frame = self._latest
+        """The camera at the size of the newest picture, None before the first."""
+        frame = self.latest
         return None if frame is None else self._calibration.for_size(frame.width, frame.height)
 
     @property
     def damaged(self) -> int:
-        """Pictures that were dropped because they were not whole."""
+        """Number of damaged pictures that were dropped."""
         return self._damaged + (self._source.torn if self._source is not None else 0)
 
     async def close(self) -> None:
-        """Stop receiving and let go of the camera."""
+        """Stop receiving and release the camera."""
         task, self._task = self._task, None
         if task is not None:
             task.cancel()
@@ -139,36 +151,36 @@ class DroneCamera:
         while True:
             try:
                 self._source = self._source or self._make(self._settings, self._clock)
-                async with aclosing(self._source.frames()) as frames:  # type: ignore[type-var]
+                async with aclosing(self._source.frames()) as frames:
                     async for frame in frames:
                         self._take(frame)
             except CameraError as error:
-                self._tell(str(error))
+                self._report(str(error))
             except Exception as error:  # a broken source must not end the camera
                 _LOG.exception("The camera's source failed")
-                self._tell(f"{type(error).__name__}: {error}")
+                self._report(f"{type(error).__name__}: {error}")
             await asyncio.sleep(self._settings.reconnect_s)
 
     def _take(self, frame: SourceFrame) -> None:
         try:
-            width, height = jpeg.size(frame.jpeg)
+            width, height = jpeg_size(frame.jpeg)
         except ValueError:
             self._damaged += 1
             return
         self._sequence += 1
         self._problem = ""
-        self._latest = CameraFrame(frame.jpeg, self._captured(frame), self._sequence, frame.arrival, width, height)
+        self.latest = CameraFrame(frame.jpeg, self._captured(frame), self._sequence, frame.arrival, width, height)
         self._arrived.set()
 
     def _captured(self, frame: SourceFrame) -> float:
-        """Return when the light was caught; never after the picture's arrival."""
+        """Return the capture time on our clock; never after the picture's arrival."""
         if frame.stamp is None:
             return frame.arrival - self._settings.latency_s
         known = self._stamp_clock(frame.stamp) if self._stamp_clock is not None else None
         estimated = self._estimator.update(frame.stamp, frame.arrival)
         return min(estimated if known is None else known, frame.arrival)
 
-    def _tell(self, problem: str) -> None:
+    def _report(self, problem: str) -> None:
         if problem != self._problem:
             _LOG.warning("Camera: %s; trying again", problem)
         self._problem = problem

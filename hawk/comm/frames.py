@@ -1,30 +1,132 @@
-"""Frames of reference: EKF-local (ArduPilot's own), local (about the arm place) and map (about the datum).
+"""Positions of the autopilot: samples in its own frame, interpolated in time, and the frames of reference.
 
-EKF-local stays inside this room. All three are NED in metres; their axes are taken as parallel, which over a lot's
-kilometre is wrong by less than a centimetre a metre of height and 0.01 degrees of meridian convergence.
+EKF-local is ArduPilot's own frame and stays inside this room. Local has its origin where the drone was armed, map at
+the datum. All three are NED in metres; their axes are taken as parallel, which over a lot's kilometre is wrong by less
+than a centimetre a metre of height and 0.01 degrees of meridian convergence.
 """
 
 from __future__ import annotations
 
+import bisect
+import logging
 import math
+import operator
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Final, TypeVar
 
 import pymap3d
 
-from hawk.comm.pose_buffer import Attitude, EkfPosition
-from hawk.model import ArmPlace, GlobalPose, LocalPose, MapPose
+from hawk.model import ArmPlace, GlobalPose, LandedState, LocalPose, MapPose
 
-JUMP_M = 1.0
-"""EKF-local that moves by more than this against the world has been reset."""
-_CONFIRM = 3
-_AGREE_M = 0.5
+_LOG = logging.getLogger(__name__)
+S = TypeVar("S", "EkfPosition", "Attitude")
+
+REACH_S: Final = 0.3
+"""A moment farther than this from every sample has no pose."""
+JUMP_M: Final = 1.0
+"""EKF-local that moves by more than this against the world was reset."""
+_CONFIRM: Final = 3
+_AGREE_M: Final = 0.5
+_BOOT_MATCH_S: Final = 5
+_FRESH_S: Final = 1.0
+_LANDED_WAIT_S: Final = 3.0
+_PROVISIONAL_MOVE_M: Final = 10.0
+_VECTOR: Final = operator.attrgetter("x", "y", "z", "vx", "vy", "vz")
+
+
+@dataclass(frozen=True, slots=True)
+class EkfPosition:
+    """Position and velocity in EKF-local (NED: x north, y east; metres, m/s) at a moment of our clock."""
+
+    time: float
+    x: float
+    y: float
+    z: float
+    vx: float
+    vy: float
+    vz: float
+
+
+@dataclass(frozen=True, slots=True)
+class Attitude:
+    """Roll, pitch, yaw (radians, NED to FRD) at a moment of our clock."""
+
+    time: float
+    roll: float
+    pitch: float
+    yaw: float
+
+
+def wrap_angle(angle: float) -> float:
+    """Return the same direction in [-pi, pi)."""
+    return (angle + math.pi) % (2 * math.pi) - math.pi
+
+
+class PoseBuffer:
+    """Samples of the last ``keep_s`` seconds, interpolated. Without a near sample there is no answer."""
+
+    def __init__(self, keep_s: float = 5.0) -> None:
+        self._keep = keep_s
+        self._positions: list[EkfPosition] = []
+        self._attitudes: list[Attitude] = []
+
+    def add_position(self, sample: EkfPosition) -> None:
+        """Take a position; one that is not newer than the last is dropped (a repeated or overtaken datagram)."""
+        if not self._positions or sample.time > self._positions[-1].time:
+            self._positions.append(sample)
+            _forget(self._positions, sample.time - self._keep)
+
+    def add_attitude(self, sample: Attitude) -> None:
+        """Take an attitude; one that is not newer than the last is dropped."""
+        if not self._attitudes or sample.time > self._attitudes[-1].time:
+            self._attitudes.append(sample)
+            _forget(self._attitudes, sample.time - self._keep)
+
+    def clear(self) -> None:
+        """Forget all samples: their frame or their clock has changed."""
+        self._positions.clear()
+        self._attitudes.clear()
+
+    @property
+    def latest_position(self) -> EkfPosition | None:
+        """The newest position."""
+        return self._positions[-1] if self._positions else None
+
+    def position_at(self, time: float) -> EkfPosition | None:
+        """Return the position at that moment: linear between samples, by its velocity up to `REACH_S` beyond one."""
+        before, after = _neighbours(self._positions, time)
+        if before is not None and after is not None and after.time - before.time <= 2 * REACH_S:
+            share = (time - before.time) / (after.time - before.time)
+            pairs = zip(_VECTOR(before), _VECTOR(after), strict=True)
+            return EkfPosition(time, *(a + (b - a) * share for a, b in pairs))
+        near = _nearest(before, after, time)
+        if near is None:
+            return None
+        dt = time - near.time
+        return EkfPosition(
+            time, near.x + near.vx * dt, near.y + near.vy * dt, near.z + near.vz * dt, near.vx, near.vy, near.vz
+        )
+
+    def attitude_at(self, time: float) -> Attitude | None:
+        """Return the attitude at that moment: every angle along the shorter arc, held up to `REACH_S` beyond one."""
+        before, after = _neighbours(self._attitudes, time)
+        if before is not None and after is not None and after.time - before.time <= 2 * REACH_S:
+            share = (time - before.time) / (after.time - before.time)
+            return Attitude(
+                time,
+                _between(before.roll, after.roll, share),
+                _between(before.pitch, after.pitch, share),
+                _between(before.yaw, after.yaw, share),
+            )
+        near = _nearest(before, after, time)
+        return None if near is None else Attitude(time, near.roll, near.pitch, near.yaw)
 
 
 def offset_ned(place: GlobalPose, origin: GlobalPose) -> tuple[float, float, float]:
-    """Return where ``place`` lies from ``origin``: metres north, east, down on the tangent plane (WGS-84).
+    """Return the offset of ``place`` from ``origin``: metres north, east, down on the tangent plane (WGS-84).
 
-    Heights are treated as ellipsoidal: only their difference counts.
+    Heights are treated as ellipsoidal: only their difference matters.
     """
     north, east, down = pymap3d.geodetic2ned(
         place.latitude, place.longitude, place.altitude, origin.latitude, origin.longitude, origin.altitude
@@ -33,7 +135,7 @@ def offset_ned(place: GlobalPose, origin: GlobalPose) -> tuple[float, float, flo
 
 
 def place_at(north: float, east: float, origin: GlobalPose, up: float = 0.0) -> GlobalPose:
-    """Return the place that lies so many metres north, east and up of ``origin``."""
+    """Return the place ``north``, ``east`` and ``up`` metres from ``origin``."""
     latitude, longitude, altitude = pymap3d.ned2geodetic(
         north, east, -up, origin.latitude, origin.longitude, origin.altitude
     )
@@ -42,7 +144,7 @@ def place_at(north: float, east: float, origin: GlobalPose, up: float = 0.0) -> 
 
 @dataclass(frozen=True, slots=True)
 class Frames:
-    """The three frames tied together: by the arm place (EKF-local to local) and the datum (local to map)."""
+    """The three frames: the arm place ties EKF-local to local, the datum ties local to map."""
 
     arm: ArmPlace
     datum: GlobalPose
@@ -57,7 +159,7 @@ class Frames:
 
     @property
     def home(self) -> GlobalPose:
-        """The arm place on the globe."""
+        """The arm place (WGS-84)."""
         return GlobalPose(self.arm.latitude, self.arm.longitude, self.arm.altitude)
 
     def local(self, position: EkfPosition, yaw: float) -> LocalPose:
@@ -77,7 +179,7 @@ class Frames:
         )
 
     def world(self, position: EkfPosition) -> GlobalPose:
-        """Return a position on the globe."""
+        """Return a position in WGS-84."""
         local = self.local(position, 0.0)
         return place_at(local.x, local.y, self.home, up=-local.z)
 
@@ -106,14 +208,14 @@ def anchor(position: EkfPosition, here: GlobalPose, place: GlobalPose, boot_id: 
 
 @dataclass(frozen=True, slots=True)
 class FrameJump:
-    """EKF-local moved by ``metres``; ``arm`` is the same place on the globe, tied to it anew."""
+    """EKF-local moved by ``metres``; ``arm`` is the same place on the globe, tied to it again."""
 
     metres: float
     arm: ArmPlace
 
 
 class OffsetWatch:
-    """Watches what ties EKF-local to the globe. A jump counts when three looks in a row agree on it."""
+    """Watches the offset of EKF-local to the globe. A jump is confirmed when three looks in a row agree on it."""
 
     def __init__(self) -> None:
         self._suspects: list[ArmPlace] = []
@@ -121,7 +223,7 @@ class OffsetWatch:
 
     @property
     def sure(self) -> bool:
-        """Whether the last looks agreed with the anchor."""
+        """True when the last looks agreed with the anchor."""
         return self._agreed >= _CONFIRM and not self._suspects
 
     def doubt(self) -> None:
@@ -142,10 +244,110 @@ class OffsetWatch:
         self._suspects.append(found)
         if len(self._suspects) < _CONFIRM:
             return None
-        anew = _mean(self._suspects)
+        moved = _mean(self._suspects)
         self._suspects.clear()
         self._agreed = _CONFIRM
-        return FrameJump(_ekf_distance(anew, arm), anew)
+        return FrameJump(_ekf_distance(moved, arm), moved)
+
+
+class MapTie:
+    """Ties EKF-local to the map: keeps the datum, the arm place and the `Frames` made of them."""
+
+    def __init__(self) -> None:
+        self.frames: Frames | None = None
+        """None before there is an arm place."""
+        self.datum: GlobalPose | None = None
+        """Origin of the map frame."""
+        self.home: GlobalPose | None = None
+        """Home as the autopilot reports it."""
+        self.watch = OffsetWatch()
+        self._provisional: GlobalPose | None = None
+        self._restored: ArmPlace | None = None
+        self._armed_at: float | None = None  # armed at this moment and not anchored yet
+        self._was_armed_at_start = False
+
+    def set_datum(self, datum: GlobalPose | None) -> None:
+        """Set the map frame's origin; None: the next arm place becomes it."""
+        self.datum = datum
+        if datum is None:
+            self.frames = None
+        elif self.frames is not None:
+            self.frames = Frames.create(self.frames.arm, datum)
+
+    @property
+    def fence_origin(self) -> GlobalPose | None:
+        """The datum; before there is one the provisional origin: the drone's place, to within 10 m."""
+        return self.datum or self._provisional
+
+    def armed(self, time: float, *, at_start: bool) -> None:
+        """Anchor from now on. ``at_start``: "armed" came with the first HEARTBEAT of this run."""
+        self._armed_at = time
+        self._was_armed_at_start = at_start
+
+    def disarmed(self) -> None:
+        """Stop looking for the arm place."""
+        self._armed_at = None
+
+    def rebooted(self) -> None:
+        """Forget everything but the datum: EKF-local is another one."""
+        self.watch = OffsetWatch()
+        self.frames = self.home = self._armed_at = None
+
+    def keep(self, place: ArmPlace) -> None:
+        """Keep the arm place of an earlier run until the autopilot's boot is known."""
+        self._restored = place
+
+    def restore(self, boot_id: int) -> ArmPlace | None:
+        """Return the kept arm place, tied to the map, if it belongs to this boot and nothing newer is known."""
+        place, self._restored = self._restored, None
+        if place is None or self.frames is not None:
+            return None
+        if abs(place.boot_id - boot_id) > _BOOT_MATCH_S:
+            _LOG.info("The arm place of the earlier run is void: the autopilot has booted since")
+            return None
+        return self._tie(place)
+
+    def move_provisional(self, here: GlobalPose, *, armed: bool) -> None:
+        """Follow the drone with the provisional origin, in steps of 10 m and not while it is armed."""
+        old = self._provisional
+        if old is None or (not armed and math.hypot(*offset_ned(here, old)[:2]) > _PROVISIONAL_MOVE_M):
+            self._provisional = here
+
+    def anchor(
+        self, position: EkfPosition, here: GlobalPose, landed: LandedState, boot_id: int, now: float
+    ) -> ArmPlace | None:
+        """Tie the frames after arming: to ``here`` if the drone stands, else to home as the autopilot reports it.
+
+        ``position`` and ``here`` are the same moment's place in EKF-local and on the globe. Return a new arm place.
+        """
+        armed_at = self._armed_at
+        if armed_at is None:
+            return None
+        if self._was_armed_at_start and self.frames is not None:
+            self._armed_at = None  # restored from the journal
+            return None
+        if landed is LandedState.UNDEFINED and now - armed_at < _LANDED_WAIT_S:
+            return None
+        place = here if landed is LandedState.ON_GROUND else self.home
+        if place is None or position.time < armed_at - _FRESH_S:
+            return None
+        self._armed_at = None
+        return self._tie(anchor(position, here, place, boot_id))
+
+    def look(self, position: EkfPosition, here: GlobalPose) -> FrameJump | None:
+        """Compare EKF-local with the globe; return a jump when it was confirmed and the frames are anchored again."""
+        if self.frames is None or self._armed_at is not None:
+            return None
+        jump = self.watch.look(self.frames.arm, position, here)
+        if jump is not None:
+            self._tie(jump.arm)
+        return jump
+
+    def _tie(self, arm: ArmPlace) -> ArmPlace:
+        if self.datum is None:
+            self.datum = GlobalPose(arm.latitude, arm.longitude, arm.altitude)
+        self.frames = Frames.create(arm, self.datum)
+        return arm
 
 
 def _ekf_distance(first: ArmPlace, second: ArmPlace) -> float:
@@ -160,3 +362,22 @@ def _mean(places: Sequence[ArmPlace]) -> ArmPlace:
         ekf_y=sum(place.ekf_y for place in places) / count,
         ekf_z=sum(place.ekf_z for place in places) / count,
     )
+
+
+def _between(first: float, second: float, share: float) -> float:
+    return wrap_angle(first + wrap_angle(second - first) * share)
+
+
+def _neighbours(samples: Sequence[S], time: float) -> tuple[S | None, S | None]:
+    index = bisect.bisect_right(samples, time, key=lambda sample: sample.time)
+    return (samples[index - 1] if index else None, samples[index] if index < len(samples) else None)
+
+
+def _nearest(before: S | None, after: S | None, time: float) -> S | None:
+    near = [sample for sample in (before, after) if sample is not None and abs(sample.time - time) <= REACH_S]
+    return min(near, key=lambda sample: abs(sample.time - time)) if near else None
+
+
+def _forget(samples: list[S], before: float) -> None:
+    index = bisect.bisect_left(samples, before, key=lambda sample: sample.time)
+    del samples[:index]

@@ -1,8 +1,8 @@
 """The MAVLink link to one autopilot. Secret: MAVSDK's native binding, its threads and its failures.
 
-Messages go in and out by MAVSDK's ``mavlink_direct`` plugin, which keeps what its other plugins drop: time stamps,
-``custom_mode`` and the acknowledgement's own result. Every call of `MavsdkLink` may block and belongs on a thread;
-`on_message` is called on MAVSDK's thread.
+Messages go in and out by MAVSDK's ``mavlink_direct`` plugin; its other plugins drop time stamps, ``custom_mode`` and
+the acknowledgement's own result. Every call of `Link` may block and belongs on a thread; ``on_message`` is
+called on MAVSDK's thread.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import math
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 from mavsdk.exceptions import MavsdkError
 from mavsdk.logging import LogLevel, log_subscribe, log_unsubscribe
@@ -33,7 +33,7 @@ _LEVELS = {
 }
 
 GROUND_STATION_COMPONENT = 190
-"""MAV_COMP_ID_MISSIONPLANNER: what ground stations call themselves."""
+"""MAV_COMP_ID_MISSIONPLANNER, the id of ground stations."""
 AUTOPILOT_COMPONENT = 1
 """MAV_COMP_ID_AUTOPILOT1."""
 
@@ -60,51 +60,6 @@ class SensorHealth:
     home_position_ok: bool = False
 
 
-class Link(Protocol):
-    """What commands and parameters need of a link. Every method may block, except where it says otherwise."""
-
-    def send(self, name: str, fields: Mapping[str, Any]) -> None:
-        """Send one message to the autopilot and do not wait. Raises AutopilotError when it did not get out."""
-        ...
-
-    def command(self, command: int, parameters: Sequence[float] = ()) -> int:
-        """Send a COMMAND_LONG, wait for its acknowledgement and return its MAV_RESULT. Raises AutopilotError."""
-        ...
-
-    def upload_fence(self, polygon: Sequence[tuple[float, float]]) -> None:
-        """Upload an inclusion polygon of (latitude, longitude). Raises AutopilotError."""
-        ...
-
-
-class AutopilotLink(Link, Protocol):
-    """A link with its life: it is opened, an autopilot is found on it, it goes away and comes back."""
-
-    @property
-    def found(self) -> bool:
-        """Whether an autopilot was ever found on the link."""
-        ...
-
-    def open(self) -> None:
-        """Open the connection if it is not open. Raises AutopilotError."""
-        ...
-
-    def find(self, timeout_s: float) -> bool:
-        """Wait so long for the first heartbeat of an autopilot."""
-        ...
-
-    def reopen(self) -> None:
-        """Close the connection and open it again. Raises AutopilotError."""
-        ...
-
-    def close(self) -> None:
-        """End the link and its threads. Idempotent."""
-        ...
-
-    def sensor_health(self) -> SensorHealth:
-        """Return the summary of SYS_STATUS. Does not block."""
-        ...
-
-
 OnMessage = Callable[[Message], None]
 
 
@@ -116,18 +71,16 @@ def require_finite(values: Mapping[str, Any]) -> None:
 
 
 def command_fields(command: int, parameters: Sequence[float]) -> dict[str, Any]:
-    """Return the fields of a COMMAND_LONG; what is not given is zero, never NaN. The link adds the target system."""
+    """Return the fields of a COMMAND_LONG; missing parameters are zero, never NaN. The link adds the target system."""
     padded = [float(value) for value in parameters] + [0.0] * (7 - len(parameters))
     fields: dict[str, Any] = {f"param{index}": value for index, value in enumerate(padded, start=1)}
     return fields | {"command": command, "confirmation": 0}
 
 
-class MavsdkLink:
-    """One MAVSDK instance with one connection, found again however often it goes away."""
+class Link:
+    """One MAVSDK instance with one connection. Every method may block, except `sensor_health`."""
 
-    def __init__(
-        self, url: str, system_id: int, clock: Callable[[], float], on_message: Callable[[Message], None]
-    ) -> None:
+    def __init__(self, url: str, system_id: int, clock: Callable[[], float], on_message: OnMessage) -> None:
         self._url = url
         self._system_id = system_id
         self._clock = clock
@@ -140,11 +93,8 @@ class MavsdkLink:
         self._geofence: Geofence | None = None
         self._telemetry: Telemetry | None = None
         self._closed = False
-
-    @property
-    def found(self) -> bool:
-        """Whether an autopilot was ever found on the link."""
-        return self._direct is not None
+        self.found = False
+        """True once an autopilot was found on the link."""
 
     def open(self) -> None:
         """Start MAVSDK and open the connection. Raises AutopilotError with the URL when it cannot be opened."""
@@ -162,7 +112,7 @@ class MavsdkLink:
                 raise AutopilotError(f"autopilot.url {self._url!r} cannot be opened: {error}") from error
 
     def find(self, timeout_s: float) -> bool:
-        """Wait so long for the first heartbeat of an autopilot; subscribe to it when it comes."""
+        """Wait for the first heartbeat of an autopilot and subscribe to it; return False when none came in time."""
         mavsdk = self._mavsdk
         if mavsdk is None or self._closed:
             return False
@@ -170,14 +120,15 @@ class MavsdkLink:
         if system is None:
             return False
         with self._lock:
-            if self._closed or self._direct is not None:
-                return self._direct is not None
+            if self._closed or self.found:
+                return self.found
             self._system = system
             self._telemetry = Telemetry(system)
             self._geofence = Geofence(system)
             direct = MavlinkDirect(system)
             direct.subscribe_message("", self._receive)
             self._direct = direct
+            self.found = True
         return True
 
     def reopen(self) -> None:
@@ -189,17 +140,18 @@ class MavsdkLink:
         self.open()
 
     def close(self) -> None:
-        """End MAVSDK and its threads. Idempotent."""
+        """End MAVSDK and its threads. Closing twice is no error."""
         with self._lock:
             self._closed = True
             mavsdk, self._mavsdk = self._mavsdk, None
             self._direct = self._geofence = self._telemetry = self._system = self._connection = None
+            self.found = False
         if mavsdk is not None:
             mavsdk.destroy()
             log_unsubscribe()
 
     def send(self, name: str, fields: Mapping[str, Any]) -> None:
-        """Send one message and do not wait (0.2 ms over UDP). Raises AutopilotError when it did not get out."""
+        """Send one message and do not wait (0.2 ms over UDP). Raises AutopilotError when it could not be sent."""
         require_finite(fields)
         direct, target = self._target()
         try:
@@ -221,7 +173,7 @@ class MavsdkLink:
             raise AutopilotError(f"The autopilot's answer cannot be read: {error}") from error
 
     def upload_fence(self, polygon: Sequence[tuple[float, float]]) -> None:
-        """Upload an inclusion polygon of (latitude, longitude) in place of what was there."""
+        """Replace the fence by an inclusion polygon of (latitude, longitude) in degrees. Raises AutopilotError."""
         geofence = self._geofence
         if geofence is None:
             raise AutopilotError("No autopilot found yet")
@@ -246,12 +198,6 @@ class MavsdkLink:
             )
         except RuntimeError:  # destroyed meanwhile
             return SensorHealth()
-
-    @property
-    def target_system(self) -> int:
-        """System id of the autopilot, 1 before it is found."""
-        system = self._system
-        return int(system.get_system_id()) if system is not None else 1
 
     def _target(self) -> tuple[MavlinkDirect, int]:
         direct, system = self._direct, self._system

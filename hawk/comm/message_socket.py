@@ -1,38 +1,32 @@
-"""Message Socket (specification, section 6): strings between drone and operator, in order, whole.
+"""Message Socket (specification, section 6): strings between drone and operator, whole and in order.
 
-`MessageSocket` has the specification's access programs for both roles. The operator's role runs over a WebSocket on a
-loop thread of its own, so that it works from plain Python; `hawk.comm.async_message_socket` is the same for asyncio.
-The server's role stands on a transport that is given to it; `ServerMessageSocket` adds what the daemon needs: answers
-by client, and Hold, Kill Request and Kill past the queue.
+`MessageSocket` has the specification's access programs for both roles. It runs on a loop thread of its own, so plain
+Python can use it; `hawk.comm.async_message_socket` is the same for asyncio. `ServerMessageSocket` is the server's role
+inside the daemon: the web server carries its strings, and it adds answers by client, and Hold, Kill Request and Kill
+past the queue.
 """
 
 from __future__ import annotations
 
+import asyncio
+import contextlib
 import threading
 from collections import deque
 from collections.abc import Callable
-from typing import Final, Literal, Protocol
+from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
+from typing import Final, Literal
 
-from hawk.comm.base_socket import BaseSocket, ConnectionTimeout, FailedToSend
+from hawk.comm.async_message_socket import RETRY_S, AsyncMessageSocket
+from hawk.comm.base_socket import BaseSocket, ConnectionTimeout, FailedToSend, ServerBaseSocket
 from hawk.comm.messages import Ack, BadMessageError, Command, Hold, Kill, KillRequest, Outgoing, parse_command
 from hawk.comm.status import ClientId, CommandHandler
+from hawk.comm.threads import LoopThread
 
-__all__ = [
-    "ConnectionTimeout",
-    "FailedToSend",
-    "Gate",
-    "MessageSocket",
-    "NoMessagesError",
-    "Role",
-    "ServerMessageSocket",
-    "ServerTransport",
-    "Transport",
-]
-
-Role = Literal["SERVER", "OPERATOR"]
+__all__ = ["ConnectionTimeout", "FailedToSend", "Gate", "MessageSocket", "NoMessagesError", "ServerMessageSocket"]
 
 QUEUE_LIMIT: Final = 256
-"""Messages that wait at most; the next one is answered with an error."""
+"""Messages that wait at most; a server answers the next command with an error."""
+CLOSE_TIMEOUT_S: Final = 3.0
 URGENT: Final = (Hold, KillRequest, Kill)
 """Commands that pass the queue."""
 
@@ -43,92 +37,81 @@ class NoMessagesError(Exception):
 
 Gate = Callable[[ClientId, Command], Outgoing | None]
 """Answers a command that is not for the operations manager, or that this client may not give; None lets it through."""
-
-
-class Transport(Protocol):
-    """What carries the strings. Every method may be called from any thread that calls the socket."""
-
-    def open(self, on_message: Callable[[str], None]) -> None:
-        """Connect, or begin to listen; ``on_message`` is called with each string. Raises ConnectionTimeout."""
-        ...
-
-    def send(self, text: str) -> None:
-        """Send and return when it is on its way. Raises FailedToSend."""
-        ...
-
-    def post(self, text: str) -> None:
-        """Send in the background. Raises FailedToSend when too many messages wait."""
-        ...
-
-    @property
-    def is_connected(self) -> bool:
-        """Whether there is anyone on the other side."""
-        ...
-
-    def close(self) -> None:
-        """End it."""
-        ...
-
-
-class ServerTransport(Transport, Protocol):
-    """A transport with several clients on the other side."""
-
-    def send_to(self, client: ClientId, text: str) -> None:
-        """Send to one client in the background; one that has gone is no error. Never blocks."""
-        ...
+SendTo = Callable[[ClientId, str], None]
+"""Sends to one client in the background; one that has left is no error."""
 
 
 class MessageSocket:
-    """The specification's Message Socket: ``in_type`` "SERVER" (drone) or "OPERATOR" (client)."""
+    """The specification's Message Socket, for programs without asyncio.
+
+    After `init` a lost connection is restored in the background. After a failed `init`, `send_message_sync` tries to
+    connect again (specification 6.4.4).
+    """
 
     def __init__(
         self,
-        in_type: Role,
+        in_type: Literal["SERVER", "OPERATOR"],
         in_host: str,
         in_port: int,
-        transport: Transport | None = None,
         *,
         timeout_s: float = 5.0,
         token: str | None = None,
         queue_limit: int = QUEUE_LIMIT,
     ) -> None:
-        """Raises ValueError for another type, or a server without a transport. ``in_host`` is empty for a server."""
+        """Keep the address; nothing is opened before `init`.
+
+        Args:
+            in_type: "SERVER" (drone) or "OPERATOR" (client).
+            in_host: The drone's address; a server listens on it (empty: see `ServerBaseSocket`).
+            in_port: TCP port.
+            timeout_s: Real seconds to wait for a connection, and for a client before a server's message fails.
+            token: Bearer token that a client sends and a server demands.
+            queue_limit: Received messages that wait at most; a full queue holds the sender up.
+
+        Raises:
+            ValueError: Another ``in_type``, or a server that the network could reach without a token.
+        """
         if in_type not in ("SERVER", "OPERATOR"):
             raise ValueError(f'in_type must be "SERVER" or "OPERATOR", not {in_type!r}')
-        if transport is None and in_type == "SERVER":
-            raise ValueError("transport: a SERVER socket needs one (hawk.web.hub.ClientHub)")
         self.type = in_type
         self.host = in_host
         self.port = in_port
+        is_server = in_type == "SERVER"
+        self._base = (ServerBaseSocket if is_server else BaseSocket)(in_host, in_port, token=token)
+        self._retry_s = (0.0,) if is_server else RETRY_S  # a server waits for clients; it does not look for them
+        self._timeout = timeout_s
         self._received: deque[str] = deque()
         self._limit = queue_limit
         self._room = threading.Condition()
-        self._opened = False
-        self._closed = False
-        if transport is None:
-            # Imported here: the daemon has no use for the loop thread of a client.
-            from hawk.comm.client_transport import ClientTransport
-
-            transport = ClientTransport(BaseSocket(in_host, in_port, token=token), timeout_s=timeout_s)
-        self._transport = transport
+        self._initialised = False
+        self._opening = threading.Lock()
+        self._thread: LoopThread | None = None
+        self._socket: AsyncMessageSocket | None = None
+        self._pump: Future[None] | None = None
 
     def init(self) -> None:
-        """Connect (client) or be ready for clients (server). Raises ConnectionTimeout."""
-        if self._opened:
-            self.close()
+        """Connect (client) or listen (server), with empty queues. Raises ConnectionTimeout."""
+        self.close()
         with self._room:
             self._received.clear()
-            self._closed = False
-        self._opened = True
-        self._transport.open(self._put)
+            self._initialised = True
+        self._open()
 
     def send_message_sync(self, x: str) -> None:
-        """Send and block until it is sent; connects again first when not connected. Raises FailedToSend."""
-        self._transport.send(x)
+        """Send and block until it is sent; connect first when not connected. Raises FailedToSend."""
+        with self._opening:
+            if self._initialised and self._thread is None:
+                try:
+                    self._open()
+                except ConnectionTimeout as error:
+                    raise FailedToSend(str(error)) from error
+        thread, socket = self._running()
+        thread.call(socket.send_message(x))
 
     def send_message_async(self, x: str) -> None:
-        """Send in the background. Raises FailedToSend only when too many messages wait already."""
-        self._transport.post(x)
+        """Send in the background. Raises FailedToSend when not initialised, or when too many messages wait already."""
+        thread, socket = self._running()
+        thread.call(_post(socket, x))
 
     def get_message(self) -> str:
         """Return the oldest message that was not taken yet. Raises NoMessagesError when there is none."""
@@ -140,41 +123,78 @@ class MessageSocket:
         return text
 
     def is_connected(self) -> bool:
-        """Return whether a connection is established."""
-        return self._transport.is_connected
+        """Return True while a connection is established (server: while a client is connected)."""
+        return self._socket is not None and self._socket.is_connected
 
     def close(self) -> None:
-        """Close the connection."""
+        """Close the connection and end the threads. Closing twice is no error."""
         with self._room:
-            self._closed = True
+            self._initialised = False
             self._room.notify_all()
-        self._transport.close()
+        self._stop()
+
+    def _open(self) -> None:
+        """Start the thread and connect. Raises ConnectionTimeout, and leaves no thread behind then."""
+        self._thread = LoopThread("message-socket")
+        try:
+            self._socket = self._thread.call(self._connect())
+        except BaseException:
+            self._stop()
+            raise
+        self._pump = self._thread.begin(self._forward(self._socket))
+
+    def _stop(self) -> None:
+        thread, self._thread = self._thread, None
+        socket, self._socket = self._socket, None
+        pump, self._pump = self._pump, None
+        if thread is None:
+            return
+        if pump is not None:
+            pump.cancel()
+        with contextlib.suppress(TimeoutError, CancelledError):
+            thread.call((socket or self._base).close(), CLOSE_TIMEOUT_S)
+        thread.stop()
+
+    async def _connect(self) -> AsyncMessageSocket:
+        socket = AsyncMessageSocket(self._base, timeout_s=self._timeout, retry_s=self._retry_s)
+        await socket.init()
+        return socket
+
+    async def _forward(self, socket: AsyncMessageSocket) -> None:
+        """Hand messages over on a thread of their own: a full queue blocks there, not on the loop."""
+        loop = asyncio.get_running_loop()
+        with ThreadPoolExecutor(1, thread_name_prefix="message-socket-queue") as executor:
+            while True:
+                await loop.run_in_executor(executor, self._put, await socket.get_message())
 
     def _put(self, text: str) -> None:
-        """Keep a message; a full queue holds the sender up (TCP passes that on), so that nothing is lost."""
+        """Keep a message; a full queue holds the sender up (TCP passes that on), so nothing is lost."""
         with self._room:
-            self._room.wait_for(lambda: len(self._received) < self._limit or self._closed)
-            if not self._closed:
+            self._room.wait_for(lambda: len(self._received) < self._limit or not self._initialised)
+            if self._initialised:
                 self._received.append(text)
 
+    def _running(self) -> tuple[LoopThread, AsyncMessageSocket]:
+        if self._thread is None or self._socket is None:
+            raise FailedToSend("the socket is not open; call init() first")
+        return self._thread, self._socket
 
-class ServerMessageSocket(MessageSocket):
-    """The drone's role in the daemon: `feed` by the web server, `receive` and `reply` by the operations manager.
 
-    Lives on the loop; nothing in it blocks.
+class ServerMessageSocket:
+    """The drone's Message Socket in the daemon: `feed` by the web server, `receive` and `reply` by the manager.
+
+    Lives on the loop; nothing in it blocks. The web server listens, accepts and closes.
     """
 
-    def __init__(
-        self, transport: ServerTransport, gate: Gate | None = None, port: int = 3000, *, queue_limit: int = QUEUE_LIMIT
-    ) -> None:
-        super().__init__("SERVER", "", port, transport, queue_limit=queue_limit)
-        self._clients = transport
+    def __init__(self, send_to: SendTo, gate: Gate | None = None, *, queue_limit: int = QUEUE_LIMIT) -> None:
+        self._send_to = send_to
         self._gate = gate
+        self._limit = queue_limit
         self._commands: deque[tuple[ClientId, Command]] = deque()
         self._handler: CommandHandler | None = None
 
     def attach(self, handler: CommandHandler) -> None:
-        """Name who acts on Hold, Kill Request and Kill at once."""
+        """Set the handler that acts on Hold, Kill Request and Kill at once."""
         self._handler = handler
 
     def feed(self, client: ClientId, text: str) -> None:
@@ -189,7 +209,7 @@ class ServerMessageSocket(MessageSocket):
             self.reply(client, answer)
         elif isinstance(command, URGENT):
             self.reply(client, self._act_now(client, command))
-        elif len(self._commands) >= self._limit:
+        elif sum(sender == client for sender, _ in self._commands) >= self._limit:
             reason = f"{self._limit} commands are waiting; send it again in a moment"
             self.reply(client, Ack(id=command.id, accepted=False, reason=reason))
         else:
@@ -201,18 +221,15 @@ class ServerMessageSocket(MessageSocket):
         self._commands.clear()
         return taken
 
-    def get_message(self) -> str:
-        """Take the oldest command alone, as its string. Raises NoMessagesError when none waits."""
-        if not self._commands:
-            raise NoMessagesError("no message has come")
-        _, command = self._commands.popleft()
-        return command.model_dump_json(by_alias=True)
-
     def reply(self, client: ClientId, message: Outgoing) -> None:
-        """Answer one client; a client that has gone is no error. Never blocks."""
-        self._clients.send_to(client, message.to_json())
+        """Answer one client; a client that has left is no error."""
+        self._send_to(client, message.to_json())
 
     def _act_now(self, client: ClientId, command: Command) -> Outgoing:
         if self._handler is None:
             return Ack(id=command.id, accepted=False, reason="The drone is starting; send it again.")
-        return self._handler.handle_now(client, command)
+        return self._handler(client, command)
+
+
+async def _post(socket: AsyncMessageSocket, text: str) -> None:
+    socket.post_message(text)

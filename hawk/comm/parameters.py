@@ -1,7 +1,7 @@
-"""The autopilot's parameters by PARAM_REQUEST_READ and PARAM_SET, many at once, each with the type that it gave.
+"""The autopilot's parameters by PARAM_REQUEST_READ and PARAM_SET, several at once, each with the autopilot's type.
 
-MAVSDK's Param plugin asks one at a time, takes 3 s for a name that does not exist, and writes a value of the wrong
-type before it complains; here a set is refused before it is sent.
+MAVSDK's Param plugin asks one at a time, takes 3 s for an unknown name, and writes a value of the wrong type before it
+complains; here such a value is refused before it is sent.
 """
 
 from __future__ import annotations
@@ -31,28 +31,29 @@ TRIES = 4
 NAME_CHARACTERS = 16
 
 
-class Parameters:
-    """Reads and sets parameters; keeps what the autopilot told. Lives on the loop."""
+class AutopilotParameters:
+    """Reads and sets parameters; keeps the read values. Lives on the loop."""
 
     def __init__(self, send: Send, answer_s: float = 0.5) -> None:
+        """Begin with nothing read. ``answer_s``: real seconds until a request is repeated."""
         self._send = send
-        self._answer_s = answer_s  # real seconds until a request is repeated
+        self._answer_s = answer_s
         self._values: dict[str, float | int] = {}
         self._types: dict[str, int] = {}
         self._waiters: dict[str, set[asyncio.Future[float | int]]] = {}
 
     @property
     def values(self) -> Mapping[str, float | int]:
-        """Everything read so far."""
+        """Values read since the autopilot booted."""
         return MappingProxyType(self._values)
 
     def forget(self) -> None:
-        """The autopilot has booted: what was read may be wrong."""
+        """Forget all values: the autopilot has booted."""
         self._values.clear()
         self._types.clear()
 
     def take(self, fields: Mapping[str, Any]) -> None:
-        """Take a PARAM_VALUE."""
+        """Take a PARAM_VALUE; a malformed one is dropped."""
         name, value, kind = fields.get("param_id"), fields.get("param_value"), fields.get("param_type")
         if not isinstance(name, str) or not isinstance(value, (int, float)) or not isinstance(kind, int):
             return
@@ -66,20 +67,20 @@ class Parameters:
                 waiter.set_result(typed)
 
     async def read_many(self, names: Iterable[str]) -> dict[str, float | int | None]:
-        """Read parameters side by side; None for those that the autopilot does not have (or never answered)."""
+        """Read parameters concurrently; None for those that the autopilot does not have or did not answer."""
         wanted = list(dict.fromkeys(names))
         found = await asyncio.gather(*(self._read(name) for name in wanted))
         return dict(zip(wanted, found, strict=True))
 
     async def get(self, name: str) -> float | int:
-        """Read one parameter. Raises AutopilotError when the autopilot does not have it."""
+        """Read one parameter. Raises AutopilotError when the autopilot does not answer for it."""
         value = await self._read(name)
         if value is None:
             raise AutopilotError(f"{name}: the autopilot does not answer for a parameter of this name")
         return value
 
     async def set(self, name: str, value: float) -> None:
-        """Set one parameter with the autopilot's own type and check what it says it is now. Raises AutopilotError."""
+        """Set one parameter with the autopilot's own type and check the answer. Raises AutopilotError."""
         if not math.isfinite(value):
             raise AutopilotError(f"{name}: {value} is not a finite number: not sent")
         if name not in self._types:

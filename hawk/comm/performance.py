@@ -1,16 +1,61 @@
-"""How fast the daemon is, over the last minute: what /api/performance and the benchmarks show."""
+"""Speed of the daemon over the last minute: the event loop's lag, frames, ticks. For metrics and benchmarks."""
 
 from __future__ import annotations
 
+import asyncio
 import math
+import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
-from hawk.comm.loop_lag import LoopLag
-
+INTERVAL_S = 0.010
+"""Real seconds between two samples of the loop's lag."""
+LAG_SAMPLES = 6000
+"""Samples kept: one minute."""
 WINDOW_S = 60.0
-"""Seconds of the daemon's clock that are looked back on."""
+"""Seconds of the daemon's clock that the figures cover."""
+
+
+@dataclass(frozen=True, slots=True)
+class LagSummary:
+    """Real milliseconds that a 10 ms timer came late, over the last minute; None before the first sample."""
+
+    p50_ms: float | None
+    p99_ms: float | None
+    max_ms: float | None
+    samples: int
+
+
+class LoopLag:
+    """Samples the lag of the running loop until it is cancelled."""
+
+    def __init__(self, monotonic: Callable[[], float] = time.perf_counter, window: int = LAG_SAMPLES) -> None:
+        self._monotonic = monotonic
+        self._samples: deque[float] = deque(maxlen=window)
+
+    async def run(self) -> None:
+        """Sample until cancelled."""
+        while True:
+            before = self._monotonic()
+            await asyncio.sleep(INTERVAL_S)
+            self.add(self._monotonic() - before - INTERVAL_S)
+
+    def add(self, lag_s: float) -> None:
+        """Take one sample, seconds."""
+        self._samples.append(max(0.0, lag_s) * 1e3)
+
+    def summary(self) -> LagSummary:
+        """Return the percentiles of the window."""
+        if not self._samples:
+            return LagSummary(None, None, None, 0)
+        ordered = sorted(self._samples)
+        p99 = ordered[min(len(ordered) - 1, int(len(ordered) * 0.99))]
+        return LagSummary(ordered[len(ordered) // 2], p99, ordered[-1], len(ordered))
+
+    def latest_ms(self) -> float:
+        """Return the newest sample, 0 before the first."""
+        return self._samples[-1] if self._samples else 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,10 +73,6 @@ class PerformanceSummary:
     steps_p50_ms: dict[str, float]
     tick_p99_ms: float | None
 
-    def to_dict(self) -> dict[str, object]:
-        """Return the figures for JSON."""
-        return asdict(self)
-
 
 class Performance:
     """Collects what happens to frames and ticks; everything is called on the loop."""
@@ -44,11 +85,11 @@ class Performance:
         self._ticks: deque[float] = deque(maxlen=1200)
 
     def frame_received(self) -> None:
-        """Count a picture that the camera gave."""
+        """Count a picture of the camera."""
         self._received.append(self._clock())
 
     def frame_published(self, captured: float, timings: tuple[tuple[str, float], ...]) -> None:
-        """Take the capture time of a frame whose results are published at this moment, and its milliseconds by step."""
+        """Take the capture time (daemon's clock) and milliseconds by step of a frame that is published now."""
         now = self._clock()
         self._fused.append((now, (now - captured) * 1e3, timings))
 
@@ -72,9 +113,9 @@ class Performance:
         received, fused = len(self._received), len(self._fused)
         span = self._fused[-1][0] - self._fused[0][0] if fused > 1 else 0.0
         return PerformanceSummary(
-            loop_lag_p50_ms=_finite(lag.p50_ms),
-            loop_lag_p99_ms=_finite(lag.p99_ms),
-            loop_lag_max_ms=_finite(lag.max_ms),
+            loop_lag_p50_ms=lag.p50_ms,
+            loop_lag_p99_ms=lag.p99_ms,
+            loop_lag_max_ms=lag.max_ms,
             frame_to_map_p50_ms=percentile(latencies, 50),
             frame_to_map_p95_ms=percentile(latencies, 95),
             vision_fps=(fused - 1) / span if span > 0 else None,
@@ -105,7 +146,3 @@ def percentile(values: list[float], percent: float) -> float | None:
         return None
     ordered = sorted(values)
     return ordered[min(len(ordered) - 1, max(0, math.ceil(len(ordered) * percent / 100) - 1))]
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

@@ -1,16 +1,20 @@
-"""Where the operations manager and the operator's side meet: what the drone tells, and who holds control.
+"""Status and heartbeat of the drone, and the base classes of its messages.
 
-The manager publishes one `DroneStatus` for everybody; the web server makes each client's Heartbeat of it, adding what
-that client has not been sent yet of the map, the log and the trail.
+The operations manager publishes one `DroneStatus`. Its parts make the heartbeat's shared part, encoded once for all
+clients; the web server adds each client's own part (`ClientHeartbeat`): control, and the changes of map, log and trail
+that this client has not received yet.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal, Protocol
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Annotated, Any, Literal, Protocol
 
-from hawk.comm.fence_messages import FenceSetup
-from hawk.comm.messages import CheckItem, Command, CommandOption, HealthItem, LogEntry, Outgoing
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
+
 from hawk.model import HealthStatus, MapPoint, StateName, UserError
 
 ClientId = str
@@ -19,117 +23,392 @@ ClientId = str
 KillState = Literal["none", "sending", "confirmed", "not confirmed"]
 
 
-@dataclass(frozen=True, slots=True)
-class DroneStatus:
-    """All of `hawk.comm.messages.Heartbeat` that is the same for every client, under the same field names.
+# -- base classes and numbers of every message ------------------------------------------------------------------------
 
-    Metres, metres a second, degrees (latitude, longitude), radians (yaw, roll, pitch), seconds. What is not known is
-    None; every number is finite.
-    """
+
+def wire_key(name: str) -> str:
+    """Return the JSON key of a field: its words capitalised, "pose_age" → "Pose Age"."""
+    return " ".join(word.capitalize() for word in name.split("_"))
+
+
+def _none_unless_finite(value: Any) -> Any:
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Known = Annotated[float | None, BeforeValidator(_none_unless_finite)]
+"""A number, or None when it is not known: NaN and infinity become None."""
+Metres = Annotated[float, Field(allow_inf_nan=False, ge=-10_000.0, le=10_000.0)]
+Height = Annotated[float, Field(allow_inf_nan=False, gt=0.0, le=1_000.0)]
+
+
+class Model(BaseModel):
+    """Strict base: unknown keys are errors, numbers are numbers, every key is spelled by `wire_key`."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, populate_by_name=True, frozen=True, alias_generator=wire_key)
+
+
+class Command(Model):
+    """Base of the operator's messages; ``Id`` comes back in the Ack."""
+
+    type: str
+    id: Annotated[str, Field(max_length=64)] | int | None = None
+
+
+class Outgoing(Model):
+    """Base of the drone's messages."""
+
+    def to_json(self) -> str:
+        """Return the message as JSON."""
+        return self.model_dump_json(by_alias=True)
+
+
+# -- items of the parts -----------------------------------------------------------------------------------------------
+
+
+class Point(Outgoing):
+    """A place in the map frame, metres."""
+
+    north: Finite
+    east: Finite
+
+    @classmethod
+    def of(cls, place: MapPoint) -> Point:
+        """Return the message's form of a place."""
+        return cls(north=place.north, east=place.east)
+
+
+class HealthItem(Outgoing):
+    """Health of one part. Name: link, position, vision, mapper, planner, camera, recording or loop."""
+
+    name: str
+    healthy: bool
+    reason: str
+
+
+class CheckItem(Outgoing):
+    """One preflight check: its value, and for a failed one the consequence and the remedy."""
+
+    name: str
+    passed: bool
+    value: str
+    consequence: str = ""
+    remedy: str = ""
+    remedy_command: Literal["Set Failsafes", "Clear Kill", "Set Fence"] | None = None
+
+
+class CommandOption(Outgoing):
+    """True when a command would be accepted now; otherwise the reason why not."""
+
+    command: str
+    possible: bool
+    reason: str = ""
+
+
+class LogEntry(Outgoing):
+    """A line of the message list. Level: info, ok, warning or error. Details: the autopilot's own words."""
+
+    number: int
+    time: str
+    """UTC, ISO 8601."""
+    level: Literal["info", "ok", "warning", "error"]
+    text: str
+    details: str = ""
+
+
+class FenceCorner(Model):
+    """A corner of a fence, WGS-84 degrees: a fence outlives the map in which it was drawn."""
+
+    latitude: Annotated[float, Field(allow_inf_nan=False, ge=-90.0, le=90.0)]
+    longitude: Annotated[float, Field(allow_inf_nan=False, ge=-180.0, le=180.0)]
+
+
+class FenceSetup(Outgoing):
+    """The fence that the next Arm puts in force."""
+
+    source: Literal["drawn", "file", "circle"]
+    """Drawn or imported by an operator; the configured file; the configured circle around the arm place."""
+    corners: list[FenceCorner]
+    """The autopilot's limit; empty for a circle."""
+    inner: list[FenceCorner]
+    """Our own limit; empty for a circle."""
+    radius: Finite | None
+    """Radius of a circle, metres."""
+    ceiling: Finite
+    """The autopilot's ceiling, metres above the arm place."""
+    margin: Finite
+    """Distance of our own limit inside the autopilot's, metres."""
+    ceiling_margin: Finite
+    highest_ceiling: Finite
+    """Greatest ceiling of any fence, metres."""
+    problem: str
+    """Reason why the stored fence cannot be used (no Arm until it is drawn again or deleted); else empty."""
+
+
+# -- parts of the status, the same for every client -------------------------------------------------------------------
+
+
+class StatusStamp(Outgoing):
+    """Number and time of a status."""
 
     sequence: int = 0
     """Rises by one with each status: one status is one heartbeat."""
-    time: float = 0.0
+    time: Finite = 0.0
+    """Seconds of the daemon's clock."""
     utc: str = ""
-    state: StateName = StateName.IDLE
+    """ISO 8601."""
+
+
+class OperationStatus(Outgoing):
+    """State of the operations manager, and the commands that it would accept."""
+
+    state: Annotated[StateName, WithJsonSchema({"type": "string"})] = StateName.IDLE
     detail: str = ""
+    """One sentence: the present action of the state, or the reason why it was entered."""
+    user_error: Annotated[UserError, WithJsonSchema({"type": "integer"})] = UserError.NONE
+    user_error_text: str = ""
+    options: tuple[CommandOption, ...] = ()
+    checks: tuple[CheckItem, ...] = ()
+    """Preflight checks; empty in the air."""
+    killed: bool = False
+    kill_state: KillState = "none"
+    return_in: Known = None
+    """CommunicationLost: seconds until the return home."""
+
+
+class VehicleStatus(Outgoing):
+    """Autopilot, link and battery. Ages in seconds."""
+
     ardupilot_state: str | None = None
+    """ArduPilot's name of its mode."""
     armed: bool | None = None
     connected: bool = False
     landed: str = "UNDEFINED"
-    relative_altitude: float | None = None
-    latitude: float | None = None
-    longitude: float | None = None
-    local_position_x: float | None = None
-    local_position_y: float | None = None
-    north: float | None = None
-    east: float | None = None
-    yaw: float | None = None
-    roll: float | None = None
-    pitch: float | None = None
-    speed: float | None = None
-    climb: float | None = None
-    pose_age: float | None = None
-    link_age: float | None = None
-    battery_percentage: float | None = None
-    battery_age: float | None = None
-    voltage: float | None = None
-    battery_time_left: float | None = None
+    link_age: Known = None
+    battery_percentage: Known = None
+    """0 to 100."""
+    battery_age: Known = None
+    voltage: Known = None
+    battery_time_left: Known = None
+    """Seconds until the drone must return, at the mean power of this flight."""
     satellites: int | None = None
-    user_error: UserError = UserError.NONE
-    user_error_text: str = ""
-    health_status: HealthStatus = HealthStatus.HEALTHY
-    health: tuple[HealthItem, ...] = ()
-    home: MapPoint | None = None
-    datum: tuple[float, float] | None = None
+
+
+class PoseStatus(Outgoing):
+    """Pose and velocity of the drone: metres, metres a second, degrees (WGS-84), radians (attitude)."""
+
+    relative_altitude: Known = None
+    latitude: Known = None
+    longitude: Known = None
+    local_position_x: Known = None
+    local_position_y: Known = None
+    north: Known = None
+    """Map frame."""
+    east: Known = None
+    yaw: Known = None
+    """Clockwise from north."""
+    roll: Known = None
+    pitch: Known = None
+    speed: Known = None
+    """Over ground."""
+    climb: Known = None
+    pose_age: Known = None
+
+    @property
+    def place(self) -> MapPoint | None:
+        """Place in the map frame."""
+        return None if self.north is None or self.east is None else MapPoint(self.north, self.east)
+
+
+class SiteStatus(Outgoing):
+    """Home, map origin and limits of the flight. Metres; heights above the arm place."""
+
+    home: Point | None = None
+    datum: tuple[Finite, Finite] | None = None
     """Latitude and longitude of the map's origin."""
-    target: MapPoint | None = None
-    route: tuple[MapPoint, ...] = ()
-    footprint: tuple[MapPoint, ...] = ()
-    fence: tuple[MapPoint, ...] = ()
-    fence_limit: tuple[MapPoint, ...] = ()
-    """The autopilot's."""
-    fence_setup: FenceSetup | None = None
-    """The same object until it changes: a client is sent each once."""
-    ceiling: float | None = None
-    heights: tuple[float, float, float] = (15.0, 35.0, 60.0)
+    fence: tuple[Point, ...] = ()
+    """Corners of our own limit, which lies inside the autopilot's."""
+    fence_limit: tuple[Point, ...] = ()
+    """Corners of the autopilot's limit."""
+    ceiling: Known = None
+    heights: tuple[Finite, Finite, Finite] = (15.0, 35.0, 60.0)
     """Min, Des, Max."""
-    explored: float | None = None
-    explore_done: bool = False
-    remaining_m: float | None = None
-    lot_area: float | None = None
+
+
+class TravelStatus(Outgoing):
+    """Target, route, time and distance of the flight. Map frame, metres, seconds."""
+
+    target: Point | None = None
+    route: tuple[Point, ...] = ()
+    """The rest of the route while it explores or moves autonomously, in order; empty when there is none."""
+    flight_time: Known = None
+    distance_flown: Known = None
+
+
+class PerceptionStatus(Outgoing):
+    """Results of vision, mapper and planner."""
+
+    vision_rate: Known = None
+    """Frames a second."""
+    camera_age: Known = None
+    """Seconds."""
+    footprint: tuple[Point, ...] = ()
+    """Corners of the camera's picture on the ground."""
     park_lot_detected: bool | None = None
+    lot_area: Known = None
+    """Square metres."""
     free: int = 0
     taken: int = 0
     unknown: int = 0
-    vision_rate: float | None = None
-    camera_age: float | None = None
-    options: tuple[CommandOption, ...] = ()
-    checks: tuple[CheckItem, ...] = ()
-    killed: bool = False
-    kill_state: KillState = "none"
-    return_in: float | None = None
-    flight_time: float | None = None
-    way: float | None = None
+    explored: Known = None
+    """Share of the lot, 0 to 1."""
+    explore_done: bool = False
+    remaining: Known = None
+    """Metres left to fly."""
+
+
+class PartsStatus(Outgoing):
+    """Health of each part, and of all together."""
+
+    health: tuple[HealthItem, ...] = ()
+    health_status: Annotated[HealthStatus, WithJsonSchema({"type": "integer"})] = HealthStatus.HEALTHY
+
+
+class SharedHeartbeat(
+    PartsStatus, PerceptionStatus, TravelStatus, SiteStatus, PoseStatus, VehicleStatus, OperationStatus, StatusStamp
+):
+    """The part of a heartbeat that is the same for every client."""
+
+    type: Literal["Heartbeat"] = "Heartbeat"
+
+
+@dataclass(frozen=True)
+class DroneStatus:
+    """One status of the drone. A value that is not known is None; every number is finite."""
+
+    stamp: StatusStamp = field(default_factory=StatusStamp)
+    operation: OperationStatus = field(default_factory=OperationStatus)
+    vehicle: VehicleStatus = field(default_factory=VehicleStatus)
+    pose: PoseStatus = field(default_factory=PoseStatus)
+    site: SiteStatus = field(default_factory=SiteStatus)
+    travel: TravelStatus = field(default_factory=TravelStatus)
+    perception: PerceptionStatus = field(default_factory=PerceptionStatus)
+    parts: PartsStatus = field(default_factory=PartsStatus)
+    fence_setup: FenceSetup | None = None
+    """The same object until it changes: a client receives each once."""
     log: tuple[LogEntry, ...] = ()
-    """The last entries (bounded), rising by `LogEntry.number`: a client is sent those above its last number."""
+    """The last entries (bounded), rising by `LogEntry.number`: a client receives those above its last number."""
     trail: tuple[MapPoint, ...] = ()
-    """Where the drone flew: grows at the end only, until ``trail_id`` changes."""
+    """Path flown: grows at the end only, until ``trail_id`` changes."""
     trail_id: int = 0
-    """Changes when the trail starts anew."""
+    """Changes when the trail starts again."""
+
+    @cached_property
+    def shared_json(self) -> str:
+        """The shared part of the heartbeat as JSON, encoded once for all clients."""
+        first = (self.stamp, self.operation, self.vehicle, self.pose)
+        second = (self.site, self.travel, self.perception, self.parts)
+        values = {name: value for part in first + second for name, value in part}
+        return SharedHeartbeat.model_construct(**values).to_json()
+
+
+# -- the part of one client -------------------------------------------------------------------------------------------
+
+
+class TileUpdate(Outgoing):
+    """A changed tile: base64 of zlib of Tile Cells² bytes of cell classes."""
+
+    row: int
+    column: int
+    version: int
+    data: str
+
+
+class StallUpdate(Outgoing):
+    """A changed stall. ``Removed``: it is gone. Angle in radians clockwise from north of the long side."""
+
+    id: int
+    version: int
+    removed: bool = False
+    north: Finite | None = None
+    east: Finite | None = None
+    angle: Finite | None = None
+    width: Finite | None = None
+    length: Finite | None = None
+    state: Literal["free", "taken", "unknown"] | None = None
+    taken: Finite | None = None
+    seen: int | None = None
+    last_seen: Finite | None = None
+    score: Finite | None = None
+
+
+class MosaicVersion(Outgoing):
+    """A changed mosaic tile; its picture is at /api/mosaic/{Row}/{Column}.jpg?v={Version}."""
+
+    row: int
+    column: int
+    version: int
+
+
+class MapUpdate(Outgoing):
+    """The "Occupancy Map" of a heartbeat: map changes for this client, at most 64 kB, nearest first."""
+
+    map_id: str
+    tiles: list[TileUpdate]
+    stalls: list[StallUpdate]
+    mosaic: list[MosaicVersion]
+    backlog: int
+    """Tiles and stalls still to come in later heartbeats."""
+
+
+class ClientHeartbeat(Outgoing):
+    """The part of a heartbeat that is one client's own: it holds what this client has not received yet."""
+
+    occupancy_map: MapUpdate | None
+    messages: list[LogEntry]
+    trail: list[Point]
+    trail_start: bool
+    """True when the trail begins again with these points: forget earlier ones."""
+    fence_setup: FenceSetup | None
+    """The fence that the next Arm puts in force; null when it has not changed."""
+    controller: str | None
+    """Session that has control."""
+    in_control: bool
+
+    def join(self, shared_json: str) -> str:
+        """Return the whole heartbeat as JSON, given the part that all clients share."""
+        return f"{shared_json[:-1]},{self.to_json()[1:]}"
+
+
+class Heartbeat(SharedHeartbeat, ClientHeartbeat):
+    """Heartbeat of the drone at 5 Hz: the specification's keys (18.4.5) and ours."""
+
+
+# -- between operations manager and web server - ---------------------------------------------------------------------
 
 
 class OperatorDesk(Protocol):
-    """Who holds control, as the web server knows it."""
+    """Control, as the web server knows it."""
 
     def operator_present(self, now: float) -> bool:
-        """Whether a session with control showed a sign of life within ``operator_timeout_s``."""
-        ...
+        """Return True when a session with control showed a sign of life within ``operator_timeout_s``."""
 
     def controller(self) -> ClientId | None:
-        """The session that has control."""
-        ...
+        """Return the session that has control."""
 
-    def has_control(self, client: ClientId) -> bool:
-        """Whether this session has control."""
-        ...
+    def controlling_clients(self) -> frozenset[ClientId]:
+        """Return the connections of the session that has control."""
 
 
 class CommandSocket(Protocol):
-    """The server role of the message socket as the operations manager needs it."""
+    """The server role of the message socket, as the operations manager uses it."""
 
     def receive(self) -> list[tuple[ClientId, Command]]:
         """Take all commands that wait, oldest first."""
-        ...
 
     def reply(self, client: ClientId, message: Outgoing) -> None:
         """Answer one client; a client that has gone is no error. Never blocks."""
-        ...
 
 
-class CommandHandler(Protocol):
-    """What the web server calls for Hold, Kill Request and Kill, which pass every queue."""
-
-    def handle_now(self, client: ClientId, command: Command) -> Outgoing:
-        """Act on the command at once and return the answer for the client (an Ack, or a KillToken)."""
-        ...
+CommandHandler = Callable[[ClientId, Command], Outgoing]
+"""Acts at once on a command that passes every queue (Hold, Kill Request, Kill) and returns the client's answer."""

@@ -1,22 +1,21 @@
-"""Telemetry: the autopilot's messages turned into what the daemon publishes. Runs on the loop, one message at a time.
+"""Telemetry: the autopilot's messages turned into the daemon's topics, one at a time, on the loop.
 
-Poses are put together from LOCAL_POSITION_NED, ATTITUDE and GLOBAL_POSITION_INT, each at the time that it carries.
+Poses are made from LOCAL_POSITION_NED, ATTITUDE and GLOBAL_POSITION_INT, each at the time that it carries.
+`RateKeeper` asks for the streams, `StatusTexts` assembles the autopilot's words.
 """
 
 from __future__ import annotations
 
 import logging
 import math
+from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import replace
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Final
 
 from hawk.comm.clock import Clock, OffsetEstimator
-from hawk.comm.frames import Frames, OffsetWatch, anchor
+from hawk.comm.frames import Attitude, EkfPosition, FrameJump, MapTie, PoseBuffer
 from hawk.comm.mavlink_link import Message, SensorHealth
-from hawk.comm.pose_buffer import Attitude, EkfPosition, PoseBuffer
-from hawk.comm.rates import RateKeeper
-from hawk.comm.status_texts import StatusTexts
 from hawk.comm.vehicle import VehicleTopics
 from hawk.model import (
     ArmPlace,
@@ -24,27 +23,122 @@ from hawk.model import (
     Diagnostics,
     GlobalPose,
     LandedState,
-    State,
     StatusText,
     VehiclePose,
+    VehicleState,
 )
 
 _LOG = logging.getLogger(__name__)
-_ARMED = 128  # MAV_MODE_FLAG_SAFETY_ARMED
-_NOT_AN_AUTOPILOT = 8  # MAV_AUTOPILOT_INVALID
-_BOOT_MATCH_S = 5
-_REBOOT_S = 1.0
-_FRESH_S = 1.0
-_LANDED_WAIT_S = 3.0
-_FIX_3D = 3  # GPS_FIX_TYPE_3D_FIX
-_PROVISIONAL_MOVE_M = 10.0
+_ARMED: Final = 128  # MAV_MODE_FLAG_SAFETY_ARMED
+_NOT_AN_AUTOPILOT: Final = 8  # MAV_AUTOPILOT_INVALID
+_FIX_3D: Final = 3  # GPS_FIX_TYPE_3D_FIX
+_WARNING: Final = 4  # MAV_SEVERITY_WARNING
+_REBOOT_S: Final = 1.0
+_FRESH_S: Final = 1.0
+_GPS_FRESH_S: Final = 3.0
+_STALE_PERIODS: Final = 8
+_LEAST_STALE_S: Final = 1.0
+_ASK_AGAIN_S: Final = 1.0
+_CHUNK: Final = 50  # characters of a STATUSTEXT
+_TEXTS_KEPT: Final = 50
+_REASONS: Final = ("arm:", "prearm:")
 
-LINK_LOST_S = 2.6
-"""Real seconds without a HEARTBEAT after which the link counts as lost, as MAVSDK counts it."""
+LINK_LOST_S: Final = 2.6
+"""Real seconds without a HEARTBEAT after which the link is lost, as in MAVSDK."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stream:
+    """A message and its rate."""
+
+    message_id: int
+    hertz: float
+
+    @property
+    def interval_us(self) -> float:
+        """Parameter 2 of MAV_CMD_SET_MESSAGE_INTERVAL."""
+        return 1e6 / self.hertz
+
+
+def wanted_streams(position_rate_hz: float) -> Mapping[str, Stream]:
+    """Return the messages that the daemon needs, by name (ids of MAVLink common.xml)."""
+    return {
+        "LOCAL_POSITION_NED": Stream(32, position_rate_hz),
+        "ATTITUDE": Stream(30, position_rate_hz),
+        "GLOBAL_POSITION_INT": Stream(33, 10.0),
+        "SYS_STATUS": Stream(1, 2.0),
+        "GPS_RAW_INT": Stream(24, 2.0),
+        "EXTENDED_SYS_STATE": Stream(245, 5.0),
+        "HOME_POSITION": Stream(242, 0.5),
+    }
+
+
+class RateKeeper:
+    """Finds the streams to ask for: the silent ones. ArduPilot sends only those asked for since its last boot."""
+
+    def __init__(self, wanted: Mapping[str, Stream]) -> None:
+        self._wanted = wanted
+        self.forget()
+
+    def seen(self, name: str, arrival: float) -> None:
+        """Note the arrival of a message, seconds of the daemon's clock."""
+        if name in self._seen:
+            self._seen[name] = arrival
+
+    def forget(self) -> None:
+        """Ask for every stream at once: the autopilot has booted."""
+        self._seen = dict.fromkeys(self._wanted, -math.inf)
+        self._asked = dict.fromkeys(self._wanted, -math.inf)
+
+    def age(self, name: str, now: float) -> float:
+        """Return the age of the last message, seconds; infinite when none came."""
+        return now - self._seen[name]
+
+    def due(self, now: float) -> list[Stream]:
+        """Return the streams to ask for now, and note that they were asked for."""
+        due = []
+        for name, stream in self._wanted.items():
+            stale = now - self._seen[name] > max(_LEAST_STALE_S, _STALE_PERIODS / stream.hertz)
+            if stale and now - self._asked[name] >= _ASK_AGAIN_S:
+                self._asked[name] = now
+                due.append(stream)
+        return due
+
+
+class StatusTexts:
+    """Assembles texts from their chunks (MAVLink: id, chunk_seq, 50 characters each) and keeps the last ones."""
+
+    def __init__(self) -> None:
+        self._recent: deque[StatusText] = deque(maxlen=_TEXTS_KEPT)
+        self._chunks: dict[int, dict[int, str]] = {}
+
+    def take(self, fields: Mapping[str, Any], time: float) -> StatusText | None:
+        """Take a STATUSTEXT; return the whole text with its last chunk, else None."""
+        text = str(fields.get("text") or "").rstrip("\0")
+        number = int(fields.get("id") or 0)
+        if number:
+            chunks = self._chunks.setdefault(number, {})
+            chunks[int(fields.get("chunk_seq") or 0)] = text
+            if len(text) >= _CHUNK:
+                if len(self._chunks) > _TEXTS_KEPT:
+                    self._chunks.pop(next(iter(self._chunks)))
+                return None
+            text = "".join(chunk for _, chunk in sorted(self._chunks.pop(number).items()))
+        found = StatusText(time, int(fields.get("severity") or 0), text.strip())
+        self._recent.append(found)
+        return found
+
+    def reason_since(self, time: float) -> str | None:
+        """Return the words since then that explain a refusal: arming reasons, else any warning, else None."""
+        recent = [text for text in self._recent if text.time >= time]
+        reasons = [text.text for text in recent if text.text.lower().startswith(_REASONS)]
+        if not reasons:
+            reasons = [text.text for text in recent if text.severity <= _WARNING]
+        return "; ".join(dict.fromkeys(reasons)) or None
 
 
 class Telemetry:
-    """The newest of everything that the autopilot said, and the frames it is said in."""
+    """The newest of everything that the autopilot sent, as topics and as poses at a moment."""
 
     def __init__(
         self,
@@ -53,27 +147,25 @@ class Telemetry:
         rates: RateKeeper,
         sensor_health: Callable[[], SensorHealth],
         wall: Callable[[], float],
+        on_reboot: Callable[[], None] = lambda: None,
     ) -> None:
+        """``wall``: wall clock, seconds. ``on_reboot`` is called when the autopilot has booted."""
         self._clock = clock
         self._topics = topics
         self._rates = rates
         self._sensor_health = sensor_health
         self._wall = wall
+        self._on_reboot = on_reboot
+        self.tie = MapTie()
+        """Frames of reference, datum and arm place."""
         self._buffer = PoseBuffer()
         self._boot_clock = OffsetEstimator()
-        self._texts = StatusTexts()
-        self._watch = OffsetWatch()
-        self._state = State()
-        self._gps: tuple[int, int, float | None] | None = None
+        self.texts = StatusTexts()
+        self.state = VehicleState()
+        """The autopilot's state as last heard."""
+        self._gps: tuple[int, int, float | None] | None = None  # fix, satellites, accuracy (m)
         self._global: tuple[float, GlobalPose] | None = None
-        self._home: GlobalPose | None = None
         self._boot: tuple[float, int] | None = None  # newest time since boot (s), boot id
-        self._datum: GlobalPose | None = None
-        self._provisional: GlobalPose | None = None
-        self._frames: Frames | None = None
-        self._restored: ArmPlace | None = None
-        self._anchor_from: float | None = None  # "armed" came at this moment and is not anchored yet
-        self._was_armed_at_start = False
         self._handlers: dict[str, Callable[[Mapping[str, Any], float], None]] = {
             "HEARTBEAT": self._on_heartbeat,
             "EXTENDED_SYS_STATE": self._on_extended_state,
@@ -85,10 +177,9 @@ class Telemetry:
             "HOME_POSITION": self._on_home,
             "STATUSTEXT": self._on_text,
         }
-        self.on_reboot: Callable[[], None] = lambda: None
 
     def handle(self, message: Message) -> None:
-        """Take one message of the autopilot."""
+        """Take one message of the autopilot. A malformed message is logged and dropped."""
         handler = self._handlers.get(message.name)
         if handler is None:
             return
@@ -99,77 +190,35 @@ class Telemetry:
             _LOG.warning("%s of the autopilot is not usable: %r", message.name, error)
 
     def check_link(self, now: float) -> bool:
-        """Return whether the autopilot is heard, and publish when it fell silent."""
-        lost = now - self._state.time > LINK_LOST_S * self._clock.speed
-        if lost and self._state.connected:
-            self._publish_state(replace(self._state, connected=False))
+        """Return True while the autopilot is heard; publish when it fell silent."""
+        lost = now - self.state.time > LINK_LOST_S * self._clock.speed
+        if lost and self.state.connected:
+            self._publish_state(replace(self.state, connected=False))
         return not lost
 
     def silence(self, now: float) -> float:
         """Return the seconds since the last HEARTBEAT, zero before the first."""
-        return now - self._state.time if self._state.time > -math.inf else 0.0
-
-    @property
-    def state(self) -> State:
-        """The autopilot's state as last heard."""
-        return self._state
-
-    @property
-    def sure(self) -> bool:
-        """Whether EKF-local is tied to the map: not for a moment after it leapt."""
-        return self._watch.sure
-
-    @property
-    def connected(self) -> bool:
-        """Whether HEARTBEATs come."""
-        return self._state.connected
+        return now - self.state.time if self.state.time > -math.inf else 0.0
 
     def from_boot(self, seconds: float) -> float | None:
         """Return a time of the autopilot's boot clock on ours, None before that clock is known."""
         return None if self._boot is None else self._boot_clock.to_ours(seconds)
 
     @property
-    def frames(self) -> Frames | None:
-        """The tied frames, None before there is an arm place."""
-        return self._frames
-
-    @property
     def boot_ms(self) -> int:
-        """Newest time since boot that the autopilot told, milliseconds."""
+        """The autopilot's newest time since boot, milliseconds."""
         return 0 if self._boot is None else int(self._boot[0] * 1000)
 
-    @property
-    def datum(self) -> GlobalPose | None:
-        """Origin of the map frame."""
-        return self._datum
-
-    def set_datum(self, datum: GlobalPose | None) -> None:
-        """Lay the map frame's origin; None: the next arm place becomes it."""
-        self._datum = datum
-        if self._frames is not None and datum is not None:
-            self._frames = Frames.create(self._frames.arm, datum)
-        elif datum is None:
-            self._frames = None
-
-    @property
-    def fence_origin(self) -> GlobalPose | None:
-        """The datum; before there is one the provisional origin: where the drone stands, to within 10 m."""
-        return self._datum or self._provisional
-
     def restore_arm_place(self, place: ArmPlace) -> None:
-        """Keep the arm place of an earlier run until the autopilot's boot is known, then take it or leave it."""
-        self._restored = place
+        """Keep the arm place of an earlier run until the autopilot's boot is known, then restore or drop it."""
+        self.tie.keep(place)
         self._try_restored()
 
-    def reason_since(self, time: float) -> str | None:
-        """Return the autopilot's own words since then that explain a refusal."""
-        return self._texts.reason_since(time)
-
     def pose_at(self, time: float) -> VehiclePose | None:
-        """Return the pose interpolated to that moment."""
+        """Return the pose interpolated to that moment, None when it is not known."""
         position = self._buffer.position_at(time)
         attitude = self._buffer.attitude_at(time)
-        if position is None or attitude is None or not self._watch.sure:
+        if position is None or attitude is None or not self.tie.watch.sure:
             return None
         return self._compose(position, attitude)
 
@@ -179,25 +228,22 @@ class Telemetry:
         if int(fields["autopilot"]) == _NOT_AN_AUTOPILOT:
             return
         armed = bool(int(fields["base_mode"]) & _ARMED)
-        first = self._state.time == -math.inf
-        if armed and not self._state.armed:
-            self._anchor_from = arrival
-            self._was_armed_at_start = first
-        elif not armed:
-            self._anchor_from = None
-        state = State(True, armed, int(fields["custom_mode"]), self._state.landed, arrival)
-        self._publish_state(state)
+        if not armed:
+            self.tie.disarmed()
+        elif not self.state.armed:
+            self.tie.armed(arrival, at_start=self.state.time == -math.inf)
+        self._publish_state(VehicleState(True, armed, int(fields["custom_mode"]), self.state.landed, arrival))
 
     def _on_extended_state(self, fields: Mapping[str, Any], _: float) -> None:
         try:
             landed = LandedState(int(fields["landed_state"]))
         except ValueError:
             landed = LandedState.UNDEFINED
-        if landed is not self._state.landed:
-            self._publish_state(replace(self._state, landed=landed))
+        if landed is not self.state.landed:
+            self._publish_state(replace(self.state, landed=landed))
 
-    def _publish_state(self, state: State) -> None:
-        self._state = state
+    def _publish_state(self, state: VehicleState) -> None:
+        self.state = state
         self._topics.state.publish(state)
 
     # --- pose ------------------------------------------------------------------------------------------------------
@@ -206,13 +252,13 @@ class Telemetry:
         time = self._stamp(fields, arrival)
         sample = EkfPosition(time, *(_number(fields, name) for name in ("x", "y", "z", "vx", "vy", "vz")))
         last = self._buffer.latest_position
-        if self._frames is not None and last is not None and _leaps(last, sample):
+        if self.tie.frames is not None and last is not None and _leaps(last, sample):
             _LOG.warning("The autopilot's position leapt; no pose is given until it is tied to the map again")
-            self._watch.doubt()
+            self.tie.watch.doubt()
             self._buffer.clear()
         self._buffer.add_position(sample)
         attitude = self._buffer.attitude_at(time)
-        if attitude is not None and self._watch.sure:
+        if attitude is not None and self.tie.watch.sure:
             pose = self._compose(sample, attitude)
             if pose is not None:
                 self._topics.pose.publish(pose)
@@ -227,17 +273,31 @@ class Telemetry:
             return  # ArduPilot's "no position yet"
         here = GlobalPose(int(fields["lat"]) / 1e7, int(fields["lon"]) / 1e7, int(fields["alt"]) / 1e3)
         self._global = (time, here)
-        self._move_provisional(here)
+        self.tie.move_provisional(here, armed=self.state.armed)
         position = self._buffer.position_at(time)
         if position is None or self._boot is None:
             return
-        if self._anchor_from is not None:
-            self._anchor(position, here)
-        elif self._frames is not None:
-            self._look(position, here)
+        arm = self.tie.anchor(position, here, self.state.landed, self._boot[1], self._clock())
+        if arm is not None:
+            self._topics.arm_place.publish(arm)
+            return
+        jump = self.tie.look(position, here)
+        if jump is not None:
+            self._take_jump(jump)
+
+    def _take_jump(self, jump: FrameJump) -> None:
+        _LOG.warning("EKF-local jumped by %.1f m; anchored again", jump.metres)
+        self._buffer.clear()
+        self._topics.arm_place.publish(jump.arm)
+        self._topics.frame_jump.publish(jump.metres)
+
+    def _try_restored(self) -> None:
+        arm = None if self._boot is None else self.tie.restore(self._boot[1])
+        if arm is not None:
+            self._topics.arm_place.publish(arm)
 
     def _compose(self, position: EkfPosition, attitude: Attitude) -> VehiclePose | None:
-        frames = self._frames
+        frames = self.tie.frames
         if frames is not None:
             world = frames.world(position)
         elif self._global is not None and abs(position.time - self._global[0]) <= _FRESH_S:
@@ -257,6 +317,8 @@ class Telemetry:
             yaw=attitude.yaw,
         )
 
+    # --- boot ------------------------------------------------------------------------------------------------------
+
     def _stamp(self, fields: Mapping[str, Any], arrival: float) -> float:
         """Return the message's own time on our clock; notice a boot by a clock that runs backwards."""
         boot = _number(fields, "time_boot_ms") / 1000.0
@@ -271,68 +333,15 @@ class Telemetry:
 
     def _rebooted(self) -> None:
         _LOG.warning("The autopilot has booted")
-        self._boot = None
+        self._boot = self._global = self._gps = None
         self._boot_clock = OffsetEstimator()
         self._buffer.clear()
-        self._watch = OffsetWatch()
-        self._frames = None
-        self._global = self._home = self._gps = None
-        self._anchor_from = None
-        self._publish_state(replace(self._state, armed=False, landed=LandedState.UNDEFINED))
+        self.tie.rebooted()
+        self._publish_state(replace(self.state, armed=False, landed=LandedState.UNDEFINED))
         self._rates.forget()
-        self.on_reboot()
+        self._on_reboot()
 
-    # --- frames ----------------------------------------------------------------------------------------------------
-
-    def _anchor(self, position: EkfPosition, here: GlobalPose) -> None:
-        """Tie the frames to where the drone was armed: here if it stands, else home as the autopilot tells it."""
-        assert self._boot is not None  # noqa: S101
-        assert self._anchor_from is not None  # noqa: S101
-        if self._was_armed_at_start and self._frames is not None:
-            self._anchor_from = None  # taken up from the journal
-            return
-        landed = self._state.landed
-        if landed is LandedState.UNDEFINED and self._clock() - self._anchor_from < _LANDED_WAIT_S:
-            return
-        place = here if landed is LandedState.ON_GROUND else self._home
-        if place is None or position.time < self._anchor_from - _FRESH_S:
-            return
-        self._anchor_from = None
-        self._tie(anchor(position, here, place, self._boot[1]))
-
-    def _tie(self, arm: ArmPlace) -> None:
-        if self._datum is None:
-            self._datum = GlobalPose(arm.latitude, arm.longitude, arm.altitude)
-        self._frames = Frames.create(arm, self._datum)
-        self._topics.arm_place.publish(arm)
-
-    def _look(self, position: EkfPosition, here: GlobalPose) -> None:
-        assert self._frames is not None  # noqa: S101
-        jump = self._watch.look(self._frames.arm, position, here)
-        if jump is None:
-            return
-        _LOG.warning("EKF-local jumped by %.1f m; anchored again", jump.metres)
-        self._buffer.clear()
-        self._tie(jump.arm)
-        self._topics.frame_jump.publish(jump.metres)
-
-    def _try_restored(self) -> None:
-        if self._restored is None or self._boot is None:
-            return
-        place, self._restored = self._restored, None
-        if self._frames is not None:
-            return  # armed in this run: newer than what was kept
-        if abs(place.boot_id - self._boot[1]) > _BOOT_MATCH_S:
-            _LOG.info("The arm place of the earlier run is void: the autopilot has booted since")
-            return
-        self._tie(place)
-
-    def _move_provisional(self, here: GlobalPose) -> None:
-        old = self._provisional
-        if old is None or (not self._state.armed and math.dist(_flat(here, old), (0.0, 0.0)) > _PROVISIONAL_MOVE_M):
-            self._provisional = here
-
-    # --- the rest --------------------------------------------------------------------------------------------------
+    # --- other ---------------------------------------------------------------------------------------------------
 
     def _on_sys_status(self, fields: Mapping[str, Any], arrival: float) -> None:
         percentage, voltage, current = (
@@ -350,7 +359,7 @@ class Telemetry:
 
     def _publish_diagnostics(self, arrival: float) -> None:
         health = self._sensor_health()
-        fresh = self._gps is not None and self._rates.age("GPS_RAW_INT", arrival) < _LANDED_WAIT_S
+        fresh = self._gps is not None and self._rates.age("GPS_RAW_INT", arrival) < _GPS_FRESH_S
         fix, satellites, accuracy = self._gps if fresh and self._gps is not None else (None, None, None)
         located = fix is not None and fix >= _FIX_3D  # MAVSDK's flags are cached: they outlive the fix by seconds
         self._topics.diagnostics.publish(
@@ -375,18 +384,14 @@ class Telemetry:
         )
 
     def _on_home(self, fields: Mapping[str, Any], _: float) -> None:
-        self._home = GlobalPose(
+        self.tie.home = GlobalPose(
             int(fields["latitude"]) / 1e7, int(fields["longitude"]) / 1e7, int(fields["altitude"]) / 1e3
         )
 
     def _on_text(self, fields: Mapping[str, Any], arrival: float) -> None:
-        text = self._texts.take(fields, arrival)
+        text = self.texts.take(fields, arrival)
         if text is not None:
             self._topics.status_text.publish(text)
-
-    def say(self, severity: int, text: str) -> None:
-        """Publish words of our own among the autopilot's."""
-        self._topics.status_text.publish(StatusText(self._clock(), severity, text))
 
 
 def _number(fields: Mapping[str, Any], name: str) -> float:
@@ -398,7 +403,7 @@ def _number(fields: Mapping[str, Any], name: str) -> float:
 
 
 def _leaps(last: EkfPosition, sample: EkfPosition) -> bool:
-    """Whether the drone would have had to be more than 1 m faster than it says to get from one to the other."""
+    """Return True when two samples are more than 1 m farther apart than their velocities explain."""
     dt = sample.time - last.time
     if not 0 < dt < _FRESH_S:
         return False
@@ -407,12 +412,3 @@ def _leaps(last: EkfPosition, sample: EkfPosition) -> bool:
         for p, a, b in ((last.x, last.vx, sample.vx), (last.y, last.vy, sample.vy), (last.z, last.vz, sample.vz))
     ]
     return math.dist(predicted, (sample.x, sample.y, sample.z)) > 1.0
-
-
-def _flat(place: GlobalPose, origin: GlobalPose) -> tuple[float, float]:
-    """Return metres north and east, good to a percent within a kilometre."""
-    metres = 111_320.0
-    return (
-        (place.latitude - origin.latitude) * metres,
-        (place.longitude - origin.longitude) * metres * math.cos(math.radians(origin.latitude)),
-    )

@@ -1,4 +1,4 @@
-"""Latest-value topics: what a ROS topic is to the specification, inside one process."""
+"""Latest-value topics inside one process, in place of the specification's ROS topics."""
 
 from __future__ import annotations
 
@@ -28,13 +28,14 @@ class Topic(Generic[T]):
     def __init__(self, name: str, clock: Callable[[], float]) -> None:
         self.name = name
         self._clock = clock
-        self._latest: Stamped[T] | None = None
+        self.latest: Stamped[T] | None = None
+        """The last value with its time, None when nothing was published yet."""
         self._listeners: list[Callable[[T], None]] = []
         self._waiters: set[asyncio.Future[T]] = set()
 
     def publish(self, value: T) -> None:
-        """Replace the value and tell every listener and waiter."""
-        self._latest = Stamped(value, self._clock())
+        """Replace the value; call every listener and wake every waiter."""
+        self.latest = Stamped(value, self._clock())
         for listener in tuple(self._listeners):
             listener(value)
         for waiter in tuple(self._waiters):
@@ -42,19 +43,14 @@ class Topic(Generic[T]):
                 waiter.set_result(value)
 
     @property
-    def latest(self) -> Stamped[T] | None:
-        """The last value with its time, None when nothing was published yet."""
-        return self._latest
-
-    @property
     def value(self) -> T | None:
         """The last value, None when nothing was published yet."""
-        return None if self._latest is None else self._latest.value
+        return None if self.latest is None else self.latest.value
 
     @property
     def age(self) -> float:
         """Seconds since the last publication, infinite when there was none."""
-        return float("inf") if self._latest is None else self._clock() - self._latest.time
+        return float("inf") if self.latest is None else self._clock() - self.latest.time
 
     def fresh(self, within: float) -> T | None:
         """Return the value if it is no older than ``within`` seconds, else None."""

@@ -1,4 +1,4 @@
-"""The boundary to the autopilot: what the rest of the daemon may ask of it, whoever answers.
+"""The boundary to the autopilot: its topics and its commands.
 
 `hawk.comm.autopilot.MavsdkAutopilot` is the real one; unit tests put a fake here.
 """
@@ -6,8 +6,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, fields
+from typing import Any, Protocol
 
 from hawk.comm.topic import Topic
 from hawk.model import (
@@ -17,9 +17,9 @@ from hawk.model import (
     Diagnostics,
     Fence,
     GlobalPose,
-    State,
     StatusText,
     VehiclePose,
+    VehicleState,
 )
 
 
@@ -29,98 +29,70 @@ class AutopilotError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class VehicleTopics:
-    """What the autopilot publishes. Every one is drained to the latest value."""
+    """The autopilot's topics; each holds its latest value."""
 
-    state: Topic[State]
+    state: Topic[VehicleState]
     pose: Topic[VehiclePose]
     battery: Topic[BatteryInfo]
     diagnostics: Topic[Diagnostics]
     status_text: Topic[StatusText]
     arm_place: Topic[ArmPlace]
-    """Published when "armed" is first seen, and again when EKF-local jumped and was anchored anew."""
+    """Published when "armed" is first seen, and after a jump of EKF-local."""
     frame_jump: Topic[float]
     """Metres by which EKF-local jumped against the world (EKF reset); the pose is anchored again already."""
 
     @classmethod
     def create(cls, clock: Callable[[], float]) -> VehicleTopics:
         """Make a set of empty topics."""
-        return cls(
-            state=Topic("state", clock),
-            pose=Topic("pose", clock),
-            battery=Topic("battery", clock),
-            diagnostics=Topic("diagnostics", clock),
-            status_text=Topic("status_text", clock),
-            arm_place=Topic("arm_place", clock),
-            frame_jump=Topic("frame_jump", clock),
-        )
+        return cls(*(Topic[Any](item.name, clock) for item in fields(cls)))
 
 
 class Autopilot(Protocol):
-    """Commands to the autopilot. All raise AutopilotError; none is repeated unless it says so."""
+    """Commands to the autopilot. All raise AutopilotError; none is repeated."""
 
     topics: VehicleTopics
 
     async def arm(self) -> None:
-        """Arm. Returns on the acknowledgement; "armed" shows up in `VehicleTopics.state` up to 0.9 s later."""
-        ...
+        """Arm. Returns on the acknowledgement; "armed" shows in `VehicleTopics.state` up to 0.9 s later."""
 
     async def disarm(self) -> None:
-        """Disarm (refused by the autopilot in the air)."""
-        ...
+        """Disarm; the autopilot refuses it in the air."""
 
     async def set_mode(self, mode: CopterMode) -> None:
         """Ask for a flight mode by DO_SET_MODE."""
-        ...
 
     async def takeoff(self, relative_altitude: float) -> None:
-        """Climb to metres above the arm place."""
-        ...
+        """Climb to ``relative_altitude``, metres above the arm place."""
 
     async def set_rtl_altitude(self, metres: float) -> float:
-        """Set the return altitude and return what the autopilot says when asked back, metres."""
-        ...
+        """Set the return altitude, metres; return the value read back, metres."""
 
     async def get_parameter(self, name: str) -> float | int:
         """Read one parameter. An unknown name is an AutopilotError."""
-        ...
 
     async def set_parameter(self, name: str, value: float) -> None:
-        """Set one parameter with the type that the autopilot gave it, and read it back."""
-        ...
+        """Set one parameter with the autopilot's type, and check the answer."""
 
     async def upload_fence(self, fence: Fence) -> None:
         """Upload `Fence.autopilot_polygon` and set ceiling, type, action and FENCE_ENABLE."""
-        ...
 
     async def kill(self) -> None:
-        """Cut the motors at once (MAV_CMD_DO_FLIGHTTERMINATION), through an executor that nothing else uses."""
-        ...
+        """Cut the motors at once (MAV_CMD_DO_FLIGHTTERMINATION), on a thread of its own."""
 
     def send_target(self, north: float, east: float, height: float, yaw: float) -> None:
-        """Send one SET_POSITION_TARGET_LOCAL_NED (map frame, height above the arm place). Never blocks.
+        """Send one SET_POSITION_TARGET_LOCAL_NED. Never blocks.
 
-        Raises AutopilotError when a number is not finite, when there is no arm place, or when the link is down.
+        Map frame, height above the arm place, metres; yaw in radians. Raises AutopilotError when a number is not
+        finite, there is no arm place, or the link is down.
         """
-        ...
-
-    def pose_at(self, time: float) -> VehiclePose | None:
-        """Return the pose interpolated to that moment, None when the buffer does not reach it (more than 0.3 s off)."""
-        ...
 
     def set_datum(self, datum: GlobalPose | None) -> None:
-        """Lay the map frame's origin; None: the next arm place becomes it."""
-        ...
+        """Set the map frame's origin; None: the next arm place becomes it."""
 
     @property
     def datum(self) -> GlobalPose | None:
         """Origin of the map frame."""
-        ...
-
-    def restore_arm_place(self, place: ArmPlace) -> None:
-        """Take up the arm place of an earlier run of the daemon (ignored when the autopilot has booted since)."""
-        ...
 
     @property
     def parameters(self) -> Mapping[str, float | int]:
         """Parameters read so far."""
-        ...

@@ -18,7 +18,7 @@ def write_atomically(path: Path, text: str) -> None:
     _sync_folder(path.parent)
 
 
-def put_aside(path: Path, suffix: str) -> None:
+def set_aside(path: Path, suffix: str) -> None:
     """Rename the file durably, so that nothing of it is lost; a file that is not there is no error. Raises OSError."""
     try:
         path.replace(path.with_name(f"{path.name}.{suffix}"))

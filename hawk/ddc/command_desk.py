@@ -1,16 +1,18 @@
-"""What becomes of a command: refused with its reason, or acted on; answered now or, when the planner is asked, later.
+"""The outcome of a command: refused with its reason, or accepted; answered now or, when the planner is asked, later.
 
-Whether it is taken is the business of `hawk.ddc.commands`; what flying it means is that of the states.
+`hawk.ddc.judge` decides whether a command is accepted; the states decide what it means in flight.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
 
-from hawk.comm.fence_messages import CheckFence, ClearFence, SetFence
 from hawk.comm.messages import (
     Ack,
+    Arm,
     AutonomousMove,
+    CheckFence,
+    ClearFence,
     ClearKill,
     Command,
     CompulsiveMove,
@@ -24,119 +26,194 @@ from hawk.comm.messages import (
     Outgoing,
     RouteRequest,
     SetFailsafes,
+    SetFence,
 )
 from hawk.comm.status import ClientId
-from hawk.ddc.commands import Refusal, command_type
-from hawk.ddc.fence_desk import answer_check, plan_of
-from hawk.ddc.kill import TOKEN_VALID_S, KillRefused
-from hawk.ddc.states.base import ConfigureOrder, FenceOrder, MoveOrder, Order
-from hawk.model import HeightParameters, MapPoint, UserError
+from hawk.ddc.acts import Acts, Desire, Log, Record, Reply, ShowUserError
+from hawk.ddc.facts import VERDICT_AGE_S, Facts
+from hawk.ddc.failsafes import return_altitude
+from hawk.ddc.fence import Standpoint, check_answer, plan_of
+from hawk.ddc.judge import Case, Refusal, command_type, place_of, refusal, route_refusal
+from hawk.ddc.kill import TOKEN_VALID_S, KillSwitch, KillTokens
+from hawk.ddc.orders import ArmOrder, ConfigureOrder, FenceOrder, MoveOrder, Order
+from hawk.ddc.parameters import ParameterReader
+from hawk.ddc.route_requests import NOT_JUDGED, RouteRequests, verdict_refusal
+from hawk.model import DesiredPose, HeightParameters, UserError
 
-if TYPE_CHECKING:
-    from hawk.ddc.operations_manager import OperationsManager
+NO_USER_ERROR = ShowUserError(UserError.NONE)
+
+
+@dataclass(frozen=True, slots=True)
+class Ruling:
+    """Outcome of a command: the answer (None: it follows as a `Reply`), acts, and the order for the state."""
+
+    answer: Outgoing | None = None
+    acts: Acts = ()
+    order: Order | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Question:
+    client: ClientId
+    command: AutonomousMove
+    order: MoveOrder
+    asked: float
+
+
+class Inquiries:
+    """Asks the planner whether a place lies inside the lot before an Autonomous Move is accepted.
+
+    At most one question is open; its answer goes to the client within a second.
+    """
+
+    def __init__(self) -> None:
+        self._open: _Question | None = None
+
+    @property
+    def is_open(self) -> bool:
+        """True while the planner's answer is awaited."""
+        return self._open is not None
+
+    def open(self, client: ClientId, command: AutonomousMove, order: MoveOrder, facts: Facts) -> Acts:
+        """Ask about the order's place; an older question ends refused."""
+        acts = self.supersede()
+        number = facts.sight.desired_count + 1
+        self._open = _Question(client, command, replace(order, number=number), facts.now)
+        return (*acts, Desire(DesiredPose(number, order.place.north, order.place.east)))
+
+    def supersede(self) -> Acts:
+        """Refuse the open question: another command, or another state, came first."""
+        return self._refuse(self._open, Refusal("Something else came first.")) if self._open is not None else ()
+
+    def tick(self, case: Case) -> Ruling:
+        """Look for the verdict."""
+        question = self._open
+        if question is None:
+            return Ruling()
+        verdict = case.facts.verdict(question.order.number)
+        error = UserError.DESIRED_LOCATION_OUT_OF_BOUNDS
+        if verdict is None:
+            if case.facts.now - question.asked <= VERDICT_AGE_S:
+                return Ruling()
+            return Ruling(acts=self._refuse(question, Refusal(NOT_JUDGED, error)))
+        reason = verdict_refusal(verdict)
+        if reason:
+            return Ruling(acts=self._refuse(question, Refusal(reason, error)))
+        refused = refusal(case, question.client, question.command) or route_refusal(case.facts, verdict.route)
+        if refused is not None:
+            return Ruling(acts=self._refuse(question, refused))
+        self._open = None
+        answer = Ack(id=question.command.id, accepted=True)
+        acts = (NO_USER_ERROR, *_reply(question.client, question.command, answer))
+        return Ruling(acts=acts, order=replace(question.order, route=verdict.route))
+
+    def _refuse(self, question: _Question, refused: Refusal) -> Acts:
+        self._open = None
+        ruling = refuse(question.command, refused)
+        assert isinstance(ruling.answer, Ack)  # noqa: S101 - a refusal is an Ack
+        return (Desire(None), *ruling.acts, *_reply(question.client, question.command, ruling.answer))
+
+
+def refuse(command: Command, refused: Refusal) -> Ruling:
+    """Return the refusing answer, and the User Error that the command caused."""
+    answer = Ack(id=command.id, accepted=False, reason=refused.reason)
+    shown = refused.error is not UserError.NONE
+    return Ruling(answer, (ShowUserError(refused.error, refused.reason),) if shown else ())
+
+
+def answer_record(client: ClientId, command: Command, answer: Ack) -> Record:
+    """Return the record of an answer."""
+    entries = (("client", client), ("command", command_type(command)), ("accepted", answer.accepted))
+    return Record("answer to operator", (*entries, ("reason", answer.reason)))
+
+
+def _reply(client: ClientId, command: Command, answer: Ack) -> Acts:
+    return answer_record(client, command, answer), Reply(client, answer)
 
 
 class CommandDesk:
-    """Takes commands, one after the other."""
+    """Rules on commands, one after the other."""
 
-    def __init__(self, context: OperationsManager) -> None:
-        self._context = context
+    def __init__(self, tokens: KillTokens, kill: KillSwitch, reader: ParameterReader) -> None:
+        self._tokens = tokens
+        self._kill_switch = kill
+        self._reader = reader
+        self.inquiries = Inquiries()
+        self.routes = RouteRequests()
 
-    def handle(self, client: ClientId, command: Command) -> Outgoing | None:
-        """Decide on a command, act on it, and return the answer; None: the answer follows through the socket."""
-        if isinstance(command, OperatorHeartbeat):
-            return Ack(id=command.id, accepted=True)
-        if isinstance(command, Control | MapResync):
-            return Ack(id=command.id, accepted=False, reason=f"{command.type}: is answered by the web server.")
-        if isinstance(command, CheckFence):
-            return answer_check(self._context, command)
-        self._context.record("command", {"client": client, **command.model_dump(by_alias=True, exclude={"token"})})
-        if isinstance(command, RouteRequest):
-            self._context.route_requests.ask(client, command)
-            return None
-        refusal = self._context.judge.refusal(client, command)
-        answer = self.refuse(command, refusal) if refusal is not None else self._accept(client, command)
-        if isinstance(answer, Ack):
-            self._record_answer(client, command, answer)
-        return answer
+    def rule(self, client: ClientId, command: Command, case: Case) -> Ruling:
+        """Return the outcome of a command."""
+        match command:
+            case OperatorHeartbeat():
+                return Ruling(Ack(id=command.id, accepted=True))
+            case Control() | MapResync():
+                reason = f"{command.type}: is answered by the web server."
+                return Ruling(Ack(id=command.id, accepted=False, reason=reason))
+            case CheckFence():
+                return Ruling(_check_fence(command, case))
+            case RouteRequest():
+                return Ruling(acts=self.routes.ask(client, command))
+        refused = refusal(case, client, command)
+        return self._accept(client, command, case) if refused is None else refuse(command, refused)
 
-    def refuse(self, command: Command, refusal: Refusal) -> Ack:
-        """Return the refusing answer; show the User Error that the command caused."""
-        if refusal.error is not UserError.NONE:
-            self._context.set_user_error(refusal.error, refusal.reason)
-        return Ack(id=command.id, accepted=False, reason=refusal.reason)
+    def _accept(self, client: ClientId, command: Command, case: Case) -> Ruling:
+        facts, accepted = case.facts, Ack(id=command.id, accepted=True)
+        match command:
+            case KillRequest():
+                token = self._tokens.issue(client, facts.now)
+                return Ruling(KillToken(id=command.id, token=token, valid_for=TOKEN_VALID_S))
+            case Kill():
+                return self._kill(client, command, facts)
+            case ClearKill():
+                self._kill_switch.clear()
+                return Ruling(accepted, (NO_USER_ERROR, Log("info", "The cut of the motors was cleared.")))
+            case SetFailsafes():
+                self._reader.set_failsafes()
+                return Ruling(accepted, (NO_USER_ERROR,))
+            case AutonomousMove():
+                return Ruling(acts=self.inquiries.open(client, command, _move_order(command, facts), facts))
+        return Ruling(accepted, self._begin(), _order(command, case))
 
-    def accept(self, command: Command, order: Order) -> Ack:
-        """Hand an accepted command to the state, which follows it at once."""
-        self._begin()
-        self._context.give(order)
-        return Ack(id=command.id, accepted=True)
+    def _begin(self) -> Acts:
+        """An accepted command clears the User Error of an earlier one, and replaces a Move that is still judged."""
+        return (NO_USER_ERROR, *self.inquiries.supersede())
 
-    def answer_later(self, client: ClientId, command: Command, answer: Ack) -> None:
-        """Send an answer that had to wait."""
-        self._record_answer(client, command, answer)
-        self._context.socket.reply(client, answer)
+    def _kill(self, client: ClientId, command: Kill, facts: Facts) -> Ruling:
+        problem = self._tokens.redeem(client, command.token, facts.now)
+        record = Record("kill token", (("problem", problem),))
+        if problem:
+            return Ruling(Ack(id=command.id, accepted=False, reason=problem), (record,))
+        cut = self._kill_switch.begin(facts)
+        acts = (record, *cut, *self._begin(), Log("error", "Motors are being cut by you."))
+        return Ruling(Ack(id=command.id, accepted=True), acts)
 
-    def place_of(self, command: AutonomousMove | CompulsiveMove | RouteRequest) -> MapPoint | None:
-        """Return the place in the map that a Move or Route Request means, None while the position is not known."""
-        if command.frame == "Map":
-            return MapPoint(command.x, command.y)
-        pose = self._context.topics.get_fresh_pose()
-        if pose is None or pose.map is None:
-            return None
-        return MapPoint(pose.map.north + command.x, pose.map.east + command.y)
 
-    def _begin(self) -> None:
-        """An accepted command clears the User Error of an earlier one, and takes the place of a Move still judged."""
-        self._context.set_user_error(UserError.NONE, "")
-        self._context.inquiries.supersede()
+def _order(command: Command, case: Case) -> Order:
+    match command:
+        case Arm():
+            return ArmOrder(len(case.checks))
+        case CompulsiveMove():
+            return _move_order(command, case.facts)
+        case Configure():
+            return ConfigureOrder(HeightParameters(command.min, command.des, command.max))
+        case SetFence():
+            return FenceOrder(plan_of(command))
+        case ClearFence():
+            return FenceOrder(None)
+    return command
 
-    def _accept(self, client: ClientId, command: Command) -> Outgoing | None:
-        if isinstance(command, KillRequest):
-            return KillToken(id=command.id, token=self._context.kill.request(client), valid_for=TOKEN_VALID_S)
-        if isinstance(command, Kill):
-            return self._kill(client, command)
-        if isinstance(command, ClearKill):
-            return self._clear_kill(command)
-        if isinstance(command, SetFailsafes):
-            self._context.set_user_error(UserError.NONE, "")
-            self._context.preflight.set_failsafes()
-            return Ack(id=command.id, accepted=True)
-        if isinstance(command, AutonomousMove):
-            self._context.inquiries.open(client, command, self._move_order(command))
-            return None
-        if isinstance(command, CompulsiveMove):
-            return self.accept(command, self._move_order(command))
-        if isinstance(command, Configure):
-            return self.accept(command, ConfigureOrder(HeightParameters(command.min, command.des, command.max)))
-        if isinstance(command, SetFence | ClearFence):
-            return self.accept(command, FenceOrder(plan_of(command) if isinstance(command, SetFence) else None))
-        return self.accept(command, command)
 
-    def _move_order(self, command: AutonomousMove | CompulsiveMove) -> MoveOrder:
-        place, pose = self.place_of(command), self._context.topics.get_fresh_pose()
-        if place is None or pose is None or pose.map is None:
-            raise ValueError("a move was accepted without a position")
-        heights = self._context.heights
-        wanted = command.height if isinstance(command, CompulsiveMove) else None
-        height = heights.bounded(wanted or pose.map.height)
-        return MoveOrder(place, height, pose.map.yaw, isinstance(command, AutonomousMove), number=0)
+def _move_order(command: AutonomousMove | CompulsiveMove, facts: Facts) -> MoveOrder:
+    place, here = place_of(command, facts), facts.place
+    if place is None or here is None:
+        raise ValueError("a move was accepted without a position")
+    wanted = command.height if isinstance(command, CompulsiveMove) else None
+    height = facts.limits.heights.bounded(wanted or here.height)
+    return MoveOrder(place, height, here.yaw, isinstance(command, AutonomousMove), number=0)
 
-    def _kill(self, client: ClientId, command: Kill) -> Ack:
-        try:
-            self._context.kill.kill(client, command.token, self._context.topics.get_state().armed)
-        except KillRefused as refused:
-            return Ack(id=command.id, accepted=False, reason=str(refused))
-        self._begin()
-        self._context.log.add("error", "Motors are being cut by you.")
-        return Ack(id=command.id, accepted=True)
 
-    def _clear_kill(self, command: ClearKill) -> Ack:
-        self._context.set_user_error(UserError.NONE, "")
-        self._context.kill.clear()
-        self._context.log.add("info", "The cut of the motors was cleared.")
-        return Ack(id=command.id, accepted=True)
-
-    def _record_answer(self, client: ClientId, command: Command, answer: Ack) -> None:
-        payload = {"client": client, "command": command_type(command), "accepted": answer.accepted}
-        self._context.record("answer to operator", {**payload, "reason": answer.reason})
+def _check_fence(command: CheckFence, case: Case) -> Outgoing:
+    facts = case.facts
+    place = facts.global_place
+    standpoint = Standpoint(place, facts.position.datum or place, return_altitude(case.values))
+    return check_answer(command, case.settings, facts.limits.heights, standpoint)

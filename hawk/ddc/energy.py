@@ -1,4 +1,4 @@
-"""What the way home costs: battery drain as measured, and when the drone must return."""
+"""Cost of the flight home: battery drain as measured, and the moment at which the drone must return."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ from collections import deque
 from dataclasses import dataclass
 
 DRAIN_WINDOW_S = 60.0
-"""Drain is measured over so many seconds of flight."""
+"""The drain is measured over this time in flight, seconds."""
 DRAIN_MINIMUM_S = 20.0
-"""Below this much flight the assumed drain stands in."""
+"""With less flight than this the assumed drain is used, seconds."""
 ASSUMED_DRAIN = 100.0 / (15 * 60)
-"""Percent a second until it was measured: an empty battery after 15 minutes."""
+"""Drain until it was measured, percent a second: an empty battery after 15 minutes."""
 SAFETY_FACTOR = 1.3
-"""The way home against the wind costs more than it cost out."""
+"""The flight home against the wind costs more than the flight out."""
 CLIMB_M_S = 2.0
 DESCENT_M_S = 1.5
 FINAL_DESCENT_M_S = 0.5
@@ -22,7 +22,7 @@ FINAL_HEIGHT_M = 10.0
 
 @dataclass(frozen=True, slots=True)
 class Reserve:
-    """Battery in percent: what is there, what must be there to come home with the reserve, and seconds until then."""
+    """Battery in percent: the charge, the charge needed to come home with the reserve, and seconds until then."""
 
     percentage: float
     needed: float
@@ -30,7 +30,7 @@ class Reserve:
 
     @property
     def is_reached(self) -> bool:
-        """Whether the drone must return."""
+        """True when the drone must return."""
         return self.percentage <= self.needed
 
 
@@ -43,7 +43,7 @@ def seconds_home(distance: float, height: float, return_height: float, speed: fl
 
 
 class BatteryWatch:
-    """Measures the drain in flight (least squares over a window) and says how long the drone may stay out."""
+    """Measures the drain in flight: least squares over a window."""
 
     def __init__(self, reserve_percent: float, speed: float) -> None:
         self._reserve = reserve_percent
@@ -51,7 +51,7 @@ class BatteryWatch:
         self._samples: deque[tuple[float, float]] = deque()
 
     def reset(self) -> None:
-        """Forget what was measured (another flight, another battery)."""
+        """Forget the samples (another flight, another battery)."""
         self._samples.clear()
 
     def update(self, percentage: float, now: float) -> None:
@@ -75,7 +75,8 @@ class BatteryWatch:
         return max(-slope, ASSUMED_DRAIN / 3)
 
     def reserve(self, percentage: float, distance: float, height: float, return_height: float) -> Reserve:
-        """Weigh what is left against the way home: ``distance`` and heights in metres."""
+        """Return the charge against the cost of the flight home: ``distance`` and heights in metres."""
         home = seconds_home(distance, height, return_height, self._speed)
-        needed = self._reserve + SAFETY_FACTOR * home * self.drain
-        return Reserve(percentage, needed, max(0.0, (percentage - needed) / self.drain))
+        drain = self.drain
+        needed = self._reserve + SAFETY_FACTOR * home * drain
+        return Reserve(percentage, needed, max(0.0, (percentage - needed) / drain))

@@ -1,4 +1,4 @@
-"""A fence as GeoJSON (RFC 7946): one Polygon, WGS-84, longitude before latitude."""
+"""The stored fence: GeoJSON (RFC 7946; one Polygon, WGS-84, longitude before latitude), kept over restarts."""
 
 from __future__ import annotations
 
@@ -9,13 +9,96 @@ from typing import Any
 
 from shapely import Polygon
 
-from hawk.comm.fence_messages import LEAST_CORNERS, MOST_CORNERS
+from hawk.comm.messages import LEAST_CORNERS, MOST_CORNERS
+from hawk.comm.status import FenceSetup
+from hawk.ddc.atomic_file import set_aside, write_atomically
+from hawk.ddc.fence import FencePlan, check_plan, fence_setup
 from hawk.ddc.geofence import FenceError, Ring
+from hawk.ddc.orders import Level
+from hawk.ddc.settings import DdcSettings
+from hawk.model import Fence, GlobalPose, HeightParameters
+
+FENCE_FILE = "fence.geojson"
 
 
-def read_geojson(path: Path) -> Ring:
-    """Return the one polygon of a GeoJSON file as (latitude, longitude) vertices, not closed. Raises FenceError."""
-    return read_outline(path)[0]
+class FenceKeeper:
+    """Keeps the planned fence: the one that an operator drew, else the configured file's, else a circle.
+
+    A drawn fence that cannot be read again is a `problem`: it keeps the drone on the ground, because nobody knows
+    where it would have forbidden to fly.
+    """
+
+    def __init__(self, settings: DdcSettings, directory: Path) -> None:
+        """Read the files.
+
+        Raises:
+            FenceError: The configured file cannot be used.
+        """
+        self._settings = settings
+        self._path = directory / FENCE_FILE
+        self._standard = _standard(settings)
+        self.plan = self._standard
+        self.problem = ""
+        """Reason why the drawn fence cannot be used; empty when it can, or when there is none."""
+        self._read()
+        self.setup: FenceSetup = fence_setup(self.plan, settings, self.problem)
+        """The plan as operators see it; another object after each change."""
+
+    @property
+    def notice(self) -> tuple[Level, str, str] | None:
+        """A message for the start: a drawn fence that cannot be used, or that outranks the configured file."""
+        if self.problem:
+            return "warning", "The fence that was drawn cannot be used.", self.problem
+        if self.plan.source == "drawn" and self._standard.source == "file":
+            return "info", "The drawn fence is used, not the settings' file.", f"{self._settings.fence.file}"
+        return None
+
+    def build(self, datum: GlobalPose, place: GlobalPose) -> Fence:
+        """Return the planned fence in the map frame for a drone that is armed at a place.
+
+        Raises:
+            FenceError: Nothing whole is left inside the margin.
+        """
+        return self.plan.around(datum, place, self._settings.fence)
+
+    def store(self, plan: FencePlan | None) -> None:
+        """Write a drawn fence to its file; None renames the file. Blocks on the disk: call it off the loop.
+
+        Raises:
+            FenceError: The disk refused.
+        """
+        try:
+            if plan is None:
+                set_aside(self._path, "former")
+            else:
+                write_atomically(self._path, outline_geojson(plan.ring, plan.ceiling))
+        except OSError as error:
+            raise FenceError(f"The fence could not be stored in {self._path}: {error}") from error
+
+    def use(self, plan: FencePlan | None) -> None:
+        """Plan with this fence from the next Arm on; None: with the configured one."""
+        self.plan = plan or self._standard
+        self.problem = ""
+        self.setup = fence_setup(self.plan, self._settings, "")
+
+    def _read(self) -> None:
+        if not self._path.exists():
+            return
+        highest = self._settings.heights.ceiling_m
+        try:
+            ring, ceiling = read_outline(self._path)
+            plan = FencePlan("drawn", ring, highest if ceiling is None else min(ceiling, highest))
+            check_plan(plan, self._settings, HeightParameters(0.0, 0.0, 0.0))
+        except FenceError as error:
+            self.problem = f"The drawn fence cannot be used: {error}"
+        else:
+            self.plan = plan
+
+
+def _standard(settings: DdcSettings) -> FencePlan:
+    if settings.fence.file is None:
+        return FencePlan("circle", (), settings.heights.ceiling_m)
+    return FencePlan("file", read_outline(settings.fence.file)[0], settings.heights.ceiling_m)
 
 
 def read_outline(path: Path) -> tuple[Ring, float | None]:

@@ -1,4 +1,4 @@
-"""Where the drone may be: pure geometry in the map frame (metres north and east), no clock, no autopilot."""
+"""Geometry of the fence in the map frame (metres north and east): no clock, no autopilot."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from hawk.comm.frames import offset_ned
 from hawk.model import Fence, GlobalPose, MapPoint
 
 BREACH_TOLERANCE_M = 0.5
-"""Position noise and overshoot: a breach begins so far outside our fence, metres."""
+"""Position noise and overshoot: a breach begins this far outside our fence, metres."""
 RECOVERY_DEPTH_M = 2.0
-"""A drone beyond our fence is sent so far inside it, metres."""
+"""A drone beyond our fence is sent this far inside it, metres."""
 CIRCLE_VERTICES = 48
 """Corners of a circular fence; ArduPilot takes up to some 70."""
 LEAST_SIDE_M = 0.5
-"""Corners nearer to each other are one that was set twice."""
+"""Corners nearer to each other are one corner set twice, metres."""
 LEAST_AREA_M2 = 400.0
 """20 x 20 m: with the margin taken off both sides something is left to fly in."""
 MOST_EXTENT_M = 4000.0
 """As wide as the widest circle that can be configured."""
-WAY_BACK_M = 0.5
-"""A stop before the edge is so far before it, metres."""
+EDGE_MARGIN_M = 0.5
+"""A stop before the edge is this far before it, metres."""
 _ARC_SEGMENTS = 16
 
 Ring = tuple[tuple[float, float], ...]
@@ -114,17 +114,19 @@ def circle(centre: MapPoint, radius: float) -> Ring:
 
 
 def contains(fence: Fence, place: MapPoint) -> bool:
-    """Whether the place lies inside our fence, its edge included."""
-    return _is_finite(place) and bool(_shape(fence.polygon).covers(Point(place.north, place.east)))
+    """Return True when the place lies inside our fence or on its edge."""
+    return _is_finite(place) and bool(shapely.intersects_xy(_shape(fence.polygon), place.north, place.east))
 
 
 def outside_by(fence: Fence, place: MapPoint) -> float:
     """Return how far the place lies outside our fence, metres; 0 inside."""
+    if contains(fence, place):
+        return 0.0
     return float(_shape(fence.polygon).distance(Point(place.north, place.east)))
 
 
-def way_is_inside(fence: Fence, start: MapPoint, end: MapPoint) -> bool:
-    """Whether the straight way lies inside our fence from end to end."""
+def path_is_inside(fence: Fence, start: MapPoint, end: MapPoint) -> bool:
+    """Return True when the straight path lies inside our fence from end to end."""
     if not (_is_finite(start) and _is_finite(end)):
         return False
     if start == end:
@@ -133,11 +135,11 @@ def way_is_inside(fence: Fence, start: MapPoint, end: MapPoint) -> bool:
 
 
 def leads_inside(fence: Fence, start: MapPoint, end: MapPoint) -> bool:
-    """Whether the straight way ends inside our fence and never leaves it once it is inside.
+    """Return True when the straight path ends inside our fence and never leaves it once it is inside.
 
-    From a start inside this is `way_is_inside`; from one outside it is a way back that enters once.
+    From a start inside this is `path_is_inside`; from one outside it is a path back that enters once.
     """
-    if way_is_inside(fence, start, end):
+    if path_is_inside(fence, start, end):
         return True
     if not _is_finite(start) or not contains(fence, end) or contains(fence, start):
         return False
@@ -146,18 +148,18 @@ def leads_inside(fence: Fence, start: MapPoint, end: MapPoint) -> bool:
 
 
 def last_inside(fence: Fence, start: MapPoint, end: MapPoint) -> MapPoint:
-    """Return where a straight way that begins inside and leaves our fence must end: `WAY_BACK_M` before it leaves."""
+    """Return the end of a straight path that begins inside and leaves our fence: `EDGE_MARGIN_M` before it leaves."""
     inside = _shape(fence.polygon).intersection(LineString([(start.north, start.east), (end.north, end.east)]))
     first = min(shapely.get_parts(inside), key=lambda part: part.distance(Point(start.north, start.east)), default=None)
     if first is None:
         return start
     length = max(math.dist((start.north, start.east), corner) for corner in first.coords)
-    share = max(length - WAY_BACK_M, 0.0) / max(start.distance(end), 1e-9)
+    share = max(length - EDGE_MARGIN_M, 0.0) / max(start.distance(end), 1e-9)
     return MapPoint(start.north + (end.north - start.north) * share, start.east + (end.east - start.east) * share)
 
 
 def sees_all(fence: Fence, place: MapPoint) -> bool:
-    """Whether the straight way from everywhere inside our fence to this place stays inside.
+    """Return True when the straight path from everywhere inside our fence to this place stays inside.
 
     A simple polygon is seen whole from where all its corners are seen.
     """

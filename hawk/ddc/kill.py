@@ -1,4 +1,4 @@
-"""Kill: cutting the motors in two steps, and keeping at it until the autopilot shows that they are off."""
+"""Kill: cutting the motors in two steps, and repeating the command until the autopilot shows that they are off."""
 
 from __future__ import annotations
 
@@ -8,18 +8,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from hawk.comm.status import ClientId, KillState
+from hawk.ddc.acts import Acts, Ask, CutMotors
+from hawk.ddc.facts import Facts
 
 TOKEN_VALID_S = 10.0
 REPEAT_S = 0.2
 """The command is sent this often until disarmed is seen, seconds."""
 GIVE_UP_S = 5.0
-"""After so many seconds it is "not confirmed" and a new confirmation is needed."""
+"""After this time it is "not confirmed" and a new confirmation is needed, seconds."""
 ARMED_SHOWS_S = 1.0
-"""Heartbeats show "armed" up to so many seconds late."""
-
-
-class KillRefused(Exception):  # noqa: N818 - it is the answer, not a fault
-    """A kill that is not confirmed properly; the text tells what to do."""
+"""A HEARTBEAT shows "armed" up to this late, seconds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,86 +27,79 @@ class _Token:
     given: float
 
 
-class KillSwitch:
-    """One-use tokens, repetition, and the lock on Arm afterwards. Nothing of it is stored."""
+class KillTokens:
+    """One-use tokens: a Kill needs the newest one, given to the same client a moment ago. Nothing is stored."""
 
-    def __init__(
-        self, clock: Callable[[], float], send: Callable[[], None], new_token: Callable[[], str] | None = None
-    ) -> None:
-        self._clock = clock
-        self._send = send
+    def __init__(self, new_token: Callable[[], str] | None = None) -> None:
         self._new_token = new_token or (lambda: secrets.token_urlsafe(24))
         self._token: _Token | None = None
+
+    def issue(self, client: ClientId, now: float) -> str:
+        """Return a token for this client; any older one is void."""
+        self._token = _Token(self._new_token(), client, now)
+        return self._token.text
+
+    def redeem(self, client: ClientId, token: str, now: float) -> str:
+        """Use up the token; return the reason why it does not confirm a Kill, empty when it does."""
+        given, self._token = self._token, None
+        if given is None or given.client != client or not hmac.compare_digest(given.text.encode(), token.encode()):
+            return "Token: not valid, or used already: ask for a new one by Kill Request."
+        if now - given.given > TOKEN_VALID_S:
+            return f"Token: older than {TOKEN_VALID_S:g} s: ask for a new one by Kill Request."
+        return ""
+
+
+class KillSwitch:
+    """Repetition of the command, and the lock on Arm afterwards. Nothing of it is stored."""
+
+    def __init__(self) -> None:
         self._started: float | None = None
         self._last_sent = 0.0
-        self._state: KillState = "none"
-        self._killed = False
         self._was_armed = False
-
-    @property
-    def state(self) -> KillState:
-        """None, sending, confirmed or not confirmed."""
-        return self._state
+        self.state: KillState = "none"
+        self.is_killed = False
+        """True until the operator clears it: Arm is refused."""
 
     @property
     def is_sending(self) -> bool:
-        """Whether the command is being repeated."""
+        """True while the command is repeated."""
         return self._started is not None
 
-    @property
-    def is_killed(self) -> bool:
-        """Whether Arm is refused until the operator clears it."""
-        return self._killed
+    def begin(self, facts: Facts) -> Acts:
+        """Begin to cut the motors; return the first command."""
+        self.is_killed = True
+        self.state = "sending"
+        self._started = facts.now
+        self._was_armed = facts.vehicle.armed
+        return self._repeat(facts.now)
 
-    def request(self, client: ClientId) -> str:
-        """Give a token to this client; any older one is void."""
-        self._token = _Token(self._new_token(), client, self._clock())
-        return self._token.text
+    def tick(self, facts: Facts) -> Acts:
+        """Return the command when it is due; `is_sending` ends when disarmed is seen, or after GIVE_UP_S.
 
-    def kill(self, client: ClientId, token: str, armed: bool) -> None:
-        """Begin to cut the motors: the first command goes out in this call. Raises KillRefused on a bad token.
-
-        ``armed``: what the autopilot's last heartbeat says.
-        """
-        given, self._token = self._token, None
-        if given is None or given.client != client or not hmac.compare_digest(given.text.encode(), token.encode()):
-            raise KillRefused("Token: not valid, or used already: ask for a new one by Kill Request.")
-        if self._clock() - given.given > TOKEN_VALID_S:
-            raise KillRefused(f"Token: older than {TOKEN_VALID_S:g} s: ask for a new one by Kill Request.")
-        self._killed = True
-        self._state = "sending"
-        self._started = self._clock()
-        self._was_armed = armed
-        self._repeat()
-
-    def tick(self, armed: bool, heard: float, connected: bool) -> bool:
-        """Repeat the command until disarmed is seen; return whether the sending ended in this tick.
-
-        ``armed`` is what the heartbeat of the time ``heard`` says. A drone that did not seem armed may just be arming,
-        which shows late: such a heartbeat confirms only ARMED_SHOWS_S after the beginning.
+        A drone that did not seem armed may just be arming, which shows late: such a HEARTBEAT confirms only
+        ARMED_SHOWS_S after the beginning.
         """
         if self._started is None:
-            return False
-        now = self._clock()
-        self._was_armed |= armed
-        if connected and not armed and (self._was_armed or heard - self._started >= ARMED_SHOWS_S):
-            return self._end("confirmed")
-        if not connected or now - self._started >= GIVE_UP_S - 1e-6:
-            return self._end("not confirmed")
-        if now - self._last_sent >= REPEAT_S - 1e-6:
-            self._repeat()
-        return False
+            return ()
+        now, vehicle, is_up = facts.now, facts.vehicle, facts.link.is_up
+        self._was_armed |= vehicle.armed
+        if is_up and not vehicle.armed and (self._was_armed or vehicle.time - self._started >= ARMED_SHOWS_S):
+            self._end("confirmed")
+        elif not is_up or now - self._started >= GIVE_UP_S - 1e-6:
+            self._end("not confirmed")
+        elif now - self._last_sent >= REPEAT_S - 1e-6:
+            return self._repeat(now)
+        return ()
 
     def clear(self) -> None:
-        """The operator, on the ground, lets Arm be asked for again."""
-        self._killed = False
-        self._state = "none"
+        """Let Arm be asked for again: the operator confirmed it on the ground."""
+        self.is_killed = False
+        self.state = "none"
 
-    def _repeat(self) -> None:
-        self._last_sent = self._clock()
-        self._send()
+    def _repeat(self, now: float) -> Acts:
+        self._last_sent = now
+        return (Ask(CutMotors(), now),)
 
-    def _end(self, state: KillState) -> bool:
+    def _end(self, state: KillState) -> None:
         self._started = None
-        self._state = state
-        return True
+        self.state = state

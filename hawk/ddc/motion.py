@@ -1,20 +1,20 @@
-"""How the drone is led: stopping point, the carrot that goes ahead of it, and whether it makes progress."""
+"""Leading the drone: stopping point, the carrot target ahead of it, the route it follows, and its progress."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
 
-from hawk.model import MapPoint, MapPose, VehiclePose
+from hawk.model import MapPoint, MapPose, Route, VehiclePose
 
 BRAKING_M_S2 = 2.0
-"""What the drone brakes with at least, m/s²; ArduCopter's WPNAV_ACCEL is 2.5."""
+"""Least braking of the drone, m/s²; ArduCopter's WPNAV_ACCEL is 2.5."""
 REACTION_S = 0.3
 """Until braking begins, seconds."""
 TARGET_HORIZON_S = 3.0
-"""No target lies farther than so many seconds of flight plus the stopping distance."""
+"""No target lies farther than this many seconds of flight plus the stopping distance."""
 CARROT_LEAD_S = 1.5
-"""The carrot waits for the drone when it is so many seconds of flight, plus the stopping distance, ahead."""
+"""The carrot waits for the drone when it is this many seconds of flight, plus the stopping distance, ahead."""
 CLIMB_M_S = 2.0
 """Vertical speed of the carrot, m/s; ArduCopter's WPNAV_SPEED_DN is 1.5, WPNAV_SPEED_UP 2.5."""
 PROGRESS_M = 1.0
@@ -38,7 +38,7 @@ class Goal:
         return MapPoint(self.north, self.east)
 
     def is_finite(self) -> bool:
-        """Whether every number is finite."""
+        """Return True when every number is finite."""
         return all(math.isfinite(v) for v in (self.north, self.east, self.height, self.yaw))
 
 
@@ -82,7 +82,7 @@ class Carrot:
 
     @property
     def place(self) -> Goal | None:
-        """Where the carrot is, None before the first step."""
+        """The carrot's place; None before the first step."""
         return self._place
 
     def step(
@@ -90,8 +90,8 @@ class Carrot:
     ) -> Goal:
         """Move on towards the goal and return the target for this tick.
 
-        Outside ``lowest``..``highest`` (metres) only the height changes; the way across begins inside. ``speed`` (m/s)
-        makes this tick slower than travel speed, never faster; what is no speed is not heeded.
+        Outside ``lowest``..``highest`` (metres) only the height changes; the path across begins inside. ``speed``
+        (m/s) makes this tick slower than travel speed, never faster; an invalid speed is ignored.
         """
         if self._place is None or _aside(self._place, pose) > self._lead + 2.0:
             self._place = Goal(pose.north, pose.east, pose.height, goal.yaw)
@@ -127,7 +127,7 @@ def _aside(place: Goal, pose: MapPose) -> float:
 
 
 class ProgressWatch:
-    """Tells a drone that gets nowhere: less than a metre nearer to its goal in ten seconds."""
+    """Detects a drone that gets nowhere: less than a metre nearer to its goal in ten seconds."""
 
     def __init__(self) -> None:
         self._goal: Goal | None = None
@@ -135,7 +135,7 @@ class ProgressWatch:
         self._since = 0.0
 
     def is_stuck(self, pose: MapPose, goal: Goal, now: float) -> bool:
-        """Take the pose of this tick; whether there was no progress for too long (``now`` in seconds)."""
+        """Take the pose of this tick; return True without progress for too long (``now`` in seconds)."""
         left = distance(pose, goal)
         if self._goal is None or goal.point != self._goal.point or abs(goal.height - self._goal.height) > PROGRESS_M:
             self._goal, self._best, self._since = goal, left, now
@@ -145,14 +145,14 @@ class ProgressWatch:
 
 
 class RoamingWatch:
-    """The same for a goal that changes on the way: less than a metre from one place in ten seconds."""
+    """The same for a goal that changes in flight: less than a metre from one place in ten seconds."""
 
     def __init__(self) -> None:
         self._anchor: MapPose | None = None
         self._since = 0.0
 
     def is_stuck(self, pose: MapPose, now: float) -> bool:
-        """Take the pose of this tick; whether the drone stayed within a metre for too long (``now`` in seconds)."""
+        """Take the pose of this tick; return True after too long within a metre (``now`` in seconds)."""
         if self._anchor is None or _moved(self._anchor, pose) >= PROGRESS_M:
             self._anchor, self._since = pose, now
         return now - self._since >= PROGRESS_S
@@ -160,3 +160,59 @@ class RoamingWatch:
 
 def _moved(a: MapPose, b: MapPose) -> float:
     return math.dist((a.north, a.east, a.height), (b.north, b.east, b.height))
+
+
+_ON_LEG_M = 1.0
+"""Within this distance of a leg the drone is on it, metres."""
+
+
+class RouteFollower:
+    """Follows one route."""
+
+    def __init__(self, route: Route, arrival_m: float) -> None:
+        """``arrival_m``: within this distance of a corner the drone has stopped there, metres.
+
+        Raises:
+            ValueError: The route has less than two points.
+        """
+        if len(route.points) < 2:
+            raise ValueError("a route has at least two points")
+        self.route = route
+        self._arrival_m = arrival_m
+        self._leg = 1
+
+    def aim(self, place: MapPoint) -> MapPoint:
+        """Return the point to lead a drone at this place to, straight."""
+        points, turns = self.route.points, self.route.turns
+        while self._leg < len(points) - 1:
+            if place.distance(points[self._leg]) > max(turns[self._leg], self._arrival_m):
+                break
+            self._leg += 1
+        start, end = points[self._leg - 1], points[self._leg]
+        cut = turns[self._leg - 1]
+        if cut == 0 or _off_leg(place, start, end) <= _ON_LEG_M:
+            return end
+        return _on_leg(start, end, cut)
+
+    @property
+    def heading_for(self) -> MapPoint:
+        """The point of the route that is next."""
+        return self.route.points[self._leg]
+
+    def left(self, place: MapPoint) -> tuple[MapPoint, ...]:
+        """Return the rest of the route: from the drone's place through the points that are still to come."""
+        return (place, *self.route.points[self._leg :])
+
+
+def _on_leg(start: MapPoint, end: MapPoint, along: float) -> MapPoint:
+    share = min(1.0, along / start.distance(end))
+    return MapPoint(start.north + (end.north - start.north) * share, start.east + (end.east - start.east) * share)
+
+
+def _off_leg(place: MapPoint, start: MapPoint, end: MapPoint) -> float:
+    """Return the distance to the straight line through a leg, metres."""
+    north, east = end.north - start.north, end.east - start.east
+    length = math.hypot(north, east)
+    if length == 0:
+        return place.distance(end)
+    return abs((place.north - start.north) * east - (place.east - start.east) * north) / length

@@ -9,7 +9,7 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from hawk.ddc.atomic_file import put_aside, write_atomically
+from hawk.ddc.atomic_file import set_aside, write_atomically
 from hawk.model import HeightParameters
 
 PARAMETER_FILE = "params.json"
@@ -47,7 +47,7 @@ class ParameterStore:
         self._ceiling = ceiling
 
     def read(self) -> tuple[HeightParameters, str]:
-        """Return the stored heights, else the defaults, with a message when the file had to be put aside.
+        """Return the stored heights, else the defaults, with a message when the file had to be renamed.
 
         A file that cannot be used is renamed to ``params.json.bad`` so that nothing is lost.
         """
@@ -56,16 +56,16 @@ class ParameterStore:
         except FileNotFoundError:
             return self._defaults, ""
         except (OSError, UnicodeDecodeError) as error:
-            return self._defaults, self._put_aside(str(error))
+            return self._defaults, self._set_aside(str(error))
         try:
             stored = _StoredHeights.model_validate_json(text)
             heights = HeightParameters(stored.minimum, stored.desired, stored.maximum)
             check_heights(heights, self._ceiling)
         except ValidationError as error:
             problem = error.errors(include_url=False)[0]
-            return self._defaults, self._put_aside(f"{'.'.join(map(str, problem['loc']))}: {problem['msg']}")
+            return self._defaults, self._set_aside(f"{'.'.join(map(str, problem['loc']))}: {problem['msg']}")
         except ParameterError as error:
-            return self._defaults, self._put_aside(str(error))
+            return self._defaults, self._set_aside(str(error))
         return heights, ""
 
     def write(self, heights: HeightParameters) -> None:
@@ -76,7 +76,7 @@ class ParameterStore:
         except OSError as error:
             raise ParameterError(f"The heights could not be stored in {self._path}: {error}") from error
 
-    def _put_aside(self, reason: str) -> str:
+    def _set_aside(self, reason: str) -> str:
         with suppress(OSError):
-            put_aside(self._path, "bad")
-        return f"The stored heights cannot be used, the configured ones stand in: {reason}"
+            set_aside(self._path, "bad")
+        return f"The stored heights cannot be used, the configured ones are used: {reason}"

@@ -1,64 +1,33 @@
-"""Requests to the autopilot as owned tasks that the tick looks at: the loop never waits for an answer."""
+"""Requests under way as owned tasks, and the outcomes that become facts: the loop never waits for an answer."""
 
 from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Coroutine
-from enum import Enum
+from dataclasses import dataclass
 from typing import Any
 
-from hawk.ddc.errors import ReqFailed
+from hawk.ddc.acts import Ask
+from hawk.ddc.facts import Answer
+from hawk.model import UserError
+
+KEPT_S = 30.0
+"""An answer remains a fact for this time, seconds."""
+
+Key = tuple[str, float]
 
 
-class RequestStatus(Enum):
-    """How far a request is."""
+@dataclass(slots=True)
+class Outcomes:
+    """Outcomes of acts other than requests."""
 
-    PENDING = "pending"
-    DONE = "done"
-    FAILED = "failed"
-
-
-class Request:
-    """One request under way: ``name`` for logs, ``started`` in seconds."""
-
-    def __init__(self, name: str, task: asyncio.Task[Any], started: float) -> None:
-        self.name = name
-        self.started = started
-        self._task = task
-
-    @property
-    def status(self) -> RequestStatus:
-        """Pending, done or failed."""
-        if not self._task.done():
-            return RequestStatus.PENDING
-        if self._task.cancelled() or self._task.exception() is not None:
-            return RequestStatus.FAILED
-        return RequestStatus.DONE
-
-    @property
-    def is_pending(self) -> bool:
-        """Whether the answer is still to come."""
-        return self.status is RequestStatus.PENDING
-
-    @property
-    def is_done(self) -> bool:
-        """Whether it was answered well."""
-        return self.status is RequestStatus.DONE
-
-    @property
-    def has_failed(self) -> bool:
-        """Whether it was refused, or not answered."""
-        return self.status is RequestStatus.FAILED
-
-    @property
-    def reason(self) -> str:
-        """Why it failed, in the autopilot's own words where it gave any; empty otherwise."""
-        if not self.has_failed:
-            return ""
-        if self._task.cancelled():
-            return "cancelled"
-        error = self._task.exception()
-        return str(error) or type(error).__name__
+    target_refusal: str = ""
+    """Reason why the last target was not sent; empty when it was."""
+    starts_in_air: int | None = None
+    desired_count: int = 0
+    """Number of the newest desired pose."""
+    user_error: UserError = UserError.NONE
+    user_error_text: str = ""
 
 
 class Requests:
@@ -67,39 +36,56 @@ class Requests:
     def __init__(self, clock: Callable[[], float], report: Callable[[str, str], None]) -> None:
         self._clock = clock
         self._report = report
-        self._tasks: set[asyncio.Task[Any]] = set()
+        self._tasks: dict[Key, asyncio.Task[Any]] = {}
+        self._ended: dict[Key, tuple[float, Answer]] = {}
 
     @property
     def is_busy(self) -> bool:
-        """Whether any request is under way."""
+        """True while any request is under way."""
         return bool(self._tasks)
 
-    def start(self, name: str, call: Coroutine[Any, Any, Any]) -> Request:
-        """Start a request on the running loop."""
-        task = asyncio.get_running_loop().create_task(call, name=f"ddc: {name}")
-        self._tasks.add(task)
-        task.add_done_callback(lambda done: self._ended(name, done))
-        return Request(name, task, self._clock())
+    def answers(self) -> tuple[Answer, ...]:
+        """Return the requests under way, and those that ended within `KEPT_S`, as facts."""
+        now = self._clock()
+        if self._ended:
+            self._ended = {key: ended for key, ended in self._ended.items() if now - ended[0] <= KEPT_S}
+        pending = [Answer(name, asked, "pending") for name, asked in self._tasks]
+        return (*pending, *(answer for _, answer in self._ended.values()))
+
+    def start(self, ask: Ask, call: Callable[[], Coroutine[Any, Any, Any]]) -> None:
+        """Start a request on the running loop, once."""
+        key = (ask.name, ask.at)
+        if key in self._tasks or key in self._ended:
+            return
+        task = asyncio.get_running_loop().create_task(call(), name=f"ddc: {ask.name}")
+        self._tasks[key] = task
+        task.add_done_callback(lambda done: self._end(key, done))
 
     async def finish(self) -> None:
         """Wait until every request under way has ended."""
-        await asyncio.gather(*self._tasks, return_exceptions=True)
+        await asyncio.gather(*self._tasks.values(), return_exceptions=True)
 
     async def close(self) -> None:
         """Cancel what is under way and wait until it has ended."""
-        tasks = tuple(self._tasks)
+        tasks = tuple(self._tasks.values())
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
 
-    def _ended(self, name: str, task: asyncio.Task[Any]) -> None:
-        self._tasks.discard(task)
-        if task.cancelled():
-            return
-        error = task.exception()
-        if error is None:
-            self._report(name, "")
-        elif isinstance(error, ReqFailed):
-            self._report(name, str(error))
-        else:
-            self._report(name, f"{type(error).__name__}: {error}")
+    def _end(self, key: Key, task: asyncio.Task[Any]) -> None:
+        self._tasks.pop(key, None)
+        answer = _answer(key, task)
+        self._ended[key] = (self._clock(), answer)
+        if not task.cancelled():
+            self._report(key[0], answer.reason if answer.has_failed else "")
+
+
+def _answer(key: Key, task: asyncio.Task[Any]) -> Answer:
+    name, asked = key
+    if task.cancelled():
+        return Answer(name, asked, "failed", "cancelled")
+    error = task.exception()
+    if error is None:
+        value = task.result()
+        return Answer(name, asked, "done", value=float(value) if isinstance(value, int | float) else None)
+    return Answer(name, asked, "failed", str(error) or type(error).__name__)

@@ -1,4 +1,4 @@
-"""What a daemon does that finds itself started in the air."""
+"""Rules for a daemon that starts while the drone is in the air."""
 
 from __future__ import annotations
 
@@ -7,18 +7,17 @@ from enum import Enum
 from hawk.model import FlightSoFar
 
 RESTART_WINDOW_S = 60.0
-"""Starts in the air are counted over so many seconds."""
-
+"""Starts in the air are counted over this time, seconds."""
 
 FLIGHT_KEPT_S = 120.0
-"""A flight that was last heard of longer ago has ended: on its own failsafes the drone is down by then."""
+"""A flight whose last record is older has ended, seconds: on its own failsafes the drone is down by then."""
 
 
 class RestartRule(Enum):
-    """What to do at a start in the air."""
+    """The action at a start in the air."""
 
-    TAKE_UP = "take up"
-    """Take the state from the mapping."""
+    ADOPT = "adopt"
+    """Adopt the state that stands for the autopilot's activity."""
     RETURN_HOME = "return home"
     """Something is wrong with us: Return To Launch before anything else (not in Manual, RTL, Land)."""
     STAY_AWAY = "stay away"
@@ -26,10 +25,10 @@ class RestartRule(Enum):
 
 
 def flight_goes_on(kept: FlightSoFar | None, utc: float, speed: float) -> tuple[float, float] | None:
-    """Return flight time (seconds) and way (metres) of the flight in which this program started; None: not known.
+    """Return time (seconds) and distance (metres) of the flight in which this program started; None when unknown.
 
     ``utc`` is the wall clock, ``speed`` the daemon's seconds per real second. A wall clock that was set back while
-    the program was down counts as no time.
+    the program was down adds no time.
     """
     if kept is None or utc - kept.at > FLIGHT_KEPT_S:
         return None
@@ -37,7 +36,7 @@ def flight_goes_on(kept: FlightSoFar | None, utc: float, speed: float) -> tuple[
 
 
 def restart_rule(starts_in_the_air: int) -> RestartRule:
-    """Return what to do at this start, counted with those of the last RESTART_WINDOW_S before it (1: the first)."""
+    """Return the action at this start, counted with those of the last RESTART_WINDOW_S before it (1: the first)."""
     if starts_in_the_air >= 3:
         return RestartRule.STAY_AWAY
-    return RestartRule.RETURN_HOME if starts_in_the_air == 2 else RestartRule.TAKE_UP
+    return RestartRule.RETURN_HOME if starts_in_the_air == 2 else RestartRule.ADOPT

@@ -1,94 +1,106 @@
-"""Telling an operator the way that an Autonomous Move would take, without flying it."""
+"""Route Requests: the path of an Autonomous Move without flying it; and the planner's verdict in words."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from hawk.comm.messages import Point, RouteAnswer, RouteRequest
-from hawk.comm.status import ClientId
-from hawk.ddc.inquiry import NOT_TOLD, place_refusal
-from hawk.ddc.topic_interface import VERDICT_AGE_S
-from hawk.model import DesiredPose, MapPoint, Route
-
-if TYPE_CHECKING:
-    from hawk.ddc.operations_manager import OperationsManager
+from hawk.comm.messages import RouteAnswer, RouteRequest
+from hawk.comm.status import ClientId, Point
+from hawk.ddc.acts import Acts, AskPlace, Reply
+from hawk.ddc.facts import VERDICT_AGE_S, Facts
+from hawk.ddc.judge import place_of, place_refusal
+from hawk.model import DesiredPose, Inbound, MapPoint, Verdict
 
 WAITING_LIMIT = 8
 """Clients whose questions wait at a time."""
+NOT_JUDGED = "X, Y: whether the place is inside the lot could not be told within a second."
+_REASONS = {
+    Inbound.OUTSIDE: "X, Y: the place is outside the lot: choose one inside, or Compulsive Move.",
+    Inbound.UNKNOWN: "X, Y: nobody has seen that place yet: explore first, or Compulsive Move.",
+}
+
+
+def verdict_refusal(verdict: Verdict) -> str:
+    """Return the reason why an Autonomous Move to the place of a verdict is refused; empty when it has a route."""
+    if verdict.inbound is not Inbound.INSIDE:
+        return _REASONS[verdict.inbound]
+    if len(verdict.route.points) >= 2:
+        return ""
+    return f"X, Y: {verdict.route.refused or 'no way there is known'}: choose another place, or Compulsive Move."
 
 
 @dataclass(frozen=True, slots=True)
 class _Question:
     client: ClientId
     request: RouteRequest
+    number: int = 0
+    asked: float = 0.0
 
 
 class RouteRequests:
     """Asks the planner about one place after another, in the order in which clients asked.
 
-    A client's newer question takes the place of its older one, whose answer says so.
+    A client's newer question replaces its older one, whose answer says so.
     """
 
-    def __init__(self, context: OperationsManager) -> None:
-        self._context = context
+    def __init__(self) -> None:
         self._waiting: dict[ClientId, _Question] = {}
-        self._open: tuple[_Question, int, float] | None = None
+        self._open: _Question | None = None
         self._number = 0
 
-    def ask(self, client: ClientId, request: RouteRequest) -> None:
-        """Take up a question; the answer goes to the client within a second of its turn."""
+    def ask(self, client: ClientId, request: RouteRequest) -> Acts:
+        """Accept a question; the answer goes to the client within a second of its turn."""
+        acts: Acts = ()
         older = self._waiting.pop(client, None)
         if older is not None:
-            self._refuse(older, "You asked for another way since.")
+            acts = _refuse(older, "You asked for another way since.")
+        question = _Question(client, request)
         if len(self._waiting) >= WAITING_LIMIT:
-            self._refuse(_Question(client, request), "Too many ask for ways: ask again in a moment.")
-            return
-        self._waiting[client] = _Question(client, request)
+            return acts + _refuse(question, "Too many ask for ways: ask again in a moment.")
+        self._waiting[client] = question
+        return acts
 
-    def tick(self) -> None:
-        """Look for the answer, and put the next question."""
-        if self._open is not None:
-            self._look(*self._open)
+    def tick(self, facts: Facts) -> Acts:
+        """Look for the answer, and ask the next question."""
+        acts = () if self._open is None else self._look(self._open, facts)
         while self._open is None and self._waiting:
             client = next(iter(self._waiting))
-            self._put(self._waiting.pop(client))
+            acts += self._put(self._waiting.pop(client), facts)
+        return acts
 
-    def _put(self, question: _Question) -> None:
-        place = self._context.commands.place_of(question.request)
-        refusal = None if place is None else self._context.judge.place_refusal(place)
-        if place is None or refusal is not None:
-            self._refuse(question, refusal.reason if refusal else "The position is not known well enough: wait for it.")
-            return
+    def _put(self, question: _Question, facts: Facts) -> Acts:
+        place = place_of(question.request, facts)
+        if place is None:
+            return _refuse(question, "The position is not known well enough: wait for it.")
+        refused = place_refusal(facts, place)
+        if refused is not None:
+            return _refuse(question, refused.reason)
         self._number += 1
-        self._open = (question, self._number, self._context.now)
-        self._context.topics.asked_place_pub.publish(DesiredPose(self._number, place.north, place.east))
+        self._open = _Question(question.client, question.request, self._number, facts.now)
+        return (AskPlace(DesiredPose(self._number, place.north, place.east)),)
 
-    def _look(self, question: _Question, number: int, asked: float) -> None:
-        verdict = self._context.topics.get_asked_verdict(number)
-        if verdict is not None:
-            self._close()
-            refused = place_refusal(verdict)
-            if refused:
-                self._refuse(question, refused)
-            else:
-                self._answer(question, verdict.route)
-        elif self._context.now - asked > VERDICT_AGE_S:
-            self._close()
-            self._refuse(question, NOT_TOLD)
-
-    def _close(self) -> None:
+    def _look(self, question: _Question, facts: Facts) -> Acts:
+        verdict = facts.sight.asked
+        if verdict is None or verdict.number != question.number:
+            if facts.now - question.asked <= VERDICT_AGE_S:
+                return ()
+            self._open = None
+            return AskPlace(None), *_refuse(question, NOT_JUDGED)
         self._open = None
-        self._context.topics.asked_place_pub.publish(None)
+        refused = verdict_refusal(verdict)
+        return AskPlace(None), *(_refuse(question, refused) if refused else _answer(question, verdict))
 
-    def _answer(self, question: _Question, route: Route) -> None:
-        points = [_point(place) for place in route.points]
-        answer = RouteAnswer(id=question.request.id, points=points, length_m=round(route.length_m, 1), refused=None)
-        self._context.socket.reply(question.client, answer)
 
-    def _refuse(self, question: _Question, reason: str) -> None:
-        answer = RouteAnswer(id=question.request.id, points=[], length_m=None, refused=reason)
-        self._context.socket.reply(question.client, answer)
+def _answer(question: _Question, verdict: Verdict) -> Acts:
+    points = [_point(place) for place in verdict.route.points]
+    length = round(verdict.route.length_m, 1)
+    answer = RouteAnswer(id=question.request.id, points=points, length=length, refused=None)
+    return (Reply(question.client, answer),)
+
+
+def _refuse(question: _Question, reason: str) -> Acts:
+    answer = RouteAnswer(id=question.request.id, points=[], length=None, refused=reason)
+    return (Reply(question.client, answer),)
 
 
 def _point(place: MapPoint) -> Point:

@@ -6,32 +6,39 @@ The secret is how the autopilot is asked. Access programs raise ReqFailed with t
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Mapping
+from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from hawk.comm.vehicle import Autopilot, AutopilotError
-from hawk.ddc.errors import ReqFailed, TargetRefused
+from hawk.ddc.facts import TARGET_POSE_AGE_S
 from hawk.ddc.geofence import contains, leads_inside
 from hawk.ddc.motion import Goal, maximum_target_distance
-from hawk.ddc.topic_interface import TARGET_POSE_AGE_S, DdcTopicInterface
+from hawk.ddc.topic_interface import DdcTopicInterface
 from hawk.model import CopterMode, Fence, GlobalPose, HeightParameters, MapPose, StateName
 
-COMMANDING_STATES = frozenset(
-    {
-        StateName.HOVER,
-        StateName.AUTONOMOUS_EXPLORE,
-        StateName.AUTONOMOUS_MOVE,
-        StateName.COMPULSIVE_MOVE,
-        StateName.COMMUNICATION_LOST,
-    }
-)
-"""States that may send targets."""
-HOLDING_STATES = frozenset({StateName.HOVER, StateName.COMMUNICATION_LOST})
-"""States that hold where the drone is, above Max as well (a pilot may have flown it there)."""
 MODE_WINDOW_S = 2.0
-"""A mode change is ours when a request of the last so many seconds asked for it."""
+"""A mode change is ours when a request asked for it within this time, seconds."""
 ABOVE_M = 2.0
 """A target is straight above or below the drone when it is no farther aside than this, metres."""
 RTL_ALTITUDE_TOLERANCE_M = 0.5
+
+
+class ReqFailed(Exception):  # noqa: N818 - the specification's name
+    """The autopilot refused a request, or did not answer; the text is its own words where it gave any."""
+
+
+class TargetRefused(ReqFailed):
+    """A target that must not be sent; the text names the condition that it fails."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sender:
+    """The state that sends a target: whether it may send any, and whether it holds above Max as well."""
+
+    name: StateName
+    may_send_targets: bool
+    holds: bool
+
 
 T = TypeVar("T")
 Record = Callable[[str, dict[str, Any]], None]
@@ -70,13 +77,18 @@ class DdcServiceInterface:
         return self._autopilot.parameters
 
     def set_datum(self, datum: GlobalPose | None) -> None:
-        """Lay the map's origin (None: not laid yet)."""
+        """Set the origin of the map frame; None: the next arm place becomes it."""
         self._record("request", {"name": "set datum", "datum": _place(datum)})
         self._autopilot.set_datum(datum)
 
-    async def set_arm(self, arm_req: bool) -> None:
-        """Arm or disarm. Returns on the acknowledgement; the state follows by heartbeat."""
+    async def set_arm(self, arm_req: bool) -> bool:
+        """Arm or disarm. Returns True on the acknowledgement; the state follows by HEARTBEAT.
+
+        Raises:
+            ReqFailed: The autopilot refused, or did not answer.
+        """
         await self._ask("arm" if arm_req else "disarm", self._autopilot.arm if arm_req else self._autopilot.disarm)
+        return True
 
     async def set_rtl_alt(self, altitude: float) -> None:
         """Set the return altitude, metres above the arm place, and compare what the autopilot says when asked back."""
@@ -124,7 +136,7 @@ class DdcServiceInterface:
                 raise ReqFailed(f"{name}: set to {value:g}, the autopilot says {found:g}")
 
     def asked_for(self, custom_mode: int | None) -> bool:
-        """Whether a request of the last 2 s asked for this mode."""
+        """Return True when a request of the last 2 s asked for this mode."""
         asked = None if custom_mode is None else self._asked.get(custom_mode)
         return asked is not None and self._clock() - asked <= MODE_WINDOW_S
 
@@ -140,9 +152,9 @@ class DdcServiceInterface:
         """Somebody else took over: no mode change from here on is ours until we ask again."""
         self._asked.clear()
 
-    def send_target(self, target: Goal, state: StateName, heights: HeightParameters, fence: Fence | None) -> None:
+    def send_target(self, target: Goal, sender: Sender, heights: HeightParameters, fence: Fence | None) -> None:
         """Send one position target. Raises TargetRefused naming the condition that it fails (design, section 6)."""
-        reason = self._refusal(target, state, heights, fence)
+        reason = self._refusal(target, sender, heights, fence)
         if reason:
             raise TargetRefused(reason)
         try:
@@ -150,11 +162,11 @@ class DdcServiceInterface:
         except AutopilotError as error:
             raise TargetRefused(str(error)) from error
 
-    def _refusal(self, target: Goal, state: StateName, heights: HeightParameters, fence: Fence | None) -> str:
+    def _refusal(self, target: Goal, sender: Sender, heights: HeightParameters, fence: Fence | None) -> str:
         """Return why the target must not be sent; empty when it may."""
         vehicle = self._topics.get_state()
-        if state not in COMMANDING_STATES:
-            return f"{state.value} sends no targets"
+        if not sender.may_send_targets:
+            return f"{sender.name.value} sends no targets"
         if not self._topics.get_link_health().is_healthy:
             return "no link to the autopilot"
         if not vehicle.armed or vehicle.custom_mode != CopterMode.GUIDED:
@@ -164,10 +176,10 @@ class DdcServiceInterface:
         pose = self._topics.get_fresh_pose()
         if pose is None or pose.map is None:
             return f"the pose is older than {TARGET_POSE_AGE_S:g} s"
-        across = _fence_refusal(target, pose.map, fence, state in HOLDING_STATES)
+        across = _fence_refusal(target, pose.map, fence, sender.holds)
         if fence is None or across:
             return across
-        highest = fence.ceiling if state in HOLDING_STATES else heights.maximum
+        highest = fence.ceiling if sender.holds else heights.maximum
         bounds = (heights.minimum, min(highest, fence.ceiling), fence.ceiling)
         return _height_refusal(target, pose.map, bounds) or _distance_refusal(target, pose.map, self._speed)
 
@@ -193,9 +205,9 @@ class DdcServiceInterface:
 
 
 def _fence_refusal(target: Goal, pose: MapPose, fence: Fence | None, holding: bool) -> str:
-    """Check the target and the straight way to it.
+    """Check the target and the straight path to it.
 
-    A drone outside that holds is led back by any way that ends inside.
+    A drone outside that holds is led back by any path that ends inside.
     """
     if fence is None or not contains(fence, target.point):
         return "the target is outside the fence"
@@ -205,7 +217,7 @@ def _fence_refusal(target: Goal, pose: MapPose, fence: Fence | None, holding: bo
 
 
 def _height_refusal(target: Goal, pose: MapPose, bounds: tuple[float, float, float]) -> str:
-    """Check the height against Min, Max and ceiling; outside Min and Max only the straight way back is free."""
+    """Check the height against Min, Max and ceiling; outside Min and Max only the straight path back is free."""
     lowest, highest, ceiling = bounds
     if target.height > ceiling:
         return f"the target is above the ceiling of {ceiling:g} m"

@@ -1,10 +1,16 @@
-"""The settings that this room needs, taken together from the sections of the configuration."""
+"""The settings of this room, from the sections of the configuration, and everything outside it."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
 
+from hawk.comm.status import OperatorDesk
 from hawk.config import Config, FenceSettings, FlightSettings, HeightSettings, OperatorSettings
+from hawk.model import FlightSoFar
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,3 +40,32 @@ class DdcSettings:
     def ceiling(self) -> float:
         """Our own ceiling: it lies below the autopilot's by the margin, metres above the arm place."""
         return self.heights.ceiling_m - self.fence.ceiling_margin_m
+
+
+def _no_record(kind: str, payload: dict[str, Any]) -> None:
+    """Record nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class ManagerSetup:
+    """Everything outside the operations manager, passed in by the composition root."""
+
+    clock: Callable[[], float]
+    desk: OperatorDesk
+    directory: Path
+    """Folder of the parameter file and the fence file."""
+    settings: DdcSettings = field(default_factory=DdcSettings)
+    utc: Callable[[], datetime] = field(default=lambda: datetime.now(UTC))
+    record: Callable[[str, dict[str, Any]], None] = field(default=_no_record)
+    """Receives every tick's facts, every command, answer, request and decision."""
+    count_start: Callable[[], int] = field(default=lambda: 1)
+    """Journals a start in the air; returns the number of starts in the last 60 s, this one included."""
+    new_token: Callable[[], str] | None = None
+    continues_survey: bool = False
+    """The map of an earlier run was restored."""
+    flight: FlightSoFar | None = None
+    """The flight in which an earlier run ended."""
+    keep_flight: Callable[[FlightSoFar | None], None] = field(default=lambda _flight: None)
+    """Journals the flight under way; None after it."""
+    speed: float = 1.0
+    """Seconds of ``clock`` per real second."""

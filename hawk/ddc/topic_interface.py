@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from hawk.comm.topic import Topic
 from hawk.comm.vehicle import VehicleTopics
+from hawk.ddc.facts import POSE_TIMEOUT_S, TARGET_POSE_AGE_S, VERDICT_AGE_S
 from hawk.model import (
     BatteryInfo,
     DesiredPose,
@@ -24,25 +25,19 @@ from hawk.model import (
     MapPoint,
     OccupancyMap,
     PathPlan,
-    State,
     StateName,
     VehiclePose,
+    VehicleState,
     Verdict,
 )
 
 LINK_TIMEOUT_S = 3.0
-"""No HEARTBEAT (1 Hz) for so many seconds: the link is lost."""
-TARGET_POSE_AGE_S = 0.5
-"""No target goes out on a pose older than this, seconds."""
-POSE_TIMEOUT_S = 1.0
-"""A pose older than this makes the position unhealthy, seconds."""
+"""Without a HEARTBEAT (1 Hz) for this time the link is lost, seconds."""
 BATTERY_TIMEOUT_S = 5.0
 """A battery reading older than this is not known, seconds."""
 DIAGNOSTICS_TIMEOUT_S = 5.0
-VERDICT_AGE_S = 1.0
-"""A verdict older than this does not count, seconds."""
 RESULT_TIMEOUT_S = 2.0
-"""Perception that published nothing for so long is unhealthy, seconds."""
+"""Perception that is silent for this time is unhealthy, seconds."""
 LOOP_LAG_LIMIT_S = 0.1
 """More lag of the loop than this is unhealthy, seconds."""
 
@@ -66,7 +61,7 @@ class DdcInputs:
     vision_rate: Topic[float]
     """Pictures worked on per second."""
     loop_lag: Topic[float]
-    """How late the loop is, seconds."""
+    """Lag of the loop, seconds."""
 
     @classmethod
     def create(cls, clock: Callable[[], float]) -> DdcInputs:
@@ -97,7 +92,7 @@ class DdcTopicInterface:
         self._clock = clock
         self.des_pose_pub: Topic[DesiredPose | None] = Topic("des_pose", clock)
         self.asked_place_pub: Topic[DesiredPose | None] = Topic("asked_place", clock)
-        """A place that somebody only asks the way to: numbered apart from the desired ones."""
+        """The place of a Route Request: numbered apart from the desired poses."""
         self.curr_state_pub: Topic[StateName] = Topic("curr_state", clock)
         self.fence_pub: Topic[Fence] = Topic("fence", clock)
         self.heights_pub: Topic[HeightParameters] = Topic("heights", clock)
@@ -115,9 +110,9 @@ class DdcTopicInterface:
 
     # -- the specification's access programs ---------------------------------------------------------------------
 
-    def get_state(self) -> State:
+    def get_state(self) -> VehicleState:
         """Return the autopilot's state; a disconnected one before its first heartbeat."""
-        return self._vehicle.state.value or State()
+        return self._vehicle.state.value or VehicleState()
 
     def get_global_pose(self) -> GlobalPose | None:
         """Return the pose in WGS-84 degrees and metres above sea level, None before the first one."""
@@ -139,21 +134,22 @@ class DdcTopicInterface:
         return self._vehicle.diagnostics.fresh(DIAGNOSTICS_TIMEOUT_S) or Diagnostics()
 
     def get_battery_info(self) -> BatteryInfo | None:
-        """Return the battery, None when its charge was not told for 5 s."""
+        """Return the battery; None when its charge is unknown or older than 5 s."""
         battery = self._vehicle.battery.fresh(BATTERY_TIMEOUT_S)
         if battery is None or battery.percentage is None or not math.isfinite(battery.percentage):
             return None
         return battery
 
     def get_park_lot_detected(self) -> bool:
-        """Whether a parking lot is in sight; no when vision said nothing lately."""
+        """Return True when a parking lot is in sight; False when vision is silent."""
         return bool(self._inputs.park_lot_detected.fresh(RESULT_TIMEOUT_S))
 
     def get_des_loc_inbound(self) -> bool:
-        """Whether the desired pose lies inside the lot, by a verdict of its number that is no older than 1 s."""
+        """Return True when the desired pose lies inside the lot by a verdict of its number, no older than 1 s."""
         desired = self.des_pose_pub.value
-        verdict = None if desired is None else self.get_verdict(desired.number)
-        return verdict is not None and verdict.inbound is Inbound.INSIDE
+        verdict = self.get_fresh_verdict()
+        matches = desired is not None and verdict is not None and verdict.number == desired.number
+        return matches and verdict is not None and verdict.inbound is Inbound.INSIDE
 
     def get_occupancy_map(self) -> OccupancyMap:
         """Return the map; an empty one before the first."""
@@ -243,16 +239,18 @@ class DdcTopicInterface:
         """Return seconds since the last battery reading, infinite when there was none."""
         return self._vehicle.battery.age
 
-    def get_verdict(self, number: int) -> Verdict | None:
-        """Return the verdict on that number if it is no older than 1 s."""
-        verdict = self._inputs.verdict.fresh(VERDICT_AGE_S)
-        return verdict if verdict is not None and verdict.number == number else None
+    def get_fresh_verdict(self) -> Verdict | None:
+        """Return the verdict on the desired pose if it is no older than 1 s."""
+        return self._inputs.verdict.fresh(VERDICT_AGE_S)
 
-    def get_asked_verdict(self, number: int) -> Verdict | None:
-        """Return the verdict on the place of that number that was only asked about, if it is no older than 1 s."""
+    def get_asked_verdict(self) -> Verdict | None:
+        """Return the verdict on the place of a Route Request if it is no older than 1 s."""
         plan = self._inputs.path_plan.fresh(VERDICT_AGE_S)
-        asked = None if plan is None else plan.asked
-        return asked if asked is not None and asked.number == number else None
+        return None if plan is None else plan.asked
+
+    def get_heights(self) -> HeightParameters:
+        """Return the travel heights in force; the defaults before the first."""
+        return self.heights_pub.value or HeightParameters()
 
     def get_path_plan(self) -> PathPlan | None:
         """Return the plan if it is young enough to fly by."""
@@ -277,7 +275,7 @@ class DdcTopicInterface:
         return None if captured is None else max(0.0, self._clock() - captured)
 
     def has_lot_word(self) -> bool | None:
-        """Whether a lot is in sight, None when vision said nothing lately."""
+        """Return True when a lot is in sight; None when vision is silent."""
         return self._inputs.park_lot_detected.fresh(RESULT_TIMEOUT_S)
 
     def _loop_health(self) -> Health:

@@ -9,19 +9,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hawk.sim.arming import ArmingView, arming_reasons, pre_arm_reasons
-from hawk.sim.battery import Battery
 from hawk.sim.control import Controller, Limits, Setpoint
-from hawk.sim.failsafes import Failsafes, Reaction, Watched
+from hawk.sim.failsafes import ArmingView, Failsafes, Fallback, Watched, arming_reasons, pre_arm_reasons
 from hawk.sim.fence import Fence, FenceItem, FenceType
-from hawk.sim.geodesy import Origin
+from hawk.sim.geometry import Flat, Origin, Vector, add, subtract
 from hawk.sim.gps import Estimate, Estimator
-from hawk.sim.guided import Guided
-from hawk.sim.modes import PLAIN_MODES, Mode, ModeNumber, Phase, Stabilize, View
+from hawk.sim.modes import MODES, Guided, Mode, ModeInputs, ModeNumber, Phase, Stabilize
 from hawk.sim.parameters import Parameters, copter_parameters
-from hawk.sim.vector import Flat, Vector, add, subtract
-from hawk.sim.vehicle import GRAVITY, Body, Demand, step_body
-from hawk.sim.wind import Wind
+from hawk.sim.vehicle import GRAVITY, Battery, Body, Demand, Wind, step_body
 
 log = logging.getLogger(__name__)
 
@@ -31,7 +26,7 @@ FAILSAFE_PERIOD_S = 0.1
 LAND_DETECT_S = 1.0
 CRASH_DISARM_S = 2.0
 PRE_ARM_PERIOD_S = 30.0
-"""Between two reports of what speaks against arming, while disarmed."""
+"""Between two reports of the reasons against arming, while disarmed."""
 TEXTS_KEPT = 50
 EMERGENCY, CRITICAL, WARNING, INFO = 0, 2, 4, 6
 """MAV_SEVERITY."""
@@ -39,7 +34,7 @@ EMERGENCY, CRITICAL, WARNING, INFO = 0, 2, 4, 6
 
 @dataclass(frozen=True, slots=True)
 class AutopilotOptions:
-    """What is flown: ``start`` (north, east; metres in the world), slow GNSS error (m), wind (m/s), minutes of hover.
+    """Start (north, east; metres in the world), slow GNSS error (m), wind (m/s), minutes of hover.
 
     ``gnss_wait_s`` passes from boot to a good position. ``gcs_parameter`` "old" or "new" is the name of the parameter
     with the ground station's id. ``real_time_factor`` is simulated seconds per real second.
@@ -65,7 +60,7 @@ class Text:
 
 
 class RefusedError(Exception):
-    """The autopilot does not do it. ArduPilot answers FAILED; where it says why, the reason goes out as STATUSTEXT."""
+    """The autopilot refuses a command: it answers FAILED, and sends its reason, if it gives one, as STATUSTEXT."""
 
 
 class Autopilot:
@@ -90,7 +85,7 @@ class Autopilot:
         self.boot()
 
     def boot(self) -> None:
-        """Start the autopilot's program: everything but parameters, fence and the body is as new."""
+        """Start the autopilot's program: only parameters, fence and body survive."""
         self.boot_time = self.time
         self.stopped = ""
         self.armed = False
@@ -128,7 +123,7 @@ class Autopilot:
 
     @property
     def position_ok(self) -> bool:
-        """Whether modes that need a position may be flown."""
+        """True while modes that need a position may be flown."""
         return self.estimator.healthy and self.ekf_origin is not None
 
     @property
@@ -138,7 +133,7 @@ class Autopilot:
 
     @property
     def phase(self) -> Phase | None:
-        """What the vehicle does in the air, None on the ground."""
+        """Phase of the flight, None on the ground."""
         return None if self.landed else self.mode.phase
 
     def step(self, dt: float = STEP_S) -> None:
@@ -174,7 +169,7 @@ class Autopilot:
     # Commands
 
     def arm(self, force: bool = False) -> None:
-        """Arm, without checks when forced. Raises RefusedError after every reason went out as STATUSTEXT."""
+        """Arm, without checks when forced. Raises RefusedError after sending every reason as STATUSTEXT."""
         if self.armed:
             return
         reasons = [] if force else arming_reasons(self._arming_view())
@@ -201,7 +196,7 @@ class Autopilot:
         self.say(INFO, "Disarming motors")
 
     def terminate(self) -> None:
-        """Cut the motors at once, wherever it is."""
+        """Cut the motors at once, in the air too."""
         if self.armed:
             self.say(EMERGENCY, "Terminating due to GCS request")
         self.disarm(force=True)
@@ -210,7 +205,7 @@ class Autopilot:
         """Change the flight mode. Raises RefusedError for one that is not known or cannot be flown at present."""
         if number == self.mode.number:
             return
-        kind = Guided if number == ModeNumber.GUIDED else PLAIN_MODES.get(number)
+        kind = MODES.get(number)
         if kind is None:
             self.say(WARNING, f"No such mode {number}")
             raise RefusedError(f"no such mode {number}")
@@ -276,20 +271,20 @@ class Autopilot:
         self.parameters.set("FENCE_TOTAL", len(items))
 
     def reboot(self) -> None:
-        """Start the program anew. Raises RefusedError while armed."""
+        """Start the program again. Raises RefusedError while armed."""
         if self.armed:
             raise RefusedError("armed")
         self.boot()
 
-    # What happens to it
+    # Events
 
     def note_gcs(self, system_id: int) -> None:
-        """A heartbeat of a ground station came."""
+        """Take a heartbeat of a ground station."""
         if system_id == self.gcs_id:
             self._gcs_time = self.time
 
     def crash_program(self, why: str) -> None:
-        """The autopilot's program ends: it says nothing more and its motors stop."""
+        """End the autopilot's program: it sends nothing more and its motors stop."""
         log.error("the simulated autopilot's program crashed: %s", why)
         self.stopped = why
 
@@ -297,10 +292,6 @@ class Autopilot:
         """Move EKF-local against the world (an EKF reset); the vehicle itself does not move."""
         if self.ekf_origin is not None:
             self.ekf_origin = add(self.ekf_origin, shift)
-
-    def glitch(self, shift: Vector) -> None:
-        """Let the position estimate jump; targets stay where they were in the world's coordinates."""
-        self.estimator.jump(*shift)
 
     def repair(self) -> None:
         """Put a crashed vehicle upright where it lies."""
@@ -313,22 +304,22 @@ class Autopilot:
         del self.texts[:-TEXTS_KEPT]
 
     def report_pre_arm(self) -> None:
-        """Say what speaks against arming."""
+        """Queue a STATUSTEXT for each reason against arming."""
         for reason in pre_arm_reasons(self._arming_view()):
             self.say(CRITICAL, f"PreArm: {reason}")
 
     @property
     def pre_arm_ok(self) -> bool:
-        """The PREARM bit of SYS_STATUS: it could be armed in its present mode."""
+        """The PREARM bit of SYS_STATUS: True when the present mode may be armed."""
         return not pre_arm_reasons(self._arming_view())
 
-    # Within
+    # Internals
 
-    def _view(self) -> View:
+    def _view(self) -> ModeInputs:
         ceiling = None
         if self.parameters["FENCE_ENABLE"] and self.parameters.flag("FENCE_TYPE") & FenceType.ALT_MAX:
             ceiling = self.parameters["FENCE_ALT_MAX"] - self.parameters["FENCE_MARGIN"]
-        return View(
+        return ModeInputs(
             time=self.time,
             estimate=self.estimate,
             parameters=self.parameters,
@@ -413,20 +404,15 @@ class Autopilot:
             self.say(EMERGENCY, "Crash: Disarming: AngErr=180>30, Accel=0.0<3.0")
             self.disarm(force=True)
 
-    def _react(self, reaction: Reaction) -> None:
-        """Do what a failsafe asks for; on the ground it disarms, without a position it lands."""
-        if reaction is Reaction.NOTHING or not self.armed:
+    def _react(self, reaction: Fallback) -> None:
+        """Perform a failsafe's action: on the ground disarm, without a position land."""
+        if reaction is Fallback.NOTHING or not self.armed:
             return
-        if reaction is Reaction.TERMINATE:
+        if reaction is Fallback.TERMINATE:
             self.terminate()
         elif self.landed:
             self.disarm()
-        elif reaction is Reaction.LAND or not self.position_ok:
+        elif reaction is Fallback.LAND or not self.position_ok:
             self.set_mode(ModeNumber.LAND)
         else:
-            self.set_mode(ModeNumber.RTL if reaction is Reaction.RTL else ModeNumber.BRAKE)
-
-
-def autopilot_at(start: Flat, origin: Origin, rng: np.random.Generator, **changes: object) -> Autopilot:
-    """Return an autopilot on the ground at ``start`` with these options."""
-    return Autopilot(replace(AutopilotOptions(start=start), **changes), origin, rng)  # type: ignore[arg-type]
+            self.set_mode(ModeNumber.RTL if reaction is Fallback.RTL else ModeNumber.BRAKE)

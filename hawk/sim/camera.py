@@ -1,10 +1,12 @@
-"""The simulated camera: catches light on time, draws in a thread of its own, hands the newest picture around."""
+"""The simulated camera: exposes on time, draws in its own thread, delivers the newest picture."""
 
 from __future__ import annotations
 
 import asyncio
 import logging
 import math
+import time
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -14,12 +16,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.model import CameraModel
-from hawk.sim.clock import SimulationClock
+
+
+class SimulationClock:
+    """Clock that runs from zero at ``speed`` simulated seconds per real second."""
+
+    def __init__(self, speed: float = 1.0, monotonic: Callable[[], float] = time.monotonic) -> None:
+        self.speed = speed
+        self._monotonic = monotonic
+        self._start = monotonic()
+
+    def __call__(self) -> float:
+        """Return simulated seconds since the start."""
+        return (self._monotonic() - self._start) * self.speed
+
 
 log = logging.getLogger(__name__)
 
 FRAME_S = 1.0 / 15.0
-"""Between two pictures, simulated seconds."""
+"""Period of the frames, simulated seconds."""
 JPEG_QUALITY = 85
 WIDTH, HEIGHT = 1280, 720
 HORIZONTAL_FOV = math.radians(70.0)
@@ -45,7 +60,7 @@ class Renderer(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Shot:
-    """Where the camera was when the light was caught.
+    """Pose of the camera at an exposure.
 
     ``stamp`` is the autopilot's boot clock, ``slot`` the simulation's (seconds); the place in metres in the world's
     picture (x east, y south) and above the ground; attitude in radians (NED, FRD body).
@@ -63,7 +78,7 @@ class Shot:
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """A picture on its way: ``stamp`` is when its light was caught, seconds of the autopilot's boot clock."""
+    """An encoded picture; ``stamp`` is the time of its exposure, seconds of the autopilot's boot clock."""
 
     sequence: int
     stamp: float
@@ -77,13 +92,11 @@ def default_intrinsics() -> CameraModel:
 
 
 class Camera:
-    """Draws one shot at a time; a shot that comes while one waits replaces it and counts as late.
+    """Draws one shot at a time; a shot that comes while one waits replaces it, and the replaced one is late.
 
-    ``due`` counts the shots while somebody looked, ``drawn`` the pictures, ``late`` the shots that were drawn more than
-    a frame period after their slot or not at all: ``late / due`` is the share that voids a run.
-
-    A picture is handed out ``latency`` simulated seconds after its light was caught. Nothing is drawn while nobody
-    looks.
+    ``due`` counts the shots with a viewer, ``drawn`` the pictures, ``late`` the shots that were drawn more than a frame
+    period after their slot or not at all: ``late / due`` is the share that voids a run. A picture is delivered
+    ``latency`` simulated seconds after its exposure. Nothing is drawn without a viewer.
     """
 
     def __init__(
@@ -108,11 +121,11 @@ class Camera:
 
     @property
     def is_watched(self) -> bool:
-        """Whether anybody wants a picture."""
+        """True while there is a viewer."""
         return self._viewers > 0
 
     def expose(self, shot: Shot) -> None:
-        """Catch the light of this moment (called once a frame period, on the loop)."""
+        """Expose a frame (called once a frame period, on the loop)."""
         if not self.is_watched or self.dark:
             return
         self.due += 1
@@ -135,11 +148,11 @@ class Camera:
             self._viewers -= 1
 
     def watch(self, viewers: int) -> None:
-        """Count viewers in (1) or out (-1): a stream that is written counts between its pictures too."""
+        """Add (1) or remove (-1) a viewer: a stream is a viewer between its pictures too."""
         self._viewers += viewers
 
     def forget(self) -> None:
-        """Let the next viewer wait for a fresh picture when nobody looked for a while."""
+        """Drop the last picture while there is no viewer, so that the next one gets a new picture."""
         if not self.is_watched:
             self._frame = None
 

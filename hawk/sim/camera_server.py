@@ -1,21 +1,130 @@
-"""The HTTP side: pictures as MJPEG, the truth, bookkeeping, and faults."""
+"""The HTTP side of the simulator: pictures as MJPEG, truth, bookkeeping and faults."""
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
 import json
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
 from aiohttp import web
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from hawk.sim.autopilot import Autopilot, RefusedError
 from hawk.sim.camera import Camera, Frame
-from hawk.sim.faults import CameraFaults, Fault
-from hawk.sim.geodesy import Origin
-from hawk.sim.truth import DEFAULT_MARGIN_M, WatchedFence
+from hawk.sim.flight_record import DEFAULT_MARGIN_M, WatchedFence
+from hawk.sim.geometry import Origin
+from hawk.sim.mavlink_link import MavlinkLink
+
+Metres = Annotated[float, Field(ge=-10_000.0, le=10_000.0, allow_inf_nan=False)]
+
+
+class Fault(BaseModel):
+    """Faults to inject or to clear. A field that is absent stays as it is."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    gps: Literal["ok", "lost"] | None = Field(None, description="GNSS reception")
+    gps_jump: tuple[Metres, Metres, Metres] | None = Field(
+        None, description="the position estimate jumps by (north, east, down) metres, local and global alike"
+    )
+    ekf_shift: tuple[Metres, Metres, Metres] | None = Field(
+        None, description="EKF-local's origin moves by (north, east, down) metres; global stays"
+    )
+    camera: Literal["ok", "dark", "frozen", "garbage", "unstamped", "closed"] | None = Field(
+        None, description="no pictures; one picture for ever; broken JPEGs; no time stamps; connections refused"
+    )
+    link: Literal["ok", "cut"] | None = Field(None, description="MAVLink in both directions")
+    link_loss: float | None = Field(None, ge=0.0, le=1.0, description="share of datagrams lost, in each direction")
+    battery: float | None = Field(None, ge=0.0, le=100.0, description="charge left, percent")
+    wind: float | None = Field(None, ge=0.0, le=30.0, description="mean wind, m/s")
+    wind_heading_deg: float | None = Field(None, ge=-360.0, le=360.0, description="where the wind blows to, degrees")
+    radio: Literal["ok", "lost"] | None = Field(None, description="the pilot's radio control")
+    stick: float | None = Field(None, ge=0.0, le=1.0, description="the pilot's throttle stick")
+    pilot_mode: int | None = Field(None, ge=0, le=255, description="the pilot switches to this custom_mode")
+    repair: bool | None = Field(None, description="true: a crashed vehicle stands upright again where it lies")
+    autopilot: Literal["crash", "reboot", "power_cycle"] | None = Field(
+        None, description="its program ends; boots when disarmed; boots at once, whatever it does"
+    )
+
+
+class CameraFaults:
+    """Faults of the camera's HTTP side."""
+
+    def __init__(self) -> None:
+        self.garbage = False
+        self.unstamped = False
+        self.closed = False
+
+
+def apply_fault(
+    fault: Fault, autopilot: Autopilot, link: MavlinkLink, camera: Camera, server: CameraFaults
+) -> list[str]:
+    """Inject the faults and return the problems in words."""
+    if fault.gps is not None:
+        autopilot.estimator.receiving = fault.gps == "ok"
+    if fault.gps_jump is not None:
+        autopilot.estimator.jump(*fault.gps_jump)
+    if fault.ekf_shift is not None:
+        autopilot.shift_ekf_origin(fault.ekf_shift)
+    if fault.camera is not None:
+        _camera(fault.camera, camera, server)
+    if fault.link is not None:
+        link.cut = fault.link == "cut"
+    if fault.link_loss is not None:
+        link.loss = fault.link_loss
+    if fault.battery is not None:
+        autopilot.battery.remaining = fault.battery / 100.0
+        autopilot.failsafes.clear_battery()
+    if fault.wind is not None:
+        autopilot.wind.speed = fault.wind
+    if fault.wind_heading_deg is not None:
+        autopilot.wind.heading = math.radians(fault.wind_heading_deg)
+    if fault.radio is not None:
+        autopilot.radio_present = fault.radio == "ok"
+    if fault.stick is not None:
+        autopilot.stick = fault.stick
+    if fault.repair:
+        autopilot.repair()
+    return _commands(fault, autopilot)
+
+
+def _commands(fault: Fault, autopilot: Autopilot) -> list[str]:
+    problems = []
+    if fault.pilot_mode is not None:
+        try:
+            autopilot.set_mode(fault.pilot_mode)
+        except RefusedError as error:
+            problems.append(f"pilot_mode: {error}")
+    if fault.autopilot == "crash":
+        autopilot.crash_program("a fault was asked for")
+    elif fault.autopilot == "power_cycle":
+        autopilot.boot()
+    elif fault.autopilot == "reboot":
+        try:
+            autopilot.reboot()
+        except RefusedError as error:
+            problems.append(f"autopilot: {error}; power_cycle boots it all the same")
+    return problems
+
+
+def apply_camera_fault(fault: Fault, camera: Camera, server: CameraFaults) -> list[str]:
+    """Inject a fault of the camera, where there is no drone; return the problems of the other fields in words."""
+    if fault.camera is not None:
+        _camera(fault.camera, camera, server)
+    return [f"{name}: only the camera can fail here" for name in fault.model_fields_set - {"camera"}]
+
+
+def _camera(kind: str, camera: Camera, server: CameraFaults) -> None:
+    camera.dark = kind == "dark"
+    camera.frozen = kind == "frozen"
+    server.garbage = kind == "garbage"
+    server.unstamped = kind == "unstamped"
+    server.closed = kind == "closed"
+
 
 BOUNDARY = "hawk-frame"
 SNAPSHOT_TIMEOUT_S = 10.0
@@ -38,11 +147,11 @@ class FenceRequest(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class Backend:
-    """What the server serves."""
+    """Sources and sinks of the server."""
 
     camera: Camera
     origin: Origin
-    truth: Callable[[], Mapping[str, Any]]
+    truth: Mapping[str, Any]
     status: Callable[[], Mapping[str, Any]]
     watch_fence: Callable[[WatchedFence | None], None]
     apply_fault: Callable[[Fault], list[str]]
@@ -86,10 +195,7 @@ class CameraServer:
     async def _stream(self, request: web.Request) -> web.StreamResponse:
         self._refuse_when_closed()
         response = web.StreamResponse(
-            headers={
-                "Content-Type": f"multipart/x-mixed-replace; boundary={BOUNDARY}",
-                "Cache-Control": "no-store",
-            }
+            headers={"Content-Type": f"multipart/x-mixed-replace; boundary={BOUNDARY}", "Cache-Control": "no-store"}
         )
         await response.prepare(request)
         camera = self._backend.camera
@@ -122,7 +228,7 @@ class CameraServer:
         return web.Response(body=frame.jpeg, content_type="image/jpeg", headers=headers)
 
     async def _truth(self, _: web.Request) -> web.Response:
-        return web.json_response(dict(self._backend.truth()))
+        return web.json_response(dict(self._backend.truth))
 
     async def _status(self, _: web.Request) -> web.Response:
         camera = self._backend.camera
@@ -165,7 +271,7 @@ class CameraServer:
 
 
 async def _read(request: web.Request, model: type[Model]) -> Model:
-    """Read a JSON body. Answers 400 naming the field when it does not fit."""
+    """Read a JSON body. Answers 400 with the field that does not fit."""
     try:
         return model.model_validate_json(await request.read())
     except ValidationError as error:

@@ -8,38 +8,44 @@ import contextlib
 import json
 import logging
 import math
+import os
+import signal
 import sys
 from collections.abc import Callable, Coroutine, Sequence
-from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from hawk.priority import SIMULATOR_NICENESS, set_session_niceness
+from hawk.process import SIMULATOR_NICENESS, set_session_niceness
 from hawk.sim.autopilot import AutopilotOptions
 from hawk.sim.camera import default_intrinsics
-from hawk.sim.geodesy import Origin
-from hawk.sim.process import EndSignal, ParentGoneError
-from hawk.sim.runner import RunOptions, fly, follow
+from hawk.sim.geometry import Origin
 from hawk.sim.udp import UdpUrl
-from hawk.simulation import FASTEST, SLOWEST, SPEED_HELP
+from hawk.simulation import FASTEST, SIMULATOR_MISSING, SLOWEST, SPEED_HELP, simulator_installed
 from hawk.worlds.camera import WorldCamera
 from hawk.worlds.conditions import Condition
 from hawk.worlds.generate import WorldOptions, generate_world
-from hawk.worlds.picture import picture_world
-from hawk.worlds.world import World, WorldError
+from hawk.worlds.world import World, WorldError, picture_world
+
+if TYPE_CHECKING:  # needs the extra; `main` reports where it is missing
+    from hawk.sim.runner import RunOptions
 
 EXIT_FAILED, EXIT_USAGE = 1, 2
 
 
 class UsageError(Exception):
-    """Options that do not go together; the text names the option."""
+    """Options that exclude each other; the text names the option."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run until SIGTERM, SIGINT or the parent's end; return the exit status."""
     logging.basicConfig(level=logging.WARNING, format="hawk-sim: %(message)s")
     options = make_parser().parse_args(arguments)
+    if not simulator_installed():
+        print(f"hawk-sim: {SIMULATOR_MISSING}", file=sys.stderr)
+        return EXIT_USAGE
+    from hawk.sim.runner import fly, follow
+
     set_session_niceness(SIMULATOR_NICENESS)
     try:
         world = load_world(options)
@@ -48,7 +54,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             _save(options.save_truth, world)
         half = follow if options.follow is not None else fly
         camera = WorldCamera(world, default_intrinsics())
-        return asyncio.run(_run(half(world, camera, run, _say), options.parent_pid))
+        return asyncio.run(_run(half(world.truth_json(), camera, run, _say), options.parent_pid))
     except (UsageError, WorldError) as error:
         print(f"hawk-sim: {error}", file=sys.stderr)
         return EXIT_USAGE
@@ -83,7 +89,9 @@ def load_world(options: argparse.Namespace) -> World:
 
 
 def run_options(options: argparse.Namespace, world: World) -> RunOptions:
-    """Return how to run over this world. Raises UsageError."""
+    """Return the options of a run over this world. Raises UsageError."""
+    from hawk.sim.runner import RunOptions
+
     if options.follow is not None and options.mavlink is not None:
         raise UsageError("--follow: not together with --mavlink; the other vehicle is the autopilot")
     width, height = world.size_m
@@ -101,7 +109,7 @@ def run_options(options: argparse.Namespace, world: World) -> RunOptions:
         gcs_parameter=options.gcs_param_name,
         real_time_factor=options.speed,
     )
-    run = RunOptions(
+    return RunOptions(
         start=start,
         mavlink=options.follow or options.mavlink or UdpUrl("udpout", "127.0.0.1", 14550),
         http=options.http,
@@ -109,8 +117,8 @@ def run_options(options: argparse.Namespace, world: World) -> RunOptions:
         speed=options.speed,
         latency=options.latency,
         seed=options.seed,
+        autopilot=autopilot,
     )
-    return replace(run, autopilot=autopilot)
 
 
 def _add_world(world: argparse._ArgumentGroup) -> None:
@@ -171,13 +179,13 @@ def _add_links(links: argparse._ArgumentGroup) -> None:
         help="camera, truth, faults; port 0: a free one",
     )
     links.add_argument(
-        "--latency", type=_number(0, 5), default=0.05, metavar="S", help="from light to delivery (default 0.05)"
+        "--latency", type=_number(0, 5), default=0.05, metavar="S", help="from exposure to delivery (default 0.05)"
     )
     links.add_argument("--parent-pid", type=_whole, metavar="PID", help="end when that process ends")
 
 
 async def _run(drone: Coroutine[Any, Any, None], parent_pid: int | None) -> int:
-    """Fly until it is time to end."""
+    """Fly until the end signal."""
     flight = asyncio.ensure_future(drone)
     try:
         with EndSignal(parent_pid) as end:
@@ -246,6 +254,45 @@ def _address(text: str) -> tuple[str, int]:
     if not host or not port.isdigit() or int(port) > 65535:
         raise argparse.ArgumentTypeError(f"must be HOST:PORT, not {text!r}")
     return host, int(port)
+
+
+class ParentGoneError(Exception):
+    """No process has the number given."""
+
+
+class EndSignal:
+    """Set by SIGTERM, SIGINT, or the end of a parent process. Use as a context manager on the loop."""
+
+    def __init__(self, parent_pid: int | None = None) -> None:
+        self._parent_pid = parent_pid
+        self._event = asyncio.Event()
+        self._pidfd: int | None = None
+
+    def __enter__(self) -> EndSignal:
+        loop = asyncio.get_running_loop()
+        if self._parent_pid is not None:
+            try:
+                self._pidfd = os.pidfd_open(self._parent_pid)
+            except OSError as error:
+                raise ParentGoneError(f"no process {self._parent_pid}") from error
+            # a pidfd becomes readable when its process ends
+            loop.add_reader(self._pidfd, self._event.set)
+        for number in (signal.SIGTERM, signal.SIGINT):
+            loop.add_signal_handler(number, self._event.set)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        loop = asyncio.get_running_loop()
+        for number in (signal.SIGTERM, signal.SIGINT):
+            loop.remove_signal_handler(number)
+        if self._pidfd is not None:
+            loop.remove_reader(self._pidfd)
+            with contextlib.suppress(OSError):
+                os.close(self._pidfd)
+
+    async def wait(self) -> None:
+        """Wait for the signal."""
+        await self._event.wait()
 
 
 if __name__ == "__main__":

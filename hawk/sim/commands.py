@@ -1,4 +1,4 @@
-"""MAV_CMD_*: what each asks of the autopilot and what is answered."""
+"""MAV_CMD_* commands: their effect on the autopilot and their answers."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Command:
 
 
 def execute(command: Command, autopilot: Autopilot) -> int:
-    """Do it and return the MAV_RESULT."""
+    """Execute a command and return its MAV_RESULT."""
     handler = _HANDLERS.get(command.number)
     if handler is None:
         return int(mavlink.MAV_RESULT_UNSUPPORTED)
@@ -68,18 +68,6 @@ def _set_mode(command: Command, autopilot: Autopilot) -> None:
     if not (math.isfinite(base) and math.isfinite(custom)) or not int(base) & 1:
         raise RefusedError("not a custom mode")
     autopilot.set_mode(int(custom))
-
-
-def _take_off(command: Command, autopilot: Autopilot) -> None:
-    autopilot.take_off(command.z)
-
-
-def _land(_: Command, autopilot: Autopilot) -> None:
-    autopilot.set_mode(ModeNumber.LAND)
-
-
-def _return(_: Command, autopilot: Autopilot) -> None:
-    autopilot.set_mode(ModeNumber.RTL)
 
 
 def _terminate(command: Command, autopilot: Autopilot) -> None:
@@ -127,10 +115,6 @@ def _reboot(command: Command, autopilot: Autopilot) -> int | None:
     return None
 
 
-def _pre_arm(_: Command, autopilot: Autopilot) -> None:
-    autopilot.report_pre_arm()
-
-
 def _set_home(command: Command, autopilot: Autopilot) -> None:
     if autopilot.home is None:
         raise RefusedError("no position yet")
@@ -143,15 +127,15 @@ def _set_home(command: Command, autopilot: Autopilot) -> None:
 _HANDLERS: dict[int, Callable[[Command, Autopilot], int | None]] = {
     mavlink.MAV_CMD_COMPONENT_ARM_DISARM: _arm_disarm,
     mavlink.MAV_CMD_DO_SET_MODE: _set_mode,
-    mavlink.MAV_CMD_NAV_TAKEOFF: _take_off,
-    mavlink.MAV_CMD_NAV_LAND: _land,
-    mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH: _return,
+    mavlink.MAV_CMD_NAV_TAKEOFF: lambda command, autopilot: autopilot.take_off(command.z),
+    mavlink.MAV_CMD_NAV_LAND: lambda _, autopilot: autopilot.set_mode(ModeNumber.LAND),
+    mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH: lambda _, autopilot: autopilot.set_mode(ModeNumber.RTL),
     mavlink.MAV_CMD_DO_FLIGHTTERMINATION: _terminate,
     mavlink.MAV_CMD_DO_REPOSITION: _reposition,
     mavlink.MAV_CMD_DO_CHANGE_SPEED: _change_speed,
     mavlink.MAV_CMD_CONDITION_YAW: _yaw,
     mavlink.MAV_CMD_DO_FENCE_ENABLE: _fence_enable,
     mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: _reboot,
-    mavlink.MAV_CMD_RUN_PREARM_CHECKS: _pre_arm,
+    mavlink.MAV_CMD_RUN_PREARM_CHECKS: lambda _, autopilot: autopilot.report_pre_arm(),
     mavlink.MAV_CMD_DO_SET_HOME: _set_home,
 }

@@ -1,13 +1,13 @@
-"""Position, velocity and yaw controllers: from what a mode wants to the acceleration that is asked of the body."""
+"""Position, velocity and yaw controllers: from a mode's set-point to the demand on the body."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 
+from hawk.sim.geometry import Flat, clamp, limit, sqrt_controller, wrap_angle
 from hawk.sim.gps import Estimate
 from hawk.sim.parameters import Parameters
-from hawk.sim.vector import Flat, clamp, limit, sqrt_controller, wrap_angle
 from hawk.sim.vehicle import Demand
 
 POSITION_GAIN_Z = 1.0
@@ -16,14 +16,14 @@ INTEGRAL_GAIN = 1.0
 INTEGRAL_MAX = 4.0
 """Holds against 12 m/s of wind with a margin, m/s²."""
 BRAKING_SHARE = 0.75
-"""Deceleration that is planned with: leaves the lag of the attitude some overshoot, as observed on the real one."""
+"""Share of the deceleration that is planned: the lag of the attitude leaves some overshoot, as on the real one."""
 YAW_GAIN = 2.0
 CENTI = 0.01
 
 
 @dataclass(frozen=True, slots=True)
 class Setpoint:
-    """What a mode wants at this moment, in the frame of the estimate (NED metres in the world).
+    """Set-point of a mode, in the frame of the estimate (NED metres in the world).
 
     Horizontally: ``position``, else ``velocity`` (m/s), else (both None) level, moved by the wind. Vertically:
     ``down`` (a height), else ``climb`` (m/s, up positive). ``yaw`` None holds. ``speed``, ``speed_up``, ``speed_down``
@@ -59,7 +59,7 @@ class Limits:
 
     @classmethod
     def of(cls, parameters: Parameters) -> Limits:
-        """Read them (centimetres and centidegrees there)."""
+        """Read the limits from parameters in centimetres and centidegrees."""
         return cls(
             speed=parameters["WPNAV_SPEED"] * CENTI,
             speed_up=parameters["WPNAV_SPEED_UP"] * CENTI,
@@ -86,7 +86,7 @@ class Controller:
         self._yaw_hold: float | None = None
 
     def reset(self, estimate: Estimate | None = None) -> None:
-        """Start anew, from the motion that the vehicle has."""
+        """Start again from the vehicle's present motion."""
         self._wanted = (0.0, 0.0) if estimate is None else estimate.velocity[:2]
         self._pull = (0.0, 0.0)
         self._wanted_down = 0.0 if estimate is None else estimate.velocity[2]
@@ -130,7 +130,7 @@ class Controller:
         )
 
     def _shape(self, goal: Flat, acceleration: float, jerk: float, dt: float) -> Flat:
-        """Let the wanted velocity go towards the goal within acceleration and jerk; return by how much it went."""
+        """Move the wanted velocity towards the goal within acceleration and jerk; return its change."""
         north, east = goal[0] - self._wanted[0], goal[1] - self._wanted[1]
         # as fast as the jerk lets the acceleration end on time
         fastest = min(acceleration, math.sqrt(2.0 * jerk * math.hypot(north, east)))

@@ -1,14 +1,66 @@
-"""ArduCopter's failsafes: what is watched, for how long, and what follows."""
+"""ArduCopter's checks before arming and its failsafes."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from enum import Enum
 
 from hawk.sim.fence import FenceType, fence_words
 from hawk.sim.modes import ModeNumber
 from hawk.sim.parameters import Parameters
+
+
+@dataclass(frozen=True, slots=True)
+class ArmingView:
+    """Inputs of the checks before arming."""
+
+    mode_name: str
+    mode_arms: bool
+    mode_needs_position: bool
+    position_ok: bool
+    home_set: bool
+    radio_failsafe: bool
+    gcs_failsafe: bool
+    battery_failsafe: bool
+    battery_voltage: float
+    battery_arm_voltage: float
+    fence_enabled: bool
+    fence_breaches: FenceType
+    throttle_high: bool
+    crashed: bool
+
+
+def pre_arm_reasons(view: ArmingView) -> list[str]:
+    """Return the reasons against arming in the present mode (the PREARM bit of SYS_STATUS)."""
+    return list(_pre_arm(view))
+
+
+def arming_reasons(view: ArmingView) -> list[str]:
+    """Return the reasons why arming is refused at this moment, the mode first as in ArduCopter."""
+    reasons = [] if view.mode_arms else [f"{view.mode_name} mode not armable"]
+    reasons += _pre_arm(view)
+    if view.throttle_high:
+        reasons.append("Throttle too high")
+    return reasons
+
+
+def _pre_arm(view: ArmingView) -> Iterator[str]:
+    if view.crashed:
+        yield "Vehicle has crashed"
+    if (view.mode_needs_position or view.fence_enabled) and not (view.position_ok and view.home_set):
+        yield "fence requires position" if view.fence_enabled else "Need Position Estimate"
+    elif view.fence_breaches:
+        yield f"Vehicle breaching {fence_words(view.fence_breaches)} fence"
+    if view.radio_failsafe:
+        yield "Radio failsafe on"
+    if view.gcs_failsafe:
+        yield "GCS failsafe on"
+    if view.battery_failsafe:
+        yield "Battery 1 low voltage failsafe"
+    elif view.battery_voltage < view.battery_arm_voltage:
+        yield "Battery 1 below minimum arming voltage"
+
 
 RADIO_TIMEOUT_S = 0.5
 EKF_TIMEOUT_S = 1.0
@@ -21,8 +73,8 @@ WARNING, CRITICAL, EMERGENCY = 4, 2, 0
 """MAV_SEVERITY."""
 
 
-class Reaction(Enum):
-    """What a failsafe does."""
+class Fallback(Enum):
+    """Action of a failsafe."""
 
     NOTHING = "nothing"
     RTL = "rtl"
@@ -31,16 +83,16 @@ class Reaction(Enum):
     TERMINATE = "terminate"
 
 
-_GCS = {1: Reaction.RTL, 2: Reaction.RTL, 3: Reaction.RTL, 4: Reaction.LAND, 5: Reaction.LAND, 7: Reaction.BRAKE}
-_RADIO = {1: Reaction.RTL, 2: Reaction.RTL, 3: Reaction.LAND, 4: Reaction.RTL, 5: Reaction.LAND, 7: Reaction.BRAKE}
-_BATTERY = {1: Reaction.LAND, 2: Reaction.RTL, 3: Reaction.RTL, 4: Reaction.LAND, 5: Reaction.TERMINATE}
-_FENCE = {1: Reaction.RTL, 2: Reaction.LAND, 3: Reaction.RTL, 4: Reaction.BRAKE, 5: Reaction.LAND}
+_GCS = {1: Fallback.RTL, 2: Fallback.RTL, 3: Fallback.RTL, 4: Fallback.LAND, 5: Fallback.LAND, 7: Fallback.BRAKE}
+_RADIO = {1: Fallback.RTL, 2: Fallback.RTL, 3: Fallback.LAND, 4: Fallback.RTL, 5: Fallback.LAND, 7: Fallback.BRAKE}
+_BATTERY = {1: Fallback.LAND, 2: Fallback.RTL, 3: Fallback.RTL, 4: Fallback.LAND, 5: Fallback.TERMINATE}
+_FENCE = {1: Fallback.RTL, 2: Fallback.LAND, 3: Fallback.RTL, 4: Fallback.BRAKE, 5: Fallback.LAND}
 # SmartRTL choices fly RTL or LAND here, which is what ArduCopter falls back to without a recorded path.
 
 
 @dataclass(frozen=True, slots=True)
 class Watched:
-    """What the failsafes look at. Times are seconds of the simulation."""
+    """Inputs of the failsafes. Times are seconds of the simulation."""
 
     time: float
     armed: bool
@@ -58,7 +110,7 @@ class Watched:
 
 @dataclass(slots=True)
 class Failsafes:
-    """Latches and timers. ``react`` does what a failsafe asks for, ``say`` sends a STATUSTEXT.
+    """Latches and timers. ``react`` performs an action, ``say`` sends a STATUSTEXT.
 
     ``real_time_factor`` is simulated seconds per real one: a ground station's heartbeats come in real time, so
     FS_GCS_TIMEOUT counts real seconds.
@@ -66,7 +118,7 @@ class Failsafes:
 
     parameters: Parameters
     say: Callable[[int, str], None]
-    react: Callable[[Reaction], None]
+    react: Callable[[Fallback], None]
     real_time_factor: float = 1.0
     gcs: bool = False
     radio: bool = False
@@ -80,7 +132,7 @@ class Failsafes:
     _critical_since: float | None = field(default=None, repr=False)
 
     def step(self, now: Watched) -> None:
-        """Look at everything once."""
+        """Check every failsafe once."""
         self._watch_radio(now)
         self._watch_gcs(now)
         self._watch_battery(now)
@@ -104,7 +156,7 @@ class Failsafes:
             elif continues:
                 self.say(WARNING, "GCS Failsafe - Continuing Pilot Control")
             else:
-                self._announce("GCS", _GCS.get(enabled, Reaction.RTL), now)
+                self._announce("GCS", _GCS.get(enabled, Fallback.RTL), now)
         elif self.gcs and not lost:
             self.gcs = False
             self.say(WARNING, "GCS Failsafe Cleared")
@@ -126,7 +178,7 @@ class Failsafes:
         if now.armed and now.mode == ModeNumber.GUIDED and options & OPTION_CONTINUE_GUIDED_ON_RADIO:
             self.say(WARNING, "Radio Failsafe - Continuing Guided Mode")
         else:
-            self._announce("Radio", _RADIO.get(enabled, Reaction.RTL), now)
+            self._announce("Radio", _RADIO.get(enabled, Fallback.RTL), now)
 
     def _watch_battery(self, now: Watched) -> None:
         wait = self.parameters["BATT_LOW_TIMER"]
@@ -136,11 +188,11 @@ class Failsafes:
         if self._critical_since is not None and now.time - self._critical_since >= wait and not self.battery_critical:
             self.battery = self.battery_critical = True
             self.say(CRITICAL, f"Battery 1 is critical {words}")
-            self._announce("Battery", _BATTERY.get(self.parameters.flag("BATT_FS_CRT_ACT"), Reaction.NOTHING), now)
+            self._announce("Battery", _BATTERY.get(self.parameters.flag("BATT_FS_CRT_ACT"), Fallback.NOTHING), now)
         elif self._low_since is not None and now.time - self._low_since >= wait and not self.battery:
             self.battery = True
             self.say(WARNING, f"Battery 1 is low {words}")
-            self._announce("Battery", _BATTERY.get(self.parameters.flag("BATT_FS_LOW_ACT"), Reaction.NOTHING), now)
+            self._announce("Battery", _BATTERY.get(self.parameters.flag("BATT_FS_LOW_ACT"), Fallback.NOTHING), now)
 
     def _is_low(self, now: Watched, level: str) -> bool:
         volts, charge = self.parameters[f"BATT_{level}_VOLT"], self.parameters[f"BATT_{level}_MAH"]
@@ -168,7 +220,7 @@ class Failsafes:
             return
         self.ekf = True
         self.say(CRITICAL, "EKF variance: position horizontal")
-        self.react(Reaction.LAND)
+        self.react(Fallback.LAND)
         self.say(CRITICAL, "EKF Failsafe: changed to LAND Mode")
 
     def _watch_fence(self, now: Watched) -> None:
@@ -180,17 +232,17 @@ class Failsafes:
         if new:
             self.say(CRITICAL, f"{fence_words(new)} fence breached")
             if now.mode != ModeNumber.LAND:
-                self.react(_FENCE.get(self.parameters.flag("FENCE_ACTION"), Reaction.NOTHING))
+                self.react(_FENCE.get(self.parameters.flag("FENCE_ACTION"), Fallback.NOTHING))
         elif gone and not self.fence:
             self.say(WARNING, "Fence breach cleared")
 
-    def _announce(self, what: str, reaction: Reaction, now: Watched) -> None:
-        """Say it and do it; a vehicle on the ground is left to `react`, which disarms it."""
+    def _announce(self, what: str, reaction: Fallback, now: Watched) -> None:
+        """Send the text and act; on the ground `react` disarms the vehicle."""
         options = self.parameters.flag("FS_OPTIONS")
         if now.armed and now.mode == ModeNumber.LAND and options & OPTION_CONTINUE_LANDING:
             self.say(WARNING, f"{what} Failsafe - Continuing Landing")
             return
-        if now.armed and now.landed and reaction is not Reaction.NOTHING:
+        if now.armed and now.landed and reaction is not Fallback.NOTHING:
             self.say(WARNING, f"{what} Failsafe - Disarming")
         else:
             self.say(WARNING, f"{what} Failsafe")

@@ -1,4 +1,4 @@
-"""The autopilot's geofence: what was uploaded, and whether a place is inside."""
+"""The autopilot's geofence: its uploaded items, and the test of a place against them."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from enum import IntEnum, IntFlag
 
 import shapely
 
+from hawk.sim.geometry import Flat, Vector
 from hawk.sim.parameters import Parameters
-from hawk.sim.vector import Flat, Vector
 
 
 class FenceType(IntFlag):
@@ -63,7 +63,7 @@ class Fence:
         self._outside: list[shapely.Geometry] = []
 
     def load(self, items: Sequence[FenceItem], places: Sequence[Flat]) -> None:
-        """Take up an upload; ``places`` are the items' places (north, east). Raises FenceError, keeping the old one."""
+        """Load an upload; ``places`` are the items' places (north, east). Raises FenceError and keeps the old one."""
         inside: list[shapely.Geometry] = []
         outside: list[shapely.Geometry] = []
         index = 0
@@ -81,7 +81,7 @@ class Fence:
                 target.append(shapely.Point(places[index]).buffer(parameter, quad_segs=64))
                 index += 1
             else:
-                raise FenceError(f"command {command} at item {index} is none of a fence")
+                raise FenceError(f"command {command} at item {index} is not a fence command")
         self.items, self._inside, self._outside = tuple(items), inside, outside
         for geometry in (*inside, *outside):
             shapely.prepare(geometry)

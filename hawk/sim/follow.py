@@ -1,4 +1,4 @@
-"""The camera half alone: where another MAVLink vehicle is, so that its flight is seen over our world."""
+"""The camera without the drone: follows another MAVLink vehicle over our world."""
 
 from __future__ import annotations
 
@@ -8,10 +8,9 @@ from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from hawk.sim.camera import FRAME_S, Shot
-from hawk.sim.clock import SimulationClock
-from hawk.sim.datagrams import Datagrams
-from hawk.sim.geodesy import Origin
+from hawk.sim.camera import FRAME_S, Shot, SimulationClock
+from hawk.sim.geometry import Origin
+from hawk.sim.mavlink_link import Datagrams
 
 SYSTEM, COMPONENT = 246, 191
 """Our own MAVLink id: an onboard computer, not a ground station that a failsafe could watch."""
@@ -58,7 +57,7 @@ class Follower:
         return shots
 
     def poll(self) -> list[bytes]:
-        """Return what is to be sent: a heartbeat, and the request for the two streams, every two seconds."""
+        """Return the datagrams to send: a heartbeat and the requests for the two streams, every two seconds."""
         now = self._clock()
         if now - self._asked < ASK_S:
             return []

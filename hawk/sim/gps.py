@@ -1,4 +1,4 @@
-"""What the autopilot believes: the true state with the errors of GNSS, barometer, inertial sensors and compass.
+"""The autopilot's state estimate: the true state with errors of GNSS, barometer, inertial sensors and compass.
 
 Only the estimate ever reaches the controllers and the telemetry: EKF-local and global positions come from the same one
 and agree with each other. The true position is for the camera and the truth alone.
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hawk.sim.vector import Vector, add, wrap_angle
+from hawk.sim.geometry import Vector, add, wrap_angle
 from hawk.sim.vehicle import Body
 
 DRIFT_TIME_S = 120.0
@@ -26,7 +26,7 @@ VELOCITY_SIGMA = 0.02
 LOST_DRIFT = 0.05
 """Growth of the velocity error without GNSS, (m/s)/s."""
 FIX_TIMEOUT_S = 4.0
-"""GPS_TIMEOUT_MS of AP_GPS: the receiver counts as absent after it."""
+"""GPS_TIMEOUT_MS of AP_GPS: the receiver is absent after it."""
 HEALTH_TIMEOUT_S = 7.5
 """Health turns False 7-8 s after the loss."""
 RECOVERY_S = 3.0
@@ -34,15 +34,13 @@ RECOVERY_S = 3.0
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """Position (NED metres in the world), velocity (m/s) and attitude (rad) as the autopilot believes them."""
+    """Estimated position (NED metres in the world), velocity (m/s), attitude (rad) and yaw rate (rad/s)."""
 
     position: Vector
     velocity: Vector
     roll: float
     pitch: float
     yaw: float
-    roll_rate: float = 0.0
-    pitch_rate: float = 0.0
     yaw_rate: float = 0.0
 
 
@@ -115,12 +113,12 @@ class Estimator:
         )
 
     def jump(self, north: float, east: float, down: float) -> None:
-        """Let the estimate jump (a GNSS glitch)."""
+        """Shift the estimate at once, metres (a GNSS glitch)."""
         self._jump = add(self._jump, (north, east, down))
 
     @property
     def healthy(self) -> bool:
-        """Whether the position can be trusted, as SYS_STATUS says it."""
+        """True while SYS_STATUS reports the position as valid."""
         return self._lost_s < HEALTH_TIMEOUT_S
 
     @property
@@ -137,7 +135,7 @@ class Estimator:
 
     @property
     def horizontal_accuracy(self) -> float:
-        """The receiver's own idea of its error, metres."""
+        """The receiver's own estimate of its error, metres."""
         return max(0.4, self._north.sigma) if self.fix_type == 3 else 99.0
 
     def _track_fix(self, dt: float) -> None:
@@ -150,13 +148,10 @@ class Estimator:
             self._lost_s += dt
 
     def _reckon(self, dt: float) -> None:
-        """Without GNSS the estimate walks away; with it, what walked away is taken back within seconds."""
+        """Let the estimate drift without GNSS, and return within seconds with it."""
         if self._lost_s > 1.0:
             noise = self._rng.standard_normal(2) * LOST_DRIFT * math.sqrt(dt)
-            self._dead_velocity = (
-                self._dead_velocity[0] + float(noise[0]),
-                self._dead_velocity[1] + float(noise[1]),
-            )
+            self._dead_velocity = (self._dead_velocity[0] + float(noise[0]), self._dead_velocity[1] + float(noise[1]))
         else:
             self._dead_velocity = (-self._dead_reckoning[0] / 2.0, -self._dead_reckoning[1] / 2.0)
         self._dead_reckoning = (

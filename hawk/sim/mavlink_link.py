@@ -1,7 +1,8 @@
-"""The autopilot's end of a MAVLink link: bytes in, bytes out. It owns no socket and no clock."""
+"""The autopilot's end of a MAVLink link: bytes in, bytes out, without socket or clock."""
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Callable
 from typing import Any
@@ -11,12 +12,30 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from hawk.sim.autopilot import Autopilot
 from hawk.sim.commands import Command, execute
-from hawk.sim.datagrams import Datagrams
+from hawk.sim.geometry import Vector, add
 from hawk.sim.missions import HANDLED as MISSION_MESSAGES
 from hawk.sim.missions import Missions
 from hawk.sim.parameters import Parameter
 from hawk.sim.telemetry import BUILDERS, Message, build, heartbeat
-from hawk.sim.vector import Vector, add
+
+log = logging.getLogger(__name__)
+
+
+class Datagrams:
+    """Decodes the datagrams of one peer; data that is not MAVLink is ignored."""
+
+    def __init__(self) -> None:
+        self._decoder = mavlink.MAVLink(None)
+        self._decoder.robust_parsing = True
+
+    def read(self, data: bytes) -> list[Any]:
+        """Return the messages of a datagram; part of a message is kept until its rest comes."""
+        try:
+            return self._decoder.parse_buffer(data) or []
+        except mavlink.MAVError as error:
+            log.debug("not MAVLink: %s", error)
+            return []
+
 
 SYSTEM, COMPONENT = 1, 1
 HEARTBEAT_S = 1.0
@@ -33,7 +52,7 @@ OFFSET_FRAMES = frozenset({mavlink.MAV_FRAME_LOCAL_OFFSET_NED, mavlink.MAV_FRAME
 
 
 class MavlinkLink:
-    """One link. ``cut`` and ``loss`` (share of datagrams, 0..1, both ways) are for tests of bad links."""
+    """One link. ``cut`` and ``loss`` (share of datagrams, 0..1, both directions) are for tests of bad links."""
 
     def __init__(self, autopilot: Autopilot, rng: np.random.Generator) -> None:
         self.cut = False
@@ -47,7 +66,7 @@ class MavlinkLink:
         self._reset()
 
     def receive(self, data: bytes) -> None:
-        """Take a datagram; answers are given out by the next `poll`."""
+        """Take a datagram; the next `poll` returns the answers."""
         if self._autopilot.stopped or self.cut or self._lost():
             return
         for message in self._datagrams.read(data):
@@ -66,7 +85,7 @@ class MavlinkLink:
         return [] if self.cut else [data for data in packed if not self._lost()]
 
     def _reset(self) -> None:
-        """A boot forgets every stream that was asked for."""
+        """Forget the requested streams, as a boot does."""
         self._boots = self._autopilot.boots
         self._streams: dict[int, tuple[float, float]] = {}
         self._next_heartbeat = self._autopilot.time
@@ -80,10 +99,7 @@ class MavlinkLink:
 
     def _due(self) -> None:
         autopilot, now = self._autopilot, self._autopilot.time
-        for text in autopilot.texts:
-            data = text.text.encode()[:TEXT_BYTES]
-            self._out.append(mavlink.MAVLink_statustext_message(text.severity, data))
-        autopilot.texts.clear()
+        self._send_texts()
         if now >= self._next_heartbeat or autopilot.mode_changes != self._mode_changes:
             if now >= self._next_heartbeat:
                 self._next_heartbeat = max(self._next_heartbeat + HEARTBEAT_S, now)
@@ -99,13 +115,18 @@ class MavlinkLink:
         self._out.extend(self._missions.poll(now))
         self._list_parameters()
 
+    def _send_texts(self) -> None:
+        for text in self._autopilot.texts:
+            self._out.append(mavlink.MAVLink_statustext_message(text.severity, text.text.encode()[:TEXT_BYTES]))
+        self._autopilot.texts.clear()
+
     def _say(self, message_id: int) -> bool:
         message = build(message_id, self._autopilot)
         if message is not None:
             self._out.append(message)
         return message is not None
 
-    # What comes in
+    # Incoming messages
 
     def _handle(self, message: Any) -> None:
         kind = message.get_type()
@@ -131,9 +152,7 @@ class MavlinkLink:
             command.number, result, 0, 0, target_system=command.sender[0], target_component=command.sender[1]
         )
         # STATUSTEXT with the reason leaves before the refusal, as on the real one
-        for text in self._autopilot.texts:
-            self._out.append(mavlink.MAVLink_statustext_message(text.severity, text.text.encode()[:TEXT_BYTES]))
-        self._autopilot.texts.clear()
+        self._send_texts()
         self._out.append(acknowledge)
 
     def _set_interval(self, command: Command) -> int:
@@ -154,16 +173,8 @@ class MavlinkLink:
         self._out.append(mavlink.MAVLink_message_interval_message(message_id, round(interval * 1e6)))
         return int(mavlink.MAV_RESULT_ACCEPTED)
 
-    def _request_message(self, command: Command) -> int:
-        return int(mavlink.MAV_RESULT_ACCEPTED if self._say(int(command.parameters[0])) else mavlink.MAV_RESULT_FAILED)
-
-    def _request_home(self, _: Command) -> int:
-        found = self._say(mavlink.MAVLINK_MSG_ID_HOME_POSITION)
-        return int(mavlink.MAV_RESULT_ACCEPTED if found else mavlink.MAV_RESULT_FAILED)
-
-    def _request_capabilities(self, _: Command) -> int:
-        self._say(mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION)
-        return int(mavlink.MAV_RESULT_ACCEPTED)
+    def _request_message(self, message_id: int) -> int:
+        return int(mavlink.MAV_RESULT_ACCEPTED if self._say(message_id) else mavlink.MAV_RESULT_FAILED)
 
     def _set_mode(self, message: Any) -> None:
         ask = Command(mavlink.MAV_CMD_DO_SET_MODE, (1.0, float(message.custom_mode), 0.0, 0.0), 0, 0, 0, 0, (0, 0))
@@ -277,7 +288,9 @@ _HANDLERS: dict[str, Callable[[MavlinkLink, Any], None]] = {
 _LINK_COMMANDS: dict[int, Callable[[MavlinkLink, Command], int]] = {
     mavlink.MAV_CMD_SET_MESSAGE_INTERVAL: MavlinkLink._set_interval,
     mavlink.MAV_CMD_GET_MESSAGE_INTERVAL: MavlinkLink._get_interval,
-    mavlink.MAV_CMD_REQUEST_MESSAGE: MavlinkLink._request_message,
-    mavlink.MAV_CMD_GET_HOME_POSITION: MavlinkLink._request_home,
-    mavlink.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: MavlinkLink._request_capabilities,
+    mavlink.MAV_CMD_REQUEST_MESSAGE: lambda link, command: link._request_message(int(command.parameters[0])),
+    mavlink.MAV_CMD_GET_HOME_POSITION: lambda link, _: link._request_message(mavlink.MAVLINK_MSG_ID_HOME_POSITION),
+    mavlink.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: (
+        lambda link, _: link._request_message(mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION)
+    ),
 }

@@ -58,7 +58,7 @@ class Missions:
         return self._send(message)
 
     def poll(self, now: float) -> list[Any]:
-        """Ask again for what is missing; give up after a while."""
+        """Request a missing item again; give up after TIMEOUT_S."""
         if self._asked is None or now - self._asked < RETRY_S:
             return []
         if now - self._progress > TIMEOUT_S:

@@ -1,4 +1,4 @@
-"""Flight modes other than GUIDED: what each wants of the vehicle, and what may be done in it."""
+"""ArduCopter's flight modes: the set-point of each, and what is allowed in it."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from enum import Enum, IntEnum
 from typing import ClassVar
 
 from hawk.sim.control import CENTI, Limits, Setpoint
+from hawk.sim.geometry import Flat, Vector
 from hawk.sim.gps import Estimate
 from hawk.sim.parameters import Parameters
-from hawk.sim.vector import Flat, Vector
 
 SINK_M_S = 2.4
 """LOITER, POSHOLD and ALT_HOLD with the throttle stick low, as measured."""
@@ -19,8 +19,11 @@ BRAKE_DECELERATION = 7.5
 BRAKE_STOPPED_M_S = 0.1
 """BRAKE holds its place from this speed on."""
 HOME_RADIUS_M = 2.0
-"""WPNAV_RADIUS: home counts as reached within it."""
-LAND_WITHOUT_POSITION_M_S = 0.5
+"""WPNAV_RADIUS: home is reached within it."""
+SPOOL_UP_S = 1.0
+"""Motors come up to speed before they lift."""
+YAW_LOOK_M = 2.0
+"""The nose turns to a target without a yaw that is farther than this (WP_YAW_BEHAVIOR 2)."""
 
 
 class ModeNumber(IntEnum):
@@ -38,7 +41,7 @@ class ModeNumber(IntEnum):
 
 
 class Phase(Enum):
-    """What EXTENDED_SYS_STATE says of a mode in the air."""
+    """Phase of a flight in EXTENDED_SYS_STATE."""
 
     FLYING = "flying"
     TAKING_OFF = "taking off"
@@ -46,8 +49,8 @@ class Phase(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class View:
-    """What a mode sees. ``home`` is NED metres in the world, ``ceiling`` the fence's height above home or None;
+class ModeInputs:
+    """Inputs of a mode. ``home`` is NED metres in the world, ``ceiling`` the fence's height above home or None;
     ``stick`` the pilot's throttle, 0..1, None without a radio.
     """
 
@@ -72,14 +75,14 @@ class View:
         return self.home[2] - self.estimate.position[2]
 
     def stopping_point(self) -> Flat:
-        """Where the vehicle stands still when it brakes from here."""
+        """Return the place where the vehicle stands when it brakes now."""
         north, east = self.estimate.velocity[:2]
         speed = math.hypot(north, east)
-        way = speed / (2.0 * self.limits.acceleration) + 0.3
-        return self.estimate.position[0] + north * way, self.estimate.position[1] + east * way
+        ahead = speed / (2.0 * self.limits.acceleration) + 0.3
+        return self.estimate.position[0] + north * ahead, self.estimate.position[1] + east * ahead
 
     def stopping_down(self) -> float:
-        """The same for the height (down, metres)."""
+        """Return the height (down, metres) at which it stops."""
         speed = self.estimate.velocity[2]
         return self.estimate.position[2] + math.copysign(speed * speed / (2.0 * self.limits.acceleration_z), speed)
 
@@ -93,17 +96,17 @@ class Mode:
     pilot_flies: ClassVar[bool] = False
     disarms_when_landed: ClassVar[bool] = False
 
-    def __init__(self, view: View) -> None:
+    def __init__(self, view: ModeInputs) -> None:
         self._place = view.stopping_point()
         self._down = view.stopping_down()
 
-    def run(self, view: View) -> Setpoint:
-        """Return what the mode wants."""
+    def run(self, view: ModeInputs) -> Setpoint:
+        """Return the mode's set-point."""
         raise NotImplementedError
 
     @property
     def phase(self) -> Phase:
-        """What is shown as the landed state in the air."""
+        """Phase of the flight in this mode."""
         return Phase.FLYING
 
     @property
@@ -113,14 +116,14 @@ class Mode:
 
 
 class Stabilize(Mode):
-    """The pilot's own: without throttle the motors idle."""
+    """Flown by the pilot: without throttle the motors idle."""
 
     number = ModeNumber.STABILIZE
     needs_position = False
     arms = True
     pilot_flies = True
 
-    def run(self, view: View) -> Setpoint:
+    def run(self, view: ModeInputs) -> Setpoint:
         """Lift by the throttle stick alone; level."""
         stick = view.stick or 0.0
         return Setpoint(climb=(stick - 0.5) * 2.0 * view.limits.speed_up, idle=stick < 0.05)
@@ -134,7 +137,7 @@ class AltHold(Mode):
     arms = True
     pilot_flies = True
 
-    def run(self, view: View) -> Setpoint:
+    def run(self, view: ModeInputs) -> Setpoint:
         """Climb or sink by the stick."""
         return Setpoint(climb=_stick_climb(view), speed_down=SINK_M_S, idle=_rests(view))
 
@@ -146,13 +149,13 @@ class Loiter(Mode):
     arms = True
     pilot_flies = True
 
-    def run(self, view: View) -> Setpoint:
+    def run(self, view: ModeInputs) -> Setpoint:
         """Stay above the place, climb or sink by the stick."""
         return Setpoint(self._place, climb=_stick_climb(view), speed_down=SINK_M_S, idle=_rests(view))
 
 
 class PosHold(Loiter):
-    """LOITER with other stick manners."""
+    """LOITER with another response to the sticks."""
 
     number = ModeNumber.POSHOLD
 
@@ -162,11 +165,11 @@ class Brake(Mode):
 
     number = ModeNumber.BRAKE
 
-    def __init__(self, view: View) -> None:
+    def __init__(self, view: ModeInputs) -> None:
         super().__init__(view)
         self._stopped_at: Flat | None = None
 
-    def run(self, view: View) -> Setpoint:
+    def run(self, view: ModeInputs) -> Setpoint:
         """Brake, then hold the place where it stood still, and the height."""
         if self._stopped_at is None and math.hypot(*view.estimate.velocity[:2]) < BRAKE_STOPPED_M_S:
             self._stopped_at = view.flat
@@ -176,19 +179,19 @@ class Brake(Mode):
 
 
 class Land(Mode):
-    """Comes down where it is, and disarms."""
+    """Descends in place, and disarms."""
 
     number = ModeNumber.LAND
     needs_position = False
     disarms_when_landed = True
 
-    def run(self, view: View) -> Setpoint:
+    def run(self, view: ModeInputs) -> Setpoint:
         """Sink; hold the place while there is a position."""
         return descend(view, self._place if view.position_ok else None)
 
     @property
     def phase(self) -> Phase:
-        """Landing all the way."""
+        """Always landing."""
         return Phase.LANDING
 
 
@@ -204,13 +207,13 @@ class Rtl(Mode):
         WAIT = 2
         DESCEND = 3
 
-    def __init__(self, view: View) -> None:
+    def __init__(self, view: ModeInputs) -> None:
         super().__init__(view)
         self._leg = self._Leg.CLIMB
         self._height = _return_height(view)
         self._since = view.time
 
-    def run(self, view: View) -> Setpoint:
+    def run(self, view: ModeInputs) -> Setpoint:
         """Do the present leg and go on to the next when it is done."""
         home = view.home[:2]
         down = view.home[2] - self._height
@@ -223,7 +226,7 @@ class Rtl(Mode):
         speed = view.parameters["RTL_SPEED"] * CENTI or None
         return Setpoint(place, down=down, speed=speed)
 
-    def _advance(self, view: View) -> None:
+    def _advance(self, view: ModeInputs) -> None:
         away = math.dist(view.flat, view.home[:2])
         if self._leg is self._Leg.CLIMB and view.height >= self._height - 0.3:
             self._leg = self._Leg.RETURN
@@ -239,12 +242,12 @@ class Rtl(Mode):
 
 
 class SmartRtl(Rtl):
-    """Returns home. The path home is RTL's: what differs (retracing the way) does not matter to a companion."""
+    """Returns home along RTL's path: a companion does not need the retraced one."""
 
     number = ModeNumber.SMART_RTL
 
 
-def descend(view: View, place: Flat | None) -> Setpoint:
+def descend(view: ModeInputs, place: Flat | None) -> Setpoint:
     """Return the last leg: WPNAV_SPEED_DN (or LAND_SPEED_HIGH) down to LAND_ALT_LOW, then LAND_SPEED."""
     fast = view.parameters["LAND_SPEED_HIGH"] * CENTI or view.limits.speed_down
     slow = view.parameters["LAND_SPEED"] * CENTI
@@ -252,7 +255,7 @@ def descend(view: View, place: Flat | None) -> Setpoint:
     return Setpoint(place, climb=-speed, speed_down=speed, idle=view.landed)
 
 
-def _return_height(view: View) -> float:
+def _return_height(view: ModeInputs) -> float:
     """ArduCopter's RTL path: RTL_ALT, lower inside the cone, never lower than here, below the fence's ceiling."""
     wanted = max(view.height, view.parameters["RTL_ALT"] * CENTI)
     slope = view.parameters["RTL_CONE_SLOPE"]
@@ -263,17 +266,88 @@ def _return_height(view: View) -> float:
     return wanted if view.ceiling is None else max(min(wanted, view.ceiling), 0.0)
 
 
-def _stick_climb(view: View) -> float:
+def _stick_climb(view: ModeInputs) -> float:
     if view.stick is None or view.stick < 0.05:
         return -SINK_M_S
     return (view.stick - 0.5) * 2.0 * view.parameters["PILOT_SPEED_UP"] * CENTI
 
 
-def _rests(view: View) -> bool:
+def _rests(view: ModeInputs) -> bool:
     return view.landed and (view.stick or 0.0) <= 0.5
 
 
-PLAIN_MODES: dict[int, type[Mode]] = {
-    mode.number: mode for mode in (Stabilize, AltHold, Loiter, PosHold, Brake, Land, Rtl, SmartRtl)
+class Guided(Mode):
+    """Flies to targets of the companion computer and holds its place between them."""
+
+    number = ModeNumber.GUIDED
+    arms = True
+
+    def __init__(self, view: ModeInputs) -> None:
+        super().__init__(view)
+        self._yaw: float | None = None
+        self._velocity: Vector | None = None
+        self._velocity_time = 0.0
+        self._climbing_to: float | None = None
+        self._lift_time = 0.0
+        self.speed: float | None = None
+
+    def take_off(self, view: ModeInputs, down: float) -> None:
+        """Climb straight up to a height (down, metres in the world)."""
+        self._velocity = None
+        self._climbing_to = down
+        self._lift_time = view.time + SPOOL_UP_S
+        self._place, self._down = view.flat, down
+
+    def go(self, place: Flat, down: float, yaw: float | None, view: ModeInputs) -> None:
+        """Fly to a place. Without a yaw the nose points ahead."""
+        self._velocity = None
+        self._climbing_to = None
+        if yaw is None and math.dist(place, view.flat) > YAW_LOOK_M:
+            yaw = math.atan2(place[1] - view.flat[1], place[0] - view.flat[0])
+        self._place, self._down, self._yaw = place, down, yaw
+
+    def move(self, velocity: Vector, yaw: float | None, view: ModeInputs) -> None:
+        """Fly with a velocity (NED, m/s); it ends GUID_TIMEOUT after the last one."""
+        self._velocity, self._velocity_time = velocity, view.time
+        self._climbing_to = None
+        self._yaw = yaw
+
+    def turn(self, yaw: float) -> None:
+        """Turn to a heading."""
+        self._yaw = yaw
+
+    @property
+    def target(self) -> Vector:
+        """Present target (NED metres in the world)."""
+        return *self._place, self._down
+
+    def run(self, view: ModeInputs) -> Setpoint:
+        """Return the target; on the ground nothing but a take-off lifts."""
+        if view.landed and (self._climbing_to is None or view.time < self._lift_time):
+            if self._climbing_to is not None:
+                return Setpoint(idle=True)
+            self._place, self._down = view.flat, view.estimate.position[2]
+            return Setpoint(idle=True)
+        self._arrive(view)
+        if self._velocity is not None:
+            north, east, down = self._velocity
+            return Setpoint(velocity=(north, east), climb=-down, yaw=self._yaw, speed=self.speed)
+        return Setpoint(self._place, down=self._down, yaw=self._yaw, speed=self.speed)
+
+    def _arrive(self, view: ModeInputs) -> None:
+        if self._climbing_to is not None and view.estimate.position[2] <= self._climbing_to + 0.2:
+            self._climbing_to = None
+        if self._velocity is not None and view.time - self._velocity_time > view.parameters["GUID_TIMEOUT"]:
+            self._velocity = None
+            self._place, self._down = view.stopping_point(), view.stopping_down()
+
+    @property
+    def phase(self) -> Phase:
+        """Taking off until the height is reached."""
+        return Phase.TAKING_OFF if self._climbing_to is not None else Phase.FLYING
+
+
+MODES: dict[int, type[Mode]] = {
+    mode.number: mode for mode in (Stabilize, AltHold, Guided, Loiter, PosHold, Brake, Land, Rtl, SmartRtl)
 }
-"""Every mode but GUIDED, by number."""
+"""Every mode by number."""

@@ -44,11 +44,11 @@ class Parameters:
         return self._parameters[name].value
 
     def __len__(self) -> int:
-        """Return how many there are."""
+        """Return the number of parameters."""
         return len(self._order)
 
     def __contains__(self, name: object) -> bool:
-        """Whether there is a parameter of that name."""
+        """Return True when there is a parameter of that name."""
         return name in self._parameters
 
     def flag(self, name: str) -> int:
@@ -70,7 +70,7 @@ class Parameters:
         return self._order.index(name)
 
     def set(self, name: str, value: float) -> Parameter:
-        """Write a value, cut to the parameter's own type whatever type it was sent as; return the parameter.
+        """Write a value, cut to the parameter's own type; return the parameter.
 
         Raises KeyError for an unknown name.
         """

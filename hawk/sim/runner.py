@@ -1,4 +1,4 @@
-"""Puts the simulated drone together and lets its time pass."""
+"""Builds the simulated drone and advances its time."""
 
 from __future__ import annotations
 
@@ -8,31 +8,29 @@ import math
 from collections.abc import AsyncGenerator, Callable, Mapping
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 import cv2
 import numpy as np
 
 from hawk.sim.autopilot import STEP_S, Autopilot, AutopilotOptions
-from hawk.sim.camera import FRAME_S, Camera, Renderer, Shot
-from hawk.sim.camera_server import Backend, CameraServer
-from hawk.sim.clock import SimulationClock
-from hawk.sim.faults import CameraFaults, Fault, apply_fault
+from hawk.sim.camera import FRAME_S, Camera, Renderer, Shot, SimulationClock
+from hawk.sim.camera_server import Backend, CameraFaults, CameraServer, apply_camera_fault, apply_fault
+from hawk.sim.flight_record import FlightRecord
 from hawk.sim.follow import Follower
-from hawk.sim.geodesy import Origin
+from hawk.sim.geometry import Origin
 from hawk.sim.mavlink_link import MavlinkLink
-from hawk.sim.truth import FlightRecord
 from hawk.sim.udp import UdpLink, UdpUrl
 
 TICK_S = 0.005
 """Real seconds between two looks at the clock."""
 CHUNK_S = 0.25
-"""Simulated seconds that are caught up without letting the sockets have a turn."""
+"""Simulated seconds that are caught up before the sockets get a turn."""
 
 
 @dataclass(frozen=True, slots=True)
 class RunOptions:
-    """How to run. ``start`` is x, y in metres in the world's picture; ``latency`` simulated seconds."""
+    """Options of a run. ``start`` is x, y in metres in the world's picture; ``latency`` simulated seconds."""
 
     start: tuple[float, float]
     mavlink: UdpUrl
@@ -42,14 +40,6 @@ class RunOptions:
     latency: float = 0.05
     seed: int = 0
     autopilot: AutopilotOptions = field(default_factory=AutopilotOptions)
-
-
-class World(Protocol):
-    """What is needed of a world beside its pictures."""
-
-    def truth_json(self) -> dict[str, Any]:
-        """Return the truth as it is saved."""
-        ...
 
 
 class Flyer:
@@ -65,7 +55,7 @@ class Flyer:
         self._next_slot = 0.0
 
     def advance(self) -> tuple[list[bytes], bool]:
-        """Let time pass up to now; return what is to be sent, and whether the simulation has caught up."""
+        """Advance to the present; return the datagrams to send, and True when the simulation has caught up."""
         out: list[bytes] = []
         autopilot = self.autopilot
         goal = min(self._clock(), autopilot.time + CHUNK_S)
@@ -79,22 +69,32 @@ class Flyer:
         return out, self._clock() - autopilot.time < CHUNK_S
 
     def shot(self) -> Shot:
-        """Return where the camera is: the true place."""
+        """Return the camera's true pose."""
         body = self.autopilot.body
         north, east, down = body.position
         attitude = (body.roll, body.pitch, body.yaw)
         return Shot(self.autopilot.time_boot, self.autopilot.time, east, -north, -down, *attitude)
 
 
-async def fly(world: World, renderer: Renderer, options: RunOptions, say: Callable[[str], None]) -> None:
-    """Run the whole simulated drone until cancelled; ``say`` gets the line that tells where it is. Raises OSError."""
+async def fly(truth: Mapping[str, Any], renderer: Renderer, options: RunOptions, say: Callable[[str], None]) -> None:
+    """Run the whole simulated drone until cancelled.
+
+    Args:
+        truth: the world's truth as it is saved (`World.truth_json`).
+        renderer: draws the world.
+        options: how to run.
+        say: gets one line of JSON with the addresses.
+
+    Raises:
+        OSError: an address cannot be used.
+    """
     clock, camera, faults = _begin(renderer, options)
     flyer = Flyer(options, camera, clock)
     udp = UdpLink(flyer.link.receive)
     backend = Backend(
         camera=camera,
         origin=options.origin,
-        truth=lambda: _truth(world, options),
+        truth=_truth(truth, options),
         status=lambda: {**flyer.record.summary(), "speed": options.speed, "lag_s": clock() - flyer.autopilot.time},
         watch_fence=flyer.record.watch,
         apply_fault=lambda fault: apply_fault(fault, flyer.autopilot, flyer.link, camera, faults),
@@ -107,18 +107,18 @@ async def fly(world: World, renderer: Renderer, options: RunOptions, say: Callab
             await asyncio.sleep(TICK_S if caught_up else 0.0)
 
 
-async def follow(world: World, renderer: Renderer, options: RunOptions, say: Callable[[str], None]) -> None:
-    """Run the camera half alone, following the vehicle at ``options.mavlink``, until cancelled. Raises OSError."""
+async def follow(truth: Mapping[str, Any], renderer: Renderer, options: RunOptions, say: Callable[[str], None]) -> None:
+    """Run the camera alone, over the vehicle at ``options.mavlink``, until cancelled; arguments as for `fly`."""
     clock, camera, faults = _begin(renderer, options)
     follower = Follower(options.origin, clock)
     udp = UdpLink(follower.receive)
     backend = Backend(
         camera=camera,
         origin=options.origin,
-        truth=lambda: _truth(world, options),
+        truth=_truth(truth, options),
         status=lambda: _followed(follower, options.origin),
         watch_fence=lambda _: None,
-        apply_fault=lambda fault: _camera_fault(fault, camera, faults),
+        apply_fault=lambda fault: apply_camera_fault(fault, camera, faults),
         faults=faults,
     )
     async with _open(udp, backend, options, say):
@@ -130,7 +130,7 @@ async def follow(world: World, renderer: Renderer, options: RunOptions, say: Cal
 
 
 def _begin(renderer: Renderer, options: RunOptions) -> tuple[SimulationClock, Camera, CameraFaults]:
-    """Make what the whole drone and the camera half have in common."""
+    """Build the parts that `fly` and `follow` share."""
     cv2.setNumThreads(1)
     clock = SimulationClock(options.speed)
     return clock, Camera(renderer, clock, np.random.default_rng(options.seed), options.latency), CameraFaults()
@@ -140,7 +140,7 @@ def _begin(renderer: Renderer, options: RunOptions) -> tuple[SimulationClock, Ca
 async def _open(
     udp: UdpLink, backend: Backend, options: RunOptions, say: Callable[[str], None]
 ) -> AsyncGenerator[None]:
-    """Open MAVLink and the camera's server and tell where they are; close both, and the camera, at the end."""
+    """Open MAVLink and the camera's server and report their addresses; close both, and the camera, at the end."""
     server = CameraServer(backend)
     try:
         url = await udp.open(options.mavlink)
@@ -153,12 +153,13 @@ async def _open(
         await backend.camera.close()
 
 
-def _truth(world: World, options: RunOptions) -> Mapping[str, Any]:
+def _truth(truth: Mapping[str, Any], options: RunOptions) -> Mapping[str, Any]:
+    """Return the world's truth with start, origin and camera of this run."""
     x, y = options.start
     origin = options.origin
     latitude, longitude, altitude = origin.to_geodetic((-y, x, 0.0))
     return {
-        **world.truth_json(),
+        **truth,
         "start": {"x": x, "y": y, "latitude": latitude, "longitude": longitude, "altitude": altitude},
         "origin": {"latitude": origin.latitude, "longitude": origin.longitude, "altitude": origin.altitude},
         "camera": {"width": 1280, "height": 720, "horizontal_fov_deg": 70.0, "frame_s": FRAME_S},
@@ -173,12 +174,3 @@ def _followed(follower: Follower, origin: Origin) -> Mapping[str, Any]:
     position = {"x": shot.x_east, "y": shot.y_south, "height": shot.height, "yaw": math.remainder(shot.yaw, math.tau)}
     place = {"latitude": latitude, "longitude": longitude, "altitude": altitude}
     return {"following": True, "time_boot": shot.stamp, "position": {**position, **place}}
-
-
-def _camera_fault(fault: Fault, camera: Camera, faults: CameraFaults) -> list[str]:
-    problems = [f"{name}: only the camera can fail here" for name in fault.model_fields_set - {"camera"}]
-    if fault.camera is not None:
-        camera.dark, camera.frozen = fault.camera == "dark", fault.camera == "frozen"
-        faults.garbage, faults.unstamped = fault.camera == "garbage", fault.camera == "unstamped"
-        faults.closed = fault.camera == "closed"
-    return problems

@@ -1,4 +1,4 @@
-"""What the autopilot says of itself, as MAVLink messages."""
+"""Telemetry of the autopilot as MAVLink messages."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from typing import Any
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from hawk.sim.autopilot import Autopilot
+from hawk.sim.geometry import Vector, subtract
 from hawk.sim.modes import Phase
-from hawk.sim.vector import subtract
 
 Message = Any
 """A pymavlink message (the package has no types)."""
@@ -53,13 +53,13 @@ _VERSION = (4 << 24) | (6 << 16) | (0 << 8) | 255
 
 
 def build(message_id: int, autopilot: Autopilot) -> Message | None:
-    """Return a message, None when the autopilot has nothing to say (no position yet) or does not know the message."""
+    """Return a message, None when it is unknown or needs a position that the autopilot does not have yet."""
     builder = BUILDERS.get(message_id)
     return None if builder is None else builder(autopilot)
 
 
 def heartbeat(autopilot: Autopilot) -> Message:
-    """HEARTBEAT."""
+    """Return the HEARTBEAT."""
     base = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | mavlink.MAV_MODE_FLAG_STABILIZE_ENABLED
     base |= mavlink.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED
     if autopilot.mode.needs_position:
@@ -71,17 +71,18 @@ def heartbeat(autopilot: Autopilot) -> Message:
     if autopilot.armed and (failsafes.gcs or failsafes.radio or failsafes.battery or failsafes.ekf):
         status = mavlink.MAV_STATE_CRITICAL
     return mavlink.MAVLink_heartbeat_message(
-        mavlink.MAV_TYPE_QUADROTOR,
-        mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA,
-        base,
-        int(autopilot.mode.number),
-        status,
-        3,
+        mavlink.MAV_TYPE_QUADROTOR, mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, base, int(autopilot.mode.number), status, 3
     )
 
 
 def _milliseconds(autopilot: Autopilot) -> int:
     return int(autopilot.time_boot * 1000.0 + 1e-6)
+
+
+def _geodetic(autopilot: Autopilot, place: Vector) -> tuple[int, int, int]:
+    """Return latitude and longitude (1e-7 degrees) and altitude (millimetres) of a place in the world."""
+    latitude, longitude, altitude = autopilot.origin.to_geodetic(place)
+    return round(latitude * 1e7), round(longitude * 1e7), round(altitude * 1000)
 
 
 def _sys_status(autopilot: Autopilot) -> Message:
@@ -119,7 +120,6 @@ def _sys_status(autopilot: Autopilot) -> Message:
 
 def _gps_raw(autopilot: Autopilot) -> Message:
     estimator = autopilot.estimator
-    latitude, longitude, altitude = autopilot.origin.to_geodetic(autopilot.estimate.position)
     fixed = estimator.fix_type >= 3
     north, east, _ = autopilot.estimate.velocity
     course = math.degrees(math.atan2(east, north)) % 360.0
@@ -127,9 +127,7 @@ def _gps_raw(autopilot: Autopilot) -> Message:
     return mavlink.MAVLink_gps_raw_int_message(
         int(autopilot.time_boot * 1e6),
         estimator.fix_type,
-        round(latitude * 1e7) if fixed else 0,
-        round(longitude * 1e7) if fixed else 0,
-        round(altitude * 1000) if fixed else 0,
+        *(_geodetic(autopilot, autopilot.estimate.position) if fixed else (0, 0, 0)),
         80 if fixed else 9999,
         120 if fixed else 9999,
         round(math.hypot(north, east) * 100) if fixed else 0,
@@ -145,12 +143,9 @@ def _global_position(autopilot: Autopilot) -> Message | None:
     if autopilot.home is None:
         return None
     estimate = autopilot.estimate
-    latitude, longitude, altitude = autopilot.origin.to_geodetic(estimate.position)
     return mavlink.MAVLink_global_position_int_message(
         _milliseconds(autopilot),
-        round(latitude * 1e7),
-        round(longitude * 1e7),
-        round(altitude * 1000),
+        *_geodetic(autopilot, estimate.position),
         round((autopilot.home[2] - estimate.position[2]) * 1000),
         *(round(value * 100) for value in estimate.velocity),
         round(math.degrees(estimate.yaw) % 360.0 * 100) % 36000,
@@ -167,13 +162,7 @@ def _local_position(autopilot: Autopilot) -> Message | None:
 def _attitude(autopilot: Autopilot) -> Message:
     estimate = autopilot.estimate
     return mavlink.MAVLink_attitude_message(
-        _milliseconds(autopilot),
-        estimate.roll,
-        estimate.pitch,
-        estimate.yaw,
-        estimate.roll_rate,
-        estimate.pitch_rate,
-        estimate.yaw_rate,
+        _milliseconds(autopilot), estimate.roll, estimate.pitch, estimate.yaw, 0.0, 0.0, estimate.yaw_rate
     )
 
 
@@ -188,8 +177,8 @@ def _attitude_quaternion(autopilot: Autopilot) -> Message:
         sr * cp * cy - cr * sp * sy,
         cr * sp * cy + sr * cp * sy,
         cr * cp * sy - sr * sp * cy,
-        estimate.roll_rate,
-        estimate.pitch_rate,
+        0.0,
+        0.0,
         estimate.yaw_rate,
     )
 
@@ -207,11 +196,8 @@ def _extended_state(autopilot: Autopilot) -> Message:
 def _home_position(autopilot: Autopilot) -> Message | None:
     if autopilot.home is None or autopilot.ekf_origin is None:
         return None
-    latitude, longitude, altitude = autopilot.origin.to_geodetic(autopilot.home)
     return mavlink.MAVLink_home_position_message(
-        round(latitude * 1e7),
-        round(longitude * 1e7),
-        round(altitude * 1000),
+        *_geodetic(autopilot, autopilot.home),
         *subtract(autopilot.home, autopilot.ekf_origin),
         [1.0, 0.0, 0.0, 0.0],
         0.0,
@@ -224,10 +210,8 @@ def _home_position(autopilot: Autopilot) -> Message | None:
 def _gps_origin(autopilot: Autopilot) -> Message | None:
     if autopilot.ekf_origin is None:
         return None
-    latitude, longitude, altitude = autopilot.origin.to_geodetic(autopilot.ekf_origin)
-    return mavlink.MAVLink_gps_global_origin_message(
-        round(latitude * 1e7), round(longitude * 1e7), round(altitude * 1000), int(autopilot.time_boot * 1e6)
-    )
+    place = _geodetic(autopilot, autopilot.ekf_origin)
+    return mavlink.MAVLink_gps_global_origin_message(*place, int(autopilot.time_boot * 1e6))
 
 
 def _battery_status(autopilot: Autopilot) -> Message:
@@ -300,10 +284,6 @@ def _scaled_imu(autopilot: Autopilot) -> Message:
     )
 
 
-def _mission_current(_: Autopilot) -> Message:
-    return mavlink.MAVLink_mission_current_message(0)
-
-
 def _autopilot_version(_: Autopilot) -> Message:
     middle = list(struct.pack("8s", b"hawk-sim"))
     return mavlink.MAVLink_autopilot_version_message(
@@ -321,7 +301,7 @@ BUILDERS: dict[int, Callable[[Autopilot], Message | None]] = {
     mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION: _attitude_quaternion,
     mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: _local_position,
     mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: _global_position,
-    mavlink.MAVLINK_MSG_ID_MISSION_CURRENT: _mission_current,
+    mavlink.MAVLINK_MSG_ID_MISSION_CURRENT: lambda _: mavlink.MAVLink_mission_current_message(0),
     mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN: _gps_origin,
     mavlink.MAVLINK_MSG_ID_RC_CHANNELS: _rc_channels,
     mavlink.MAVLINK_MSG_ID_VFR_HUD: _vfr_hud,
@@ -333,4 +313,4 @@ BUILDERS: dict[int, Callable[[Autopilot], Message | None]] = {
     mavlink.MAVLINK_MSG_ID_HOME_POSITION: _home_position,
     mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: _extended_state,
 }
-"""Every message that this autopilot can send on request. ALTITUDE is none of ArduPilot's."""
+"""Every message that this autopilot can send on request. ArduPilot does not send ALTITUDE."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 PEER_TIMEOUT_S = 10.0
-"""Who wrote to us is answered for so long after the last word, real seconds."""
+"""Peers are answered for this long after their last datagram, real seconds."""
 Address = tuple[str, int]
 
 
@@ -24,7 +24,7 @@ class UdpUrl:
 
     @classmethod
     def parse(cls, text: str) -> UdpUrl:
-        """Read a URL (``//`` after the scheme is allowed). Raises ValueError saying what is expected."""
+        """Read a URL (``//`` after the scheme is allowed). Raises ValueError with the expected form."""
         scheme, _, rest = text.partition(":")
         host, _, port = rest.removeprefix("//").rpartition(":")
         if scheme not in ("udpout", "udpin") or not host or not port.isdigit() or int(port) > 65535:
@@ -36,7 +36,7 @@ class UdpUrl:
 
 
 class UdpLink(asyncio.DatagramProtocol):
-    """Sends every datagram to the fixed peer and to whoever wrote lately; gives what comes to ``receive``."""
+    """Sends every datagram to the fixed peer and to recent senders; passes incoming ones to ``receive``."""
 
     def __init__(self, receive: Callable[[bytes], None], monotonic: Callable[[], float] = time.monotonic) -> None:
         self._receive = receive
@@ -83,4 +83,4 @@ class UdpLink(asyncio.DatagramProtocol):
         self._receive(data)
 
     def error_received(self, exc: Exception) -> None:
-        """A peer that does not listen is no fault of ours."""
+        """Ignore errors of peers that do not listen."""

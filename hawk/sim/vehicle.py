@@ -1,11 +1,13 @@
-"""The flying body: attitude that follows the demand, forces that follow the attitude, and the ground."""
+"""The flying body, its battery and the wind."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
 
-from hawk.sim.vector import Vector, add, clamp, wrap_angle
+import numpy as np
+
+from hawk.sim.geometry import Vector, add, clamp, wrap_angle
 
 GRAVITY = 9.80665
 DRAG = 0.15
@@ -48,7 +50,7 @@ class Body:
 
 @dataclass(frozen=True, slots=True)
 class Demand:
-    """What the controllers ask for: NED acceleration (m/s²), yaw rate (rad/s), greatest lean (rad), motors running."""
+    """Demand of the controllers: NED acceleration (m/s²), yaw rate (rad/s), greatest lean (rad), motors running."""
 
     acceleration: Vector = (0.0, 0.0, 0.0)
     yaw_rate: float = 0.0
@@ -134,3 +136,65 @@ def _land_or_fly(before: Body, acceleration: Vector, turned: Body, dt: float) ->
         on_ground=True,
         crashed=fast,
     )
+
+
+GUST_SHARE = 0.25
+"""Standard deviation of the gusts as a share of the mean wind (turbulence intensity over open ground)."""
+GUST_TIME_S = 3.0
+
+
+class Wind:
+    """Horizontal wind. ``speed`` m/s and ``heading`` (radians clockwise from north, where it blows to) may be set."""
+
+    def __init__(self, speed: float, heading: float, rng: np.random.Generator) -> None:
+        self.speed = speed
+        self.heading = heading
+        self._rng = rng
+        self._gust = (0.0, 0.0)
+
+    def step(self, dt: float) -> Vector:
+        """Return the wind (NED m/s) ``dt`` seconds later."""
+        if self.speed == 0.0:
+            return 0.0, 0.0, 0.0
+        keep = math.exp(-dt / GUST_TIME_S)
+        fresh = GUST_SHARE * self.speed * math.sqrt(1.0 - keep * keep)
+        noise = self._rng.standard_normal(2)
+        self._gust = (self._gust[0] * keep + fresh * float(noise[0]), self._gust[1] * keep + fresh * float(noise[1]))
+        north, east = self.speed * math.cos(self.heading), self.speed * math.sin(self.heading)
+        return north + self._gust[0], east + self._gust[1], 0.0
+
+
+CAPACITY_MAH = 5000.0
+EMPTY_V, FULL_V = 9.9, 12.6
+"""Three lithium-polymer cells at rest, as ArduPilot's own simulation."""
+RESISTANCE_OHM = 0.012
+IDLE_A = 0.6
+
+
+class Battery:
+    """Lasts ``minutes`` in hover from full. ``remaining`` (0..1) may be set."""
+
+    def __init__(self, minutes: float) -> None:
+        self.remaining = 1.0
+        self.current = IDLE_A
+        self._hover_a = CAPACITY_MAH / 1000.0 * 60.0 / minutes
+
+    def step(self, lifting: bool, effort: float, dt: float) -> None:
+        """Use charge for ``dt`` seconds. ``effort`` is thrust over weight."""
+        self.current = IDLE_A + (self._hover_a * effort**1.5 if lifting else 0.0)
+        self.remaining = max(0.0, self.remaining - self.current * dt / 3600.0 / (CAPACITY_MAH / 1000.0))
+
+    @property
+    def voltage(self) -> float:
+        """Volts under the present load."""
+        return EMPTY_V + (FULL_V - EMPTY_V) * self.remaining - RESISTANCE_OHM * self.current
+
+    @property
+    def used_mah(self) -> float:
+        """Charge taken out, milliampere-hours."""
+        return (1.0 - self.remaining) * CAPACITY_MAH
+
+    @property
+    def is_empty(self) -> bool:
+        """True when no charge is left."""
+        return self.remaining <= 0.0

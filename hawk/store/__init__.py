@@ -1,1 +1,1 @@
-"""What is kept on disk: the flight journal and the recording."""
+"""Flight journal and recording on disk."""

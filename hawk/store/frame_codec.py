@@ -10,11 +10,12 @@ import struct
 from dataclasses import fields, is_dataclass
 from typing import Any, TypeVar
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 T = TypeVar("T")
 _LENGTH = struct.Struct("<I")
 _PICTURE = "jpeg"
+_FINITE = TypeAdapter[Any](Any, config=ConfigDict(ser_json_inf_nan="strings"))
 
 
 class FrameFormatError(ValueError):
@@ -44,6 +45,14 @@ def decode_frame(data: bytes, kind: type[T]) -> T:
         return TypeAdapter(kind).validate_python({**values, _PICTURE: data[end:]})
     except (ValidationError, ValueError, TypeError) as error:
         raise FrameFormatError(f"the frame is no {kind.__name__}: {error}") from error
+
+
+def to_json(payload: Any) -> str:
+    """Return a payload as JSON. JSON has no infinity: such numbers become "Infinity", "-Infinity" or "NaN"."""
+    try:
+        return json.dumps(payload, default=to_plain, separators=(",", ":"), allow_nan=False)
+    except ValueError:
+        return _FINITE.dump_json(json.loads(json.dumps(payload, default=to_plain))).decode()
 
 
 def to_plain(value: Any) -> Any:

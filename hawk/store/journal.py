@@ -1,9 +1,9 @@
-"""The flight journal: what a daemon that is killed in the air needs to go on, on disk within half a second.
+"""The flight journal: the data that a daemon killed in the air needs to go on, on disk within half a second.
 
-Map, stalls, datum, arm place, the flight under way and starts in the air are values by key, the newest of each wins.
-Every survey has a folder of its own with append-only segments (`hawk.store.journal_file`). A thread of its own writes
-them; what is put while it writes is merged by key, so that a slow disk costs memory for the newest values only. A disk
-that is full or cannot be written makes the journal unhealthy and is tried again; nothing ever waits for it.
+Map, stalls, datum, arm place, the current flight and starts in the air are values by key; the newest of each wins.
+Every survey has a folder of its own with append-only segments (`hawk.store.journal_state`). A thread writes them;
+values put meanwhile are merged by key, so a slow disk costs memory for the newest values only. A disk that is full or
+cannot be written makes the journal unhealthy and is tried again; nothing ever waits for it.
 """
 
 from __future__ import annotations
@@ -17,24 +17,24 @@ import shutil
 import threading
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import IO
 
 from hawk.model import ArmPlace, FlightSoFar, GlobalPose, Health
-from hawk.store.journal_file import check, pack
 from hawk.store.journal_state import (
     ARM_PLACE,
     DATUM,
     FLIGHT,
     MAP,
     START,
-    last_written,
+    JournalState,
+    check,
     merge,
-    read_values,
+    pack,
+    read_survey,
     segments_of,
     start_times,
-    state_of,
     surveys_of,
 )
 
@@ -50,7 +50,7 @@ _STARTS_KEPT_S = 600.0
 
 
 class FlightJournal:
-    """Writes the journal. Make it (reads what is there), then put; `close` at the end. Puts never block."""
+    """Reads the newest survey when made (`state`), then writes. Puts never block; `close` at the end."""
 
     def __init__(
         self,
@@ -60,10 +60,10 @@ class FlightJournal:
         opener: Callable[[Path], IO[bytes]] | None = None,
         compact_bytes: int = 64_000_000,
     ) -> None:
-        """Begin to write. Puts of keys or values beyond the format's limits raise ValueError.
+        """Read the newest survey and start the thread. Puts beyond the format's limits raise ValueError.
 
-        ``keep``: older surveys that are kept. ``opener`` opens a new segment for appending. ``compact_bytes``: a
-        segment larger than this and than four times what is live in it is written anew.
+        ``keep``: number of older surveys to keep. ``opener`` opens a new segment for appending. A segment larger than
+        ``compact_bytes`` and than four times its live values is compacted.
         """
         self._directory = directory
         self._wall = wall
@@ -78,45 +78,42 @@ class FlightJournal:
         self._waiters: list[tuple[int, Callable[[], None]]] = []
         self._jobs: list[Callable[[], None]] = []
         self._closing = False
-        self._health = Health()
+        self.health = Health()
+        """Unhealthy while values cannot be written."""
         surveys = surveys_of(directory)
         self._survey = surveys[-1] if surveys else directory / self._name(0)
-        self._newest = self._survey
-        self._values, lost, problem = read_values(self._survey) if surveys else ({}, 0, "")
-        kept = state_of(self._survey.name, self._values, lost, problem)
-        self.state = replace(kept, last_written=last_written(self._survey) if surveys else 0.0)
+        self.survey_id = self._survey.name
+        """Id of the newest survey."""
+        self._values, self.state = read_survey(self._survey) if surveys else ({}, JournalState(self._survey.name))
+        if self.state.lost_bytes or self.state.problem:
+            _LOG.warning("Journal: %d bytes are damaged. %s", self.state.lost_bytes, self.state.problem)
         self._file: IO[bytes] | None = None
         self._written = 0
-        self._dirty = False
         self._thread = threading.Thread(target=self._run, name="journal", daemon=True)
         self._thread.start()
 
-    # --- what is kept ----------------------------------------------------------------------------------------------
+    # --- values ----------------------------------------------------------------------------------------------------
 
     def set_datum(self, datum: GlobalPose | None) -> None:
         """Keep the map frame's origin."""
         self._put_json(DATUM, None if datum is None else asdict(datum))
 
     def set_arm_place(self, place: ArmPlace) -> None:
-        """Keep where the drone was armed."""
+        """Keep the arm place."""
         self._put_json(ARM_PLACE, asdict(place))
 
     def set_flight(self, flight: FlightSoFar | None) -> None:
-        """Keep how long and how far this flight went so far; None: it has ended."""
+        """Keep duration and distance of this flight so far; None: it has ended."""
         self._put_json(FLIGHT, None if flight is None else asdict(flight))
 
     def put_map(self, parts: Mapping[str, bytes]) -> None:
-        """Keep changed parts of the map; empty bytes: the part is no more."""
+        """Keep changed parts of the map; empty bytes remove a part."""
         self._put_values({MAP + key: bytes(value) for key, value in parts.items()})
 
-    def note(self, name: str, text: str) -> None:
-        """Keep a short text by name, for example where the parameters are stored."""
-        self._put_values({f"note/{name}": text.encode()})
-
     def add_start_in_air(self) -> tuple[float, ...]:
-        """Count a start in the air at this moment; return all of the last ten minutes, this one last.
+        """Note a start in the air now; return those of the last ten minutes (wall clock seconds), this one last.
 
-        It is written at once: a program that crashes right after its start must be counted too.
+        It is written at once: a crash right after the start must be counted too.
         """
         now = self._wall()
         starts = tuple(start for start in self.state.starts_in_air if 0 <= now - start <= _STARTS_KEPT_S)
@@ -126,10 +123,10 @@ class FlightJournal:
         return (*starts, now)
 
     def new_survey(self) -> str:
-        """Begin a new survey: an empty journal beside the old one, which is kept. Returns its id."""
+        """Begin a new survey with an empty journal beside the old one, and return its id."""
         with self._ready:
-            folder = self._directory / self._name(int(self._newest.name[:6]))
-            self._newest = folder
+            folder = self._directory / self._name(int(self.survey_id[:6]))
+            self.survey_id = folder.name
             before, self._pending = self._pending, {}
             self._jobs.append(lambda: self._change_survey(folder, before))
             self._put += 1
@@ -138,24 +135,14 @@ class FlightJournal:
 
     # --- life ------------------------------------------------------------------------------------------------------
 
-    @property
-    def survey_id(self) -> str:
-        """The survey that is written to."""
-        return self._newest.name
-
-    @property
-    def health(self) -> Health:
-        """Whether what was put is on disk."""
-        return self._health
-
     async def flush(self, timeout_s: float = 2.0) -> bool:
-        """Wait until everything put so far is on disk; False when that did not happen in time."""
+        """Wait until everything put so far is on disk; return False when ``timeout_s`` ran out."""
         loop = asyncio.get_running_loop()
         done = asyncio.Event()
         with self._ready:
             if self._synced >= self._put:
                 return True
-            self._waiters.append((self._put, lambda: _tell(loop, done)))
+            self._waiters.append((self._put, lambda: _set(loop, done)))
             self._urgent = True
             self._ready.notify_all()
         try:
@@ -165,8 +152,8 @@ class FlightJournal:
         return True
 
     async def close(self) -> None:
-        """Write what is pending, as far as the disk allows, and end the thread."""
-        await self.flush(_CLOSE_S if self._health.is_healthy else _CLOSE_UNHEALTHY_S)
+        """Write the pending values, as far as the disk allows, and end the thread."""
+        await self.flush(_CLOSE_S if self.health.is_healthy else _CLOSE_UNHEALTHY_S)
         loop = asyncio.get_running_loop()
         ended = asyncio.Event()
         with self._ready:
@@ -174,11 +161,11 @@ class FlightJournal:
                 return
             self._closing = True
             self._put += 1
-            self._waiters.append((self._put, lambda: _tell(loop, ended)))
+            self._waiters.append((self._put, lambda: _set(loop, ended)))
             self._ready.notify_all()
         with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(ended.wait(), _CLOSE_S)
-            self._thread.join(_CLOSE_S)  # its last act was to tell
+            self._thread.join(_CLOSE_S)  # its last act was to wake us
 
     # --- inside ----------------------------------------------------------------------------------------------------
 
@@ -203,16 +190,16 @@ class FlightJournal:
             written = self._attempt(self._write_pending)
         with contextlib.suppress(OSError):
             self._close_file()
-        self._tell_synced(self._put)
+        self._wake_synced(self._put)
 
     def _attempt(self, work: Callable[[], None]) -> bool:
         try:
             work()
         except Exception as error:  # a journal that cannot write must not end
             reason = f"Journal: {getattr(error, 'strerror', None) or error} ({self._survey})"
-            if self._health.reason != reason:
+            if self.health.reason != reason:
                 _LOG.error("%s; trying again", reason)
-            self._health = Health.bad(reason)
+            self.health = Health.bad(reason)
             with contextlib.suppress(OSError):
                 self._close_file()
             return False
@@ -238,30 +225,29 @@ class FlightJournal:
             job()
         try:
             if self._file is None:
-                self._open_file()
-                self._prune()
+                self._start()
             self._append(taken)
         except OSError:
-            with self._ready:  # what came meanwhile is newer
+            with self._ready:  # values put meanwhile are newer
                 self._pending = taken | self._pending
             raise
-        if not self._health.is_healthy:
+        if not self.health.is_healthy:
             _LOG.info("Journal: written again")
-        self._health = Health()  # before those are told who wait for it
-        self._tell_synced(target)
+        self.health = Health()  # before the waiters wake
+        self._wake_synced(target)
         if self._written > max(self._compact_bytes, _COMPACT_FACTOR * self._live_bytes()):
             self._open_file()
 
-    def _tell_synced(self, target: int) -> None:
+    def _wake_synced(self, target: int) -> None:
         with self._ready:
             self._synced = max(self._synced, target)
-            due = [tell for number, tell in self._waiters if number <= self._synced]
+            due = [wake for number, wake in self._waiters if number <= self._synced]
             self._waiters = [waiter for waiter in self._waiters if waiter[0] > self._synced]
-        for tell in due:
-            tell()
+        for wake in due:
+            wake()
 
     def _change_survey(self, folder: Path, before: Mapping[str, bytes]) -> None:
-        """Write what belongs to the old survey, then turn to the new one with nothing but the starts in the air."""
+        """Write the old survey's values, then begin the new one with the starts in the air only."""
         with contextlib.suppress(OSError):
             if self._file is not None:
                 self._append(before)
@@ -278,7 +264,7 @@ class FlightJournal:
         merge(self._values, values)
 
     def _open_file(self) -> None:
-        """Begin a segment with everything that is live; then the older ones are not needed any more."""
+        """Begin a segment with all live values, and delete the older segments."""
         self._close_file()
         self._survey.mkdir(parents=True, exist_ok=True)
         old = segments_of(self._survey)
@@ -322,7 +308,7 @@ class FlightJournal:
             shutil.rmtree(survey, ignore_errors=True)
 
 
-def _tell(loop: asyncio.AbstractEventLoop, event: asyncio.Event) -> None:
+def _set(loop: asyncio.AbstractEventLoop, event: asyncio.Event) -> None:
     with contextlib.suppress(RuntimeError):  # the loop has ended
         loop.call_soon_threadsafe(event.set)
 

@@ -1,21 +1,36 @@
-"""What is in the flight journal: its keys, how the newest value of each wins, and what a survey's folder holds."""
+"""The flight journal on disk: its records, its keys, and the state that a survey's folder holds.
+
+A segment is an append-only list of records: ``magic, length of key (u16), length of value (u32), CRC-32 of lengths, key
+and value, key, value``, little endian. The newest value of each key wins; an empty value removes its key. Torn or
+damaged bytes (a crash while writing) are skipped: reading goes on at the next whole record.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import re
+import struct
+import zlib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
 from hawk.model import ArmPlace, FlightSoFar, GlobalPose
-from hawk.store.journal_file import Records
 
 T = TypeVar("T")
 
+MAX_KEY = 1000
+"""Bytes of the longest key."""
+MAX_VALUE = 64_000_000
+"""Bytes of the largest value."""
+
+_MAGIC = b"\xa5HJ1"
+_LENGTHS = struct.Struct("<HI")
+_CRC = struct.Struct("<I")
+_HEAD = len(_MAGIC) + _LENGTHS.size + _CRC.size
 MAP = "map/"
 START = "start/"
 DATUM = "datum"
@@ -27,35 +42,81 @@ SEGMENT = re.compile(r"(\d{6})\.journal")
 
 @dataclass(frozen=True, slots=True)
 class JournalState:
-    """What the journal holds. ``starts_in_air``: wall clock seconds, oldest first. ``map_parts``: the map by key."""
+    """The journal's contents. ``starts_in_air``: wall clock seconds, oldest first. ``map_parts``: the map by key."""
 
     survey_id: str = ""
     datum: GlobalPose | None = None
     arm_place: ArmPlace | None = None
     flight: FlightSoFar | None = None
-    """The flight that was under way; None on the ground."""
+    """The current flight; None on the ground."""
     map_parts: Mapping[str, bytes] = field(default_factory=dict, repr=False)
     starts_in_air: tuple[float, ...] = ()
-    notes: Mapping[str, str] = field(default_factory=dict)
     lost_bytes: int = 0
-    """Bytes that were torn or damaged and passed over."""
+    """Bytes that were torn or damaged and skipped."""
     problem: str = ""
-    """Why it could not be read whole, in words."""
+    """Reason why it could not be read whole; empty when it could."""
     last_written: float = 0.0
-    """When the newest of it was written, wall clock seconds; 0 where there is nothing."""
+    """Time of the newest write, wall clock seconds; 0 for an empty journal."""
 
 
-def read_journal(directory: Path) -> JournalState:
-    """Return what the newest survey in ``directory`` left. Never raises: what cannot be read is told in `problem`."""
-    surveys = surveys_of(directory)
-    if not surveys:
-        return JournalState()
-    values, lost, problem = read_values(surveys[-1])
-    return replace(state_of(surveys[-1].name, values, lost, problem), last_written=last_written(surveys[-1]))
+def read_records(data: bytes) -> tuple[list[tuple[str, bytes]], int]:
+    """Return key and value of the whole records of a segment in order, and the number of the other bytes."""
+    found: list[tuple[str, bytes]] = []
+    position = lost = 0
+    while position < len(data):
+        record = _record_at(data, position)
+        if record is None:
+            after = data.find(_MAGIC, position + 1)
+            after = len(data) if after < 0 else after
+            lost += after - position
+            position = after
+        else:
+            key, value, position = record
+            found.append((key, value))
+    return found, lost
+
+
+def check(key: str, value: bytes) -> None:
+    """Raise ValueError when key or value is too long."""
+    if not 0 < len(key.encode()) <= MAX_KEY:
+        raise ValueError(f"journal key {key[:40]!r}: must have 1 to {MAX_KEY} bytes")
+    if len(value) > MAX_VALUE:
+        raise ValueError(f"journal value of {key!r} has {len(value)} bytes, at most {MAX_VALUE} can be kept")
+
+
+def pack(key: str, value: bytes) -> bytes:
+    """Return a record's bytes. Raises ValueError when key or value is too long."""
+    check(key, value)
+    name = key.encode()
+    lengths = _LENGTHS.pack(len(name), len(value))
+    return b"".join((_MAGIC, lengths, _CRC.pack(_checksum(lengths, name, value)), name, value))
+
+
+def _record_at(data: bytes, start: int) -> tuple[str, bytes, int] | None:
+    if not data.startswith(_MAGIC, start) or start + _HEAD > len(data):
+        return None
+    lengths = data[start + len(_MAGIC) : start + len(_MAGIC) + _LENGTHS.size]
+    key_length, value_length = _LENGTHS.unpack(lengths)
+    key_end = start + _HEAD + key_length
+    end = key_end + value_length
+    if not 0 < key_length <= MAX_KEY or value_length > MAX_VALUE or end > len(data):
+        return None
+    name, value = data[start + _HEAD : key_end], data[key_end:end]
+    (checksum,) = _CRC.unpack_from(data, start + len(_MAGIC) + _LENGTHS.size)
+    if checksum != _checksum(lengths, name, value):
+        return None
+    try:
+        return name.decode(), value, end
+    except UnicodeDecodeError:
+        return None
+
+
+def _checksum(lengths: bytes, name: bytes, value: bytes) -> int:
+    return zlib.crc32(value, zlib.crc32(name, zlib.crc32(lengths)))
 
 
 def surveys_of(directory: Path) -> list[Path]:
-    """Return the folders of surveys, oldest first."""
+    """Return the folders of surveys, oldest first; none where there is no journal."""
     try:
         return sorted(path for path in directory.iterdir() if SURVEY.fullmatch(path.name) and path.is_dir())
     except OSError:
@@ -68,7 +129,7 @@ def segments_of(survey: Path) -> list[Path]:
 
 
 def read_values(survey: Path) -> tuple[dict[str, bytes], int, str]:
-    """Return the newest value of each key, the bytes that were lost, and what could not be read."""
+    """Return the newest value of each key, the number of lost bytes, and the problem with reading (else empty)."""
     values: dict[str, bytes] = {}
     lost, problem = 0, ""
     try:
@@ -77,25 +138,17 @@ def read_values(survey: Path) -> tuple[dict[str, bytes], int, str]:
         return values, lost, f"{survey}: {error.strerror or error}"
     for segment in segments:
         try:
-            records = Records(segment.read_bytes())
+            records, damaged = read_records(segment.read_bytes())
         except OSError as error:
             problem = f"{segment}: {error.strerror or error}"
             continue
-        for record in records:
-            merge(values, {record.key: record.value})
-        lost += records.lost
+        merge(values, dict(records))
+        lost += damaged
     return values, lost, problem
 
 
-def last_written(survey: Path) -> float:
-    """Return when its newest segment was written to; asked before this run writes anything."""
-    with contextlib.suppress(OSError):
-        return max((segment.stat().st_mtime for segment in segments_of(survey)), default=0.0)
-    return 0.0
-
-
 def merge(values: dict[str, bytes], news: Mapping[str, bytes]) -> None:
-    """Put news over what is known; an empty value forgets its key."""
+    """Merge newer values into ``values``; an empty value removes its key."""
     for key, value in news.items():
         if value:
             values[key] = value
@@ -103,26 +156,22 @@ def merge(values: dict[str, bytes], news: Mapping[str, bytes]) -> None:
             values.pop(key, None)
 
 
-def state_of(survey_id: str, values: Mapping[str, bytes], lost: int, problem: str) -> JournalState:
-    """Return what the values of a survey say; what cannot be read is told in `problem`."""
+def read_survey(survey: Path) -> tuple[dict[str, bytes], JournalState]:
+    """Return the values of a survey's folder, and their meaning. Never raises: see `JournalState.problem`."""
+    values, lost, problem = read_values(survey)
     datum, datum_problem = _parse(GlobalPose, values.get(DATUM))
     place, place_problem = _parse(ArmPlace, values.get(ARM_PLACE))
     flight, flight_problem = _parse(FlightSoFar, values.get(FLIGHT))
-    starts = sorted(start_times(values))
-    return JournalState(
-        survey_id=survey_id,
+    return values, JournalState(
+        survey_id=survey.name,
         datum=datum,
         arm_place=place,
         flight=flight,
         map_parts={key.removeprefix(MAP): value for key, value in values.items() if key.startswith(MAP)},
-        starts_in_air=tuple(starts),
-        notes={
-            key.removeprefix("note/"): value.decode("utf-8", "replace")
-            for key, value in values.items()
-            if key.startswith("note/")
-        },
+        starts_in_air=tuple(sorted(start_times(values))),
         lost_bytes=lost,
         problem="; ".join(text for text in (problem, datum_problem, place_problem, flight_problem) if text),
+        last_written=_last_written(survey),
     )
 
 
@@ -136,10 +185,16 @@ def _parse(kind: type[T], data: bytes | None) -> tuple[T | None, str]:
 
 
 def start_times(keys: Iterable[str]) -> list[float]:
-    """Return when the program started in the air, wall clock seconds, from such keys."""
+    """Return the times of the starts in the air among the keys, wall clock seconds."""
     times = []
     for key in keys:
         if key.startswith(START):
             with contextlib.suppress(ValueError):
                 times.append(float(key.removeprefix(START)))
     return times
+
+
+def _last_written(survey: Path) -> float:
+    with contextlib.suppress(OSError):
+        return max((segment.stat().st_mtime for segment in segments_of(survey)), default=0.0)
+    return 0.0

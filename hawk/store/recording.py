@@ -1,15 +1,14 @@
 """The recording of a flight (MCAP, https://mcap.dev): every input, decision and command, written off the loop.
 
-One file a flight. Messages are written as they come, in no chunks, and pushed to the disk four times a second, so that
-a crash loses less than a second and what is there can be read. The queue is bounded by bytes: what does not fit is
-dropped, counted and shown in health, and never waited for.
+One file a flight. Messages are written as they come, not in chunks, and flushed four times a second: a crash loses
+less than a second, and the rest can be read. The queue is bounded by bytes; messages beyond it are dropped, counted
+and shown in health.
 """
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
-import json
 import logging
 import shutil
 import threading
@@ -25,12 +24,12 @@ from mcap.writer import CompressionType, IndexType, Writer
 
 from hawk.config import StoreSettings
 from hawk.model import Health
-from hawk.store.frame_codec import encode_frame, to_plain
+from hawk.store.frame_codec import encode_frame, to_json
 
 _LOG = logging.getLogger(__name__)
 
 FRAME_INPUT = "frame_input"
-"""Topic of the frames that the algorithms worked on."""
+"""Topic of the frames of the algorithms."""
 METADATA = "hawk"
 """Name of the metadata record with seed, configuration and version."""
 FLUSH_S = 0.25
@@ -52,7 +51,7 @@ class _Item:
 
 
 class Recording:
-    """Writes recordings. `begin` opens a file, `end` finishes it; what is recorded outside is not kept."""
+    """Writes recordings. `begin` opens a file, `end` finishes it; messages outside are ignored."""
 
     def __init__(
         self,
@@ -69,7 +68,7 @@ class Recording:
         """Start the thread; nothing is written before `begin`.
 
         ``metadata`` goes into every file: seed, configuration and version of this run. ``retry_s``: real seconds
-        between two looks at the free space, and until a file that failed is followed by another.
+        between two looks at the free space, and before a new file after a failure.
         """
         self._folder = settings.directory / "recordings"
         self._least_free = settings.minimum_free_mb * 1_000_000
@@ -87,22 +86,24 @@ class Recording:
         self._wanted = False
         self._closing = False
         self._ended: Callable[[], None] = lambda: None
-        self._dropped = 0
+        self.dropped = 0
+        """Number of messages that did not fit into the queue or could not be written."""
         self._dropped_at = float("-inf")
         self._health = Health()
         self._file: _McapFile | None = None
-        self._path: Path | None = None
+        self.path: Path | None = None
+        """The newest file."""
         self._thread = threading.Thread(target=self._run, name="recording", daemon=True)
         self._thread.start()
 
     def begin(self) -> None:
-        """Record from this moment on, into a new file. Does nothing while it records, or when it is switched off."""
+        """Record into a new file from now on. Does nothing while it records, or when it is switched off."""
         with self._ready:
             self._wanted = self._enabled
             self._ready.notify_all()
 
     def end(self) -> None:
-        """Finish the file with what was recorded so far."""
+        """Finish the file."""
         with self._ready:
             self._wanted = False
             self._ready.notify_all()
@@ -112,29 +113,19 @@ class Recording:
         self._put(kind, payload, is_frame=False, size=_SMALL)
 
     def record_frame(self, frame: Any) -> None:
-        """Record a frame that the algorithms worked on: a frozen dataclass with a ``jpeg`` field, kept without loss."""
+        """Record a frame of the algorithms: a frozen dataclass with a ``jpeg`` field, kept without loss."""
         self._put(FRAME_INPUT, frame, is_frame=True, size=_SMALL + len(frame.jpeg))
 
     @property
     def recording(self) -> bool:
-        """Whether a file is being written."""
+        """True while a file is written."""
         return self._file is not None
 
     @property
-    def path(self) -> Path | None:
-        """The newest file."""
-        return self._path
-
-    @property
-    def dropped(self) -> int:
-        """Messages that did not fit into the queue or could not be written."""
-        return self._dropped
-
-    @property
     def health(self) -> Health:
-        """Whether everything that should be recorded is."""
+        """Unhealthy while messages are missing."""
         if self._health.is_healthy and self._clock() - self._dropped_at < _DROPS_SHOWN_S:
-            return Health.bad(f"Recording: the disk is too slow, {self._dropped} messages are missing")
+            return Health.bad(f"Recording: the disk is too slow, {self.dropped} messages are missing")
         return self._health
 
     async def close(self) -> None:
@@ -142,18 +133,18 @@ class Recording:
         loop = asyncio.get_running_loop()
         ended = asyncio.Event()
 
-        def tell() -> None:
+        def wake() -> None:
             with contextlib.suppress(RuntimeError):  # the loop has ended
                 loop.call_soon_threadsafe(ended.set)
 
         with self._ready:
             if self._closing:
                 return
-            self._ended, self._wanted, self._closing = tell, False, True
+            self._ended, self._wanted, self._closing = wake, False, True
             self._ready.notify_all()
         with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(ended.wait(), _CLOSE_S)
-            self._thread.join(_CLOSE_S)  # its last act was to tell
+            self._thread.join(_CLOSE_S)  # its last act was to wake us
 
     # --- inside ----------------------------------------------------------------------------------------------------
 
@@ -163,7 +154,7 @@ class Recording:
             if not self._wanted:
                 return
             if self._queued + size > self._limit:
-                self._dropped += 1
+                self.dropped += 1
                 self._dropped_at = now
                 return
             self._queue.append(_Item(topic, payload, is_frame, round(now * 1e9), size))
@@ -174,7 +165,7 @@ class Recording:
         while True:
             with self._ready:
                 if not self._closing:
-                    self._ready.wait(FLUSH_S if self._wanted or self._queue else None)
+                    self._ready.wait(FLUSH_S if self._wanted or self._queue or self._file else None)
                 items, self._queue, self._queued = self._queue, deque(), 0
                 wanted, closing = self._wanted, self._closing
             try:
@@ -204,7 +195,7 @@ class Recording:
                 self._lose(1)
                 continue
             self._file.write(item.topic, _FRAME if item.is_frame else _JSON, item.time_ns, data)
-        self._file.flush()
+        self._file.stream.flush()
         if not wanted:
             self._finish()
 
@@ -219,7 +210,7 @@ class Recording:
             path = self._folder / f"{stem}-{number}.mcap"
         metadata = {**self._metadata, "utc": now.isoformat(), "clock": repr(self._clock())}
         self._file = _McapFile(self._opener(path), metadata)
-        self._path = path
+        self.path = path
         self._health = Health()
 
     def _finish(self) -> None:
@@ -248,7 +239,7 @@ class Recording:
 
     def _lose(self, count: int) -> None:
         with self._ready:
-            self._dropped += count
+            self.dropped += count
 
     def _fail(self, reason: str, lost: int) -> None:
         self._lose(lost)
@@ -263,14 +254,14 @@ class Recording:
 def _encode(item: _Item) -> bytes:
     if item.is_frame:
         return encode_frame(item.payload)
-    return json.dumps(item.payload, default=to_plain, separators=(",", ":")).encode()
+    return to_json(item.payload).encode()
 
 
 class _McapFile:
-    """One MCAP file: a channel for each topic, made when its first message comes."""
+    """One MCAP file: a channel for each topic, made with its first message."""
 
     def __init__(self, stream: IO[bytes], metadata: Mapping[str, str]) -> None:
-        self._stream = stream
+        self.stream = stream
         self._channels: dict[str, int] = {}
         try:
             self._writer = Writer(
@@ -292,16 +283,13 @@ class _McapFile:
             channel = self._channels[topic] = self._writer.register_channel(topic, encoding, schema_id=0)
         self._writer.add_message(channel, time_ns, data, time_ns)
 
-    def flush(self) -> None:
-        self._stream.flush()
-
     def close(self) -> None:
         try:
             self._writer.finish()  # type: ignore[no-untyped-call]
         finally:
-            self._stream.close()
+            self.stream.close()
 
     def abandon(self) -> None:
-        """Let go of a file that cannot be written: what is in it stays readable."""
+        """Close a file that cannot be written; its contents stay readable."""
         with contextlib.suppress(OSError, ValueError):
-            self._stream.close()
+            self.stream.close()

@@ -1,4 +1,4 @@
-"""Reads recordings back, also those that a crash left without their end."""
+"""Reads recordings, also those that a crash left without their end."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Recorded:
     data: bytes = field(repr=False)
 
     def payload(self) -> dict[str, Any]:
-        """Return what `Recording.record` was given (as JSON keeps it). Raises RecordingError for frames."""
+        """Return the payload given to `Recording.record`, as JSON keeps it. Raises RecordingError for frames."""
         try:
             value = json.loads(self.data)
         except ValueError as error:
@@ -41,12 +41,12 @@ class Recorded:
         return value
 
     def frame(self, kind: type[T]) -> T:
-        """Return the frame that `Recording.record_frame` was given. Raises FrameFormatError."""
+        """Return the frame given to `Recording.record_frame`. Raises FrameFormatError."""
         return decode_frame(self.data, kind)
 
 
 def read_recording(path: Path) -> Iterator[Recorded]:
-    """Give the messages in the order they were recorded. A torn end is passed over. Raises RecordingError."""
+    """Yield the messages in the order they were recorded. A torn end is skipped. Raises RecordingError."""
     channels: dict[int, str] = {}
     for record in _records(path):
         if isinstance(record, Channel):
@@ -64,14 +64,14 @@ def read_metadata(path: Path) -> dict[str, str]:
 
 
 def read_frames(path: Path, kind: type[T]) -> Iterator[T]:
-    """Give the frames that the algorithms worked on, equal to what they were. Raises RecordingError."""
+    """Yield the frames of the algorithms, equal to the recorded ones. Raises RecordingError."""
     for recorded in read_recording(path):
         if recorded.topic == FRAME_INPUT:
             yield recorded.frame(kind)
 
 
 class _WholeReads:
-    """A stream whose reads are whole or end the file: a torn last message is not taken for a short one."""
+    """A stream whose reads are whole or end the file, so a torn last message is not read as a short one."""
 
     def __init__(self, stream: IO[bytes]) -> None:
         self._stream = stream

@@ -1,36 +1,34 @@
-"""The drone for Python programs: its map and heartbeat kept up to date, commands answered."""
+"""Client for Python programs: commands, heartbeats, and an up-to-date copy of the drone's map."""
 
 from __future__ import annotations
 
 import asyncio
+import base64
+import binascii
 import contextlib
 import itertools
 import logging
-from types import TracebackType
-from typing import Annotated, Any, Final, Self, TypeVar
+import zlib
+from collections.abc import Mapping
+from typing import Annotated, Any, Final, Self
 
 import aiohttp
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, TypeAdapter, ValidationError
 
 from hawk.comm.async_message_socket import AsyncMessageSocket
 from hawk.comm.base_socket import BaseSocket, FailedToSend
-from hawk.comm.fence_messages import FenceSetup
 from hawk.comm.messages import (
     Ack,
     Answer,
     Command,
-    Control,
-    Heartbeat,
-    LogEntry,
     MapResync,
     OperatorHeartbeat,
-    Point,
-    RouteAnswer,
-    RouteRequest,
     Welcome,
 )
-from hawk.model import GlobalPose, TileKey
-from hawk.survey.client_map import BadMapError, ClientMap
+from hawk.comm.status import FenceSetup, Heartbeat, LogEntry, MapUpdate, Point, StallUpdate
+from hawk.model import TILE_CELLS, Cell, GlobalPose, Stall, StallState, TileKey
 from hawk.survey.survey_map import SurveyMap
 
 LOG = logging.getLogger(__name__)
@@ -45,22 +43,22 @@ LOG_LIMIT: Final = 1000
 
 _Incoming = Annotated[Heartbeat | Answer | Welcome, Field(discriminator="type")]
 _INCOMING: TypeAdapter[Any] = TypeAdapter(_Incoming)
-C = TypeVar("C", bound=Command)
 
 
 class CommandRefusedError(Exception):
-    """The drone said no; the text is its reason."""
+    """The drone refused; the text is its reason."""
 
 
 class LinkLostError(ConnectionError):
-    """Nothing came from the drone for too long."""
+    """The drone was silent for too long."""
 
 
 class DroneClient:
-    """`start`, then commands and `next_heartbeat`, then `close`; or ``async with``. Reconnects by itself."""
+    """`start`, then commands and `next_heartbeat`, then `close`; or ``async with``. It reconnects by itself."""
 
     def __init__(self, host: str, port: int, *, token: str | None = None, timeout_s: float = 5.0) -> None:
-        self._socket = AsyncMessageSocket(BaseSocket(host, port, token=token), timeout_s=timeout_s)
+        self._base = BaseSocket(host, port, token=token)
+        self._socket = AsyncMessageSocket(self._base, timeout_s=timeout_s)
         self._numbers = itertools.count(1)
         self._answers: dict[str, asyncio.Future[Answer]] = {}
         self._waiters: set[asyncio.Future[Heartbeat]] = set()
@@ -68,23 +66,23 @@ class DroneClient:
         self._welcomed = asyncio.Event()
         self.map = ClientMap()
         self.welcome: Welcome | None = None
-        """What the drone said at the last connection."""
+        """The drone's first message of the last connection."""
         self.heartbeat: Heartbeat | None = None
         """The last heartbeat."""
         self.log: list[LogEntry] = []
         """The drone's messages, oldest first."""
         self.trail: list[Point] = []
-        """Where the drone flew."""
+        """Path flown."""
         self.fence_setup: FenceSetup | None = None
-        """Which fence the next Arm puts in force."""
+        """The fence that the next Arm puts in force."""
 
     @property
     def is_connected(self) -> bool:
-        """Whether there is a connection now."""
+        """True while connected."""
         return self._socket.is_connected
 
     async def start(self) -> Welcome:
-        """Connect and return what the drone says of itself. Raises ConnectionTimeout."""
+        """Connect and return the drone's first message. Raises ConnectionTimeout, LinkLostError."""
         await self._socket.init()
         self._tasks = [
             asyncio.create_task(self._read(), name="drone-client-read"),
@@ -111,25 +109,14 @@ class DroneClient:
 
     async def ask(self, command: Command, timeout_s: float = ANSWER_TIMEOUT_S) -> Answer:
         """Send one command and return the answer. Raises FailedToSend, or LinkLostError when none comes."""
-        answer = await self._ask(command, timeout_s)
-        if isinstance(answer, RouteAnswer):
-            raise TypeError("a way is asked for by route()")
-        return answer
-
-    async def route(self, request: RouteRequest) -> RouteAnswer:
-        """Ask for the way that an Autonomous Move would take. Raises as `ask`, and CommandRefusedError."""
-        answer = await self._ask(request, ANSWER_TIMEOUT_S)
-        if not isinstance(answer, RouteAnswer):
-            raise CommandRefusedError(answer.reason if isinstance(answer, Ack) else "another answer came")
-        return answer
-
-    async def _ask(self, command: Command, timeout_s: float) -> Answer:
         number = f"c{next(self._numbers)}"
         answer: asyncio.Future[Answer] = asyncio.get_running_loop().create_future()
         self._answers[number] = answer
         try:
             async with asyncio.timeout(timeout_s):
-                await self._socket.send_message(_numbered(command, number).model_dump_json(by_alias=True))
+                await self._socket.send_message(
+                    command.model_copy(update={"id": number}).model_dump_json(by_alias=True)
+                )
                 return await answer
         except TimeoutError:
             raise LinkLostError(f"no answer to {type(command).__name__} within {timeout_s:g} s") from None
@@ -137,20 +124,12 @@ class DroneClient:
             del self._answers[number]
 
     async def order(self, command: Command) -> None:
-        """Send one command that must be taken. Raises CommandRefusedError with the drone's reason."""
+        """Send one command that must be accepted. Raises CommandRefusedError with the drone's reason."""
         answer = await self.ask(command)
         if isinstance(answer, Ack) and not answer.accepted:
             raise CommandRefusedError(answer.reason)
 
-    async def request_control(self) -> None:
-        """Take control. Raises CommandRefusedError when someone else has it."""
-        await self.order(Control(action="Request"))
-
-    async def release_control(self) -> None:
-        """Give control back. Raises CommandRefusedError when there was none to give."""
-        await self.order(Control(action="Release"))
-
-    # -- what the drone tells -----------------------------------------------------------------------------------------
+    # -- from the drone ----------------------------------------------------------------------------------------------
 
     async def next_heartbeat(self, timeout_s: float) -> Heartbeat:
         """Wait for the next heartbeat. Raises LinkLostError after ``timeout_s`` real seconds."""
@@ -165,7 +144,7 @@ class DroneClient:
             self._waiters.discard(waiter)
 
     async def whole_map(self, timeout_s: float = 30.0) -> None:
-        """Wait until nothing of the map is outstanding. Raises LinkLostError."""
+        """Wait until the map is complete. Raises LinkLostError."""
         try:
             async with asyncio.timeout(timeout_s):
                 await self.next_heartbeat(timeout_s)
@@ -175,14 +154,13 @@ class DroneClient:
             raise LinkLostError(f"the map was not complete within {timeout_s:g} s") from None
 
     async def pictures(self) -> dict[TileKey, bytes]:
-        """Fetch the mosaic (JPEG by tile). A picture that cannot be had is left out."""
+        """Fetch the mosaic (JPEG by tile). A picture that cannot be fetched is left out."""
         found = {}
-        base = self._socket.socket
         timeout = aiohttp.ClientTimeout(total=PICTURE_TIMEOUT_S)
         for (row, column), version in sorted(self.map.mosaic.items()):
-            address = f"{base.url}/api/mosaic/{row}/{column}.jpg?v={version}"
+            address = f"{self._base.url}/api/mosaic/{row}/{column}.jpg?v={version}"
             try:
-                async with base.session().get(address, timeout=timeout) as response:
+                async with self._base.session().get(address, timeout=timeout) as response:
                     if response.status == 200:
                         found[row, column] = await response.read()
             except (aiohttp.ClientError, TimeoutError) as error:
@@ -214,7 +192,7 @@ class DroneClient:
             self._take_heartbeat(message)
         elif isinstance(message, Welcome):
             self.map.clear()
-            self.log.clear()  # all that the drone remembers comes again, and a restarted one counts anew
+            self.log.clear()  # the drone sends its whole log again, and a restarted drone numbers it from zero
             self.welcome = message
             self._welcomed.set()
         else:
@@ -246,7 +224,7 @@ class DroneClient:
     async def _show_life(self) -> None:
         sign = OperatorHeartbeat().model_dump_json(by_alias=True)
         while True:
-            if self._socket.is_connected:  # a sign of life is of now: none waits for the link
+            if self._socket.is_connected:  # a sign of life is never queued for a later link
                 with contextlib.suppress(FailedToSend):
                     self._socket.post_message(sign)
             speed = 1.0 if self.welcome is None else self.welcome.speed
@@ -256,11 +234,85 @@ class DroneClient:
         await self.start()
         return self
 
-    async def __aexit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
+    async def __aexit__(self, *_: object) -> None:
         await self.close()
 
 
-def _numbered(command: C, number: str) -> C:
-    return command.model_copy(update={"id": number})
+class BadMapError(ValueError):
+    """An update that cannot be applied; the remedy is to ask for the map again (Map Resync)."""
+
+
+class ClientMap:
+    """Tiles as (256, 256) arrays of `Cell`, stalls by id, versions of the mosaic's pictures."""
+
+    def __init__(self) -> None:
+        self.map_id: str | None = None
+        self.backlog = 0
+        """Changes that the drone has not sent yet."""
+        self.tiles: dict[TileKey, NDArray[np.uint8]] = {}
+        self.stalls: dict[int, Stall] = {}
+        self.mosaic: dict[TileKey, int] = {}
+
+    def clear(self) -> None:
+        """Forget the map: the connection or the map is new."""
+        self.map_id = None
+        self.backlog = 0
+        self.tiles.clear()
+        self.stalls.clear()
+        self.mosaic.clear()
+
+    def apply(self, update: MapUpdate) -> None:
+        """Apply one update. Raises BadMapError; the valid part before the error is kept."""
+        if update.map_id != self.map_id:
+            self.clear()
+            self.map_id = update.map_id
+        for tile in update.tiles:
+            self.tiles[tile.row, tile.column] = _cells(tile.data)
+        for stall in update.stalls:
+            if stall.removed:
+                self.stalls.pop(stall.id, None)
+            else:
+                self.stalls[stall.id] = _stall(stall)
+        for picture in update.mosaic:
+            self.mosaic[picture.row, picture.column] = picture.version
+        self.backlog = update.backlog
+
+    def survey_map(self, datum: GlobalPose, pictures: Mapping[TileKey, bytes]) -> SurveyMap:
+        """Return the map for the exports, with the mosaic's pictures (JPEG)."""
+        return SurveyMap(datum, dict(self.stalls), dict(self.tiles), dict(pictures))
+
+
+def _cells(data: str) -> NDArray[np.uint8]:
+    size = TILE_CELLS * TILE_CELLS
+    try:
+        inflater = zlib.decompressobj()
+        raw = inflater.decompress(base64.b64decode(data, validate=True), size + 1)
+    except (binascii.Error, zlib.error) as error:
+        raise BadMapError(f"Tiles.Data: cannot be unpacked: {error}") from error
+    if len(raw) != size:
+        raise BadMapError(f"Tiles.Data: holds {len(raw)} cells, not {size}")
+    cells = np.frombuffer(raw, np.uint8).reshape(TILE_CELLS, TILE_CELLS)
+    if cells.max() > max(Cell):
+        raise BadMapError(f"Tiles.Data: cell class {cells.max()} is not known")
+    return cells
+
+
+def _stall(update: StallUpdate) -> Stall:
+    numbers = (update.north, update.east, update.angle, update.width, update.length)
+    if update.state is None or any(number is None for number in numbers):
+        raise BadMapError(f"Stalls: stall {update.id} is without place or state")
+    north, east, angle, width, length = (float(number) for number in numbers if number is not None)
+    return Stall(
+        id=update.id,
+        north=north,
+        east=east,
+        angle=angle,
+        width=width,
+        length=length,
+        taken=0.5 if update.taken is None else update.taken,
+        state=StallState(update.state),
+        score=1.0 if update.score is None else update.score,
+        seen=update.seen or 0,
+        last_seen=update.last_seen or 0.0,
+        version=update.version,
+    )

@@ -1,4 +1,4 @@
-"""Orders to the drone and waits for what its heartbeats show: what the phases of a survey are made of.
+"""Orders to the drone, and waits for their effect in its heartbeats. The phases of a survey consist of them.
 
 Every wait has an end, with a reason in the drone's own words. Times are of the drone's clock unless called real.
 """
@@ -7,20 +7,20 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import IntEnum
 from typing import Final, Protocol
 
-from hawk.comm.messages import Ack, Answer, Command, Heartbeat
+from hawk.comm.messages import Ack, Answer, Command
+from hawk.comm.status import Heartbeat
 from hawk.model import StateName
 
 SETTLED: Final = 2
-"""Heartbeats after an answer until one is sure to have been made after the command was acted on."""
+"""Heartbeats after an answer until one surely shows the command's effect."""
 HOMING: Final = frozenset({StateName.RETURN_TO_LAUNCH, StateName.LAND})
 
 
 class SurveyStatus(IntEnum):
-    """How a survey ended; the command's exit status."""
+    """Outcome of a survey; the command's exit status."""
 
     DONE = 0
     FAILED = 1
@@ -37,32 +37,26 @@ class SurveyError(Exception):
         self.status = status
 
 
-@dataclass(frozen=True, slots=True)
-class Progress:
-    """Told with every heartbeat: the phase in a word or two, and the heartbeat."""
-
-    phase: str
-    heartbeat: Heartbeat
+Progress = Callable[[str, Heartbeat], None]
+"""Called with every heartbeat and the phase in a word or two."""
 
 
 class Drone(Protocol):
-    """What is needed of a `hawk.survey.client.DroneClient`."""
+    """The part of `hawk.survey.client.DroneClient` that a survey uses."""
 
     heartbeat: Heartbeat | None
 
     async def next_heartbeat(self, timeout_s: float) -> Heartbeat:
         """Wait for the next heartbeat. Raises LinkLostError after real seconds."""
-        ...
 
     async def ask(self, command: Command) -> Answer:
         """Send a command and return the answer. Raises FailedToSend, LinkLostError."""
-        ...
 
 
 class Handset:
     """Orders and waits, for one survey. `interrupt` ends any wait until `go_home` was called."""
 
-    def __init__(self, drone: Drone, silence_s: float, progress: Callable[[Progress], None]) -> None:
+    def __init__(self, drone: Drone, silence_s: float, progress: Progress) -> None:
         self._drone = drone
         self._silence = silence_s
         self._progress = progress
@@ -70,14 +64,14 @@ class Handset:
         self._going_home = False
         self.phase = "Connecting"
         self.flying = False
-        """Whether take-off was ordered: from then on a drone that goes home, or a pilot, ends every wait."""
+        """True once take-off was ordered: from then on a return home, or a pilot, ends every wait."""
 
     def interrupt(self) -> None:
-        """End the wait that is on, and every one until `go_home`, with status INTERRUPTED."""
+        """End the present wait, and every later one until `go_home`, with status INTERRUPTED."""
         self._interrupted.set()
 
     def go_home(self) -> None:
-        """From here on nothing but silence ends a wait for a heartbeat."""
+        """From now on only silence ends a wait for a heartbeat."""
         self._going_home = True
 
     @property
@@ -95,11 +89,11 @@ class Handset:
             beat = await self._drone.next_heartbeat(self._silence)
         else:
             beat = await self._next_or_interrupt()
-        self._progress(Progress(self.phase, beat))
+        self._progress(self.phase, beat)
         return beat
 
     async def order(self, command: Command) -> None:
-        """Send a command that must be taken, and wait until heartbeats show its effect. Raises SurveyError."""
+        """Send a command that must be accepted, and wait until heartbeats show its effect. Raises SurveyError."""
         refusal = await self.offer(command)
         if refusal is not None:
             raise SurveyError(sentence(f"{getattr(command, 'type', 'A command')} was refused", refusal))
@@ -114,11 +108,11 @@ class Handset:
         return None
 
     async def pause(self, seconds: float) -> None:
-        """Let so much of the drone's time pass."""
+        """Wait that many seconds of the drone's clock."""
         began = (await self.beat()).time
         await self.until(lambda b: b.time - began >= seconds, 10 * seconds, "The drone's clock stands still")
 
-    async def tell(self, command: Command) -> None:
+    async def attempt(self, command: Command) -> None:
         """Send a command whose refusal changes nothing."""
         await self._drone.ask(command)
 
@@ -131,10 +125,11 @@ class Handset:
         failed: Callable[[Heartbeat], bool] = lambda _: False,
         status: SurveyStatus = SurveyStatus.FAILED,
     ) -> Heartbeat:
-        """Wait for a heartbeat like that.
+        """Wait until ``reached`` is true of a heartbeat, and return that heartbeat.
 
-        Raises SurveyError with ``otherwise`` and the drone's own words: after ``timeout_s``, when ``failed`` says so,
-        when the drone goes home or a pilot takes it, or when interrupted.
+        Raises:
+            SurveyError: After ``timeout_s``, when ``failed`` is true, when the drone goes home or a pilot flies it, or
+                when interrupted. The text is ``otherwise`` and the drone's own words.
         """
         beat = await self.beat()
         waited, last = 0.0, beat.time
@@ -144,7 +139,7 @@ class Handset:
                 text = sentence(otherwise, beat.detail) if isinstance(otherwise, str) else otherwise(beat)
                 raise SurveyError(text, status)
             beat = await self.next()
-            # A restarted drone counts from zero again: only steps forward count.
+            # A restarted drone's clock starts at zero again: only steps forward are added.
             waited, last = waited + max(0.0, beat.time - last), beat.time
         return beat
 
@@ -174,6 +169,6 @@ class Handset:
 
 
 def sentence(text: str, detail: str) -> str:
-    """Return the text with the drone's own words after it."""
+    """Return the text followed by the drone's own words."""
     head = text.rstrip(".")
     return f"{head}: {detail}" if detail else f"{head}."

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -10,32 +10,35 @@ from hawk.comm.base_socket import FailedToSend
 from hawk.comm.messages import (
     Arm,
     AutonomousExplore,
+    CompulsiveMove,
     Configure,
     Control,
     Disarm,
-    Heartbeat,
+    Hold,
     ReturnToLaunch,
     SetFailsafes,
     Takeoff,
 )
+from hawk.comm.status import Heartbeat
 from hawk.model import GROUND_STATES, HeightParameters, StateName, UserError
 from hawk.survey.client import LinkLostError
 from hawk.survey.handset import HOMING, SETTLED, Drone, Handset, Progress, SurveyError, SurveyStatus, sentence
-from hawk.survey.search import LotSearch
-
-__all__ = ["Progress", "SurveyLimits", "SurveyOperator", "SurveyOutcome", "SurveyPlan", "SurveyStatus"]
 
 EXPLORE_ATTEMPTS: Final = 3
 AGAIN_S: Final = 5.0
-"""Seconds between two attempts to begin the way home."""
+"""Seconds between two attempts to begin the return home."""
 SUCCESS: Final = "The whole lot was seen."
+SPIRAL_STEP_M: Final = 10.0
+SPIRAL_LENGTH_M: Final = 60.0
+"""Length of the spiral: legs of 10, 10, 20 and 20 m, flown at Max."""
+NO_LOT: Final = "No lot in sight, not even from the greatest height and 60 m around."
 
 
 @dataclass(frozen=True, slots=True)
 class SurveyLimits:
-    """How long each phase may take, seconds of the drone's clock; ``silence_s`` is real.
+    """Longest duration of each phase, seconds of the drone's clock; ``silence_s`` is real.
 
-    ``look_s`` is how long each place is looked from for the lot.
+    ``look_s`` is the time to look for the lot from each place.
     """
 
     link_s: float = 60.0
@@ -51,7 +54,7 @@ class SurveyLimits:
 
 @dataclass(frozen=True, slots=True)
 class SurveyPlan:
-    """What to do. ``heights``: None keeps those that the drone has."""
+    """Plan of a survey. ``heights``: None keeps the drone's present heights."""
 
     heights: HeightParameters | None = None
     set_failsafes: bool = False
@@ -60,35 +63,33 @@ class SurveyPlan:
 
 @dataclass(frozen=True, slots=True)
 class SurveyOutcome:
-    """How it ended. ``duration_s`` from take-off to motors off, ``way_m`` as the drone counted it."""
+    """Outcome of a survey. ``duration_s`` from take-off to motors off, ``distance_m`` as the drone measured it."""
 
     status: SurveyStatus
     reason: str
     landed: bool
     disarmed: bool
     duration_s: float | None
-    way_m: float | None
+    distance_m: float | None
     explored: float | None
 
 
 class SurveyOperator:
     """Flies one survey. `interrupt` (Ctrl-C) brings the drone home at any moment."""
 
-    def __init__(
-        self, drone: Drone, plan: SurveyPlan | None = None, progress: Callable[[Progress], None] | None = None
-    ) -> None:
-        self._plan = plan or SurveyPlan()
+    def __init__(self, drone: Drone, plan: SurveyPlan, progress: Progress = lambda _, __: None) -> None:
+        self._plan = plan
         self._limits = self._plan.limits
-        self._hand = Handset(drone, self._limits.silence_s, progress or (lambda _: None))
+        self._hand = Handset(drone, self._limits.silence_s, progress)
         self._armed_by_us = False
         self._took_off_at: float | None = None
 
     def interrupt(self) -> None:
-        """Come home now; `run` returns when the drone is down."""
+        """Come home now; `run` returns when the drone is on the ground."""
         self._hand.interrupt()
 
     async def run(self) -> SurveyOutcome:
-        """Fly it. Never raises for what the drone or the link does: the outcome tells."""
+        """Fly the survey. Faults of the drone or the link do not raise: the outcome reports them."""
         status, reason = SurveyStatus.DONE, SUCCESS
         try:
             await self._prepare()
@@ -97,16 +98,16 @@ class SurveyOperator:
         except SurveyError as error:
             status, reason = error.status, str(error)
         except (LinkLostError, FailedToSend) as error:
-            status, reason = SurveyStatus.FAILED, _told(error)
+            status, reason = SurveyStatus.FAILED, _sentence_of(error)
         try:
             await self._come_home()
         except (SurveyError, LinkLostError, FailedToSend) as error:
             status = SurveyStatus.FAILED if status is SurveyStatus.DONE else status
-            reason = f"{reason} {_told(error)}"
+            reason = f"{reason} {_sentence_of(error)}"
         return self._outcome(status, reason)
 
     async def _prepare(self) -> None:
-        """Link, control, heights, failsafes, checks."""
+        """Wait for the link; take control; set heights and failsafes; pass the checks."""
         beat = await self._hand.until(lambda b: b.connected, self._limits.link_s, "The autopilot is not reached")
         await self._hand.order(Control(action="Request"))
         if beat.state != StateName.IDLE:
@@ -117,7 +118,7 @@ class SurveyOperator:
         await self._pass_checks()
 
     async def _configure(self, heights: HeightParameters) -> None:
-        wanted = [heights.minimum, heights.desired, heights.maximum]
+        wanted = (heights.minimum, heights.desired, heights.maximum)
         await self._hand.order(Configure(min=wanted[0], des=wanted[1], max=wanted[2]))
         await self._hand.until(
             lambda b: b.state == StateName.IDLE and b.heights == wanted,
@@ -127,7 +128,7 @@ class SurveyOperator:
         )
 
     async def _pass_checks(self) -> None:
-        """Wait until every check has passed; set failsafes, once, when a check asks for it."""
+        """Wait until every check has passed; set the failsafes once when a check asks for it."""
         asked = False
 
         def settled(beat: Heartbeat) -> bool:
@@ -165,7 +166,7 @@ class SurveyOperator:
         )
 
     async def _survey(self) -> None:
-        """Find the lot and explore it; look for it again where it was lost from sight."""
+        """Find the lot and explore it; search again where it was lost from sight."""
         search = LotSearch(self._hand, self._limits.look_s, self._limits.move_s)
         explored = False
         while True:
@@ -180,7 +181,7 @@ class SurveyOperator:
             explored = True
 
     async def _explore(self) -> bool:
-        """Explore until nothing is left, beginning again a few times after what ended it early.
+        """Explore until nothing is left; begin again up to `EXPLORE_ATTEMPTS` times when it ends early.
 
         Returns False when the lot was lost from sight.
         """
@@ -202,17 +203,17 @@ class SurveyOperator:
         raise SurveyError(sentence("Exploring ended early", refusal or beat.detail), SurveyStatus.INCOMPLETE)
 
     async def _come_home(self) -> None:
-        """Return To Launch and motors off; a drone that this survey did not arm is left alone."""
+        """Return To Launch and wait for motors off; a drone that this survey did not arm stays as it is."""
         self._hand.go_home()
         if self._hand.last is None:
             return
         if self._armed_by_us:
             self._hand.phase = "Coming home"
             await self._return_and_land(self._hand.last)
-        await self._hand.tell(Control(action="Release"))
+        await self._hand.attempt(Control(action="Release"))
 
     async def _return_and_land(self, beat: Heartbeat) -> None:
-        """Wait for motors off. The first heartbeats may be older than the last order: down is believed after them."""
+        """Wait for motors off. The first heartbeats may be older than the last order, and prove nothing."""
         asked: float | None = None
         waited, last, seen = 0.0, beat.time, 0
         while seen < SETTLED or not _is_down(beat):
@@ -221,17 +222,17 @@ class SurveyOperator:
             due = asked is None or waited - asked > AGAIN_S
             if due and beat.state not in HOMING | {StateName.MANUAL} and not _is_down(beat):
                 asked = waited
-                await self._ask_for_the_way_home(beat)
+                await self._ask_to_come_home(beat)
             self._hand.phase = "Landing" if beat.state == StateName.LAND else "Coming home"
             beat = await self._hand.next()
             seen += 1
             waited, last = waited + max(0.0, beat.time - last), beat.time
 
-    async def _ask_for_the_way_home(self, beat: Heartbeat) -> None:
-        """Refused or not heard: it is asked for again, since nothing else is left to do."""
+    async def _ask_to_come_home(self, beat: Heartbeat) -> None:
+        """Ask for the return home. A refusal is no error: it is asked for again."""
         try:
-            await self._hand.tell(Control(action="Request"))
-            await self._hand.tell(Disarm() if beat.state in GROUND_STATES else ReturnToLaunch())
+            await self._hand.attempt(Control(action="Request"))
+            await self._hand.attempt(Disarm() if beat.state in GROUND_STATES else ReturnToLaunch())
         except (LinkLostError, FailedToSend):
             return  # without a link the drone comes home by its own settings
 
@@ -242,10 +243,10 @@ class SurveyOperator:
         return SurveyOutcome(
             status=status,
             reason=reason,
-            landed=_is_down(beat) or beat.landed == "GROUND_STATES",
+            landed=_is_down(beat) or beat.landed == "ON_GROUND",
             disarmed=beat.armed is False,
             duration_s=None if self._took_off_at is None else max(0.0, beat.time - self._took_off_at),
-            way_m=beat.way,
+            distance_m=beat.distance_flown,
             explored=beat.explored,
         )
 
@@ -258,10 +259,82 @@ def _failed_checks(beat: Heartbeat) -> str:
     failed = [check for check in beat.checks if not check.passed]
     if not failed:
         return "The checks before flight did not come."
-    told = "; ".join(f"{check.name}: {check.value}. {check.remedy}".strip() for check in failed)
-    return f"Checks failed: {told}"
+    texts = "; ".join(f"{check.name}: {check.value}. {check.remedy}".strip() for check in failed)
+    return f"Checks failed: {texts}"
 
 
-def _told(error: Exception) -> str:
+def _sentence_of(error: Exception) -> str:
     text = str(error)
     return f"{text[:1].upper()}{text[1:].rstrip('.')}."
+
+
+class LotSearch:
+    """Looks for a lot from the present place, then from Max along the spiral; each place is visited once.
+
+    ``look_s``: seconds to look from each place; ``move_s``: longest duration of one move, seconds.
+    """
+
+    def __init__(self, hand: Handset, look_s: float, move_s: float) -> None:
+        self._hand = hand
+        self._look_s = look_s
+        self._move_s = move_s
+        self._places: Iterator[tuple[float, float]] | None = None
+
+    async def find(self) -> None:
+        """Return when the drone hovers with a lot in sight; another call continues at the next place.
+
+        Raises SurveyError with status NO_LOT after the last place.
+        """
+        self._hand.phase = "Looking for the lot"
+        if self._places is None:
+            beat = await self._hand.beat()
+            if beat.north is None or beat.east is None:
+                raise SurveyError("The place of the drone is not known.", SurveyStatus.NO_LOT)
+            self._places = spiral(beat.north, beat.east)
+            if await _in_sight(self._hand, self._look_s):
+                return
+        for north, east in self._places:
+            if await self._go(north, east) and await _in_sight(self._hand, self._look_s):
+                return
+        raise SurveyError(NO_LOT, SurveyStatus.NO_LOT)
+
+    async def _go(self, north: float, east: float) -> bool:
+        """Fly there at Max and stop at once when a lot comes in sight; return False when the place was refused."""
+        beat = await self._hand.beat()
+        refusal = await self._hand.offer(CompulsiveMove(x=north, y=east, frame="Map", height=beat.heights[2]))
+        if refusal is not None:
+            return False  # outside the fence, for one: the next place may be inside
+        beat = await self._hand.until(
+            lambda b: b.state == StateName.HOVER or b.park_lot_detected is True,
+            self._move_s,
+            "The drone did not get to where it looks for the lot",
+        )
+        if beat.state != StateName.HOVER:
+            await self._hand.attempt(Hold())
+            await self._hand.until(lambda b: b.state == StateName.HOVER, self._move_s, "The drone did not stop")
+        return True
+
+
+def spiral(north: float, east: float) -> Iterator[tuple[float, float]]:
+    """Yield the corners of a square spiral of `SPIRAL_LENGTH_M` (metres, map frame), the centre first."""
+    yield north, east
+    length, leg, sign = 0.0, SPIRAL_STEP_M, 1.0
+    while True:
+        for step_north, step_east in ((leg * sign, 0.0), (0.0, leg * sign)):
+            if length + leg > SPIRAL_LENGTH_M:
+                return
+            length += leg
+            north, east = north + step_north, east + step_east
+            yield north, east
+        leg, sign = leg + SPIRAL_STEP_M, -sign
+
+
+async def _in_sight(hand: Handset, look_s: float) -> bool:
+    """Return True when the lot is seen within a few seconds."""
+    began = (await hand.beat()).time
+    beat = await hand.until(
+        lambda b: b.park_lot_detected is True or b.time - began > look_s,
+        4 * look_s,
+        "The lot was looked for too long",
+    )
+    return beat.park_lot_detected is True

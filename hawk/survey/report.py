@@ -1,4 +1,4 @@
-"""What a survey's report says: the flight, the counts, and the comparison with a truth."""
+"""Report of a survey: the flight, the counts, and the comparison with a ground truth."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from hawk.model import Cell, StallState
 from hawk.survey import scoring
 from hawk.survey.scoring import Finding, Tally
 from hawk.survey.survey_map import SurveyMap
-from hawk.survey.truth import Truth
+from hawk.survey.truth import GroundTruth
 
 LARGEST_OFFSET_M = 5.0
-"""A map that is farther off than this as a whole is wrong, not displaced."""
+"""A whole map that is farther off than this is wrong, not displaced."""
 _NEAR_M = 1.2
 _LEAST_PAIRS = 8
 _COARSE = 4
@@ -30,15 +30,15 @@ def counts(survey: SurveyMap) -> dict[str, int]:
 
 
 def lot_area(survey: SurveyMap) -> float:
-    """Return the area that was found to be lot, square metres."""
+    """Return the area of the lot that was found, square metres."""
     cells = survey.cells()
     return float(np.isin(cells.values, (Cell.LOT, Cell.FREE, Cell.TAKEN)).sum() * cells.cell_m**2)
 
 
-def compare(survey: SurveyMap, truth: Truth) -> dict[str, float]:
+def compare(survey: SurveyMap, truth: GroundTruth) -> dict[str, float]:
     """Return the measures of a survey against a truth, under the keys of ``report.json``.
 
-    The constant part of the position error (GNSS) is taken out first and told as ``map_offset_north_m`` and
+    The constant part of the position error (GNSS) is removed first and reported as ``map_offset_north_m`` and
     ``map_offset_east_m``: no drone can know it, and it moves no stall against another. Raises TruthError when the truth
     has no origin.
     """
@@ -46,7 +46,7 @@ def compare(survey: SurveyMap, truth: Truth) -> dict[str, float]:
     true_stalls = np.asarray(truth.stalls, float).reshape(-1, 4, 2)
     shift = map_offset(found.mean(axis=1), true_stalls.mean(axis=1))
     states = [survey.stalls[key].state for key in sorted(survey.stalls)]
-    real = scoring.Truth(
+    real = scoring.LabelledPlace(
         true_stalls, np.array([state or StallState.UNKNOWN for state in truth.states], object), truth.lots
     )
     finding = Finding(found + shift, np.array(states, object))
@@ -61,7 +61,7 @@ def compare(survey: SurveyMap, truth: Truth) -> dict[str, float]:
 
 
 def map_offset(found: NDArray[np.float64], true: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the (x, y) metres by which found centres (N, 2) are to be moved onto true ones (M, 2); zero when unclear.
+    """Return the shift (x, y), metres, from found centres (N, 2) to true ones (M, 2); zero when unclear.
 
     The median of nearest pairs, repeated: it starts at zero, so a whole stall's width is never jumped over.
     """
@@ -82,23 +82,17 @@ def map_offset(found: NDArray[np.float64], true: NDArray[np.float64]) -> NDArray
 
 
 def finite(values: dict[str, Any]) -> dict[str, Any]:
-    """Return the report with null for what could not be measured, as JSON wants it."""
+    """Return the report with None in place of NaN and infinity, which JSON does not have."""
     return {
         key: None if isinstance(value, float) and not math.isfinite(value) else value for key, value in values.items()
     }
 
 
 def _measures(tally: Tally) -> dict[str, float]:
+    values = tally.measures()
     return {
-        "stall_precision": tally.precision,
-        "stall_recall": tally.recall,
-        "stall_f1": tally.f1,
-        "precision_star": tally.precision_star,
-        "recall_whole": tally.recall_whole,
-        "free_precision_star": tally.free_precision_star,
-        "free_recall": tally.free_recall,
-        "state_accuracy": tally.state_accuracy,
-        "unknown_share": tally.unknown_share,
+        **{f"stall_{name}": values.pop(name) for name in ("precision", "recall", "f1")},
+        **values,
         "free_count_error": tally.free_count_error / tally.free_true if tally.free_true else math.nan,
         "free_count_error_stalls": float(tally.free_count_error),
         "true_stalls": float(tally.true),
@@ -108,7 +102,7 @@ def _measures(tally: Tally) -> dict[str, float]:
     }
 
 
-def _found(survey: SurveyMap, truth: Truth) -> NDArray[np.float64]:
+def _found(survey: SurveyMap, truth: GroundTruth) -> NDArray[np.float64]:
     """Return the found stalls as quads (N, 4, 2) in the truth's world, by rising id."""
     quads = [survey.stalls[key].corners() for key in sorted(survey.stalls)]
     if not quads:
@@ -116,7 +110,7 @@ def _found(survey: SurveyMap, truth: Truth) -> NDArray[np.float64]:
     return truth.to_world(np.concatenate(quads), survey.datum).reshape(-1, 4, 2)
 
 
-def _position_error(finding: Finding, truth: scoring.Truth) -> float:
+def _position_error(finding: Finding, truth: scoring.LabelledPlace) -> float:
     matches = scoring.match(finding.stalls, truth.stalls)
     if not len(matches):
         return math.nan
@@ -124,8 +118,8 @@ def _position_error(finding: Finding, truth: scoring.Truth) -> float:
     return float(np.percentile(np.hypot(*apart.T), 95))
 
 
-def _lot_iou(survey: SurveyMap, truth: Truth, shift: NDArray[np.float64]) -> float:
-    """Compare on the raster of the survey, widened so that it holds the whole truth, at 40 cm a pixel."""
+def _lot_iou(survey: SurveyMap, truth: GroundTruth, shift: NDArray[np.float64]) -> float:
+    """Return the IoU on the survey's raster, widened to hold the whole truth, at 40 cm a pixel."""
     cells = survey.cells()
     step = cells.cell_m * _COARSE
     mask = np.isin(cells.values, (Cell.LOT, Cell.FREE, Cell.TAKEN))[::_COARSE, ::_COARSE]

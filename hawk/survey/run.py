@@ -1,4 +1,4 @@
-"""The command ``hawk-drone survey``: flies a survey without a browser and writes what it found."""
+"""The command ``hawk-drone survey``: flies a survey without a browser and writes the results."""
 
 from __future__ import annotations
 
@@ -8,33 +8,35 @@ import signal
 import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 from urllib.parse import urlsplit
 
 import cv2
 import numpy as np
+from rich import progress as rich_progress
+from rich.console import Console
+from rich.progress import BarColumn, TaskID, TextColumn, TimeElapsedColumn
 
 from hawk.comm.base_socket import ConnectionTimeout
-from hawk.comm.messages import Heartbeat
+from hawk.comm.status import Heartbeat
 from hawk.model import GlobalPose
 from hawk.simulation import SimulationOptions
-from hawk.stall_exports import stalls_csv, stalls_geojson_text
+from hawk.stall_exports import stalls_csv, stalls_geojson, to_global
 from hawk.survey import report
 from hawk.survey.client import DroneClient, LinkLostError
-from hawk.survey.map_picture import map_picture
-from hawk.survey.operator import Progress, SurveyLimits, SurveyOperator, SurveyOutcome, SurveyPlan, SurveyStatus
-from hawk.survey.progress import SurveyProgress
+from hawk.survey.handset import SurveyStatus
+from hawk.survey.operator import SurveyLimits, SurveyOperator, SurveyOutcome, SurveyPlan
 from hawk.survey.stack import SimulatedStack, StackError
-from hawk.survey.survey_map import SurveyMap
-from hawk.survey.truth import Truth, TruthError, read_truth
+from hawk.survey.survey_map import SurveyMap, map_picture
+from hawk.survey.truth import GroundTruth, TruthError, read_truth
 
 LATE_FRAMES_LIMIT = 0.01
-"""Share of pictures that the simulator drew late above which a run says nothing about perception."""
+"""Greatest share of pictures drawn late by the simulator in a valid run."""
 
 
 @dataclass(frozen=True, slots=True)
 class SurveyOptions:
-    """What to survey and where to write. ``url`` is a daemon that runs already, else ``simulation`` is started."""
+    """Options of the command. ``url`` is a running daemon; without it ``simulation`` is started."""
 
     out: Path
     simulation: SimulationOptions | None
@@ -67,7 +69,7 @@ async def run_survey(options: SurveyOptions) -> int:
             await stack.stop()
 
 
-async def _fly(options: SurveyOptions, url: str, stack: SimulatedStack | None, truth: Truth | None) -> int:
+async def _fly(options: SurveyOptions, url: str, stack: SimulatedStack | None, truth: GroundTruth | None) -> int:
     address = urlsplit(url if "//" in url else f"//{url}")
     async with DroneClient(address.hostname or "127.0.0.1", address.port or 3000, token=options.token) as drone:
         watch = FenceWatch(stack)
@@ -75,9 +77,9 @@ async def _fly(options: SurveyOptions, url: str, stack: SimulatedStack | None, t
         plan = SurveyPlan(set_failsafes=options.set_failsafes, limits=limits)
         with SurveyProgress(quiet=options.quiet) as bar:
 
-            def show(progress: Progress) -> None:
-                bar.show(progress)
-                watch.look(progress.heartbeat)
+            def show(phase: str, beat: Heartbeat) -> None:
+                bar.show(phase, beat)
+                watch.look(beat)
 
             operator = SurveyOperator(drone, plan, show)
             loop = asyncio.get_running_loop()
@@ -94,30 +96,29 @@ async def _fly(options: SurveyOptions, url: str, stack: SimulatedStack | None, t
 
 
 class FenceWatch:
-    """Tells the simulator our fence as soon as it is known, so that it can count excursions of the true position."""
+    """Sends our fence to the simulator as soon as it is known, so that it can count excursions of the true position."""
 
     def __init__(self, stack: SimulatedStack | None) -> None:
         self._stack = stack
-        self._told: tuple[object, ...] = ()
+        self._sent: tuple[object, ...] = ()
         self._task: asyncio.Task[None] | None = None
 
     def look(self, beat: Heartbeat) -> None:
-        """Take the fence from a heartbeat; tell it when it is another one."""
+        """Read the fence from a heartbeat; send it when it has changed."""
         if self._stack is None or beat.datum is None or not beat.fence:
             return
-        fence = (tuple(beat.datum), tuple((p.north, p.east) for p in beat.fence), beat.ceiling)
-        if fence == self._told or (self._task is not None and not self._task.done()):
+        fence = (beat.datum, beat.fence, beat.ceiling)
+        if fence == self._sent or (self._task is not None and not self._task.done()):
             return
-        self._told = fence
-        place = SurveyMap(GlobalPose(beat.datum[0], beat.datum[1], 0.0), {}, {})
-        corners = place.to_global(np.array([[p.north, p.east] for p in beat.fence]))
+        self._sent = fence
+        corners = to_global(GlobalPose(*beat.datum, 0.0), np.array([[p.north, p.east] for p in beat.fence]))
         polygon = [(float(latitude), float(longitude)) for latitude, longitude in corners]
         self._task = asyncio.create_task(
             self._stack.watch_fence(polygon, beat.ceiling or 1000.0), name="survey-fence-watch"
         )
 
     async def close(self) -> None:
-        """Wait until the last one was told. Raises what went wrong."""
+        """Wait until the last fence was sent. Raises the error of sending it."""
         if self._task is not None:
             await self._task
 
@@ -125,7 +126,7 @@ class FenceWatch:
 def write_results(folder: Path, survey: SurveyMap, values: dict[str, Any]) -> None:
     """Write ``stalls.csv``, ``stalls.geojson``, ``map.png`` and ``report.json``."""
     (folder / "stalls.csv").write_text(stalls_csv(survey.datum, survey.stalls), encoding="utf-8")
-    (folder / "stalls.geojson").write_text(stalls_geojson_text(survey.datum, survey.stalls), encoding="utf-8")
+    (folder / "stalls.geojson").write_text(stalls_geojson(survey.datum, survey.stalls), encoding="utf-8")
     cv2.imwrite(str(folder / "map.png"), map_picture(survey))
     (folder / "report.json").write_text(json.dumps(report.finite(values), indent=1, allow_nan=False), encoding="utf-8")
 
@@ -139,16 +140,16 @@ async def _map_of(drone: DroneClient) -> SurveyMap:
 
 
 def _report(
-    outcome: SurveyOutcome, survey: SurveyMap, truth: Truth | None, status: dict[str, Any] | None
+    outcome: SurveyOutcome, survey: SurveyMap, truth: GroundTruth | None, status: dict[str, Any] | None
 ) -> dict[str, Any]:
-    """Return the report: what was flown as the drone saw it, corrected by what really happened where that is known."""
+    """Return the report: the flight as the drone saw it, corrected by the simulator's account where there is one."""
     values: dict[str, Any] = {
         "status": int(outcome.status),
         "reason": outcome.reason,
         "landed": outcome.landed,
         "disarmed": outcome.disarmed,
         "duration_s": outcome.duration_s,
-        "way_m": outcome.way_m,
+        "way_m": outcome.distance_m,
         "explored": outcome.explored,
         "lot_area_m2": None,
         **report.counts(survey),
@@ -173,3 +174,40 @@ def _say(folder: Path, outcome: SurveyOutcome, values: dict[str, Any]) -> None:
     if "stall_f1" in values:
         keys = ("stall_f1", "stall_precision", "stall_recall", "recall_whole", "state_accuracy", "lot_iou")
         print(", ".join(f"{key} {values[key]:.3f}" for key in keys) + f", excursions {values.get('excursions')}")
+
+
+class SurveyProgress:
+    """Shows phase, share of the known lot that was seen, stalls, height and battery on standard error."""
+
+    def __init__(self, *, quiet: bool, console: Console | None = None) -> None:
+        self._bar = rich_progress.Progress(
+            TextColumn("{task.description:<14}"),
+            BarColumn(bar_width=30),
+            TextColumn("{task.fields[facts]}"),
+            TimeElapsedColumn(),
+            console=console or Console(stderr=True),
+            disable=quiet,
+        )
+        self._task: TaskID | None = None
+
+    def __enter__(self) -> Self:
+        self._bar.start()
+        self._task = self._bar.add_task("Connecting", total=1.0, facts="")
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bar.stop()
+
+    def show(self, phase: str, beat: Heartbeat) -> None:
+        """Show one heartbeat."""
+        if self._task is None:
+            return
+        height = "–" if beat.relative_altitude is None else f"{beat.relative_altitude:.0f} m"
+        battery = "–" if beat.battery_percentage is None else f"{beat.battery_percentage:.0f} %"
+        seen = "" if beat.explored is None else f"{100 * beat.explored:.0f} % seen so far · "
+        self._bar.update(
+            self._task,
+            description=phase,
+            completed=beat.explored or 0.0,
+            facts=f"{seen}{beat.free} free, {beat.taken} taken, {beat.unknown} unclear · {height} · battery {battery}",
+        )

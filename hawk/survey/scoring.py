@@ -5,7 +5,7 @@ A stall found is right when its rotated rectangle overlaps a true stall's with a
 
 Labels of real places are incomplete, hence the starred measures: a stall found that matches nothing is a *counted*
 false alarm only when its middle lies within 0.7 m of a labelled stall, or outside every labelled lot. A whole row that
-nobody labelled does not count against the finder.
+nobody labelled is not counted against the finder.
 """
 
 from __future__ import annotations
@@ -29,17 +29,17 @@ StateArray = NDArray[Any]
 MATCH_OVERLAP = 0.5
 """Least intersection over union of a match."""
 NEAR_M = 0.7
-"""A false alarm this near to a labelled stall always counts."""
+"""A false alarm this near to a labelled stall is always counted."""
 WHOLE_WIDTH_M, WHOLE_LENGTH_M, WHOLE_RATIO = 1.9, 4.0, 1.35
 """Least sides, metres, and ratio of the sides of a label that shows a whole stall."""
 _GRID_M = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
-class Truth:
-    """What is really there, in metres: stalls (N, 4, 2), their states (N,) and the outlines of the lots (M, 2) each.
+class LabelledPlace:
+    """The labels of a place, in metres: stalls (N, 4, 2), their states (N,) and the outlines (M, 2) of the lots.
 
-    A state of ``unknown`` stands for a label that is neither free nor taken: it counts as a stall, but not its state.
+    A state of ``unknown`` stands for a label that is neither free nor taken: the stall is scored, its state is not.
     """
 
     stalls: FloatArray = field(repr=False)
@@ -49,7 +49,7 @@ class Truth:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What was found, in the same coordinates."""
+    """Stalls that were found, in the same coordinates."""
 
     stalls: FloatArray = field(repr=False)
     states: StateArray = field(repr=False)
@@ -68,9 +68,9 @@ class Matches:
 
 @dataclass(frozen=True, slots=True)
 class Tally:
-    """Counts that all measures are ratios of; those of several places add up with ``+``.
+    """Counts behind all measures, which are their ratios; the counts of several places add up with ``+``.
 
-    ``counted``: false alarms that count for the starred measures. ``free_wrong``: free finds that match a taken label
+    ``counted``: false alarms in the starred measures. ``free_wrong``: free finds that match a taken label
     or are a counted false alarm. ``judged``: matches whose label is free or taken; ``agreed``: those
     with the right state.
     """
@@ -124,12 +124,12 @@ class Tally:
 
     @property
     def free_recall(self) -> float:
-        """Share of the free labels that were found and called free; unknown counts as missed."""
+        """Share of the free labels that were found and called free; unknown is a miss."""
         return _ratio(self.free_right, self.free_true)
 
     @property
     def state_accuracy(self) -> float:
-        """Share of the matches (of free or taken labels) with the right state; unknown counts as wrong."""
+        """Share of the matches (of free or taken labels) with the right state; unknown is wrong."""
         return _ratio(self.agreed, self.judged)
 
     @property
@@ -139,7 +139,7 @@ class Tally:
 
     @property
     def free_count_error(self) -> int:
-        """How far the number of free stalls is off, absolute."""
+        """Absolute error of the number of free stalls."""
         return abs(self.free_found - self.free_true)
 
     def measures(self) -> dict[str, float]:
@@ -158,7 +158,7 @@ def match(found: FloatArray, true: FloatArray) -> Matches:
         return none
     first, second = _polygons(found), _polygons(true)
     i, j = shapely.STRtree(second).query(first, predicate="intersects")
-    # the grid makes GEOS robust: without it two rectangles that share a side but for rounding can count as one
+    # the grid makes GEOS robust: without it two rectangles that share a side, but for rounding, can match
     shared = shapely.area(shapely.intersection(first[i], second[j], grid_size=_GRID_M))
     overlap = shared / (shapely.area(first[i]) + shapely.area(second[j]) - shared)
     good = overlap >= MATCH_OVERLAP
@@ -169,8 +169,8 @@ def match(found: FloatArray, true: FloatArray) -> Matches:
     return Matches(rows[real], columns[real])
 
 
-def tally(finding: Finding, truth: Truth) -> Tally:
-    """Count everything that the measures need."""
+def tally(finding: Finding, truth: LabelledPlace) -> Tally:
+    """Return the counts of a finding against the labels."""
     matches = match(finding.stalls, truth.stalls)
     counted = counted_false_alarms(finding.stalls, matches, truth)
     found_states, true_states = np.asarray(finding.states, object), np.asarray(truth.states, object)
@@ -195,8 +195,8 @@ def tally(finding: Finding, truth: Truth) -> Tally:
     )
 
 
-def counted_false_alarms(found: FloatArray, matches: Matches, truth: Truth) -> NDArray[np.bool_]:
-    """Return which finds (N,) are false alarms that count: unmatched, and near a labelled stall or outside the lots."""
+def counted_false_alarms(found: FloatArray, matches: Matches, truth: LabelledPlace) -> NDArray[np.bool_]:
+    """Return a mask (N,) of counted false alarms: unmatched, and near a labelled stall or outside the lots."""
     alarm = np.ones(len(found), np.bool_)
     alarm[matches.found] = False
     if not alarm.any():
@@ -210,7 +210,7 @@ def counted_false_alarms(found: FloatArray, matches: Matches, truth: Truth) -> N
 
 
 def is_whole(stalls: FloatArray) -> NDArray[np.bool_]:
-    """Return which labels (N, 4, 2) show a whole stall, by the sides of the smallest rectangle around each."""
+    """Return a mask (N,) of labels (N, 4, 2) of whole stalls, by the sides of the smallest rectangle around each."""
     if not len(stalls):
         return np.zeros(0, np.bool_)
     boxes = shapely.get_coordinates(shapely.minimum_rotated_rectangle(_polygons(stalls))).reshape(-1, 5, 2)
@@ -224,21 +224,9 @@ def lot_area(lots: Sequence[FloatArray]) -> Any:
     return shapely.union_all([shapely.make_valid(shapely.Polygon(lot)) for lot in lots])
 
 
-def lot_iou(found: Any, true: Any) -> float:
-    """Return the intersection over union of two areas (shapely geometries); NaN when both are empty."""
-    return _ratio(
-        float(shapely.area(shapely.intersection(found, true))), float(shapely.area(shapely.union(found, true)))
-    )
-
-
 def mask_iou(found: NDArray[np.bool_], true: NDArray[np.bool_]) -> float:
     """Return the intersection over union of two masks of one raster; NaN when both are empty."""
     return _ratio(float((found & true).sum()), float((found | true).sum()))
-
-
-def f1(found: FloatArray, true: FloatArray) -> float:
-    """Return F1 of quads (N, 4, 2) against quads (M, 4, 2)."""
-    return _ratio(2 * len(match(found, true)), len(found) + len(true))
 
 
 def _polygons(quads: FloatArray) -> NDArray[Any]:

@@ -1,4 +1,4 @@
-"""Starts what a simulated survey needs: the simulated drone, and a daemon of its own that flies it."""
+"""The programs of a simulated survey: the simulated drone, and a daemon of its own that flies it."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from urllib.parse import urlsplit
 import aiohttp
 
 from hawk.simulation import Simulation, SimulationAddress, SimulationError, SimulationOptions
-from hawk.survey.truth import Truth, TruthError, parse_truth
+from hawk.survey.truth import GroundTruth, TruthError, parse_truth
 
 READY_TIMEOUT_S = 60.0
 STOP_TIMEOUT_S = 12.0
 FENCE_MARGIN_M = 15.0
-"""How far around the lots the fence runs when nobody gave one."""
+"""Distance of the default fence around the lots, metres."""
 
 
 class StackError(Exception):
-    """The simulation or the daemon did not start; the text says which, and where its words are."""
+    """The simulation or the daemon did not start; the text names the program and its log."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ready:
-    """What the daemon wrote when its page was up; ``first_tick_s`` is real seconds from its start to the first tick."""
+    """The daemon's ready file; ``first_tick_s`` is real seconds from its start to the first tick."""
 
     url: str
     first_tick_s: float
@@ -44,13 +44,14 @@ class SimulatedStack:
         self._config = config
         self._fence = fence
         self._simulation = Simulation(options)
-        self._daemon: asyncio.subprocess.Process | None = None
+        self.daemon: asyncio.subprocess.Process | None = None
+        """The daemon's process."""
         self._port = 0
         self._logs: list[IO[bytes]] = []
         self._session: aiohttp.ClientSession | None = None
         self.address: SimulationAddress | None = None
-        self.truth: Truth | None = None
-        """What the world holds, None for a picture without a truth."""
+        self.truth: GroundTruth | None = None
+        """Ground truth of the world, None for a picture without one."""
 
     async def start(self) -> Ready:
         """Start both. Raises StackError."""
@@ -70,12 +71,12 @@ class SimulatedStack:
         return await self.start_daemon()
 
     async def start_daemon(self) -> Ready:
-        """Start the daemon, or start it again where it was, after it was killed. Raises StackError."""
+        """Start the daemon, again after it was killed. Raises StackError."""
         assert self.address is not None  # noqa: S101
         ready = self._folder / "ready.json"
         ready.unlink(missing_ok=True)
         log = self._log("hawk-drone.log")
-        self._daemon = await asyncio.create_subprocess_exec(
+        self.daemon = await asyncio.create_subprocess_exec(
             *self._daemon_command(ready),
             stdin=asyncio.subprocess.DEVNULL,
             stdout=log,
@@ -84,48 +85,30 @@ class SimulatedStack:
         )
         deadline = asyncio.get_running_loop().time() + READY_TIMEOUT_S
         while not ready.exists():
-            if self._daemon.returncode is not None:
-                raise StackError(f"hawk-drone ended with status {self._daemon.returncode} ({log.name})")
+            if self.daemon.returncode is not None:
+                raise StackError(f"hawk-drone ended with status {self.daemon.returncode} ({log.name})")
             if asyncio.get_running_loop().time() > deadline:
                 raise StackError(f"hawk-drone was not ready after {READY_TIMEOUT_S:.0f} s ({log.name})")
             with contextlib.suppress(TimeoutError):
-                await asyncio.wait_for(self._daemon.wait(), 0.05)
+                await asyncio.wait_for(self.daemon.wait(), 0.05)
         values = json.loads(ready.read_text())
         self._port = urlsplit(values["url"]).port or 0
         return Ready(values["url"], float(values["first_tick_s"]))
 
-    @property
-    def daemon_pid(self) -> int | None:
-        """Process id of the daemon."""
-        return self._daemon.pid if self._daemon else None
-
-    async def kill_daemon(self) -> None:
-        """SIGKILL: what a crash or an empty companion battery does."""
-        if self._daemon is not None and self._daemon.returncode is None:
-            self._daemon.kill()
-            await self._daemon.wait()
-
-    async def end_daemon(self) -> int:
-        """SIGTERM, as the service manager does it; return the exit status."""
-        assert self._daemon is not None  # noqa: S101
-        self._daemon.send_signal(signal.SIGTERM)
-        return await self._daemon.wait()
-
     async def status(self) -> dict[str, Any]:
-        """Return the simulator's own account of what really happened."""
+        """Return the simulator's account of the flight."""
         return await self._get("/status")
 
     async def watch_fence(self, polygon: list[tuple[float, float]], ceiling: float) -> None:
         """Let the simulator count how often the true position leaves this fence (latitude, longitude) by over 3 m."""
-        await self._post("/fence", {"polygon": polygon, "ceiling": ceiling, "margin": 3.0})
-
-    async def fault(self, values: dict[str, Any]) -> None:
-        """Let something fail."""
-        await self._post("/fault", values)
+        assert self._session is not None and self.address is not None  # noqa: S101, PT018
+        values = {"polygon": polygon, "ceiling": ceiling, "margin": 3.0}
+        async with self._session.post(f"{self.address.http}/fence", json=values) as response:
+            response.raise_for_status()
 
     async def stop(self) -> None:
         """End both processes, by force when they do not listen."""
-        daemon = self._daemon
+        daemon = self.daemon
         if daemon is not None and daemon.returncode is None:
             with contextlib.suppress(ProcessLookupError):
                 daemon.send_signal(signal.SIGTERM)
@@ -170,8 +153,3 @@ class SimulatedStack:
         async with self._session.get(f"{self.address.http}{path}") as response:
             response.raise_for_status()
             return dict(await response.json())
-
-    async def _post(self, path: str, values: dict[str, Any]) -> None:
-        assert self._session is not None and self.address is not None  # noqa: S101, PT018
-        async with self._session.post(f"{self.address.http}{path}", json=values) as response:
-            response.raise_for_status()

@@ -1,8 +1,7 @@
-"""The map of a finished survey as the exports and the scoring see it."""
+"""The map of a finished survey, for exports and scoring, and its picture."""
 
 from __future__ import annotations
 
-import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -11,7 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.model import CELL_M, TILE_CELLS, TILE_M, Cell, Counts, GlobalPose, Stall, StallState, TileKey
-from hawk.stall_exports import to_global
+
+_CELL_COLOURS = {Cell.UNKNOWN: (235, 231, 227), Cell.NON_LOT: (205, 205, 205), Cell.LOT: (150, 150, 150)}
+_FREE = (255, 143, 47)
+_FREE_LINE = (255, 241, 227)
+_TAKEN = (26, 122, 255)
+_TAKEN_LINE = (0, 90, 224)
+_PLATE = (28, 22, 16)
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,16 +51,13 @@ class SurveyMap:
         states = [stall.state for stall in self.stalls.values()]
         return Counts(states.count(StallState.FREE), states.count(StallState.TAKEN), states.count(StallState.UNKNOWN))
 
-    def to_global(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return (N, 2) of (north, east) metres as (latitude, longitude) degrees."""
-        return to_global(self.datum, points)
-
     def cells(self) -> Raster:
         """Return all tiles as one picture of `Cell` values; a single unknown cell when nothing was seen."""
         if not self.tiles:
             return Raster(np.zeros((1, 1), np.uint8), 0.0, 0.0, CELL_M)
-        north, east, shape = self._extent(self.tiles)
-        values = np.full(shape, Cell.UNKNOWN, np.uint8)
+        keys = np.array(list(self.tiles))
+        north, east = -keys[:, 0].min() * TILE_M, keys[:, 1].min() * TILE_M
+        values = np.full((np.ptp(keys, axis=0) + 1) * TILE_CELLS, Cell.UNKNOWN, np.uint8)
         for key, tile in self.tiles.items():
             values[self._window(key, north, east)] = tile
         return Raster(values, north, east, CELL_M)
@@ -72,29 +74,49 @@ class SurveyMap:
         return picture, cells
 
     @staticmethod
-    def _extent(keys: Mapping[TileKey, object]) -> tuple[float, float, tuple[int, int]]:
-        rows = [row for row, _ in keys]
-        columns = [column for _, column in keys]
-        shape = ((max(rows) - min(rows) + 1) * TILE_CELLS, (max(columns) - min(columns) + 1) * TILE_CELLS)
-        return -min(rows) * TILE_M, min(columns) * TILE_M, shape
-
-    @staticmethod
     def _window(key: TileKey, north: float, east: float) -> tuple[slice, slice]:
         top = (key[0] + round(north / TILE_M)) * TILE_CELLS
         left = (key[1] - round(east / TILE_M)) * TILE_CELLS
         return slice(top, top + TILE_CELLS), slice(left, left + TILE_CELLS)
 
 
-def unpack_tiles(tiles: Mapping[TileKey, bytes]) -> dict[TileKey, NDArray[np.uint8]]:
-    """Return tiles as they are sent (zlib of TILE_CELLS x TILE_CELLS bytes) as arrays of `Cell` values.
+def map_picture(survey: SurveyMap) -> NDArray[np.uint8]:
+    """Return the map as a BGR picture, north up, 10 cm a pixel: the mosaic where there is one, stalls drawn over it.
 
-    Raises ValueError naming a tile that is not one.
+    Free is blue and plain, taken orange and hatched, unknown dark with a question mark: no state rests on colour alone.
     """
-    unpacked = {}
-    for key, data in tiles.items():
-        try:
-            cells = np.frombuffer(zlib.decompress(data), np.uint8)
-            unpacked[key] = cells.reshape(TILE_CELLS, TILE_CELLS)
-        except (zlib.error, ValueError) as error:
-            raise ValueError(f"tile {key}: {error}") from None
-    return unpacked
+    picture, cells = survey.picture()
+    for cell, colour in _CELL_COLOURS.items():
+        picture[(cells.values == cell) & ~picture.any(axis=2)] = colour
+    bare = np.isin(cells.values, (Cell.FREE, Cell.TAKEN)) & ~picture.any(axis=2)
+    picture[bare] = _CELL_COLOURS[Cell.LOT]
+    for key in sorted(survey.stalls):
+        _draw(picture, cells, survey.stalls[key])
+    return picture
+
+
+def _draw(picture: NDArray[np.uint8], cells: Raster, stall: Stall) -> None:
+    pixels = cells.to_pixels(stall.corners()).astype(np.int32)
+    left, top = np.maximum(pixels.min(axis=0), 0)
+    right, bottom = pixels.max(axis=0) + 1
+    part = picture[top:bottom, left:right]
+    if part.size == 0:
+        return
+    inside = np.zeros(part.shape[:2], np.uint8)
+    cv2.fillPoly(inside, [pixels - (left, top)], 255)
+    colour, line, share = {
+        StallState.FREE: (_FREE, _FREE_LINE, 0.46),
+        StallState.TAKEN: (_TAKEN, _TAKEN_LINE, 0.6),
+        StallState.UNKNOWN: (_PLATE, (255, 255, 255), 0.45),
+    }[stall.state]
+    tint = np.empty(part.shape, np.float32)
+    tint[:] = colour
+    if stall.state is StallState.TAKEN:
+        rows, columns = np.indices(inside.shape)
+        tint[(rows + columns + left + top) % 9 > 4] = _PLATE
+    tinted = part * (1 - share) + tint * share
+    part[inside > 0] = tinted[inside > 0].astype(np.uint8)
+    cv2.polylines(picture, [pixels], True, line, 1, cv2.LINE_AA)
+    if stall.state is StallState.UNKNOWN:
+        centre = (int(pixels[:, 0].mean()) - 5, int(pixels[:, 1].mean()) + 5)
+        cv2.putText(picture, "?", centre, cv2.FONT_HERSHEY_SIMPLEX, 0.5, (255, 255, 255), 1, cv2.LINE_AA)

@@ -1,20 +1,20 @@
-"""What a world really holds, in the frame of the survey that is compared with it."""
+"""Ground truth of a world: its stalls and lots, in metres of its picture."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pymap3d
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, ValidationError
 from shapely.geometry import Polygon
 from shapely.ops import unary_union
 
+from hawk.comm.frames import offset_ned
 from hawk.model import GlobalPose, StallState
 from hawk.stall_exports import to_global
 
@@ -43,10 +43,10 @@ class _TruthFile(BaseModel):
 
 
 @dataclass(frozen=True, slots=True)
-class Truth:
+class GroundTruth:
     """Stalls and lots of a world. Places are (N, 2) metres of (x east, y south) of its picture's upper left corner.
 
-    ``states`` holds None where nobody can tell (a cut or half covered stall). ``origin`` is the WGS-84 place of
+    ``states`` holds None where the state is unclear (a cut or half covered stall). ``origin`` is the WGS-84 place of
     the corner, None when it is not known.
     """
 
@@ -56,17 +56,12 @@ class Truth:
     lots: tuple[NDArray[np.float64], ...]
     origin: GlobalPose | None
 
-    @property
-    def free(self) -> int:
-        """Stalls that are free."""
-        return self.states.count(StallState.FREE)
-
     def to_world(self, points: NDArray[np.float64], datum: GlobalPose) -> NDArray[np.float64]:
         """Return (N, 2) of map coordinates (north, east about ``datum``) as (x, y) of the world, metres.
 
         Raises TruthError when the truth has no origin.
         """
-        north, east = self._datum_offset(datum)
+        north, east, _ = offset_ned(replace(datum, altitude=0.0), self._require_origin())
         return np.column_stack((points[:, 1] + east, -(points[:, 0] + north)))
 
     def fence(self, margin_m: float) -> dict[str, Any]:
@@ -79,23 +74,16 @@ class Truth:
         coordinates = [[float(lon), float(lat)] for lat, lon in places]
         return {"type": "Feature", "properties": {}, "geometry": {"type": "Polygon", "coordinates": [coordinates]}}
 
-    def _datum_offset(self, datum: GlobalPose) -> tuple[float, float]:
-        origin = self._require_origin()
-        north, east, _ = pymap3d.geodetic2ned(
-            datum.latitude, datum.longitude, 0.0, origin.latitude, origin.longitude, 0.0
-        )
-        return float(north), float(east)
-
     def _require_origin(self) -> GlobalPose:
         if self.origin is None:
             raise TruthError("origin: the truth does not say where on Earth its picture lies")
         return self.origin
 
 
-def parse_truth(values: Mapping[str, Any], origin: GlobalPose | None = None) -> Truth:
+def parse_truth(values: Mapping[str, Any]) -> GroundTruth:
     """Return the truth that a JSON object holds (``stalls`` with ``corners_m`` and ``state``, ``lots_m``, ``origin``).
 
-    ``origin`` stands in where the object has none. Raises TruthError naming the field.
+    Raises TruthError naming the field.
     """
     try:
         found = _TruthFile.model_validate(values)
@@ -105,8 +93,8 @@ def parse_truth(values: Mapping[str, Any], origin: GlobalPose | None = None) -> 
     for number, stall in enumerate(found.stalls):
         if len(stall.corners_m) != 4:
             raise TruthError(f"stalls.{number}.corners_m: a stall has 4 corners, not {len(stall.corners_m)}")
-    place = GlobalPose(found.origin.latitude, found.origin.longitude, 0.0) if found.origin else origin
-    return Truth(
+    place = GlobalPose(found.origin.latitude, found.origin.longitude, 0.0) if found.origin else None
+    return GroundTruth(
         stalls=tuple(np.asarray(stall.corners_m, float) for stall in found.stalls),
         states=tuple(_state(stall.state) for stall in found.stalls),
         hidden=tuple(stall.hidden for stall in found.stalls),
@@ -115,7 +103,7 @@ def parse_truth(values: Mapping[str, Any], origin: GlobalPose | None = None) -> 
     )
 
 
-def read_truth(path: Path, origin: GlobalPose | None = None) -> Truth:
+def read_truth(path: Path) -> GroundTruth:
     """Return the truth in a file. Raises TruthError naming file and field."""
     try:
         values = json.loads(path.read_text(encoding="utf-8"))
@@ -124,7 +112,7 @@ def read_truth(path: Path, origin: GlobalPose | None = None) -> Truth:
     if not isinstance(values, dict):
         raise TruthError(f"{path}: must hold one JSON object")
     try:
-        return parse_truth(values, origin)
+        return parse_truth(values)
     except TruthError as error:
         raise TruthError(f"{path}: {error}") from None
 

@@ -1,8 +1,9 @@
-"""What tools ask for over HTTP: the schema, the mosaic, the present map, health and metrics."""
+"""HTTP for tools: the schema, the mosaic, exports of the present map, health and metrics."""
 
 from __future__ import annotations
 
 import asyncio
+import math
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Final
@@ -10,13 +11,11 @@ from typing import Any, Final
 from aiohttp import hdrs, web
 
 from hawk.comm.messages import schema
-from hawk.comm.status import DroneStatus
-from hawk.model import GlobalPose, OccupancyMap, Stall
-from hawk.stall_exports import stalls_csv, stalls_geojson_text
-from hawk.web.counters import COUNTERS
-from hawk.web.metrics import METRICS_CONTENT_TYPE, metrics_text
-from hawk.web.services import SERVICES, WebServices
+from hawk.model import GlobalPose, Stall
+from hawk.stall_exports import stalls_csv, stalls_geojson
+from hawk.web.services import COUNTERS, SERVICES, Counters, WebServices
 
+METRICS_CONTENT_TYPE: Final = "text/plain; version=0.0.4; charset=utf-8"
 STATUS_AGE_S: Final = 1.0
 """A status older than this (seconds of the daemon's clock) means that the state machine does not run."""
 EXPORTER = web.AppKey("exporter", ThreadPoolExecutor)
@@ -40,7 +39,7 @@ async def message_schema(_: web.Request) -> web.StreamResponse:
 
 
 async def performance(request: web.Request) -> web.StreamResponse:
-    """How fast the daemon was over the last minute."""
+    """Speed figures of the daemon over the last minute."""
     return web.json_response(dict(request.app[SERVICES].performance()), headers={hdrs.CACHE_CONTROL: "no-cache"})
 
 
@@ -62,20 +61,17 @@ async def mosaic(request: web.Request) -> web.StreamResponse:
 
 async def stalls_table(request: web.Request) -> web.StreamResponse:
     """Present stalls as CSV."""
-    text = await _export(request, stalls_csv)
-    return _download(text, "text/csv", "stalls.csv")
+    return await _export(request, stalls_csv, "text/csv", "stalls.csv")
 
 
 async def stalls_features(request: web.Request) -> web.StreamResponse:
     """Present stalls as GeoJSON."""
-    text = await _export(request, stalls_geojson_text)
-    return _download(text, "application/geo+json", "stalls.geojson")
+    return await _export(request, stalls_geojson, "application/geo+json", "stalls.geojson")
 
 
 async def report(request: web.Request) -> web.StreamResponse:
     """Counts and progress of the present map."""
-    services = request.app[SERVICES]
-    return web.json_response(_report(services, services.status.value, services.occupancy_map.value))
+    return web.json_response(_report(request.app[SERVICES]))
 
 
 async def health(request: web.Request) -> web.StreamResponse:
@@ -83,12 +79,12 @@ async def health(request: web.Request) -> web.StreamResponse:
     services = request.app[SERVICES]
     status = services.status.value
     running = status is not None and services.status.age <= STATUS_AGE_S
-    parts = {} if status is None else {i.name: {"healthy": i.healthy, "reason": i.reason} for i in status.health}
+    parts = {} if status is None else {i.name: {"healthy": i.healthy, "reason": i.reason} for i in status.parts.health}
     healthy = running and all(part["healthy"] for part in parts.values())
     body = {
         "healthy": healthy,
         "running": running,
-        "state": None if status is None else status.state.value,
+        "state": None if status is None else status.operation.state.value,
         "version": services.version,
         "simulation": services.simulation,
         "parts": parts,
@@ -102,41 +98,82 @@ async def metrics(request: web.Request) -> web.StreamResponse:
     return web.Response(text=text, headers={hdrs.CONTENT_TYPE: METRICS_CONTENT_TYPE})
 
 
-async def _export(request: web.Request, make: Callable[[GlobalPose, Mapping[int, Stall]], str]) -> str:
-    """Make an export off the loop, on a thread that nothing of the flight uses."""
+async def _export(
+    request: web.Request, make: Callable[[GlobalPose, Mapping[int, Stall]], str], content_type: str, name: str
+) -> web.Response:
+    """Make an export on a thread that no part of the flight uses."""
     services = request.app[SERVICES]
     status, current = services.status.value, services.occupancy_map.value
-    if status is None or status.datum is None:
+    if status is None or status.site.datum is None:
         raise web.HTTPConflict(text="There is no map yet: it gets its place on Earth when the drone is first armed.")
-    datum = GlobalPose(*status.datum, 0.0)
+    datum = GlobalPose(*status.site.datum, 0.0)
     stalls = {} if current is None else current.stalls
-    return await asyncio.get_running_loop().run_in_executor(request.app[EXPORTER], make, datum, stalls)
+    text = await asyncio.get_running_loop().run_in_executor(request.app[EXPORTER], make, datum, stalls)
+    headers = {hdrs.CONTENT_DISPOSITION: f'attachment; filename="{name}"'}
+    return web.Response(text=text, content_type=content_type, charset="utf-8", headers=headers)
 
 
-def _download(text: str, content_type: str, name: str) -> web.Response:
-    return web.Response(
-        text=text,
-        content_type=content_type,
-        charset="utf-8",
-        headers={hdrs.CONTENT_DISPOSITION: f'attachment; filename="{name}"'},
-    )
-
-
-def _report(services: WebServices, status: DroneStatus | None, current: OccupancyMap | None) -> dict[str, Any]:
+def _report(services: WebServices) -> dict[str, Any]:
+    status, current = services.status.value, services.occupancy_map.value
     counts = None if current is None else current.counts
     return {
         "version": services.version,
         "simulation": services.simulation,
-        "utc": None if status is None else status.utc,
-        "state": None if status is None else status.state.value,
-        "datum": None if status is None or status.datum is None else list(status.datum),
+        "utc": None if status is None else status.stamp.utc,
+        "state": None if status is None else status.operation.state.value,
+        "datum": None if status is None or status.site.datum is None else list(status.site.datum),
         "stalls": None if counts is None else counts.total,
         "free": None if counts is None else counts.free,
         "taken": None if counts is None else counts.taken,
         "unknown": None if counts is None else counts.unknown,
         "lot_area_m2": None if current is None else current.lot_area_m2,
-        "explored": None if status is None else status.explored,
-        "explore_done": None if status is None else status.explore_done,
-        "flight_time_s": None if status is None else status.flight_time,
-        "way_m": None if status is None else status.way,
+        "explored": None if status is None else status.perception.explored,
+        "explore_done": None if status is None else status.perception.explore_done,
+        "flight_time_s": None if status is None else status.travel.flight_time,
+        "way_m": None if status is None else status.travel.distance_flown,
     }
+
+
+def metrics_text(services: WebServices, counters: Counters) -> str:
+    """Return all metrics; unknown values are left out."""
+    lag = services.loop_lag()
+    status = services.status.value
+    lines: list[str] = []
+
+    def add(name: str, kind: str, text: str, value: float | None, labels: str = "") -> None:
+        if value is None or math.isnan(value):
+            return
+        head = f"hawk_{name}"
+        if f"# TYPE {head} {kind}" not in lines:
+            lines.extend((f"# HELP {head} {text}", f"# TYPE {head} {kind}"))
+        lines.append(f"{head}{labels} {_number(value)}")
+
+    for quantile, value in (("0.5", lag.p50_ms), ("0.99", lag.p99_ms), ("1", lag.max_ms)):
+        text = "Lag of the event loop over the last minute."
+        add("loop_lag_seconds", "gauge", text, None if value is None else value / 1e3, f'{{quantile="{quantile}"}}')
+    add("clients", "gauge", "Connected pages.", len(services.side.hub))
+    add("video_clients", "gauge", "Viewers of the video.", counters.video_clients)
+    add("video_frames_total", "counter", "Frames handed to viewers.", counters.video_frames)
+    add("video_latency_seconds", "gauge", "Age of the newest frame when handed out.", counters.frame_latency_s)
+    add("heartbeats_total", "counter", "Heartbeats sent to pages.", counters.heartbeats)
+    add("heartbeats_failed_total", "counter", "Heartbeats that could not be built.", counters.heartbeats_failed)
+    add("status_age_seconds", "gauge", "Age of the state machine's last status.", services.status.age)
+    add("frame_age_seconds", "gauge", "Age of the newest annotated frame.", services.video.age)
+    for name, count in services.counters().items():
+        add(f"{name}_total", "counter", f"{name.replace('_', ' ').capitalize()}.", count)
+    if status is not None:
+        add("vision_rate_hertz", "gauge", "Frames fused per second.", status.perception.vision_rate)
+        add("armed", "gauge", "1 when armed.", None if status.vehicle.armed is None else float(status.vehicle.armed))
+        add("battery_percent", "gauge", "Battery left.", status.vehicle.battery_percentage)
+        seen = status.perception
+        for state, count in (("free", seen.free), ("taken", seen.taken), ("unknown", seen.unknown)):
+            add("stalls", "gauge", "Stalls on the map.", count, f'{{state="{state}"}}')
+        for item in status.parts.health:
+            add("healthy", "gauge", "1 when the part is healthy.", float(item.healthy), f'{{part="{item.name}"}}')
+    return "\n".join(lines) + "\n"
+
+
+def _number(value: float) -> str:
+    if math.isinf(value):
+        return "+Inf" if value > 0 else "-Inf"
+    return repr(float(value))

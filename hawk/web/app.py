@@ -1,37 +1,57 @@
-"""The web application, and the server that runs it inside the daemon."""
+"""The web application, the server that runs it inside the daemon, and the built page that it serves.
+
+The page is served from memory: nothing is read while the drone flies, and no file name comes from a request.
+"""
 
 from __future__ import annotations
 
 import asyncio
+import gzip
+import hashlib
 import logging
+import mimetypes
+import re
 from collections.abc import AsyncIterator
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Final
 from urllib.parse import quote
 
-from aiohttp import WSCloseCode, web
+from aiohttp import WSCloseCode, hdrs, web
 
 from hawk.web import api, video
-from hawk.web.counters import COUNTERS, Counters
-from hawk.web.heartbeat import SharedHeartbeat
-from hawk.web.security import Guard, add_headers, check_binding
-from hawk.web.services import SERVICES, WebServices
-from hawk.web.static import Page
-from hawk.web.ws import SHARED, SOCKETS, HeartbeatPace, command_socket
+from hawk.web.security import RequestCheck, add_headers, check_binding
+from hawk.web.services import COUNTERS, SERVICES, Counters, WebServices
+from hawk.web.ws import SOCKETS, HeartbeatPace, command_socket
 
 LOG = logging.getLogger(__name__)
 
 SHUTDOWN_S: Final = 1.0
 """Real seconds that open requests get when the server stops."""
 REQUEST_LIMIT_BYTES: Final = 64 * 1024
+PAGE_DIRECTORY: Final = Path(__file__).parent / "static"
+INDEX: Final = "index.html"
+WORTH_COMPRESSING: Final = re.compile(r"text/.*|application/(javascript|json|manifest\+json)|image/svg\+xml")
+HASHED: Final = re.compile(r"[-.][A-Za-z0-9_-]{8,}\.\w+$")
+"""Bundlers name files by their content, so such a file never changes."""
+
+NOT_BUILT: Final = """<!doctype html>
+<html lang="en"><meta charset="utf-8"><title>hawk: the page is not built</title>
+<h1>The page is not built</h1>
+<p>The drone's server runs, but this checkout has no operator page yet. Build it with</p>
+<pre>make page</pre>
+<p>or <code>python packaging/build_page.py</code>, then start again. The picture is at
+<a href="/stream.mjpg">/stream.mjpg</a>, the messages are described at
+<a href="/api/schema.json">/api/schema.json</a>.</p></html>
+"""
 
 
 def create_app(services: WebServices, page: Page) -> web.Application:
     """Return the application. Raises InsecureBindingError off loopback without a token."""
     check_binding(services.web)
-    app = web.Application(middlewares=[Guard(services.web).middleware()], client_max_size=REQUEST_LIMIT_BYTES)
+    app = web.Application(middlewares=[RequestCheck(services.web).middleware], client_max_size=REQUEST_LIMIT_BYTES)
     app[SERVICES] = services
-    app[SHARED] = SharedHeartbeat()
     app[SOCKETS] = set()
     app[COUNTERS] = Counters()
     app.on_response_prepare.append(add_headers)
@@ -58,10 +78,11 @@ class WebServer:
         self._runner = web.AppRunner(
             create_app(services, page), access_log=None, shutdown_timeout=SHUTDOWN_S, handle_signals=False
         )
-        self._port = services.web.port
+        self.port = services.web.port
+        """Port that it listens on."""
 
     async def start(self) -> None:
-        """Listen. Raises OSError when the address is taken."""
+        """Listen. Raises OSError when the address is in use."""
         await self._runner.setup()
         site = web.TCPSite(self._runner, self._settings.host, self._settings.port)
         try:
@@ -69,12 +90,7 @@ class WebServer:
         except OSError:
             await self._runner.cleanup()
             raise
-        self._port = self._runner.addresses[0][1]
-
-    @property
-    def port(self) -> int:
-        """The port that it listens on."""
-        return self._port
+        self.port = self._runner.addresses[0][1]
 
     @property
     def url(self) -> str:
@@ -82,7 +98,7 @@ class WebServer:
         host = {"0.0.0.0": "127.0.0.1", "::": "[::1]"}.get(self._settings.host, self._settings.host)  # noqa: S104
         if ":" in host and not host.startswith("["):
             host = f"[{host}]"
-        return f"http://{host}:{self._port}/"
+        return f"http://{host}:{self.port}/"
 
     @property
     def page_url(self) -> str:
@@ -111,3 +127,82 @@ async def _close_sockets(app: web.Application) -> None:
     sockets: set[web.WebSocketResponse] = app[SOCKETS]
     closing = (s.close(code=WSCloseCode.GOING_AWAY, message=b"the drone's server stops") for s in set(sockets))
     await asyncio.gather(*closing, return_exceptions=True)
+
+
+@dataclass(frozen=True, slots=True)
+class Asset:
+    """A file of the page in each of its encodings ("identity", "gzip", "br")."""
+
+    content_type: str
+    etag: str
+    immutable: bool
+    encodings: dict[str, bytes] = field(repr=False)
+
+    def response(self, request: web.Request) -> web.Response:
+        """Return the answer to a request: 304 when the browser has the file."""
+        headers = {
+            hdrs.ETAG: self.etag,
+            hdrs.VARY: hdrs.ACCEPT_ENCODING,
+            hdrs.CACHE_CONTROL: "public, max-age=31536000, immutable" if self.immutable else "no-cache",
+        }
+        if self.etag in request.headers.get(hdrs.IF_NONE_MATCH, ""):
+            return web.Response(status=304, headers=headers)
+        encoding = self._choose(request.headers.get(hdrs.ACCEPT_ENCODING, ""))
+        if encoding != "identity":
+            headers[hdrs.CONTENT_ENCODING] = encoding
+        headers[hdrs.CONTENT_TYPE] = self.content_type
+        return web.Response(body=self.encodings[encoding], headers=headers)
+
+    def _choose(self, accepted: str) -> str:
+        for encoding in ("br", "gzip"):
+            if encoding in self.encodings and re.search(rf"\b{encoding}\b(?!\s*;\s*q=0(\.0*)?\s*(,|$))", accepted):
+                return encoding
+        return "identity"
+
+
+class Page:
+    """All files of the built page by path."""
+
+    def __init__(self, assets: dict[str, Asset]) -> None:
+        self._assets = assets
+
+    @classmethod
+    def load(cls, directory: Path = PAGE_DIRECTORY) -> Page:
+        """Read the page (before the loop runs); without a built page, a note on how to build it."""
+        files = sorted(p for p in directory.rglob("*") if p.is_file() and p.suffix not in (".br", ".gz"))
+        assets = {path.relative_to(directory).as_posix(): _asset(path) for path in files}
+        if INDEX not in assets:
+            assets = {INDEX: _make("text/html; charset=utf-8", NOT_BUILT.encode(), immutable=False, br=None)}
+        return cls(assets)
+
+    @property
+    def is_built(self) -> bool:
+        """True when the page was built."""
+        return self._assets[INDEX].encodings["identity"] != NOT_BUILT.encode()
+
+    async def handle(self, request: web.Request) -> web.StreamResponse:
+        """Serve a file of the page."""
+        asset = self._assets.get(request.match_info.get("path", "") or INDEX)
+        if asset is None:
+            raise web.HTTPNotFound(text="There is nothing at this address.")
+        return asset.response(request)
+
+
+def _asset(path: Path) -> Asset:
+    kind, _ = mimetypes.guess_type(path.name)
+    kind = {".js": "text/javascript", ".mjs": "text/javascript", ".map": "application/json"}.get(path.suffix, kind)
+    kind = kind or "application/octet-stream"
+    if kind.startswith("text/"):
+        kind += "; charset=utf-8"
+    compressed = path.with_name(path.name + ".br")
+    br = compressed.read_bytes() if compressed.is_file() else None
+    return _make(kind, path.read_bytes(), immutable=HASHED.search(path.name) is not None, br=br)
+
+
+def _make(content_type: str, body: bytes, *, immutable: bool, br: bytes | None) -> Asset:
+    encodings = {"identity": body}
+    if WORTH_COMPRESSING.match(content_type):
+        encodings["gzip"] = gzip.compress(body, 9, mtime=0)
+        if br is not None:
+            encodings["br"] = br
+    return Asset(content_type, f'"{hashlib.sha256(body).hexdigest()[:32]}"', immutable, encodings)

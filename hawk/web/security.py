@@ -1,7 +1,7 @@
-"""Who may talk to the server: host names, origins, the token, and the headers that keep a browser strict.
+"""Access to the server: host names, origins, the token, and the headers that restrict a browser.
 
-The page is the only web page that may talk to the drone. A page elsewhere is stopped by the Origin check, one that made
-its name point here (DNS rebinding) by the Host check: a bare address cannot be rebound, every name has to be ours.
+Only this server's own page may reach the drone. The Origin check stops a page from elsewhere. The Host check stops DNS
+rebinding: a bare address cannot be rebound, and every name has to be ours.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Final
 from urllib.parse import urlsplit
 
 from aiohttp import hdrs, web
-from aiohttp.typedefs import Handler, Middleware
+from aiohttp.typedefs import Handler
 
 from hawk.config import WebSettings
 
@@ -35,13 +35,9 @@ def check_binding(settings: WebSettings) -> None:
 
 
 def is_loopback(host: str) -> bool:
-    """Whether only this machine can reach that address. A name other than localhost may lead anywhere."""
-    if host.lower() == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
+    """Return True when only this machine can reach that address; a name other than localhost may lead anywhere."""
+    address = _address(host)
+    return host.lower() == "localhost" or (address is not None and address.is_loopback)
 
 
 def cookie_name(request: web.BaseRequest, purpose: str) -> str:
@@ -49,36 +45,32 @@ def cookie_name(request: web.BaseRequest, purpose: str) -> str:
     return f"hawk_{purpose}_{_port(request.headers.get(hdrs.HOST, ''))}"
 
 
-class Guard:
+class RequestCheck:
     """Checks every request before it reaches a handler."""
 
     def __init__(self, settings: WebSettings) -> None:
         self._names = {"localhost", settings.host.lower(), *(name.lower() for name in settings.allowed_hosts)}
         self._token = settings.token
 
-    def middleware(self) -> Middleware:
-        """Return the checks as an aiohttp middleware."""
-
-        @web.middleware
-        async def guard(request: web.Request, handler: Handler) -> web.StreamResponse:
-            self._check_host(request)
-            self._check_origin(request)
-            answer = self._check_token(request)
-            return answer if answer is not None else await handler(request)
-
-        return guard
+    @web.middleware
+    async def middleware(self, request: web.Request, handler: Handler) -> web.StreamResponse:
+        """Answer a request that fails a check; pass every other one on."""
+        self._check_host(request)
+        self._check_origin(request)
+        answer = self._check_token(request)
+        return answer if answer is not None else await handler(request)
 
     def _check_host(self, request: web.Request) -> None:
         hosts = request.headers.getall(hdrs.HOST, [])
         name = _hostname(hosts[0]) if len(hosts) == 1 else None
         if name is None:
             raise web.HTTPBadRequest(text="Host: send exactly one host name")
-        if name not in self._names and not _is_address(name):
+        if name not in self._names and _address(name) is None:
             raise web.HTTPForbidden(text=f"Host: {name} is not a name of this server; add it to web.allowed_hosts")
 
     @staticmethod
     def _check_origin(request: web.Request) -> None:
-        """Browsers send Origin with every WebSocket and POST; tools send none and bring no foreign page with them."""
+        """Refuse a foreign Origin: browsers send it with every WebSocket and POST, tools send none."""
         if request.method in SAFE_METHODS and hdrs.UPGRADE not in request.headers:
             return
         for origin in request.headers.getall(hdrs.ORIGIN, []):
@@ -112,13 +104,13 @@ class Guard:
         return response
 
     def _cookie_value(self) -> str:
-        """Return what proves the token without being it; the same after a restart."""
+        """Return a keyed hash of the token: it proves the token, and stays the same after a restart."""
         assert self._token is not None  # noqa: S101 - narrows for the type checker
         return hmac.new(self._token.encode(), b"hawk page cookie", hashlib.sha256).hexdigest()
 
 
 def set_strict_cookie(request: web.BaseRequest, response: web.StreamResponse, purpose: str, value: str) -> None:
-    """Set a cookie that no script sees and no other site sends."""
+    """Set a cookie that no script can read and no other site can send."""
     response.set_cookie(
         cookie_name(request, purpose), value, httponly=True, samesite="Strict", path="/", secure=request.secure
     )
@@ -151,7 +143,7 @@ def _is_page(request: web.Request) -> bool:
 
 
 def _hostname(host: str) -> str | None:
-    """Return the name in a Host header in lower case, None when it is none."""
+    """Return the name in a Host header in lower case, None when the header is malformed."""
     try:
         parts = urlsplit(f"//{host}")
         _ = parts.port
@@ -168,9 +160,8 @@ def _port(host: str) -> int:
         return 80
 
 
-def _is_address(name: str) -> bool:
+def _address(name: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
     try:
-        ipaddress.ip_address(name)
+        return ipaddress.ip_address(name)
     except ValueError:
-        return False
-    return True
+        return None

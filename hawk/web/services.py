@@ -1,84 +1,56 @@
-"""Everything that the web server is given, and the part of it that the operations manager needs too."""
+"""The parts that the web server works with; the operations manager shares `OperatorSide`."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
 
 from aiohttp import web
 
+from hawk.comm.authority import ANSWERED_BY_THE_WEB_SERVER
 from hawk.comm.clock import Clock
-from hawk.comm.loop_lag import LagSummary
-from hawk.comm.message_socket import ServerMessageSocket
-from hawk.comm.status import DroneStatus
+from hawk.comm.message_socket import Gate, ServerMessageSocket
+from hawk.comm.messages import Ack, Command, Control, MapResync, Outgoing
+from hawk.comm.performance import LagSummary
+from hawk.comm.status import ClientId, DroneStatus
 from hawk.comm.topic import Topic
 from hawk.config import OperatorSettings, WebSettings
-from hawk.model import OccupancyMap
-from hawk.web.gate import Gate
-from hawk.web.hub import ClientHub
+from hawk.model import AnnotatedFrame, OccupancyMap
+from hawk.web.clients import ClientHub
 from hawk.web.sessions import ControlDesk
 
-T_co = TypeVar("T_co", covariant=True)
 
+@dataclass(slots=True)
+class Counters:
+    """Rising counts, and the age of the last video frame when it was handed out (seconds of the daemon's clock)."""
 
-class VideoFrame(Protocol):
-    """An annotated picture; ``captured`` is seconds of the daemon's clock."""
-
-    @property
-    def sequence(self) -> int:
-        """Rises with every picture."""
-        ...
-
-    @property
-    def captured(self) -> float:
-        """When its light was caught."""
-        ...
-
-    @property
-    def jpeg(self) -> bytes:
-        """The picture."""
-        ...
-
-
-class Feed(Protocol[T_co]):
-    """The reading side of a `hawk.comm.topic.Topic`."""
-
-    @property
-    def value(self) -> T_co | None:
-        """The newest value."""
-        ...
-
-    @property
-    def age(self) -> float:
-        """Seconds since it was published."""
-        ...
-
-    async def next(self) -> T_co:
-        """Wait for the next one."""
-        ...
+    heartbeats: int = 0
+    heartbeats_failed: int = 0
+    video_frames: int = 0
+    video_clients: int = 0
+    frame_latency_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class OperatorSide:
-    """Clients, control and commands: made before the operations manager, which needs desk and socket."""
+    """Clients, control and commands. It exists before the operations manager, which needs desk and socket."""
 
     hub: ClientHub
     desk: ControlDesk
     socket: ServerMessageSocket
 
     @classmethod
-    def create(cls, clock: Clock, settings: OperatorSettings, port: int = 3000) -> OperatorSide:
-        """Put them together. ``socket.attach(manager)`` follows when the manager exists."""
+    def create(cls, clock: Clock, settings: OperatorSettings) -> OperatorSide:
+        """Build it. Call ``socket.attach(manager.handle_now)`` when the manager exists."""
         hub = ClientHub()
         desk = ControlDesk(clock, settings)
-        return cls(hub, desk, ServerMessageSocket(hub, Gate(desk, hub), port))
+        return cls(hub, desk, ServerMessageSocket(hub.send_to, _session_gate(desk, hub)))
 
 
 @dataclass(frozen=True, slots=True)
 class WebServices:
-    """What the server shows and whom it asks."""
+    """Values that the server shows, and its settings."""
 
     clock: Clock
     web: WebSettings
@@ -86,15 +58,35 @@ class WebServices:
     side: OperatorSide
     status: Topic[DroneStatus]
     occupancy_map: Topic[OccupancyMap]
-    video: Feed[VideoFrame]
+    video: Topic[AnnotatedFrame]
     version: str
     simulation: bool
     camera_fov_deg: float
     loop_lag: Callable[[], LagSummary]
     performance: Callable[[], Mapping[str, object]] = dict
     """Figures of the last minute, as JSON values."""
+    counters: Callable[[], Mapping[str, int]] = dict
+    """Rising counts of other parts, by their name in ``/metrics``."""
     monotonic: Callable[[], float] = time.monotonic
     """Real seconds: rates on the wire are real at any speed of the clock."""
 
 
 SERVICES = web.AppKey("services", WebServices)
+COUNTERS = web.AppKey("counters", Counters)
+
+
+def _session_gate(desk: ControlDesk, hub: ClientHub) -> Gate:
+    """Return the answers to the commands that concern the session only; every other command passes."""
+
+    def answer(client: ClientId, command: Command) -> Outgoing | None:
+        desk.sign_of_life(client)
+        if command.type not in ANSWERED_BY_THE_WEB_SERVER:
+            return None
+        reason = None
+        if isinstance(command, Control):
+            reason = (desk.request if command.action == "Request" else desk.release)(client)
+        elif isinstance(command, MapResync):
+            hub.forget_map(client)
+        return Ack(id=command.id, accepted=reason is None, reason=reason or "")
+
+    return answer

@@ -1,6 +1,6 @@
-"""Who is there and who holds control: a lease that is asked for, granted, given back, or runs out.
+"""Sessions, and the lease of control: requested, granted, given back, or expired.
 
-A session is a browser (its cookie) or a tool; it may have several connections and comes back after a lost link.
+A session is a browser (its cookie) or a tool. It may have several connections, and survives a lost link.
 """
 
 from __future__ import annotations
@@ -12,16 +12,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final
 
-from hawk.comm.messages import Command, Hold, Land, ReturnToLaunch
+from hawk.comm.authority import SOMEONE_ELSE
 from hawk.comm.status import ClientId
 from hawk.config import OperatorSettings
 
 SESSION_LIMIT: Final = 1000
-"""Sessions remembered; beyond it the longest absent one that has no control is forgotten."""
+"""Sessions kept; beyond it the longest absent one without control is removed."""
 _SECRET: Final = re.compile(r"[A-Za-z0-9_-]{43}")
-
-TAKE_CONTROL_FIRST: Final = "You do not have control. Take control first."
-SOMEONE_ELSE: Final = "Someone else has control."
 
 
 @dataclass(slots=True)
@@ -32,11 +29,6 @@ class Session:
     secret: str = field(repr=False)
     last_sign: float = -math.inf
     connections: int = 0
-
-
-def new_secret() -> str:
-    """Return a new session cookie (256 random bits)."""
-    return secrets.token_urlsafe(32)
 
 
 class ControlDesk:
@@ -53,22 +45,22 @@ class ControlDesk:
     # -- sessions -----------------------------------------------------------------------------------------------------
 
     def connect(self, client: ClientId, secret: str | None) -> Session:
-        """Take up a connection; a cookie that is missing or not of our making gets a new session."""
+        """Add a connection; without a cookie of ours it gets a new session."""
         if secret is None or not _SECRET.fullmatch(secret):
-            secret = new_secret()
+            secret = secrets.token_urlsafe(32)  # 256 random bits
         session = self._sessions.get(secret) or self._create(secret)
         session.connections += 1
         self._clients[client] = session
         return session
 
     def disconnect(self, client: ClientId) -> None:
-        """Forget a connection; the session and its lease stay until they run out."""
+        """Remove a connection; the session and its lease stay until they expire."""
         session = self._clients.pop(client, None)
         if session is not None:
             session.connections -= 1
 
     def sign_of_life(self, client: ClientId) -> None:
-        """The client sent something that its operator, or its page, means."""
+        """Note that the client sent something."""
         session = self._clients.get(client)
         if session is not None:
             session.last_sign = self._clock()
@@ -93,18 +85,10 @@ class ControlDesk:
         self._holder = None
         return None
 
-    def refusal(self, client: ClientId, command: Command) -> str | None:
-        """Return why this client may not give this command; None when it may."""
-        if isinstance(command, Hold) or self.has_control(client):
-            return None
-        if self._lease() is not None:
-            return SOMEONE_ELSE
-        return None if isinstance(command, ReturnToLaunch | Land) else TAKE_CONTROL_FIRST
-
     # -- OperatorDesk -------------------------------------------------------------------------------------------------
 
     def operator_present(self, now: float) -> bool:
-        """Whether the session with control showed a sign of life within ``operator_timeout_s``."""
+        """Return True when the session with control showed a sign of life within ``operator_timeout_s``."""
         holder = self._lease()
         return holder is not None and now - holder.last_sign <= self._settings.operator_timeout_s
 
@@ -113,13 +97,18 @@ class ControlDesk:
         holder = self._lease()
         return None if holder is None else holder.name
 
+    def controlling_clients(self) -> frozenset[ClientId]:
+        """Return the connections of the session that has control."""
+        holder = self._lease()
+        return frozenset(client for client, session in self._clients.items() if session is holder)
+
     def has_control(self, client: ClientId) -> bool:
-        """Whether this connection's session has control."""
+        """Return True when this connection's session has control."""
         holder = self._lease()
         return holder is not None and self._clients.get(client) is holder
 
     def is_lost(self, client: ClientId) -> bool:
-        """Whether this connection's session has control and is the operator that is lost: it gets no heartbeat."""
+        """Return True when this connection's session has control but shows no life: it receives no heartbeat."""
         return self.has_control(client) and not self.operator_present(self._clock())
 
     # -----------------------------------------------------------------------------------------------------------------

@@ -1,6 +1,6 @@
 """Live pictures: ``/video`` (WebSocket, one frame in flight), ``/stream.mjpg`` and ``/snapshot.jpg``.
 
-Frames are encoded once, elsewhere. A client gets the newest frame when it is ready for one, never an older one.
+Frames are encoded once, elsewhere. A client receives the newest frame when it is ready for one, never an older one.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from typing import Final
 
 from aiohttp import WSCloseCode, WSMsgType, hdrs, web
 
-from hawk.web.counters import COUNTERS
-from hawk.web.services import SERVICES, VideoFrame, WebServices
+from hawk.model import AnnotatedFrame
+from hawk.web.services import COUNTERS, SERVICES, WebServices
 from hawk.web.ws import PING_INTERVAL_S, limit_buffers, registered
 
 HEADER: Final = struct.Struct("<4sIdI")
@@ -26,10 +26,10 @@ ACK_TIMEOUT_S: Final = 10.0
 READ_LIMIT_BYTES: Final = 1024
 BOUNDARY: Final = "hawkframe"
 SNAPSHOT_AGE_S: Final = 1.0
-"""A snapshot older than this (seconds of the daemon's clock) is no picture of now."""
+"""Greatest age of a snapshot, seconds of the daemon's clock."""
 
 
-def pack(frame: VideoFrame) -> bytes:
+def pack(frame: AnnotatedFrame) -> bytes:
     """Return a frame as it goes over ``/video``."""
     return HEADER.pack(MAGIC, frame.sequence & 0xFFFFFFFF, frame.captured, 0) + frame.jpeg
 
@@ -74,7 +74,7 @@ class VideoConnection:
                 await writer
 
     async def _write(self) -> None:
-        sent: VideoFrame | None = None
+        sent: AnnotatedFrame | None = None
         try:
             while True:
                 sent = await newer_frame(self._services, sent)
@@ -98,7 +98,7 @@ async def stream(request: web.Request) -> web.StreamResponse:
     with _counted(request.app):
         await response.prepare(request)
         limit_buffers(request)
-        sent: VideoFrame | None = None
+        sent: AnnotatedFrame | None = None
         with contextlib.suppress(ConnectionError):
             while True:
                 sent = await newer_frame(services, sent)
@@ -108,7 +108,7 @@ async def stream(request: web.Request) -> web.StreamResponse:
 
 
 async def snapshot(request: web.Request) -> web.StreamResponse:
-    """Serve the newest picture, 503 when there is none of now."""
+    """Serve the newest picture, 503 when it is missing or old."""
     video = request.app[SERVICES].video
     frame = video.value
     if frame is None or video.age > SNAPSHOT_AGE_S:
@@ -116,8 +116,8 @@ async def snapshot(request: web.Request) -> web.StreamResponse:
     return web.Response(body=frame.jpeg, content_type="image/jpeg", headers={"X-Timestamp": f"{frame.captured:.6f}"})
 
 
-def part(frame: VideoFrame) -> bytes:
-    """Return one part of the multipart stream. The boundary follows the picture, so that a reader need not wait."""
+def part(frame: AnnotatedFrame) -> bytes:
+    """Return one part of the multipart stream, ending in the boundary, so that a reader need not wait for the next."""
     head = (
         f"--{BOUNDARY}\r\nContent-Type: image/jpeg\r\nContent-Length: {len(frame.jpeg)}\r\n"
         f"X-Timestamp: {frame.captured:.6f}\r\n\r\n"
@@ -125,16 +125,16 @@ def part(frame: VideoFrame) -> bytes:
     return head.encode("ascii") + frame.jpeg + b"\r\n"
 
 
-async def newer_frame(services: WebServices, sent: VideoFrame | None) -> VideoFrame:
-    """Return the newest frame if it is another than ``sent``, else wait for the next."""
+async def newer_frame(services: WebServices, sent: AnnotatedFrame | None) -> AnnotatedFrame:
+    """Return the newest frame if it differs from ``sent``, else wait for the next."""
     newest = services.video.value
     if newest is not None and newest is not sent:
         return newest
     return await services.video.next()
 
 
-def count_frame(app: web.Application, frame: VideoFrame) -> None:
-    """Keep count, and how old the picture was when it was handed to the network."""
+def count_frame(app: web.Application, frame: AnnotatedFrame) -> None:
+    """Count a frame, and note its age when it was handed to the network."""
     counters = app[COUNTERS]
     counters.video_frames += 1
     counters.frame_latency_s = app[SERVICES].clock() - frame.captured

@@ -15,27 +15,24 @@ from aiohttp import WSMsgType, hdrs, web
 
 from hawk.comm.messages import Ack, Welcome
 from hawk.model import CELL_M, TILE_CELLS
-from hawk.web.counters import COUNTERS, Counters
-from hawk.web.heartbeat import SharedHeartbeat
-from hawk.web.hub import Client
+from hawk.web.clients import Client
 from hawk.web.security import cookie_name, set_strict_cookie
-from hawk.web.services import SERVICES, WebServices
+from hawk.web.services import COUNTERS, SERVICES, Counters, WebServices
 
 LOG = logging.getLogger(__name__)
 
 READ_LIMIT_BYTES: Final = 1024 * 1024
 """A message up to here is answered with an error, a larger one ends the connection (close code 1009)."""
 PING_INTERVAL_S: Final = 10.0
-"""Real seconds of silence until a client is pinged: one that is gone without a word is noticed after 1.5 of them."""
+"""Real seconds of silence until a client is pinged: a dead connection is noticed after 1.5 times this."""
 IN_FLIGHT_LIMIT: Final = 3
-"""Heartbeats on their way to one client: at 5 Hz enough for a round trip of 0.6 s, beyond it they become fewer."""
+"""Heartbeats in flight to one client: at 5 Hz enough for a round trip of 0.6 s; on a slower link they become fewer."""
 SEND_BUFFER_BYTES: Final = 128 * 1024
-"""Kernel and user space buffer for one client: what lies there is old by the time it arrives."""
+"""Kernel and user space buffer for one client: data in it is old when it arrives."""
 HEARTBEAT_INTERVAL_S: Final = 0.1
 """Least real time between two heartbeats: a simulation at speed N makes them N times as often."""
 INTERVAL_SLACK_S: Final = 0.01
 
-SHARED = web.AppKey("shared_heartbeat", SharedHeartbeat)
 SOCKETS: web.AppKey[set[web.WebSocketResponse]] = web.AppKey("sockets", set)
 
 
@@ -53,8 +50,8 @@ async def command_socket(request: web.Request) -> web.StreamResponse:
         set_strict_cookie(request, response, "session", session.secret)
         await response.prepare(request)
         limit_buffers(request)
-        client.outbox.put(_welcome(services, session.name).to_json())
-        connection = CommandConnection(services, client, response, request.app[SHARED], request.app[COUNTERS])
+        client.put(_welcome(services, session.name).to_json())
+        connection = CommandConnection(services, client, response, request.app[COUNTERS])
         with registered(request.app, response):
             await connection.run()
     finally:
@@ -71,17 +68,15 @@ class CommandConnection:
         services: WebServices,
         client: Client,
         response: web.WebSocketResponse,
-        shared: SharedHeartbeat,
         counters: Counters,
     ) -> None:
         self._services = services
         self._client = client
         self._socket = response
-        self._shared = shared
         self._counters = counters
         self._marks = itertools.count(1)
         self._in_flight: deque[bytes] = deque()
-        """Marks of heartbeats that are on their way: each is followed by a ping, whose pong says that it arrived."""
+        """Marks of heartbeats in flight: a ping follows each, and its pong shows that the heartbeat arrived."""
 
     async def run(self) -> None:
         """Serve until the connection ends."""
@@ -100,21 +95,21 @@ class CommandConnection:
             elif message.type is WSMsgType.BINARY:
                 self._refuse("message: is binary; send JSON text")
             elif message.type is WSMsgType.PING:
-                self._client.outbox.pong(message.data)
+                self._client.pong(message.data)
             elif message.type is WSMsgType.PONG:
                 self._arrived(message.data)
             else:
                 break
-            if self._client.outbox.overflowed:
+            if self._client.overflowed:
                 LOG.warning("%s does not read its answers; disconnected", self._client.id)
                 break
 
     def _arrived(self, mark: bytes) -> None:
-        """A pong says that all before its ping has arrived. The mark of another ping than ours says nothing."""
+        """Note a pong: everything before its ping has arrived. Marks of other pings are ignored."""
         if mark in self._in_flight:
             while self._in_flight.popleft() != mark:
                 pass
-            self._client.outbox.wake()
+            self._client.wake()
 
     def _take(self, text: str) -> None:
         try:
@@ -124,36 +119,35 @@ class CommandConnection:
             self._refuse("The drone could not carry that out: an error inside; see its log.")
 
     def _refuse(self, reason: str) -> None:
-        self._client.outbox.put(Ack(id=None, accepted=False, reason=reason).to_json())
+        self._client.put(Ack(id=None, accepted=False, reason=reason).to_json())
 
     async def _write(self) -> None:
-        outbox = self._client.outbox
+        client = self._client
         try:
             while True:
-                await outbox.wait()
-                while (text := outbox.take()) is not None:
+                await client.wait()
+                while (text := client.take()) is not None:
                     await self._socket.send_str(text)
-                if (pong := outbox.take_pong()) is not None:
+                if (pong := client.take_pong()) is not None:
                     await self._socket.pong(pong)
-                if outbox.heartbeat_due and len(self._in_flight) < IN_FLIGHT_LIMIT:
-                    outbox.heartbeat_due = False
+                if client.heartbeat_due and len(self._in_flight) < IN_FLIGHT_LIMIT:
+                    client.heartbeat_due = False
                     await self._send_heartbeat()
         except ConnectionError:
             pass  # the reader sees the end too
 
     async def _send_heartbeat(self) -> None:
-        """Build it at the moment it can go out, so that what is marked as sent was sent."""
+        """Build the heartbeat when it can go out, so that everything marked as sent was sent."""
         services = self._services
         status = services.status.value
         desk = services.side.desk
         if status is None or desk.is_lost(self._client.id):
             return
         try:
-            shared = self._shared.keys(status)
             text = self._client.view.heartbeat(
-                shared, status, services.occupancy_map.value, desk.controller(), desk.has_control(self._client.id)
+                status, services.occupancy_map.value, desk.controller(), desk.has_control(self._client.id)
             )
-        except Exception:  # a status that cannot be told must not end the heartbeats after it
+        except Exception:  # a status that cannot be encoded must not end the heartbeats after it
             self._counters.heartbeats_failed += 1
             if self._counters.heartbeats_failed == 1:
                 LOG.exception("a heartbeat could not be built")
@@ -191,7 +185,7 @@ def refuse_crowd(request: web.Request) -> None:
 
 
 def limit_buffers(request: web.Request) -> None:
-    """Keep little between us and the client, so that a slow one gets fewer messages, never old ones."""
+    """Limit the buffers, so that a slow client receives fewer messages, never old ones."""
     if request.transport is None:
         return
     request.transport.set_write_buffer_limits(high=SEND_BUFFER_BYTES)
@@ -216,10 +210,10 @@ def _welcome(services: WebServices, name: str) -> Welcome:
         session=name,
         version=services.version,
         simulation=services.simulation,
-        cell_m=CELL_M,
+        cell_size=CELL_M,
         tile_cells=TILE_CELLS,
-        operator_timeout_s=services.operator.operator_timeout_s,
-        operator_hold_s=services.operator.operator_hold_s,
+        operator_timeout=services.operator.operator_timeout_s,
+        operator_hold=services.operator.operator_hold_s,
         speed=services.clock.speed,
-        camera_fov_deg=services.camera_fov_deg,
+        camera_fov=services.camera_fov_deg,
     )

@@ -1,4 +1,4 @@
-"""Buildings: flat roofs with what stands on them, and walls."""
+"""Buildings: walls, and flat roofs with what stands on them."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from hawk.worlds.facets import HeightLayer
 from hawk.worlds.light import Sun
 from hawk.worlds.materials import grey, sample_material, texture
 from hawk.worlds.plan import Axes, Building
-from hawk.worlds.roofs import draw_crowd
 
 _SMALL_M = 6.0
+ROOF_AXES = Axes((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
+"""Axes of a roof on its own canvas: u right, v down, metres."""
 
 
 def draw_building(rng: np.random.Generator, building: Building, sun: Sun, metres_per_pixel: float) -> list[HeightLayer]:
@@ -34,8 +35,8 @@ def _roof_picture(rng: np.random.Generator, building: Building, sun: Sun, metres
     if rng.random() < 0.55:
         _seams(rng, canvas, building)
     _stains(rng, canvas)
-    if building.crowded:
-        draw_crowd(rng, canvas, building, sun)
+    if building.crowd is not None:
+        building.crowd(rng, canvas, building, sun)
     if min(building.width, building.depth) >= _SMALL_M:
         _furnish(rng, canvas, building, sun)
     _parapet(rng, canvas, material.colour)
@@ -46,14 +47,16 @@ def _roof_picture(rng: np.random.Generator, building: Building, sun: Sun, metres
 
 def _furnish(rng: np.random.Generator, canvas: Canvas, building: Building, sun: Sun) -> None:
     """Put panels, ventilators and skylights on a roof."""
-    axes = Axes((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
     if rng.random() < 0.12:
-        _panels(rng, canvas, building, axes)
-    # the sun's direction in the roof's own axes
-    u, v = np.array(building.axes.u), np.array(building.axes.v)
-    cast = np.array([np.dot(sun.shadow, u), np.dot(sun.shadow, v)])
+        _panels(rng, canvas, building)
+    cast = shadow_on_roof(building, sun)
     for _ in range(int(rng.choice([0, 2, 5, 14, 24]))):
-        _unit(rng, canvas, building, axes, cast, sun)
+        _unit(rng, canvas, building, cast, sun)
+
+
+def shadow_on_roof(building: Building, sun: Sun) -> Points:
+    """Return the shadow's offset per metre of height, in the roof's own axes."""
+    return np.array([np.dot(sun.shadow, building.axes.u), np.dot(sun.shadow, building.axes.v)])
 
 
 def _seams(rng: np.random.Generator, canvas: Canvas, building: Building) -> None:
@@ -76,7 +79,7 @@ def _stains(rng: np.random.Generator, canvas: Canvas) -> None:
     canvas.image *= (1 - level * np.clip(field, 0, 1.5))[..., None]
 
 
-def _panels(rng: np.random.Generator, canvas: Canvas, building: Building, axes: Axes) -> None:
+def _panels(rng: np.random.Generator, canvas: Canvas, building: Building) -> None:
     """Put rows of solar panels on the roof."""
     width, depth = (1.0, 1.65) if rng.random() < 0.5 else (1.7, 1.0)
     gap, aisle = rng.uniform(0.02, 0.12), rng.uniform(0.3, 2.2)
@@ -85,28 +88,18 @@ def _panels(rng: np.random.Generator, canvas: Canvas, building: Building, axes: 
     u1, v1 = u0 + rng.uniform(4, 25), v0 + rng.uniform(3, 15)
     for v in np.arange(v0, min(v1, building.depth - depth - 0.5), depth + aisle):
         for u in np.arange(u0, min(u1, building.width - width - 0.5), width + gap):
-            patch = canvas.patch(axes.rect(float(u), float(v), float(u) + width, float(v) + depth))
-            if patch is not None:
-                canvas.cover(patch, colour)
+            canvas.cover(canvas.patch(ROOF_AXES.rect(float(u), float(v), float(u) + width, float(v) + depth)), colour)
 
 
-def _unit(
-    rng: np.random.Generator,
-    canvas: Canvas,
-    building: Building,
-    axes: Axes,
-    cast: Points,
-    sun: Sun,
-) -> None:
+def _unit(rng: np.random.Generator, canvas: Canvas, building: Building, cast: Points, sun: Sun) -> None:
     """Put a ventilator, a skylight or a box on the roof."""
     u, v = rng.uniform(1, max(1.5, building.width - 3)), rng.uniform(1, max(1.5, building.depth - 3))
     du, dv = rng.uniform(0.5, 3.6, 2)
-    box = axes.rect(u, v, u + du, v + dv)
+    box = ROOF_AXES.rect(u, v, u + du, v + dv)
     height = float(rng.choice([0.1, rng.uniform(0.6, 2.0)]))
     hull = cv2.convexHull(np.concatenate([box, box + cast * height]).astype(np.float32))[:, 0].astype(np.float64)
-    shadow, body = canvas.patch(hull), canvas.patch(box)
-    if shadow is not None:
-        canvas.gain(shadow, sun.gain)
+    body = canvas.patch(box)
+    canvas.gain(canvas.patch(hull), sun.gain)
     if body is not None:
         canvas.cover(body, grey(rng, 50, 240, 6))
     inner = canvas.patch(box.mean(0) + (box - box.mean(0)) * rng.uniform(0.4, 0.85))

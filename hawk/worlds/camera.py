@@ -15,20 +15,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.model import CameraModel
-from hawk.worlds.backdrop import Backdrop
-from hawk.worlds.canvas import Bytes, Points, as_bytes
-from hawk.worlds.facets import FacetSet, lay_all
+from hawk.worlds.canvas import Bytes, Floats, as_bytes, as_floats
+from hawk.worlds.facets import FacetSet, draw_layers, ground_projection, with_rim
 from hawk.worlds.world import World
 
 _LOWEST_M = 0.15
-_FARTHEST_M = 400.0
 _FINE_PER_METRE = 17.0  # pixels; about 54 m high with a 70 degree lens 1280 pixels wide
 _SKY = (214, 200, 190, 255)
 
 
 @dataclass(frozen=True, slots=True)
 class Lens:
-    """What the camera adds: blur (sigma, pixels), noise (deviation, grey levels), loss of light in corners (0..1)."""
+    """Faults of the lens: blur (sigma, pixels), noise (deviation, grey levels), loss of light in corners (0..1)."""
 
     blur: float = 0.6
     noise: float = 2.2
@@ -36,11 +34,10 @@ class Lens:
 
 
 class WorldCamera:
-    """Draws what a downward camera sees of a world. Not safe to use from two threads at once."""
+    """Draws a downward camera's view of a world. Not safe to use from two threads at once."""
 
     def __init__(self, world: World, intrinsics: CameraModel, lens: Lens | None = None) -> None:
-        self.world = world
-        self.intrinsics = intrinsics
+        self._intrinsics = intrinsics
         self._lens = lens or Lens()
         self._backdrop = Backdrop(world)
         self._facets = FacetSet(world.layers)
@@ -58,11 +55,11 @@ class WorldCamera:
         *,
         rng: np.random.Generator,
     ) -> Bytes:
-        """Return the frame (BGR uint8) seen from a place (metres in the world's frame, height above the ground)."""
+        """Return the frame (BGR uint8) from a place (metres in the world's frame, height above the ground; radians)."""
         projection = self.projection(x_east, y_south, height, roll, pitch, yaw)
-        size = (self.intrinsics.width, self.intrinsics.height)
-        frame = self._backdrop.draw(projection[:, [0, 1, 3]], size, max(height, _LOWEST_M) / self.intrinsics.fx)
-        lay_all(frame, self._facets, projection, fine_from=_FINE_PER_METRE)
+        size = (self._intrinsics.width, self._intrinsics.height)
+        frame = self._backdrop.draw(projection[:, [0, 1, 3]], size, max(height, _LOWEST_M) / self._intrinsics.fx)
+        draw_layers(frame, self._facets, projection, fine_from=_FINE_PER_METRE)
         self._cover_sky(frame, projection)
         return self._exposed(as_bytes(cv2.cvtColor(frame, cv2.COLOR_BGRA2BGR)), rng)
 
@@ -70,40 +67,14 @@ class WorldCamera:
         self, x_east: float, y_south: float, height: float, roll: float, pitch: float, yaw: float
     ) -> NDArray[np.float64]:
         """Return 3 x 4: world metres (x east, y south, z up) to pixels, both homogeneous; depth is positive ahead."""
-        k = self.intrinsics
+        k = self._intrinsics
         lens = np.array([[k.fx, 0, k.cx], [0, k.fy, k.cy], [0, 0, 1.0]])
         to_camera = _ned_to_camera(roll, pitch, yaw) @ _WORLD_TO_NED
         place = np.array([x_east, y_south, max(height, _LOWEST_M)])
         return np.asarray(lens @ np.column_stack([to_camera, -to_camera @ place]))
 
-    def ground_from_pixel(
-        self, pixels: Points, x_east: float, y_south: float, height: float, roll: float, pitch: float, yaw: float
-    ) -> Points:
-        """Return where pixels (N, 2) see the ground: (N, 2) metres; NaN for those that look above the horizon."""
-        homography = self.projection(x_east, y_south, height, roll, pitch, yaw)[:, [0, 1, 3]]
-        rays = np.column_stack([pixels, np.ones(len(pixels))]) @ np.linalg.inv(homography).T
-        # a ray that has to be turned round to meet the ground lies above the horizon
-        ahead = rays[:, 2] * np.linalg.det(homography) > 0
-        scale = np.where(ahead & (np.abs(rays[:, 2]) > 1e-9), rays[:, 2], np.nan)
-        return np.asarray(rays[:, :2] / scale[:, None])
-
-    def footprint(self, x_east: float, y_south: float, height: float, roll: float, pitch: float, yaw: float) -> Points:
-        """Return the corners (4, 2) of the ground in the picture, from its upper left corner clockwise, metres.
-
-        What lies farther than 400 m is brought to that distance.
-        """
-        k = self.intrinsics
-        edges = np.array([[0, 0], [k.width, 0], [k.width, k.height], [0, k.height]]) - 0.5
-        rays = np.column_stack([(edges - (k.cx, k.cy)) / (k.fx, k.fy), np.ones(4)])
-        north, east, down = (rays @ _ned_to_camera(roll, pitch, yaw)).T
-        distance = np.hypot(north, east) + 1e-12
-        height = max(height, _LOWEST_M)
-        reach = np.where(down > 1e-6, distance * height / np.maximum(down, 1e-6), np.inf)
-        reach = np.minimum(reach, _FARTHEST_M) / distance
-        return np.column_stack([x_east + east * reach, y_south - north * reach])
-
     def _cover_sky(self, frame: Bytes, projection: NDArray[np.float64]) -> None:
-        """Paint what lies above the horizon: only a drone that falls over sees it."""
+        """Paint the sky above the horizon: only a drone that falls over sees it."""
         inverse = np.linalg.inv(projection[:, [0, 1, 3]])
         # along the horizon the ground's third homogeneous component is zero
         a, b, c = inverse[2] * math.copysign(1.0, float(np.linalg.det(projection[:, [0, 1, 3]])))
@@ -133,7 +104,7 @@ _BODY_TO_CAMERA = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 
 def _ned_to_camera(roll: float, pitch: float, yaw: float) -> NDArray[np.float64]:
     """Return the rotation from NED to the camera's axes (right, down in the picture, ahead)."""
-    cr, sr, cp, sp, cy, sy = *_turn(roll), *_turn(pitch), *_turn(yaw)
+    cr, sr, cp, sp, cy, sy = (f(a) for a in (roll, pitch, yaw) for f in (math.cos, math.sin))
     body_to_ned = np.array(
         [
             [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
@@ -142,10 +113,6 @@ def _ned_to_camera(roll: float, pitch: float, yaw: float) -> NDArray[np.float64]
         ]
     )
     return np.asarray(_BODY_TO_CAMERA @ body_to_ned.T)
-
-
-def _turn(angle: float) -> tuple[float, float]:
-    return math.cos(angle), math.sin(angle)
 
 
 def _vignette(intrinsics: CameraModel, loss: float) -> Bytes | None:
@@ -159,9 +126,111 @@ def _vignette(intrinsics: CameraModel, loss: float) -> Bytes | None:
 
 
 def _grain(intrinsics: CameraModel, deviation: float) -> tuple[Bytes, ...]:
-    """Return noise somewhat larger than a frame: its positive and its negative half, cut anew for every frame."""
+    """Return noise somewhat larger than a frame: its positive and its negative half, to cut each frame's from."""
     if deviation <= 0:
         return ()
     shape = (intrinsics.height + 97, intrinsics.width + 131, 3)
     noise = np.random.default_rng(20240229).standard_normal(shape, np.float32) * np.float32(deviation)
     return as_bytes(np.round(np.clip(noise, 0, 255))), as_bytes(np.round(np.clip(-noise, 0, 255)))
+
+
+BORDER_M = 80.0
+"""Width of the mirrored ground beyond a world's edge; farther out its last pixels repeat."""
+
+_BORDER_SCALE = 0.25
+_BLUR_NEAR_M, _BLUR_FAR_M = 0.7, 4.0
+_COARSEST_M = 0.45
+
+
+class Backdrop:
+    """The ground at several resolutions, with a blurred mirror image of the world around it."""
+
+    def __init__(self, world: World) -> None:
+        self._levels = _levels(world)
+        self._border, self._border_scale = _border(world)
+
+    def draw(self, homography: NDArray[np.float64], size: tuple[int, int], metres_per_pixel: float) -> Bytes:
+        """Return a picture (BGRA) of the ground.
+
+        ``homography`` is 3 x 3: world metres to pixels; ``size`` is (width, height); ``metres_per_pixel`` selects
+        the resolution of the ground.
+        """
+        picture, scale = self._levels[0]
+        for finer, finer_scale in self._levels[1:]:
+            if finer_scale > 1.15 * metres_per_pixel:
+                break
+            picture, scale = finer, finer_scale
+        inverse = np.asarray(np.linalg.inv(homography), np.float64)
+        rows, columns = picture.shape[0] - 2, picture.shape[1] - 2
+        drawn = _warp(picture, inverse, scale, (-scale, -scale), size, cv2.BORDER_CONSTANT)
+        if self._inside(inverse, size, columns * scale, rows * scale):
+            return drawn
+        # the border is blurred: a picture a quarter the size loses nothing
+        small = (max(1, size[0] // 4), max(1, size[1] // 4))
+        sx, sy = size[0] / small[0], size[1] / small[1]
+        shrunk = inverse @ np.array([[sx, 0, (sx - 1) / 2], [0, sy, (sy - 1) / 2], [0, 0, 1.0]])
+        around = _warp(self._border, shrunk, self._border_scale, (-BORDER_M, -BORDER_M), small, cv2.BORDER_REPLICATE)
+        around = as_bytes(cv2.resize(around, size, interpolation=cv2.INTER_LINEAR))
+        opaque = cv2.threshold(cv2.extractChannel(drawn, 3), 127, 255, cv2.THRESH_BINARY)[1]
+        cv2.copyTo(drawn, opaque, around)
+        return around
+
+    @staticmethod
+    def _inside(inverse: NDArray[np.float64], size: tuple[int, int], width: float, height: float) -> bool:
+        corners = np.array([[0, 0, 1], [size[0], 0, 1], [size[0], size[1], 1], [0, size[1], 1]]) @ inverse.T
+        if not (corners[:, 2] > 0).all() and not (corners[:, 2] < 0).all():
+            return False
+        ground = corners[:, :2] / corners[:, 2:]
+        return bool((ground >= 0.1).all() and (ground <= np.array([width, height]) - 0.1).all())
+
+
+def _warp(
+    picture: Bytes,
+    inverse: NDArray[np.float64],
+    scale: float,
+    origin: tuple[float, float],
+    size: tuple[int, int],
+    border: int,
+) -> Bytes:
+    to_texel = np.array(
+        [[1 / scale, 0, -origin[0] / scale - 0.5], [0, 1 / scale, -origin[1] / scale - 0.5], [0, 0, 1.0]]
+    )
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    return as_bytes(cv2.warpPerspective(picture, to_texel @ inverse, size, flags=flags, borderMode=border))
+
+
+def _levels(world: World) -> list[tuple[Bytes, float]]:
+    """Return the ground and halvings of it; in four channels, because OpenCV warps four faster than three."""
+    picture, scale = as_bytes(cv2.cvtColor(world.ground, cv2.COLOR_BGR2BGRA)), world.metres_per_pixel
+    levels = [(picture, scale)]
+    while scale * 2 <= _COARSEST_M and min(picture.shape[:2]) >= 64:
+        # an even size keeps the halved pixels exactly twice as large
+        rows, columns = picture.shape[0] // 2 * 2, picture.shape[1] // 2 * 2
+        half = cv2.resize(picture[:rows, :columns], (columns // 2, rows // 2), interpolation=cv2.INTER_AREA)
+        picture, scale = as_bytes(half), scale * 2
+        levels.append((picture, scale))
+    return [(with_rim(level), its_scale) for level, its_scale in levels]
+
+
+def _border(world: World) -> tuple[Bytes, float]:
+    """Return the world with its blurred mirror image around it (coarse, four channels) and its metres per pixel."""
+    width, height = world.size_m
+    columns, rows = max(8, round(width / _BORDER_SCALE)), max(8, round(height / _BORDER_SCALE))
+    inner = as_bytes(cv2.resize(world.ground, (columns, rows), interpolation=cv2.INTER_AREA))
+    inner = as_bytes(cv2.cvtColor(inner, cv2.COLOR_BGR2BGRA))
+    draw_layers(inner, FacetSet(world.layers), ground_projection((0.0, 0.0), _BORDER_SCALE))
+    reach = round(BORDER_M / _BORDER_SCALE)
+    mirrored = as_floats(cv2.copyMakeBorder(inner, reach, reach, reach, reach, cv2.BORDER_REFLECT).astype(np.float32))
+    near = cv2.GaussianBlur(mirrored, (0, 0), _BLUR_NEAR_M / _BORDER_SCALE)
+    far = cv2.GaussianBlur(mirrored, (0, 0), _BLUR_FAR_M / _BORDER_SCALE)
+    share = np.clip(_distance(mirrored.shape[:2], reach) / (25 / _BORDER_SCALE), 0, 1)[..., None]
+    blended = np.round(np.clip(near * (1 - share) + far * share, 0, 255))
+    return as_bytes(blended), _BORDER_SCALE
+
+
+def _distance(shape: tuple[int, ...], reach: int) -> Floats:
+    """Return each pixel's distance (pixels) from the world in the middle."""
+    rows, columns = np.arange(shape[0]), np.arange(shape[1])
+    down = np.maximum(np.maximum(reach - rows, rows - (shape[0] - 1 - reach)), 0)
+    right = np.maximum(np.maximum(reach - columns, columns - (shape[1] - 1 - reach)), 0)
+    return as_floats(np.hypot(down[:, None], right[None, :]))

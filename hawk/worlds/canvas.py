@@ -1,4 +1,4 @@
-"""A float raster over a rectangle of ground, and the few ways in which things are laid on it."""
+"""A float raster over a rectangle of ground, and how shapes are drawn on it."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Canvas:
     """A BGR float32 picture (0..255) of the ground from ``(x0, y0)`` metres on.
 
     Ground frame: x east, y south, metres. Pixel (column c, row r) covers [c, c + 1) x [r, r + 1) pixels, so the
-    centre of pixel (0, 0) lies half a pixel inside the corner.
+    centre of pixel (0, 0) is half a pixel inside the corner.
     """
 
     def __init__(self, x0: float, y0: float, width: int, height: int, metres_per_pixel: float) -> None:
@@ -53,7 +53,7 @@ class Canvas:
         return pixels
 
     def touches(self, points: Points, margin: float = 0.0) -> bool:
-        """Tell whether the bounding box of the points, grown by ``margin`` metres, meets the canvas."""
+        """Return True when the bounding box of the points, grown by ``margin`` metres, meets the canvas."""
         x0, y0, x1, y1 = self.box
         low, high = points.min(0), points.max(0)
         return bool(high[0] > x0 - margin and low[0] < x1 + margin and high[1] > y0 - margin and low[1] < y1 + margin)
@@ -87,14 +87,18 @@ class Canvas:
         cv2.polylines(mask, [_fixed(corners)], False, value, max(1, round(thick)), cv2.LINE_AA, _SHIFT)
         return Patch(rows, columns, self._softened(mask, soften, 0.0))
 
-    def cover(self, patch: Patch, texture: Floats | Sequence[float], strength: float = 1.0) -> None:
-        """Blend a texture of the patch's size, or one colour, over the patch."""
+    def cover(self, patch: Patch | None, texture: Floats | Sequence[float], strength: float = 1.0) -> None:
+        """Blend a texture of the patch's size, or one colour, over the patch; nothing for None."""
+        if patch is None:
+            return
         target = self.image[patch.rows, patch.columns]
         alpha = (patch.mask * np.float32(strength))[..., None]
         target += (np.asarray(texture, np.float32) - target) * alpha
 
-    def gain(self, patch: Patch, gain: float | Sequence[float]) -> None:
-        """Multiply the patch by a gain (one number, or one for each of B, G and R)."""
+    def gain(self, patch: Patch | None, gain: float | Sequence[float]) -> None:
+        """Multiply the patch by a gain (one number, or one for each of B, G and R); nothing for None."""
+        if patch is None:
+            return
         change = np.asarray(gain, np.float32) - 1
         self.image[patch.rows, patch.columns] *= 1 + patch.mask[..., None] * change
 
@@ -132,12 +136,12 @@ def noise(
 
 
 def as_bytes(values: NDArray[Any]) -> Bytes:
-    """Tell the type checker that this is a uint8 picture (OpenCV's own types cannot say so)."""
+    """Return the values as uint8: OpenCV's own types do not name it."""
     return np.asarray(values, np.uint8)
 
 
 def as_floats(values: NDArray[Any]) -> Floats:
-    """The same for float32."""
+    """Return the values as float32: OpenCV's own types do not name it."""
     return np.asarray(values, np.float32)
 
 

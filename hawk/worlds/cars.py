@@ -1,4 +1,4 @@
-"""Vehicles: what they look like from above, as pictures at the heights of body and roof."""
+"""Vehicles from above: pictures at the heights of body and roof."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _SHARES = {
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """Length, width, roof height (metres), and where glass and roof lie (shares of the length from the tail)."""
+    """Length, width, roof height (metres); ends of the front and rear glass (shares of the length from the tail)."""
 
     length: float
     width: float
@@ -68,7 +68,7 @@ class Sprite:
 
 
 @dataclass(frozen=True, slots=True)
-class Model:
+class VehicleModel:
     """A drawn vehicle: size in metres and its pictures from low to high. The pictures' x axis points ahead."""
 
     length: float
@@ -84,8 +84,8 @@ def sample_kind(rng: np.random.Generator, place: str) -> str:
     return str(list(shares)[int(np.searchsorted(np.cumsum(weights / weights.sum()), rng.random()))])
 
 
-def draw_vehicle(rng: np.random.Generator, kind: str) -> Model:
-    """Draw one vehicle of a kind (KeyError for a kind that is not known)."""
+def draw_vehicle(rng: np.random.Generator, kind: str) -> VehicleModel:
+    """Draw one vehicle of a kind. Raises KeyError for an unknown one."""
     shape = _SHAPES[kind]
     length, width = shape.length * rng.uniform(0.93, 1.07), shape.width * rng.uniform(0.96, 1.05)
     if kind == "lorry":
@@ -99,8 +99,8 @@ def draw_vehicle(rng: np.random.Generator, kind: str) -> Model:
     return _car(rng, kind, shape, length, width, height, paint)
 
 
-def dimmed(rng: np.random.Generator, model: Model) -> Model:
-    """Return a dark vehicle whose glass, roof and body can hardly be told apart, as in a low sun or a poor picture."""
+def dimmed(rng: np.random.Generator, model: VehicleModel) -> VehicleModel:
+    """Return a dark vehicle whose glass, roof and body hardly differ, as in a low sun or a poor picture."""
     colour = rng.uniform(14, 62) * np.array([1 + rng.uniform(0, 0.5), 1.0, 1 - rng.uniform(-0.1, 0.3)])
     detail = rng.uniform(0.1, 0.6)
     sprites = []
@@ -137,7 +137,7 @@ def _paint(rng: np.random.Generator, kind: str) -> Floats:
 
 def _car(
     rng: np.random.Generator, kind: str, shape: Shape, length: float, width: float, height: float, paint: Floats
-) -> Model:
+) -> VehicleModel:
     rows, columns = max(8, round(width / SPRITE_M)), max(16, round(length / SPRITE_M))
     body = _blank(rows, columns, paint)
     _shade(rng, body)
@@ -157,7 +157,7 @@ def _car(
         _dot(body, 0.015, side, (40.0, 40.0, rng.uniform(90, 190)))
     sprites = [Sprite(_with_alpha(body, _round(rows, columns, rng.uniform(0.24, 0.38))), 0.7, 0.0)]
     sprites.append(_roof_sprite(rng, paint, roof0, shape.screen[0], length, width, height))
-    return Model(length, width, height, tuple(sprites))
+    return VehicleModel(length, width, height, tuple(sprites))
 
 
 def _roof_sprite(
@@ -184,7 +184,7 @@ def _roof_sprite(
 
 def _box_vehicle(
     rng: np.random.Generator, kind: str, shape: Shape, length: float, width: float, height: float, paint: Floats
-) -> Model:
+) -> VehicleModel:
     rows, columns = round(width / SPRITE_M), round(length / SPRITE_M)
     body = _blank(rows, columns, paint)
     _shade(rng, body)
@@ -204,10 +204,10 @@ def _box_vehicle(
         sprites.append(
             Sprite(_with_alpha(top, _round(top.shape[0], top.shape[1], 0.06)), height * level, place, level == 0.45)
         )
-    return Model(length, width, height, tuple(sprites))
+    return VehicleModel(length, width, height, tuple(sprites))
 
 
-def _motorcycle(rng: np.random.Generator, length: float, width: float, height: float) -> Model:
+def _motorcycle(rng: np.random.Generator, length: float, width: float, height: float) -> VehicleModel:
     rows, columns = round(width / SPRITE_M), round(length / SPRITE_M)
     alpha = np.zeros((rows, columns), np.uint8)
     cv2.ellipse(
@@ -216,7 +216,7 @@ def _motorcycle(rng: np.random.Generator, length: float, width: float, height: f
     cv2.line(alpha, (int(columns * 0.74), 1), (int(columns * 0.74), rows - 2), 255, 2)
     body = _blank(rows, columns, _paint(rng, "motorcycle") * np.float32(0.8))
     _wedge(body, 0.2, 0.5, 0.2, 0.2, np.array([30, 28, 26], np.float32))
-    return Model(length, width, height, (Sprite(_with_alpha(body, alpha), 0.8, 0.0),))
+    return VehicleModel(length, width, height, (Sprite(_with_alpha(body, alpha), 0.8, 0.0),))
 
 
 def _blank(rows: int, columns: int, colour: Floats) -> Floats:

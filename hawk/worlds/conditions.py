@@ -1,26 +1,22 @@
-"""Time of day and weather: what they do to a plan before it is drawn, and to a drawn place."""
+"""Time of day and weather: their effect on a plan before it is drawn, and on the drawn ground."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from enum import StrEnum
 
-import cv2
 import numpy as np
 
-from hawk.worlds.canvas import Canvas, Floats, Points, as_floats, noise
-from hawk.worlds.facets import HeightLayer
-from hawk.worlds.light import Sun
-from hawk.worlds.plan import Plan
+from hawk.worlds.canvas import Canvas, Floats, noise
+from hawk.worlds.light import LampLight, Sun
+from hawk.worlds.materials import grey
+from hawk.worlds.plan import SitePlan
 
 _SODIUM, _LED = (0.45, 0.78, 1.0), (1.0, 0.96, 0.9)  # blue, green, red of lamp light
-_COARSE_M = 0.5
 _SNOW = (238.0, 236.0, 232.0)
 
 
 class Condition(StrEnum):
-    """What a world can be like; ``day`` is dry, with some sun."""
+    """Time of day and weather of a world; ``day`` is dry, with some sun."""
 
     DAY = "day"
     OVERCAST = "overcast"
@@ -31,63 +27,8 @@ class Condition(StrEnum):
     LEAVES = "leaves"
 
 
-SHARES = {
-    Condition.DAY: 0.73,
-    Condition.OVERCAST: 0.07,
-    Condition.DUSK: 0.05,
-    Condition.NIGHT: 0.04,
-    Condition.WET: 0.05,
-    Condition.SNOW: 0.03,
-    Condition.LEAVES: 0.03,
-}
-"""How often a scene to train on is of each kind."""
-
-
-@dataclass(frozen=True, slots=True)
-class LampLight:
-    """Light without a sun: ``ambient`` (blue, green, red; 1 is day), and lamps (N, 3): x, y, height, metres, each of
-    ``colour`` and ``strength`` (what it adds on the ground below it)."""
-
-    ambient: tuple[float, float, float]
-    lamps: Points
-    colour: tuple[float, float, float]
-    strength: float
-
-    def at(self, points: Points) -> Floats:
-        """Return the gain (..., 3) at ground points (..., 2), metres: lamps fall off as the light of a point source
-        over a plane does, (1 + d^2 / h^2)^-3/2."""
-        gain = np.zeros((*points.shape[:-1], 1))
-        for x, y, height in self.lamps.tolist():
-            away = ((points - (x, y)) ** 2).sum(-1, keepdims=True) / height**2
-            gain += (1 + away) ** -1.5
-        return as_floats(np.array(self.ambient) + gain * self.strength * np.array(self.colour))
-
-    def light(self, canvas: Canvas) -> None:
-        """Light a canvas's picture."""
-        x0, y0, x1, y1 = canvas.box
-        columns = np.linspace(x0, x1, max(2, round((x1 - x0) / _COARSE_M)))
-        rows = np.linspace(y0, y1, max(2, round((y1 - y0) / _COARSE_M)))
-        coarse = self.at(np.stack(np.meshgrid(columns, rows), -1))
-        canvas.image *= as_floats(cv2.resize(coarse, (canvas.width, canvas.height), interpolation=cv2.INTER_LINEAR))
-
-    def light_layers(self, layers: Sequence[HeightLayer]) -> list[HeightLayer]:
-        """Return layers as the lamps show them, each by the light at its middle."""
-        return [replace(layer, pixels=self._lit(layer)) for layer in layers]
-
-    def _lit(self, layer: HeightLayer) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
-        pixels = layer.pixels.copy()
-        gain = self.at(layer.corners[:, :2].mean(0))
-        pixels[..., :3] = np.clip(pixels[..., :3] * gain, 0, 255).astype(np.uint8)
-        return pixels
-
-
-def sample_condition(rng: np.random.Generator) -> Condition:
-    """Draw a condition for a scene to train on."""
-    return list(SHARES)[int(rng.choice(len(SHARES), p=list(SHARES.values())))]
-
-
-def set_condition(plan: Plan, condition: Condition, sun: Sun, rng: np.random.Generator) -> Sun:
-    """Prepare a plan for a condition; return the sun that is left of ``sun``."""
+def set_condition(plan: SitePlan, condition: Condition, sun: Sun, rng: np.random.Generator) -> Sun:
+    """Prepare a plan for a condition; return the sun under it."""
     match condition:
         case Condition.OVERCAST:
             left = rng.uniform(0.82, 0.97)
@@ -101,19 +42,28 @@ def set_condition(plan: Plan, condition: Condition, sun: Sun, rng: np.random.Gen
             return Sun((0.0, 0.0), (1.0, 1.0, 1.0), sun.soften)
         case Condition.WET:
             plan.wet = rng.uniform(0.3, 1.0)
-            return sun
         case Condition.SNOW:
             plan.snow = rng.uniform(0.2, 1.0)
-            return sun
         case Condition.LEAVES:
             plan.leaves = rng.uniform(0.3, 1.0)
-            return sun
-        case _:
-            return sun
+    return sun
+
+
+def draw_puddles(canvas: Canvas, wet: float, rng: np.random.Generator) -> None:
+    """Make the ground wet (0..1): darker, with puddles that mirror the sky."""
+    if wet <= 0:
+        return
+    per_metre = 1 / canvas.metres_per_pixel
+    field = noise(rng, canvas.height, canvas.width, [9 * per_metre, 2.5 * per_metre], [0.7, 0.35])
+    damp = np.clip(0.6 + field, 0, 1)[..., None]
+    canvas.image *= 1 - np.float32(0.4 * wet) * damp
+    puddle = np.clip((field - (1.15 - 0.3 * wet)) * 6, 0, 1)[..., None] * np.float32(0.75)
+    sky = np.array(grey(rng, 90, 215, 4), np.float32)
+    canvas.image += (sky - canvas.image) * puddle
 
 
 def draw_snow(canvas: Canvas, amount: float, rng: np.random.Generator) -> None:
-    """Lay patches of snow (0: none, 1: a third of the ground)."""
+    """Draw patches of snow (0: none, 1: a third of the ground)."""
     if amount <= 0:
         return
     per_metre = 1 / canvas.metres_per_pixel
@@ -124,7 +74,7 @@ def draw_snow(canvas: Canvas, amount: float, rng: np.random.Generator) -> None:
     canvas.image += (np.array(_SNOW, np.float32) - canvas.image) * patch
 
 
-def draw_leaves(canvas: Canvas, plan: Plan, colours: Floats, rng: np.random.Generator) -> None:
+def draw_leaves(canvas: Canvas, plan: SitePlan, colours: Floats, rng: np.random.Generator) -> None:
     """Scatter fallen leaves about the trees."""
     if plan.leaves <= 0 or not plan.trees:
         return
@@ -139,7 +89,11 @@ def draw_leaves(canvas: Canvas, plan: Plan, colours: Floats, rng: np.random.Gene
 
 
 def _lamps(
-    plan: Plan, rng: np.random.Generator, level: tuple[float, float], tint: tuple[float, float, float], strength: float
+    plan: SitePlan,
+    rng: np.random.Generator,
+    level: tuple[float, float],
+    tint: tuple[float, float, float],
+    strength: float,
 ) -> LampLight:
     """Light the plan's posts, and some beyond where it has few."""
     posts = [(post.x, post.y, post.height) for post in plan.posts]

@@ -1,4 +1,4 @@
-"""Flat pictures that stand or lie at a height, and how they are laid over a picture of the ground."""
+"""Flat pictures at a height, and how they are drawn over a picture of the ground."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class HeightLayer:
 
     ``corners`` are (4, 3) metres (x east, y south, z up): where the picture's upper left, upper right, lower right and
     lower left corners are; they span a parallelogram. ``pixels`` is BGRA uint8. ``label`` is car, tree, roof, wall or
-    post. ``fine`` marks what may be left out of a picture from afar.
+    post. ``fine`` layers may be left out of a picture from afar.
     """
 
     corners: Points
@@ -42,8 +42,8 @@ class HeightLayer:
 
 
 @dataclass(frozen=True, slots=True)
-class Laid:
-    """One layer as it appears in a picture: a warped picture (BGRA) with where it is opaque (255), at (row, column)."""
+class VisibleLayer:
+    """One layer in a picture: its warped picture (BGRA) and the mask (255) of its opaque part, at (row, column)."""
 
     label: str
     colour: Bytes
@@ -52,7 +52,7 @@ class Laid:
     column: int
 
     def paint(self, image: Bytes) -> None:
-        """Lay it over a BGRA picture."""
+        """Draw it over a BGRA picture."""
         cv2.copyTo(self.colour, self.opaque, image[self._window])
 
     def mark(self, mask: Bytes, value: int) -> None:
@@ -66,7 +66,7 @@ class Laid:
 
 
 @dataclass(frozen=True, slots=True)
-class LaidPlain:
+class VisiblePlain:
     """The same for a layer of one colour, which is a polygon: walls have large bounding boxes and little to show."""
 
     label: str
@@ -74,11 +74,11 @@ class LaidPlain:
     quad: NDArray[np.int32]
 
     def paint(self, image: Bytes) -> None:
-        """Lay it over a BGRA picture."""
+        """Draw it over a BGRA picture."""
         cv2.fillConvexPoly(image, self.quad, self.colour, shift=4)
 
     def mark(self, mask: Bytes, value: int) -> None:
-        """Set a mask where it lies."""
+        """Set a mask where it is."""
         cv2.fillConvexPoly(mask, self.quad, float(value), shift=4)
 
 
@@ -105,12 +105,12 @@ class FacetSet:
 
     def seen(
         self, projection: NDArray[np.float64], width: int, height: int, *, fine_from: float = 0.0
-    ) -> Iterator[Laid | LaidPlain]:
+    ) -> Iterator[VisibleLayer | VisiblePlain]:
         """Yield the layers that appear in a picture of that size.
 
-        ``projection`` is 3 x 4: homogeneous world metres to homogeneous pixels (pixel centres are whole numbers); what
-        has no positive third component lies behind the camera and is left out. Fine layers are left out where a metre
-        has fewer than ``fine_from`` pixels.
+        ``projection`` is 3 x 4: homogeneous world metres to homogeneous pixels (pixel centres are whole numbers).
+        Layers behind the camera (third component not positive) are left out, and fine layers where a metre has fewer
+        than ``fine_from`` pixels.
         """
         if not self.labels:
             return
@@ -130,25 +130,27 @@ class FacetSet:
         for k, number, inverse in zip(shown.tolist(), level.tolist(), to_texels, strict=True):
             picture = self._pictures[k][number]
             if picture.shape[:2] == (1, 1):
-                yield self._lay_plain(k, pixels[k])
+                yield self._outlined(k, pixels[k])
             else:
-                yield self._lay(k, picture, inverse, low[k].tolist(), high[k].tolist())
+                yield self._warped(k, picture, inverse, low[k].tolist(), high[k].tolist())
 
-    def _lay(self, k: int, picture: Bytes, to_texel: NDArray[np.float64], low: list[int], high: list[int]) -> Laid:
+    def _warped(
+        self, k: int, picture: Bytes, to_texel: NDArray[np.float64], low: list[int], high: list[int]
+    ) -> VisibleLayer:
         size = (high[0] - low[0], high[1] - low[1])
         warped = cv2.warpPerspective(picture, to_texel, size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
         opaque = cv2.threshold(cv2.extractChannel(warped, 3), _OPAQUE, 255, cv2.THRESH_BINARY)[1]
-        return Laid(self.labels[k], as_bytes(warped), as_bytes(opaque), low[1], low[0])
+        return VisibleLayer(self.labels[k], as_bytes(warped), as_bytes(opaque), low[1], low[0])
 
-    def _lay_plain(self, k: int, quad: NDArray[np.float64]) -> LaidPlain:
+    def _outlined(self, k: int, quad: NDArray[np.float64]) -> VisiblePlain:
         fixed = np.round(np.clip(quad, -30000, 30000) * 16).astype(np.int32)
-        return LaidPlain(self.labels[k], tuple(map(float, self._pictures[k][0][0, 0])), fixed)
+        return VisiblePlain(self.labels[k], tuple(map(float, self._pictures[k][0][0, 0])), fixed)
 
 
-def lay_all(image: Bytes, facets: FacetSet, projection: NDArray[np.float64], *, fine_from: float = 0.0) -> None:
-    """Lay every visible layer over ``image`` (BGRA uint8) in place; ``fine_from`` as in `FacetSet.seen`."""
-    for laid in facets.seen(projection, image.shape[1], image.shape[0], fine_from=fine_from):
-        laid.paint(image)
+def draw_layers(image: Bytes, facets: FacetSet, projection: NDArray[np.float64], *, fine_from: float = 0.0) -> None:
+    """Draw every visible layer over ``image`` (BGRA uint8) in place; ``fine_from`` as in `FacetSet.seen`."""
+    for layer in facets.seen(projection, image.shape[1], image.shape[0], fine_from=fine_from):
+        layer.paint(image)
 
 
 def ground_projection(
@@ -156,8 +158,8 @@ def ground_projection(
 ) -> NDArray[np.float64]:
     """Return the 3 x 4 projection onto a picture of the ground (upper left corner at ``origin``, north up).
 
-    ``viewer`` (x, y, height) is where it is seen from: a thing at height z then leans away from the viewer as in a
-    frame that was rectified to the ground plane; None looks from straight above everywhere.
+    Seen from a ``viewer`` (x, y, height; metres), a thing at height z leans away from it as in a frame that was
+    rectified to the ground plane; None looks from straight above everywhere.
     """
     x0, y0 = origin
     to_px = np.array(
@@ -183,7 +185,7 @@ def flat_layer(
     *,
     fine: bool = False,
 ) -> HeightLayer:
-    """Return a layer that lies flat; ``size`` is metres along the heading and across it."""
+    """Return a horizontal layer; ``size`` is metres along the heading and across it."""
     ahead = np.array([np.cos(heading), np.sin(heading)]) * size[0] / 2
     aside = np.array([-np.sin(heading), np.cos(heading)]) * size[1] / 2
     middle = np.array(centre)
@@ -206,7 +208,7 @@ def _levels(pixels: Bytes) -> tuple[Bytes, ...]:
 def with_rim(picture: Bytes) -> Bytes:
     """Return a BGRA picture with a transparent rim of one pixel.
 
-    The rim has the colours beside it: what is sampled at the edge would else be darkened by the black beyond.
+    The rim has the colours beside it: the black beyond would otherwise darken samples at the edge.
     """
     rimmed = as_bytes(cv2.copyMakeBorder(picture, 1, 1, 1, 1, cv2.BORDER_REPLICATE))
     for edge in (rimmed[0], rimmed[-1], rimmed[:, 0], rimmed[:, -1]):
@@ -226,7 +228,7 @@ def _texel_to_world(layer: HeightLayer) -> NDArray[np.float64]:
 def _level_scales(levels: Sequence[Bytes]) -> NDArray[np.float64]:
     """Return (3, 3, 3): for each of three levels, texels of the finest without its rim to its own with it.
 
-    Texel centres lie at whole numbers.
+    Texel centres are whole numbers.
     """
     scales = np.zeros((3, 3, 3))
     rows, columns = levels[0].shape[0] - 2, levels[0].shape[1] - 2

@@ -13,7 +13,7 @@ from hawk.worlds.cars import footprint_m
 from hawk.worlds.conditions import Condition, set_condition
 from hawk.worlds.facets import FacetSet, ground_projection
 from hawk.worlds.light import sample_sun
-from hawk.worlds.plan import Plan
+from hawk.worlds.plan import SitePlan
 from hawk.worlds.render import draw_plan
 from hawk.worlds.site import SiteSize, plan_lot_site
 from hawk.worlds.world import TrueStall, World, WorldError
@@ -26,7 +26,7 @@ _GRID_M = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class WorldOptions:
-    """What a generated world must be like. Sizes in metres, shares 0..1.
+    """Requirements on a generated world. Sizes in metres, shares 0..1.
 
     ``difficult`` is the least share of stalls with worn lines or partly under a crown. ``condition``: time of day and
     weather; the same seed is the same lot with the same cars in all of them.
@@ -42,7 +42,7 @@ class WorldOptions:
 
     def __post_init__(self) -> None:
         if not 0.02 <= self.metres_per_pixel <= 0.5:
-            raise WorldError("metres_per_pixel: must lie between 0.02 and 0.5")
+            raise WorldError("metres_per_pixel: must be between 0.02 and 0.5")
         for name, (low, high) in (("width", self.width), ("height", self.height)):
             if not 40 <= low <= high <= 400:
                 raise WorldError(f"{name}: must be a range within 40..400 m, not {low}..{high}")
@@ -66,16 +66,16 @@ def generate_world(seed: int, options: WorldOptions | None = None) -> World:
     raise WorldError(f"seed {seed}: no lot out of {_ATTEMPTS} meets the options; widen stalls, taken or the size")
 
 
-def _plan(rng: np.random.Generator, size_m: tuple[float, float]) -> Plan:
+def _plan(rng: np.random.Generator, size_m: tuple[float, float]) -> SitePlan:
     """Plan a lot that leaves a rim of surroundings on all sides."""
     longer, shorter = max(size_m), min(size_m)
     size = SiteSize(width=(0.48 * longer, 0.74 * longer), depth=(0.38 * shorter, 0.66 * shorter), second=0.35)
     centre = (size_m[0] / 2 + rng.normal(0, 2), size_m[1] / 2 + rng.normal(0, 2))
-    return plan_lot_site(rng, centre, size, calm=True)
+    return plan_lot_site(rng, centre, size)
 
 
-def _is_good(plan: Plan, size_m: tuple[float, float], options: WorldOptions) -> bool:
-    """Tell whether a plan meets the options; crowns are taken as circles here."""
+def _is_good(plan: SitePlan, size_m: tuple[float, float], options: WorldOptions) -> bool:
+    """Return True when a plan meets the options; crowns are circles here."""
     count = len(plan.stalls)
     if not options.stalls[0] <= count <= options.stalls[1]:
         return False
@@ -91,8 +91,8 @@ def _is_good(plan: Plan, size_m: tuple[float, float], options: WorldOptions) -> 
     return _difficult_share(plan) >= options.difficult
 
 
-def _difficult_share(plan: Plan) -> float:
-    # a crown is ragged: only what lies well inside its circle counts
+def _difficult_share(plan: SitePlan) -> float:
+    # a crown is ragged: only the inner part of its circle hides a stall
     crowns = shapely.STRtree([shapely.Point(tree.x, tree.y).buffer(0.8 * tree.radius) for tree in plan.trees])
     quads = [shapely.Polygon(stall.corners).buffer(-0.3) for stall in plan.stalls]
     under = set(crowns.query(quads, predicate="intersects")[0].tolist())
@@ -100,7 +100,7 @@ def _difficult_share(plan: Plan) -> float:
     return sum(hard) / max(1, len(hard))
 
 
-def _draw(seed: int, plan: Plan, canvas: Canvas, rng: np.random.Generator, condition: Condition) -> World:
+def _draw(seed: int, plan: SitePlan, canvas: Canvas, rng: np.random.Generator, condition: Condition) -> World:
     # its own numbers: the same seed is the same lot in every condition
     sun = set_condition(plan, condition, sample_sun(rng, calm=True), np.random.default_rng((seed, 1)))
     drawn = draw_plan(plan, canvas, sun, rng)
@@ -131,11 +131,11 @@ def _draw(seed: int, plan: Plan, canvas: Canvas, rng: np.random.Generator, condi
 
 
 def _cover(canvas: Canvas, facets: FacetSet) -> Bytes:
-    """Return what crowns and roofs hide from straight above, as a coarse 0/1 mask."""
+    """Return a coarse 0/1 mask of the ground under crowns and roofs, from straight above."""
     width, height = (round(side * canvas.metres_per_pixel / _COVER_M) for side in (canvas.width, canvas.height))
     mask = np.zeros((height, width), np.uint8)
-    for laid in facets.seen(ground_projection((0.0, 0.0), _COVER_M), width, height):
-        laid.mark(mask, 1)
+    for layer in facets.seen(ground_projection((0.0, 0.0), _COVER_M), width, height):
+        layer.mark(mask, 1)
     return mask
 
 
@@ -151,7 +151,7 @@ def _covered(mask: Bytes, corners: Points) -> float:
 def share_under(corners: Points, vehicles: shapely.Geometry) -> float:
     """Return the share (0..1) of a stall under vehicles.
 
-    On a grid: without one GEOS can take two outlines that share an edge but for rounding as one.
+    Measured on a grid: without one GEOS merges two outlines whose common edge differs by rounding.
     """
     quad = shapely.Polygon(corners)
     return float(shapely.intersection(quad, vehicles, grid_size=_GRID_M).area / quad.area)

@@ -1,4 +1,4 @@
-"""How rows, aisles, medians and sections make a lot."""
+"""Layout of a lot: rows, aisles, medians and sections."""
 
 from __future__ import annotations
 
@@ -9,13 +9,15 @@ import numpy as np
 
 from hawk.worlds.canvas import Points
 from hawk.worlds.cars import sample_kind
-from hawk.worlds.plan import Axes, Plan, Post, Surface, Vehicle
+from hawk.worlds.plan import Axes, Post, SitePlan, Surface, Vehicle
 from hawk.worlds.rows import PARALLEL_DEPTH_M, plan_parallel_row, plan_row
 from hawk.worlds.style import LotStyle
 
 
-def plan_section(plan: Plan, rng: np.random.Generator, axes: Axes, width: float, depth: float, style: LotStyle) -> int:
-    """Fill the rectangle [0, width] x [0, depth] of ``axes`` (metres) with rows and aisles; return its stalls."""
+def plan_section(
+    plan: SitePlan, rng: np.random.Generator, axes: Axes, width: float, depth: float, style: LotStyle
+) -> int:
+    """Fill the rectangle [0, width] x [0, depth] of ``axes`` (metres) with rows and aisles; return the stall count."""
     low, high, stalls = _ends(plan, rng, axes, width, depth, style)
     if high - low < 2 * style.pitch:
         return stalls
@@ -36,7 +38,7 @@ def plan_section(plan: Plan, rng: np.random.Generator, axes: Axes, width: float,
 
 
 @dataclass(frozen=True, slots=True)
-class _Rows:
+class _Arrangement:
     first: bool
     last: bool
     doubles: int
@@ -44,8 +46,8 @@ class _Rows:
     median: float
 
 
-def _arrange(rng: np.random.Generator, depth: float, style: LotStyle) -> _Rows:
-    """Choose how many rows a section has; what is left over makes its aisles (and some medians) wider."""
+def _arrange(rng: np.random.Generator, depth: float, style: LotStyle) -> _Arrangement:
+    """Choose the rows of a section; spare depth widens its aisles."""
     median = rng.uniform(0.6, 3.0) if rng.random() < style.medians else 0.0
     double = 2 * style.depth + median
     options = []
@@ -57,15 +59,15 @@ def _arrange(rng: np.random.Generator, depth: float, style: LotStyle) -> _Rows:
         if singles + doubles:
             options.append((spare - doubles * (double + style.aisle), singles, doubles))
     if not options:
-        return _Rows(first=True, last=False, doubles=0, aisle=max(3.0, depth - style.depth), median=0.0)
+        return _Arrangement(first=True, last=False, doubles=0, aisle=max(3.0, depth - style.depth), median=0.0)
     # mostly the arrangement that wastes least
     spare, singles, doubles = min(options) if rng.random() < 0.7 else options[int(rng.integers(len(options)))]
     aisle = style.aisle + min(spare / (doubles + 1), 0.5 * style.aisle)
     first = singles == 2 or (singles == 1 and bool(rng.random() < 0.5))
-    return _Rows(first, singles == 2 or (singles == 1 and not first), doubles, aisle, median)
+    return _Arrangement(first, singles == 2 or (singles == 1 and not first), doubles, aisle, median)
 
 
-def asphalt_details(plan: Plan, rng: np.random.Generator, axes: Axes, width: float, depth: float) -> None:
+def asphalt_details(plan: SitePlan, rng: np.random.Generator, axes: Axes, width: float, depth: float) -> None:
     """Scatter patches, cracks, tar seams and tyre marks over the rectangle [0, width] x [0, depth]."""
     area = width * depth / 1500
     for _ in range(rng.poisson(2.5 * area)):
@@ -84,9 +86,13 @@ def asphalt_details(plan: Plan, rng: np.random.Generator, axes: Axes, width: flo
 
 
 def _ends(
-    plan: Plan, rng: np.random.Generator, axes: Axes, width: float, depth: float, style: LotStyle
+    plan: SitePlan, rng: np.random.Generator, axes: Axes, width: float, depth: float, style: LotStyle
 ) -> tuple[float, float, int]:
-    """Close both ends of the rows: by a cross aisle, by a row of its own, or by nothing. Return what is left."""
+    """Close both ends of the rows by a cross aisle, a row of its own, or nothing.
+
+    Returns:
+        Low and high end of the rest along u (metres), and the count of stalls at the ends.
+    """
     low, high, stalls = 0.0, width, 0
     for far in (False, True):
         free = rng.random()
@@ -109,7 +115,9 @@ def _ends(
     return low, high, stalls
 
 
-def _double_row(plan: Plan, rng: np.random.Generator, axes: Axes, length: float, median: float, style: LotStyle) -> int:
+def _double_row(
+    plan: SitePlan, rng: np.random.Generator, axes: Axes, length: float, median: float, style: LotStyle
+) -> int:
     stalls = plan_row(plan, rng, axes, length, style)
     back = axes.moved(0, 2 * style.depth + median).facing((1, 0), (0, -1))
     stalls += plan_row(plan, rng, back, length, style, mirrored=rng.random() < 0.5)
@@ -124,7 +132,7 @@ def _double_row(plan: Plan, rng: np.random.Generator, axes: Axes, length: float,
     return stalls
 
 
-def _plant(plan: Plan, rng: np.random.Generator, axes: Axes, length: float, median: float, style: LotStyle) -> None:
+def _plant(plan: SitePlan, rng: np.random.Generator, axes: Axes, length: float, median: float, style: LotStyle) -> None:
     if rng.random() > 0.25 + style.trees:
         return
     step = rng.uniform(3.5, 12)
@@ -136,12 +144,12 @@ def _plant(plan: Plan, rng: np.random.Generator, axes: Axes, length: float, medi
             _post(plan, rng, axes.moved(float(u) + step / 2, 0))
 
 
-def _post(plan: Plan, rng: np.random.Generator, axes: Axes) -> None:
+def _post(plan: SitePlan, rng: np.random.Generator, axes: Axes) -> None:
     x, y = axes.origin
     plan.posts.append(Post(x, y, rng.uniform(5, 9), axes.angle + math.pi / 2 * float(rng.integers(4))))
 
 
-def _aisle(plan: Plan, rng: np.random.Generator, axes: Axes, length: float, style: LotStyle) -> None:
+def _aisle(plan: SitePlan, rng: np.random.Generator, axes: Axes, length: float, style: LotStyle) -> None:
     """Put arrows, stop bars and moving cars in an aisle along ``axes.u``."""
     if rng.random() < 0.45:
         for u in np.arange(rng.uniform(3, 15), length - 4, rng.uniform(14, 30)):
@@ -160,15 +168,15 @@ def _aisle(plan: Plan, rng: np.random.Generator, axes: Axes, length: float, styl
         plan.vehicles.append(Vehicle(x, y, heading, sample_kind(rng, "aisle")))
 
 
-def _arrow(plan: Plan, rng: np.random.Generator, axes: Axes) -> None:
-    way = 1.0 if rng.random() < 0.5 else -1.0
+def _arrow(plan: SitePlan, rng: np.random.Generator, axes: Axes) -> None:
+    sense = 1.0 if rng.random() < 0.5 else -1.0
     size, strength = rng.uniform(0.9, 1.5), rng.uniform(0.5, 1.0)
-    plan.line(axes.at(-size * way, 0), axes.at(size * 0.5 * way, 0), 0.16, 3, strength)
+    plan.line(axes.at(-size * sense, 0), axes.at(size * 0.5 * sense, 0), 0.16, 3, strength)
     for side in (-1, 1):
-        plan.line(axes.at(size * way, 0), axes.at(size * 0.35 * way, 0.4 * side), 0.2, 3, strength)
+        plan.line(axes.at(size * sense, 0), axes.at(size * 0.35 * sense, 0.4 * side), 0.2, 3, strength)
 
 
-def _crack(plan: Plan, rng: np.random.Generator, axes: Axes, width: float, depth: float) -> None:
+def _crack(plan: SitePlan, rng: np.random.Generator, axes: Axes, width: float, depth: float) -> None:
     count = int(rng.integers(5, 30))
     wander = float(rng.choice([0.4, 0.08]))
     heading = rng.choice([0, math.pi / 2, rng.uniform(0, 6.3)]) + np.cumsum(rng.normal(0, wander, count))

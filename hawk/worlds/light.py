@@ -1,19 +1,23 @@
-"""The sun, and the shadows that things cast on the ground."""
+"""The sun, the shadows that things cast on the ground, and lamp light."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 
-from hawk.worlds.canvas import Bytes, Canvas, Floats, Points
+from hawk.worlds.canvas import Bytes, Canvas, Floats, Patch, Points, as_floats
+from hawk.worlds.facets import HeightLayer
+
+_COARSE_M = 0.5
 
 
 @dataclass(frozen=True, slots=True)
 class Sun:
-    """``shadow``: (x, y) metres of shadow for each metre of height; ``gain``: what is left of B, G, R in it."""
+    """``shadow``: (x, y) metres of shadow per metre of height; ``gain``: share of B, G, R left in it."""
 
     shadow: tuple[float, float]
     gain: tuple[float, float, float]
@@ -45,22 +49,16 @@ class Shadows:
         self.low: Floats = np.zeros((canvas.height, canvas.width), np.float32)
         self.tall: Floats = np.zeros((canvas.height, canvas.width), np.float32)
 
-    def cast(self, height: float) -> Points:
-        """Return the shadow's offset (metres) for a height."""
-        return self._sun.cast(height)
-
     def add_block(self, footprint: Points, height: float, *, tall: bool = False) -> None:
         """Add the shadow of a block that stands on its footprint (convex, metres)."""
         swept = np.concatenate([footprint, footprint + self._sun.cast(height)]).astype(np.float32)
-        self._add(cv2.convexHull(swept)[:, 0].astype(np.float64), tall=tall)
+        hull = cv2.convexHull(swept)[:, 0].astype(np.float64)
+        self._add(self._canvas.patch(hull), self.tall if tall else self.low)
 
     def add_pole(self, x: float, y: float, height: float, width: float) -> None:
         """Add the shadow of a thin pole."""
         foot = np.array([x, y])
-        patch = self._canvas.strip(np.array([foot, foot + self._sun.cast(height)]), width)
-        if patch is not None:
-            target = self.low[patch.rows, patch.columns]
-            np.maximum(target, patch.mask, out=target)
+        self._add(self._canvas.strip(np.array([foot, foot + self._sun.cast(height)]), width), self.low)
 
     def add_crown(self, x: float, y: float, radius: float, height: float, crown: Bytes) -> None:
         """Add the shadow of a crown, whose square alpha is 2 x radius wide, and of its trunk."""
@@ -88,10 +86,10 @@ class Shadows:
         shade: Floats = 1 - self.tall[rows, columns][..., None] * lost
         return shade
 
-    def _add(self, polygon: Points, *, tall: bool) -> None:
-        patch = self._canvas.patch(polygon)
+    @staticmethod
+    def _add(patch: Patch | None, shadow: Floats) -> None:
         if patch is not None:
-            target = (self.tall if tall else self.low)[patch.rows, patch.columns]
+            target = shadow[patch.rows, patch.columns]
             np.maximum(target, patch.mask, out=target)
 
     def _stamp(self, centre: Points, radius: float, crown: Bytes) -> None:
@@ -106,3 +104,43 @@ class Shadows:
         ]
         target = self.tall[y0:y1, x0:x1]
         np.maximum(target, stamp.astype(np.float32) / 255, out=target)
+
+
+@dataclass(frozen=True, slots=True)
+class LampLight:
+    """Light without a sun: ``ambient`` (blue, green, red; 1 is day), and lamps (N, 3): x, y, height, metres, each of
+    ``colour`` and ``strength`` (what it adds on the ground below it).
+    """
+
+    ambient: tuple[float, float, float]
+    lamps: Points
+    colour: tuple[float, float, float]
+    strength: float
+
+    def at(self, points: Points) -> Floats:
+        """Return the gain (..., 3) at ground points (..., 2), metres: lamps fall off as the light of a point source
+        over a plane does, (1 + d^2 / h^2)^-3/2.
+        """
+        gain = np.zeros((*points.shape[:-1], 1))
+        for x, y, height in self.lamps.tolist():
+            away = ((points - (x, y)) ** 2).sum(-1, keepdims=True) / height**2
+            gain += (1 + away) ** -1.5
+        return as_floats(np.array(self.ambient) + gain * self.strength * np.array(self.colour))
+
+    def light(self, canvas: Canvas) -> None:
+        """Light a canvas's picture."""
+        x0, y0, x1, y1 = canvas.box
+        columns = np.linspace(x0, x1, max(2, round((x1 - x0) / _COARSE_M)))
+        rows = np.linspace(y0, y1, max(2, round((y1 - y0) / _COARSE_M)))
+        coarse = self.at(np.stack(np.meshgrid(columns, rows), -1))
+        canvas.image *= as_floats(cv2.resize(coarse, (canvas.width, canvas.height), interpolation=cv2.INTER_LINEAR))
+
+    def light_layers(self, layers: Sequence[HeightLayer]) -> list[HeightLayer]:
+        """Return layers as the lamps show them, each by the light at its middle."""
+        return [replace(layer, pixels=self._lit(layer)) for layer in layers]
+
+    def _lit(self, layer: HeightLayer) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
+        pixels = layer.pixels.copy()
+        gain = self.at(layer.corners[:, :2].mean(0))
+        pixels[..., :3] = np.clip(pixels[..., :3] * gain, 0, 255).astype(np.uint8)
+        return pixels

@@ -1,7 +1,8 @@
-"""What the ground and roofs are made of: a material is sampled once for a place and textured wherever it lies."""
+"""Materials of the ground and of roofs: sampled once for a place, then textured for each surface."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -100,14 +101,6 @@ def _bark(rng: np.random.Generator) -> Material:
     return Material("bark", (72 * scale, 104 * scale, 150 * scale), 0.16, 0.12, 0.08, 0.04)
 
 
-def _gravel(rng: np.random.Generator) -> Material:
-    return Material("gravel", grey(rng, 95, 200, 6), 0.1, 0.04, 0.06, 0.01)
-
-
-def _rock(rng: np.random.Generator) -> Material:
-    return Material("rock", grey(rng, 110, 180, 5), 0.2, 0.16, 0.05, 0.02)
-
-
 def _water(rng: np.random.Generator) -> Material:
     base = rng.uniform(30, 110)
     return Material(
@@ -135,15 +128,15 @@ def _roof(rng: np.random.Generator) -> Material:
     return Material("roof", colour, 0.02, 0.02, 0.035, 0.004)
 
 
-_SAMPLERS = {
+_SAMPLERS: dict[str, Callable[[np.random.Generator], Material]] = {
     "asphalt": _asphalt,
     "concrete": _concrete,
     "pavers": _pavers,
     "grass": _grass,
     "dirt": _dirt,
     "bark": _bark,
-    "gravel": _gravel,
-    "rock": _rock,
+    "gravel": lambda rng: Material("gravel", grey(rng, 95, 200, 6), 0.1, 0.04, 0.06, 0.01),
+    "rock": lambda rng: Material("rock", grey(rng, 110, 180, 5), 0.2, 0.16, 0.05, 0.02),
     "water": _water,
     "court": _court,
     "roof": _roof,

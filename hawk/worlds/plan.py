@@ -1,18 +1,17 @@
-"""What a place consists of, in metres, before anything is drawn."""
+"""Plan of a place, in metres, before anything is drawn."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from hawk.worlds.canvas import Canvas, Points
-from hawk.worlds.facets import HeightLayer
+from hawk.worlds.light import LampLight, Sun
 from hawk.worlds.materials import Colour, Material
 
 
@@ -85,7 +84,7 @@ class Gain:
 class Stroke:
     """A painted polygon: colour number in the plan's palette and strength 0..1.
 
-    ``order`` is how many surfaces were there when it was painted: those that come later cover it.
+    ``order`` is the number of surfaces at the time of painting: later ones cover it.
     """
 
     polygon: Points
@@ -125,12 +124,16 @@ class Tree:
     height: float
 
 
+RoofPainter = Callable[[np.random.Generator, Canvas, "Building", Sun], None]
+"""Draws on a roof's canvas, whose axes are the building's (u right, v down)."""
+
+
 @dataclass(frozen=True, slots=True)
 class Building:
     """A building under a flat roof: [0, width] x [0, depth] of its axes, metres.
 
-    ``roof`` is what the roof is made of, drawn at random where it is None; ``crowded`` roofs have fields of seams,
-    skylights and units; a ``shelter`` stands in a lot and is part of it.
+    ``roof`` is the material of the roof, drawn at random where it is None; ``crowd`` draws more on it than the usual;
+    a ``shelter`` stands in a lot and is part of it.
     """
 
     axes: Axes
@@ -138,7 +141,7 @@ class Building:
     depth: float
     height: float
     roof: Material | None = None
-    crowded: bool = False
+    crowd: RoofPainter | None = None
     shelter: bool = False
 
     @property
@@ -159,28 +162,16 @@ class Post:
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """A low thing of one colour that lies on the ground, such as a wheel stop: polygon and height."""
+    """A low thing of one colour on the ground, such as a wheel stop: polygon and height (metres)."""
 
     polygon: Points
     height: float
     colour: Colour
 
 
-class Lighting(Protocol):
-    """Lights a drawn place (see `hawk.worlds.conditions`)."""
-
-    def light(self, canvas: Canvas) -> None:
-        """Light the ground."""
-        ...
-
-    def light_layers(self, layers: Sequence[HeightLayer]) -> list[HeightLayer]:
-        """Return what stands on it, lit."""
-        ...
-
-
 @dataclass(slots=True)
-class Plan:
-    """Everything on a site, in the order in which it is laid down.
+class SitePlan:
+    """Everything on a site, in the order in which it is drawn.
 
     Filled by `hawk.worlds.site` and its helpers; surfaces, gains and strokes only through the methods below.
     """
@@ -206,13 +197,13 @@ class Plan:
     wet: float = 0.0
     snow: float = 0.0
     leaves: float = 0.0
-    lamps: Lighting | None = None
-    """What lights the place where there is no sun."""
+    lamps: LampLight | None = None
+    """Light of a place without sun."""
     dim_cars: float = 0.0
     """Share of the vehicles that are dark and show hardly any parts."""
 
-    def lay(self, surface: Surface) -> None:
-        """Lay a surface; what stood or lay there before is gone."""
+    def add_surface(self, surface: Surface) -> None:
+        """Add a surface; it removes everything that stood on its ground before."""
         self.surfaces.append(surface)
         area = surface.polygon.astype(np.float32)
         self.vehicles = [one for one in self.vehicles if not _inside(area, one.x, one.y)]
@@ -221,7 +212,7 @@ class Plan:
         self.buildings = [one for one in self.buildings if not _buries(area, one)]
 
     def settle(self) -> None:
-        """Take away what stands inside a building."""
+        """Remove vehicles and trees inside a building."""
         for building in self.buildings:
             area = building.polygon.astype(np.float32)
             self.vehicles = [one for one in self.vehicles if not _inside(area, one.x, one.y)]
@@ -262,7 +253,7 @@ class Plan:
 
 
 _BURIED = 0.3
-"""A building goes when more of it than this is laid over."""
+"""A building goes when a surface covers more of it than this share."""
 
 
 def _inside(area: NDArray[np.float32], x: float, y: float) -> bool:

@@ -9,17 +9,16 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from hawk.worlds.buildings import draw_building
-from hawk.worlds.canvas import Canvas, Floats, Patch, as_bytes, as_floats
-from hawk.worlds.cars import Model, Sprite, dimmed, draw_vehicle, outline
-from hawk.worlds.clutter import draw_puddles
-from hawk.worlds.conditions import draw_leaves, draw_snow
+from hawk.worlds.canvas import Bytes, Canvas, Floats, Patch, Points, as_bytes, as_floats, noise
+from hawk.worlds.cars import Sprite, VehicleModel, dimmed, draw_vehicle, outline
+from hawk.worlds.conditions import draw_leaves, draw_puddles, draw_snow
 from hawk.worlds.facets import HeightLayer, flat_layer
 from hawk.worlds.light import Shadows, Sun
-from hawk.worlds.materials import texture
-from hawk.worlds.paint import Paint
-from hawk.worlds.plan import Gain, Plan, Post, Surface, Vehicle
+from hawk.worlds.materials import Colour, texture
+from hawk.worlds.plan import Gain, Post, SitePlan, Stroke, Surface, Vehicle
 from hawk.worlds.trees import draw_tree, leaf_colours
 
 _FAR_M = 20.0
@@ -28,14 +27,14 @@ _FAR_M = 20.0
 
 @dataclass(frozen=True, slots=True)
 class Drawn:
-    """A drawn place: ``ground`` is BGR float32 (0..255) with shadows, ``layers`` what stands on it."""
+    """A drawn place: ``ground`` is BGR float32 (0..255) with shadows, ``layers`` are the things that stand on it."""
 
     ground: Floats
     layers: tuple[HeightLayer, ...]
 
 
-def draw_plan(plan: Plan, canvas: Canvas, sun: Sun, rng: np.random.Generator) -> Drawn:
-    """Draw the part of a plan that lies on the canvas (its picture is filled in place)."""
+def draw_plan(plan: SitePlan, canvas: Canvas, sun: Sun, rng: np.random.Generator) -> Drawn:
+    """Draw the part of a plan that is on the canvas (its picture is filled in place)."""
     canvas.image = texture(rng, plan.ground, canvas.height, canvas.width, canvas.metres_per_pixel)
     paint = Paint(canvas, plan.strokes)
     gains = deque(plan.gains)
@@ -70,7 +69,7 @@ def draw_plan(plan: Plan, canvas: Canvas, sun: Sun, rng: np.random.Generator) ->
 
 
 def draw_surface(canvas: Canvas, surface: Surface, rng: np.random.Generator) -> Patch | None:
-    """Lay one surface; return where, or None when it lies outside the canvas."""
+    """Draw one surface; return its patch, None when it is outside the canvas."""
     patch = canvas.patch(surface.polygon, round_m=surface.round_m)
     if patch is None:
         return None
@@ -85,7 +84,7 @@ def draw_surface(canvas: Canvas, surface: Surface, rng: np.random.Generator) -> 
 
 
 def _shown(canvas: Canvas, surfaces: Sequence[Surface]) -> list[bool]:
-    """Tell which surfaces can be seen: those that later ones bury altogether need not be drawn."""
+    """Return True for each surface in sight: those that later ones bury altogether need not be drawn."""
     step = 8
     buried = np.zeros((canvas.height // step + 2, canvas.width // step + 2), np.uint8)
     cross = np.ones((3, 3), np.uint8)
@@ -122,20 +121,18 @@ def _draw_gain(canvas: Canvas, gain: Gain) -> None:
         patch = canvas.patch(gain.points, soften=gain.soften)
     else:
         patch = canvas.strip(gain.points, gain.width, soften=gain.soften)
-    if patch is not None:
-        canvas.gain(patch, gain.gain)
+    canvas.gain(patch, gain.gain)
 
 
-def _draw_blocks(plan: Plan, canvas: Canvas, shadows: Shadows) -> None:
+def _draw_blocks(plan: SitePlan, canvas: Canvas, shadows: Shadows) -> None:
     for block in plan.blocks:
-        patch = canvas.patch(block.polygon)
-        if patch is not None:  # the block's own shadow does not fall on it
-            shade = shadows.shade_at(block.polygon.mean(0)[None])[0]
-            canvas.cover(patch, shade * np.array(block.colour, np.float32))
+        # the block's own shadow does not fall on it
+        shade = shadows.shade_at(block.polygon.mean(0)[None])[0]
+        canvas.cover(canvas.patch(block.polygon), shade * np.array(block.colour, np.float32))
 
 
 def _draw_standing(
-    plan: Plan, canvas: Canvas, shadows: Shadows, sun: Sun, rng: np.random.Generator
+    plan: SitePlan, canvas: Canvas, shadows: Shadows, sun: Sun, rng: np.random.Generator
 ) -> list[HeightLayer]:
     layers: list[HeightLayer] = []
     mpp = canvas.metres_per_pixel
@@ -151,7 +148,7 @@ def _draw_standing(
             layers += crown_layers
             shadows.add_crown(tree.x, tree.y, tree.radius, tree.height, crown)
     for post in plan.posts:
-        layers += _draw_post(post, canvas, shadows)
+        layers += _draw_post(post, canvas, shadows, sun)
     for vehicle in plan.vehicles:
         if canvas.touches(np.array([[vehicle.x, vehicle.y]]), 6):
             model = draw_vehicle(rng, vehicle.kind)
@@ -161,16 +158,14 @@ def _draw_standing(
     return layers
 
 
-def _draw_vehicle(vehicle: Vehicle, model: Model, canvas: Canvas, shadows: Shadows) -> list[HeightLayer]:
+def _draw_vehicle(vehicle: Vehicle, model: VehicleModel, canvas: Canvas, shadows: Shadows) -> list[HeightLayer]:
     footprint = outline(vehicle.x, vehicle.y, vehicle.heading, model.length * 0.96, model.width * 0.94)
     shadows.add_block(footprint, model.height * 0.85)
-    contact = canvas.patch(footprint, soften=0.12)
-    if contact is not None:  # it is dark under a car
-        canvas.gain(contact, 0.35)
+    canvas.gain(canvas.patch(footprint, soften=0.12), 0.35)  # it is dark under a car
     return [_sprite_layer(vehicle, model, sprite, shadows) for sprite in model.sprites]
 
 
-def _sprite_layer(vehicle: Vehicle, model: Model, sprite: Sprite, shadows: Shadows) -> HeightLayer:
+def _sprite_layer(vehicle: Vehicle, model: VehicleModel, sprite: Sprite, shadows: Shadows) -> HeightLayer:
     rows, columns = sprite.pixels.shape[:2]
     scale = model.length / max(1, model.sprites[0].pixels.shape[1])
     ahead = np.array([math.cos(vehicle.heading), math.sin(vehicle.heading)])
@@ -193,18 +188,104 @@ def _shade_over(layer: HeightLayer, shadows: Shadows, rows: int, columns: int) -
     return as_floats(cv2.resize(shadows.shade_at(places), (columns, rows), interpolation=cv2.INTER_LINEAR))
 
 
-def _draw_post(post: Post, canvas: Canvas, shadows: Shadows) -> list[HeightLayer]:
+def _draw_post(post: Post, canvas: Canvas, shadows: Shadows, sun: Sun) -> list[HeightLayer]:
     if not canvas.touches(np.array([[post.x, post.y]]), post.height * 2):
         return []
     shadows.add_pole(post.x, post.y, post.height, 0.2)
-    foot = canvas.patch(outline(post.x, post.y, post.heading, 0.5, 0.5))
-    if foot is not None:
-        canvas.cover(foot, (170, 172, 172))
+    canvas.cover(canvas.patch(outline(post.x, post.y, post.heading, 0.5, 0.5)), (170, 172, 172))
     reach = np.array([math.cos(post.heading), math.sin(post.heading)]) * 0.8
     head = np.full((6, 16, 4), 255, np.uint8)
     head[..., :3] = 90
     centre = (post.x + float(reach[0]), post.y + float(reach[1]))
-    layers = [flat_layer(head, centre, post.heading, (1.6, 0.3), post.height, "post", fine=True)]
     swept = outline(centre[0], centre[1], post.heading, 1.6, 0.35)
-    shadows.add_block(swept + shadows.cast(post.height), 0.2)
-    return layers
+    shadows.add_block(swept + sun.cast(post.height), 0.2)
+    return [flat_layer(head, centre, post.heading, (1.6, 0.3), post.height, "post", fine=True)]
+
+
+_SHIFT = 4
+_FINE_M = 0.027
+"""Strokes are drawn at least this finely (metres per pixel) and averaged: OpenCV's own smoothing of edges would make
+a line of one pixel more than two wide."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Waiting:
+    stroke: Stroke
+    quad: Points
+    low: NDArray[np.int64]
+    high: NDArray[np.int64]
+
+
+class Paint:
+    """The strokes of a plan on a canvas: put on in order, buried by surfaces, blended into the picture at the end."""
+
+    def __init__(self, canvas: Canvas, strokes: Sequence[Stroke]) -> None:
+        self._canvas = canvas
+        self._fine = max(1, math.ceil(canvas.metres_per_pixel / _FINE_M))
+        self._masks: dict[int, Bytes] = {}
+        self._waiting: list[_Waiting] = []
+        if not strokes:
+            return
+        quads = canvas.to_px(np.array([stroke.polygon for stroke in strokes])) + 0.5
+        low, high = np.floor(quads.min(1)).astype(int) - 1, np.ceil(quads.max(1)).astype(int) + 1
+        inside = (high > 0).all(1) & (low[:, 0] < canvas.width) & (low[:, 1] < canvas.height)
+        fine = _narrowed(quads * self._fine, 0.5)
+        # the last stroke comes first, so that the next one is popped from the end
+        self._waiting = [_Waiting(strokes[k], fine[k], low[k], high[k]) for k in np.nonzero(inside)[0][::-1].tolist()]
+
+    def put_on(self, order: int) -> None:
+        """Paint the strokes that were made after ``order`` surfaces or fewer."""
+        groups: dict[int, list[_Waiting]] = {}
+        while self._waiting and self._waiting[-1].stroke.order <= order:
+            one = self._waiting.pop()
+            groups.setdefault(one.stroke.colour, []).append(one)
+        for colour, group in groups.items():
+            self._put_on(colour, group)
+
+    def _put_on(self, colour: int, group: list[_Waiting]) -> None:
+        size = (self._canvas.width, self._canvas.height)
+        low = np.maximum(np.min([one.low for one in group], axis=0), 0)
+        high = np.minimum(np.max([one.high for one in group], axis=0), size)
+        width, height = (high - low).tolist()
+        sheet = np.zeros((height * self._fine, width * self._fine), np.uint8)
+        for one in group:
+            corners = np.round((one.quad - low * self._fine - 0.5) * (1 << _SHIFT)).astype(np.int32)
+            cv2.fillConvexPoly(sheet, corners, float(255 * one.stroke.strength), cv2.LINE_8, _SHIFT)
+        if colour not in self._masks:
+            self._masks[colour] = np.zeros(size[::-1], np.uint8)
+        target = self._masks[colour][low[1] : high[1], low[0] : high[0]]
+        np.maximum(target, as_bytes(cv2.resize(sheet, (width, height), interpolation=cv2.INTER_AREA)), out=target)
+
+    def bury(self, patch: Patch) -> None:
+        """Cover the paint under a surface."""
+        for mask in self._masks.values():
+            part = mask[patch.rows, patch.columns]
+            if part.any():
+                part[:] = as_bytes(part * (1 - patch.mask))
+
+    def blend(self, palette: Sequence[Colour], wear: float, rng: np.random.Generator) -> None:
+        """Blend everything into the picture; ``wear`` (0..1) makes the paint patchy."""
+        if not self._masks:
+            return
+        per_metre = 1 / self._canvas.metres_per_pixel
+        cells = [6 * per_metre, 1.2 * per_metre, 0.3 * per_metre, 0.12 * per_metre]
+        patchy = noise(rng, self._canvas.height, self._canvas.width, cells, [0.22, 0.15, 0.15, 0.12])
+        patchy *= np.float32(0.2 + 1.3 * wear)
+        patchy += 1
+        np.clip(patchy, 0.1, 1.15, out=patchy)
+        for number, mask in sorted(self._masks.items()):
+            alpha = np.minimum(mask.astype(np.float32) * (patchy / 255), 1)[..., None]
+            self._canvas.image += (np.asarray(palette[number], np.float32) - self._canvas.image) * alpha
+
+
+def _narrowed(quads: Points, by: float) -> Points:
+    """Move the sides of parallelograms (N, 4, 2) inwards: OpenCV fills every pixel that an edge touches."""
+    first, second = quads[:, 1] - quads[:, 0], quads[:, 3] - quads[:, 0]
+    area = np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]) + 1e-9
+    shrunk = []
+    for side, other in ((first, second), (second, first)):
+        across = area / (np.linalg.norm(other, axis=1) + 1e-9)
+        shrunk.append(side * np.clip(1 - 2 * by / across, 0.05, 1)[:, None] / 2)
+    middle = quads.mean(1)
+    a, b = shrunk
+    return np.stack([middle - a - b, middle + a - b, middle + a + b, middle - a + b], axis=1)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hawk.worlds.canvas import Points
 from hawk.worlds.cars import sample_kind
 from hawk.worlds.materials import sample_material
-from hawk.worlds.plan import Axes, Block, Building, Plan, PlannedStall, Surface, Vehicle
+from hawk.worlds.plan import Axes, Block, Building, PlannedStall, SitePlan, Surface, Vehicle
 from hawk.worlds.style import LotStyle
 
 PARALLEL_DEPTH_M = 2.4
@@ -40,11 +40,11 @@ class _Slot:
 
 
 def plan_row(
-    plan: Plan, rng: np.random.Generator, axes: Axes, length: float, style: LotStyle, *, mirrored: bool = False
+    plan: SitePlan, rng: np.random.Generator, axes: Axes, length: float, style: LotStyle, *, mirrored: bool = False
 ) -> int:
-    """Lay a row along ``axes.u`` with its open (aisle) side at v = 0; return how many stalls it has.
+    """Plan a row along ``axes.u`` with its open (aisle) side at v = 0; return its stall count.
 
-    ``mirrored`` leans angled stalls the other way.
+    ``mirrored`` leans angled stalls to the other side.
     """
     shift = -style.shift if mirrored else style.shift
     ending = int(rng.choice(3, p=style.ends))
@@ -57,7 +57,7 @@ def plan_row(
     paint = _line_strengths(rng, count + 1, style)
     if ending == _ISLAND and style.bare_ends:
         paint[[0, -1]] *= rng.random(2) >= style.bare_ends
-    for slot, strength in zip([*slots, _after(slots[-1])], paint, strict=True):
+    for slot, strength in zip([*slots, replace(slots[-1], u=slots[-1].u + style.pitch)], paint, strict=True):
         _divider(plan, rng, slot, style, float(strength))
     if style.unpainted:
         return _fill(plan, rng, slots, paint, style)
@@ -72,8 +72,8 @@ def plan_row(
     return found
 
 
-def plan_parallel_row(plan: Plan, rng: np.random.Generator, axes: Axes, length: float, style: LotStyle) -> int:
-    """Lay kerbside stalls along ``axes.u`` (open side at v = 0); return how many there are."""
+def plan_parallel_row(plan: SitePlan, rng: np.random.Generator, axes: Axes, length: float, style: LotStyle) -> int:
+    """Plan kerbside stalls along ``axes.u`` (open side at v = 0); return their count."""
     pitch, depth = rng.uniform(6.0, 7.2), rng.uniform(2.1, PARALLEL_DEPTH_M)
     count = int(length / pitch)
     for k in range(count + 1):
@@ -92,7 +92,7 @@ def plan_parallel_row(plan: Plan, rng: np.random.Generator, axes: Axes, length: 
 
 
 def hatch(
-    plan: Plan, rng: np.random.Generator, corners: Points, width: float, colour: int, *, strength: float = 1.0
+    plan: SitePlan, rng: np.random.Generator, corners: Points, width: float, colour: int, *, strength: float = 1.0
 ) -> None:
     """Paint a bay with slanted lines: ``corners`` is a parallelogram."""
     origin, across, along = corners[0], corners[1] - corners[0], corners[3] - corners[0]
@@ -110,11 +110,7 @@ def hatch(
             plan.line(_pair(start), _pair(end), width, colour, strength)
 
 
-def _after(slot: _Slot) -> _Slot:
-    return _Slot(slot.axes, slot.u + slot.pitch, slot.pitch, slot.depth, slot.shift)
-
-
-def _line_strengths(rng: np.random.Generator, count: int, style: LotStyle) -> NDArrayFloat:
+def _line_strengths(rng: np.random.Generator, count: int, style: LotStyle) -> Points:
     """Give each line the share of its paint that is left: worn lines come in stretches."""
     if style.unpainted:
         return np.zeros(count)
@@ -129,10 +125,7 @@ def _line_strengths(rng: np.random.Generator, count: int, style: LotStyle) -> ND
     return strengths
 
 
-NDArrayFloat = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
-
-
-def _divider(plan: Plan, rng: np.random.Generator, slot: _Slot, style: LotStyle, strength: float) -> None:
+def _divider(plan: SitePlan, rng: np.random.Generator, slot: _Slot, style: LotStyle, strength: float) -> None:
     start, end = 0.0, rng.uniform(0.96, 1.0)
     if rng.random() < style.drop:
         start, end = (rng.uniform(0.2, 0.6), end) if rng.random() < 0.5 else (start, rng.uniform(0.4, 0.8))
@@ -148,8 +141,8 @@ def _divider(plan: Plan, rng: np.random.Generator, slot: _Slot, style: LotStyle,
         plan.line(slot.at(-reach, 0), slot.at(reach, 0), style.line_width, 0, strength)
 
 
-def _fill(plan: Plan, rng: np.random.Generator, slots: list[_Slot], paint: NDArrayFloat, style: LotStyle) -> int:
-    """Decide what each slot is: a stall, an island, a hatched bay or a shelter."""
+def _fill(plan: SitePlan, rng: np.random.Generator, slots: list[_Slot], paint: Points, style: LotStyle) -> int:
+    """Make each slot a stall, an island, a hatched bay or a shelter; return the stall count."""
     occupancy = float(np.clip(style.occupancy + rng.normal(0, 0.12), 0, 1))
     accessible = int(rng.integers(1, 5)) if rng.random() < style.accessible else 0
     found = 0
@@ -171,7 +164,7 @@ def _fill(plan: Plan, rng: np.random.Generator, slots: list[_Slot], paint: NDArr
 
 
 def _stall(
-    plan: Plan, rng: np.random.Generator, slot: _Slot, style: LotStyle, kind: str, paint: float, *, worn: bool
+    plan: SitePlan, rng: np.random.Generator, slot: _Slot, style: LotStyle, kind: str, paint: float, *, worn: bool
 ) -> None:
     plan.stalls.append(PlannedStall(slot.corners, kind, taken=False, worn=worn, paint=paint))
     if kind == "accessible" and not style.unpainted:
@@ -190,11 +183,11 @@ def _stall(
         plan.plant((x, y), radius, rng.uniform(1.6, 2.6), (2.5, 9))
 
 
-def _park(plan: Plan, rng: np.random.Generator, slot: _Slot, style: LotStyle, probability: float) -> None:
+def _park(plan: SitePlan, rng: np.random.Generator, slot: _Slot, style: LotStyle, probability: float) -> None:
     if rng.random() >= probability:
         return
     stall = plan.stalls[-1]
-    plan.stalls[-1] = PlannedStall(stall.corners, stall.kind, True, stall.worn, stall.paint)
+    plan.stalls[-1] = replace(stall, taken=True)
     x, y = slot.at(0.5 + rng.normal(0, 0.035) * style.tidy, rng.uniform(0.44, 0.57))
     tail, head = np.array(slot.at(0.5, 0)), np.array(slot.at(0.5, 1))
     heading = math.atan2(*(head - tail)[::-1]) + rng.normal(0, 0.03) * style.tidy
@@ -206,7 +199,7 @@ def _park(plan: Plan, rng: np.random.Generator, slot: _Slot, style: LotStyle, pr
     plan.vehicles.append(Vehicle(x, y, heading, kind))
 
 
-def _stain(plan: Plan, rng: np.random.Generator, slot: _Slot) -> None:
+def _stain(plan: SitePlan, rng: np.random.Generator, slot: _Slot) -> None:
     centre = np.array(slot.at(0.5 + rng.normal(0, 0.08), rng.uniform(0.25, 0.8)))
     angles = np.linspace(0, 2 * math.pi, 9)[:-1]
     radii = rng.uniform(0.2, 0.9) * rng.uniform(0.6, 1.2, 8)
@@ -214,7 +207,7 @@ def _stain(plan: Plan, rng: np.random.Generator, slot: _Slot) -> None:
     plan.change(outline, 1 - rng.uniform(0.03, 0.28), soften=0.2)
 
 
-def _accessible_sign(plan: Plan, rng: np.random.Generator, slot: _Slot) -> None:
+def _accessible_sign(plan: SitePlan, rng: np.random.Generator, slot: _Slot) -> None:
     half = rng.uniform(0.45, 0.75)
     middle = rng.uniform(0.25, 0.5)
     across, along = half / slot.pitch, half / slot.depth
@@ -232,8 +225,8 @@ def _accessible_sign(plan: Plan, rng: np.random.Generator, slot: _Slot) -> None:
     plan.line(slot.at(0.5, middle - 0.9 * along), slot.at(0.5, middle + 0.2 * along), 0.14, 3, 0.9)
 
 
-def _cap(plan: Plan, rng: np.random.Generator, slot: _Slot, reach: float, ending: int, style: LotStyle) -> None:
-    """Close a row with an island (1) or hatching (2); a negative reach lies before the first slot."""
+def _cap(plan: SitePlan, rng: np.random.Generator, slot: _Slot, reach: float, ending: int, style: LotStyle) -> None:
+    """Close a row with an island (1) or hatching (2); a negative reach is before the first slot."""
     share = reach / slot.pitch
     low, high = (share, 0.0) if reach < 0 else (1.0, 1.0 + share)
     corners = np.array([slot.at(low, 0), slot.at(high, 0), slot.at(high, 1), slot.at(low, 1)])
@@ -243,7 +236,7 @@ def _cap(plan: Plan, rng: np.random.Generator, slot: _Slot, reach: float, ending
         hatch(plan, rng, corners, style.line_width * rng.uniform(1, 1.6), 1, strength=rng.uniform(0.6, 1))
 
 
-def _shelter(plan: Plan, rng: np.random.Generator, slot: _Slot) -> None:
+def _shelter(plan: SitePlan, rng: np.random.Generator, slot: _Slot) -> None:
     """Put a small roof for shopping carts where a stall would be."""
     margin = rng.uniform(0.05, 0.2)
     axes = slot.axes.moved(slot.u + margin * slot.pitch, rng.uniform(0.02, 0.1) * slot.depth)
@@ -252,7 +245,7 @@ def _shelter(plan: Plan, rng: np.random.Generator, slot: _Slot) -> None:
     plan.buildings.append(Building(axes, width, depth, rng.uniform(1.8, 2.8), roof, shelter=True))
 
 
-def _island(plan: Plan, rng: np.random.Generator, corners: Points, style: LotStyle) -> None:
+def _island(plan: SitePlan, rng: np.random.Generator, corners: Points, style: LotStyle) -> None:
     centre = corners.mean(0)
     shrunk = centre + (corners - centre) * 0.9
     plan.islands.append(Surface(shrunk, style.island, style.kerb, round_m=rng.uniform(0.3, 1.0)))
@@ -263,7 +256,7 @@ def _island(plan: Plan, rng: np.random.Generator, corners: Points, style: LotSty
 
 
 def _clipped(offset: float, slant: float) -> tuple[tuple[float, float], tuple[float, float]] | None:
-    """Clip the slanted line from (0, offset) to (1, offset + slant) to the unit square; None when nothing is left."""
+    """Clip the slanted line from (0, offset) to (1, offset + slant) to the unit square; None when it misses it."""
     ends = []
     for across, along in ((0.0, offset), (1.0, offset + slant)):
         clamped = min(1.0, max(0.0, along))

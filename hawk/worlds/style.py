@@ -1,4 +1,4 @@
-"""How one lot is built and painted: the choices that all of its rows share."""
+"""Style of one lot: the choices of building and painting that all of its rows share."""
 
 from __future__ import annotations
 
@@ -64,12 +64,12 @@ class LotStyle:
 
     @property
     def shift(self) -> float:
-        """How far along the row the closed end of a line lies from its open end."""
+        """Distance along the row from a line's open end to its closed end."""
         return self.depth * math.tan(self.skew)
 
 
 def sample_style(rng: np.random.Generator, *, calm: bool = False) -> LotStyle:
-    """Draw a style; ``calm`` keeps to what most lots look like (the simulator's worlds), else anything goes."""
+    """Draw a style; ``calm`` ones are those of most lots (the simulator's worlds), else any style is possible."""
     skewed = rng.random() < (0.32 if calm else 0.38)
     skew = 0.0
     if skewed:
@@ -108,8 +108,8 @@ def sample_style(rng: np.random.Generator, *, calm: bool = False) -> LotStyle:
 def sample_palette(rng: np.random.Generator, asphalt: float, *, calm: bool = False) -> list[tuple[float, float, float]]:
     """Draw the paint: colour 0 of the stalls, 1 of hatching, 2 of accessible signs (blue ground), 3 white.
 
-    ``asphalt`` is the brightness of what the paint lies on. How opaque the paint is comes with it: the stalls' colour
-    is mixed towards the asphalt, but a least contrast stays, because lines that nobody can see teach nothing.
+    ``asphalt`` is the brightness of the ground under the paint. Thin paint is mixed towards it, but a least contrast
+    stays, because invisible lines teach nothing.
     """
     first = int(rng.choice(3, p=[0.75, 0.24, 0.01] if calm else [0.62, 0.34, 0.04]))
     other = first if rng.random() < 0.6 else int(rng.choice([0, 1]))

@@ -1,4 +1,4 @@
-"""What lies around a lot: roads, pavements, buildings, yards, grass, water and sports courts."""
+"""Surroundings of a lot: roads, pavements, buildings, yards, grass, water, sports courts, and small things."""
 
 from __future__ import annotations
 
@@ -7,19 +7,18 @@ import math
 
 import numpy as np
 
-from hawk.worlds.cars import sample_kind
-from hawk.worlds.clutter import plan_containers
+from hawk.worlds.cars import outline, sample_kind
 from hawk.worlds.materials import Material, grey, sample_material
-from hawk.worlds.plan import Axes, Building, Plan, Surface, Vehicle
+from hawk.worlds.plan import Axes, Block, Building, SitePlan, Surface, Vehicle
 
 REACH_M = 140.0
-"""How far surroundings are laid out from a lot's edge."""
+"""Depth of the surroundings from a lot's edge."""
 
 _SIDES = ("road", "building", "grass", "yard", "dirt", "wild")
 
 
-def plan_side(plan: Plan, rng: np.random.Generator, axes: Axes, span: float, *, kind: str | None = None) -> None:
-    """Lay out one side of a lot: ``axes.u`` runs along the edge from its middle, v points away from the lot.
+def plan_side(plan: SitePlan, rng: np.random.Generator, axes: Axes, span: float, *, kind: str | None = None) -> None:
+    """Plan one side of a lot: ``axes.u`` runs along the edge from its middle, v points away from the lot.
 
     ``span`` is half the length of the edge; ``kind`` one of road, building, grass, yard, dirt, wild, else drawn.
     """
@@ -29,18 +28,18 @@ def plan_side(plan: Plan, rng: np.random.Generator, axes: Axes, span: float, *, 
         kerb = v
         v += plan_road(plan, rng, axes.moved(0, kerb))
         v += _border(plan, rng, axes.moved(0, v))
-        _fill(plan, rng, axes, v, ("grass", "concrete", "dirt", "grass", "gravel"))
+        fill_ground(plan, rng, axes, v, ("grass", "concrete", "dirt", "grass", "gravel"))
         if rng.random() < 0.5:
             _houses(plan, rng, axes.moved(0, v + rng.uniform(1, 8)))
         _driveway(plan, rng, axes, span, kerb)
     elif kind == "building":
-        _fill(plan, rng, axes, v, ("concrete", "grass", "asphalt", "dirt", "pavers"))
+        fill_ground(plan, rng, axes, v, ("concrete", "grass", "asphalt", "dirt", "pavers"))
         width = span * rng.uniform(0.6, 1.0) * 2
         shift = rng.uniform(-0.2, 0.2) * span
         building = axes.moved(shift - width / 2, v + rng.choice([0.0, rng.uniform(0, 4)]))
         plan.buildings.append(Building(building, width, rng.uniform(10, 45), rng.uniform(3.5, 11)))
     elif kind == "yard":
-        _fill(plan, rng, axes, v, ("asphalt", "gravel", "concrete", "asphalt"))
+        fill_ground(plan, rng, axes, v, ("asphalt", "gravel", "concrete", "asphalt"))
         if rng.random() < 0.5:
             plan_containers(plan, rng, axes.moved(rng.uniform(-0.9, 0.3) * span, v + rng.uniform(1, 10)))
         for _ in range(int(rng.integers(0, 9))):
@@ -48,33 +47,22 @@ def plan_side(plan: Plan, rng: np.random.Generator, axes: Axes, span: float, *, 
             heading = axes.angle + float(rng.choice([0, math.pi / 2, rng.uniform(0, 6.28)]))
             plan.vehicles.append(Vehicle(x, y, heading, sample_kind(rng, "yard")))
     elif kind == "wild":
-        material = _fill(plan, rng, axes, v, ("grass", "water", "rock", "grass"))
+        material = fill_ground(plan, rng, axes, v, ("grass", "water", "rock", "grass"))
         if material.kind != "water":
             scatter_trees(plan, rng, axes.moved(-span, v + 2), 2 * span, 35, int(rng.integers(4, 40)))
     else:
-        _fill(plan, rng, axes, v, ("grass",) if kind == "grass" else ("dirt", "gravel"))
+        fill_ground(plan, rng, axes, v, ("grass",) if kind == "grass" else ("dirt", "gravel"))
         if rng.random() < 0.25:
             plan_court(plan, rng, axes.moved(rng.uniform(-span, span / 2), v + rng.uniform(4, 12)))
         scatter_trees(plan, rng, axes.moved(-span, v + 2), 2 * span, 25, int(rng.integers(0, 12)))
 
 
-def plan_wild(plan: Plan, rng: np.random.Generator, axes: Axes) -> None:
-    """Lay out a place without any lot about the origin of ``axes``."""
-    _fill(plan, rng, axes, -REACH_M, ("grass", "dirt", "asphalt", "gravel", "concrete", "water", "roof", "pavers"))
-    for _ in range(int(rng.integers(1, 4))):
-        turned = axes.facing(*(((1, 0), (0, 1)), ((0, 1), (-1, 0)), ((-1, 0), (0, -1)))[int(rng.integers(3))])
-        plan_side(plan, rng, turned.moved(0, rng.uniform(-18, 15)), rng.uniform(10, 40))
-    if rng.random() < 0.3:
-        plan_court(plan, rng, axes.moved(rng.uniform(-20, 5), rng.uniform(-15, 5)))
-    scatter_trees(plan, rng, axes.moved(-30, -30), 60, 60, int(rng.integers(0, 16)))
-
-
-def plan_road(plan: Plan, rng: np.random.Generator, axes: Axes) -> float:
-    """Lay a road along ``axes.u`` with its near kerb at v = 0; return its width."""
+def plan_road(plan: SitePlan, rng: np.random.Generator, axes: Axes) -> float:
+    """Plan a road along ``axes.u`` with its near kerb at v = 0; return its width (metres)."""
     width = rng.uniform(6.5, 21)
     asphalt = plan.asphalt if rng.random() < 0.2 else sample_material(rng, "asphalt")
     kerb = grey(rng, 130, 225) if rng.random() < 0.7 else None
-    plan.lay(Surface(axes.rect(-REACH_M, 0, REACH_M, width), asphalt, kerb))
+    plan.add_surface(Surface(axes.rect(-REACH_M, 0, REACH_M, width), asphalt, kerb))
     v = rng.uniform(0.4, 3.2)
     while v < width - 0.3:
         _lane_line(plan, rng, axes.moved(0, v))
@@ -94,11 +82,11 @@ def plan_road(plan: Plan, rng: np.random.Generator, axes: Axes) -> float:
     return width
 
 
-def plan_court(plan: Plan, rng: np.random.Generator, axes: Axes) -> None:
-    """Lay a sports court with its markings: rectangles and a circle, easily taken for stalls."""
+def plan_court(plan: SitePlan, rng: np.random.Generator, axes: Axes) -> None:
+    """Plan a sports court with its markings: rectangles and a circle, easily taken for stalls."""
     width, depth = rng.uniform(13, 30), rng.uniform(7, 17)
-    plan.lay(Surface(axes.rect(-2, -2, width + 2, depth + 2), sample_material(rng, "court")))
-    plan.lay(Surface(axes.rect(0, 0, width, depth), sample_material(rng, "court")))
+    plan.add_surface(Surface(axes.rect(-2, -2, width + 2, depth + 2), sample_material(rng, "court")))
+    plan.add_surface(Surface(axes.rect(0, 0, width, depth), sample_material(rng, "court")))
     thick, colour = rng.uniform(0.06, 0.14), int(rng.choice([1, 3]))
     corners = [(0, 0), (width, 0), (width, depth), (0, depth), (0, 0)]
     for start, end in itertools.pairwise(corners):
@@ -112,7 +100,7 @@ def plan_court(plan: Plan, rng: np.random.Generator, axes: Axes) -> None:
         plan.line(axes.at(*start), axes.at(*end), thick, colour, 0.9)
 
 
-def scatter_trees(plan: Plan, rng: np.random.Generator, axes: Axes, width: float, depth: float, count: int) -> None:
+def scatter_trees(plan: SitePlan, rng: np.random.Generator, axes: Axes, width: float, depth: float, count: int) -> None:
     """Put trees and bushes anywhere in [0, width] x [0, depth]."""
     for _ in range(count):
         x, y = axes.at(rng.uniform(0, width), rng.uniform(0, depth))
@@ -120,14 +108,14 @@ def scatter_trees(plan: Plan, rng: np.random.Generator, axes: Axes, width: float
         plan.plant((x, y), radius, rng.uniform(1.6, 2.8), (1, 14))
 
 
-def _border(plan: Plan, rng: np.random.Generator, axes: Axes) -> float:
-    """Lay pavements and planted strips from v = 0 on; return where they end."""
+def _border(plan: SitePlan, rng: np.random.Generator, axes: Axes) -> float:
+    """Plan pavements and planted strips from v = 0 on; return their far edge (v, metres)."""
     v = 0.0
     for _ in range(int(rng.integers(0, 3))):
         width = rng.uniform(0.4, 4.0)
         material = sample_material(rng, str(rng.choice(["grass", "concrete", "bark", "grass", "pavers", "rock"])))
         kerb = grey(rng, 140, 228) if rng.random() < 0.5 else None
-        plan.lay(Surface(axes.rect(-REACH_M, v, REACH_M, v + width), material, kerb))
+        plan.add_surface(Surface(axes.rect(-REACH_M, v, REACH_M, v + width), material, kerb))
         if material.kind in ("grass", "bark") and rng.random() < 0.5:
             step = rng.uniform(2.5, 10)
             for u in np.arange(-45, 45, step):
@@ -138,23 +126,24 @@ def _border(plan: Plan, rng: np.random.Generator, axes: Axes) -> float:
     return v
 
 
-def _fill(plan: Plan, rng: np.random.Generator, axes: Axes, v: float, kinds: tuple[str, ...]) -> Material:
+def fill_ground(plan: SitePlan, rng: np.random.Generator, axes: Axes, v: float, kinds: tuple[str, ...]) -> Material:
+    """Cover everything from v on with one of the materials; return it."""
     material = sample_material(rng, str(rng.choice(kinds)))
-    plan.lay(Surface(axes.rect(-REACH_M, v, REACH_M, REACH_M), material))
+    plan.add_surface(Surface(axes.rect(-REACH_M, v, REACH_M, REACH_M), material))
     return material
 
 
-def _driveway(plan: Plan, rng: np.random.Generator, axes: Axes, span: float, kerb: float) -> None:
+def _driveway(plan: SitePlan, rng: np.random.Generator, axes: Axes, span: float, kerb: float) -> None:
     """Join the lot to its road across the border in between."""
     if kerb < 0.3 or rng.random() < 0.2:
         return
     width, middle = rng.uniform(5, 9), rng.uniform(-0.8, 0.8) * span
-    plan.lay(Surface(axes.rect(middle - width / 2, 0, middle + width / 2, kerb + 0.2), plan.asphalt))
+    plan.add_surface(Surface(axes.rect(middle - width / 2, 0, middle + width / 2, kerb + 0.2), plan.asphalt))
     if rng.random() < 0.5:
         plan.line(axes.at(middle, kerb - 0.4), axes.at(middle + width / 2 - 0.4, kerb - 0.4), 0.4, 3, 0.9)
 
 
-def _houses(plan: Plan, rng: np.random.Generator, axes: Axes) -> None:
+def _houses(plan: SitePlan, rng: np.random.Generator, axes: Axes) -> None:
     u = rng.uniform(-50, -30)
     while u < 45:
         width = rng.uniform(8, 30)
@@ -165,7 +154,7 @@ def _houses(plan: Plan, rng: np.random.Generator, axes: Axes) -> None:
         u += width + rng.uniform(2, 15)
 
 
-def _lane_line(plan: Plan, rng: np.random.Generator, axes: Axes) -> None:
+def _lane_line(plan: SitePlan, rng: np.random.Generator, axes: Axes) -> None:
     colour, width, strength = int(rng.choice([0, 1, 3, 3])), rng.uniform(0.1, 0.2), rng.uniform(0.3, 1.0)
     if rng.random() < 0.4:
         plan.line(axes.at(-80, 0), axes.at(80, 0), width, colour, strength)
@@ -175,8 +164,36 @@ def _lane_line(plan: Plan, rng: np.random.Generator, axes: Axes) -> None:
         plan.line(axes.at(float(u), 0), axes.at(float(u) + period * 0.4, 0), width, colour, strength)
 
 
-def _crosswalk(plan: Plan, rng: np.random.Generator, axes: Axes, width: float) -> None:
+def _crosswalk(plan: SitePlan, rng: np.random.Generator, axes: Axes, width: float) -> None:
     bar, length = rng.uniform(0.3, 0.6), rng.uniform(2, 4)
     for v in np.arange(0.3, width, bar * 2):
         plan.line(axes.at(0, float(v)), axes.at(length, float(v)), bar, 3, 0.9)
     plan.line(axes.at(length + 1.5, 0.3), axes.at(length + 1.5, width / 2), 0.4, 3, 0.9)
+
+
+def plan_clutter(plan: SitePlan, rng: np.random.Generator, axes: Axes, width: float, depth: float) -> None:
+    """Scatter small things over the rectangle [0, width] x [0, depth] of a lot."""
+    area = width * depth / 1500
+    for _ in range(rng.poisson(1.5 * area)):  # manholes and drains
+        x, y = axes.at(rng.uniform(0, width), rng.uniform(0, depth))
+        angles = np.linspace(0, 2 * math.pi, 10)[:-1]
+        ring = np.array([x, y]) + rng.uniform(0.28, 0.4) * np.stack([np.cos(angles), np.sin(angles)], 1)
+        plan.change(ring, float(rng.choice([0.6, 0.75, 1.25])), soften=0.02)
+    for _ in range(rng.poisson(0.8 * area)):  # people
+        x, y = axes.at(rng.uniform(0, width), rng.uniform(0, depth))
+        body = outline(x, y, rng.uniform(0, 6.28), 0.3, 0.55)
+        plan.blocks.append(Block(body, 1.6, grey(rng, 20, 220, 25)))
+    for _ in range(rng.poisson(0.25 * area)):  # bins, boxes, pallets
+        x, y = axes.at(rng.uniform(0, width), rng.uniform(0, depth))
+        size = rng.uniform(0.6, 2.2, 2)
+        body = outline(x, y, axes.angle + rng.normal(0, 0.2), float(size[0]), float(size[1]))
+        plan.blocks.append(Block(body, rng.uniform(0.4, 1.3), grey(rng, 25, 200, 30)))
+
+
+def plan_containers(plan: SitePlan, rng: np.random.Generator, axes: Axes) -> None:
+    """Put freight containers side by side from the origin of ``axes`` on: much like stalls, and none."""
+    length, gap = float(rng.choice([6.1, 12.2])), float(rng.choice([0.1, 0.4, 1.2]))
+    for k in range(int(rng.integers(2, 11))):
+        if rng.random() < 0.85:
+            place = axes.moved(k * (2.44 + gap), rng.normal(0, 0.15))
+            plan.buildings.append(Building(place, 2.44, length, 2.6 * float(rng.choice([1, 1, 2]))))

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import shapely
 import shapely.ops
@@ -15,8 +16,6 @@ from numpy.typing import NDArray
 
 from hawk.worlds.canvas import Bytes, Points
 from hawk.worlds.facets import HeightLayer
-
-__all__ = ["HeightLayer", "TrueStall", "Truth", "World", "WorldError", "load_truth"]
 
 _STATES = ("free", "taken", "unclear")
 _START_INSET_M = 1.0
@@ -32,8 +31,8 @@ class TrueStall:
 
     ``corners`` is (4, 2) metres in the world's ground frame (x east, y south from the picture's corner);
     corners[0]-corners[1] and corners[2]-corners[3] are the short ends. ``covered`` is the share (0..1) of it that
-    vehicles cover; ``hidden`` says that more than half of it lies under crowns or roofs; ``unclear`` that nobody could
-    tell its state (then ``taken`` means nothing).
+    vehicles cover; more than half of a ``hidden`` one is under crowns or roofs; the state of an ``unclear`` one is
+    unknown (then ``taken`` means nothing).
     """
 
     id: int
@@ -53,7 +52,7 @@ class TrueStall:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Truth:
-    """What is known of a world: its stalls, and the outlines (N, 2) of its lots, metres."""
+    """Truth about a world: its stalls, and the outlines (N, 2) of its lots, metres."""
 
     stalls: tuple[TrueStall, ...] = ()
     lots: tuple[Points, ...] = ()
@@ -86,9 +85,9 @@ class World:
         return columns * self.metres_per_pixel, rows * self.metres_per_pixel
 
     def start(self) -> tuple[float, float]:
-        """Return where a drone is put down: just inside the middle of the lot's edge that is nearest to a corner.
+        """Return the start of a drone, metres: just inside the middle of an edge of the largest lot.
 
-        The largest lot and the picture's corners are meant. Without any lot it is the middle of the picture.
+        Of its edges the one nearest to a corner of the picture. Without a lot, the middle of the picture.
         """
         if self.start_m is not None:
             return self.start_m
@@ -119,7 +118,7 @@ class World:
 
 
 def load_truth(path: str | Path) -> Truth:
-    """Read a truth file (`World.truth_json`, or stalls and outlines alone); raise WorldError naming what is wrong."""
+    """Read a truth file (`World.truth_json`, or stalls and outlines alone). Raises WorldError naming the fault."""
     path = Path(path)
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
@@ -129,12 +128,7 @@ def load_truth(path: str | Path) -> Truth:
         raise WorldError(f"truth {path}: is not JSON ({error})") from error
     if not isinstance(data, Mapping):
         raise WorldError(f"truth {path}: must be an object with 'stalls' and 'lots_m'")
-    return truth_from_json(data, str(path))
-
-
-def truth_from_json(data: Mapping[str, Any], source: str = "truth") -> Truth:
-    """Read a truth from its JSON object; ``source`` is named in errors."""
-    stalls = data.get("stalls", [])
+    source, stalls = str(path), data.get("stalls", [])
     lots = data.get("lots_m", [])
     if not isinstance(stalls, list) or not isinstance(lots, list):
         raise WorldError(f"{source}: 'stalls' and 'lots_m' must be lists")
@@ -210,7 +204,7 @@ def _positive(value: object, source: str) -> float:
 
 
 def _edge_middles(lot: Points, width: float, height: float) -> list[Points]:
-    """Return the middles of a lot's longer edges that lie in the picture."""
+    """Return the middles of a lot's longer edges, those inside the picture."""
     ends = np.roll(lot, -1, axis=0)
     lengths = np.linalg.norm(ends - lot, axis=1)
     long = lengths >= min(6.0, float(lengths.max()))
@@ -220,7 +214,7 @@ def _edge_middles(lot: Points, width: float, height: float) -> list[Points]:
 
 
 def _inside(point: Points, lot: Points) -> tuple[float, float]:
-    """Return the nearest point to ``point`` that lies a little inside the lot."""
+    """Return the nearest point to ``point`` that is a little inside the lot."""
     area = shapely.Polygon(lot).buffer(0)
     inner = area.buffer(-_START_INSET_M)
     if inner.is_empty:
@@ -228,3 +222,40 @@ def _inside(point: Points, lot: Points) -> tuple[float, float]:
         return float(centre.x), float(centre.y)
     nearest = shapely.ops.nearest_points(inner, shapely.Point(point))[0]
     return float(nearest.x), float(nearest.y)
+
+
+_LARGEST_PX = 20000
+_FINEST_M, _COARSEST_M = 0.005, 1.0
+
+
+def picture_world(path: str | Path, metres_per_pixel: float, truth_path: str | Path | None = None) -> World:
+    """Make a world of an orthophoto (PNG, JPEG, TIFF; north up) and, if there is one, its truth.
+
+    Everything in the picture is flat. Raises WorldError naming the file or option and the remedy.
+    """
+    path = Path(path)
+    if not _FINEST_M <= metres_per_pixel <= _COARSEST_M:
+        raise WorldError(
+            f"metres_per_pixel: must be between {_FINEST_M} and {_COARSEST_M}, not {metres_per_pixel}; "
+            "it is the side of one pixel on the ground"
+        )
+    try:
+        data = np.frombuffer(path.read_bytes(), np.uint8)
+    except OSError as error:
+        raise WorldError(f"world {path}: cannot be read ({error.strerror}); name a picture that exists") from error
+    ground = cv2.imdecode(data, cv2.IMREAD_COLOR) if data.size else None
+    if ground is None:
+        raise WorldError(f"world {path}: is not a picture that can be read; use PNG, JPEG or TIFF")
+    if max(ground.shape[:2]) > _LARGEST_PX or min(ground.shape[:2]) < 16:
+        raise WorldError(
+            f"world {path}: must be 16 to {_LARGEST_PX} pixels a side, not {ground.shape[1::-1]}; resize it"
+        )
+    truth = load_truth(truth_path) if truth_path is not None else Truth()
+    return World(
+        name=path.stem,
+        metres_per_pixel=metres_per_pixel,
+        ground=np.asarray(ground, np.uint8),
+        stalls=truth.stalls,
+        lots=truth.lots,
+        start_m=truth.start,
+    )

@@ -16,7 +16,7 @@ from hawk.survey.stack import SimulatedStack
 CHROMIUM = shutil.which("chromium") or "/usr/bin/chromium"
 LAUNCHER = f"""#!{sys.executable}
 import os, sys
-from hawk.priority import SIMULATOR_NICENESS, set_session_niceness
+from hawk.process import SIMULATOR_NICENESS, set_session_niceness
 set_session_niceness(SIMULATOR_NICENESS)
 os.execv({CHROMIUM!r}, [{CHROMIUM!r}, *sys.argv[1:]])
 """

@@ -1,4 +1,4 @@
-"""What a person does with a page."""
+"""A person's actions on a page."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ async def slide(page: Page, target: Locator) -> None:
 
 
 async def is_within(target: Locator, size: dict[str, int]) -> bool:
-    """Whether all of it is in sight, and large enough for a finger."""
+    """Return True when all of it is in sight and large enough for a finger."""
     box = await target.bounding_box()
     assert box is not None
     inside = box["x"] >= 0 and box["y"] >= 0

@@ -11,11 +11,11 @@ from pathlib import Path
 import pytest
 from playwright.async_api import Browser, Locator, Page, expect
 
-from hawk.comm.fence_messages import FenceSetup
+from hawk.comm.status import FenceSetup
 from hawk.survey.stack import SimulatedStack
 from tests.e2e.hands import button, is_within, press, shows, slide, state_is
 from tests.e2e.watching import watch
-from tests.integration.daemon_support import operator, over_a_picture
+from tests.integration.daemon_support import kill_daemon, operator, over_a_picture
 
 pytestmark = pytest.mark.e2e
 
@@ -73,7 +73,7 @@ async def test_a_fence_is_drawn_kept_and_kept_to(scene: Scene, screenshots: Path
     assert (kept.source, kept.ceiling, len(kept.corners)) == ("drawn", 60, 8)
     assert not errors
 
-    await scene.stack.kill_daemon()
+    await kill_daemon(scene.stack)
     await scene.stack.start_daemon()
     await press(page, "Take control", 30)
     assert (await fence_of(scene.url)).corners == kept.corners
@@ -170,7 +170,7 @@ async def drawing_by_clicks(page: Page, screenshots: Path) -> None:
 
 
 async def putting_it_right(page: Page) -> None:
-    """A corner dragged across a side and a ceiling that is too low are told, and mended."""
+    """A corner dragged across a side and a ceiling that is too low are reported, and mended."""
     first, far = await pixel(page, U_SHAPE[0]), await pixel(page, (30, 0))
     await drag(page, first, far)
     await shows(page, "This fence cannot be saved")
@@ -207,7 +207,7 @@ async def everything_fits(page: Page, screenshots: Path) -> None:
 
 
 async def a_file_goes_out_and_comes_in(page: Page, folder: Path) -> None:
-    """What is exported is what was drawn, and comes back after everything was cleared; a wrong file changes nothing."""
+    """The exported fence is the drawn one and is imported after a clear; a wrong file changes nothing."""
     async with page.expect_download() as waiting:
         await press(page, "Export", 5)
     path = folder / "exported.geojson"
@@ -232,7 +232,7 @@ async def take_off(page: Page) -> None:
 
 
 async def the_way_across_the_gap_is_refused(page: Page, screenshots: Path) -> None:
-    """The arm is inside, the straight way to it is not, and nothing is known of a lot to fly over: the bar says why."""
+    """The arm is inside, the straight path to it is not, and no lot to fly over is known: the bar says why."""
     await move_to(page, IN_THE_ARM)
     await shows(page, "The straight way there leaves the fence")
     await expect(page.get_by_label("Anywhere inside the fence")).to_be_disabled()

@@ -15,7 +15,7 @@ from hawk.simulation import SimulationOptions
 from hawk.survey.stack import SimulatedStack
 from tests.e2e.hands import button, is_within, keep_pressed, press, shows, slide, state_is, visible
 from tests.e2e.watching import watch
-from tests.integration.daemon_support import eventually, operator, write_settings
+from tests.integration.daemon_support import eventually, kill_daemon, operator, write_settings
 
 pytestmark = pytest.mark.e2e
 
@@ -144,7 +144,7 @@ async def everything_fits(page: Page, screenshots: Path) -> None:
 
 
 async def move(scene: Scene, side: int, *, by_key: bool) -> None:
-    """Point at a place on the map, to the right (1) or left (-1) of the drone, and confirm: it flies that way."""
+    """Point at a place on the map, to the right (1) or left (-1) of the drone, and confirm: it flies there."""
     page, before = scene.pilot, await scene.place_at_rest()
     await press(page, "Follow the drone", 5)
     await page.wait_for_timeout(EASE_MS)
@@ -170,7 +170,7 @@ async def move(scene: Scene, side: int, *, by_key: bool) -> None:
 
 async def a_dead_daemon_is_told_and_found_again(scene: Scene, screenshots: Path) -> None:
     page = scene.pilot
-    await scene.stack.kill_daemon()
+    await kill_daemon(scene.stack)
     await shows(page, "No word from the drone for")
     await shows(page, "By its settings")
     await expect(button(page, "Hold")).to_be_disabled()
@@ -191,7 +191,7 @@ async def the_motors_are_cut_in_two_steps(scene: Scene, screenshots: Path) -> No
     await keep_pressed(page, cut, 300)
     status = await scene.stack.status()
     assert not status["disarmed"]
-    # the drone allows 10 s: who looked around begins anew
+    # the drone allows 10 s: a person who looked around begins again
     await press(page, "Cancel", 5)
     await press(page, "Cut motors", 10)
     await expect(cut).to_be_enabled()

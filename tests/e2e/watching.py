@@ -1,4 +1,4 @@
-"""What went wrong in a page."""
+"""Errors of a page."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from playwright.async_api import Page
 
 
 class Errors(list[str]):
-    """What went wrong in the page."""
+    """Errors of the page."""
 
 
 def watch(page: Page) -> Errors:

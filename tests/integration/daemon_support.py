@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-from hawk.comm.messages import Ack, Arm, Command, Control, HealthItem, Heartbeat, ReturnToLaunch, SetFailsafes, Takeoff
+from hawk.comm.messages import Ack, Arm, Command, Control, ReturnToLaunch, SetFailsafes, Takeoff
+from hawk.comm.status import HealthItem, Heartbeat
 from hawk.model import StateName
 from hawk.simulation import SimulationOptions
 from hawk.survey.client import DroneClient
@@ -48,12 +49,26 @@ def write_settings(folder: Path, settings: str) -> Path:
     return path
 
 
+async def kill_daemon(stack: SimulatedStack) -> None:
+    """Send SIGKILL to the daemon, as a crash or an empty companion battery would."""
+    if stack.daemon is not None and stack.daemon.returncode is None:
+        stack.daemon.kill()
+        await stack.daemon.wait()
+
+
+async def end_daemon(stack: SimulatedStack) -> int:
+    """Send SIGTERM to the daemon, as the service manager does; return the exit status."""
+    assert stack.daemon is not None
+    stack.daemon.terminate()
+    return await stack.daemon.wait()
+
+
 class Operator:
     """One person with a connection: orders, and waits for what heartbeats show. Times are the drone's unless real."""
 
     def __init__(self, drone: DroneClient) -> None:
         self.drone = drone
-        self.hand = Handset(drone, SILENCE_S, lambda _: None)
+        self.hand = Handset(drone, SILENCE_S, lambda _, __: None)
 
     @property
     def beat(self) -> Heartbeat:

@@ -107,7 +107,7 @@ class Pilot:
         return time.monotonic() - start
 
     def pause(self, seconds: float) -> None:
-        """Let real time pass, for what no message tells."""
+        """Let real time pass where no message can be awaited."""
         with self._changed:
             self._changed.wait_for(lambda: False, seconds)
 

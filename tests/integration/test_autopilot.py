@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from hawk.comm.autopilot import MavsdkAutopilot
-from hawk.comm.clock import ScaledClock
+from hawk.comm.clock import Clock
 from hawk.comm.drone_camera import DroneCamera
 from hawk.comm.vehicle import AutopilotError, VehicleTopics
 from hawk.config import AutopilotSettings, CameraSettings
@@ -35,7 +35,7 @@ class Rig:
         self._stack = stack
         self._blocking = ThreadPoolExecutor(1, "test-blocking")
         self.port = free_udp_port()
-        self.clock = ScaledClock(SPEED)
+        self.clock = Clock(SPEED)
         self.topics = VehicleTopics.create(self.clock)
         settings = AutopilotSettings(url=f"udpin://127.0.0.1:{self.port}")
         self.autopilot = MavsdkAutopilot(settings, self.clock, self.topics)
@@ -122,8 +122,10 @@ async def test_a_flight_on_the_map_with_a_reset_of_ekf_local(rig: Rig) -> None:
     await rig.start_simulation()
     await rig.autopilot.start()
     await rig.ready()
-    found = await rig.autopilot.read_parameters(["FS_GCS_ENABLE", "MAV_GCS_SYSID", "SYSID_MYGCS", "FENCE_ENABLE"])
-    assert found == {"FS_GCS_ENABLE": 0, "MAV_GCS_SYSID": None, "SYSID_MYGCS": 255, "FENCE_ENABLE": 0}
+    expected = {"FS_GCS_ENABLE": 0, "SYSID_MYGCS": 255, "FENCE_ENABLE": 0}
+    assert {name: await rig.autopilot.get_parameter(name) for name in expected} == expected
+    with pytest.raises(AutopilotError, match="MAV_GCS_SYSID"):
+        await rig.autopilot.get_parameter("MAV_GCS_SYSID")
     assert await rig.autopilot.set_rtl_altitude(HEIGHT) == HEIGHT
     await rig.autopilot.upload_fence(FENCE)
     assert rig.autopilot.parameters["FENCE_ENABLE"] == 1
@@ -153,7 +155,7 @@ async def test_a_flight_on_the_map_with_a_reset_of_ekf_local(rig: Rig) -> None:
 
 
 def _way(before: Any, after: Any) -> tuple[float, float]:
-    """Return how far the true position moved, metres north and east (the simulation tells x east, y south)."""
+    """Return how far the true position moved, metres north and east (the simulation reports x east, y south)."""
     first, second = before["position"], after["position"]
     return first["y"] - second["y"], second["x"] - first["x"]
 
@@ -176,10 +178,10 @@ async def test_an_absent_autopilot_a_cut_link_and_a_boot(rig: Rig) -> None:
     await rig.until(lambda: rig.topics.state.value.connected)  # type: ignore[union-attr]
     await rig.until(lambda: rig.topics.pose.fresh(0.5) is not None)
 
-    boot = rig.autopilot.from_boot(0.0)
+    boot = rig.autopilot.telemetry.from_boot(0.0)
     assert boot is not None
     await rig.fault(autopilot="power_cycle")
-    await rig.until(lambda: (rig.autopilot.from_boot(0.0) or 0.0) > boot + 1.0)
+    await rig.until(lambda: (rig.autopilot.telemetry.from_boot(0.0) or 0.0) > boot + 1.0)
     assert rig.autopilot.parameters == {}
     await rig.ready()
     await rig.take_off()
@@ -209,7 +211,7 @@ async def test_pictures_carry_the_moment_of_their_light_and_find_their_pose(rig:
     await rig.start_simulation()
     await rig.autopilot.start()
     settings = CameraSettings(url=f"{rig.http}/stream", reconnect_s=0.05)
-    camera = DroneCamera(settings, rig.clock, rig.autopilot.from_boot)
+    camera = DroneCamera(settings, rig.clock, rig.autopilot.telemetry.from_boot)
     camera.init()
     try:
         await rig.ready()
@@ -217,7 +219,7 @@ async def test_pictures_carry_the_moment_of_their_light_and_find_their_pose(rig:
             frame = await asyncio.wait_for(camera.next_frame(), 20)
             assert (frame.width, frame.height) == (1280, 720)
         assert 0.0 <= frame.arrived - frame.captured < 2.0
-        assert rig.autopilot.pose_at(frame.captured) is not None
+        assert rig.autopilot.telemetry.pose_at(frame.captured) is not None
         assert camera.health.is_healthy
         await rig.fault(camera="closed")
         await rig.until(lambda: not camera.health.is_healthy)

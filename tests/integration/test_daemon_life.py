@@ -1,4 +1,4 @@
-"""How the daemon dies, is told to end, loses its operator, and begins again: the drone is in the air each time."""
+"""The daemon dies, is ended, loses its operator, and starts again: the drone is in the air each time."""
 
 from __future__ import annotations
 
@@ -12,7 +12,15 @@ import pytest_asyncio
 
 from hawk.model import StateName
 from hawk.survey.stack import SimulatedStack
-from tests.integration.daemon_support import Operator, eventually, health, operator, over_a_picture
+from tests.integration.daemon_support import (
+    Operator,
+    end_daemon,
+    eventually,
+    health,
+    kill_daemon,
+    operator,
+    over_a_picture,
+)
 
 pytestmark = [pytest.mark.integration, pytest.mark.asyncio(loop_scope="module")]
 
@@ -39,9 +47,8 @@ class Flown:
 
     def seconds_since(self, began: float) -> float:
         """Return real seconds since then, without those in which the daemon waited for a core that others had."""
-        pid = self.stack.daemon_pid
-        assert pid is not None
-        return asyncio.get_running_loop().time() - began - waited_for_a_core(pid)
+        assert self.stack.daemon is not None
+        return asyncio.get_running_loop().time() - began - waited_for_a_core(self.stack.daemon.pid)
 
 
 def waited_for_a_core(pid: int) -> float:
@@ -64,7 +71,7 @@ async def test_killed_again_and_again_in_the_air(flown: Flown) -> None:
     async with operator(flown.url) as pilot:
         await pilot.take_off()
         before = await pilot.until(lambda b: (b.flight_time or 0) > 5)
-        await flown.stack.kill_daemon()
+        await kill_daemon(flown.stack)
     began = await flown.start_again()
     async with operator(flown.url) as pilot:
         after = await pilot.until_state(StateName.COMMUNICATION_LOST)
@@ -72,15 +79,15 @@ async def test_killed_again_and_again_in_the_air(flown: Flown) -> None:
         assert after.flight_time is not None
         assert before.flight_time is not None
         assert after.flight_time > before.flight_time, "the flight goes on"
-        assert (after.way or 0) >= (before.way or 0) - 3
+        assert (after.distance_flown or 0) >= (before.distance_flown or 0) - 3
         await pilot.take_control()
         await pilot.until_state(StateName.HOVER)
         assert (await flown.stack.status())["mode"] == "GUIDED"
-        await flown.stack.kill_daemon()
+        await kill_daemon(flown.stack)
     began = await flown.start_again()
     await eventually(flown.stack.status, lambda s: s["mode"] == "RTL", 10)
     assert flown.seconds_since(began) < TAKEN_UP_S
-    await flown.stack.kill_daemon()
+    await kill_daemon(flown.stack)
     await flown.start_again()
     async with operator(flown.url) as pilot:
         await stays_away_until_disarmed(flown.stack, pilot)
@@ -119,7 +126,7 @@ async def test_told_to_end_in_the_air_it_sends_the_drone_home_first(flown: Flown
     async with operator(flown.url) as pilot:
         await pilot.take_off()
     async with asyncio.timeout(STOP_S):
-        assert await flown.stack.end_daemon() == 0
+        assert await end_daemon(flown.stack) == 0
     assert (await flown.stack.status())["mode"] == "RTL"
     down = await eventually(flown.stack.status, lambda s: s["disarmed"], 60)
     assert not down["crashed"]

@@ -21,18 +21,18 @@ from hawk.algo.manager import AlgorithmManagerApp
 from hawk.algo.mapper.app import MapperApp
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
-from hawk.algo.vision.app import VisionApp
-from hawk.algo.vision.settings import VisionSettings
-from hawk.comm.messages import AutonomousExplore, CompulsiveMove, Heartbeat, Hold, Land
+from hawk.algo.vision.app import VisionApp, VisionSettings
+from hawk.comm.messages import AutonomousExplore, CompulsiveMove, Hold, Land
+from hawk.comm.status import Heartbeat
 from hawk.model import GlobalPose, Stall, StateName
 from hawk.simulation import SimulationOptions
 from hawk.store.replay import read_frames, read_metadata, read_recording
 from hawk.survey.report import map_offset
 from hawk.survey.stack import SimulatedStack
-from hawk.survey.truth import Truth
-from tests.integration.daemon_support import Operator, operator, write_settings
+from hawk.survey.truth import GroundTruth
+from tests.integration.daemon_support import Operator, kill_daemon, operator, write_settings
 
-pytestmark = [pytest.mark.integration, pytest.mark.asyncio(loop_scope="module")]
+pytestmark = [pytest.mark.integration, pytest.mark.alone, pytest.mark.asyncio(loop_scope="module")]
 
 SETTINGS = """
 [heights]
@@ -45,9 +45,9 @@ operator_hold_s = 30.0
 control_lease_s = 8.0
 """
 STALLS = 15
-"""So many are known when the daemon is killed."""
+"""Number of stalls known when the daemon is killed."""
 LOST_S = 1.0
-"""What is older than this, real seconds, survives a kill."""
+"""Age in real seconds from which changes survive a kill."""
 STILL_M = 0.3
 """The map as a whole moves less, and so does what is not seen again; a stall that is seen again may be placed better
 by more, and worse by no more than twice that."""
@@ -62,7 +62,7 @@ EXPLORE_ATTEMPTS = 5
 
 @dataclass(frozen=True)
 class Look:
-    """What a client knew at a moment."""
+    """A client's knowledge at a moment."""
 
     beat: Heartbeat
     map_id: str | None
@@ -82,7 +82,7 @@ class Look:
 
 @dataclass(frozen=True)
 class Survey:
-    """What was seen of it, in the order of flight."""
+    """Sightings, in the order of flight."""
 
     a_second_before_the_kill: Look
     at_the_kill: Look
@@ -94,7 +94,7 @@ class Survey:
     operator_lost: Look
     operator_back: Look
     home: Look
-    truth: Truth
+    truth: GroundTruth
     truth_of_the_end: dict[str, Any]
     recordings: list[Path]
 
@@ -144,7 +144,7 @@ async def until_killed(stack: SimulatedStack, url: str) -> tuple[Look, Look]:
         since = early.beat.time
         await explore(pilot, lambda b: b.time - since > 1.5 * LOST_S * SPEED)
         late = await look(pilot)
-        await stack.kill_daemon()
+        await kill_daemon(stack)
     return early, late
 
 
@@ -196,7 +196,7 @@ def moves(before: Look, after: Look, kept: Set[int]) -> tuple[list[float], list[
     return unseen, list(moved.values())
 
 
-def worse_by(before: Look, after: Look, kept: Set[int], truth: Truth) -> list[float]:
+def worse_by(before: Look, after: Look, kept: Set[int], truth: GroundTruth) -> list[float]:
     """Return how much farther from its true place each stall lies, metres; the true one is the nearest one before.
 
     An id that became another stall's is worse by the metres between the two.
@@ -208,7 +208,7 @@ def worse_by(before: Look, after: Look, kept: Set[int], truth: Truth) -> list[fl
     return [float(metres) for metres in np.hypot(*(new + shift - true[nearest]).T) - off]
 
 
-def truth_places(look: Look, ids: list[int], truth: Truth) -> NDArray[np.float64]:
+def truth_places(look: Look, ids: list[int], truth: GroundTruth) -> NDArray[np.float64]:
     """Return the centres of stalls as the truth's (x, y) metres, (N, 2)."""
     assert look.beat.datum is not None
     places = np.array([(look.stalls[i].north, look.stalls[i].east) for i in ids])

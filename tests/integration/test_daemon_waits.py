@@ -1,4 +1,4 @@
-"""A camera and an autopilot that are not there yet: waited for, told, and found when they come."""
+"""A camera and an autopilot that are not there yet: awaited, reported, and found when they come."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from hawk.simulation import free_udp_port
 from tests.integration.daemon_support import health, operator
 from tests.integration.sim_support import free_tcp_port, small_picture
 
-pytestmark = pytest.mark.integration
+pytestmark = [pytest.mark.integration, pytest.mark.alone]
 
 READY_S = 30.0
 
@@ -106,6 +106,6 @@ async def test_what_is_absent_at_the_start_is_waited_for_and_found(tmp_path: Pat
 
 
 async def has_picture(url: str) -> bool:
-    """Whether the daemon gives what its camera sees."""
+    """Return True when the daemon serves its camera's picture."""
     async with aiohttp.ClientSession() as session, session.get(f"{url}snapshot.jpg") as answer:
         return (await answer.read()).startswith(b"\xff\xd8")

@@ -1,4 +1,4 @@
-"""Autonomous Move over an L-shaped lot: the straight way leaves it, the flown one does not.
+"""Autonomous Move over an L-shaped lot: the straight path leaves it, the flown one does not.
 
 The lot is put into the flight journal as an earlier flight would have left it, and flown below the height from which
 pictures are looked at, so that what is known of it stays.
@@ -7,7 +7,7 @@ pictures are looked at, so that what is known of it stays.
 from __future__ import annotations
 
 import itertools
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,14 +16,15 @@ import pytest
 import pytest_asyncio
 import shapely
 
+from hawk.algo.ground import Window
 from hawk.algo.mapper import delta
 from hawk.algo.mapper.evidence import EVIDENCE_M
 from hawk.algo.mapper.grid import EvidenceGrid, EvidenceTile
-from hawk.algo.mapper.window import Window
-from hawk.comm.messages import Ack, AutonomousMove, Disarm, Heartbeat, Point, RouteAnswer, RouteRequest
+from hawk.comm.messages import Ack, AutonomousMove, Disarm, RouteAnswer, RouteRequest
+from hawk.comm.status import Heartbeat, Point
 from hawk.model import Cell, StateName, UserError
 from hawk.store.journal import FlightJournal
-from tests.integration.daemon_support import LOW, Operator, operator, over_a_picture
+from tests.integration.daemon_support import LOW, Operator, end_daemon, operator, over_a_picture
 
 pytestmark = [pytest.mark.integration, pytest.mark.asyncio(loop_scope="module")]
 
@@ -33,7 +34,7 @@ TARGET = (42.0, 54.0)
 OFF_LOT = (0.0, 40.0)
 UNSEEING = LOW + "\n[vision]\nminimum_height_m = 20.0\n"
 GNSS_M = 1.0
-"""How far the drone's own word may be off."""
+"""Greatest error of the drone's own position, metres."""
 
 
 @dataclass(frozen=True)
@@ -56,11 +57,11 @@ def lot_parts() -> dict[str, bytes]:
         columns = np.arange(in_window[1].start, in_window[1].stop) + window.column
         north, east = np.meshgrid(-(rows + 0.5) * EVIDENCE_M, (columns + 0.5) * EVIDENCE_M, indexing="ij")
         is_lot = shapely.contains_xy(LOT, north, east)
-        tile.shown[in_tile] = np.where(is_lot, Cell.LOT, Cell.NON_LOT)
-        tile.lot[in_tile] = np.where(is_lot, 4.0, -4.0)
-        tile.looks[in_tile] = 8.0
+        tile.layers.shown[in_tile] = np.where(is_lot, Cell.LOT, Cell.NON_LOT)
+        tile.layers.lot[in_tile] = np.where(is_lot, 4.0, -4.0)
+        tile.layers.looks[in_tile] = 8.0
     parts = {delta.tile_name(delta.GRID, key): tile.to_bytes() for key, tile in grid.tiles.items()}
-    return parts | {delta.META: delta.MapMeta("drawn", 1, 1, (0.0, 0.0, 0.0, 1.0)).to_bytes()}
+    return parts | {delta.META: delta.MapMeta("drawn", 1, 1, (0.0, 0.0, 0.0)).to_bytes()}
 
 
 async def put_into_journal(folder: Path) -> None:
@@ -80,7 +81,7 @@ async def flight(tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Flig
             await pilot.arm()
             await pilot.order(Disarm())
             await pilot.until_down()
-        await stack.end_daemon()
+        await end_daemon(stack)
         await put_into_journal(folder)
         await stack.start_daemon()
         async with operator(url) as pilot:
@@ -95,11 +96,13 @@ async def flight(tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Flig
 
 async def fly(pilot: Operator) -> Flight:
     off_lot = AutonomousMove(x=OFF_LOT[0], y=OFF_LOT[1], frame="Map")
-    told_off_lot = await pilot.drone.route(RouteRequest(x=OFF_LOT[0], y=OFF_LOT[1], frame="Map"))
+    told_off_lot = await pilot.drone.ask(RouteRequest(x=OFF_LOT[0], y=OFF_LOT[1], frame="Map"))
+    assert isinstance(told_off_lot, RouteAnswer)
     refused = await pilot.drone.ask(off_lot)
     assert isinstance(refused, Ack)
     refused_beat = await pilot.until(lambda b: b.user_error != UserError.NONE, 5.0)
-    told = await pilot.drone.route(RouteRequest(x=TARGET[0], y=TARGET[1], frame="Map"))
+    told = await pilot.drone.ask(RouteRequest(x=TARGET[0], y=TARGET[1], frame="Map"))
+    assert isinstance(told, RouteAnswer)
     await pilot.order(AutonomousMove(x=TARGET[0], y=TARGET[1], frame="Map"))
     beats: list[Heartbeat] = []
 
@@ -117,7 +120,7 @@ def place(beat: Heartbeat) -> tuple[float, float]:
     return beat.north, beat.east
 
 
-def line(points: list[Point]) -> shapely.LineString:
+def line(points: Sequence[Point]) -> shapely.LineString:
     return shapely.LineString([(p.north, p.east) for p in points])
 
 
@@ -131,11 +134,11 @@ async def test_the_straight_way_leaves_the_lot_and_the_flown_one_does_not(flight
 
 async def test_the_way_was_told_before_and_nothing_flew_for_it(flight: Flight) -> None:
     assert flight.told.refused is None
-    assert flight.told.length_m is not None
+    assert flight.told.length is not None
     assert shapely.covers(LOT, line(flight.told.points))
-    assert line(flight.told.points).length == pytest.approx(flight.told.length_m, abs=0.5)
+    assert line(flight.told.points).length == pytest.approx(flight.told.length, abs=0.5)
     flown = sum(np.hypot(*np.subtract(a, b)) for a, b in itertools.pairwise(map(place, flight.beats)))
-    assert flown == pytest.approx(flight.told.length_m, rel=0.15)
+    assert flown == pytest.approx(flight.told.length, rel=0.15)
 
 
 async def test_the_way_that_is_left_is_shown_on_the_way_and_not_after(flight: Flight) -> None:
@@ -145,7 +148,7 @@ async def test_the_way_that_is_left_is_shown_on_the_way_and_not_after(flight: Fl
     assert all(shapely.covers(LOT.buffer(GNSS_M), line(beat.route)) for beat in moving)
     left = [line(beat.route).length for beat in moving]
     assert left[-1] < 10 < left[0]
-    assert flight.arrived.route == []
+    assert flight.arrived.route == ()
 
 
 async def test_it_does_not_stop_at_the_corner(flight: Flight) -> None:

@@ -1,4 +1,4 @@
-"""What a user installs: the wheel is whole, and the service says what the design says."""
+"""The installed product: the wheel is complete, and the service is set as designed."""
 
 from __future__ import annotations
 

@@ -9,17 +9,17 @@ from pathlib import Path
 
 import pytest
 
-from hawk.comm.clock import ManualClock
-from hawk.comm.loop_lag import LagSummary
-from hawk.comm.messages import Ack, Arm, Hold, Kill, KillRequest, KillToken
+from hawk.comm.messages import Ack, Arm, Control, Hold, Kill, KillRequest, KillToken
+from hawk.comm.performance import LagSummary
 from hawk.comm.topic import Topic
 from hawk.config import OperatorSettings, WebSettings
-from hawk.model import CopterMode, OccupancyMap, StateName
+from hawk.model import AnnotatedFrame, CopterMode, OccupancyMap, StateName
 from hawk.survey.client import DroneClient
-from hawk.survey.operator import SurveyOperator, SurveyOutcome, SurveyPlan, SurveyStatus
-from hawk.web.app import WebServer
-from hawk.web.services import OperatorSide, VideoFrame, WebServices
-from hawk.web.static import Page
+from hawk.survey.handset import SurveyStatus
+from hawk.survey.operator import SurveyOperator, SurveyOutcome, SurveyPlan
+from hawk.web.app import Page, WebServer
+from hawk.web.services import OperatorSide, WebServices
+from tests.manual_clock import ManualClock
 from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, Rig
 
 TICKS_A_BEAT = 4
@@ -36,11 +36,11 @@ class Flight:
         self.rig = Rig(directory, parameters=DEFAULT_PARAMETERS)
         self.real = ManualClock()
         self.side = OperatorSide.create(self.rig.clock, PATIENT)
-        self.side.socket.attach(self.rig.manager)
-        self.rig.manager.socket = self.side.socket
-        for name in ("operator_present", "controller", "has_control"):
+        self.side.socket.attach(self.rig.manager.handle_now)
+        self.rig.socket.inner = self.side.socket
+        for name in ("operator_present", "controller", "controlling_clients"):
             setattr(self.rig.desk, name, getattr(self.side.desk, name))
-        video: Topic[VideoFrame] = Topic("video", self.rig.clock)
+        video: Topic[AnnotatedFrame] = Topic("video", self.rig.clock)
         occupancy: Topic[OccupancyMap] = Topic("map", self.rig.clock)
         occupancy.publish(OccupancyMap(map_id="m"))
         self.server = WebServer(
@@ -96,7 +96,7 @@ async def flight(tmp_path: Path) -> AsyncIterator[Flight]:
 
 
 def explored_after(seconds: float) -> Watch:
-    """The plan leads north; nothing is left to see after so many seconds of exploring."""
+    """The plan leads north; nothing is left to see after some seconds of exploring."""
     began: list[float] = []
 
     def watch(rig: Rig) -> None:
@@ -117,8 +117,8 @@ async def test_a_whole_survey_with_failsafes_set_on_the_way(flight: Flight) -> N
         outcome = await flight.fly(drone, explored_after(10.0), operator.run())
     assert outcome.status is SurveyStatus.DONE, outcome
     assert (outcome.landed, outcome.disarmed) == (True, True)
-    assert outcome.way_m is not None
-    assert outcome.way_m > 10
+    assert outcome.distance_m is not None
+    assert outcome.distance_m > 10
     autopilot = flight.rig.autopilot
     assert autopilot.values["FS_GCS_ENABLE"] != 0
     assert autopilot.values["SYSID_MYGCS"] == 245
@@ -131,7 +131,7 @@ async def test_a_whole_survey_with_failsafes_set_on_the_way(flight: Flight) -> N
 
 async def test_without_failsafes_it_stays_on_the_ground(flight: Flight) -> None:
     async with flight.client() as drone:
-        outcome = await flight.fly(drone, lambda _: None, SurveyOperator(drone).run())
+        outcome = await flight.fly(drone, lambda _: None, SurveyOperator(drone, SurveyPlan()).run())
     assert outcome.status is SurveyStatus.FAILED
     assert "--set-failsafes" in outcome.reason
     assert flight.rig.autopilot.count("arm") == 0
@@ -185,7 +185,7 @@ async def test_kill_needs_control_and_its_token_and_then_cuts(flight: Flight) ->
     rig.autopilot.put_in_air()
     await rig.run(1.0)
     async with flight.client() as drone, flight.client() as watcher:
-        await drone.request_control()
+        await drone.order(Control(action="Request"))
         refused = await watcher.ask(KillRequest())
         assert isinstance(refused, Ack)
         assert not refused.accepted

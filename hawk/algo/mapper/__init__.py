@@ -1,1 +1,1 @@
-"""Mapper App: what all frames together say."""
+"""Mapper App: fuses all frames into one map."""

@@ -1,4 +1,4 @@
-"""The map as bytes by key, for the flight journal: what changed since a version, and back again.
+"""The map as bytes by key, for the flight journal: the changes since a version, and back again.
 
 Every part stands for itself and the newest of a key wins, so that a journal only appends; empty bytes mean that the
 part is no more. Tiles of evidence are bytes of `EvidenceTile.to_bytes`.
@@ -7,12 +7,15 @@ part is no more. Tiles of evidence are bytes of `EvidenceTile.to_bytes`.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import Generic, TypeVar
 
 import numpy as np
 
 from hawk.model import TileKey
+
+K = TypeVar("K", bound=Hashable)
 
 META = "meta"
 GRID = "grid"
@@ -22,7 +25,7 @@ STALL = "stall"
 
 @dataclass(frozen=True, slots=True)
 class MapDelta:
-    """What changed up to ``version``: bytes by key; empty bytes: gone."""
+    """Changes up to ``version``: bytes by key; empty bytes: gone."""
 
     version: int
     parts: Mapping[str, bytes] = field(repr=False)
@@ -30,12 +33,12 @@ class MapDelta:
 
 @dataclass(frozen=True, slots=True)
 class MapMeta:
-    """What belongs to the map as a whole; the shift is the pose error that the map is laid in."""
+    """Figures of the whole map; ``shift`` (north, east, turn) is the correction of the pose, metres and radians."""
 
     map_id: str
     version: int
     next_id: int
-    shift: tuple[float, float, float, float]
+    shift: tuple[float, float, float]
 
     def to_bytes(self) -> bytes:
         """Return it as JSON."""
@@ -43,10 +46,10 @@ class MapMeta:
 
     @classmethod
     def from_bytes(cls, data: bytes) -> MapMeta:
-        """Read it. Raises ValueError when it cannot be."""
+        """Return the figures. Raises ValueError when they cannot be read."""
         try:
-            map_id, version, next_id, north, east, turn, scale = json.loads(data)
-            shift = (float(north), float(east), float(turn), float(scale))
+            map_id, version, next_id, north, east, turn, *_ = json.loads(data)
+            shift = (float(north), float(east), float(turn))
             if not np.isfinite(shift).all():
                 raise ValueError("the shift is not finite")
             return cls(str(map_id), int(version), int(next_id), shift)
@@ -63,3 +66,32 @@ def tile_key(name: str) -> TileKey:
     """Return the tile of a key. Raises ValueError when it names none."""
     row, _, column = name.partition("/")[2].partition(",")
     return int(row), int(column)
+
+
+class Recent(Generic[K]):
+    """Keys with the version of their last change; versions never fall."""
+
+    def __init__(self) -> None:
+        self._versions: dict[K, int] = {}
+
+    def __contains__(self, key: K) -> bool:
+        return key in self._versions
+
+    def __len__(self) -> int:
+        return len(self._versions)
+
+    def note(self, key: K, version: int) -> None:
+        """Note a change of the key."""
+        self._versions.pop(key, None)
+        self._versions[key] = version
+
+    def forget(self, key: K) -> None:
+        """Forget the key."""
+        self._versions.pop(key, None)
+
+    def since(self, version: int) -> Iterator[K]:
+        """Yield the keys that changed after a version, the newest first."""
+        for key, changed in reversed(self._versions.items()):
+            if changed <= version:
+                return
+            yield key

@@ -1,7 +1,7 @@
-"""The layers of one tile, and how they rest: as bytes, evidence rounded to what a look can tell.
+"""One frame's evidence on map cells, and the layers of one tile, as arrays or as bytes.
 
-Log-odds are rounded to a sixteenth, looks to a quarter, probabilities to 1/255. Rounding what is rounded already
-changes nothing, so that a tile that rests and wakes again and again stays as it is.
+In bytes log-odds are rounded to a sixteenth, looks to a quarter, probabilities to 1/255. Rounding a rounded value
+changes nothing, so that a tile that is evicted and loaded repeatedly stays as it is.
 """
 
 from __future__ import annotations
@@ -9,11 +9,15 @@ from __future__ import annotations
 import io
 import zipfile
 import zlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from hawk.algo.ground import Window
+from hawk.algo.vision.seen import GroundImage, SeenGround
 from hawk.model import TILE_M, Cell
 
 EVIDENCE_M = 0.2
@@ -21,24 +25,15 @@ EVIDENCE_M = 0.2
 TILE_SIDE = round(TILE_M / EVIDENCE_M)
 """Evidence cells along one side of a tile."""
 
+_SHAPE = (TILE_SIDE, TILE_SIDE)
 _LOT_SCALE = 16.0
 _LOOKS_SCALE = 4.0
+_FRAME_LIMIT = 2.5  # log-odds that one frame may claim: the network is surer of itself than it should be
 
+Floats = NDArray[np.float64]
 Grid16 = NDArray[np.float16]
 Grid32 = NDArray[np.float32]
 GridU8 = NDArray[np.uint8]
-
-
-def _zeros16() -> Grid16:
-    return np.zeros((TILE_SIDE, TILE_SIDE), np.float16)
-
-
-def _zeros32() -> Grid32:
-    return np.zeros((TILE_SIDE, TILE_SIDE), np.float32)
-
-
-def _zeros8() -> GridU8:
-    return np.zeros((TILE_SIDE, TILE_SIDE), np.uint8)
 
 
 @dataclass(slots=True)
@@ -49,12 +44,12 @@ class EvidenceLayers:
     cell was seen in the good part of a picture, ``shown`` the `Cell` class without the stalls.
     """
 
-    lot: Grid32 = field(default_factory=_zeros32)
-    looks: Grid32 = field(default_factory=_zeros32)
-    core: Grid16 = field(default_factory=_zeros16)
-    car: Grid16 = field(default_factory=_zeros16)
-    well: GridU8 = field(default_factory=_zeros8)
-    shown: GridU8 = field(default_factory=_zeros8)
+    lot: Grid32 = field(default_factory=lambda: np.zeros(_SHAPE, np.float32))
+    looks: Grid32 = field(default_factory=lambda: np.zeros(_SHAPE, np.float32))
+    core: Grid16 = field(default_factory=lambda: np.zeros(_SHAPE, np.float16))
+    car: Grid16 = field(default_factory=lambda: np.zeros(_SHAPE, np.float16))
+    well: GridU8 = field(default_factory=lambda: np.zeros(_SHAPE, np.uint8))
+    shown: GridU8 = field(default_factory=lambda: np.zeros(_SHAPE, np.uint8))
 
     def to_bytes(self) -> bytes:
         """Return the layers as bytes."""
@@ -89,3 +84,85 @@ class EvidenceLayers:
 
 def _to_byte(layer: Grid16) -> GridU8:
     return np.round(layer.astype(np.float32) * 255).astype(np.uint8)
+
+
+@dataclass(frozen=True, slots=True)
+class CellEvidence:
+    """One frame's evidence on a window of map cells.
+
+    ``lot`` is the frame's log-odds (limited), ``core`` and ``car`` probabilities, ``mask`` 0 not in the picture, 1 in
+    it, 2 in its good part.
+    """
+
+    window: Window
+    lot: Grid32
+    core: Grid32
+    car: Grid32
+    mask: GridU8
+
+
+def transform_points(affine: Floats, points: Floats) -> Floats:
+    """Apply a (2, 3) affine of the map plane to points (..., 2)."""
+    return np.asarray(points @ affine[:, :2].T + affine[:, 2])
+
+
+def moved(image: GroundImage, correction: Floats) -> GroundImage:
+    """Return the picture with its place corrected by a (2, 3) map-to-map affine."""
+    to_map = correction[:, :2] @ image.to_map
+    to_map[:, 2] += correction[:, 2]
+    return replace(image, to_map=to_map)
+
+
+def outline(image: GroundImage) -> Floats:
+    """Return the corners (4, 2) of the whole picture on the ground, (north, east) metres."""
+    rows, columns = image.valid.shape
+    corners = np.array([[0, 0], [columns - 1, 0], [columns - 1, rows - 1], [0, rows - 1]], np.float64)
+    return transform_points(image.to_map, corners)
+
+
+def quality_mask(valid: NDArray[np.bool_], pixel_m: float, edge_m: float, good_share: float) -> NDArray[np.uint8]:
+    """Return 0 outside the usable picture, 1 in it, 2 in its good middle.
+
+    ``edge_m`` of the border are not usable; good is the middle ``good_share`` of the picture along each axis.
+    """
+    usable = _eroded(valid.astype(np.uint8), edge_m / pixel_m, edge_m / pixel_m)
+    rows = np.flatnonzero(valid.any(1))
+    columns = np.flatnonzero(valid.any(0))
+    if len(rows) == 0:
+        return usable
+    trim = (1 - good_share) / 2
+    good = _eroded(valid.astype(np.uint8), trim * (rows[-1] - rows[0] + 1), trim * (columns[-1] - columns[0] + 1))
+    return np.asarray(usable + (good & usable), dtype=np.uint8)
+
+
+def cell_evidence(seen: SeenGround, edge_m: float, good_share: float) -> CellEvidence | None:
+    """Return the frame's evidence on map cells, None when nothing of the picture is usable."""
+    mask = quality_mask(seen.lot.valid, seen.lot.metres_per_pixel, edge_m, good_share)
+    if not mask.any():
+        return None
+    window = Window.around(outline(seen.lot), EVIDENCE_M)
+    return CellEvidence(
+        window=window,
+        lot=log_odds(warp(seen.lot, seen.lot.values, window, cv2.INTER_LINEAR)),
+        core=warp(seen.core, seen.core.values, window, cv2.INTER_LINEAR),
+        car=warp(seen.car, seen.car.values, window, cv2.INTER_LINEAR),
+        mask=warp(seen.lot, mask, window, cv2.INTER_NEAREST),
+    )
+
+
+def warp(image: GroundImage, values: NDArray[Any], window: Window, interpolation: int) -> NDArray[Any]:
+    """Return ``values`` (of the geometry of ``image``) on the window's cells, 0 outside the picture."""
+    size = (window.columns, window.rows)
+    return cv2.warpAffine(values, window.affine(image.to_map), size, flags=interpolation)
+
+
+def log_odds(probability: Grid32) -> Grid32:
+    """Return one frame's log-odds, limited to what one frame may claim."""
+    edge = np.float32(1 / (1 + np.exp(_FRAME_LIMIT)))
+    p = np.clip(probability, edge, 1 - edge)
+    return np.asarray(np.log(p / (1 - p)), dtype=np.float32)
+
+
+def _eroded(mask: NDArray[np.uint8], rows: float, columns: float) -> NDArray[np.uint8]:
+    kernel = np.ones((2 * int(np.ceil(rows)) + 1, 2 * int(np.ceil(columns)) + 1), np.uint8)
+    return np.asarray(cv2.erode(mask, kernel, borderType=cv2.BORDER_CONSTANT, borderValue=0), dtype=np.uint8)

@@ -1,7 +1,7 @@
 """Rows over the known map: stalls are drawn onto their row's lattice, and what cars hide is inferred from the row.
 
-The secret is when an inferred stall counts: the row must imply it again and again from the fused evidence, and a find
-of its own makes it a stall like any other, under the same id.
+An inferred stall is valid when the row implies it repeatedly by the fused evidence. A find of its own makes it a stall
+like any other, with the same id.
 """
 
 from __future__ import annotations
@@ -9,17 +9,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.algo.mapper.associate import pair
+from hawk.algo.ground import Window
 from hawk.algo.mapper.evidence import EVIDENCE_M
 from hawk.algo.mapper.grid import EvidenceGrid
 from hawk.algo.mapper.stalls import StallTracker, call_state, others
-from hawk.algo.mapper.table import STALL_DTYPE, Rows, angle_of, probability
-from hawk.algo.mapper.window import Window
+from hawk.algo.mapper.table import STALL_DTYPE, Rows, columns_of, geometry_of, pair, probability
 from hawk.algo.vision import quads
 from hawk.algo.vision.rows import RowOptions, RowStalls, complete_rows, row_of, row_stalls
 
-_GAP, _END = 0.3, 0.55  # evidence to fill a hole and to go on past an end: planted islands stand in rows too
-_PULL = 0.4  # share of the way to the lattice that one run takes
+_OPTIONS = RowOptions(gap=0.3, end=0.55)  # planted islands stand in rows too
+_PULL = 0.4  # share of the distance to the lattice that one run takes
 _INNER = 0.7
 _SAMPLES = (9, 5)  # along, across
 _IMPLIED, _NOT_IMPLIED = 1.0, -1.0  # log-odds of one run for and against an inferred stall
@@ -36,10 +35,9 @@ Floats = NDArray[np.float64]
 class RowFiller:
     """Completes rows among the stalls near the drone."""
 
-    def __init__(self, reach_m: float, options: RowOptions | None = None) -> None:
-        """``reach_m`` is how far about a place rows are completed."""
+    def __init__(self, reach_m: float) -> None:
+        """``reach_m`` is the radius about a place within which rows are completed."""
         self._reach_m = reach_m
-        self._options = options or RowOptions(gap=_GAP, end=_END)
 
     def run(self, tracker: StallTracker, grid: EvidenceGrid, middle: tuple[float, float], version: int) -> None:
         """Complete the rows about a place (north, east); everything that changes is touched with ``version``."""
@@ -51,12 +49,12 @@ class RowFiller:
         if len(real) == 0:
             return
         layers = _Layers(grid)
-        completed = complete_rows(_as_row_stalls(tracker.rows[real]), layers.core, self._options)
+        completed = complete_rows(_as_row_stalls(tracker.rows[real]), layers.core, _OPTIONS)
         members = completed[~completed.inferred]
         _pull(tracker.rows, real[members.source], members, version)
         implied = completed[completed.inferred]
         around = tracker.near(*middle, self._reach_m + _BEYOND_M)
-        known, found = pair(_geometry(tracker.rows[around]), (implied.north, implied.east, implied.angle))
+        known, found = pair(geometry_of(tracker.rows[around]), (implied.north, implied.east, implied.angle))
         _place(tracker.rows, around[known], implied[found])
         fresh = implied[others(len(implied), found)]
         is_implied = np.zeros(len(tracker.rows), np.bool_)
@@ -69,7 +67,7 @@ class RowFiller:
 
 
 def _judge_company(rows: Rows, near: NDArray[np.intp], judged: NDArray[np.intp], version: int) -> None:
-    """Tell the stalls that stand in no row: cars in an aisle look like stalls, but they stand alone."""
+    """Mark the stalls that stand in no row: cars in an aisle look like stalls, but they stand alone."""
     likely = near[(rows["exists"][near] > 0) & ~rows["inferred"][near]]
     if len(likely) == 0:
         return
@@ -85,7 +83,7 @@ def _judge_company(rows: Rows, near: NDArray[np.intp], judged: NDArray[np.intp],
 def _judge(tracker: StallTracker, implied: NDArray[np.intp], missing: NDArray[np.intp], version: int) -> None:
     """Count one run for what the rows implied, and against what was inferred before and is not implied any more.
 
-    Finds that are too seldom to count gain too; stalls that count by themselves are left as they are.
+    Finds too rare to be valid gain too; stalls that are valid by themselves are left as they are.
     """
     rows = tracker.rows
     gains = implied[rows["inferred"][implied] | ~rows["confirmed"][implied]]
@@ -126,17 +124,13 @@ class _Layers:
 
 
 def _as_row_stalls(rows: Rows) -> RowStalls:
-    return row_stalls(*_geometry(rows), probability(rows["exists"]))
-
-
-def _geometry(rows: Rows) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    return rows["north"], rows["east"], angle_of(rows), rows["width"], rows["length"]
+    return row_stalls(*geometry_of(rows), probability(rows["exists"]))
 
 
 def _pull(rows: Rows, index: NDArray[np.intp], to: RowStalls, version: int) -> None:
     """Move stalls towards their places on the lattice."""
     moved = rows[index]
-    for name, value in _columns(to):
+    for name, value in columns_of(to):
         moved[name] += _PULL * (value - moved[name])
     moved["touched"] = version
     rows[index] = moved
@@ -145,13 +139,13 @@ def _pull(rows: Rows, index: NDArray[np.intp], to: RowStalls, version: int) -> N
 def _place(rows: Rows, index: NDArray[np.intp], to: RowStalls) -> None:
     """Put inferred stalls where their row has them by now; what was found itself stays where it was found."""
     inferred = rows["inferred"][index]
-    for name, value in _columns(to):
+    for name, value in columns_of(to):
         rows[name][index] = np.where(inferred, value, rows[name][index])
 
 
 def _add(tracker: StallTracker, implied: RowStalls, version: int) -> None:
     fresh = np.zeros(len(implied), STALL_DTYPE)
-    for name, value in _columns(implied):
+    for name, value in columns_of(implied):
         fresh[name] = value
     fresh["inferred"] = True
     fresh["exists"] = _IMPLIED
@@ -160,21 +154,10 @@ def _add(tracker: StallTracker, implied: RowStalls, version: int) -> None:
     tracker.add(fresh)
 
 
-def _columns(stalls: RowStalls) -> tuple[tuple[str, Floats], ...]:
-    return (
-        ("north", stalls.north),
-        ("east", stalls.east),
-        ("cos2", np.cos(2 * stalls.angle)),
-        ("sin2", np.sin(2 * stalls.angle)),
-        ("width", stalls.width),
-        ("length", stalls.length),
-    )
-
-
 def _call(rows: Rows, layers: _Layers, version: int) -> None:
     """Inferred stalls are taken or free by the cars on them."""
     index = np.flatnonzero(rows["inferred"] & (rows["touched"] == version))
-    corners = quads.corners(*_geometry(rows[index]))
+    corners = quads.corners(*geometry_of(rows[index]))
     cover = layers.car(corners)
     taken = np.clip((cover - _COVERED) * _COVER_GAIN, -_COVER_LIMIT, _COVER_LIMIT)
     rows["taken"][index] = taken

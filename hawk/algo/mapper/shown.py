@@ -1,6 +1,6 @@
 """Which class each cell shows: the lot's outline from the evidence and the stalls, without flicker.
 
-Asphalt looks alike on roads, roofs and lots. What makes it a lot is stalls: lot evidence counts near grouped stalls,
+Asphalt looks alike on roads, roofs and lots. What makes it a lot is stalls: lot evidence is used near grouped stalls,
 is closed over trees and islands, and loses what is left over.
 """
 
@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from hawk.algo.ground import Window
 from hawk.algo.mapper.grid import EvidenceGrid
-from hawk.algo.mapper.window import Window
 from hawk.model import Cell
 
 _NEAR_M = 9.0  # an aisle's width and a little from a stall
@@ -25,7 +25,7 @@ CLOSE_M = 8.0
 _OPEN_M = 1.5
 _HOLE_M2 = 200.0
 _PIECE_M2 = 100.0
-_LOOKS = 0.5  # looks from which a cell counts as seen
+_LOOKS = 0.5  # looks from which a cell is seen
 _STEP = 2  # evidence cells a working cell
 
 Mask = NDArray[np.uint8]

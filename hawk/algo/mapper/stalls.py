@@ -1,7 +1,7 @@
 """Stalls as objects that stay: association, fused geometry, existence, and taken or free.
 
-The secret is how single frames become evidence. Frames taken from nearly the same place repeat each other, so that each
-frame has a weight (0..1, how much of an independent look it is); the first look at a stall counts whole.
+Frames taken from nearly the same place repeat each other, so that each frame has a weight (0..1, its share of an
+independent look); the first look at a stall has weight 1.
 """
 
 from __future__ import annotations
@@ -14,26 +14,35 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from hawk.algo.mapper import parallax
-from hawk.algo.mapper.associate import pair
-from hawk.algo.mapper.detections import Detections
-from hawk.algo.mapper.recent import Recent
-from hawk.algo.mapper.squares import SQUARE_M, RestingStalls
-from hawk.algo.mapper.table import FREE, STALL_DTYPE, TAKEN, UNKNOWN, Rows, angle_of, corners_of
+from hawk.algo.mapper.delta import Recent
+from hawk.algo.mapper.table import (
+    FREE,
+    SQUARE_M,
+    STALL_DTYPE,
+    TAKEN,
+    UNKNOWN,
+    Detections,
+    FarStalls,
+    Rows,
+    columns_of,
+    corners_of,
+    geometry_of,
+    pair,
+)
 from hawk.algo.vision import quads
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 InPicture = Callable[[Floats], Mask]
-"""Whether each point (N, 2) of (north, east) lies in the good part of the present picture."""
+"""True for each point (N, 2) of (north, east) in the good part of the present picture."""
 
-_WHOLE = 0.9  # visible share from which a find tells the geometry
-_SCORE_ZERO = 0.3  # score at which a find says nothing
+_WHOLE = 0.9  # visible share from which a find determines the geometry
+_SCORE_ZERO = 0.3  # score at which a find is no evidence
 _SCORE_GAIN = 2.0  # log-odds per unit of score
 _MISS = -0.4  # log-odds of a frame that shows the place and no stall
 _EXISTS_LIMIT = 5.0
-_CONFIRM = 1.3  # evidence to count: one look with a score of .95, or several that say less
-_REVOKE = 1.0  # so much below it a stall counts no longer
+_CONFIRM = 1.3  # evidence of a valid stall: one look with a score of .95, or several with less
+_REVOKE = 1.0  # a stall is valid down to this far below it
 _DROP = -1.0
 _SOLID = 10.0  # weight of all looks at most: what comes later still moves a stall
 _TAKEN_LOOK = 2.2  # log-odds that one look may claim
@@ -42,24 +51,30 @@ _CALL = 0.4  # log-odds from which a state is called
 _KEEP = 0.1  # and down to which it is kept
 _OVERLAP = 0.3
 _CLOSE_M = 2.2
-_ATTEND_STEP_M = 20.0  # way flown until the rows about the drone are chosen anew
+_ATTEND_STEP_M = 20.0  # distance flown until the rows about the drone are chosen again
+
+RAISED = 0.06
+"""Lean of what stands off the ground: 2 m seen from 35 m. Stalls on the ground stay below it, with cars on them too."""
+_LEAN_SIGMA = 0.08  # of one look: 0.15 m of noise in two places, over the distance between two frames
+_MOST_LEAN_LOOKS = 20.0
 
 
 @dataclass(frozen=True, slots=True)
 class Look:
     """One frame as the tracker sees it: stalls, weight as an independent look, time, what lies in the picture, the
-    map's version, and the metres flown so far."""
+    map's version, and the metres flown so far.
+    """
 
     found: Detections
     weight: float
     time: float
     in_picture: InPicture
     version: int
-    way: float = 0.0
+    flown_m: float = 0.0
 
 
 class StallTracker:
-    """The known stalls. ``rows`` are those about the drone (`attend`); the others rest until it comes back."""
+    """The known stalls. ``rows`` are those about the drone (`attend`); the others are kept by squares of ground."""
 
     def __init__(self) -> None:
         self.rows: Rows = np.zeros(0, STALL_DTYPE)
@@ -67,18 +82,18 @@ class StallTracker:
         self.gone: Recent[int] = Recent()
         """Stalls that counted and do no more, by the map version at which they went."""
         self._just_gone: list[int] = []
-        self._resting = RestingStalls()
+        self._far = FarStalls()
         self._attended: tuple[float, float, float] | None = None
 
     @property
     def confirmed(self) -> Rows:
-        """A copy of the rows that count, resting ones too."""
-        rows = np.concatenate([self.rows, self._resting.all()])
+        """A copy of all valid rows."""
+        rows = np.concatenate([self.rows, self._far.all()])
         confirmed: Rows = rows[rows["confirmed"]]
         return confirmed
 
     def attend(self, north: float, east: float, reach: float) -> None:
-        """Have all stalls within reach (metres) of a place in ``rows``, and lay to rest those far beyond.
+        """Load all stalls within reach (metres) of a place into ``rows``, and evict those far beyond.
 
         Indices of rows that were asked for before are void.
         """
@@ -90,29 +105,29 @@ class StallTracker:
         self._attended = (north, east, wide)
         distance = np.hypot(self.rows["north"] - north, self.rows["east"] - east)
         far = distance > wide + SQUARE_M
-        self._resting.put(self.rows[far])
-        self.rows = np.concatenate([self.rows[~far], self._resting.take(north, east, wide)])
+        self._far.put(self.rows[far])
+        self.rows = np.concatenate([self.rows[~far], self._far.take(north, east, wide)])
 
     def about(self, north: float, east: float, reach: float) -> Rows:
-        """Return a copy of the rows that count within reach of a place, and perhaps a few more, resting ones too."""
-        rows = np.concatenate([self.rows[self.near(north, east, reach)], self._resting.about(north, east, reach)])
+        """Return a copy of the valid rows within reach (metres) of a place, and perhaps a few more."""
+        rows = np.concatenate([self.rows[self.near(north, east, reach)], self._far.about(north, east, reach)])
         confirmed: Rows = rows[rows["confirmed"]]
         return confirmed
 
     def touched_since(self, version: int) -> Iterator[Rows]:
-        """Yield rows that count and were touched after a version."""
-        for rows in (self.rows, *self._resting.since(version)):
+        """Yield the valid rows that were touched after a version."""
+        for rows in (self.rows, *self._far.since(version)):
             yield rows[rows["confirmed"] & (rows["touched"] > version)]
 
     def near(self, north: float, east: float, radius: float) -> NDArray[np.intp]:
-        """Return indices of rows within a radius that lies inside what is attended."""
+        """Return indices of rows within a radius (metres); it must lie within the reach of `attend`."""
         distance = np.hypot(self.rows["north"] - north, self.rows["east"] - east)
         return np.flatnonzero(distance < radius)
 
     def fuse(self, look: Look, local: NDArray[np.intp]) -> None:
         """Fuse one frame. ``local`` are the rows that may be in the picture."""
         before = self.rows[local].copy()
-        k, f = pair(_as_known(before), (look.found.north, look.found.east, look.found.angle))
+        k, f = pair(geometry_of(before), (look.found.north, look.found.east, look.found.angle))
         self._hit(local[k], look.found.take(f), look)
         self._miss(np.delete(local, k), look)
         self._birth(look.found.take(others(len(look.found), f)), look)
@@ -121,7 +136,7 @@ class StallTracker:
         self.settle(look.version)
 
     def settle(self, version: int) -> None:
-        """Decide which of the rows touched in this version count: found well enough, and not alone."""
+        """Decide which of the rows touched in this version are valid: found well enough, not alone, on the ground."""
         index = np.flatnonzero((self.rows["touched"] == version) & ~self.rows["inferred"])
         rows = self.rows[index]
         good = rows["exists"] >= np.where(rows["confirmed"], _CONFIRM - _REVOKE, _CONFIRM)
@@ -137,9 +152,9 @@ class StallTracker:
         return gone
 
     def restore(self, rows: Rows, next_id: int) -> None:
-        """Take up the stalls of an earlier run."""
+        """Restore the stalls of an earlier run."""
         self.rows = rows
-        self._resting, self._attended = RestingStalls(), None
+        self._far, self._attended = FarStalls(), None
         self.next_id = max(next_id, int(rows["id"].max(initial=0)) + 1)
 
     def _hit(self, index: NDArray[np.intp], found: Detections, look: Look) -> None:
@@ -148,7 +163,7 @@ class StallTracker:
         rows = self.rows[index]
         weight = _novelty(rows["looks"], look.weight)
         _fuse_geometry(rows, found, weight)
-        parallax.note(rows, found.lean)
+        note_leans(rows, found.lean)
         gain = weight * _SCORE_GAIN * (found.score - _SCORE_ZERO)
         rows["exists"] = np.clip(rows["exists"] + gain, -_EXISTS_LIMIT, _EXISTS_LIMIT)
         whole = np.clip(found.visible, 0, 1)
@@ -158,7 +173,7 @@ class StallTracker:
         rows["looks"] += weight
         rows["seen"] += 1
         rows["last_seen"] = look.time
-        rows["born"] = np.where(rows["inferred"], look.way, rows["born"])
+        rows["born"] = np.where(rows["inferred"], look.flown_m, rows["born"])
         rows["inferred"] = False
         rows["state"] = call_state(rows["taken"], rows["state"])
         rows["touched"] = look.version
@@ -181,13 +196,12 @@ class StallTracker:
         if len(found) == 0:
             return
         rows = np.zeros(len(found), STALL_DTYPE)
-        rows["north"], rows["east"] = found.north, found.east
-        rows["cos2"], rows["sin2"] = np.cos(2 * found.angle), np.sin(2 * found.angle)
-        rows["width"], rows["length"] = found.width, found.length
+        for name, value in columns_of(found):
+            rows[name] = value
         rows["solidity"] = np.maximum(_geometry_weight(found), 1e-3)
         rows["exists"] = _SCORE_GAIN * (found.score - _SCORE_ZERO)
         rows["taken"] = np.clip(found.visible, 0, 1) * _taken_log_odds(found.taken)
-        rows["looks"], rows["seen"], rows["last_seen"], rows["born"] = 1, 1, look.time, look.way
+        rows["looks"], rows["seen"], rows["last_seen"], rows["born"] = 1, 1, look.time, look.flown_m
         rows["state"] = call_state(rows["taken"], rows["state"])
         rows["touched"] = look.version
         self.add(rows)
@@ -214,7 +228,7 @@ class StallTracker:
             self._just_gone.append(stall_id)
 
     def _merge(self, look: Look) -> None:
-        """Where two rows overlap the older id stays; a row that counts goes before one that does not."""
+        """Keep one of two rows that overlap: a valid one before others, then the older id."""
         if len(self.rows) < 2:
             return
         fresh = np.flatnonzero(self.rows["touched"] == look.version)
@@ -240,6 +254,15 @@ class StallTracker:
         return bool(row["confirmed"]), not row["inferred"], -int(row["id"])
 
 
+def note_leans(rows: Rows, leans: NDArray[np.float64]) -> None:
+    """Add a measured lean (share of the drone's movement, see `Slip`) to each of the stalls (N,); NaN: not measured."""
+    told = np.isfinite(leans)
+    rows["lean_looks"] = np.minimum(rows["lean_looks"] + told, _MOST_LEAN_LOOKS)
+    step = (np.where(told, leans, 0) - rows["lean"]) / np.maximum(rows["lean_looks"], 1)
+    rows["lean"] += np.where(told, step, 0)
+    rows["raised"] = rows["lean"] > RAISED + _LEAN_SIGMA / np.sqrt(np.maximum(rows["lean_looks"], 1))
+
+
 def call_state(taken: Floats, before: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the states of log-odds ``taken``, with hysteresis about the states before."""
     keep_taken = (before == TAKEN) & (taken > _KEEP)
@@ -251,13 +274,7 @@ def call_state(taken: Floats, before: NDArray[np.int64]) -> NDArray[np.int64]:
 
 def others(count: int, index: NDArray[np.intp]) -> NDArray[np.intp]:
     """Return the indices below ``count`` that are not in ``index``."""
-    free = np.ones(count, np.bool_)
-    free[index] = False
-    return np.flatnonzero(free)
-
-
-def _as_known(rows: Rows) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    return rows["north"], rows["east"], angle_of(rows), rows["width"], rows["length"]
+    return np.delete(np.arange(count), index)
 
 
 def _novelty(looks: Floats, weight: float) -> Floats:
@@ -265,7 +282,7 @@ def _novelty(looks: Floats, weight: float) -> Floats:
 
 
 def _geometry_weight(found: Detections) -> Floats:
-    """Stalls cut by the picture's edge tell little of their centre and length."""
+    """Return the weights (N,): stalls cut by the picture's edge determine little of their centre and length."""
     return np.clip(found.score, 0.05, 1) * np.where(found.visible >= _WHOLE, 1.0, 0.05)
 
 
@@ -273,14 +290,7 @@ def _fuse_geometry(rows: Rows, found: Detections, weight: Floats) -> None:
     weight = weight * _geometry_weight(found)
     total = rows["solidity"] + weight
     rate = weight / np.maximum(total, 1e-9)
-    for name, value in (
-        ("north", found.north),
-        ("east", found.east),
-        ("width", found.width),
-        ("length", found.length),
-        ("cos2", np.cos(2 * found.angle)),
-        ("sin2", np.sin(2 * found.angle)),
-    ):
+    for name, value in columns_of(found):
         rows[name] += (value - rows[name]) * rate
     norm = np.maximum(np.hypot(rows["cos2"], rows["sin2"]), 1e-9)
     rows["cos2"] /= norm

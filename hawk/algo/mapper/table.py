@@ -3,19 +3,35 @@
 from __future__ import annotations
 
 import json
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
+from hawk.algo.mapper.evidence import transform_points
 from hawk.algo.vision import quads
+from hawk.algo.vision.rows import RowStalls
+from hawk.algo.vision.seen import StallSeen
 from hawk.model import Stall, StallState
 
 Floats = NDArray[np.float64]
 Rows = NDArray[Any]
+Indices = NDArray[np.intp]
+Square = tuple[int, int]
+
+SQUARE_M = 64.0
+_WHOLE = 0.9  # visible share
+_ACROSS = 0.5  # of the width: half a pitch, beyond it the neighbour is nearer
+_ALONG = 0.45  # of the length
+_ANGLE = 0.35  # radians
+_FAR = 1e3
 
 STATES = (StallState.UNKNOWN, StallState.FREE, StallState.TAKEN)
-"""What the ``state`` column counts."""
+"""States by the number in the ``state`` column."""
 UNKNOWN, FREE, TAKEN = range(3)
 
 STALL_DTYPE = np.dtype(
@@ -37,11 +53,11 @@ STALL_DTYPE = np.dtype(
         ("state", "i8"),
         ("inferred", "?"),  # from its row, never found by itself
         ("lone", "?"),  # stands in no row
-        ("raised", "?"),  # stands off the ground (`hawk.algo.mapper.parallax`)
+        ("raised", "?"),  # stands off the ground (`hawk.algo.mapper.stalls`)
         ("lean", "f8"),
         ("lean_looks", "f8"),
         ("confirmed", "?"),
-        ("version", "i8"),  # of the last change of what is shown
+        ("version", "i8"),  # of the last visible change
         ("touched", "i8"),  # of the last change of anything
     ]
 )
@@ -59,7 +75,24 @@ def angle_of(rows: Rows) -> Floats:
 
 def corners_of(rows: Rows) -> Floats:
     """Return corners (N, 4, 2) of (north, east)."""
-    return quads.corners(rows["north"], rows["east"], angle_of(rows), rows["width"], rows["length"])
+    return quads.corners(*geometry_of(rows))
+
+
+def geometry_of(rows: Rows) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    """Return north, east, angle, width and length."""
+    return rows["north"], rows["east"], angle_of(rows), rows["width"], rows["length"]
+
+
+def columns_of(stalls: Detections | RowStalls) -> tuple[tuple[str, Floats], ...]:
+    """Return the columns that hold the geometry of stalls, by name."""
+    return (
+        ("north", stalls.north),
+        ("east", stalls.east),
+        ("cos2", np.cos(2 * stalls.angle)),
+        ("sin2", np.sin(2 * stalls.angle)),
+        ("width", stalls.width),
+        ("length", stalls.length),
+    )
 
 
 def probability(log_odds: Floats) -> Floats:
@@ -68,7 +101,7 @@ def probability(log_odds: Floats) -> Floats:
 
 
 def to_stall(row: Any) -> Stall:
-    """Return one row as everybody else sees it, rounded to what is worth sending."""
+    """Return one row as a published stall, rounded."""
     return Stall(
         id=int(row["id"]),
         north=round(float(row["north"]), 3),
@@ -101,3 +134,141 @@ def from_bytes(data: bytes) -> Rows:
     if not all(np.isfinite(row[name]).all() for name in STALL_DTYPE.names or ()):
         raise ValueError("not a stall: a number is not finite")
     return row
+
+
+class FarStalls:
+    """Rows of stalls by the square on which they lie."""
+
+    def __init__(self) -> None:
+        self._rows: dict[Square, Rows] = {}
+        self._touched: dict[Square, int] = {}
+
+    def put(self, rows: Rows) -> None:
+        """Add rows."""
+        i, j = (np.floor(rows[name] / SQUARE_M).astype(np.int64) for name in ("north", "east"))
+        for square in set(zip(i.tolist(), j.tolist(), strict=True)):
+            here = rows[(i == square[0]) & (j == square[1])]
+            known = self._rows.get(square)
+            self._rows[square] = here.copy() if known is None else np.concatenate([known, here])
+            self._touched[square] = max(self._touched.get(square, 0), int(here["touched"].max()))
+
+    def take(self, north: float, east: float, reach: float) -> Rows:
+        """Take out all rows of the squares that lie within reach of a place."""
+        found = [square for square in squares_about(north, east, reach) if square in self._rows]
+        for square in found:
+            del self._touched[square]
+        return _joined([self._rows.pop(square) for square in found])
+
+    def about(self, north: float, east: float, reach: float) -> Rows:
+        """Return all rows of the squares within reach of a place, and perhaps a few more; they stay."""
+        return _joined([self._rows[s] for s in squares_about(north, east, reach) if s in self._rows])
+
+    def since(self, version: int) -> Iterator[Rows]:
+        """Yield the rows of every square in which something was touched after a version."""
+        for square, touched in self._touched.items():
+            if touched > version:
+                yield self._rows[square]
+
+    def all(self) -> Rows:
+        """Return every row."""
+        return _joined(list(self._rows.values()))
+
+
+def squares_about(north: float, east: float, reach: float) -> list[Square]:
+    """Return the squares that come within reach (metres) of a place."""
+    low, high = (math.floor((north + d) / SQUARE_M) for d in (-reach, reach))
+    left, right = (math.floor((east + d) / SQUARE_M) for d in (-reach, reach))
+    return [
+        (i, j)
+        for i in range(low, high + 1)
+        for j in range(left, right + 1)
+        if math.hypot(_beyond(i, north), _beyond(j, east)) <= reach
+    ]
+
+
+def _beyond(index: int, place: float) -> float:
+    """Distance along one axis from a place to the square of an index, 0 inside."""
+    return max(index * SQUARE_M - place, place - (index + 1) * SQUARE_M, 0.0)
+
+
+def _joined(parts: list[Rows]) -> Rows:
+    return np.concatenate(parts) if parts else np.zeros(0, STALL_DTYPE)
+
+
+@dataclass(frozen=True, slots=True)
+class Detections:
+    """Stalls seen in one frame: arrays of equal length, fields as `StallSeen`.
+
+    ``lean`` is the share of the drone's movement by which a stall moves against the ground; NaN: not measured.
+    """
+
+    north: Floats
+    east: Floats
+    angle: Floats
+    width: Floats
+    length: Floats
+    score: Floats
+    taken: Floats
+    visible: Floats
+    lean: Floats
+
+    @classmethod
+    def of(cls, stalls: Sequence[StallSeen]) -> Detections:
+        """Gather stalls; one with a number that is not finite or a size that no stall has is left out."""
+        rows = [(s.north, s.east, s.angle, s.width, s.length, s.score, s.taken, s.visible) for s in stalls]
+        table = np.array(rows, np.float64).reshape(-1, 8)
+        sane = np.isfinite(table).all(1) & (table[:, 3] > 0.5) & (table[:, 4] > 0.5)
+        whole = np.column_stack([table, np.full(len(table), np.nan)])[sane]
+        return cls(*whole.T)
+
+    def __len__(self) -> int:
+        return len(self.north)
+
+    def take(self, index: NDArray[np.bool_] | NDArray[np.intp]) -> Detections:
+        """Return some of them."""
+        return Detections(*(getattr(self, f.name)[index] for f in fields(self)))
+
+    @property
+    def is_whole(self) -> NDArray[np.bool_]:
+        """True for those that lie in the picture as a whole."""
+        return self.visible > _WHOLE
+
+    def with_leans(self, leans: Floats) -> Detections:
+        """Return them with the leans of those that are whole, as many as these."""
+        lean = self.lean.copy()
+        lean[self.is_whole] = leans
+        return replace(self, lean=lean)
+
+    def moved(self, correction: Floats) -> Detections:
+        """Return them with places and directions corrected by a rigid (2, 3) map-to-map affine."""
+        centre = transform_points(correction, np.stack([self.north, self.east], -1))
+        turn = float(np.arctan2(correction[1, 0], correction[0, 0]))
+        return replace(self, north=centre[:, 0], east=centre[:, 1], angle=(self.angle + turn) % np.pi)
+
+
+def pair(
+    known: tuple[Floats, Floats, Floats, Floats, Floats], found: tuple[Floats, Floats, Floats]
+) -> tuple[Indices, Indices]:
+    """Return indices of pairs (known, found), one-to-one, with the least sum of squared distances.
+
+    ``known`` is north, east, angle, width, length; ``found`` north, east, angle. A pair must agree within half a width
+    across, 0.45 of the length along, and 20 degrees.
+    """
+    north, east, angle, width, length = known
+    if len(north) == 0 or len(found[0]) == 0:
+        none = np.zeros(0, np.intp)
+        return none, none
+    d_north, d_east = found[0][None] - north[:, None], found[1][None] - east[:, None]
+    cos, sin = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    along = np.abs(d_north * cos + d_east * sin) / length[:, None]
+    across = np.abs(d_east * cos - d_north * sin) / width[:, None]
+    turn = quads.angle_between(found[2][None], angle[:, None])
+    allowed = (across < _ACROSS) & (along < _ALONG) & (turn < _ANGLE)
+    cost = (across / _ACROSS) ** 2 + (along / _ALONG) ** 2 + (turn / _ANGLE) ** 2
+    rows, columns = np.flatnonzero(allowed.any(1)), np.flatnonzero(allowed.any(0))
+    if len(rows) == 0:
+        return rows, columns
+    cost = np.where(allowed, cost, _FAR)[np.ix_(rows, columns)]
+    r, c = linear_sum_assignment(cost)
+    good = cost[r, c] < _FAR
+    return rows[r[good]], columns[c[good]]

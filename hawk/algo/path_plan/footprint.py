@@ -1,7 +1,7 @@
-"""What a picture shows while the drone flies along straight legs, while it turns, and while it leans.
+"""Ground that pictures show while the drone flies along straight legs, while it turns, and while it leans.
 
 A level picture is a rectangle about the drone, wide across the heading. Between two legs the drone turns it: about a
-way point it shows what a disc would, and more than the two rectangles together. Turned half round on the spot, its
+waypoint it shows what a disc would, and more than the two rectangles together. Turned half round on the spot, its
 corners sweep a disc that is wider still. The camera leans with the drone: as it speeds up the picture looks behind, as
 it brakes ahead, and at a corner outwards.
 """
@@ -15,29 +15,27 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.algo.path_plan.lean import Lean
+from hawk.algo.ground import Bools, Floats
+from hawk.algo.path_plan.camera import Lean, Swath
 from hawk.algo.path_plan.settings import PathPlanSettings
-from hawk.algo.path_plan.sweep import Swath
 
-Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
-Bools = NDArray[np.bool_]
 
-_LEAN_WAY_M: Final = 3.0
+_LEAN_LEG_M: Final = 3.0
 """On a shorter leg the drone does not gather the speed that it would have to lean for: at ArduCopter's 2.5 m/s² and
 5 m/s³ it leans fully after half a second, and half a second later no more."""
 
 LEVEL: Final = Lean(0.0, 0.0, 0.0, 0.0)
-"""How the picture of a camera moves that is kept level: not at all."""
+"""The lean of a camera that is kept level."""
 
 
 @dataclass(frozen=True, slots=True)
 class Corners:
-    """How K legs begin and end.
+    """Begins and ends of K legs.
 
     ``before`` (K, 2) is the direction (north, east) in which the drone flies as each begins, its length the share of
-    full lean that it flies fast enough for, (0, 0) where it stands; ``turned`` (K,) is how far about the begin the
-    ground is shown by turning there, metres; ``last`` (K,) says where the tour ends.
+    full lean that it flies fast enough for, (0, 0) where it stands. ``turned`` (K,) is the radius about the begin that
+    is shown by turning there, metres. ``last`` (K,) is True for legs that end the tour.
     """
 
     before: Floats
@@ -49,8 +47,8 @@ class Corners:
 class Footprint:
     """Ground that a picture shows: ``width`` across and ``depth`` along its heading, metres.
 
-    ``turned`` is the radius about a way point that the picture shows by turning to the next leg, ``spun`` the radius
-    about a place where it turns half round; 0: turns are not counted on. ``lean`` says how far the picture moves while
+    ``turned`` is the radius about a waypoint that the picture shows by turning to the next leg, ``spun`` the radius
+    about a place where it turns half round; 0: turns are left out. ``lean`` says by how much the picture moves while
     the drone leans.
     """
 
@@ -62,12 +60,15 @@ class Footprint:
 
     @classmethod
     def of(cls, swath: Swath, settings: PathPlanSettings, leans: float = 1.0) -> Footprint:
-        """Return what a camera shows that turns with the drone, and leans by a share of what the settings say."""
+        """Return the footprint of a camera that turns with the drone, and leans by a share of the settings' lean."""
         turned, spun = settings.turned_share * swath.width / 2, settings.spun_share * swath.reach
         return cls(swath.width, swath.depth, turned, spun, Lean.of(swath, settings, leans))
 
     def shown(self, cells: Singles, begins: Floats, ends: Floats, corners: Corners | None = None) -> Bools:
-        """Return (K, N): which of N cells (N, 2) each of K straight legs shows, with the corner where it begins."""
+        """Return (K, N), True where one of K straight legs, with the corner where it begins, shows one of N cells.
+
+        All are (north, east), metres. Without ``corners`` the picture stays level and turns nowhere.
+        """
         along, across, half, unit = legs_about(cells, begins, ends)
         reach = half + self.depth / 2
         if corners is None:
@@ -88,8 +89,10 @@ class Footprint:
         return np.asarray(shown)
 
     def swept(self, cells: Singles, place: Floats, heading: float, headings: Floats) -> Bools:
-        """Return (K, N): which cells the picture shows while it turns on the spot from one heading to each of K
-        others, the short way round (radians)."""
+        """Return (K, N), True where the picture shows one of N cells while it turns on the spot.
+
+        It turns from ``heading`` to each of K ``headings`` (radians) in the shorter direction.
+        """
         off = cells - place.astype(np.float32)
         away = np.hypot(off[:, 0], off[:, 1])
         result = np.zeros((len(headings), len(cells)), np.bool_)
@@ -102,8 +105,11 @@ class Footprint:
         return result
 
     def turns_until_shown(self, off: Singles, heading: float) -> tuple[Floats, Floats]:
-        """Return how far a picture must turn to the left, and to the right, until it shows cells that lie ``off``
-        (N, 2) the drone, no farther than its corners: radians, 0 what it shows now."""
+        """Return the turns to the left and to the right after which a picture shows cells, radians; 0 when it does now.
+
+        ``off`` (N, 2) are the cells' places against the drone's, no farther than the picture's corners. ``heading`` is
+        the picture's, radians.
+        """
         away = np.maximum(np.hypot(off[:, 0], off[:, 1]), 1e-6)
         # a cell is shown while its bearing lies between these angles to the picture's wide axis, on either side of it
         least = np.arccos(np.minimum(self.width / 2 / away, 1.0))
@@ -119,36 +125,37 @@ class Footprint:
 def _outwards(
     along: Singles, across: Singles, unit: Floats, share: NDArray[np.floating], before: Floats, lean: Lean
 ) -> Bools:
-    """Return (K, N): what the picture shows as the drone leans into the corner where each leg begins. ``along`` and
-    ``across`` are about the leg's begin, ``unit`` (K, 2) is its direction, ``share`` (K,) that of full lean on it, and
-    ``before`` (K, 2) as in `Corners`."""
+    """Return (K, N), True where the picture shows a cell as the drone leans into the corner where each leg begins.
+
+    ``along`` and ``across`` are about the leg's begin, ``unit`` (K, 2) is its direction, ``share`` (K,) that of full
+    lean on it, and ``before`` (K, 2) as in `Corners`.
+    """
     far = lean.corner * np.minimum(share, np.hypot(before[:, 0], before[:, 1]))
     other = directions(before)
     ahead = _column(far * ((unit * other).sum(1) - 1.0))
     aside = _column(far * (unit[:, 0] * other[:, 1] - unit[:, 1] * other[:, 0]))
-    on_way = (along * ahead + across * aside) / np.maximum(ahead * ahead + aside * aside, np.float32(1e-6))
-    on_way = np.clip(on_way, 0, 1)
-    off, beside = along - on_way * ahead, across - on_way * aside
+    on_path = (along * ahead + across * aside) / np.maximum(ahead * ahead + aside * aside, np.float32(1e-6))
+    on_path = np.clip(on_path, 0, 1)
+    off, beside = along - on_path * ahead, across - on_path * aside
     flies = np.asarray(before.any(1))[:, None]
     return np.asarray((off * off + beside * beside <= lean.radius**2) & flies)
 
 
 def directions(legs: Floats) -> Floats:
-    """Return legs (..., 2) as vectors of length 1, (1, 0) where there is no way."""
+    """Return legs (..., 2) as vectors of length 1, (1, 0) for legs without length."""
     lengths = np.hypot(legs[..., 0], legs[..., 1])[..., None]
     return np.where(lengths < 1e-9, (1.0, 0.0), legs / np.maximum(lengths, 1e-9))
 
 
 def momenta(legs: Floats) -> Floats:
-    """Return the directions of legs (..., 2), each as long as the share of full lean that it is flown fast enough
-    for."""
+    """Return the directions of legs (..., 2), each as long as its share of full lean."""
     lengths = np.hypot(legs[..., 0], legs[..., 1])[..., None]
     return np.asarray(directions(legs) * _lean_shares(lengths))
 
 
 def _lean_shares(lengths: NDArray[np.floating]) -> NDArray[np.floating]:
-    """Return for legs of so many metres the share of full lean that they are flown fast enough for, 0..1."""
-    return np.asarray(np.minimum(lengths / _LEAN_WAY_M, 1.0))
+    """Return the shares (0..1) of full lean that legs (lengths in metres) are flown fast enough for."""
+    return np.asarray(np.minimum(lengths / _LEAN_LEG_M, 1.0))
 
 
 def _column(values: Floats) -> Singles:
@@ -160,8 +167,7 @@ def _where(there: Bools, metres: float) -> Singles:
 
 
 def legs_about(cells: Singles, begins: Floats, ends: Floats) -> tuple[Singles, Singles, Singles, Floats]:
-    """Return how far along from each leg's middle and across it the cells lie, (K, N), half of each leg's length,
-    (K, 1), and its direction, (K, 2)."""
+    """Return the cells along each leg from its middle and across it (K, N), half its length (K, 1), its direction."""
     leg = ends - begins
     length = np.hypot(leg[:, 0], leg[:, 1])
     unit = directions(leg)

@@ -1,7 +1,7 @@
-"""Where an Autonomous Move may lead: known lot inside the fence.
+"""Ground that the drone may fly over: inside the fence, and for an Autonomous Move over known lot.
 
-The secret is what becomes of a drone, or of a place, that lies beside the cells of known lot: a few metres about that
-end count as well, just as many as it takes to reach the lot.
+A drone, or a place, may lie beside the cells of known lot. The few metres about that end which it takes to reach the
+lot are then added to the lot.
 """
 
 from __future__ import annotations
@@ -9,36 +9,52 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Protocol
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
+import shapely
 
-from hawk.algo.mapper.grid import COARSE_M, CoarseLayers
-from hawk.algo.mapper.window import Slices, Window
-from hawk.algo.path_plan.fence import FenceGuard
-from hawk.algo.path_plan.sight import Mask, Place, is_clear
+from hawk.algo.ground import COARSE_M, Bools, Floats, LotMap, Mask, Place, Slices, Window
+from hawk.algo.path_plan.grid_search import is_clear
+from hawk.model import Fence
 
 _LOT_SHARE = 0.5
 _CHUNK_M = 40.0
 
 
-class KnowsLot(Protocol):
-    """What is asked of the map."""
+class FenceGuard:
+    """The fence as polygon and as cells; None means that there is none yet, and everything is inside."""
 
-    def coarse(self, window: Window) -> CoarseLayers:
-        """Return the coarse layers over a window."""
-        ...
+    def __init__(self, fence: Fence | None) -> None:
+        self.fence = fence
+        self._polygon = None
+        if fence is not None and len(fence.polygon) >= 3:
+            self._polygon = shapely.Polygon(fence.polygon)
+            shapely.prepare(self._polygon)
 
-    def known_extent(self) -> NDArray[np.float64] | None:
-        """Return two corners (2, 2) around everything seen."""
-        ...
+    def contains(self, north: float, east: float) -> bool:
+        """Return True when a place (metres, map frame) is inside."""
+        return self._polygon is None or bool(self._polygon.covers(shapely.Point(north, east)))
+
+    def contains_line(self, start: Place, end: Place) -> bool:
+        """Return True when the whole straight line is inside."""
+        return self._polygon is None or bool(self._polygon.covers(shapely.LineString([start, end])))
+
+    def mask(self, window: Window) -> Mask:
+        """Return 1 where whole cells lie inside, 0 elsewhere; a cell has the same answer in every window."""
+        if self.fence is None or self._polygon is None:
+            return np.ones(window.shape, np.uint8)
+        corners = np.array(self.fence.polygon)
+        wider = window.grown(1)  # erosion needs the cells next to the window
+        cells = np.round(wider.cells_of(corners[:, 0], corners[:, 1]) * 16).astype(np.int32)
+        mask = np.zeros(wider.shape, np.uint8)
+        cv2.fillPoly(mask, [cells], [1], shift=4)
+        return without_border(mask)[1:-1, 1:-1]
 
 
 @dataclass(frozen=True, slots=True)
 class End:
-    """One end of a route; all within ``radius`` metres of the place counts as lot (0: nothing does)."""
+    """One end of a route; ground within ``radius`` metres of the place is added to the lot (0: none)."""
 
     place: Place
     radius: float = 0.0
@@ -46,9 +62,9 @@ class End:
 
 @dataclass(frozen=True, slots=True)
 class LotGround:
-    """The ground for one route."""
+    """Known lot inside the fence, and the ground about the ends of one route."""
 
-    known: KnowsLot
+    known: LotMap
     guard: FenceGuard
     ends: tuple[End, ...] = ()
 
@@ -62,16 +78,16 @@ class LotGround:
         return lot.astype(np.uint8) & self.guard.mask(window)
 
     def reached_from(self, place: Place, within_m: float) -> End | None:
-        """Return the end at a place, None when known lot does not begin within so many metres of it."""
+        """Return the end at a place, None when no known lot lies within ``within_m`` metres of it."""
         window = Window.around(np.array([place]), COARSE_M, within_m + 2 * COARSE_M)
         mask = self.mask(window)
         if is_clear(mask, window, place, place):
             return End(place)
-        nearest = float(distance_to(window, place)[mask > 0].min(initial=math.inf))
+        nearest = float(_distances(window, place)[mask > 0].min(initial=math.inf))
         return End(place, nearest + COARSE_M) if nearest <= within_m else None
 
-    def is_clear_way(self, start: Place, end: Place) -> bool:
-        """Return whether the straight way is over this ground; its cost grows with its length, not with the map."""
+    def is_clear_line(self, start: Place, end: Place) -> bool:
+        """Return True when the straight line is over this ground; the cost grows with the line, not with the map."""
         pieces = max(1, math.ceil(math.dist(start, end) / _CHUNK_M))
         places = np.linspace(start, end, pieces + 1)
         for one, other in pairwise(places):
@@ -82,23 +98,23 @@ class LotGround:
         return True
 
 
-def distance_to(window: Window, place: Place) -> NDArray[np.float64]:
-    """Return the metres from a place to the middle of each of the window's cells."""
-    column, row = window.cells_of(np.array(place[0]), np.array(place[1]))
-    rows, columns = np.arange(window.rows)[:, None], np.arange(window.columns)[None]
-    return np.asarray(np.hypot(rows - row, columns - column) * window.cell_m)
-
-
-def disc_about(window: Window, place: Place, radius: float) -> tuple[Slices, NDArray[np.bool_]]:
-    """Return the part of a window that holds a disc, and which of its cells have their middle in it."""
+def disc_about(window: Window, place: Place, radius: float) -> tuple[Slices, Bools]:
+    """Return the part of a window that holds a disc (``radius`` in metres), and its cells with their centre in it."""
     box = Window.around(np.array([place]), window.cell_m, radius)
     top, left = max(box.row - window.row, 0), max(box.column - window.column, 0)
     bottom = max(min(box.row + box.rows - window.row, window.rows), top)
     right = max(min(box.column + box.columns - window.column, window.columns), left)
     part = Window(window.row + top, window.column + left, bottom - top, right - left, window.cell_m)
-    return (slice(top, bottom), slice(left, right)), distance_to(part, place) <= radius
+    return (slice(top, bottom), slice(left, right)), _distances(part, place) <= radius
 
 
-def cleared(mask: Mask) -> Mask:
+def without_border(mask: Mask) -> Mask:
     """Return the mask without the cells at its border."""
     return np.asarray(cv2.erode(mask, np.ones((3, 3), np.uint8)), dtype=np.uint8)
+
+
+def _distances(window: Window, place: Place) -> Floats:
+    """Return the distances from a place to the centres of a window's cells, metres."""
+    column, row = window.cells_of(np.array(place[0]), np.array(place[1]))
+    rows, columns = np.arange(window.rows)[:, None], np.arange(window.columns)[None]
+    return np.asarray(np.hypot(rows - row, columns - column) * window.cell_m)

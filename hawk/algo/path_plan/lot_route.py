@@ -1,9 +1,9 @@
-"""The route of an Autonomous Move: the shortest way over known lot, pulled straight, with corners that may be cut.
+"""The route of an Autonomous Move: the shortest path over known lot, pulled straight, with corners that may be cut.
 
-The secret is where it is sought. First in a band about the straight way, then in ever wider ones, so that the cost is
-the way's and not the map's; the whole map is looked at only where the first band held no way. A route in a band is
-taken when none that leaves the band could be shorter. One with a cell to spare on either side goes before one that
-squeezes through.
+The route is sought in a band about the straight line first, then in ever wider ones, so that the cost depends on the
+route and not on the map; the whole map is looked at only where the first band held no path. A route in a band is taken
+when none that leaves the band could be shorter. One with a cell to spare on either side comes before one that squeezes
+through. The route is then kept from frame to frame.
 """
 
 from __future__ import annotations
@@ -13,33 +13,68 @@ from itertools import pairwise
 
 import cv2
 import numpy as np
+import shapely
 
-from hawk.algo.mapper.grid import COARSE_M
-from hawk.algo.mapper.window import Window
-from hawk.algo.path_plan.fence import FenceGuard
-from hawk.algo.path_plan.grid_search import is_connected, shortest_path
-from hawk.algo.path_plan.lot_ground import KnowsLot, LotGround, cleared, disc_about
-from hawk.algo.path_plan.sight import Mask, Place, is_clear, is_clear_triangle
-from hawk.model import MapPoint, Route
+from hawk.algo.ground import COARSE_M, LotMap, Mask, Place, Window
+from hawk.algo.path_plan.grid_search import is_clear, is_clear_triangle, is_connected, shortest_path
+from hawk.algo.path_plan.lot_ground import FenceGuard, LotGround, disc_about, without_border
+from hawk.model import DesiredPose, MapPoint, Route
 
 _BANDS_M = (40.0, 120.0, 360.0)
 _FREE_ENDS_M = 6.0  # about the ends no cell is kept free to either side
-GOAL_M = 3.0
-"""How far from known lot cells a place may be that was judged to lie inside: the cells are coarser than the verdict."""
-_CUTS_M = (8.0, 4.0, 2.5)  # a corner that is not to be cut by the least of these is one to stop at
+_GOAL_M = 3.0  # from known lot cells to a goal that was judged inside: the cells are coarser than the verdict
+_CUTS_M = (8.0, 4.0, 2.5)  # a corner that cannot be cut by the least of these is one to stop at
+_ASIDE_M = 8.0  # farther from the route than a cut corner and wind explain
+_ON_ROUTE_M = 2.0  # nearer to it the drone is as good as on it
 
 NO_LOT_HERE = "the drone is too far from the known lot"
 NO_LOT_THERE = "the place is not on known lot inside the fence"
-NO_WAY = "no way over known lot inside the fence leads there"
+NO_ROUTE = "no route over known lot inside the fence leads there"
 
 
-def lot_route(known: KnowsLot, guard: FenceGuard, start: Place, goal: Place, near_lot_m: float) -> Route:
-    """Return the route from start to goal, or why there is none.
+class RouteKeeper:
+    """Keeps the route to one desired place from frame to frame; another number is another place.
 
-    ``near_lot_m`` is how far from known lot the drone may be when it sets out.
+    The route is planned once and checked with every frame. It is planned again when it is no longer over known lot,
+    or the drone is no longer on it.
     """
+
+    def __init__(self, near_lot_m: float) -> None:
+        """``near_lot_m`` is the largest distance from known lot at which the drone may set out."""
+        self._near_lot_m = near_lot_m
+        self._number: int | None = None
+        self._leg = 0
+        self._route = Route()
+
+    def route(self, known: LotMap, guard: FenceGuard, place: Place, desired: DesiredPose) -> Route:
+        """Return the route for a drone at a place; the same object as for the last frame while it is valid."""
+        if desired.number != self._number or not self._holds(known, guard, place):
+            goal = (desired.north, desired.east)
+            self._number, self._leg = desired.number, 0
+            self._route = lot_route(known, guard, place, goal, self._near_lot_m)
+        return self._route
+
+    def _holds(self, known: LotMap, guard: FenceGuard, place: Place) -> bool:
+        """Return True when the rest of the route is over known lot, and the drone on it."""
+        points = [(point.north, point.east) for point in self._route.points]
+        if not points:
+            return False
+        self._leg, at, aside = _nearest(points, self._leg, place)
+        ends = [LotGround(known, guard).reached_from(points[-1], _GOAL_M)]
+        if self._leg == 0:
+            ends.append(LotGround(known, guard).reached_from(points[0], self._near_lot_m))
+        if aside > _ASIDE_M or None in ends:
+            return False
+        ground = LotGround(known, guard, tuple(end for end in ends if end is not None))
+        left = points[self._leg + 1 :]
+        to_next = ground.is_clear_line(place, left[0]) or (aside <= _ON_ROUTE_M and ground.is_clear_line(at, left[0]))
+        return to_next and all(ground.is_clear_line(a, b) for a, b in pairwise(left))
+
+
+def lot_route(known: LotMap, guard: FenceGuard, start: Place, goal: Place, near_lot_m: float) -> Route:
+    """Return the route from start to goal, or the reason why there is none; ``near_lot_m`` as in `RouteKeeper`."""
     ground = LotGround(known, guard)
-    begin, end = ground.reached_from(start, near_lot_m), ground.reached_from(goal, GOAL_M)
+    begin, end = ground.reached_from(start, near_lot_m), ground.reached_from(goal, _GOAL_M)
     if end is None:
         return Route(refused=NO_LOT_THERE)
     if begin is None:
@@ -51,10 +86,10 @@ def lot_route(known: KnowsLot, guard: FenceGuard, start: Place, goal: Place, nea
         window = _window(known, start, goal, band)
         mask = ground.mask(window)
         for allowed in (_spacious(mask, window, start, goal), mask):
-            found = _way(_banded(allowed, window, start, goal, band), window, start, goal)
+            found = _path(_banded(allowed, window, start, goal, band), window, start, goal)
             if found is not None and _length(found) <= math.hypot(math.dist(start, goal), 2 * band):
                 return _route(found, mask, window)
-    return Route(refused=NO_WAY)
+    return Route(refused=NO_ROUTE)
 
 
 def _is_connected(ground: LotGround, start: Place, goal: Place) -> bool:
@@ -62,7 +97,7 @@ def _is_connected(ground: LotGround, start: Place, goal: Place) -> bool:
     return is_connected(ground.mask(window), _cell(window, start), _cell(window, goal))
 
 
-def _window(known: KnowsLot, start: Place, goal: Place, band: float) -> Window:
+def _window(known: LotMap, start: Place, goal: Place, band: float) -> Window:
     """Return the window of a band; an endless one covers everything known and both ends."""
     if math.isfinite(band):
         return Window.around(np.array([start, goal]), COARSE_M, band + 2 * COARSE_M)
@@ -72,7 +107,7 @@ def _window(known: KnowsLot, start: Place, goal: Place, band: float) -> Window:
 
 
 def _spacious(mask: Mask, window: Window, start: Place, goal: Place) -> Mask:
-    spacious = cleared(mask)
+    spacious = without_border(mask)
     for place in (start, goal):
         part, disc = disc_about(window, place, _FREE_ENDS_M)
         spacious[part] |= mask[part] & disc
@@ -88,12 +123,12 @@ def _banded(mask: Mask, window: Window, start: Place, goal: Place, band: float) 
     return mask & inside
 
 
-def _way(mask: Mask, window: Window, start: Place, goal: Place) -> list[Place] | None:
-    """Return the places of the shortest way over the mask, pulled straight."""
+def _path(mask: Mask, window: Window, start: Place, goal: Place) -> list[Place] | None:
+    """Return the places of the shortest path over the mask, pulled straight."""
     cells = shortest_path(mask, _cell(window, start), _cell(window, goal))
     if cells is None:
         return None
-    north, east = -(window.row + cells[:, 0] + 0.5) * window.cell_m, (window.column + cells[:, 1] + 0.5) * window.cell_m
+    north, east = window.centres(*cells.T)
     middles = list(zip(north.tolist(), east.tolist(), strict=True))
     places: list[Place] = [start, *middles[1:-1], goal] if len(middles) > 1 else [start, goal]
     return _pulled(_pulled(places, mask, window), mask, window)
@@ -106,7 +141,7 @@ def _cell(window: Window, place: Place) -> tuple[int, int]:
 def _pulled(places: list[Place], mask: Mask, window: Window) -> list[Place]:
     """Leave out the places between two that see each other.
 
-    How far each sees is sought by doubling and halving: sight along a way mostly ends once.
+    The farthest one in sight is sought by doubling and halving: sight along a path mostly ends once.
     """
     kept, at = [places[0]], 0
     while at < len(places) - 1:
@@ -129,7 +164,7 @@ def _route(places: list[Place], mask: Mask, window: Window) -> Route:
 
 
 def _cut(corner: list[Place], mask: Mask, window: Window) -> float:
-    """Return how far before and behind a corner (its neighbours first and last) the way may leave it aside."""
+    """Return the metres before and behind a corner (its neighbours first and last) within which it may be cut."""
     before, at, after = corner
     most = min(math.dist(before, at), math.dist(at, after)) / 2
     for cut in _CUTS_M:
@@ -139,10 +174,19 @@ def _cut(corner: list[Place], mask: Mask, window: Window) -> float:
     return 0.0
 
 
-def _towards(place: Place, other: Place, way: float) -> Place:
-    share = way / math.dist(place, other)
+def _towards(place: Place, other: Place, metres: float) -> Place:
+    share = metres / math.dist(place, other)
     return place[0] + (other[0] - place[0]) * share, place[1] + (other[1] - place[1]) * share
 
 
 def _length(places: list[Place]) -> float:
     return sum(math.dist(a, b) for a, b in pairwise(places))
+
+
+def _nearest(points: list[Place], first: int, place: Place) -> tuple[int, Place, float]:
+    """Return the leg nearest to a place, from ``first`` on, the place on it, and the metres between."""
+    legs = shapely.linestrings(np.stack([points[first:-1], points[first + 1 :]], axis=1))
+    away = shapely.distance(legs, shapely.Point(place))
+    nearest = int(np.argmin(away))
+    at = shapely.line_interpolate_point(legs[nearest], shapely.line_locate_point(legs[nearest], shapely.Point(place)))
+    return first + nearest, (float(at.x), float(at.y)), float(away[nearest])

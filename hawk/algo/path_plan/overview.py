@@ -1,53 +1,48 @@
-"""What a plan knows of a large map without looking at all of it again: dense near the drone, coarse far away.
+"""A large map as one plan sees it, dense near the drone and coarse far away, so that no plan looks at all of it again.
 
-The secret is what is kept of the ground that no frame can have changed: of every tile (`hawk.model.TILE_M`) where the
-drone may be, what is wanted there in a few lumps, and how much of it is lot and was seen well. The tiles near the drone
-are made anew with every frame; the others are made once, a block of them a frame, before anything is said of the
-whole.
+Ground that no frame can have changed is kept by tiles (`hawk.model.TILE_M`): the wanted ground in a few lumps, and the
+area of lot and of ground seen well. Tiles near the drone are made again with every frame; the others are made once,
+a block of them a frame, before the plan speaks of the whole. A plan is made from this and the drone's pose.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Final
+from dataclasses import dataclass, replace
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.algo.mapper.grid import COARSE_M
-from hawk.algo.mapper.window import Slices, Window
-from hawk.algo.path_plan.field import Grid, InformationField, Place
-from hawk.algo.path_plan.footprint import Bools, Floats
-from hawk.algo.path_plan.route import way_over
+from hawk.algo.ground import COARSE_M, Bools, Floats, Grid, Mask, Place, Slices, Window
+from hawk.algo.path_plan.field import InformationField, gathered
+from hawk.algo.path_plan.footprint import Footprint
+from hawk.algo.path_plan.grid_search import farthest_in_sight
+from hawk.algo.path_plan.lot_ground import FenceGuard
 from hawk.algo.path_plan.tour import Wanted
-from hawk.algo.path_plan.wanted import gathered
 from hawk.model import TILE_M
 
-NEAR_M: Final = 110.0
-"""At least so far from the drone the ground is looked at with every frame."""
-AROUND_TILES: Final = 2
-"""Tiles about everything seen that belong to the ground looked at."""
-BLOCK: Final = 8
-"""Tiles a side of the block that is made in one frame."""
-MOST_LUMPS: Final = 400
-"""Far lumps that a tour takes into account, the nearest first."""
-
+NEAR_M: Final = 110.0  # within it the ground is looked at with every frame
+AROUND_TILES: Final = 2  # tiles about everything seen that belong to the whole
+BLOCK: Final = 8  # tiles a side of the block that is made in one frame
+MOST_LUMPS: Final = 400  # far lumps in a tour, the nearest first
 _CELLS: Final = round(TILE_M / COARSE_M)
 _LUMP: Final = 8  # cells a side
-_MARGIN: Final = 25  # cells: what lies farther off changes nothing
+_MARGIN: Final = 25  # cells: ground farther off changes nothing
+_LEAST_STEP: Final = 2  # cells a routing cell
+_MOST_STEPS: Final = 128  # routing cells a side
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
-    """A part of the ground: ``tiles`` are meant (cells of `TILE_M`), ``field`` holds a margin about them too."""
+class GroundPart:
+    """A part of the ground: ``tiles`` (cells of `TILE_M`), and the ``field`` of them with a margin about them."""
 
     tiles: Window
     field: InformationField
 
     @property
     def inner(self) -> Slices:
-        """Where the tiles lie in the field."""
+        """The tiles' part of the field."""
         return self.field.window.part(cells_of_tiles(self.tiles))
 
 
@@ -63,7 +58,7 @@ def with_margin(tiles: Window) -> Window:
 
 
 def near_tiles(whole: Window, place: Place) -> Window:
-    """Return the tiles of a whole that are looked at with every frame; next to the whole for a place beyond it."""
+    """Return the tiles of a whole that are looked at with every frame; those at its edge for a place beyond it."""
     row, column = -place[0] / TILE_M, place[1] / TILE_M
     row = min(max(row, whole.row), whole.row + whole.rows)
     column = min(max(column, whole.column), whole.column + whole.columns)
@@ -84,21 +79,21 @@ class Overview:
         """Square metres a tile: lot, well seen, and lot that was seen well."""
         self._lumps = np.zeros((3, 0, 0))
         """Of each lump: square metres wanted, and their moments north and east."""
-        self._allowed: NDArray[np.uint8] = np.zeros((0, 0), np.uint8)
+        self._allowed: Mask = np.zeros((0, 0), np.uint8)
 
     @property
     def is_complete(self) -> bool:
-        """Whether every tile was made."""
+        """True when every tile was made."""
         return self._made.size > 0 and bool(self._made.all())
 
     @property
     def lot_m2(self) -> float:
-        """Square metres of known lot."""
+        """Area of known lot, square metres."""
         return float(self._sums[0].sum())
 
     @property
     def well_m2(self) -> float:
-        """Square metres that were seen well."""
+        """Area that was seen well, square metres."""
         return float(self._sums[1].sum())
 
     @property
@@ -109,12 +104,11 @@ class Overview:
     def whole(self, extent: Floats) -> Window:
         """Return the tiles of the ground: about everything seen, two corners (2, 2), and never fewer than before."""
         tiles = Window.around(extent, TILE_M).grown(AROUND_TILES)
-        self._grow(tiles)
+        self._grow(self._whole.joined(tiles) if self._whole.rows else tiles)
         return self._whole
 
     def missing(self, place: Place, near: Window) -> Window | None:
-        """Return the block of tiles to be made next, that nearest to a place; None when there is none beyond the near
-        ones."""
+        """Return the block of tiles to be made next, the nearest to a place; None when only near ones are missing."""
         made = self._made.copy()
         made[self._whole.part(near)] = True
         left = np.argwhere(~made)
@@ -129,11 +123,11 @@ class Overview:
         return Window(self._whole.row + int(row), self._whole.column + int(column), rows, columns, TILE_M)
 
     def forget(self) -> None:
-        """Have every tile made anew: what is wanted is told otherwise from now on."""
+        """Have every tile made again: other ground is wanted from now on."""
         self._made[:] = False
 
-    def take(self, part: Part, share: Grid) -> None:
-        """Make the tiles of a part. ``share`` (0..1) is what is wanted of the field's cells."""
+    def take(self, part: GroundPart, share: Grid) -> None:
+        """Make the tiles of a part. ``share`` (0..1) is the wanted share of the field's cells."""
         field, inner, there = part.field, part.inner, self._whole.part(part.tiles)
         area = field.window.cell_m**2
         lot, well = field.lot[inner], field.well[inner]
@@ -143,8 +137,8 @@ class Overview:
         self._allowed[_scaled(there, _CELLS)] = field.allowed[inner]
         self._made[there] = True
 
-    def wanted(self, part: Part, share: Grid, spare: float) -> Wanted:
-        """Return what is to be shown: the near part's in detail, the nearest lumps of the rest."""
+    def wanted(self, part: GroundPart, share: Grid, spare: float) -> Wanted:
+        """Return the ground to be shown: the near part's cells by their share (0..1), the nearest lumps of the rest."""
         rows, columns = part.inner
         cells, weights = gathered(share[rows, columns], cells_of_tiles(part.tiles))
         lumps = self._lumps.copy()
@@ -162,58 +156,115 @@ class Overview:
         )
 
     def are_allowed(self, places: Floats) -> Bools:
-        """Return for places (T, 2) of (north, east) whether the drone may be there, as far as is known."""
-        window = cells_of_tiles(self._whole)
-        cells = np.round(window.cells_of(places[:, 0], places[:, 1])).astype(np.intp)
-        within = (cells >= 0) & (cells < (window.columns, window.rows))
-        inside = within[:, 0] & within[:, 1]
-        column, row = np.where(inside[:, None], cells, 0).T
-        return np.asarray(inside & (self._allowed[row, column] > 0)) if self._allowed.size else inside
+        """Return True for those of places (T, 2) of (north, east) where the drone may be, as far as is known."""
+        rows, columns, inside = cells_of_tiles(self._whole).cells_at(places)
+        return np.asarray(inside & (self._allowed[rows, columns] > 0)) if self._allowed.size else inside
 
-    def way_round(self, place: Place, end: Place) -> Place | None:
-        """Return the farthest place on the shortest way that is reached straight on, None when there is none."""
-        return way_over(self._allowed, cells_of_tiles(self._whole), place, end)
+    def corner_towards(self, place: Place, end: Place) -> Place | None:
+        """Return the farthest place on the shortest path to ``end`` that a straight line reaches, None without a path.
 
-    def _grow(self, tiles: Window) -> None:
-        old = self._whole
-        if old.rows == 0:
-            whole = tiles
-        else:
-            top, left = min(old.row, tiles.row), min(old.column, tiles.column)
-            bottom = max(old.row + old.rows, tiles.row + tiles.rows)
-            right = max(old.column + old.columns, tiles.column + tiles.columns)
-            whole = Window(top, left, bottom - top, right - left, TILE_M)
-        if whole == old:
+        The larger the map, the coarser the path.
+        """
+        shape = self._allowed.shape
+        step = max(_LEAST_STEP, -(-max(shape) // _MOST_STEPS))
+        rows, columns = (size // step for size in shape)
+        free = self._allowed[: rows * step, : columns * step].reshape(rows, step, columns, step).min((1, 3))
+        return farthest_in_sight(free, cells_of_tiles(self._whole), step, place, end)
+
+    def _grow(self, whole: Window) -> None:
+        """Make room for a larger whole."""
+        if whole == self._whole:
             return
-        made, sums, lumps, allowed = self._made, self._sums, self._lumps, self._allowed
+        there = whole.part(self._whole)
         self._whole = whole
-        per = _CELLS // _LUMP
-        self._made = np.zeros(whole.shape, np.bool_)
-        self._sums = np.zeros((3, *whole.shape))
-        self._lumps = np.zeros((3, whole.rows * per, whole.columns * per))
-        self._allowed = np.zeros((whole.rows * _CELLS, whole.columns * _CELLS), np.uint8)
-        if old.rows:
-            there = self._whole.part(old)
-            self._made[there] = made
-            self._sums[(slice(None), *there)] = sums
-            self._lumps[(slice(None), *_scaled(there, per))] = lumps
-            self._allowed[_scaled(there, _CELLS)] = allowed
+        self._made, self._sums = _enlarged(self._made, whole, there, 1), _enlarged(self._sums, whole, there, 1)
+        self._lumps = _enlarged(self._lumps, whole, there, _CELLS // _LUMP)
+        self._allowed = _enlarged(self._allowed, whole, there, _CELLS)
 
 
-def _blocks(layer: Grid, size: int) -> Grid:
-    """Return the sums over blocks of so many cells a side."""
+@dataclass(frozen=True, slots=True)
+class ExploreScene:
+    """Everything that one plan of an exploration is made from.
+
+    ``near`` is the ground about the drone, ``rest`` another part that the ``overview`` does not know yet. ``place`` is
+    the drone's, ``heading`` the picture's (radians), ``speed`` over ground, m/s. ``unclear`` are stalls with unknown
+    state, by id. ``scouting`` is the field for looking around, None when the lot is large enough to be the whole.
+    ``share`` is the wanted share (0..1) of the near field's cells, once it is known. ``lot_known`` is False while
+    ground that looks like lot stands in for one.
+    """
+
+    near: GroundPart
+    rest: GroundPart | None
+    overview: Overview
+    place: Place
+    heading: float
+    speed: float
+    footprint: Footprint
+    fence: FenceGuard
+    unclear: dict[int, Place]
+    scouting: InformationField | None = None
+    share: Grid | None = None
+    lot_known: bool = True
+
+    @property
+    def field(self) -> InformationField:
+        """Field about the drone."""
+        return self.near.field
+
+    def with_field(self, field: InformationField, share: Grid | None = None) -> ExploreScene:
+        """Return the same with another field about the drone."""
+        return replace(self, near=replace(self.near, field=field), share=share)
+
+    def are_allowed(self, places: Floats) -> Bools:
+        """Return True for those of places (T, 2) of (north, east) where the drone may be."""
+        window = self.field.window
+        cells = window.cells_of(places[:, 0], places[:, 1])
+        is_near = ((cells >= 0) & (cells <= (window.columns - 1, window.rows - 1))).all(1)
+        return np.where(is_near, self.field.are_allowed(places), self.overview.are_allowed(places))
+
+    def target_towards(self, end: Place, least_m: float) -> Place | None:
+        """Return a waypoint, or the corner to fly to first; None without a path.
+
+        A corner nearer to the drone than ``least_m`` metres is none.
+        """
+        if not self.fence.contains(*self.place):
+            return end
+        is_allowed = self.are_allowed(np.array([self.place]))[0]
+        if (not is_allowed or self._is_clear(end)) and self.fence.contains_line(self.place, end):
+            return end
+        corner = self.field.corner_towards(self.place, end) if self.field.window.holds(end) else None
+        corner = corner or self.overview.corner_towards(self.place, end)
+        if corner is None or math.dist(corner, self.place) <= least_m:
+            return None
+        return corner if self.fence.contains_line(self.place, corner) else None
+
+    def _is_clear(self, end: Place) -> bool:
+        """Return True when the straight line is free; ground beyond the field will be looked at from nearer."""
+        steps = max(2, math.ceil(math.dist(self.place, end) / self.field.window.cell_m * 2))
+        rows, columns, inside = self.field.window.cells_at(np.linspace(self.place, end, steps))
+        return bool(self.field.passable[rows[inside], columns[inside]].all())
+
+
+def _blocks(layer: NDArray[np.floating], size: int) -> NDArray[np.floating]:
+    """Return the sums over blocks of ``size`` x ``size`` cells."""
     rows, columns = layer.shape
     return np.asarray(layer.reshape(rows // size, size, columns // size, size).sum((1, 3)))
 
 
-def _lumps_of(part: Part, weights: Grid) -> Floats:
+def _lumps_of(part: GroundPart, weights: Grid) -> Floats:
     """Return (3, rows, columns) of lumps: weight, and its moments north and east."""
     window = cells_of_tiles(part.tiles)
-    north = -(window.row + np.arange(window.rows) + 0.5)[:, None] * window.cell_m
-    east = (window.column + np.arange(window.columns) + 0.5)[None] * window.cell_m
+    north, east = window.centres(np.arange(window.rows)[:, None], np.arange(window.columns)[None])
     return np.stack([_blocks(layer, _LUMP) for layer in (weights, weights * north, weights * east)]).astype(np.float64)
 
 
 def _scaled(part: Slices, by: int) -> Slices:
     rows, columns = part
     return slice(rows.start * by, rows.stop * by), slice(columns.start * by, columns.stop * by)
+
+
+def _enlarged(old: NDArray[Any], whole: Window, there: Slices, cells: int) -> NDArray[Any]:
+    """Return an array of ``cells`` a tile for a larger whole, of which the old one covers the tiles ``there``."""
+    new = np.zeros((*old.shape[:-2], whole.rows * cells, whole.columns * cells), old.dtype)
+    new[(..., *_scaled(there, cells))] = old
+    return new

@@ -1,4 +1,4 @@
-"""What can be set of the path planner; metres unless said otherwise."""
+"""Settings of the path planner; metres unless said otherwise. An area of lot is worth its square metres to a tour."""
 
 from __future__ import annotations
 
@@ -10,67 +10,64 @@ class PathPlanSettings:
     """Settings of the Path Plan App."""
 
     good_share: float = 0.85
-    """Middle share of the picture, each way, in which a place counts as seen well: the mapper's own."""
+    """Middle share of the picture's width and depth in which a place is seen well: the mapper's own."""
     turned_share: float = 0.92
-    """Share of half a picture's width about a place that counts as shown when the picture turns there: the drone does
-    not turn at a point."""
+    """Share of half a picture's width about a place that is shown by turning there: no drone turns at a point."""
     spun_share: float = 0.96
-    """Share of the way from a picture's middle to its corner that counts as shown about a place where it turns half
-    round: the drone drifts a little meanwhile."""
+    """Share of the distance from a picture's middle to its corner that half a turn shows: the drone drifts a little."""
     lean_deg: float = 16.0
-    """How far the drone leans as it speeds up and in corners: measured in hawk-sim, with ArduCopter's own limits."""
+    """Lean of the drone as it speeds up and in corners: measured in hawk-sim, with ArduCopter's own limits."""
     stop_lean_deg: float = 9.0
-    """How far it leans, at least, before it stops: it slows down more gently than it speeds up."""
+    """Least lean before it stops: it slows down more gently than it speeds up."""
     lean_share: float = 0.81
-    """Share of half a picture's width that counts as shown about its middle while it leans into a corner."""
+    """Share of half a picture's width that is shown about its middle while it leans into a corner."""
     least_turn_m2: float = 30.0
-    """Expected new lot about the drone below which it does not turn on the spot for it."""
+    """Least expected new lot about the drone for a turn on the spot."""
     near_lot_m: float = 10.0
-    """How far from the lot the drone may be while it explores."""
+    """Largest distance of the drone from the lot while it explores."""
     cm_per_pixel: float | None = None
-    """Wanted size of a pixel on the ground while exploring, centimetres; None: the operator's desired height."""
+    """Size of a pixel on the ground while exploring, centimetres; None: from the operator's desired height."""
     exposure_s: float = 0.01
-    """The longest time that the camera's shutter is open, seconds."""
+    """Longest time that the camera's shutter is open, seconds."""
     arrival_m: float = 2.5
-    """Distance at which a target counts as reached."""
+    """Distance at which a target is reached."""
     short_by: float = 15.0
-    """What a tour does not show costs it so many times the way that sweeps it."""
+    """Cost of ground that a tour does not show, as a multiple of the path that sweeps it."""
     last_short_by: float = 100.0
-    """The same at the end, when what is left is little and far away: one stall is worth some 40 m."""
+    """The same at the end, when little and far ground is left: one stall is worth some 40 m."""
     turn_m: float = 3.0
-    """A right angle costs a tour so much way: braking, yaw, speeding up."""
+    """Cost of a right angle, metres of path: braking, yaw, speeding up."""
     leg_m: float = 2.0
-    """So much way each way point costs a tour: many small corrections are worth less than they seem."""
+    """Cost of a waypoint, metres of path: many small corrections are worth less than they seem."""
     keep_m: float = 3.0
-    """So much shorter a tour must become by flying elsewhere first: no dithering between equals."""
+    """Least gain by another first waypoint: no dithering between equals."""
     border: float = 0.4
     """Weight (0..1) of ground beside the lot against lot: the border is never known to the metre."""
     first_spare: float = 0.01
-    """Share (0..1) of the known lot that the tour may leave out at first."""
+    """Share (0..1) of the known lot that the first pass may leave out."""
     last_spare: float = 0.004
-    """The same once all the rest was seen."""
+    """The same for the second pass."""
     most_spare_m2: float = 300.0
-    """The most that either leaves out, however large the lot."""
+    """Largest area that either leaves out, on any lot."""
     switch_m: float = 4.0
-    """So much shorter another tour must be to take over from the one that is flown."""
+    """Least gain by which another tour takes over from the one that is flown."""
     idle_plans: int = 24
-    """Plans at one place without anything new after which the way point is given up: it cannot be seen."""
-    idle_way_m: float = 400.0
-    """The same for way flown."""
+    """Plans at one place without anything new after which the waypoint is given up: it cannot be seen."""
+    idle_path_m: float = 400.0
+    """The same for metres flown."""
     least_gain_m2: float = 15.0
-    """Expected new lot (a stall) in one patch below which it is not worth flying to."""
+    """Least expected new lot (a stall) in one patch that is worth flying to."""
     open_end_m2: float = 30.0
-    """What a stretch of unseen ground along known lot counts once all the rest was seen, more than may be left out: a
-    lane may lead on there to another part of the lot."""
+    """Worth, beyond the spare area, of a stretch of unseen ground along known lot in the second pass: maybe a lane."""
     small_lot_pictures: float = 1.5
-    """A lot smaller than so many pictures may be part of a larger one: the drone looks around it before it is done."""
+    """Number of pictures that a lot must fill to be the whole; the drone looks around a smaller one."""
     scout_near_lot_m: float = 25.0
-    """How far from the lot the drone may be while it looks around."""
-    scout_way_m: float = 120.0
-    """Way that looking around may cost."""
+    """Largest distance of the drone from the lot while it looks around."""
+    scout_path_m: float = 120.0
+    """Longest path for looking around."""
     quiet_plans: int = 12
     """Plans in a row without anything to learn after which the exploration is done."""
     stall_look_m: float = 8.0
-    """So near to an unclear stall the drone has looked at it again."""
+    """Distance at which the drone has looked at an unclear stall again."""
     second_looks: int = 12
-    """Unclear stalls that are flown to once more, at most."""
+    """Most unclear stalls that are flown to once more."""

@@ -1,9 +1,12 @@
-"""The shortest way that shows what is wanted: a polyline, what its legs show, and the search that shortens it.
+"""The shortest path that shows the wanted ground: a polyline, the ground that its legs show, and the search for it.
 
-The secret is the search. What a tour shows is what its legs show (`footprint`), and the turns between them; at its end
-the drone may turn on the spot. Way points are shifted, dropped, added and put in another order; many such moves are
-weighed at once, and one is drawn by its cost (heat bath): hot, the search tries much, cold, it only improves. What is
-not shown costs as way what sweeping it would cost, several times over; a little may be left out for nothing.
+A tour shows what its legs show (`footprint`), and the turns between them; at its end the drone may turn on the spot.
+Waypoints are shifted, dropped, added and put in another order; many such moves are weighed at once, and one is drawn
+by its cost (heat bath): hot, the search tries much, cold, it only improves. Ground that is not shown costs more than
+the path that would sweep it; a little may be left out for nothing.
+
+The search is spread over frames, so that none takes long: the present tour is only ever improved; a challenger is begun
+elsewhere, cooled over some frames, and takes over when it is cheaper by a margin.
 """
 
 from __future__ import annotations
@@ -17,17 +20,25 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from hawk.algo.path_plan.field import Place
-from hawk.algo.path_plan.footprint import Bools, Corners, Floats, Footprint, Singles, momenta
+from hawk.algo.ground import Bools, Floats, Indices, Place
+from hawk.algo.path_plan.footprint import Corners, Footprint, Singles, momenta
+from hawk.algo.path_plan.settings import PathPlanSettings
 
-_PICKS: Final = 4  # way points that one step tries to drop or to add
+_PICKS: Final = 4  # waypoints that one step tries to drop or to add
 _EXCHANGES: Final = 6
 _FIRST_TURN: Final = 2.5
+_FIRST_SWEEPS: Final = 6
+_CHALLENGE_FRAMES: Final = 8
+_HOT_M: Final = 6.0
+_COLD_M: Final = 0.2
+_SWEEPS: Final = 2
+_MOST_SHIFTS: Final = 12
+_STEPS_M: Final = (6.0, 2.0, 0.7)
 
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """What is to be shown: ``cells`` (N, 2) of (north, east), worth ``weights`` (N,) square metres each.
+    """Ground to be shown: ``cells`` (N, 2) of (north, east), worth ``weights`` (N,) square metres each.
 
     ``spare`` square metres may be left out for nothing.
     """
@@ -44,12 +55,13 @@ class Wanted:
 
 @dataclass(frozen=True, slots=True)
 class Terms:
-    """What way and turns cost, where way points may be, and how the tour begins: whether the drone has turned there,
-    and the direction (north, east; of length 1) in which it flies, (0, 0) while it stands.
+    """Costs of path and turns, places for waypoints, and the begin of the tour.
 
-    ``short_by``: what is not shown costs so many times the way that sweeps it; ``turn_m``: metres a right angle,
-    ``leg_m`` each way point; another first way point must be cheaper by ``keep_m``; ``allowed`` tells of places (T, 2)
-    which may be way points; ``trials`` places are tried for each shift.
+    ``short_by``: ground that is not shown costs this multiple of the path that sweeps it. ``turn_m``: metres a right
+    angle, ``leg_m`` each waypoint; another first waypoint must be cheaper by ``keep_m``. ``trials`` places are tried
+    for each shift; ``allowed`` returns True for those of places (T, 2) that may be waypoints. ``turned_first``: the
+    drone turns half round where the tour begins. ``before`` is the direction (north, east; of length 1) in which it
+    flies there, (0, 0) while it stands.
     """
 
     footprint: Footprint
@@ -62,10 +74,6 @@ class Terms:
     before: Place = (0.0, 0.0)
     allowed: Callable[[Floats], Bools] = lambda places: np.ones(len(places), np.bool_)
 
-    def penalty(self, missing: NDArray[np.floating], spare: float) -> Floats:
-        """Return what it costs, metres, to leave so many square metres out, of which some are spared."""
-        return np.maximum(missing.astype(np.float64) - spare, 0.0) * (self.short_by / self.footprint.width)
-
 
 def length_of(places: Floats) -> float:
     """Return the length of a polyline (K, 2), metres."""
@@ -73,10 +81,10 @@ def length_of(places: Floats) -> float:
 
 
 class Tour:
-    """A tour (K, 2) that begins at the drone, and what its legs show. Each step of the search may change it."""
+    """A tour (K, 2) that begins at the drone, and the cells its legs show. Each step of the search may change it."""
 
     def __init__(self, terms: Terms, wanted: Wanted, places: Floats, yaw: float | None, rng: Generator) -> None:
-        """``yaw`` (radians) is where the drone looks as it begins; None: the first turn costs nothing."""
+        """``yaw`` (radians) is the picture's heading at the begin; None: the first turn costs nothing."""
         self._rng = rng
         self._places: Floats = places
         self._legs: Bools = np.zeros((0, 0), np.bool_)
@@ -84,7 +92,7 @@ class Tour:
         self.meet(terms, wanted, places, yaw)
 
     def meet(self, terms: Terms, wanted: Wanted, places: Floats, yaw: float | None) -> None:
-        """Go on with other places, over what is wanted by now."""
+        """Go on with other places, over the ground that is wanted by now."""
         self._terms, self._wanted = terms, wanted
         self._yaw = yaw
         self._behind = None if yaw is None else places[0] - (math.cos(yaw), math.sin(yaw))
@@ -92,7 +100,7 @@ class Tour:
 
     @property
     def places(self) -> Floats:
-        """Way points (K, 2), the drone's own place first."""
+        """Waypoints (K, 2), the drone's own place first."""
         return self._places
 
     @property
@@ -101,18 +109,12 @@ class Tour:
         return float(self._wanted.weights @ (self._count == 0))
 
     @property
-    def shows_enough(self) -> bool:
-        """Whether no more than the spare part is left out."""
-        return self.missing <= self._wanted.spare
-
-    @property
     def cost(self) -> float:
-        """Metres: way, turns and what is not shown."""
-        return float(self._ways(self._places[None])[0] + self._penalty(np.array([self.missing]))[0])
+        """Cost of path, turns and ground that is not shown, metres."""
+        return float(self._path_costs(self._places[None])[0] + self._penalty(np.array([self.missing]))[0])
 
     def sweep(self, step: float, heat: float, most: int | None = None) -> None:
-        """Make every kind of move once, and shift every way point by about ``step`` metres, the first ``most`` at
-        most."""
+        """Make every kind of move once, and shift every waypoint (the first ``most``) by about ``step`` metres."""
         for index in range(1, len(self._places) if most is None else min(len(self._places), most + 1)):
             self.shift(index, step, heat)
         self.drop(heat)
@@ -120,14 +122,14 @@ class Tour:
         self.exchange(heat)
 
     def shift(self, index: int, step: float, heat: float) -> None:
-        """Move one way point (not the first) by about ``step`` metres."""
+        """Move one waypoint (not the first) by about ``step`` metres."""
         places = self._places
         tried = places[index] + self._rng.normal(0.0, step, (self._terms.trials, 2))
         tried[0] = places[index]
         near = slice(index - 1, index + 2)  # the legs that change, and the one whose corner changes
         unseen = self._count - self._legs[near].sum(0, dtype=np.int16) == 0
         shown = self._shown_about(index, tried, self._wanted.cells[unseen])
-        costs = self._penalty(~shown @ self._wanted.weights[unseen]) + self._ways_about(index, tried)
+        costs = self._penalty(~shown @ self._wanted.weights[unseen]) + self._path_costs_about(index, tried)
         costs[1:][~self._terms.allowed(tried[1:])] = math.inf
         chosen = self._draw(costs, heat)
         if chosen == 0:
@@ -140,13 +142,13 @@ class Tour:
         self._legs[near] = legs
 
     def drop(self, heat: float) -> None:
-        """Leave out a way point."""
+        """Leave out a waypoint."""
         if len(self._places) > 1:
             picks = self._rng.permutation(np.arange(1, len(self._places)))[:_PICKS]
             self._try(np.array([np.delete(self._places, pick, axis=0) for pick in picks]), heat)
 
     def add(self, heat: float) -> None:
-        """Add a way point: where something is not shown, or on a leg."""
+        """Add a waypoint: where something is not shown, or on a leg."""
         unseen = np.flatnonzero(self._count == 0)
         if len(unseen) == 0 and len(self._places) == 1:
             return
@@ -154,7 +156,7 @@ class Tour:
         places = places[self._terms.allowed(places)]
         self._try(np.array([np.insert(self._places, self._gap(place), place, axis=0) for place in places]), heat)
 
-    def _added(self, unseen: NDArray[np.intp]) -> Floats:
+    def _added(self, unseen: Indices) -> Floats:
         """Draw a place to add, near one of the cells that are not shown or on a leg."""
         width = self._terms.footprint.width
         if len(unseen) and (len(self._places) == 1 or self._rng.random() < 0.7):
@@ -164,7 +166,7 @@ class Tour:
         return np.asarray(self._places[at - 1 : at + 1].mean(0) + self._rng.normal(0.0, width / 10, 2))
 
     def exchange(self, heat: float) -> None:
-        """Turn a part of the tour round, or move it elsewhere."""
+        """Reverse a part of the tour, or move it elsewhere."""
         size = len(self._places)
         if size <= 2:
             return
@@ -183,8 +185,10 @@ class Tour:
         self._count = legs.sum(0, dtype=np.int16)
 
     def _lined(self, tours: Floats) -> Floats:
-        """Return (..., K - 1, 8) of the legs of tours (..., K, 2): begin, end and the momentum before, each
-        (north, east), 1 for the first leg, 1 for the last."""
+        """Return (..., K - 1, 8) of the legs of tours (..., K, 2).
+
+        A row is begin, end and the momentum before, each (north, east), 1 for the first leg, 1 for the last.
+        """
         legs = np.diff(tours, axis=-2)
         lined = np.zeros((*legs.shape[:-1], 8))
         lined[..., 0:2], lined[..., 2:4] = tours[..., :-1, :], tours[..., 1:, :]
@@ -193,61 +197,58 @@ class Tour:
         return lined
 
     def _shown(self, legs: Floats, cells: Singles) -> Bools:
-        """Return (K, N): which of N cells (N, 2) each leg (K, 8) shows, with the turn before it."""
+        """Return (K, N), True where a leg (K, 8), with the turn before it, shows a cell (N, 2)."""
         foot, is_first = self._terms.footprint, legs[:, 6] > 0
-        corners = Corners(legs[:, 4:6], self._turned(~is_first), legs[:, 7] > 0)
+        turned = np.where(is_first, foot.spun if self._terms.turned_first else 0.0, foot.turned)
+        corners = Corners(legs[:, 4:6], turned, legs[:, 7] > 0)
         shown = foot.shown(cells, legs[:, :2], legs[:, 2:4], corners)
         if is_first.any():
             shown[is_first] |= self._first_turn_shows(cells, legs[is_first, :2], legs[is_first, 2:4])
         return shown
 
     def _shown_about(self, index: int, tried: Floats, cells: Singles) -> Bools:
-        """Return (T, N): which cells the legs about one way point show, for each of T places tried for it."""
+        """Return (T, N), True for cells that the legs about one waypoint show, for T places tried for it."""
         first = max(index - 2, 0)
         line = np.repeat(self._places[None, first : index + 3], len(tried), axis=0)
         line[:, index - first] = tried
         legs = self._lined(line)[:, index - 1 - first :]
-        legs[:, -1, 7] = index + 3 >= len(self._places)  # whether the tour ends with this part of it
+        legs[:, -1, 7] = index + 3 >= len(self._places)  # 1 when the tour ends with this part of it
         shown = self._shown(legs.reshape(-1, 8), cells)
         return np.asarray(shown.reshape(*legs.shape[:2], -1).any(1))
 
-    def _turned(self, is_later: Bools) -> Floats:
-        """Return how far about the begin of legs, the first or later ones, turning there shows the ground, metres."""
-        foot = self._terms.footprint
-        return np.where(is_later, foot.turned, foot.spun if self._terms.turned_first else 0.0)
-
     def _first_turn_shows(self, cells: Singles, begins: Floats, ends: Floats) -> Bools:
-        """Return (K, N): what the picture shows as the drone turns to the first of its legs."""
+        """Return (K, N), True for cells that the picture shows as the drone turns to the first of its legs."""
         if self._yaw is None or self._terms.footprint.spun <= 0:
             return np.zeros((len(begins), len(cells)), np.bool_)
         legs = ends - begins
         return self._terms.footprint.swept(cells, begins[0], self._yaw, np.arctan2(legs[:, 1], legs[:, 0]))
 
     def _penalty(self, missing: NDArray[np.floating]) -> Floats:
-        return self._terms.penalty(missing, self._wanted.spare)
+        """Return the cost, metres, of leaving out ``missing`` square metres beyond the spare ones."""
+        beyond = np.maximum(missing.astype(np.float64) - self._wanted.spare, 0.0)
+        return beyond * (self._terms.short_by / self._terms.footprint.width)
 
-    def _ways(self, tours: Floats) -> Floats:
-        """Return what way and turns of tours (T, K, 2) cost, metres."""
+    def _path_costs(self, tours: Floats) -> Floats:
+        """Return the costs of path and turns of tours (T, K, 2), metres."""
         led = self._led(tours)
         turns = _turns(led) + self._first_turns(led)
-        ways: Floats = _lengths(tours) + self._terms.turn_m * turns + self._terms.leg_m * (tours.shape[1] - 1)
-        return ways
+        return np.asarray(_lengths(tours) + self._terms.turn_m * turns + self._terms.leg_m * (tours.shape[1] - 1))
 
     def _first_turns(self, lines: Floats) -> Floats:
-        """Return what the drone's own turn counts more than others, right angles: it gives up what was begun."""
+        """Return the extra cost of the drone's own turn, right angles: it gives up what was begun."""
         if self._behind is None:
             return np.zeros(len(lines))
         return (_FIRST_TURN - 1.0) * _turns(lines[:, :3])
 
     def _led(self, tours: Floats) -> Floats:
-        """Return tours (T, K, 2) with what lies behind the drone, so that the first turn counts."""
+        """Return tours (T, K, 2) with a place behind the drone before them, so that the first turn has a cost."""
         if self._behind is None:
             return tours
         behind = np.broadcast_to(self._behind, (len(tours), 1, 2))
         return np.concatenate([behind, tours], axis=1)
 
-    def _ways_about(self, index: int, tried: Floats) -> Floats:
-        """Return the cost of way and turns about one way point, for each place tried for it."""
+    def _path_costs_about(self, index: int, tried: Floats) -> Floats:
+        """Return the costs of path and turns about one waypoint, for each place tried for it."""
         led, at = self._led(self._places[None]), index + (self._behind is not None)
         part = np.repeat(led[:, max(at - 2, 0) : at + 3], len(tried), axis=0)
         part[:, min(at, 2)] = tried
@@ -260,21 +261,20 @@ class Tour:
         if not len(tours):
             return
         kept = self._shown_by(tours)
-        costs = self._ways(tours) + self._penalty(~kept.any(1) @ self._wanted.weights)
+        costs = self._path_costs(tours) + self._penalty(~kept.any(1) @ self._wanted.weights)
         costs = np.concatenate([[self.cost], costs + self._terms.keep_m * self._lead_elsewhere(tours)])
         chosen = self._draw(costs, heat)
         if chosen:
             self._take(tours[chosen - 1], kept[chosen - 1])
 
     def _lead_elsewhere(self, tours: Floats) -> Bools:
-        """Return which of the tours (T, K, 2) give up the first way point."""
+        """Return True for those of tours (T, K, 2) that give up the first waypoint."""
         if tours.shape[1] < 2 or len(self._places) < 2:
             return np.ones(len(tours), np.bool_)
         return np.asarray((tours[:, 1] != self._places[1]).any(1))
 
     def _shown_by(self, tours: Floats) -> Bools:
-        """Return (T, K - 1, N): which cells the legs of tours (T, K, 2) show. A leg that several have is looked at
-        once."""
+        """Return (T, K - 1, N), True for cells that the legs of tours (T, K, 2) show; equal legs are checked once."""
         own, lined = self._lined(self._places), self._lined(tours)
         legs = np.concatenate([own, lined.reshape(-1, 8)])
         names = legs.view(f"V{legs.itemsize * 8}").ravel().tolist()
@@ -296,12 +296,90 @@ class Tour:
         return min(int(np.searchsorted(sums, self._rng.random() * sums[-1])), len(costs) - 1)
 
     def _gap(self, place: Floats) -> int:
-        """Return where in the tour a place is inserted on the least detour."""
+        """Return the index at which a place is inserted on the least detour."""
         away = np.hypot(*(self._places - place).T)
         detours = away[:-1] + away[1:] - np.hypot(*np.diff(self._places, axis=0).T)
         if len(detours) == 0 or away[-1] < detours.min():
             return len(self._places)
         return int(np.argmin(detours)) + 1
+
+
+@dataclass(frozen=True, slots=True)
+class Outlook:
+    """One frame for the search: the drone's place, the picture's heading (radians), the wanted ground, the terms."""
+
+    place: Place
+    yaw: float
+    wanted: Wanted
+    terms: Terms
+
+
+class Course:
+    """The tour that is flown: followed from frame to frame, bettered a little at each, replaced by a better one."""
+
+    def __init__(self, settings: PathPlanSettings) -> None:
+        self._settings = settings
+        self._rng = np.random.default_rng(0)
+        self._tour: Tour | None = None
+        self._challenger: Tour | None = None
+        self._cooled = 0
+        self._frame = 0
+
+    def prepare(self, outlook: Outlook) -> None:
+        """Search for the first tour, a part with every frame, while the drone does not follow it yet."""
+        self._frame += 1
+        if self._tour is None:
+            self._tour = self._challenged(outlook)
+        else:
+            self._go_on(self._tour, outlook)
+
+    def follow(self, outlook: Outlook) -> Floats:
+        """Return the waypoints still to be flown (K, 2), none when nothing is worth the path."""
+        self._frame += 1
+        if self._tour is None:
+            self._tour = self._begun(outlook)
+            for sweep in range(_FIRST_SWEEPS):
+                self._sweep(self._tour, _HOT_M * (_COLD_M / _HOT_M) ** (sweep / _FIRST_SWEEPS))
+        self._go_on(self._tour, outlook)
+        return self._tour.places[1:]
+
+    def _go_on(self, tour: Tour, outlook: Outlook) -> None:
+        """Better the tour from the drone's present place, or let the challenger take over."""
+        self._meet(tour, outlook)
+        self._sweep(tour, 0.0)
+        challenger = self._challenged(outlook)
+        if challenger is not None and challenger.cost < tour.cost - self._settings.switch_m:
+            self._tour = challenger
+
+    def _challenged(self, outlook: Outlook) -> Tour | None:
+        """Cool the challenger by one frame; return it when it is cold, and begin another with the next frame."""
+        if self._challenger is None:
+            self._challenger, self._cooled = self._begun(outlook), 0
+        else:
+            self._meet(self._challenger, outlook)
+        self._cooled += 1
+        share = self._cooled / _CHALLENGE_FRAMES
+        self._sweep(self._challenger, 0.0 if share >= 1 else _HOT_M * (_COLD_M / _HOT_M) ** share)
+        if share < 1:
+            return None
+        cold, self._challenger = self._challenger, None
+        return cold
+
+    def _begun(self, outlook: Outlook) -> Tour:
+        return Tour(outlook.terms, outlook.wanted, np.array([outlook.place]), outlook.yaw, self._rng)
+
+    def _meet(self, tour: Tour, outlook: Outlook) -> None:
+        """Go on from the drone's present place."""
+        left = tour.places[1:]
+        while len(left) and math.dist(left[0], outlook.place) <= self._settings.arrival_m:
+            left = left[1:]
+        tour.meet(outlook.terms, outlook.wanted, np.vstack([outlook.place, left]), outlook.yaw)
+
+    def _sweep(self, tour: Tour, heat: float) -> None:
+        """Try to better every waypoint, and the tour as a whole."""
+        for number in range(_SWEEPS):
+            step = _STEPS_M[(self._frame + number) % len(_STEPS_M)] if heat < 1.0 else _STEPS_M[0]
+            tour.sweep(step, heat, _MOST_SHIFTS)
 
 
 def _lengths(lines: Floats) -> Floats:
@@ -319,5 +397,5 @@ def _turns(lines: Floats) -> Floats:
 
 
 def as_place(row: Floats) -> Place:
-    """Return a way point as (north, east)."""
+    """Return a waypoint (a row of an array) as a pair."""
     return float(row[0]), float(row[1])

@@ -1,1 +1,1 @@
-"""Vision App: what one frame shows."""
+"""Vision App: finds stalls, cars and lot in one frame."""

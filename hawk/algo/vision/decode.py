@@ -1,12 +1,12 @@
 """From the network's maps to stalls: every core cell votes for its stall's centre; where votes meet, a stall is.
 
 The votes' mean gives place and direction, the spread of the voters gives the size (a uniform distribution of width w
-has variance w^2 / 12), the maps under the rectangle say how sure it is and whether it is taken.
+has variance w^2 / 12), the maps under the rectangle give its score and whether it is taken.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import cv2
@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.vision import quads
-from hawk.algo.vision.network import CELL_PIXELS, CORE_SHARE, NetworkMaps
-from hawk.algo.vision.seen import FloatArray, GroundImage, StallSeen
+from hawk.algo.vision.network import CELL_PIXELS, CORE_SHARE, NetworkMaps, StallNetwork
+from hawk.algo.vision.seen import FloatArray, Found, GroundImage, StallSeen
 
+_EDGE_CELLS = 2
 _CORE_LIMIT = 0.35
 _PEAK_LIMIT = 0.25
 _PEAK_SIGMA = 1.8
@@ -27,9 +28,9 @@ _WIDTH_M = (1.4, 4.6)
 _LENGTH_M = (3.0, 9.0)
 _SAMPLES = (7, 13)
 _BEYOND_CELLS = 15
-"""So far beyond the maps, cells, the centre of a stall may lie of which they show some."""
+"""Distance beyond the maps, cells, at which the centre of a stall that is partly visible may lie."""
 _LEAST_SHOWN = 0.3
-"""A stall of whose core less than this share is shown is not told from that."""
+"""Below this visible share of its core a stall is not judged by the core."""
 _CORE_OF_STALLS = (0.5, 0.9)
 """Mean core probability within a rectangle at which it is surely none, and fully a stall; islands lie between."""
 _CAR_SHARE_OF_TAKEN = 0.36
@@ -41,7 +42,8 @@ _TAKEN_MIDDLE = 0.4
 @dataclass(frozen=True, slots=True)
 class Stalls:
     """Stalls of one frame as arrays of length N; ``column``, ``row``, ``angle``, ``width``, ``length`` in map cells
-    (angle: direction of the long side, atan2 of row over column)."""
+    (angle: direction of the long side, atan2 of row over column).
+    """
 
     column: FloatArray
     row: FloatArray
@@ -54,25 +56,41 @@ class Stalls:
         return len(self.score)
 
     def __getitem__(self, which: Any) -> Stalls:
-        return Stalls(
-            self.column[which],
-            self.row[which],
-            self.angle[which],
-            self.width[which],
-            self.length[which],
-            self.score[which],
-        )
+        return Stalls(*(getattr(self, f.name)[which] for f in fields(self)))
 
     def corners(self) -> FloatArray:
         """Return (N, 4, 2) of (column, row)."""
         return quads.corners(self.column, self.row, self.angle, self.width, self.length)
 
 
+class NetworkFinder:
+    """Finds stalls by the network and its votes."""
+
+    def __init__(self, network: StallNetwork) -> None:
+        self._network = network
+
+    def find(self, picture: GroundImage) -> Found:
+        """Return what the network sees. Raises VisionModelError when the network fails."""
+        maps = self._network.run(picture.values)
+        valid = picture.valid[::CELL_PIXELS, ::CELL_PIXELS]
+        edge = np.ones((2 * _EDGE_CELLS + 1,) * 2, np.uint8)
+        shown = np.asarray(cv2.erode(valid.astype(np.float32), edge, borderValue=(1,)), np.float32)
+        cells = cell_raster(picture, maps.core * shown)
+        stalls = vote(maps, cells.metres_per_pixel, shown)
+        taken = occupancy(maps, stalls)
+        return Found(
+            stalls=to_seen(stalls, taken, cells),
+            lot=GroundImage(maps.lot, cells.to_map, cells.valid),
+            car=GroundImage(maps.car, cells.to_map, cells.valid),
+            core=cells,
+        )
+
+
 def vote(maps: NetworkMaps, cell_m: float, shown: NDArray[np.float32] | None = None) -> Stalls:
     """Return the stalls that the maps show; ``cell_m`` is the side of a cell in metres.
 
     ``shown`` is 1 in the cells that can be seen, 0 elsewhere; None: all can. Stalls that reach beyond them, or beyond
-    the maps, are judged by what is shown of them, and their centres may lie there.
+    the maps, are judged by their visible part, and their centres may lie there.
     """
     shown = np.ones_like(maps.core) if shown is None else shown
     core = maps.core * shown
@@ -81,7 +99,7 @@ def vote(maps: NetworkMaps, cell_m: float, shown: NDArray[np.float32] | None = N
     size = (core.shape[0] + 2 * _BEYOND_CELLS, core.shape[1] + 2 * _BEYOND_CELLS)
     peaks = _peaks(voters, size)
     if not len(peaks[0]):
-        return _none()
+        return Stalls(*[np.zeros(0)] * 6)
     found = _gather(voters, peaks, size)
     found = replace(found, column=found.column - _BEYOND_CELLS, row=found.row - _BEYOND_CELLS)
     fits = _between(found.width * cell_m, _WIDTH_M) & _between(found.length * cell_m, _LENGTH_M)
@@ -90,7 +108,7 @@ def vote(maps: NetworkMaps, cell_m: float, shown: NDArray[np.float32] | None = N
 
 
 def occupancy(maps: NetworkMaps, stalls: Stalls) -> FloatArray:
-    """Return the probability (N,) that each stall is taken: the network's own word and the cover by cars, together."""
+    """Return the probability (N,) that each stall is taken: by the network's own output and the cover by cars."""
     points = sample_points(stalls)
     core, taken, car = (sample(values, points) for values in (maps.core, maps.taken, maps.car))
     inner = _inner()
@@ -98,7 +116,8 @@ def occupancy(maps: NetworkMaps, stalls: Stalls) -> FloatArray:
     said = (taken[:, inner] * weight).sum(axis=1) / weight.sum(axis=1)
     shown = np.maximum(sample(np.ones_like(maps.car), points).mean(axis=1), 1e-3)  # 1 but at the picture's edge
     cover = np.minimum((car > 0.5).mean(axis=1) / shown / _CAR_SHARE_OF_TAKEN, 1.0)
-    return _recentre((said + cover) / 2, _TAKEN_MIDDLE)
+    # 0..1 piecewise, so that the middle becomes one half
+    return np.asarray(np.interp((said + cover) / 2, [0.0, _TAKEN_MIDDLE, 1.0], [0.0, 0.5, 1.0]))
 
 
 def sample_grid() -> FloatArray:
@@ -130,7 +149,7 @@ def sample(values: NDArray[Any], points: FloatArray) -> NDArray[Any]:
 
 
 def to_seen(stalls: Stalls, taken: FloatArray, ground: GroundImage) -> tuple[StallSeen, ...]:
-    """Lay stalls (cells of the raster ``ground``) on the map."""
+    """Return stalls, given in cells of the raster ``ground``, in metres of the map."""
     if not len(stalls):
         return ()
     linear, side = ground.to_map[:, :2], ground.metres_per_pixel
@@ -143,8 +162,7 @@ def to_seen(stalls: Stalls, taken: FloatArray, ground: GroundImage) -> tuple[Sta
 
 
 class _Voters:
-    """Core cells with what each says of its stall; rows and columns are counted from so far beyond the maps that all
-    centres are above 0."""
+    """Core cells with their votes; rows and columns start `_BEYOND_CELLS` before the maps: all centres are above 0."""
 
     def __init__(
         self, maps: NetworkMaps, core: NDArray[np.float32], rows: NDArray[Any], columns: NDArray[Any], cell_m: float
@@ -225,18 +243,8 @@ def _cell(voters: _Voters, size: tuple[int, ...]) -> NDArray[np.intp]:
     return np.asarray(row * size[1] + column, np.intp)
 
 
-def _recentre(share: FloatArray, middle: float) -> FloatArray:
-    """Stretch 0..1 piecewise so that ``middle`` becomes one half."""
-    return np.interp(share, [0.0, middle, 1.0], [0.0, 0.5, 1.0])
-
-
 def _between(values: FloatArray, limits: tuple[float, float]) -> NDArray[np.bool_]:
     return (values > limits[0]) & (values < limits[1])
-
-
-def _none() -> Stalls:
-    empty = np.zeros(0)
-    return Stalls(empty, empty, empty, empty, empty, empty)
 
 
 def cell_raster(picture: GroundImage, values: NDArray[Any]) -> GroundImage:

@@ -6,7 +6,7 @@ metric ones in which a direction is (cos angle, sin angle).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,19 +80,8 @@ class _Rows:
 
     def take(self, which: Mask) -> _Rows:
         """Return the rows with some members only."""
-        return _Rows(
-            self.row[which],
-            self.member[which],
-            self.t[which],
-            self.residual[which],
-            self.score[which],
-            self.origin,
-            self.along,
-            self.lean,
-            self.angle,
-            self.width,
-            self.length,
-        )
+        members = ("row", "member", "t", "residual", "score")
+        return replace(self, **{name: getattr(self, name)[which] for name in members})
 
 
 def fit_lattices(
@@ -109,11 +98,11 @@ def fit_lattices(
     A row with a break in its rhythm (or a gap of more than ``maximum_gap`` stalls) gives several, a crooked one none.
     """
     member = np.flatnonzero(np.bincount(group)[group] >= SHORT_ROW)
-    rows = _lay_out(centres, angle, width, length, score, group, member)
+    rows = _along_axis(centres, angle, width, length, score, group, member)
     return _fit(rows, *_runs(rows, maximum_gap))
 
 
-def _lay_out(
+def _along_axis(
     centres: FloatArray,
     angle: FloatArray,
     width: FloatArray,
@@ -122,7 +111,7 @@ def _lay_out(
     group: Indices,
     member: Indices,
 ) -> _Rows:
-    """Lay the members of each row along its main axis; those of crooked rows are left out."""
+    """Sort the members of each row along its main axis; those of crooked rows are left out."""
     row = np.unique(group[member], return_inverse=True)[1].reshape(-1)
     count = int(row.max(initial=-1)) + 1
     size = np.maximum(np.bincount(row, minlength=count), 1)

@@ -41,8 +41,9 @@ class VisionModelError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class NetworkMaps:
-    """What the network says, each (rows, columns) at `CELL_PIXELS` a cell; ``lot``, ``core``, ``car``, ``taken`` are
-    probabilities, the rest as in the module's description, with offsets in cells and sizes in metres."""
+    """Output of the network, each (rows, columns) at `CELL_PIXELS` a cell; ``lot``, ``core``, ``car``, ``taken`` are
+    probabilities, the rest as in the module's description, with offsets in cells and sizes in metres.
+    """
 
     lot: MapArray = field(repr=False)
     core: MapArray = field(repr=False)
@@ -108,7 +109,7 @@ class StallNetwork:
         if output.shape != expected:
             raise VisionModelError(
                 f"vision.model: {self._source} answers with shape {output.shape} where {expected} is needed; "
-                "docs/model-card.md tells inputs and outputs"
+                "docs/model-card.md describes inputs and outputs"
             )
         return np.asarray(output[0, :, : -(-rows // CELL_PIXELS), : -(-columns // CELL_PIXELS)])
 

@@ -28,17 +28,6 @@ def corners(x: FloatArray, y: FloatArray, angle: FloatArray, width: FloatArray, 
     )
 
 
-def shape(quads: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return centre (N, 2), angle [0, pi), width and length of quads (N, 4, 2); the long side is the length."""
-    along = (quads[:, 2] + quads[:, 3] - quads[:, 0] - quads[:, 1]) / 2
-    across = (quads[:, 1] + quads[:, 2] - quads[:, 0] - quads[:, 3]) / 2
-    length, width = np.hypot(*along.T), np.hypot(*across.T)
-    swap = width > length
-    along[swap] = across[swap]
-    angle = np.arctan2(along[:, 1], along[:, 0]) % math.pi
-    return quads.mean(axis=1), angle, np.minimum(length, width), np.maximum(length, width)
-
-
 def angle_between(a: Any, b: Any) -> FloatArray:
     """Return the angle between two undirected directions, 0..pi/2 (radians)."""
     return np.asarray(np.abs((np.asarray(a) - b + math.pi / 2) % math.pi - math.pi / 2))

@@ -1,8 +1,8 @@
-"""Lays a camera frame on the ground plane: from here on everything is in metres.
+"""Projects a camera frame onto the ground plane: from here on everything is in metres.
 
 Frames: body FRD; the camera looks straight down with the picture's top towards the nose, so that picture x is body
 right, picture y is body back and the optical axis is body down. The mount turns the camera by Rz(yaw) Ry(pitch)
-Rx(roll) in the body frame, the attitude turns the body into NED the same way (z-y-x, the aerospace order).
+Rx(roll) in the body frame, the attitude turns the body into NED in the same order (z-y-x, as in aerospace).
 """
 
 from __future__ import annotations
@@ -15,21 +15,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.vision.seen import FloatArray, GroundImage
-from hawk.model import CameraModel, MapPose
+from hawk.model import CameraModel, MapPoint, MapPose
 
 GROUND_M = 0.10
 """Side of a pixel of the rectified picture, metres."""
 MAXIMUM_PIXELS = (960, 640)
-"""Largest rectified picture (width, height): what is farther from below the drone is left out. Bounds the cost."""
+"""Largest rectified picture (width, height): ground farther from below the drone is left out. Bounds the cost."""
 MAXIMUM_OFF_NADIR = math.radians(58.0)
 """Rays that meet the ground flatter than this are left out: a pixel then covers more than three times its size."""
+_FLATTEST = math.cos(math.radians(75))  # rays of the footprint that meet the ground flatter than this are cut there
 _BORDER_STEPS = 12
 _SMALLEST = 32
 _FINEST = 1e3
 
 
 class RectifyError(ValueError):
-    """The picture cannot be laid on the ground; the text says why."""
+    """The picture cannot be projected onto the ground; the text gives the reason."""
 
 
 def rotation(roll: float, pitch: float, yaw: float) -> FloatArray:
@@ -81,15 +82,32 @@ def project(points: FloatArray, camera: CameraModel, pose: MapPose) -> FloatArra
     return pixels.reshape(*np.shape(points)[:-1], 2)
 
 
-class Rectifier:
-    """Rectifies the frames of a camera; keeps the lens correction, which does not change from frame to frame."""
+def ground_footprint(camera: CameraModel, pose: MapPose) -> tuple[MapPoint, ...]:
+    """Return the four corners of the picture on the ground (map frame), from its upper left one clockwise.
 
-    def __init__(self, metres_per_pixel: float = GROUND_M) -> None:
-        self._metres_per_pixel = metres_per_pixel
+    Lens distortion is left out. Empty when the pose is not finite or on the ground.
+    """
+    if not pose.is_finite() or pose.height <= 0:
+        return ()
+    columns = np.array([0.0, camera.width, camera.width, 0.0]) - 0.5
+    rows = np.array([0.0, 0.0, camera.height, camera.height]) - 0.5
+    rays = np.stack([(columns - camera.cx) / camera.fx, (rows - camera.cy) / camera.fy, np.ones(4)])
+    north, east, down = camera_to_ned(camera, pose) @ (rays / np.linalg.norm(rays, axis=0))
+    reach = pose.height / np.maximum(down, _FLATTEST)
+    return tuple(
+        MapPoint(round(pose.north + float(n), 3), round(pose.east + float(e), 3))
+        for n, e in zip(north * reach, east * reach, strict=True)
+    )
+
+
+class Rectifier:
+    """Rectifies the frames of a camera; keeps the lens correction between frames."""
+
+    def __init__(self) -> None:
         self._lens: tuple[CameraModel, tuple[NDArray[Any], NDArray[Any]], NDArray[np.uint8]] | None = None
 
     def rectify(self, image: NDArray[np.uint8], camera: CameraModel, pose: MapPose) -> GroundImage:
-        """Return the picture on the ground plane, turned to the camera's heading, clipped to what is seen well.
+        """Return the picture on the ground plane, turned to the camera's heading, clipped to the well seen ground.
 
         ``image`` is uint8 BGR (H, W, 3). A picture of another size than the camera's is taken as a scaled one.
         Raises RectifyError when the pose is not finite, the height is not positive or no ground is in view.
@@ -100,7 +118,7 @@ class Rectifier:
         if any(camera.distortion):
             maps, seen = self._undistortion(camera)
             image = np.asarray(cv2.remap(image, maps[0], maps[1], cv2.INTER_LINEAR), np.uint8)
-        width, height, to_map = _layout(camera, pose, self._metres_per_pixel)
+        width, height, to_map = _layout(camera, pose)
         to_image = ground_homography(camera, pose) @ np.vstack([to_map, [0.0, 0.0, 1.0]])
         shrunk, shrink = _shrink(image, to_image, width, height)
         values = cv2.warpPerspective(
@@ -122,13 +140,6 @@ class Rectifier:
             seen = cv2.remap(whole, maps[0], maps[1], cv2.INTER_NEAREST, borderValue=(0,))
             self._lens = camera, (maps[0], maps[1]), np.asarray(seen, np.uint8)
         return self._lens[1], self._lens[2]
-
-
-def rectify(
-    image: NDArray[np.uint8], camera: CameraModel, pose: MapPose, metres_per_pixel: float = GROUND_M
-) -> GroundImage:
-    """Rectify one picture (see `Rectifier.rectify`, which is quicker for many frames of a camera with distortion)."""
-    return Rectifier(metres_per_pixel).rectify(image, camera, pose)
 
 
 def scaled_camera(camera: CameraModel, width: int, height: int) -> CameraModel:
@@ -170,24 +181,24 @@ def _distort(x: FloatArray, y: FloatArray, coefficients: tuple[float, ...]) -> t
     )
 
 
-def _layout(camera: CameraModel, pose: MapPose, metres_per_pixel: float) -> tuple[int, int, FloatArray]:
-    """Return width, height and `to_map` of the smallest raster in the camera's heading that holds what is seen."""
+def _layout(camera: CameraModel, pose: MapPose) -> tuple[int, int, FloatArray]:
+    """Return width, height and `to_map` of the smallest raster in the camera's heading with all visible ground."""
     turn = camera_to_ned(camera, pose)
     ahead = turn @ (0.0, -1.0, 0.0) if abs(turn[2, 1]) < 0.9 else turn @ (0.0, 0.0, 1.0)
     heading = math.atan2(ahead[1], ahead[0])
     right = np.array([-math.sin(heading), math.cos(heading)])
     back = np.array([-math.cos(heading), -math.sin(heading)])
     below = _border_on_ground(camera, turn, pose.height)
-    half = np.array(MAXIMUM_PIXELS) * metres_per_pixel / 2
+    half = np.array(MAXIMUM_PIXELS) * GROUND_M / 2
     corners = np.column_stack([below @ right, below @ back])
     low = np.maximum(corners.min(axis=0), -half)
     high = np.minimum(corners.max(axis=0), half)
-    size = np.floor((high - low) / metres_per_pixel).astype(int)
+    size = np.floor((high - low) / GROUND_M).astype(int)
     if (size < 32).any():
         raise RectifyError("no ground is in view: the drone is too low or the camera looks too far aside")
-    first = low + metres_per_pixel / 2
+    first = low + GROUND_M / 2
     origin = np.array([pose.north, pose.east]) + first[0] * right + first[1] * back
-    return int(size[0]), int(size[1]), np.column_stack([right * metres_per_pixel, back * metres_per_pixel, origin])
+    return int(size[0]), int(size[1]), np.column_stack([right * GROUND_M, back * GROUND_M, origin])
 
 
 def _border_on_ground(camera: CameraModel, turn: FloatArray, height: float) -> FloatArray:

@@ -35,7 +35,8 @@ _TOUCH_LIMIT = 0.25
 class RowOptions:
     """``gap`` and ``end``: least evidence to fill a hole within a row and to go on past its end (ends need more, or
     hatched bays fill up). ``maximum_gap`` stalls in one hole, ``maximum_end`` past an end. Stalls without company below
-    ``lone_score`` are dropped."""
+    ``lone_score`` are dropped.
+    """
 
     gap: float = 0.20
     end: float = 0.50
@@ -47,7 +48,8 @@ class RowOptions:
 @dataclass(frozen=True, slots=True)
 class RowStalls:
     """Stalls as arrays of length N: metres and radians. ``source`` is the index of the given stall, -1 for one that was
-    inferred from its row."""
+    inferred from its row.
+    """
 
     north: FloatArray = field(repr=False)
     east: FloatArray = field(repr=False)
@@ -180,7 +182,8 @@ def _infer(lattices: Lattices, evidence: Evidence, options: RowOptions) -> RowSt
 
 def _implied(lattices: Lattices, maximum_end: int) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
     """Return lattice and number of the holes of each lattice and of what would follow at its ends, and how many steps
-    past the end that is (0 in a hole); the ``maximum_end`` of one end follow each other."""
+    past the end that is (0 in a hole); the ``maximum_end`` of one end follow each other.
+    """
     count, size = len(lattices), lattices.last + 1
     start = np.cumsum(size) - size
     is_hole = np.ones(int(size.sum()), np.bool_)

@@ -1,14 +1,16 @@
-"""What Vision App says about one frame, in metres of the map frame."""
+"""Results of vision for one frame, in metres of the map frame, and the interfaces that give them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.model import MapPose
+from hawk.algo.frame import FrameInput
+from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
+from hawk.model import Health, MapPose
 
 FloatArray = NDArray[np.float64]
 
@@ -59,20 +61,73 @@ class StallSeen:
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
-    """Everything that one frame says.
+class Found:
+    """Stalls of one rectified picture with float32 probabilities (0..1) at 0.2 m.
 
-    ``lot``, ``car`` and ``core`` are float32 probabilities (0..1) at 0.2 m: parking lot, car, inner part of a stall.
-    ``picture`` is the rectified frame, uint8 BGR at 0.1 m. ``scale`` is the size of the found stalls relative to the
-    usual one (1.0 where too few are seen to tell). ``captured`` is seconds of the daemon's clock.
+    ``lot`` is parking lot, ``car`` is car, ``core`` is the inner part of a stall.
     """
 
     stalls: tuple[StallSeen, ...]
-    lot: GroundImage
-    car: GroundImage
-    core: GroundImage
-    picture: GroundImage
-    park_lot_detected: bool
-    scale: float
+    lot: GroundImage = field(repr=False)
+    car: GroundImage = field(repr=False)
+    core: GroundImage = field(repr=False)
+
+
+class Finder(Protocol):
+    """Finds stalls: the network, or line geometry."""
+
+    def find(self, picture: GroundImage) -> Found:
+        """Return what a rectified picture (uint8 BGR, 0.1 m a pixel) shows. Raises VisionModelError."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class SeenGround(Found):
+    """Ground part of one frame.
+
+    ``picture`` is the rectified frame, uint8 BGR at 0.1 m; ``pose`` its pose; ``captured`` seconds of the daemon's
+    clock.
+    """
+
+    picture: GroundImage = field(repr=False)
     pose: MapPose
     captured: float
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """Vision's result for one frame.
+
+    ``park_lot_detected`` is steady over single frames. ``image`` is the camera's picture, uint8 BGR, None when it could
+    not be decoded; ``ground`` is None when the frame could not be projected onto the ground.
+    """
+
+    park_lot_detected: bool = False
+    health: Health = field(default_factory=Health)
+    image: NDArray[np.uint8] | None = field(default=None, repr=False)
+    ground: SeenGround | None = field(default=None, repr=False)
+
+
+class SeesFrames(Protocol):
+    """The Vision App as manager and mapper use it."""
+
+    def init(self, drone_camera: FrameCamera, topic_interface: AlgorithmTopicInterface) -> None:
+        """Take camera and topics."""
+        ...
+
+    def see(self, frame: FrameInput) -> Seen:
+        """Return what a frame shows. Raises NoImage, AlgoError."""
+        ...
+
+    def fail(self, reason: str) -> Seen:
+        """Return the result of a frame that failed."""
+        ...
+
+    def publish(self) -> None:
+        """Publish the last result."""
+        ...
+
+    @property
+    def seen(self) -> Seen:
+        """The last result."""
+        ...

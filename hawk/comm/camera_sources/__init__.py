@@ -1,1 +1,1 @@
-"""Where pictures come from: one module for each kind of source, all with the same face."""
+"""Camera sources: one module for each kind."""

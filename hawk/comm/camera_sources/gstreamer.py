@@ -1,7 +1,7 @@
 """Pictures from any GStreamer pipeline, through ``gst-launch-1.0`` in a process of its own.
 
 PyPI's OpenCV has no GStreamer. The pipeline's pictures are encoded as JPEG, framed by ``multipartmux`` and read from
-the process's standard output; they are not stamped, so that their time is arrival less the configured latency.
+the process's standard output; they carry no stamp, so their time is arrival less the configured latency.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ import shutil
 from collections import deque
 from collections.abc import AsyncGenerator, Callable
 
-from hawk.comm.camera_sources.multipart import MultipartParser
-from hawk.comm.camera_sources.source import CameraError, SourceFrame
+from hawk.comm.camera_sources.mjpeg import MultipartParser
+from hawk.comm.camera_sources.source import CameraError, CameraSource, SourceFrame
 
 _BOUNDARY = "hawk-gstreamer"
 _TAIL = ("!", "videoconvert", "!", "jpegenc", "!", "multipartmux", f"boundary={_BOUNDARY}", "!", "fdsink", "fd=1")
@@ -23,19 +23,13 @@ _END_S = 2.0
 _PACKAGES = "install the Debian packages gstreamer1.0-tools and gstreamer1.0-plugins-good"
 
 
-class GStreamerSource:
+class GStreamerSource(CameraSource):
     """``gst:PIPELINE`` without its sink, for example ``v4l2src ! video/x-raw,width=1280,height=720``."""
 
     def __init__(self, pipeline: str, clock: Callable[[], float], program: str = "gst-launch-1.0") -> None:
         self._pipeline = pipeline.strip()
         self._clock = clock
         self._program = program
-        self._torn = 0
-
-    @property
-    def torn(self) -> int:
-        """Pictures that came in pieces and were dropped."""
-        return self._torn
 
     async def frames(self) -> AsyncGenerator[SourceFrame, None]:
         """Start the pipeline and give its pictures until it ends. Raises CameraError with GStreamer's own words."""
@@ -44,11 +38,10 @@ class GStreamerSource:
         errors = asyncio.create_task(_keep_words(process, words), name="camera-gstreamer-words")
         try:
             assert process.stdout is not None  # noqa: S101
-            parser = MultipartParser(_BOUNDARY.encode())
+            parser, torn_before = MultipartParser(_BOUNDARY.encode()), self.torn
             while data := await process.stdout.read(_READ):
-                before = parser.torn
                 parts = parser.feed(data, self._clock())
-                self._torn += parser.torn - before
+                self.torn = torn_before + parser.torn
                 for part in parts:
                     yield SourceFrame(part.body, part.arrival)
             await asyncio.wait_for(asyncio.shield(errors), _END_S)
@@ -57,9 +50,6 @@ class GStreamerSource:
         finally:
             await _end(process, errors)
         raise CameraError(f"gst:{self._pipeline}: {_reason(words)}")
-
-    async def close(self) -> None:
-        """Nothing outlives `frames`."""
 
     async def _start(self) -> asyncio.subprocess.Process:
         if shutil.which(self._program) is None:

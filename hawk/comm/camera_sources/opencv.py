@@ -15,7 +15,7 @@ from urllib.parse import unquote, urlsplit
 
 import cv2
 
-from hawk.comm.camera_sources.source import CameraError, SourceFrame, without_secrets
+from hawk.comm.camera_sources.source import CameraError, CameraSource, SourceFrame, without_secrets
 
 _QUALITY = 90
 _FILE_RATE_HZ = 15.0
@@ -24,18 +24,13 @@ _FAILURES = 30
 _CLOSE_S = 6.0
 
 
-class OpenCvSource:
-    """``v4l2:///dev/video0``, ``rtsp://...`` or ``file:///path`` (played at its own rate)."""
+class OpenCvSource(CameraSource):
+    """``v4l2:///dev/video0``, ``rtsp://...`` or ``file:///path`` (played at its own rate); torn ones are hidden."""
 
     def __init__(self, url: str, clock: Callable[[], float]) -> None:
         self._url = url
         self._clock = clock
         self._reader: _Reader | None = None
-
-    @property
-    def torn(self) -> int:
-        """OpenCV hides what it drops."""
-        return 0
 
     async def frames(self) -> AsyncGenerator[SourceFrame, None]:
         """Open and give the newest picture each time, until the source ends. Raises CameraError."""
@@ -50,7 +45,7 @@ class OpenCvSource:
         raise CameraError(reader.problem or f"{without_secrets(self._url)}: the source ended")
 
     async def close(self) -> None:
-        """End the thread; waits for the read that is under way."""
+        """End the thread after the current read."""
         reader, self._reader = self._reader, None
         if reader is not None:
             await reader.ended()
@@ -85,11 +80,11 @@ class _Reader:
         self._stop.set()
 
     async def ended(self) -> None:
-        """Ask the thread to end and wait until it did; a hanging driver is left behind after 6 s."""
+        """Ask the thread to end and wait for it; a hanging driver is abandoned after 6 s."""
         self.stop()
         with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(self._over.wait(), _CLOSE_S)
-            self._thread.join(_CLOSE_S)  # it said so with its last word: this waits for its return only
+            self._thread.join(_CLOSE_S)  # this waits for its return only
 
     def _run(self) -> None:
         try:
@@ -143,7 +138,7 @@ class _Reader:
 
 
 def _missing(url: str) -> str:
-    """Return what is wrong with a device or file that is not there; OpenCV would only say that it failed."""
+    """Name a device or file that does not exist (OpenCV reports a failure only); empty when it exists."""
     parts = urlsplit(url)
     if parts.scheme not in {"v4l2", "file"}:
         return ""

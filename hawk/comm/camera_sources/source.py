@@ -1,45 +1,44 @@
-"""The face that every source of pictures shows to `hawk.comm.drone_camera`."""
+"""The face of every camera source to `hawk.comm.drone_camera`."""
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator
+from abc import ABC, abstractmethod
+from collections.abc import AsyncGenerator
 from dataclasses import dataclass, field
-from typing import Protocol
 from urllib.parse import urlsplit
 
 
 class CameraError(Exception):
-    """The source cannot give pictures; the text names the source, what is wrong and the remedy."""
+    """The source cannot give pictures; the text names the source, the problem and the remedy."""
 
 
 @dataclass(frozen=True, slots=True)
 class SourceFrame:
-    """A whole JPEG picture. ``arrival`` on our clock; ``stamp`` is the source's own capture time, if it tells one."""
+    """A whole JPEG picture."""
 
     jpeg: bytes = field(repr=False)
     arrival: float
+    """Seconds of the daemon's clock."""
     stamp: float | None = None
+    """Capture time in seconds of the source's own clock, when it sends one."""
 
 
-class CameraSource(Protocol):
+class CameraSource(ABC):
     """A source of pictures."""
 
-    def frames(self) -> AsyncIterator[SourceFrame]:
+    torn: int = 0
+    """Pictures that were damaged or cut and dropped."""
+
+    @abstractmethod
+    def frames(self) -> AsyncGenerator[SourceFrame, None]:
         """Open the source and give its pictures until it ends. Raises CameraError. May be called again afterwards."""
-        ...
 
-    @property
-    def torn(self) -> int:
-        """Pictures that came in pieces and were dropped."""
-        ...
-
-    async def close(self) -> None:
-        """Let go of the source; what runs for it has ended on return."""
-        ...
+    async def close(self) -> None:  # noqa: B027 - most sources need nothing beyond the end of `frames`
+        """Release the source; its threads and processes have ended on return."""
 
 
 def without_secrets(url: str) -> str:
-    """Return an address without user, password and query: it is shown and logged."""
+    """Return an address without user, password and query, to show and to log."""
     try:
         parts = urlsplit(url)
         port = f":{parts.port}" if parts.port else ""

@@ -1,74 +1,54 @@
-"""What every operation state is (specification section 17)."""
+"""The operation state (specification section 17) and what the states share.
+
+A state decides from facts and its own small data and returns values; it never sends, logs or makes another state.
+"""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
-from hawk.comm.messages import Command
-from hawk.ddc.fence_plan import FencePlan
-from hawk.ddc.ranks import Rank
-from hawk.model import HeightParameters, MapPoint, Route, StateName
+from hawk.comm.messages import AutonomousExplore, Hold, Land, ReturnToLaunch
+from hawk.ddc.acts import STAY, Acts, Ask, Request, SetMode, Step
+from hawk.ddc.facts import Answer, Facts
+from hawk.ddc.motion import Goal
+from hawk.ddc.orders import MoveOrder, Order, Rank, ToExplore, ToHover, ToLand, ToMove, ToReturn
+from hawk.model import CopterMode, MapPoint, StateName
 
-if TYPE_CHECKING:
-    from hawk.ddc.operations_manager import OperationsManager
-
-
-@dataclass(frozen=True, slots=True)
-class Cause:
-    """Why the drone returns or lands by itself: while it lasts, Hold is refused with it."""
-
-    text: str
-    lasts: Callable[[], bool]
-    details: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class MoveOrder:
-    """An accepted Move in map coordinates (metres, yaw in radians); ``number`` is its desired pose's.
-
-    ``route`` is the way there of an autonomous one.
-    """
-
-    place: MapPoint
-    height: float
-    yaw: float
-    autonomous: bool
-    number: int
-    route: Route = field(default_factory=Route)
-
-
-@dataclass(frozen=True, slots=True)
-class ConfigureOrder:
-    """Accepted travel heights."""
-
-    heights: HeightParameters
-
-
-@dataclass(frozen=True, slots=True)
-class FenceOrder:
-    """An accepted fence; None: the drawn one is put aside."""
-
-    plan: FencePlan | None
-
-
-Order = Command | MoveOrder | ConfigureOrder | FenceOrder
+MODE_RETRY_S = 2.0
+"""A mode that was refused, or acknowledged and does not show, is asked for again after this time, seconds."""
 
 
 class State(ABC):
-    """One operation state. ``process`` acts, ``transition_next_state`` decides; both run once a tick and never wait.
+    """One operation state. `process` says what to do, `transition_next_state` what follows; both run once a tick.
 
-    A state is made without side effects and acts from `enter` on. ``context`` is the operations manager.
+    The class attributes are its traits: guard, judge and gate ask for them and never for a name.
     """
 
     identity: ClassVar[StateName]
+    on_ground: ClassVar[bool] = False
+    """The drone is not in the air."""
+    is_task: ClassVar[bool] = False
+    """Flies somewhere for the operator."""
+    sees: ClassVar[bool] = False
+    """Flies by sight: a fault of perception ends it."""
+    is_guarded: ClassVar[bool] = False
+    """Fence, ceiling and battery reserve act."""
+    stops_at_fence: ClassVar[bool] = False
+    """A breach of the fence ends it."""
+    needs_operator: ClassVar[bool] = False
+    """A lost operator ends it (Takeoff looks itself, after its climb)."""
+    may_send_targets: ClassVar[bool] = False
+    holds: ClassVar[bool] = False
+    """Holds where the drone is, above Max as well: a pilot may have flown it there."""
+    is_left_alone: ClassVar[bool] = False
+    """Neither a restart nor the end of the program changes it."""
+    is_homing: ClassVar[bool] = False
+    """The autopilot brings the drone down: Hold needs control."""
 
-    def __init__(self, context: OperationsManager) -> None:
-        self.context = context
-        self.entered = context.now
-        self._order: Order | None = None
+    def __init__(self, now: float) -> None:
+        """Begin at ``now``, seconds; nothing is done before `enter`."""
+        self.entered = now
 
     def get_identity(self) -> str:
         """Return the identity string."""
@@ -76,37 +56,153 @@ class State(ABC):
 
     @property
     def rank(self) -> Rank:
-        """Rank of what the state is doing: automatic reactions of this rank and below leave it alone."""
+        """Rank of the present activity: automatic reactions of this rank and below leave the state alone."""
         return Rank.TASK
 
     @property
-    def detail(self) -> str:
-        """One sentence on what the state is doing, or why it was entered."""
-        return ""
+    def goal(self) -> Goal | None:
+        """The place that the drone is sent to; None when there is none."""
+        return None
 
     @property
-    def age(self) -> float:
-        """Seconds since the state was entered."""
-        return self.context.now - self.entered
+    def may_take_off(self) -> bool:
+        """True while Takeoff may follow."""
+        return False
 
-    def give(self, order: Order) -> None:
-        """Hand over an accepted command: the next `transition_next_state` follows it."""
-        self._order = order
+    def route(self, facts: Facts) -> tuple[MapPoint, ...]:
+        """Return the rest of the path to the goal, from the drone; empty when there is none."""
+        return ()
 
-    def enter(self) -> None:
-        """Begin: called once, when the state becomes the active one."""
-        self.entered = self.context.now
+    def detail(self, facts: Facts) -> str:
+        """Return one sentence for the operator: the present activity, or the reason for the state."""
+        return ""
 
-    def leave(self) -> None:  # noqa: B027 - most states leave nothing behind
-        """End: called once, when another state becomes the active one."""
+    def age(self, facts: Facts) -> float:
+        """Return the seconds since the state began."""
+        return facts.now - self.entered
 
-    def process(self) -> None:  # noqa: B027 - a state that waits does nothing
-        """Act, once a tick."""
+    def hold_refusal(self, facts: Facts) -> str:
+        """Return the reason why Hold is refused now; empty when it is not."""
+        return ""
+
+    def return_in(self, facts: Facts) -> float | None:
+        """Return the seconds until the drone returns home by itself; None when it does not."""
+        return None
+
+    def restart(self) -> None:  # noqa: B027 - most states have nothing to begin again
+        """Begin again from where the drone is: the link was lost, or the position jumped."""
+
+    def enter(self, facts: Facts) -> Acts:
+        """Return the acts of the moment in which the state becomes the active one."""
+        return ()
+
+    def leave(self, facts: Facts) -> Acts:
+        """Return the acts of the moment in which another state becomes the active one."""
+        return ()
+
+    def process(self, facts: Facts) -> Acts:
+        """Return the acts of this tick."""
+        return ()
 
     @abstractmethod
-    def transition_next_state(self) -> State:
-        """Return the next state, itself when nothing changes."""
+    def transition_next_state(self, facts: Facts, order: Order | None = None) -> Step:
+        """Return the transition that the facts, or an accepted order, cause; none when the state stays."""
 
-    def _take_order(self) -> Order | None:
-        order, self._order = self._order, None
-        return order
+
+class AirborneState(State):
+    """A state in the air that the operator may end by Hold, Return To Launch, Land, Explore or a Move."""
+
+    def transition_next_state(self, facts: Facts, order: Order | None = None) -> Step:
+        """Follow the order; without one decide by the facts."""
+        return self._decide(facts) if order is None else self._follow(facts, order)
+
+    def _follow(self, facts: Facts, order: Order) -> Step:
+        match order:
+            case Hold():
+                return Step(ToHover("Stopped by you."))
+            case ReturnToLaunch():
+                return Step(ToReturn())
+            case Land():
+                return Step(ToLand())
+            case MoveOrder():
+                return Step(ToMove(order))
+            case AutonomousExplore():
+                return Step(ToExplore())
+            case _:
+                return STAY
+
+    def _decide(self, facts: Facts) -> Step:
+        return STAY
+
+
+class Inquiry:
+    """One request of a state, if it has asked: its outcome by the facts."""
+
+    def __init__(self) -> None:
+        self._ask: Ask | None = None
+        self._outcome: Answer | None = None
+
+    @property
+    def is_open(self) -> bool:
+        """True once a request was made."""
+        return self._ask is not None
+
+    def ask(self, request: Request, facts: Facts) -> Ask:
+        """Return the act that starts a request; its outcome is this one's from now on."""
+        self._ask, self._outcome = Ask(request, facts.now), None
+        return self._ask
+
+    def clear(self) -> None:
+        """Forget the request."""
+        self._ask = self._outcome = None
+
+    def answer(self, facts: Facts) -> Answer | None:
+        """Return the outcome so far; None when nothing was asked."""
+        if self._outcome is None and self._ask is not None:
+            answer = self._ask.answer(facts)
+            if answer.is_pending:
+                return answer
+            self._outcome = answer  # facts forget it after a while
+        return self._outcome
+
+    def is_done(self, facts: Facts) -> bool:
+        """Return True after a positive answer."""
+        answer = self.answer(facts)
+        return answer is not None and answer.is_done
+
+    def failure(self, facts: Facts) -> Answer | None:
+        """Return the answer when the request failed."""
+        answer = self.answer(facts)
+        return answer if answer is not None and answer.has_failed else None
+
+
+class ModeKeeper:
+    """Asks for one mode until the HEARTBEAT shows it; never afterwards: then somebody else changed it."""
+
+    def __init__(self, mode: CopterMode) -> None:
+        self._mode = mode
+        self._inquiry = Inquiry()
+        self._asked = float("-inf")
+        self.is_reached = False
+        """True once the mode was seen."""
+        self.reason = ""
+        """The autopilot's words when it refused the last request."""
+        self.attempts = 0
+        self.refusals = 0
+
+    def reach(self, facts: Facts) -> Acts:
+        """Look for the mode; return the request when it is time to ask."""
+        if self.is_reached or facts.vehicle.custom_mode == self._mode:
+            self.is_reached, self.reason = True, ""
+            return ()
+        answer = self._inquiry.answer(facts)
+        if answer is not None and answer.has_failed:
+            self._inquiry.clear()
+            self.refusals += 1
+            self.reason = answer.reason
+        waits = answer is not None and answer.is_pending
+        if waits or facts.now - self._asked < MODE_RETRY_S or not facts.link.is_up:
+            return ()
+        self._asked = facts.now
+        self.attempts += 1
+        return (self._inquiry.ask(SetMode(self._mode), facts),)

@@ -1,123 +1,157 @@
-"""Autonomous Explore: follows the planner to the most new information until nothing is left to learn."""
+"""Autonomous Explore, and the leading of the drone that it shares with the Moves."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
-from hawk.ddc.motion import Goal, RoamingWatch
-from hawk.ddc.states.airborne import AirborneState
-from hawk.ddc.states.base import State
-from hawk.ddc.states.travelling import Travelling
+from hawk.ddc.acts import STAY, Acts, Log, SendTarget, ShowUserError, Step
+from hawk.ddc.facts import Facts
+from hawk.ddc.geofence import path_is_inside
+from hawk.ddc.motion import Carrot, Goal, RoamingWatch
+from hawk.ddc.orders import ToHover
+from hawk.ddc.settings import DdcSettings
+from hawk.ddc.states.base import AirborneState, ModeKeeper
 from hawk.ddc.words import direction, metres, sentence
-from hawk.model import MapPoint, MapPose, PathPlan, StateName, UserError
-
-if TYPE_CHECKING:
-    from hawk.ddc.operations_manager import OperationsManager
+from hawk.model import CopterMode, MapPoint, MapPose, PathPlan, StateName, UserError
 
 SETTLE_S = 0.5
-"""A plan of a frame that was taken before the state began says nothing about being done."""
+"""A plan of a frame from before the state began cannot say that nothing is left, seconds."""
 NEWS_M = 8.0
 NEWS_S = 5.0
-"""A new target is told when it lies so far from the last one told, and not more often than this."""
+"""A new target is reported when it is this far from the last one reported, and not more often than this."""
+OUTSIDE_PATH = "The way there leaves the fence."
+
+
+class Travelling:
+    """Leads the drone towards a goal: GUIDED first, height first when it is outside Min and Max, then across."""
+
+    def __init__(self, settings: DdcSettings) -> None:
+        self._flight = settings.flight
+        self._guided = ModeKeeper(CopterMode.GUIDED)
+        self._carrot = Carrot(self._flight.speed_m_s)
+        self._has_sent = False
+        self.obstacle = ""
+        """Reason why the drone is not led on at the moment; empty when it is."""
+
+    def restart(self) -> None:
+        """Lead on from where the drone is: the path is another one."""
+        self._carrot = Carrot(self._flight.speed_m_s)
+
+    def process(self, facts: Facts, goal: Goal, speed: float | None = None) -> Acts:
+        """Return this tick's target; ``speed`` (m/s) makes it slower than travel speed, never faster."""
+        acts = self._guided.reach(facts)
+        if not self._guided.is_reached:
+            self.obstacle = self._guided.reason or "Waiting for GUIDED."
+            return acts
+        place, fence, heights = facts.place, facts.limits.fence, facts.limits.heights
+        if place is None:
+            self.obstacle = "The position is too old."
+            return ()
+        if fence is None or not path_is_inside(fence, place.point, goal.point):
+            self.obstacle = OUTSIDE_PATH
+            return ()
+        self.obstacle = facts.target_refusal if self._has_sent else ""
+        self._has_sent = True
+        return (SendTarget(self._carrot.step(goal, place, facts.now, heights.minimum, heights.maximum, speed)),)
+
+    def has_arrived(self, goal: Goal, pose: MapPose) -> bool:
+        """Return True within the arrival radius, across and in height."""
+        radius = self._flight.arrival_radius_m
+        aside = math.hypot(goal.north - pose.north, goal.east - pose.east)
+        return aside <= radius and abs(goal.height - pose.height) <= radius
 
 
 class AutonomousExplore(AirborneState):
-    """Goes where the plan says; its height bounded by Min and Max."""
+    """Follows the planner to the most new information until nothing is left; its height bounded by Min and Max."""
 
     identity = StateName.AUTONOMOUS_EXPLORE
+    is_task = sees = is_guarded = stops_at_fence = needs_operator = may_send_targets = True
 
-    def __init__(self, context: OperationsManager) -> None:
-        super().__init__(context)
-        self._travelling = Travelling(context)
+    def __init__(self, now: float, settings: DdcSettings) -> None:
+        super().__init__(now)
+        self._flight = settings.flight
+        self._travelling = Travelling(settings)
         self._watch = RoamingWatch()
         self._stuck = False
         self._goal: Goal | None = None
-        self._lot_seen = context.now
-        self._told: tuple[MapPoint, float] | None = None
+        self._lot_seen = now
+        self._reported: tuple[MapPoint, float] | None = None
         self._speed: float | None = None
         self._is_slowed = False
 
     @property
     def goal(self) -> Goal | None:
-        """Where it goes."""
+        """The planner's target."""
         return self._goal
 
-    @property
-    def detail(self) -> str:
-        """How much has been seen of what was found so far."""
-        plan = self.context.topics.get_path_plan()
+    def route(self, facts: Facts) -> tuple[MapPoint, ...]:
+        """Return the planner's path."""
+        return () if facts.sight.plan is None else facts.sight.plan.route
+
+    def detail(self, facts: Facts) -> str:
+        """Return the share that was seen of the lot found so far."""
+        plan = facts.sight.plan
         if plan is None:
             return "Waiting for a plan."
         if not plan.explore.lot_known:
             return "Looking for the lot."
         return f"{plan.explore.seen * 100:.0f} % seen of the lot found so far."
 
-    def enter(self) -> None:
-        """Begin; the lot was in sight a moment ago."""
-        super().enter()
-        self._lot_seen = self.context.now
-
-    def process(self) -> None:
+    def process(self, facts: Facts) -> Acts:
         """Follow the plan."""
-        if self.context.topics.get_park_lot_detected():
-            self._lot_seen = self.context.now
-        pose = self.context.topics.get_fresh_pose()
-        if pose is None or pose.map is None:
-            return
-        self._take_plan(self.context.topics.get_path_plan(), pose.map)
-        self._stuck = self._watch.is_stuck(pose.map, self.context.now)
-        if self._goal is not None:
-            self._travelling.process(self._goal, self._speed)
+        if facts.sight.lot:
+            self._lot_seen = facts.now
+        place = facts.place
+        if place is None:
+            return ()
+        acts = self._take_plan(facts, place)
+        self._stuck = self._watch.is_stuck(place, facts.now)
+        if self._goal is None:
+            return acts
+        return acts + self._travelling.process(facts, self._goal, self._speed)
 
-    def _decide(self) -> State:
-        plan = self.context.topics.get_path_plan()
-        if self.context.now - self._lot_seen > self.context.settings.flight.explore_lost_lot_s:
-            self.context.set_user_error(UserError.NO_LOT_DETECTED, "No lot in sight.")
-            return self.context.states.hover("No lot in sight for too long.", level="warning")
-        if plan is not None and plan.explore.done and self._is_current():
-            if not plan.explore.lot_known:
-                self.context.set_user_error(UserError.NO_LOT_DETECTED, "No lot was found here.")
-                return self.context.states.hover("No lot was found here.", level="warning")
-            return self.context.states.hover("Explored. Nothing left to see.", level="ok")
+    def _decide(self, facts: Facts) -> Step:
+        plan = facts.sight.plan
+        if facts.now - self._lot_seen > self._flight.explore_lost_lot_s:
+            error = ShowUserError(UserError.NO_LOT_DETECTED, "No lot in sight.")
+            return Step(ToHover("No lot in sight for too long.", level="warning"), (error,))
+        if plan is not None and plan.explore.done and facts.sight.plan_time >= self.entered + SETTLE_S:
+            if plan.explore.lot_known:
+                return Step(ToHover("Explored. Nothing left to see.", level="ok"))
+            error = ShowUserError(UserError.NO_LOT_DETECTED, "No lot was found here.")
+            return Step(ToHover("No lot was found here.", level="warning"), (error,))
         if self._stuck:
             why = sentence(self._travelling.obstacle) or "The planner gives no way on."
-            return self.context.states.hover(f"No progress for 10 s. {why}", level="warning")
-        return self
+            return Step(ToHover(f"No progress for 10 s. {why}", level="warning"))
+        return STAY
 
-    def _is_current(self) -> bool:
-        return self.context.topics.get_path_plan_time() >= self.entered + SETTLE_S
-
-    def _take_plan(self, plan: PathPlan | None, pose: MapPose) -> None:
+    def _take_plan(self, facts: Facts, pose: MapPose) -> Acts:
+        plan, heights = facts.sight.plan, facts.limits.heights
         if plan is None or plan.target is None:
-            return
-        heights = self.context.heights
+            return ()
         height = heights.desired if plan.height is None else plan.height
-        goal = Goal(
-            plan.target.north,
-            plan.target.east,
-            heights.bounded(height),
-            pose.yaw if plan.yaw is None else plan.yaw,
-        )
-        if goal.is_finite() and math.isfinite(height):
-            self._goal = goal
-            self._tell(plan.target, pose)
-            self._slow_down(plan.speed)
+        yaw = pose.yaw if plan.yaw is None else plan.yaw
+        goal = Goal(plan.target.north, plan.target.east, heights.bounded(height), yaw)
+        if not (goal.is_finite() and math.isfinite(height)):
+            return ()
+        self._goal = goal
+        return self._report(plan.target, pose, facts.now) + self._slow_down(plan)
 
-    def _slow_down(self, speed: float | None) -> None:
-        """Fly no faster than vision can read; say so once."""
-        self._speed = speed
-        is_slower = speed is not None and 0 < speed < self.context.settings.flight.speed_m_s
-        if is_slower and not self._is_slowed:
-            self._is_slowed = True
-            self.context.log.add("info", f"Slower, at {speed:.1f} m/s: pictures are read too seldom to fly faster.")
+    def _slow_down(self, plan: PathPlan) -> Acts:
+        """Fly no faster than vision can read; report it once."""
+        self._speed = speed = plan.speed
+        if speed is None or not 0 < speed < self._flight.speed_m_s or self._is_slowed:
+            return ()
+        self._is_slowed = True
+        return (Log("info", f"Slower, at {speed:.1f} m/s: pictures are read too seldom to fly faster."),)
 
-    def _tell(self, target: MapPoint, pose: MapPose) -> None:
-        now = self.context.now
-        if self._told is not None and (self._told[0].distance(target) < NEWS_M or now - self._told[1] < NEWS_S):
-            return
-        self._told = (target, now)
-        way = pose.point.distance(target)
-        if way >= NEWS_M:
-            where = direction(target.north - pose.north, target.east - pose.east)
-            self.context.log.add("info", f"Next: to the {where}, {metres(way)} away.")
+    def _report(self, target: MapPoint, pose: MapPose, now: float) -> Acts:
+        last = self._reported
+        if last is not None and (last[0].distance(target) < NEWS_M or now - last[1] < NEWS_S):
+            return ()
+        self._reported = (target, now)
+        away = pose.point.distance(target)
+        if away < NEWS_M:
+            return ()
+        where = direction(target.north - pose.north, target.east - pose.east)
+        return (Log("info", f"Next: to the {where}, {metres(away)} away."),)

@@ -1,115 +1,111 @@
-"""Makes the states, so that none of them must import another."""
+"""Makes the state of a transition, and the message that reports it: the one place that knows all states."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from hawk.ddc.fence_plan import FencePlan
-from hawk.ddc.flight_log import Level
-from hawk.ddc.motion import Goal
-from hawk.ddc.states.arm import Arm
-from hawk.ddc.states.base import Cause, MoveOrder, State
-from hawk.ddc.states.communication_lost import CommunicationLost
-from hawk.ddc.states.configure import Configure
+from hawk.ddc.acts import Acts, Log
+from hawk.ddc.facts import Facts
+from hawk.ddc.orders import (
+    Cause,
+    CauseKind,
+    ConfigureOrder,
+    FenceOrder,
+    MoveOrder,
+    ToArm,
+    ToCommunicationLost,
+    ToConfigure,
+    ToExplore,
+    ToHover,
+    ToIdle,
+    ToLand,
+    ToManual,
+    ToMove,
+    ToReturn,
+    ToTakeoff,
+    Transition,
+)
+from hawk.ddc.settings import DdcSettings
+from hawk.ddc.states.base import State
 from hawk.ddc.states.explore import AutonomousExplore
-from hawk.ddc.states.fencing import ConfigureFence
-from hawk.ddc.states.homing import Land, ReturnToLaunch
-from hawk.ddc.states.hover import Hover
-from hawk.ddc.states.idle import Idle
-from hawk.ddc.states.manual import Manual
-from hawk.ddc.states.moves import AutonomousMove, CompulsiveMove, Move
+from hawk.ddc.states.ground import Arm, Configure, ConfigureFence, Idle
+from hawk.ddc.states.homing import Homing, Land, ReturnToLaunch
+from hawk.ddc.states.hover import CommunicationLost, Hover, Manual
+from hawk.ddc.states.moves import AutonomousMove, CompulsiveMove
 from hawk.ddc.states.takeoff import Takeoff
 from hawk.ddc.words import direction, metres, seconds
-from hawk.model import HeightParameters, StateName
-
-if TYPE_CHECKING:
-    from hawk.ddc.operations_manager import OperationsManager
+from hawk.model import StateName
 
 
-class StateFactory:
-    """Makes a state and tells the operator in words why it is entered."""
-
-    def __init__(self, context: OperationsManager) -> None:
-        self._context = context
-
-    def idle(self, reason: str = "") -> State:
-        """Disarmed, on the ground."""
-        return Idle(self._context, reason)
-
-    def configure(self, heights: HeightParameters) -> State:
-        """Store these heights."""
-        return Configure(self._context, heights)
-
-    def configure_fence(self, plan: FencePlan | None) -> State:
-        """Store this fence; None: put the drawn one aside."""
-        return ConfigureFence(self._context, plan)
-
-    def arm(self, armed: bool = False, reason: str = "") -> State:
-        """Arm; or wait for take-off with a drone that is armed already."""
-        return Arm(self._context, armed, reason)
-
-    def takeoff(self) -> State:
-        """Climb to the desired height."""
-        return Takeoff(self._context)
-
-    def hover(
-        self, reason: str = "", goal: Goal | None = None, *, passive: bool = False, level: Level = "info"
-    ) -> State:
-        """Hold a goal, else the stopping point."""
-        self._context.log.add(level, f"{reason} Holding.".strip())
-        return Hover(self._context, reason, goal, passive)
-
-    def explore(self) -> State:
-        """See the whole lot."""
-        self._context.log.add("info", "Lot found. Exploring.")
-        return AutonomousExplore(self._context)
-
-    def move(self, order: MoveOrder) -> Move:
-        """Go to a place."""
-        pose = self._context.topics.get_pose()
-        if pose is not None and pose.map is not None:
-            where = direction(order.place.north - pose.map.north, order.place.east - pose.map.east)
-            self._context.log.add("info", f"Moving {metres(pose.map.point.distance(order.place))} {where}.")
-        return AutonomousMove(self._context, order) if order.autonomous else CompulsiveMove(self._context, order)
-
-    def return_to_launch(self, cause: Cause | None = None) -> State:
-        """Fly home."""
-        self._context.log.add("warning" if cause else "info", _why("Returning home.", cause))
-        return ReturnToLaunch(self._context, cause)
-
-    def land(self, cause: Cause | None = None) -> State:
-        """Straight down."""
-        self._context.log.add("warning" if cause else "info", _why("Landing.", cause))
-        return Land(self._context, cause)
-
-    def communication_lost(self, passive: bool = False) -> State:
-        """Hold, then return home."""
-        hold = seconds(self._context.settings.operator.operator_hold_s)
-        self._context.log.add("warning", f"No word from the operator. Holds for {hold}, then returns home.")
-        return CommunicationLost(self._context, passive)
-
-    def taken_up(self, name: StateName) -> State:
-        """Return the state that stands for what the autopilot does: taking it up sends nothing."""
-        words = self._context.log.autopilot_reason()
-        own = Cause("", lambda: True, words)
-        mode = self._context.topics.get_state().mode or "an unknown mode"
-        if name is StateName.RETURN_TO_LAUNCH:
-            self._context.log.add("warning", "The autopilot returns home by itself.", words)
-            return ReturnToLaunch(self._context, own, taken_up=True)
-        if name is StateName.LAND:
-            self._context.log.add("warning", "The autopilot lands by itself.", words)
-            return Land(self._context, own, taken_up=True)
-        if name is StateName.MANUAL:
-            self._context.log.add("warning", f"Someone else flies, in {mode}.", words)
-            return Manual(self._context)
-        if name is StateName.HOVER:
-            return self.hover(f"The autopilot went to {mode} by itself.", passive=True, level="warning")
-        if name is StateName.COMMUNICATION_LOST:
-            return self.communication_lost(passive=True)
-        if name is StateName.ARM:
-            return self.arm(armed=True)
-        return self.idle()
+def make_state(transition: Transition, facts: Facts, settings: DdcSettings) -> tuple[State, Acts]:
+    """Return the state that a transition leads to, and the messages for the operator."""
+    now = facts.now
+    match transition:
+        case ToIdle(reason):
+            return Idle(now, reason), ()
+        case ToConfigure(order):
+            return _configure(order, now, settings), ()
+        case ToArm(armed, reason, checks):
+            return Arm(now, settings, armed, reason, checks), ()
+        case ToTakeoff():
+            return Takeoff(now), ()
+        case ToHover(reason, goal, passive, level):
+            return Hover(now, settings, reason, goal, passive), (Log(level, f"{reason} Holding.".strip()),)
+        case ToExplore():
+            return AutonomousExplore(now, settings), (Log("info", "Lot found. Exploring."),)
+        case ToMove(move):
+            kind = AutonomousMove if move.autonomous else CompulsiveMove
+            return kind(now, move, settings), _move_messages(move, facts)
+        case ToReturn(cause, by_autopilot):
+            return _home(ReturnToLaunch(now, cause, by_autopilot), "Returning home.", "returns home")
+        case ToLand(cause, by_autopilot):
+            return _home(Land(now, cause, by_autopilot), "Landing.", "lands")
+        case ToCommunicationLost(passive):
+            hold = seconds(settings.operator.operator_hold_s)
+            text = f"No word from the operator. Holds for {hold}, then returns home."
+            return CommunicationLost(now, settings, passive), (Log("warning", text),)
+        case ToManual():
+            text = f"Someone else flies, in {facts.vehicle.mode or 'an unknown mode'}."
+            return Manual(now), (Log("warning", text, facts.link.words),)
 
 
-def _why(text: str, cause: Cause | None) -> str:
-    return text if cause is None else f"{cause.text} {text}"
+def _configure(order: ConfigureOrder | FenceOrder, now: float, settings: DdcSettings) -> State:
+    if isinstance(order, FenceOrder):
+        return ConfigureFence(now, order.plan)
+    return Configure(now, order.heights, settings)
+
+
+def adopted(name: StateName, facts: Facts) -> Transition:
+    """Return the transition to the state that stands for the autopilot's activity: adopting it sends nothing."""
+    own = Cause("", CauseKind.ALWAYS, facts.link.words)
+    match name:
+        case StateName.RETURN_TO_LAUNCH:
+            return ToReturn(own, by_autopilot=True)
+        case StateName.LAND:
+            return ToLand(own, by_autopilot=True)
+        case StateName.MANUAL:
+            return ToManual()
+        case StateName.HOVER:
+            mode = facts.vehicle.mode or "an unknown mode"
+            return ToHover(f"The autopilot went to {mode} by itself.", passive=True, level="warning")
+        case StateName.COMMUNICATION_LOST:
+            return ToCommunicationLost(passive=True)
+        case StateName.ARM:
+            return ToArm(armed=True)
+        case _:
+            return ToIdle()
+
+
+def _home(state: Homing, text: str, does: str) -> tuple[State, Acts]:
+    cause = state.cause
+    if state.by_autopilot:
+        return state, (Log("warning", f"The autopilot {does} by itself.", "" if cause is None else cause.details),)
+    if cause is None:
+        return state, (Log("info", text),)
+    return state, (Log("warning", f"{cause.text} {text}"),)
+
+
+def _move_messages(order: MoveOrder, facts: Facts) -> Acts:
+    place = facts.last_place
+    if place is None:
+        return ()
+    where = direction(order.place.north - place.north, order.place.east - place.east)
+    return (Log("info", f"Moving {metres(place.point.distance(order.place))} {where}."),)

@@ -2,69 +2,65 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from hawk.comm.messages import Disarm
-from hawk.ddc.mapping import is_on_ground
-from hawk.ddc.ranks import Rank
-from hawk.ddc.requests import Request
-from hawk.ddc.states.airborne import AirborneState
-from hawk.ddc.states.base import Cause, Order, State
-from hawk.ddc.states.mode_keeper import ModeKeeper
+from hawk.ddc.acts import Acts, Log, SetArmed, Step
+from hawk.ddc.facts import Facts
+from hawk.ddc.orders import Cause, Order, Rank
+from hawk.ddc.states.base import AirborneState, Inquiry, ModeKeeper
 from hawk.model import CopterMode, StateName
-
-if TYPE_CHECKING:
-    from hawk.ddc.operations_manager import OperationsManager
 
 
 class Homing(AirborneState):
-    """A state that one autopilot mode flies. ``taken_up``: the autopilot began it itself; nothing is sent then."""
+    """A state that one autopilot mode flies. ``by_autopilot``: the autopilot began it itself and nothing is sent."""
 
+    is_left_alone = is_homing = True
     mode: ClassVar[CopterMode]
     own_rank: ClassVar[Rank]
     doing: ClassVar[str]
 
-    def __init__(self, context: OperationsManager, cause: Cause | None = None, taken_up: bool = False) -> None:
-        super().__init__(context)
+    def __init__(self, now: float, cause: Cause | None = None, by_autopilot: bool = False) -> None:
+        super().__init__(now)
         self.cause = cause
-        self.taken_up = taken_up
-        self._keeper = ModeKeeper(context, self.mode)
-        self._told = 0
+        self.by_autopilot = by_autopilot
+        self._keeper = ModeKeeper(self.mode)
+        self._reported = 0
 
     @property
     def rank(self) -> Rank:
         """The autopilot's own, or ours."""
-        return Rank.AUTOPILOT if self.taken_up else self.own_rank
+        return Rank.AUTOPILOT if self.by_autopilot else self.own_rank
 
-    @property
-    def detail(self) -> str:
-        """What it does and why."""
+    def detail(self, facts: Facts) -> str:
+        """Return the present activity and its cause."""
         if self._keeper.reason:
             return f"{self.doing} was refused, trying again: {self._keeper.reason}"
-        if self.taken_up:
+        if self.by_autopilot:
             return f"{self.doing}: begun by the autopilot.{self._words()}"
         return f"{self.doing}. {self.cause.text}" if self.cause else f"{self.doing}."
 
-    def hold_refusal(self) -> str:
-        """Return why Hold is refused now; empty when it is not."""
-        if self.taken_up:
+    def hold_refusal(self, facts: Facts) -> str:
+        """Return the reason why Hold is refused now; empty when it is not."""
+        if self.by_autopilot:
             return f"The autopilot does this by itself.{self._words()}"
-        if self.cause is not None and self.cause.lasts():
+        if self.cause is not None and self.cause.lasts(facts):
             return f"Not while this lasts: {self.cause.text}"
         return ""
 
     def restart(self) -> None:
-        """The autopilot was not heard for a while and flies another mode now: ask again."""
-        self._keeper, self._told = ModeKeeper(self.context, self.mode), 0
+        """Ask for the mode again: the autopilot was not heard for a while and flies another one."""
+        self._keeper, self._reported = ModeKeeper(self.mode), 0
 
-    def process(self) -> None:
+    def process(self, facts: Facts) -> Acts:
         """Ask for the mode until it is seen."""
-        if self.taken_up:
-            return
-        self._keeper.reach()
-        if self._keeper.reason and self._keeper.attempts != self._told:
-            self._told = self._keeper.attempts
-            self.context.log.add("error", f"{self.doing} was refused. Trying again.", self._keeper.reason)
+        if self.by_autopilot:
+            return ()
+        acts = self._keeper.reach(facts)
+        if self._keeper.refusals != self._reported:
+            self._reported = self._keeper.refusals
+            acts += (Log("error", f"{self.doing} was refused. Trying again.", self._keeper.reason),)
+        return acts
 
     def _words(self) -> str:
         return f" {self.cause.details}" if self.cause is not None and self.cause.details else ""
@@ -87,19 +83,19 @@ class Land(Homing):
     own_rank = Rank.LAND
     doing = "Landing"
 
-    def __init__(self, context: OperationsManager, cause: Cause | None = None, taken_up: bool = False) -> None:
-        super().__init__(context, cause, taken_up)
-        self._disarming: Request | None = None
+    def __init__(self, now: float, cause: Cause | None = None, by_autopilot: bool = False) -> None:
+        super().__init__(now, cause, by_autopilot)
+        self._disarming = Inquiry()
 
-    def process(self) -> None:
-        """Ask for LAND; tell when a disarm was refused."""
-        super().process()
-        if self._disarming is not None and self._disarming.has_failed:
-            self.context.log.add("error", "Disarm was refused.", self._disarming.reason)
-            self._disarming = None
+    def process(self, facts: Facts) -> Acts:
+        """Ask for LAND; report a disarm that was refused."""
+        acts = super().process(facts)
+        if failed := self._disarming.failure(facts):
+            self._disarming.clear()
+            acts += (Log("error", "Disarm was refused.", failed.reason),)
+        return acts
 
-    def _follow(self, order: Order) -> State:
-        if isinstance(order, Disarm) and is_on_ground(self.context.topics.get_state().landed):
-            self._disarming = self.context.ask("disarm", self.context.service.set_arm(False))
-            return self
-        return super()._follow(order)
+    def _follow(self, facts: Facts, order: Order) -> Step:
+        if isinstance(order, Disarm) and facts.is_on_ground:
+            return Step(acts=(self._disarming.ask(SetArmed(False), facts),))
+        return super()._follow(facts, order)

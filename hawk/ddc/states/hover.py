@@ -1,50 +1,216 @@
-"""Hover: holds its place and waits for the operator."""
+"""The states that stay at one place: Hover, CommunicationLost and, in someone else's hands, Manual."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+from dataclasses import replace
 
-from hawk.ddc.motion import Goal
-from hawk.ddc.ranks import Rank
-from hawk.ddc.states.airborne import AirborneState
-from hawk.ddc.states.base import State
-from hawk.ddc.states.holding import Holding
-from hawk.ddc.words import metres
-from hawk.model import StateName
+from hawk.comm.messages import Resume
+from hawk.ddc.acts import STAY, Acts, SendTarget, Step
+from hawk.ddc.facts import Facts
+from hawk.ddc.geofence import EDGE_MARGIN_M, RECOVERY_DEPTH_M, contains, inside_point, last_inside, path_is_inside
+from hawk.ddc.motion import Carrot, Goal, distance, maximum_target_distance, stopping_point
+from hawk.ddc.orders import Cause, CauseKind, Order, Rank, ToHover, ToReturn
+from hawk.ddc.settings import DdcSettings
+from hawk.ddc.states.base import AirborneState, ModeKeeper
+from hawk.ddc.words import metres, seconds
+from hawk.model import CopterMode, Fence, MapPoint, MapPose, StateName, VehiclePose
 
-if TYPE_CHECKING:
-    from hawk.ddc.operations_manager import OperationsManager
+LOW_SHARE = 0.9
+"""From this share of Min upwards a drone just below Min holds at Min; lower it brakes where it is."""
+GUIDED_ATTEMPTS = 3
+"""After this number of refusals of GUIDED no target can be formed: BRAKE."""
+
+
+class Holding:
+    """Holds a GUIDED target at the stopping point; BRAKE where no target can be formed; never LOITER.
+
+    ``passive``: the autopilot holds already and nothing is sent until the fence must be kept.
+    """
+
+    def __init__(self, settings: DdcSettings, goal: Goal | None = None, passive: bool = False) -> None:
+        self._speed = settings.flight.speed_m_s
+        self._goal = goal
+        self._passive = passive
+        self._guided = ModeKeeper(CopterMode.GUIDED)
+        self._brake: ModeKeeper | None = None
+        self._carrot = Carrot(self._speed)
+        self.is_recovering = False
+        """True while the drone returns into the fence."""
+
+    def restart(self) -> None:
+        """Hold where the drone is by its new position."""
+        self._goal = None
+
+    def process(self, facts: Facts) -> Acts:
+        """Form the goal if need be and return this tick's target."""
+        self._keep_inside(facts)
+        if self._passive:
+            return ()
+        if self._brake is not None:
+            return self._brake.reach(facts)
+        if self._goal is None and not _can_form_goal(facts):
+            self._brake = ModeKeeper(CopterMode.BRAKE)
+            return self._brake.reach(facts)
+        acts = self._guided.reach(facts)
+        if self._guided.is_reached:
+            return self._target(facts)
+        if self._guided.attempts > GUIDED_ATTEMPTS:
+            self._brake = ModeKeeper(CopterMode.BRAKE)
+        return acts
+
+    def _keep_inside(self, facts: Facts) -> None:
+        if not facts.is_breached:
+            self.is_recovering = False
+            return
+        here, fence = facts.place, facts.limits.fence
+        if self.is_recovering or here is None or fence is None:
+            return
+        place = inside_point(fence, here.point)
+        height = min(here.height, fence.ceiling - RECOVERY_DEPTH_M)
+        self._goal = Goal(place.north, place.east, height, here.yaw)
+        self._passive = False
+        self._brake = None
+        self._guided = ModeKeeper(CopterMode.GUIDED)
+        self.is_recovering = True
+
+    def _target(self, facts: Facts) -> Acts:
+        pose = facts.pose
+        if pose is None or pose.map is None:
+            return ()
+        if self._goal is None:
+            self._goal = _form_goal(facts, pose, pose.map)
+        if self._goal is None:
+            return ()
+        lowest = facts.limits.heights.minimum
+        near = distance(pose.map, self._goal) <= maximum_target_distance(self._speed)
+        if near and pose.map.height >= LOW_SHARE * lowest:
+            return (SendTarget(self._goal),)
+        highest = facts.ceiling(on_ground=False)
+        return (SendTarget(self._carrot.step(self._goal, pose.map, facts.now, lowest, highest)),)
+
+
+def _can_form_goal(facts: Facts) -> bool:
+    place = facts.place
+    return (
+        place is not None
+        and facts.limits.fence is not None
+        and place.height >= LOW_SHARE * facts.limits.heights.minimum
+    )
+
+
+def _form_goal(facts: Facts, pose: VehiclePose, place: MapPose) -> Goal | None:
+    goal, fence, heights = stopping_point(pose), facts.limits.fence, facts.limits.heights
+    if goal is None or fence is None:
+        return None
+    stop = _reachable(fence, place.point, goal.point)
+    highest = max(heights.maximum, math.floor(place.height))
+    height = min(max(goal.height, heights.minimum), highest, fence.ceiling)
+    return replace(goal, north=stop.north, east=stop.east, height=height)
+
+
+def _reachable(fence: Fence, start: MapPoint, stop: MapPoint) -> MapPoint:
+    """Return the stopping point, or the nearest place to it inside the fence on this side of its edge."""
+    inside = stop if contains(fence, stop) else inside_point(fence, stop, EDGE_MARGIN_M)
+    if not contains(fence, start) or path_is_inside(fence, start, inside):
+        return inside
+    return last_inside(fence, start, stop)
 
 
 class Hover(AirborneState):
-    """Holds ``goal``, else the stopping point; ``passive``: taken up from an autopilot that holds already."""
+    """Holds ``goal``, else the stopping point, and waits for the operator."""
 
     identity = StateName.HOVER
+    is_guarded = needs_operator = may_send_targets = holds = True
 
     def __init__(
-        self, context: OperationsManager, reason: str = "", goal: Goal | None = None, passive: bool = False
+        self, now: float, settings: DdcSettings, reason: str = "", goal: Goal | None = None, passive: bool = False
     ) -> None:
-        super().__init__(context)
+        super().__init__(now)
         self._reason = reason
-        self.holding = Holding(context, goal, passive)
+        self._holding = Holding(settings, goal, passive)
 
     @property
     def rank(self) -> Rank:
-        """Of the fence while the drone is on its way back inside."""
-        return Rank.FENCE if self.holding.is_recovering else Rank.TASK
+        """Rank of the fence while the drone returns into it."""
+        return Rank.FENCE if self._holding.is_recovering else Rank.TASK
 
-    @property
-    def detail(self) -> str:
-        """Why it holds."""
-        if self.holding.is_recovering:
+    def detail(self, facts: Facts) -> str:
+        """Return the reason and the height."""
+        if self._holding.is_recovering:
             return "Outside the fence: going back inside."
-        height = self.context.topics.get_rel_alt()
-        place = "" if height is None else f" at {metres(height)}"
+        place = "" if facts.height is None else f" at {metres(facts.height)}"
         return f"{self._reason} Holding{place}.".strip()
 
-    def process(self) -> None:
-        """Hold."""
-        self.holding.process()
+    def restart(self) -> None:
+        """Hold where the drone is by its new position."""
+        self._holding.restart()
 
-    def _decide(self) -> State:
-        return self
+    def process(self, facts: Facts) -> Acts:
+        """Hold."""
+        return self._holding.process(facts)
+
+
+class CommunicationLost(AirborneState):
+    """Holds for ``operator_hold_s``, then returns home; nothing resumes by itself when the operator is back."""
+
+    identity = StateName.COMMUNICATION_LOST
+    is_guarded = may_send_targets = holds = True
+
+    def __init__(self, now: float, settings: DdcSettings, passive: bool = False) -> None:
+        super().__init__(now)
+        self._hold_s = settings.operator.operator_hold_s
+        self._passive = passive
+        self._holding = Holding(settings, passive=passive)
+
+    @property
+    def rank(self) -> Rank:
+        """Above fence and task."""
+        return Rank.COMMUNICATION_LOST
+
+    def return_in(self, facts: Facts) -> float:
+        """Return the seconds until the drone returns home."""
+        return max(0.0, self._hold_s - self.age(facts))
+
+    def detail(self, facts: Facts) -> str:
+        """Return the time until the drone returns home."""
+        return f"No word from the operator. Returns home in {seconds(self.return_in(facts))}."
+
+    def restart(self) -> None:
+        """Hold where the drone is by its new position."""
+        self._holding.restart()
+
+    def process(self, facts: Facts) -> Acts:
+        """Hold."""
+        return self._holding.process(facts)
+
+    def _decide(self, facts: Facts) -> Step:
+        if facts.operator.is_present:
+            return Step(ToHover("The operator is back.", passive=self._passive))
+        if self.return_in(facts) <= 0:
+            return Step(ToReturn(Cause("The operator is lost.", CauseKind.OPERATOR)))
+        return STAY
+
+
+class Manual(AirborneState):
+    """Someone else flies: nothing is commanded, everything is shown.
+
+    It ends when the pilot gives back, or when the operator takes the drone by a confirmed command.
+    """
+
+    identity = StateName.MANUAL
+    is_left_alone = True
+
+    @property
+    def rank(self) -> Rank:
+        """Nothing automatic acts here."""
+        return Rank.PILOT
+
+    def detail(self, facts: Facts) -> str:
+        """Return the pilot's mode."""
+        return f"Someone else flies, in {facts.vehicle.mode or 'an unknown mode'}."
+
+    def _follow(self, facts: Facts, order: Order) -> Step:
+        if isinstance(order, Resume):
+            return Step(ToHover("Taken back."))
+        return super()._follow(facts, order)

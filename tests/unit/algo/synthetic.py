@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.frame import FrameInput
-from hawk.algo.vision.app import stall_scale
-from hawk.algo.vision.seen import GroundImage, Seen, StallSeen
+from hawk.algo.vision.seen import GroundImage, Seen, SeenGround, StallSeen
 from hawk.model import CameraModel, DesiredPose, Fence, Health, HeightParameters, MapPoint, MapPose, StateName
 
 CAMERA = CameraModel(width=1280, height=720, fx=914.0, fy=914.0, cx=639.5, cy=359.5)
@@ -64,36 +63,36 @@ class SyntheticVision:
     pose_error: tuple[float, float] = (0.0, 0.0)
     state_error: float = 0.0
     false_alarms: list[tuple[float, float]] = field(default_factory=list)
-    seen: Seen | None = None
-    image: NDArray[np.uint8] | None = None
+    seen: Seen = field(default_factory=Seen)
     fault: Exception | None = None
     topic_interface: Any = None
     with_picture: bool = False
     true_height: float | None = None
-    """How high the drone really is, whatever the pose tells: what is seen is laid that much too large or small."""
+    """True height of the drone, whatever the pose says: seen ground is projected too large or small by it."""
 
     def init(self, drone_camera: Any, topic_interface: Any) -> None:
         self.topic_interface = topic_interface
 
-    def process(self) -> None:
+    def see(self, frame: FrameInput) -> Seen:
         if self.fault is not None:
             raise self.fault
-        frame: FrameInput = self.topic_interface.frame
-        self.image = np.full((720, 1280, 3), 90, np.uint8)
-        self.seen = None if frame.pose is None else self.look(frame.pose, frame.captured)
+        image = np.full((720, 1280, 3), 90, np.uint8)
+        ground = None if frame.pose is None else self.look(frame.pose, frame.captured)
+        self.seen = Seen(ground is not None and len(ground.stalls) >= 3, Health(), image, ground)
+        return self.seen
+
+    def fail(self, reason: str) -> Seen:
+        return Seen(health=Health.bad(reason), image=self.seen.image)
+
+    def process(self) -> None:
+        self.see(self.topic_interface.frame)
 
     def publish(self) -> None:
-        self.topic_interface.park_lot_detected_pub.publish(self.get_park_lot_detected())
-        self.topic_interface.vision_app_health_pub.publish(self.get_health())
+        self.topic_interface.park_lot_detected_pub.publish(self.seen.park_lot_detected)
+        self.topic_interface.vision_app_health_pub.publish(self.seen.health)
 
-    def get_park_lot_detected(self) -> bool:
-        return self.seen is not None and self.seen.park_lot_detected
-
-    def get_health(self) -> Health:
-        return Health()
-
-    def look(self, pose: MapPose, captured: float) -> Seen:
-        """Return what is seen: places are told by ``pose``, the light comes from where the drone really is."""
+    def look(self, pose: MapPose, captured: float) -> SeenGround:
+        """Return the sightings: placed by ``pose``, with the light from the drone's true place."""
         real = replace(pose, north=pose.north + self.pose_error[0], east=pose.east + self.pose_error[1])
         if self.true_height is not None:
             truth = stretched(self.truth, (real.north, real.east), pose.height / self.true_height)
@@ -102,8 +101,7 @@ class SyntheticVision:
         stalls = self._stalls(real, lot)
         core = replace(lot, values=self._drawn(lot, corners, 0.74))
         car = replace(lot, values=self._drawn(lot, corners[self.truth.taken], 0.8))
-        scale = stall_scale(tuple(stalls))
-        return Seen(tuple(stalls), lot, car, core, self._picture(pose), len(stalls) >= 3, scale, pose, captured)
+        return SeenGround(tuple(stalls), lot, car, core, self._picture(pose), pose, captured)
 
     def _lot(self, pose: MapPose, real: MapPose) -> tuple[GroundImage, NDArray[np.float64]]:
         shape = (round(pose.height * 720 / 914 / LAYER_M), round(pose.height * 1280 / 914 / LAYER_M))
@@ -117,8 +115,11 @@ class SyntheticVision:
     def _drawn(self, image: GroundImage, corners: NDArray[np.float64], share: float) -> NDArray[np.float32]:
         values = np.zeros(image.valid.shape, np.float32)
         centre = corners.mean(1, keepdims=True)
-        for quad in centre + (corners - centre) * share:
-            cv2.fillConvexPoly(values, np.round(image.pixel_points(quad) * 16).astype(np.int32), [0.95], shift=4)
+        quads = image.pixel_points(centre + (corners - centre) * share)
+        rows, columns = image.valid.shape
+        in_sight = (quads.max(1) > -1).all(1) & (quads.min(1) < (columns, rows)).all(1)
+        for quad in np.round(quads[in_sight] * 16).astype(np.int32):
+            cv2.fillConvexPoly(values, quad, [0.95], shift=4)
         return values
 
     def _stalls(self, real: MapPose, lot: GroundImage) -> list[StallSeen]:
@@ -184,13 +185,11 @@ def ground_affine(pose: MapPose, shape: tuple[int, int], pixel_m: float) -> NDAr
 
 
 def stall_corners(table: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return corners (N, 4, 2) of stalls (N, 5), by a rotation matrix for each."""
-    result = []
-    for north, east, angle, width, length in table:
-        rotation = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
-        box = np.array([[-length, -width], [-length, width], [length, width], [length, -width]]) / 2
-        result.append(box @ rotation.T + (north, east))
-    return np.array(result).reshape(-1, 4, 2)
+    """Return corners (N, 4, 2) of stalls (N, 5)."""
+    places, angle, width, length = table[:, None, :2], table[:, 2], table[:, 3], table[:, 4]
+    along = np.stack([np.cos(angle), np.sin(angle)], -1) * length[:, None] / 2
+    across = np.stack([-np.sin(angle), np.cos(angle)], -1) * width[:, None] / 2
+    return np.asarray(places + np.stack([-along - across, -along + across, along + across, along - across], 1))
 
 
 def frame_at(

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from hawk.algo.footprint import ground_footprint
+from hawk.algo.vision.rectify import ground_footprint
 from tests.unit.algo.synthetic import CAMERA, pose_at
 
 

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from hawk.algo.errors import AlgoError
+from hawk.algo.frame import AlgoError
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.comm.image import NoImage
 from hawk.model import DesiredPose, StateName

@@ -14,7 +14,7 @@ from benchmarks.chain_flight.flight import Errors, Flown, Glance
 from benchmarks.chain_flight.measure import Judgement, Pool, Result
 from benchmarks.figures import Figure
 from hawk.algo.frame import FrameOutput
-from hawk.algo.vision.seen import GroundImage, Seen, StallSeen
+from hawk.algo.vision.seen import GroundImage, SeenGround, StallSeen
 from hawk.ddc.motion import Goal
 from hawk.model import Health, MapPose, OccupancyMap, PathPlan, StallState
 from hawk.survey import scoring
@@ -28,9 +28,9 @@ def row(count: int, x: float = 0.0, y: float = 0.0) -> NDArray[np.float64]:
 
 
 def judged(found: int, true: int, *, free: int, taken: float = 0.1, shift: float = 0.0) -> Judgement:
-    """The first stalls of a row of free ones are found, so many of them called free."""
+    """The first stalls of a row of free ones are found; ``free`` of them are called free."""
     states = np.array([StallState.FREE] * free + [StallState.TAKEN] * (found - free), object)
-    truth = scoring.Truth(row(true), np.array([StallState.FREE] * true, object))
+    truth = scoring.LabelledPlace(row(true), np.array([StallState.FREE] * true, object))
     return Judgement.of(row(found, shift), np.full(found, taken), states, truth)
 
 
@@ -92,7 +92,7 @@ def test_a_single_frame_is_judged_at_its_true_place_by_what_lies_wholly_in_it() 
     )
     pose = MapPose(off[0], off[1], 35.0, 0.0, 0.0, 0.0)
     frames = measure.SingleFrames(world)
-    frames.watch(Glance(Seen(seen, image, image, image, image, True, 1.0, pose, 0.0), off))
+    frames.watch(Glance(SeenGround(seen, image, image, image, image, pose, 0.0), off))
     (one,) = frames.judgements
     assert (one.tally.matched, one.tally.found, one.tally.true) == (6, 6, 6)
     assert one.tally.state_accuracy == 1.0
@@ -110,6 +110,7 @@ def test_a_wrong_compass_and_height_are_told_and_lead_the_drone_astray() -> None
     assert errors.led(None) is None
 
 
+@pytest.mark.flight
 def test_a_flight_of_a_few_frames(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(flight, "TIMEOUT_S", 2.0)
     monkeypatch.setattr(flight, "PIXELS", (640, 360))

@@ -1,36 +1,25 @@
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import shapely
 
 from benchmarks.exploration import __main__ as command
-from benchmarks.exploration import campaign
 from benchmarks.exploration.disc import Disc
 from benchmarks.exploration.flight import fly
-from benchmarks.exploration.lots import FENCE_MARGIN_M, KINDS, Lot, draw_lot
-from benchmarks.exploration.oracle import best_tour
-from benchmarks.exploration.pilots import MExplore, NearestFrontier, PlannerPilot, RulePilot, TourPilot
-from benchmarks.exploration.polish import OracleTour
-from benchmarks.exploration.report import figures, rows, way_over_oracle
-from benchmarks.exploration.runs import NEAREST, PLANNER, TOLD, SeedRun, fly_told
+from benchmarks.exploration.lots import FENCE_MARGIN_M, KINDS, draw_lot
+from benchmarks.exploration.pilots import TourPilot
 from benchmarks.exploration.setups import DISC_M, GOOD_SHARE, Setup, flown, prototype
-from benchmarks.exploration.surveyed import Coverage, SurveyedMap, ToldMap, within
-from benchmarks.exploration.tour_cache import TourCache, shipped
-from benchmarks.exploration.tour_flights import TourFlights
+from benchmarks.exploration.surveyed import Coverage, KnownLotMap, SurveyedMap, within
+from benchmarks.exploration.tour_cache import shipped
 from hawk.algo.frame import FrameInput
-from hawk.algo.mapper.grid import COARSE_M
-from hawk.algo.mapper.window import Window
-from hawk.algo.path_plan.footprint import LEVEL, Corners, Floats, Footprint
+from hawk.algo.ground import COARSE_M, Floats, Window
+from hawk.algo.path_plan.footprint import LEVEL, Corners, Footprint
 from hawk.algo.path_plan.settings import PathPlanSettings
-from hawk.algo.path_plan.tour import as_place, length_of
+from hawk.algo.path_plan.tour import length_of
 from hawk.model import MapPose, PathPlan
 
 
@@ -116,7 +105,7 @@ def test_the_map_is_laid_where_the_drone_believes_to_be() -> None:
 def test_someone_who_was_told_the_lot_has_only_to_see_it() -> None:
     setup = flown()
     lot = replace(setup.lot(0), shape=shapely.box(-32, -32, 32, 32))
-    known = ToldMap(lot, setup, np.random.default_rng(1))
+    known = KnownLotMap(lot, setup, np.random.default_rng(1))
     window = Window.around(np.array([[-60.0, -60.0], [60.0, 60.0]]), COARSE_M)
     known.look(at(20, 0), at(20, 0))
     for _ in range(2):
@@ -130,73 +119,6 @@ def test_someone_who_was_told_the_lot_has_only_to_see_it() -> None:
     assert extent is not None
     assert (extent[0] <= -32).all()
     assert (extent[1] >= 32).all()
-
-
-@dataclass(frozen=True)
-class TourFlown:
-    """One of the oracle's flights: way points (K, 2), whether it turned on the spot, metres."""
-
-    places: Floats
-    turns: bool
-    way: float
-
-
-@pytest.fixture(scope="module")
-def oracle_flights() -> list[TourFlown]:
-    """Every flight that the oracle made over the small lot."""
-    return []
-
-
-@pytest.fixture(scope="module")
-def small(oracle_flights: list[TourFlown]) -> Iterator[SeedRun]:
-    """One small lot flown by everyone."""
-
-    class Recorded(TourFlights):
-        def __init__(self, lot: Lot, setup: Setup, *, turns: bool) -> None:
-            super().__init__(lot, setup, turns=turns)
-            self._kind = turns
-
-        def fly(self, places: Floats) -> OracleTour | None:
-            tour = super().fly(places)
-            if tour is not None:
-                oracle_flights.append(TourFlown(places.copy(), self._kind, tour.way))
-            return tour
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("benchmarks.exploration.oracle.TourFlights", Recorded)
-        yield _everyone_s()
-
-
-def _everyone_s() -> SeedRun:
-    setup = flown()
-    lot = setup.lot(3)
-    flights = {PLANNER: fly(lot, setup, PlannerPilot()), TOLD: fly_told(lot, setup)}
-    for name, rule in (
-        (NEAREST, NearestFrontier()),
-        ("m_explore", MExplore()),
-        ("gain_by_distance", NearestFrontier()),
-    ):
-        flights[name] = fly(lot, setup, RulePilot(rule), to_the_end=False)
-    return SeedRun(lot, setup.bound(lot.area), best_tour(lot, setup, 0.98), flights)
-
-
-def test_the_planner_sees_it_all_ends_by_itself_and_stays_inside(small: SeedRun) -> None:
-    flight = small.planner
-    assert flight.end == "done"
-    assert flight.coverage >= 0.98
-    assert flight.excursions == 0
-    assert flight.way is not None
-    assert flight.way <= flight.whole_way
-    assert small.oracle.way < 2.0 * flight.way
-
-
-def test_the_oracle_s_tour_shows_enough_when_flown_again(small: SeedRun, oracle_flights: list[TourFlown]) -> None:
-    best = min(oracle_flights, key=lambda one: one.way)
-    assert best.way == small.oracle.way
-    pilot = TourPilot([as_place(place) for place in best.places[1:]], turns=best.turns)
-    again = fly(small.lot, flown(), pilot, errors=False, to_the_end=False)
-    assert again.coverage >= 0.98
-    assert again.way == small.oracle.way  # though the oracle flew only what its last flights had not in common
 
 
 def test_a_pilot_that_turns_where_its_tour_begins_and_ends_sees_more_on_the_same_way() -> None:
@@ -250,11 +172,6 @@ def corners_of(places: Floats, turned: float) -> Corners:
     )
 
 
-def test_equal_seeds_fly_equally(small: SeedRun) -> None:
-    again = fly(small.lot, flown(), PlannerPilot())
-    assert np.array_equal(again.track, small.planner.track)
-
-
 def test_an_excursion_is_counted_once_each_time() -> None:
     setup = flown()
     lot = replace(setup.lot(3), start=(0.0, 0.0))
@@ -262,55 +179,6 @@ def test_an_excursion_is_counted_once_each_time() -> None:
     outside = replace(lot, fence=replace(lot.fence, polygon=ring), start=(12.0, 0.0))
     flight = fly(outside, setup, TourPilot([(0.0, 0.0)]), errors=False)
     assert flight.excursions == 1
-
-
-def test_a_flight_that_did_not_see_enough_never_looks_short(small: SeedRun) -> None:
-    poor = replace(small.planner, way=None, seconds=None, coverage=0.5)
-    run = replace(small, flights={**small.flights, PLANNER: poor})
-    assert way_over_oracle(run) == math.inf
-    told = {figure.key: figure for figure in figures([run], [])}
-    assert told["way_over_oracle_median"].value is None
-    assert told["way_over_oracle_median"].passed is False
-    assert told["coverage_min"].passed is False
-    assert told["unfinished"].value == 1
-
-
-def test_the_best_way_is_the_oracle_s_or_a_shorter_one_that_was_flown(small: SeedRun) -> None:
-    slow, fast = (replace(small.planner, way=small.oracle.way * factor) for factor in (1.2, 0.9))
-    assert replace(small, flights={PLANNER: slow}).best_way == small.oracle.way
-    lucky = replace(small, flights={PLANNER: slow, NEAREST: fast})
-    assert lucky.best_way == pytest.approx(0.9 * small.oracle.way)
-    assert way_over_oracle(lucky) == pytest.approx(1.2 / 0.9)
-
-
-def test_who_was_told_the_lot_sees_enough_of_it_and_ends_there(small: SeedRun) -> None:
-    told = small.flights[TOLD]
-    assert told.end == "seen"
-    assert told.way == pytest.approx(told.whole_way, abs=0.5)
-    assert told.excursions == 0
-
-
-def test_every_promised_figure_is_there(small: SeedRun) -> None:
-    keys = {figure.key for figure in figures([small], [small])}
-    promised = {
-        "way_over_oracle_median", "way_over_oracle_p90", "way_over_nearest_frontier_median", "way_over_bound_median",
-        "told_over_oracle_median", "told_over_oracle_p90", "way_over_oracle_0_3_ha_median",
-        "plan_ms_p99", "excursions", "coverage_min", "oracle_over_bound_median", "nearest_frontier_over_bound_median",
-    }  # fmt: skip
-    assert promised <= keys
-    (row,) = rows("flown", [small])
-    assert row["planner"]["way_m"] == pytest.approx(small.planner.way, abs=0.1)
-    assert json.dumps(row)
-
-
-def test_tours_are_kept_and_not_computed_again(small: SeedRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = tmp_path / "tours.json"
-    TourCache(path).keep(small.lot, flown(), small.oracle)
-    monkeypatch.setattr("benchmarks.exploration.tour_cache.best_tour", None)
-    assert TourCache(path).tour(small.lot, flown()).way == pytest.approx(small.oracle.way, abs=0.01)
-    unwritten = tmp_path / "unwritten.json"
-    TourCache(unwritten, writes=False).keep(small.lot, flown(), small.oracle)
-    assert not unwritten.exists()
 
 
 @pytest.mark.parametrize(("setup", "seed"), [(flown(), 3), (flown(), 4), (prototype(), 9)])
@@ -327,33 +195,10 @@ def test_tours_that_come_with_the_benchmark_are_flights_over_its_lots(
     assert far.area <= 0.02 * lot.area
 
 
-def test_workers_find_what_one_process_finds(small: SeedRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(campaign, "ProcessPoolExecutor", ThreadPoolExecutor)
-    monkeypatch.setattr(campaign, "_one", lambda name, seed, tours: small)
-    path = tmp_path / "tours.json"
-    assert campaign.fly_all("flown", [3, 4], path, 2) == [small, small]
-    assert TourCache(tmp_path / "tours-flown.json").tour(small.lot, flown()).way == pytest.approx(
-        small.oracle.way, abs=0.01
-    )
-
-
 def test_a_disc_s_leg_shows_a_capsule() -> None:
     cells = np.array([[0, 19], [0, 21], [-19, 0], [-15, -15], [50, 19.5], [69, 0], [71, 0]], np.float32)
     shown = Disc(40.0, 40.0).shown(cells, np.array([[0.0, 0.0]]), np.array([[50.0, 0.0]]))[0]
     assert shown.tolist() == [True, False, True, False, True, True, False]
-
-
-def test_the_command_writes_json_and_pictures(
-    small: SeedRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(command, "fly_all", lambda name, seeds, tours, workers: [small] * len(seeds))
-    out = tmp_path / "out" / "exploration.json"
-    assert command.main(["--seeds", "3-4", "--json", str(out), "--picture", str(tmp_path / "pictures")]) == 0
-    values = json.loads(out.read_text())
-    assert values["excursions"] == 0
-    assert len(values["flights"]) == 4
-    assert len(list((tmp_path / "pictures").glob("*.png"))) == 4
-    assert "way by oracle, median" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("arguments", [["--seeds", "x"], ["--setups", "moon"]])
@@ -362,11 +207,6 @@ def test_wrong_options_are_refused(arguments: list[str], capsys: pytest.CaptureF
         command.main(arguments)
     assert ended.value.code == 2
     assert arguments[0] in capsys.readouterr().err
-
-
-def test_among_all_benchmarks_the_keys_do_not_clash(small: SeedRun, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(campaign, "fly_all", lambda name, seeds, tours, workers: [small])
-    assert {"exploration_excursions", "exploration_way_over_oracle_median"} <= {f.key for f in campaign.measure([3])}
 
 
 def test_a_flight_ends_when_nothing_moves() -> None:

@@ -11,10 +11,10 @@ import shapely
 from benchmarks.figures import BenchmarkError, Figure
 from benchmarks.flown_surveys import WorldRun, figures, problem_of, rings_of
 from benchmarks.lawnmower import OVERLAP, lanes
-from hawk.algo.path_plan.sweep import Swath
+from hawk.algo.path_plan.camera import Swath
 from hawk.model import GlobalPose
 from hawk.survey.survey_map import SurveyMap
-from hawk.survey.truth import Truth
+from hawk.survey.truth import GroundTruth
 
 SWATH = Swath(40.0, 24.0, 35.0)
 FENCE = shapely.box(-80, -120, 80, 120)
@@ -22,7 +22,7 @@ LOT = shapely.box(-40, -70, 40, 70)
 
 
 def shown(places: list[tuple[float, float]], yaw: float) -> shapely.Geometry:
-    """What pictures at a fixed yaw show along the way."""
+    """Return the ground that pictures at a fixed yaw show along the flight."""
     c, s = math.cos(yaw), math.sin(yaw)
     corners = [(a * SWATH.depth / 2, b * SWATH.width / 2) for a, b in ((1, 1), (1, -1), (-1, -1), (-1, 1))]
     parts = []
@@ -64,7 +64,7 @@ def test_a_fence_in_two_parts_leaves_no_way() -> None:
 
 def test_the_true_lots_are_laid_on_the_survey_s_map() -> None:
     origin = GlobalPose(43.26, -79.92, 0.0)
-    truth = Truth((), (), (), (np.array([[10.0, 20.0], [50.0, 20.0], [50.0, 60.0]]),), origin)
+    truth = GroundTruth((), (), (), (np.array([[10.0, 20.0], [50.0, 20.0], [50.0, 60.0]]),), origin)
     survey = SurveyMap(GlobalPose(43.2597, -79.9195, 0.0), {}, {})
     (ring,) = rings_of(truth, survey)
     assert truth.to_world(ring, survey.datum) == pytest.approx(truth.lots[0], abs=1e-6)

@@ -19,7 +19,7 @@ def drone(sigma: float = 0.0) -> Drone:
 
 
 def fly(one: Drone, goal: Goal, seconds: float) -> float:
-    """Return the greatest lean on the way, radians."""
+    """Return the greatest lean of the flight, radians."""
     most = 0.0
     for _ in range(round(seconds / STEP_S)):
         one.step(goal)

@@ -76,6 +76,7 @@ def test_the_drawn_map_is_read_as_it_is_drawn() -> None:
     assert StallState.UNKNOWN not in {s.state for s in mapper.get_occupancy_map().stalls.values()}
 
 
+@pytest.mark.flight
 def test_a_short_flight_measures_everything(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(map_scale, "FRAMES", 18)
     figures = asyncio.run(Stage(1.0).run(tmp_path))

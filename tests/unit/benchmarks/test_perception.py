@@ -14,10 +14,10 @@ from benchmarks.perception.eyes import ClassicalEye, NetworkEye, Result, as_show
 from benchmarks.perception.measures import Judged, calibration_error, false_alarms, measure
 from benchmarks.perception.places import Place, read_lots, read_tiles, state_array
 from benchmarks.perception.video import watch
-from hawk.algo.vision.finder import NetworkFinder
+from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.network import StallNetwork
 from hawk.model import StallState
-from hawk.survey.scoring import Finding, Truth, match
+from hawk.survey.scoring import Finding, LabelledPlace, match
 from hawk.worlds.generate import generate_world
 
 ROW = np.array([[[5 + 3 * k, 5], [7.5 + 3 * k, 5], [7.5 + 3 * k, 10], [5 + 3 * k, 10]] for k in range(6)], float)
@@ -26,7 +26,7 @@ LOT = np.array([[0, 0], [30, 0], [30, 20], [0, 20]], float)
 
 
 class Oracle:
-    """Finds what it is told, whatever the picture; at another scale it finds nothing."""
+    """Finds the given stalls, whatever the picture; at another scale it finds nothing."""
 
     def __init__(self, stalls: NDArray[np.float64], taken: NDArray[np.float64]) -> None:
         self._stalls, self._taken = stalls, taken
@@ -39,7 +39,7 @@ class Oracle:
 
 
 def place(stalls: NDArray[np.float64] = ROW) -> Place:
-    return Place("row", np.zeros((200, 300, 3), np.uint8), 0.1, Truth(stalls, STATES[: len(stalls)], (LOT,)))
+    return Place("row", np.zeros((200, 300, 3), np.uint8), 0.1, LabelledPlace(stalls, STATES[: len(stalls)], (LOT,)))
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +54,7 @@ def ground() -> Place:
     inside = ((corners > low) & (corners < low + 35)).all(axis=(1, 2))
     stalls = corners[inside] - low
     states = state_array([StallState.FREE] * len(stalls))
-    return Place("ground", picture, world.metres_per_pixel, Truth(stalls, states, tuple(world.lots)))
+    return Place("ground", picture, world.metres_per_pixel, LabelledPlace(stalls, states, tuple(world.lots)))
 
 
 def _label(x: float) -> str:
@@ -122,8 +122,9 @@ def test_stalls_are_told_as_far_as_the_picture_shows_them() -> None:
         assert (quad[:, 1].min(), quad[:, 1].max()) == pytest.approx((1.0, 6.0))
 
 
+@pytest.mark.slow
 def test_a_stall_that_the_picture_s_edge_cuts_is_found(ground: Place) -> None:
-    """Half of a stall is shown: told as half a stall, in its state."""
+    """Half of a stall is shown: found as half a stall, in its state."""
     stalls, scale = ground.truth.stalls, ground.metres_per_pixel
     first = stalls[np.argsort(stalls[:, :, 0].mean(1))[0]]
     left = round(first[:, 0].mean() / scale)
@@ -139,12 +140,14 @@ def test_a_picture_of_nothing_shows_nothing_to_either_eye() -> None:
         assert len(eye.look(image, 0.1).finding.stalls) == 0
 
 
+@pytest.mark.slow
 def test_tilted_frames_show_the_stalls_where_they_are(ground: Place) -> None:
     found = measure_tilted(NetworkFinder(StallNetwork.load()), [ground])
     assert found.true >= 30
     assert found.recall > 0.6
 
 
+@pytest.mark.slow
 def test_a_video_tells_how_steady_each_stall_is(tmp_path: Path, ground: Place) -> None:
     path = tmp_path / "still.avi"
     writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 10.0, ground.image.shape[1::-1])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.exploration.polish import OracleTour, polished
-from hawk.algo.path_plan.footprint import Floats
+from hawk.algo.ground import Floats
 from hawk.algo.path_plan.tour import length_of
 
 GOAL = np.array([30.0, 0.0])
@@ -12,7 +12,7 @@ DETOUR = np.array([[0.0, 0.0], [10.0, 9.0], [20.0, -7.0], [30.0, 3.0]])
 
 
 def flown(places: Floats) -> OracleTour | None:
-    """What ends near the goal shows enough."""
+    """A tour that ends near the goal shows enough."""
     if np.hypot(*(places[-1] - GOAL)) > 4.0:
         return None
     return OracleTour(places, length_of(places), 0.0)

@@ -1,4 +1,4 @@
-"""Whether a flight shows what the search for tours counts on."""
+"""A flight shows what the search for tours expects."""
 
 from __future__ import annotations
 
@@ -34,6 +34,7 @@ def searched(lot: Lot, setup: Setup, share: float) -> Tour:
     return tour
 
 
+@pytest.mark.flight
 @pytest.mark.parametrize("seed", [6, 18, 27])
 def test_a_flight_shows_what_its_tour_promises(seed: int) -> None:
     setup = flown()

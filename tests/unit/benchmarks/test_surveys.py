@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.figures import BenchmarkError, Figure
 from benchmarks.surveys import Survey, _result, _void, figures, least_way, parse_seeds, place_figures, place_worlds
-from hawk.survey.truth import Truth
+from hawk.survey.truth import GroundTruth
 
 RIGHT_ANGLE = math.pi / 2  # a picture is twice as wide as the drone is high
 GOOD = {
@@ -23,8 +23,8 @@ def lot(width: float, height: float, x: float = 0.0) -> np.ndarray[Any, np.dtype
     return np.array([[x, 0], [x + width, 0], [x + width, height], [x, height]], float)
 
 
-def truth(*lots: np.ndarray[Any, np.dtype[np.float64]]) -> Truth:
-    return Truth((), (), (), lots, None)
+def truth(*lots: np.ndarray[Any, np.dtype[np.float64]]) -> GroundTruth:
+    return GroundTruth((), (), (), lots, None)
 
 
 def by_key(found: list[Figure]) -> dict[str, Figure]:

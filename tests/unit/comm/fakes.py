@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from hawk.comm.mavlink_link import Message, OnMessage, SensorHealth
+from hawk.comm.mavlink_link import Link, Message, OnMessage, SensorHealth
 from hawk.comm.vehicle import AutopilotError
 
 LATITUDE, LONGITUDE, ALTITUDE = 43.2609, -79.9192, 100.0
@@ -74,7 +74,7 @@ class Said:
 
 
 @dataclass
-class FakeLink:
+class FakeLink(Link):
     """A link without an autopilot: records what is sent, answers commands with ``results`` (0 where there is none)."""
 
     url: str

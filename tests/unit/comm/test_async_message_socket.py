@@ -7,7 +7,7 @@ import pytest
 
 from hawk.comm.async_message_socket import STALE_S, AsyncMessageSocket
 from hawk.comm.base_socket import BaseSocket, ConnectionTimeout, FailedToSend, SocketClosedError
-from hawk.comm.clock import ManualClock
+from tests.manual_clock import ManualClock
 from tests.unit.comm.peer import Peer
 
 
@@ -30,6 +30,7 @@ class ScriptedSocket(BaseSocket):
         self.gone = asyncio.Event()
         self.connects = 0
         self.sending = asyncio.Event()
+        self.incoming: asyncio.Queue[str] = asyncio.Queue()
 
     @property
     def is_connected(self) -> bool:
@@ -49,6 +50,8 @@ class ScriptedSocket(BaseSocket):
         self.sending.set()
 
     async def receive(self) -> str:
+        if not self.incoming.empty():
+            return self.incoming.get_nowait()
         await self.gone.wait()
         raise SocketClosedError("gone")
 
@@ -60,7 +63,7 @@ class ScriptedSocket(BaseSocket):
         self.gone.set()
 
 
-async def test_a_wish_that_waited_too_long_is_handed_back_not_sent() -> None:
+async def test_a_command_that_waited_too_long_is_dropped_and_logged(caplog: pytest.LogCaptureFixture) -> None:
     clock, base = ManualClock(), ScriptedSocket()
     socket = AsyncMessageSocket(base, monotonic=clock)
     await socket.init()
@@ -74,8 +77,9 @@ async def test_a_wish_that_waited_too_long_is_handed_back_not_sent() -> None:
     async with asyncio.timeout(5):
         await base.sending.wait()
     assert base.sent == ["Hold"]
-    assert socket.take_undelivered() == ["Takeoff"]
-    assert socket.take_undelivered() == []
+    assert [record.message for record in caplog.records] == [
+        "A message that waited longer than 2 s for the link was dropped"
+    ]
     await socket.close()
 
 
@@ -107,6 +111,21 @@ async def test_send_says_why_when_the_drone_is_away() -> None:
     await socket.close()
 
 
+async def test_after_a_failed_init_a_send_connects_and_answers_are_read() -> None:
+    base = ScriptedSocket()
+    base.lose()
+    socket = AsyncMessageSocket(base)
+    with pytest.raises(ConnectionTimeout):
+        await socket.init()
+    base.there = True
+    await socket.send_message("x")
+    assert base.sent == ["x"]
+    base.incoming.put_nowait("answer")
+    async with asyncio.timeout(5):
+        assert await socket.get_message() == "answer"
+    await socket.close()
+
+
 async def test_close_leaves_no_task_behind() -> None:
     socket = AsyncMessageSocket(ScriptedSocket())
     await socket.init()
@@ -115,9 +134,12 @@ async def test_close_leaves_no_task_behind() -> None:
 
 
 async def test_a_refused_handshake_names_the_reason(peer: Peer) -> None:
-    async with BaseSocket("127.0.0.1", peer.port, path="/refuse") as base:
+    base = BaseSocket("127.0.0.1", peer.port, path="/refuse")
+    try:
         with pytest.raises(ConnectionTimeout, match="not allowed"):
             await base.connect(2.0)
+    finally:
+        await base.close()
 
 
 async def test_an_ipv6_address_is_written_as_the_field_does() -> None:
@@ -125,8 +147,8 @@ async def test_an_ipv6_address_is_written_as_the_field_does() -> None:
 
 
 async def test_receive_without_a_connection_is_an_error() -> None:
-    async with BaseSocket("127.0.0.1", 1) as base:
-        with pytest.raises(SocketClosedError):
-            await base.receive()
-        with pytest.raises(FailedToSend):
-            await base.send("x")
+    base = BaseSocket("127.0.0.1", 1)
+    with pytest.raises(SocketClosedError):
+        await base.receive()
+    with pytest.raises(FailedToSend):
+        await base.send("x")

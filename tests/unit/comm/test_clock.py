@@ -6,12 +6,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.comm.clock import ManualClock, OffsetEstimator, ScaledClock
+from hawk.comm.clock import Clock, OffsetEstimator
+from tests.manual_clock import ManualClock
 
 
 def test_scaled_clock_starts_at_zero_and_runs_n_times_as_fast() -> None:
     real = ManualClock(100.0)
-    clock = ScaledClock(3.0, real)
+    clock = Clock(3.0, real)
     assert clock() == 0.0
     real.advance(2.0)
     assert clock() == pytest.approx(6.0)
@@ -21,7 +22,7 @@ def test_scaled_clock_starts_at_zero_and_runs_n_times_as_fast() -> None:
 @pytest.mark.parametrize("speed", [0.0, -1.0, math.inf, math.nan])
 def test_a_speed_that_is_no_speed_is_refused(speed: float) -> None:
     with pytest.raises(ValueError, match="speed must be a positive number"):
-        ScaledClock(speed)
+        Clock(speed)
 
 
 def test_manual_clock_moves_by_hand_and_never_back() -> None:

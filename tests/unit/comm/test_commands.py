@@ -6,11 +6,11 @@ import math
 import pytest
 
 from hawk.comm import commands
-from hawk.comm.clock import ManualClock
 from hawk.comm.mavlink_link import command_fields, require_finite
-from hawk.comm.rates import Stream
+from hawk.comm.telemetry import Stream
 from hawk.comm.vehicle import AutopilotError
 from hawk.model import CopterMode
+from tests.manual_clock import ManualClock
 from tests.unit.comm.fakes import FakeLink
 
 
@@ -45,7 +45,7 @@ def test_a_takeoff_to_nowhere_is_not_sent(link: FakeLink, height: float) -> None
 @pytest.mark.parametrize(("result", "words"), [(1, "temporarily rejected"), (2, "denied"), (4, "failed"), (77, "77")])
 def test_every_answer_but_accepted_is_a_refusal(link: FakeLink, result: int, words: str) -> None:
     link.results[400] = result
-    with pytest.raises(commands.CommandRefusedError, match=f"Arm refused: {words}"):
+    with pytest.raises(commands.NotAcceptedError, match=f"Arm refused: {words}"):
         commands.arm(link)
 
 

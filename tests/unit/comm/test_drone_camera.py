@@ -6,21 +6,21 @@ from collections.abc import AsyncGenerator, AsyncIterator
 import pytest
 
 from hawk.comm.camera_sources.gstreamer import GStreamerSource
-from hawk.comm.camera_sources.http_mjpeg import HttpMjpegSource
-from hawk.comm.camera_sources.make import make_source
+from hawk.comm.camera_sources.mjpeg import HttpMjpegSource
 from hawk.comm.camera_sources.opencv import OpenCvSource
 from hawk.comm.camera_sources.source import CameraError, CameraSource, SourceFrame
-from hawk.comm.clock import Clock, ManualClock
-from hawk.comm.drone_camera import STALE_S, DroneCamera
+from hawk.comm.clock import Clock
+from hawk.comm.drone_camera import STALE_S, DroneCamera, make_source
 from hawk.comm.image import NoImage
 from hawk.config import CameraSettings, ConfigError
+from tests.manual_clock import ManualClock
 from tests.unit.comm.pictures import StreamServer, forever, part, picture
 from tests.unit.comm.waiting import until
 
 PICTURE = picture()
 
 
-class HandFed:
+class HandFed(CameraSource):
     """A source that is fed by the test; a CameraError that is fed ends the stream."""
 
     def __init__(self) -> None:

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.comm.frames import Frames, OffsetWatch, anchor, offset_ned, place_at
-from hawk.comm.pose_buffer import Attitude, EkfPosition
+from hawk.comm.frames import Attitude, EkfPosition, Frames, OffsetWatch, anchor, offset_ned, place_at
 from hawk.model import ArmPlace, GlobalPose
 
 DATUM = GlobalPose(43.2609, -79.9192, 100.0)

@@ -6,10 +6,10 @@ from contextlib import aclosing
 
 import pytest
 
-from hawk.comm import jpeg
 from hawk.comm.camera_sources.gstreamer import GStreamerSource
 from hawk.comm.camera_sources.source import CameraError, SourceFrame
-from hawk.comm.clock import ManualClock
+from hawk.comm.image import jpeg_size
+from tests.manual_clock import ManualClock
 
 TEST_PICTURE = "videotestsrc is-live=true ! video/x-raw,width=320,height=240,framerate=30/1"
 
@@ -32,7 +32,7 @@ async def first(source: GStreamerSource, count: int) -> list[SourceFrame]:
 async def test_any_pipeline_gives_pictures() -> None:
     source = GStreamerSource(TEST_PICTURE, ManualClock(4.0))
     found = await first(source, 3)
-    assert [jpeg.size(frame.jpeg) for frame in found] == [(320, 240)] * 3
+    assert [jpeg_size(frame.jpeg) for frame in found] == [(320, 240)] * 3
     assert [frame.arrival for frame in found] == [4.0] * 3
     assert source.torn == 0
     await source.close()

@@ -7,9 +7,9 @@ from contextlib import aclosing
 import pytest
 from aiohttp import web
 
-from hawk.comm.camera_sources.http_mjpeg import HttpMjpegSource
+from hawk.comm.camera_sources.mjpeg import HttpMjpegSource
 from hawk.comm.camera_sources.source import CameraError, SourceFrame, without_secrets
-from hawk.comm.clock import ManualClock
+from tests.manual_clock import ManualClock
 from tests.unit.comm.pictures import StreamServer, Writer, forever, once, part, picture
 
 PICTURE = picture()

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from hawk.comm.mavlink_link import MavsdkLink, Message
+from hawk.comm.mavlink_link import Link, Message
 from hawk.comm.vehicle import AutopilotError
 
 HEARTBEAT_S = 0.2
@@ -82,7 +82,7 @@ class Peer:
 
 
 class Heard:
-    """What came over the link."""
+    """Messages that came over the link."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
@@ -120,9 +120,9 @@ def peer(port: int) -> Iterator[Peer]:
 
 
 @pytest.fixture(scope="module")
-def link(port: int, heard: Heard, peer: Peer) -> Iterator[MavsdkLink]:
+def link(port: int, heard: Heard, peer: Peer) -> Iterator[Link]:
     """A link on which the peer was found; shared, because MAVSDK needs half a second to find it."""
-    link = MavsdkLink(f"udpin://127.0.0.1:{port}", 245, lambda: 12.5, heard.take)
+    link = Link(f"udpin://127.0.0.1:{port}", 245, lambda: 12.5, heard.take)
     link.open()
     deadline = time.monotonic() + WAIT_S
     while not link.find(0.5):
@@ -131,13 +131,13 @@ def link(port: int, heard: Heard, peer: Peer) -> Iterator[MavsdkLink]:
     link.close()
 
 
-def test_our_heartbeats_are_those_of_ground_station_245(link: MavsdkLink, peer: Peer) -> None:
+def test_our_heartbeats_are_those_of_ground_station_245(link: Link, peer: Peer) -> None:
     message = peer.wait("HEARTBEAT")
     assert (message.get_srcSystem(), message.get_srcComponent()) == (245, 190)
     assert link.found
 
 
-def test_messages_come_with_their_fields_and_arrival(link: MavsdkLink, peer: Peer, heard: Heard) -> None:
+def test_messages_come_with_their_fields_and_arrival(link: Link, peer: Peer, heard: Heard) -> None:
     peer.mav.local_position_ned_send(7000, 1.5, -2.0, -3.0, math.nan, 0.0, 0.0)
     message = heard.wait("LOCAL_POSITION_NED")
     assert message.arrival == 12.5
@@ -147,7 +147,7 @@ def test_messages_come_with_their_fields_and_arrival(link: MavsdkLink, peer: Pee
     assert heard.wait("HEARTBEAT").fields["custom_mode"] == 4
 
 
-def test_other_components_of_the_vehicle_are_not_the_autopilot(link: MavsdkLink, peer: Peer, heard: Heard) -> None:
+def test_other_components_of_the_vehicle_are_not_the_autopilot(link: Link, peer: Peer, heard: Heard) -> None:
     gimbal = mavlink.MAVLink(peer, 1, 154)
     gimbal.attitude_send(1, 9.0, 9.0, 9.0, 0, 0, 0)
     peer.mav.attitude_send(2, 0.1, 0.2, 0.3, 0, 0, 0)
@@ -155,7 +155,7 @@ def test_other_components_of_the_vehicle_are_not_the_autopilot(link: MavsdkLink,
     assert len([one for one in heard.messages if one.name == "ATTITUDE"]) == 1
 
 
-def test_a_command_returns_the_autopilots_own_result(link: MavsdkLink, peer: Peer) -> None:
+def test_a_command_returns_the_autopilots_own_result(link: Link, peer: Peer) -> None:
     peer.results[176] = 4
     assert link.command(176, [1.0, 4.0]) == 4
     assert link.command(400, [1.0]) == 0
@@ -164,7 +164,7 @@ def test_a_command_returns_the_autopilots_own_result(link: MavsdkLink, peer: Pee
     assert (sent.target_system, sent.target_component) == (1, 1)
 
 
-def test_a_target_is_on_the_wire_as_it_was_given(link: MavsdkLink, peer: Peer) -> None:
+def test_a_target_is_on_the_wire_as_it_was_given(link: Link, peer: Peer) -> None:
     fields = {"time_boot_ms": 5, "coordinate_frame": 1, "type_mask": 2552, "x": 1.0, "y": 2.0, "z": -3.0, "yaw": 0.5}
     link.send("SET_POSITION_TARGET_LOCAL_NED", fields)
     sent = peer.wait("SET_POSITION_TARGET_LOCAL_NED")
@@ -173,7 +173,7 @@ def test_a_target_is_on_the_wire_as_it_was_given(link: MavsdkLink, peer: Peer) -
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])
-def test_what_is_not_finite_never_reaches_mavsdk(link: MavsdkLink, peer: Peer, value: float) -> None:
+def test_what_is_not_finite_never_reaches_mavsdk(link: Link, peer: Peer, value: float) -> None:
     before = len(peer.got)
     with pytest.raises(AutopilotError, match=r"^yaw is"):
         link.send("SET_POSITION_TARGET_LOCAL_NED", {"x": 1.0, "yaw": value})
@@ -182,12 +182,12 @@ def test_what_is_not_finite_never_reaches_mavsdk(link: MavsdkLink, peer: Peer, v
     assert not [one for one in peer.got[before:] if one.get_type() != "HEARTBEAT"]
 
 
-def test_a_message_that_mavlink_does_not_know_is_an_error(link: MavsdkLink) -> None:
+def test_a_message_that_mavlink_does_not_know_is_an_error(link: Link) -> None:
     with pytest.raises(AutopilotError, match="NO_SUCH_MESSAGE was not sent"):
         link.send("NO_SUCH_MESSAGE", {})
 
 
-def test_opened_again_the_link_goes_on_and_its_subscriptions_too(link: MavsdkLink, peer: Peer, heard: Heard) -> None:
+def test_opened_again_the_link_goes_on_and_its_subscriptions_too(link: Link, peer: Peer, heard: Heard) -> None:
     link.reopen()
     before = len([one for one in heard.messages if one.name == "HEARTBEAT"])
     heard.wait("HEARTBEAT", before + 2)
@@ -195,7 +195,7 @@ def test_opened_again_the_link_goes_on_and_its_subscriptions_too(link: MavsdkLin
 
 
 def test_before_an_autopilot_is_found_nothing_can_be_sent() -> None:
-    link = MavsdkLink(f"udpin://127.0.0.1:{free_port()}", 245, lambda: 0.0, lambda _: None)
+    link = Link(f"udpin://127.0.0.1:{free_port()}", 245, lambda: 0.0, lambda _: None)
     calls: list[Callable[[], Any]] = [
         lambda: link.send("HEARTBEAT", {}),
         lambda: link.command(400),
@@ -211,7 +211,7 @@ def test_before_an_autopilot_is_found_nothing_can_be_sent() -> None:
 
 @pytest.mark.parametrize("url", ["nonsense", "serial:///dev/nothing:57600"])
 def test_an_address_that_cannot_be_opened_is_named_with_its_setting(url: str) -> None:
-    link = MavsdkLink(url, 245, lambda: 0.0, lambda _: None)
+    link = Link(url, 245, lambda: 0.0, lambda _: None)
     for _ in range(2):
         with pytest.raises(AutopilotError, match=rf"autopilot.url '{url}' cannot be opened"):
             link.open()
@@ -219,7 +219,7 @@ def test_an_address_that_cannot_be_opened_is_named_with_its_setting(url: str) ->
 
 
 def test_closed_twice_it_stays_closed(port: int) -> None:
-    link = MavsdkLink(f"udpin://127.0.0.1:{free_port()}", 245, lambda: 0.0, lambda _: None)
+    link = Link(f"udpin://127.0.0.1:{free_port()}", 245, lambda: 0.0, lambda _: None)
     link.open()
     link.close()
     link.close()

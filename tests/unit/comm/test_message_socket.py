@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import http.client
 import socket as sockets
 import threading
 from collections.abc import Iterator
@@ -85,6 +86,24 @@ def test_init_raises_when_the_other_side_is_silent() -> None:
             client.init()
 
 
+def test_after_a_failed_init_send_sync_connects_again(peer: Peer) -> None:
+    peer.stop()
+    client = MessageSocket("OPERATOR", "127.0.0.1", peer.port, timeout_s=1.0)
+    with pytest.raises(ConnectionTimeout):
+        client.init()
+    with pytest.raises(FailedToSend, match="cannot be reached"):
+        client.send_message_sync("nobody is there")
+    peer.start()
+    client.send_message_sync("hello")
+    try:
+        assert peer.next() == "hello"
+        assert client.is_connected()
+        peer.send("answer")
+        assert await_message(client) == "answer"
+    finally:
+        client.close()
+
+
 def test_nothing_can_be_sent_before_init_or_after_close(peer: Peer) -> None:
     client = MessageSocket("OPERATOR", "127.0.0.1", peer.port)
     for send in (client.send_message_sync, client.send_message_async):
@@ -152,5 +171,133 @@ def test_close_does_not_hang_on_a_full_queue(peer: Peer) -> None:
 def test_another_role_is_refused() -> None:
     with pytest.raises(ValueError, match="SERVER"):
         MessageSocket("PILOT", "", 3000)  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match="transport"):
-        MessageSocket("SERVER", "", 3000)
+
+
+@pytest.fixture
+def server() -> Iterator[MessageSocket]:
+    made = MessageSocket("SERVER", "", free_port(), timeout_s=0.2)
+    made.init()
+    yield made
+    made.close()
+
+
+def operator_of(server: MessageSocket, token: str | None = None) -> MessageSocket:
+    return MessageSocket("OPERATOR", "127.0.0.1", server.port, timeout_s=2.0, token=token)
+
+
+def await_client(server: MessageSocket) -> None:
+    pause = threading.Event()
+    for _ in range(500):
+        if server.is_connected():
+            return
+        pause.wait(0.01)
+    raise AssertionError("no client came")
+
+
+def test_the_specifications_server_opens_nothing_before_init() -> None:
+    server = MessageSocket("SERVER", "", 3000)  # as 19.4.4 writes it
+    assert (server.type, server.host, server.port) == ("SERVER", "", 3000)
+    assert not server.is_connected()
+
+
+def test_server_and_operator_exchange_messages(server: MessageSocket) -> None:
+    assert not server.is_connected()
+    operator = operator_of(server)
+    operator.init()
+    try:
+        operator.send_message_sync('{"Type": "Arm"}')
+        assert await_message(server) == '{"Type": "Arm"}'
+        assert server.is_connected()
+        server.send_message_sync("one")
+        server.send_message_async("two")
+        assert [await_message(operator) for _ in range(2)] == ["one", "two"]
+        with pytest.raises(NoMessagesError):
+            server.get_message()
+    finally:
+        operator.close()
+
+
+def test_a_server_waits_for_a_client_before_it_says_that_it_failed(server: MessageSocket) -> None:
+    with pytest.raises(FailedToSend, match="no client connected"):
+        server.send_message_sync("nobody")
+    operator = operator_of(server)
+    operator.init()
+    await_client(server)
+    operator.close()
+    again = operator_of(server)
+    again.init()
+    try:
+        await_client(server)
+        server.send_message_sync("to the one who is there")
+        assert await_message(again) == "to the one who is there"
+    finally:
+        again.close()
+
+
+def test_a_server_reaches_every_client_and_reads_all_of_them(server: MessageSocket) -> None:
+    operators = [operator_of(server) for _ in range(2)]
+    for operator in operators:
+        operator.init()
+    try:
+        for number, operator in enumerate(operators):
+            operator.send_message_sync(str(number))
+        assert sorted(await_message(server) for _ in operators) == ["0", "1"]
+        server.send_message_async("all")
+        assert [await_message(operator) for operator in operators] == ["all", "all"]
+    finally:
+        for operator in operators:
+            operator.close()
+
+
+def test_a_server_can_be_initialised_again(server: MessageSocket) -> None:
+    operator = operator_of(server)
+    operator.init()
+    operator.send_message_sync("old")
+    assert await_message(server) == "old"
+    server.init()
+    try:
+        await_client(server)
+        server.send_message_sync("the operator has connected again")
+        assert await_message(operator) == "the operator has connected again"
+    finally:
+        operator.close()
+
+
+def test_a_port_that_is_taken_is_a_connection_timeout(server: MessageSocket) -> None:
+    with pytest.raises(ConnectionTimeout, match="cannot be listened on"):
+        MessageSocket("SERVER", "", server.port).init()
+
+
+def test_a_server_with_a_token_takes_nobody_without_it() -> None:
+    server = MessageSocket("SERVER", "127.0.0.1", free_port(), token="secret")
+    server.init()
+    try:
+        with pytest.raises(ConnectionTimeout, match="token"):
+            operator_of(server).init()
+        operator = operator_of(server, "secret")
+        operator.init()
+        operator.close()
+    finally:
+        server.close()
+
+
+def test_a_server_for_the_network_needs_a_token() -> None:
+    with pytest.raises(ValueError, match="token"):
+        MessageSocket("SERVER", "0.0.0.0", 3000)
+
+
+def test_without_a_token_the_network_does_not_reach_the_server(server: MessageSocket) -> None:
+    others = {info[4][0] for info in sockets.getaddrinfo(sockets.gethostname(), None, sockets.AF_INET)}
+    for address in others - {"127.0.0.1"}:
+        with sockets.socket() as probe:
+            probe.settimeout(1.0)
+            assert probe.connect_ex((address, server.port)) != 0
+
+
+def test_a_page_of_another_server_is_refused(server: MessageSocket) -> None:
+    upgrade = {"Connection": "Upgrade", "Upgrade": "websocket", "Origin": "http://evil.example"}
+    upgrade |= {"Sec-WebSocket-Version": "13", "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ=="}
+    connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=PATIENCE_S)
+    connection.request("GET", "/ws", headers=upgrade)
+    assert connection.getresponse().status == 403
+    connection.close()

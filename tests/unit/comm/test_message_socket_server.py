@@ -1,41 +1,27 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from typing import Any
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hawk.comm.message_socket import NoMessagesError, ServerMessageSocket
+from hawk.comm.message_socket import ServerMessageSocket
 from hawk.comm.messages import Ack, Arm, Command, Hold, KillRequest, KillToken, Outgoing, Takeoff
 from hawk.comm.status import ClientId
 
 
 class Clients:
-    """The transport: what was sent to whom."""
+    """Sent messages with their clients."""
 
     def __init__(self) -> None:
-        self.sent: list[tuple[ClientId | None, str]] = []
-        self.is_connected = True
-
-    def open(self, on_message: Callable[[str], None]) -> None:
-        pass
-
-    def send(self, text: str) -> None:
-        self.sent.append((None, text))
-
-    def post(self, text: str) -> None:
-        self.sent.append((None, text))
+        self.sent: list[tuple[ClientId, str]] = []
 
     def send_to(self, client: ClientId, text: str) -> None:
         self.sent.append((client, text))
 
-    def close(self) -> None:
-        self.is_connected = False
-
-    def last(self) -> tuple[ClientId | None, dict[str, Any]]:
+    def last(self) -> tuple[ClientId, dict[str, Any]]:
         client, text = self.sent[-1]
         return client, json.loads(text)
 
@@ -63,9 +49,8 @@ def manager() -> Manager:
 
 @pytest.fixture
 def server(clients: Clients, manager: Manager) -> ServerMessageSocket:
-    made = ServerMessageSocket(clients)
-    made.init()
-    made.attach(manager)
+    made = ServerMessageSocket(clients.send_to)
+    made.attach(manager.handle_now)
     return made
 
 
@@ -74,15 +59,6 @@ def test_commands_wait_in_order_with_their_clients(server: ServerMessageSocket) 
     server.feed("b", '{"Type": "Takeoff"}')
     assert server.receive() == [("a", Arm(id=1)), ("b", Takeoff())]
     assert server.receive() == []
-
-
-def test_get_message_is_the_specifications_view_of_the_same_queue(server: ServerMessageSocket) -> None:
-    server.feed("a", '{"Type": "Arm"}')
-    server.feed("a", '{"Type": "Takeoff"}')
-    assert json.loads(server.get_message())["Type"] == "Arm"
-    assert server.receive() == [("a", Takeoff())]
-    with pytest.raises(NoMessagesError):
-        server.get_message()
 
 
 @pytest.mark.parametrize(
@@ -100,13 +76,13 @@ def test_hold_and_kill_pass_the_queue(
 
 
 def test_hold_before_anyone_can_act_is_answered(clients: Clients) -> None:
-    ServerMessageSocket(clients).feed("a", '{"Type": "Hold", "Id": "h"}')
+    ServerMessageSocket(clients.send_to).feed("a", '{"Type": "Hold", "Id": "h"}')
     client, answer = clients.last()
     assert (client, answer["Id"], answer["Accepted"]) == ("a", "h", False)
 
 
 def test_overflow_is_answered_and_what_waits_is_kept(clients: Clients) -> None:
-    server = ServerMessageSocket(clients, queue_limit=2)
+    server = ServerMessageSocket(clients.send_to, queue_limit=2)
     for number in range(3):
         server.feed("a", f'{{"Type": "Arm", "Id": {number}}}')
     client, answer = clients.last()
@@ -115,8 +91,8 @@ def test_overflow_is_answered_and_what_waits_is_kept(clients: Clients) -> None:
 
 
 def test_the_gate_answers_in_place_of_the_manager(clients: Clients, manager: Manager) -> None:
-    server = ServerMessageSocket(clients, lambda _, command: Ack(id=command.id, accepted=False, reason="no"))
-    server.attach(manager)
+    server = ServerMessageSocket(clients.send_to, lambda _, command: Ack(id=command.id, accepted=False, reason="no"))
+    server.attach(manager.handle_now)
     server.feed("a", '{"Type": "Arm"}')
     server.feed("a", '{"Type": "Hold"}')
     assert manager.acted == []
@@ -131,19 +107,10 @@ def test_the_gate_is_asked_before_hold_too(clients: Clients, manager: Manager) -
         asked.append(command)
         return None
 
-    server = ServerMessageSocket(clients, gate)
-    server.attach(manager)
+    server = ServerMessageSocket(clients.send_to, gate)
+    server.attach(manager.handle_now)
     server.feed("a", '{"Type": "Hold"}')
     assert asked == manager.acted == [Hold()]
-
-
-def test_spec_programs_reach_every_client(server: ServerMessageSocket, clients: Clients) -> None:
-    server.send_message_sync("x")
-    server.send_message_async("y")
-    assert clients.sent == [(None, "x"), (None, "y")]
-    assert server.is_connected()
-    server.close()
-    assert not server.is_connected()
 
 
 @settings(max_examples=40)
@@ -153,7 +120,7 @@ def test_spec_programs_reach_every_client(server: ServerMessageSocket, clients: 
 )
 def test_any_text_is_answered_and_nothing_gets_through(text: str) -> None:
     clients = Clients()
-    server = ServerMessageSocket(clients)
+    server = ServerMessageSocket(clients.send_to)
     server.feed("a", text)
     client, answer = clients.last()
     assert (client, answer["Type"], answer["Accepted"]) == ("a", "Ack", False)

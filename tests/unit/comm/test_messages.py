@@ -5,8 +5,7 @@ from typing import Any
 
 import pytest
 
-from hawk.comm.fence_messages import CheckFence, SetFence
-from hawk.comm.messages import Ack, BadMessageError, Hold, parse_command
+from hawk.comm.messages import Ack, BadMessageError, CheckFence, Hold, SetFence, parse_command
 
 
 @pytest.mark.parametrize(

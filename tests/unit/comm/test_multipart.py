@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.comm.camera_sources.multipart import BoundaryError, MultipartParser, boundary_of
+from hawk.comm.camera_sources.mjpeg import BoundaryError, MultipartParser, boundary_of
 from tests.unit.comm.pictures import BOUNDARY, part, picture
 
 PICTURES = [picture(grey=grey) for grey in (0, 100, 200)]

@@ -11,8 +11,8 @@ import pytest
 
 from hawk.comm.camera_sources.opencv import OpenCvSource
 from hawk.comm.camera_sources.source import CameraError, SourceFrame
-from hawk.comm.clock import ManualClock
 from hawk.comm.image import decode
+from tests.manual_clock import ManualClock
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from hawk.comm.parameters import TRIES, Parameters
+from hawk.comm.parameters import TRIES, AutopilotParameters
 from hawk.comm.vehicle import AutopilotError
 from tests.unit.comm.fakes import Memory
 
@@ -16,7 +16,7 @@ INT8, INT16, UINT8, REAL = 2, 4, 1, 9
 class Rig:
     def __init__(self, **values: tuple[float, int]) -> None:
         self.memory = Memory(values)
-        self.parameters = Parameters(self.send, answer_s=0.01)
+        self.parameters = AutopilotParameters(self.send, answer_s=0.01)
 
     async def send(self, name: str, fields: Mapping[str, Any]) -> None:
         answer = self.memory.answer(name, fields)

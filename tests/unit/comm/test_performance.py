@@ -1,14 +1,15 @@
 from __future__ import annotations
 
+import asyncio
 import json
+from dataclasses import asdict
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.comm.clock import ManualClock
-from hawk.comm.loop_lag import LoopLag
-from hawk.comm.performance import Performance, percentile
+from hawk.comm.performance import LoopLag, Performance, percentile
+from tests.manual_clock import ManualClock
 
 
 def test_nothing_measured_is_none_not_zero() -> None:
@@ -17,7 +18,7 @@ def test_nothing_measured_is_none_not_zero() -> None:
     assert summary.vision_fps is None
     assert summary.frames_dropped_share is None
     assert summary.loop_lag_p99_ms is None
-    json.dumps(summary.to_dict(), allow_nan=False)
+    json.dumps(asdict(summary), allow_nan=False)
 
 
 def test_latency_rate_and_drops_of_a_steady_stream() -> None:
@@ -52,3 +53,45 @@ def test_a_percentile_is_one_of_the_values_with_that_share_at_or_below_it(values
     found = percentile(values, percent)
     assert found in values
     assert sum(v <= found for v in values) >= len(values) * percent / 100 - 1e-9
+
+
+def test_no_lag_is_known_before_the_first_sample() -> None:
+    lag = LoopLag()
+    assert lag.summary().p99_ms is None
+    assert lag.latest_ms() == 0.0
+
+
+def test_percentiles_over_the_window() -> None:
+    lag = LoopLag(window=100)
+    for ms in range(200):
+        lag.add(ms / 1000)
+    summary = lag.summary()
+    assert summary.samples == 100
+    assert summary.p50_ms == pytest.approx(150)
+    assert summary.p99_ms == pytest.approx(199)
+    assert summary.max_ms == pytest.approx(199)
+
+
+def test_a_timer_that_comes_early_is_not_a_negative_lag() -> None:
+    lag = LoopLag()
+    lag.add(-0.001)
+    assert lag.latest_ms() == 0.0
+
+
+async def test_the_running_loop_is_sampled() -> None:
+    times = iter([0.0, 0.030, 0.030, 0.045])
+    hung = asyncio.Event()
+
+    def monotonic() -> float:
+        try:
+            return next(times)
+        except StopIteration:
+            hung.set()
+            return 1.0
+
+    lag = LoopLag(monotonic)
+    task = asyncio.create_task(lag.run())
+    await hung.wait()
+    task.cancel()
+    await asyncio.gather(task, return_exceptions=True)
+    assert lag.summary().max_ms == pytest.approx(20.0)

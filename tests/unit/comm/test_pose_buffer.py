@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.comm.pose_buffer import REACH_S, Attitude, EkfPosition, PoseBuffer, wrap_angle
+from hawk.comm.frames import REACH_S, Attitude, EkfPosition, PoseBuffer, wrap_angle
 
 
 def position(time: float, x: float = 0.0, vx: float = 0.0) -> EkfPosition:

@@ -6,12 +6,11 @@ from typing import Any
 
 import pytest
 
-from hawk.comm.clock import ManualClock
 from hawk.comm.mavlink_link import Message, SensorHealth
-from hawk.comm.rates import RateKeeper, wanted_streams
-from hawk.comm.telemetry import LINK_LOST_S, Telemetry
+from hawk.comm.telemetry import LINK_LOST_S, RateKeeper, Telemetry, wanted_streams
 from hawk.comm.vehicle import VehicleTopics
 from hawk.model import ArmPlace, CopterMode, GlobalPose, LandedState, StatusText, VehiclePose
+from tests.manual_clock import ManualClock
 from tests.unit.comm.fakes import ALTITUDE, LATITUDE, LONGITUDE, METRE_NORTH, Said
 
 WALL = 1_800_000_000.0
@@ -27,19 +26,25 @@ class Rig:
         self.rates = RateKeeper(wanted_streams(20.0))
         self.health = SensorHealth(True, True, True, True)
         self.wall = WALL
-        self.telemetry = Telemetry(self.clock, self.topics, self.rates, lambda: self.health, lambda: self.wall)
+        self.boots = 0
+        self.telemetry = Telemetry(
+            self.clock, self.topics, self.rates, lambda: self.health, lambda: self.wall, self.count_boot
+        )
         self.said = Said()
         self.places: list[ArmPlace] = []
         self.jumps: list[float] = []
         self.topics.arm_place.listen(self.places.append)
         self.topics.frame_jump.listen(self.jumps.append)
 
+    def count_boot(self) -> None:
+        self.boots += 1
+
     def take(self, *messages: tuple[str, dict[str, Any]]) -> None:
         for name, fields in messages:
             self.telemetry.handle(Message(name, fields, self.clock()))
 
     def origin(self) -> GlobalPose | None:
-        return self.telemetry.fence_origin
+        return self.telemetry.tie.fence_origin
 
     def advance(self, seconds: float = 0.05) -> None:
         self.clock.advance(seconds)
@@ -97,7 +102,7 @@ def test_silence_is_a_lost_link_and_a_heartbeat_finds_it_again(rig: Rig) -> None
     assert (lost.connected, lost.armed, lost.time) == (False, True, 50.0)
     rig.take(rig.said.heartbeat(armed=True))
     assert rig.telemetry.check_link(rig.clock())
-    assert rig.telemetry.connected
+    assert rig.telemetry.state.connected
 
 
 def test_before_arming_there_is_a_place_on_the_globe_but_no_local_and_no_map(rig: Rig) -> None:
@@ -107,7 +112,7 @@ def test_before_arming_there_is_a_place_on_the_globe_but_no_local_and_no_map(rig
     assert pose is not None
     assert (pose.global_.latitude, pose.global_.longitude) == pytest.approx((LATITUDE, LONGITUDE))
     assert (pose.local, pose.map, pose.relative_altitude) == (None, None, None)
-    assert rig.telemetry.frames is None
+    assert rig.telemetry.tie.frames is None
 
 
 def test_without_any_place_on_the_globe_there_is_no_pose(rig: Rig) -> None:
@@ -124,7 +129,7 @@ def test_the_arm_place_is_the_first_pose_after_armed_is_seen(rig: Rig) -> None:
     assert (place.latitude, place.longitude, place.altitude) == pytest.approx((LATITUDE, LONGITUDE, ALTITUDE))
     assert (place.ekf_x, place.ekf_y, place.ekf_z) == pytest.approx((3.0, -2.0, 0.4), abs=0.02)
     assert place.boot_id == pytest.approx(WALL - 100.0, abs=1)
-    assert rig.telemetry.datum == GlobalPose(place.latitude, place.longitude, place.altitude)
+    assert rig.telemetry.tie.datum == GlobalPose(place.latitude, place.longitude, place.altitude)
     rig.fly(0.1, ekf=(3.0, -2.0, -0.2), up=0.6)
     pose = rig.topics.pose.value
     assert pose is not None
@@ -136,13 +141,13 @@ def test_the_arm_place_is_the_first_pose_after_armed_is_seen(rig: Rig) -> None:
 
 def test_land_and_arm_again_five_metres_away_keeps_the_datum(rig: Rig) -> None:
     rig.arm_here()
-    datum = rig.telemetry.datum
+    datum = rig.telemetry.tie.datum
     rig.take(rig.said.heartbeat(armed=False))
     rig.fly(0.3, ekf=(5.0, 0.0, 0.0), north=5.0)
     rig.take(rig.said.heartbeat(armed=True))
     rig.fly(0.3, ekf=(5.0, 0.0, 0.0), north=5.0)
     assert len(rig.places) == 2
-    assert rig.telemetry.datum == datum
+    assert rig.telemetry.tie.datum == datum
     pose = rig.topics.pose.value
     assert pose is not None
     assert pose.local is not None
@@ -166,7 +171,7 @@ def test_armed_seen_in_the_air_takes_home_for_the_arm_place(rig: Rig) -> None:
 
 def test_an_arm_place_of_the_same_boot_is_taken_up(rig: Rig) -> None:
     kept = ArmPlace(LATITUDE, LONGITUDE, ALTITUDE, 1.0, 2.0, 3.0, boot_id=round(WALL - 100.0) + 1)
-    rig.telemetry.set_datum(GlobalPose(LATITUDE - 10 * METRE_NORTH, LONGITUDE, ALTITUDE))
+    rig.telemetry.tie.set_datum(GlobalPose(LATITUDE - 10 * METRE_NORTH, LONGITUDE, ALTITUDE))
     rig.telemetry.restore_arm_place(kept)
     rig.take(rig.said.heartbeat(armed=True), rig.said.landed(IN_AIR), rig.said.home(99.0))
     rig.fly(0.3, ekf=(5.0, 2.0, -17.0), north=4.0, up=20.0)
@@ -183,7 +188,7 @@ def test_an_arm_place_of_an_earlier_boot_is_void(rig: Rig) -> None:
     rig.take(rig.said.heartbeat(armed=True), rig.said.landed(IN_AIR))
     rig.fly(0.3)
     assert rig.places == []
-    assert rig.telemetry.frames is None
+    assert rig.telemetry.tie.frames is None
 
 
 def test_an_arm_place_that_is_restored_too_late_does_not_replace_a_newer_one(rig: Rig) -> None:
@@ -211,13 +216,25 @@ def test_a_jump_of_ekf_local_is_told_and_the_map_stays(rig: Rig) -> None:
         assert (pose.map.north, pose.map.east) == pytest.approx((before.map.north, before.map.east), abs=0.05)
 
 
+def test_the_local_position_is_metres_north_and_east_of_the_arm_place(rig: Rig) -> None:
+    rig.arm_here(ekf=(5.0, 6.0, -1.0))
+    rig.fly(0.2, ekf=(5.4, 5.1, -1.7), north=0.4, up=0.7)
+    pose = rig.topics.pose.value
+    assert pose is not None
+    assert pose.local is not None
+    assert (pose.local.x, pose.local.y, pose.local.z) == pytest.approx((0.4, -0.9, -0.7))
+    assert pose.map is not None
+    assert (pose.map.north, pose.map.east, pose.map.height) == pytest.approx((0.4, -0.9, 0.7))
+    assert pose.relative_altitude == pytest.approx(0.7)
+
+
 def test_after_a_jump_a_target_on_the_map_goes_to_the_same_ground(rig: Rig) -> None:
     rig.arm_here()
     rig.fly(0.5, ekf=(0.0, 0.0, -30.0), up=30.0)
-    assert rig.telemetry.frames is not None
-    assert rig.telemetry.frames.ekf(20.0, 5.0, 30.0) == pytest.approx((20.0, 5.0, -30.0), abs=0.05)
+    assert rig.telemetry.tie.frames is not None
+    assert rig.telemetry.tie.frames.ekf(20.0, 5.0, 30.0) == pytest.approx((20.0, 5.0, -30.0), abs=0.05)
     rig.fly(0.5, ekf=(100.0, 50.0, -32.0), up=30.0)
-    assert rig.telemetry.frames.ekf(20.0, 5.0, 30.0) == pytest.approx((120.0, 55.0, -32.0), abs=0.05)
+    assert rig.telemetry.tie.frames.ekf(20.0, 5.0, 30.0) == pytest.approx((120.0, 55.0, -32.0), abs=0.05)
 
 
 def test_a_leap_of_one_sample_gives_no_wrong_pose(rig: Rig) -> None:
@@ -237,17 +254,15 @@ def test_a_leap_of_one_sample_gives_no_wrong_pose(rig: Rig) -> None:
 
 def test_a_boot_makes_everything_void_that_belonged_to_the_old_one(rig: Rig) -> None:
     rig.arm_here()
-    booted = []
-    rig.telemetry.on_reboot = lambda: booted.append(True)
-    datum = rig.telemetry.datum
+    datum = rig.telemetry.tie.datum
     rig.rates.due(rig.clock())
     rig.said.boot = 3.0
     rig.clock.advance(5.0)
     rig.wall += 5.0
     rig.take(rig.said.heartbeat(armed=False), rig.said.local(), rig.said.attitude())
-    assert booted == [True]
-    assert rig.telemetry.frames is None
-    assert rig.telemetry.datum == datum  # the survey goes on
+    assert rig.boots == 1
+    assert rig.telemetry.tie.frames is None
+    assert rig.telemetry.tie.datum == datum  # the survey goes on
     assert {stream.message_id for stream in rig.rates.due(rig.clock())} >= {33, 1, 24, 245, 242}
     rig.arm_here(ekf=(0.5, 0.0, 0.0))
     assert rig.places[-1].boot_id == pytest.approx(rig.wall - rig.said.boot, abs=1)
@@ -348,8 +363,8 @@ def test_diagnostics_say_what_the_gps_says_while_it_is_fresh(rig: Rig) -> None:
 def test_the_autopilots_words_are_published_and_kept_as_reasons(rig: Rig) -> None:
     rig.take(rig.said.text("Arm: Throttle too high"))
     assert rig.topics.status_text.value == StatusText(50.0, 3, "Arm: Throttle too high")
-    assert rig.telemetry.reason_since(49.0) == "Arm: Throttle too high"
-    assert rig.telemetry.reason_since(51.0) is None
+    assert rig.telemetry.texts.reason_since(49.0) == "Arm: Throttle too high"
+    assert rig.telemetry.texts.reason_since(51.0) is None
 
 
 def test_a_fence_before_the_first_arm_is_about_where_the_drone_stands(rig: Rig) -> None:
@@ -364,12 +379,12 @@ def test_a_fence_before_the_first_arm_is_about_where_the_drone_stands(rig: Rig) 
     assert carried is not None
     assert carried.latitude == pytest.approx(LATITUDE + 40.0 * METRE_NORTH, abs=1e-7)
     rig.arm_here(north=40.0)
-    assert rig.origin() == rig.telemetry.datum
+    assert rig.origin() == rig.telemetry.tie.datum
 
 
 def test_the_datum_may_be_laid_anew_under_a_drone_that_flies(rig: Rig) -> None:
     rig.arm_here()
-    rig.telemetry.set_datum(GlobalPose(LATITUDE - 7 * METRE_NORTH, LONGITUDE, ALTITUDE))
+    rig.telemetry.tie.set_datum(GlobalPose(LATITUDE - 7 * METRE_NORTH, LONGITUDE, ALTITUDE))
     rig.fly(0.1)
     pose = rig.topics.pose.value
     assert pose is not None

@@ -3,8 +3,8 @@ from __future__ import annotations
 import asyncio
 import math
 
-from hawk.comm.clock import ManualClock
 from hawk.comm.topic import Topic
+from tests.manual_clock import ManualClock
 
 
 def topic() -> tuple[Topic[int], ManualClock]:

@@ -56,6 +56,25 @@ def test_the_command_line_overrides_the_file(tmp_path: Path) -> None:
     assert config.fence.file == Path("f.geojson")
 
 
+@pytest.mark.parametrize(
+    ("program", "arguments"),
+    [("hawk.cli", ["--sim"]), ("hawk.cli", ["survey", "--out", "o", "--sim"]), ("hawk.sim.cli", [])],
+)
+def test_without_the_simulators_package_one_line_says_what_to_install(program: str, arguments: list[str]) -> None:
+    code = f"import sys; sys.modules['pymavlink'] = None; from {program} import main; sys.exit(main({arguments}))"
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
+    assert ended.returncode == 2
+    (line,) = ended.stderr.splitlines()
+    assert line.endswith("the simulator needs pymavlink, which is not installed: pip install 'hawk-drone[sim]'")
+
+
+def test_the_simulators_help_is_there_without_its_package() -> None:
+    code = "import sys; sys.modules['pymavlink'] = None; from hawk.sim.cli import main; main(['--help'])"
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
+    assert (ended.returncode, ended.stderr) == (0, "")
+    assert "--gnss-sigma" in ended.stdout
+
+
 def test_without_sim_there_is_no_simulation() -> None:
     assert simulation_options(options("run")) is None
 
@@ -112,6 +131,7 @@ sys.exit(hawk.cli.main(["run"]))
 """
 
 
+@pytest.mark.slow
 def test_a_thread_that_hangs_does_not_keep_the_process() -> None:
     ended = subprocess.run([sys.executable, "-c", HANGING], capture_output=True, text=True, timeout=60, check=False)
     assert ended.returncode == 1

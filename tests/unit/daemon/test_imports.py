@@ -9,6 +9,7 @@ LOADED = "import sys, hawk.{module}; print(*(n for n in sys.modules if n.startsw
 LATER = {"scipy", "hawk.algo.manager", "hawk.algo.vision.app", "hawk.algo.mapper.app", "hawk.algo.path_plan.app"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("module", "later"), [("daemon", set[str]()), ("algorithms", LATER)])
 def test_a_daemon_that_starts_in_the_air_acts_before_vision_s_libraries_are_loaded(
     module: str, later: set[str]

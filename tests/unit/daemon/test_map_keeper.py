@@ -7,13 +7,8 @@ from dataclasses import dataclass, field
 
 import pytest
 
+from hawk.algo.mapper.delta import MapDelta
 from hawk.map_keeper import MapKeeper
-
-
-@dataclass
-class Changes:
-    parts: Mapping[str, bytes]
-    version: int
 
 
 @dataclass
@@ -21,12 +16,12 @@ class Map:
     asked: list[int] = field(default_factory=list)
     failing: bool = False
 
-    async def changes_since(self, version: int) -> Changes:
+    async def changes_since(self, version: int) -> MapDelta:
         self.asked.append(version)
         if self.failing:
             self.failing = False
             raise OSError("worker gone")
-        return Changes({"stalls": b"x"} if version < 7 else {}, 7)
+        return MapDelta(7, {"stalls": b"x"} if version < 7 else {})
 
 
 async def test_only_what_changed_is_put() -> None:
@@ -37,15 +32,6 @@ async def test_only_what_changed_is_put() -> None:
     await keeper.keep()
     assert source.asked == [0, 7]
     assert put == [{"stalls": b"x"}]
-
-
-async def test_a_new_journal_gets_everything_again() -> None:
-    put: list[Mapping[str, bytes]] = []
-    keeper = MapKeeper(Map().changes_since, put.append)
-    await keeper.keep()
-    keeper.forget()
-    await keeper.keep()
-    assert len(put) == 2
 
 
 async def test_a_failure_is_told_and_tried_again(caplog: pytest.LogCaptureFixture) -> None:

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import pytest
 
-from hawk.ticker import Ticker
+from hawk.process import Ticker
 
 
 async def test_it_ticks_at_the_interval_and_tells_the_cost() -> None:
@@ -46,8 +46,7 @@ async def test_a_tick_that_raises_is_counted_and_the_next_one_comes(caplog: pyte
         ticker.start()
         await asyncio.wait_for(again.wait(), 5)
     ticker.stop()
-    assert ticker.failures == 1
-    assert "a tick failed" in caplog.text
+    assert caplog.text.count("a tick failed") == 1
 
 
 async def test_after_stop_nothing_ticks() -> None:
@@ -88,7 +87,7 @@ async def test_ticks_that_were_missed_are_not_made_up_for() -> None:
 
 
 class Clock:
-    """A loop for one timer whose time passes only when it is told to: no scheduler makes a tick late."""
+    """A loop for one timer whose time passes only by its own method: no scheduler makes a tick late."""
 
     def __init__(self) -> None:
         self.now = 0.0

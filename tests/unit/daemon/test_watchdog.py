@@ -10,12 +10,12 @@ from pathlib import Path
 
 import pytest
 
-from hawk.comm.clock import ManualClock
-from hawk.watchdog import SystemdNotifier, Watchdog
+from hawk.process import SystemdNotifier, Watchdog
+from tests.manual_clock import ManualClock
 
 HUNG = """
 import ctypes, sys
-from hawk.watchdog import SystemdNotifier, Watchdog
+from hawk.process import SystemdNotifier, Watchdog
 dog = Watchdog(0.3, SystemdNotifier({}), sys.stderr)
 dog.progress()
 print("armed", flush=True)

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import math
-from collections.abc import Mapping
+from collections.abc import Coroutine, Mapping
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from hawk.comm.clock import ManualClock
 from hawk.comm.messages import (
     Ack,
     Arm,
@@ -24,14 +23,13 @@ from hawk.comm.messages import (
     ReturnToLaunch,
     Takeoff,
 )
-from hawk.comm.status import ClientId
+from hawk.comm.status import CheckItem, ClientId, CommandSocket, DroneStatus
 from hawk.comm.vehicle import AutopilotError, VehicleTopics
 from hawk.config import FenceSettings, FlightSettings, HeightSettings, OperatorSettings
 from hawk.ddc.geofence import to_map
 from hawk.ddc.operations_manager import OperationsManager
-from hawk.ddc.service_interface import DdcServiceInterface
-from hawk.ddc.settings import DdcSettings
-from hawk.ddc.surroundings import Surroundings
+from hawk.ddc.service_interface import DdcServiceInterface, Sender
+from hawk.ddc.settings import DdcSettings, ManagerSetup
 from hawk.ddc.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.model import (
     ArmPlace,
@@ -51,14 +49,23 @@ from hawk.model import (
     MapPose,
     PathPlan,
     Route,
-    State,
     StateName,
     StatusText,
+    UserError,
     VehiclePose,
+    VehicleState,
     Verdict,
 )
+from tests.manual_clock import ManualClock
 
 TICK_S = 0.05
+HOLDING_STATES = frozenset({StateName.HOVER, StateName.COMMUNICATION_LOST})
+COMMANDING_STATES = HOLDING_STATES | {
+    StateName.AUTONOMOUS_EXPLORE,
+    StateName.AUTONOMOUS_MOVE,
+    StateName.COMPULSIVE_MOVE,
+}
+"""The states that may send targets, written down apart from their traits."""
 PLACE = GlobalPose(43.2609, -79.9192, 100.0)
 _DEGREE = MapPoint(
     to_map(PLACE, PLACE.latitude + 1e-3, PLACE.longitude).north * 1e3,
@@ -83,6 +90,11 @@ DEFAULT_PARAMETERS: Mapping[str, float] = {
     "BATT_FS_LOW_ACT": 0,
     "RTL_ALT": 1500,
 }
+
+
+def sender(state: StateName) -> Sender:
+    """Return a state as the gate of the service interface knows it."""
+    return Sender(state, state in COMMANDING_STATES, state in HOLDING_STATES)
 
 
 @dataclass
@@ -203,7 +215,7 @@ class FakeAutopilot:
     # -- what the test does ---------------------------------------------------------------------------------------
 
     def count(self, name: str) -> int:
-        """How often a request was made."""
+        """Return the number of times that a request was made."""
         return sum(1 for call, _ in self.calls if call == name)
 
     def asked(self, name: str) -> list[Any]:
@@ -211,7 +223,7 @@ class FakeAutopilot:
         return [argument for call, argument in self.calls if call == name]
 
     def change_mode(self, mode: int) -> None:
-        """Change the mode, whoever asked for it: the vehicle stops where it is."""
+        """Change the mode, by anyone: the vehicle stops where it is."""
         if mode != self.mode:
             self.wanted = self.climb_to = None
         self.mode = int(mode)
@@ -231,7 +243,7 @@ class FakeAutopilot:
         """Publish what a moment's telemetry would say."""
         now = self.clock()
         if self.connected:
-            self.topics.state.publish(State(True, self.armed, self.mode, self.landed, now))
+            self.topics.state.publish(VehicleState(True, self.armed, self.mode, self.landed, now))
             self.topics.battery.publish(BatteryInfo(self.battery, 16.0, 10.0, now))
             good = self.position_good
             self.topics.diagnostics.publish(Diagnostics(good, True, good, True, 3, 16, 0.9, now))
@@ -322,7 +334,7 @@ class FakeAutopilot:
 
 @dataclass
 class FakeDesk:
-    """Who holds control; the operator is there unless the test says otherwise."""
+    """The holder of control; the operator is there unless the test says otherwise."""
 
     client: ClientId | None = "ana"
     present: bool = True
@@ -333,8 +345,8 @@ class FakeDesk:
     def controller(self) -> ClientId | None:
         return self.client
 
-    def has_control(self, client: ClientId) -> bool:
-        return client == self.client
+    def controlling_clients(self) -> frozenset[ClientId]:
+        return frozenset() if self.client is None else frozenset({self.client})
 
 
 @dataclass
@@ -343,18 +355,22 @@ class FakeSocket:
 
     waiting: list[tuple[ClientId, Command]] = field(default_factory=list)
     replies: list[tuple[ClientId, Outgoing]] = field(default_factory=list)
+    inner: CommandSocket | None = None
+    """A real socket that takes part in the test."""
 
     def receive(self) -> list[tuple[ClientId, Command]]:
         taken, self.waiting = self.waiting, []
-        return taken
+        return taken if self.inner is None else [*taken, *self.inner.receive()]
 
     def reply(self, client: ClientId, message: Outgoing) -> None:
         self.replies.append((client, message))
+        if self.inner is not None:
+            self.inner.reply(client, message)
 
 
 @dataclass
 class Sight:
-    """What perception says; None says nothing."""
+    """Results of perception; None: no result."""
 
     lot: bool | None = True
     inbound: Inbound | None = Inbound.INSIDE
@@ -362,7 +378,7 @@ class Sight:
     flows: bool = True
     plan: PathPlan | None = field(default_factory=lambda: PathPlan(explore=ExploreStatus(seen=0.4)))
     route: Route | None = None
-    """The way to a place inside; None: straight from where the drone was when it was asked for."""
+    """The route to a place inside; None: straight from the drone's place when it was asked for."""
 
 
 START = 100.0
@@ -401,30 +417,64 @@ class Rig:
         )
         tokens = (f"token-{n:016d}" for n in range(10_000))
         self.manager = OperationsManager(
-            Surroundings(
+            ManagerSetup(
                 clock=self.clock,
                 desk=self.desk,
                 directory=directory,
                 settings=self.settings,
-                record=self.record,
+                record=lambda kind, payload: self.record(kind, payload),
                 count_start=lambda: starts,
                 new_token=lambda: next(tokens),
                 continues_survey=continues_survey,
                 utc=lambda: datetime.fromtimestamp(UTC_START + self.clock() - START, UTC),
                 flight=flight,
                 keep_flight=self.kept_flights.append,
-            )
+            ),
+            self.socket,
+            self.topics,
+            self.service,
         )
-        self.manager.init(self.socket, self.topics, self.service)
+        self.manager.init()
         self._routes: dict[DesiredPose, Route] = {}
+        self._asked: list[asyncio.Task[Any]] = []
+
+    def ask(self, call: Coroutine[Any, Any, Any]) -> None:
+        """Start a request of ours beside the states."""
+        self._asked.append(asyncio.get_running_loop().create_task(call))
 
     def record(self, kind: str, payload: dict[str, Any]) -> None:
         self.records.append((kind, payload))
 
     @property
     def ticked(self) -> bool:
-        """Whether any tick was run."""
+        """True once a tick was run."""
         return self.manager.ticks > 0
+
+    @property
+    def detail(self) -> str:
+        """The state's sentence for the operator."""
+        return self.manager.state.detail(self.manager.case().facts)
+
+    @property
+    def first_failed(self) -> CheckItem | None:
+        """The first preflight check that has not passed."""
+        return next((item for item in self.manager.case().checks if not item.passed), None)
+
+    @property
+    def fence(self) -> Fence | None:
+        """The fence in force."""
+        return self.topics.fence_pub.value
+
+    @property
+    def user_error(self) -> UserError:
+        """The User Error that is shown."""
+        return self.shown.operation.user_error
+
+    @property
+    def shown(self) -> DroneStatus:
+        """The last status."""
+        assert self.manager.status.value is not None
+        return self.manager.status.value
 
     @property
     def state(self) -> StateName:
@@ -433,7 +483,7 @@ class Rig:
 
     def expect(self, state: StateName) -> None:
         """The active state must be this one."""
-        assert self.state is state, f"in {self.state}: {self.manager.state.detail}; {self.log[-3:]}"
+        assert self.state is state, f"in {self.state}: {self.detail}; {self.log[-3:]}"
 
     @property
     def log(self) -> list[str]:
@@ -470,7 +520,7 @@ class Rig:
         return Verdict(place.number, Inbound.INSIDE, self.sight.route or kept)
 
     async def tick(self, count: int = 1) -> None:
-        """Run so many ticks of 50 ms."""
+        """Run ``count`` ticks of 50 ms."""
         for _ in range(count):
             self.clock.advance(TICK_S)
             self.autopilot.step(TICK_S)
@@ -491,7 +541,7 @@ class Rig:
             if self.state is state:
                 return
             await self.tick()
-        assert self.state is state, f"still in {self.state}: {self.manager.state.detail}; {self.log[-3:]}"
+        assert self.state is state, f"still in {self.state}: {self.detail}; {self.log[-3:]}"
 
     def command(self, command: Command, client: ClientId = "ana") -> Ack:
         """Give a command that is answered at once."""
@@ -513,7 +563,7 @@ class Rig:
         self.sight.plan = PathPlan(explore=ExploreStatus(done=True, seen=1.0))
 
     async def enter(self, state: StateName) -> None:
-        """Bring a rig that was not run yet into a state, the short way."""
+        """Bring a rig that was not run yet into a state, directly."""
         if state in (StateName.IDLE, StateName.CONFIGURE, StateName.ARM, StateName.TAKEOFF):
             await self._enter_from_ground(state)
             return
@@ -557,4 +607,5 @@ class Rig:
 
     async def close(self) -> None:
         """End the manager."""
+        await asyncio.gather(*self._asked, return_exceptions=True)
         await self.manager.close()

@@ -6,12 +6,12 @@ import itertools
 
 import pytest
 
-from hawk.comm.fence_messages import ClearFence, FenceCorner, SetFence
 from hawk.comm.messages import (
     Ack,
     Arm,
     AutonomousExplore,
     AutonomousMove,
+    ClearFence,
     ClearKill,
     Command,
     CompulsiveMove,
@@ -25,9 +25,11 @@ from hawk.comm.messages import (
     Resume,
     ReturnToLaunch,
     SetFailsafes,
+    SetFence,
     Takeoff,
 )
-from hawk.ddc.commands import TABLE
+from hawk.comm.status import FenceCorner
+from hawk.ddc.judge import TABLE
 from hawk.model import LandedState, StateName
 from tests.unit.ddc.fakes import PLACE, Rig
 

@@ -9,11 +9,23 @@ from pathlib import Path
 
 import pytest
 
-from hawk.comm.fence_messages import CheckFence, ClearFence, FenceCheck, FenceCorner, SetFence
-from hawk.comm.messages import Ack, Arm, AutonomousExplore, AutonomousMove, CompulsiveMove, Configure
+from hawk.comm.messages import (
+    Ack,
+    Arm,
+    AutonomousExplore,
+    AutonomousMove,
+    CheckFence,
+    ClearFence,
+    CompulsiveMove,
+    Configure,
+    FenceCheck,
+    SetFence,
+)
+from hawk.comm.status import FenceCorner
 from hawk.config import FenceSettings
-from hawk.ddc.fence_store import FENCE_FILE
+from hawk.ddc.fence_file import FENCE_FILE
 from hawk.ddc.geofence import contains, ring_from_map, ring_to_map
+from hawk.ddc.parameters import REREAD_S
 from hawk.ddc.settings import DdcSettings
 from hawk.model import Fence, LandedState, MapPoint, StateName
 from tests.unit.ddc.fakes import PLACE, Rig
@@ -37,7 +49,7 @@ def corners(ring: tuple[tuple[float, float], ...]) -> list[FenceCorner]:
 
 
 def same(found: Sequence[tuple[float, float]], wanted: Sequence[tuple[float, float]]) -> bool:
-    """Whether two rings have the same corners, to a few centimetres."""
+    """Return True when two rings have the same corners, to a few centimetres."""
     rounded = sorted((round(north, 1), round(east, 1)) for north, east in found)
     return rounded == sorted(wanted)
 
@@ -82,7 +94,7 @@ async def test_a_drawn_fence_is_uploaded_and_enabled_at_arm_with_our_margin_insi
     assert uploaded.ceiling == 77
     assert same(uploaded.autopilot_polygon, sorted(SQUARE))
     assert same(uploaded.polygon, [(-55, -55), (-55, 55), (55, -55), (55, 55)])
-    assert rig.manager.fence == uploaded
+    assert rig.fence == uploaded
 
 
 async def test_a_later_start_over_the_same_place_takes_it_up(rig: Rig, tmp_path: Path) -> None:
@@ -95,8 +107,8 @@ async def test_a_later_start_over_the_same_place_takes_it_up(rig: Rig, tmp_path:
     assert same(ring_to_map(PLACE, ring), sorted(U_SHAPE))
     again.order(Arm())
     await again.run(0.5)
-    assert again.manager.fence is not None
-    assert not contains(again.manager.fence, MapPoint(80, 0))
+    assert again.fence is not None
+    assert not contains(again.fence, MapPoint(80, 0))
     await again.close()
 
 
@@ -105,8 +117,8 @@ async def test_a_start_in_the_air_flies_in_the_drawn_fence(rig: Rig, tmp_path: P
     again = Rig(tmp_path)
     again.autopilot.put_in_air()
     await again.run(0.5)
-    assert again.manager.fence is not None
-    assert not contains(again.manager.fence, MapPoint(80, 0))
+    assert again.fence is not None
+    assert not contains(again.fence, MapPoint(80, 0))
     await again.close()
 
 
@@ -127,7 +139,7 @@ async def test_cleared_the_configured_fence_counts_again_and_nothing_is_lost(rig
     assert rig.manager.fences.setup.source == "circle"
     assert not (tmp_path / FENCE_FILE).exists()
     assert (tmp_path / f"{FENCE_FILE}.former").exists()
-    assert rig.command(ClearFence()).reason == "No fence is drawn: the standard one counts."
+    assert rig.command(ClearFence()).reason == "No fence is drawn: the standard one is used."
 
 
 async def test_drawn_goes_before_the_configured_file(tmp_path: Path) -> None:
@@ -140,7 +152,7 @@ async def test_drawn_goes_before_the_configured_file(tmp_path: Path) -> None:
     await draw(rig, fence())
     sources.append(rig.manager.fences.setup.source)
     again = Rig(tmp_path / "store", settings=rig.settings)
-    assert "The drawn fence counts, not the settings' file." in again.log
+    assert "The drawn fence is used, not the settings' file." in again.log
     await again.close()
     rig.order(ClearFence())
     await saved(rig)
@@ -169,12 +181,12 @@ async def test_in_the_air_the_fence_is_not_changed(
     fresh: Rig, state: StateName, command: SetFence | ClearFence, tmp_path: Path
 ) -> None:
     await fresh.enter(state)
-    before, plan = fresh.manager.fence, fresh.manager.fences.plan
+    before, plan = fresh.fence, fresh.manager.fences.plan
     answer = fresh.command(command)
     assert not answer.accepted
     assert answer.reason in ("Flying: land first.", "Someone else flies: Resume first.")
     await fresh.tick(3)
-    assert (fresh.manager.fence, fresh.manager.fences.plan) == (before, plan)
+    assert (fresh.fence, fresh.manager.fences.plan) == (before, plan)
     assert not (tmp_path / FENCE_FILE).exists()
 
 
@@ -233,7 +245,7 @@ async def test_arm_waits_until_the_fence_is_kept(rig: Rig) -> None:
 async def test_a_pilot_who_arms_while_it_is_saved_flies_in_the_fence_in_force(rig: Rig) -> None:
     rig.order(Arm())
     await rig.run(1)
-    before = rig.manager.fence
+    before = rig.fence
     rig.autopilot.armed = False
     await rig.until(StateName.IDLE)
     rig.order(fence())
@@ -241,7 +253,7 @@ async def test_a_pilot_who_arms_while_it_is_saved_flies_in_the_fence_in_force(ri
     await rig.run(1)
     await rig.manager.requests.finish()
     await rig.tick()
-    assert rig.manager.fence == before
+    assert rig.fence == before
     assert rig.manager.fences.setup.source == "drawn"
 
 
@@ -250,7 +262,7 @@ async def test_a_kept_fence_that_cannot_be_read_keeps_the_drone_on_the_ground(tm
     (tmp_path / FENCE_FILE).write_text(content)
     rig = Rig(tmp_path)
     await rig.run(2)
-    failed = rig.manager.preflight.first_failed()
+    failed = rig.first_failed
     assert failed is not None
     assert (failed.name, failed.remedy_command) == ("Fence", "Set Fence")
     assert not rig.command(Arm()).accepted
@@ -281,13 +293,12 @@ async def test_the_fences_ceiling_bounds_the_heights(rig: Rig) -> None:
 
 async def test_a_return_above_the_fences_ceiling_fails_before_flight_and_is_told_while_drawing(rig: Rig) -> None:
     rig.autopilot.values["RTL_ALT"] = 9_000
-    rig.manager.preflight.forget()
-    await rig.run(2)
+    await rig.run(REREAD_S + 2)
     check = rig.manager.handle("ana", CheckFence(corners=corners(SQUARE), ceiling=80))
     assert isinstance(check, FenceCheck)
     assert check.notes == ["It returns home at 90 m, above 77 m: change the heights first."]
     await draw(rig, fence(SQUARE, 80))
-    failed = rig.manager.preflight.first_failed()
+    failed = rig.first_failed
     assert failed is not None
     assert (failed.name, failed.value) == ("Return height", "90 m, ceiling 77 m")
     assert not rig.command(Arm()).accepted
@@ -327,7 +338,7 @@ async def test_a_drone_outside_may_keep_the_fence_but_not_arm(rig: Rig) -> None:
     assert "drone 145 m outside" in rig.command(Arm()).reason
 
 
-# -- a way that leaves a concave fence and enters it again ------------------------------------------------------------
+# -- a path that leaves a concave fence and enters it again -----------------------------------------------------------
 
 
 async def test_a_move_across_the_gap_is_refused(concave: Rig) -> None:
@@ -368,6 +379,6 @@ async def test_no_tick_of_a_flight_around_the_gap_sends_a_target_over_it(concave
         await concave.run(0.2)
         await concave.until(StateName.HOVER, 60)
         assert (concave.autopilot.north, concave.autopilot.east) == pytest.approx((north, east), abs=2)
-    fence_in_force = concave.manager.fence
+    fence_in_force = concave.fence
     assert fence_in_force is not None
     assert all(contains(fence_in_force, MapPoint(t.north, t.east)) for t in concave.autopilot.targets)

@@ -52,7 +52,7 @@ async def test_land_arm_again_elsewhere_and_go_on(rig: Rig) -> None:
         datum = rig.service.datum
         rig.order(Takeoff())
         await rig.until(StateName.HOVER)
-        home, fence = rig.topics.home_pub.value, rig.manager.fence
+        home, fence = rig.topics.home_pub.value, rig.fence
         assert home is not None
         assert fence is not None
         assert (home.north, home.east) == pytest.approx((0, place), abs=0.01)

@@ -10,7 +10,7 @@ import shapely
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from hawk.ddc.fence_file import read_geojson
+from hawk.ddc.fence_file import read_outline
 from hawk.ddc.geofence import (
     FenceError,
     check_outline,
@@ -21,12 +21,12 @@ from hawk.ddc.geofence import (
     last_inside,
     leads_inside,
     outside_by,
+    path_is_inside,
     polygon_fence,
     ring_from_map,
     ring_to_map,
     sees_all,
     to_map,
-    way_is_inside,
 )
 from hawk.model import GlobalPose, MapPoint
 
@@ -66,10 +66,10 @@ def test_the_whole_straight_way_is_checked() -> None:
     corner, other = MapPoint(90, 20), MapPoint(20, 90)
     assert contains(L_SHAPE, corner)
     assert contains(L_SHAPE, other)
-    assert not way_is_inside(L_SHAPE, corner, other)
-    assert way_is_inside(L_SHAPE, corner, MapPoint(20, 20))
-    assert way_is_inside(L_SHAPE, corner, corner)
-    assert not way_is_inside(L_SHAPE, MapPoint(math.nan, 0), corner)
+    assert not path_is_inside(L_SHAPE, corner, other)
+    assert path_is_inside(L_SHAPE, corner, MapPoint(20, 20))
+    assert path_is_inside(L_SHAPE, corner, corner)
+    assert not path_is_inside(L_SHAPE, MapPoint(math.nan, 0), corner)
 
 
 @given(coordinate, coordinate)
@@ -137,7 +137,7 @@ def test_a_way_that_leads_inside_never_leaves_again(north: float, east: float, t
         assert along[-1]
         assert along == sorted(along), "outside first, then inside to the end"
     if contains(L_SHAPE, start):
-        assert leads_inside(L_SHAPE, start, end) == way_is_inside(L_SHAPE, start, end)
+        assert leads_inside(L_SHAPE, start, end) == path_is_inside(L_SHAPE, start, end)
 
 
 def test_a_way_from_outside_through_one_arm_into_the_other_does_not_lead_inside() -> None:
@@ -152,7 +152,7 @@ def test_a_way_from_outside_through_one_arm_into_the_other_does_not_lead_inside(
 def test_a_stop_beyond_the_edge_is_taken_back_on_this_side_of_it(north: float, east: float) -> None:
     start, end = MapPoint(90, 20), MapPoint(north, east)
     stop = last_inside(L_SHAPE, start, end)
-    assert way_is_inside(L_SHAPE, start, stop)
+    assert path_is_inside(L_SHAPE, start, stop)
     assert start.distance(stop) <= start.distance(end) + 1e-6
 
 
@@ -197,7 +197,12 @@ RING = [[-79.92, 43.26], [-79.91, 43.26], [-79.91, 43.27], [-79.92, 43.26]]
     ids=["geometry", "feature", "collection"],
 )
 def test_geojson_is_read_with_latitude_first(tmp_path: Path, content: object) -> None:
-    assert read_geojson(write(tmp_path / "f.geojson", content)) == ((43.26, -79.92), (43.26, -79.91), (43.27, -79.91))
+    found, _ = read_outline(write(tmp_path / "f.geojson", content))
+    assert found == (
+        (43.26, -79.92),
+        (43.26, -79.91),
+        (43.27, -79.91),
+    )
 
 
 @pytest.mark.parametrize(
@@ -219,7 +224,7 @@ def test_geojson_is_read_with_latitude_first(tmp_path: Path, content: object) ->
 def test_a_bad_fence_file_is_named_with_what_is_wrong(tmp_path: Path, content: object, words: str) -> None:
     path = write(tmp_path / "f.geojson", content)
     with pytest.raises(FenceError, match=words) as caught:
-        read_geojson(path)
+        read_outline(path)
     assert str(path) in str(caught.value)
 
 
@@ -229,4 +234,4 @@ def test_a_file_that_cannot_be_read(tmp_path: Path, data: bytes | None) -> None:
     if data is not None:
         path.write_bytes(data)
     with pytest.raises(FenceError, match="cannot be read"):
-        read_geojson(path)
+        read_outline(path)

@@ -1,6 +1,8 @@
-"""What Arm and Takeoff do and where they lead, the unsafe ways refused."""
+"""Acts and transitions of Arm and Takeoff, unsafe ones refused."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import pytest
 
@@ -11,8 +13,9 @@ from hawk.comm.messages import (
     Hold,
     Takeoff,
 )
+from hawk.ddc.fence import FencePlan
 from hawk.ddc.geofence import FenceError
-from hawk.model import CopterMode, StateName
+from hawk.model import CopterMode, Fence, StateName
 from tests.unit.ddc.fakes import Rig
 
 S = StateName
@@ -27,10 +30,10 @@ async def test_arm_uploads_the_fence_then_guided_then_arms(rig: Rig) -> None:
     await rig.run(0.5)
     asked = [name for name, _ in rig.autopilot.calls if name != "get_parameter"]
     assert asked == ["upload_fence", "set_mode", "arm"]
-    assert rig.manager.fence == rig.autopilot.asked("upload_fence")[0]
-    assert rig.manager.state.detail == "Armed. Motors stop in 10 s without take-off."
+    assert rig.fence == rig.autopilot.asked("upload_fence")[0]
+    assert rig.detail == "Armed. Motors stop in 10 s without take-off."
     await rig.run(4.0)
-    assert "Motors stop in 6 s" in rig.manager.state.detail
+    assert "Motors stop in 6 s" in rig.detail
 
 
 @pytest.mark.parametrize(
@@ -157,10 +160,14 @@ async def test_an_arm_that_is_acknowledged_and_does_not_show(rig: Rig, monkeypat
 
 
 async def test_without_a_fence_it_does_not_arm(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail() -> None:
+    around, checked = FencePlan.around, iter([True])
+
+    def fail_after_the_check(plan: FencePlan, *where: Any) -> Fence:
+        if next(checked, False):
+            return around(plan, *where)
         raise FenceError("fence: too narrow")
 
-    monkeypatch.setattr(rig.manager, "prepare_fence", fail)
+    monkeypatch.setattr(FencePlan, "around", fail_after_the_check)
     rig.order(Arm())
     await rig.tick()
     rig.expect(S.IDLE)

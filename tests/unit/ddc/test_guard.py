@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from hawk.comm.messages import CompulsiveMove, Hold
-from hawk.ddc.ranks import Rank
+from hawk.ddc.orders import Rank
 from hawk.model import CopterMode, StateName
 from tests.unit.ddc.fakes import Rig
 
@@ -124,13 +124,13 @@ async def test_beyond_our_fence_it_goes_two_metres_inside_and_holds(fresh: Rig, 
     fresh.autopilot.north = 147.0
     await fresh.tick(2)
     fresh.expect(S.HOVER)
-    assert fresh.manager.state.detail == "Outside the fence: going back inside."
+    assert fresh.detail == "Outside the fence: going back inside."
     assert fresh.command(CompulsiveMove(x=-20, y=0)).reason.startswith("Outside the fence")
     await fresh.run(3)
     assert all(t.north < 145 for t in fresh.autopilot.targets)
     assert fresh.autopilot.north == pytest.approx(143, abs=0.4)
     fresh.expect(S.HOVER)
-    assert fresh.manager.state.detail.endswith("Holding at 30 m.")
+    assert fresh.detail.endswith("Holding at 30 m.")
 
 
 @pytest.mark.parametrize("state", [S.HOVER, S.COMMUNICATION_LOST])

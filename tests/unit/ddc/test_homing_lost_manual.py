@@ -38,7 +38,7 @@ async def test_a_refused_return_is_asked_for_again_and_told(flying: Rig) -> None
     await flying.run(5)
     flying.expect(S.RETURN_TO_LAUNCH)
     assert flying.autopilot.count("set_mode") == 3
-    assert "EKF variance" in flying.manager.state.detail
+    assert "EKF variance" in flying.detail
     assert flying.manager.log.entries[-1].details == "EKF variance"
     flying.autopilot.refuse.clear()
     await flying.run(2.5)
@@ -60,7 +60,7 @@ async def test_it_holds_for_thirty_seconds_then_returns(fresh: Rig) -> None:
     await fresh.enter(S.COMMUNICATION_LOST)
     await fresh.run(1.0)
     assert fresh.manager.status.value is not None
-    assert fresh.manager.status.value.return_in == pytest.approx(28.9, abs=0.3)
+    assert fresh.manager.status.value.operation.return_in == pytest.approx(28.9, abs=0.3)
     await fresh.run(28.5)
     fresh.expect(S.COMMUNICATION_LOST)
     assert fresh.autopilot.mode == CopterMode.GUIDED

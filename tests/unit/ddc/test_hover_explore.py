@@ -1,4 +1,4 @@
-"""What Hover and Autonomous Explore do and where they lead, the unsafe ways refused."""
+"""Acts and transitions of Hover and Autonomous Explore, unsafe ones refused."""
 
 from __future__ import annotations
 
@@ -70,10 +70,10 @@ async def test_explore_without_a_lot_stays_in_hover_with_user_error_2(flying: Ri
     await flying.tick()
     answer = flying.command(AutonomousExplore())
     assert not answer.accepted
-    assert flying.manager.user_error is UserError.NO_LOT_DETECTED
+    assert flying.manager.outcomes.user_error is UserError.NO_LOT_DETECTED
     flying.expect(S.HOVER)
     flying.order(Hold())
-    assert flying.manager.user_error_text == ""
+    assert flying.manager.outcomes.user_error_text == ""
 
 
 async def test_explore_follows_the_plan_with_its_height_and_yaw(flying: Rig) -> None:
@@ -84,7 +84,7 @@ async def test_explore_follows_the_plan_with_its_height_and_yaw(flying: Rig) -> 
     place = flying.autopilot
     assert (place.north, place.east, place.height) == pytest.approx((25, -10, 40), abs=0.2)
     assert flying.autopilot.targets[-1].yaw == 0.5
-    assert flying.manager.state.detail.endswith("% seen of the lot found so far.")
+    assert flying.detail.endswith("% seen of the lot found so far.")
 
 
 @pytest.mark.parametrize(("height", "flown"), [(3, 15), (500, 60), (None, 35)])
@@ -112,7 +112,7 @@ async def test_no_plan_makes_the_drone_faster_than_travel_speed(flying: Rig, spe
     flying.sight.plan = PathPlan(MapPoint(60, 0), 35.0, 0.0, speed=speed)
     flying.order(AutonomousExplore())
     await flying.run(4)
-    begun, travel = flying.autopilot.north, flying.manager.settings.flight.speed_m_s
+    begun, travel = flying.autopilot.north, flying.settings.flight.speed_m_s
     await flying.run(5)
     assert flying.autopilot.north - begun == pytest.approx(5 * travel, abs=0.5)
     assert not any("Slower" in text for text in flying.log)
@@ -155,19 +155,19 @@ async def test_no_lot_in_sight_for_too_long_is_user_error_2(fresh: Rig) -> None:
     fresh.expect(S.AUTONOMOUS_EXPLORE)
     await fresh.run(0.5)
     fresh.expect(S.HOVER)
-    assert fresh.manager.user_error is UserError.NO_LOT_DETECTED
+    assert fresh.manager.outcomes.user_error is UserError.NO_LOT_DETECTED
 
 
 async def test_explored_without_a_lot_is_user_error_2(fresh: Rig) -> None:
     await fresh.enter(S.AUTONOMOUS_EXPLORE)
     fresh.sight.plan = PathPlan(MapPoint(10, 0), 35.0, 0.0, explore=ExploreStatus(lot_known=False))
     await fresh.run(1)
-    assert fresh.manager.state.detail == "Looking for the lot."
+    assert fresh.detail == "Looking for the lot."
     fresh.sight.plan = PathPlan(explore=ExploreStatus(done=True, lot_known=False))
     await fresh.run(1)
     fresh.expect(S.HOVER)
-    assert fresh.manager.user_error is UserError.NO_LOT_DETECTED
-    assert fresh.manager.user_error_text == "No lot was found here."
+    assert fresh.manager.outcomes.user_error is UserError.NO_LOT_DETECTED
+    assert fresh.manager.outcomes.user_error_text == "No lot was found here."
 
 
 async def test_explore_says_where_it_goes_next(fresh: Rig) -> None:

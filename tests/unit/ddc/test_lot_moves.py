@@ -1,4 +1,4 @@
-"""Autonomous Move over known lot: what is refused, the flown way, and what happens when the map changes."""
+"""Autonomous Move over known lot: refusals, the flown route, and changes of the map."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ async def test_without_a_way_it_is_refused_with_user_error_1(flying: Rig) -> Non
     answer = await move(flying, 30, 40)
     assert not answer.accepted
     assert "no way over known lot leads there" in answer.reason
-    assert flying.manager.user_error is UserError.DESIRED_LOCATION_OUT_OF_BOUNDS
+    assert flying.manager.outcomes.user_error is UserError.DESIRED_LOCATION_OUT_OF_BOUNDS
     flying.expect(S.HOVER)
     assert flying.topics.des_pose_pub.value is None
 
@@ -94,7 +94,7 @@ async def test_a_way_that_is_cut_off_on_the_way_holds_and_says_why(flying: Rig) 
     flying.sight.route = Route(refused="no way over known lot leads there")
     await flying.tick(2)
     flying.expect(S.HOVER)
-    assert flying.manager.user_error is UserError.DESIRED_LOCATION_OUT_OF_BOUNDS
+    assert flying.manager.outcomes.user_error is UserError.DESIRED_LOCATION_OUT_OF_BOUNDS
     assert any("no way over known lot leads there" in text for text in flying.log)
     before = (flying.autopilot.north, flying.autopilot.east)
     await flying.run(5)
@@ -131,19 +131,19 @@ async def test_a_refused_new_target_tells_nothing_of_a_changed_map(flying: Rig) 
 async def test_the_status_has_the_way_that_is_left(flying: Rig) -> None:
     status = flying.manager.status
     assert status.value is not None
-    assert not status.value.route
+    assert not status.value.travel.route
     flying.sight.route = AROUND
     await move(flying, 30, 40)
     await flying.run(2)
-    route = status.value.route
+    route = tuple(MapPoint(point.north, point.east) for point in status.value.travel.route)
     assert route[0].distance(MapPoint(flying.autopilot.north, flying.autopilot.east)) < 2.0
     assert route[1:] == AROUND.points[1:]
     flying.order(Hold())
     await flying.run(0.4)
-    assert status.value.route == ()
+    assert status.value.travel.route == ()
 
 
-# -- the way asked for before ------------------------------------------------------------------------------------------
+# -- the route asked for before ---------------------------------------------------------------------------------------
 
 
 async def ask(rig: Rig, request: RouteRequest, client: str = "ana") -> RouteAnswer:
@@ -163,7 +163,7 @@ async def test_the_way_is_told_and_nothing_is_flown(flying: Rig) -> None:
     answer = await ask(flying, RouteRequest(id=7, x=30, y=40, frame="Map"))
     assert answer.id == 7
     assert [(p.north, p.east) for p in answer.points] == [(0, 0), (30, 0), (30, 40)]
-    assert (answer.length_m, answer.refused) == (70.0, None)
+    assert (answer.length, answer.refused) == (70.0, None)
     flying.expect(S.HOVER)
     assert flying.topics.des_pose_pub.value is None
     await flying.run(1)
@@ -188,8 +188,8 @@ async def test_why_there_is_no_way_is_told_without_a_user_error(
     answer = await ask(flying, RouteRequest(x=5, y=5))
     assert answer.refused is not None
     assert words in answer.refused
-    assert (answer.points, answer.length_m) == ([], None)
-    assert flying.manager.user_error is UserError.NONE
+    assert (answer.points, answer.length) == ([], None)
+    assert flying.manager.outcomes.user_error is UserError.NONE
 
 
 async def test_a_place_outside_the_fence_is_told_at_once(flying: Rig) -> None:

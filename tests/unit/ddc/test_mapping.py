@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.ddc.mapping import state_from_autopilot
+from hawk.ddc.follower import state_from_autopilot
 from hawk.model import CopterMode, LandedState, StateName
 
 AIR = [LandedState.IN_AIR, LandedState.TAKING_OFF, LandedState.LANDING, LandedState.UNDEFINED]

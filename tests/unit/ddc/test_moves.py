@@ -1,4 +1,4 @@
-"""What the Moves do and where they lead, the unsafe ways refused."""
+"""Acts and transitions of the Moves, unsafe ones refused."""
 
 from __future__ import annotations
 
@@ -59,14 +59,14 @@ async def test_a_place_outside_the_fence_is_refused(
     answer = flying.command(kind(x=146, y=0))
     assert not answer.accepted
     assert "outside the fence" in answer.reason
-    assert flying.manager.user_error is UserError.DESIRED_LOCATION_OUT_OF_BOUNDS
+    assert flying.manager.outcomes.user_error is UserError.DESIRED_LOCATION_OUT_OF_BOUNDS
     flying.expect(S.HOVER)
 
 
 async def test_a_way_that_leaves_the_fence_is_refused(fresh: Rig) -> None:
     await fresh.enter(S.HOVER)
     corner = polygon_fence(((-20, -20), (100, -20), (100, 20), (20, 20), (20, 100), (-20, 100)), 5, 100, 3)
-    fresh.manager.fences.put_in_force(corner)
+    fresh.topics.fence_pub.publish(corner)
     fresh.autopilot.north = 90
     await fresh.tick()
     answer = fresh.command(CompulsiveMove(x=0, y=90, frame="Map"))
@@ -134,7 +134,7 @@ async def test_an_autonomous_move_elsewhere_stays_with_user_error_1(
     answer = await autonomous(flying, x=20, y=5)
     assert not answer.accepted
     assert words in answer.reason
-    assert flying.manager.user_error is UserError.DESIRED_LOCATION_OUT_OF_BOUNDS
+    assert flying.manager.outcomes.user_error is UserError.DESIRED_LOCATION_OUT_OF_BOUNDS
     flying.expect(S.HOVER)
     assert flying.topics.des_pose_pub.value is None
 
@@ -153,7 +153,7 @@ async def test_a_place_that_turns_out_outside_ends_the_move_with_user_error_1(fr
     fresh.sight.inbound = Inbound.OUTSIDE
     await fresh.tick(2)
     fresh.expect(S.HOVER)
-    assert fresh.manager.user_error is UserError.DESIRED_LOCATION_OUT_OF_BOUNDS
+    assert fresh.manager.outcomes.user_error is UserError.DESIRED_LOCATION_OUT_OF_BOUNDS
 
 
 @pytest.mark.parametrize("verdict", [None, Inbound.UNKNOWN])
@@ -164,7 +164,7 @@ async def test_a_verdict_older_than_a_second_is_not_inbound(fresh: Rig, verdict:
     fresh.expect(S.AUTONOMOUS_MOVE)
     await fresh.run(1.2)
     fresh.expect(S.HOVER)
-    assert fresh.manager.user_error is UserError.DESIRED_LOCATION_OUT_OF_BOUNDS
+    assert fresh.manager.outcomes.user_error is UserError.DESIRED_LOCATION_OUT_OF_BOUNDS
 
 
 async def test_a_refused_new_target_lets_the_move_go_on(fresh: Rig) -> None:
@@ -187,8 +187,8 @@ async def test_a_planner_that_thinks_about_a_new_target_does_not_end_the_move(fr
     fresh.sight.inbound = Inbound.INSIDE
     await fresh.run(0.5)
     fresh.expect(S.AUTONOMOUS_MOVE)
-    assert fresh.manager.target_place is not None
-    assert fresh.manager.target_place.north < 0
+    assert fresh.manager.state.goal is not None
+    assert fresh.manager.state.goal.north < 0
 
 
 async def test_a_newer_command_ends_an_open_question(flying: Rig) -> None:

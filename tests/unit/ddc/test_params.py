@@ -117,7 +117,7 @@ async def test_configure_stores_sets_the_return_height_and_reads_it_back(rig: Ri
     rig.expect(StateName.IDLE)
     assert json.loads((tmp_path / "params.json").read_text()) == {"Min": 12, "Des": 25, "Max": 48}
     assert rig.autopilot.asked("set_rtl_altitude") == [48]
-    assert rig.manager.heights == HeightParameters(12, 25, 48)
+    assert rig.topics.get_heights() == HeightParameters(12, 25, 48)
     assert rig.log[-1] == "Flies at 25 m, never below 12 m or above 48 m."
 
 
@@ -130,7 +130,7 @@ async def test_bad_heights_are_refused_and_nothing_changes(
     assert not answer.accepted
     assert answer.reason.startswith(f"{field}: ")
     rig.expect(StateName.IDLE)
-    assert rig.manager.heights == DEFAULTS
+    assert rig.topics.get_heights() == DEFAULTS
 
 
 async def test_a_return_height_that_is_refused_is_told_in_the_autopilots_words(rig: Rig) -> None:
@@ -156,7 +156,7 @@ async def test_heights_that_cannot_be_stored_are_not_flown(rig: Rig, tmp_path: P
     (tmp_path / "params.json").mkdir()
     rig.order(Configure(min=12, des=25, max=48))
     await configured(rig)
-    assert rig.manager.heights == DEFAULTS
+    assert rig.topics.get_heights() == DEFAULTS
     assert rig.log[-1] == "The heights were not saved."
     assert rig.command(Arm()).accepted
 

@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.comm.messages import Arm, CheckItem, SetFailsafes
+from hawk.comm.messages import Arm, SetFailsafes
+from hawk.comm.status import CheckItem
 from hawk.config import FenceSettings, HeightSettings
 from hawk.ddc.failsafes import check_failsafes, return_altitude, wanted_values, watched_names
 from hawk.ddc.settings import DdcSettings
@@ -19,12 +20,12 @@ from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, PLACE, SAFE_PARAMETERS, Rig
 
 
 def check(rig: Rig, name: str) -> CheckItem:
-    return next(item for item in rig.manager.preflight.items() if item.name == name)
+    return next(item for item in rig.manager.case().checks if item.name == name)
 
 
 async def test_a_drone_that_is_well_passes_everything(rig: Rig) -> None:
-    assert all(item.passed for item in rig.manager.preflight.items())
-    assert [item.name for item in rig.manager.preflight.items()] == [
+    assert all(item.passed for item in rig.manager.case().checks)
+    assert [item.name for item in rig.manager.case().checks] == [
         "Motors",
         "Link",
         "Autopilot",
@@ -101,7 +102,7 @@ async def test_each_failsafe_parameter_alone_refuses_arm(tmp_path: Path, name: s
     rig = Rig(tmp_path, parameters={**SAFE_PARAMETERS, name: value})
     await rig.run(2)
     assert not rig.command(Arm()).accepted
-    assert sum(item.remedy_command == "Set Failsafes" for item in rig.manager.preflight.items()) == 1
+    assert sum(item.remedy_command == "Set Failsafes" for item in rig.manager.case().checks) == 1
     await rig.close()
 
 
@@ -124,7 +125,7 @@ async def test_set_failsafes_makes_the_defaults_safe_and_arm_possible(
     assert rig.command(SetFailsafes()).reason == "Being set: wait a moment."
     await rig.run(2)
     assert "Failsafes set and read back." in rig.log
-    assert rig.manager.preflight.first_failed() is None
+    assert rig.first_failed is None
     watched = "MAV_GCS_SYSID" if "MAV_GCS_SYSID" in parameters else "SYSID_MYGCS"
     assert rig.autopilot.values[watched] == 245
     assert rig.autopilot.values["FS_OPTIONS"] == 16
@@ -183,7 +184,7 @@ async def test_after_a_flight_the_checks_pass_at_once(rig: Rig) -> None:
     await rig.tick()
     rig.autopilot.armed = False
     await rig.tick()
-    assert rig.manager.preflight.first_failed() is None
+    assert rig.first_failed is None
     before = rig.autopilot.count("get_parameter")
     await rig.run(25)
     assert rig.autopilot.count("get_parameter") > before
@@ -192,7 +193,6 @@ async def test_after_a_flight_the_checks_pass_at_once(rig: Rig) -> None:
 async def test_stale_telemetry_does_not_pass(rig: Rig) -> None:
     rig.autopilot.topics.battery.publish(BatteryInfo(90, 16, 1, rig.clock()))
     rig.clock.advance(5.1)
-    rig.manager.preflight.tick(disarmed=True)
     assert check(rig, "Battery").value == "not known"
     assert not check(rig, "Autopilot").passed
     assert not check(rig, "GPS").passed
@@ -201,17 +201,14 @@ async def test_stale_telemetry_does_not_pass(rig: Rig) -> None:
 
 async def test_a_poor_fix_does_not_pass(rig: Rig) -> None:
     rig.autopilot.topics.diagnostics.publish(Diagnostics(True, True, True, True, 3, 6, 3.1, rig.clock()))
-    rig.manager.preflight.tick(disarmed=True)
     assert check(rig, "GPS").value == "6 satellites, ±3.1 m"
     assert not check(rig, "GPS").passed
     rig.autopilot.topics.diagnostics.publish(Diagnostics(True, True, True, True, 2, 6, 1.0, rig.clock()))
-    rig.manager.preflight.tick(disarmed=True)
     assert check(rig, "GPS").value.startswith("no fix")
 
 
 async def test_a_full_disk_does_not_pass(rig: Rig) -> None:
     rig.inputs.recording_health.publish(Health.bad("disk full"))
-    rig.manager.preflight.tick(disarmed=True)
     assert check(rig, "Recording").value == "disk full"
 
 
@@ -249,9 +246,9 @@ async def test_the_drone_must_stand_inside_its_fence(tmp_path: Path, north: floa
 async def test_checks_are_shown_on_the_ground_only(fresh: Rig) -> None:
     await fresh.run(1)
     assert fresh.manager.status.value is not None
-    assert len(fresh.manager.status.value.checks) == 14
+    assert len(fresh.manager.status.value.operation.checks) == 14
     await fresh.enter(StateName.HOVER)
-    assert fresh.manager.status.value.checks == ()
+    assert fresh.manager.status.value.operation.checks == ()
 
 
 # -- the parameters ---------------------------------------------------------------------------------------------------

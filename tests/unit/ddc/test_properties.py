@@ -32,13 +32,12 @@ from hawk.comm.messages import (
     SetFailsafes,
     Takeoff,
 )
+from hawk.ddc.facts import Facts
 from hawk.ddc.geofence import contains
 from hawk.ddc.motion import maximum_target_distance
-from hawk.ddc.ranks import Rank
-from hawk.ddc.service_interface import COMMANDING_STATES
-from hawk.ddc.states.base import State
+from hawk.ddc.orders import Rank, Transition
 from hawk.model import CopterMode, ExploreStatus, Inbound, LandedState, MapPoint, PathPlan, StateName
-from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, SAFE_PARAMETERS, Rig
+from tests.unit.ddc.fakes import COMMANDING_STATES, DEFAULT_PARAMETERS, SAFE_PARAMETERS, Rig
 
 SIMPLE: list[Command] = [
     Arm(),
@@ -88,7 +87,7 @@ class Flight(RuleBasedStateMachine):
 
     @rule(command=st.sampled_from(SIMPLE), client=st.sampled_from(["ana", "ana", "eve"]))
     def an_operator_commands(self, command: Command, client: str) -> None:
-        checks = self.rig.manager.preflight.first_failed() is None and not self.rig.manager.kill.is_killed
+        checks = self.rig.first_failed is None and not self.rig.manager.case().bench.is_killed
         self._command(command, client)
         if isinstance(command, Arm) and self.rig.state is StateName.ARM and not checks:
             assert self.rig.autopilot.armed, "armed without preflight"
@@ -198,7 +197,7 @@ class Flight(RuleBasedStateMachine):
     @rule(task=st.sampled_from([AutonomousExplore(), AutonomousMove(x=30, y=9), CompulsiveMove(x=-25, y=9)]))
     def a_good_operator_goes_on(self, task: Command) -> None:
         self.all_is_well()
-        if self.rig.manager.kill.is_killed:
+        if self.rig.manager.case().bench.is_killed:
             self._command(ClearKill(), "ana")
         following: dict[StateName, list[Command]] = {
             StateName.IDLE: [SetFailsafes(), Arm()],
@@ -242,16 +241,16 @@ class Flight(RuleBasedStateMachine):
 
         def checked(north: float, east: float, height: float, yaw: float) -> None:
             assert all(map(math.isfinite, (north, east, height, yaw)))
-            assert manager.state.identity in COMMANDING_STATES
-            assert not manager.kill.is_sending
+            assert self.rig.topics.curr_state_pub.value in COMMANDING_STATES
+            assert manager.case().bench.kill_state != "sending"
             told = self.rig.topics.get_state()
             assert told.connected
             assert told.armed
             assert told.custom_mode == CopterMode.GUIDED
             assert self.rig.topics.get_pose_age() <= 0.5
-            assert manager.fence is not None
-            assert contains(manager.fence, MapPoint(north, east))
-            assert height <= manager.fence.ceiling
+            assert self.rig.fence is not None
+            assert contains(self.rig.fence, MapPoint(north, east))
+            assert height <= self.rig.fence.ceiling
             pose = self.rig.topics.get_pose()
             assert pose is not None
             assert pose.map is not None
@@ -263,22 +262,22 @@ class Flight(RuleBasedStateMachine):
         drone.send_target = checked  # type: ignore[method-assign]
 
     def _watch_switches(self) -> None:
-        manager = self.rig.manager
-        switch = manager.switch
+        decider = self.rig.manager._decider
+        switch = decider._switch
 
-        def noted(following: State) -> None:
-            former = manager.state
-            self.switches.append((former.identity, former.rank, following.identity, following.rank, self.foreign))
-            switch(following)
+        def noted(transition: Transition, facts: Facts) -> None:
+            former, rank = decider.state.identity, decider.state.rank
+            switch(transition, facts)
+            self.switches.append((former, rank, decider.state.identity, decider.state.rank, self.foreign))
 
-        manager.switch = noted  # type: ignore[method-assign]
+        decider._switch = noted  # type: ignore[method-assign]
 
     def _command(self, command: Command, client: str) -> None:
         self.foreign = True
         self._handle(command, client)
         self._run(0.05, foreign=True)
         calls = [name for name, _ in self.rig.autopilot.calls]
-        if self.rig.manager.kill.is_killed and isinstance(command, Arm):
+        if self.rig.manager.case().bench.is_killed and isinstance(command, Arm):
             assert calls[-1:] != ["arm"], "armed while the motors are locked"
 
     def _handle(self, command: Command, client: str) -> Outgoing | None:
@@ -288,7 +287,7 @@ class Flight(RuleBasedStateMachine):
         return self.loop.run_until_complete(call())
 
     def _run(self, seconds: float, foreign: bool = False) -> None:
-        linked = self.rig.manager.has_link
+        linked = self.rig.manager.case().facts.link.is_up
         self.foreign = foreign or linked != self.rig.autopilot.connected or not self.rig.ticked
         self.loop.run_until_complete(self._ticks(max(1, round(seconds / 0.05))))
 

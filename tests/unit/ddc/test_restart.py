@@ -35,7 +35,7 @@ async def make(tmp_path: Path) -> Callable[..., Rig]:
 
 @pytest.mark.parametrize(
     ("starts", "rule"),
-    [(1, RestartRule.TAKE_UP), (2, RestartRule.RETURN_HOME), (3, RestartRule.STAY_AWAY), (9, RestartRule.STAY_AWAY)],
+    [(1, RestartRule.ADOPT), (2, RestartRule.RETURN_HOME), (3, RestartRule.STAY_AWAY), (9, RestartRule.STAY_AWAY)],
 )
 def test_the_rule(starts: int, rule: RestartRule) -> None:
     assert restart_rule(starts) is rule
@@ -111,7 +111,7 @@ async def test_the_operator_is_offered_to_continue_the_survey(make: Callable[...
 async def test_the_fence_of_the_arm_place_is_in_force_again(make: Callable[..., Rig]) -> None:
     rig = make()
     await rig.run(1)
-    assert rig.manager.fence is not None
+    assert rig.fence is not None
     assert rig.topics.home_pub.value is not None
     rig.desk.present = True
     await rig.tick()
@@ -120,15 +120,15 @@ async def test_the_fence_of_the_arm_place_is_in_force_again(make: Callable[..., 
     assert rig.autopilot.north == pytest.approx(20, abs=2)
 
 
-# -- flight time and way ----------------------------------------------------------------------------------------------
+# -- flight time and distance -----------------------------------------------------------------------------------------
 
 
 def told(rig: Rig) -> tuple[float, float]:
     status = rig.manager.status.value
     assert status is not None
-    assert status.flight_time is not None
-    assert status.way is not None
-    return status.flight_time, status.way
+    assert status.travel.flight_time is not None
+    assert status.travel.distance_flown is not None
+    return status.travel.flight_time, status.travel.distance_flown
 
 
 async def test_flight_time_and_way_go_on(make: Callable[..., Rig]) -> None:
@@ -298,13 +298,13 @@ async def test_a_mode_change_that_we_did_not_ask_for(fresh: Rig, mode: int, stat
 
 async def test_the_window_of_our_own_request_is_two_seconds(flying: Rig) -> None:
     flying.autopilot.refuse["set_mode"] = "busy"
-    flying.manager.ask("test", flying.service.set_mode(CopterMode.BRAKE))
+    flying.ask(flying.service.set_mode(CopterMode.BRAKE))
     await flying.run(1.8)
     flying.autopilot.change_mode(CopterMode.BRAKE)
     former = flying.manager.state
     await flying.tick()
     assert flying.manager.state is former
-    flying.manager.ask("test", flying.service.set_mode(CopterMode.LAND))
+    flying.ask(flying.service.set_mode(CopterMode.LAND))
     await flying.run(2.2)
     flying.autopilot.change_mode(CopterMode.LAND)
     await flying.tick()

@@ -8,8 +8,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hawk.ddc.motion import Carrot, Goal
-from hawk.ddc.route_follower import RouteFollower
+from hawk.ddc.motion import Carrot, Goal, RouteFollower
 from hawk.model import MapPoint, MapPose, Route
 
 ARRIVAL_M = 1.5
@@ -45,7 +44,7 @@ def fly(way: Route, most_s: float = 300.0) -> tuple[list[MapPoint], list[float]]
 
 
 def free_ground(way: Route, beside: float) -> shapely.Geometry:
-    """What the planner found free: the legs with a cell beside them, and the corners that may be cut."""
+    """The ground that the planner found free: the legs with a cell beside them, and the corners that may be cut."""
     line = shapely.LineString([(p.north, p.east) for p in way.points])
     parts, run = [line.buffer(beside)], 0.0
     for i, (a, b) in enumerate(pairwise(way.points)):

@@ -8,19 +8,18 @@ from collections.abc import Callable
 import pytest
 
 from hawk.comm.vehicle import AutopilotError
-from hawk.ddc.errors import ReqFailed, TargetRefused
 from hawk.ddc.geofence import polygon_fence
 from hawk.ddc.motion import Goal, maximum_target_distance
-from hawk.ddc.service_interface import COMMANDING_STATES
+from hawk.ddc.service_interface import ReqFailed, TargetRefused
 from hawk.model import CopterMode, GlobalPose, HeightParameters, StateName
-from tests.unit.ddc.fakes import PLACE, Rig
+from tests.unit.ddc.fakes import COMMANDING_STATES, PLACE, Rig, sender
 
 GOOD = Goal(3.0, 2.0, 31.0, 0.5)
 HEIGHTS = HeightParameters(15, 35, 60)
 
 
 def send(rig: Rig, goal: Goal = GOOD, state: StateName = StateName.COMPULSIVE_MOVE) -> None:
-    rig.service.send_target(goal, state, HEIGHTS, rig.manager.fence)
+    rig.service.send_target(goal, sender(state), HEIGHTS, rig.fence)
 
 
 def refused(rig: Rig, words: str, goal: Goal = GOOD, state: StateName = StateName.COMPULSIVE_MOVE) -> None:
@@ -125,10 +124,10 @@ async def test_the_straight_way_to_the_target_stays_inside_a_concave_fence(
     before = len(flying.autopilot.targets)
     goal = Goal(30.0, to_east, 31, 0)
     if allowed:
-        flying.service.send_target(goal, state, HEIGHTS, U_SHAPE)
+        flying.service.send_target(goal, sender(state), HEIGHTS, U_SHAPE)
     else:
         with pytest.raises(TargetRefused, match="fence"):
-            flying.service.send_target(goal, state, HEIGHTS, U_SHAPE)
+            flying.service.send_target(goal, sender(state), HEIGHTS, U_SHAPE)
     assert len(flying.autopilot.targets) == before + allowed
 
 
@@ -136,19 +135,19 @@ async def test_a_drone_outside_that_holds_is_led_back_through_another_arm(flying
     flying.autopilot.north, flying.autopilot.east = 42.0, -8.0
     flying.autopilot.publish()
     back = Goal(30.0, -8.0, 31, 0)
-    flying.service.send_target(back, StateName.HOVER, HEIGHTS, U_SHAPE)
-    flying.service.send_target(back, StateName.COMPULSIVE_MOVE, HEIGHTS, U_SHAPE)
+    flying.service.send_target(back, sender(StateName.HOVER), HEIGHTS, U_SHAPE)
+    flying.service.send_target(back, sender(StateName.COMPULSIVE_MOVE), HEIGHTS, U_SHAPE)
     flying.autopilot.north, flying.autopilot.east = 39.3, -8.9
     flying.autopilot.publish()
     through = Goal(34.0, 7.2, 31, 0)  # cuts the corner of one arm, crosses the gap, ends in the other
-    flying.service.send_target(through, StateName.HOVER, HEIGHTS, U_SHAPE)
+    flying.service.send_target(through, sender(StateName.HOVER), HEIGHTS, U_SHAPE)
     with pytest.raises(TargetRefused, match="straight way"):
-        flying.service.send_target(through, StateName.COMPULSIVE_MOVE, HEIGHTS, U_SHAPE)
+        flying.service.send_target(through, sender(StateName.COMPULSIVE_MOVE), HEIGHTS, U_SHAPE)
 
 
 async def test_not_without_a_fence(flying: Rig) -> None:
     with pytest.raises(TargetRefused, match="fence"):
-        flying.service.send_target(GOOD, StateName.HOVER, HEIGHTS, None)
+        flying.service.send_target(GOOD, sender(StateName.HOVER), HEIGHTS, None)
 
 
 async def test_no_farther_than_three_seconds_and_the_stopping_distance(flying: Rig) -> None:
@@ -261,3 +260,11 @@ async def test_a_mode_is_ours_for_two_seconds_after_the_request(rig: Rig) -> Non
     await rig.service.set_mode(CopterMode.RTL)
     rig.service.forget_asked_modes()
     assert not rig.service.asked_for(CopterMode.RTL)
+
+
+async def test_arm_and_disarm_return_success(rig: Rig) -> None:
+    assert await rig.service.set_arm(True) is True
+    assert await rig.service.set_arm(False) is True
+    rig.autopilot.refuse["arm"] = "Arm: Throttle too high"
+    with pytest.raises(ReqFailed, match="Throttle"):
+        await rig.service.set_arm(True)

@@ -8,7 +8,6 @@ from typing import Any
 
 import pytest
 
-from hawk.comm.clock import ManualClock
 from hawk.comm.vehicle import VehicleTopics
 from hawk.ddc.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.model import (
@@ -21,10 +20,11 @@ from hawk.model import (
     LocalPose,
     MapPose,
     OccupancyMap,
-    State,
     VehiclePose,
+    VehicleState,
     Verdict,
 )
+from tests.manual_clock import ManualClock
 
 GOOD = Diagnostics(all_ok=True, global_position_ok=True)
 
@@ -56,7 +56,7 @@ class Rig:
         return made
 
     def all_well(self) -> None:
-        self.vehicle.state.publish(State(connected=True, time=self.clock()))
+        self.vehicle.state.publish(VehicleState(connected=True, time=self.clock()))
         self.vehicle.diagnostics.publish(GOOD)
         self.pose()
         for topic in (
@@ -76,7 +76,7 @@ def rig() -> Rig:
 
 def test_before_anything_came_nothing_is_claimed(rig: Rig) -> None:
     topics = rig.topics
-    assert topics.get_state() == State()
+    assert topics.get_state() == VehicleState()
     assert topics.get_global_pose() is None
     assert topics.get_local_pose() is None
     assert topics.get_rel_alt() is None
@@ -92,7 +92,7 @@ def test_before_anything_came_nothing_is_claimed(rig: Rig) -> None:
 
 
 def test_the_autopilots_state_and_poses_are_given_as_they_came(rig: Rig) -> None:
-    state = State(connected=True, time=rig.clock())
+    state = VehicleState(connected=True, time=rig.clock())
     rig.vehicle.state.publish(state)
     pose = rig.pose(LocalPose(5.0, 6.0, -7.0, 0.5), 7.0)
     assert rig.topics.get_state() is state

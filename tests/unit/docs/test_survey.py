@@ -1,4 +1,4 @@
-"""The survey's document tells every exit status and every key of the report."""
+"""docs/survey.md names every exit status and every key of the report."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from hawk.model import GlobalPose, StallState
 from hawk.survey import report
 from hawk.survey.handset import SurveyStatus
 from hawk.survey.survey_map import SurveyMap
-from hawk.survey.truth import Truth
+from hawk.survey.truth import GroundTruth
 
 DOCUMENT = (Path(__file__).parents[3] / "docs" / "survey.md").read_text(encoding="utf-8")
 
@@ -21,7 +21,7 @@ def keys_of_the_report() -> set[str]:
     """Return the keys that a survey with a truth has, as far as they are made without a flight."""
     place = GlobalPose(43.0, -79.0, 0.0)
     square = np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 5.0], [0.0, 5.0]])
-    truth = Truth((square,), (StallState.FREE,), (False,), (square,), place)
+    truth = GroundTruth((square,), (StallState.FREE,), (False,), (square,), place)
     survey = SurveyMap(place, {}, {})
     return {*report.counts(survey), *report.compare(survey, truth)}
 

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import copy
 import math
 import zlib
 from collections.abc import Iterable
@@ -8,11 +9,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hawk.algo.errors import AlgoError
+from hawk.algo.frame import AlgoError
 from hawk.algo.mapper.app import MapperApp
-from hawk.algo.mapper.settings import MapperSettings
-from hawk.algo.topic_interface import AlgorithmTopicInterface
-from hawk.model import TILE_CELLS, Cell, Health, Inbound, MapPose, OccupancyMap, Stall, StallState
+from hawk.algo.mapper.core import MapperSettings
+from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
+from hawk.model import TILE_CELLS, Cell, Inbound, MapPose, OccupancyMap, Stall, StallState
 from tests.unit.algo.synthetic import SyntheticVision, Truth, frame_at, pose_at, rows_lot
 
 
@@ -24,7 +25,7 @@ class Rig:
         self.vision = SyntheticVision(self.truth, **faults)  # type: ignore[arg-type]
         self.interface = AlgorithmTopicInterface()
         self.mapper = MapperApp(settings, map_id="survey")
-        self.vision.init(None, self.interface)
+        self.vision.init(FrameCamera(self.interface), self.interface)
         self.mapper.init(self.vision, self.interface)
         self.sequence = 0
 
@@ -62,6 +63,32 @@ def flown() -> Rig:
     rig.fly(PASS)
     rig.fly([30.0] * 12)
     return rig
+
+
+@pytest.fixture(scope="module")
+def flown_20() -> Rig:
+    rig = Rig()
+    rig.fly(PASS[:20])
+    return rig
+
+
+@pytest.fixture(scope="module")
+def flown_pass(flown_20: Rig) -> Rig:
+    rig = copy.deepcopy(flown_20)
+    rig.fly(PASS[20:])
+    return rig
+
+
+@pytest.fixture
+def after_20(flown_20: Rig) -> Rig:
+    """A rig of the test's own after twenty frames."""
+    return copy.deepcopy(flown_20)
+
+
+@pytest.fixture
+def after_pass(flown_pass: Rig) -> Rig:
+    """A rig of the test's own after a whole pass."""
+    return copy.deepcopy(flown_pass)
 
 
 def test_every_stall_is_found_once_and_in_its_state(flown: Rig) -> None:
@@ -125,18 +152,16 @@ def test_false_alarms_of_single_frames_do_not_count() -> None:
     assert rig.unmatched(rig.map.stalls.values()) == 0
 
 
-def test_a_pose_that_drifts_by_more_than_half_a_pitch_does_not_double_stalls() -> None:
-    rig = Rig()
-    rig.fly(PASS)
+def test_a_pose_that_drifts_by_more_than_half_a_pitch_does_not_double_stalls(after_pass: Rig) -> None:
+    rig = after_pass
     for i, east in enumerate(PASS[::-1]):
         rig.vision.pose_error = (min(i * 0.04, 1.0), min(i * 0.06, 1.5))
         rig.fly([east])
     assert rig.map.counts.total == len(rig.truth.stalls)
 
 
-def test_without_a_pose_the_map_stays_and_is_healthy() -> None:
-    rig = Rig()
-    rig.fly(PASS[:20])
+def test_without_a_pose_the_map_stays_and_is_healthy(after_20: Rig) -> None:
+    rig = after_20
     before = rig.map.stalls
     rig.frame(None)
     assert rig.map.stalls == before
@@ -152,67 +177,15 @@ def test_what_vision_saw_in_an_older_frame_is_not_fused_twice() -> None:
     assert rig.mapper.get_occupancy_map().version == version
 
 
-@pytest.mark.parametrize("factor", [0.8, 0.9, 1.1, 1.2])
-def test_a_wrong_height_is_found_told_and_the_map_is_laid_right(factor: float) -> None:
-    rig = Rig(settings=MapperSettings(learns_height=True), noise_m=0.1, true_height=35.0)
-    for north in (-8.0, 8.0):
-        for east in PASS if north < 0 else PASS[::-1]:
-            rig.sequence += 1
-            told = replace(pose_at(north, float(east), math.pi / 2), height=35.0 * factor)
-            rig.interface.begin(rig.mapper.levelled(frame_at(told, rig.sequence)))
-            rig.vision.process()
-            rig.mapper.process()
-    rig.mapper.publish()
-    frame = rig.mapper.levelled(frame_at(replace(pose_at(0, 0), height=35.0 * factor), 999))
-    assert frame.pose is not None
-    assert frame.pose.height == pytest.approx(35.0, rel=0.03)
-    words = "farther" if factor < 1 else "nearer"
-    assert words in rig.mapper.get_health().reason
-    assert rig.mapper.get_health().is_healthy
-    sizes = np.array([(s.width, s.length) for s in rig.map.stalls.values()])
-    assert np.median(sizes, 0) == pytest.approx((2.6, 5.2), rel=0.04)
-    assert rig.map.counts.total == pytest.approx(len(rig.truth.stalls), abs=3)
-    assert rig.unmatched(without_offset(rig)) <= len(rig.truth.stalls) / 10
-
-
-def test_the_height_is_believed_unless_it_is_to_be_learned() -> None:
-    rig = Rig(noise_m=0.1, true_height=35.0)
-    for east in PASS:
-        rig.sequence += 1
-        told = replace(pose_at(-8.0, float(east), math.pi / 2), height=35.0 * 1.1)
-        rig.interface.begin(rig.mapper.levelled(frame_at(told, rig.sequence)))
-        rig.vision.process()
-        rig.mapper.process()
-    frame = rig.mapper.levelled(frame_at(replace(pose_at(0, 0), height=38.5), 999))
-    assert frame.pose is not None
-    assert frame.pose.height == 38.5
-
-
-def without_offset(rig: Rig) -> list[Stall]:
-    """The stalls of a map that lies aside as a whole: the first frames are all that ties it to the datum."""
-    stalls = list(rig.map.stalls.values())
-    places = np.array([(s.north, s.east) for s in stalls])
-    away = rig.truth.stalls[None, :, :2] - places[:, None]
-    nearest = away[np.arange(len(stalls)), np.hypot(away[..., 0], away[..., 1]).argmin(1)]
-    north, east = np.median(nearest, 0)
-    return [replace(s, north=s.north + north, east=s.east + east) for s in stalls]
-
-
-def test_a_right_height_is_not_talked_about() -> None:
-    rig = Rig(noise_m=0.1)
-    rig.fly(PASS)
-    assert rig.mapper.get_health() == Health()
-
-
-def test_a_picture_that_does_not_fit_is_an_error_and_changes_nothing() -> None:
-    rig = Rig()
-    rig.fly(PASS[:20])
+def test_a_picture_that_does_not_fit_is_an_error_and_changes_nothing(after_20: Rig) -> None:
+    rig = after_20
     before = rig.map
     rig.interface.begin(frame_at(pose_at(0, 0), 99))
     rig.vision.process()
-    assert rig.vision.seen is not None
-    bad = replace(rig.vision.seen.lot, to_map=np.full((2, 3), math.nan))
-    rig.vision.seen = replace(rig.vision.seen, lot=bad)
+    ground = rig.vision.seen.ground
+    assert ground is not None
+    bad = replace(ground.lot, to_map=np.full((2, 3), math.nan))
+    rig.vision.seen = replace(rig.vision.seen, ground=replace(ground, lot=bad))
     with pytest.raises(AlgoError, match="lot picture does not fit"):
         rig.mapper.process()
     assert not rig.mapper.get_health().is_healthy
@@ -224,7 +197,7 @@ def test_a_picture_that_does_not_fit_is_an_error_and_changes_nothing() -> None:
 def test_a_pose_that_is_not_finite_is_an_error() -> None:
     rig = Rig()
     rig.fly([0.0])
-    assert rig.vision.seen is not None
+    assert rig.vision.seen.ground is not None
     frame = frame_at(replace(pose_at(0, 0), height=math.inf), 1)
     rig.interface.begin(frame)
     with pytest.raises(AlgoError, match="not finite"):
@@ -237,8 +210,9 @@ def test_not_initialised_is_said() -> None:
     assert not MapperApp().get_health().is_healthy
 
 
+@pytest.mark.flight
 def test_a_map_restored_from_its_deltas_goes_on_with_the_same_ids() -> None:
-    """What the journal holds after every frame is all that a killed process leaves."""
+    """A killed process leaves only the journal's content of its last frame."""
     rig, parts, version = Rig(with_picture=True), [], 0
     for east in PASS[:40]:
         rig.fly([east])
@@ -261,9 +235,8 @@ def test_a_map_restored_from_its_deltas_goes_on_with_the_same_ids() -> None:
     assert again.map.version > killed.version
 
 
-def test_a_delta_holds_only_what_changed() -> None:
-    rig = Rig()
-    rig.fly(PASS)
+def test_a_delta_holds_only_what_changed(after_pass: Rig) -> None:
+    rig = after_pass
     version = rig.mapper.changes_since(0).version
     assert set(rig.mapper.changes_since(version).parts) == {"meta"}
     rig.fly([30.0])
@@ -285,9 +258,8 @@ def test_a_stall_that_went_is_gone_after_a_restore() -> None:
     assert set(again.mapper.get_occupancy_map().stalls) == set(rig.map.stalls)
 
 
-def test_parts_that_cannot_be_read_are_named_and_the_rest_is_kept() -> None:
-    rig = Rig()
-    rig.fly(PASS[:20])
+def test_parts_that_cannot_be_read_are_named_and_the_rest_is_kept(after_20: Rig) -> None:
+    rig = after_20
     parts = dict(rig.mapper.changes_since(0).parts)
     stalls = [name for name in parts if name.startswith("stall/")]
     parts |= {"grid/0,0": b"torn", "grid/x": b"", "nonsense": b"1", stalls[0]: b"{"}
@@ -297,16 +269,6 @@ def test_parts_that_cannot_be_read_are_named_and_the_rest_is_kept() -> None:
         ["grid/0,0", "grid/x", "nonsense", stalls[0]]
     )
     assert len(again.mapper.get_occupancy_map().stalls) == len(stalls) - 1
-
-
-def test_a_new_survey_begins_with_an_empty_map_of_another_name() -> None:
-    rig = Rig()
-    rig.fly(PASS[:10])
-    rig.mapper.start_anew("second")
-    fresh = rig.mapper.get_occupancy_map()
-    assert fresh.map_id == "second"
-    assert not fresh.stalls
-    assert not fresh.tiles
 
 
 def _is_at(row: np.ndarray, stall: Stall) -> bool:

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from hawk.algo.mapper.associate import pair
+from hawk.algo.mapper.table import pair
 
 Floats = NDArray[np.float64]
 

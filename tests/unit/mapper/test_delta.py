@@ -14,12 +14,13 @@ from hawk.model import Cell
 def tile(seed: int = 0) -> EvidenceTile:
     rng = np.random.default_rng(seed)
     result = EvidenceTile()
-    result.lot[:] = rng.uniform(-4, 4, result.lot.shape)
-    result.looks[:] = rng.uniform(0, 60, result.lot.shape)
-    result.core[:] = rng.random(result.lot.shape)
-    result.car[:] = rng.random(result.lot.shape)
-    result.well[:] = rng.integers(0, 2, result.lot.shape)
-    result.shown[:] = rng.integers(0, 3, result.lot.shape)
+    layers = result.layers
+    layers.lot[:] = rng.uniform(-4, 4, layers.lot.shape)
+    layers.looks[:] = rng.uniform(0, 60, layers.lot.shape)
+    layers.core[:] = rng.random(layers.lot.shape)
+    layers.car[:] = rng.random(layers.lot.shape)
+    layers.well[:] = rng.integers(0, 2, layers.lot.shape)
+    layers.shown[:] = rng.integers(0, 3, layers.lot.shape)
     result.summarise()
     return result
 
@@ -28,9 +29,9 @@ def test_a_tile_comes_back_nearly_as_it_was() -> None:
     before = tile()
     after = EvidenceTile(before.to_bytes())
     for name, tolerance in (("lot", 0.05), ("looks", 0.2), ("core", 0.003), ("car", 0.003), ("well", 0), ("shown", 0)):
-        difference = getattr(before, name).astype(float) - getattr(after, name).astype(float)
+        difference = getattr(before.layers, name).astype(float) - getattr(after.layers, name).astype(float)
         assert np.abs(difference).max() <= tolerance, name
-    assert after.lot_cells == np.count_nonzero(before.shown == Cell.LOT)
+    assert after.lot_cells == np.count_nonzero(before.layers.shown == Cell.LOT)
 
 
 @given(st.binary(max_size=200))
@@ -51,8 +52,9 @@ def test_names_of_tiles_come_back(row: int, column: int) -> None:
 
 
 def test_meta_comes_back() -> None:
-    meta = MapMeta("survey-1", 77, 12, (0.5, -0.25, 0.01, 1.02))
+    meta = MapMeta("survey-1", 77, 12, (0.5, -0.25, 0.01))
     assert MapMeta.from_bytes(meta.to_bytes()) == meta
+    assert MapMeta.from_bytes(b'["survey-1", 77, 12, 0.5, -0.25, 0.01, 1.0]') == meta, "of an older journal"
 
 
 @pytest.mark.parametrize("data", [b"", b"{}", b"[1]", b'["a", 1, 2, 0, 0, NaN, 1]', b'["a", 1, 2, "x", 0, 0, 1]'])

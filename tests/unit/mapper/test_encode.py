@@ -5,8 +5,8 @@ import zlib
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.algo.mapper.encode import TileEncoder
 from hawk.algo.mapper.grid import EvidenceGrid, EvidenceTile
+from hawk.algo.mapper.published import TileEncoder
 from hawk.algo.mapper.table import FREE, STALL_DTYPE, TAKEN, UNKNOWN, Rows
 from hawk.model import TILE_CELLS, Cell, EncodedTile
 
@@ -15,7 +15,7 @@ def grid_of(*keys: tuple[int, int]) -> EvidenceGrid:
     grid = EvidenceGrid()
     for key in keys:
         tile = grid.tiles[key] = EvidenceTile()
-        tile.shown[:] = Cell.LOT
+        tile.layers.shown[:] = Cell.LOT
     return grid
 
 

@@ -1,4 +1,4 @@
-"""A wrong compass is learned; what drifting GNSS may explain is not laid to it."""
+"""A wrong compass is learned; an error that drifting GNSS may explain is not attributed to it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.algo.mapper.heading import Heading
+from hawk.algo.mapper.register import Heading
 
 WAY = complex(3.0, 0.0)
 SECONDS = 0.75

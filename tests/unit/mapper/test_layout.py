@@ -5,15 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hawk.algo.mapper.evidence import EVIDENCE_M
-from hawk.algo.mapper.layout import lay, moved, outline, quality_mask
+from hawk.algo.mapper.evidence import EVIDENCE_M, cell_evidence, moved, outline, quality_mask
 from tests.unit.algo.synthetic import SyntheticVision, pose_at, rows_lot
 
 
 def test_what_a_picture_shows_lands_on_its_place_on_the_map() -> None:
     truth = rows_lot(turn=0.5)
     seen = SyntheticVision(truth).look(pose_at(2.0, -3.0, 1.1), 1.0)
-    evidence = lay(seen, 0.6, 0.85)
+    evidence = cell_evidence(seen, 0.6, 0.85)
     assert evidence is not None
     stalls = truth.stalls[np.hypot(truth.stalls[:, 0] - 2.0, truth.stalls[:, 1] + 3.0) < 10]
     cells = np.round(evidence.window.cells_of(stalls[:, 0], stalls[:, 1])).astype(int)
@@ -26,7 +25,7 @@ def test_every_direction_gives_the_same_map() -> None:
     vision = SyntheticVision(rows_lot())
     sums = []
     for yaw in (0.0, 0.7, 2.0, 4.0):
-        evidence = lay(vision.look(pose_at(0, 0, yaw), 1.0), 0.6, 0.85)
+        evidence = cell_evidence(vision.look(pose_at(0, 0, yaw), 1.0), 0.6, 0.85)
         assert evidence is not None
         north = -(np.arange(evidence.window.rows) + evidence.window.row + 0.5) * EVIDENCE_M
         east = (np.arange(evidence.window.columns) + evidence.window.column + 0.5) * EVIDENCE_M
@@ -47,7 +46,7 @@ def test_the_edge_is_left_out_and_the_border_is_not_good() -> None:
 def test_a_picture_that_shows_nothing_gives_no_evidence() -> None:
     seen = SyntheticVision(rows_lot()).look(pose_at(0, 0), 1.0)
     blind = replace(seen, lot=replace(seen.lot, valid=np.zeros_like(seen.lot.valid)))
-    assert lay(blind, 0.6, 0.85) is None
+    assert cell_evidence(blind, 0.6, 0.85) is None
     assert not quality_mask(np.zeros((5, 5), np.bool_), 0.2, 0.6, 0.85).any()
 
 

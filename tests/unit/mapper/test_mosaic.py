@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from hawk.algo.mapper.mosaic import Mosaic, nearest_first
+from hawk.algo.mapper.published import Mosaic, nearest_first
 from hawk.algo.vision.seen import GroundImage
 from hawk.model import TILE_CELLS, EncodedTile
 from tests.unit.algo.synthetic import ground_affine, pose_at
@@ -61,7 +61,7 @@ def test_tiles_far_behind_rest_as_jpeg_and_wake_unchanged() -> None:
         mosaic.add(picture(-12.8, float(step), 150), (-12.8, float(step)), 35.0)
         while mosaic.encode(4, step):
             pass
-    assert mosaic.awake <= 24
+    assert mosaic.loaded <= 24
     mosaic.add(picture(-12.8, 12.8, 90), (-12.8, 12.8), 30.0)
     while mosaic.encode(4, 999):
         pass

@@ -1,4 +1,4 @@
-"""What stands off the ground moves against it; nothing else that a flight does wrong is taken for that."""
+"""Objects above the ground move against it; no other error of a flight is mistaken for that."""
 
 from __future__ import annotations
 
@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hawk.algo.mapper import parallax
-from hawk.algo.mapper.core import MapCore
-from hawk.algo.mapper.settings import MapperSettings
-from hawk.algo.mapper.slip import Slip
+from hawk.algo.mapper import stalls as stalls_module
+from hawk.algo.mapper.core import MapCore, MapperSettings
+from hawk.algo.mapper.register import Slip
 from hawk.algo.mapper.table import STALL_DTYPE, from_bytes, to_bytes
-from hawk.algo.vision.seen import Seen
+from hawk.algo.vision.seen import SeenGround
 from tests.unit.algo.synthetic import SyntheticVision, Truth, pose_at, rows_lot, stretched
 
 HEIGHT_M = 35.0
@@ -27,7 +26,9 @@ def on_roof(stalls: Floats) -> NDArray[np.bool_]:
     return np.asarray((stalls[:, 0] > 9) & (stalls[:, 1] > ROOF_EAST_M))
 
 
-def look(truth: Truth, raised_m: float, east: float, time: float, told_m: float, rng: np.random.Generator) -> Seen:
+def look(
+    truth: Truth, raised_m: float, east: float, time: float, told_m: float, rng: np.random.Generator
+) -> SeenGround:
     """Some of the lot's stalls stand ``raised_m`` higher than the others."""
     pose = pose_at(4.0, east, math.pi / 2, told_m)
     raised = stretched(truth, (pose.north, pose.east), HEIGHT_M / (HEIGHT_M - raised_m))
@@ -51,6 +52,13 @@ ALL = len(rows_lot().stalls)
 RAISED = int(on_roof(rows_lot().stalls).sum())
 
 
+@pytest.fixture(scope="module")
+def level() -> tuple[int, int, MapCore]:
+    """A flight over stalls that all lie on the ground; no test changes its map."""
+    return fly(0.0)
+
+
+@pytest.mark.flight
 @pytest.mark.parametrize("height", [5.0, 8.0])
 def test_stalls_on_a_roof_do_not_count(height: float) -> None:
     ground, roof, _ = fly(height)
@@ -58,18 +66,21 @@ def test_stalls_on_a_roof_do_not_count(height: float) -> None:
     assert roof <= 1
 
 
+@pytest.mark.flight
 def test_without_that_they_would(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(parallax, "RAISED", 9.0)
+    monkeypatch.setattr(stalls_module, "RAISED", 9.0)
     assert fly(5.0)[1] >= RAISED / 2
 
 
-def test_stalls_on_the_ground_all_count() -> None:
-    ground, roof, core = fly(0.0)
+@pytest.mark.flight
+def test_stalls_on_the_ground_all_count(level: tuple[int, int, MapCore]) -> None:
+    ground, roof, core = level
     assert ground + roof == ALL
     assert not core.tracker.rows["raised"].any()
     assert np.abs(core.tracker.rows["lean"]).max() < 0.1
 
 
+@pytest.mark.flight
 @pytest.mark.parametrize("told", [0.85, 1.15])
 def test_a_wrong_height_raises_no_stall(told: float) -> None:
     *_, core = fly(0.0, HEIGHT_M * told)
@@ -89,16 +100,17 @@ def test_the_lean_is_the_height_by_what_the_drone_is_above_it() -> None:
 
 def test_one_look_is_not_enough_for_a_little_lean_but_for_a_large_one() -> None:
     rows = np.zeros(3, STALL_DTYPE)
-    parallax.note(rows, np.array([0.12, 0.3, np.nan]))
+    stalls_module.note_leans(rows, np.array([0.12, 0.3, np.nan]))
     assert rows["raised"].tolist() == [False, True, False]
     for _ in range(19):
-        parallax.note(rows, np.array([0.13, 0.0, np.nan]))
+        stalls_module.note_leans(rows, np.array([0.13, 0.0, np.nan]))
     assert rows["raised"].tolist() == [True, False, False]
     assert rows["lean_looks"].tolist() == [20, 20, 0]
 
 
-def test_a_journal_from_before_is_read() -> None:
-    row = fly(0.0)[2].tracker.rows[0]
+@pytest.mark.flight
+def test_a_journal_from_before_is_read(level: tuple[int, int, MapCore]) -> None:
+    row = level[2].tracker.rows[0]
     kept = {k: v for k, v in json.loads(to_bytes(row)).items() if not k.startswith("lean") and k != "raised"}
     old = from_bytes(json.dumps(kept).encode())[0]
     assert old["north"] == row["north"]

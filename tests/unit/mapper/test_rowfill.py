@@ -4,13 +4,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.algo.mapper.detections import Detections
-from hawk.algo.mapper.evidence import EVIDENCE_M
-from hawk.algo.mapper.grid import CellEvidence, EvidenceGrid
+from hawk.algo.ground import Window
+from hawk.algo.mapper.evidence import EVIDENCE_M, CellEvidence
+from hawk.algo.mapper.grid import EvidenceGrid
 from hawk.algo.mapper.rowfill import RowFiller
 from hawk.algo.mapper.stalls import Look, StallTracker
-from hawk.algo.mapper.table import FREE, TAKEN
-from hawk.algo.mapper.window import Window
+from hawk.algo.mapper.table import FREE, TAKEN, Detections
 from hawk.algo.vision.seen import StallSeen
 from tests.unit.algo.synthetic import stall_corners
 

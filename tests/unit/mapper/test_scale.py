@@ -10,12 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hawk.algo.mapper import grid as grid_module
-from hawk.algo.mapper.core import MapCore
-from hawk.algo.mapper.recent import Recent
-from hawk.algo.mapper.settings import MapperSettings
-from hawk.algo.mapper.squares import SQUARE_M, RestingStalls, squares_about
+from hawk.algo.mapper.core import MapCore, MapperSettings
+from hawk.algo.mapper.delta import Recent
 from hawk.algo.mapper.stalls import StallTracker
-from hawk.algo.mapper.table import STALL_DTYPE, Rows
+from hawk.algo.mapper.table import SQUARE_M, STALL_DTYPE, FarStalls, Rows, squares_about
 from tests.unit.algo.synthetic import SyntheticVision, pose_at, rows_lot
 
 OUT_AND_BACK = [*np.arange(-210, 211, 8.0), *np.arange(210, -211, -8.0)]
@@ -30,8 +28,15 @@ def fly(core: MapCore, easts: list[float]) -> MapCore:
     return core
 
 
-def test_resting_stalls_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    resting = fly(MapCore(MapperSettings(), "a"), OUT_AND_BACK)
+@pytest.fixture(scope="module")
+def flown() -> MapCore:
+    """A map of the whole flight; no test changes it."""
+    return fly(MapCore(MapperSettings(), "a"), OUT_AND_BACK)
+
+
+@pytest.mark.slow
+def test_resting_stalls_change_nothing(flown: MapCore, monkeypatch: pytest.MonkeyPatch) -> None:
+    resting = flown
     assert len(resting.tracker.rows) < 0.7 * len(resting.index.stalls)
     monkeypatch.setattr(StallTracker, "attend", lambda *_: None)
     awake = fly(MapCore(MapperSettings(), "a"), OUT_AND_BACK)
@@ -42,24 +47,25 @@ def test_resting_stalls_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     assert resting.changes_since(0).parts.keys() == awake.changes_since(0).parts.keys()
 
 
-def test_resting_tiles_change_next_to_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    awake = fly(MapCore(MapperSettings(), "a"), OUT_AND_BACK)
-    monkeypatch.setattr(grid_module, "AWAKE", 16)
+@pytest.mark.slow
+def test_resting_tiles_change_next_to_nothing(flown: MapCore, monkeypatch: pytest.MonkeyPatch) -> None:
+    awake = flown
+    monkeypatch.setattr(grid_module, "LOADED", 16)
     resting = fly(MapCore(MapperSettings(), "a"), OUT_AND_BACK)
-    at_rest = sum(tile.is_resting for tile in resting.grid.tiles.values())
+    at_rest = sum(tile.is_evicted for tile in resting.grid.tiles.values())
     assert at_rest > 5
     assert resting.grid.lot_area_m2 == pytest.approx(awake.grid.lot_area_m2, rel=0.01)
     assert len(resting.index.stalls) == pytest.approx(len(awake.index.stalls), rel=0.01)
     for key, tile in awake.grid.tiles.items():
-        assert np.abs(resting.grid.tiles[key].lot - tile.lot).max() < 0.5
+        assert np.abs(resting.grid.tiles[key].layers.lot - tile.layers.lot).max() < 0.5
 
 
 def test_a_frame_touches_the_rows_about_it_only() -> None:
     core = fly(MapCore(MapperSettings(), "a"), OUT_AND_BACK[:52])
-    far = {key: rows.tobytes() for key, rows in core.tracker._resting._rows.items()}
+    far = {key: rows.tobytes() for key, rows in core.tracker._far._rows.items()}
     assert len(far) >= 2
     fly(core, [200.0])
-    assert all(core.tracker._resting._rows[key].tobytes() == rows for key, rows in far.items())
+    assert all(core.tracker._far._rows[key].tobytes() == rows for key, rows in far.items())
 
 
 def rows_at(*places: tuple[float, float]) -> Rows:
@@ -77,7 +83,7 @@ PLACE = st.tuples(st.floats(-400, 400), st.floats(-400, 400))
 def test_all_rows_within_reach_are_taken_and_none_is_lost(
     places: list[tuple[float, float]], at: tuple[float, float], reach: float
 ) -> None:
-    resting = RestingStalls()
+    resting = FarStalls()
     for row in rows_at(*places):
         resting.put(np.array([row]))
     about = set(resting.about(*at, reach)["id"].tolist())

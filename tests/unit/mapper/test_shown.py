@@ -3,10 +3,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.algo.mapper.evidence import EVIDENCE_M
-from hawk.algo.mapper.grid import CellEvidence, EvidenceGrid
+from hawk.algo.ground import Window
+from hawk.algo.mapper.evidence import EVIDENCE_M, CellEvidence
+from hawk.algo.mapper.grid import EvidenceGrid
 from hawk.algo.mapper.shown import classify
-from hawk.algo.mapper.window import Window
 from hawk.model import Cell
 from tests.unit.algo.synthetic import stall_corners
 

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hawk.algo.mapper.detections import Detections
 from hawk.algo.mapper.stalls import Look, StallTracker, call_state
-from hawk.algo.mapper.table import FREE, TAKEN, UNKNOWN, corners_of
+from hawk.algo.mapper.table import FREE, TAKEN, UNKNOWN, Detections, corners_of
 from hawk.algo.vision.seen import StallSeen
 
 

@@ -13,8 +13,7 @@ import shapely.ops
 from numpy.typing import NDArray
 
 from benchmarks.kinematic_drone import STEP_S, Drone, goal_of
-from hawk.algo.mapper.grid import CoarseLayers
-from hawk.algo.mapper.window import Window
+from hawk.algo.ground import CoarseLayers, Window
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.topic_interface import AlgorithmTopicInterface
@@ -27,7 +26,7 @@ _NO_FENCE = Fence(((-999.0, -999.0), (-999.0, 999.0), (999.0, 999.0), (999.0, -9
 
 
 class KnownMap:
-    """What was seen of a lot so far, on a 0.8 m grid about the origin."""
+    """The part of a lot that was seen so far, on a 0.8 m grid about the origin."""
 
     def __init__(self, lot: shapely.Geometry, reach: float) -> None:
         self.window = Window.around(np.array([[-reach, -reach], [reach, reach]]), _FINE_M).aligned(2)
@@ -85,7 +84,7 @@ class KnownMap:
 
 @dataclass
 class Flight:
-    """What came of it: metres flown, seconds, share of the lot seen well, and every place."""
+    """A flight: metres flown, seconds, share of the lot seen well, and every place."""
 
     way: float = 0.0
     seconds: float = 0.0
@@ -144,7 +143,7 @@ def fly(
 
 
 def lower_bound(lot: shapely.Polygon) -> float:
-    """Return the least way that can show the lot: what one picture does not show, swept with its full width."""
+    """Return the length of the shortest path that can show the lot: all that one picture does not show, swept."""
     width, depth = (35.0 * n / CAMERA.fx * 0.85 for n in (CAMERA.width, CAMERA.height))
     return float((lot.area - width * depth) / width)
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from hawk.algo.mapper.grid import COARSE_M, CoarseLayers
-from hawk.algo.mapper.window import Window
-from hawk.model import Fence, MapPoint
+from hawk.algo.ground import COARSE_M, CoarseLayers, Window
+from hawk.model import Fence, Inbound, MapPoint, Stall
 
 
 class DrawnLot:
@@ -34,6 +35,15 @@ class DrawnLot:
     def known_extent(self) -> NDArray[np.float64] | None:
         rows, columns = self.lot.shape
         return np.array([[-rows * COARSE_M, 0.0], [0.0, columns * COARSE_M]])
+
+    def lot_area_m2(self) -> float:
+        return float(self.lot.sum()) * COARSE_M**2
+
+    def inbound(self, north: float, east: float) -> Inbound:
+        return Inbound.UNKNOWN
+
+    def unclear_stalls(self) -> Mapping[int, Stall]:
+        return {}
 
     def area(self) -> shapely.Geometry:
         """The lot's cells as a shape in (row, column), a hair wider so that its own border counts as inside."""

@@ -7,14 +7,14 @@ from dataclasses import replace
 import pytest
 import shapely
 
-from hawk.algo.errors import AlgoError
-from hawk.algo.frame import FrameInput
+from hawk.algo.frame import AlgoError, FrameInput
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.topic_interface import AlgorithmTopicInterface
 from hawk.model import (
     DesiredPose,
     Fence,
+    Health,
     HeightParameters,
     Inbound,
     MapPoint,
@@ -77,7 +77,7 @@ def test_the_verdict_carries_the_number_of_the_place_it_is_about(inbound: Inboun
     assert plan.verdict == Verdict(42, inbound, route)
     assert rig.interface.des_loc_inbound_pub.value == plan.verdict
     assert plan.asked is None
-    assert rig.app.get_des_pose_inbound() is inbound
+    assert rig.app.get_des_pose_inbound() is (inbound is Inbound.INSIDE)
 
 
 @pytest.mark.parametrize(
@@ -119,7 +119,7 @@ def test_without_a_pose_nothing_is_said_of_a_place_inside() -> None:
 def test_without_a_place_there_is_no_verdict_and_it_is_not_inbound() -> None:
     rig = Rig()
     assert rig.plan(frame_at(pose_at(0, 0), state=StateName.HOVER)).verdict is None
-    assert rig.app.get_des_pose_inbound() is Inbound.UNKNOWN
+    assert rig.app.get_des_pose_inbound() is False
 
 
 def test_nothing_is_explored_in_other_states() -> None:
@@ -220,6 +220,31 @@ def test_a_pose_that_is_not_finite_is_an_error_and_leaves_no_target() -> None:
         rig.app.process()
     assert rig.app.get_local_pose().target is None
     assert not rig.app.get_health().is_healthy
+
+
+def test_a_plan_is_the_answer_to_a_frame_and_a_map_and_the_getters_repeat_it() -> None:
+    app, known = PathPlanApp(), FakeMap()
+    known.verdict = Inbound.INSIDE
+    plan = app.plan(frame_at(pose_at(0, 0), state=StateName.HOVER, desired=DesiredPose(1, 5.0, 6.0)), known)
+    assert plan.path.target == MapPoint(5.0, 6.0)
+    assert plan.health == Health()
+    assert app.get_local_pose() is plan.path
+    assert app.get_des_pose_inbound() is True
+    without = app.plan(frame_at(pose_at(math.nan, 0)), known)
+    assert (without.path, without.health.is_healthy) == (PathPlan(), False)
+    assert app.get_health() is without.health
+
+
+def test_a_map_that_fails_leaves_no_target_and_a_planner_that_is_not_healthy(monkeypatch: pytest.MonkeyPatch) -> None:
+    app, known = PathPlanApp(), FakeMap()
+    known.verdict = Inbound.INSIDE
+    frame = frame_at(pose_at(0, 0), state=StateName.HOVER, desired=DesiredPose(1, 5.0, 6.0))
+    app.plan(frame, known)
+    monkeypatch.setattr(known, "coarse", None)
+    with pytest.raises(TypeError):
+        app.plan(replace(frame, desired=DesiredPose(2, 5.0, 6.0)), known)
+    assert app.get_local_pose().target is None
+    assert not app.get_health().is_healthy
 
 
 def test_not_initialised_is_said() -> None:

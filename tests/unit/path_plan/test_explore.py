@@ -11,7 +11,9 @@ from hawk.algo.path_plan.app import PathPlanApp
 from hawk.model import Fence, MapPoint
 from tests.unit.path_plan.flight import LEVEL, Flight, KnownMap, fence_around, fly, lower_bound, random_lot
 
-WORST_RATIO = 2.6  # of the least way that any plan could need; the mean over 24 lots was 1.92
+pytestmark = pytest.mark.flight
+
+WORST_RATIO = 2.6  # of the least distance that any plan could need; the mean over 24 lots was 1.92
 MEAN_RATIO = 2.2
 
 
@@ -117,7 +119,7 @@ def test_a_second_exploration_of_a_known_lot_ends_at_once() -> None:
 
 
 def test_with_a_new_battery_it_takes_up_where_it_left_off() -> None:
-    """A first flight is called home half-way; the next one begins at home, by another planner, over the kept map."""
+    """A first flight is called home early; the next one begins at home, by another planner, over the kept map."""
     lot, start = shapely.box(-55.0, -60.0, 55.0, 60.0), (-50.0, -50.0)
     fence, known = fence_around(lot, 10.0), KnownMap(lot, 140.0)
     first = fly(lot, start, fence, most_s=45, known=known)
@@ -132,10 +134,9 @@ def test_with_a_new_battery_it_takes_up_where_it_left_off() -> None:
     assert min(seen_at) >= 0.3  # nothing of what was seen is forgotten
 
 
-def test_the_same_flight_twice_is_equal() -> None:
-    lot, start = random_lot(2)
-    flights = [fly(lot, start, fence_around(lot, 10.0)) for _ in range(2)]
-    assert flights[0].plans == flights[1].plans
+def test_the_same_flight_twice_is_equal(flown: Flight) -> None:
+    lot, start = random_lot(1)
+    assert fly(lot, start, fence_around(lot, 10.0)).plans == flown.plans
 
 
 def test_a_small_patch_of_lot_is_looked_around_before_it_is_done() -> None:

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hawk.algo.path_plan.footprint import Bools, Corners, Floats, Footprint, Singles, momenta
-from hawk.algo.path_plan.lean import Lean, LeanWatch
+from hawk.algo.ground import Bools, Floats
+from hawk.algo.path_plan.camera import Lean, LeanWatch, Swath
+from hawk.algo.path_plan.footprint import Corners, Footprint, Singles, momenta
 from hawk.algo.path_plan.settings import PathPlanSettings
-from hawk.algo.path_plan.sweep import Swath
 from hawk.model import MapPose
 
 PICTURE = Footprint(40.0, 24.0, 19.0, 23.0)
@@ -26,7 +26,7 @@ def corners(
 
 
 def in_picture(cells: Singles, heading: float) -> Bools:
-    """Which cells a picture taken at the origin shows."""
+    """Return True for cells that a picture taken at the origin shows."""
     along = cells[:, 0] * math.cos(heading) + cells[:, 1] * math.sin(heading)
     across = cells[:, 1] * math.cos(heading) - cells[:, 0] * math.sin(heading)
     return np.asarray((np.abs(along) <= PICTURE.depth / 2) & (np.abs(across) <= PICTURE.width / 2))
@@ -119,7 +119,7 @@ def test_back_the_way_it_came_the_picture_swings_farthest() -> None:
 
 
 def test_on_a_leg_too_short_to_gather_speed_the_picture_moves_by_as_little() -> None:
-    """Way points a step apart would else promise what only a drone at speed shows, ahead, behind and outwards."""
+    """Waypoints a step apart would else promise what only a drone at speed shows, ahead, behind and outwards."""
     begin, step, leg = np.zeros((1, 2)), np.array([[0.3, 0.0]]), np.array([[30.0, 0.0]])
     behind = np.array([[-14.0, 0.0]], np.float32)
     for end, shown in ((step, False), (leg, True)):

@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 import shapely
 
-from hawk.algo.mapper.grid import CoarseLayers
-from hawk.algo.mapper.window import Window
+from hawk.algo.ground import CoarseLayers, Window
 from hawk.model import MapPose
 from tests.unit.path_plan.flight import KnownMap, fence_around, fly
+
+pytestmark = pytest.mark.flight
 
 
 class LateMap(KnownMap):

@@ -11,10 +11,9 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from numpy.typing import NDArray
 
-from hawk.algo.mapper.grid import COARSE_M
-from hawk.algo.mapper.window import Window
-from hawk.algo.path_plan.fence import FenceGuard
-from hawk.algo.path_plan.lot_route import NO_LOT_HERE, NO_LOT_THERE, NO_WAY, lot_route
+from hawk.algo.ground import COARSE_M, Window
+from hawk.algo.path_plan.lot_ground import FenceGuard
+from hawk.algo.path_plan.lot_route import NO_LOT_HERE, NO_LOT_THERE, NO_ROUTE, lot_route
 from hawk.model import Fence, MapPoint, Route
 from tests.unit.path_plan.lots import DrawnLot, fence_of, line_of, place_in
 
@@ -30,6 +29,7 @@ def route(lot: DrawnLot, start: tuple[float, float], goal: tuple[float, float], 
     return lot_route(lot, FenceGuard(fence), start, goal, NEAR_M)
 
 
+@pytest.mark.slow
 @settings(max_examples=300)
 @given(lot=LOTS, data=st.data(), scale=st.sampled_from([1, 3]), fenced=st.booleans())
 def test_every_way_lies_over_lot_and_in_the_fence_and_none_means_that_there_is_none(
@@ -51,21 +51,21 @@ def test_every_way_lies_over_lot_and_in_the_fence_and_none_means_that_there_is_n
     found = route(known, start, goal, fence)
     _, labels = cv2.connectedComponents(free, connectivity=4)
     if labels[tuple(ends[0])] != labels[tuple(ends[1])]:
-        assert found == Route(refused=NO_WAY)
+        assert found == Route(refused=NO_ROUTE)
         return
     assert found.refused == ""
     assert (found.points[0], found.points[-1]) == (MapPoint(*start), MapPoint(*goal))
     assert shapely.covers(known.area(), line_of(found.points))
     if fence is not None:
         assert all(
-            FenceGuard(fence).contains_way((a.north, a.east), (b.north, b.east))
+            FenceGuard(fence).contains_line((a.north, a.east), (b.north, b.east))
             for a, b in itertools.pairwise(found.points)
         )
     assert_cuts_lie_over(known, found)
 
 
 def assert_cuts_lie_over(known: DrawnLot, found: Route) -> None:
-    """What may be cut of a corner is lot too, and no two cuts share ground of one leg."""
+    """The ground of a cut corner is lot too, and no two cuts share ground of one leg."""
     assert len(found.turns) == len(found.points)
     line = line_of(found.points)
     corners = itertools.accumulate((a.distance(b) for a, b in itertools.pairwise(found.points)), initial=0.0)
@@ -116,7 +116,7 @@ def test_a_lane_one_cell_wide_is_used_when_there_is_no_other_way() -> None:
 
 def test_two_lots_that_touch_at_a_corner_are_not_joined() -> None:
     lot = DrawnLot.of("###...", "###...", "###...", "...###", "...###", "...###")
-    assert route(lot, place_in(0, 0), place_in(5, 5)).refused == NO_WAY
+    assert route(lot, place_in(0, 0), place_in(5, 5)).refused == NO_ROUTE
 
 
 def test_a_detour_far_beyond_the_straight_way_is_found() -> None:
@@ -129,7 +129,7 @@ def test_a_detour_far_beyond_the_straight_way_is_found() -> None:
 
 def test_the_shorter_way_round_is_taken_though_the_other_lies_in_the_first_band() -> None:
     lot = DrawnLot(np.ones((140, 140), np.bool_))
-    lot.lot[50, 1:118] = False  # open to the west, inside the band only after a long way
+    lot.lot[50, 1:118] = False  # open to the west, inside the band only after a long path
     found = route(lot, place_in(40, 110), place_in(60, 110))
     east = 2 * np.hypot(10, 8) * COARSE_M
     assert found.length_m < 1.3 * east

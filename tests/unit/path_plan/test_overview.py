@@ -5,16 +5,15 @@ import math
 import numpy as np
 import pytest
 
-from hawk.algo.mapper.grid import COARSE_M
-from hawk.algo.mapper.window import Window
-from hawk.algo.path_plan.field import Grid, InformationField
+from hawk.algo.ground import COARSE_M, Grid, Window
+from hawk.algo.path_plan.field import InformationField
 from hawk.algo.path_plan.overview import (
     AROUND_TILES,
     BLOCK,
     MOST_LUMPS,
     NEAR_M,
+    GroundPart,
     Overview,
-    Part,
     near_tiles,
     with_margin,
 )
@@ -23,7 +22,7 @@ from hawk.model import TILE_M
 EXTENT = np.array([[-600.0, -500.0], [400.0, 500.0]])
 
 
-def part_of(tiles: Window, wanted: float = 0.0) -> tuple[Part, Grid]:
+def part_of(tiles: Window, wanted: float = 0.0) -> tuple[GroundPart, Grid]:
     """Known lot west of the origin, half of it seen well; the same share is wanted everywhere."""
     window = with_margin(tiles)
     east = (window.column + np.arange(window.columns) + 0.5) * window.cell_m
@@ -31,7 +30,7 @@ def part_of(tiles: Window, wanted: float = 0.0) -> tuple[Part, Grid]:
     allowed = (lot > 0).astype(np.uint8)
     half, seen = lot * np.float32(0.5), np.ones_like(lot)
     field = InformationField(window, np.zeros_like(lot), allowed, allowed, lot, half, seen)
-    return Part(tiles, field), np.full(window.shape, wanted, np.float32)
+    return GroundPart(tiles, field), np.full(window.shape, wanted, np.float32)
 
 
 def filled(overview: Overview, place: tuple[float, float], wanted: float = 0.0) -> int:
@@ -119,7 +118,7 @@ def test_far_places_are_allowed_as_they_were_made() -> None:
 def test_a_way_leads_round_what_is_not_allowed_far_away() -> None:
     overview = Overview()
     filled(overview, (0.0, 0.0))
-    corner = overview.way_round((300.0, -400.0), (-500.0, -10.0))
+    corner = overview.corner_towards((300.0, -400.0), (-500.0, -10.0))
     assert corner is not None
     assert overview.are_allowed(np.array([corner]))[0]
     assert math.dist(corner, (-500.0, -10.0)) < math.dist((300.0, -400.0), (-500.0, -10.0)) - 100

@@ -3,9 +3,8 @@ from __future__ import annotations
 import numpy as np
 import shapely
 
-from hawk.algo.path_plan.fence import FenceGuard
-from hawk.algo.path_plan.lot_route import NO_LOT_THERE, NO_WAY
-from hawk.algo.path_plan.route_keeper import RouteKeeper
+from hawk.algo.path_plan.lot_ground import FenceGuard
+from hawk.algo.path_plan.lot_route import NO_LOT_THERE, NO_ROUTE, RouteKeeper
 from hawk.model import DesiredPose, MapPoint, Route
 from tests.unit.path_plan.lots import DrawnLot, fence_of, line_of, place_in
 
@@ -52,7 +51,7 @@ def test_a_way_that_is_cut_off_is_refused_and_found_again_when_it_opens() -> Non
     rig = Rig()
     rig.at(5, 2)
     rig.lot.lot[:, 30] = False
-    assert rig.at(5, 10) == Route(refused=NO_WAY)
+    assert rig.at(5, 10) == Route(refused=NO_ROUTE)
     rig.lot.lot[35, 30] = True
     assert rig.at(5, 10).refused == ""
 

@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hawk.algo.path_plan.course import Course, Outlook
-from hawk.algo.path_plan.footprint import Floats, Footprint
-from hawk.algo.path_plan.lean import Lean
+from hawk.algo.ground import Floats
+from hawk.algo.path_plan.camera import Lean
+from hawk.algo.path_plan.footprint import Footprint
 from hawk.algo.path_plan.settings import PathPlanSettings
-from hawk.algo.path_plan.tour import Terms, Tour, Wanted, length_of
+from hawk.algo.path_plan.tour import Course, Outlook, Terms, Tour, Wanted, length_of
 
 FOOTPRINT = Footprint(40.0, 24.0)
 LEANING = Footprint(40.0, 24.0, 19.0, 22.0, Lean(corner=10.0, start=12.0, stop=6.0, radius=16.0))
@@ -154,6 +154,7 @@ def outlook(place: tuple[float, float], wanted: Wanted) -> Outlook:
     return Outlook(place, 0.0, wanted, Terms(FOOTPRINT, 60.0, turn_m=2.0, leg_m=2.0))
 
 
+@pytest.mark.slow
 def test_a_course_leads_over_all_of_it_and_ends() -> None:
     wanted, place, course, way = ground((-50, 50, -60, 60)), (-40.0, -50.0), Course(PathPlanSettings()), 0.0
     for _ in range(600):
@@ -172,6 +173,7 @@ def test_a_course_leads_over_all_of_it_and_ends() -> None:
     assert way < 420  # three lines of 100 m and what joins them are 380 m
 
 
+@pytest.mark.slow
 def test_the_same_course_twice_is_equal() -> None:
     courses = [Course(PathPlanSettings()) for _ in range(2)]
     wanted = ground((-50, 50, -60, 60))
@@ -207,6 +209,7 @@ def test_nothing_wanted_gives_no_way_points() -> None:
     assert len(Course(PathPlanSettings()).follow(outlook((0.0, 0.0), nothing))) == 0
 
 
+@pytest.mark.slow
 def test_while_nothing_changes_the_tour_only_gets_cheaper() -> None:
     course, seen = Course(PathPlanSettings()), outlook((-40.0, -50.0), ground((-50, 50, -60, 60)))
     costs = []

@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from hawk.algo.path_plan.footprint import Footprint, Singles
+from hawk.algo.path_plan.phases import Turning
 from hawk.algo.path_plan.tour import Wanted
-from hawk.algo.path_plan.turning import Turning
 
 PICTURE = Footprint(40.0, 24.0, 19.0, 19.0)
 STEP = 0.15

@@ -3,12 +3,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hawk.algo.mapper.grid import COARSE_M
-from hawk.algo.mapper.window import Window
-from hawk.algo.path_plan.field import InformationField
+from hawk.algo.ground import COARSE_M, Window
+from hawk.algo.path_plan.field import InformationField, gathered, share_of
 from hawk.algo.path_plan.footprint import Footprint
 from hawk.algo.path_plan.tour import Wanted
-from hawk.algo.path_plan.wanted import are_allowed, gathered, share_of
 
 WINDOW = Window(-40, -40, 80, 80, COARSE_M)
 PICTURE = Footprint(40.0, 24.0)
@@ -58,7 +56,7 @@ def test_the_border_of_a_lot_is_wanted_with_it() -> None:
 
 
 def lane_that_ends_unseen(width: int) -> InformationField:
-    """A lane of so many cells, all of it seen; what lies before its end, nobody saw: 2 rows of it may be lot."""
+    """A lane of ``width`` cells, all of it seen; nobody saw the ground before its end: 2 rows of it may be lot."""
     base = field()
     column = slice(38, 38 + width)
     for layer in (base.lot, base.well):
@@ -107,4 +105,4 @@ def test_places_are_allowed_where_the_field_says_so_and_nowhere_else() -> None:
     base = field()
     half = InformationField(WINDOW, base.gain, free, free, base.lot, base.well, base.seen)
     places = np.array([[0.0, 10.0], [0.0, -10.0], [0.0, 1e4], [-1e4, 0.0]])
-    assert are_allowed(half, places).tolist() == [True, False, False, False]
+    assert half.are_allowed(places).tolist() == [True, False, False, False]

@@ -11,7 +11,7 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from hawk.sim.autopilot import Autopilot, AutopilotOptions
-from hawk.sim.geodesy import Origin
+from hawk.sim.geometry import Origin
 from hawk.sim.mavlink_link import MavlinkLink
 
 STREAM_IDS = (0, 1, 24, 30, 32, 33, 147, 242, 245)
@@ -115,7 +115,7 @@ class GroundStation:
         velocity: tuple[float, float, float] = (0.0, 0.0, 0.0),
         frame: int = 1,
     ) -> None:
-        """Send SET_POSITION_TARGET_LOCAL_NED, position and yaw unless told otherwise."""
+        """Send SET_POSITION_TARGET_LOCAL_NED, position and yaw unless the mask says otherwise."""
         self.send(
             mavlink.MAVLink_set_position_target_local_ned_message(
                 0, 1, 1, frame, mask, x, y, z, *velocity, 0.0, 0.0, 0.0, yaw, 0.0

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from hawk.sim.arming import ArmingView, arming_reasons, pre_arm_reasons
+from hawk.sim.failsafes import ArmingView, arming_reasons, pre_arm_reasons
 from hawk.sim.fence import FenceType
 
 READY = ArmingView(

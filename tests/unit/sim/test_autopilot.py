@@ -1,4 +1,4 @@
-"""What the rows of observation do not say: determinism, faults, restarts, the ground."""
+"""Beyond the rows of observation: determinism, faults, restarts, the ground."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hawk.sim.autopilot import Autopilot, AutopilotOptions, RefusedError
-from hawk.sim.geodesy import Origin
+from hawk.sim.geometry import Origin
 
 
 def autopilot(seed: int = 1, **changes: Any) -> Autopilot:
@@ -81,7 +81,7 @@ def test_an_ekf_reset_moves_local_only() -> None:
 
 def test_a_glitch_makes_it_fly_back_to_where_it_thinks_it_was() -> None:
     unit = hovering()
-    unit.glitch((3.0, 0.0, 0.0))
+    unit.estimator.jump(3.0, 0.0, 0.0)
     run(unit, 10.0)
     assert unit.body.position[0] == pytest.approx(-3.0, abs=0.2)
 

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hawk.sim.camera import FRAME_S, Camera, Shot, default_intrinsics
-from hawk.sim.clock import SimulationClock
+from hawk.sim.camera import FRAME_S, Camera, Shot, SimulationClock, default_intrinsics
 
 
 class HandClock(SimulationClock):

@@ -7,10 +7,9 @@ from typing import Any
 import aiohttp
 import pytest
 
-from hawk.sim.camera_server import Backend, CameraServer
-from hawk.sim.faults import CameraFaults, Fault
-from hawk.sim.geodesy import Origin
-from hawk.sim.truth import WatchedFence
+from hawk.sim.camera_server import Backend, CameraFaults, CameraServer, Fault
+from hawk.sim.flight_record import WatchedFence
+from hawk.sim.geometry import Origin
 from tests.unit.sim.test_camera import Bench
 
 
@@ -29,7 +28,7 @@ class Site:
             Backend(
                 camera=bench.camera,
                 origin=Origin(),
-                truth=lambda: {"stalls": []},
+                truth={"stalls": []},
                 status=lambda: {"landed": True},
                 watch_fence=self.fences.append,
                 apply_fault=self._apply,

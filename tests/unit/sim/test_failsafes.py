@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from hawk.sim.failsafes import Failsafes, Reaction, Watched
+from hawk.sim.failsafes import Failsafes, Fallback, Watched
 from hawk.sim.fence import FenceType
 from hawk.sim.parameters import copter_parameters
 
@@ -33,7 +33,7 @@ class Bench:
         for name, value in parameters.items():
             self.parameters.set(name, value)
         self.said: list[str] = []
-        self.done: list[Reaction] = []
+        self.done: list[Fallback] = []
         self.unit = Failsafes(
             self.parameters, lambda _, text: self.said.append(text), self.done.append, real_time_factor=factor
         )
@@ -53,9 +53,10 @@ def test_nothing_happens_while_all_is_well() -> None:
 
 
 @pytest.mark.parametrize(
-    ("enable", "reaction"), [(1, Reaction.RTL), (3, Reaction.RTL), (5, Reaction.LAND), (7, Reaction.BRAKE)]
+    ("enable", "reaction"),
+    [(1, Fallback.RTL), (3, Fallback.RTL), (5, Fallback.LAND), (7, Fallback.BRAKE)],
 )
-def test_a_silent_ground_station(enable: int, reaction: Reaction) -> None:
+def test_a_silent_ground_station(enable: int, reaction: Fallback) -> None:
     bench = Bench(FS_GCS_ENABLE=enable)
     bench.pass_time(1.0, gcs_silent_s=4.9)
     assert bench.done == []
@@ -80,7 +81,7 @@ def test_a_pilot_goes_on_without_a_ground_station() -> None:
     assert bench.said == ["GCS Failsafe - Continuing Pilot Control"]
     strict = Bench(FS_GCS_ENABLE=1, FS_OPTIONS=0)
     strict.pass_time(1.0, gcs_silent_s=9.0, pilot_flies=True, mode=5)
-    assert strict.done == [Reaction.RTL]
+    assert strict.done == [Fallback.RTL]
 
 
 def test_a_landing_goes_on_when_the_options_say_so() -> None:
@@ -100,13 +101,13 @@ def test_disarmed_it_only_says_so() -> None:
 @pytest.mark.parametrize(
     ("parameters", "done"),
     [
-        ({}, [Reaction.RTL]),
+        ({}, [Fallback.RTL]),
         ({"FS_THR_ENABLE": 0}, []),
-        ({"FS_THR_ENABLE": 3}, [Reaction.LAND]),
+        ({"FS_THR_ENABLE": 3}, [Fallback.LAND]),
         ({"FS_OPTIONS": 4}, []),
     ],
 )
-def test_a_lost_radio(parameters: dict[str, float], done: list[Reaction]) -> None:
+def test_a_lost_radio(parameters: dict[str, float], done: list[Fallback]) -> None:
     bench = Bench(**parameters)
     bench.pass_time(0.4, radio_present=False)
     assert bench.done == []
@@ -119,11 +120,11 @@ def test_battery_low_then_critical() -> None:
     bench.pass_time(9.5, voltage=10.3)
     assert bench.done == []
     bench.pass_time(1.0, voltage=10.3)
-    assert bench.done == [Reaction.RTL]
+    assert bench.done == [Fallback.RTL]
     bench.pass_time(20.0, voltage=10.3)
-    assert bench.done == [Reaction.RTL]
+    assert bench.done == [Fallback.RTL]
     bench.pass_time(10.5, voltage=9.9)
-    assert bench.done == [Reaction.RTL, Reaction.LAND]
+    assert bench.done == [Fallback.RTL, Fallback.LAND]
     assert any(text.startswith("Battery 1 is critical 9.90V used 500 mAh") for text in bench.said)
 
 
@@ -138,13 +139,13 @@ def test_a_short_sag_is_no_failsafe() -> None:
 def test_charge_counts_too() -> None:
     bench = Bench(BATT_FS_LOW_ACT=2, BATT_LOW_MAH=1000)
     bench.pass_time(11.0, used_mah=4100.0)
-    assert bench.done == [Reaction.RTL]
+    assert bench.done == [Fallback.RTL]
 
 
 def test_without_an_action_a_low_battery_is_only_told() -> None:
     bench = Bench()
     bench.pass_time(11.0, voltage=10.3)
-    assert bench.done == [Reaction.NOTHING]
+    assert bench.done == [Fallback.NOTHING]
     assert bench.unit.battery
 
 
@@ -153,7 +154,7 @@ def test_a_lost_position_lands_after_a_second() -> None:
     bench.pass_time(0.9, position_ok=False)
     assert bench.done == []
     bench.pass_time(0.5, position_ok=False)
-    assert bench.done == [Reaction.LAND]
+    assert bench.done == [Fallback.LAND]
     assert bench.said[-1] == "EKF Failsafe: changed to LAND Mode"
 
 
@@ -165,9 +166,10 @@ def test_a_position_that_nobody_needs_is_not_missed(changes: dict[str, Any]) -> 
 
 
 @pytest.mark.parametrize(
-    ("action", "reaction"), [(0, Reaction.NOTHING), (1, Reaction.RTL), (2, Reaction.LAND), (4, Reaction.BRAKE)]
+    ("action", "reaction"),
+    [(0, Fallback.NOTHING), (1, Fallback.RTL), (2, Fallback.LAND), (4, Fallback.BRAKE)],
 )
-def test_a_breached_fence_acts_once(action: int, reaction: Reaction) -> None:
+def test_a_breached_fence_acts_once(action: int, reaction: Fallback) -> None:
     bench = Bench(FENCE_ACTION=action)
     bench.pass_time(5.0, breaches=FenceType.POLYGON)
     assert bench.done == [reaction]

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from hawk.sim.camera import Camera
-from hawk.sim.clock import SimulationClock
-from hawk.sim.faults import CameraFaults, Fault, apply_fault
+from hawk.sim.camera import Camera, SimulationClock
+from hawk.sim.camera_server import CameraFaults, Fault, apply_fault
 from tests.unit.sim.test_camera import GreyRenderer
 
 

@@ -9,7 +9,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from hawk.sim.camera import FRAME_S
 from hawk.sim.follow import Follower
-from hawk.sim.geodesy import Origin
+from hawk.sim.geometry import Origin
 from tests.unit.sim.test_camera import HandClock
 
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.sim.geodesy import Origin
+from hawk.sim.geometry import Origin
 
 metres = st.floats(-500.0, 500.0)
 

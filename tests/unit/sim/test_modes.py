@@ -6,8 +6,7 @@ import pytest
 
 from hawk.sim.control import Limits
 from hawk.sim.gps import Estimate
-from hawk.sim.guided import Guided
-from hawk.sim.modes import PLAIN_MODES, AltHold, Brake, Land, Loiter, Phase, Rtl, Stabilize, View, descend
+from hawk.sim.modes import MODES, AltHold, Brake, Guided, Land, Loiter, ModeInputs, Phase, Rtl, Stabilize, descend
 from hawk.sim.parameters import copter_parameters
 
 
@@ -15,11 +14,11 @@ def view(
     place: tuple[float, float, float] = (0.0, 0.0, -20.0),
     velocity: tuple[float, float, float] = (0.0, 0.0, 0.0),
     **parameters: float,
-) -> View:
+) -> ModeInputs:
     values = copter_parameters()
     for name, value in parameters.items():
         values.set(name, value)
-    return View(
+    return ModeInputs(
         time=100.0,
         estimate=Estimate(place, velocity, 0.0, 0.0, 0.0),
         parameters=values,
@@ -33,13 +32,13 @@ def view(
 
 
 def test_the_numbers_are_arducopters() -> None:
-    assert sorted(PLAIN_MODES) == [0, 2, 5, 6, 9, 16, 17, 21]
+    assert sorted(MODES) == [0, 2, 4, 5, 6, 9, 16, 17, 21]
     assert Guided.number == 4
 
 
 def test_only_these_modes_arm() -> None:
-    arming = {number for number, mode in PLAIN_MODES.items() if mode.arms}
-    assert arming == {0, 2, 5, 16}
+    arming = {number for number, mode in MODES.items() if mode.arms}
+    assert arming == {0, 2, 4, 5, 16}
     assert Guided.arms
 
 

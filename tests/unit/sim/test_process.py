@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from hawk.sim.process import EndSignal, ParentGoneError
+from hawk.sim.cli import EndSignal, ParentGoneError
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])

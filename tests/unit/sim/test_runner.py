@@ -9,19 +9,13 @@ import numpy as np
 import pytest
 
 from hawk.sim.autopilot import AutopilotOptions
-from hawk.sim.camera import Camera, Shot
-from hawk.sim.clock import SimulationClock
-from hawk.sim.geodesy import Origin
+from hawk.sim.camera import Camera, Shot, SimulationClock
+from hawk.sim.geometry import Origin
 from hawk.sim.runner import CHUNK_S, Flyer, RunOptions, fly, follow
 from hawk.sim.udp import UdpUrl
 from tests.unit.sim.test_camera import GreyRenderer, HandClock
 
-
-class EmptyWorld:
-    """A world without stalls."""
-
-    def truth_json(self) -> dict[str, Any]:
-        return {"stalls": [], "lots_m": []}
+NO_STALLS: dict[str, Any] = {"stalls": [], "lots_m": []}
 
 
 class Shots(Camera):
@@ -87,7 +81,7 @@ def test_the_camera_is_at_the_true_place_with_y_to_the_south() -> None:
     flyer = Flyer(
         options(autopilot=AutopilotOptions(start=(-30.0, 12.0), yaw=0.5, gnss_sigma=5.0)), Shots(clock), clock
     )
-    flyer.autopilot.glitch((50.0, 0.0, 0.0))
+    flyer.autopilot.estimator.jump(50.0, 0.0, 0.0)
     shot = flyer.shot()
     assert (shot.x_east, shot.y_south, shot.height, shot.yaw) == (12.0, 30.0, 0.0, 0.5)
 
@@ -106,7 +100,7 @@ def test_equal_seeds_are_equal_flights() -> None:
 
 async def serve(half: Any, run: RunOptions) -> tuple[asyncio.Task[None], dict[str, str]]:
     said: asyncio.Queue[str] = asyncio.Queue()
-    task = asyncio.create_task(half(EmptyWorld(), GreyRenderer(), run, said.put_nowait))
+    task = asyncio.create_task(half(NO_STALLS, GreyRenderer(), run, said.put_nowait))
     async with asyncio.timeout(10.0):
         return task, json.loads(await said.get())
 
@@ -141,7 +135,7 @@ async def test_an_address_in_use_is_told() -> None:
     task, ready = await serve(fly, options())
     port = int(ready["http"].rsplit(":", 1)[1])
     with pytest.raises(OSError, match="address already in use"):
-        await fly(EmptyWorld(), GreyRenderer(), options(http=("127.0.0.1", port)), lambda _: None)
+        await fly(NO_STALLS, GreyRenderer(), options(http=("127.0.0.1", port)), lambda _: None)
     await end(task)
 
 

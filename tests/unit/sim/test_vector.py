@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.sim.vector import add, clamp, limit, sqrt_controller, subtract, wrap_angle
+from hawk.sim.geometry import add, clamp, limit, sqrt_controller, subtract, wrap_angle
 
 numbers = st.floats(-1e3, 1e3)
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from hawk.sim.wind import GUST_SHARE, Wind
+from hawk.sim.vehicle import GUST_SHARE, Wind
 
 
 def test_no_wind_is_no_wind() -> None:

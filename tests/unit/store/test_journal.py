@@ -16,8 +16,7 @@ import pytest
 
 from hawk.model import ArmPlace, FlightSoFar, GlobalPose
 from hawk.store.journal import FlightJournal
-from hawk.store.journal_file import pack
-from hawk.store.journal_state import JournalState, read_journal
+from hawk.store.journal_state import JournalState, pack, read_survey, surveys_of
 
 DATUM = GlobalPose(43.2609, -79.9192, 100.25)
 PLACE = ArmPlace(43.26, -79.92, 101.5, 1.25, -2.5, 0.125, 1_800_000_000)
@@ -42,6 +41,12 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path / "journal"
 
 
+def read_journal(directory: Path) -> JournalState:
+    """Read the newest survey as the next start of the daemon does."""
+    surveys = surveys_of(directory)
+    return read_survey(surveys[-1])[1] if surveys else JournalState()
+
+
 def test_where_there_is_no_journal_there_is_nothing(tmp_path: Path) -> None:
     assert read_journal(tmp_path / "none") == JournalState()
 
@@ -52,12 +57,10 @@ async def test_everything_that_was_put_is_there_again(make: Make, tmp_path: Path
     journal.set_arm_place(PLACE)
     journal.set_flight(FLIGHT)
     journal.put_map({"grid/0,0": b"tile", "stall/7": b"stall"})
-    journal.note("parameters", "var/params.json")
     assert await journal.flush()
     state = read_journal(folder(tmp_path))
     assert (state.datum, state.arm_place, state.flight) == (DATUM, PLACE, FLIGHT)
     assert state.map_parts == {"grid/0,0": b"tile", "stall/7": b"stall"}
-    assert state.notes == {"parameters": "var/params.json"}
     assert (state.lost_bytes, state.problem) == (0, "")
     assert state.survey_id == journal.survey_id
 
@@ -156,7 +159,7 @@ async def test_a_start_in_the_air_does_not_wait_for_the_next_write(
     journal = make(wall=lambda: 5000.0)
     journal.add_start_in_air()
     async with asyncio.timeout(5.0):
-        while read_journal(folder(tmp_path)).starts_in_air != (5000.0,):  # noqa: ASYNC110 - a disk tells nobody
+        while read_journal(folder(tmp_path)).starts_in_air != (5000.0,):  # noqa: ASYNC110 - a disk sends no event
             await asyncio.sleep(0.01)
 
 
@@ -279,13 +282,13 @@ async def test_whoever_waits_for_the_disk_finds_the_journal_healthy(
     disk = Disk()
     journal = make(opener=disk.open)
     told: list[bool] = []
-    tell = journal._tell_synced
+    tell = journal._wake_synced
 
     def watched(target: int) -> None:
         told.append(journal.health.is_healthy)
         tell(target)
 
-    monkeypatch.setattr(journal, "_tell_synced", watched)
+    monkeypatch.setattr(journal, "_wake_synced", watched)
     disk.full = True
     journal.put_map({"a": b"1" * 100})
     assert not await journal.flush(0.3)

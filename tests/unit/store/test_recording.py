@@ -17,11 +17,11 @@ import pytest
 from mcap.reader import make_reader
 
 from hawk.algo.frame import FrameInput
-from hawk.comm.clock import ManualClock
 from hawk.config import StoreSettings
 from hawk.model import MapPoint, StateName
 from hawk.store.recording import FRAME_INPUT, Recording
 from hawk.store.replay import RecordingError, read_frames, read_metadata, read_recording
+from tests.manual_clock import ManualClock
 from tests.unit.comm.waiting import until
 from tests.unit.store.test_frame_codec import FRAME
 
@@ -104,6 +104,17 @@ async def test_it_is_a_file_for_the_fields_own_tools(make: Make) -> None:
         assert summary.statistics is not None
         assert summary.statistics.message_count == 1
         assert [channel.topic for channel in summary.channels.values()] == ["tick"]
+
+
+async def test_an_end_that_comes_while_it_writes_finishes_the_file(make: Make) -> None:
+    def opener(path: Path) -> IO[bytes]:
+        recording.end()
+        return path.open("xb")
+
+    recording = make(opener=opener)
+    recording.begin()
+    await until(lambda: recording.path is not None)
+    await until(lambda: not recording.recording)
 
 
 async def test_outside_a_flight_nothing_is_kept(make: Make, tmp_path: Path) -> None:
@@ -266,10 +277,10 @@ async def test_closing_twice_is_fine_and_ends_the_thread(make: Make) -> None:
 _CHILD = """
 import sys, time
 from pathlib import Path
-from hawk.comm.clock import ScaledClock
+from hawk.comm.clock import Clock
 from hawk.config import StoreSettings
 from hawk.store.recording import Recording
-recording = Recording(StoreSettings(directory=Path(sys.argv[1]), minimum_free_mb=1), ScaledClock(), {"seed": "1"})
+recording = Recording(StoreSettings(directory=Path(sys.argv[1]), minimum_free_mb=1), Clock(), {"seed": "1"})
 recording.begin()
 number = 0
 while True:

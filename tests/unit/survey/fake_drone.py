@@ -10,21 +10,30 @@ from hawk.comm.messages import (
     Ack,
     Arm,
     AutonomousExplore,
-    CheckItem,
     Command,
     CompulsiveMove,
     Configure,
     Control,
     Disarm,
-    Heartbeat,
     ReturnToLaunch,
     SetFailsafes,
     Takeoff,
 )
-from hawk.comm.status import DroneStatus
+from hawk.comm.status import (
+    CheckItem,
+    DroneStatus,
+    Heartbeat,
+    OperationStatus,
+    PerceptionStatus,
+    PoseStatus,
+    SiteStatus,
+    StatusStamp,
+    TravelStatus,
+    VehicleStatus,
+)
 from hawk.model import StateName, UserError
 from hawk.survey.client import LinkLostError
-from hawk.web.heartbeat import ClientView, SharedHeartbeat
+from hawk.web.clients import ClientView
 
 BEAT_S = 0.2
 
@@ -37,7 +46,7 @@ def check(name: str, passed: bool, remedy: str = "", command: str | None = None)
 
 @dataclass
 class FakeDrone:
-    """Flags say what goes wrong; ``orders`` is what it was told, refused or not."""
+    """Flags say what goes wrong; ``orders`` are the commands, refused or not."""
 
     lot_seen_after: float = 0.0
     """Metres of searching until the lot is in sight; infinite: never."""
@@ -76,7 +85,7 @@ class FakeDrone:
         if self.time >= self.silent_after:
             raise LinkLostError("no answer")
         self.orders.append(command)
-        reason = self.refusals.get(command.type) or self._refusal(command)  # type: ignore[attr-defined]
+        reason = self.refusals.get(command.type) or self._refusal(command)
         if not reason:
             self._accept(command)
         return Ack(id=None, accepted=not reason, reason=reason)
@@ -89,26 +98,29 @@ class FakeDrone:
         self.on_beat(self)
         self._live()
         status = DroneStatus(
-            sequence=round(self.time / BEAT_S),
-            time=self.time,
-            state=self.state,
-            detail=self.detail,
-            armed=self.armed,
-            connected=self.time >= self.connected_at,
-            landed="ON_GROUND" if self.height == 0 else "IN_AIR",
-            relative_altitude=self.height,
-            north=self.north,
-            east=self.east,
-            heights=self.heights,
-            user_error=self.user_error,
-            explore_done=self.done,
-            park_lot_detected=self.height > 0 and self.searched >= self.lot_seen_after,
-            checks=() if self.height > 0 else self._checks(),
-            way=12.0,
-            explored=0.5,
+            stamp=StatusStamp(sequence=round(self.time / BEAT_S), time=self.time),
+            operation=OperationStatus(
+                state=self.state,
+                detail=self.detail,
+                user_error=self.user_error,
+                checks=() if self.height > 0 else self._checks(),
+            ),
+            vehicle=VehicleStatus(
+                armed=self.armed,
+                connected=self.time >= self.connected_at,
+                landed="ON_GROUND" if self.height == 0 else "IN_AIR",
+            ),
+            pose=PoseStatus(relative_altitude=self.height, north=self.north, east=self.east),
+            site=SiteStatus(heights=self.heights),
+            perception=PerceptionStatus(
+                explore_done=self.done,
+                park_lot_detected=self.height > 0 and self.searched >= self.lot_seen_after,
+                explored=0.5,
+            ),
+            travel=TravelStatus(distance_flown=12.0),
         )
         view = ClientView()
-        text = view.heartbeat(SharedHeartbeat().keys(status), status, None, None, self.control)
+        text = view.heartbeat(status, None, None, self.control)
         self.heartbeat = Heartbeat.model_validate_json(text)
         return self.heartbeat
 
@@ -126,7 +138,7 @@ class FakeDrone:
         if isinstance(command, Control):
             return ""
         if not self.control:
-            return "You do not have control. Take control first."
+            return "Take control first."
         needed = {
             Arm: StateName.IDLE, Configure: StateName.IDLE, Takeoff: StateName.ARM, Disarm: StateName.ARM,
             AutonomousExplore: StateName.HOVER, CompulsiveMove: StateName.HOVER,

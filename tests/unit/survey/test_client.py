@@ -11,8 +11,8 @@ from dataclasses import replace
 import pytest
 
 from hawk.comm.base_socket import ConnectionTimeout, FailedToSend
-from hawk.comm.messages import Ack, Arm, Hold, KillRequest, KillToken, LogEntry, Takeoff
-from hawk.comm.status import DroneStatus
+from hawk.comm.messages import Ack, Arm, Control, Hold, KillRequest, KillToken, Takeoff
+from hawk.comm.status import DroneStatus, LogEntry, SiteStatus
 from hawk.config import WebSettings
 from hawk.model import TILE_CELLS, EncodedTile, MapPoint, OccupancyMap, Stall, StallState
 from hawk.survey.client import CommandRefusedError, DroneClient, LinkLostError
@@ -46,7 +46,7 @@ async def drone(rig: Rig) -> AsyncIterator[DroneClient]:
 
 @contextlib.asynccontextmanager
 async def ticking(rig: Rig) -> AsyncIterator[None]:
-    """The manager's tick: takes commands and tells its status."""
+    """The manager's tick: takes commands and publishes its status."""
 
     async def tick() -> None:
         while True:
@@ -87,7 +87,7 @@ async def test_the_token_opens_the_door() -> None:
 
 
 async def test_commands_are_answered_each_by_its_own(rig: Rig, drone: DroneClient) -> None:
-    await drone.request_control()
+    await drone.order(Control(action="Request"))
     async with ticking(rig):
         answers = await asyncio.gather(drone.ask(Arm()), drone.ask(Takeoff()), drone.ask(Hold()))
         assert all(isinstance(answer, Ack) and answer.accepted for answer in answers)
@@ -97,18 +97,19 @@ async def test_commands_are_answered_each_by_its_own(rig: Rig, drone: DroneClien
 
 
 async def test_a_refusal_is_an_error_with_the_drones_reason(rig: Rig, drone: DroneClient) -> None:
-    with pytest.raises(CommandRefusedError, match="Take control first"):
-        await drone.order(Arm())
+    async with ticking(rig):
+        with pytest.raises(CommandRefusedError, match="Take control first"):
+            await drone.order(Arm())
     async with client_of(rig) as other:
-        await other.request_control()
+        await other.order(Control(action="Request"))
         with pytest.raises(CommandRefusedError, match="Someone else has control"):
-            await drone.request_control()
-        await other.release_control()
-    await drone.request_control()
+            await drone.order(Control(action="Request"))
+        await other.order(Control(action="Release"))
+    await drone.order(Control(action="Request"))
 
 
 async def test_no_answer_is_a_lost_link(rig: Rig, drone: DroneClient) -> None:
-    await drone.request_control()
+    await drone.order(Control(action="Request"))
     with pytest.raises(LinkLostError, match="Arm"):
         await drone.ask(Arm(), timeout_s=0.05)
     with pytest.raises(LinkLostError, match="no heartbeat"):
@@ -117,7 +118,7 @@ async def test_no_answer_is_a_lost_link(rig: Rig, drone: DroneClient) -> None:
 
 async def test_the_map_is_kept_and_fetched_with_its_pictures(rig: Rig, drone: DroneClient) -> None:
     rig.map.publish(MAP)
-    rig.publish(DroneStatus(datum=(43.0, -79.0)))
+    rig.publish(DroneStatus(site=SiteStatus(datum=(43.0, -79.0))))
     async with ticking(rig):
         survey = await drone.survey_map()
     assert survey is not None
@@ -161,8 +162,15 @@ async def test_log_and_trail_are_collected_once(rig: Rig, drone: DroneClient) ->
     assert [p.north for p in drone.trail] == [5.0]
 
 
+@pytest.fixture
+def quick_signs(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("hawk.survey.client.SIGN_INTERVAL_S", 0.01)
+    monkeypatch.setattr("hawk.survey.client.SHORTEST_SIGN_INTERVAL_S", 0.01)
+
+
+@pytest.mark.usefixtures("quick_signs")
 async def test_signs_of_life_keep_the_operator_present(rig: Rig, drone: DroneClient) -> None:
-    await drone.request_control()
+    await drone.order(Control(action="Request"))
     rig.clock.advance(9.0)
     last = rig.clock() + 9.0
     async with asyncio.timeout(5), ticking(rig):
@@ -172,15 +180,15 @@ async def test_signs_of_life_keep_the_operator_present(rig: Rig, drone: DroneCli
 
 async def test_after_a_lost_link_it_is_back_with_control_and_the_whole_map(rig: Rig, drone: DroneClient) -> None:
     rig.map.publish(MAP)
-    await drone.request_control()
+    await drone.order(Control(action="Request"))
     rig.publish()
     await drone.next_heartbeat(2.0)
     assert drone.map.stalls
-    socket = drone._socket.socket._socket
+    socket = drone._base._socket
     assert socket is not None
     await socket.close()
     async with asyncio.timeout(5):
-        await rig.side.hub.empty()
+        await rig.nobody_connected()
         async with ticking(rig):
             await drone.whole_map()
             await drone.order(Arm())

@@ -6,9 +6,9 @@ import zlib
 import numpy as np
 import pytest
 
-from hawk.comm.messages import MapUpdate, MosaicVersion, StallUpdate, TileUpdate
+from hawk.comm.status import MapUpdate, MosaicVersion, StallUpdate, TileUpdate
 from hawk.model import TILE_CELLS, Cell, GlobalPose, StallState
-from hawk.survey.client_map import BadMapError, ClientMap
+from hawk.survey.client import BadMapError, ClientMap
 
 
 def pack(raw: bytes) -> str:
@@ -37,8 +37,8 @@ def test_updates_become_the_map_of_a_survey() -> None:
     held = ClientMap()
     held.apply(update(pack(LOT), [stall(1), stall(2, "taken"), stall(3, "unknown")], backlog=5))
     assert held.backlog == 5
-    assert (held.counts.free, held.counts.taken, held.counts.unknown) == (1, 1, 1)
     survey = held.survey_map(GlobalPose(43.0, -79.0, 0.0), {(-1, 2): b"jpeg"})
+    assert (survey.counts.free, survey.counts.taken, survey.counts.unknown) == (1, 1, 1)
     assert survey.stalls[2].state is StallState.TAKEN
     assert np.all(survey.tiles[-1, 2] == Cell.LOT)
     assert survey.mosaic == {(-1, 2): b"jpeg"}

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import csv
 import io
+import json
 import math
 
 import cv2
@@ -11,8 +12,7 @@ from shapely.geometry import shape
 
 from hawk.model import TILE_CELLS, Cell, GlobalPose, Stall, StallState
 from hawk.stall_exports import CSV_COLUMNS, stalls_csv, stalls_geojson
-from hawk.survey.map_picture import map_picture
-from hawk.survey.survey_map import SurveyMap
+from hawk.survey.survey_map import SurveyMap, map_picture
 
 DATUM = GlobalPose(43.26, -79.92, 100.0)
 
@@ -58,7 +58,7 @@ def test_csv_has_a_line_a_stall_in_the_order_of_ids(survey: SurveyMap) -> None:
 
 
 def test_geojson_polygons_are_where_the_stalls_are(survey: SurveyMap) -> None:
-    features = stalls_geojson(survey.datum, survey.stalls)["features"]
+    features = json.loads(stalls_geojson(survey.datum, survey.stalls))["features"]
     first = next(f for f in features if f["id"] == 7)
     polygon = shape(first["geometry"])
     assert polygon.is_valid
@@ -96,5 +96,5 @@ def test_the_mosaic_lies_under_the_stalls(survey: SurveyMap) -> None:
 def test_an_empty_survey_has_files_too() -> None:
     empty = SurveyMap(DATUM, {}, {})
     assert stalls_csv(empty.datum, empty.stalls).count("\n") == 1
-    assert stalls_geojson(empty.datum, empty.stalls)["features"] == []
+    assert json.loads(stalls_geojson(empty.datum, empty.stalls))["features"] == []
     assert map_picture(empty).shape == (1, 1, 3)

@@ -17,9 +17,17 @@ from hawk.comm.messages import (
     SetFailsafes,
     Takeoff,
 )
+from hawk.comm.status import Heartbeat
 from hawk.model import HeightParameters, StateName, UserError
-from hawk.survey.operator import Progress, SurveyLimits, SurveyOperator, SurveyOutcome, SurveyPlan, SurveyStatus
-from hawk.survey.search import SPIRAL_WAY_M, spiral
+from hawk.survey.handset import SurveyStatus
+from hawk.survey.operator import (
+    SPIRAL_LENGTH_M,
+    SurveyLimits,
+    SurveyOperator,
+    SurveyOutcome,
+    SurveyPlan,
+    spiral,
+)
 from tests.unit.survey.fake_drone import FakeDrone
 
 LIMITS = SurveyLimits(
@@ -39,9 +47,9 @@ def is_down(drone: FakeDrone) -> bool:
 async def test_a_survey_from_the_checks_to_motors_off() -> None:
     drone, phases = FakeDrone(), list[str]()
 
-    def note(progress: Progress) -> None:
-        if not phases or phases[-1] != progress.phase:
-            phases.append(progress.phase)
+    def note(phase: str, _: Heartbeat) -> None:
+        if not phases or phases[-1] != phase:
+            phases.append(phase)
 
     outcome = await SurveyOperator(drone, PLAN, note).run()
     assert outcome == SurveyOutcome(
@@ -163,7 +171,7 @@ async def test_places_outside_the_fence_are_left_out_of_the_spiral() -> None:
 def test_the_spiral_is_square_grows_and_is_no_longer_than_60_m() -> None:
     places = list(spiral(0.0, 0.0))
     legs = [abs(b[0] - a[0]) + abs(b[1] - a[1]) for a, b in pairwise(places)]
-    assert sum(legs) <= SPIRAL_WAY_M == 60.0
+    assert sum(legs) <= SPIRAL_LENGTH_M == 60.0
     assert legs == [10.0, 10.0, 20.0, 20.0]
     assert len(set(places)) == len(places)
 
@@ -324,3 +332,9 @@ async def test_a_drone_that_does_not_come_down_is_told() -> None:
     assert "not down yet" in outcome.reason
     assert len(drone.told(ReturnToLaunch)) > 5
     assert not outcome.landed
+
+
+async def test_a_drone_that_stays_armed_on_the_ground_has_landed() -> None:
+    outcome = await fly(FakeDrone(climbs=False, refusals={"Return To Launch": "No home."}))
+    assert outcome.status is SurveyStatus.FAILED
+    assert (outcome.landed, outcome.disarmed) == (True, False)

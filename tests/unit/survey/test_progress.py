@@ -5,12 +5,12 @@ import io
 from rich.console import Console
 
 from hawk.survey.operator import SurveyOperator, SurveyPlan
-from hawk.survey.progress import SurveyProgress
+from hawk.survey.run import SurveyProgress
 from tests.unit.survey.fake_drone import FakeDrone
 
 
 async def shown(*, quiet: bool) -> str:
-    """What the bar showed last of a survey of which the fake drone says that half of the lot was seen."""
+    """Return the bar's last text for a survey of which the fake drone reports half of the lot as seen."""
     screen = io.StringIO()
     with SurveyProgress(quiet=quiet, console=Console(file=screen, width=160)) as progress:
         outcome = await SurveyOperator(FakeDrone(), SurveyPlan(), progress.show).run()

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hawk.model import CELL_M, TILE_CELLS, Cell, GlobalPose, Stall, StallState
 from hawk.survey.report import compare, counts, finite, map_offset
 from hawk.survey.survey_map import SurveyMap
-from hawk.survey.truth import Truth
+from hawk.survey.truth import GroundTruth
 
 ORIGIN = GlobalPose(43.2609, -79.9192, 0.0)
 WIDTH, LENGTH = 2.6, 5.2
@@ -26,11 +26,11 @@ def quad(x: float, y: float) -> np.ndarray:
     return np.array([[x - 1.3, y - 2.6], [x + 1.3, y - 2.6], [x + 1.3, y + 2.6], [x - 1.3, y + 2.6]])
 
 
-def truth(free: int = 10) -> Truth:
+def truth(free: int = 10) -> GroundTruth:
     places = rows()
     states = [StallState.FREE if k < free else StallState.TAKEN for k in range(len(places))]
     lot = np.array([[0.0, 0.0], [40.0, 0.0], [40.0, 24.0], [0.0, 24.0]])
-    return Truth(tuple(quad(*p) for p in places), tuple(states), (False,) * len(places), (lot,), ORIGIN)
+    return GroundTruth(tuple(quad(*p) for p in places), tuple(states), (False,) * len(places), (lot,), ORIGIN)
 
 
 def survey(free: int = 10, shift: tuple[float, float] = (0.0, 0.0), leave_out: int = 0, extra: int = 0) -> SurveyMap:

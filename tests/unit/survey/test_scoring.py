@@ -4,20 +4,16 @@ import math
 
 import numpy as np
 import pytest
-import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hawk.survey.scoring import (
     Finding,
     FloatArray,
+    LabelledPlace,
     Tally,
-    Truth,
     counted_false_alarms,
-    f1,
     is_whole,
-    lot_area,
-    lot_iou,
     mask_iou,
     match,
     tally,
@@ -43,7 +39,7 @@ def states(*values: str) -> np.ndarray[tuple[int, ...], np.dtype[np.object_]]:
 
 def test_everything_right_scores_one() -> None:
     stalls, said = row(4), states(FREE, TAKEN, FREE, TAKEN)
-    measures = tally(Finding(stalls, said), Truth(stalls, said, (LOT,))).measures()
+    measures = tally(Finding(stalls, said), LabelledPlace(stalls, said, (LOT,))).measures()
     ones = {k: v for k, v in measures.items() if k not in ("unknown_share", "free_count_error")}
     assert all(v == 1.0 for v in ones.values())
     assert measures["unknown_share"] == measures["free_count_error"] == 0
@@ -68,7 +64,7 @@ def test_a_true_stall_is_matched_once_and_the_rest_are_false_alarms() -> None:
     found = np.concatenate([row(1), row(1, x=0.2), row(1, y=0.3)])
     matches = match(found, row(1))
     assert matches.found.tolist() == [0]
-    counts = tally(Finding(found, states(FREE, FREE, FREE)), Truth(row(1), states(FREE), (LOT,)))
+    counts = tally(Finding(found, states(FREE, FREE, FREE)), LabelledPlace(row(1), states(FREE), (LOT,)))
     assert (counts.matched, counts.counted) == (1, 2)
     assert counts.precision == pytest.approx(1 / 3)
 
@@ -80,7 +76,7 @@ def test_matching_prefers_more_matches_over_better_ones() -> None:
 
 
 def test_a_row_that_nobody_labelled_does_not_count_but_alarms_near_labels_and_outside_do() -> None:
-    truth = Truth(row(3), states(FREE, FREE, FREE), (LOT,))
+    truth = LabelledPlace(row(3), states(FREE, FREE, FREE), (LOT,))
     unlabelled, beside, outside = row(1, y=20.0), row(1, x=-2.0), row(1, x=-30.0)
     found = np.concatenate([row(3), unlabelled, beside, outside])
     alarms = counted_false_alarms(found, match(found, truth.stalls), truth)
@@ -93,14 +89,15 @@ def test_a_row_that_nobody_labelled_does_not_count_but_alarms_near_labels_and_ou
 
 def test_without_an_outline_every_false_alarm_counts() -> None:
     found = row(1, y=20.0)
-    truth = Truth(row(3), states(FREE, FREE, FREE))
+    truth = LabelledPlace(row(3), states(FREE, FREE, FREE))
     assert counted_false_alarms(found, match(found, truth.stalls), truth).tolist() == [True]
 
 
 def test_unknown_is_wrong_as_a_state_and_missed_as_free() -> None:
     stalls = row(4)
     counts = tally(
-        Finding(stalls, states(FREE, UNKNOWN, UNKNOWN, FREE)), Truth(stalls, states(FREE, FREE, TAKEN, TAKEN), (LOT,))
+        Finding(stalls, states(FREE, UNKNOWN, UNKNOWN, FREE)),
+        LabelledPlace(stalls, states(FREE, FREE, TAKEN, TAKEN), (LOT,)),
     )
     assert counts.state_accuracy == 0.25
     assert counts.free_recall == 0.5
@@ -110,7 +107,7 @@ def test_unknown_is_wrong_as_a_state_and_missed_as_free() -> None:
 
 
 def test_labels_of_unclear_state_count_as_stalls_only() -> None:
-    counts = tally(Finding(row(2), states(FREE, TAKEN)), Truth(row(2), states(UNKNOWN, TAKEN), (LOT,)))
+    counts = tally(Finding(row(2), states(FREE, TAKEN)), LabelledPlace(row(2), states(UNKNOWN, TAKEN), (LOT,)))
     assert (counts.recall, counts.judged, counts.state_accuracy) == (1.0, 1, 1.0)
 
 
@@ -118,36 +115,31 @@ def test_only_whole_labels_count_for_recall_whole() -> None:
     small = np.array([stall(20, 0, 0, 1.5, 4.5), stall(24, 9, 0.3, 2.5, 3.5), stall(30, 20, 1, 4.0, 5.0)])
     truth = np.concatenate([row(2), small])
     assert is_whole(truth).tolist() == [True, True, False, False, False]
-    counts = tally(Finding(row(1), states(FREE)), Truth(truth, states(*[FREE] * 5), (LOT,)))
+    counts = tally(Finding(row(1), states(FREE)), LabelledPlace(truth, states(*[FREE] * 5), (LOT,)))
     assert (counts.recall, counts.recall_whole) == (0.2, 0.5)
 
 
 def test_free_counts_are_compared() -> None:
-    counts = tally(Finding(row(5), states(*[FREE] * 5)), Truth(row(3), states(FREE, TAKEN, TAKEN), (LOT,)))
+    counts = tally(Finding(row(5), states(*[FREE] * 5)), LabelledPlace(row(3), states(FREE, TAKEN, TAKEN), (LOT,)))
     assert counts.free_count_error == 4
 
 
 def test_tallies_of_places_add_up() -> None:
-    one = tally(Finding(row(2), states(FREE, FREE)), Truth(row(4), states(*[FREE] * 4), (LOT,)))
-    two = tally(Finding(row(4), states(*[FREE] * 4)), Truth(row(2), states(FREE, FREE), (LOT,)))
+    one = tally(Finding(row(2), states(FREE, FREE)), LabelledPlace(row(4), states(*[FREE] * 4), (LOT,)))
+    two = tally(Finding(row(4), states(*[FREE] * 4)), LabelledPlace(row(2), states(FREE, FREE), (LOT,)))
     assert (one + two).f1 == pytest.approx(8 / 12)
     assert one + Tally() == one
 
 
 def test_nothing_found_and_nothing_there() -> None:
     nothing = np.zeros((0, 4, 2))
-    counts = tally(Finding(nothing, states()), Truth(row(2), states(FREE, TAKEN), (LOT,)))
+    counts = tally(Finding(nothing, states()), LabelledPlace(row(2), states(FREE, TAKEN), (LOT,)))
     assert math.isnan(counts.precision)
     assert (counts.recall, counts.f1, counts.unknown_share) == (0.0, 0.0, 0.0)
-    assert math.isnan(f1(nothing, nothing))
-    assert tally(Finding(row(1), states(FREE)), Truth(nothing, states())).counted == 1
+    assert tally(Finding(row(1), states(FREE)), LabelledPlace(nothing, states())).counted == 1
 
 
-def test_areas_are_compared() -> None:
-    left, right = LOT, LOT + np.array([32.5, 0])
-    assert lot_iou(lot_area([left]), lot_area([right])) == pytest.approx(1 / 3)
-    assert lot_iou(lot_area([left, right]), lot_area([left])) == pytest.approx(2 / 3)
-    assert math.isnan(lot_iou(lot_area([]), shapely.Polygon()))
+def test_masks_are_compared() -> None:
     mask = np.arange(6).reshape(2, 3)
     assert mask_iou(mask < 4, mask >= 2) == pytest.approx(2 / 6)
 

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from hawk.algo.vision import decode, quads
 from hawk.algo.vision.network import maps_from_output
-from hawk.worlds.training import Scene, SceneStall, draw_scene
 from training import pool as pool_module
 from training.augment import light, retextured, sample, shaded, with_shadows
 from training.pool import ScenePool, training_scene
+from training.scenes import Scene, SceneStall, draw_scene
 from training.targets import (
     CAR,
     CORE,
@@ -29,6 +29,7 @@ from training.targets import (
     TARGET_CHANNELS,
     TrainingScene,
     draw_targets,
+    shape_of,
 )
 
 
@@ -57,7 +58,7 @@ def test_targets_decode_to_the_stalls_they_were_drawn_from() -> None:
     assert target.shape == (TARGET_CHANNELS, 200, 200)
     maps = maps_from_output(answer_of(target))
     found = decode.vote(maps, 0.2)
-    centre, angle, width, length = quads.shape(given.quads / 2)
+    centre, angle, width, length = shape_of(given.quads / 2)
     nearest = np.hypot(found.column - centre[:, :1], found.row - centre[:, 1:]).argmin(axis=1)
     assert len(found) == len(given.quads)
     np.testing.assert_allclose(found.column[nearest], centre[:, 0], atol=0.3)
@@ -170,6 +171,7 @@ def test_shadows_of_lorries_lie_over_free_stalls_alone() -> None:
     assert np.array_equal(with_shadows(image, quads[:0], np.random.default_rng(0)), image)
 
 
+@pytest.mark.slow
 def test_the_pool_holds_what_its_seed_draws() -> None:
     pool = ScenePool(seed=4, capacity=1)
     try:
@@ -199,6 +201,7 @@ def test_a_painter_does_not_outlive_its_trainer(monkeypatch: pytest.MonkeyPatch)
     assert handed_over == []
 
 
+@pytest.mark.slow
 def test_a_painter_ends_when_its_trainer_was_killed_with_a_full_pipe() -> None:
     code = (
         "import os, time; from training.pool import ScenePool; pool = ScenePool(3, 1, side=400)\n"

@@ -12,6 +12,7 @@ from hawk.algo.vision.network import StallNetwork  # noqa: E402
 from training.export import export  # noqa: E402
 from training.loss import loss  # noqa: E402
 from training.network import StallNet  # noqa: E402
+from training.settings import TrainingPlan  # noqa: E402
 from training.targets import (  # noqa: E402
     CAR,
     CORE,
@@ -22,7 +23,7 @@ from training.targets import (  # noqa: E402
     TARGET_CHANNELS,
     TrainingScene,
 )
-from training.train import Plan, train  # noqa: E402
+from training.train import train  # noqa: E402
 
 SMALL = (4, 4, 4, 4, 4)
 
@@ -118,7 +119,7 @@ def test_training_ends_in_time_moves_the_weights_and_keeps_them_now_and_then() -
     before = network.answer.weight.detach().clone()
     seconds = iter(range(10_000))
     kept: list[StallNet] = []
-    plan = Plan(minutes=0.2, seed=0, batch=2, side=64, bfloat16=False, report_steps=8)
+    plan = TrainingPlan(minutes=0.2, seed=0, batch=2, side=64, bfloat16=False, report_steps=8)
     trained = train(plan, network, pool, kept.append, lambda: float(next(seconds)))  # type: ignore[arg-type]
     assert next(seconds) < 20  # one look at the clock a step, and one more for a report
     assert len(kept) == 1
@@ -132,7 +133,7 @@ def test_the_same_seed_trains_the_same_weights() -> None:
     for _ in range(2):
         torch.manual_seed(3)
         seconds = iter(range(1000))
-        plan = Plan(minutes=0.1, seed=3, batch=2, side=64, bfloat16=False)
+        plan = TrainingPlan(minutes=0.1, seed=3, batch=2, side=64, bfloat16=False)
         trained = train(plan, StallNet(SMALL), SetPool(), clock=lambda s=seconds: float(next(s)))  # type: ignore[arg-type,misc]
         weights.append(trained.answer.weight.detach())
     assert torch.equal(*weights)
@@ -143,7 +144,7 @@ def test_a_number_of_steps_is_trained_whatever_the_clock_says_and_each_has_its_s
     for pool, tick in zip(pools, (1.0, 1000.0), strict=True):
         torch.manual_seed(3)
         seconds = (tick * k for k in range(1000))
-        plan = Plan(minutes=1, seed=3, steps=12, batch=2, side=64, bfloat16=False, first_scenes=0, reuse=4)
+        plan = TrainingPlan(minutes=1, seed=3, steps=12, batch=2, side=64, bfloat16=False, first_scenes=0, reuse=4)
         trained = train(plan, StallNet(SMALL), pool, clock=lambda s=seconds: next(s))  # type: ignore[arg-type,misc]
         weights.append(trained.answer.weight.detach())
     assert torch.equal(*weights)
@@ -155,7 +156,9 @@ def test_the_answer_is_the_mean_of_the_planned_states() -> None:
 
     def trained(averaged: tuple[float, ...]) -> Any:
         torch.manual_seed(3)
-        plan = Plan(minutes=1, seed=3, steps=8, batch=2, side=64, bfloat16=False, averaged=averaged, report_steps=1)
+        plan = TrainingPlan(
+            minutes=1, seed=3, steps=8, batch=2, side=64, bfloat16=False, averaged=averaged, report_steps=1
+        )
         return train(
             plan,
             StallNet(SMALL),

@@ -1,4 +1,4 @@
-"""Rows completed one lattice at a time, as one would write it down first: what the quick way is compared with."""
+"""Rows completed one lattice at a time, as one would write it down first: the reference for the quick method."""
 
 from __future__ import annotations
 

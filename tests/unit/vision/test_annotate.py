@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hawk.algo.vision.annotate import FREE_BGR, TAKEN_BGR, UNKNOWN_BGR, PictureStyle, annotate, state_of
+from hawk.algo.vision.picture import FREE_BGR, TAKEN_BGR, UNKNOWN_BGR, PictureStyle, annotate, state_of
 from hawk.algo.vision.rectify import project, scaled_camera
 from hawk.algo.vision.seen import StallSeen
 from hawk.model import CameraModel, MapPose, Stall, StallState
@@ -67,15 +67,6 @@ def test_a_stall_of_one_frame_is_shown_by_its_probability() -> None:
     states = [state_of(replace(seen, taken=t)) for t in (0.0, 0.35, 0.5, 0.65, 1.0)]
     assert states == ["free", "free", "unknown", "taken", "taken"]
     assert np.abs(drawn(seen)[pixel(101.5, 50.6)] - 90).max() > 20
-
-
-def test_the_lot_edge_is_drawn() -> None:
-    edge = np.array([(95.0, 45), (105, 45), (105, 55), (95, 55)])
-    jpeg = annotate(GROUND, CAMERA, POSE, (), [edge])
-    picture = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
-    assert picture is not None
-    assert int(picture[pixel(100, 45)].max()) > 150
-    assert int(picture[pixel(97.5, 45)].max()) > 150
 
 
 @pytest.mark.parametrize(

@@ -8,14 +8,11 @@ import cv2
 import numpy as np
 import pytest
 
-from hawk.algo.errors import AlgoError
-from hawk.algo.frame import FrameInput
+from hawk.algo.frame import AlgoError, FrameInput
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
-from hawk.algo.vision.app import VisionApp, stall_scale
-from hawk.algo.vision.finder import Found
+from hawk.algo.vision.app import VisionApp, VisionSettings
 from hawk.algo.vision.network import VisionModelError
-from hawk.algo.vision.seen import GroundImage, StallSeen
-from hawk.algo.vision.settings import VisionSettings
+from hawk.algo.vision.seen import Found, GroundImage, StallSeen
 from hawk.comm.image import NoImage
 from hawk.model import CameraModel, HeightParameters, MapPose, StateName
 
@@ -70,15 +67,14 @@ def test_a_frame_is_rectified_looked_at_and_published(rig: Rig) -> None:
     rig.finder.stalls = (STALL,) * 3
     for _ in range(2):
         rig.process()
-    seen = rig.app.seen
+    seen = rig.app.seen.ground
     assert seen is not None
     assert (seen.stalls, seen.pose, seen.captured) == ((STALL,) * 3, POSE, 5.0)
     assert seen.picture.metres_per_pixel == pytest.approx(0.1)
     assert rig.topics.park_lot_detected_pub.value is True
     assert rig.topics.vision_app_health_pub.value.is_healthy
-    shown = cv2.imdecode(np.frombuffer(rig.app.annotated_image, np.uint8), cv2.IMREAD_COLOR)
-    assert shown is not None
-    assert shown.shape == (540, 960, 3)
+    assert rig.app.seen.image is not None
+    assert rig.app.seen.image.shape == (720, 1280, 3)
 
 
 def test_the_lot_s_detection_is_steady(rig: Rig) -> None:
@@ -129,11 +125,11 @@ def test_a_picture_that_cannot_be_used_is_said_so_and_the_next_one_works(rig: Ri
         rig.process(jpeg)
     assert words in rig.topics.vision_app_health_pub.value.reason
     assert not rig.topics.vision_app_health_pub.value.is_healthy
-    assert rig.app.seen is None
-    assert rig.app.annotated_image == b""
+    assert rig.app.seen.ground is None
+    assert rig.app.seen.image is None
     rig.process()
     assert rig.app.get_health().is_healthy
-    assert rig.app.seen is not None
+    assert rig.app.seen.ground is not None
 
 
 @pytest.mark.parametrize(
@@ -148,8 +144,8 @@ def test_a_pose_that_cannot_be_used_leaves_the_picture(rig: Rig, pose: MapPose, 
     with pytest.raises(AlgoError, match=words):
         rig.process(pose=pose)
     assert words in rig.app.get_health().reason
-    assert rig.app.seen is None
-    assert rig.app.annotated_image
+    assert rig.app.seen.ground is None
+    assert rig.app.seen.image is not None
 
 
 @pytest.mark.parametrize(("pose", "words"), [(None, "no pose"), (replace(POSE, height=3.0), "below 6 m")])
@@ -157,11 +153,11 @@ def test_without_pose_or_height_pictures_are_only_shown(rig: Rig, pose: MapPose 
     rig.finder.stalls = (STALL,) * 5
     for _ in range(3):
         rig.process(pose=pose)
-    assert rig.app.seen is None
+    assert rig.app.seen.ground is None
     assert not rig.app.get_park_lot_detected()
     assert rig.app.get_health().is_healthy
     assert words in rig.app.get_health().reason
-    assert rig.app.annotated_image
+    assert rig.app.seen.image is not None
 
 
 def test_bad_pictures_in_a_row_lose_the_lot(rig: Rig) -> None:
@@ -186,7 +182,7 @@ def test_init_forgets(rig: Rig) -> None:
     for _ in range(2):
         rig.process()
     rig.app.init(FrameCamera(rig.topics), rig.topics)
-    assert rig.app.seen is None
+    assert rig.app.seen.ground is None
     assert not rig.app.get_park_lot_detected()
 
 
@@ -203,10 +199,10 @@ def test_the_same_frames_twice_give_the_same_results() -> None:
     for rig in (one, two):
         rig.finder.stalls = (STALL,) * 3
         rig.process()
-    assert one.app.seen is not None
-    assert two.app.seen is not None
-    np.testing.assert_array_equal(one.app.seen.picture.values, two.app.seen.picture.values)
-    assert one.app.annotated_image == two.app.annotated_image
+    assert one.app.seen.ground is not None
+    assert two.app.seen.ground is not None
+    np.testing.assert_array_equal(one.app.seen.ground.picture.values, two.app.seen.ground.picture.values)
+    assert one.app.seen.ground.stalls == two.app.seen.ground.stalls
 
 
 def test_a_user_s_model_that_is_missing_or_no_network_is_an_error_that_names_the_setting(tmp_path: Path) -> None:
@@ -224,12 +220,5 @@ def test_without_the_network_classical_geometry_takes_over() -> None:
     app.init(FrameCamera(topics), topics)
     topics.begin(Rig().frame)
     app.process()
-    assert app.seen is not None
+    assert app.seen.ground is not None
     assert app.get_health().is_healthy
-
-
-def test_the_scale_is_told_by_the_stalls_only_when_enough_are_whole() -> None:
-    small = replace(STALL, width=STALL.width * 0.8, length=STALL.length * 0.8)
-    assert stall_scale((small,) * 8) == pytest.approx(0.8)
-    assert stall_scale((small,) * 7) == 1.0
-    assert stall_scale((replace(small, visible=0.5),) * 20) == 1.0

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from hawk.algo.vision import decode, quads
 from hawk.algo.vision.classical import ClassicalFinder
-from hawk.algo.vision.finder import Found
 from hawk.algo.vision.rows import complete_rows, row_stalls
-from hawk.algo.vision.seen import FloatArray, GroundImage
+from hawk.algo.vision.seen import FloatArray, Found, GroundImage
 from hawk.survey.scoring import match
+from training.targets import shape_of
 
 NORTH_UP = np.array([[0.0, -0.1, 0.0], [0.1, 0.0, 0.0]])
 SIDE = 0.1
@@ -170,6 +170,7 @@ def test_two_rows_across_each_other_are_both_found() -> None:
     assert precision >= 0.9
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(turn=st.floats(0, math.pi), pitch=st.floats(2.4, 3.1), seed=st.integers(0, 99))
 def test_it_does_not_matter_which_way_a_row_runs(turn: float, pitch: float, seed: int) -> None:
@@ -286,7 +287,7 @@ def test_the_core_map_is_evidence_for_stalls_that_were_not_found() -> None:
         points = core.pixel_points(near * (1 - along) + far * along)
         return np.asarray(decode.sample(core.values, points).mean(axis=1))
 
-    centre, angle, width, length = quads.shape(ground.map_points(true))
+    centre, angle, width, length = shape_of(ground.map_points(true))
     known = np.array([1, 2, 5, 7])
     north, east = centre[known].T
     some = row_stalls(north, east, angle[known], width[known], length[known], np.full(len(known), 0.9))

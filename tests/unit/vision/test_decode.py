@@ -13,6 +13,7 @@ from hawk.algo.vision import decode, quads
 from hawk.algo.vision.decode import Stalls
 from hawk.algo.vision.network import NetworkMaps
 from hawk.algo.vision.seen import FloatArray, GroundImage
+from training.targets import shape_of
 
 CELL = 0.2
 Numbers = tuple[float, float, float, float, float]
@@ -20,7 +21,7 @@ SIZE = (160, 240)
 
 
 def ideal_maps(stalls: list[Numbers], taken: Collection[int] = (), noise: float = 0.0) -> NetworkMaps:
-    """What a perfect network would say of stalls (column, row, angle, width, length) in cells."""
+    """Return the output of a perfect network for stalls (column, row, angle, width, length) in cells."""
     rng = np.random.default_rng(3)
     maps = {name: np.zeros(SIZE, np.float32) for name in NetworkMaps.__slots__}
     maps["width"][:], maps["length"][:] = 2.6, 5.2
@@ -199,7 +200,7 @@ def test_overlaps_agree_with_counting(x: float, y: float, angle: float) -> None:
 def test_shape_undoes_corners(x: float, y: float, angle: float, width: float, length: float) -> None:
     quad = quads.corners(*(np.array([v]) for v in (x, y, angle, width, length)))
     for turned in (quad, np.roll(quad, 1, axis=1), quad[:, ::-1]):
-        centre, found, wide, long = quads.shape(turned)
+        centre, found, wide, long = shape_of(turned)
         np.testing.assert_allclose([*centre[0], wide[0], long[0]], [x, y, width, length], atol=1e-9)
         assert quads.angle_between(found[0], angle) < 1e-6
 

@@ -53,6 +53,7 @@ def by_place(stalls: RowStalls) -> FloatArray:
     return np.asarray(table[np.lexsort(table[:, :2].T)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lean", [math.pi / 2, math.radians(60)])
 @given(seed=st.integers(0, 10_000))
 @settings(max_examples=40)
@@ -87,7 +88,7 @@ def test_overlap_more_is_what_the_overlap_says(pairs: list[tuple[tuple[float, ..
 
 
 def boxes(values: list[tuple[float, ...]]) -> FloatArray:
-    """Quads (N, 4, 2), some with their corners the other way round."""
+    """Quads (N, 4, 2), some with their corners in the other order."""
     table = np.array(values).reshape(-1, 6)
     corners = quads.corners(*table[:, :5].T)
     return np.asarray(np.where(table[:, 5, None, None] > 0, corners[:, ::-1], corners))

@@ -11,12 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hawk.algo.vision import network as network_module
-from hawk.algo.vision.finder import NetworkFinder
+from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.network import StallNetwork, VisionModelError, maps_from_output, packaged_weights
-from hawk.algo.vision.rectify import ground_homography, rectify
+from hawk.algo.vision.rectify import Rectifier, ground_homography
 from hawk.algo.vision.seen import GroundImage
 from hawk.model import CameraModel, MapPose
-from hawk.worlds.training import Scene, SceneStall, draw_scene
+from training.scenes import Scene, SceneStall, draw_scene
 
 DATA = Path(__file__).parent / "data"
 NORTH_UP = np.array([[0.0, -0.1, 0.0], [0.1, 0.0, 0.0]])
@@ -113,7 +113,7 @@ def test_a_lot_seen_from_a_tilted_camera_lies_where_it_is(network: StallNetwork,
     texture = ground_homography(camera, pose) @ np.vstack([NORTH_UP, [0, 0, 1]])
     border = (95, 95, 95)
     frame = cv2.warpPerspective(lot.image, texture, (1280, 720), borderMode=cv2.BORDER_CONSTANT, borderValue=border)
-    found = NetworkFinder(network).find(rectify(np.asarray(frame, np.uint8), camera, pose))
+    found = NetworkFinder(network).find(Rectifier().rectify(np.asarray(frame, np.uint8), camera, pose))
     middles = np.array([stall.quad.mean(axis=0) for stall in whole(lot)])
     truth = middles @ NORTH_UP[:, :2].T + NORTH_UP[:, 2]
     apart = np.array([[math.hypot(s.north - n, s.east - e) for s in found.stalls if s.visible > 0.9] for n, e in truth])

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from hawk.algo.errors import NoImage
-from hawk.algo.vision.picture import decode, jpeg_size
+from hawk.algo.vision.picture import decode
+from hawk.comm.image import NoImage, jpeg_size
 
 
 def jpeg(width: int = 320, height: int = 200, value: int = 120) -> bytes:

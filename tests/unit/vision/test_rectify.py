@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from hawk.algo.vision.rectify import MAXIMUM_PIXELS, Rectifier, RectifyError, project, rectify
-from hawk.algo.vision.seen import FloatArray
+from hawk.algo.vision.rectify import MAXIMUM_PIXELS, Rectifier, RectifyError, project
+from hawk.algo.vision.seen import FloatArray, GroundImage
 from hawk.model import CameraModel, MapPose
 
 F = 640 / math.tan(math.radians(35))
@@ -22,6 +22,10 @@ poses = st.builds(
 )
 
 
+def rectify(image: NDArray[np.uint8], camera: CameraModel, pose: MapPose) -> GroundImage:
+    return Rectifier().rectify(image, camera, pose)
+
+
 def quaternion_turn(vector: FloatArray, axis: tuple[float, float, float], angle: float) -> FloatArray:
     """Rodrigues' formula: turns a vector about an axis; shares nothing with the matrices under test."""
     k = np.array(axis)
@@ -30,7 +34,7 @@ def quaternion_turn(vector: FloatArray, axis: tuple[float, float, float], angle:
 
 
 def independent_pixel(point: FloatArray, camera: CameraModel, pose: MapPose) -> FloatArray:
-    """Where a ground point is in the picture: undo yaw, pitch and roll in turn, then the mount, then the lens."""
+    """Return a ground point's place in the picture: undo yaw, pitch and roll in turn, then the mount, then the lens."""
     ray = np.array([point[0] - pose.north, point[1] - pose.east, pose.height])
     for yaw, pitch, roll in (
         (pose.yaw, pose.pitch, pose.roll),

@@ -14,37 +14,42 @@ import aiohttp
 from aiohttp import web
 from aiohttp.test_utils import TestServer
 
-from hawk.comm.clock import ManualClock
-from hawk.comm.loop_lag import LagSummary
+from hawk.comm.authority import authority_refusal
 from hawk.comm.messages import Ack, Command, KillRequest, KillToken, Outgoing
-from hawk.comm.status import ClientId, DroneStatus
+from hawk.comm.performance import LagSummary
+from hawk.comm.status import ClientId, DroneStatus, OperatorDesk, StatusStamp
 from hawk.comm.topic import Topic
 from hawk.config import OperatorSettings, WebSettings
-from hawk.model import OccupancyMap
-from hawk.web.app import create_app
-from hawk.web.services import OperatorSide, VideoFrame, WebServices
-from hawk.web.static import Page
+from hawk.model import AnnotatedFrame, OccupancyMap
+from hawk.web.app import Page, create_app
+from hawk.web.services import OperatorSide, WebServices
+from tests.manual_clock import ManualClock
+from tests.unit.comm.waiting import until
 
 PATIENCE_S = 5.0
 
 
-@dataclass(frozen=True)
-class Frame:
-    sequence: int
-    captured: float
-    jpeg: bytes
-
-
 class FakeManager:
-    """Accepts what comes through the queue when told to, and acts on urgent commands at once."""
+    """Accepts what a client may send: through the queue if so set, urgent commands at once."""
 
     def __init__(self) -> None:
         self.urgent: list[tuple[ClientId, Command]] = []
         self.fail = False
+        self.desk: OperatorDesk | None = None
+
+    def refusal(self, client: ClientId, command: Command) -> Ack | None:
+        """The judge's first question."""
+        assert self.desk is not None
+        has_control = client in self.desk.controlling_clients()
+        is_controlled = self.desk.controller() is not None
+        reason = authority_refusal(command.type, has_control=has_control, is_controlled=is_controlled, homing=False)
+        return Ack(id=command.id, accepted=False, reason=reason) if reason else None
 
     def handle_now(self, client: ClientId, command: Command) -> Outgoing:
         if self.fail:
             raise RuntimeError("a defect")
+        if (refused := self.refusal(client, command)) is not None:
+            return refused
         self.urgent.append((client, command))
         if isinstance(command, KillRequest):
             return KillToken(id=command.id, token="t" * 32, valid_for=10.0)
@@ -65,10 +70,11 @@ class Rig:
 
     def __post_init__(self) -> None:
         self.side = OperatorSide.create(self.clock, self.operator)
-        self.side.socket.attach(self.manager)
+        self.manager.desk = self.side.desk
+        self.side.socket.attach(self.manager.handle_now)
         self.status: Topic[DroneStatus] = Topic("status", self.clock)
         self.map: Topic[OccupancyMap] = Topic("map", self.clock)
-        self.video: Topic[VideoFrame] = Topic("video", self.clock)
+        self.video: Topic[AnnotatedFrame] = Topic("video", self.clock)
         self.server: TestServer | None = None
         self.app: web.Application | None = None
 
@@ -85,6 +91,7 @@ class Rig:
             simulation=self.simulation,
             camera_fov_deg=70.0,
             loop_lag=lambda: LagSummary(0.5, 4.0, 9.0, 100),
+            counters=lambda: {"camera_pictures_damaged": 7},
             monotonic=self.real,
         )
 
@@ -97,25 +104,34 @@ class Rig:
     @property
     def sequence(self) -> int:
         """Number of the last status."""
-        return 0 if self.status.value is None else self.status.value.sequence
+        return 0 if self.status.value is None else self.status.value.stamp.sequence
+
+    async def nobody_connected(self) -> None:
+        """Wait until every connection has ended."""
+        await until(lambda: not len(self.side.hub))
 
     def publish(self, status: DroneStatus | None = None) -> None:
-        """One heartbeat's worth of time passes, and the manager tells its status."""
+        """One heartbeat's worth of time passes, and the manager publishes its status."""
         self.clock.advance(0.2)
         self.tell(status)
 
     def tell(self, status: DroneStatus | None = None) -> None:
-        """The manager tells its status; no time passes that a lease would count."""
+        """The manager publishes its status; no time passes for a lease."""
         self.real.advance(0.2)
         before = self.status.value or DroneStatus()
-        self.status.publish(replace(status or before, sequence=before.sequence + 1, time=self.clock()))
+        self.status.publish(
+            replace(status or before, stamp=StatusStamp(sequence=before.stamp.sequence + 1, time=self.clock()))
+        )
 
     def serve_commands(self) -> list[tuple[ClientId, Command]]:
-        """Do what the manager's tick does: take and accept everything."""
-        taken = self.side.socket.receive()
-        for client, command in taken:
-            self.side.socket.reply(client, Ack(id=command.id, accepted=True))
-        return taken
+        """Do what the manager's tick does: accept everything that its sender may send; return that."""
+        accepted = []
+        for client, command in self.side.socket.receive():
+            refused = self.manager.refusal(client, command)
+            if refused is None:
+                accepted.append((client, command))
+            self.side.socket.reply(client, refused or Ack(id=command.id, accepted=True))
+        return accepted
 
 
 class Visitor:

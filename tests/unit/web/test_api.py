@@ -7,10 +7,17 @@ from typing import Any
 
 import pytest
 
-from hawk.comm.messages import HealthItem
-from hawk.comm.status import DroneStatus
-from hawk.model import Counts, EncodedTile, OccupancyMap, Stall, StallState, StateName
-from tests.unit.web.rig import Frame, Rig, browser
+from hawk.comm.status import (
+    DroneStatus,
+    HealthItem,
+    OperationStatus,
+    PartsStatus,
+    PerceptionStatus,
+    SiteStatus,
+    TravelStatus,
+)
+from hawk.model import AnnotatedFrame, Counts, EncodedTile, OccupancyMap, Stall, StallState, StateName
+from tests.unit.web.rig import Rig, browser
 
 HEALTHY = HealthItem(name="link", healthy=True, reason="")
 ILL = HealthItem(name="camera", healthy=False, reason="No picture for 3 s")
@@ -67,7 +74,7 @@ async def test_a_tile_that_is_not_there_is_404(rig: Rig, path: str) -> None:
 
 async def test_exports_of_the_present_map(rig: Rig) -> None:
     rig.map.publish(MAP)
-    rig.publish(DroneStatus(datum=(43.0, -79.0)))
+    rig.publish(DroneStatus(site=SiteStatus(datum=(43.0, -79.0))))
     status, text, headers = await get(rig, "/api/stalls.csv")
     rows = list(csv.DictReader(io.StringIO(text)))
     assert (status, [row["state"] for row in rows]) == (200, ["free", "taken"])
@@ -80,7 +87,7 @@ async def test_exports_of_the_present_map(rig: Rig) -> None:
 
 async def test_no_export_before_the_map_has_its_place_on_earth(rig: Rig) -> None:
     rig.map.publish(MAP)
-    rig.publish(DroneStatus(datum=None))
+    rig.publish(DroneStatus(site=SiteStatus(datum=None)))
     for path in ("/api/stalls.csv", "/api/stalls.geojson"):
         status, text, _ = await get(rig, path)
         assert status == 409
@@ -91,7 +98,13 @@ async def test_the_report_tells_the_present_map(rig: Rig) -> None:
     status, report = await get_json(rig, "/api/report.json")
     assert (status, report["stalls"], report["state"]) == (200, None, None)
     rig.map.publish(MAP)
-    rig.publish(DroneStatus(state=StateName.HOVER, explored=0.5, way=12.0))
+    rig.publish(
+        DroneStatus(
+            operation=OperationStatus(state=StateName.HOVER),
+            perception=PerceptionStatus(explored=0.5),
+            travel=TravelStatus(distance_flown=12.0),
+        )
+    )
     _, report = await get_json(rig, "/api/report.json")
     del report["version"], report["simulation"], report["utc"], report["datum"], report["explore_done"]
     assert report.pop("flight_time_s") is None
@@ -109,22 +122,24 @@ async def test_the_report_tells_the_present_map(rig: Rig) -> None:
 
 async def test_health_is_bad_without_a_status_with_an_old_one_or_an_ill_part(rig: Rig) -> None:
     assert (await get_json(rig, "/api/health"))[0] == 503
-    rig.publish(DroneStatus(health=(HEALTHY,)))
+    rig.publish(DroneStatus(parts=PartsStatus(health=(HEALTHY,))))
     status, health = await get_json(rig, "/api/health")
     assert (status, health["healthy"], health["running"]) == (200, True, True)
-    rig.publish(DroneStatus(health=(HEALTHY, ILL)))
+    rig.publish(DroneStatus(parts=PartsStatus(health=(HEALTHY, ILL))))
     status, health = await get_json(rig, "/api/health")
     assert status == 503
     assert health["parts"]["camera"] == {"healthy": False, "reason": "No picture for 3 s"}
-    rig.publish(DroneStatus(health=(HEALTHY,)))
+    rig.publish(DroneStatus(parts=PartsStatus(health=(HEALTHY,))))
     rig.clock.advance(1.1)
     status, health = await get_json(rig, "/api/health")
     assert (status, health["running"]) == (503, False)
 
 
 async def test_metrics_are_in_the_prometheus_text_format(rig: Rig) -> None:
-    rig.publish(DroneStatus(free=3, vision_rate=9.5, health=(HEALTHY, ILL)))
-    rig.video.publish(Frame(1, rig.clock() - 0.2, b"jpeg"))
+    rig.publish(
+        DroneStatus(perception=PerceptionStatus(free=3, vision_rate=9.5), parts=PartsStatus(health=(HEALTHY, ILL)))
+    )
+    rig.video.publish(AnnotatedFrame(1, rig.clock() - 0.2, b"jpeg"))
     status, text, headers = await get(rig, "/metrics")
     assert status == 200
     assert headers["Content-Type"].startswith("text/plain; version=0.0.4")
@@ -143,6 +158,7 @@ async def test_metrics_are_in_the_prometheus_text_format(rig: Rig) -> None:
     assert 'hawk_stalls{state="free"} 3.0' in text
     assert 'hawk_healthy{part="camera"} 0.0' in text
     assert "hawk_vision_rate_hertz 9.5" in text
+    assert "hawk_camera_pictures_damaged_total 7.0" in text
 
 
 async def test_metrics_leave_out_what_is_not_known(rig: Rig) -> None:

@@ -2,20 +2,33 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any
 
 import pytest
+from pydantic import ValidationError
 
-from hawk.comm.fence_messages import FenceCorner, FenceSetup
-from hawk.comm.messages import Heartbeat, LogEntry
-from hawk.comm.status import DroneStatus
+from hawk.comm.status import (
+    DroneStatus,
+    FenceCorner,
+    FenceSetup,
+    Heartbeat,
+    LogEntry,
+    OperationStatus,
+    PartsStatus,
+    Point,
+    PoseStatus,
+    SharedHeartbeat,
+    SiteStatus,
+    StatusStamp,
+    wire_key,
+)
 from hawk.model import HealthStatus, MapPoint, OccupancyMap, StateName, UserError
-from hawk.web.heartbeat import LOG_LIMIT, TRAIL_LIMIT, ClientView, SharedHeartbeat
+from hawk.web.clients import LOG_LIMIT, TRAIL_LIMIT, ClientView
 
 
 def beat(view: ClientView, status: DroneStatus, current: OccupancyMap | None = None) -> dict[str, Any]:
-    text = view.heartbeat(SharedHeartbeat().keys(status), status, current, "Operator 1", True)
+    text = view.heartbeat(status, current, "Operator 1", True)
     Heartbeat.model_validate_json(text)
     found: dict[str, Any] = json.loads(text)
     return found
@@ -25,20 +38,24 @@ def entry(number: int) -> LogEntry:
     return LogEntry(number=number, time="2026-01-01T00:00:00Z", level="info", text=f"entry {number}")
 
 
-def test_every_field_of_the_status_is_told_or_belongs_to_a_client() -> None:
-    told = set(Heartbeat.model_fields)
-    assert {f.name for f in fields(DroneStatus)} - told == {"log", "trail_id"}
+def test_every_part_of_the_status_is_in_the_heartbeat() -> None:
+    told = beat(ClientView(), DroneStatus())
+    assert set(told) == {wire_key(name) for name in Heartbeat.model_fields}
+    parts = [f.name for f in fields(DroneStatus) if f.name not in ("fence_setup", "log", "trail", "trail_id")]
+    names = [name for part in parts for name in type(getattr(DroneStatus(), part)).model_fields]
+    assert sorted(names) == sorted(set(SharedHeartbeat.model_fields) - {"type"})
 
 
 def test_values_arrive_under_their_keys() -> None:
     status = DroneStatus(
-        state=StateName.LAND,
-        user_error=UserError.NO_LOT_DETECTED,
-        health_status=HealthStatus.UNHEALTHY,
-        home=MapPoint(1.0, 2.0),
-        fence=(MapPoint(0.0, 0.0), MapPoint(9.0, 0.0), MapPoint(9.0, 9.0)),
-        datum=(43.0, -79.0),
-        yaw=1.5,
+        operation=OperationStatus(state=StateName.LAND, user_error=UserError.NO_LOT_DETECTED),
+        parts=PartsStatus(health_status=HealthStatus.UNHEALTHY),
+        site=SiteStatus(
+            home=Point(north=1.0, east=2.0),
+            fence=tuple(Point(north=n, east=e) for n, e in ((0.0, 0.0), (9.0, 0.0), (9.0, 9.0))),
+            datum=(43.0, -79.0),
+        ),
+        pose=PoseStatus(yaw=1.5),
     )
     told = beat(ClientView(), status)
     assert (told["State"], told["User Error"], told["Health Status"]) == ("Land", 2, 1)
@@ -49,11 +66,23 @@ def test_values_arrive_under_their_keys() -> None:
     assert (told["Controller"], told["In Control"]) == ("Operator 1", True)
 
 
+def test_local_position_x_and_y_are_not_swapped() -> None:
+    told = beat(ClientView(), DroneStatus(pose=PoseStatus(local_position_x=3.0, local_position_y=-7.0)))
+    assert (told["Local Position X"], told["Local Position Y"]) == (3.0, -7.0)
+
+
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_not_finite_is_null(value: float) -> None:
-    told = beat(ClientView(), DroneStatus(speed=value, trail=(MapPoint(1.0, value), MapPoint(1.0, 1.0))))
+    told = beat(
+        ClientView(), DroneStatus(pose=PoseStatus(speed=value), trail=(MapPoint(1.0, value), MapPoint(1.0, 1.0)))
+    )
     assert told["Speed"] is None
     assert told["Trail"] == [{"North": 1.0, "East": 1.0}]
+
+
+def test_heights_that_are_not_finite_are_no_status() -> None:
+    with pytest.raises(ValidationError):
+        SiteStatus(heights=(math.nan, 1.0, 2.0))
 
 
 def setup(problem: str = "") -> FenceSetup:
@@ -110,16 +139,16 @@ def test_trail_points_come_once_until_it_begins_anew() -> None:
 
 
 def test_the_shared_part_is_built_once_a_status() -> None:
-    shared, status = SharedHeartbeat(), DroneStatus()
-    assert shared.keys(status) is shared.keys(status)
-    assert shared.keys(DroneStatus(sequence=1))["Sequence"] == 1
+    status = DroneStatus()
+    assert status.shared_json is status.shared_json
+    other = replace(status, stamp=StatusStamp(sequence=1))
+    assert json.loads(other.shared_json)["Sequence"] == 1
 
 
 def test_one_client_does_not_change_what_another_is_told() -> None:
-    shared = SharedHeartbeat()
     status = DroneStatus(log=(entry(1),))
     one, two = ClientView(), ClientView()
     for view in (one, two):
-        told = json.loads(view.heartbeat(shared.keys(status), status, None, None, False))
+        told = json.loads(view.heartbeat(status, None, None, False))
         assert len(told["Messages"]) == 1
-    assert shared.keys(status)["Messages"] == []
+    assert "Messages" not in json.loads(status.shared_json)

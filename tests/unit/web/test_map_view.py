@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import json
 import random
 import zlib
 from dataclasses import replace
@@ -11,11 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hawk.comm.messages import MapUpdate
+from hawk.comm.status import MapUpdate
 from hawk.model import TILE_CELLS, EncodedTile, MapPoint, OccupancyMap, Stall, StallState, TileKey
 from hawk.sharded import Sharded
-from hawk.survey.client_map import ClientMap
-from hawk.web import map_backlog
+from hawk.survey.client import ClientMap
+from hawk.web import map_view
 from hawk.web.map_view import BUDGET_BYTES, MapView
 
 HERE = MapPoint(0.0, 0.0)
@@ -35,7 +34,7 @@ def stall(number: int, version: int = 1, north: float = 1.0, state: StallState =
 
 
 def over_the_wire(update: MapUpdate) -> MapUpdate:
-    text = json.dumps(update.model_dump(by_alias=True, exclude_unset=True))
+    text = update.to_json()
     assert len(text) <= BUDGET_BYTES
     return MapUpdate.model_validate_json(text)
 
@@ -189,7 +188,7 @@ def test_without_a_place_of_the_drone_the_map_goes_out_all_the_same(drone: MapPo
 def test_a_large_map_is_taken_in_by_and_by(steps: list[tuple[str, int, int, bool]]) -> None:
     server, view, client = Model(), MapView(), ClientMap()
     shared = OccupancyMap(Sharded(_block), Sharded(_block), Sharded(lambda number: number // 8), map_id="m0")
-    with mock.patch.object(map_backlog, "INTAKE", 40):
+    with mock.patch.object(map_view, "INTAKE", 40):
         for action, number, fill, reads in steps:
             server.change(action, number, fill)
             shared = as_shared(server.now, shared)

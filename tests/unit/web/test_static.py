@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from hawk.web.static import Page
+from hawk.web.app import Page
 from tests.unit.web.rig import Rig, browser
 
 SCRIPT = b"export const answer = 42;\n" * 100

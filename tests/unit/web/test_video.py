@@ -7,12 +7,13 @@ import aiohttp
 import pytest
 
 from hawk.config import WebSettings
+from hawk.model import AnnotatedFrame
 from hawk.web.video import HEADER, pack
-from tests.unit.web.rig import PATIENCE_S, Frame, Rig, browser
+from tests.unit.web.rig import PATIENCE_S, Rig, browser
 
 
-def frame(number: int, captured: float = 1.5) -> Frame:
-    return Frame(number, captured, b"\xff\xd8" + bytes([number % 256]) + b"\xff\xd9")
+def frame(number: int, captured: float = 1.5) -> AnnotatedFrame:
+    return AnnotatedFrame(number, captured, b"\xff\xd8" + bytes([number % 256]) + b"\xff\xd9")
 
 
 async def read(socket: aiohttp.ClientWebSocketResponse) -> tuple[int, float, bytes]:
@@ -35,7 +36,7 @@ async def quiet(socket: aiohttp.ClientWebSocketResponse, rig: Rig) -> None:
 
 def test_the_header_is_20_bytes_and_the_sequence_wraps() -> None:
     assert HEADER.size == 20
-    packed = pack(Frame(2**32 + 7, 0.25, b"jpeg"))
+    packed = pack(AnnotatedFrame(2**32 + 7, 0.25, b"jpeg"))
     assert packed == b"HWK1" + struct.pack("<IdI", 7, 0.25, 0) + b"jpeg"
 
 

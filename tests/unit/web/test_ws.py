@@ -2,16 +2,17 @@ from __future__ import annotations
 
 import asyncio
 import json
+from typing import Any
 
 import aiohttp
 import pytest
 
-from hawk.comm.messages import Arm, Hold, Kill, KillRequest, Land, ReturnToLaunch
-from hawk.comm.status import DroneStatus
+from hawk.comm.messages import Arm, CheckFence, Hold, Kill, KillRequest, Land, ReturnToLaunch, RouteRequest, Takeoff
+from hawk.comm.status import DroneStatus, OperationStatus, PoseStatus, StatusStamp, VehicleStatus
 from hawk.config import WebSettings
 from hawk.model import StateName
-from hawk.web.counters import COUNTERS
-from hawk.web.hub import OUTBOX_LIMIT
+from hawk.web.clients import OUTBOX_LIMIT
+from hawk.web.services import COUNTERS
 from hawk.web.ws import IN_FLIGHT_LIMIT
 from tests.unit.web.rig import Connect, Rig, Visitor, browser
 
@@ -25,13 +26,19 @@ async def test_welcome_tells_what_never_changes(connect: Connect) -> None:
     page = await connect()
     assert page.welcome["Simulation"] is True
     assert page.welcome["Version"] == "1.2.3"
-    assert (page.welcome["CellSize"], page.welcome["TileCells"]) == (0.1, 256)
-    assert (page.welcome["OperatorTimeout"], page.welcome["OperatorHold"]) == (10.0, 30.0)
+    assert (page.welcome["Cell Size"], page.welcome["Tile Cells"]) == (0.1, 256)
+    assert (page.welcome["Operator Timeout"], page.welcome["Operator Hold"]) == (10.0, 30.0)
 
 
 async def test_heartbeat_carries_the_specifications_keys(rig: Rig, connect: Connect) -> None:
     page = await connect()
-    rig.publish(DroneStatus(state=StateName.HOVER, armed=True, latitude=43.2, local_position_y=2.0))
+    rig.publish(
+        DroneStatus(
+            operation=OperationStatus(state=StateName.HOVER),
+            vehicle=VehicleStatus(armed=True),
+            pose=PoseStatus(latitude=43.2, local_position_y=2.0),
+        )
+    )
     beat = await page.next("Heartbeat")
     assert beat["State"] == "Hover"
     assert beat["Armed"] is True
@@ -72,20 +79,48 @@ async def test_a_command_in_control_reaches_the_manager_and_is_answered(rig: Rig
 )
 async def test_commands_need_control(rig: Rig, connect: Connect, command: dict[str, object]) -> None:
     watcher = await connect()
-    answer = await watcher.ask(Id="a", **command)
-    assert answer == {
-        "Type": "Ack",
-        "Id": "a",
-        "Accepted": False,
-        "Reason": "You do not have control. Take control first.",
-    }
+    answer = await refused(rig, watcher, Id="a", **command)
+    assert answer == {"Type": "Ack", "Id": "a", "Accepted": False, "Reason": "Take control first."}
     operator = await connect()
     await operator.take_control()
-    answer = await watcher.ask(**command)
+    answer = await refused(rig, watcher, **command)
     assert not answer["Accepted"]
     assert answer["Reason"] == "Someone else has control."
-    assert rig.side.socket.receive() == []
+
+
+async def refused(rig: Rig, page: Visitor, **command: object) -> dict[str, Any]:
+    """Send a command that its sender may not send, and return the answer."""
+    await page.send(**command)
+    await page.send(Type="Map Resync", Id="settle")
+    answers: list[dict[str, Any]] = []
+    while not answers or answers[-1]["Id"] != "settle":
+        answers.append(await page.next("Ack"))
+    assert rig.serve_commands() == []
     assert rig.manager.urgent == []
+    return answers[0] if len(answers) == 2 else await page.next("Ack")
+
+
+async def test_who_only_watches_may_ask_for_a_route_and_check_a_fence(rig: Rig, connect: Connect) -> None:
+    await (await connect()).take_control()
+    watcher = await connect()
+    corners = [{"Latitude": 43.0 + n, "Longitude": -79.0 + n * n} for n in range(3)]
+    await watcher.send(Type="Route Request", X=1.0, Y=1.0)
+    await watcher.send(Type="Check Fence", Corners=corners, Ceiling=80.0)
+    await settle(rig, watcher)
+    assert [type(command) for _, command in rig.serve_commands()] == [RouteRequest, CheckFence]
+
+
+async def test_one_clients_commands_leave_room_for_anothers(rig: Rig, connect: Connect) -> None:
+    operator, watcher = await connect(), await connect()
+    await operator.take_control()
+    for _ in range(300):
+        await watcher.send(Type="Arm")
+    await watcher.send(Type="Heartbeat", Id="last")
+    while (await watcher.next("Ack"))["Id"] != "last":
+        pass
+    await operator.send(Type="Takeoff")
+    await settle(rig, operator)
+    assert [command for _, command in rig.serve_commands()] == [Takeoff()]
 
 
 @pytest.mark.parametrize("kind", ["Return To Launch", "Land"])
@@ -97,9 +132,8 @@ async def test_going_home_needs_control_or_that_nobody_has_it(rig: Rig, connect:
     assert isinstance(command, ReturnToLaunch | Land)
     await (await connect()).take_control()
     await watcher.next("Ack")
-    answer = await watcher.ask(Type=kind)
+    answer = await refused(rig, watcher, Type=kind)
     assert (answer["Accepted"], answer["Reason"]) == (False, "Someone else has control.")
-    assert rig.side.socket.receive() == []
 
 
 async def test_anyone_may_hold_and_it_passes_the_queue(rig: Rig, connect: Connect) -> None:
@@ -218,7 +252,7 @@ async def test_a_page_that_goes_makes_room(rig: Rig, connect: Connect) -> None:
     page = await connect()
     await page.socket.close()
     async with asyncio.timeout(5):
-        await rig.side.hub.empty()
+        await rig.nobody_connected()
     await connect()
 
 
@@ -227,9 +261,11 @@ async def test_heartbeats_are_at_most_ten_a_second_whatever_the_clock_does(rig: 
     for _ in range(20):  # status every 50 ms real: a simulation at speed 4
         rig.real.advance(0.05)
         rig.clock.advance(0.2)
-        rig.status.publish(DroneStatus(sequence=1 + (rig.status.value or DroneStatus()).sequence))
+        rig.status.publish(
+            DroneStatus(stamp=StatusStamp(sequence=1 + (rig.status.value or DroneStatus()).stamp.sequence))
+        )
         await settle(rig, page)
-    rig.publish(DroneStatus(state=StateName.LAND))
+    rig.publish(DroneStatus(operation=OperationStatus(state=StateName.LAND)))
     beats = 0
     while (await page.next("Heartbeat"))["State"] != "Land":
         beats += 1
@@ -241,7 +277,7 @@ async def test_a_client_that_stops_reading_never_holds_up_another(rig: Rig, conn
         stuck = await connect(session)  # never reads again
         page = await connect()
         for _ in range(100):
-            rig.publish(DroneStatus(detail="x" * 20_000))
+            rig.publish(DroneStatus(operation=OperationStatus(detail="x" * 20_000)))
             assert (await page.next("Heartbeat"))["Sequence"] == rig.sequence
         assert rig.app is not None
         told_to_stuck = rig.app[COUNTERS].heartbeats - 100
@@ -262,16 +298,16 @@ async def test_a_status_that_cannot_be_told_is_logged_once_and_the_next_goes_out
 ) -> None:
     page = await connect()
     for _ in range(3):
-        rig.publish(DroneStatus(heights=(float("nan"), 1.0, 2.0)))
+        rig.publish(DroneStatus(site=None))  # type: ignore[arg-type]
         await settle(rig, page)
-    rig.publish(DroneStatus(state=StateName.LAND))
+    rig.publish(DroneStatus(operation=OperationStatus(state=StateName.LAND)))
     assert (await page.next("Heartbeat"))["State"] == "Land"
     assert caplog.text.count("could not be built") == 1
 
 
 async def test_what_is_not_finite_is_null(rig: Rig, connect: Connect) -> None:
     page = await connect()
-    rig.publish(DroneStatus(pose_age=float("inf"), yaw=float("nan")))
+    rig.publish(DroneStatus(pose=PoseStatus(pose_age=float("inf"), yaw=float("nan"))))
     beat = await page.next("Heartbeat")
     assert (beat["Pose Age"], beat["Yaw"]) == (None, None)
 
@@ -282,7 +318,7 @@ async def test_the_operator_that_is_lost_gets_no_heartbeat_the_others_do(rig: Ri
     rig.publish()
     assert (await lost.next("Heartbeat"))["In Control"] is True
     rig.clock.advance(10.1)
-    rig.publish(DroneStatus(state=StateName.COMMUNICATION_LOST))
+    rig.publish(DroneStatus(operation=OperationStatus(state=StateName.COMMUNICATION_LOST)))
     while (await watcher.next("Heartbeat"))["State"] != "CommunicationLost":
         pass
     await lost.send(Type="Heartbeat", Id="back")
@@ -340,8 +376,8 @@ async def test_a_client_that_never_reads_its_answers_is_disconnected(
     page = await connect()
     (client,) = rig.side.hub._clients.values()
     for _ in range(OUTBOX_LIMIT + 1):
-        client.outbox.put("an answer")  # no turn of the loop between: none can be sent
+        client.put("an answer")  # no turn of the loop between: none can be sent
     await page.send(Type="Heartbeat")
     async with asyncio.timeout(5):
-        await rig.side.hub.empty()
+        await rig.nobody_connected()
     assert "does not read its answers" in caplog.text

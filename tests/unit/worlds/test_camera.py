@@ -83,30 +83,6 @@ def test_projection_agrees_with_independent_formula(
     assert image[:2] / image[2] == pytest.approx(_by_hand(point, place, roll, pitch, yaw), abs=1e-6)
 
 
-@settings(max_examples=60)
-@given(ANGLES, ANGLES, st.floats(-7, 7), st.floats(0, 319), st.floats(0, 179))
-def test_ground_from_pixel_is_the_inverse(roll: float, pitch: float, yaw: float, u: float, v: float) -> None:
-    camera = _PLAIN
-    x, y = camera.ground_from_pixel(np.array([[u, v]]), 30.0, 20.0, 25.0, roll, pitch, yaw)[0]
-    place = np.array([30.0, 20.0, 25.0])
-    assert _by_hand(np.array([x, y, 0.0]), place, roll, pitch, yaw) == pytest.approx((u, v), abs=1e-5)
-
-
-def test_pixels_above_the_horizon_see_no_ground() -> None:
-    camera = _PLAIN
-    sky, ground = camera.ground_from_pixel(np.array([[159.5, 0.0], [159.5, 179.0]]), 30, 20, 25, 0, 1.5, 0)
-    assert np.isnan(sky).all()
-    assert np.isfinite(ground).all()
-
-
-def test_footprint_agrees_with_ground_from_pixel() -> None:
-    camera = _PLAIN
-    pose = (30.0, 20.0, 25.0, 0.1, -0.15, 2.0)
-    edges = np.array([[-0.5, -0.5], [319.5, -0.5], [319.5, 179.5], [-0.5, 179.5]])
-    assert camera.footprint(*pose) == pytest.approx(camera.ground_from_pixel(edges, *pose), abs=1e-6)
-    assert np.isfinite(camera.footprint(30, 20, 25, 0, 1.6, 0)).all()
-
-
 def test_high_things_lean_away_from_the_middle() -> None:
     pixels = np.zeros((20, 20, 4), np.uint8)
     pixels[..., 2:] = 255

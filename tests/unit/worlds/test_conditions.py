@@ -3,10 +3,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hawk.worlds.conditions import SHARES, Condition, LampLight, sample_condition
+from hawk.worlds.conditions import Condition
 from hawk.worlds.generate import WorldOptions, generate_world
-from hawk.worlds.training import draw_scene
+from hawk.worlds.light import LampLight
 from hawk.worlds.world import World
+from training.scenes import CONDITION_SHARES, draw_scene, sample_condition
 
 
 def world(condition: Condition) -> World:
@@ -18,6 +19,7 @@ def day() -> World:
     return world(Condition.DAY)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("condition", [c for c in Condition if c is not Condition.DAY])
 def test_the_same_seed_is_the_same_lot_in_every_condition(day: World, condition: Condition) -> None:
     other = world(condition)
@@ -28,6 +30,7 @@ def test_the_same_seed_is_the_same_lot_in_every_condition(day: World, condition:
     assert not np.array_equal(other.ground, day.ground)
 
 
+@pytest.mark.slow
 def test_dusk_is_darker_than_day_and_night_darker_than_dusk(day: World) -> None:
     dusk, night = world(Condition.DUSK), world(Condition.NIGHT)
     assert day.ground.mean() > 1.3 * dusk.ground.mean() > 1.3 * night.ground.mean()
@@ -35,6 +38,7 @@ def test_dusk_is_darker_than_day_and_night_darker_than_dusk(day: World) -> None:
     assert cars[0] > 1.3 * cars[1] > 1.3 * cars[2], "what stands on the ground is lit as the ground is"
 
 
+@pytest.mark.slow
 def test_snow_lies_in_patches(day: World) -> None:
     snow = world(Condition.SNOW).ground.min(axis=2) > 170
     bare = day.ground.min(axis=2) > 170
@@ -52,9 +56,10 @@ def test_scenes_to_train_on_come_in_all_conditions() -> None:
     rng = np.random.default_rng(5)
     drawn = [sample_condition(rng) for _ in range(600)]
     assert set(drawn) == set(Condition)
-    assert sum(SHARES.values()) == pytest.approx(1.0)
+    assert sum(CONDITION_SHARES.values()) == pytest.approx(1.0)
 
 
+@pytest.mark.slow
 def test_a_scene_follows_from_its_generator_in_any_condition() -> None:
     for seed in range(8):
         one, two = (draw_scene(np.random.default_rng((4, seed)), 128).image for _ in range(2))

@@ -7,14 +7,13 @@ import pytest
 from hawk.worlds.buildings import draw_building
 from hawk.worlds.canvas import Canvas, noise
 from hawk.worlds.cars import draw_vehicle, footprint_m, sample_kind
-from hawk.worlds.clutter import draw_puddles
+from hawk.worlds.conditions import draw_puddles
 from hawk.worlds.light import Shadows, Sun, sample_sun
 from hawk.worlds.materials import Material, sample_material, texture
-from hawk.worlds.paint import Paint
-from hawk.worlds.photometry import photograph
-from hawk.worlds.plan import Axes, Block, Building, Gain, Plan, Post, Surface, Tree, Vehicle
-from hawk.worlds.render import draw_plan
+from hawk.worlds.plan import Axes, Block, Building, Gain, Post, SitePlan, Surface, Tree, Vehicle
+from hawk.worlds.render import Paint, draw_plan
 from hawk.worlds.trees import draw_tree, leaf_colours
+from training.scenes import photograph
 
 GREY = Material("asphalt", (100.0, 100.0, 100.0), 0, 0, 0)
 WHITE = Material("concrete", (200.0, 200.0, 200.0), 0, 0, 0)
@@ -27,9 +26,9 @@ def _rng(seed: int = 0) -> np.random.Generator:
     return np.random.default_rng(seed)
 
 
-def _plan(**changes: object) -> Plan:
+def _plan(**changes: object) -> SitePlan:
     fields = {"axes": EAST, "ground": GREY, "asphalt": GREY, "palette": [(255.0, 255.0, 255.0)] * 4, "wear": 0.0}
-    return Plan(**{**fields, **changes})  # type: ignore[arg-type]
+    return SitePlan(**{**fields, **changes})  # type: ignore[arg-type]
 
 
 def _square(x: float, y: float, side: float) -> np.ndarray:
@@ -81,14 +80,14 @@ def test_materials_have_their_colour_and_unknown_ones_are_named() -> None:
 
 def test_later_ground_buries_paint_and_what_stood_there() -> None:
     plan = _plan()
-    plan.lay(Surface(_square(0, 0, 10), GREY))
+    plan.add_surface(Surface(_square(0, 0, 10), GREY))
     plan.line((1, 2), (9, 2), 0.4, 0, 1.0)
     plan.change(_square(0, 0, 10), 0.5)
     plan.trees.append(Tree(8, 5, 1, 3))
     plan.vehicles += [Vehicle(8, 8, 0, "suv"), Vehicle(2, 8, 0, "suv")]
     plan.posts.append(Post(7, 7, 5, 0))
     plan.buildings += [Building(EAST.moved(6, 0), 3, 3, 4), Building(EAST.moved(0, 6), 3, 3, 4)]
-    plan.lay(Surface(np.array([[5.0, 0], [10, 0], [10, 10], [5, 10]]), WHITE))
+    plan.add_surface(Surface(np.array([[5.0, 0], [10, 0], [10, 10], [5, 10]]), WHITE))
     assert [(one.x, one.y) for one in plan.vehicles] == [(2, 8)]
     assert plan.trees == []
     assert plan.posts == []

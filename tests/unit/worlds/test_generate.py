@@ -71,6 +71,7 @@ def test_same_seed_same_world() -> None:
     assert again.truth_json() != _world(2).truth_json()
 
 
+@pytest.mark.slow
 def test_impossible_options_say_what_to_change() -> None:
     with pytest.raises(WorldError, match="widen stalls"):
         generate_world(1, WorldOptions(stalls=(900, 1000)))

@@ -8,10 +8,11 @@ from hypothesis import strategies as st
 
 from hawk.worlds.layout import plan_section
 from hawk.worlds.materials import Material
-from hawk.worlds.plan import Axes, Plan
+from hawk.worlds.plan import Axes, SitePlan
 from hawk.worlds.rows import WORN_BELOW, hatch, plan_parallel_row, plan_row
-from hawk.worlds.site import SiteSize, plan_bare_site, plan_lot_site
+from hawk.worlds.site import SiteSize
 from hawk.worlds.style import LotStyle, sample_palette, sample_style
+from training.sites import plan_any_lot_site, plan_bare_site
 
 GREY = Material("asphalt", (100.0, 100.0, 100.0), 0, 0, 0)
 EAST = Axes((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
@@ -21,8 +22,8 @@ def _rng(seed: int = 0) -> np.random.Generator:
     return np.random.default_rng(seed)
 
 
-def _plan() -> Plan:
-    return Plan(axes=EAST, ground=GREY, asphalt=GREY, palette=[(255.0, 255.0, 255.0)] * 4)
+def _plan() -> SitePlan:
+    return SitePlan(axes=EAST, ground=GREY, asphalt=GREY, palette=[(255.0, 255.0, 255.0)] * 4)
 
 
 def _style(**changes: object) -> LotStyle:
@@ -173,7 +174,7 @@ def test_sections_keep_their_bounds_and_leave_aisles(seed: int, calm: bool) -> N
 
 def test_a_site_has_its_lot_in_one_piece_with_all_stalls_in_it() -> None:
     for seed in range(8):
-        plan = plan_lot_site(_rng(seed), (50.0, 40.0), SiteSize((40, 60), (30, 40), second=1.0))
+        plan = plan_any_lot_site(_rng(seed), (50.0, 40.0), SiteSize((40, 60), (30, 40), second=1.0))
         lot = shapely.union_all([shapely.Polygon(outline) for outline in plan.lots]).buffer(0.1)
         assert lot.is_valid
         assert len(plan.lots) == 1

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from hawk.worlds.generate import WorldOptions, generate_world
-from hawk.worlds.picture import picture_world
-from hawk.worlds.world import TrueStall, World, WorldError, load_truth
+from hawk.worlds.world import TrueStall, World, WorldError, load_truth, picture_world
 
 STALL = [[3.0, 7.0], [8.0, 7.0], [8.0, 4.5], [3.0, 4.5]]  # long side first, as people label them
 

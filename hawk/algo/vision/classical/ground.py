@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.vision import decode
-from hawk.algo.vision.classical.paint import Map
+from hawk.algo.vision.classical.strokes import Map
 from hawk.algo.vision.decode import Stalls
 from hawk.algo.vision.network import CELL_PIXELS
 from hawk.algo.vision.seen import FloatArray
@@ -35,7 +35,8 @@ _INNER = (0.55, 0.74)
 class Ground:
     """Cells of `CELL_PIXELS` pixels: ``features`` (H, W, F) float32, each a small number that is near 0 on bare ground;
     ``like`` (H, W), 0..1, how much a cell looks like the rows' asphalt, in light or in shade;
-    ``green`` (H, W), 0..1, how much of what is around it is plants."""
+    ``green`` (H, W), 0..1, how much of what is around it is plants.
+    """
 
     features: NDArray[np.float32] = field(repr=False)
     like: Map = field(repr=False)

@@ -19,28 +19,50 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.comm.clock import ScaledClock
-from hawk.comm.loop_lag import LagSummary
+from hawk.comm.authority import authority_refusal
+from hawk.comm.clock import Clock
 from hawk.comm.messages import (
     Ack,
     AutonomousMove,
-    CheckItem,
     Command,
-    CommandOption,
     CompulsiveMove,
     Configure,
-    HealthItem,
     Kill,
     KillRequest,
     KillToken,
-    LogEntry,
     Outgoing,
 )
-from hawk.comm.status import DroneStatus
+from hawk.comm.performance import LagSummary
+from hawk.comm.status import (
+    CheckItem,
+    CommandOption,
+    DroneStatus,
+    HealthItem,
+    LogEntry,
+    OperationStatus,
+    PartsStatus,
+    PerceptionStatus,
+    Point,
+    PoseStatus,
+    SiteStatus,
+    StatusStamp,
+    TravelStatus,
+    VehicleStatus,
+)
 from hawk.comm.topic import Topic
 from hawk.config import OperatorSettings, WebSettings
-from hawk.ddc.commands import TABLE, table_reason
-from hawk.model import Counts, EncodedTile, MapPoint, OccupancyMap, Stall, StallState, StateName, TileKey
+from hawk.ddc.judge import TABLE, table_reason
+from hawk.model import (
+    AnnotatedFrame,
+    Counts,
+    EncodedTile,
+    MapPoint,
+    OccupancyMap,
+    Stall,
+    StallState,
+    StateName,
+    TileKey,
+)
 from hawk.web.app import WebServer
 from hawk.web.services import OperatorSide, WebServices
 
@@ -49,15 +71,6 @@ SIDE_M = 256.0
 HALF_M = SIDE_M / 2
 FIELD_M = (50.0, 28.0)
 Picture = NDArray[np.uint8]
-
-
-@dataclass(frozen=True, slots=True)
-class Frame:
-    """A picture for the video."""
-
-    sequence: int
-    captured: float
-    jpeg: bytes
 
 
 @dataclass(slots=True)
@@ -133,7 +146,7 @@ COLOURS = {StallState.FREE: (255, 200, 120), StallState.TAKEN: (0, 110, 255), St
 class FakeDrone:
     """Moves, sees and answers."""
 
-    def __init__(self, scene: str, clock: ScaledClock, side: OperatorSide) -> None:
+    def __init__(self, scene: str, clock: Clock, side: OperatorSide) -> None:
         rng = np.random.default_rng(4)
         self.clock, self.side, self.scene = clock, side, scene
         self.stalls = make_stalls(rng)
@@ -151,7 +164,7 @@ class FakeDrone:
         self.versions: dict[TileKey, int] = {}
         self.tiles: dict[TileKey, EncodedTile] = {}
         self.mosaic: dict[TileKey, EncodedTile] = {}
-        self.explored, self.done, self.way, self.sequence, self.started = 0.0, False, 0.0, 0, clock()
+        self.explored, self.done, self.path_length, self.sequence, self.started = 0.0, False, 0.0, 0, clock()
         self.stage()
 
     def stage(self) -> None:
@@ -180,7 +193,7 @@ class FakeDrone:
 
     def go(self, north: float, east: float) -> None:
         """Be at a place and see what lies below."""
-        self.way += math.hypot(north - self.north, east - self.east)
+        self.path_length += math.hypot(north - self.north, east - self.east)
         self.north, self.east = north, east
         self.trail.append(MapPoint(north, east))
         outline = np.array([to_pixel(p.north, p.east) for p in self.footprint()], np.int32)
@@ -222,7 +235,7 @@ class FakeDrone:
             found.append(MapPoint(north, self.east + up * math.sin(self.yaw) + right * math.cos(self.yaw)))
         return found
 
-    def handle_now(self, client: str, command: Command) -> Outgoing:  # noqa: ARG002 - the socket's signature
+    def handle_now(self, client: str, command: Command) -> Outgoing:
         """Act on Hold and Kill."""
         if isinstance(command, KillRequest):
             return KillToken(id=command.id, token="t" * 24, valid_for=10.0)
@@ -230,12 +243,15 @@ class FakeDrone:
             self.state, self.armed, self.height = StateName.IDLE, False, 0.0
             self.say("error", "Motors cut by you.")
             return Ack(id=command.id, accepted=True)
-        return self.answer(command)
+        return self.answer(client, command)
 
-    def answer(self, command: Command) -> Ack:
+    def answer(self, client: str, command: Command) -> Ack:
         """Take or refuse a command."""
-        kind = str(getattr(command, "type", ""))
-        reason = self.reason(kind)
+        kind, desk = command.type, self.side.desk
+        has_control, is_controlled = desk.has_control(client), desk.controller() is not None
+        homing = self.state in (StateName.RETURN_TO_LAUNCH, StateName.LAND)
+        reason = authority_refusal(kind, has_control=has_control, is_controlled=is_controlled, homing=homing)
+        reason = reason or self.reason(kind)
         if not reason:
             self.act(kind, command)
         return Ack(id=command.id, accepted=not reason, reason=reason)
@@ -273,7 +289,7 @@ class FakeDrone:
     def tick(self, seconds: float) -> None:
         """Fly on."""
         for client, command in self.side.socket.receive():
-            self.side.socket.reply(client, self.answer(command))
+            self.side.socket.reply(client, self.answer(client, command))
         if self.state is StateName.TAKEOFF:
             self.height = min(self.heights[1], self.height + 6 * seconds)
             self.state = StateName.HOVER if self.height >= self.heights[1] else self.state
@@ -327,30 +343,51 @@ class FakeDrone:
         return Counts(*(states.count(state) for state in (StallState.FREE, StallState.TAKEN, StallState.UNKNOWN)))
 
     def status(self) -> DroneStatus:
-        """Return what the drone tells."""
+        """Return the drone's message."""
         self.sequence += 1
         counts, grounded = self.counts(), self.state in (StateName.IDLE, StateName.ARM)
-        fence = [MapPoint(*p) for p in ((62, -60), (62, 64), (-20, 64), (-62, 30), (-62, -30), (-30, -60))]
+        corners = ((62, -60), (62, 64), (-20, 64), (-62, 30), (-62, -30), (-30, -60))
+        fence = tuple(Point(north=north, east=east) for north, east in corners)
         known = counts.total > 0
         return DroneStatus(
-            sequence=self.sequence, time=self.clock(), utc=datetime.now(UTC).isoformat(), state=self.state,
-            detail="" if grounded else "At its place.", ardupilot_state="GUIDED", armed=self.armed, connected=True,
-            landed="ON_GROUND" if self.height < 0.3 else "IN_AIR", relative_altitude=self.height, latitude=48.137,
-            longitude=11.575, local_position_x=self.north + 38, local_position_y=self.east + 12, north=self.north,
-            east=self.east, yaw=self.yaw, roll=0.0, pitch=0.0, speed=0.0 if grounded else 3.9, climb=0.0, pose_age=0.02,
-            link_age=0.1, battery_percentage=89.0, battery_age=0.4, voltage=16.2, battery_time_left=790.0,
-            satellites=16, health=tuple(self.health()), health_status=0,  # type: ignore[arg-type]
-            home=MapPoint(-38, -12), target=self.target, fence=tuple(fence), ceiling=120.0, heights=self.heights,
-            route=tuple(self.route) if self.state is StateName.AUTONOMOUS_EXPLORE else (),
-            footprint=() if grounded else tuple(self.footprint()), explored=self.explored if known else None,
-            explore_done=self.done, remaining_m=None if self.done else 480 * (1 - self.explored), lot_area=5168.0,
-            free=counts.free, taken=counts.taken, unknown=counts.unknown, vision_rate=8.1, camera_age=0.1,
-            options=tuple(
-                CommandOption(command=each, possible=not self.reason(each), reason=self.reason(each)) for each in TABLE
+            stamp=StatusStamp(sequence=self.sequence, time=self.clock(), utc=datetime.now(UTC).isoformat()),
+            operation=OperationStatus(
+                state=self.state,
+                detail="" if grounded else "At its place.",
+                options=tuple(
+                    CommandOption(command=each, possible=not self.reason(each), reason=self.reason(each))
+                    for each in TABLE
+                ),
+                checks=tuple(self.checks()) if self.state is StateName.IDLE else (),
+                return_in=24.0 if self.state is StateName.COMMUNICATION_LOST else None,
             ),
-            checks=tuple(self.checks()) if self.state is StateName.IDLE else (), flight_time=312.0, way=self.way,
-            log=tuple(self.log), trail=tuple(self.trail), datum=(48.137, 11.575),
-            return_in=24.0 if self.state is StateName.COMMUNICATION_LOST else None,
+            vehicle=VehicleStatus(
+                ardupilot_state="GUIDED", armed=self.armed, connected=True,
+                landed="ON_GROUND" if self.height < 0.3 else "IN_AIR", link_age=0.1, battery_percentage=89.0,
+                battery_age=0.4, voltage=16.2, battery_time_left=790.0, satellites=16,
+            ),
+            pose=PoseStatus(
+                relative_altitude=self.height, latitude=48.137, longitude=11.575, local_position_x=self.north + 38,
+                local_position_y=self.east + 12, north=self.north, east=self.east, yaw=self.yaw, roll=0.0, pitch=0.0,
+                speed=0.0 if grounded else 3.9, climb=0.0, pose_age=0.02,
+            ),
+            site=SiteStatus(
+                home=Point(north=-38, east=-12), fence=fence, ceiling=120.0, heights=self.heights,
+                datum=(48.137, 11.575),
+            ),
+            travel=TravelStatus(
+                target=None if self.target is None else Point.of(self.target),
+                route=tuple(map(Point.of, self.route)) if self.state is StateName.AUTONOMOUS_EXPLORE else (),
+                flight_time=312.0, distance_flown=self.path_length,
+            ),
+            perception=PerceptionStatus(
+                footprint=() if grounded else tuple(map(Point.of, self.footprint())),
+                explored=self.explored if known else None, explore_done=self.done,
+                remaining=None if self.done else 480 * (1 - self.explored), lot_area=5168.0, free=counts.free,
+                taken=counts.taken, unknown=counts.unknown, vision_rate=8.1, camera_age=0.1,
+            ),
+            parts=PartsStatus(health=tuple(self.health())),
+            log=tuple(self.log), trail=tuple(self.trail),
         )  # fmt: skip
 
     def health(self) -> list[HealthItem]:
@@ -400,13 +437,13 @@ async def main() -> None:
     parser.add_argument("--port", type=int, default=3999)
     parser.add_argument("--real", action="store_true", help="do not say SIMULATION")
     options = parser.parse_args()
-    clock = ScaledClock()
-    side = OperatorSide.create(clock, OperatorSettings(), options.port)
+    clock = Clock()
+    side = OperatorSide.create(clock, OperatorSettings())
     drone = FakeDrone(options.scene, clock, side)
-    side.socket.attach(drone)
+    side.socket.attach(drone.handle_now)
     status: Topic[DroneStatus] = Topic("status", clock)
     occupancy: Topic[OccupancyMap] = Topic("map", clock)
-    video: Topic[Frame] = Topic("video", clock)
+    video: Topic[AnnotatedFrame] = Topic("video", clock)
     services = WebServices(
         clock=clock, web=WebSettings(port=options.port), operator=OperatorSettings(), side=side, status=status,
         occupancy_map=occupancy, video=video, version="0.1.0", simulation=not options.real, camera_fov_deg=70.0,
@@ -419,7 +456,7 @@ async def main() -> None:
         drone.tick(0.2)
         occupancy.publish(drone.map())
         status.publish(drone.status())
-        video.publish(Frame(drone.sequence, clock() - 0.15, drone.picture()))
+        video.publish(AnnotatedFrame(drone.sequence, clock() - 0.15, drone.picture()))
         await asyncio.sleep(0.2)
 
 

@@ -2,59 +2,59 @@
 
 /** Start the motors. */
 export interface ArmCommand {
-  Id?: string | number | null;
   Type: "Arm";
+  Id?: string | number | null;
 }
 
-/** See the whole lot. */
+/** Explore the whole lot. */
 export interface AutonomousExploreCommand {
-  Id?: string | number | null;
   Type: "Autonomous Explore";
+  Id?: string | number | null;
 }
 
 /** Fly to a place inside the lot. */
 export interface AutonomousMoveCommand {
+  Type: "Autonomous Move";
   Id?: string | number | null;
   X: number;
   Y: number;
   Frame?: "Relative" | "Map";
-  Type: "Autonomous Move";
 }
 
-/** Ask what would be said about this fence (answered by FenceCheck); changes nothing and needs no control. */
+/** Check this fence (answered by FenceCheck); changes nothing and needs no control. */
 export interface CheckFenceCommand {
+  Type: "Check Fence";
   Id?: string | number | null;
   Corners: FenceCorner[];
   Ceiling: number;
-  Type: "Check Fence";
 }
 
-/** Put the drawn fence aside: the configured file or circle counts again. On the ground only. */
+/** Delete the drawn fence: the configured file or circle is valid again. On the ground only. */
 export interface ClearFenceCommand {
-  Id?: string | number | null;
   Type: "Clear Fence";
+  Id?: string | number | null;
 }
 
 /** On the ground after a kill: Arm may be asked for again. */
 export interface ClearKillCommand {
-  Id?: string | number | null;
   Type: "Clear Kill";
+  Id?: string | number | null;
 }
 
 /** Fly to any place inside the fence. */
 export interface CompulsiveMoveCommand {
+  Type: "Compulsive Move";
   Id?: string | number | null;
   X: number;
   Y: number;
   Frame?: "Relative" | "Map";
-  Type: "Compulsive Move";
   Height?: number | null;
 }
 
 /** Travel heights, metres above the arm place. */
 export interface ConfigureCommand {
-  Id?: string | number | null;
   Type: "Configure";
+  Id?: string | number | null;
   Min: number;
   Des: number;
   Max: number;
@@ -62,96 +62,96 @@ export interface ConfigureCommand {
 
 /** Ask for control or give it back. */
 export interface ControlCommand {
-  Id?: string | number | null;
   Type: "Control";
+  Id?: string | number | null;
   Action: "Request" | "Release";
 }
 
 /** Stop the motors on the ground. */
 export interface DisarmCommand {
-  Id?: string | number | null;
   Type: "Disarm";
+  Id?: string | number | null;
 }
 
 /** Stop and stay. */
 export interface HoldCommand {
-  Id?: string | number | null;
   Type: "Hold";
+  Id?: string | number | null;
 }
 
 /** Second step: cut the motors at once, with the token that was given for it. */
 export interface KillCommand {
-  Id?: string | number | null;
   Type: "Kill";
+  Id?: string | number | null;
   Token: string;
 }
 
 /** First step of cutting the motors: ask for a one-use token (answered by KillToken). */
 export interface KillRequestCommand {
-  Id?: string | number | null;
   Type: "Kill Request";
+  Id?: string | number | null;
 }
 
 /** Straight down. */
 export interface LandCommand {
-  Id?: string | number | null;
   Type: "Land";
+  Id?: string | number | null;
   Confirmed?: boolean;
 }
 
-/** Forget what this client was sent of the map: send it again. */
+/** Send this client the whole map again. */
 export interface MapResyncCommand {
-  Id?: string | number | null;
   Type: "Map Resync";
+  Id?: string | number | null;
 }
 
 /** The operator's sign of life. */
 export interface OperatorHeartbeatCommand {
-  Id?: string | number | null;
   Type: "Heartbeat";
+  Id?: string | number | null;
 }
 
 /** Take the drone back from Manual. */
 export interface ResumeCommand {
-  Id?: string | number | null;
   Type: "Resume";
+  Id?: string | number | null;
   Confirmed?: boolean;
 }
 
 /** Fly home and land. */
 export interface ReturnToLaunchCommand {
-  Id?: string | number | null;
   Type: "Return To Launch";
+  Id?: string | number | null;
   Confirmed?: boolean;
 }
 
-/** Ask for the way that an Autonomous Move there would take (answered by RouteAnswer); nothing is flown. */
+/** Ask for the route that an Autonomous Move there would fly (answered by RouteAnswer); nothing is flown. */
 export interface RouteRequestCommand {
+  Type: "Route Request";
   Id?: string | number | null;
   X: number;
   Y: number;
   Frame?: "Relative" | "Map";
-  Type: "Route Request";
 }
 
 /** Set the autopilot's own failsafes that the preflight check found missing. */
 export interface SetFailsafesCommand {
-  Id?: string | number | null;
   Type: "Set Failsafes";
+  Id?: string | number | null;
 }
 
-/** Keep this fence: the next Arm uploads it and puts it in force. On the ground only. */
+/** Store this fence: the next Arm uploads it and puts it in force. On the ground only. */
 export interface SetFenceCommand {
+  Type: "Set Fence";
   Id?: string | number | null;
   Corners: FenceCorner[];
   Ceiling: number;
-  Type: "Set Fence";
 }
 
 /** Climb to the desired height. */
 export interface TakeoffCommand {
-  Id?: string | number | null;
   Type: "Takeoff";
+  Id?: string | number | null;
 }
 
 export type Command =
@@ -186,24 +186,24 @@ export interface Ack {
   Reason: string;
 }
 
-/** One preflight check: what was found, and for a failed one the consequence and the remedy. */
+/** One preflight check: its value, and for a failed one the consequence and the remedy. */
 export interface CheckItem {
   Name: string;
   Passed: boolean;
   Value: string;
   Consequence: string;
   Remedy: string;
-  RemedyCommand: "Set Failsafes" | "Clear Kill" | "Set Fence" | null;
+  "Remedy Command": "Set Failsafes" | "Clear Kill" | "Set Fence" | null;
 }
 
-/** Whether a command would be taken now, and why not. */
+/** True when a command would be accepted now; otherwise the reason why not. */
 export interface CommandOption {
   Command: string;
   Possible: boolean;
   Reason: string;
 }
 
-/** What speaks against a fence, and what the drone would make of it. */
+/** Result of checking a fence. */
 export interface FenceCheck {
   Type: "Fence Check";
   Id: string | number | null;
@@ -215,13 +215,13 @@ export interface FenceCheck {
   Area: number | null;
 }
 
-/** A corner of a fence, WGS-84 degrees. */
+/** A corner of a fence, WGS-84 degrees: a fence outlives the map in which it was drawn. */
 export interface FenceCorner {
   Latitude: number;
   Longitude: number;
 }
 
-/** Which fence the next Arm puts in force. */
+/** The fence that the next Arm puts in force. */
 export interface FenceSetup {
   Source: "drawn" | "file" | "circle";
   Corners: FenceCorner[];
@@ -241,29 +241,42 @@ export interface HealthItem {
   Reason: string;
 }
 
-/** What the drone tells at 5 Hz: the specification's keys (18.4.5), then ours. */
+/** Heartbeat of the drone at 5 Hz: the specification's keys (18.4.5) and ours. */
 export interface Heartbeat {
-  Type: "Heartbeat";
-  State: string;
-  "Ardupilot State": string | null;
   "Occupancy Map": MapUpdate | null;
-  "Relative Altitude": number | null;
+  Messages: LogEntry[];
+  Trail: Point[];
+  "Trail Start": boolean;
+  "Fence Setup": FenceSetup | null;
+  Controller: string | null;
+  "In Control": boolean;
+  Sequence: number;
+  Time: number;
+  Utc: string;
+  State: string;
+  Detail: string;
+  "User Error": number;
+  "User Error Text": string;
+  Options: CommandOption[];
+  Checks: CheckItem[];
+  Killed: boolean;
+  "Kill State": "none" | "sending" | "confirmed" | "not confirmed";
+  "Return In": number | null;
+  "Ardupilot State": string | null;
   Armed: boolean | null;
+  Connected: boolean;
+  Landed: string;
+  "Link Age": number | null;
+  "Battery Percentage": number | null;
+  "Battery Age": number | null;
+  Voltage: number | null;
+  "Battery Time Left": number | null;
+  Satellites: number | null;
+  "Relative Altitude": number | null;
   Latitude: number | null;
   Longitude: number | null;
   "Local Position X": number | null;
   "Local Position Y": number | null;
-  "Battery Percentage": number | null;
-  "User Error": number;
-  "Health Status": number;
-  Sequence: number;
-  Time: number;
-  UTC: string;
-  Detail: string;
-  "User Error Text": string;
-  Health: HealthItem[];
-  Landed: string;
-  Connected: boolean;
   North: number | null;
   East: number | null;
   Yaw: number | null;
@@ -272,51 +285,38 @@ export interface Heartbeat {
   Speed: number | null;
   Climb: number | null;
   "Pose Age": number | null;
-  "Battery Age": number | null;
-  "Link Age": number | null;
-  Voltage: number | null;
-  "Battery Time Left": number | null;
-  Satellites: number | null;
   Home: Point | null;
-  Datum: number[] | null;
-  Target: Point | null;
-  Route: Point[];
-  Footprint: Point[];
+  Datum: [number, number] | null;
   Fence: Point[];
   "Fence Limit": Point[];
-  "Fence Setup": FenceSetup | null;
   Ceiling: number | null;
-  Heights: number[];
-  Explored: number | null;
-  "Explore Done": boolean;
-  Remaining: number | null;
-  "Lot Area": number | null;
+  Heights: [number, number, number];
+  Target: Point | null;
+  Route: Point[];
+  "Flight Time": number | null;
+  "Distance Flown": number | null;
+  "Vision Rate": number | null;
+  "Camera Age": number | null;
+  Footprint: Point[];
   "Park Lot Detected": boolean | null;
+  "Lot Area": number | null;
   Free: number;
   Taken: number;
   Unknown: number;
-  "Vision Rate": number | null;
-  "Camera Age": number | null;
-  Options: CommandOption[];
-  Checks: CheckItem[];
-  Messages: LogEntry[];
-  Controller: string | null;
-  "In Control": boolean;
-  Killed: boolean;
-  "Kill State": "none" | "sending" | "confirmed" | "not confirmed";
-  "Return In": number | null;
-  Trail: Point[];
-  "Trail Start": boolean;
-  "Flight Time": number | null;
-  Way: number | null;
+  Explored: number | null;
+  "Explore Done": boolean;
+  Remaining: number | null;
+  Health: HealthItem[];
+  "Health Status": number;
+  Type: "Heartbeat";
 }
 
-/** One-use token for Kill, valid for ``ValidFor`` seconds. */
+/** One-use token for Kill, valid for ``Valid For`` seconds. */
 export interface KillToken {
   Type: "Kill Token";
   Id: string | number | null;
   Token: string;
-  ValidFor: number;
+  "Valid For": number;
 }
 
 /** A line of the message list. Level: info, ok, warning or error. Details: the autopilot's own words. */
@@ -328,9 +328,9 @@ export interface LogEntry {
   Details: string;
 }
 
-/** The "Occupancy Map" of a heartbeat: what changed for this client, at most 64 kB, nearest first. */
+/** The "Occupancy Map" of a heartbeat: map changes for this client, at most 64 kB, nearest first. */
 export interface MapUpdate {
-  MapId: string;
+  "Map Id": string;
   Tiles: TileUpdate[];
   Stalls: StallUpdate[];
   Mosaic: MosaicVersion[];
@@ -350,7 +350,7 @@ export interface Point {
   East: number;
 }
 
-/** Answer to Route Request: the points of the way from the drone, its length in metres, or why there is none. */
+/** Answer to Route Request: points from the drone to the place and length in metres, or the reason for no route. */
 export interface RouteAnswer {
   Type: "Route";
   Id: string | number | null;
@@ -372,11 +372,11 @@ export interface StallUpdate {
   State: "free" | "taken" | "unknown" | null;
   Taken: number | null;
   Seen: number | null;
-  LastSeen: number | null;
+  "Last Seen": number | null;
   Score: number | null;
 }
 
-/** A changed tile: base64 of zlib of TileCells² bytes of cell classes. */
+/** A changed tile: base64 of zlib of Tile Cells² bytes of cell classes. */
 export interface TileUpdate {
   Row: number;
   Column: number;
@@ -384,18 +384,18 @@ export interface TileUpdate {
   Data: string;
 }
 
-/** First message to a client: who it is, which server, and what never changes during the connection. */
+/** First message to a client: its session, the server, and the values that stay during the connection. */
 export interface Welcome {
   Type: "Welcome";
   Session: string;
   Version: string;
   Simulation: boolean;
-  CellSize: number;
-  TileCells: number;
-  OperatorTimeout: number;
-  OperatorHold: number;
+  "Cell Size": number;
+  "Tile Cells": number;
+  "Operator Timeout": number;
+  "Operator Hold": number;
   Speed: number;
-  CameraFov: number;
+  "Camera Fov": number;
 }
 
 export type Incoming = Ack | FenceCheck | Heartbeat | KillToken | RouteAnswer | Welcome;

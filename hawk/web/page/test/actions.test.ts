@@ -37,7 +37,7 @@ describe("actions", () => {
   });
 
   it("show failed checks on Arm", () => {
-    const check = { Name: "GPS", Passed: false, Value: "", Consequence: "", Remedy: "", RemedyCommand: null };
+    const check = { Name: "GPS", Passed: false, Value: "", Consequence: "", Remedy: "", "Remedy Command": null };
     const arm = action("arm", { heartbeat: heartbeat({ ...ground, Checks: [check, check], Options: [impossible("Arm", "GPS.")] }) });
     assert.deepEqual([arm.kind, arm.note], ["failed", "2 checks failed"]);
   });

@@ -41,7 +41,7 @@ describe("the bar", () => {
   });
 
   it("keeps Arm shut while a check fails", async () => {
-    const failed = { Name: "GPS", Passed: false, Value: "", Consequence: "", Remedy: "", RemedyCommand: null };
+    const failed = { Name: "GPS", Passed: false, Value: "", Consequence: "", Remedy: "", "Remedy Command": null };
     const { stage } = await bar({ ...ON_GROUND, Checks: [failed], Options: [impossible("Arm", "GPS.")] });
     assert.equal(stage.button("Arm").disabled, true);
     assert.equal(reason(stage, "Arm"), "1 check failed");
@@ -102,7 +102,7 @@ describe("the bar", () => {
   });
 });
 
-/** What was sent to be done: asking for the way there does nothing. */
+/** What was sent to be done: asking for the route there does nothing. */
 function orders(rig: Rig): Sent[] {
   return rig.sent().filter((each) => each.Type !== "Route Request");
 }

@@ -202,7 +202,7 @@ describe("the way into the fence editor", () => {
       Value: "110 × 110 m, drone 9 m outside",
       Consequence: "It could not fly anywhere.",
       Remedy: "Put the drone inside the fence, or draw another one.",
-      RemedyCommand: "Set Fence" as const,
+      "Remedy Command": "Set Fence" as const,
     };
     const rig = grounded({ Checks: [outside] });
     const stage = new Stage(new ChecksTab(), rig.operator);

@@ -28,7 +28,7 @@ async function begun(): Promise<Scene> {
 
 async function ready(): Promise<Scene> {
   const scene = await begun();
-  scene.rig.server.last.say({ Type: "Kill Token", Id: scene.rig.sent().at(-1)?.Id, Token: "secret", ValidFor: 10 });
+  scene.rig.server.last.say({ Type: "Kill Token", Id: scene.rig.sent().at(-1)?.Id, Token: "secret", "Valid For": 10 });
   await settle();
   await scene.stage.drawn();
   return scene;
@@ -164,7 +164,7 @@ describe("cutting the motors", () => {
   it("is shut as soon as the clock of a simulated drone says so", async () => {
     const { rig, stage } = await begun();
     rig.server.last.say({ ...welcome(), Speed: 4 });
-    rig.server.last.say({ Type: "Kill Token", Id: rig.sent().at(-1)?.Id, Token: "secret", ValidFor: 10 });
+    rig.server.last.say({ Type: "Kill Token", Id: rig.sent().at(-1)?.Id, Token: "secret", "Valid For": 10 });
     await settle();
     rig.timers.advance(2400);
     await stage.drawn();

@@ -18,7 +18,7 @@ export function heartbeat(changes: Partial<Heartbeat> = {}): Heartbeat {
     "Health Status": 0,
     Sequence: 1,
     Time: 100,
-    UTC: "2026-01-02T03:04:05Z",
+    Utc: "2026-01-02T03:04:05Z",
     Detail: "At its place.",
     "User Error Text": "",
     Health: [],
@@ -68,7 +68,7 @@ export function heartbeat(changes: Partial<Heartbeat> = {}): Heartbeat {
     Trail: [],
     "Trail Start": false,
     "Flight Time": null,
-    Way: null,
+    "Distance Flown": null,
     ...changes,
   };
 }
@@ -79,12 +79,12 @@ export function welcome(changes: Partial<Welcome> = {}): Welcome {
     Session: "one",
     Version: "0.1.0",
     Simulation: false,
-    CellSize: 0.1,
-    TileCells: 256,
-    OperatorTimeout: 10,
-    OperatorHold: 30,
+    "Cell Size": 0.1,
+    "Tile Cells": 256,
+    "Operator Timeout": 10,
+    "Operator Hold": 30,
     Speed: 1,
-    CameraFov: 70,
+    "Camera Fov": 70,
     ...changes,
   };
 }
@@ -126,12 +126,12 @@ export function stall(Id: number, changes: Partial<StallUpdate> = {}): StallUpda
     State: "free",
     Taken: 0.1,
     Seen: 4,
-    LastSeen: 90,
+    "Last Seen": 90,
     Score: 0.9,
     ...changes,
   };
 }
 
 export function mapUpdate(changes: Partial<MapUpdate> = {}): MapUpdate {
-  return { MapId: "a", Tiles: [], Stalls: [], Mosaic: [], Backlog: 0, ...changes };
+  return { "Map Id": "a", Tiles: [], Stalls: [], Mosaic: [], Backlog: 0, ...changes };
 }

@@ -80,7 +80,7 @@ describe("cutting the motors", () => {
   async function ready(): Promise<ReturnType<typeof flying>> {
     const all = flying();
     void all.operator.beginCut();
-    all.server.last.say({ Type: "Kill Token", Id: all.sent().at(-1)?.Id, Token: "t".repeat(24), ValidFor: 10 });
+    all.server.last.say({ Type: "Kill Token", Id: all.sent().at(-1)?.Id, Token: "t".repeat(24), "Valid For": 10 });
     await settle();
     return all;
   }
@@ -130,7 +130,7 @@ describe("cutting the motors", () => {
     const first = sent().at(-1)?.Id;
     operator.endCut();
     void operator.beginCut();
-    server.last.say({ Type: "Kill Token", Id: first, Token: "x".repeat(24), ValidFor: 10 });
+    server.last.say({ Type: "Kill Token", Id: first, Token: "x".repeat(24), "Valid For": 10 });
     await settle();
     assert.equal(operator.cutting.step, "asking");
   });

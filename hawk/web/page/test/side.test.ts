@@ -97,7 +97,7 @@ describe("the remedies of failed checks", () => {
     Value: "off",
     Consequence: "With an empty battery the drone falls.",
     Remedy: "Set failsafes.",
-    RemedyCommand: "Set Failsafes" as const,
+    "Remedy Command": "Set Failsafes" as const,
   };
 
   it("are sent by a press", async () => {

@@ -41,7 +41,7 @@ describe("the map", () => {
   it("forgets everything when another map begins", () => {
     const map = new MapStore();
     map.apply(mapUpdate({ Stalls: [stall(1)] }));
-    const change = map.apply(mapUpdate({ MapId: "b", Stalls: [stall(9)] }));
+    const change = map.apply(mapUpdate({ "Map Id": "b", Stalls: [stall(9)] }));
     assert.equal(change.reset, true);
     assert.deepEqual([...map.stalls.keys()], [9]);
   });
@@ -134,7 +134,7 @@ describe("the flight", () => {
     flight.hear(heartbeat({ Armed: false }), 0);
     assert.equal(flight.landedAt, null);
     flight.hear(heartbeat({ Armed: true }), 1);
-    flight.hear(heartbeat({ Armed: false, UTC: "2026-01-02T00:00:00Z" }), 2);
+    flight.hear(heartbeat({ Armed: false, Utc: "2026-01-02T00:00:00Z" }), 2);
     assert.equal(flight.landedAt, "2026-01-02T00:00:00Z");
     flight.hear(heartbeat({ Armed: null }), 3);
     assert.equal(flight.landedAt, "2026-01-02T00:00:00Z");

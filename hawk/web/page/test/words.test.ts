@@ -66,7 +66,7 @@ describe("the state in words", () => {
   });
 
   it("asks for attention for failed checks, trouble, the pilot and a silent autopilot", () => {
-    const check = { Name: "GPS", Passed: false, Value: "", Consequence: "", Remedy: "", RemedyCommand: null };
+    const check = { Name: "GPS", Passed: false, Value: "", Consequence: "", Remedy: "", "Remedy Command": null };
     const failed = stateWords(view({ heartbeat: heartbeat({ State: "Idle", Armed: false, Checks: [check] }) }));
     assert.deepEqual([failed.tone, failed.detail], ["warn", "1 check failed. Fix it to arm."]);
     assert.equal(stateWords(view({ heartbeat: heartbeat({ "Health Status": 1 }) })).tone, "warn");

@@ -1,7 +1,7 @@
 import type { Ack, Command, FenceCheck, KillToken, RouteAnswer } from "../protocol.ts";
 import type { Timers } from "./socket.ts";
 
-/** A command that is not answered for so long is told as such. */
+/** A command without an answer for this time is reported as unanswered. */
 export const ANSWER_MS = 5000;
 
 export type Answer = Ack | FenceCheck | KillToken | RouteAnswer;
@@ -37,7 +37,7 @@ export class Commands {
     });
   }
 
-  /** Hands an answer to whoever waits for it. */
+  /** Hands an answer to its waiting command. */
   answer(answer: Answer): void {
     const waiting = this.waiting.get(String(answer.Id));
     if (!waiting) return;

@@ -14,7 +14,7 @@ export interface Surface {
   pixel: (coordinate: readonly [number, number]) => Pixel;
 }
 
-/** A way that ends so near the place ends there. */
+/** A route that ends this near the place ends there. */
 const SAME_PLACE_M = 0.1;
 const DARK = "#10161c";
 const INK = "#15202b";
@@ -182,7 +182,7 @@ function drawPlanned(surface: Surface, scene: Scene, drone: DroneMark): void {
   context.fill();
 }
 
-/** From the drone over the way points, where there are any, to the place that is asked about. */
+/** From the drone over the waypoints, where there are any, to the place that is asked about. */
 export function plannedWay(scene: Scene, drone: DroneMark): Point[] {
   const last = scene.plannedRoute.at(-1);
   const end = scene.planned;

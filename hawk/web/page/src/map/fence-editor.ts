@@ -24,7 +24,7 @@ export type Ring = readonly (readonly [number, number])[];
 export interface FenceEditorEvents {
   /** A ring was closed, or a corner moved, added or removed. */
   drawn(ring: Ring): void;
-  /** A ring that is not closed yet has so many corners. */
+  /** Number of corners of a ring that is not closed yet. */
   drawing(corners: number): void;
 }
 
@@ -77,7 +77,7 @@ export class FenceEditor {
     this.switch();
   }
 
-  /** Shows a ring, in place of what is drawn; fewer than three corners: nothing, and drawing begins anew. */
+  /** Shows a ring, in place of what is drawn; fewer than three corners: nothing, and drawing begins again. */
   show(ring: Ring): void {
     this.draw.abortDrawing();
     this.source.clear();
@@ -123,7 +123,7 @@ export class FenceEditor {
     this.draw.on("drawend", ({ feature }) => {
       const geometry = feature.getGeometry();
       this.begun = 0;
-      // The source takes the feature after this event: what is told now would be shown twice.
+      // The source takes the feature after this event: a report now would be shown twice.
       if (geometry instanceof Polygon) queueMicrotask(() => this.told(open(geometry)));
     });
     this.modify.on("modifyend", () => {

@@ -22,7 +22,7 @@ export interface Scene {
   drone: DroneMark | null;
   /** A place that is being asked about. */
   planned: Point | null;
-  /** The way to it, where the drone plans one; else it would fly straight. */
+  /** The route to it, where the drone plans one; else it would fly straight. */
   plannedRoute: readonly Point[];
   /** The drone was last seen so: drawn hollow, with a ring as far as it can be by now (metres). */
   lost: { reach: number } | null;

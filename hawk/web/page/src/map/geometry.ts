@@ -41,14 +41,14 @@ export function covers(outer: Extent, inner: Extent): boolean {
   return outer[0] <= inner[0] && outer[1] <= inner[1] && outer[2] >= inner[2] && outer[3] >= inner[3];
 }
 
-/** Turn from one angle to another by the shorter way, at share 0 to 1. */
+/** Turn from one angle to another in the shorter direction, at share 0 to 1. */
 export function turn(from: number, to: number, share: number): number {
   const whole = 2 * Math.PI;
   const difference = ((((to - from) % whole) + whole + Math.PI) % whole) - Math.PI;
   return from + difference * share;
 }
 
-/** A round number of metres whose bar is at most so many pixels long. */
+/** A round number of metres whose bar is at most `longest` pixels long. */
 export function scaleBar(resolution: number, longest: number): { metres: number; pixels: number } {
   const most = resolution * longest;
   const power = 10 ** Math.floor(Math.log10(most));

@@ -9,7 +9,7 @@ import Text from "ol/style/Text.js";
 import type { Stall, StallState } from "../state/map-store.ts";
 import { corners } from "./geometry.ts";
 
-/** Above so many metres a pixel, lines are thin and question marks are left out. */
+/** Above this number of metres a pixel, lines are thin and question marks are left out. */
 const FAR = 0.19;
 
 type Styles = Record<StallState, Style>;

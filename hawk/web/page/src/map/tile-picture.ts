@@ -1,7 +1,7 @@
 import { CELL } from "../state/tile-data.ts";
 import { type Palette, rgb, type Rgb } from "./palette.ts";
 
-/** The picture is made of blocks of so many pixels a side; one that is all black was never seen. */
+/** The picture is made of blocks of this number of pixels a side; one that is all black was never seen. */
 const BLOCK = 8;
 const BLACK = 22;
 /** A block with so much black lies at the edge of what was seen; less may be a dark car. */

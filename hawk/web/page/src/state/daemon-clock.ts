@@ -6,7 +6,7 @@ export class DaemonClock {
   rate = 1;
   private samples: { ours: number; theirs: number }[] = [];
 
-  /** Begins anew: another connection, perhaps another daemon. */
+  /** Begins again: another connection, perhaps another daemon. */
   reset(rate: number): void {
     this.rate = rate;
     this.samples = [];

@@ -27,7 +27,7 @@ export interface FenceHooks {
 /** The fence editor: what is drawn, what the drone says about it, and keeping it. */
 export class FenceEditing {
   draft: FenceDraft | null = null;
-  /** Whether the editor is open; a draft outlives its being put aside because the drone took off. */
+  /** True while the editor is open; a draft survives when the editor closes because the drone took off. */
   open = false;
   /** Corners of a ring that is not closed yet. */
   begun = 0;
@@ -89,7 +89,7 @@ export class FenceEditing {
     this.ask();
   }
 
-  /** The ring that is being drawn has so many corners. */
+  /** Number of corners of the ring that is being drawn. */
   drawing(begun: number): void {
     if (begun === this.begun) return;
     this.begun = begun;
@@ -101,7 +101,7 @@ export class FenceEditing {
     this.hooks.changed();
   }
 
-  /** Takes a file's fence over; a file that holds none is told in words and changes nothing. */
+  /** Takes a file's fence over; a file without one is reported and changes nothing. */
   import(text: string): boolean {
     try {
       const file = readFence(text);
@@ -122,7 +122,7 @@ export class FenceEditing {
     return writeFence(file);
   }
 
-  /** Asks the drone to keep the fence; `hear` learns whether it did. A refusal is told and the editor stays open. */
+  /** Asks the drone to keep the fence; `hear` learns whether it did. A refusal is shown and the editor stays open. */
   async save(): Promise<void> {
     const [draft, ceiling] = [this.draft, this.draft?.ceilingMetres];
     if (!draft?.isDrawn || ceiling == null || this.saving) return;

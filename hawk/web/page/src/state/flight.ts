@@ -36,13 +36,13 @@ export class Flight {
   samples: Sample[] = [];
   /** When the motors stopped after a flight that this page saw, UTC. */
   landedAt: string | null = null;
-  /** Fastest that it was heard to fly, metres a second: what a way takes is told only when this is known. */
+  /** Fastest that it was heard to fly, metres a second: the duration of a path is shown only when this is known. */
   cruise: number | null = null;
 
   /** Seconds in the air of the last flight that is known. */
   airTime: number | null = null;
 
-  /** Which fence the next Arm puts in force, as it was told last. */
+  /** The fence that the next Arm puts in force, as last reported. */
   fenceSetup: FenceSetup | null = null;
   /** Where the map lies on Earth; before the first arm around where the drone was first heard to be. */
   plane: LocalPlane | null = null;
@@ -102,7 +102,7 @@ export class Flight {
 
   private watchLanding(heartbeat: Heartbeat): void {
     const before = this.heartbeat;
-    if (before?.Armed === true && heartbeat.Armed === false) this.landedAt = heartbeat.UTC;
+    if (before?.Armed === true && heartbeat.Armed === false) this.landedAt = heartbeat.Utc;
     if (heartbeat.Armed === true) this.landedAt = null;
   }
 

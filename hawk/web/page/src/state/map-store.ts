@@ -50,10 +50,10 @@ export class MapStore {
   }
 
   apply(update: MapUpdate): MapChange {
-    const reset = this.fresh || (this.mapId !== null && this.mapId !== update.MapId);
+    const reset = this.fresh || (this.mapId !== null && this.mapId !== update["Map Id"]);
     if (reset) this.clear();
     this.fresh = false;
-    this.mapId = update.MapId;
+    this.mapId = update["Map Id"];
     this.backlog = update.Backlog;
     const change: MapChange = { reset, stalls: [], removed: [], tiles: [], pictures: [] };
     for (const stall of update.Stalls) this.applyStall(stall, change);
@@ -107,6 +107,6 @@ function complete(update: StallUpdate): Stall | null {
     state: state ?? "unknown",
     taken: update.Taken,
     seen: update.Seen,
-    lastSeen: update.LastSeen,
+    lastSeen: update["Last Seen"],
   };
 }

@@ -41,7 +41,7 @@ const TOAST_MS = 8000;
 /** In all others the bar is needed to fly, and the drone refuses another fence. */
 const FENCE_STATES = new Set(["Idle", "Configure"]);
 
-/** The page's one model: what the drone said, what the operator is about to do. Tells "change" after each change. */
+/** The page's one model: what the drone said, what the operator is about to do. Reports "change" after each change. */
 export class Operator extends EventTarget {
   readonly flight = new Flight();
   readonly map = new MapStore();
@@ -52,7 +52,7 @@ export class Operator extends EventTarget {
   cutting: Cutting | null = null;
   toast: Toast | null = null;
   readonly fence: FenceEditing;
-  /** The way to the place that is asked about, where the drone plans one. */
+  /** The route to the place that is asked about, where the drone plans one. */
   readonly routePlan: RoutePlan;
 
   private readonly socket: ReconnectingSocket;
@@ -85,7 +85,7 @@ export class Operator extends EventTarget {
     this.socket.connect();
   }
 
-  /** Tells the server that the operator is there. Not a command: nobody waits for its answer. */
+  /** Sends the operator's sign of life. Not a command: nobody waits for its answer. */
   signOfLife(): void {
     if (this.flight.heartbeat?.["In Control"]) this.socket.send(JSON.stringify({ Type: "Heartbeat" }));
   }
@@ -149,7 +149,7 @@ export class Operator extends EventTarget {
     this.changed();
   }
 
-  /** The way to move that was chosen in place of the one suggested. */
+  /** The kind of move that was chosen in place of the one suggested. */
   choose(kind: MoveKind): void {
     if (this.question?.about === "move") this.question = { ...this.question, kind };
     this.changed();
@@ -170,8 +170,8 @@ export class Operator extends EventTarget {
     if (this.cutting !== begun) return;
     if (answer.Type === "Kill Token") {
       this.cutting = { step: "ready", token: answer.Token, problem: "" };
-      // the drone tells seconds of its own clock, which a simulation lets run faster
-      const validMs = (answer.ValidFor / this.daemonClock.rate) * 1000;
+      // the drone sends seconds of its own clock, which a simulation lets run faster
+      const validMs = (answer["Valid For"] / this.daemonClock.rate) * 1000;
       this.cancelToken = this.outside.timers.after(validMs, () => this.tokenExpired());
     } else {
       this.cutting = { step: "asking", token: null, problem: (answer.Type === "Ack" && answer.Reason) || "The drone did not allow it." };

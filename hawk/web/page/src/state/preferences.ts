@@ -10,7 +10,7 @@ type Storage = Pick<globalThis.Storage, "getItem" | "setItem">;
 const KEY = "hawk-page";
 const STANDARD: Preferences = { theme: "auto", leftHanded: false };
 
-/** Reads what this browser was told; what cannot be read is as standard. */
+/** Reads the preferences that this browser stored; those that cannot be read have their defaults. */
 export function readPreferences(storage: Storage): Preferences {
   try {
     const stored: unknown = JSON.parse(storage.getItem(KEY) ?? "{}");

@@ -3,12 +3,12 @@ import type { Command, Point } from "../protocol.ts";
 
 export type RouteState = "none" | "asking" | "known" | "refused";
 
-/** The way that an Autonomous Move to the place that is asked about would take. Only the last question counts. */
+/** The route of an Autonomous Move to the place that is asked about. Only the last question is answered. */
 export class RoutePlan {
   state: RouteState = "none";
   points: readonly Point[] = [];
   metres: number | null = null;
-  /** Why there is no way. */
+  /** Reason why there is no route. */
   reason = "";
 
   private asked = 0;

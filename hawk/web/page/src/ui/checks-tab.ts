@@ -33,7 +33,7 @@ export class ChecksTab extends Part {
   }
 
   private failed(group: CheckItem[]): TemplateResult {
-    const remedy = group[0]?.RemedyCommand ?? null;
+    const remedy = group[0]?.["Remedy Command"] ?? null;
     return html`<div class="fix">
       ${group.map(
         (check) => html`<div class="h">${icon("cross")}${check.Name}: ${check.Value}</div>
@@ -68,7 +68,7 @@ function summary(all: number, passed: number): string {
 function groups(failed: CheckItem[]): CheckItem[][] {
   const found: CheckItem[][] = [];
   for (const check of failed) {
-    const same = found.find((group) => check.RemedyCommand !== null && group[0]?.RemedyCommand === check.RemedyCommand);
+    const same = found.find((group) => check["Remedy Command"] !== null && group[0]?.["Remedy Command"] === check["Remedy Command"]);
     if (same) same.push(check);
     else found.push([check]);
   }

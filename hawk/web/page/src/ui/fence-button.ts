@@ -5,7 +5,7 @@ import { fenceSummary } from "../words/fence.ts";
 import { option } from "../words/view.ts";
 import { Part } from "./element.ts";
 
-/** Which fence counts, and the way into its editor. */
+/** The fence in force, and the button of its editor. */
 @customElement("hawk-fence-button")
 export class FenceButton extends Part {
   override render(): TemplateResult {
@@ -21,7 +21,7 @@ export class FenceButton extends Part {
       </div>`;
   }
 
-  /** A drawn fence can be put aside for the one of the settings. */
+  /** A drawn fence can be replaced by that of the settings. */
   private aside(): TemplateResult | typeof nothing {
     const view = this.model.view();
     if (!option(view, "Clear Fence").Possible || control(view) !== "mine") return nothing;

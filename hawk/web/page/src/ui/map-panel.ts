@@ -35,7 +35,7 @@ export class MapPanel extends Part {
 
   override firstUpdated(): void {
     const welcome: Welcome | null = this.model.flight.welcome;
-    const grid = welcome ? { cells: welcome.TileCells, cellSize: welcome.CellSize } : STANDARD_GRID;
+    const grid = welcome ? { cells: welcome["Tile Cells"], cellSize: welcome["Cell Size"] } : STANDARD_GRID;
     this.lot = new LotMap(this.holder, grid, {
       clicked: (place, stall) => this.clicked(place, stall),
       moved: () => this.placeMarks(),
@@ -117,7 +117,7 @@ export class MapPanel extends Part {
     };
   }
 
-  /** The way over the lot belongs to the Autonomous Move; any other goes straight. */
+  /** The route over the lot belongs to the Autonomous Move; any other goes straight. */
   private plannedRoute(view: View): readonly Point[] {
     const { question, routePlan } = this.model;
     if (question?.about !== "move") return [];

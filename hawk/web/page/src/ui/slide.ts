@@ -3,7 +3,7 @@ import { customElement, property, query } from "lit/decorators.js";
 import { icon } from "./icons.ts";
 import { isPressKey, Press } from "./press.ts";
 
-/** So much of the way counts as slid to the end. */
+/** Share of the track from which the slide is complete. */
 const ENOUGH = 0.92;
 const KEY_MS = 1000;
 

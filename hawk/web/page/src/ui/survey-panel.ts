@@ -49,7 +49,7 @@ export class SurveyPanel extends Part {
         <a class="button" href="api/stalls.geojson" download>${icon("download")}<span><b>Stalls for maps</b><span class="sub">GeoJSON</span></span></a>
       </section>
       <section class="facts">
-        ${fact(this.model.flight.airTime, format.longDuration, "in the air")} ${fact(heartbeat?.Way, format.distance, "flown")}
+        ${fact(this.model.flight.airTime, format.longDuration, "in the air")} ${fact(heartbeat?.["Distance Flown"], format.distance, "flown")}
         ${fact(heartbeat?.["Lot Area"], format.area, "lot found")}
         ${fact(heartbeat ? seenPercent(heartbeat) : null, format.percent, "of it seen")}
       </section>

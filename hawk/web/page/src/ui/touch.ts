@@ -1,4 +1,4 @@
-/** Whether the first way to point is a finger: then it is "tap", not "click". */
+/** True when the first pointing device is a finger: then it is "tap", not "click". */
 export function isTouch(): boolean {
   return matchMedia("(pointer: coarse)").matches;
 }

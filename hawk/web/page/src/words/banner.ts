@@ -56,8 +56,8 @@ function linkLost(view: View, heartbeat: Heartbeat): Banner {
 /** Seconds of ours after the last word at which it stops and at which it returns home; null in states that wait for nobody. */
 function returnAfter(view: View, heartbeat: Heartbeat): { hold: number; home: number } | null {
   if (!view.welcome || !isFlying(heartbeat) || !heartbeat["In Control"] || !COMMANDED.has(heartbeat.State)) return null;
-  const { OperatorTimeout, OperatorHold, Speed } = view.welcome;
-  return { hold: OperatorTimeout / Speed, home: (OperatorTimeout + OperatorHold) / Speed };
+  const { "Operator Timeout": timeout, "Operator Hold": hold, Speed: speed } = view.welcome;
+  return { hold: timeout / speed, home: (timeout + hold) / speed };
 }
 
 /** The page cannot know whether only its own link is gone or the drone's computer, for which the autopilot waits less. */

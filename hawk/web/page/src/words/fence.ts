@@ -8,7 +8,7 @@ export interface FenceWords {
   title: string;
   /** What is wrong, or what to do, or what it means. */
   line: string;
-  /** What the line is about: "bad" stands in the way of saving, "warning" of flying. */
+  /** Kind of the line: "bad" prevents saving, "warning" prevents flying. */
   level: "" | "warning" | "bad";
   /** Why it cannot be saved; empty when it can. */
   reason: string;

@@ -74,7 +74,7 @@ export function offset(north: number, east: number): string {
 
 const COMPASS = ["north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west"];
 
-/** Direction in words of a way of so many metres north and east. */
+/** Direction in words of a path, metres north and east. */
 export function direction(north: number, east: number): string {
   const eighth = Math.round(Math.atan2(east, north) / (Math.PI / 4));
   return COMPASS[(eighth + 8) % 8] ?? "north";

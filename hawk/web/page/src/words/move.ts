@@ -15,11 +15,11 @@ export interface MovePlan {
   insideFence: boolean;
   ways: { kind: MoveKind; label: string; possible: boolean; reason: string }[];
   suggested: MoveKind | null;
-  /** Why it is not possible in the way that would be suggested; empty when it is possible. */
+  /** Reason why the suggested kind is not possible; empty when it is. */
   refusal: string;
 }
 
-/** What is known of the way over the lot: its length, or why there is none. */
+/** The route over the lot in words: its length, or the reason why there is none. */
 export interface PlannedRoute {
   metres: number | null;
   reason: string;
@@ -77,7 +77,7 @@ function staying(heartbeat: Heartbeat): string {
   const height = heartbeat["Relative Altitude"];
   const lowest = heartbeat.Heights[0];
   if (height === null) return "";
-  if (lowest !== undefined && height < lowest - 0.5) return `, climbing to ${format.height(lowest)}`;
+  if (height < lowest - 0.5) return `, climbing to ${format.height(lowest)}`;
   return `, staying at ${format.height(height)}`;
 }
 
@@ -95,7 +95,7 @@ export function contains(polygon: readonly Point[], place: Point): boolean {
   return inside;
 }
 
-/** Whether the straight way from a place to another crosses a side of the polygon. */
+/** True when the straight line between two places crosses a side of the polygon. */
 export function crosses(polygon: readonly Point[], from: Point, to: Point): boolean {
   return polygon.some((corner, index) => {
     const next = polygon[(index + 1) % polygon.length] ?? corner;

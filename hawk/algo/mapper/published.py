@@ -1,0 +1,307 @@
+"""The map as it is published: tiles of classes, the picture from above, and the stalls, each encoded where it changed.
+
+A class tile has `TILE_CELLS` x `TILE_CELLS` cells. The picture (mosaic) is put together from the best part of every
+frame: nearest to straight below, and lowest; only tiles near the drone are kept as pixels, the others as JPEG.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import zlib
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from hawk.algo.ground import Slices, Window, shard_of_tile, tile_window
+from hawk.algo.mapper.delta import Recent
+from hawk.algo.mapper.evidence import EVIDENCE_M, outline, quality_mask, warp
+from hawk.algo.mapper.grid import EvidenceGrid
+from hawk.algo.mapper.table import FREE, STATES, TAKEN, Rows, angle_of, corners_of, probability, to_stall
+from hawk.algo.vision.seen import GroundImage
+from hawk.model import CELL_M, TILE_CELLS, TILE_M, Cell, Counts, EncodedTile, Stall, StallState, TileKey
+from hawk.sharded import Sharded
+
+_FINER = round(EVIDENCE_M / CELL_M)
+_REACH_M = 5.0  # half the diagonal of the longest stall
+_SHIFT = 4  # bits of fraction in polygon corners
+_CELLS = ((FREE, Cell.FREE), (TAKEN, Cell.TAKEN))
+_QUALITY_M = 0.8
+_QUALITY_CELLS = round(TILE_M / _QUALITY_M)
+_BETTER = 6.0  # metres by which a new pixel must be nearer to straight below
+_JPEG = (cv2.IMWRITE_JPEG_QUALITY, 82)
+_LOADED = 24  # tiles kept as pixels
+_MOVED_M = 0.05
+_TURNED = 0.02
+_PROBABILITY = 0.05
+_AGED_S = 2.0
+_SHARD = 128  # ids
+
+Picture = NDArray[np.uint8]
+
+
+class TileEncoder:
+    """Keeps the encoded tiles and what waits to be encoded."""
+
+    def __init__(self) -> None:
+        self.encoded: Sharded[TileKey, EncodedTile] = Sharded(shard_of_tile)
+        self._waiting: set[TileKey] = set()
+
+    def mark(self, keys: set[TileKey]) -> None:
+        """Mark tiles that may have changed."""
+        self._waiting |= keys
+
+    def mark_around(self, corners: NDArray[np.float64]) -> None:
+        """Mark the tiles of stalls (corners (N, 4, 2)) that changed, came or went."""
+        rows = np.floor(-corners[..., 0] / TILE_M).astype(int)
+        columns = np.floor(corners[..., 1] / TILE_M).astype(int)
+        self._waiting |= set(zip(rows.ravel().tolist(), columns.ravel().tolist(), strict=True))
+
+    def next_tiles(self, most: int, near: tuple[float, float]) -> list[TileKey]:
+        """Return the next ``most`` tiles to encode: those nearest to a place (north, east)."""
+        return nearest_first(list(self._waiting), *near)[:most]
+
+    def encode(self, grid: EvidenceGrid, stalls: Rows, most: int, version: int, near: tuple[float, float]) -> bool:
+        """Encode the ``most`` waiting tiles nearest to a place; return True when one of them changed.
+
+        ``stalls`` are all that may lie on them.
+        """
+        news: dict[TileKey, EncodedTile] = {}
+        for key in self.next_tiles(most, near):
+            self._waiting.discard(key)
+            known = self.encoded.get(key)
+            if known is None and key not in grid.tiles:
+                continue
+            data = zlib.compress(raster(grid, key, stalls).tobytes(), 1)
+            if known is None or known.data != data:
+                news[key] = EncodedTile(version, data)
+        self.encoded = self.encoded.changed(news)
+        return bool(news)
+
+
+def raster(grid: EvidenceGrid, key: TileKey, stalls: Rows) -> NDArray[np.uint8]:
+    """Return the `Cell` classes of one tile with its stalls drawn in."""
+    tile = grid.tile(key)
+    n = round(TILE_M / CELL_M)
+    cells = (
+        np.zeros((n, n), np.uint8) if tile is None else np.repeat(np.repeat(tile.layers.shown, _FINER, 0), _FINER, 1)
+    )
+    window = tile_window(key, CELL_M)
+    near = stalls[_meets(stalls, key)]
+    if len(near) == 0:
+        return cells
+    corners = corners_of(near)
+    for state, cell in _CELLS:
+        _draw(cells, corners[near["state"] == state], window, cell)
+    return cells
+
+
+def _meets(stalls: Rows, key: TileKey) -> NDArray[np.bool_]:
+    middle_north, middle_east = -(key[0] + 0.5) * TILE_M, (key[1] + 0.5) * TILE_M
+    reach = TILE_M / 2 + _REACH_M
+    return np.asarray((np.abs(stalls["north"] - middle_north) < reach) & (np.abs(stalls["east"] - middle_east) < reach))
+
+
+def _draw(cells: NDArray[np.uint8], corners: NDArray[np.float64], window: Window, cell: Cell) -> None:
+    if len(corners):
+        points = window.cells_of(corners[..., 0], corners[..., 1])
+        fixed = np.round(points * (1 << _SHIFT)).astype(np.int32)
+        cv2.fillPoly(cells, list(fixed), [int(cell)], shift=_SHIFT)
+
+
+class Mosaic:
+    """Picture tiles of `TILE_CELLS` pixels a side."""
+
+    def __init__(self) -> None:
+        self.encoded: Sharded[TileKey, EncodedTile] = Sharded(shard_of_tile)
+        self.recent: Recent[TileKey] = Recent()
+        self._offsets: dict[TileKey, NDArray[np.float32]] = {}
+        """Distance of each part's best view from straight below, metres; infinite where none was."""
+        self._pixels: dict[TileKey, Picture] = {}
+        """Of the loaded tiles, the least recently used first."""
+        self._dirty: dict[TileKey, None] = {}
+
+    def add(self, picture: GroundImage, below: tuple[float, float], height: float) -> None:
+        """Add a picture. ``below`` is the place (north, east) straight below the camera."""
+        mask = quality_mask(picture.valid, picture.metres_per_pixel, 0.5, 1.0)
+        if not mask.any():
+            return
+        window = Window.around(outline(picture), CELL_M)
+        pixels = warp(picture, picture.values, window, cv2.INTER_LINEAR)
+        inside = warp(picture, mask, window, cv2.INTER_NEAREST) > 0
+        for key, in_tile, in_window in window.tiles():
+            self._add_to_tile(key, in_tile, pixels[in_window], inside[in_window], below, height)
+
+    def encode(self, most: int, version: int) -> bool:
+        """Encode the ``most`` longest waiting tiles; return True when there was one."""
+        keys = list(itertools.islice(self._dirty, most))
+        news: dict[TileKey, EncodedTile] = {}
+        for key in keys:
+            del self._dirty[key]
+            ok, data = cv2.imencode(".jpg", self._loaded(key), _JPEG)
+            if ok:
+                news[key] = EncodedTile(version, data.tobytes())
+                self.recent.note(key, version)
+        self.encoded = self.encoded.changed(news)
+        self._evict()
+        return bool(keys)
+
+    @property
+    def loaded(self) -> int:
+        """Number of tiles that are kept as pixels."""
+        return len(self._pixels)
+
+    def restore(self, key: TileKey, version: int, data: bytes) -> None:
+        """Restore a tile of an earlier run. Raises ValueError when the picture cannot be read."""
+        pixels = _decoded(data)
+        if pixels is None:
+            raise ValueError("mosaic tile: not a picture of the right size")
+        self.encoded = self.encoded.changed({key: EncodedTile(version, data)})
+        self.recent.note(key, version)
+        seen = cv2.resize(pixels.max(2), (_QUALITY_CELLS, _QUALITY_CELLS), interpolation=cv2.INTER_AREA) > 0
+        self._offsets[key] = np.where(seen, 1e3, np.inf).astype(np.float32)
+
+    def _add_to_tile(
+        self,
+        key: TileKey,
+        part: Slices,
+        pixels: Picture,
+        inside: NDArray[np.bool_],
+        below: tuple[float, float],
+        height: float,
+    ) -> None:
+        if not inside.any():
+            return
+        before = self._offsets.get(key)
+        if before is None:
+            before = np.full((_QUALITY_CELLS, _QUALITY_CELLS), np.inf, np.float32)
+        offset = _offset(key, below, height)
+        better = offset < before - _BETTER
+        fine = np.repeat(np.repeat(better, TILE_CELLS // _QUALITY_CELLS, 0), TILE_CELLS // _QUALITY_CELLS, 1)
+        use = inside & fine[part]
+        if not use.any():
+            return
+        cv2.copyTo(pixels, use.astype(np.uint8), self._loaded(key)[part])
+        whole = np.zeros((TILE_CELLS, TILE_CELLS), np.float32)
+        whole[part] = use
+        covered = cv2.resize(whole, (_QUALITY_CELLS, _QUALITY_CELLS), interpolation=cv2.INTER_AREA) > 0.99
+        self._offsets[key] = np.where(covered & better, offset, before).astype(np.float32)
+        self._dirty.setdefault(key)
+
+    def _loaded(self, key: TileKey) -> Picture:
+        pixels = self._pixels.pop(key, None)
+        if pixels is None:
+            known = self.encoded.get(key)
+            pixels = None if known is None else _decoded(known.data)
+        if pixels is None:
+            pixels = np.zeros((TILE_CELLS, TILE_CELLS, 3), np.uint8)
+        self._pixels[key] = pixels
+        return pixels
+
+    def _evict(self) -> None:
+        for key in list(itertools.islice(self._pixels, max(len(self._pixels) - _LOADED, 0))):
+            if key not in self._dirty:
+                del self._pixels[key]
+
+
+def _offset(key: TileKey, below: tuple[float, float], height: float) -> NDArray[np.float64]:
+    """Return how far from straight below each part of a tile is seen, metres; height adds to it."""
+    window, cells = tile_window(key, _QUALITY_M), np.arange(_QUALITY_CELLS)
+    north, east = window.centres(cells, cells)
+    return np.asarray(np.hypot(north[:, None] - below[0], east[None] - below[1]) + max(height, 0) * 0.2)
+
+
+def _decoded(data: bytes) -> Picture | None:
+    try:
+        pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
+    except cv2.error:
+        return None
+    if pixels is None or pixels.shape != (TILE_CELLS, TILE_CELLS, 3):
+        return None
+    return pixels  # type: ignore[return-value]
+
+
+def nearest_first(keys: list[TileKey], north: float, east: float) -> list[TileKey]:
+    """Return tiles by the distance of their centres from a place."""
+    return sorted(keys, key=lambda k: math.hypot(-(k[0] + 0.5) * TILE_M - north, (k[1] + 0.5) * TILE_M - east))
+
+
+class StallIndex:
+    """Valid stalls as they were last shown. A stall is updated only when it changed visibly."""
+
+    def __init__(self) -> None:
+        self.stalls: Sharded[int, Stall] = Sharded(lambda stall_id: stall_id // _SHARD)
+        self.unclear: dict[int, Stall] = {}
+        """Those whose state is not known."""
+        self._counts = dict.fromkeys(StallState, 0)
+
+    def update(self, rows: Rows, index: NDArray[np.intp], gone: list[int], version: int) -> NDArray[np.float64]:
+        """Bring rows ``index`` up to date and take out those that are gone; their versions are set in ``rows``.
+
+        Returns the corners (N, 4, 2) of everything whose picture on the map changed, before and after.
+        """
+        lost = {i: self.stalls[i] for i in gone if i in self.stalls}
+        news: dict[int, Stall] = {}
+        redrawn = list(lost.values())
+        index = index[rows["confirmed"][index]]
+        table = rows[index]
+        for position, stall_id, values in zip(index, table["id"].tolist(), _shown(table), strict=True):
+            known = None if stall_id in lost else self.stalls.get(stall_id)
+            if known is not None and not _differs(known, values):
+                continue
+            rows["version"][position] = version
+            news[stall_id] = fresh = to_stall(rows[position])
+            if known is None or _is_redrawn(known, values):
+                redrawn += [fresh] if known is None else [fresh, known]
+        self._count(lost, news)
+        self.stalls = self.stalls.changed(news, lost)
+        return np.array([stall.corners() for stall in redrawn]).reshape(-1, 4, 2)
+
+    def counts(self) -> Counts:
+        """Return how many there are of each state."""
+        return Counts(*(self._counts[s] for s in (StallState.FREE, StallState.TAKEN, StallState.UNKNOWN)))
+
+    def _count(self, lost: dict[int, Stall], news: dict[int, Stall]) -> None:
+        for stall_id in lost.keys() | news.keys():
+            known = self.stalls.get(stall_id)
+            if known is not None:
+                self._counts[known.state] -= 1
+                self.unclear.pop(stall_id, None)
+        for stall_id, stall in news.items():
+            self._counts[stall.state] += 1
+            if stall.state is StallState.UNKNOWN:
+                self.unclear[stall_id] = stall
+
+
+def _shown(rows: Rows) -> list[tuple[float, ...]]:
+    columns = (
+        rows["north"],
+        rows["east"],
+        angle_of(rows),
+        rows["width"],
+        rows["length"],
+        probability(rows["taken"]),
+        rows["state"],
+        rows["last_seen"],
+    )
+    return list(zip(*(column.tolist() for column in columns), strict=True))
+
+
+def _differs(known: Stall, values: tuple[float, ...]) -> bool:
+    taken, last_seen = values[5], values[7]
+    return (
+        _is_redrawn(known, values) or abs(taken - known.taken) > _PROBABILITY or last_seen - known.last_seen > _AGED_S
+    )
+
+
+def _is_redrawn(known: Stall, values: tuple[float, ...]) -> bool:
+    """Return True when the stall's drawing on the map changed."""
+    north, east, angle, width, length, _, state, _ = values
+    turned = abs((angle - known.angle + math.pi / 2) % math.pi - math.pi / 2)
+    return (
+        known.state is not STATES[int(state)]
+        or max(abs(north - known.north), abs(east - known.east)) > _MOVED_M
+        or max(abs(width - known.width), abs(length - known.length)) > _MOVED_M
+        or turned > _TURNED
+    )

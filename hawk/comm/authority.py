@@ -1,0 +1,70 @@
+"""Authority over the drone: which command a client may send, given who has control.
+
+The web server authenticates sessions and answers `ANSWERED_BY_THE_WEB_SERVER`; it passes every other command on with
+the client's id. The operations manager asks `authority_refusal` before anything else about a command.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import Enum
+from typing import Final
+
+
+class Right(Enum):
+    """The clients that may send a command."""
+
+    ANYONE = "anyone"
+    """The command only asks: nothing is flown or changed."""
+    ANYONE_UNLESS_HOMING = "anyone; while it returns or lands, only the client in control"
+    CONTROL_OR_FREE = "the client in control; anyone while nobody has control"
+    CONTROL = "the client in control"
+
+
+ANSWERED_BY_THE_WEB_SERVER: Final = frozenset({"Heartbeat", "Control", "Map Resync"})
+"""Types of the commands that concern the session only: any connected client may send them."""
+
+RIGHTS: Final[Mapping[str, Right]] = {
+    "Configure": Right.CONTROL,
+    "Arm": Right.CONTROL,
+    "Takeoff": Right.CONTROL,
+    "Autonomous Explore": Right.CONTROL,
+    "Autonomous Move": Right.CONTROL,
+    "Compulsive Move": Right.CONTROL,
+    "Route Request": Right.ANYONE,
+    "Hold": Right.ANYONE_UNLESS_HOMING,
+    "Return To Launch": Right.CONTROL_OR_FREE,
+    "Land": Right.CONTROL_OR_FREE,
+    "Disarm": Right.CONTROL,
+    "Resume": Right.CONTROL,
+    "Kill Request": Right.CONTROL,
+    "Kill": Right.CONTROL,
+    "Clear Kill": Right.CONTROL,
+    "Set Failsafes": Right.CONTROL,
+    "Set Fence": Right.CONTROL,
+    "Clear Fence": Right.CONTROL,
+    "Check Fence": Right.ANYONE,
+}
+
+TAKE_CONTROL_FIRST: Final = "Take control first."
+SOMEONE_ELSE: Final = "Someone else has control."
+
+
+def authority_refusal(kind: str, *, has_control: bool, is_controlled: bool, homing: bool) -> str:
+    """Return why a client may not send a command now; empty when it may.
+
+    Args:
+        kind: Type of the command. A type that `RIGHTS` does not list needs control.
+        has_control: True when this client's session has control.
+        is_controlled: True when any session has control.
+        homing: True in Return To Launch and Land.
+    """
+    right = RIGHTS.get(kind, Right.CONTROL)
+    if (
+        has_control
+        or right is Right.ANYONE
+        or (right is Right.ANYONE_UNLESS_HOMING and not homing)
+        or (right is Right.CONTROL_OR_FREE and not is_controlled)
+    ):
+        return ""
+    return SOMEONE_ELSE if is_controlled else TAKE_CONTROL_FIRST

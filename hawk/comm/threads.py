@@ -1,0 +1,139 @@
+"""Values handed between threads: to the loop (`Inbox`), from it (`LatestSender`); and a loop on a thread of its own."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import threading
+from collections import deque
+from collections.abc import Callable, Coroutine
+from concurrent.futures import Future
+from typing import Any, Final, Generic, TypeVar
+
+_LOG = logging.getLogger(__name__)
+T = TypeVar("T")
+
+STOP_S: Final = 5.0
+"""Real seconds that a loop on a thread may take to end."""
+
+
+class Inbox(Generic[T]):
+    """Takes items on any thread and handles them on the loop, in order. A full inbox drops the oldest."""
+
+    def __init__(self, loop: asyncio.AbstractEventLoop, handle: Callable[[T], None], size: int = 2000) -> None:
+        self._loop = loop
+        self._handle = handle
+        self._items: deque[T] = deque(maxlen=size)
+        self._lock = threading.Lock()
+        self._woken = False
+        self._closed = False
+        self.dropped = 0
+        """Items dropped because the loop did not come in time."""
+
+    def put(self, item: T) -> None:
+        """Take an item; never blocks. Called on any thread."""
+        with self._lock:
+            if self._closed:
+                return
+            self.dropped += len(self._items) == self._items.maxlen
+            self._items.append(item)
+            if self._woken:
+                return
+            self._woken = True
+        try:
+            self._loop.call_soon_threadsafe(self._drain)
+        except RuntimeError:  # the loop has ended
+            self.close()
+
+    def close(self) -> None:
+        """Drop the waiting items and ignore later ones."""
+        with self._lock:
+            self._closed = True
+            self._items.clear()
+
+    def _drain(self) -> None:
+        with self._lock:
+            items = list(self._items)
+            self._items.clear()
+            self._woken = False
+        for item in items:
+            try:
+                self._handle(item)
+            except Exception:  # one bad item must not stop the others
+                _LOG.exception("An item could not be handled")
+
+
+class LatestSender(Generic[T]):
+    """A thread that sends the newest item once. A newer item replaces one that still waits."""
+
+    def __init__(self, name: str, send: Callable[[T], None]) -> None:
+        self._send = send
+        self._ready = threading.Condition()
+        self._slot: list[T] = []
+        self._closed = False
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+        self._thread.start()
+
+    def put(self, item: T) -> None:
+        """Replace the waiting item. Never blocks."""
+        with self._ready:
+            self._slot = [item]
+            self._ready.notify()
+
+    def clear(self) -> None:
+        """Drop the waiting item."""
+        with self._ready:
+            self._slot = []
+
+    def close(self, timeout_s: float = 1.0) -> None:
+        """End the thread."""
+        with self._ready:
+            self._closed = True
+            self._slot = []
+            self._ready.notify()
+        self._thread.join(timeout_s)
+
+    def _run(self) -> None:
+        while True:
+            with self._ready:
+                while not self._slot and not self._closed:
+                    self._ready.wait()
+                if self._closed:
+                    return
+                item = self._slot.pop()
+            try:
+                self._send(item)
+            except Exception as error:  # the next one may get through
+                _LOG.warning("A target was not sent: %s", error)
+
+
+class LoopThread:
+    """An event loop on a daemon thread, for callers without asyncio."""
+
+    def __init__(self, name: str) -> None:
+        self._loop = asyncio.new_event_loop()
+        self._thread = threading.Thread(target=self._loop.run_forever, name=name, daemon=True)
+        self._thread.start()
+
+    def begin(self, work: Coroutine[Any, Any, T]) -> Future[T]:
+        """Start a coroutine on the loop."""
+        return asyncio.run_coroutine_threadsafe(work, self._loop)
+
+    def call(self, work: Coroutine[Any, Any, T], timeout_s: float | None = None) -> T:
+        """Run a coroutine on the loop and return its result. Raises TimeoutError."""
+        return self.begin(work).result(timeout_s)
+
+    def stop(self) -> None:
+        """Cancel the tasks that still run, and end loop and thread."""
+        asyncio.run_coroutine_threadsafe(self._cancel_tasks(), self._loop)
+        self._thread.join(STOP_S)
+        if not self._thread.is_alive():
+            self._loop.run_until_complete(self._loop.shutdown_asyncgens())
+            self._loop.close()
+
+    async def _cancel_tasks(self) -> None:
+        tasks = asyncio.all_tasks() - {asyncio.current_task()}
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+        self._loop.call_soon(self._loop.stop)

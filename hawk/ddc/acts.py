@@ -1,0 +1,264 @@
+"""Acts: values that say what to do. `hawk.ddc.performer` performs them; their outcomes are facts of the next tick."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hawk.comm.messages import Outgoing
+from hawk.comm.status import ClientId
+from hawk.ddc.facts import Answer, Facts
+from hawk.ddc.fence import FencePlan
+from hawk.ddc.motion import Goal
+from hawk.ddc.orders import Level, Transition
+from hawk.model import CopterMode, DesiredPose, Fence, GlobalPose, HeightParameters, StateName, UserError
+
+# -- requests: acts that are answered ---------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class SetArmed:
+    """Arm or disarm."""
+
+    armed: bool
+
+
+@dataclass(frozen=True, slots=True)
+class SetMode:
+    """Change the flight mode."""
+
+    mode: CopterMode
+
+
+@dataclass(frozen=True, slots=True)
+class TakeOff:
+    """Climb to a height, metres above the arm place."""
+
+    height: float
+
+
+@dataclass(frozen=True, slots=True)
+class SetReturnAltitude:
+    """Set the autopilot's return altitude, metres above the arm place, and read it back."""
+
+    altitude: float
+
+
+@dataclass(frozen=True, slots=True)
+class UploadFence:
+    """Upload the autopilot's fence and enable it."""
+
+    fence: Fence
+
+
+@dataclass(frozen=True, slots=True)
+class CutMotors:
+    """Flight termination."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReadParameter:
+    """Read one parameter of the autopilot."""
+
+    parameter: str
+
+
+@dataclass(frozen=True, slots=True)
+class SetParameters:
+    """Set parameters of the autopilot one by one, each read back."""
+
+    values: tuple[tuple[str, float], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class StoreHeights:
+    """Write the parameter file."""
+
+    heights: HeightParameters
+
+
+@dataclass(frozen=True, slots=True)
+class StoreFence:
+    """Write the fence file, then plan with it; None drops the drawn fence."""
+
+    plan: FencePlan | None
+
+
+Request = (
+    SetArmed
+    | SetMode
+    | TakeOff
+    | SetReturnAltitude
+    | UploadFence
+    | CutMotors
+    | ReadParameter
+    | SetParameters
+    | StoreHeights
+    | StoreFence
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Ask:
+    """Start a request at the time ``at`` (seconds). The same request of the same time is started once."""
+
+    request: Request
+    at: float
+
+    @property
+    def name(self) -> str:
+        """Name for logs; with ``at`` it identifies the request among the facts."""
+        match self.request:
+            case SetArmed(armed):
+                return "arm" if armed else "disarm"
+            case SetMode(mode):
+                return f"mode {mode.name}"
+            case ReadParameter(parameter):
+                return f"read {parameter}"
+            case other:
+                return _NAMES[type(other)]
+
+    def answer(self, facts: Facts) -> Answer:
+        """Return the outcome of this request so far."""
+        return facts.answer(self.name, self.at)
+
+
+_NAMES: dict[type[object], str] = {
+    TakeOff: "take off",
+    SetReturnAltitude: "set return altitude",
+    UploadFence: "upload fence",
+    CutMotors: "kill",
+    SetParameters: "set failsafes",
+    StoreHeights: "store heights",
+    StoreFence: "store fence",
+}
+
+# -- acts without an answer -------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class SendTarget:
+    """Send one position target through the gate of the service interface."""
+
+    goal: Goal
+
+
+@dataclass(frozen=True, slots=True)
+class Log:
+    """Add an entry to the flight log."""
+
+    level: Level
+    text: str
+    details: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class ShowUserError:
+    """Show a User Error until the next accepted command."""
+
+    error: UserError
+    text: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Reply:
+    """Answer a client whose command waited."""
+
+    client: ClientId
+    message: Outgoing
+
+
+@dataclass(frozen=True, slots=True)
+class Desire:
+    """Publish the desired pose for the planner to judge; None: nothing is desired."""
+
+    pose: DesiredPose | None
+
+
+@dataclass(frozen=True, slots=True)
+class AskPlace:
+    """Publish the place of a Route Request; None: nothing is asked."""
+
+    pose: DesiredPose | None
+
+
+@dataclass(frozen=True, slots=True)
+class UseHeights:
+    """Put travel heights in force."""
+
+    heights: HeightParameters
+
+
+@dataclass(frozen=True, slots=True)
+class SetDatum:
+    """Set the origin of the map frame."""
+
+    datum: GlobalPose
+
+
+@dataclass(frozen=True, slots=True)
+class PutFenceInForce:
+    """Guard this fence from now on."""
+
+    fence: Fence
+
+
+@dataclass(frozen=True, slots=True)
+class ForgetAskedModes:
+    """No mode change is ours until a mode is asked for again."""
+
+
+@dataclass(frozen=True, slots=True)
+class CountStart:
+    """Journal a start in the air; the count is a fact of the next tick. Restore flight time and path."""
+
+
+@dataclass(frozen=True, slots=True)
+class EnterState:
+    """Another state is the active one: publish it, and let the gate know what it may send."""
+
+    name: StateName
+    may_send_targets: bool
+    holds: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """Record a decision."""
+
+    kind: str
+    payload: tuple[tuple[str, str | float | None], ...]
+
+
+Act = (
+    Ask
+    | SendTarget
+    | Log
+    | ShowUserError
+    | Reply
+    | Desire
+    | AskPlace
+    | UseHeights
+    | SetDatum
+    | PutFenceInForce
+    | ForgetAskedModes
+    | CountStart
+    | EnterState
+    | Record
+)
+Acts = tuple[Act, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """Outcome of a decision: acts, then a transition (None: the state stays).
+
+    ``restarts``: the state begins its work again from where the drone is.
+    """
+
+    transition: Transition | None = None
+    acts: Acts = ()
+    restarts: bool = False
+
+
+STAY = Step()
+"""Nothing to do."""

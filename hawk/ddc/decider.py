@@ -1,0 +1,194 @@
+"""Decider: judges commands, reacts and decides. It sees facts, returns acts, and does nothing itself.
+
+The same facts and commands give the same decisions: `hawk.ddc.replay` decides a recorded flight again.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from hawk.comm.messages import Ack, Command, Outgoing
+from hawk.comm.status import ClientId
+from hawk.ddc import guard
+from hawk.ddc.acts import Acts, EnterState, ForgetAskedModes, Log, Record, Step
+from hawk.ddc.command_desk import CommandDesk, Ruling, answer_record
+from hawk.ddc.facts import Facts
+from hawk.ddc.follower import VehicleFollower
+from hawk.ddc.judge import Bench, Case
+from hawk.ddc.kill import KillSwitch, KillTokens
+from hawk.ddc.orders import Cause, Order, ToHover, ToIdle, ToManual, ToReturn, Transition
+from hawk.ddc.parameters import ParameterReader
+from hawk.ddc.settings import DdcSettings
+from hawk.ddc.states.base import State
+from hawk.ddc.states.factory import make_state
+from hawk.ddc.states.ground import Idle
+from hawk.model import StateName
+
+_LOGGER = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """Acts in their order, the answer to a command (None: it follows), and a fault of the program, in words."""
+
+    acts: Acts = ()
+    answer: Outgoing | None = None
+    fault: str = ""
+
+
+class Decider:
+    """Holds the operation state, and is the only one to switch it."""
+
+    def __init__(
+        self, settings: DdcSettings, tokens: KillTokens, now: float, *, continues_survey: bool = False
+    ) -> None:
+        """``continues_survey``: the map of an earlier run was restored."""
+        self._settings = settings
+        self._continues_survey = continues_survey
+        self._kill = KillSwitch()
+        self._reader = ParameterReader(settings.system_id)
+        self._desk = CommandDesk(tokens, self._kill, self._reader)
+        self._follower = VehicleFollower(settings)
+        self._acts: Acts = ()
+        self._fault = ""
+        self.state: State = Idle(now, "Looking for the autopilot.")
+
+    def case(self, facts: Facts) -> Case:
+        """Return what commands are judged on at this moment."""
+        bench = Bench(self._kill.state, self._kill.is_killed, self._reader.is_setting)
+        return Case(facts, self.state, self._settings, self._reader.values(), bench)
+
+    def command(self, facts: Facts, client: ClientId, command: Command) -> Decision:
+        """Decide on a command. A fault refuses it."""
+        rulings: list[Ruling] = []
+        self._guarded(facts, lambda: rulings.append(self._rule(facts, client, command)))
+        if rulings:
+            return self._taken(rulings[0].answer)
+        return self._taken(Ack(id=command.id, accepted=False, reason=f"{self._fault}."))
+
+    def tick(self, facts: Facts) -> Decision:
+        """Decide once a tick: the autopilot's changes, Kill, automatic reactions, the state."""
+        self._guarded(facts, lambda: self._follow(facts))
+        self._guarded(facts, lambda: self._do(self._desk.routes.tick(facts)))
+        if self._kill.is_sending:
+            self._guarded(facts, lambda: self._cut(facts))
+        else:
+            self._guarded(facts, lambda: self._run(facts))
+        return self._taken(None)
+
+    def leave_air(self, facts: Facts, cause: Cause) -> Decision | None:
+        """Decide to return home because the program ends; None where there is nothing to do."""
+        if not facts.is_airborne or self.state.is_left_alone or not facts.link.is_up:
+            return None
+        self._guarded(facts, lambda: self._switch(ToReturn(cause), facts))
+        return self._taken(None)
+
+    # -- steps ---------------------------------------------------------------------------------------------------
+
+    def _rule(self, facts: Facts, client: ClientId, command: Command) -> Ruling:
+        ruling = self._desk.rule(client, command, self.case(facts))
+        self._carry_out(ruling, facts)
+        if isinstance(ruling.answer, Ack):
+            self._do((answer_record(client, command, ruling.answer),))
+        return ruling
+
+    def _follow(self, facts: Facts) -> None:
+        for event in facts.link.events:
+            self._step(self._follower.answer(event, facts, self.state), facts)
+        self._do(self._follower.ensure_fence(facts, self.state))
+        if not self._kill.is_sending:
+            self._step(self._follower.watch(facts, self.state), facts)
+        self._step(self._follower.watch_jump(facts, self.state), facts)
+
+    def _cut(self, facts: Facts) -> None:
+        self._do(self._kill.tick(facts))
+        if self._kill.is_sending:
+            return
+        if self._kill.state == "confirmed":
+            self._do((Log("error", "Motors cut. Arm is locked until you clear it."),))
+            if self.state.identity is not StateName.IDLE:
+                self._switch(ToIdle("Motors cut."), facts)
+            return
+        self._do((Log("error", "Cutting the motors was not confirmed. Confirm again if it must be."),))
+        self._step(self._follower.adopt(facts, self.state), facts)
+
+    def _run(self, facts: Facts) -> None:
+        self._do(guard.notices(facts))
+        self._do(self._reader.tick(facts))
+        if self._desk.inquiries.is_open:
+            self._carry_out(self._desk.inquiries.tick(self.case(facts)), facts)
+        reaction = guard.reaction(facts, self.state) if facts.link.is_up else None
+        if reaction is not None:
+            self._do((Record("reaction", (("rank", reaction.rank.name), ("state", self.state.get_identity()))),))
+            self._switch(reaction.transition, facts)
+        if not facts.link.is_up and not self.state.on_ground:
+            return  # nothing that is decided now would reach the autopilot
+        self._do(self.state.process(facts))
+        self._advance(facts, None)
+
+    # -- the state -----------------------------------------------------------------------------------------------
+
+    def _carry_out(self, ruling: Ruling, facts: Facts) -> None:
+        self._do(ruling.acts)
+        if ruling.order is not None:
+            self._advance(facts, ruling.order)
+
+    def _advance(self, facts: Facts, order: Order | None) -> None:
+        self._step(self.state.transition_next_state(facts, order), facts)
+
+    def _step(self, step: Step, facts: Facts) -> None:
+        self._do(step.acts)
+        if step.restarts:
+            self.state.restart()
+        if step.transition is not None:
+            self._switch(step.transition, facts)
+
+    def _switch(self, transition: Transition, facts: Facts) -> None:
+        """Make the state of a transition the active one."""
+        following, messages = make_state(transition, facts, self._settings)
+        former, self.state = self.state, following
+        changed = (("from", former.get_identity()), ("to", following.get_identity()))
+        entered = EnterState(following.identity, following.may_send_targets, following.holds)
+        self._do((*messages, Record("state", changed), entered))
+        self._do(self._left(former, facts))
+        self._do(self._desk.inquiries.supersede())
+        if isinstance(transition, ToIdle) and transition.gave_up_arming:
+            self._follower.abandon_arming(facts.now)
+        if isinstance(transition, ToManual):
+            self._do((ForgetAskedModes(),))
+        if following.identity is StateName.ARM:
+            self._follower.begin_arming()
+        self._do(following.enter(facts))
+        returned = former.identity is StateName.COMMUNICATION_LOST and following.identity is StateName.HOVER
+        if returned and self._follower.started_in_air and self._continues_survey:
+            self._do((Log("info", "Explore continues the survey."),))
+
+    def _left(self, former: State, facts: Facts) -> Acts:
+        """Return the former state's last acts; a fault in it must not keep the next one from beginning."""
+        try:
+            return former.leave(facts)
+        except Exception as error:
+            self._note_fault(error)
+            return ()
+
+    def _do(self, acts: Acts) -> None:
+        self._acts += acts
+
+    def _taken(self, answer: Outgoing | None) -> Decision:
+        acts, self._acts = self._acts, ()
+        return Decision(acts, answer, self._fault)
+
+    def _guarded(self, facts: Facts, step: Callable[[], object]) -> None:
+        """A fault in one step ends a task by Hover and is shown; it never stops the other steps."""
+        try:
+            step()
+        except Exception as error:
+            self._note_fault(error)
+            if self.state.is_task:
+                self._guarded(facts, lambda: self._switch(ToHover("A fault in the program.", level="error"), facts))
+
+    def _note_fault(self, error: Exception) -> None:
+        _LOGGER.exception("unexpected")
+        self._fault = f"Fault in the program: {type(error).__name__}: {error}"

@@ -1,0 +1,284 @@
+"""Facts: everything that decides, as one tick believes it.
+
+One frozen value holds the readings, their ages and the answers to requests. States, guard, judge, preflight and status
+are functions of it. `hawk.ddc.senses` gathers it; nothing else reads a topic to decide.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Literal
+
+from hawk.comm.status import ClientId
+from hawk.ddc.energy import Reserve
+from hawk.ddc.fence import FencePlan
+from hawk.model import (
+    ArmPlace,
+    BatteryInfo,
+    CopterMode,
+    Counts,
+    DesiredPose,
+    Diagnostics,
+    Fence,
+    GlobalPose,
+    Health,
+    HeightParameters,
+    Inbound,
+    LandedState,
+    MapPoint,
+    MapPose,
+    PathPlan,
+    VehiclePose,
+    VehicleState,
+    Verdict,
+)
+
+TARGET_POSE_AGE_S = 0.5
+"""No target is sent on an older pose, seconds (design, section 6)."""
+POSE_TIMEOUT_S = 1.0
+"""An older pose makes the position unhealthy, seconds."""
+VERDICT_AGE_S = 1.0
+"""An older verdict is void, seconds."""
+
+
+class VehicleEvent(StrEnum):
+    """A change at the autopilot since the last tick."""
+
+    FOUND = "found"
+    """The autopilot is heard for the first time."""
+    LINK_LOST = "link lost"
+    LINK_BACK = "link back"
+    FOREIGN_MODE = "foreign mode"
+    """The mode changed and no request of ours asked for it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """Outcome of one request. ``asked``: time of the request, seconds. ``value``: a parameter that was read."""
+
+    name: str
+    asked: float
+    status: Literal["pending", "done", "failed"]
+    reason: str = ""
+    """The autopilot's words when it refused."""
+    value: float | None = None
+
+    @property
+    def is_pending(self) -> bool:
+        """True until the answer arrives."""
+        return self.status == "pending"
+
+    @property
+    def is_done(self) -> bool:
+        """True after a positive answer."""
+        return self.status == "done"
+
+    @property
+    def has_failed(self) -> bool:
+        """True after a refusal, or when no answer came."""
+        return self.status == "failed"
+
+
+@dataclass(frozen=True, slots=True)
+class LinkFacts:
+    """The link to the autopilot. ``is_up``: found, and heard within the limit."""
+
+    is_up: bool = False
+    age: float = math.inf
+    """Seconds since the last HEARTBEAT."""
+    mode_changed_at: float = -math.inf
+    events: tuple[VehicleEvent, ...] = ()
+    words: str = ""
+    """The autopilot's last warning, while it is recent enough to explain what the autopilot does."""
+
+
+@dataclass(frozen=True, slots=True)
+class PositionFacts:
+    """The latest pose however old it is, its age, and the places that belong to it."""
+
+    pose: VehiclePose | None = None
+    age: float = math.inf
+    distrusted_s: float = 0.0
+    """Seconds since the autopilot last trusted its position."""
+    jump_m: float = 0.0
+    """Jump of EKF-local since the last tick, metres; 0 without one."""
+    datum: GlobalPose | None = None
+    arm_place: ArmPlace | None = None
+    home: MapPoint | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class BatteryFacts:
+    """The battery and its reserve. ``info`` is None when the charge is unknown or older than the limit."""
+
+    info: BatteryInfo | None = None
+    age: float = math.inf
+    unknown_s: float = 0.0
+    """Seconds in flight without a valid charge."""
+    reserve: Reserve | None = None
+    """Charge against the cost of the flight home; None on the ground and while an input of it is unknown."""
+    reached_s: float | None = None
+    """Seconds since the reserve was reached; None while it is not."""
+
+
+@dataclass(frozen=True, slots=True)
+class LimitFacts:
+    """Heights, the fence in force and the planned fence."""
+
+    heights: HeightParameters = HeightParameters()
+    fence: Fence | None = None
+    breached_s: float | None = None
+    """Seconds since the drone left our fence or ceiling; None inside."""
+    plan: FencePlan = FencePlan("circle", (), 0.0)
+    """The fence of the next Arm."""
+    plan_problem: str = ""
+    """Reason why a stored fence cannot be used; empty when it can."""
+    planned_ceiling: float = 0.0
+    """Our ceiling of the planned fence, metres above the arm place."""
+
+
+@dataclass(frozen=True, slots=True)
+class OperatorFacts:
+    """The operator in control. ``clients`` are the connections of the session in control."""
+
+    is_present: bool = False
+    is_controlled: bool = False
+    """True while any session has control."""
+    clients: frozenset[ClientId] = frozenset()
+
+
+@dataclass(frozen=True, slots=True)
+class SightFacts:
+    """Results of camera, vision, mapper and planner; None where a result is older than its limit."""
+
+    lot: bool | None = None
+    """Lot in sight."""
+    plan: PathPlan | None = None
+    plan_time: float = -math.inf
+    verdict: Verdict | None = None
+    desired: DesiredPose | None = None
+    """The place that the planner judges now."""
+    desired_count: int = 0
+    """Number of the newest desired pose so far."""
+    asked: Verdict | None = None
+    """Verdict on the place of a Route Request."""
+    fault: str = ""
+    """The first part of perception that is unhealthy, with its reason; empty when all are well."""
+    fault_s: float = 0.0
+    footprint: tuple[MapPoint, ...] = ()
+    counts: Counts = Counts()
+    lot_area: float = 0.0
+    vision_rate: float | None = None
+    camera_age: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Facts:
+    """All facts of one moment. Times in seconds of the daemon's clock, lengths in metres, map frame."""
+
+    now: float
+    utc: float = 0.0
+    """Wall clock, Unix seconds."""
+    vehicle: VehicleState = VehicleState()
+    """State in the last HEARTBEAT; disconnected before the first."""
+    link: LinkFacts = LinkFacts()
+    position: PositionFacts = PositionFacts()
+    diagnostics: Diagnostics = Diagnostics()
+    battery: BatteryFacts = BatteryFacts()
+    limits: LimitFacts = LimitFacts()
+    operator: OperatorFacts = OperatorFacts()
+    sight: SightFacts = SightFacts()
+    parts: tuple[tuple[str, Health], ...] = ()
+    """Health of every part by name, in the order of dependence."""
+    answers: tuple[Answer, ...] = field(default=())
+    """Requests under way, and those that ended lately."""
+    target_refusal: str = ""
+    """Reason why the last target was not sent; empty when it was."""
+    starts_in_air: int | None = None
+    """Starts in the air within the restart window, this one included; None until they are counted."""
+
+    @property
+    def is_airborne(self) -> bool:
+        """True when the drone is armed and not known to be on the ground."""
+        return self.vehicle.armed and not self.is_on_ground
+
+    @property
+    def is_on_ground(self) -> bool:
+        """True when the autopilot reports the ground; an unknown landed state is "in the air"."""
+        return self.vehicle.landed is LandedState.ON_GROUND
+
+    @property
+    def is_guided(self) -> bool:
+        """True when the last HEARTBEAT shows GUIDED."""
+        return self.vehicle.custom_mode == CopterMode.GUIDED
+
+    @property
+    def pose(self) -> VehiclePose | None:
+        """The pose if it is young (0.5 s) and whole (finite map pose), else None."""
+        pose = self.position.pose
+        if pose is None or self.position.age > TARGET_POSE_AGE_S or pose.map is None or not pose.map.is_finite():
+            return None
+        return pose
+
+    @property
+    def place(self) -> MapPose | None:
+        """Map pose of `pose`."""
+        pose = self.pose
+        return None if pose is None else pose.map
+
+    @property
+    def last_place(self) -> MapPose | None:
+        """The latest map pose, of any age: for display."""
+        pose = self.position.pose
+        return None if pose is None else pose.map
+
+    @property
+    def global_place(self) -> GlobalPose | None:
+        """The latest pose in WGS-84, of any age."""
+        pose = self.position.pose
+        return None if pose is None else pose.global_
+
+    @property
+    def height(self) -> float | None:
+        """Metres above the arm place by the latest pose; None before the first arm."""
+        pose = self.position.pose
+        return None if pose is None else pose.relative_altitude
+
+    @property
+    def is_breached(self) -> bool:
+        """True while the drone is beyond our fence or ceiling."""
+        return self.limits.breached_s is not None
+
+    def health(self, part: str) -> Health:
+        """Return the health of a part; unhealthy when the part is unknown."""
+        return next((health for name, health in self.parts if name == part), Health.bad("not known"))
+
+    def ceiling(self, on_ground: bool) -> float:
+        """Return our ceiling, metres above the arm place.
+
+        In the air it is that of the fence in force, on the ground that of the planned fence.
+        """
+        fence = self.limits.fence
+        return self.limits.planned_ceiling if on_ground or fence is None else fence.ceiling
+
+    def verdict(self, number: int) -> Verdict | None:
+        """Return the fresh verdict on the desired pose of that number."""
+        verdict = self.sight.verdict
+        return verdict if verdict is not None and verdict.number == number else None
+
+    def is_confirmed_inside(self, number: int) -> bool:
+        """Return True when a fresh verdict on that number says inside and has a route."""
+        verdict = self.verdict(number)
+        return verdict is not None and verdict.inbound is Inbound.INSIDE and not verdict.route.refused
+
+    def answer(self, name: str, asked: float) -> Answer:
+        """Return the outcome of the request of that name and time.
+
+        A request that is not known any more has failed: nothing waits for ever.
+        """
+        for answer in self.answers:
+            if answer.name == name and answer.asked == asked:
+                return answer
+        return Answer(name, asked, "pending") if asked >= self.now else Answer(name, asked, "failed", "no answer")

@@ -1,0 +1,191 @@
+"""The planned fence: what the next Arm puts in force, in WGS-84, and what an operator is answered about one."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Literal
+
+from hawk.comm.messages import CheckFence, FenceCheck, SetFence
+from hawk.comm.status import FenceCorner, FenceSetup
+from hawk.config import FenceSettings
+from hawk.ddc.geofence import (
+    FenceError,
+    Ring,
+    area,
+    check_outline,
+    circle,
+    contains,
+    extent,
+    outside_by,
+    polygon_fence,
+    ring_from_map,
+    ring_to_map,
+    sees_all,
+    to_map,
+)
+from hawk.ddc.settings import DdcSettings
+from hawk.ddc.words import metres
+from hawk.model import Fence, GlobalPose, HeightParameters
+
+BLIND_HOME = "From parts of it the straight way home leaves the fence: the autopilot returns straight."
+
+
+@dataclass(frozen=True, slots=True)
+class FencePlan:
+    """The autopilot's limit. ``ring`` has (latitude, longitude) corners, none for a circle around the arm place.
+
+    ``ceiling`` is the autopilot's, metres above the arm place.
+    """
+
+    source: Literal["drawn", "file", "circle"]
+    ring: Ring
+    ceiling: float
+
+    @property
+    def origin(self) -> GlobalPose:
+        """A datum on the fence. Lengths measured on it hold on any datum near the fence."""
+        return GlobalPose(*self.ring[0], 0.0)
+
+    def on_map(self, datum: GlobalPose, settings: FenceSettings) -> Fence:
+        """Return the polygon in the map frame with our limit inside it.
+
+        Raises:
+            FenceError: Nothing whole is left inside the margin.
+        """
+        return polygon_fence(ring_to_map(datum, self.ring), settings.margin_m, self.ceiling, settings.ceiling_margin_m)
+
+    def around(self, datum: GlobalPose, place: GlobalPose, settings: FenceSettings) -> Fence:
+        """Return the fence in the map frame for a drone that is armed at a place.
+
+        Raises:
+            FenceError: Nothing whole is left inside the margin.
+        """
+        if self.ring:
+            return self.on_map(datum, settings)
+        outer = circle(to_map(datum, place.latitude, place.longitude), settings.radius_m)
+        return polygon_fence(outer, settings.margin_m, self.ceiling, settings.ceiling_margin_m)
+
+
+@dataclass(frozen=True, slots=True)
+class Measures:
+    """Size of a planned polygon: our limit (latitude, longitude); extent (m) and area (m²) of the autopilot's."""
+
+    inner: Ring
+    north_south: float
+    east_west: float
+    area: float
+
+
+def check_plan(plan: FencePlan, settings: DdcSettings, heights: HeightParameters) -> Measures:
+    """Check a drawn fence as far as it does not depend on the drone's place.
+
+    Raises:
+        FenceError: Names the field, the fault and the remedy.
+    """
+    origin = plan.origin
+    outer = ring_to_map(origin, plan.ring)
+    check_outline(outer)
+    _check_ceiling(plan.ceiling, settings, heights)
+    fence = plan.on_map(origin, settings.fence)
+    whole = Fence(outer, outer, 0.0, 0.0)
+    return Measures(ring_from_map(origin, fence.polygon), *extent(whole), area(outer))
+
+
+def plan_of(command: SetFence | CheckFence) -> FencePlan:
+    """Return the fence of a command."""
+    return FencePlan("drawn", tuple((each.latitude, each.longitude) for each in command.corners), command.ceiling)
+
+
+def fence_refusal(command: SetFence, settings: DdcSettings, heights: HeightParameters) -> str:
+    """Return the reason why the fence of a command cannot be stored; empty when it can."""
+    try:
+        check_plan(plan_of(command), settings, heights)
+    except FenceError as error:
+        return str(error)
+    return ""
+
+
+@dataclass(frozen=True, slots=True)
+class Standpoint:
+    """The drone's place (WGS-84), the datum of the next Arm and the autopilot's return height; None while unknown."""
+
+    place: GlobalPose | None
+    datum: GlobalPose | None
+    return_height: float | None
+
+
+def check_answer(
+    command: CheckFence, settings: DdcSettings, heights: HeightParameters, standpoint: Standpoint
+) -> FenceCheck:
+    """Return the faults of a fence, its size, and notes about flying in it from where the drone is."""
+    plan = plan_of(command)
+    try:
+        found = check_plan(plan, settings, heights)
+    except FenceError as error:
+        return FenceCheck(
+            id=command.id, problem=str(error), notes=[], inner=[], north_south=None, east_west=None, area=None
+        )
+    return FenceCheck(
+        id=command.id,
+        problem="",
+        notes=_notes(plan, settings, standpoint),
+        inner=corners(found.inner),
+        north_south=found.north_south,
+        east_west=found.east_west,
+        area=found.area,
+    )
+
+
+def fence_setup(plan: FencePlan, settings: DdcSettings, problem: str) -> FenceSetup:
+    """Return the planned fence as operators see it."""
+    inner: Ring = ()
+    if plan.ring:
+        with suppress(FenceError):  # a configured file that is too narrow: the preflight check reports it
+            inner = check_plan(plan, settings, HeightParameters(0.0, 0.0, 0.0)).inner
+    return FenceSetup(
+        source=plan.source,
+        corners=corners(plan.ring),
+        inner=corners(inner),
+        radius=settings.fence.radius_m if plan.source == "circle" else None,
+        ceiling=plan.ceiling,
+        margin=settings.fence.margin_m,
+        ceiling_margin=settings.fence.ceiling_margin_m,
+        highest_ceiling=settings.heights.ceiling_m,
+        problem=problem,
+    )
+
+
+def corners(ring: Ring) -> list[FenceCorner]:
+    """Return (latitude, longitude) corners as the messages have them."""
+    return [FenceCorner(latitude=latitude, longitude=longitude) for latitude, longitude in ring]
+
+
+def _notes(plan: FencePlan, settings: DdcSettings, standpoint: Standpoint) -> list[str]:
+    place = standpoint.place
+    if place is None:
+        return ["Where the drone is, is not known yet."]
+    datum = standpoint.datum or place
+    fence = plan.on_map(datum, settings.fence)
+    home = to_map(datum, place.latitude, place.longitude)
+    if not contains(fence, home):
+        away = metres(max(1.0, outside_by(fence, home)))
+        return [f"The drone stands {away} outside the dotted line: it could not be armed there."]
+    notes = [] if sees_all(fence, home) else [BLIND_HOME]
+    altitude = standpoint.return_height
+    if altitude is not None and altitude > fence.ceiling:
+        high = f"It returns home at {metres(altitude)}, above {metres(fence.ceiling)}: change the heights first."
+        notes.insert(0, high)
+    return notes
+
+
+def _check_ceiling(ceiling: float, settings: DdcSettings, heights: HeightParameters) -> None:
+    highest, margin = settings.heights.ceiling_m, settings.fence.ceiling_margin_m
+    if ceiling > highest:
+        raise FenceError(f"Ceiling: {metres(ceiling)} is above the highest allowed, {metres(highest)}: lower it.")
+    needed = heights.maximum + margin
+    if ceiling < needed:
+        raise FenceError(
+            f"Ceiling: {metres(ceiling)} is too low for flying up to {heights.maximum:g} m, which needs {needed:g} m: "
+            "raise it, or lower Max first."
+        )

@@ -1,0 +1,376 @@
+"""Decides on commands: the table of commands and states, and what else must be true. Functions that change nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+from hawk.comm.authority import authority_refusal
+from hawk.comm.messages import (
+    AutonomousMove,
+    Command,
+    CompulsiveMove,
+    Configure,
+    Land,
+    Resume,
+    ReturnToLaunch,
+    RouteRequest,
+    SetFence,
+)
+from hawk.comm.status import CheckItem, ClientId, CommandOption, KillState
+from hawk.ddc.facts import Facts
+from hawk.ddc.failsafes import Values
+from hawk.ddc.fence import fence_refusal
+from hawk.ddc.geofence import contains, path_is_inside
+from hawk.ddc.orders import Rank
+from hawk.ddc.params import ParameterError, check_heights
+from hawk.ddc.preflight import preflight_items
+from hawk.ddc.settings import DdcSettings
+from hawk.ddc.states.base import State
+from hawk.ddc.words import seconds, sentence
+from hawk.model import HeightParameters, MapPoint, Route, StateName, UserError
+
+RESUME_WAIT_S = 3.0
+"""Resume is refused so soon after a mode change: the pilot's hand is still at the switch."""
+
+_COLUMNS = (
+    StateName.IDLE,
+    StateName.CONFIGURE,
+    StateName.ARM,
+    StateName.TAKEOFF,
+    StateName.HOVER,
+    StateName.AUTONOMOUS_EXPLORE,
+    StateName.AUTONOMOUS_MOVE,
+    StateName.COMPULSIVE_MOVE,
+    StateName.RETURN_TO_LAUNCH,
+    StateName.LAND,
+    StateName.COMMUNICATION_LOST,
+    StateName.MANUAL,
+)
+
+_TABLE = """
+Command            | Idle   Configure Arm    Takeoff Hover Explore A.Move C.Move RTL    Land   Lost Manual
+Configure          | yes    saving    disarm land    land  land    land   land   land   land   land pilot
+Arm                | yes    saving    armed  flying  flying flying flying flying flying flying flying pilot
+Takeoff            | arm    saving    yes    flying  flying flying flying flying flying flying flying pilot
+Autonomous Explore | off    off       off    climbs  yes   running moving moving homing landing lost pilot
+Autonomous Move    | off    off       off    climbs  yes   yes     yes    yes    homing landing lost pilot
+Compulsive Move    | off    off       off    climbs  yes   yes     yes    yes    homing landing lost pilot
+Hold               | ground ground    ground yes     yes   yes     yes    yes    yes    yes    holds pilot
+Return To Launch   | home   home      home   yes     yes   yes     yes    yes    homing! landing yes yes
+Land               | ground ground    ground yes     yes   yes     yes    yes    yes    landing! yes yes
+Disarm             | off!   off!      yes    air     air   air     air    air    air    yes    air  pilot
+Resume             | ours   ours      ours   ours    ours  ours    ours   ours   ours   ours   ours yes
+Kill Request       | yes    yes       yes    yes     yes   yes     yes    yes    yes    yes    yes  yes
+Kill               | yes    yes       yes    yes     yes   yes     yes    yes    yes    yes    yes  yes
+Clear Kill         | yes    saving    disarm air     air   air     air    air    air    air    air  pilot
+Set Failsafes      | yes    saving    before before  before before before before before before before pilot
+Set Fence          | yes    saving    disarm land    land  land    land   land   land   land   land pilot
+Clear Fence        | yes    saving    disarm land    land  land    land   land   land   land   land pilot
+"""
+"""A word is a reason of `_REASONS`; "yes": accepted if no condition refuses it."""
+
+_REASONS: Mapping[str, str] = {
+    "saving": "Saving: wait a moment.",
+    "disarm": "Armed: disarm first.",
+    "land": "Flying: land first.",
+    "flying": "Already flying.",
+    "armed": "Already armed, or arming.",
+    "arm": "Arm first.",
+    "off": "Take off first.",
+    "climbs": "Climbing: wait until it holds.",
+    "running": "Already exploring.",
+    "moving": "Moving: Hold first.",
+    "homing": "Returning home: Hold first.",
+    "landing": "Landing: Hold first.",
+    "homing!": "Already returning home.",
+    "landing!": "Already landing.",
+    "lost": "The operator was lost: wait until it holds for you.",
+    "holds": "Holding already, until the operator is back.",
+    "pilot": "Someone else flies: Resume first.",
+    "ground": "On the ground.",
+    "home": "Is at home.",
+    "air": "In the air: land first.",
+    "off!": "The motors are off.",
+    "ours": "Nobody else flies.",
+    "before": "Only before flight, disarmed.",
+}
+
+
+def _read_table() -> dict[str, dict[StateName, str]]:
+    rows: dict[str, dict[StateName, str]] = {}
+    for line in _TABLE.strip().splitlines()[1:]:
+        name, _, cells = line.partition("|")
+        rows[name.strip()] = dict(zip(_COLUMNS, cells.split(), strict=True))
+    return rows
+
+
+TABLE: Mapping[str, Mapping[StateName, str]] = _read_table()
+"""Type of a command -> state -> "yes" or the word of a reason."""
+
+NEEDS_LINK = frozenset(TABLE) - {"Configure", "Kill Request", "Kill", "Clear Kill"}
+"""Commands that need the autopilot to hear."""
+
+
+def table_reason(command: str, state: StateName) -> str:
+    """Return the reason why the table refuses a command (by its type) in a state; empty when it accepts it."""
+    word = TABLE[command][state]
+    return "" if word == "yes" else _REASONS[word]
+
+
+@dataclass(frozen=True, slots=True)
+class Bench:
+    """Work of the operations manager that bears on commands: the cut of the motors and the setting of failsafes."""
+
+    kill_state: KillState = "none"
+    is_killed: bool = False
+    is_setting: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """Reason why a command is refused; ``error`` is the User Error that it causes."""
+
+    reason: str
+    error: UserError = UserError.NONE
+
+
+_OUT_OF_BOUNDS = UserError.DESIRED_LOCATION_OUT_OF_BOUNDS
+_POSITION_UNKNOWN = Refusal("The position is not known well enough: wait for it.")
+
+
+class Case:
+    """Everything that a command is decided on."""
+
+    def __init__(
+        self, facts: Facts, state: State, settings: DdcSettings, values: Values, bench: Bench = Bench()
+    ) -> None:
+        """``values``: the autopilot's parameters that were read lately."""
+        self.facts = facts
+        self.state = state
+        self.settings = settings
+        self.values = values
+        self.bench = bench
+
+    @cached_property
+    def checks(self) -> tuple[CheckItem, ...]:
+        """The preflight checks, made when first asked for."""
+        return preflight_items(self.facts, self.values, self.settings, is_killed=self.bench.is_killed)
+
+
+def options(case: Case) -> tuple[CommandOption, ...]:
+    """Return for every command whether the one in control could give it now, and the reason if not."""
+    found = []
+    for command in TABLE:
+        refusal = _impossible(case, command)
+        reason = "" if refusal is None else refusal.reason
+        found.append(CommandOption(command=command, possible=refusal is None, reason=reason))
+    return tuple(found)
+
+
+def refusal(case: Case, client: ClientId, command: Command) -> Refusal | None:
+    """Return the reason why a command of this client is refused; None when it is accepted."""
+    kind = command_type(command)
+    operator = case.facts.operator
+    unauthorised = authority_refusal(
+        kind,
+        has_control=client in operator.clients,
+        is_controlled=operator.is_controlled,
+        homing=case.state.is_homing,
+    )
+    if unauthorised:
+        return Refusal(unauthorised)
+    return _impossible(case, kind) or _content(case, command)
+
+
+def place_of(command: AutonomousMove | CompulsiveMove | RouteRequest, facts: Facts) -> MapPoint | None:
+    """Return the place (map frame) of a Move or Route Request; None while the position is unknown."""
+    if command.frame == "Map":
+        return MapPoint(command.x, command.y)
+    here = facts.place
+    return None if here is None else MapPoint(here.north + command.x, here.east + command.y)
+
+
+def place_refusal(facts: Facts, place: MapPoint) -> Refusal | None:
+    """Return the reason why the drone may not be at this place of the map."""
+    fence = facts.limits.fence
+    if facts.pose is None or fence is None:
+        return _POSITION_UNKNOWN
+    if not contains(fence, place):
+        return Refusal("X, Y: the place is outside the fence: choose one inside.", _OUT_OF_BOUNDS)
+    return None
+
+
+def move_refusal(facts: Facts, place: MapPoint) -> Refusal | None:
+    """Return the reason why the drone may not go straight to this place of the map."""
+    refused = place_refusal(facts, place)
+    if refused is None and not _is_path_inside(facts, place):
+        return Refusal("X, Y: the straight way there leaves the fence: go around it in two moves.", _OUT_OF_BOUNDS)
+    return refused
+
+
+def route_refusal(facts: Facts, route: Route) -> Refusal | None:
+    """Return the reason why the drone may not fly this route: a leg, or the path to it, leaves the fence."""
+    fence = facts.limits.fence
+    if fence is None:
+        return _POSITION_UNKNOWN
+    legs_inside = all(path_is_inside(fence, a, b) for a, b in pairwise(route.points))
+    if len(route.points) < 2 or not legs_inside or not _is_path_inside(facts, route.points[1]):
+        return Refusal("X, Y: the way there leaves the fence: choose another place.", _OUT_OF_BOUNDS)
+    return None
+
+
+def command_type(command: Command) -> str:
+    """Return a command's Type."""
+    return str(getattr(command, "type", type(command).__name__))
+
+
+# -- steps of the decision --------------------------------------------------------------------------------------------
+
+
+def _impossible(case: Case, kind: str) -> Refusal | None:
+    if case.bench.kill_state == "sending" and kind not in ("Kill", "Kill Request"):
+        return Refusal("The motors are being cut.")
+    reason = table_reason(kind, case.state.identity)
+    if reason:
+        return Refusal(reason)
+    if kind in NEEDS_LINK and not case.facts.link.is_up:
+        return Refusal("No link to the autopilot: wait until it is found.")
+    condition = _CONDITIONS.get(kind)
+    return None if condition is None else condition(case)
+
+
+def _content(case: Case, command: Command) -> Refusal | None:
+    facts, heights = case.facts, case.facts.limits.heights
+    match command:
+        case Configure():
+            return _heights(command, facts.ceiling(case.state.on_ground))
+        case SetFence():
+            reason = fence_refusal(command, case.settings, heights)
+            return Refusal(reason) if reason else None
+        case AutonomousMove() | CompulsiveMove():
+            place = place_of(command, facts)
+            if place is None:
+                return Refusal("The position is not known well enough.")
+            reachable = place_refusal if isinstance(command, AutonomousMove) else move_refusal
+            return _travel_height(command, heights) or reachable(facts, place)
+        case Resume() | ReturnToLaunch() | Land() if not command.confirmed:
+            if case.state.identity is StateName.MANUAL:
+                return Refusal("Confirmed: someone else flies; send it confirmed.")
+    return None
+
+
+def _travel_height(command: AutonomousMove | CompulsiveMove, heights: HeightParameters) -> Refusal | None:
+    height = command.height if isinstance(command, CompulsiveMove) else None
+    if height is None or heights.minimum <= height <= heights.maximum:
+        return None
+    return Refusal(f"Height: must lie between Min {heights.minimum:g} m and Max {heights.maximum:g} m.")
+
+
+def _heights(command: Configure, ceiling: float) -> Refusal | None:
+    try:
+        check_heights(HeightParameters(command.min, command.des, command.max), ceiling)
+    except ParameterError as error:
+        return Refusal(str(error))
+    return None
+
+
+def _is_path_inside(facts: Facts, place: MapPoint) -> bool:
+    here, fence = facts.place, facts.limits.fence
+    return here is not None and fence is not None and path_is_inside(fence, here.point, place)
+
+
+# -- conditions of single commands ------------------------------------------------------------------------------------
+
+
+def _arm(case: Case) -> Refusal | None:
+    if case.bench.is_killed:
+        return Refusal("The motors were cut: clear it first.")
+    failed = next((item for item in case.checks if not item.passed), None)
+    if failed is None:
+        return None
+    return Refusal(" ".join(filter(None, (f"{failed.name}: {sentence(failed.value)}", sentence(failed.remedy)))))
+
+
+def _takeoff(case: Case) -> Refusal | None:
+    return None if case.state.may_take_off else Refusal("Arming: wait until it is armed.")
+
+
+def _explore(case: Case) -> Refusal | None:
+    refused = _autonomous_move(case)
+    if refused is None and not case.facts.sight.lot:
+        return Refusal("No lot in sight: move over the lot, or climb.", UserError.NO_LOT_DETECTED)
+    return refused
+
+
+def _autonomous_move(case: Case) -> Refusal | None:
+    fault = case.facts.sight.fault
+    return _position(case) or (Refusal(fault) if fault else None)
+
+
+def _position(case: Case) -> Refusal | None:
+    if case.facts.pose is None or case.facts.limits.fence is None:
+        return _POSITION_UNKNOWN
+    return Refusal("Outside the fence: wait until it is back inside.") if case.facts.is_breached else None
+
+
+def _hold(case: Case) -> Refusal | None:
+    reason = case.state.hold_refusal(case.facts)
+    return Refusal(reason) if reason else _in_the_air(case)
+
+
+def _land(case: Case) -> Refusal | None:
+    if case.state.rank is Rank.AUTOPILOT:
+        return Refusal(case.state.hold_refusal(case.facts))
+    return _in_the_air(case)
+
+
+def _in_the_air(case: Case) -> Refusal | None:
+    if case.state.identity is StateName.TAKEOFF:
+        return None  # "on the ground" is up to a second old while it takes off
+    return Refusal("On the ground.") if case.facts.is_on_ground else None
+
+
+def _disarm(case: Case) -> Refusal | None:
+    if case.state.identity is not StateName.LAND or _in_the_air(case) is not None:
+        return None
+    return Refusal("In the air: wait until it is on the ground.")
+
+
+def _resume(case: Case) -> Refusal | None:
+    left = RESUME_WAIT_S - (case.facts.now - case.facts.link.mode_changed_at)
+    if left > 0:
+        return Refusal(f"The mode changed just now: wait {seconds(left)}.")
+    return _in_the_air(case)
+
+
+def _clear_kill(case: Case) -> Refusal | None:
+    return None if case.bench.is_killed else Refusal("The motors were not cut.")
+
+
+def _set_failsafes(case: Case) -> Refusal | None:
+    return Refusal("Being set: wait a moment.") if case.bench.is_setting else None
+
+
+def _clear_fence(case: Case) -> Refusal | None:
+    is_drawn = case.facts.limits.plan.source == "drawn" or case.facts.limits.plan_problem != ""
+    return None if is_drawn else Refusal("No fence is drawn: the standard one is used.")
+
+
+_CONDITIONS: Mapping[str, Callable[[Case], Refusal | None]] = {
+    "Arm": _arm,
+    "Takeoff": _takeoff,
+    "Autonomous Explore": _explore,
+    "Autonomous Move": _autonomous_move,
+    "Compulsive Move": _position,
+    "Hold": _hold,
+    "Return To Launch": _in_the_air,
+    "Land": _land,
+    "Disarm": _disarm,
+    "Resume": _resume,
+    "Clear Kill": _clear_kill,
+    "Set Failsafes": _set_failsafes,
+    "Clear Fence": _clear_fence,
+}

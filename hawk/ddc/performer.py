@@ -1,0 +1,185 @@
+"""Performer: the one room that acts. It performs decided values; their outcomes are facts of the next tick."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Coroutine
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from typing import Any
+
+from hawk.comm.status import CommandSocket
+from hawk.ddc.acts import (
+    Act,
+    Acts,
+    Ask,
+    AskPlace,
+    CountStart,
+    CutMotors,
+    Desire,
+    EnterState,
+    ForgetAskedModes,
+    Log,
+    PutFenceInForce,
+    ReadParameter,
+    Record,
+    Reply,
+    Request,
+    SendTarget,
+    SetArmed,
+    SetDatum,
+    SetMode,
+    SetParameters,
+    SetReturnAltitude,
+    ShowUserError,
+    StoreFence,
+    StoreHeights,
+    TakeOff,
+    UploadFence,
+    UseHeights,
+)
+from hawk.ddc.fence import FencePlan
+from hawk.ddc.fence_file import FenceKeeper
+from hawk.ddc.flight_log import FlightLog
+from hawk.ddc.motion import Goal
+from hawk.ddc.params import ParameterStore
+from hawk.ddc.requests import Outcomes, Requests
+from hawk.ddc.service_interface import DdcServiceInterface, Sender, TargetRefused
+from hawk.ddc.topic_interface import DdcTopicInterface
+from hawk.model import HeightParameters, StateName
+
+
+@dataclass(frozen=True, slots=True)
+class Tools:
+    """Everything that acts are performed with."""
+
+    topics: DdcTopicInterface
+    service: DdcServiceInterface
+    socket: CommandSocket
+    requests: Requests
+    log: FlightLog
+    heights: ParameterStore
+    fences: FenceKeeper
+    record: Callable[[str, dict[str, Any]], None]
+    count_start: Callable[[], int]
+    """Journals a start in the air, restores the flight, and returns the number of starts."""
+    outcomes: Outcomes = field(default_factory=Outcomes)
+
+
+class Performer:
+    """Performs acts, in their order. A fault in one act does not stop the others."""
+
+    def __init__(self, tools: Tools) -> None:
+        self._tools = tools
+        self._sender = Sender(StateName.IDLE, may_send_targets=False, holds=False)
+        self._executor = ThreadPoolExecutor(max_workers=1, thread_name_prefix="hawk-parameters")
+
+    def perform(self, acts: Acts) -> list[Exception]:
+        """Perform the acts; return the faults of those that failed."""
+        faults: list[Exception] = []
+        for act in acts:
+            try:
+                self._perform(act)
+            except Exception as error:
+                faults.append(error)
+        return faults
+
+    def close(self) -> None:
+        """End the thread that writes files."""
+        self._executor.shutdown(wait=False, cancel_futures=True)
+
+    def _perform(self, act: Act) -> None:
+        tools = self._tools
+        match act:
+            case Ask(request):
+                tools.requests.start(act, lambda: self._call(request))
+            case SendTarget(goal):
+                self._send(goal)
+            case EnterState(name, may_send_targets, holds):
+                self._sender = Sender(name, may_send_targets, holds)
+                tools.topics.curr_state_pub.publish(name)
+            case Log(level, text, details):
+                tools.log.add(level, text, details)
+            case Reply(client, message):
+                tools.socket.reply(client, message)
+            case Record(kind, payload):
+                tools.record(kind, dict(payload))
+            case ShowUserError(error, text):
+                tools.outcomes.user_error, tools.outcomes.user_error_text = error, text
+            case _:
+                self._publish(act)
+
+    def _publish(self, act: Act) -> None:
+        tools = self._tools
+        match act:
+            case Desire(pose):
+                tools.topics.des_pose_pub.publish(pose)
+                if pose is not None:
+                    tools.outcomes.desired_count = max(tools.outcomes.desired_count, pose.number)
+            case AskPlace(pose):
+                tools.topics.asked_place_pub.publish(pose)
+            case UseHeights(heights):
+                tools.topics.heights_pub.publish(heights)
+            case PutFenceInForce(fence):
+                tools.topics.fence_pub.publish(fence)
+            case SetDatum(datum):
+                tools.service.set_datum(datum)
+            case ForgetAskedModes():
+                tools.service.forget_asked_modes()
+            case CountStart():
+                tools.outcomes.starts_in_air = tools.count_start()
+            case _:
+                raise TypeError(f"{type(act).__name__} is not known")
+
+    def _send(self, goal: Goal) -> None:
+        topics, outcomes = self._tools.topics, self._tools.outcomes
+        former = outcomes.target_refusal
+        try:
+            self._tools.service.send_target(goal, self._sender, topics.get_heights(), topics.fence_pub.value)
+        except TargetRefused as refused:
+            outcomes.target_refusal = str(refused)
+            if outcomes.target_refusal != former:
+                self._tools.record("target refused", {"reason": outcomes.target_refusal})
+        else:
+            outcomes.target_refusal = ""
+            sent = {"north": goal.north, "east": goal.east, "height": goal.height, "yaw": goal.yaw}
+            self._tools.record("target", sent)
+
+    def _call(self, request: Request) -> Coroutine[Any, Any, Any]:
+        service = self._tools.service
+        match request:
+            case SetArmed(armed):
+                return service.set_arm(armed)
+            case SetMode(mode):
+                return service.set_mode(mode)
+            case TakeOff(height):
+                return service.send_takeoff_cmd(height)
+            case SetReturnAltitude(altitude):
+                return service.set_rtl_alt(altitude)
+            case UploadFence(fence):
+                return service.upload_fence(fence)
+            case CutMotors():
+                return service.kill()
+            case ReadParameter(name):
+                return service.get_parameter(name)
+            case SetParameters(values):
+                return service.set_failsafes(dict(values))
+            case StoreHeights(heights):
+                return self._store_heights(heights)
+            case StoreFence(plan):
+                return self._store_fence(plan)
+
+    async def _store_heights(self, heights: HeightParameters) -> None:
+        await asyncio.get_running_loop().run_in_executor(self._executor, self._tools.heights.write, heights)
+
+    async def _store_fence(self, plan: FencePlan | None) -> None:
+        """Write the file off the loop, then plan with the fence, and show it.
+
+        The next Arm uploads it. A drone that a pilot armed meanwhile flies on in the fence that is in force.
+        """
+        tools = self._tools
+        await asyncio.get_running_loop().run_in_executor(self._executor, tools.fences.store, plan)
+        tools.fences.use(plan)
+        place, datum = tools.topics.get_global_pose(), tools.service.datum
+        if place is not None and datum is not None and not tools.topics.get_state().armed:
+            tools.topics.fence_pub.publish(tools.fences.build(datum, place))

@@ -1,0 +1,322 @@
+"""Senses: gathers the facts of a moment. The one room that decides which reading is believed.
+
+Readings come from the topic interface, outcomes of acts from the performer, the operator from the desk. What must last
+before it is believed (a reached reserve, a breach, a fault) is timed here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import datetime
+
+from hawk.comm.status import OperatorDesk
+from hawk.ddc.energy import BatteryWatch, Reserve
+from hawk.ddc.facts import (
+    BatteryFacts,
+    Facts,
+    LimitFacts,
+    LinkFacts,
+    OperatorFacts,
+    PositionFacts,
+    SightFacts,
+    VehicleEvent,
+)
+from hawk.ddc.fence_file import FenceKeeper
+from hawk.ddc.flight_log import FlightLog
+from hawk.ddc.geofence import BREACH_TOLERANCE_M, outside_by, to_map
+from hawk.ddc.requests import Outcomes, Requests
+from hawk.ddc.service_interface import DdcServiceInterface
+from hawk.ddc.settings import DdcSettings
+from hawk.ddc.topic_interface import DdcTopicInterface
+from hawk.model import ArmPlace, GlobalPose, Health, LandedState, MapPoint
+
+LANDED_WAIT_S = 1.5
+"""A first heartbeat waits for the landed state that belongs to it, seconds."""
+PERCEPTION_PARTS = ("camera", "vision", "mapper", "planner")
+"""The parts that flight by sight depends on, in the order of dependence."""
+
+Parts = tuple[tuple[str, Health], ...]
+
+
+class Stopwatch:
+    """Times how long a condition has held."""
+
+    def __init__(self) -> None:
+        self._since: float | None = None
+
+    def update(self, holds: bool, now: float) -> float | None:
+        """Return the seconds since the condition began to hold; None while it does not."""
+        if not holds:
+            self._since = None
+        elif self._since is None:
+            self._since = now
+        return self.read(now)
+
+    def read(self, now: float) -> float | None:
+        """Return the seconds since the condition began to hold, as of the last update."""
+        return None if self._since is None else now - self._since
+
+
+class LinkWatch:
+    """Compares successive states of the autopilot: found, lost, heard again, mode changed by someone else."""
+
+    def __init__(self, topics: DdcTopicInterface, service: DdcServiceInterface) -> None:
+        self._topics = topics
+        self._service = service
+        self._first_heard: float | None = None
+        self._found = False
+        self._linked = False
+        self._mode: int | None = None
+        self.mode_changed_at = float("-inf")
+        """Time of the last change of the mode, seconds."""
+
+    @property
+    def is_up(self) -> bool:
+        """True when the autopilot was found and is heard."""
+        return self._found and self._linked
+
+    def observe(self, now: float) -> tuple[VehicleEvent, ...]:
+        """Return the events since the last call, in order."""
+        healthy = self._topics.get_link_health().is_healthy
+        if not self._found:
+            return self._look_for_it(healthy, now)
+        events: list[VehicleEvent] = []
+        if healthy != self._linked:
+            self._linked = healthy
+            events.append(VehicleEvent.LINK_BACK if healthy else VehicleEvent.LINK_LOST)
+        if healthy and self._mode_is_foreign(now) and VehicleEvent.LINK_BACK not in events:
+            events.append(VehicleEvent.FOREIGN_MODE)
+        return tuple(events)
+
+    def _mode_is_foreign(self, now: float) -> bool:
+        mode = self._topics.get_state().custom_mode
+        if mode == self._mode:
+            return False
+        self._mode = mode
+        self._service.settle_mode(mode)
+        self.mode_changed_at = now
+        return not self._service.asked_for(mode)
+
+    def _look_for_it(self, healthy: bool, now: float) -> tuple[VehicleEvent, ...]:
+        if not healthy:
+            return ()
+        if self._first_heard is None:
+            self._first_heard = now
+        state = self._topics.get_state()
+        known = state.landed is not LandedState.UNDEFINED or not state.armed
+        if not known and now - self._first_heard < LANDED_WAIT_S:
+            return ()
+        self._found = self._linked = True
+        self._mode = state.custom_mode
+        return (VehicleEvent.FOUND,)
+
+
+class Jumps:
+    """Collects the jumps of EKF-local between two ticks."""
+
+    def __init__(self) -> None:
+        self._metres = 0.0
+
+    def note(self, metres: float) -> None:
+        """Keep the largest jump."""
+        self._metres = max(self._metres, abs(metres))
+
+    def take(self) -> float:
+        """Return the largest jump since the last call, metres."""
+        taken, self._metres = self._metres, 0.0
+        return taken
+
+
+@dataclass(frozen=True, slots=True)
+class Sources:
+    """Everything that the senses read."""
+
+    clock: Callable[[], float]
+    utc: Callable[[], datetime]
+    topics: DdcTopicInterface
+    service: DdcServiceInterface
+    desk: OperatorDesk
+    fences: FenceKeeper
+    log: FlightLog
+    requests: Requests
+    outcomes: Outcomes
+    settings: DdcSettings
+
+
+class Senses:
+    """Gathers facts: `tick` once a tick, `look` for a command between two ticks."""
+
+    def __init__(self, sources: Sources) -> None:
+        self._from = sources
+        now = sources.clock()
+        self._link = LinkWatch(sources.topics, sources.service)
+        self._jumps = Jumps()
+        self._drain = BatteryWatch(sources.settings.flight.battery_reserve_percent, sources.settings.flight.speed_m_s)
+        self._charge_known = now
+        self._reserve: Reserve | None = None
+        self._reached = Stopwatch()
+        self._breach = Stopwatch()
+        self._fault = Stopwatch()
+        self._position_trusted = now
+        self._home_of: tuple[GlobalPose | None, ArmPlace | None] = (None, None)
+        self._home: MapPoint | None = None
+        self._stop = sources.topics.vehicle.frame_jump.listen(self._jumps.note)
+
+    def close(self) -> None:
+        """Stop listening."""
+        self._stop()
+
+    def tick(self) -> Facts:
+        """Return the facts of this tick, with the events since the tick before."""
+        now = self._from.clock()
+        events = self._link.observe(now)
+        self._watch_battery(now)
+        self._watch_breach(now)
+        parts = self._from.topics.get_part_healths()
+        self._fault.update(bool(_perception_fault(parts)), now)
+        if self._from.topics.get_diagnostics().global_position_ok:
+            self._position_trusted = now
+        return self._gather(now, parts, events, self._jumps.take())
+
+    def look(self) -> Facts:
+        """Return the facts of this moment, without events."""
+        return self._gather(self._from.clock(), self._from.topics.get_part_healths(), (), 0.0)
+
+    # -- gathering -----------------------------------------------------------------------------------------------
+
+    def _gather(self, now: float, parts: Parts, events: tuple[VehicleEvent, ...], jump: float) -> Facts:
+        topics, outcomes = self._from.topics, self._from.outcomes
+        return Facts(
+            now=now,
+            utc=self._from.utc().timestamp(),
+            vehicle=topics.get_state(),
+            link=LinkFacts(
+                is_up=self._link.is_up,
+                age=topics.get_link_age(),
+                mode_changed_at=self._link.mode_changed_at,
+                events=events,
+                words=self._from.log.autopilot_reason(),
+            ),
+            position=self._position(now, jump),
+            diagnostics=topics.get_diagnostics(),
+            battery=self._battery(now),
+            limits=self._limits(now),
+            operator=self._operator(now),
+            sight=self._sight(now, parts),
+            parts=parts,
+            answers=self._from.requests.answers(),
+            target_refusal=outcomes.target_refusal,
+            starts_in_air=outcomes.starts_in_air,
+        )
+
+    def _position(self, now: float, jump: float) -> PositionFacts:
+        topics = self._from.topics
+        datum, arm_place = self._from.service.datum, topics.vehicle.arm_place.value
+        return PositionFacts(
+            pose=topics.get_pose(),
+            age=topics.get_pose_age(),
+            distrusted_s=now - self._position_trusted,
+            jump_m=jump,
+            datum=datum,
+            arm_place=arm_place,
+            home=self._home_at(datum, arm_place),
+        )
+
+    def _battery(self, now: float) -> BatteryFacts:
+        topics = self._from.topics
+        return BatteryFacts(
+            info=topics.get_battery_info(),
+            age=topics.get_battery_age(),
+            unknown_s=now - self._charge_known,
+            reserve=self._reserve,
+            reached_s=self._reached.read(now),
+        )
+
+    def _limits(self, now: float) -> LimitFacts:
+        fences, topics = self._from.fences, self._from.topics
+        return LimitFacts(
+            heights=topics.get_heights(),
+            fence=topics.fence_pub.value,
+            breached_s=self._breach.read(now),
+            plan=fences.plan,
+            plan_problem=fences.problem,
+            planned_ceiling=fences.plan.ceiling - self._from.settings.fence.ceiling_margin_m,
+        )
+
+    def _operator(self, now: float) -> OperatorFacts:
+        desk = self._from.desk
+        return OperatorFacts(
+            is_present=desk.operator_present(now),
+            is_controlled=desk.controller() is not None,
+            clients=desk.controlling_clients(),
+        )
+
+    def _sight(self, now: float, parts: Parts) -> SightFacts:
+        topics = self._from.topics
+        occupancy = topics.get_occupancy_map()
+        return SightFacts(
+            lot=topics.has_lot_word(),
+            plan=topics.get_path_plan(),
+            plan_time=topics.get_path_plan_time(),
+            verdict=topics.get_fresh_verdict(),
+            desired=topics.des_pose_pub.value,
+            desired_count=self._from.outcomes.desired_count,
+            asked=topics.get_asked_verdict(),
+            fault=_perception_fault(parts),
+            fault_s=self._fault.read(now) or 0.0,
+            footprint=topics.get_footprint(),
+            counts=occupancy.counts,
+            lot_area=occupancy.lot_area_m2,
+            vision_rate=topics.get_vision_rate(),
+            camera_age=topics.get_camera_age(),
+        )
+
+    def _home_at(self, datum: GlobalPose | None, arm_place: ArmPlace | None) -> MapPoint | None:
+        if (datum, arm_place) != self._home_of:
+            self._home_of = (datum, arm_place)
+            self._home = None
+            if datum is not None and arm_place is not None:
+                self._home = to_map(datum, arm_place.latitude, arm_place.longitude)
+        return self._home
+
+    # -- conditions that must last -------------------------------------------------------------------------------
+
+    def _is_airborne(self) -> bool:
+        state = self._from.topics.get_state()
+        return state.armed and state.landed is not LandedState.ON_GROUND
+
+    def _watch_battery(self, now: float) -> None:
+        topics = self._from.topics
+        info, pose, airborne = topics.get_battery_info(), topics.get_fresh_pose(), self._is_airborne()
+        percentage = None if info is None else info.percentage
+        if percentage is not None or not airborne:
+            self._charge_known = now
+        if not topics.get_state().armed:
+            self._drain.reset()  # the next flight may begin with another battery
+        home = self._home_at(self._from.service.datum, topics.vehicle.arm_place.value)
+        if not airborne:
+            self._reserve = None
+            self._reached.update(False, now)
+        elif percentage is not None and home is not None and pose is not None and pose.map is not None:
+            self._drain.update(percentage, now)
+            away, top = pose.map.point.distance(home), topics.get_heights().maximum
+            self._reserve = self._drain.reserve(percentage, away, pose.map.height, top)
+            self._reached.update(self._reserve.is_reached, now)
+
+    def _watch_breach(self, now: float) -> None:
+        pose, fence = self._from.topics.get_fresh_pose(), self._from.topics.fence_pub.value
+        if not self._is_airborne() or fence is None:
+            self._breach.update(False, now)
+        elif pose is not None and pose.map is not None:
+            beyond = max(outside_by(fence, pose.map.point), pose.map.height - fence.ceiling)
+            was_beyond = self._breach.read(now) is not None
+            # a breach begins beyond the tolerance and ends inside fence and ceiling
+            self._breach.update(beyond > BREACH_TOLERANCE_M or (was_beyond and beyond > 0.0), now)
+
+
+def _perception_fault(parts: Parts) -> str:
+    for name, health in parts:
+        if name in PERCEPTION_PARTS and not health.is_healthy:
+            return f"{name.capitalize()}: {health.reason}"
+    return ""

@@ -1,0 +1,274 @@
+"""The states on the ground: Idle, Configure and Arm."""
+
+from __future__ import annotations
+
+from enum import Enum, auto
+
+from hawk.comm.messages import Disarm, Takeoff
+from hawk.ddc.acts import (
+    STAY,
+    Acts,
+    Log,
+    PutFenceInForce,
+    SetArmed,
+    SetDatum,
+    SetReturnAltitude,
+    Step,
+    StoreFence,
+    StoreHeights,
+    UploadFence,
+    UseHeights,
+)
+from hawk.ddc.facts import Facts
+from hawk.ddc.fence import FencePlan
+from hawk.ddc.geofence import FenceError
+from hawk.ddc.orders import ArmOrder, ConfigureOrder, FenceOrder, Order, ToArm, ToConfigure, ToIdle, ToManual, ToTakeoff
+from hawk.ddc.settings import DdcSettings
+from hawk.ddc.states.base import Inquiry, ModeKeeper, State
+from hawk.ddc.words import seconds
+from hawk.model import CopterMode, Fence, HeightParameters, StateName
+
+SAVE_HEIGHTS_TIMEOUT_S = 40.0
+"""The return altitude takes up to two tries of some real seconds under its two names; simulations run up to 4 times."""
+SAVE_FENCE_TIMEOUT_S = 10.0
+ARM_TIMEOUT_S = 20.0
+"""From the command to "armed", fence upload included, seconds."""
+ARMED_WAIT_S = 3.0
+""""Armed" follows the acknowledgement by up to 0.9 s."""
+AUTO_DISARM_S = 10.0
+"""ArduCopter's DISARM_DELAY: motors stop without take-off."""
+
+
+class Idle(State):
+    """Disarmed, on the ground; the entry state (TRANS_002). Waits for Configure or Arm."""
+
+    identity = StateName.IDLE
+    on_ground = True
+
+    def __init__(self, now: float, reason: str = "") -> None:
+        super().__init__(now)
+        self._reason = reason
+
+    def detail(self, facts: Facts) -> str:
+        """Return the reason for the state, else that the drone is on the ground."""
+        return self._reason or "On the ground."
+
+    def transition_next_state(self, facts: Facts, order: Order | None = None) -> Step:
+        """Follow Configure, a fence or Arm."""
+        match order:
+            case ConfigureOrder() | FenceOrder():
+                return Step(ToConfigure(order))
+            case ArmOrder(checks):
+                return Step(ToArm(checks=checks))
+            case _:
+                return STAY
+
+
+class Configure(State):
+    """Writes the parameter file (off the loop), then sets the return altitude to Max and reads it back."""
+
+    identity = StateName.CONFIGURE
+    on_ground = True
+
+    def __init__(self, now: float, heights: HeightParameters, settings: DdcSettings) -> None:
+        super().__init__(now)
+        self._heights = heights
+        self._sets_altitude = settings.set_rtl_altitude
+        self._storing = Inquiry()
+        self._return_altitude = Inquiry()
+
+    def detail(self, facts: Facts) -> str:
+        """Return the present step."""
+        return "Saving the heights."
+
+    def enter(self, facts: Facts) -> Acts:
+        """Begin to store."""
+        return (self._storing.ask(StoreHeights(self._heights), facts),)
+
+    def process(self, facts: Facts) -> Acts:
+        """When the heights are stored, put them in force and set the return altitude."""
+        if not self._storing.is_done(facts) or self._return_altitude.is_open:
+            return ()
+        if not self._sets_altitude:
+            return (UseHeights(self._heights),)
+        altitude = self._return_altitude.ask(SetReturnAltitude(self._heights.maximum), facts)
+        return UseHeights(self._heights), altitude
+
+    def transition_next_state(self, facts: Facts, order: Order | None = None) -> Step:
+        """Return to Idle when it is done, failed, or takes too long."""
+        if failed := self._storing.failure(facts):
+            return _to_idle(Log("error", "The heights were not saved.", failed.reason))
+        if failed := self._return_altitude.failure(facts):
+            return _to_idle(Log("error", "Heights saved, but the return height was not set.", failed.reason))
+        if self._storing.is_done(facts) and (not self._sets_altitude or self._return_altitude.is_done(facts)):
+            low, travel, high = self._heights.minimum, self._heights.desired, self._heights.maximum
+            return _to_idle(Log("ok", f"Flies at {travel:g} m, never below {low:g} m or above {high:g} m."))
+        if self.age(facts) > SAVE_HEIGHTS_TIMEOUT_S:
+            return _to_idle(Log("error", "Saving the heights took too long."))
+        return STAY
+
+
+class ConfigureFence(State):
+    """Writes the fence file off the loop; until then Arm is refused and the old fence is valid."""
+
+    identity = StateName.CONFIGURE
+    on_ground = True
+
+    def __init__(self, now: float, plan: FencePlan | None) -> None:
+        """Store ``plan``; None drops the drawn fence, and the configured one is used again."""
+        super().__init__(now)
+        self._plan = plan
+        self._storing = Inquiry()
+
+    def detail(self, facts: Facts) -> str:
+        """Return the present step."""
+        return "Saving the fence."
+
+    def enter(self, facts: Facts) -> Acts:
+        """Begin to store."""
+        return (self._storing.ask(StoreFence(self._plan), facts),)
+
+    def transition_next_state(self, facts: Facts, order: Order | None = None) -> Step:
+        """Return to Idle when it is stored, failed, or takes too long."""
+        if failed := self._storing.failure(facts):
+            return _to_idle(Log("error", "The fence was not saved.", failed.reason))
+        if self._storing.is_done(facts):
+            saved = "The fence is saved." if self._plan else "The drawn fence was removed; the standard one is used."
+            return _to_idle(Log("ok", saved))
+        if self.age(facts) > SAVE_FENCE_TIMEOUT_S:
+            return _to_idle(Log("error", "Saving the fence took too long."))
+        return STAY
+
+
+def _to_idle(log: Log) -> Step:
+    return Step(ToIdle(log.text), (log,))
+
+
+class _ArmStep(Enum):
+    FENCE = auto()
+    MODE = auto()
+    ARM = auto()
+    WAIT = auto()
+    ARMED = auto()
+
+
+class Arm(State):
+    """Uploads the fence, goes to GUIDED, arms, and waits for take-off.
+
+    With ``armed`` it begins with a drone that is armed on the ground in GUIDED.
+    """
+
+    identity = StateName.ARM
+    on_ground = True
+
+    def __init__(
+        self, now: float, settings: DdcSettings, armed: bool = False, reason: str = "", checks: int = 0
+    ) -> None:
+        """``checks``: the number of preflight checks that passed."""
+        super().__init__(now)
+        self._settings = settings
+        self._checks = checks
+        self._step = _ArmStep.ARMED if armed else _ArmStep.FENCE
+        self._step_began = now
+        self._reason = reason
+        self._no_fence = ""
+        self._fence: Fence | None = None
+        self._inquiry = Inquiry()
+        self._disarming = Inquiry()
+        self._guided = ModeKeeper(CopterMode.GUIDED)
+
+    @property
+    def may_take_off(self) -> bool:
+        """True once "armed" was seen."""
+        return self._step is _ArmStep.ARMED
+
+    def detail(self, facts: Facts) -> str:
+        """Return the present step; the countdown once armed."""
+        if not self.may_take_off:
+            return "Arming."
+        countdown = f"Motors stop in {seconds(AUTO_DISARM_S - (facts.now - self._step_began))} without take-off."
+        return f"{self._reason} {countdown}" if self._reason else f"Armed. {countdown}"
+
+    def enter(self, facts: Facts) -> Acts:
+        """Begin with the fence, unless the drone is armed already."""
+        if self._step is not _ArmStep.FENCE:
+            return ()
+        return self._begin_fence(facts)
+
+    def process(self, facts: Facts) -> Acts:
+        """Take the next step when the one before is done."""
+        acts: list[Acts] = []
+        if self._step is _ArmStep.FENCE and self._inquiry.is_done(facts) and self._fence is not None:
+            acts.append((PutFenceInForce(self._fence),))
+            self._next(_ArmStep.MODE, facts)
+        if self._step is _ArmStep.MODE:
+            acts.append(self._guided.reach(facts))
+            if self._guided.is_reached:
+                self._next(_ArmStep.ARM, facts)
+                acts.append((self._inquiry.ask(SetArmed(True), facts),))
+        if self._step is _ArmStep.ARM and self._inquiry.is_done(facts):
+            self._next(_ArmStep.WAIT, facts)
+        if self._step in (_ArmStep.ARM, _ArmStep.WAIT) and facts.vehicle.armed:
+            self._next(_ArmStep.ARMED, facts)
+            acts.append((Log("ok", f"Armed by you. {self._checks} checks passed."),))
+        return sum(acts, ())
+
+    def transition_next_state(self, facts: Facts, order: Order | None = None) -> Step:
+        """Follow Takeoff and Disarm; give up when refused, timed out or without an operator."""
+        if isinstance(order, Takeoff):
+            return Step(ToTakeoff())
+        if isinstance(order, Disarm):
+            return self._disarm(facts)
+        if not facts.operator.is_present:
+            return _give_up("The operator was lost: motors off.")
+        return self._watch_armed(facts) if self.may_take_off else self._watch_arming(facts)
+
+    def _watch_armed(self, facts: Facts) -> Step:
+        if not facts.vehicle.armed:
+            return Step(ToIdle("Motors off."))
+        if not facts.is_guided:
+            return Step(ToManual())
+        if failed := self._disarming.failure(facts):
+            self._disarming.clear()
+            return Step(acts=(Log("error", "Disarm was refused.", failed.reason),))
+        return STAY
+
+    def _watch_arming(self, facts: Facts) -> Step:
+        if self._no_fence:
+            return _give_up("There is no fence to fly in.", self._no_fence)
+        if failed := self._inquiry.failure(facts):
+            what = "The fence was not taken." if self._step is _ArmStep.FENCE else "Arm was refused."
+            return _give_up(what, failed.reason)
+        if self._step is _ArmStep.WAIT and facts.now - self._step_began > ARMED_WAIT_S:
+            return _give_up("Arm was taken, but the drone does not arm.", facts.link.words)
+        if self.age(facts) > ARM_TIMEOUT_S:
+            return _give_up("Arming took too long.", self._guided.reason or facts.link.words)
+        return STAY
+
+    def _begin_fence(self, facts: Facts) -> Acts:
+        place, datum = facts.global_place, facts.position.datum
+        if place is None:
+            self._no_fence = "the position is not known"
+            return ()
+        if facts.limits.plan_problem:
+            self._no_fence = facts.limits.plan_problem
+            return ()
+        try:
+            self._fence = facts.limits.plan.around(datum or place, place, self._settings.fence)
+        except FenceError as error:
+            self._no_fence = str(error)
+            return ()
+        upload = self._inquiry.ask(UploadFence(self._fence), facts)
+        return (upload,) if datum is not None else (SetDatum(place), upload)
+
+    def _disarm(self, facts: Facts) -> Step:
+        if not self.may_take_off:
+            return _give_up("Arming was stopped by you.")
+        return Step(acts=(self._disarming.ask(SetArmed(False), facts),))
+
+    def _next(self, step: _ArmStep, facts: Facts) -> None:
+        self._step, self._step_began = step, facts.now
+
+
+def _give_up(text: str, details: str = "") -> Step:
+    return Step(ToIdle(f"{text} {details}".strip(), gave_up_arming=True), (Log("error", text, details),))

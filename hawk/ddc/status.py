@@ -1,0 +1,203 @@
+"""Status: the heartbeat's content as a function of facts, and what other rooms read after a tick."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from datetime import UTC, datetime
+from functools import lru_cache
+
+from hawk.comm.status import (
+    DroneStatus,
+    FenceSetup,
+    HealthItem,
+    OperationStatus,
+    PartsStatus,
+    PerceptionStatus,
+    Point,
+    PoseStatus,
+    SiteStatus,
+    StatusStamp,
+    TravelStatus,
+    VehicleStatus,
+)
+from hawk.comm.topic import Topic
+from hawk.ddc.facts import Facts
+from hawk.ddc.flight_log import FlightLog, Trail
+from hawk.ddc.geofence import Ring
+from hawk.ddc.judge import Case, options
+from hawk.ddc.requests import Outcomes
+from hawk.model import Health, HealthStatus, MapPoint
+
+HEARTBEAT_S = 0.2
+"""Interval of the statuses: 5 Hz."""
+
+
+class Reporter:
+    """Publishes statuses. Home and the trail follow every tick."""
+
+    def __init__(
+        self,
+        log: FlightLog,
+        trail: Trail,
+        outcomes: Outcomes,
+        setup: Callable[[], FenceSetup],
+        topic: Topic[DroneStatus],
+    ) -> None:
+        """``setup`` returns the planned fence as operators see it."""
+        self._log = log
+        self._trail = trail
+        self._outcomes = outcomes
+        self._setup = setup
+        self._topic = topic
+        self._sequence = 0
+        self._next = -math.inf
+
+    def follow(self, facts: Facts) -> None:
+        """Add this tick to the trail."""
+        if facts.link.is_up:
+            self._trail.update(facts.last_place, facts.is_airborne, facts.now)
+
+    def is_due(self, now: float, tick_s: float) -> bool:
+        """Return True at the tick that is nearest to the time of the next status."""
+        if now < self._next - 0.5 * tick_s:
+            return False
+        self._next = now + HEARTBEAT_S if now - self._next > HEARTBEAT_S else self._next + HEARTBEAT_S
+        return True
+
+    def report(self, case: Case, own: Health) -> None:
+        """Publish a status; ``own`` is the manager's health."""
+        self._topic.publish(self._status(case, own))
+
+    def _status(self, case: Case, own: Health) -> DroneStatus:
+        facts = case.facts
+        self._sequence += 1
+        utc = datetime.fromtimestamp(facts.utc, UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
+        return DroneStatus(
+            stamp=StatusStamp(sequence=self._sequence, time=facts.now, utc=utc),
+            operation=self._operation(case),
+            vehicle=vehicle_status(facts),
+            pose=pose_status(facts),
+            site=site_status(case),
+            travel=self._travel(case),
+            perception=perception_status(facts),
+            parts=parts_status(facts, own),
+            fence_setup=self._setup(),
+            log=self._log.entries,
+            trail=self._trail.points,
+            trail_id=self._trail.identity,
+        )
+
+    def _operation(self, case: Case) -> OperationStatus:
+        state, facts = case.state, case.facts
+        return OperationStatus(
+            state=state.identity,
+            detail=state.detail(facts),
+            user_error=self._outcomes.user_error,
+            user_error_text=self._outcomes.user_error_text,
+            options=options(case),
+            checks=case.checks if state.on_ground else (),
+            killed=case.bench.is_killed,
+            kill_state=case.bench.kill_state,
+            return_in=state.return_in(facts),
+        )
+
+    def _travel(self, case: Case) -> TravelStatus:
+        facts, goal = case.facts, case.state.goal
+        return TravelStatus(
+            target=None if goal is None else Point.of(goal.point),
+            route=_points(case.state.route(facts)),
+            flight_time=self._trail.flight_time(facts.now),
+            distance_flown=self._trail.distance,
+        )
+
+
+def vehicle_status(facts: Facts) -> VehicleStatus:
+    """Return autopilot, link and battery."""
+    vehicle, battery, reserve = facts.vehicle, facts.battery.info, facts.battery.reserve
+    heard = math.isfinite(vehicle.time)
+    return VehicleStatus(
+        ardupilot_state=vehicle.mode,
+        armed=vehicle.armed if heard else None,
+        connected=facts.link.is_up,
+        landed=vehicle.landed.name,
+        link_age=facts.link.age,
+        battery_percentage=None if battery is None else battery.percentage,
+        battery_age=facts.battery.age,
+        voltage=None if battery is None else battery.voltage,
+        battery_time_left=None if reserve is None else reserve.time_left,
+        satellites=facts.diagnostics.satellites,
+    )
+
+
+def pose_status(facts: Facts) -> PoseStatus:
+    """Return pose and velocity."""
+    pose = facts.position.pose
+    if pose is None:
+        return PoseStatus()
+    north, east, down = pose.velocity
+    return PoseStatus(
+        relative_altitude=pose.relative_altitude,
+        latitude=pose.global_.latitude,
+        longitude=pose.global_.longitude,
+        local_position_x=None if pose.local is None else pose.local.x,
+        local_position_y=None if pose.local is None else pose.local.y,
+        north=None if pose.map is None else pose.map.north,
+        east=None if pose.map is None else pose.map.east,
+        yaw=pose.yaw,
+        roll=pose.roll,
+        pitch=pose.pitch,
+        speed=math.hypot(north, east),
+        climb=-down,
+        pose_age=facts.position.age,
+    )
+
+
+def site_status(case: Case) -> SiteStatus:
+    """Return home, map origin and the limits of the flight."""
+    limits, position = case.facts.limits, case.facts.position
+    fence, datum, heights = limits.fence, position.datum, limits.heights
+    return SiteStatus(
+        home=None if position.home is None else Point.of(position.home),
+        datum=None if datum is None else (datum.latitude, datum.longitude),
+        fence=() if fence is None else _ring(fence.polygon),
+        fence_limit=() if fence is None else _ring(fence.autopilot_polygon),
+        ceiling=case.facts.ceiling(case.state.on_ground),
+        heights=(heights.minimum, heights.desired, heights.maximum),
+    )
+
+
+def perception_status(facts: Facts) -> PerceptionStatus:
+    """Return the results of vision, mapper and planner."""
+    sight, plan = facts.sight, facts.sight.plan
+    return PerceptionStatus(
+        vision_rate=sight.vision_rate,
+        camera_age=sight.camera_age,
+        footprint=_points(sight.footprint),
+        park_lot_detected=sight.lot,
+        lot_area=sight.lot_area,
+        free=sight.counts.free,
+        taken=sight.counts.taken,
+        unknown=sight.counts.unknown,
+        explored=None if plan is None else plan.explore.seen,
+        explore_done=plan is not None and plan.explore.done,
+        remaining=None if plan is None else plan.explore.remaining_m,
+    )
+
+
+def parts_status(facts: Facts, own: Health) -> PartsStatus:
+    """Return the health of each part; a fault of the manager itself is shown as that of the loop."""
+    shown = tuple((name, own if name == "loop" and not own.is_healthy else health) for name, health in facts.parts)
+    items = tuple(HealthItem(name=name, healthy=h.is_healthy, reason=h.reason) for name, h in shown)
+    well = own.is_healthy and all(item.healthy for item in items if item.name != "loop")
+    return PartsStatus(health=items, health_status=HealthStatus.HEALTHY if well else HealthStatus.UNHEALTHY)
+
+
+def _points(places: tuple[MapPoint, ...]) -> tuple[Point, ...]:
+    return tuple(map(Point.of, places))
+
+
+@lru_cache(maxsize=4)
+def _ring(corners: Ring) -> tuple[Point, ...]:
+    """Return corners to the centimetre: they are sent five times a second."""
+    return tuple(Point(north=round(north, 2), east=round(east, 2)) for north, east in corners)

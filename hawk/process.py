@@ -1,0 +1,171 @@
+"""The daemon's process: its tick, the watchdog that ends it when it hangs, and the niceness of its threads.
+
+MAVSDK's own threads keep talking to the autopilot when the Python loop hangs, so a hung process would hide from the
+autopilot's failsafes: it has to end. The watchdog's timer is `faulthandler`'s, a C thread that needs no GIL.
+
+Linux's niceness (setpriority(2)) belongs to each thread, from -20 (first) to 19 (last), usually 0; a new thread
+inherits it. Where the kernel shares the processor between sessions first (autogroups, sched(7)), niceness applies
+within a session only, and each session has a niceness of its own.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import faulthandler
+import logging
+import math
+import os
+import socket
+import threading
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TextIO
+
+_LOG = logging.getLogger(__name__)
+
+LOOP_NICENESS = -5
+"""Niceness of the event loop, of what it starts, and of the daemon's session; `hawk-drone.service` sets it too."""
+WORKER_NICENESS = 10
+"""Niceness of the vision worker."""
+SIMULATOR_NICENESS = LOOP_NICENESS
+"""Niceness of the simulator's session: a real drone and its camera do not slow down under the daemon's load."""
+AUTOGROUP = Path("/proc/self/autogroup")
+"""File with our session's niceness; absent where the kernel has no autogroups."""
+PACE = 0.2
+"""Share of the timeout after which progress is passed on again: each time `faulthandler` ends and starts a thread,
+which on a busy machine delays the loop by up to tens of milliseconds."""
+
+
+class Ticker:
+    """Ticks until it is stopped. Missed ticks are not made up for; one that raises does not end the ticking.
+
+    Ticks keep to their schedule: after a late tick the next one comes at its scheduled time, but at least half an
+    interval later. So what is done every N ticks (the heartbeat) keeps its rhythm.
+    """
+
+    def __init__(self, interval_s: float, tick: Callable[[], None], cost: Callable[[float], None]) -> None:
+        """Make it; `start` begins.
+
+        Args:
+            interval_s: Real seconds between ticks.
+            tick: Called at every tick.
+            cost: Called after every tick with its duration, real seconds.
+        """
+        self._interval = interval_s
+        self._tick = tick
+        self._cost = cost
+        self._handle: asyncio.TimerHandle | None = None
+        self._due = 0.0
+
+    def start(self) -> None:
+        """Tick at once, then at the interval; needs the running loop."""
+        self._due = asyncio.get_running_loop().time()
+        self._run()
+
+    def stop(self) -> None:
+        """Stop ticking."""
+        if self._handle is not None:
+            self._handle.cancel()
+            self._handle = None
+
+    def _run(self) -> None:
+        loop = asyncio.get_running_loop()
+        late = loop.time() - self._due
+        if self._interval > 0:
+            self._due += max(1, math.ceil(late / self._interval + 0.5)) * self._interval
+        self._handle = loop.call_at(self._due, self._run)
+        started = time.perf_counter()
+        try:
+            self._tick()
+        except Exception:
+            _LOG.exception("a tick failed")
+        self._cost(time.perf_counter() - started)
+
+
+class SystemdNotifier:
+    """The sd_notify protocol (man 3 sd_notify): datagrams to the socket that systemd names in NOTIFY_SOCKET."""
+
+    def __init__(self, environment: Mapping[str, str] = os.environ) -> None:
+        address = environment.get("NOTIFY_SOCKET", "")
+        self._address = "\0" + address[1:] if address.startswith("@") else address
+        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC) if address else None
+        if self._socket is not None:
+            self._socket.setblocking(False)
+
+    def notify(self, message: str) -> None:
+        """Send one assignment such as ``READY=1``; without systemd nothing happens."""
+        if self._socket is None:
+            return
+        try:
+            self._socket.sendto(message.encode(), self._address)
+        except OSError:
+            # systemd's queue may be full for a moment; the next progress repeats it
+            return
+
+    def close(self) -> None:
+        """Close the socket."""
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None
+
+
+class Watchdog:
+    """Ends this process ``timeout_s`` to 1.2 ``timeout_s`` real seconds after the last `progress`.
+
+    Every stack goes to ``stream``.
+    """
+
+    def __init__(
+        self,
+        timeout_s: float,
+        notifier: SystemdNotifier,
+        stream: TextIO,
+        enabled: bool = True,
+        monotonic: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._timeout = timeout_s * (1 + PACE)
+        self._pace = timeout_s * PACE
+        self._notifier = notifier
+        self._stream = stream
+        self._enabled = enabled
+        self._monotonic = monotonic
+        self._due = -math.inf
+
+    def progress(self) -> None:
+        """Note a tick of the state machine: both watchdogs start again, at most once every `PACE` of the timeout."""
+        now = self._monotonic()
+        if now < self._due:
+            return
+        self._due = now + self._pace
+        if self._enabled:
+            faulthandler.dump_traceback_later(self._timeout, exit=True, file=self._stream)
+        self._notifier.notify("WATCHDOG=1")
+
+    def ready(self) -> None:
+        """Notify systemd that the daemon runs."""
+        self._notifier.notify("READY=1")
+
+    def stop(self) -> None:
+        """Disarm at an orderly end."""
+        if self._enabled:
+            faulthandler.cancel_dump_traceback_later()
+        self._notifier.notify("STOPPING=1")
+        self._notifier.close()
+
+
+def set_niceness(niceness: int) -> None:
+    """Set the niceness of the calling thread; without the right to go before others (CAP_SYS_NICE) nothing changes."""
+    with contextlib.suppress(OSError):
+        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), niceness)
+
+
+def set_session_niceness(niceness: int, autogroup: Path = AUTOGROUP) -> None:
+    """Set the niceness of our whole session, if we lead it: a session that others share is not ours to change.
+
+    Without the right to go before others (CAP_SYS_NICE), and where there are no autogroups, nothing changes.
+    """
+    if os.getsid(0) == os.getpid() and autogroup.exists():
+        with contextlib.suppress(OSError):
+            autogroup.write_text(str(niceness))

@@ -1,0 +1,263 @@
+"""Scenes to train on: small orthophotos of drawn places with the truth about them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+
+from hawk.worlds.canvas import Bytes, Canvas, Floats, Points, as_bytes, as_floats, noise
+from hawk.worlds.conditions import Condition, set_condition
+from hawk.worlds.facets import FacetSet, ground_projection
+from hawk.worlds.light import sample_sun
+from hawk.worlds.plan import PlannedStall, SitePlan
+from hawk.worlds.render import draw_plan
+from hawk.worlds.site import SiteSize
+from training.avenues import plant_avenue
+from training.sites import plan_any_lot_site, plan_bare_site, plan_plain_site
+
+BARE_SHARE = 0.16
+"""Share of the scenes that have no lot at all."""
+PLAIN_SHARE = 0.08
+"""Share of the scenes with hardly anything around the lot."""
+AVENUE_SHARE = 0.25
+"""Share of the scenes with a line of trees or a hedge at the heads of a row, besides the trees that all have."""
+HIDDEN_SHARE = 0.7
+"""A stall is hidden when more of it than this is under crowns and roofs."""
+
+_VISIBLE_LEVELS = 9.0  # grey levels between paint and ground
+_SEEN_SHARE, _BESIDE = 0.5, 2.6
+_SITES = (
+    SiteSize(width=(16, 95), depth=(10, 72), second=0.12),
+    SiteSize(width=(60, 150), depth=(45, 120), second=0.12),
+)
+"""Half of the lots reach beyond the picture on most sides, as real ones do."""
+CONDITION_SHARES = {
+    Condition.DAY: 0.73,
+    Condition.OVERCAST: 0.07,
+    Condition.DUSK: 0.05,
+    Condition.NIGHT: 0.04,
+    Condition.WET: 0.05,
+    Condition.SNOW: 0.03,
+    Condition.LEAVES: 0.03,
+}
+"""Share of each condition among the scenes."""
+
+
+@dataclass(frozen=True, slots=True)
+class SceneStall:
+    """A stall in a scene.
+
+    ``quad`` is (4, 2) pixels (pixel centres are whole numbers); quad[0]-quad[1] and quad[2]-quad[3] are the short ends.
+    ``lines_visible``: at least one of its long lines is visible. ``paint``: share (0..1) of its paint that the better
+    one kept. ``covered``: share (0..1) of the stall under crowns and roofs; ``hidden``: that share is too large.
+    ``implied``: mostly crowns hide it, and the row shows it, because a stall within two or three widths is visible.
+    """
+
+    quad: Points
+    taken: bool
+    hidden: bool
+    worn: bool
+    lines_visible: bool
+    paint: float
+    covered: float
+    kind: str
+    implied: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """A drawn orthophoto, north of nothing: BGR uint8 (H, W, 3), with uint8 masks (H, W) of 0 and 1.
+
+    ``lot`` is the lot (aisles, stalls, islands and the trees on them), ``car`` the visible part of vehicles, ``cover``
+    the ground under crowns and roofs.
+    """
+
+    image: Bytes
+    lot: Bytes
+    car: Bytes
+    cover: Bytes
+    stalls: tuple[SceneStall, ...]
+    metres_per_pixel: float
+
+
+def draw_scene(
+    rng: np.random.Generator, size_px: int | tuple[int, int] = 384, *, metres_per_pixel: float = 0.10
+) -> Scene:
+    """Draw a scene of ``size_px`` (a side, or height and width); the same generator state gives the same scene."""
+    height, width = (size_px, size_px) if isinstance(size_px, int) else size_px
+    if min(height, width) < 32 or metres_per_pixel <= 0:
+        raise ValueError("draw_scene: size_px must be at least 32 and metres_per_pixel above 0")
+    plan = _plan(rng)
+    plan.dim_cars = float(rng.choice([0.0, 0.15, 0.4]))
+    if rng.random() < AVENUE_SHARE:
+        for _ in range(int(rng.integers(1, 4))):
+            plant_avenue(plan, rng)
+    x, y = _window_centre(rng, plan) - np.array([width, height]) * metres_per_pixel / 2
+    canvas = Canvas(float(x), float(y), width, height, metres_per_pixel)
+    sun = set_condition(plan, sample_condition(rng), sample_sun(rng), rng)
+    drawn = draw_plan(plan, canvas, sun, rng)
+    image, car, cover, roofs = _composite(rng, canvas, drawn.ground, FacetSet(drawn.layers))
+    contrast = float(np.abs(np.array(plan.palette[0]) - plan.asphalt.colour).max())
+    shown = [stall for stall in plan.stalls if canvas.touches(stall.corners, 1.0)]
+    stalls = _implied([_scene_stall(canvas, stall, cover, contrast) for stall in shown], roofs)
+    picture = photograph(rng, image)
+    return Scene(picture, _lot_mask(canvas, plan), car, cover, stalls, metres_per_pixel)
+
+
+def sample_condition(rng: np.random.Generator) -> Condition:
+    """Draw a condition for a scene."""
+    return list(CONDITION_SHARES)[int(rng.choice(len(CONDITION_SHARES), p=list(CONDITION_SHARES.values())))]
+
+
+def _plan(rng: np.random.Generator) -> SitePlan:
+    kind = rng.random()
+    if kind < BARE_SHARE:
+        return plan_bare_site(rng, (0.0, 0.0))
+    if kind < BARE_SHARE + PLAIN_SHARE:
+        return plan_plain_site(rng, (0.0, 0.0))
+    return plan_any_lot_site(rng, (0.0, 0.0), _SITES[int(rng.integers(len(_SITES)))])
+
+
+def _window_centre(rng: np.random.Generator, plan: SitePlan) -> Points:
+    """Pick the middle of the picture: a place in the lot or near its edge."""
+    if not plan.lots:
+        return rng.uniform(-12, 12, 2)
+    if plan.stalls and rng.random() < 0.85:
+        picked = plan.stalls[int(rng.integers(len(plan.stalls)))].corners.mean(0)
+        return np.asarray(picked + rng.normal(0, 6, 2))
+    outline = plan.lots[int(rng.integers(len(plan.lots)))]
+    edge = int(rng.integers(len(outline)))
+    share = rng.random()
+    return np.asarray(outline[edge] * share + outline[(edge + 1) % len(outline)] * (1 - share) + rng.normal(0, 6, 2))
+
+
+def _composite(
+    rng: np.random.Generator, canvas: Canvas, ground: Floats, facets: FacetSet
+) -> tuple[Floats, Bytes, Bytes, Bytes]:
+    """Draw what stands on the ground, as in a map or from a drone nearby; return picture, cars, cover and roofs."""
+    viewer = None
+    if rng.random() < 0.7:
+        centre = canvas.origin + np.array([canvas.width, canvas.height]) * canvas.metres_per_pixel / 2
+        height = rng.uniform(18, 70)
+        x, y = centre + rng.normal(0, 0.3, 2) * height
+        viewer = (float(x), float(y), height)
+    projection = ground_projection((canvas.origin[0], canvas.origin[1]), canvas.metres_per_pixel, viewer)
+    image = as_bytes(cv2.cvtColor(as_bytes(np.clip(ground, 0, 255)), cv2.COLOR_BGR2BGRA))
+    car = np.zeros(image.shape[:2], np.uint8)
+    cover = np.zeros(image.shape[:2], np.uint8)
+    roofs = np.zeros(image.shape[:2], np.uint8)
+    for layer in facets.seen(projection, canvas.width, canvas.height):
+        layer.paint(image)
+        layer.mark(car, layer.label == "car")
+        layer.mark(cover, layer.label in ("tree", "roof", "wall"))
+        layer.mark(roofs, layer.label in ("roof", "wall"))
+    smooth = cv2.GaussianBlur(cv2.cvtColor(image, cv2.COLOR_BGRA2BGR), (3, 3), 0.4)
+    return smooth.astype(np.float32), car, cover, roofs
+
+
+def _lot_mask(canvas: Canvas, plan: SitePlan) -> Bytes:
+    mask = np.zeros((canvas.height, canvas.width), np.uint8)
+    for outline in plan.lots:
+        cv2.fillPoly(mask, [np.round(canvas.to_px(outline) * 16).astype(np.int32)], 1, shift=4)
+    for building in plan.buildings:
+        if building.shelter:
+            continue
+        cv2.fillPoly(mask, [np.round(canvas.to_px(building.polygon) * 16).astype(np.int32)], 0, shift=4)
+    return mask
+
+
+def _scene_stall(canvas: Canvas, stall: PlannedStall, cover: Bytes, contrast: float) -> SceneStall:
+    quad = canvas.to_px(stall.corners)
+    covered = _share(cover, quad)
+    return SceneStall(
+        quad=quad,
+        taken=stall.taken,
+        hidden=covered >= HIDDEN_SHARE,
+        worn=stall.worn,
+        lines_visible=stall.paint * contrast > _VISIBLE_LEVELS,
+        paint=stall.paint,
+        covered=covered,
+        kind=stall.kind,
+    )
+
+
+def _implied(stalls: list[SceneStall], roofs: Bytes) -> tuple[SceneStall, ...]:
+    """Mark the stalls that mostly crowns hide and that have another one in sight nearby."""
+    seen = np.array([stall.quad.mean(0) for stall in stalls if stall.covered < _SEEN_SHARE]).reshape(-1, 2)
+    marked = []
+    for stall in stalls:
+        if stall.hidden and len(seen):
+            reach = _BESIDE * float(np.linalg.norm(stall.quad[1] - stall.quad[0]))
+            is_beside = bool((np.hypot(*(seen - stall.quad.mean(0)).T) < reach).any())
+            stall = replace(stall, implied=is_beside and _share(roofs, stall.quad) < _SEEN_SHARE)
+        marked.append(stall)
+    return tuple(marked)
+
+
+def _share(mask: Bytes, quad: Points) -> float:
+    """Return the mean of a 0/1 mask over a quadrilateral, 0 where it is outside the picture."""
+    low = np.maximum(np.floor(quad.min(0)).astype(int), 0)
+    high = np.minimum(np.ceil(quad.max(0)).astype(int) + 1, (mask.shape[1], mask.shape[0]))
+    if (high <= low).any():
+        return 0.0
+    part = mask[low[1] : high[1], low[0] : high[0]]
+    inside = np.zeros(part.shape, np.uint8)
+    cv2.fillConvexPoly(inside, np.round((quad - low) * 16).astype(np.int32), 1, shift=4)
+    total = int(inside.sum())
+    return float((part & inside).sum()) / total if total else 0.0
+
+
+def photograph(rng: np.random.Generator, image: Floats) -> Bytes:
+    """Return a BGR float picture (0..255) as one of many cameras would show it (uint8)."""
+    picture = _tone(rng, image.astype(np.float32))
+    picture = _sharpness(rng, picture)
+    picture += rng.standard_normal(picture.shape, np.float32) * np.float32(5 * rng.uniform(0, 1) ** 2)
+    result = as_bytes(np.clip(picture, 0, 255))
+    if rng.random() < 0.6:
+        quality = int(rng.uniform(40, 95))
+        encoded = cv2.imencode(".jpg", result, [cv2.IMWRITE_JPEG_QUALITY, quality])[1]
+        result = as_bytes(np.asarray(cv2.imdecode(encoded, cv2.IMREAD_COLOR)))
+    return result
+
+
+def _tone(rng: np.random.Generator, picture: Floats) -> Floats:
+    """Exposure, gamma, colour cast, contrast, saturation; sometimes dusk, often haze. Half change little."""
+    amount = 1.0 if rng.random() < 0.5 else 0.4
+    picture = picture * np.float32(np.exp(rng.uniform(-0.2, 0.45) * amount))
+    if rng.random() < 0.05:  # dusk and lamps
+        height, width = picture.shape[:2]
+        lamps = 1 + noise(rng, height, width, [90], [0.3])
+        picture *= np.array([0.66, 0.58, 0.6], np.float32) * np.clip(lamps, 0.5, 1.6)[..., None]
+    np.clip(picture, 0, 255, out=picture)
+    gamma = float(np.exp(rng.uniform(-0.35, 0.33) * amount))
+    picture = as_floats(cv2.pow(picture * np.float32(1 / 255), gamma)) * np.float32(255)
+    picture *= np.exp(rng.normal(0, 0.05, 3) * amount).astype(np.float32)
+    mean = picture.mean()
+    picture = (picture - mean) * np.float32(np.exp(rng.uniform(-0.25, 0.26) * amount)) + mean
+    if rng.random() < 0.4:
+        grey = picture.mean(2, keepdims=True)
+        picture = grey + (picture - grey) * np.float32(rng.uniform(0.1, 0.9) if rng.random() < 0.7 else 1.35)
+    if rng.random() < 0.4:  # haze: what is dark turns pale and somewhat blue
+        veil = np.float32(rng.uniform(130, 230)) + np.array([1, 0, -1], np.float32) * np.float32(rng.uniform(-5, 30))
+        picture += (veil - picture) * np.float32(rng.uniform(0.03, 0.3))
+    return picture
+
+
+def _sharpness(rng: np.random.Generator, picture: Floats) -> Floats:
+    """Blur some pictures and sharpen more: at this scale most cameras' pictures have been made smaller."""
+    if rng.random() < 0.7:  # cameras and map services take the grain out and leave the edges
+        picture = np.asarray(cv2.bilateralFilter(picture, 5, rng.uniform(8, 32), rng.uniform(1.2, 3.0)), np.float32)
+    if rng.random() < 0.4:
+        picture = np.asarray(cv2.GaussianBlur(picture, (0, 0), rng.uniform(0.3, 1.05)), np.float32)
+    if rng.random() < 0.06:  # the drone moved while the shutter was open
+        length, angle = int(rng.integers(1, 4)), rng.uniform(0, np.pi)
+        kernel = np.zeros((2 * length + 1, 2 * length + 1), np.float32)
+        reach = (int(length * np.cos(angle)), int(length * np.sin(angle)))
+        cv2.line(kernel, (length - reach[0], length - reach[1]), (length + reach[0], length + reach[1]), 1.0, 1)
+        picture = np.asarray(cv2.filter2D(picture, -1, kernel / kernel.sum()), np.float32)
+    if rng.random() < 0.65:
+        soft = cv2.GaussianBlur(picture, (0, 0), rng.uniform(0.8, 1.6))
+        picture = picture + (picture - soft) * np.float32(rng.uniform(0.3, 1.4))
+    return picture
