@@ -6,8 +6,10 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 # No test is timed: a machine that others share may stop for half a second anywhere.
-settings.register_profile("untimed", deadline=None, suppress_health_check=[HealthCheck.too_slow])
-settings.load_profile("untimed")
+UNTIMED = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("repeatable", UNTIMED, derandomize=True)
+settings.register_profile("search", UNTIMED)
+settings.load_profile("repeatable")
 
 LIMITS_S = {"flight": 600, "integration": 600, "e2e": 900}
 """Seconds for one test with its fixtures, by kind; the limit of all others stands in pyproject.toml."""

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from hawk.algo.vision import decode, quads
-from hawk.algo.vision.network import CORE_SHARE, maps_from_output
+from hawk.algo.vision.network import CELL_PIXELS, CORE_SHARE, maps_from_output
 from training import targets as targets_module
 from training.targets import (
     CAR,
@@ -33,6 +33,8 @@ from training.targets import (
 SIDE = 240
 KNOWN = np.ones((SIDE, SIDE), np.uint8)
 BLANK = np.zeros((SIDE, SIDE, 2), np.uint8)
+ONE_CELL = CELL_PIXELS / CORE_SHARE
+"""A stall's width and length are exact to one cell of its core, pixels."""
 
 
 def quad(x: float, y: float, angle: float, width: float = 26.0, length: float = 52.0) -> NDArray[np.float64]:
@@ -59,8 +61,8 @@ def test_one_stall_survives_drawing_and_decoding(x: float, y: float, angle: floa
     assert len(found) == 1
     assert (found.column[0] * 2, found.row[0] * 2) == pytest.approx((x, y), abs=0.6)
     assert quads.angle_between(found.angle[0], angle) < 0.02
-    assert found.width[0] * 2 == pytest.approx(width, rel=0.08)
-    assert found.length[0] * 2 == pytest.approx(length, rel=0.08)
+    assert found.width[0] * 2 == pytest.approx(width, abs=ONE_CELL)
+    assert found.length[0] * 2 == pytest.approx(length, abs=ONE_CELL)
 
 
 @settings(max_examples=12)
