@@ -75,6 +75,10 @@ class CameraSettings(Section):
     reconnect_s: Seconds = 1.0
 
 
+OBSTACLE_MARGIN_M = 5.0
+"""Travel heights stay this far above the highest obstacle: a barometer drifts by some metres in a flight."""
+
+
 class HeightSettings(Section):
     """Travel heights until the operator configures others, metres above the arm place."""
 
@@ -82,9 +86,19 @@ class HeightSettings(Section):
     desired_m: Positive = 35.0
     maximum_m: Positive = 60.0
     ceiling_m: Positive = 100.0
+    highest_obstacle_m: float | None = Field(default=None, ge=0, le=500)
+
+    @property
+    def floor_m(self) -> float:
+        """Lowest travel height: clear of the highest obstacle, metres above the arm place; 0 when none is declared."""
+        return 0.0 if self.highest_obstacle_m is None else self.highest_obstacle_m + OBSTACLE_MARGIN_M
 
     @model_validator(mode="after")
     def _ordered(self) -> HeightSettings:
+        if self.minimum_m < self.floor_m:
+            raise ValueError(
+                f"minimum_m must be {self.floor_m:g} or more: highest_obstacle_m and {OBSTACLE_MARGIN_M:g} m"
+            )
         if not self.minimum_m <= self.desired_m <= self.maximum_m <= self.ceiling_m:
             raise ValueError("heights must rise: minimum_m <= desired_m <= maximum_m <= ceiling_m")
         return self

@@ -246,7 +246,7 @@ def _content(case: Case, command: Command) -> Refusal | None:
     facts, heights = case.facts, case.facts.limits.heights
     match command:
         case Configure():
-            return _heights(command, facts.ceiling(case.state.on_ground))
+            return _heights(command, facts.ceiling(case.state.on_ground), case.settings.floor)
         case SetFence():
             reason = fence_refusal(command, case.settings, heights)
             return Refusal(reason) if reason else None
@@ -269,9 +269,9 @@ def _travel_height(command: AutonomousMove | CompulsiveMove, heights: HeightPara
     return Refusal(f"Height: must lie between Min {heights.minimum:g} m and Max {heights.maximum:g} m.")
 
 
-def _heights(command: Configure, ceiling: float) -> Refusal | None:
+def _heights(command: Configure, ceiling: float, floor: float) -> Refusal | None:
     try:
-        check_heights(HeightParameters(command.min, command.des, command.max), ceiling)
+        check_heights(HeightParameters(command.min, command.des, command.max), ceiling, floor)
     except ParameterError as error:
         return Refusal(str(error))
     return None

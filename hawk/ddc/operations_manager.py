@@ -259,5 +259,5 @@ class OperationsManager:
 def _read_heights(setup: ManagerSetup) -> tuple[ParameterStore, HeightParameters, str]:
     limits = setup.settings.heights
     defaults = HeightParameters(limits.minimum_m, limits.desired_m, limits.maximum_m)
-    store = ParameterStore(setup.directory, defaults, setup.settings.ceiling)
+    store = ParameterStore(setup.directory, defaults, setup.settings.ceiling, setup.settings.floor)
     return store, *store.read()

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from hawk.comm.status import CheckItem
+from hawk.config import HeightSettings
 from hawk.ddc.facts import Facts
 from hawk.ddc.failsafes import Values, check_failsafes, return_altitude
 from hawk.ddc.geofence import FenceError, contains, extent, outside_by, sees_all, to_map
@@ -46,7 +47,7 @@ def preflight_items(facts: Facts, values: Values, settings: DdcSettings, *, is_k
         _battery(facts, settings.flight.battery_arm_percent),
         _camera(facts),
         _recording(facts),
-        _heights(facts),
+        _heights(facts, settings.heights),
         plan if isinstance(plan, CheckItem) else _fence(plan),
         _return_height(altitude, None if isinstance(plan, CheckItem) else plan),
         *_failsafes(values, settings.system_id),
@@ -116,11 +117,12 @@ def _recording(facts: Facts) -> CheckItem:
     return _failed("Recording", health.reason, "The flight would not be recorded.", "Make room on the disk.")
 
 
-def _heights(facts: Facts) -> CheckItem:
-    heights = facts.limits.heights
-    text = f"{heights.desired:g} m, never below {heights.minimum:g} m or above {heights.maximum:g} m"
+def _heights(facts: Facts, settings: HeightSettings) -> CheckItem:
+    heights, obstacle = facts.limits.heights, settings.highest_obstacle_m
+    declared = "no obstacle declared" if obstacle is None else f"highest obstacle {obstacle:g} m"
+    text = f"{heights.desired:g} m, never below {heights.minimum:g} m or above {heights.maximum:g} m; {declared}"
     try:
-        check_heights(heights, facts.ceiling(on_ground=True))
+        check_heights(heights, facts.ceiling(on_ground=True), settings.floor_m)
     except ParameterError as error:
         return _failed("Heights", text, str(error), "Change the heights.")
     return _passed("Heights", text)

@@ -42,6 +42,7 @@ def test_the_reference_has_no_other_settings() -> None:
         ("[web]\nport = 70000\n", 2, "web.port", "65535"),
         ("[web]\n\nprot = 1\n", 3, "web.prot", "did you mean port?"),
         ("[heights]\ndesired_m = 5.0\n", 1, "heights", "must rise"),
+        ("[heights]\nhighest_obstacle_m = 12.0\n", 1, "heights", "minimum_m must be 17 or more"),
         ("[flight]\nspeed_m_s = nan\n", 2, "flight.speed_m_s", "finite"),
         ("[camera]\nurl = 'ftp://cam'\n", 2, "camera.url", "rtsp://"),
         ("[autopilot]\nurl = '/dev/ttyACM0'\n", 2, "autopilot.url", "serial://"),

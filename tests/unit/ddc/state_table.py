@@ -249,7 +249,7 @@ EVENTS: tuple[Event, ...] = (
     Event("Position", "Jumped by 5 m", _position(jump_m=5.0)),
     Event("Position", "Not trusted by the autopilot for 2 s", _position(distrusted_s=2.0)),
     Event("Position", "Pose older than 1 s", _position(age=1.1)),
-    Event("Battery", "Needed for the way home for 3 s", _reserve),
+    Event("Battery", "Needed for the return for 3 s", _reserve),
     Event("Battery", "Charge not known for 30 s", _charge_unknown),
     Event("Fence", "Drone outside", _breach(0.0)),
     Event("Fence", "Drone outside for 10 s", _breach(10.0)),

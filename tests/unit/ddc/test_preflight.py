@@ -10,12 +10,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.comm.messages import Arm, SetFailsafes
+from hawk.comm.messages import Arm, Configure, SetFailsafes
 from hawk.comm.status import CheckItem
 from hawk.config import FenceSettings, HeightSettings
 from hawk.ddc.failsafes import check_failsafes, return_altitude, wanted_values, watched_names
 from hawk.ddc.settings import DdcSettings
-from hawk.model import BatteryInfo, Diagnostics, Health, StateName
+from hawk.model import BatteryInfo, Diagnostics, Health, HeightParameters, StateName
 from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, PLACE, SAFE_PARAMETERS, Rig
 
 
@@ -219,6 +219,25 @@ async def test_heights_above_the_ceiling_do_not_pass(tmp_path: Path) -> None:
     assert "ceiling" in check(rig, "Heights").consequence
     assert not rig.command(Arm()).accepted
     await rig.close()
+
+
+async def test_heights_too_low_over_the_declared_obstacle_are_refused_and_do_not_pass(tmp_path: Path) -> None:
+    rig = Rig(tmp_path, settings=DdcSettings(heights=HeightSettings(minimum_m=17, highest_obstacle_m=12)))
+    await rig.run(2)
+    found = check(rig, "Heights")
+    assert found.passed
+    assert found.value.endswith("highest obstacle 12 m")
+    refused = rig.command(Configure(min=16.9, des=20, max=30))
+    assert not refused.accepted
+    assert refused.reason.startswith("Min: 16.9 m is too low over the highest obstacle")
+    rig.topics.heights_pub.publish(HeightParameters(16.9, 20, 30))
+    assert not check(rig, "Heights").passed
+    assert not rig.command(Arm()).accepted
+    await rig.close()
+
+
+async def test_an_obstacle_that_nobody_declared_is_told(rig: Rig) -> None:
+    assert check(rig, "Heights").value.endswith("no obstacle declared")
 
 
 def square(path: Path, north: float) -> Path:
