@@ -110,6 +110,7 @@ class FlightSettings(Section):
     speed_m_s: float = Field(default=4.0, gt=0, le=15)
     tick_hz: float = Field(default=20.0, ge=5, le=50)
     arrival_radius_m: Positive = 1.5
+    maximum_wind_m_s: float = Field(default=10.0, ge=1, le=25)
     explore_cm_per_pixel: float | None = Field(default=None, ge=0.5, le=10)
     explore_lost_lot_s: Seconds = 10.0
     battery_reserve_percent: float = Field(default=20.0, ge=5, le=80)

@@ -213,6 +213,10 @@ class PoseStatus(Outgoing):
     """Over ground."""
     climb: Known = None
     pose_age: Known = None
+    wind_speed: Known = None
+    """Estimated from how the drone leans; null on the ground and in the first seconds of a flight."""
+    wind_from: Known = None
+    """Direction that the wind comes from, radians clockwise from north."""
 
     @property
     def place(self) -> MapPoint | None:

@@ -14,6 +14,7 @@ from typing import Literal
 from hawk.comm.status import ClientId
 from hawk.ddc.energy import Reserve
 from hawk.ddc.fence import FencePlan
+from hawk.ddc.wind import Wind
 from hawk.model import (
     ArmPlace,
     BatteryInfo,
@@ -124,6 +125,16 @@ class BatteryFacts:
 
 
 @dataclass(frozen=True, slots=True)
+class WindFacts:
+    """The wind in the air, estimated from how the drone leans."""
+
+    estimate: Wind | None = None
+    """None on the ground, and until enough was seen."""
+    strong_s: float | None = None
+    """Seconds since the wind rose above the limit; None below it."""
+
+
+@dataclass(frozen=True, slots=True)
 class LimitFacts:
     """Heights, the fence in force and the planned fence."""
 
@@ -187,6 +198,7 @@ class Facts:
     position: PositionFacts = PositionFacts()
     diagnostics: Diagnostics = Diagnostics()
     battery: BatteryFacts = BatteryFacts()
+    wind: WindFacts = WindFacts()
     limits: LimitFacts = LimitFacts()
     operator: OperatorFacts = OperatorFacts()
     sight: SightFacts = SightFacts()

@@ -13,6 +13,8 @@ BATTERY_UNKNOWN_S = 30.0
 """Seconds without a valid charge after which the drone returns."""
 RESERVE_CONFIRM_S = 3.0
 """Seconds for which the reserve must be reached: a dip under load does not count."""
+WIND_CONFIRM_S = 10.0
+"""Seconds for which the wind must be above the limit: a gust does not count."""
 FENCE_RETURN_S = 10.0
 """Seconds outside the fence after which the drone returns."""
 FAULT_CONFIRM_S = 1.0
@@ -67,6 +69,8 @@ def _cause_to_return(facts: Facts) -> Cause | None:
         return Cause("The battery is needed for the way home.", CauseKind.RESERVE)
     if facts.battery.unknown_s >= BATTERY_UNKNOWN_S:
         return Cause("The battery is not known.", CauseKind.BATTERY_UNKNOWN)
+    if facts.wind.strong_s is not None and facts.wind.strong_s >= WIND_CONFIRM_S:
+        return Cause("The wind is too strong.", CauseKind.WIND)
     if facts.limits.breached_s is not None and facts.limits.breached_s >= FENCE_RETURN_S:
         return Cause("Still outside the fence.", CauseKind.FENCE)
     return None

@@ -6,6 +6,7 @@ before it is believed (a reached reserve, a breach, a fault) is timed here.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime
@@ -21,6 +22,7 @@ from hawk.ddc.facts import (
     PositionFacts,
     SightFacts,
     VehicleEvent,
+    WindFacts,
 )
 from hawk.ddc.fence_file import FenceKeeper
 from hawk.ddc.flight_log import FlightLog
@@ -29,10 +31,13 @@ from hawk.ddc.requests import Outcomes, Requests
 from hawk.ddc.service_interface import DdcServiceInterface
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.topic_interface import DdcTopicInterface
+from hawk.ddc.wind import Wind, WindWatch, ground_speed
 from hawk.model import ArmPlace, GlobalPose, Health, LandedState, MapPoint
 
 LANDED_WAIT_S = 1.5
 """A first heartbeat waits for the landed state that belongs to it, seconds."""
+WIND_S = 1.0
+"""Interval of the wind's estimates, seconds."""
 PERCEPTION_PARTS = ("camera", "vision", "mapper", "planner")
 """The parts that flight by sight depends on, in the order of dependence."""
 
@@ -152,8 +157,12 @@ class Senses:
         now = sources.clock()
         self._link = LinkWatch(sources.topics, sources.service)
         self._jumps = Jumps()
-        self._drain = BatteryWatch(sources.settings.flight.battery_reserve_percent, sources.settings.flight.speed_m_s)
+        self._drain = BatteryWatch(sources.settings.flight.battery_reserve_percent)
         self._charge_known = now
+        self._wind_watch = WindWatch()
+        self._wind: Wind | None = None
+        self._wind_at = float("-inf")
+        self._strong = Stopwatch()
         self._reserve: Reserve | None = None
         self._reached = Stopwatch()
         self._breach = Stopwatch()
@@ -171,6 +180,7 @@ class Senses:
         """Return the facts of this tick, with the events since the tick before."""
         now = self._from.clock()
         events = self._link.observe(now)
+        self._watch_wind(now)
         self._watch_battery(now)
         self._watch_breach(now)
         parts = self._from.topics.get_part_healths()
@@ -201,6 +211,7 @@ class Senses:
             position=self._position(now, jump),
             diagnostics=topics.get_diagnostics(),
             battery=self._battery(now),
+            wind=WindFacts(self._wind, self._strong.read(now)),
             limits=self._limits(now),
             operator=self._operator(now),
             sight=self._sight(now, parts),
@@ -286,6 +297,18 @@ class Senses:
         state = self._from.topics.get_state()
         return state.armed and state.landed is not LandedState.ON_GROUND
 
+    def _watch_wind(self, now: float) -> None:
+        pose = self._from.topics.get_fresh_pose()
+        if not self._is_airborne():
+            self._wind_watch.reset()
+            self._wind = None
+        elif pose is not None:
+            self._wind_watch.update(pose)
+            if now - self._wind_at >= WIND_S:
+                self._wind, self._wind_at = self._wind_watch.estimate(), now
+        limit = self._from.settings.flight.maximum_wind_m_s
+        self._strong.update(self._wind is not None and self._wind.speed > limit, now)
+
     def _watch_battery(self, now: float) -> None:
         topics = self._from.topics
         info, pose, airborne = topics.get_battery_info(), topics.get_fresh_pose(), self._is_airborne()
@@ -301,7 +324,9 @@ class Senses:
         elif percentage is not None and home is not None and pose is not None and pose.map is not None:
             self._drain.update(percentage, now)
             away, top = pose.map.point.distance(home), topics.get_heights().maximum
-            self._reserve = self._drain.reserve(percentage, away, pose.map.height, top)
+            track = math.atan2(home.east - pose.map.east, home.north - pose.map.north)
+            speed = ground_speed(self._from.settings.flight.speed_m_s, track, self._wind)
+            self._reserve = self._drain.reserve(percentage, away, pose.map.height, top, speed)
             self._reached.update(self._reserve.is_reached, now)
 
     def _watch_breach(self, now: float) -> None:

@@ -15,7 +15,7 @@ from hawk.comm.messages import Ack, Command, Kill, KillToken
 from hawk.ddc.acts import Acts, Ask, CutMotors
 from hawk.ddc.decider import Decision
 from hawk.ddc.energy import Reserve
-from hawk.ddc.facts import Answer, Facts, VehicleEvent
+from hawk.ddc.facts import Answer, Facts, VehicleEvent, WindFacts
 from hawk.ddc.orders import (
     ConfigureOrder,
     MoveOrder,
@@ -32,6 +32,7 @@ from hawk.ddc.orders import (
     ToTakeoff,
     Transition,
 )
+from hawk.ddc.wind import Wind
 from hawk.model import (
     CopterMode,
     ExploreStatus,
@@ -194,6 +195,10 @@ def _charge_unknown(facts: Facts) -> Facts:
     return replace(facts, battery=replace(facts.battery, info=None, unknown_s=30.0))
 
 
+def _strong_wind(facts: Facts) -> Facts:
+    return replace(facts, wind=WindFacts(Wind(-11.0, 0.0), 10.0))
+
+
 def _breach(seconds: float) -> Callable[[Facts], Facts]:
     return lambda facts: replace(facts, limits=replace(facts.limits, breached_s=seconds))
 
@@ -251,6 +256,7 @@ EVENTS: tuple[Event, ...] = (
     Event("Position", "Pose older than 1 s", _position(age=1.1)),
     Event("Battery", "Needed for the return for 3 s", _reserve),
     Event("Battery", "Charge not known for 30 s", _charge_unknown),
+    Event("Wind", "Above the limit for 10 s", _strong_wind),
     Event("Fence", "Drone outside", _breach(0.0)),
     Event("Fence", "Drone outside for 10 s", _breach(10.0)),
     Event("Operator", "Is back", _with_operator),

@@ -24,7 +24,7 @@ from hawk.ddc.acts import (
 )
 from hawk.ddc.decider import Decider
 from hawk.ddc.energy import Reserve
-from hawk.ddc.facts import Facts, VehicleEvent
+from hawk.ddc.facts import Facts, VehicleEvent, WindFacts
 from hawk.ddc.guard import reaction
 from hawk.ddc.orders import (
     Cause,
@@ -45,6 +45,7 @@ from hawk.ddc.orders import (
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import make_state
+from hawk.ddc.wind import Wind
 from hawk.model import CopterMode, DesiredPose, Health, LandedState, MapPoint, Route, StateName
 from tests.unit.ddc.written_facts import SETTINGS, decider, flying, of_kind, on_ground, without_link
 
@@ -113,6 +114,10 @@ def charge_unknown(facts: Facts, seconds: float) -> Facts:
     return replace(facts, battery=replace(facts.battery, info=None, unknown_s=seconds))
 
 
+def strong_wind(facts: Facts, seconds: float) -> Facts:
+    return replace(facts, wind=WindFacts(Wind(-11.0, 0.0), seconds))
+
+
 def outside(facts: Facts, seconds: float) -> Facts:
     return replace(facts, limits=replace(facts.limits, breached_s=seconds))
 
@@ -139,6 +144,7 @@ def vision_failed(facts: Facts, seconds: float) -> Facts:
         (reserve_reached, 3.0, GUARDED, Rank.RETURN_TO_LAUNCH, ToReturn),
         (charge_unknown, 30.0, GUARDED, Rank.RETURN_TO_LAUNCH, ToReturn),
         (outside, 10.0, GUARDED, Rank.RETURN_TO_LAUNCH, ToReturn),
+        (strong_wind, 10.0, GUARDED, Rank.RETURN_TO_LAUNCH, ToReturn),
         (operator_lost, 0.0, (*TASKS, S.HOVER), Rank.COMMUNICATION_LOST, ToCommunicationLost),
         (outside, 0.0, (*TASKS, S.TAKEOFF), Rank.FENCE, ToHover),
         (position_distrusted, 2.0, TASKS, Rank.PERCEPTION, ToHover),
@@ -181,6 +187,7 @@ def test_the_higher_rank_is_answered_first() -> None:
         (CauseKind.RESERVE, reserve_reached),
         (CauseKind.BATTERY_UNKNOWN, charge_unknown),
         (CauseKind.FENCE, outside),
+        (CauseKind.WIND, strong_wind),
         (CauseKind.OPERATOR, operator_lost),
     ],
 )

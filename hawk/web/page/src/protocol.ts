@@ -285,6 +285,8 @@ export interface Heartbeat {
   Speed: number | null;
   Climb: number | null;
   "Pose Age": number | null;
+  "Wind Speed": number | null;
+  "Wind From": number | null;
   Home: Point | null;
   Datum: [number, number] | null;
   Fence: Point[];

@@ -32,6 +32,8 @@ export function heartbeat(changes: Partial<Heartbeat> = {}): Heartbeat {
     Speed: 0,
     Climb: 0,
     "Pose Age": 0.05,
+    "Wind Speed": 3,
+    "Wind From": 0,
     "Battery Age": 0.5,
     "Link Age": 0.1,
     Voltage: 16,
