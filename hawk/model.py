@@ -439,7 +439,7 @@ class VehicleState:
     """Autopilot state (mavros_msgs/State of the specification).
 
     ``armed`` and ``custom_mode`` came with the last HEARTBEAT, at ``time``; ``landed`` with the last
-    EXTENDED_SYS_STATE, at ``landed_time``.
+    EXTENDED_SYS_STATE, at ``landed_time``; a boot makes it UNDEFINED.
     """
 
     connected: bool = False

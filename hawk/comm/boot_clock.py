@@ -21,9 +21,9 @@ AGREE_S: Final = 0.5
 """Delays of messages that agree on a clock differ by no more than this, at speed 1."""
 AGREE_KINDS: Final = 2
 FOUND_MESSAGES: Final = 3
-"""So many messages that agree are a clock where none is known."""
+"""This number of messages that agree is a clock where none is known."""
 REPLACE_MESSAGES: Final = 6
-"""So many replace a known one."""
+"""This number replaces a known clock."""
 STAYS_S: Final = 0.5
 """A new clock replaces a known one after this time without a message of the old one."""
 _BOOT_SLACK_S: Final = 0.5
@@ -49,7 +49,7 @@ class BootClock:
     """Maps the autopilot's boot clock onto ours, by stamps of several kinds of messages."""
 
     def __init__(self, speed: float = 1.0) -> None:
-        """``speed``: seconds of our clock per real second; real delays count so many times as long."""
+        """``speed``: seconds of our clock per real second; real delays count that many times as long."""
         self._stretch = max(1.0, speed)
         self._known: _Track | None = None
         self._rival: _Track | None = None
@@ -136,7 +136,7 @@ class _Track:
         return self._last_arrival - self._began
 
     def is_agreed(self, messages: int) -> bool:
-        """Return True when so many messages agree, of enough kinds."""
+        """Return True when this number of messages agrees, of enough kinds."""
         return self._count >= messages and len(self._last) >= AGREE_KINDS
 
     def follows(self, kind: str, boot: float) -> bool:

@@ -350,7 +350,7 @@ class Telemetry:
         self._global = self._gps = None
         self._buffer.clear()
         self.tie.rebooted()
-        self._publish_state(replace(self.state, landed=LandedState.UNDEFINED, landed_time=-math.inf))
+        self._publish_state(replace(self.state, landed=LandedState.UNDEFINED, landed_time=self._clock()))
         self._rates.forget()
         self._on_reboot()
 
