@@ -85,7 +85,7 @@ class StillDrone:
         """Let a tick's time pass and the telemetry come in."""
         self._seconds += TICK_S
         now = self.clock()
-        self._vehicle.state.publish(VehicleState(True, True, int(CopterMode.GUIDED), LandedState.IN_AIR, now))
+        self._vehicle.state.publish(VehicleState(True, True, int(CopterMode.GUIDED), LandedState.IN_AIR, now, now))
         self._vehicle.battery.publish(BatteryInfo(80.0, 16.0, 10.0, now))
         self._vehicle.diagnostics.publish(Diagnostics(True, True, True, True, 3, 16, 0.9, now))
         pose = MapPose(0.0, 0.0, 35.0, 0.0, 0.0, 0.0)

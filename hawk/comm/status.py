@@ -184,6 +184,7 @@ class VehicleStatus(Outgoing):
     armed: bool | None = None
     connected: bool = False
     landed: str = "UNDEFINED"
+    """Name of the `LandedState` that is believed; UNDEFINED while it is old or contradicted."""
     link_age: Known = None
     battery_percentage: Known = None
     """0 to 100."""

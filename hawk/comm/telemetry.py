@@ -1,7 +1,8 @@
 """Telemetry: the autopilot's messages turned into the daemon's topics, one at a time, on the loop.
 
-Poses are made from LOCAL_POSITION_NED, ATTITUDE and GLOBAL_POSITION_INT, each at the time that it carries.
-`RateKeeper` asks for the streams, `StatusTexts` assembles the autopilot's words.
+Poses are made from LOCAL_POSITION_NED, ATTITUDE and GLOBAL_POSITION_INT, each at the time that it carries; a message
+whose time is not believed (`hawk.comm.boot_clock`) is dropped. `RateKeeper` asks for the streams, `StatusTexts`
+assembles the autopilot's words.
 """
 
 from __future__ import annotations
@@ -13,7 +14,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
-from hawk.comm.clock import Clock, OffsetEstimator
+from hawk.comm.boot_clock import BootClock
+from hawk.comm.clock import Clock
 from hawk.comm.frames import Attitude, EkfPosition, FrameJump, MapTie, PoseBuffer
 from hawk.comm.mavlink_link import Message, SensorHealth
 from hawk.comm.vehicle import VehicleTopics
@@ -33,7 +35,6 @@ _ARMED: Final = 128  # MAV_MODE_FLAG_SAFETY_ARMED
 _NOT_AN_AUTOPILOT: Final = 8  # MAV_AUTOPILOT_INVALID
 _FIX_3D: Final = 3  # GPS_FIX_TYPE_3D_FIX
 _WARNING: Final = 4  # MAV_SEVERITY_WARNING
-_REBOOT_S: Final = 1.0
 _FRESH_S: Final = 1.0
 _GPS_FRESH_S: Final = 3.0
 _STALE_PERIODS: Final = 8
@@ -42,6 +43,8 @@ _ASK_AGAIN_S: Final = 1.0
 _CHUNK: Final = 50  # characters of a STATUSTEXT
 _TEXTS_KEPT: Final = 50
 _REASONS: Final = ("arm:", "prearm:")
+_STAMPED: Final = frozenset({"LOCAL_POSITION_NED", "ATTITUDE", "GLOBAL_POSITION_INT", "SYSTEM_TIME"})
+"""Messages that carry time_boot_ms."""
 
 LINK_LOST_S: Final = 2.6
 """Real seconds without a HEARTBEAT after which the link is lost, as in MAVSDK."""
@@ -69,6 +72,7 @@ def wanted_streams(position_rate_hz: float) -> Mapping[str, Stream]:
         "SYS_STATUS": Stream(1, 2.0),
         "GPS_RAW_INT": Stream(24, 2.0),
         "EXTENDED_SYS_STATE": Stream(245, 5.0),
+        "SYSTEM_TIME": Stream(2, 10.0),  # a second witness of a boot: without a position there is only ATTITUDE
         "HOME_POSITION": Stream(242, 0.5),
     }
 
@@ -159,13 +163,13 @@ class Telemetry:
         self.tie = MapTie()
         """Frames of reference, datum and arm place."""
         self._buffer = PoseBuffer()
-        self._boot_clock = OffsetEstimator()
+        self._boot_clock = BootClock(clock.speed)
         self.texts = StatusTexts()
         self.state = VehicleState()
         """The autopilot's state as last heard."""
         self._gps: tuple[int, int, float | None] | None = None  # fix, satellites, accuracy (m)
         self._global: tuple[float, GlobalPose] | None = None
-        self._boot: tuple[float, int] | None = None  # newest time since boot (s), boot id
+        self._boot_id: int | None = None
         self._handlers: dict[str, Callable[[Mapping[str, Any], float], None]] = {
             "HEARTBEAT": self._on_heartbeat,
             "EXTENDED_SYS_STATE": self._on_extended_state,
@@ -176,6 +180,7 @@ class Telemetry:
             "GPS_RAW_INT": self._on_gps,
             "HOME_POSITION": self._on_home,
             "STATUSTEXT": self._on_text,
+            "SYSTEM_TIME": lambda _fields, _time: None,
         }
 
     def handle(self, message: Message) -> None:
@@ -185,7 +190,10 @@ class Telemetry:
             return
         self._rates.seen(message.name, message.arrival)
         try:
-            handler(message.fields, message.arrival)
+            stamped = message.name in _STAMPED
+            time = self._stamp(message) if stamped else message.arrival
+            if time is not None:
+                handler(message.fields, time)
         except (KeyError, TypeError, ValueError) as error:
             _LOG.warning("%s of the autopilot is not usable: %r", message.name, error)
 
@@ -202,12 +210,13 @@ class Telemetry:
 
     def from_boot(self, seconds: float) -> float | None:
         """Return a time of the autopilot's boot clock on ours, None before that clock is known."""
-        return None if self._boot is None else self._boot_clock.to_ours(seconds)
+        return self._boot_clock.to_ours(seconds)
 
     @property
     def boot_ms(self) -> int:
         """The autopilot's newest time since boot, milliseconds."""
-        return 0 if self._boot is None else int(self._boot[0] * 1000)
+        newest = self._boot_clock.newest
+        return 0 if newest is None else int(newest * 1000)
 
     def restore_arm_place(self, place: ArmPlace) -> None:
         """Keep the arm place of an earlier run until the autopilot's boot is known, then restore or drop it."""
@@ -228,19 +237,19 @@ class Telemetry:
         if int(fields["autopilot"]) == _NOT_AN_AUTOPILOT:
             return
         armed = bool(int(fields["base_mode"]) & _ARMED)
-        if not armed:
-            self.tie.disarmed()
-        elif not self.state.armed:
+        mode = int(fields["custom_mode"])
+        if armed:
             self.tie.armed(arrival, at_start=self.state.time == -math.inf)
-        self._publish_state(VehicleState(True, armed, int(fields["custom_mode"]), self.state.landed, arrival))
+        else:
+            self.tie.disarmed(arrival)
+        self._publish_state(replace(self.state, connected=True, armed=armed, custom_mode=mode, time=arrival))
 
-    def _on_extended_state(self, fields: Mapping[str, Any], _: float) -> None:
+    def _on_extended_state(self, fields: Mapping[str, Any], arrival: float) -> None:
         try:
             landed = LandedState(int(fields["landed_state"]))
         except ValueError:
             landed = LandedState.UNDEFINED
-        if landed is not self.state.landed:
-            self._publish_state(replace(self.state, landed=landed))
+        self._publish_state(replace(self.state, landed=landed, landed_time=arrival))
 
     def _publish_state(self, state: VehicleState) -> None:
         self.state = state
@@ -248,8 +257,7 @@ class Telemetry:
 
     # --- pose ------------------------------------------------------------------------------------------------------
 
-    def _on_local_position(self, fields: Mapping[str, Any], arrival: float) -> None:
-        time = self._stamp(fields, arrival)
+    def _on_local_position(self, fields: Mapping[str, Any], time: float) -> None:
         sample = EkfPosition(time, *(_number(fields, name) for name in ("x", "y", "z", "vx", "vy", "vz")))
         last = self._buffer.latest_position
         if self.tie.frames is not None and last is not None and _leaps(last, sample):
@@ -263,21 +271,20 @@ class Telemetry:
             if pose is not None:
                 self._topics.pose.publish(pose)
 
-    def _on_attitude(self, fields: Mapping[str, Any], arrival: float) -> None:
-        time = self._stamp(fields, arrival)
+    def _on_attitude(self, fields: Mapping[str, Any], time: float) -> None:
         self._buffer.add_attitude(Attitude(time, *(_number(fields, name) for name in ("roll", "pitch", "yaw"))))
 
-    def _on_global_position(self, fields: Mapping[str, Any], arrival: float) -> None:
-        time = self._stamp(fields, arrival)
+    def _on_global_position(self, fields: Mapping[str, Any], time: float) -> None:
         if int(fields["lat"]) == 0 and int(fields["lon"]) == 0:
             return  # ArduPilot's "no position yet"
         here = GlobalPose(int(fields["lat"]) / 1e7, int(fields["lon"]) / 1e7, int(fields["alt"]) / 1e3)
         self._global = (time, here)
         self.tie.move_provisional(here, armed=self.state.armed)
         position = self._buffer.position_at(time)
-        if position is None or self._boot is None:
+        if position is None or self._boot_id is None:
             return
-        arm = self.tie.anchor(position, here, self.state.landed, self._boot[1], self._clock())
+        now = self._clock()
+        arm = self.tie.anchor(position, here, self.state.landed_at(now), self._boot_id, now)
         if arm is not None:
             self._topics.arm_place.publish(arm)
             return
@@ -292,7 +299,7 @@ class Telemetry:
         self._topics.frame_jump.publish(jump.metres)
 
     def _try_restored(self) -> None:
-        arm = None if self._boot is None else self.tie.restore(self._boot[1])
+        arm = None if self._boot_id is None else self.tie.restore(self._boot_id)
         if arm is not None:
             self._topics.arm_place.publish(arm)
 
@@ -319,25 +326,31 @@ class Telemetry:
 
     # --- boot ------------------------------------------------------------------------------------------------------
 
-    def _stamp(self, fields: Mapping[str, Any], arrival: float) -> float:
-        """Return the message's own time on our clock; notice a boot by a clock that runs backwards."""
-        boot = _number(fields, "time_boot_ms") / 1000.0
-        if self._boot is not None and boot < self._boot[0] - _REBOOT_S:
-            self._rebooted()
-        if self._boot is None:
-            boot_id = round(self._wall() - boot / self._clock.speed)
-            self._boot = (boot, boot_id)
+    def _stamp(self, message: Message) -> float | None:
+        """Return the message's own time on our clock; None when it is not believed. Notice a boot."""
+        boot = _number(message.fields, "time_boot_ms") / 1000.0
+        reading = self._boot_clock.take(message.name, boot, message.arrival)
+        if reading.time is None:
+            return None
+        if reading.event == "corrected":
+            _LOG.warning("The autopilot's clock was mapped wrongly; poses begin anew")
+            self._global = None
+            self._buffer.clear()
+        elif reading.event:
+            if reading.event == "booted":
+                self._rebooted()
+            running = message.arrival - reading.time + boot
+            self._boot_id = round(self._wall() - running / self._clock.speed)
             self._try_restored()
-        self._boot = (max(boot, self._boot[0]), self._boot[1])
-        return self._boot_clock.update(boot, arrival)
+        return reading.time
 
     def _rebooted(self) -> None:
+        """Drop everything that belonged to the old boot. Armed stays as the last HEARTBEAT gave it."""
         _LOG.warning("The autopilot has booted")
-        self._boot = self._global = self._gps = None
-        self._boot_clock = OffsetEstimator()
+        self._global = self._gps = None
         self._buffer.clear()
         self.tie.rebooted()
-        self._publish_state(replace(self.state, armed=False, landed=LandedState.UNDEFINED))
+        self._publish_state(replace(self.state, landed=LandedState.UNDEFINED, landed_time=self._clock()))
         self._rates.forget()
         self._on_reboot()
 

@@ -53,6 +53,8 @@ class VehicleEvent(StrEnum):
     LINK_BACK = "link back"
     FOREIGN_MODE = "foreign mode"
     """The mode changed and no request of ours asked for it."""
+    DOUBTED = "doubted"
+    """Its words on armed and landed contradict each other or its motion: `GroundFacts.doubt`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,6 +95,20 @@ class LinkFacts:
     events: tuple[VehicleEvent, ...] = ()
     words: str = ""
     """The autopilot's last warning, while it is recent enough to explain what the autopilot does."""
+
+
+@dataclass(frozen=True, slots=True)
+class GroundFacts:
+    """Armed and landed as the autopilot gives them; `Facts.vehicle` holds what is believed."""
+
+    armed_said: bool = False
+    landed_said: LandedState = LandedState.UNDEFINED
+    landed_age: float = math.inf
+    """Seconds since the last EXTENDED_SYS_STATE."""
+    doubt: str = ""
+    """Reason why the autopilot's word is not believed; empty when it is."""
+    doubted_s: float = 0.0
+    """Seconds since the doubt began."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -193,7 +209,8 @@ class Facts:
     utc: float = 0.0
     """Wall clock, Unix seconds."""
     vehicle: VehicleState = VehicleState()
-    """State in the last HEARTBEAT; disconnected before the first."""
+    """The autopilot's state as it is believed (`hawk.ddc.belief`); disconnected before the first HEARTBEAT."""
+    ground: GroundFacts = GroundFacts()
     link: LinkFacts = LinkFacts()
     position: PositionFacts = PositionFacts()
     diagnostics: Diagnostics = Diagnostics()
@@ -213,12 +230,12 @@ class Facts:
 
     @property
     def is_airborne(self) -> bool:
-        """True when the drone is armed and not known to be on the ground."""
+        """True when the drone is believed armed and not believed on the ground."""
         return self.vehicle.armed and not self.is_on_ground
 
     @property
     def is_on_ground(self) -> bool:
-        """True when the autopilot reports the ground; an unknown landed state is "in the air"."""
+        """True when the ground is believed; an unknown, old or contradicted landed state is "in the air"."""
         return self.vehicle.landed is LandedState.ON_GROUND
 
     @property
@@ -254,9 +271,9 @@ class Facts:
 
     @property
     def height(self) -> float | None:
-        """Metres above the arm place by the latest pose; None before the first arm."""
+        """Metres above the arm place; None before the first arm, and while there is no pose of the last second."""
         pose = self.position.pose
-        return None if pose is None else pose.relative_altitude
+        return None if pose is None or self.position.age > POSE_TIMEOUT_S else pose.relative_altitude
 
     @property
     def is_breached(self) -> bool:

@@ -85,6 +85,9 @@ class VehicleFollower:
             case VehicleEvent.LINK_BACK:
                 step = self.adopt(facts, state, keeps_rank=True)
                 return _before(record, Log("ok", "The autopilot is heard again."), step=step)
+            case VehicleEvent.DOUBTED:
+                consequence = " It counts as in the air." if facts.is_airborne else ""
+                return Step(acts=(record, Log("warning", f"{facts.ground.doubt}{consequence}")))
             case VehicleEvent.FOREIGN_MODE if facts.vehicle.armed:
                 return _before(record, ForgetAskedModes(), step=self.adopt(facts, state))
             case _:
@@ -142,12 +145,12 @@ class VehicleFollower:
     def _watch_arming(self, facts: Facts, state: State) -> Step:
         if not facts.vehicle.armed:
             return STAY if state.on_ground else _LANDED
-        if state.identity is StateName.ARM and facts.vehicle.landed in (LandedState.IN_AIR, LandedState.TAKING_OFF):
-            return self.adopt(facts, state)  # taken off by somebody else
+        if facts.is_airborne and state.on_ground:
+            return self.adopt(facts, state)  # taken off by somebody else, or not known to stand any more
         if state.identity is not StateName.IDLE:
             return STAY
         abandoned = self._abandoned is not None and facts.now - self._abandoned <= ABANDONED_S
-        if not abandoned or facts.is_airborne:
+        if not abandoned:
             return self.adopt(facts, state)
         if facts.now - self._disarm_asked < DISARM_RETRY_S:
             return STAY

@@ -334,9 +334,11 @@ def _in_the_air(case: Case) -> Refusal | None:
 
 
 def _disarm(case: Case) -> Refusal | None:
-    if case.state.identity is not StateName.LAND or _in_the_air(case) is not None:
+    """Disarm needs the ground. While the motors are off yet, in Arm, it only stops the arming."""
+    facts = case.facts
+    if facts.is_on_ground or (not facts.vehicle.armed and case.state.on_ground):
         return None
-    return Refusal("In the air: wait until it is on the ground.")
+    return Refusal(facts.ground.doubt or "In the air: wait until it is on the ground.")
 
 
 def _resume(case: Case) -> Refusal | None:

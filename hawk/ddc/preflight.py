@@ -71,6 +71,9 @@ def _link(facts: Facts) -> CheckItem:
 
 
 def _sensors(facts: Facts) -> CheckItem:
+    if facts.diagnostics.all_ok and not facts.is_on_ground:
+        words = facts.ground.doubt or "it is not known to be on the ground"
+        return _failed("Autopilot", words, "Its landing would not be seen.", "Wait a moment, then restart it.")
     if facts.diagnostics.all_ok:
         return _passed("Autopilot", "its sensors are well")
     words = facts.link.words or "its sensors are not ready"

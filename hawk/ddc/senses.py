@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from datetime import datetime
 
 from hawk.comm.status import OperatorDesk
+from hawk.ddc.belief import Belief, GroundWatch, Motion
 from hawk.ddc.energy import BatteryWatch, Reserve
 from hawk.ddc.facts import (
     BatteryFacts,
@@ -32,10 +33,12 @@ from hawk.ddc.service_interface import DdcServiceInterface
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.topic_interface import DdcTopicInterface
 from hawk.ddc.wind import Wind, WindWatch, ground_speed
-from hawk.model import ArmPlace, GlobalPose, Health, LandedState, MapPoint
+from hawk.model import ArmPlace, GlobalPose, Health, LandedState, MapPoint, VehicleState
 
 LANDED_WAIT_S = 1.5
 """A first heartbeat waits for the landed state that belongs to it, seconds."""
+DOUBT_CONFIRM_S = 0.5
+"""Seconds for which a doubt must last before it is shown: one late datagram is soon put right."""
 WIND_S = 1.0
 """Interval of the wind's estimates, seconds."""
 PERCEPTION_PARTS = ("camera", "vision", "mapper", "planner")
@@ -81,11 +84,11 @@ class LinkWatch:
         """True when the autopilot was found and is heard."""
         return self._found and self._linked
 
-    def observe(self, now: float) -> tuple[VehicleEvent, ...]:
-        """Return the events since the last call, in order."""
+    def observe(self, vehicle: VehicleState, now: float) -> tuple[VehicleEvent, ...]:
+        """Return the events since the last call, in order. ``vehicle``: the state that is believed."""
         healthy = self._topics.get_link_health().is_healthy
         if not self._found:
-            return self._look_for_it(healthy, now)
+            return self._look_for_it(healthy, vehicle, now)
         events: list[VehicleEvent] = []
         if healthy != self._linked:
             self._linked = healthy
@@ -103,17 +106,16 @@ class LinkWatch:
         self.mode_changed_at = now
         return not self._service.asked_for(mode)
 
-    def _look_for_it(self, healthy: bool, now: float) -> tuple[VehicleEvent, ...]:
+    def _look_for_it(self, healthy: bool, vehicle: VehicleState, now: float) -> tuple[VehicleEvent, ...]:
         if not healthy:
             return ()
         if self._first_heard is None:
             self._first_heard = now
-        state = self._topics.get_state()
-        known = state.landed is not LandedState.UNDEFINED or not state.armed
+        known = vehicle.landed is not LandedState.UNDEFINED or not vehicle.armed
         if not known and now - self._first_heard < LANDED_WAIT_S:
             return ()
         self._found = self._linked = True
-        self._mode = state.custom_mode
+        self._mode = vehicle.custom_mode
         return (VehicleEvent.FOUND,)
 
 
@@ -156,6 +158,9 @@ class Senses:
         self._from = sources
         now = sources.clock()
         self._link = LinkWatch(sources.topics, sources.service)
+        self._ground = GroundWatch()
+        self._belief = self._believe(now)
+        self._doubt_shown = False
         self._jumps = Jumps()
         self._drain = BatteryWatch(sources.settings.flight.battery_reserve_percent)
         self._charge_known = now
@@ -179,11 +184,12 @@ class Senses:
     def tick(self) -> Facts:
         """Return the facts of this tick, with the events since the tick before."""
         now = self._from.clock()
-        events = self._link.observe(now)
+        self._belief = self._believe(now)
+        events = self._link.observe(self._belief.vehicle, now) + self._watch_doubt()
         self._watch_wind(now)
         self._watch_battery(now)
         self._watch_breach(now)
-        parts = self._from.topics.get_part_healths()
+        parts = self._parts()
         self._fault.update(bool(_perception_fault(parts)), now)
         if self._from.topics.get_diagnostics().global_position_ok:
             self._position_trusted = now
@@ -191,7 +197,9 @@ class Senses:
 
     def look(self) -> Facts:
         """Return the facts of this moment, without events."""
-        return self._gather(self._from.clock(), self._from.topics.get_part_healths(), (), 0.0)
+        now = self._from.clock()
+        self._belief = self._believe(now)
+        return self._gather(now, self._parts(), (), 0.0)
 
     # -- gathering -----------------------------------------------------------------------------------------------
 
@@ -200,7 +208,8 @@ class Senses:
         return Facts(
             now=now,
             utc=self._from.utc().timestamp(),
-            vehicle=topics.get_state(),
+            vehicle=self._belief.vehicle,
+            ground=self._belief.ground,
             link=LinkFacts(
                 is_up=self._link.is_up,
                 age=topics.get_link_age(),
@@ -291,11 +300,33 @@ class Senses:
                 self._home = to_map(datum, arm_place.latitude, arm_place.longitude)
         return self._home
 
-    # -- conditions that must last -------------------------------------------------------------------------------
+    # -- armed and landed ----------------------------------------------------------------------------------------
+
+    def _believe(self, now: float) -> Belief:
+        topics = self._from.topics
+        place = topics.vehicle.arm_place.latest
+        motion = Motion.of(topics.get_pose(), topics.get_pose_age())
+        return self._ground.update(topics.get_state(), motion, -math.inf if place is None else place.time, now)
 
     def _is_airborne(self) -> bool:
-        state = self._from.topics.get_state()
-        return state.armed and state.landed is not LandedState.ON_GROUND
+        vehicle = self._belief.vehicle
+        return vehicle.armed and vehicle.landed is not LandedState.ON_GROUND
+
+    def _lasting_doubt(self) -> str:
+        ground = self._belief.ground
+        return ground.doubt if ground.doubted_s >= DOUBT_CONFIRM_S and self._link.is_up else ""
+
+    def _watch_doubt(self) -> tuple[VehicleEvent, ...]:
+        was_shown, self._doubt_shown = self._doubt_shown, bool(self._lasting_doubt())
+        return (VehicleEvent.DOUBTED,) if self._doubt_shown and not was_shown else ()
+
+    def _parts(self) -> Parts:
+        """Return the health of every part: that of armed and landed stands behind the position's."""
+        parts, doubt = self._from.topics.get_part_healths(), self._lasting_doubt()
+        place = 1 + next(index for index, (name, _) in enumerate(parts) if name == "position")
+        return (*parts[:place], ("ground", Health.bad(doubt) if doubt else Health()), *parts[place:])
+
+    # -- conditions that must last -------------------------------------------------------------------------------
 
     def _watch_wind(self, now: float) -> None:
         pose = self._from.topics.get_fresh_pose()
@@ -315,7 +346,7 @@ class Senses:
         percentage = None if info is None else info.percentage
         if percentage is not None or not airborne:
             self._charge_known = now
-        if not topics.get_state().armed:
+        if not self._belief.vehicle.armed:
             self._drain.reset()  # the next flight may begin with another battery
         home = self._home_at(self._from.service.datum, topics.vehicle.arm_place.value)
         if not airborne:

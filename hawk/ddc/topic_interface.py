@@ -200,7 +200,7 @@ class DdcTopicInterface:
 
     def get_position_health(self) -> Health:
         """Health of the position: fresh, and good by the autopilot's own judgement."""
-        if self._vehicle.pose.age > POSE_TIMEOUT_S:
+        if self.get_pose_age() > POSE_TIMEOUT_S:
             return Health.bad("No position from the autopilot.")
         if not self.get_diagnostics().global_position_ok:
             return Health.bad("The autopilot does not trust its position.")

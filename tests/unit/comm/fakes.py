@@ -52,6 +52,9 @@ class Said:
             "relative_alt": round(up * 1000),
         }
 
+    def system_time(self) -> tuple[str, dict[str, Any]]:
+        return "SYSTEM_TIME", {"time_boot_ms": self.ms, "time_unix_usec": 0}
+
     def home(self, north: float = 0.0) -> tuple[str, dict[str, Any]]:
         return "HOME_POSITION", {
             "latitude": round((LATITUDE + north * METRE_NORTH) * 1e7),

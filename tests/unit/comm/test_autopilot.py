@@ -69,12 +69,22 @@ class Rig:
         await until(lambda: self.link.found)
         await self.say(self.said.heartbeat(), self.said.landed(1))
 
-    async def arm_here(self) -> None:
-        await self.say(self.said.heartbeat(armed=True))
-        for _ in range(3):
+    async def stand(self, rounds: int) -> None:
+        for _ in range(rounds):
             self.clock.advance(0.05)
             self.said.boot += 0.05
             await self.say(self.said.attitude(), self.said.local(2.0, 1.0, -0.5), self.said.world())
+
+    async def boot(self) -> None:
+        """Let the autopilot boot, and its new clock be believed."""
+        self.said.boot = 1.0
+        self.clock.advance(3.0)
+        await self.say(self.said.heartbeat())
+        await self.stand(12)
+
+    async def arm_here(self) -> None:
+        await self.say(self.said.heartbeat(armed=True))
+        await self.stand(3)
         assert self.topics.arm_place.value is not None
 
 
@@ -145,12 +155,13 @@ async def test_rates_are_asked_for_when_the_autopilot_is_found(rig: Rig) -> None
 
 async def test_rates_are_asked_for_again_after_a_boot(rig: Rig) -> None:
     await rig.connect()
-    await rig.say(rig.said.attitude())
-    await until(lambda: len(rig.link.named("COMMAND_LONG")) >= 5)
+    await rig.stand(1)
+    await until(lambda: len(rig.link.named("COMMAND_LONG")) >= 4)
     rig.link.sent.clear()
-    rig.said.boot = 1.0
-    await rig.say(rig.said.local())
-    await until(lambda: len(rig.link.named("COMMAND_LONG")) >= 6)
+    await rig.boot()
+    await until(
+        lambda: {fields["param1"] for fields in rig.link.named("COMMAND_LONG")} >= {1.0, 2.0, 24.0, 242.0, 245.0}
+    )
 
 
 async def test_a_fast_simulation_hears_more_heartbeats() -> None:
@@ -340,8 +351,7 @@ class TestTarget:
     async def test_after_a_boot_the_old_map_is_not_flown(self, rig: Rig) -> None:
         await rig.connect()
         await rig.arm_here()
-        rig.said.boot = 1.0
-        await rig.say(rig.said.local())
+        await rig.boot()
         with pytest.raises(AutopilotError, match="No arm place"):
             rig.autopilot.send_target(1.0, 2.0, 30.0, 0.0)
 
@@ -406,7 +416,8 @@ class TestFence:
 
     async def test_before_the_first_arm_it_lies_about_the_drone(self, rig: Rig) -> None:
         await rig.connect()
-        await rig.say(rig.said.world(20.0))
+        await rig.stand(1)
+        await rig.say(rig.said.attitude(), rig.said.world(20.0))
         origin = rig.autopilot._tie.fence_origin
         assert origin is not None
         await rig.autopilot.upload_fence(FENCE)
@@ -449,7 +460,10 @@ async def test_an_arm_place_that_was_kept_makes_a_map_at_once(rig: Rig) -> None:
         ArmPlace(LATITUDE, LONGITUDE, ALTITUDE, 0.0, 0.0, 0.0, round(1.8e9 - 100.0))
     )
     await rig.connect()
-    await rig.say(rig.said.attitude(), rig.said.local(3.0, 0.0, -20.0), rig.said.world(3.0, 20.0))
+    for _ in range(2):
+        rig.clock.advance(0.05)
+        rig.said.boot += 0.05
+        await rig.say(rig.said.world(3.0, 20.0), rig.said.attitude(), rig.said.local(3.0, 0.0, -20.0))
     pose = rig.autopilot.telemetry.pose_at(rig.clock())
     assert pose is not None
     assert pose.map is not None

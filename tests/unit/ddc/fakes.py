@@ -137,6 +137,7 @@ class FakeAutopilot:
         self.connected = True
         self.position_good = True
         self.pose_flows = True
+        self.landed_flows = True
         self.stuck = False
         self._datum: GlobalPose | None = None
         self._read: dict[str, float | int] = {}
@@ -243,7 +244,7 @@ class FakeAutopilot:
         """Publish what a moment's telemetry would say."""
         now = self.clock()
         if self.connected:
-            self.topics.state.publish(VehicleState(True, self.armed, self.mode, self.landed, now))
+            self.topics.state.publish(self._state(now))
             self.topics.battery.publish(BatteryInfo(self.battery, 16.0, 10.0, now))
             good = self.position_good
             self.topics.diagnostics.publish(Diagnostics(good, True, good, True, 3, 16, 0.9, now))
@@ -251,6 +252,12 @@ class FakeAutopilot:
                 self.topics.pose.publish(self._pose(now))
         elif self.topics.state.value is not None:
             self.topics.state.publish(replace(self.topics.state.value, connected=False))
+
+    def _state(self, now: float) -> VehicleState:
+        before = self.topics.state.value
+        if self.landed_flows or before is None:
+            return VehicleState(True, self.armed, self.mode, self.landed, now, now)
+        return VehicleState(True, self.armed, self.mode, before.landed, now, before.landed_time)
 
     def step(self, seconds: float) -> None:
         """Move as the mode says."""

@@ -151,6 +151,9 @@ async def test_disarm_is_taken_in_land_on_the_ground_only(fresh: Rig) -> None:
     assert not fresh.command(Disarm()).accepted
     fresh.autopilot.landed = LandedState.ON_GROUND
     await fresh.tick()
+    assert not fresh.command(Disarm()).accepted, "its height is 30 m"
+    fresh.autopilot.height = 0.0
+    await fresh.tick(2)
     fresh.order(Disarm())
     await fresh.tick(2)
     fresh.expect(StateName.IDLE)

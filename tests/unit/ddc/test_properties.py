@@ -32,6 +32,7 @@ from hawk.comm.messages import (
     SetFailsafes,
     Takeoff,
 )
+from hawk.ddc.belief import AIR_HEIGHT_M
 from hawk.ddc.facts import Facts
 from hawk.ddc.geofence import contains
 from hawk.ddc.motion import maximum_target_distance
@@ -142,6 +143,29 @@ class Flight(RuleBasedStateMachine):
         drone = self.rig.autopilot
         drone.connected, drone.pose_flows, drone.stuck = connected, pose, stuck
 
+    @rule(armed=st.booleans(), landed=st.sampled_from(LandedState), seconds=st.sampled_from([0.05, 0.3]))
+    def datagrams_come_late(self, armed: bool, landed: LandedState, seconds: float) -> None:
+        """HEARTBEAT and EXTENDED_SYS_STATE of before come after the true ones, for a moment."""
+        drone = self.rig.autopilot
+        true_armed, true_landed, stands = drone.armed, drone.landed, drone.height <= AIR_HEIGHT_M
+        if stands or not drone.connected or self.rig.topics.get_pose_age() > 0.5:
+            return
+        before = self.rig.manager.case().facts.vehicle.armed
+        frozen, drone.stuck = drone.stuck, True
+        drone.armed, drone.landed = armed, landed
+        self._run(seconds, foreign=True)
+        drone.armed, drone.landed, drone.stuck = true_armed, true_landed, frozen
+        believed = self.rig.manager.case().facts
+        if before and true_armed:
+            assert believed.vehicle.armed
+            assert not believed.is_on_ground
+            assert not self.rig.manager.state.on_ground
+        self._run(0.05, foreign=True)
+
+    @rule(flows=st.sampled_from([True, True, False]))
+    def the_landed_state_comes_and_goes(self, flows: bool) -> None:
+        self.rig.autopilot.landed_flows = flows
+
     @rule(battery=st.none() | st.floats(0, 100))
     def the_battery_says(self, battery: float | None) -> None:
         self.rig.autopilot.battery = battery
@@ -186,7 +210,7 @@ class Flight(RuleBasedStateMachine):
     def all_is_well(self) -> None:
         drone = self.rig.autopilot
         drone.refuse, drone.silent = {}, set()
-        drone.connected = drone.pose_flows = drone.position_good = True
+        drone.connected = drone.pose_flows = drone.position_good = drone.landed_flows = True
         drone.stuck, drone.battery = False, 95.0
         self.rig.desk.present, self.rig.desk.client = True, "ana"
         self.rig.sight.healthy = self.rig.sight.lot = True

@@ -273,7 +273,8 @@ async def test_landed_while_the_link_was_lost(fresh: Rig) -> None:
     await fresh.enter(S.HOVER)
     fresh.autopilot.connected = False
     await fresh.run(5)
-    fresh.autopilot.armed, fresh.autopilot.landed = False, LandedState.ON_GROUND
+    fresh.autopilot.armed, fresh.autopilot.landed, fresh.autopilot.height = False, LandedState.ON_GROUND, 0.0
+    await fresh.tick()
     fresh.autopilot.connected = True
     await fresh.tick()
     fresh.expect(S.IDLE)

@@ -54,6 +54,7 @@ async def test_what_is_not_known_is_none(fresh: Rig) -> None:
     assert {item.name for item in told.parts.health} == {
         "link",
         "position",
+        "ground",
         "camera",
         "vision",
         "mapper",

@@ -40,7 +40,7 @@ from hawk.model import (
 SETTINGS = DdcSettings(FlightSettings(), FenceSettings(), OperatorSettings(), HeightSettings(), 245)
 DATUM = GlobalPose(43.26, -79.92, 100.0)
 FENCE = polygon_fence(circle(MapPoint(0.0, 0.0), 150.0), 5.0, 100.0, 3.0)
-PARTS = ("link", "position", "camera", "vision", "mapper", "planner", "recording", "loop")
+PARTS = ("link", "position", "ground", "camera", "vision", "mapper", "planner", "recording", "loop")
 
 
 def pose(now: float, north: float = 0.0, east: float = 0.0, height: float = 30.0) -> VehiclePose:
@@ -61,7 +61,7 @@ def flying(now: float, mode: int = CopterMode.GUIDED) -> Facts:
     """A drone in the air in GUIDED with an operator, everything fresh."""
     return Facts(
         now=now,
-        vehicle=VehicleState(True, True, mode, LandedState.IN_AIR, now),
+        vehicle=VehicleState(True, True, mode, LandedState.IN_AIR, now, now),
         link=LinkFacts(is_up=True, age=0.1),
         position=PositionFacts(pose(now), 0.05, 0.0, 0.0, DATUM, _arm_place(), MapPoint(0.0, 0.0)),
         diagnostics=Diagnostics(True, True, True, True, 3, 16, 0.9, now),

@@ -234,7 +234,7 @@ export interface FenceSetup {
   Problem: string;
 }
 
-/** Health of one part. Name: link, position, vision, mapper, planner, camera, recording or loop. */
+/** Health of one part. Name: link, position, ground, vision, mapper, planner, camera, recording or loop. */
 export interface HealthItem {
   Name: string;
   Healthy: boolean;
