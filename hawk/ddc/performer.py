@@ -66,6 +66,18 @@ class Tools:
     outcomes: Outcomes = field(default_factory=Outcomes)
 
 
+VITAL = (Ask, SendTarget, EnterState)
+"""Acts that reach the autopilot, or that say what may."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """An act that failed. ``is_vital``: the autopilot did not hear of it."""
+
+    error: Exception
+    is_vital: bool
+
+
 class Performer:
     """Performs acts, in their order. A fault in one act does not stop the others."""
 
@@ -74,14 +86,14 @@ class Performer:
         self._sender = Sender(StateName.IDLE, may_send_targets=False, holds=False)
         self._executor = ThreadPoolExecutor(max_workers=1, thread_name_prefix="hawk-parameters")
 
-    def perform(self, acts: Acts) -> list[Exception]:
+    def perform(self, acts: Acts) -> list[Fault]:
         """Perform the acts; return the faults of those that failed."""
-        faults: list[Exception] = []
+        faults: list[Fault] = []
         for act in acts:
             try:
                 self._perform(act)
             except Exception as error:
-                faults.append(error)
+                faults.append(Fault(error, isinstance(act, VITAL)))
         return faults
 
     def close(self) -> None:
