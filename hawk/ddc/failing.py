@@ -25,10 +25,10 @@ LONGEST_TICK_S = 0.2
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What follows from a tick."""
+    """Outcome of a tick."""
 
     is_progress: bool
-    """The watchdog is told of it."""
+    """The watchdog hears of it."""
     goes_home: bool
     """Return To Launch is asked for now."""
 

@@ -17,6 +17,7 @@ from hawk.comm.topic import Topic
 from hawk.ddc.decider import Decider, Decision
 from hawk.ddc.facts import Facts
 from hawk.ddc.failing import FailingTicks, holds_in_air
+from hawk.ddc.fence_checks import FenceChecks
 from hawk.ddc.fence_file import FenceKeeper
 from hawk.ddc.flight_log import FlightLog, Trail
 from hawk.ddc.judge import Case, command_type, options
@@ -113,7 +114,7 @@ class OperationsManager:
         return self._command(client, command)
 
     def handle_now(self, client: ClientId, command: Command) -> Outgoing:
-        """Act at once on a command that passes every queue: Hold, Kill Request, Kill.
+        """Act at once on a command that passes every queue: Hold, Return To Launch, Land, Kill Request, Kill.
 
         Raises:
             ValueError: The command is another one.
@@ -268,6 +269,7 @@ class OperationsManager:
             log=self.log,
             heights=self._store,
             fences=self.fences,
+            fence_checks=FenceChecks(self._setup.settings, self._socket.reply),
             record=self._record,
             count_start=self._begin_in_air,
             outcomes=self.outcomes,

@@ -19,6 +19,7 @@ from hawk.ddc.acts import (
     Desire,
     EnterState,
     ForgetAskedModes,
+    JudgeFence,
     Log,
     PutFenceInForce,
     ReadParameter,
@@ -39,6 +40,7 @@ from hawk.ddc.acts import (
     UseHeights,
 )
 from hawk.ddc.fence import FencePlan
+from hawk.ddc.fence_checks import FenceChecks
 from hawk.ddc.fence_file import FenceKeeper
 from hawk.ddc.flight_log import FlightLog
 from hawk.ddc.motion import Goal
@@ -60,6 +62,7 @@ class Tools:
     log: FlightLog
     heights: ParameterStore
     fences: FenceKeeper
+    fence_checks: FenceChecks
     record: Callable[[str, dict[str, Any]], None]
     count_start: Callable[[], int]
     """Journals a start in the air, restores the flight, and returns the number of starts."""
@@ -97,7 +100,8 @@ class Performer:
         return faults
 
     def close(self) -> None:
-        """End the thread that writes files."""
+        """End the threads that write files and check fences."""
+        self._tools.fence_checks.close()
         self._executor.shutdown(wait=False, cancel_futures=True)
 
     def _perform(self, act: Act) -> None:
@@ -114,6 +118,8 @@ class Performer:
                 tools.log.add(level, text, details)
             case Reply(client, message):
                 tools.socket.reply(client, message)
+            case JudgeFence():
+                tools.fence_checks.ask(act)
             case Record(kind, payload):
                 tools.record(kind, dict(payload))
             case ShowUserError(error, text):
