@@ -40,6 +40,7 @@ from hawk.ddc.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.map_keeper import MapKeeper
 from hawk.model import ArmPlace, Health, StateName, VehicleState
 from hawk.process import LOOP_NICENESS, SystemdNotifier, Ticker, Watchdog, set_niceness, set_session_niceness
+from hawk.program_log import STANDARD_OUTPUT, LineWriter, ProgramLog
 from hawk.simulation import Simulation, SimulationAddress, SimulationOptions
 from hawk.store.journal import FlightJournal
 from hawk.store.journal_state import JournalState
@@ -80,7 +81,14 @@ class DaemonOptions:
 
 async def run_daemon(config: Config, options: DaemonOptions) -> int:
     """Run until SIGTERM or SIGINT; return the exit status. Raises ConfigError for settings that cannot be used."""
-    logging.basicConfig(level=config.log.level.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s")
+    log = ProgramLog(config.log.level)
+    try:
+        return await _run_with_log(config, options, log)
+    finally:
+        log.close()
+
+
+async def _run_with_log(config: Config, options: DaemonOptions, log: ProgramLog) -> int:
     simulation = None
     if options.simulation is not None:
         simulation = Simulation(options.simulation)
@@ -88,7 +96,7 @@ async def run_daemon(config: Config, options: DaemonOptions) -> int:
     set_niceness(LOOP_NICENESS)  # after the simulator has started: it stands for another computer
     set_session_niceness(LOOP_NICENESS)
     try:
-        daemon = Daemon(config, options)
+        daemon = Daemon(config, options, log)
         return await daemon.run()
     except (FenceError, InsecureBindingError) as error:
         raise ConfigError(str(error)) from error
@@ -100,15 +108,17 @@ async def run_daemon(config: Config, options: DaemonOptions) -> int:
 class Daemon:
     """Every part of the drone's side. Nothing is opened before `run`."""
 
-    def __init__(self, config: Config, options: DaemonOptions) -> None:
+    def __init__(self, config: Config, options: DaemonOptions, log: ProgramLog) -> None:
         """Build what needs no link. Raises ConfigError, FenceError, InsecureBindingError."""
         self._config = config
         self._options = options
+        self._log = log
         self._stopping = asyncio.Event()
         self._tasks: list[asyncio.Task[None]] = []
         self._algorithms: AlgorithmLoop | None = None
         self._map_keeper: MapKeeper | None = None
         self._first_tick_s: float | None = None
+        self._output = LineWriter(STANDARD_OUTPUT)
         load_calibration(config.camera)
         config.store.directory.mkdir(parents=True, exist_ok=True)
         self.clock = Clock(options.speed)
@@ -203,6 +213,7 @@ class Daemon:
                 "autopilot_messages_dropped": self.autopilot.dropped,
                 "camera_pictures_damaged": self.camera.damaged,
                 "recording_messages_dropped": self._recording.dropped,
+                "log_lines_dropped": self._log.dropped,
             },
         )
 
@@ -329,6 +340,7 @@ class Daemon:
         await self.autopilot.close()
         await self._recording.close()
         await self._journal.close()
+        self._output.close()
 
     async def _keep_last_map(self) -> None:
         if self._map_keeper is None:
@@ -383,7 +395,7 @@ class Daemon:
 
     def _announce(self) -> None:
         url = self._web.page_url
-        print(f"hawk: open {url}{'  (SIMULATION)' if self._options.is_simulation else ''}", flush=True)
+        self._output.put(f"hawk: open {url}{'  (SIMULATION)' if self._options.is_simulation else ''}")
         if self._options.ready_file is not None:
             partial = self._options.ready_file.with_suffix(".partial")
             partial.write_text(json.dumps({"url": self._web.url, "first_tick_s": self._first_tick_s}))

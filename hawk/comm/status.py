@@ -416,4 +416,4 @@ class CommandSocket(Protocol):
 
 
 CommandHandler = Callable[[ClientId, Command], Outgoing]
-"""Acts at once on a command that passes every queue (Hold, Kill Request, Kill) and returns the client's answer."""
+"""Acts at once on a command that passes every queue (see `hawk.comm.message_socket.URGENT`), and answers."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hawk.comm.messages import Outgoing
+from hawk.comm.messages import CheckFence, Outgoing
 from hawk.comm.status import ClientId
 from hawk.ddc.facts import Answer, Facts
-from hawk.ddc.fence import FencePlan
+from hawk.ddc.fence import FencePlan, Standpoint
 from hawk.ddc.motion import Goal
 from hawk.ddc.orders import Level, Transition
 from hawk.model import CopterMode, DesiredPose, Fence, GlobalPose, HeightParameters, StateName, UserError
@@ -168,6 +168,16 @@ class Reply:
 
 
 @dataclass(frozen=True, slots=True)
+class JudgeFence:
+    """Answer a client's Check Fence, by the heights and the drone's place of this moment."""
+
+    client: ClientId
+    command: CheckFence
+    heights: HeightParameters
+    standpoint: Standpoint
+
+
+@dataclass(frozen=True, slots=True)
 class Desire:
     """Publish the desired pose for the planner to judge; None: nothing is desired."""
 
@@ -235,6 +245,7 @@ Act = (
     | Log
     | ShowUserError
     | Reply
+    | JudgeFence
     | Desire
     | AskPlace
     | UseHeights

@@ -1,4 +1,4 @@
-"""The outcome of a command: refused with its reason, or accepted; answered now or, when the planner is asked, later.
+"""The outcome of a command: refused with its reason, or accepted; answered now, or later when it must be computed.
 
 `hawk.ddc.judge` decides whether a command is accepted; the states decide what it means in flight.
 """
@@ -29,10 +29,10 @@ from hawk.comm.messages import (
     SetFence,
 )
 from hawk.comm.status import ClientId
-from hawk.ddc.acts import Acts, Desire, Log, Record, Reply, ShowUserError
+from hawk.ddc.acts import Acts, Desire, JudgeFence, Log, Record, Reply, ShowUserError
 from hawk.ddc.facts import VERDICT_AGE_S, Facts
 from hawk.ddc.failsafes import return_altitude
-from hawk.ddc.fence import Standpoint, check_answer, plan_of
+from hawk.ddc.fence import Standpoint, plan_of
 from hawk.ddc.judge import Case, Refusal, command_type, place_of, refusal, route_refusal
 from hawk.ddc.kill import TOKEN_VALID_S, KillSwitch, KillTokens
 from hawk.ddc.orders import ArmOrder, ConfigureOrder, FenceOrder, MoveOrder, Order
@@ -150,7 +150,7 @@ class CommandDesk:
                 reason = f"{command.type}: is answered by the web server."
                 return Ruling(Ack(id=command.id, accepted=False, reason=reason))
             case CheckFence():
-                return Ruling(_check_fence(command, case))
+                return Ruling(acts=(_judge_fence(client, command, case),))
             case RouteRequest():
                 return Ruling(acts=self.routes.ask(client, command))
         refused = refusal(case, client, command)
@@ -212,8 +212,8 @@ def _move_order(command: AutonomousMove | CompulsiveMove, facts: Facts) -> MoveO
     return MoveOrder(place, height, here.yaw, isinstance(command, AutonomousMove), number=0)
 
 
-def _check_fence(command: CheckFence, case: Case) -> Outgoing:
+def _judge_fence(client: ClientId, command: CheckFence, case: Case) -> JudgeFence:
     facts = case.facts
     place = facts.global_place
     standpoint = Standpoint(place, facts.position.datum or place, return_altitude(case.values))
-    return check_answer(command, case.settings, facts.limits.heights, standpoint)
+    return JudgeFence(client, command, facts.limits.heights, standpoint)

@@ -19,6 +19,7 @@ from hawk.ddc.acts import (
     Desire,
     EnterState,
     ForgetAskedModes,
+    JudgeFence,
     Log,
     PutFenceInForce,
     ReadParameter,
@@ -39,6 +40,7 @@ from hawk.ddc.acts import (
     UseHeights,
 )
 from hawk.ddc.fence import FencePlan
+from hawk.ddc.fence_checks import FenceChecks
 from hawk.ddc.fence_file import FenceKeeper
 from hawk.ddc.flight_log import FlightLog
 from hawk.ddc.motion import Goal
@@ -60,10 +62,23 @@ class Tools:
     log: FlightLog
     heights: ParameterStore
     fences: FenceKeeper
+    fence_checks: FenceChecks
     record: Callable[[str, dict[str, Any]], None]
     count_start: Callable[[], int]
     """Journals a start in the air, restores the flight, and returns the number of starts."""
     outcomes: Outcomes = field(default_factory=Outcomes)
+
+
+VITAL = (Ask, SendTarget, EnterState)
+"""Acts that reach the autopilot, or that say what may."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """An act that failed. ``is_vital``: the autopilot did not hear of it."""
+
+    error: Exception
+    is_vital: bool
 
 
 class Performer:
@@ -74,18 +89,19 @@ class Performer:
         self._sender = Sender(StateName.IDLE, may_send_targets=False, holds=False)
         self._executor = ThreadPoolExecutor(max_workers=1, thread_name_prefix="hawk-parameters")
 
-    def perform(self, acts: Acts) -> list[Exception]:
+    def perform(self, acts: Acts) -> list[Fault]:
         """Perform the acts; return the faults of those that failed."""
-        faults: list[Exception] = []
+        faults: list[Fault] = []
         for act in acts:
             try:
                 self._perform(act)
             except Exception as error:
-                faults.append(error)
+                faults.append(Fault(error, isinstance(act, VITAL)))
         return faults
 
     def close(self) -> None:
-        """End the thread that writes files."""
+        """End the threads that write files and check fences."""
+        self._tools.fence_checks.close()
         self._executor.shutdown(wait=False, cancel_futures=True)
 
     def _perform(self, act: Act) -> None:
@@ -102,6 +118,8 @@ class Performer:
                 tools.log.add(level, text, details)
             case Reply(client, message):
                 tools.socket.reply(client, message)
+            case JudgeFence():
+                tools.fence_checks.ask(act)
             case Record(kind, payload):
                 tools.record(kind, dict(payload))
             case ShowUserError(error, text):

@@ -5,6 +5,7 @@ The secret is how the autopilot is asked. Access programs raise ReqFailed with t
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeVar
@@ -40,6 +41,7 @@ class Sender:
     holds: bool
 
 
+_LOGGER = logging.getLogger(__name__)
 T = TypeVar("T")
 Record = Callable[[str, dict[str, Any]], None]
 
@@ -59,7 +61,7 @@ class DdcServiceInterface:
         self._topics = topics
         self._clock = clock
         self._speed = speed
-        self._record = record
+        self._record_with = record
         self._asked: dict[int, float] = {}
 
     def init(self) -> None:
@@ -192,6 +194,13 @@ class DdcServiceInterface:
     def _expect_mode(self, mode: CopterMode) -> None:
         self._asked.pop(int(mode), None)  # the one asked for last stands last
         self._asked[int(mode)] = self._clock()
+
+    def _record(self, kind: str, content: dict[str, Any]) -> None:
+        """Record; a recording that fails must not keep a request from being sent."""
+        try:
+            self._record_with(kind, content)
+        except Exception:
+            _LOGGER.exception("%s was not recorded", kind)
 
     async def _ask(self, name: str, call: Callable[[], Awaitable[T]], **details: Any) -> T:
         self._record("request", {"name": name, **details})

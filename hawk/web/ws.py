@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Iterator
 from typing import Final
 
-from aiohttp import WSMsgType, hdrs, web
+from aiohttp import WSCloseCode, WSMsgType, hdrs, web
 
 from hawk.comm.messages import Ack, Welcome
 from hawk.model import CELL_M, TILE_CELLS
@@ -32,6 +32,13 @@ SEND_BUFFER_BYTES: Final = 128 * 1024
 HEARTBEAT_INTERVAL_S: Final = 0.1
 """Least real time between two heartbeats: a simulation at speed N makes them N times as often."""
 INTERVAL_SLACK_S: Final = 0.01
+READS_PER_S: Final = 100.0
+"""Messages of one client that are read each real second."""
+READS_AT_ONCE: Final = 50
+"""Messages that are read at once after a pause; fewer than the answers that may wait for a client."""
+FLOOD_S: Final = 2.0
+"""A client that sends faster for this time is disconnected, real seconds: what waits in its buffers grows old."""
+FLOODED: Final = f"Too many messages: send at most {READS_PER_S:.0f} a second."
 
 SOCKETS: web.AppKey[set[web.WebSocketResponse]] = web.AppKey("sockets", set)
 
@@ -60,6 +67,27 @@ async def command_socket(request: web.Request) -> web.StreamResponse:
     return response
 
 
+class ReadPace:
+    """Paces the reading of one client (the generic cell rate algorithm), so that none takes the loop for itself."""
+
+    def __init__(self) -> None:
+        self._due = float("-inf")
+        self._fast_since: float | None = None
+        self.is_flooded = False
+        """True once the client has sent faster than it is read for `FLOOD_S`."""
+
+    def pause(self, now: float) -> float:
+        """Return the seconds to wait after a message that was read at ``now``, seconds."""
+        self._due = max(self._due, now - READS_AT_ONCE / READS_PER_S) + 1.0 / READS_PER_S
+        if self._due <= now:
+            self._fast_since = None
+            return 0.0
+        if self._fast_since is None:
+            self._fast_since = now
+        self.is_flooded = now - self._fast_since >= FLOOD_S
+        return self._due - now
+
+
 class CommandConnection:
     """Reads commands and writes answers and heartbeats of one client."""
 
@@ -75,6 +103,7 @@ class CommandConnection:
         self._socket = response
         self._counters = counters
         self._marks = itertools.count(1)
+        self._pace = ReadPace()
         self._in_flight: deque[bytes] = deque()
         """Marks of heartbeats in flight: a ping follows each, and its pong shows that the heartbeat arrived."""
 
@@ -102,6 +131,12 @@ class CommandConnection:
                 break
             if self._client.overflowed:
                 LOG.warning("%s does not read its answers; disconnected", self._client.id)
+                break
+            if (pause := self._pace.pause(asyncio.get_running_loop().time())) > 0.0:
+                await asyncio.sleep(pause)
+            if self._pace.is_flooded:
+                LOG.warning("%s sends too much; disconnected", self._client.id)
+                await self._socket.close(code=WSCloseCode.POLICY_VIOLATION, message=FLOODED.encode())
                 break
 
     def _arrived(self, mark: bytes) -> None:

@@ -15,6 +15,7 @@ from hawk.comm.messages import (
     Arm,
     AutonomousExplore,
     AutonomousMove,
+    CheckFence,
     Command,
     CompulsiveMove,
     Configure,
@@ -364,6 +365,7 @@ class FakeSocket:
     replies: list[tuple[ClientId, Outgoing]] = field(default_factory=list)
     inner: CommandSocket | None = None
     """A real socket that takes part in the test."""
+    replied: asyncio.Event = field(default_factory=asyncio.Event)
 
     def receive(self) -> list[tuple[ClientId, Command]]:
         taken, self.waiting = self.waiting, []
@@ -371,6 +373,7 @@ class FakeSocket:
 
     def reply(self, client: ClientId, message: Outgoing) -> None:
         self.replies.append((client, message))
+        self.replied.set()
         if self.inner is not None:
             self.inner.reply(client, message)
 
@@ -555,6 +558,20 @@ class Rig:
         answer = self.manager.handle(client, command)
         assert isinstance(answer, Ack), answer
         return answer
+
+    async def check_fence(self, command: CheckFence, client: ClientId = "ana") -> Outgoing:
+        """Ask about a fence; return the answer, which follows."""
+        return (await self.later(client, command))[0]
+
+    async def later(self, client: ClientId, *commands: Command) -> list[Outgoing]:
+        """Give commands whose answers follow; return the answers in their order."""
+        before = len(self.socket.replies)
+        for command in commands:
+            assert self.manager.handle(client, command) is None
+        while len(self.socket.replies) < before + len(commands):
+            self.socket.replied.clear()
+            await self.socket.replied.wait()
+        return [message for _, message in self.socket.replies[before:]]
 
     def order(self, command: Command, client: ClientId = "ana") -> None:
         """Give a command that must be taken."""

@@ -40,6 +40,7 @@ async def survey(rig: Rig) -> None:
     rig.order(SetFailsafes())
     await rig.run(3)
     rig.order(Configure(min=12, des=25, max=48))
+    await rig.until(StateName.IDLE)  # a thread writes them
     await rig.run(2)
     rig.order(Arm())
     await rig.run(1)

@@ -241,7 +241,7 @@ async def test_a_tick_without_facts_is_no_progress_and_the_next_one_goes_on(
     before = flying.manager.ticks
     with monkeypatch.context() as broken:
         broken.setattr(flying.topics, "get_part_healths", lambda: 1 / 0)
-        await flying.run(0.5)
+        await flying.run(0.25)
         assert flying.manager.ticks == before
         assert not flying.command(Hold()).accepted
     assert not flying.manager.own_health.is_healthy

@@ -7,13 +7,14 @@ from typing import Any
 import aiohttp
 import pytest
 
+from hawk.comm.message_socket import CLIENT_WAITING
 from hawk.comm.messages import Arm, CheckFence, Hold, Kill, KillRequest, Land, ReturnToLaunch, RouteRequest, Takeoff
 from hawk.comm.status import DroneStatus, OperationStatus, PoseStatus, StatusStamp, VehicleStatus
 from hawk.config import WebSettings
 from hawk.model import StateName
 from hawk.web.clients import OUTBOX_LIMIT
 from hawk.web.services import COUNTERS
-from hawk.web.ws import IN_FLIGHT_LIMIT
+from hawk.web.ws import FLOOD_S, FLOODED, IN_FLIGHT_LIMIT, READS_AT_ONCE, READS_PER_S, ReadPace
 from tests.unit.web.rig import Connect, Rig, Visitor, browser
 
 
@@ -113,7 +114,7 @@ async def test_who_only_watches_may_ask_for_a_route_and_check_a_fence(rig: Rig, 
 async def test_one_clients_commands_leave_room_for_anothers(rig: Rig, connect: Connect) -> None:
     operator, watcher = await connect(), await connect()
     await operator.take_control()
-    for _ in range(300):
+    for _ in range(100):
         await watcher.send(Type="Arm")
     await watcher.send(Type="Heartbeat", Id="last")
     while (await watcher.next("Ack"))["Id"] != "last":
@@ -123,13 +124,30 @@ async def test_one_clients_commands_leave_room_for_anothers(rig: Rig, connect: C
     assert [command for _, command in rig.serve_commands()] == [Takeoff()]
 
 
+def test_a_client_that_sends_without_end_is_read_at_its_pace_and_a_page_at_once() -> None:
+    pace = ReadPace()
+    now, read = 0.0, 0
+    while not pace.is_flooded:
+        now += pace.pause(now)
+        read += 1
+    assert now == pytest.approx(FLOOD_S, abs=0.02)
+    assert read == pytest.approx(READS_AT_ONCE + READS_PER_S * FLOOD_S, abs=3)
+    page = ReadPace()
+    assert max(page.pause(n * 0.05) for n in range(400)) == 0.0
+    bursts = ReadPace()
+    assert max(bursts.pause(n // 40) for n in range(400)) == 0.0
+    assert not page.is_flooded
+    assert not bursts.is_flooded
+
+
 @pytest.mark.parametrize("kind", ["Return To Launch", "Land"])
 async def test_going_home_needs_control_or_that_nobody_has_it(rig: Rig, connect: Connect, kind: str) -> None:
     watcher = await connect()
     await watcher.send(Type=kind)
     await settle(rig, watcher)
-    ((_, command),) = rig.serve_commands()
+    ((_, command),) = rig.manager.urgent
     assert isinstance(command, ReturnToLaunch | Land)
+    rig.manager.urgent.clear()
     await (await connect()).take_control()
     await watcher.next("Ack")
     answer = await refused(rig, watcher, Type=kind)
@@ -145,7 +163,8 @@ async def test_anyone_may_hold_and_it_passes_the_queue(rig: Rig, connect: Connec
     ((client, command),) = rig.manager.urgent
     assert command == Hold(id="h")
     assert not rig.side.desk.has_control(client)
-    assert len(rig.side.socket.receive()) == 1  # Arm still waits for the tick
+    assert rig.side.socket.receive() == []
+    assert "Hold came first" in (await operator.next("Ack"))["Reason"], "what was sent before a stop is not done after"
 
 
 async def test_kill_in_two_steps_passes_the_queue(rig: Rig, connect: Connect) -> None:
@@ -230,12 +249,30 @@ async def test_a_defect_in_the_manager_is_answered_and_the_connection_stays(
 async def test_too_many_commands_are_answered_not_dropped(rig: Rig, connect: Connect) -> None:
     page = await connect()
     await page.take_control()
-    for number in range(260):
+    for number in range(CLIENT_WAITING + 4):
         await page.send(Type="Takeoff", Id=number)
     answers = [await page.next("Ack") for _ in range(4)]
-    assert [a["Id"] for a in answers] == [256, 257, 258, 259]
-    assert all("waiting" in a["Reason"] and not a["Accepted"] for a in answers)
-    assert [command.id for _, command in rig.serve_commands()] == list(range(256))
+    assert [a["Id"] for a in answers] == list(range(CLIENT_WAITING, CLIENT_WAITING + 4))
+    assert all("Too many commands" in a["Reason"] and not a["Accepted"] for a in answers)
+    served: list[object] = []
+    while commands := rig.serve_commands():
+        served += [command.id for _, command in commands]
+    assert served == list(range(CLIENT_WAITING))
+
+
+@pytest.mark.slow
+async def test_a_flood_of_one_client_delays_no_other_and_ends_its_connection(rig: Rig, connect: Connect) -> None:
+    operator, flooder = await connect(), await connect()
+    for number in range(1000):
+        await flooder.send(Type="Map Resync", Id=number)
+    assert (await operator.ask(Type="Heartbeat", Id="mine"))["Id"] == "mine"
+    count = 0
+    while (message := await flooder.socket.receive()).type is aiohttp.WSMsgType.TEXT:
+        count += '"Ack"' in message.data
+    assert (message.type, message.data) == (aiohttp.WSMsgType.CLOSE, aiohttp.WSCloseCode.POLICY_VIOLATION)
+    assert message.extra == FLOODED
+    assert READS_AT_ONCE <= count < 500
+    assert (await operator.ask(Type="Heartbeat", Id="again"))["Id"] == "again"
 
 
 async def test_too_many_pages_are_refused_with_the_setting(rig: Rig, connect: Connect) -> None:
