@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 import difflib
+import ipaddress
 import os
 import re
 import tomllib
@@ -51,11 +52,35 @@ def _address(*kinds: str) -> AfterValidator:
     return AfterValidator(check)
 
 
+def host_and_port(address: str) -> tuple[str, int | None]:
+    """Return the IP address and the port of ``IP``, ``IP:PORT``, ``[IPv6]`` or ``[IPv6]:PORT``; raises ValueError."""
+    found = re.fullmatch(
+        r"\[(?P<six>[^\]]+)\](:(?P<port6>\d+))?|(?P<four>[^:]+)(:(?P<port4>\d+))?|(?P<plain>.+)", address
+    )
+    if found is None:
+        raise ValueError("is empty")
+    host = ipaddress.ip_address(found["six"] or found["four"] or found["plain"])
+    port = found["port6"] or found["port4"]
+    if port is not None and not 0 < int(port) < 65536:
+        raise ValueError("has no port of 1-65535")
+    return str(host), None if port is None else int(port)
+
+
+def _vehicle_address(value: str) -> str:
+    try:
+        host_and_port(value)
+    except ValueError:
+        raise ValueError("must be an IP address, or IP:PORT ([IPv6]:PORT)") from None
+    return value
+
+
 class AutopilotSettings(Section):
     """Link to the autopilot."""
 
-    url: Annotated[str, _address(*AUTOPILOT_KINDS)] = "udpin://0.0.0.0:14550"
+    url: Annotated[str, _address(*AUTOPILOT_KINDS)] = "udpin://127.0.0.1:14550"
     system_id: int = Field(default=245, ge=1, le=255)
+    vehicle_system_id: int | None = Field(default=None, ge=1, le=255)
+    vehicle_address: Annotated[str, AfterValidator(_vehicle_address)] | None = None
     connect_timeout_s: Seconds = 5.0
     position_rate_hz: Positive = 20.0
     set_rtl_altitude: bool = True

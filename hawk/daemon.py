@@ -22,13 +22,14 @@ from typing import TYPE_CHECKING, Any
 
 from hawk.algo.loop import AlgorithmLoop, Situation
 from hawk.algo.topic_interface import AlgorithmTopics
-from hawk.comm.autopilot import MavsdkAutopilot
+from hawk.comm.autopilot import MavsdkAutopilot, expected_autopilot
 from hawk.comm.calibration import load_calibration
 from hawk.comm.clock import Clock
 from hawk.comm.drone_camera import DroneCamera
 from hawk.comm.passive_listener import wait_until_disarmed
 from hawk.comm.performance import LoopLag, Performance
 from hawk.comm.topic import Topic
+from hawk.comm.udp_gate import Hearing
 from hawk.comm.vehicle import VehicleTopics
 from hawk.config import Config, ConfigError
 from hawk.ddc.geofence import FenceError
@@ -211,6 +212,7 @@ class Daemon:
             performance=lambda: asdict(self.performance.summary()),
             counters=lambda: {
                 "autopilot_messages_dropped": self.autopilot.dropped,
+                "autopilot_datagrams_refused": self.autopilot.hearing.refused,
                 "camera_pictures_damaged": self.camera.damaged,
                 "recording_messages_dropped": self._recording.dropped,
                 "log_lines_dropped": self._log.dropped,
@@ -266,7 +268,10 @@ class Daemon:
         if restart_rule(len(before) + 1) is RestartRule.STAY_AWAY:
             _LOG.error("started a third time within a minute in the air: the autopilot's failsafe has the drone")
             listening = asyncio.create_task(
-                wait_until_disarmed(self._config.autopilot.url, RESTART_WINDOW_S), name="passive-listener"
+                wait_until_disarmed(
+                    self._config.autopilot.url, RESTART_WINDOW_S, expected_autopilot(self._config.autopilot)
+                ),
+                name="passive-listener",
             )
             stopping = asyncio.create_task(self._stopping.wait(), name="stop-while-listening")
             await asyncio.wait({listening, stopping}, return_when=asyncio.FIRST_COMPLETED)
@@ -304,6 +309,7 @@ class Daemon:
         """Publish the health of the parts without topics of their own."""
         seen = 0
         parent, problem = os.getppid(), ""
+        hearing = self.autopilot.hearing
         while True:
             await asyncio.sleep(MONITOR_S)
             if self._options.attached_simulation is not None and os.getppid() != parent:
@@ -313,6 +319,7 @@ class Daemon:
                 problem = self.autopilot.problem
                 if problem:
                     self.manager.log.add("warning", "The link to the autopilot cannot be opened.", problem)
+            hearing = self._tell_hearing(hearing)
             self.inputs.camera_health.publish(self.camera.health)
             self.inputs.recording_health.publish(self._storage_health())
             self.inputs.loop_lag.publish(self._lag.latest_ms() / 1e3)
@@ -324,6 +331,16 @@ class Daemon:
                 for _ in range(latest.sequence - seen):
                     self.performance.frame_received()
                 seen = latest.sequence
+
+    def _tell_hearing(self, before: Hearing) -> Hearing:
+        """Publish and log who else sends to the autopilot's port, and a new address of the autopilot."""
+        now = self.autopilot.hearing
+        self.inputs.second_sender.publish(now.second_sender)
+        if now.second_sender and now.second_sender != before.second_sender:
+            self.manager.log.add("warning", "A second sender on the autopilot's link.", now.second_sender)
+        if before.sender and now.sender != before.sender:
+            self.manager.log.add("warning", "The autopilot has another address.", f"{before.sender}, now {now.sender}.")
+        return now
 
     async def _close(self) -> None:
         """End the parts in order: no part sends to one that has ended."""

@@ -21,10 +21,12 @@ from hawk.comm.clock import Clock
 from hawk.comm.frames import place_at, wrap_angle
 from hawk.comm.mavlink_link import Link, Message, OnMessage
 from hawk.comm.parameters import AutopilotParameters
+from hawk.comm.peer import Expected
 from hawk.comm.telemetry import RateKeeper, Telemetry, wanted_streams
 from hawk.comm.threads import Inbox, LatestSender
+from hawk.comm.udp_gate import Hearing
 from hawk.comm.vehicle import AutopilotError, VehicleTopics
-from hawk.config import AutopilotSettings
+from hawk.config import AutopilotSettings, host_and_port
 from hawk.model import CopterMode, Fence, GlobalPose, StatusText
 
 _LOG = logging.getLogger(__name__)
@@ -61,7 +63,7 @@ class MavsdkAutopilot:
         clock: Clock,
         topics: VehicleTopics,
         wall: Callable[[], float] = time.time,
-        make_link: Callable[[str, int, Clock, OnMessage], Link] = Link,
+        make_link: Callable[[str, int, Clock, OnMessage, Expected], Link] = Link,
         parameter_answer_s: float = 0.5,
     ) -> None:
         """``parameter_answer_s``: real seconds until a request for a parameter is repeated (four times)."""
@@ -70,7 +72,7 @@ class MavsdkAutopilot:
         self._clock = clock
         self._rates = RateKeeper(wanted_streams(settings.position_rate_hz))
         self._inbox: Inbox[Message] | None = None
-        self._link = make_link(settings.url, settings.system_id, clock, self._receive)
+        self._link = make_link(settings.url, settings.system_id, clock, self._receive, expected_autopilot(settings))
         self.telemetry = Telemetry(clock, topics, self._rates, self._link.sensor_health, wall, self._on_reboot)
         self._tie = self.telemetry.tie
         self._commands = ThreadPoolExecutor(2, "autopilot-command")
@@ -119,6 +121,11 @@ class MavsdkAutopilot:
         except TimeoutError:
             _LOG.warning("MAVSDK did not end within %.0f s", _CLOSE_S)
         self._links.shutdown(wait=False, cancel_futures=True)
+
+    @property
+    def hearing(self) -> Hearing:
+        """Senders on the link: the kept one, and a second one."""
+        return self._link.hearing()
 
     @property
     def dropped(self) -> int:
@@ -326,3 +333,9 @@ class MavsdkAutopilot:
         with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(ending, _COMMAND_S)
         self._kills.shutdown(wait=False, cancel_futures=True)
+
+
+def expected_autopilot(settings: AutopilotSettings) -> Expected:
+    """Return the autopilot that the settings name."""
+    host, port = (None, None) if settings.vehicle_address is None else host_and_port(settings.vehicle_address)
+    return Expected(settings.vehicle_system_id, host, port)

@@ -95,6 +95,8 @@ class LinkFacts:
     events: tuple[VehicleEvent, ...] = ()
     words: str = ""
     """The autopilot's last warning, while it is recent enough to explain what the autopilot does."""
+    second_sender: str = ""
+    """Words for a sender beside the autopilot, which is not heard; empty while there is none."""
 
 
 @dataclass(frozen=True, slots=True)

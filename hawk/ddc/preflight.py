@@ -63,6 +63,9 @@ def _kill(is_killed: bool) -> CheckItem:
 
 
 def _link(facts: Facts) -> CheckItem:
+    if facts.link.second_sender:
+        remedy = "Find out who sends there; name the autopilot in autopilot.vehicle_address."
+        return _failed("Link", facts.link.second_sender, "Somebody may forge what the drone says.", remedy)
     health = facts.health("link")
     if health.is_healthy and facts.link.is_up:
         return _passed("Link", f"{facts.link.age:.1f} s")

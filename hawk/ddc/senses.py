@@ -216,6 +216,7 @@ class Senses:
                 mode_changed_at=self._link.mode_changed_at,
                 events=events,
                 words=self._from.log.autopilot_reason(),
+                second_sender=topics.get_second_sender(),
             ),
             position=self._position(now, jump),
             diagnostics=topics.get_diagnostics(),

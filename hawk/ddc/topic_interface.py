@@ -62,6 +62,8 @@ class DdcInputs:
     """Pictures worked on per second."""
     loop_lag: Topic[float]
     """Lag of the loop, seconds."""
+    second_sender: Topic[str]
+    """Words for a sender beside the autopilot; empty while there is none."""
 
     @classmethod
     def create(cls, clock: Callable[[], float]) -> DdcInputs:
@@ -80,6 +82,7 @@ class DdcInputs:
             camera_time=Topic("camera_time", clock),
             vision_rate=Topic("vision_rate", clock),
             loop_lag=Topic("loop_lag", clock),
+            second_sender=Topic("second_sender", clock),
         )
 
 
@@ -179,7 +182,7 @@ class DdcTopicInterface:
     def get_part_healths(self) -> tuple[tuple[str, Health], ...]:
         """Return the health of every part under its name, in the order in which they depend on each other."""
         return (
-            ("link", self.get_link_health()),
+            ("link", self._heard_link_health()),
             ("position", self.get_position_health()),
             ("camera", self.get_camera_health()),
             ("vision", self.get_vision_health()),
@@ -190,13 +193,17 @@ class DdcTopicInterface:
         )
 
     def get_link_health(self) -> Health:
-        """Health of the link to the autopilot."""
+        """Health of the link to the autopilot: whether it is heard."""
         state = self._vehicle.state.value
         if state is None:
             return Health.bad("No autopilot found yet.")
         if not state.connected or self.get_link_age() > LINK_TIMEOUT_S:
             return Health.bad("No word from the autopilot.")
         return Health()
+
+    def get_second_sender(self) -> str:
+        """Return words for a sender beside the autopilot; empty while there is none."""
+        return self._inputs.second_sender.value or ""
 
     def get_position_health(self) -> Health:
         """Health of the position: fresh, and good by the autopilot's own judgement."""
@@ -277,6 +284,11 @@ class DdcTopicInterface:
     def has_lot_word(self) -> bool | None:
         """Return True when a lot is in sight; None when vision is silent."""
         return self._inputs.park_lot_detected.fresh(RESULT_TIMEOUT_S)
+
+    def _heard_link_health(self) -> Health:
+        """Return the health that is shown: a second sender is a fault, but the autopilot is heard all the same."""
+        health, second = self.get_link_health(), self.get_second_sender()
+        return Health.bad(second) if health.is_healthy and second else health
 
     def _loop_health(self) -> Health:
         lag = self._inputs.loop_lag.value

@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from hawk.comm.mavlink_link import Link, Message, OnMessage, SensorHealth
+from hawk.comm.peer import FIRST_HEARD, Expected
+from hawk.comm.udp_gate import NOBODY, Hearing
 from hawk.comm.vehicle import AutopilotError
 
 LATITUDE, LONGITUDE, ALTITUDE = 43.2609, -79.9192, 100.0
@@ -84,6 +86,8 @@ class FakeLink(Link):
     system_id: int
     clock: Callable[[], float]
     on_message: OnMessage
+    expected: Expected = FIRST_HEARD
+    heard: Hearing = NOBODY
     sent: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
     commanded: list[tuple[int, list[float]]] = field(default_factory=list)
     results: dict[int, int] = field(default_factory=dict)
@@ -118,6 +122,9 @@ class FakeLink(Link):
 
     def close(self) -> None:
         self.closed = True
+
+    def hearing(self) -> Hearing:
+        return self.heard
 
     def sensor_health(self) -> SensorHealth:
         return self.health

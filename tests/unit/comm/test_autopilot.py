@@ -10,10 +10,12 @@ from typing import Any
 
 import pytest
 
-from hawk.comm.autopilot import MavsdkAutopilot
+from hawk.comm.autopilot import MavsdkAutopilot, expected_autopilot
 from hawk.comm.clock import Clock
 from hawk.comm.frames import offset_ned
 from hawk.comm.mavlink_link import Message, OnMessage
+from hawk.comm.peer import Expected
+from hawk.comm.udp_gate import Hearing
 from hawk.comm.vehicle import Autopilot, AutopilotError, VehicleTopics
 from hawk.config import AutopilotSettings
 from hawk.model import ArmPlace, CopterMode, Fence, GlobalPose
@@ -48,8 +50,8 @@ class Rig:
         settings = AutopilotSettings(url="udpin://127.0.0.1:14550", system_id=245, connect_timeout_s=0.01)
         self.autopilot = MavsdkAutopilot(settings, self.clock, self.topics, lambda: 1.8e9, self._make, 0.01)
 
-    def _make(self, url: str, system_id: int, clock: Clock, on_message: OnMessage) -> FakeLink:
-        self.link = FakeLink(url, system_id, clock, on_message)
+    def _make(self, url: str, system_id: int, clock: Clock, on_message: OnMessage, expected: Expected) -> FakeLink:
+        self.link = FakeLink(url, system_id, clock, on_message, expected)
         self.link.answer = self._answer
         return self.link
 
@@ -100,6 +102,15 @@ async def rig() -> AsyncIterator[Rig]:
     rig = Rig()
     yield rig
     await rig.autopilot.close()
+
+
+async def test_the_expected_autopilot_is_that_of_the_settings(rig: Rig) -> None:
+    assert rig.link.expected == Expected()
+    named = {"vehicle_system_id": 3, "vehicle_address": "[fe80::1]:14555"}
+    assert expected_autopilot(AutopilotSettings.model_validate(named)) == Expected(3, "fe80::1", 14555)
+    assert expected_autopilot(AutopilotSettings(vehicle_address="10.0.0.7")) == Expected(None, "10.0.0.7", None)
+    rig.link.heard = Hearing("10.0.0.7:5", "10.0.0.8:6 (system 1) sends", 12)
+    assert rig.autopilot.hearing == rig.link.heard
 
 
 def test_it_is_what_the_rest_of_the_daemon_expects() -> None:

@@ -70,6 +70,10 @@ def high_return(rig: Rig) -> None:
     rig.autopilot.values["RTL_ALT"] = 12_000
 
 
+def second_sender(rig: Rig) -> None:
+    rig.inputs.second_sender.publish("10.0.0.6:5 (system 1) sends, too.")
+
+
 BREAK: dict[str, Callable[[Rig], None]] = {
     "Battery:29": low_battery,
     "Battery:not known": unknown_battery,
@@ -77,6 +81,7 @@ BREAK: dict[str, Callable[[Rig], None]] = {
     "GPS": no_pose,
     "Camera": blind,
     "Return height:120 m": high_return,
+    "Link:10.0.0.6:5 (system 1) sends, too.": second_sender,
 }
 
 
