@@ -45,6 +45,7 @@ from hawk.store.journal import FlightJournal
 from hawk.store.journal_state import JournalState
 from hawk.store.recording import Recording
 from hawk.web.app import WebServer
+from hawk.web.private_files import cookie_secret, shown_address
 from hawk.web.security import InsecureBindingError
 from hawk.web.services import OperatorSide, WebServices
 
@@ -196,6 +197,7 @@ class Daemon:
             video=self.results.annotated,
             version=version("hawk-drone"),
             simulation=self._options.is_simulation,
+            cookie_secret=cookie_secret(self._config.store.directory),
             camera_fov_deg=self._config.camera.horizontal_fov_deg,
             loop_lag=self._lag.summary,
             performance=lambda: asdict(self.performance.summary()),
@@ -382,8 +384,9 @@ class Daemon:
         return self._recording.health if journal.is_healthy else journal
 
     def _announce(self) -> None:
-        url = self._web.page_url
-        print(f"hawk: open {url}{'  (SIMULATION)' if self._options.is_simulation else ''}", flush=True)
+        folder = self._config.store.directory
+        address = shown_address(self._web.url, self._web.page_url, folder, on_terminal=sys.stdout.isatty())
+        print(f"hawk: open {address}{'  (SIMULATION)' if self._options.is_simulation else ''}", flush=True)
         if self._options.ready_file is not None:
             partial = self._options.ready_file.with_suffix(".partial")
             partial.write_text(json.dumps({"url": self._web.url, "first_tick_s": self._first_tick_s}))

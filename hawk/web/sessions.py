@@ -5,6 +5,7 @@ A session is a browser (its cookie) or a tool. It may have several connections, 
 
 from __future__ import annotations
 
+import hmac
 import logging
 import math
 import re
@@ -79,6 +80,15 @@ class ControlDesk:
         session = self._clients.pop(client, None)
         if session is not None:
             session.connections -= 1
+
+    def keeps_place(self, secret: str | None) -> bool:
+        """Return True for the cookie of the session in control: it gets in when the server is full.
+
+        A session whose lease ran out counts as long as nobody has taken control since.
+        """
+        session = self._lease() or self._lapsed
+        given = secret if secret is not None and _SECRET.fullmatch(secret) else ""
+        return session is not None and hmac.compare_digest(given, session.secret)
 
     def sign_of_life(self, client: ClientId) -> None:
         """Note that the client sent something."""

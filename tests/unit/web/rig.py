@@ -67,6 +67,7 @@ class Rig:
     manager: FakeManager = field(default_factory=FakeManager)
     page: Page = field(default_factory=lambda: Page.load(Path("nowhere")))
     simulation: bool = True
+    cookie_secret: bytes = b"s" * 32
 
     def __post_init__(self) -> None:
         self.side = OperatorSide.create(self.clock, self.operator)
@@ -89,6 +90,7 @@ class Rig:
             video=self.video,
             version="1.2.3",
             simulation=self.simulation,
+            cookie_secret=self.cookie_secret,
             camera_fov_deg=70.0,
             loop_lag=lambda: LagSummary(0.5, 4.0, 9.0, 100),
             counters=lambda: {"camera_pictures_damaged": 7},
