@@ -47,6 +47,7 @@ from hawk.store.journal import FlightJournal
 from hawk.store.journal_state import JournalState
 from hawk.store.recording import Recording
 from hawk.web.app import WebServer
+from hawk.web.private_files import cookie_secret, shown_address
 from hawk.web.security import InsecureBindingError
 from hawk.web.services import OperatorSide, WebServices
 
@@ -207,6 +208,7 @@ class Daemon:
             video=self.results.annotated,
             version=version("hawk-drone"),
             simulation=self._options.is_simulation,
+            cookie_secret=cookie_secret(self._config.store.directory),
             camera_fov_deg=self._config.camera.horizontal_fov_deg,
             loop_lag=self._lag.summary,
             performance=lambda: asdict(self.performance.summary()),
@@ -411,8 +413,9 @@ class Daemon:
         return self._recording.health if journal.is_healthy else journal
 
     def _announce(self) -> None:
-        url = self._web.page_url
-        self._output.put(f"hawk: open {url}{'  (SIMULATION)' if self._options.is_simulation else ''}")
+        folder = self._config.store.directory
+        address = shown_address(self._web.url, self._web.page_url, folder, on_terminal=sys.stdout.isatty())
+        self._output.put(f"hawk: open {address}{'  (SIMULATION)' if self._options.is_simulation else ''}")
         if self._options.ready_file is not None:
             partial = self._options.ready_file.with_suffix(".partial")
             partial.write_text(json.dumps({"url": self._web.url, "first_tick_s": self._first_tick_s}))

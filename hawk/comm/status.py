@@ -378,7 +378,11 @@ class ClientHeartbeat(Outgoing):
     """The fence that the next Arm puts in force; null when it has not changed."""
     controller: str | None
     """Session that has control."""
+    controller_lost: bool
+    """True when that session shows no life: anyone may take control, return home, land and cut the motors."""
     in_control: bool
+    control_taken_by: str | None
+    """Session that took control from this client's while that was lost; null when it has it no more."""
 
     def join(self, shared_json: str) -> str:
         """Return the whole heartbeat as JSON, given the part that all clients share."""

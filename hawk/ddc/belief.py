@@ -1,8 +1,8 @@
-"""What is believed of armed and landed: each word of the autopilot needs a second witness against the flight.
+"""Belief about armed and landed: each word of the autopilot needs a second witness against the flight.
 
 "Armed" is believed at once. "Disarmed" and "on the ground" end the protection of a flight, so they are believed only
 while they are young and neither each other nor height and climb speak against them. HEARTBEAT and EXTENDED_SYS_STATE
-carry no time stamp: one that comes late cannot be told from a new one by itself.
+carry no time stamp: a late one looks like a new one.
 """
 
 from __future__ import annotations

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Literal
 
+from hawk.comm.authority import Tenure
 from hawk.comm.status import ClientId
 from hawk.ddc.energy import Reserve
 from hawk.ddc.fence import FencePlan
@@ -174,8 +175,15 @@ class OperatorFacts:
 
     is_present: bool = False
     is_controlled: bool = False
-    """True while any session has control."""
+    """True while any session has control, a lost one too."""
     clients: frozenset[ClientId] = frozenset()
+
+    @property
+    def tenure(self) -> Tenure:
+        """State of control: free, held, or held by a lost operator."""
+        if not self.is_controlled:
+            return Tenure.FREE
+        return Tenure.HELD if self.is_present else Tenure.LOST
 
 
 @dataclass(frozen=True, slots=True)

@@ -177,7 +177,7 @@ def refusal(case: Case, client: ClientId, command: Command) -> Refusal | None:
     unauthorised = authority_refusal(
         kind,
         has_control=client in operator.clients,
-        is_controlled=operator.is_controlled,
+        control=operator.tenure,
         homing=case.state.is_homing,
     )
     if unauthorised:

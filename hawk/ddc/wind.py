@@ -155,7 +155,7 @@ def ground_speed(speed: float, track: float, wind: Wind | None, largest_lean: fl
     """Return the ground speed that the drone reaches along a track against the wind, m/s.
 
     Args:
-        speed: Speed that it is told to fly, m/s over ground.
+        speed: Travel speed, m/s over ground.
         track: Direction of the flight, radians clockwise from north.
         wind: The wind; None: no wind.
         largest_lean: Lean that it may use against the air, radians.

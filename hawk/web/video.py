@@ -16,7 +16,7 @@ from aiohttp import WSCloseCode, WSMsgType, hdrs, web
 
 from hawk.model import AnnotatedFrame
 from hawk.web.services import COUNTERS, SERVICES, WebServices
-from hawk.web.ws import PING_INTERVAL_S, limit_buffers, registered
+from hawk.web.ws import PING_INTERVAL_S, limit_buffers, places, registered
 
 HEADER: Final = struct.Struct("<4sIdI")
 """Magic, sequence (mod 2**32), capture time (seconds of the daemon's clock), flags (0). Little-endian, 20 bytes."""
@@ -151,7 +151,7 @@ def _counted(app: web.Application) -> Iterator[None]:
 
 def _refuse_crowd(request: web.Request) -> None:
     limit = request.app[SERVICES].web.maximum_clients
-    if request.app[COUNTERS].video_clients >= limit:
+    if request.app[COUNTERS].video_clients >= places(request):
         raise web.HTTPServiceUnavailable(text=f"{limit} viewers are watching already (web.maximum_clients)")
 
 

@@ -17,7 +17,7 @@ from hawk.comm.messages import Ack, Welcome
 from hawk.model import CELL_M, TILE_CELLS
 from hawk.web.clients import Client
 from hawk.web.security import cookie_name, set_strict_cookie
-from hawk.web.services import COUNTERS, SERVICES, Counters, WebServices
+from hawk.web.services import COUNTERS, KEPT_PLACES, SERVICES, Counters, WebServices
 
 LOG = logging.getLogger(__name__)
 
@@ -179,9 +179,7 @@ class CommandConnection:
         if status is None or desk.is_lost(self._client.id):
             return
         try:
-            text = self._client.view.heartbeat(
-                status, services.occupancy_map.value, desk.controller(), desk.has_control(self._client.id)
-            )
+            text = self._client.view.heartbeat(status, services.occupancy_map.value, desk.seen_by(self._client.id))
         except Exception:  # a status that cannot be encoded must not end the heartbeats after it
             self._counters.heartbeats_failed += 1
             if self._counters.heartbeats_failed == 1:
@@ -209,10 +207,20 @@ class HeartbeatPace:
             self._services.side.hub.heartbeat()
 
 
+def keeps_place(request: web.Request) -> bool:
+    """Return True when the operator in control asks: it gets in when the server is full."""
+    return request.app[SERVICES].side.desk.keeps_place(request.cookies.get(cookie_name(request, "session")))
+
+
+def places(request: web.Request) -> int:
+    """Return how many connections of one kind may be open for this client to open another."""
+    return request.app[SERVICES].web.maximum_clients + (KEPT_PLACES if keeps_place(request) else 0)
+
+
 def refuse_crowd(request: web.Request) -> None:
-    """Raise 503 when `maximum_clients` connections of all kinds are open."""
+    """Raise 503 when `maximum_clients` pages are open."""
     services = request.app[SERVICES]
-    if len(services.side.hub) >= services.web.maximum_clients:
+    if len(services.side.hub) >= places(request):
         raise web.HTTPServiceUnavailable(
             text=f"{services.web.maximum_clients} pages are open already; close one (web.maximum_clients)",
             headers={hdrs.RETRY_AFTER: "5"},

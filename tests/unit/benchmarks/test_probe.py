@@ -6,6 +6,7 @@ from benchmarks.probe import Probe, is_heartbeat, main
 from hawk.comm.messages import Ack
 from hawk.comm.status import DroneStatus
 from hawk.web.clients import ClientView
+from hawk.web.sessions import ControlView
 
 
 async def test_an_idle_loop_is_sampled_until_the_probe_is_told_to_end() -> None:
@@ -26,5 +27,5 @@ def test_an_unknown_probe_is_refused() -> None:
 
 
 def test_the_drones_heartbeats_are_counted_and_nothing_else() -> None:
-    assert is_heartbeat(ClientView().heartbeat(DroneStatus(), None, "Operator 1", True))
+    assert is_heartbeat(ClientView().heartbeat(DroneStatus(), None, ControlView("Operator 1", in_control=True)))
     assert not is_heartbeat(Ack(id=1, accepted=True).to_json())

@@ -207,6 +207,30 @@ async def test_only_the_operator_in_control_gets_a_token_or_uses_one(flying: Rig
     assert flying.autopilot.count("kill") == 0
 
 
+async def test_anyone_cuts_the_motors_in_two_steps_when_the_one_in_control_is_lost(flying: Rig) -> None:
+    flying.desk.present = False
+    refused = flying.manager.handle_now("eve", Kill(token="g" * 32))
+    assert isinstance(refused, Ack)
+    assert "Kill Request" in refused.reason
+    given = flying.manager.handle_now("eve", KillRequest())
+    assert isinstance(given, KillToken)
+    answer = flying.manager.handle_now("eve", Kill(token=given.token))
+    assert isinstance(answer, Ack)
+    assert answer.accepted
+    await flying.tick(2)
+    assert not flying.autopilot.armed
+
+
+async def test_a_token_given_while_the_operator_was_lost_is_refused_when_it_is_back(flying: Rig) -> None:
+    flying.desk.present = False
+    given = flying.manager.handle_now("eve", KillRequest())
+    assert isinstance(given, KillToken)
+    flying.desk.present = True
+    answer = flying.manager.handle_now("eve", Kill(token=given.token))
+    assert isinstance(answer, Ack)
+    assert answer.reason == "Someone else has control."
+
+
 async def test_a_kill_outranks_what_the_pilot_flies(flying: Rig) -> None:
     flying.autopilot.change_mode(CopterMode.LOITER)
     await flying.tick()

@@ -72,8 +72,6 @@ async def test_a_command_in_control_reaches_the_manager_and_is_answered(rig: Rig
         {"Type": "Autonomous Move", "X": 1.0, "Y": 1.0},
         {"Type": "Disarm"},
         {"Type": "Resume"},
-        {"Type": "Kill Request"},
-        {"Type": "Kill", "Token": "t" * 32},
         {"Type": "Clear Kill"},
         {"Type": "Set Failsafes"},
     ],
@@ -151,6 +149,20 @@ async def test_going_home_needs_control_or_that_nobody_has_it(rig: Rig, connect:
     await (await connect()).take_control()
     await watcher.next("Ack")
     answer = await refused(rig, watcher, Type=kind)
+    assert (answer["Accepted"], answer["Reason"]) == (False, "Someone else has control.")
+
+
+@pytest.mark.parametrize("command", [{"Type": "Kill Request"}, {"Type": "Kill", "Token": "t" * 32}])
+async def test_cutting_the_motors_needs_control_or_that_nobody_has_it(
+    rig: Rig, connect: Connect, command: dict[str, object]
+) -> None:
+    watcher = await connect()
+    await watcher.send(**command)
+    await settle(rig, watcher)
+    assert [taken.type for _, taken in rig.manager.urgent] == [command["Type"]]
+    rig.manager.urgent.clear()
+    await (await connect()).take_control()
+    answer = await refused(rig, watcher, **command)
     assert (answer["Accepted"], answer["Reason"]) == (False, "Someone else has control.")
 
 
@@ -363,6 +375,22 @@ async def test_the_operator_that_is_lost_gets_no_heartbeat_the_others_do(rig: Ri
     assert answer["Type"] == "Ack", "no heartbeat came while it was lost"
     rig.publish()
     assert (await lost.next("Heartbeat"))["In Control"] is True
+
+
+async def test_control_of_a_lost_operator_is_granted_at_once_and_it_is_told_by_whom(rig: Rig, connect: Connect) -> None:
+    lost, watcher = await connect(), await connect()
+    await lost.take_control()
+    assert not (await watcher.take_control())["Accepted"]
+    rig.clock.advance(10.1)
+    rig.publish()
+    while not (beat := await watcher.next("Heartbeat"))["Controller Lost"]:
+        pass
+    assert (beat["Controller"], beat["In Control"]) == ("Operator 1", False)
+    assert (await watcher.take_control())["Accepted"]
+    assert not (await lost.ask(Type="Control", Action="Release"))["Accepted"]
+    rig.publish()
+    beat = await lost.next("Heartbeat")
+    assert (beat["In Control"], beat["Controller Lost"], beat["Control Taken By"]) == (False, False, "Operator 2")
 
 
 async def test_server_stop_closes_every_connection(rig: Rig, connect: Connect) -> None:

@@ -248,9 +248,8 @@ class FakeDrone:
     def answer(self, client: str, command: Command) -> Ack:
         """Take or refuse a command."""
         kind, desk = command.type, self.side.desk
-        has_control, is_controlled = desk.has_control(client), desk.controller() is not None
         homing = self.state in (StateName.RETURN_TO_LAUNCH, StateName.LAND)
-        reason = authority_refusal(kind, has_control=has_control, is_controlled=is_controlled, homing=homing)
+        reason = authority_refusal(kind, has_control=desk.has_control(client), control=desk.tenure(), homing=homing)
         reason = reason or self.reason(kind)
         if not reason:
             self.act(kind, command)

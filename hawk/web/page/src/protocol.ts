@@ -249,7 +249,9 @@ export interface Heartbeat {
   "Trail Start": boolean;
   "Fence Setup": FenceSetup | null;
   Controller: string | null;
+  "Controller Lost": boolean;
   "In Control": boolean;
+  "Control Taken By": string | null;
   Sequence: number;
   Time: number;
   Utc: string;
