@@ -155,7 +155,7 @@ class Autopilot:
             self._watch()
 
     def _take_reset(self) -> None:
-        """Move the place that the mode itself chose with the estimate, as ArduCopter does, and tell of a glitch."""
+        """Move the place that the mode itself chose with the estimate, as ArduCopter does, and report a glitch."""
         reset = self.estimator.take_reset()
         if any(reset):
             self.mode.reset_position(reset)
