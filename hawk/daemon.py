@@ -382,6 +382,7 @@ class Daemon:
             fence=self.topics.fence_pub.value,
             home=self.topics.home_pub.value,
             asked=self.topics.asked_place_pub.value,
+            map_problem=self.autopilot.telemetry.map_problem(self.clock()),
         )
 
     def _goes_on(self) -> bool:

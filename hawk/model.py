@@ -481,6 +481,8 @@ class Diagnostics:
     satellites: int | None = None
     horizontal_accuracy: float | None = None
     time: float = -math.inf
+    estimator_fault: str = ""
+    """Why the position estimator is not to be trusted; empty when it is. Then ``global_position_ok`` is False too."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,6 +37,7 @@ class Situation:
     fence: Fence | None
     home: MapPoint | None
     asked: DesiredPose | None = None
+    map_problem: str = ""
 
 
 class AlgorithmLoop:
@@ -143,4 +144,5 @@ class AlgorithmLoop:
             fence=situation.fence,
             home=situation.home,
             asked=situation.asked,
+            map_problem=situation.map_problem,
         )

@@ -216,6 +216,8 @@ class FrameJump:
 
     metres: float
     arm: ArmPlace
+    shift: tuple[float, float, float]
+    """The movement of EKF-local's coordinates: north, east, down, metres."""
 
 
 class OffsetWatch:
@@ -251,7 +253,8 @@ class OffsetWatch:
         moved = _mean(self._suspects)
         self._suspects.clear()
         self._agreed = _CONFIRM
-        return FrameJump(_ekf_distance(moved, arm), moved)
+        shift = (moved.ekf_x - arm.ekf_x, moved.ekf_y - arm.ekf_y, moved.ekf_z - arm.ekf_z)
+        return FrameJump(math.hypot(*shift), moved, shift)
 
 
 class MapTie:

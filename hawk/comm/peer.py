@@ -1,8 +1,8 @@
 """Whose datagrams are the autopilot's. Secret: the rule by which a sender is kept, and when another one replaces it.
 
 UDP has no connection: anybody who reaches the port can send. The first sender of an autopilot's HEARTBEAT is kept while
-it is heard. Without MAVLink signing nothing distinguishes a forged sender's address from a true one; the limits of this rule
-are in docs/threat-model.md.
+it is heard. Without MAVLink signing nothing distinguishes a forged sender's address from a true one; the limits of this
+rule are in docs/threat-model.md.
 """
 
 from __future__ import annotations

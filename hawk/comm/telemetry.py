@@ -16,7 +16,8 @@ from typing import Any, Final
 
 from hawk.comm.boot_clock import BootClock
 from hawk.comm.clock import Clock
-from hawk.comm.frames import Attitude, EkfPosition, FrameJump, MapTie, PoseBuffer
+from hawk.comm.estimator import EstimatorReport, LeapWatch
+from hawk.comm.frames import JUMP_M, Attitude, EkfPosition, FrameJump, MapTie, PoseBuffer
 from hawk.comm.mavlink_link import Message, SensorHealth
 from hawk.comm.vehicle import VehicleTopics
 from hawk.model import (
@@ -46,6 +47,8 @@ _REASONS: Final = ("arm:", "prearm:")
 _STAMPED: Final = frozenset({"LOCAL_POSITION_NED", "ATTITUDE", "GLOBAL_POSITION_INT", "SYSTEM_TIME"})
 """Messages that carry time_boot_ms."""
 
+MAP_SHIFT_M: Final = 2.0
+"""The mapper takes smaller errors of the position out by itself, metres (`MapperSettings.max_shift_m`)."""
 LINK_LOST_S: Final = 2.6
 """Real seconds without a HEARTBEAT after which the link is lost, as in MAVSDK."""
 
@@ -73,6 +76,7 @@ def wanted_streams(position_rate_hz: float) -> Mapping[str, Stream]:
         "GPS_RAW_INT": Stream(24, 2.0),
         "EXTENDED_SYS_STATE": Stream(245, 5.0),
         "SYSTEM_TIME": Stream(2, 10.0),  # a second witness of a boot: without a position there is only ATTITUDE
+        "EKF_STATUS_REPORT": Stream(193, 2.0),
         "HOME_POSITION": Stream(242, 0.5),
     }
 
@@ -164,6 +168,9 @@ class Telemetry:
         """Frames of reference, datum and arm place."""
         self._buffer = PoseBuffer()
         self._boot_clock = BootClock(clock.speed)
+        self._estimator = EstimatorReport()
+        self._leaps = LeapWatch()
+        self._shift = (0.0, 0.0, 0.0)  # leaps of the estimate since the arm place: north, east, down (m)
         self.texts = StatusTexts()
         self.state = VehicleState()
         """The autopilot's state as last heard."""
@@ -178,6 +185,7 @@ class Telemetry:
             "GLOBAL_POSITION_INT": self._on_global_position,
             "SYS_STATUS": self._on_sys_status,
             "GPS_RAW_INT": self._on_gps,
+            "EKF_STATUS_REPORT": self._on_estimator,
             "HOME_POSITION": self._on_home,
             "STATUSTEXT": self._on_text,
             "SYSTEM_TIME": lambda _fields, _time: None,
@@ -231,6 +239,15 @@ class Telemetry:
             return None
         return self._compose(position, attitude)
 
+    def map_problem(self, now: float) -> str:
+        """Return why nothing should be mapped by the position at ``now`` (seconds); empty when it may be."""
+        north, east, _ = self._shift
+        moved = math.hypot(north, east)
+        if moved > MAP_SHIFT_M:
+            return f"the position jumped by {moved:.0f} m against the map: nothing is mapped until it is back"
+        fault = self._estimator_fault(now)
+        return f"the autopilot does not trust its position ({fault}): nothing is mapped" if fault else ""
+
     # --- state -----------------------------------------------------------------------------------------------------
 
     def _on_heartbeat(self, fields: Mapping[str, Any], arrival: float) -> None:
@@ -259,8 +276,7 @@ class Telemetry:
 
     def _on_local_position(self, fields: Mapping[str, Any], time: float) -> None:
         sample = EkfPosition(time, *(_number(fields, name) for name in ("x", "y", "z", "vx", "vy", "vz")))
-        last = self._buffer.latest_position
-        if self.tie.frames is not None and last is not None and _leaps(last, sample):
+        if self._leaps.look(sample) and self.tie.frames is not None:
             _LOG.warning("The autopilot's position leapt; no pose is given until it is tied to the map again")
             self.tie.watch.doubt()
             self._buffer.clear()
@@ -287,10 +303,25 @@ class Telemetry:
         arm = self.tie.anchor(position, here, self.state.landed_at(now), self._boot_id, now)
         if arm is not None:
             self._topics.arm_place.publish(arm)
+            self._leaps.settle()
+            self._shift = (0.0, 0.0, 0.0)
             return
         jump = self.tie.look(position, here)
         if jump is not None:
             self._take_jump(jump)
+        if self.tie.frames is not None and self.tie.watch.sure:
+            self._settle_leap(jump)
+
+    def _settle_leap(self, jump: FrameJump | None) -> None:
+        """Publish how far the estimate moved on the map: a leap that the frames, tied again, do not take up."""
+        frames = (0.0, 0.0, 0.0) if jump is None else jump.shift
+        north, east, down = (leap - taken for leap, taken in zip(self._leaps.settle(), frames, strict=True))
+        metres = math.hypot(north, east, down)
+        if metres <= JUMP_M:
+            return
+        self._shift = (self._shift[0] + north, self._shift[1] + east, self._shift[2] + down)
+        _LOG.warning("The position estimate jumped by %.1f m", metres)
+        self._topics.estimate_jump.publish(metres)
 
     def _take_jump(self, jump: FrameJump) -> None:
         _LOG.warning("EKF-local jumped by %.1f m; anchored again", jump.metres)
@@ -349,6 +380,7 @@ class Telemetry:
         _LOG.warning("The autopilot has booted")
         self._global = self._gps = None
         self._buffer.clear()
+        self._estimator, self._leaps, self._shift = EstimatorReport(), LeapWatch(), (0.0, 0.0, 0.0)
         self.tie.rebooted()
         self._publish_state(replace(self.state, landed=LandedState.UNDEFINED, landed_time=self._clock()))
         self._rates.forget()
@@ -375,18 +407,26 @@ class Telemetry:
         fresh = self._gps is not None and self._rates.age("GPS_RAW_INT", arrival) < _GPS_FRESH_S
         fix, satellites, accuracy = self._gps if fresh and self._gps is not None else (None, None, None)
         located = fix is not None and fix >= _FIX_3D  # MAVSDK's flags are cached: they outlive the fix by seconds
+        fault = self._estimator_fault(arrival)
         self._topics.diagnostics.publish(
             Diagnostics(
                 all_ok=health.all_ok and located,
                 armable=health.armable,
-                global_position_ok=health.global_position_ok and located,
+                global_position_ok=health.global_position_ok and located and not fault,
                 home_position_ok=health.home_position_ok,
                 gps_fix=fix,
                 satellites=satellites,
                 horizontal_accuracy=accuracy,
                 time=arrival,
+                estimator_fault=fault,
             )
         )
+
+    def _on_estimator(self, fields: Mapping[str, Any], arrival: float) -> None:
+        self._estimator.take(fields, arrival)  # SYS_STATUS publishes it: the age of diagnostics is its age
+
+    def _estimator_fault(self, now: float) -> str:
+        return self._estimator.fault(now) or ("its position creeps" if self._leaps.creeps else "")
 
     def _on_gps(self, fields: Mapping[str, Any], _: float) -> None:
         accuracy = int(fields.get("h_acc") or 0)
@@ -413,15 +453,3 @@ def _number(fields: Mapping[str, Any], name: str) -> float:
     if value is None or not math.isfinite(value):
         raise ValueError(f"{name} is not a finite number")
     return float(value)
-
-
-def _leaps(last: EkfPosition, sample: EkfPosition) -> bool:
-    """Return True when two samples are more than 1 m farther apart than their velocities explain."""
-    dt = sample.time - last.time
-    if not 0 < dt < _FRESH_S:
-        return False
-    predicted = [
-        p + (a + b) / 2 * dt
-        for p, a, b in ((last.x, last.vx, sample.vx), (last.y, last.vy, sample.vy), (last.z, last.vz, sample.vz))
-    ]
-    return math.dist(predicted, (sample.x, sample.y, sample.z)) > 1.0

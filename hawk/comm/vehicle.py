@@ -40,6 +40,8 @@ class VehicleTopics:
     """Published when "armed" is first seen, and after a jump of EKF-local."""
     frame_jump: Topic[float]
     """Metres by which EKF-local jumped against the world (EKF reset); the pose is anchored again already."""
+    estimate_jump: Topic[float]
+    """Metres by which the pose on the map jumped while the drone did not: EKF-local and globe leapt together."""
 
     @classmethod
     def create(cls, clock: Callable[[], float]) -> VehicleTopics:

@@ -127,6 +127,8 @@ class PositionFacts:
     datum: GlobalPose | None = None
     arm_place: ArmPlace | None = None
     home: MapPoint | None = None
+    estimate_jump_m: float = 0.0
+    """Jump of the estimate since the last tick, metres: the pose moved on the map, the drone did not. 0 without one."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -103,11 +103,16 @@ class VehicleFollower:
         return self._watch_arming(facts, state)
 
     def watch_jump(self, facts: Facts, state: State) -> Step:
-        """Return the step that a jump of the position causes: tasks end, a state that holds forms its goal again."""
-        jump = facts.position.jump_m
-        if jump <= 0 or state.on_ground:
+        """Return the step that a jump of the position causes: tasks end, a state that holds forms its goal again.
+
+        A jump of the estimate moves the drone on the map. Its goal of before is not flown to: the drone did not move.
+        """
+        jump, estimate = facts.position.jump_m, facts.position.estimate_jump_m
+        if max(jump, estimate) <= 0 or state.on_ground:
             return STAY
         message = Log("warning", f"The position jumped by {jump:.1f} m.")
+        if estimate > 0:
+            message = Log("warning", f"The position estimate jumped by {estimate:.0f} m: the map may not fit it.")
         if state.is_task:
             return Step(ToHover("The position jumped.", level="warning"), (message,))
         return Step(acts=(message,), restarts=state.holds)

@@ -54,7 +54,7 @@ def _candidates(facts: Facts, state: State) -> list[Reaction]:
     if state.stops_at_fence and facts.is_breached:
         found.append(Reaction(Rank.FENCE, ToHover("Outside the fence.", level="warning")))
     if state.is_task and _position_is_lost(facts):
-        found.append(Reaction(Rank.PERCEPTION, ToHover("The position was lost.", level="warning")))
+        found.append(Reaction(Rank.PERCEPTION, ToHover(_position_words(facts), level="warning")))
     if state.sees and facts.sight.fault and facts.sight.fault_s >= FAULT_CONFIRM_S:
         found.append(Reaction(Rank.PERCEPTION, ToHover(facts.sight.fault, level="warning")))
     return found
@@ -62,6 +62,11 @@ def _candidates(facts: Facts, state: State) -> list[Reaction]:
 
 def _position_is_lost(facts: Facts) -> bool:
     return facts.position.distrusted_s >= POSITION_CONFIRM_S or facts.position.age > POSE_TIMEOUT_S
+
+
+def _position_words(facts: Facts) -> str:
+    fault = facts.diagnostics.estimator_fault
+    return f"The autopilot does not trust its position: {fault}." if fault else "The position was lost."
 
 
 def _cause_to_return(facts: Facts) -> Cause | None:

@@ -90,6 +90,7 @@ def _gps(facts: Facts, limit: float) -> CheckItem:
         "" if has_fix else "no fix",
         f"{found.satellites} satellites" if found.satellites is not None else "",
         f"±{accuracy:.1f} m" if accuracy is not None else "accuracy unknown",
+        found.estimator_fault,
     )
     text = ", ".join(filter(None, parts))
     good = has_fix and accuracy is not None and accuracy <= limit

@@ -120,7 +120,7 @@ class LinkWatch:
 
 
 class Jumps:
-    """Collects the jumps of EKF-local between two ticks."""
+    """Collects the jumps of one kind between two ticks."""
 
     def __init__(self) -> None:
         self._metres = 0.0
@@ -161,7 +161,7 @@ class Senses:
         self._ground = GroundWatch()
         self._belief = self._believe(now)
         self._doubt_shown = False
-        self._jumps = Jumps()
+        self._jumps, self._estimate_jumps = Jumps(), Jumps()
         self._drain = BatteryWatch(sources.settings.flight.battery_reserve_percent)
         self._charge_known = now
         self._wind_watch = WindWatch()
@@ -175,11 +175,16 @@ class Senses:
         self._position_trusted = now
         self._home_of: tuple[GlobalPose | None, ArmPlace | None] = (None, None)
         self._home: MapPoint | None = None
-        self._stop = sources.topics.vehicle.frame_jump.listen(self._jumps.note)
+        vehicle = sources.topics.vehicle
+        self._stops = (
+            vehicle.frame_jump.listen(self._jumps.note),
+            vehicle.estimate_jump.listen(self._estimate_jumps.note),
+        )
 
     def close(self) -> None:
         """Stop listening."""
-        self._stop()
+        for stop in self._stops:
+            stop()
 
     def tick(self) -> Facts:
         """Return the facts of this tick, with the events since the tick before."""
@@ -193,17 +198,17 @@ class Senses:
         self._fault.update(bool(_perception_fault(parts)), now)
         if self._from.topics.get_diagnostics().global_position_ok:
             self._position_trusted = now
-        return self._gather(now, parts, events, self._jumps.take())
+        return self._gather(now, parts, events, (self._jumps.take(), self._estimate_jumps.take()))
 
     def look(self) -> Facts:
         """Return the facts of this moment, without events."""
         now = self._from.clock()
         self._belief = self._believe(now)
-        return self._gather(now, self._parts(), (), 0.0)
+        return self._gather(now, self._parts(), (), (0.0, 0.0))
 
     # -- gathering -----------------------------------------------------------------------------------------------
 
-    def _gather(self, now: float, parts: Parts, events: tuple[VehicleEvent, ...], jump: float) -> Facts:
+    def _gather(self, now: float, parts: Parts, events: tuple[VehicleEvent, ...], jumps: tuple[float, float]) -> Facts:
         topics, outcomes = self._from.topics, self._from.outcomes
         return Facts(
             now=now,
@@ -218,7 +223,7 @@ class Senses:
                 words=self._from.log.autopilot_reason(),
                 second_sender=topics.get_second_sender(),
             ),
-            position=self._position(now, jump),
+            position=self._position(now, jumps),
             diagnostics=topics.get_diagnostics(),
             battery=self._battery(now),
             wind=WindFacts(self._wind, self._strong.read(now)),
@@ -231,14 +236,15 @@ class Senses:
             starts_in_air=outcomes.starts_in_air,
         )
 
-    def _position(self, now: float, jump: float) -> PositionFacts:
+    def _position(self, now: float, jumps: tuple[float, float]) -> PositionFacts:
         topics = self._from.topics
         datum, arm_place = self._from.service.datum, topics.vehicle.arm_place.value
         return PositionFacts(
             pose=topics.get_pose(),
             age=topics.get_pose_age(),
             distrusted_s=now - self._position_trusted,
-            jump_m=jump,
+            jump_m=jumps[0],
+            estimate_jump_m=jumps[1],
             datum=datum,
             arm_place=arm_place,
             home=self._home_at(datum, arm_place),

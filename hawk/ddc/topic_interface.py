@@ -209,7 +209,10 @@ class DdcTopicInterface:
         """Health of the position: fresh, and good by the autopilot's own judgement."""
         if self.get_pose_age() > POSE_TIMEOUT_S:
             return Health.bad("No position from the autopilot.")
-        if not self.get_diagnostics().global_position_ok:
+        diagnostics = self.get_diagnostics()
+        if diagnostics.estimator_fault:
+            return Health.bad(f"The autopilot does not trust its position: {diagnostics.estimator_fault}.")
+        if not diagnostics.global_position_ok:
             return Health.bad("The autopilot does not trust its position.")
         return Health()
 

@@ -97,6 +97,7 @@ class Autopilot:
         self.failsafes = Failsafes(self.parameters, self.say, self._react, self.options.real_time_factor)
         self.ekf_origin: Vector | None = None
         self.home: Vector | None = None
+        self._home_locked = False
         self._controller = Controller()
         self._setpoint = Setpoint(idle=True)
         self._limits = Limits.of(self.parameters)
@@ -104,6 +105,7 @@ class Autopilot:
         self._grounded_since: float | None = None
         self._armed_on_ground_since = self.time
         self._next_failsafe = self.time
+        self._glitches = False
         self._crash_time: float | None = None
         self._next_pre_arm = self.time + PRE_ARM_PERIOD_S
         self.estimate: Estimate = self.estimator.step(self.body, 0.0)
@@ -141,6 +143,7 @@ class Autopilot:
         self.time += dt
         wind = self.wind.step(dt)
         self.estimate = self.estimator.step(self.body, dt)
+        self._take_reset()
         if self.ekf_origin is None and self.estimator.healthy:
             self.ekf_origin = self.home = self.estimate.position
             self.say(INFO, "EKF3 IMU0 origin set")
@@ -150,6 +153,15 @@ class Autopilot:
         self.battery.step(lifting, max(0.0, 1.0 - self.body.climb_force / GRAVITY), dt)
         if not self.stopped:
             self._watch()
+
+    def _take_reset(self) -> None:
+        """Move the place that the mode itself chose with the estimate, as ArduCopter does, and report a glitch."""
+        reset = self.estimator.take_reset()
+        if any(reset):
+            self.mode.reset_position(reset)
+        if self.estimator.glitch.is_told != self._glitches:
+            self._glitches = self.estimator.glitch.is_told
+            self.say(CRITICAL, "GPS Glitch or Compass error" if self._glitches else "Glitch cleared")
 
     def _fly(self, dt: float) -> Demand:
         self._setpoint = self.mode.run(self._view())
@@ -180,7 +192,7 @@ class Autopilot:
         self.armed = True
         self._armed_on_ground_since = self.time
         self._controller.reset()
-        if self.position_ok:
+        if self.position_ok and not self._home_locked:
             self.home = self.estimate.position
         self.mode = type(self.mode)(self._view())
         self.say(INFO, "Arming motors")
@@ -263,6 +275,10 @@ class Autopilot:
         if not isinstance(self.mode, Guided) or not speed > 0.0 or not math.isfinite(speed):
             raise RefusedError("not in GUIDED")
         self.mode.speed = speed
+
+    def set_home(self, place: Vector) -> None:
+        """Move home (NED metres in the world). From now on arming does not move it, until a boot."""
+        self.home, self._home_locked = place, True
 
     def load_fence(self, items: Sequence[FenceItem]) -> None:
         """Store an uploaded fence (it does not enable it). Raises FenceError."""

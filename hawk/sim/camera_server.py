@@ -31,6 +31,9 @@ class Fault(BaseModel):
     gps_jump: tuple[Metres, Metres, Metres] | None = Field(
         None, description="the position estimate jumps by (north, east, down) metres, local and global alike"
     )
+    gps_glitch: tuple[Metres, Metres, Metres] | None = Field(
+        None, description="GNSS is off by (north, east, down) metres: the EKF refuses it for 10 s, then jumps to it"
+    )
     ekf_shift: tuple[Metres, Metres, Metres] | None = Field(
         None, description="EKF-local's origin moves by (north, east, down) metres; global stays"
     )
@@ -68,6 +71,8 @@ def apply_fault(
         autopilot.estimator.receiving = fault.gps == "ok"
     if fault.gps_jump is not None:
         autopilot.estimator.jump(*fault.gps_jump)
+    if fault.gps_glitch is not None:
+        autopilot.estimator.glitch.offset = fault.gps_glitch
     if fault.ekf_shift is not None:
         autopilot.shift_ekf_origin(fault.ekf_shift)
     if fault.camera is not None:

@@ -28,6 +28,7 @@ class Command:
     z: float
     frame: int
     sender: tuple[int, int]
+    is_int: bool = False
 
     @classmethod
     def of(cls, message: Any) -> Command:
@@ -36,7 +37,7 @@ class Command:
         sender = (message.get_srcSystem(), message.get_srcComponent())
         if message.get_type() == "COMMAND_INT":
             x, y = message.x * 1e-7, message.y * 1e-7
-            return cls(message.command, first, x, y, message.z, message.frame, sender)
+            return cls(message.command, first, x, y, message.z, message.frame, sender, is_int=True)
         frame = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT
         return cls(message.command, first, message.param5, message.param6, message.param7, frame, sender)
 
@@ -116,12 +117,18 @@ def _reboot(command: Command, autopilot: Autopilot) -> int | None:
 
 
 def _set_home(command: Command, autopilot: Autopilot) -> None:
+    """DO_SET_HOME by any station: a place, or the present one. A COMMAND_LONG's altitude is above sea level here."""
     if autopilot.home is None:
         raise RefusedError("no position yet")
-    if command.parameters[0] == 1.0:
-        autopilot.home = autopilot.estimate.position
-    else:
-        autopilot.home = autopilot.origin.to_world(command.x, command.y, command.z)
+    if command.parameters[0] == 1.0 or (command.x == 0.0 and command.y == 0.0):
+        autopilot.set_home(autopilot.estimate.position)
+        return
+    if command.parameters[0] != 0.0:
+        raise RefusedError("neither a place nor the present one")
+    altitude = command.z
+    if command.is_int and command.frame not in (mavlink.MAV_FRAME_GLOBAL, mavlink.MAV_FRAME_GLOBAL_INT):
+        altitude += autopilot.origin.altitude - autopilot.home[2]
+    autopilot.set_home(autopilot.origin.to_world(command.x, command.y, altitude))
 
 
 _HANDLERS: dict[int, Callable[[Command, Autopilot], int | None]] = {

@@ -48,10 +48,13 @@ class MapperApp:
         """Fuse vision's result for the frame. Raises AlgoError when it cannot be fused; the map is then unchanged."""
         ground = seen.ground
         try:
-            if ground is not None and ground.captured == frame.captured and frame.pose is not None:
+            mappable = frame.pose is not None and not frame.map_problem
+            if mappable and ground is not None and ground.captured == frame.captured:
                 _check(frame, ground)
                 self._core.fuse(ground)
             self._core.encode(frame.pose)
+            if frame.pose is not None and frame.map_problem:
+                raise AlgoError(frame.map_problem)
         except AlgoError as error:
             self.fail(str(error))
             raise

@@ -41,6 +41,7 @@ class Holding:
     def restart(self) -> None:
         """Hold where the drone is by its new position."""
         self._goal = None
+        self.is_recovering = False
 
     def process(self, facts: Facts) -> Acts:
         """Form the goal if need be and return this tick's target."""

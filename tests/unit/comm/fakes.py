@@ -74,6 +74,15 @@ class Said:
     def gps(self, fix: int = 3, satellites: int = 12, accuracy_mm: int = 800) -> tuple[str, dict[str, Any]]:
         return "GPS_RAW_INT", {"fix_type": fix, "satellites_visible": satellites, "h_acc": accuracy_mm}
 
+    def estimator(
+        self, flags: int = 831, velocity: float | None = 0.01, position: float | None = 0.01, compass: float = 0.02
+    ) -> tuple[str, dict[str, Any]]:
+        """As a real ArduCopter reports a good position (flags 831)."""
+        return "EKF_STATUS_REPORT", {
+            "flags": flags, "velocity_variance": velocity, "pos_horiz_variance": position, "pos_vert_variance": 0.0,
+            "compass_variance": compass, "terrain_alt_variance": 0.0,
+        }  # fmt: skip
+
     def text(self, words: str, severity: int = 3) -> tuple[str, dict[str, Any]]:
         return "STATUSTEXT", {"text": words, "severity": severity, "id": 0, "chunk_seq": 0}
 

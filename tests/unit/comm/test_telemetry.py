@@ -349,7 +349,7 @@ def test_what_the_battery_does_not_know_is_none(
 
 
 def test_diagnostics_say_what_the_gps_says_while_it_is_fresh(rig: Rig) -> None:
-    rig.take(rig.said.gps(), rig.said.system())
+    rig.take(rig.said.estimator(), rig.said.gps(), rig.said.system())
     found = rig.topics.diagnostics.value
     assert found is not None
     assert (found.all_ok, found.global_position_ok) == (True, True)

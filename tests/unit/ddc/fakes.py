@@ -137,6 +137,7 @@ class FakeAutopilot:
         self.battery: float | None = 95.0
         self.connected = True
         self.position_good = True
+        self.estimator_fault = ""
         self.pose_flows = True
         self.landed_flows = True
         self.stuck = False
@@ -247,8 +248,10 @@ class FakeAutopilot:
         if self.connected:
             self.topics.state.publish(self._state(now))
             self.topics.battery.publish(BatteryInfo(self.battery, 16.0, 10.0, now))
-            good = self.position_good
-            self.topics.diagnostics.publish(Diagnostics(good, True, good, True, 3, 16, 0.9, now))
+            good = self.position_good and not self.estimator_fault
+            self.topics.diagnostics.publish(
+                Diagnostics(good, True, good, True, 3, 16, 0.9, now, estimator_fault=self.estimator_fault)
+            )
             if self.pose_flows:
                 self.topics.pose.publish(self._pose(now))
         elif self.topics.state.value is not None:

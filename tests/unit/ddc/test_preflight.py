@@ -212,6 +212,15 @@ async def test_a_poor_fix_does_not_pass(rig: Rig) -> None:
     assert check(rig, "GPS").value.startswith("no fix")
 
 
+async def test_an_estimator_that_is_not_well_does_not_pass(rig: Rig) -> None:
+    await rig.run(1)
+    assert check(rig, "GPS").passed
+    rig.autopilot.estimator_fault = "GPS glitch"
+    await rig.run(0.2)
+    assert not check(rig, "GPS").passed
+    assert check(rig, "GPS").value == "16 satellites, ±0.9 m, GPS glitch"
+
+
 async def test_a_full_disk_does_not_pass(rig: Rig) -> None:
     rig.inputs.recording_health.publish(Health.bad("disk full"))
     assert check(rig, "Recording").value == "disk full"

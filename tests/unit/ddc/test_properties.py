@@ -181,6 +181,17 @@ class Flight(RuleBasedStateMachine):
     def the_position_jumps(self, jump: float) -> None:
         self.rig.autopilot.topics.frame_jump.publish(jump)
 
+    @rule(north=st.floats(-40, 40), east=st.floats(-40, 40))
+    def the_estimate_jumps(self, north: float, east: float) -> None:
+        drone = self.rig.autopilot
+        if drone.landed is LandedState.IN_AIR:
+            drone.north, drone.east = drone.north + north, drone.east + east
+            drone.topics.estimate_jump.publish(math.hypot(north, east))
+
+    @rule(fault=st.sampled_from(["", "GPS glitch"]))
+    def the_estimator_says(self, fault: str) -> None:
+        self.rig.autopilot.estimator_fault = fault
+
     @rule(
         north=any_number,
         east=any_number,
@@ -211,7 +222,7 @@ class Flight(RuleBasedStateMachine):
         drone = self.rig.autopilot
         drone.refuse, drone.silent = {}, set()
         drone.connected = drone.pose_flows = drone.position_good = drone.landed_flows = True
-        drone.stuck, drone.battery = False, 95.0
+        drone.stuck, drone.battery, drone.estimator_fault = False, 95.0, ""
         self.rig.desk.present, self.rig.desk.client = True, "ana"
         self.rig.sight.healthy = self.rig.sight.lot = True
         self.rig.sight.inbound = Inbound.INSIDE

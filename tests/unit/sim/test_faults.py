@@ -60,6 +60,28 @@ def test_jumps(flying: Any) -> None:
     assert flying.local()[0] == pytest.approx(before[0] + 2.0, abs=0.05)
 
 
+def test_a_glitch_is_told_by_the_ekf(flying: Any) -> None:
+    flying.stream(193)
+    flying.run(0.3)
+    assert flying.last("EKF_STATUS_REPORT").flags == 831
+    put(flying, gps_glitch=(25.0, 0.0, 0.0))
+    flying.run(2.0)
+    report = flying.last("EKF_STATUS_REPORT")
+    assert report.flags == 33599
+    assert report.pos_horiz_variance == pytest.approx(6.4, abs=0.2)
+
+
+def test_without_gnss_the_ekf_says_so_in_two_steps(flying: Any) -> None:
+    flying.stream(193)
+    put(flying, gps="lost")
+    flying.run(7.0)
+    assert flying.last("EKF_STATUS_REPORT").flags == 831
+    flying.run(1.0)
+    assert flying.last("EKF_STATUS_REPORT").flags == 37
+    flying.run(8.0)
+    assert flying.last("EKF_STATUS_REPORT").flags == 167
+
+
 def test_link_radio_stick_and_pilot(flying: Any) -> None:
     put(flying, link="cut", stick=0.5, pilot_mode=5)
     assert flying.link.cut
