@@ -251,7 +251,10 @@ class UdpGate:
 
 def _send(target: socket.socket, data: bytes) -> None:
     with contextlib.suppress(OSError):  # nobody listens there now, or its buffer is full: UDP loses datagrams
-        target.send(data)
+        try:
+            target.send(data)
+        except ConnectionRefusedError:  # the answer to an earlier datagram; this one was not sent
+            target.send(data)
 
 
 def serves(url: str) -> bool:
