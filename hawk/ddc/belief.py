@@ -1,8 +1,8 @@
-"""Belief about armed and landed: each word of the autopilot needs a second witness against the flight.
+"""Belief in armed and landed: a word of the autopilot that ends a flight needs a second witness.
 
 "Armed" is believed at once. "Disarmed" and "on the ground" end the protection of a flight, so they are believed only
 while they are young and neither each other nor height and climb speak against them. HEARTBEAT and EXTENDED_SYS_STATE
-carry no time stamp: a late one looks like a new one.
+carry no time stamp: one that comes late looks like a new one.
 """
 
 from __future__ import annotations
@@ -72,6 +72,7 @@ class GroundWatch:
     def __init__(self) -> None:
         self._first_heard: float | None = None
         self._armed = False
+        self._mode: int | None = None
         self._armed_since = -math.inf
         self._disarmed_since: float | None = None
         self._doubted_since: float | None = None
@@ -93,6 +94,8 @@ class GroundWatch:
         if arm_place_time < self._armed_since - ARM_PLACE_LATE_S:
             motion = replace(motion, height=None)
         armed, doubt = self._believe_armed(said, landed, motion)
+        if armed == said.armed:
+            self._mode = said.custom_mode  # that of a HEARTBEAT which is not believed is not believed either
         if not armed:
             motion = replace(motion, height=None)  # it may stand on a hill
         believed, second = _believe_landed(armed, landed, motion)
@@ -100,7 +103,7 @@ class GroundWatch:
         self._doubted_since = (now if self._doubted_since is None else self._doubted_since) if doubt else None
         doubted = 0.0 if self._doubted_since is None else now - self._doubted_since
         ground = GroundFacts(said.armed, said.landed, now - said.landed_time, doubt, doubted)
-        return Belief(replace(said, armed=armed, landed=believed), ground)
+        return Belief(replace(said, armed=armed, custom_mode=self._mode, landed=believed), ground)
 
     def _believe_armed(self, said: VehicleState, landed: LandedState, motion: Motion) -> tuple[bool, str]:
         """Return whether it counts as armed, and why the autopilot's word is doubted."""

@@ -102,7 +102,10 @@ class LinkFacts:
 
 @dataclass(frozen=True, slots=True)
 class GroundFacts:
-    """Armed and landed as the autopilot gives them; `Facts.vehicle` holds what is believed."""
+    """Armed and landed as the autopilot gives them. `Facts.vehicle` holds what is believed.
+
+    The mode of a HEARTBEAT whose "disarmed" is doubted is not believed either.
+    """
 
     armed_said: bool = False
     landed_said: LandedState = LandedState.UNDEFINED

@@ -6,6 +6,8 @@ that we did not ask for. Adopting a state sends nothing.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from hawk.ddc.acts import (
     STAY,
     Act,
@@ -151,7 +153,7 @@ class VehicleFollower:
         if not facts.vehicle.armed:
             return STAY if state.on_ground else _LANDED
         if facts.is_airborne and state.on_ground:
-            return self.adopt(facts, state)  # taken off by somebody else, or not known to stand any more
+            return self._leave_ground(facts, state)
         if state.identity is not StateName.IDLE:
             return STAY
         abandoned = self._abandoned is not None and facts.now - self._abandoned <= ABANDONED_S
@@ -162,6 +164,15 @@ class VehicleFollower:
         self._disarm_asked = facts.now
         message = Log("warning", "Armed after it was given up: motors off.")
         return Step(acts=(message, Ask(SetArmed(False), facts.now)))
+
+    def _leave_ground(self, facts: Facts, state: State) -> Step:
+        """Return the step to the autopilot's state when a drone on the ground is not believed to stand any more."""
+        step = self.adopt(facts, state)
+        if not isinstance(step.transition, ToHover):
+            return step
+        is_unknown = facts.vehicle.landed is LandedState.UNDEFINED
+        reason = "Not known to stand on the ground." if is_unknown else "Somebody else took off."
+        return Step(replace(step.transition, reason=reason), step.acts, step.restarts)
 
 
 _LANDED = Step(ToIdle("Landed. Motors off."), (Log("ok", "Landed. Motors off."),))

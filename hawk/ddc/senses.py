@@ -93,12 +93,11 @@ class LinkWatch:
         if healthy != self._linked:
             self._linked = healthy
             events.append(VehicleEvent.LINK_BACK if healthy else VehicleEvent.LINK_LOST)
-        if healthy and self._mode_is_foreign(now) and VehicleEvent.LINK_BACK not in events:
+        if healthy and self._mode_is_foreign(vehicle.custom_mode, now) and VehicleEvent.LINK_BACK not in events:
             events.append(VehicleEvent.FOREIGN_MODE)
         return tuple(events)
 
-    def _mode_is_foreign(self, now: float) -> bool:
-        mode = self._topics.get_state().custom_mode
+    def _mode_is_foreign(self, mode: int | None, now: float) -> bool:
         if mode == self._mode:
             return False
         self._mode = mode

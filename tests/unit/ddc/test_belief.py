@@ -45,6 +45,7 @@ class TestTheLandedStateStopsAfterArm:
 
     async def test_it_is_in_the_air(self, up: Rig) -> None:
         up.expect(S.HOVER)
+        assert "Not known to stand on the ground. Holding." in up.log
         assert up.manager.case().facts.is_airborne
         up.order(Hold())
         up.order(ReturnToLaunch())
@@ -92,6 +93,18 @@ class TestInTheAir:
         flying.expect(S.HOVER)
         assert not flying.manager.case().facts.is_on_ground
         assert flying.command(Hold()).accepted
+
+    async def test_the_mode_of_such_a_heartbeat_ends_no_task(self, fresh: Rig) -> None:
+        await fresh.enter(S.COMPULSIVE_MOVE)
+        late(fresh, armed=False)
+        state = fresh.autopilot.topics.state.value
+        assert state is not None
+        fresh.autopilot.topics.state.publish(replace(state, custom_mode=CopterMode.STABILIZE))
+        fresh.manager.process()
+        fresh.expect(S.COMPULSIVE_MOVE)
+        assert fresh.manager.case().facts.is_guided
+        await fresh.run(1.0)
+        fresh.expect(S.COMPULSIVE_MOVE)
 
     async def test_a_landed_state_that_lies_for_ever_is_a_fault_that_is_shown(self, flying: Rig) -> None:
         flying.autopilot.landed = LandedState.ON_GROUND

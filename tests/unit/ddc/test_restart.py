@@ -317,6 +317,7 @@ async def test_taken_off_by_somebody_else(fresh: Rig) -> None:
     fresh.autopilot.landed, fresh.autopilot.height = LandedState.IN_AIR, 3.0
     await fresh.tick()
     fresh.expect(S.HOVER)
+    assert fresh.log[-1] == "Somebody else took off. Holding."
     assert fresh.autopilot.targets == []
 
 
