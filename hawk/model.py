@@ -468,6 +468,8 @@ class Diagnostics:
     satellites: int | None = None
     horizontal_accuracy: float | None = None
     time: float = -math.inf
+    fence_on: bool | None = None
+    """The autopilot says that a fence is enabled, whatever enabled it; None while it was not heard."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,6 +32,7 @@ _LOG = logging.getLogger(__name__)
 _ARMED: Final = 128  # MAV_MODE_FLAG_SAFETY_ARMED
 _NOT_AN_AUTOPILOT: Final = 8  # MAV_AUTOPILOT_INVALID
 _FIX_3D: Final = 3  # GPS_FIX_TYPE_3D_FIX
+_GEOFENCE: Final = 1 << 20  # MAV_SYS_STATUS_GEOFENCE
 _WARNING: Final = 4  # MAV_SEVERITY_WARNING
 _REBOOT_S: Final = 1.0
 _FRESH_S: Final = 1.0
@@ -164,6 +165,7 @@ class Telemetry:
         self.state = VehicleState()
         """The autopilot's state as last heard."""
         self._gps: tuple[int, int, float | None] | None = None  # fix, satellites, accuracy (m)
+        self._fence_on: bool | None = None
         self._global: tuple[float, GlobalPose] | None = None
         self._boot: tuple[float, int] | None = None  # newest time since boot (s), boot id
         self._handlers: dict[str, Callable[[Mapping[str, Any], float], None]] = {
@@ -333,7 +335,7 @@ class Telemetry:
 
     def _rebooted(self) -> None:
         _LOG.warning("The autopilot has booted")
-        self._boot = self._global = self._gps = None
+        self._boot = self._global = self._gps = self._fence_on = None
         self._boot_clock = OffsetEstimator()
         self._buffer.clear()
         self.tie.rebooted()
@@ -355,6 +357,8 @@ class Telemetry:
                 time=arrival,
             )
         )
+        enabled = fields.get("onboard_control_sensors_enabled")
+        self._fence_on = None if enabled is None else bool(int(enabled) & _GEOFENCE)
         self._publish_diagnostics(arrival)
 
     def _publish_diagnostics(self, arrival: float) -> None:
@@ -372,6 +376,7 @@ class Telemetry:
                 satellites=satellites,
                 horizontal_accuracy=accuracy,
                 time=arrival,
+                fence_on=self._fence_on,
             )
         )
 

@@ -15,6 +15,8 @@ from hawk.ddc import guard
 from hawk.ddc.acts import Acts, EnterState, ForgetAskedModes, Log, Record, Step
 from hawk.ddc.command_desk import CommandDesk, Ruling, answer_record
 from hawk.ddc.facts import Facts
+from hawk.ddc.failsafe_watch import FailsafeWatch
+from hawk.ddc.fence_holder import FenceHolder
 from hawk.ddc.follower import VehicleFollower
 from hawk.ddc.judge import Bench, Case
 from hawk.ddc.kill import KillSwitch, KillTokens
@@ -49,15 +51,17 @@ class Decider:
         self._continues_survey = continues_survey
         self._kill = KillSwitch()
         self._reader = ParameterReader(settings.system_id)
+        self._failsafes = FailsafeWatch()
+        self._holder = FenceHolder(settings)
         self._desk = CommandDesk(tokens, self._kill, self._reader)
-        self._follower = VehicleFollower(settings)
+        self._follower = VehicleFollower()
         self._acts: Acts = ()
         self._fault = ""
         self.state: State = Idle(now, "Looking for the autopilot.")
 
     def case(self, facts: Facts) -> Case:
         """Return what commands are judged on at this moment."""
-        bench = Bench(self._kill.state, self._kill.is_killed, self._reader.is_setting)
+        bench = Bench(self._kill.state, self._kill.is_killed, self._reader.is_setting, self._holder.problem)
         return Case(facts, self.state, self._settings, self._reader.values(), bench)
 
     def command(self, facts: Facts, client: ClientId, command: Command) -> Decision:
@@ -97,7 +101,6 @@ class Decider:
     def _follow(self, facts: Facts) -> None:
         for event in facts.link.events:
             self._step(self._follower.answer(event, facts, self.state), facts)
-        self._do(self._follower.ensure_fence(facts, self.state))
         if not self._kill.is_sending:
             self._step(self._follower.watch(facts, self.state), facts)
         self._step(self._follower.watch_jump(facts, self.state), facts)
@@ -117,6 +120,8 @@ class Decider:
     def _run(self, facts: Facts) -> None:
         self._do(guard.notices(facts))
         self._do(self._reader.tick(facts))
+        self._do(self._holder.tick(facts, self.state))
+        self._do(self._failsafes.tick(facts, self.case(facts).failsafes))
         if self._desk.inquiries.is_open:
             self._carry_out(self._desk.inquiries.tick(self.case(facts)), facts)
         reaction = guard.reaction(facts, self.state) if facts.link.is_up else None

@@ -66,7 +66,7 @@ def flying(now: float, mode: int = CopterMode.GUIDED) -> Facts:
         position=PositionFacts(pose(now), 0.05, 0.0, 0.0, DATUM, _arm_place(), MapPoint(0.0, 0.0)),
         diagnostics=Diagnostics(True, True, True, True, 3, 16, 0.9, now),
         battery=BatteryFacts(BatteryInfo(80.0, 16.0, 10.0, now), 0.5),
-        limits=LimitFacts(HeightParameters(), FENCE, None, FencePlan("circle", (), 100.0), "", 97.0),
+        limits=LimitFacts(HeightParameters(), FENCE, None, FencePlan("circle", (), 100.0), "", 97.0, FENCE),
         operator=OperatorFacts(True, True, frozenset({"ana"})),
         sight=SightFacts(lot=True),
         parts=tuple((name, Health()) for name in PARTS),
