@@ -140,6 +140,7 @@ class FlightSettings(Section):
     explore_lost_lot_s: Seconds = 10.0
     battery_reserve_percent: float = Field(default=20.0, ge=5, le=80)
     battery_arm_percent: float = Field(default=30.0, ge=5, le=100)
+    battery_cells: int | None = Field(default=None, ge=1, le=24)
     maximum_hdop_m: Positive = 3.0
 
 

@@ -483,6 +483,8 @@ class Diagnostics:
     time: float = -math.inf
     estimator_fault: str = ""
     """Why the position estimator is not to be trusted; empty when it is. Then ``global_position_ok`` is False too."""
+    fence_on: bool | None = None
+    """The autopilot says that a fence is enabled, whatever enabled it; None while it was not heard."""
 
 
 @dataclass(frozen=True, slots=True)

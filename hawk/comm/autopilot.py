@@ -12,7 +12,7 @@ import functools
 import logging
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeVar
 
@@ -42,6 +42,9 @@ _COMMAND_S = 2.5
 _WORDS_AFTER_S = 0.3
 _FENCE_CEILING_AND_POLYGON = 1 | 4  # FENCE_TYPE bits
 _FENCE_RTL_OR_LAND = 1  # FENCE_ACTION
+_FENCE_TOLERANCE_DEG = 1e-6
+"""A decimetre; the mission protocol carries 1e-7 degrees."""
+_FENCE_CEILING_TOLERANCE_M = 0.1
 _CRITICAL = 2  # MAV_SEVERITY_CRITICAL
 _COMMAND_ACK_KILL = int(commands.MavCommand.DO_FLIGHTTERMINATION)
 _HEARTBEAT = {
@@ -77,6 +80,7 @@ class MavsdkAutopilot:
         self._tie = self.telemetry.tie
         self._commands = ThreadPoolExecutor(2, "autopilot-command")
         self._kills = ThreadPoolExecutor(1, "autopilot-kill")
+        self._fences = ThreadPoolExecutor(1, "autopilot-fence")  # a transfer takes seconds: no command waits behind it
         self._links = ThreadPoolExecutor(1, "autopilot-link")
         self._targets: LatestSender[Mapping[str, Any]] = LatestSender(
             "autopilot-target", functools.partial(self._link.send, "SET_POSITION_TARGET_LOCAL_NED")
@@ -115,6 +119,7 @@ class MavsdkAutopilot:
             self._inbox.close()
         loop = asyncio.get_running_loop()
         self._targets.close()
+        self._fences.shutdown(wait=False, cancel_futures=True)
         await self._end_commands()
         try:
             await asyncio.wait_for(loop.run_in_executor(self._links, self._link.close), _CLOSE_S)
@@ -202,8 +207,36 @@ class MavsdkAutopilot:
         return await self._parameters.get("RTL_ALT") / 100.0
 
     async def upload_fence(self, fence: Fence) -> None:
-        """Upload `Fence.autopilot_polygon` (about the fence origin), set ceiling, type and action, and enable it."""
+        """Upload `Fence.autopilot_polygon` (about the fence origin), set ceiling, type and action, and enable it.
+
+        Raises:
+            AutopilotError: It was refused, or the polygon that is read back is another one.
+        """
         self._require_link()
+        polygon = self._corners(fence)
+        loop = asyncio.get_running_loop()
+        await loop.run_in_executor(self._fences, self._link.upload_fence, polygon)
+        await self._parameters.set("FENCE_ALT_MAX", fence.autopilot_ceiling)
+        await self._parameters.set("FENCE_TYPE", _FENCE_CEILING_AND_POLYGON)
+        if await self._parameters.get("FENCE_ACTION") == 0:
+            await self._parameters.set("FENCE_ACTION", _FENCE_RTL_OR_LAND)
+        await self._parameters.set("FENCE_ENABLE", 1)
+        await self._compare_polygon(polygon)
+
+    async def compare_fence(self, fence: Fence) -> None:
+        """Read polygon, ceiling and FENCE_ENABLE. Raises AutopilotError when they are not those of the fence."""
+        self._require_link()
+        polygon = self._corners(fence)
+        if await self._parameters.get("FENCE_ENABLE") != 1:
+            raise AutopilotError("FENCE_ENABLE: the autopilot's fence is off")
+        ceiling = await self._parameters.get("FENCE_ALT_MAX")
+        if abs(ceiling - fence.autopilot_ceiling) > _FENCE_CEILING_TOLERANCE_M:
+            found = f"the autopilot's ceiling is {ceiling:g} m, ours is {fence.autopilot_ceiling:g} m"
+            raise AutopilotError(f"FENCE_ALT_MAX: {found}")
+        await self._compare_polygon(polygon)
+
+    def _corners(self, fence: Fence) -> list[tuple[float, float]]:
+        """Return the corners of the autopilot's fence in degrees. Raises AutopilotError when they cannot be placed."""
         origin = self._tie.fence_origin
         if origin is None:
             raise AutopilotError("The drone does not know where it is yet: the fence cannot be placed")
@@ -213,13 +246,18 @@ class MavsdkAutopilot:
         polygon = [(place.latitude, place.longitude) for place in places]
         if not all(math.isfinite(value) for corner in polygon for value in corner):
             raise AutopilotError("A corner of the fence is not finite: not sent")
+        return polygon
+
+    async def _compare_polygon(self, polygon: Sequence[tuple[float, float]]) -> None:
         loop = asyncio.get_running_loop()
-        await loop.run_in_executor(self._commands, self._link.upload_fence, polygon)
-        await self._parameters.set("FENCE_ALT_MAX", fence.autopilot_ceiling)
-        await self._parameters.set("FENCE_TYPE", _FENCE_CEILING_AND_POLYGON)
-        if await self._parameters.get("FENCE_ACTION") == 0:
-            await self._parameters.set("FENCE_ACTION", _FENCE_RTL_OR_LAND)
-        await self._parameters.set("FENCE_ENABLE", 1)
+        found = await loop.run_in_executor(self._fences, self._link.download_fence)
+        is_same = len(found) == len(polygon) and all(
+            math.isclose(ours, theirs, rel_tol=0.0, abs_tol=_FENCE_TOLERANCE_DEG)
+            for corner, read in zip(polygon, found, strict=True)
+            for ours, theirs in zip(corner, read, strict=True)
+        )
+        if not is_same:
+            raise AutopilotError("The fence that the autopilot holds is another one")
 
     # --- frames ----------------------------------------------------------------------------------------------------
 

@@ -203,6 +203,26 @@ class Link:
         except (MavsdkError, RuntimeError) as error:
             raise AutopilotError(f"The fence was not taken: {_words(error)}") from error
 
+    def download_fence(self) -> tuple[tuple[float, float], ...]:
+        """Return the (latitude, longitude) corners, degrees, of the only inclusion polygon that the autopilot holds.
+
+        Raises:
+            AutopilotError: It does not answer, or its fence is anything else than one inclusion polygon.
+        """
+        geofence = self._geofence
+        if geofence is None:
+            raise AutopilotError("No autopilot found yet")
+        try:
+            found = geofence.download_geofence()
+        except (MavsdkError, RuntimeError) as error:
+            raise AutopilotError(f"The fence cannot be read from the autopilot: {_words(error)}") from error
+        polygons, circles = found.polygons or [], found.circles or []
+        if len(polygons) != 1 or circles or polygons[0].fence_type != FenceType.INCLUSION:
+            raise AutopilotError(
+                f"The autopilot's fence has {len(polygons)} polygons and {len(circles)} circles, ours is one polygon"
+            )
+        return tuple((point.latitude_deg, point.longitude_deg) for point in polygons[0].points)
+
     def sensor_health(self) -> SensorHealth:
         """Return MAVSDK's cached summary. Does not block."""
         telemetry = self._telemetry

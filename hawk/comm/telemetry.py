@@ -35,6 +35,7 @@ _LOG = logging.getLogger(__name__)
 _ARMED: Final = 128  # MAV_MODE_FLAG_SAFETY_ARMED
 _NOT_AN_AUTOPILOT: Final = 8  # MAV_AUTOPILOT_INVALID
 _FIX_3D: Final = 3  # GPS_FIX_TYPE_3D_FIX
+_GEOFENCE: Final = 1 << 20  # MAV_SYS_STATUS_GEOFENCE
 _WARNING: Final = 4  # MAV_SEVERITY_WARNING
 _FRESH_S: Final = 1.0
 _GPS_FRESH_S: Final = 3.0
@@ -175,6 +176,7 @@ class Telemetry:
         self.state = VehicleState()
         """The autopilot's state as last heard."""
         self._gps: tuple[int, int, float | None] | None = None  # fix, satellites, accuracy (m)
+        self._fence_on: bool | None = None
         self._global: tuple[float, GlobalPose] | None = None
         self._boot_id: int | None = None
         self._handlers: dict[str, Callable[[Mapping[str, Any], float], None]] = {
@@ -378,7 +380,7 @@ class Telemetry:
     def _rebooted(self) -> None:
         """Drop everything that belonged to the old boot. Armed stays as the last HEARTBEAT gave it."""
         _LOG.warning("The autopilot has booted")
-        self._global = self._gps = None
+        self._global = self._gps = self._fence_on = None
         self._buffer.clear()
         self._estimator, self._leaps, self._shift = EstimatorReport(), LeapWatch(), (0.0, 0.0, 0.0)
         self.tie.rebooted()
@@ -400,6 +402,8 @@ class Telemetry:
                 time=arrival,
             )
         )
+        enabled = fields.get("onboard_control_sensors_enabled")
+        self._fence_on = None if enabled is None else bool(int(enabled) & _GEOFENCE)
         self._publish_diagnostics(arrival)
 
     def _publish_diagnostics(self, arrival: float) -> None:
@@ -419,6 +423,7 @@ class Telemetry:
                 horizontal_accuracy=accuracy,
                 time=arrival,
                 estimator_fault=fault,
+                fence_on=self._fence_on,
             )
         )
 

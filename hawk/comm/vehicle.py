@@ -76,7 +76,10 @@ class Autopilot(Protocol):
         """Set one parameter with the autopilot's type, and check the answer."""
 
     async def upload_fence(self, fence: Fence) -> None:
-        """Upload `Fence.autopilot_polygon` and set ceiling, type, action and FENCE_ENABLE."""
+        """Upload `Fence.autopilot_polygon`, set ceiling, type, action and FENCE_ENABLE, and read the polygon back."""
+
+    async def compare_fence(self, fence: Fence) -> None:
+        """Read polygon, ceiling and FENCE_ENABLE. Raises AutopilotError when they are not those of the fence."""
 
     async def kill(self) -> None:
         """Cut the motors at once (MAV_CMD_DO_FLIGHTTERMINATION), on a thread of its own."""

@@ -45,7 +45,14 @@ class SetReturnAltitude:
 
 @dataclass(frozen=True, slots=True)
 class UploadFence:
-    """Upload the autopilot's fence and enable it."""
+    """Upload the autopilot's fence, enable it and read it back."""
+
+    fence: Fence
+
+
+@dataclass(frozen=True, slots=True)
+class CompareFence:
+    """Read the autopilot's fence and compare it with this one; nothing is changed."""
 
     fence: Fence
 
@@ -89,6 +96,7 @@ Request = (
     | TakeOff
     | SetReturnAltitude
     | UploadFence
+    | CompareFence
     | CutMotors
     | ReadParameter
     | SetParameters
@@ -126,6 +134,7 @@ _NAMES: dict[type[object], str] = {
     TakeOff: "take off",
     SetReturnAltitude: "set return altitude",
     UploadFence: "upload fence",
+    CompareFence: "compare fence",
     CutMotors: "kill",
     SetParameters: "set failsafes",
     StoreHeights: "store heights",

@@ -16,6 +16,8 @@ from hawk.ddc import guard
 from hawk.ddc.acts import Acts, EnterState, ForgetAskedModes, Log, Record, Step
 from hawk.ddc.command_desk import CommandDesk, Ruling, answer_record
 from hawk.ddc.facts import Facts, VehicleEvent
+from hawk.ddc.failsafe_watch import FailsafeWatch
+from hawk.ddc.fence_holder import FenceHolder
 from hawk.ddc.follower import VehicleFollower
 from hawk.ddc.judge import Bench, Case
 from hawk.ddc.kill import KillSwitch, KillTokens
@@ -52,8 +54,10 @@ class Decider:
         self._continues_survey = continues_survey
         self._kill = KillSwitch()
         self._reader = ParameterReader(settings.system_id)
+        self._failsafes = FailsafeWatch()
+        self._holder = FenceHolder(settings)
         self._desk = CommandDesk(tokens, self._kill, self._reader)
-        self._follower = VehicleFollower(settings)
+        self._follower = VehicleFollower()
         self._acts: Acts = ()
         self._fault = ""
         self._is_sound = True
@@ -66,7 +70,7 @@ class Decider:
 
     def case(self, facts: Facts) -> Case:
         """Return what commands are judged on at this moment."""
-        bench = Bench(self._kill.state, self._kill.is_killed, self._reader.is_setting)
+        bench = Bench(self._kill.state, self._kill.is_killed, self._reader.is_setting, self._holder.problem)
         return Case(facts, self.state, self._settings, self._reader.values(), bench)
 
     def command(self, facts: Facts, client: ClientId, command: Command) -> Decision:
@@ -105,7 +109,6 @@ class Decider:
         """Give the steps of a tick in their order, each with True when the drone's safety depends on it."""
         for event in facts.link.events:
             yield True, partial(self._hear, event, facts)
-        yield True, lambda: self._do(self._follower.ensure_fence(facts, self.state))
         if not self._kill.is_sending:
             yield True, lambda: self._step(self._follower.watch(facts, self.state), facts)
         yield True, lambda: self._step(self._follower.watch_jump(facts, self.state), facts)
@@ -115,6 +118,8 @@ class Decider:
             return
         yield False, lambda: self._do(guard.notices(facts))
         yield False, lambda: self._do(self._reader.tick(facts))
+        yield True, lambda: self._do(self._holder.tick(facts, self.state))
+        yield False, lambda: self._do(self._failsafes.tick(facts, self.case(facts).failsafes))
         yield False, lambda: self._inquire(facts)
         yield True, lambda: self._react(facts)
         if not facts.link.is_up and not self.state.on_ground:

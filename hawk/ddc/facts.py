@@ -146,6 +146,8 @@ class BatteryFacts:
     """Charge against the cost of the flight home; None on the ground and while an input of it is unknown."""
     reached_s: float | None = None
     """Seconds since the reserve was reached; None while it is not."""
+    cells: tuple[int, ...] = ()
+    """Cell counts that the battery may have, by its voltage before take-off; empty while none fits."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,6 +174,8 @@ class LimitFacts:
     """Reason why a stored fence cannot be used; empty when it can."""
     planned_ceiling: float = 0.0
     """Our ceiling of the planned fence, metres above the arm place."""
+    held: Fence | None = None
+    """The fence that the autopilot holds, as read back from it; None while that is not known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -240,6 +244,8 @@ class Facts:
     """Requests under way, and those that ended lately."""
     target_refusal: str = ""
     """Reason why the last target was not sent; empty when it was."""
+    parameters: tuple[tuple[str, float], ...] = ()
+    """Latest values that the autopilot sent, to us or to another station, of the parameters that decide."""
     starts_in_air: int | None = None
     """Starts in the air within the restart window, this one included; None until they are counted."""
 

@@ -11,12 +11,10 @@ from dataclasses import replace
 from hawk.ddc.acts import (
     STAY,
     Act,
-    Acts,
     Ask,
     CountStart,
     ForgetAskedModes,
     Log,
-    PutFenceInForce,
     Record,
     SetArmed,
     Step,
@@ -24,10 +22,9 @@ from hawk.ddc.acts import (
 from hawk.ddc.facts import Facts, VehicleEvent
 from hawk.ddc.orders import Cause, CauseKind, Rank, ToHover, ToIdle, ToReturn
 from hawk.ddc.restart import RestartRule, restart_rule
-from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import adopted
-from hawk.model import CopterMode, GlobalPose, LandedState, StateName
+from hawk.model import CopterMode, LandedState, StateName
 
 ABANDONED_S = 15.0
 """Within this time after an arming that was given up, "armed" is answered by a disarm, seconds."""
@@ -60,8 +57,7 @@ def state_from_autopilot(
 class VehicleFollower:
     """Decides on the autopilot's changes, from facts and from the armings and starts that it remembers."""
 
-    def __init__(self, settings: DdcSettings) -> None:
-        self._settings = settings
+    def __init__(self) -> None:
         self._abandoned: float | None = None
         self._disarm_asked = float("-inf")
         self._awaits_count = False
@@ -118,14 +114,6 @@ class VehicleFollower:
         if state.is_task:
             return Step(ToHover("The position jumped.", level="warning"), (message,))
         return Step(acts=(message,), restarts=state.holds)
-
-    def ensure_fence(self, facts: Facts, state: State) -> Acts:
-        """After a restart in the air, put the fence around the arm place of the earlier run in force."""
-        place, datum = facts.position.arm_place, facts.position.datum
-        if place is None or datum is None or facts.limits.fence is not None or state.on_ground:
-            return ()
-        armed_at = GlobalPose(place.latitude, place.longitude, place.altitude)
-        return (PutFenceInForce(facts.limits.plan.around(datum, armed_at, self._settings.fence)),)
 
     def adopt(self, facts: Facts, state: State, *, at_start: bool = False, keeps_rank: bool = False) -> Step:
         """Return the step to the autopilot's state. ``keeps_rank``: a state that outranks it, and the same, goes on."""

@@ -21,12 +21,12 @@ from hawk.comm.messages import (
 )
 from hawk.comm.status import CheckItem, ClientId, CommandOption, KillState
 from hawk.ddc.facts import Facts
-from hawk.ddc.failsafes import Values
+from hawk.ddc.failsafes import FailsafeCheck, Values
 from hawk.ddc.fence import fence_refusal
 from hawk.ddc.geofence import contains, path_is_inside
 from hawk.ddc.orders import Rank
 from hawk.ddc.params import ParameterError, check_heights
-from hawk.ddc.preflight import preflight_items
+from hawk.ddc.preflight import failsafe_checks, preflight_items
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
 from hawk.ddc.words import seconds, sentence
@@ -122,11 +122,16 @@ def table_reason(command: str, state: StateName) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Bench:
-    """Work of the operations manager that bears on commands: the cut of the motors and the setting of failsafes."""
+    """Work of the operations manager that bears on commands.
+
+    It cuts the motors, sets failsafes, and sees to it that the autopilot holds our fence (``fence_problem``: the reason
+    why it does not).
+    """
 
     kill_state: KillState = "none"
     is_killed: bool = False
     is_setting: bool = False
+    fence_problem: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,6 +163,11 @@ class Case:
     def checks(self) -> tuple[CheckItem, ...]:
         """The preflight checks, made when first asked for."""
         return preflight_items(self.facts, self.values, self.settings, is_killed=self.bench.is_killed)
+
+    @cached_property
+    def failsafes(self) -> tuple[FailsafeCheck, ...]:
+        """The checks of the autopilot's failsafes, made when first asked for."""
+        return failsafe_checks(self.facts, self.values, self.settings)
 
 
 def options(case: Case) -> tuple[CommandOption, ...]:
@@ -294,8 +304,30 @@ def _arm(case: Case) -> Refusal | None:
     return Refusal(" ".join(filter(None, (f"{failed.name}: {sentence(failed.value)}", sentence(failed.remedy)))))
 
 
+def _failsafes(case: Case) -> Refusal | None:
+    """Refuse what flies on until the autopilot would bring the drone home without us."""
+    failed = next((check for check in case.failsafes if not check.passed), None)
+    if failed is None:
+        return None
+    if not failed.is_read:
+        remedy = "Wait a moment."
+    elif failed.can_be_set:
+        remedy = "Return or land, then Set failsafes." if case.facts.is_airborne else "Disarm, then Set failsafes."
+    else:
+        remedy = failed.remedy
+    return Refusal(f"{failed.name}: {sentence(failed.value)} {remedy}")
+
+
+def _flight_gate(case: Case) -> Refusal | None:
+    """Refuse every task, whichever station armed, unless failsafes and the fence in the autopilot are right."""
+    problem = case.bench.fence_problem
+    return _failsafes(case) or (Refusal(problem) if problem else None)
+
+
 def _takeoff(case: Case) -> Refusal | None:
-    return None if case.state.may_take_off else Refusal("Arming: wait until it is armed.")
+    if not case.state.may_take_off:
+        return Refusal("Arming: wait until it is armed.")
+    return _flight_gate(case)
 
 
 def _explore(case: Case) -> Refusal | None:
@@ -307,7 +339,11 @@ def _explore(case: Case) -> Refusal | None:
 
 def _autonomous_move(case: Case) -> Refusal | None:
     fault = case.facts.sight.fault
-    return _position(case) or (Refusal(fault) if fault else None)
+    return _compulsive_move(case) or (Refusal(fault) if fault else None)
+
+
+def _compulsive_move(case: Case) -> Refusal | None:
+    return _position(case) or _flight_gate(case)
 
 
 def _position(case: Case) -> Refusal | None:
@@ -345,7 +381,7 @@ def _resume(case: Case) -> Refusal | None:
     left = RESUME_WAIT_S - (case.facts.now - case.facts.link.mode_changed_at)
     if left > 0:
         return Refusal(f"The mode changed just now: wait {seconds(left)}.")
-    return _in_the_air(case)
+    return _in_the_air(case) or _failsafes(case)  # Hover then brings our fence to the autopilot, before any task
 
 
 def _clear_kill(case: Case) -> Refusal | None:
@@ -366,7 +402,7 @@ _CONDITIONS: Mapping[str, Callable[[Case], Refusal | None]] = {
     "Takeoff": _takeoff,
     "Autonomous Explore": _explore,
     "Autonomous Move": _autonomous_move,
-    "Compulsive Move": _position,
+    "Compulsive Move": _compulsive_move,
     "Hold": _hold,
     "Return To Launch": _in_the_air,
     "Land": _land,

@@ -14,6 +14,7 @@ from hawk.ddc.acts import (
     Acts,
     Ask,
     AskPlace,
+    CompareFence,
     CountStart,
     CutMotors,
     Desire,
@@ -176,6 +177,8 @@ class Performer:
                 return service.set_rtl_alt(altitude)
             case UploadFence(fence):
                 return service.upload_fence(fence)
+            case CompareFence(fence):
+                return service.compare_fence(fence)
             case CutMotors():
                 return service.kill()
             case ReadParameter(name):

@@ -8,7 +8,7 @@ from typing import Literal
 from hawk.comm.status import CheckItem
 from hawk.config import HeightSettings
 from hawk.ddc.facts import Facts
-from hawk.ddc.failsafes import Values, check_failsafes, return_altitude
+from hawk.ddc.failsafes import AutopilotView, FailsafeCheck, Values, check_failsafes, return_altitude
 from hawk.ddc.geofence import FenceError, contains, extent, outside_by, sees_all, to_map
 from hawk.ddc.params import ParameterError, check_heights
 from hawk.ddc.settings import DdcSettings
@@ -50,8 +50,14 @@ def preflight_items(facts: Facts, values: Values, settings: DdcSettings, *, is_k
         _heights(facts, settings.heights),
         plan if isinstance(plan, CheckItem) else _fence(plan),
         _return_height(altitude, None if isinstance(plan, CheckItem) else plan),
-        *_failsafes(values, settings.system_id),
+        *(_item(check) for check in failsafe_checks(facts, values, settings)),
     )
+
+
+def failsafe_checks(facts: Facts, values: Values, settings: DdcSettings) -> tuple[FailsafeCheck, ...]:
+    """Return the checks of the autopilot's own failsafes, on the ground and in flight."""
+    view = AutopilotView(settings.system_id, facts.battery.cells, facts.diagnostics.fence_on)
+    return check_failsafes(values, view)
 
 
 def _kill(is_killed: bool) -> CheckItem:
@@ -171,13 +177,11 @@ def _plan(facts: Facts, settings: DdcSettings) -> _Plan | CheckItem:
     return _Plan(fence, to_map(datum, place.latitude, place.longitude))
 
 
-def _failsafes(values: Values, system_id: int) -> tuple[CheckItem, ...]:
-    return tuple(
-        _passed(check.name, check.value)
-        if check.passed
-        else _failed(check.name, check.value, check.consequence, "Set failsafes.", remedy_command="Set Failsafes")
-        for check in check_failsafes(values, system_id)
-    )
+def _item(check: FailsafeCheck) -> CheckItem:
+    if check.passed:
+        return _passed(check.name, check.value)
+    command: Remedy | None = "Set Failsafes" if check.can_be_set else None
+    return _failed(check.name, check.value, check.consequence, check.remedy, remedy_command=command)
 
 
 def _passed(name: str, value: str) -> CheckItem:

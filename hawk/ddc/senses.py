@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from datetime import datetime
 
 from hawk.comm.status import OperatorDesk
+from hawk.ddc.battery_thresholds import possible_cells
 from hawk.ddc.belief import Belief, GroundWatch, Motion
 from hawk.ddc.energy import BatteryWatch, Reserve
 from hawk.ddc.facts import (
@@ -25,6 +26,7 @@ from hawk.ddc.facts import (
     VehicleEvent,
     WindFacts,
 )
+from hawk.ddc.failsafes import ALL_NAMES
 from hawk.ddc.fence_file import FenceKeeper
 from hawk.ddc.flight_log import FlightLog
 from hawk.ddc.geofence import BREACH_TOLERANCE_M, outside_by, to_map
@@ -167,6 +169,7 @@ class Senses:
         self._wind: Wind | None = None
         self._wind_at = float("-inf")
         self._strong = Stopwatch()
+        self._cells: tuple[int, ...] = ()
         self._reserve: Reserve | None = None
         self._reached = Stopwatch()
         self._breach = Stopwatch()
@@ -190,8 +193,11 @@ class Senses:
         now = self._from.clock()
         self._belief = self._believe(now)
         events = self._link.observe(self._belief.vehicle, now) + self._watch_doubt()
+        if VehicleEvent.LINK_LOST in events:
+            self._from.service.forget_held_fence()
         self._watch_wind(now)
         self._watch_battery(now)
+        self._watch_cells()
         self._watch_breach(now)
         parts = self._parts()
         self._fault.update(bool(_perception_fault(parts)), now)
@@ -232,6 +238,7 @@ class Senses:
             parts=parts,
             answers=self._from.requests.answers(),
             target_refusal=outcomes.target_refusal,
+            parameters=self._parameters(),
             starts_in_air=outcomes.starts_in_air,
         )
 
@@ -257,6 +264,7 @@ class Senses:
             unknown_s=now - self._charge_known,
             reserve=self._reserve,
             reached_s=self._reached.read(now),
+            cells=self._cells,
         )
 
     def _limits(self, now: float) -> LimitFacts:
@@ -268,7 +276,12 @@ class Senses:
             plan=fences.plan,
             plan_problem=fences.problem,
             planned_ceiling=fences.plan.ceiling - self._from.settings.fence.ceiling_margin_m,
+            held=self._from.service.held_fence,
         )
+
+    def _parameters(self) -> tuple[tuple[str, float], ...]:
+        told = self._from.service.parameters
+        return tuple((name, float(told[name])) for name in ALL_NAMES if name in told)
 
     def _operator(self, now: float) -> OperatorFacts:
         desk = self._from.desk
@@ -365,6 +378,13 @@ class Senses:
             speed = ground_speed(self._from.settings.flight.speed_m_s, track, self._wind)
             self._reserve = self._drain.reserve(percentage, away, pose.map.height, top, speed)
             self._reached.update(self._reserve.is_reached, now)
+
+    def _watch_cells(self) -> None:
+        """Count the battery's cells at rest. In flight the voltage sags, and the count stays."""
+        topics = self._from.topics
+        info, armed = topics.get_battery_info(), topics.get_state().armed
+        if info is not None and (not armed or not self._cells):
+            self._cells = possible_cells(info.voltage, self._from.settings.flight.battery_cells, in_flight=armed)
 
     def _watch_breach(self, now: float) -> None:
         pose, fence = self._from.topics.get_fresh_pose(), self._from.topics.fence_pub.value

@@ -63,6 +63,7 @@ class DdcServiceInterface:
         self._speed = speed
         self._record_with = record
         self._asked: dict[int, float] = {}
+        self._held_fence: Fence | None = None
 
     def init(self) -> None:
         """Forget the modes that were asked for."""
@@ -77,6 +78,15 @@ class DdcServiceInterface:
     def parameters(self) -> Mapping[str, float | int]:
         """Autopilot parameters read so far."""
         return self._autopilot.parameters
+
+    @property
+    def held_fence(self) -> Fence | None:
+        """The fence that the autopilot holds, as read back from it; None while that is not known."""
+        return self._held_fence
+
+    def forget_held_fence(self) -> None:
+        """The autopilot was not heard for a while: nobody knows which fence it holds."""
+        self._held_fence = None
 
     def set_datum(self, datum: GlobalPose | None) -> None:
         """Set the origin of the map frame; None: the next arm place becomes it."""
@@ -116,8 +126,16 @@ class DdcServiceInterface:
         await self._ask("kill", self._autopilot.kill)
 
     async def upload_fence(self, fence: Fence) -> None:
-        """Upload and enable the autopilot's own fence."""
+        """Upload and enable the autopilot's own fence, and read it back."""
+        self._held_fence = None
         await self._ask("upload fence", lambda: self._autopilot.upload_fence(fence))
+        self._held_fence = fence
+
+    async def compare_fence(self, fence: Fence) -> None:
+        """Read the autopilot's fence and compare it. Raises ReqFailed when it holds another one."""
+        self._held_fence = None
+        await self._ask("compare fence", lambda: self._autopilot.compare_fence(fence))
+        self._held_fence = fence
 
     async def get_parameter(self, name: str) -> float | int:
         """Read one parameter."""

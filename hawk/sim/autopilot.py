@@ -91,6 +91,7 @@ class Autopilot:
         self.armed = False
         self.landed = True
         self.boots += 1
+        self.fence.boot()
         self.mode_changes = 0
         sigma, wait = self.options.gnss_sigma, self.options.gnss_wait_s
         self.estimator = Estimator(sigma, wait, self._rng)
@@ -296,7 +297,8 @@ class Autopilot:
 
     def note_gcs(self, system_id: int) -> None:
         """Take a heartbeat of a ground station."""
-        if system_id == self.gcs_id:
+        highest = self.parameters.flag("MAV_GCS_SYSID_HI") if "MAV_GCS_SYSID_HI" in self.parameters else 0
+        if self.gcs_id <= system_id <= max(self.gcs_id, highest):
             self._gcs_time = self.time
 
     def crash_program(self, why: str) -> None:
@@ -333,7 +335,7 @@ class Autopilot:
 
     def _view(self) -> ModeInputs:
         ceiling = None
-        if self.parameters["FENCE_ENABLE"] and self.parameters.flag("FENCE_TYPE") & FenceType.ALT_MAX:
+        if self.fence.is_on(self.parameters) and self.parameters.flag("FENCE_TYPE") & FenceType.ALT_MAX:
             ceiling = self.parameters["FENCE_ALT_MAX"] - self.parameters["FENCE_MARGIN"]
         return ModeInputs(
             time=self.time,
@@ -359,7 +361,7 @@ class Autopilot:
             battery_failsafe=self.failsafes.battery,
             battery_voltage=self.battery.voltage,
             battery_arm_voltage=self.parameters["BATT_ARM_VOLT"],
-            fence_enabled=bool(self.parameters["FENCE_ENABLE"]),
+            fence_enabled=self.fence.is_on(self.parameters),
             fence_breaches=self._breaches(),
             throttle_high=self.radio_present and self.stick > 0.05,
             crashed=self.body.crashed,

@@ -15,6 +15,8 @@ from hawk.sim.modes import ModeNumber
 FORCE_DISARM = 21196
 FORCE_ARM = 2989
 """ArduPilot's magic numbers. 21196 with "arm" (MAVSDK's ``arm_force``) is acknowledged and does nothing."""
+FENCE_SWITCH = 11
+"""RCx_OPTION of the switch that turns the fence on and off."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +108,16 @@ def _yaw(command: Command, autopilot: Autopilot) -> None:
 
 
 def _fence_enable(command: Command, autopilot: Autopilot) -> None:
-    autopilot.parameters.set("FENCE_ENABLE", 1.0 if command.parameters[0] == 1.0 else 0.0)
+    autopilot.fence.switch(command.parameters[0] == 1.0, autopilot.parameters)
+
+
+def _switch(command: Command, autopilot: Autopilot) -> int | None:
+    """Take a switch of the remote control: position 0 is low, 2 high."""
+    function, position = command.parameters[:2]
+    if function != FENCE_SWITCH:
+        return int(mavlink.MAV_RESULT_FAILED)
+    autopilot.fence.switch(position == 2.0, autopilot.parameters)
+    return None
 
 
 def _reboot(command: Command, autopilot: Autopilot) -> int | None:
@@ -142,6 +153,7 @@ _HANDLERS: dict[int, Callable[[Command, Autopilot], int | None]] = {
     mavlink.MAV_CMD_DO_CHANGE_SPEED: _change_speed,
     mavlink.MAV_CMD_CONDITION_YAW: _yaw,
     mavlink.MAV_CMD_DO_FENCE_ENABLE: _fence_enable,
+    mavlink.MAV_CMD_DO_AUX_FUNCTION: _switch,
     mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: _reboot,
     mavlink.MAV_CMD_RUN_PREARM_CHECKS: lambda _, autopilot: autopilot.report_pre_arm(),
     mavlink.MAV_CMD_DO_SET_HOME: _set_home,

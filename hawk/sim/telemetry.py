@@ -98,7 +98,7 @@ def _sys_status(autopilot: Autopilot) -> Message:
     ):
         health |= bit if healthy else 0
     enabled = _SENSORS
-    if not autopilot.parameters["FENCE_ENABLE"]:
+    if not (autopilot.fence.is_on(autopilot.parameters) and autopilot.parameters["FENCE_ACTION"]):
         enabled &= ~mavlink.MAV_SYS_STATUS_GEOFENCE
     battery = autopilot.battery
     return mavlink.MAVLink_sys_status_message(

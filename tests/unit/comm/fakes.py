@@ -101,6 +101,9 @@ class FakeLink(Link):
     commanded: list[tuple[int, list[float]]] = field(default_factory=list)
     results: dict[int, int] = field(default_factory=dict)
     fences: list[list[tuple[float, float]]] = field(default_factory=list)
+    held: tuple[tuple[float, float], ...] | None = None
+    keeps: tuple[tuple[float, float], ...] | None = None
+    """The fence that it holds after any upload; None: the uploaded one."""
     answer: Callable[[str, Mapping[str, Any]], None] = lambda _name, _fields: None
     before_ack: Callable[[], None] = lambda: None
     problems: list[str] = field(default_factory=list)
@@ -150,6 +153,12 @@ class FakeLink(Link):
 
     def upload_fence(self, polygon: Sequence[tuple[float, float]]) -> None:
         self.fences.append(list(polygon))
+        self.held = tuple(polygon) if self.keeps is None else self.keeps
+
+    def download_fence(self) -> tuple[tuple[float, float], ...]:
+        if self.held is None:
+            raise AutopilotError("The autopilot's fence has 0 polygons and 0 circles, ours is one polygon")
+        return self.held
 
     def named(self, name: str) -> list[dict[str, Any]]:
         return [fields for sent, fields in self.sent if sent == name]

@@ -216,6 +216,7 @@ class TestCommands:
             lambda: rig.autopilot.get_parameter("RTL_ALT"),
             lambda: rig.autopilot.set_parameter("RTL_ALT", 1),
             lambda: rig.autopilot.upload_fence(FENCE),
+            lambda: rig.autopilot.compare_fence(FENCE),
         ]
         for call in calls:
             with pytest.raises(AutopilotError, match="No link to the autopilot"):
@@ -434,6 +435,52 @@ class TestFence:
         await rig.autopilot.upload_fence(FENCE)
         middle = sum(latitude for latitude, _ in rig.link.fences[0]) / 4
         assert middle == pytest.approx(origin.latitude, abs=1e-6)
+
+    @pytest.mark.parametrize(
+        "change",
+        [
+            lambda polygon: polygon[:-1],
+            lambda polygon: (*polygon, polygon[0]),
+            lambda polygon: ((polygon[0][0] + 2e-6, polygon[0][1]), *polygon[1:]),
+            lambda polygon: (*polygon[1:], polygon[0]),
+        ],
+        ids=["a corner less", "a corner more", "a corner moved", "turned"],
+    )
+    async def test_an_upload_that_reads_back_as_another_fence_has_failed(
+        self, rig: Rig, change: Callable[[tuple[tuple[float, float], ...]], tuple[tuple[float, float], ...]]
+    ) -> None:
+        await rig.connect()
+        rig.autopilot.set_datum(GlobalPose(LATITUDE, LONGITUDE, ALTITUDE))
+        await rig.autopilot.upload_fence(FENCE)
+        await rig.autopilot.compare_fence(FENCE)
+        assert rig.link.held is not None
+        rig.link.keeps = change(rig.link.held)
+        with pytest.raises(AutopilotError, match="holds is another one"):
+            await rig.autopilot.upload_fence(FENCE)
+        with pytest.raises(AutopilotError, match="holds is another one"):
+            await rig.autopilot.compare_fence(FENCE)
+
+    async def test_rounding_on_the_wire_is_no_other_fence(self, rig: Rig) -> None:
+        await rig.connect()
+        rig.autopilot.set_datum(GlobalPose(LATITUDE, LONGITUDE, ALTITUDE))
+        await rig.autopilot.upload_fence(FENCE)
+        assert rig.link.held is not None
+        rig.link.held = tuple((round(lat, 7), round(lon, 7)) for lat, lon in rig.link.held)
+        await rig.autopilot.compare_fence(FENCE)
+
+    async def test_a_comparison_writes_nothing_and_finds_what_differs(self, rig: Rig) -> None:
+        await rig.connect()
+        rig.autopilot.set_datum(GlobalPose(LATITUDE, LONGITUDE, ALTITUDE))
+        with pytest.raises(AutopilotError, match="FENCE_ENABLE"):
+            await rig.autopilot.compare_fence(FENCE)
+        rig.memory.values["FENCE_ENABLE"] = (1, 2)
+        with pytest.raises(AutopilotError, match="FENCE_ALT_MAX: the autopilot's ceiling is 120 m, ours is 100 m"):
+            await rig.autopilot.compare_fence(FENCE)
+        rig.memory.values["FENCE_ALT_MAX"] = (100, 9)
+        with pytest.raises(AutopilotError, match="0 polygons"):
+            await rig.autopilot.compare_fence(FENCE)
+        assert rig.link.fences == []
+        assert all(kind == "PARAM_REQUEST_READ" for kind, _ in rig.memory.asked)
 
     async def test_without_a_place_it_cannot_be_laid(self, rig: Rig) -> None:
         await rig.connect()

@@ -205,6 +205,7 @@ def test_before_an_autopilot_is_found_nothing_can_be_sent() -> None:
         lambda: link.send("HEARTBEAT", {}),
         lambda: link.command(400),
         lambda: link.upload_fence([(1.0, 2.0)]),
+        link.download_fence,
     ]
     for call in calls:
         with pytest.raises(AutopilotError, match="No autopilot found yet"):

@@ -329,6 +329,14 @@ def test_a_message_without_its_fields_does_no_harm(rig: Rig) -> None:
     assert rig.topics.state.value is None
 
 
+@pytest.mark.parametrize(("enabled", "fence_on"), [(0x100000, True), (0xEFFFFF, False), (0, False), (None, None)])
+def test_sys_status_says_whether_a_fence_is_enabled(rig: Rig, enabled: int | None, fence_on: bool | None) -> None:
+    name, fields = rig.said.system()
+    rig.take((name, fields if enabled is None else {**fields, "onboard_control_sensors_enabled": enabled}))
+    assert rig.topics.diagnostics.value is not None
+    assert rig.topics.diagnostics.value.fence_on is fence_on
+
+
 @pytest.mark.parametrize(
     ("remaining", "millivolts", "centiamperes", "expected"),
     [

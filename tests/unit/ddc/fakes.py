@@ -73,24 +73,38 @@ _DEGREE = MapPoint(
     to_map(PLACE, PLACE.latitude, PLACE.longitude + 1e-3).east * 1e3,
 )
 """Metres of a degree of latitude and of longitude; good to centimetres over a few hundred metres."""
+_ALWAYS_SAFE: Mapping[str, float] = {
+    "FS_GCS_TIMEOUT": 5,
+    "FS_THR_ENABLE": 1,
+    "FS_EKF_ACTION": 1,
+    "FS_EKF_THRESH": 0.8,
+    "FENCE_ACTION": 1,
+    "FENCE_TYPE": 7,
+    "BATT_FS_CRT_ACT": 0,
+    "BATT_LOW_VOLT": 10.5,
+    "BATT_LOW_MAH": 0,
+    "BATT_LOW_TIMER": 10,
+    "BATT_CAPACITY": 3300,
+    "RTL_ALT": 1500,
+}
 SAFE_PARAMETERS: Mapping[str, float] = {
+    **_ALWAYS_SAFE,
     "FS_GCS_ENABLE": 1,
     "SYSID_MYGCS": 245,
     "FS_OPTIONS": 16,
     "FENCE_ENABLE": 1,
-    "FENCE_ACTION": 1,
     "BATT_FS_LOW_ACT": 2,
-    "RTL_ALT": 1500,
 }
 DEFAULT_PARAMETERS: Mapping[str, float] = {
+    **_ALWAYS_SAFE,
     "FS_GCS_ENABLE": 0,
     "SYSID_MYGCS": 255,
     "FS_OPTIONS": 0,
     "FENCE_ENABLE": 0,
-    "FENCE_ACTION": 1,
     "BATT_FS_LOW_ACT": 0,
-    "RTL_ALT": 1500,
 }
+VOLTAGE = 12.0
+"""Three cells."""
 
 
 def sender(state: StateName) -> Sender:
@@ -141,6 +155,9 @@ class FakeAutopilot:
         self.pose_flows = True
         self.landed_flows = True
         self.stuck = False
+        self.held_fence: Fence | None = None
+        self.fence_on: bool | None = None
+        """SYS_STATUS's word on the fence; None: as FENCE_ENABLE says."""
         self._datum: GlobalPose | None = None
         self._read: dict[str, float | int] = {}
 
@@ -182,10 +199,22 @@ class FakeAutopilot:
 
     async def set_parameter(self, name: str, value: float) -> None:
         await self._answer("set_parameter", (name, value))
-        self.values[name] = value
+        self.tell(name, value)
+
+    def tell(self, name: str, value: float) -> None:
+        """Change a parameter and send it to all, as after another station's PARAM_SET."""
+        self.values[name] = self._read[name] = value
 
     async def upload_fence(self, fence: Fence) -> None:
         await self._answer("upload_fence", fence)
+        self.held_fence = fence
+        self.tell("FENCE_TYPE", 5)
+        self.tell("FENCE_ENABLE", 1)
+
+    async def compare_fence(self, fence: Fence) -> None:
+        await self._answer("compare_fence", fence)
+        if fence != self.held_fence or self.values["FENCE_ENABLE"] != 1:
+            raise AutopilotError("The fence that the autopilot holds is another one")
 
     async def kill(self) -> None:
         await self._answer("kill")
@@ -247,10 +276,13 @@ class FakeAutopilot:
         now = self.clock()
         if self.connected:
             self.topics.state.publish(self._state(now))
-            self.topics.battery.publish(BatteryInfo(self.battery, 16.0, 10.0, now))
+            self.topics.battery.publish(BatteryInfo(self.battery, VOLTAGE, 10.0, now))
             good = self.position_good and not self.estimator_fault
+            fence_on = bool(self.values["FENCE_ENABLE"]) if self.fence_on is None else self.fence_on
             self.topics.diagnostics.publish(
-                Diagnostics(good, True, good, True, 3, 16, 0.9, now, estimator_fault=self.estimator_fault)
+                Diagnostics(
+                    good, True, good, True, 3, 16, 0.9, now, estimator_fault=self.estimator_fault, fence_on=fence_on
+                )
             )
             if self.pose_flows:
                 self.topics.pose.publish(self._pose(now))

@@ -12,10 +12,11 @@ from pathlib import Path
 from typing import Literal
 
 from hawk.comm.messages import Ack, Command, Kill, KillToken
-from hawk.ddc.acts import Acts, Ask, CutMotors
-from hawk.ddc.decider import Decision
+from hawk.ddc.acts import Acts, Ask, CutMotors, ReadParameter
+from hawk.ddc.decider import Decider, Decision
 from hawk.ddc.energy import Reserve
 from hawk.ddc.facts import Answer, Facts, VehicleEvent, WindFacts
+from hawk.ddc.kill import KillTokens
 from hawk.ddc.orders import (
     ConfigureOrder,
     MoveOrder,
@@ -43,13 +44,17 @@ from hawk.model import (
     Route,
     StateName,
 )
+from tests.unit.ddc.fakes import SAFE_PARAMETERS
 from tests.unit.ddc.test_command_table import COMMANDS
-from tests.unit.ddc.written_facts import decider, flying, of_kind, on_ground, pose, without_link
+from tests.unit.ddc.written_facts import SETTINGS, flying, found, of_kind, on_ground, pose, without_link
 
 DOCUMENT = Path(__file__).parents[3] / "docs" / "states.md"
 BEGAN = 0.0
 LATER = 1.0
 """Time of the event, seconds after the state began."""
+SETTLED_S = 10.0
+"""The program ran this long before the state began: it has read the parameters."""
+TICK_S = 0.25
 _ROUTE = Route((MapPoint(0.0, 0.0), MapPoint(40.0, 0.0)), (0.0, 0.0))
 _MOVE = MoveOrder(MapPoint(40.0, 0.0), 30.0, 0.0, False, 0)
 _LOT_MOVE = replace(_MOVE, autonomous=True, number=3, route=_ROUTE)
@@ -93,11 +98,11 @@ class Program:
 
     def __init__(self, column: Column) -> None:
         self._column = column
-        self._decider = decider(BEGAN)
+        self._decider = Decider(SETTINGS, KillTokens(), BEGAN - SETTLED_S)
         self._asked: list[Ask] = []
-        facts = column.facts(BEGAN)
-        self._decider.tick(facts)
-        self._decider._switch(column.transition, facts)
+        for tick in range(round(SETTLED_S / TICK_S)):
+            self.tick(BEGAN - SETTLED_S + TICK_S * tick, Event("", "", found if tick == 0 else _as_it_is))
+        self._decider._switch(column.transition, column.facts(BEGAN))
         self._keep(self._decider._taken(None).acts)
 
     @property
@@ -108,8 +113,7 @@ class Program:
     def facts(self, now: float, event: Event) -> Facts:
         """Return the facts of an event."""
         facts = self._column.facts(now)
-        answers = tuple(Answer(ask.name, ask.at, event.answers, "Not now.") for ask in self._asked)
-        return event.change(replace(facts, answers=answers))
+        return event.change(replace(facts, answers=tuple(_answer(ask, event) for ask in self._asked)))
 
     def tick(self, now: float, event: Event) -> None:
         """Run one tick with the facts of an event."""
@@ -123,6 +127,17 @@ class Program:
 
     def _keep(self, acts: Acts) -> None:
         self._asked += [act for act in acts if isinstance(act, Ask)]
+
+
+def _answer(ask: Ask, event: Event) -> Answer:
+    """Return the answer to a request. Parameters are read at any time, and are safe."""
+    match ask.request:
+        case ReadParameter(name) if name in SAFE_PARAMETERS:
+            return Answer(ask.name, ask.at, "done", value=SAFE_PARAMETERS[name])
+        case ReadParameter(name):
+            return Answer(ask.name, ask.at, "failed", f"{name}: no answer")
+        case _:
+            return Answer(ask.name, ask.at, event.answers, "Not now.")
 
 
 S = StateName

@@ -17,6 +17,7 @@ from hawk.ddc.acts import (
     EnterState,
     ForgetAskedModes,
     Log,
+    ReadParameter,
     SendTarget,
     SetArmed,
     SetMode,
@@ -341,7 +342,8 @@ def test_nothing_of_kill_goes_out_without_a_token() -> None:
 
 
 def asked(acts: tuple[Act, ...]) -> list[Any]:
-    return [act.request for act in acts if isinstance(act, Ask)]
+    """Return the requests beside the reading of parameters."""
+    return [act.request for act in acts if isinstance(act, Ask) and not isinstance(act.request, ReadParameter)]
 
 
 def test_a_breach_is_reported_once() -> None:

@@ -211,7 +211,7 @@ async def test_a_recording_that_fails_keeps_no_request_from_being_sent(
         lambda program: (guard, "notices"),
         lambda program: (program._reader, "tick"),
         lambda program: (program._desk.routes, "tick"),
-        lambda program: (program._follower, "ensure_fence"),
+        lambda program: (program._holder, "tick"),
         lambda program: (program._follower, "watch_jump"),
         lambda program: (program._follower, "answer"),
     ],

@@ -60,10 +60,30 @@ def test_speed_and_heading(flying: Any) -> None:
 
 
 def test_the_fence_can_be_switched(station: Any) -> None:
+    def enabled() -> bool:
+        station.command(mavlink.MAV_CMD_REQUEST_MESSAGE, mavlink.MAVLINK_MSG_ID_SYS_STATUS)
+        status = station.last("SYS_STATUS").onboard_control_sensors_enabled
+        return bool(status & mavlink.MAV_SYS_STATUS_GEOFENCE)
+
+    parameters = station.autopilot.parameters
+    assert not enabled()
     assert station.command(mavlink.MAV_CMD_DO_FENCE_ENABLE, 1) == ACCEPTED
-    assert station.autopilot.parameters["FENCE_ENABLE"] == 1
+    assert (enabled(), parameters["FENCE_ENABLE"]) == (True, 0)
+    parameters.set("FENCE_ENABLE", 1)
+    assert station.command(mavlink.MAV_CMD_DO_AUX_FUNCTION, 11, 0) == ACCEPTED
+    assert (enabled(), parameters["FENCE_ENABLE"]) == (False, 1)
+    parameters.set("FENCE_ENABLE", 1)
+    assert not enabled(), "the same value again turns nothing on"
+    parameters.set("FENCE_ENABLE", 0)
+    assert not enabled()
+    parameters.set("FENCE_ENABLE", 1)
+    assert enabled()
+    assert station.command(mavlink.MAV_CMD_DO_AUX_FUNCTION, 12, 2) == FAILED
     station.command(mavlink.MAV_CMD_DO_FENCE_ENABLE, 0)
-    assert station.autopilot.parameters["FENCE_ENABLE"] == 0
+    station.autopilot.reboot()
+    assert enabled()
+    parameters.set("FENCE_ACTION", 0)
+    assert not enabled(), "a fence that only reports is none"
 
 
 def test_reposition_in_another_mode_needs_its_flag(flying: Any) -> None:
