@@ -79,7 +79,7 @@ class Point(Outgoing):
 
 
 class HealthItem(Outgoing):
-    """Health of one part. Name: link, position, vision, mapper, planner, camera, recording or loop."""
+    """Health of one part. Name: link, position, ground, vision, mapper, planner, camera, recording or loop."""
 
     name: str
     healthy: bool
