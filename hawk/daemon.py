@@ -34,7 +34,7 @@ from hawk.comm.vehicle import VehicleTopics
 from hawk.config import Config, ConfigError
 from hawk.ddc.geofence import FenceError
 from hawk.ddc.operations_manager import OperationsManager
-from hawk.ddc.restart import RESTART_WINDOW_S, RestartRule, restart_rule
+from hawk.ddc.restart import RESTART_WINDOW_S, RestartRule, flight_goes_on, restart_rule
 from hawk.ddc.service_interface import DdcServiceInterface
 from hawk.ddc.settings import DdcSettings, ManagerSetup
 from hawk.ddc.topic_interface import DdcInputs, DdcTopicInterface
@@ -58,6 +58,8 @@ _LOG = logging.getLogger(__name__)
 
 MONITOR_S = 0.25
 """Real seconds between two looks at camera, recording and loop."""
+START_NOTED_S = 0.5
+"""The start is on the disk before the link is opened, but the drone does not wait longer for it, real seconds."""
 CONTINUE_S = 1800.0
 """A daemon that starts on the ground continues a survey younger than this, wall clock seconds."""
 
@@ -120,6 +122,7 @@ class Daemon:
         self._algorithms: AlgorithmLoop | None = None
         self._map_keeper: MapKeeper | None = None
         self._first_tick_s: float | None = None
+        self._in_air_for_sure = False
         self._output = LineWriter(STANDARD_OUTPUT)
         load_calibration(config.camera)
         config.store.directory.mkdir(parents=True, exist_ok=True)
@@ -145,6 +148,8 @@ class Daemon:
         self.camera = DroneCamera(self._config.camera, self.clock, stamped)
         self._kept: JournalState = self._journal.state
         if self._goes_on():
+            if flight_goes_on(self._kept.flight, time.time(), self._options.speed) is not None:
+                self._journal.add_start_in_air()  # now: a crash before the link is found counts too
             self.autopilot.set_datum(self._kept.datum)
             if self._kept.arm_place is not None:
                 self.autopilot.telemetry.restore_arm_place(self._kept.arm_place)
@@ -237,6 +242,8 @@ class Daemon:
         loop = asyncio.get_running_loop()
         for name in (signal.SIGINT, signal.SIGTERM):
             loop.add_signal_handler(name, self._stopping.set)
+        if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # nohup(1) ignores it for us
+            loop.add_signal_handler(signal.SIGHUP, self._lose_terminal)
         ticker = Ticker(1 / (self._config.flight.tick_hz * self.clock.speed), self._tick, self.performance.ticked)
         ticker.start()
         self._watchdog.ready()
@@ -249,12 +256,27 @@ class Daemon:
             await self._start_algorithms()
             await self._stopping.wait()
             await self.manager.shutdown_in_air()
+            self._journal.withdraw_start()
         except OSError as error:
             raise ConfigError(f"web.port: {error}; name a free one") from error
         finally:
             ticker.stop()
             await self._close()
         return 0
+
+    def _lose_terminal(self) -> None:
+        """Go on flying without a terminal; on the ground end in order."""
+        if self._may_fly():
+            _LOG.warning("SIGHUP: the terminal was lost; the flight goes on. SIGTERM ends it")
+        else:
+            self._stopping.set()
+
+    def _may_fly(self) -> bool:
+        """Return True for an armed drone, and while nothing is heard for one that flew lately."""
+        state = self.vehicle.state.value
+        if state is not None and (state.connected or state.armed):
+            return state.armed
+        return flight_goes_on(self._kept.flight, time.time(), self._options.speed) is not None
 
     def _tick(self) -> None:
         before = self.manager.ticks
@@ -265,7 +287,11 @@ class Daemon:
             self._first_tick_s = _seconds_since_process_start()
 
     async def _open_autopilot(self) -> None:
-        """Open MAVLink, unless this program crashed twice in the air within a minute: then only when disarmed."""
+        """Open MAVLink, unless this program crashed twice in the air within a minute: then only when disarmed.
+
+        A start counts from its beginning when the journal knows of a flight under way, else once the drone is found in
+        the air. A start on the ground and one that ended in order are taken back.
+        """
         before = [start for start in self._kept.starts_in_air if time.time() - start < RESTART_WINDOW_S]
         if restart_rule(len(before) + 1) is RestartRule.STAY_AWAY:
             _LOG.error("started a third time within a minute in the air: the autopilot's failsafe has the drone")
@@ -281,6 +307,7 @@ class Daemon:
                 task.cancel()
             await asyncio.gather(listening, stopping, return_exceptions=True)
         if not self._stopping.is_set():
+            await self._journal.flush(START_NOTED_S)
             await self.autopilot.start()
 
     async def _start_algorithms(self) -> None:
@@ -402,10 +429,13 @@ class Daemon:
             self._journal.set_datum(self.autopilot.datum)
 
     def _count_start(self) -> int:
+        self._in_air_for_sure = True
         starts = self._journal.add_start_in_air()
         return sum(1 for start in starts if starts[-1] - start < RESTART_WINDOW_S)
 
     def _record_flights(self, state: VehicleState) -> None:
+        if state.connected and not state.armed and not self._in_air_for_sure:
+            self._journal.withdraw_start()  # it began on the ground
         if state.connected:
             (self._recording.begin if state.armed else self._recording.end)()
 

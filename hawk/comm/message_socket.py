@@ -40,10 +40,8 @@ QUEUE_LIMIT: Final = 256
 """Received messages that wait at most."""
 CLIENT_WAITING: Final = 16
 """Commands of one client that wait at most in the daemon; the next one is refused."""
-CLIENT_COMMANDS: Final = 2
-"""Commands of one client that a tick takes at most."""
-TICK_COMMANDS: Final = 8
-"""Commands that a tick takes at most: a command costs the tick some tenths of a millisecond."""
+TICK_COMMANDS: Final = 4
+"""Commands that a tick takes at most, one of a client: each costs it some tenths of a millisecond."""
 CLOSE_TIMEOUT_S: Final = 3.0
 SAVING: Final = (Hold, ReturnToLaunch, Land, Kill)
 """Commands that stop or save the drone: one that is accepted voids what waits."""
@@ -236,16 +234,13 @@ class ServerMessageSocket:
             self._waiting.setdefault(client, deque()).append(command)
 
     def receive(self) -> list[tuple[ClientId, Command]]:
-        """Take what a tick has time for: one command of each client in turn, its oldest first, then a second one."""
+        """Take what a tick has time for: the oldest command of each client whose turn it is."""
         taken: list[tuple[ClientId, Command]] = []
-        for _ in range(CLIENT_COMMANDS):
-            for client in tuple(self._waiting):
-                if len(taken) >= TICK_COMMANDS:
-                    return taken
-                commands = self._waiting.pop(client)
-                taken.append((client, commands.popleft()))
-                if commands:
-                    self._waiting[client] = commands  # behind all others
+        for client in tuple(self._waiting)[:TICK_COMMANDS]:
+            commands = self._waiting.pop(client)
+            taken.append((client, commands.popleft()))
+            if commands:
+                self._waiting[client] = commands  # behind all others
         return taken
 
     def reply(self, client: ClientId, message: Outgoing) -> None:

@@ -13,6 +13,8 @@ from hawk.ddc.acts import JudgeFence
 from hawk.ddc.fence import check_answer
 from hawk.ddc.settings import DdcSettings
 
+PAUSE_S = 0.05
+"""Real seconds between two checks: a thread that computes without a pause takes the interpreter lock from the loop."""
 REPLACED = "You asked about another fence since."
 
 _LOGGER = logging.getLogger(__name__)
@@ -50,6 +52,7 @@ class FenceChecks:
         while self._waiting:
             question = self._waiting.pop(next(iter(self._waiting)))
             self._reply(question.client, await self._answer(question))
+            await asyncio.sleep(PAUSE_S)
 
     async def _answer(self, question: JudgeFence) -> Outgoing:
         loop, command = asyncio.get_running_loop(), question.command

@@ -126,13 +126,14 @@ class Rig:
         )
 
     def serve_commands(self) -> list[tuple[ClientId, Command]]:
-        """Do what the manager's tick does: accept everything that its sender may send; return that."""
+        """Do what the manager's ticks do: accept everything that its sender may send; return that."""
         accepted = []
-        for client, command in self.side.socket.receive():
-            refused = self.manager.refusal(client, command)
-            if refused is None:
-                accepted.append((client, command))
-            self.side.socket.reply(client, refused or Ack(id=command.id, accepted=True))
+        while commands := self.side.socket.receive():
+            for client, command in commands:
+                refused = self.manager.refusal(client, command)
+                if refused is None:
+                    accepted.append((client, command))
+                self.side.socket.reply(client, refused or Ack(id=command.id, accepted=True))
         return accepted
 
 
