@@ -11,7 +11,7 @@ from hawk.comm.messages import BadMessageError, parse_command
 
 KINDS: Final = frozenset({"Ack", "Kill Token", "Fence Check", "Route"})
 GENERAL: Final = frozenset({"not JSON", "Type", "message"})
-"""What a refusal may name besides a field of the message."""
+"""Names in a refusal besides the fields of the message."""
 FIELDS: Final = frozenset(
     {"X", "Y", "Min", "Des", "Max", "Token", "Action", "Corners", "Ceiling", "Latitude", "Longitude"}
 )

@@ -32,7 +32,7 @@ _PATIENCE_S: Final = 20.0
 _MALFORMED: Final = re.compile(
     r"Error handling request|Unhandled exception: RequestPayload|\d+ more lines of this kind"
 )
-"""How aiohttp logs malformed requests. A fault of ours behind one is an answer of status 500 besides."""
+"""Log lines of aiohttp about malformed requests. A fault of ours behind one is an answer of status 500 besides."""
 
 
 class Faults(logging.Handler):
@@ -129,7 +129,7 @@ class Guest:
             await self._socket.send_str(message)
 
     async def answered(self, house: House, count: int) -> list[dict[str, Any]]:
-        """Tick until so many answers have come, or until they are overdue; return those that came."""
+        """Tick until ``count`` answers have come, or until they are overdue; return those that came."""
         begun = house.ticks
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(_PATIENCE_S):

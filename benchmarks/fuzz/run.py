@@ -27,7 +27,7 @@ WIRES: Final = 64
 CONTROL_ROUNDS: Final = 20
 """Rounds after which control goes from the witness to the fuzzer, and back."""
 FINDINGS: Final = 20
-"""A run with so many findings ends."""
+"""A run with this number of findings ends."""
 _WITNESS: Final = ('{"Type": "Heartbeat", "Id": "%s"}', '{"Type": "Arm", "Id": "%s"}')
 
 
@@ -61,7 +61,7 @@ class Run:
 
     @property
     def house(self) -> House:
-        """What the messages are sent to."""
+        """The house that the messages are sent to."""
         return self._house
 
     async def run(self, tell: Callable[[Result], None] = lambda _: None) -> Result:
@@ -121,7 +121,7 @@ class Run:
         self.result.witnessed += len(heard)
 
     async def _begin_wires(self, count: int) -> None:
-        """Open so many connections; the rounds go on beside them."""
+        """Open ``count`` connections; the rounds go on beside them."""
         while len(self._wires) + count > WIRES:
             await self._house.tick()
             await asyncio.sleep(0.005)
