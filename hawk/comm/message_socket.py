@@ -193,6 +193,11 @@ class ServerMessageSocket:
         self._commands: deque[tuple[ClientId, Command]] = deque()
         self._handler: CommandHandler | None = None
 
+    @property
+    def waiting(self) -> int:
+        """Commands that wait for the operations manager."""
+        return len(self._commands)
+
     def attach(self, handler: CommandHandler) -> None:
         """Set the handler that acts on Hold, Kill Request and Kill at once."""
         self._handler = handler
