@@ -227,7 +227,7 @@ def _explain(error: ValidationError, path: Path | None, text: str) -> str:
             message = f"is not a setting; see config.toml for those that are{_similar(keys)}"
         elif problem["type"] == "missing":
             message = "is missing"
-        else:
+        elif keys[-1:] != ["token"]:  # a secret, even a part of one, is not repeated
             message = f"{message} (found {problem['input']!r})"
         number = _line_of(keys, text)
         place = f"{path}, line {number}: " if number else f"{path}: " if path else ""
