@@ -291,7 +291,7 @@ def _explain(error: ValidationError, path: Path | None, text: str) -> str:
             message = f"is not a setting; see config.toml for those that are{_similar(keys)}"
         elif problem["type"] == "missing":
             message = "is missing"
-        else:
+        elif keys[-1:] != ["token"]:  # a secret, even a part of one, is not repeated
             if problem["type"] in _OUT_OF_BOUNDS and (found := bounds(*keys[:2])) is not None:
                 message = f"must lie between {found[0]:.10g} and {found[1]:.10g}"
             message = f"{message} (found {problem['input']!r})"

@@ -213,6 +213,7 @@ class Daemon:
             video=self.results.annotated,
             version=version("hawk-drone"),
             simulation=self._options.is_simulation,
+            queues=lambda: {"journal": self._journal.waiting, "recording": self._recording.waiting},
             cookie_secret=cookie_secret(self._config.store.directory),
             camera_fov_deg=self._config.camera.horizontal_fov_deg,
             loop_lag=self._lag.summary,

@@ -211,6 +211,11 @@ class ServerMessageSocket:
         """Commands by client; the client whose turn it is stands first."""
         self._handler: CommandHandler | None = None
 
+    @property
+    def waiting(self) -> int:
+        """Commands that wait for the operations manager."""
+        return len(self._commands)
+
     def attach(self, handler: CommandHandler) -> None:
         """Set the handler that acts on the urgent commands at once."""
         self._handler = handler

@@ -143,6 +143,11 @@ class FlightJournal:
 
     # --- life ------------------------------------------------------------------------------------------------------
 
+    @property
+    def waiting(self) -> int:
+        """Values that wait for the disk."""
+        return len(self._pending)
+
     async def flush(self, timeout_s: float = 2.0) -> bool:
         """Wait until everything put so far is on disk; return False when ``timeout_s`` ran out."""
         loop = asyncio.get_running_loop()

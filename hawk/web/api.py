@@ -16,6 +16,7 @@ from hawk.model import GlobalPose, Stall
 from hawk.stall_exports import stalls_csv, stalls_geojson
 from hawk.web.door import DOOR
 from hawk.web.guesses import GUESSES
+from hawk.web.process_figures import process_figures
 from hawk.web.services import COUNTERS, SERVICES, Counters, WebServices
 
 METRICS_CONTENT_TYPE: Final = "text/plain; version=0.0.4; charset=utf-8"
@@ -181,6 +182,11 @@ def metrics_text(services: WebServices, counters: Counters, access: Access = Acc
     add("wrong_tokens_total", "counter", "Wrong tokens.", access.wrong_tokens)
     add("status_age_seconds", "gauge", "Age of the state machine's last status.", services.status.age)
     add("frame_age_seconds", "gauge", "Age of the newest annotated frame.", services.video.age)
+    for name, (text, value) in process_figures().items():
+        add(name, "gauge", text, value)
+    waiting = {"commands": services.side.socket.waiting, "answers": services.side.hub.waiting, **services.queues()}
+    for name, count in waiting.items():
+        add("queued", "gauge", "Items that wait in a queue.", count, f'{{queue="{name}"}}')
     for name, count in services.counters().items():
         add(f"{name}_total", "counter", f"{name.replace('_', ' ').capitalize()}.", count)
     if status is not None:

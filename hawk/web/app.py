@@ -96,6 +96,7 @@ class WebServer:
             shutdown_timeout=SHUTDOWN_S,
             handle_signals=False,
             lingering_time=LINGER_S,
+            auto_decompress=False,  # no request has a body, so none is unpacked
         )
         self._listener: Listener | None = None
         self.port = services.web.port

@@ -81,6 +81,11 @@ class Client:
         self.heartbeat_due = False
         self.overflowed = False
 
+    @property
+    def waiting(self) -> int:
+        """Answers that wait."""
+        return len(self._texts)
+
     def put(self, text: str) -> None:
         """Queue an answer; set `overflowed` when too many wait already."""
         if len(self._texts) >= OUTBOX_LIMIT:
@@ -127,6 +132,11 @@ class ClientHub:
 
     def __len__(self) -> int:
         return len(self._clients)
+
+    @property
+    def waiting(self) -> int:
+        """Answers that wait for their clients."""
+        return sum(client.waiting for client in self._clients.values())
 
     def add(self) -> Client:
         """Add a new connection."""

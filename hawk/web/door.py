@@ -41,7 +41,7 @@ class Places:
 
     @classmethod
     def within(cls, descriptors: int, clients: int) -> Places:
-        """Return the places for a process with these limits of descriptors and of pages."""
+        """Return the places for a process with this limit of descriptors and of pages."""
         answered = 2 * clients + OTHER_REQUESTS
         free = descriptors - RESERVED_DESCRIPTORS - answered
         waiting = max(LEAST_WAITING, min(MOST_WAITING, free))

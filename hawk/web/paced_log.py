@@ -8,6 +8,7 @@ from collections.abc import Callable, MutableMapping
 from typing import TYPE_CHECKING, Any, Final
 
 from aiohttp.http_exceptions import HttpProcessingError
+from aiohttp.web import RequestPayloadError
 
 LINES: Final = 10
 PERIOD_S: Final = 60.0
@@ -38,7 +39,7 @@ class PacedLog(_Adapter):
         if not self.isEnabledFor(level) or not self._is_due(level):
             return
         error = kwargs.get("exc_info")
-        if isinstance(error, HttpProcessingError):
+        if isinstance(error, HttpProcessingError | RequestPayloadError):
             kwargs = {**kwargs, "exc_info": None}
             msg, args = f"{msg}: %s", (*args, type(error).__name__)
         super().log(level, msg, *args, **kwargs)

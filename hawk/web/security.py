@@ -10,11 +10,12 @@ import hashlib
 import hmac
 import ipaddress
 import math
+import re
 from collections.abc import Callable
 from typing import Final
 from urllib.parse import urlsplit
 
-from aiohttp import hdrs, web
+from aiohttp import HttpVersion10, HttpVersion11, hdrs, web
 from aiohttp.typedefs import Handler
 
 from hawk.config import WebSettings
@@ -22,6 +23,8 @@ from hawk.web.guesses import TokenGuesses, network_of
 from hawk.web.paced_log import PacedLog
 
 SAFE_METHODS: Final = frozenset({hdrs.METH_GET, hdrs.METH_HEAD, hdrs.METH_OPTIONS})
+_HOST: Final = re.compile(r"[A-Za-z0-9._:%\[\]-]+")
+"""Characters of host names, addresses and ports."""
 TOKEN_PARAMETER: Final = "token"  # noqa: S105 - the parameter's name
 
 
@@ -80,6 +83,7 @@ class RequestCheck:
     async def middleware(self, request: web.Request, handler: Handler) -> web.StreamResponse:
         """Answer a request that fails a check, and close its connection; pass every other one on."""
         try:
+            self._check_version(request)
             self._check_host(request)
             self._check_origin(request)
             answer = self._check_token(request)
@@ -87,6 +91,11 @@ class RequestCheck:
             refusal.force_close()
             raise
         return answer if answer is not None else await handler(request)
+
+    @staticmethod
+    def _check_version(request: web.Request) -> None:
+        if request.version not in (HttpVersion10, HttpVersion11):
+            raise web.HTTPVersionNotSupported(text="HTTP: send version 1.1 or 1.0")
 
     def _check_host(self, request: web.Request) -> None:
         hosts = request.headers.getall(hdrs.HOST, [])
@@ -193,7 +202,7 @@ def _hostname(host: str) -> str | None:
         _ = parts.port
     except ValueError:
         return None
-    plain = parts.path == parts.query == parts.fragment == "" and "@" not in host and not any(map(str.isspace, host))
+    plain = parts.path == parts.query == parts.fragment == "" and _HOST.fullmatch(host) is not None
     return (parts.hostname or None) if plain else None
 
 

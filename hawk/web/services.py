@@ -69,6 +69,8 @@ class WebServices:
     """Figures of the last minute, as JSON values."""
     counters: Callable[[], Mapping[str, int]] = dict
     """Rising counts of other parts, by their name in ``/metrics``."""
+    queues: Callable[[], Mapping[str, int]] = dict
+    """Items that wait in queues of other parts, by name."""
     cookie_secret: bytes = field(default_factory=lambda: secrets.token_bytes(32), repr=False)
     """Key of the cookie that proves the token; the same after a restart when it is kept."""
     monotonic: Callable[[], float] = time.monotonic

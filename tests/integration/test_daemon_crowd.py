@@ -28,7 +28,7 @@ AT_ONCE = 100
 HALF = b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nX-Slow: "
 TOKEN = "correct-horse-battery"
 DESCRIPTORS = 512
-"""Limit of the daemon; far below the crowd."""
+"""Limit of the daemon; far fewer than the crowd wants."""
 GROWTH_MB = 40.0
 LOG_LINES = 40
 READY_S = 30.0

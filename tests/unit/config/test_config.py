@@ -107,3 +107,10 @@ def test_environment_overrides_the_file_and_the_command_line_both(tmp_path: Path
 def test_a_wrong_environment_variable_is_named() -> None:
     with pytest.raises(ConfigError, match=r"web\.port: .*found 'x'"):
         load_config(None, {"HAWK_WEB__PORT": "x"})
+
+
+def test_a_wrong_token_is_not_repeated() -> None:
+    """A service's error goes into the journal."""
+    with pytest.raises(ConfigError, match=r"web\.token: .*16 characters") as refused:
+        load_config(None, {"HAWK_WEB__TOKEN": "half a secret"})
+    assert "half" not in str(refused.value)

@@ -94,6 +94,7 @@ class Rig:
             camera_fov_deg=70.0,
             loop_lag=lambda: LagSummary(0.5, 4.0, 9.0, 100),
             counters=lambda: {"camera_pictures_damaged": 7},
+            queues=lambda: {"journal": 5},
             monotonic=self.real,
         )
 

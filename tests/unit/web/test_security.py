@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import asyncio
 from typing import Any
 
 import aiohttp
@@ -283,6 +284,32 @@ def test_guesses_are_counted_for_a_bounded_number_of_addresses() -> None:
 )
 def test_one_guest_is_one_address(host: str | None, network: str) -> None:
     assert network_of(host) == network
+
+
+# -- broken requests --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("line", "host", "status"),
+    [
+        (b"GET / HTTP/1.1", b"127.0.0.\x831", 400),
+        (b"GET / HTTP/1.1", b"127.0.0.1; script-src *", 400),
+        (b"GET / HTTP/1.1", b"user@127.0.0.1", 400),
+        (b"GET / HTTP/2.0", b"127.0.0.1", 505),
+        (b"GET /stream.mjpg HTTP/2.0", b"127.0.0.1", 505),
+    ],
+)
+async def test_a_broken_request_is_refused_and_is_no_fault_of_ours(
+    rig: Rig, line: bytes, host: bytes, status: int
+) -> None:
+    server = await rig.start()
+    reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
+    writer.write(line + b"\r\nHost: " + host + b"\r\nConnection: close\r\n\r\n")
+    async with asyncio.timeout(5):
+        answer = await reader.read()
+    writer.close()
+    assert int(answer.split()[1]) == status
+    assert b"script-src *" not in answer
 
 
 # -- headers ----------------------------------------------------------------------------------------------------------
