@@ -44,7 +44,7 @@ _SAME_WORD_S = 5.0
 
 
 class View(StrEnum):
-    """What the pictures of a flight show of the camera."""
+    """State of the camera, as the pictures of a flight show it."""
 
     UNKNOWN = "unknown"
     RIGHT = "right"
@@ -70,7 +70,7 @@ class Pair:
 
     @property
     def moves(self) -> bool:
-        """True when the drone's way moves the picture."""
+        """True when the drone's flight moves the picture."""
         return abs(self.expected.shift) >= COMPARED_SHIFT / 2
 
     @property
@@ -105,8 +105,8 @@ class Evidence:
         """Return the verdict on the camera.
 
         With movements as complex numbers a turned camera measures m = e^{it} e where e is expected, a mirrored one
-        m = e^{it} conj(e). Along a single line the two are the same; movements in several directions tell them
-        apart, and so does a turn of the drone, which a mirrored picture shows the wrong way round.
+        m = e^{it} conj(e). Along a single line the two are the same; movements in several directions
+        distinguish them, and so does a turn of the drone: a mirrored picture turns against it.
         """
         shifts = [(pair.expected.shift, pair.measured.shift) for pair in self.moves]
         if len(self.latest) == _STILL_PAIRS and all(pair.stands for pair in self.latest):
@@ -125,7 +125,7 @@ class Evidence:
         return Finding(View.RIGHT if sense else View.UNKNOWN, angle)
 
     def _sense(self) -> float:
-        """Return 1 where the picture turns as the drone does, -1 where it turns the other way, 0 where that is open."""
+        """Return 1 where the picture turns as the drone does, -1 where it turns against it, 0 where that is open."""
         size = sum(pair.expected.turn**2 for pair in self.turns)
         if len(self.turns) < _TURN_PAIRS or size < _LEAST_TURN**2:
             return 0

@@ -29,7 +29,7 @@ _FLATTEST = 0.1  # sine of the lowest elevation at which the optical axis meets 
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """``shift`` of what lay on the optical axis, focal lengths; ``turn`` of the picture, radians from x to y."""
+    """``shift`` of the ground on the optical axis, focal lengths; ``turn`` of the picture, radians from x to y."""
 
     shift: complex
     turn: float

@@ -37,9 +37,9 @@ def straight(steps: int, *, speed: float = 4.0, heading: float = 0.7, yaw: float
     rng = np.random.default_rng(5)
     poses = []
     for k in range(steps):
-        way = k * 0.2 * speed
+        flown = k * 0.2 * speed
         roll, pitch, off = rng.normal(0.0, 0.04, 3)
-        poses.append(MapPose(way * math.cos(heading), way * math.sin(heading), 35.0, roll, pitch, yaw + off))
+        poses.append(MapPose(flown * math.cos(heading), flown * math.sin(heading), 35.0, roll, pitch, yaw + off))
     return poses
 
 
@@ -174,7 +174,7 @@ def test_a_mirrored_picture_shows_in_three_turns_on_the_spot() -> None:
 
 
 def test_along_one_line_a_right_camera_is_not_proven_and_no_fault() -> None:
-    """A mirrored picture moves the same way along its own axis."""
+    """A mirrored picture moves in the same direction along its own axis."""
     expected = [Motion(0.2 + 0j, 0.0)] * 6
     assert evidence(expected, lambda e: e).finding().view is View.UNKNOWN
     assert evidence(expected, lambda e: Motion(-e.shift, 0.0)).finding().view is View.TURNED
