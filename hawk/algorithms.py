@@ -14,6 +14,7 @@ from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.app import VisionApp, VisionSettings
+from hawk.algo.vision.camera_check import CameraCheck
 from hawk.algo.vision.picture import PictureStyle
 from hawk.config import Config
 
@@ -30,7 +31,10 @@ def make_manager(config: Config, survey_id: str, *, is_simulation: bool) -> Algo
     )
     interface = AlgorithmTopicInterface()
     caption = "SIMULATION" if is_simulation else ""
-    manager = AlgorithmManagerApp(style=PictureStyle(config.web.video_width, config.web.video_quality, caption))
+    manager = AlgorithmManagerApp(
+        style=PictureStyle(config.web.video_width, config.web.video_quality, caption),
+        camera_check=CameraCheck(config.vision.minimum_height_m),
+    )
     mapper = MapperApp(map_id=survey_id or "first")
     planner = PathPlanApp(
         PathPlanSettings(cm_per_pixel=config.flight.explore_cm_per_pixel, exposure_s=config.camera.exposure_s)

@@ -194,6 +194,7 @@ class Daemon:
             local_pos=self.inputs.path_plan,
             annotated=Topic("annotated", self.clock),
             footprint=self.inputs.footprint,
+            camera_check=self.inputs.camera_check,
             vision_app_health=self.inputs.vision_health,
             mapper_app_health=self.inputs.mapper_health,
             path_plan_app_health=self.inputs.path_plan_health,

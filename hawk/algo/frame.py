@@ -49,7 +49,11 @@ class FrameInput:
 
 @dataclass(frozen=True, slots=True)
 class FrameOutput:
-    """Results of one frame. ``timings`` are milliseconds by step."""
+    """Results of one frame.
+
+    ``camera_health`` is what the pictures show of the camera: frozen, turned, mirrored. ``timings`` are milliseconds by
+    step.
+    """
 
     sequence: int
     captured: float
@@ -62,3 +66,4 @@ class FrameOutput:
     mapper_health: Health
     path_plan_health: Health
     timings: tuple[tuple[str, float], ...] = ()
+    camera_health: Health = field(default_factory=Health)

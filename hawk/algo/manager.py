@@ -8,16 +8,19 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TypeVar
 
 from hawk.algo.frame import AlgoError, FrameInput, FrameOutput
 from hawk.algo.mapper.app import Fused, MapperApp
 from hawk.algo.path_plan.app import PathPlanApp, Plan
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
+from hawk.algo.vision.camera_check import CameraCheck
 from hawk.algo.vision.picture import PictureStyle, annotate
 from hawk.algo.vision.rectify import ground_footprint
 from hawk.algo.vision.seen import Seen, SeesFrames
 from hawk.comm.image import NoImage
+from hawk.model import Health
 
 T = TypeVar("T")
 _LOG = logging.getLogger(__name__)
@@ -27,10 +30,16 @@ _DRAWN_M = 90.0  # stalls farther from the drone are not in any picture
 class AlgorithmManagerApp:
     """Vision, mapper and path plan in the order of the specification; a failure of one never stops the others."""
 
-    def __init__(self, timer: Callable[[], float] = time.perf_counter, style: PictureStyle | None = None) -> None:
+    def __init__(
+        self,
+        timer: Callable[[], float] = time.perf_counter,
+        style: PictureStyle | None = None,
+        camera_check: CameraCheck | None = None,
+    ) -> None:
         """``timer`` (seconds) measures the steps; no result depends on it. ``style``: how pictures are sent."""
         self._timer = timer
         self._style = style or PictureStyle()
+        self._camera_check = camera_check or CameraCheck()
 
     def init(
         self,
@@ -72,7 +81,7 @@ class AlgorithmManagerApp:
         """Return all results of a frame. Never raises for what is in the frame."""
         steps = _Steps(self._timer)
         started = self._timer()
-        seen, fused, plan = self._work(frame, steps)
+        seen, fused, plan, camera = self._work(frame, steps)
         if steps.failures:
             _LOG.info("frame %d: %s", frame.sequence, "; ".join(steps.failures))
         annotated = steps.do("annotate", lambda: self._annotated(frame, seen, fused), lambda _: b"")
@@ -88,14 +97,18 @@ class AlgorithmManagerApp:
             mapper_health=fused.health,
             path_plan_health=plan.health,
             timings=(*steps.timings, ("all", (self._timer() - started) * 1e3)),
+            camera_health=camera,
         )
 
-    def _work(self, frame: FrameInput, steps: _Steps) -> tuple[Seen, Fused, Plan]:
+    def _work(self, frame: FrameInput, steps: _Steps) -> tuple[Seen, Fused, Plan, Health]:
         vision, mapper, planner = self._vision_app, self._mapper_app, self._path_plan_app
         seen = steps.do("vision", lambda: vision.see(frame), vision.fail)
+        camera = steps.do("camera", lambda: self._camera_check.look(frame, seen.image), Health.bad)
+        if not camera.is_healthy:
+            seen = replace(seen, ground=None)  # the ground is not where the picture shows it
         fused = steps.do("mapper", lambda: mapper.fuse(frame, seen), mapper.fail)
         plan = steps.do("path plan", lambda: planner.plan(frame, mapper), planner.fail)
-        return seen, fused, plan
+        return seen, fused, plan, camera
 
     def _annotated(self, frame: FrameInput, seen: Seen, fused: Fused) -> bytes:
         if seen.image is None:

@@ -106,6 +106,7 @@ class AlgorithmTopics:
     local_pos: Topic[PathPlan]
     annotated: Topic[AnnotatedFrame]
     footprint: Topic[tuple[MapPoint, ...]]
+    camera_check: Topic[Health]
     vision_app_health: Topic[Health]
     mapper_app_health: Topic[Health]
     path_plan_app_health: Topic[Health]
@@ -117,6 +118,7 @@ class AlgorithmTopics:
 
     def publish(self, output: FrameOutput) -> None:
         """Publish the parts of one frame's results, healths first, the whole last."""
+        self.camera_check.publish(output.camera_health)
         self.vision_app_health.publish(output.vision_health)
         self.mapper_app_health.publish(output.mapper_health)
         self.path_plan_app_health.publish(output.path_plan_health)

@@ -119,7 +119,8 @@ def _battery(facts: Facts, needed: float) -> CheckItem:
 def _camera(facts: Facts) -> CheckItem:
     health, age = facts.health("camera"), facts.sight.camera_age
     if health.is_healthy:
-        return _passed("Camera", "on" if age is None else f"picture {age:.1f} s old")
+        text = "on" if age is None else f"picture {age:.1f} s old"
+        return _passed("Camera", ", ".join(filter(None, (text, health.reason))))
     return _failed("Camera", health.reason, "Nothing would be seen.", "Check the camera and its address.")
 
 

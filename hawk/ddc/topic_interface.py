@@ -55,6 +55,8 @@ class DdcInputs:
     mapper_health: Topic[Health]
     path_plan_health: Topic[Health]
     camera_health: Topic[Health]
+    camera_check: Topic[Health]
+    """Health of the camera by its pictures: frozen, turned, mirrored."""
     recording_health: Topic[Health]
     camera_time: Topic[float]
     """When the light of the latest picture was caught, seconds of the daemon's clock."""
@@ -78,6 +80,7 @@ class DdcInputs:
             mapper_health=Topic("mapper_app_health", clock),
             path_plan_health=Topic("path_plan_app_health", clock),
             camera_health=Topic("camera_health", clock),
+            camera_check=Topic("camera_check", clock),
             recording_health=Topic("recording_health", clock),
             camera_time=Topic("camera_time", clock),
             vision_rate=Topic("vision_rate", clock),
@@ -217,8 +220,9 @@ class DdcTopicInterface:
         return Health()
 
     def get_camera_health(self) -> Health:
-        """Health of the camera, as it says itself."""
-        return self._inputs.camera_health.value or Health.bad("No camera yet.")
+        """Health of the camera as it says itself; when it is well, as its pictures show it."""
+        own = self._inputs.camera_health.value or Health.bad("No camera yet.")
+        return self._inputs.camera_check.value or own if own.is_healthy else own
 
     def get_recording_health(self) -> Health:
         """Health of the recording, as it says itself."""

@@ -108,6 +108,9 @@ class Camera:
         self.frozen = False
         self.dark = False
         """Faults: the same picture again and again; no picture at all."""
+        self.turned = 0.0
+        self.mirrored = False
+        """Faults: turned clockwise in its mount (radians, seen from above); left and right swapped."""
         self._renderer = renderer
         self._clock = clock
         self._rng = rng
@@ -184,9 +187,10 @@ class Camera:
             loop.call_later(max(0.0, wait), self._publish, frame)
 
     def _draw(self, shot: Shot) -> bytes:
-        picture = self._renderer.render(
-            shot.x_east, shot.y_south, shot.height, shot.roll, shot.pitch, shot.yaw, rng=self._rng
-        )
+        attitude = turned_camera(shot.roll, shot.pitch, shot.yaw, self.turned)
+        picture = self._renderer.render(shot.x_east, shot.y_south, shot.height, *attitude, rng=self._rng)
+        if self.mirrored:
+            picture = np.asarray(cv2.flip(picture, 1), np.uint8)
         done, data = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
         if not done:
             raise RuntimeError("the picture could not be encoded")
@@ -200,3 +204,24 @@ class Camera:
             if not self._next.done():
                 self._next.set_result(frame)
             self._next = None
+
+
+def turned_camera(roll: float, pitch: float, yaw: float, turn: float) -> tuple[float, float, float]:
+    """Return the attitude (roll, pitch, yaw) of a camera that is turned in a body of that attitude; all in radians."""
+    if turn == 0.0:
+        return roll, pitch, yaw
+    matrix = _rotation(roll, pitch, yaw) @ _rotation(0.0, 0.0, turn)
+    pitched = -math.asin(min(1.0, max(-1.0, float(matrix[2, 0]))))
+    return math.atan2(matrix[2, 1], matrix[2, 2]), pitched, math.atan2(matrix[1, 0], matrix[0, 0])
+
+
+def _rotation(roll: float, pitch: float, yaw: float) -> NDArray[np.float64]:
+    """Return Rz(yaw) Ry(pitch) Rx(roll): turns body FRD vectors into NED."""
+    cr, sr, cp, sp, cy, sy = (f(a) for a in (roll, pitch, yaw) for f in (math.cos, math.sin))
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )

@@ -37,8 +37,13 @@ class Fault(BaseModel):
     ekf_shift: tuple[Metres, Metres, Metres] | None = Field(
         None, description="EKF-local's origin moves by (north, east, down) metres; global stays"
     )
-    camera: Literal["ok", "dark", "frozen", "garbage", "unstamped", "closed"] | None = Field(
-        None, description="no pictures; one picture for ever; broken JPEGs; no time stamps; connections refused"
+    camera: Literal["ok", "dark", "frozen", "garbage", "unstamped", "closed", "mirrored"] | None = Field(
+        None,
+        description="no pictures; one picture for ever with new stamps; broken JPEGs; no time stamps; connections "
+        "refused; left and right swapped",
+    )
+    camera_turn_deg: float | None = Field(
+        None, ge=-360.0, le=360.0, description="the camera sits turned in its mount, clockwise seen from above, degrees"
     )
     link: Literal["ok", "cut"] | None = Field(None, description="MAVLink in both directions")
     link_loss: float | None = Field(None, ge=0.0, le=1.0, description="share of datagrams lost, in each direction")
@@ -75,8 +80,7 @@ def apply_fault(
         autopilot.estimator.glitch.offset = fault.gps_glitch
     if fault.ekf_shift is not None:
         autopilot.shift_ekf_origin(fault.ekf_shift)
-    if fault.camera is not None:
-        _camera(fault.camera, camera, server)
+    _camera(fault, camera, server)
     if fault.link is not None:
         link.cut = fault.link == "cut"
     if fault.link_loss is not None:
@@ -118,14 +122,19 @@ def _commands(fault: Fault, autopilot: Autopilot) -> list[str]:
 
 def apply_camera_fault(fault: Fault, camera: Camera, server: CameraFaults) -> list[str]:
     """Inject a fault of the camera, where there is no drone; return the problems of the other fields in words."""
-    if fault.camera is not None:
-        _camera(fault.camera, camera, server)
-    return [f"{name}: only the camera can fail here" for name in fault.model_fields_set - {"camera"}]
+    _camera(fault, camera, server)
+    return [f"{name}: only the camera can fail here" for name in fault.model_fields_set - {"camera", "camera_turn_deg"}]
 
 
-def _camera(kind: str, camera: Camera, server: CameraFaults) -> None:
+def _camera(fault: Fault, camera: Camera, server: CameraFaults) -> None:
+    if fault.camera_turn_deg is not None:
+        camera.turned = math.radians(fault.camera_turn_deg)
+    kind = fault.camera
+    if kind is None:
+        return
     camera.dark = kind == "dark"
     camera.frozen = kind == "frozen"
+    camera.mirrored = kind == "mirrored"
     server.garbage = kind == "garbage"
     server.unstamped = kind == "unstamped"
     server.closed = kind == "closed"

@@ -7,6 +7,7 @@ import contextlib
 import json
 import signal
 import sys
+from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
@@ -38,8 +39,18 @@ class Ready:
 class SimulatedStack:
     """One simulated drone and one daemon; logs, journal and recording go below ``folder``."""
 
-    def __init__(self, options: SimulationOptions, folder: Path, config: Path | None, fence: Path | None) -> None:
+    def __init__(
+        self,
+        options: SimulationOptions,
+        folder: Path,
+        config: Path | None,
+        fence: Path | None,
+        link: Callable[[str], Awaitable[str]] | None = None,
+    ) -> None:
+        """``link`` gets the autopilot's URL once it is known and returns the one for the daemon: a proxy between."""
         self._options = options
+        self._link = link
+        self._autopilot_url = ""
         self._folder = folder
         self._config = config
         self._fence = fence
@@ -61,6 +72,8 @@ class SimulatedStack:
             self.address = await self._simulation.start(self._log("hawk-sim.log").fileno())
         except SimulationError as error:
             raise StackError(f"{error} ({self._folder / 'hawk-sim.log'})") from None
+        url = self.address.autopilot_url
+        self._autopilot_url = url if self._link is None else await self._link(url)
         values = await self._get("/truth")
         (self._folder / "truth.json").write_text(json.dumps(values))
         try:
@@ -99,6 +112,12 @@ class SimulatedStack:
         """Return the simulator's account of the flight."""
         return await self._get("/status")
 
+    async def inject(self, fault: Mapping[str, Any]) -> None:
+        """Inject or clear faults of the simulated drone (`hawk.sim.camera_server.Fault`)."""
+        assert self._session is not None and self.address is not None  # noqa: S101, PT018
+        async with self._session.post(f"{self.address.http}/fault", json=dict(fault)) as response:
+            response.raise_for_status()
+
     async def watch_fence(self, polygon: list[tuple[float, float]], ceiling: float) -> None:
         """Let the simulator count how often the true position leaves this fence (latitude, longitude) by over 3 m."""
         assert self._session is not None and self.address is not None  # noqa: S101, PT018
@@ -126,7 +145,7 @@ class SimulatedStack:
     def _daemon_command(self, ready: Path) -> list[str]:
         assert self.address is not None  # noqa: S101
         command = [sys.executable, "-m", "hawk.cli", "run", "--attach-sim", self.address.http]
-        command += ["--autopilot", self.address.autopilot_url, "--camera", self.address.camera_url]
+        command += ["--autopilot", self._autopilot_url, "--camera", self.address.camera_url]
         command += ["--host", "127.0.0.1", "--port", str(self._port), "--speed", str(self._options.speed)]
         command += ["--store", str(self._folder / "store"), "--ready-file", str(ready)]
         fence = self._fence_file()

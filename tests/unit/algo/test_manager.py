@@ -12,6 +12,7 @@ from hawk.algo.manager import AlgorithmManagerApp
 from hawk.algo.mapper.app import MapperApp
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
+from hawk.algo.vision.camera_check import CameraCheck
 from hawk.algo.vision.seen import Seen
 from hawk.comm.image import NoImage
 from hawk.model import DesiredPose, Health, Inbound
@@ -24,7 +25,8 @@ class Rig:
     def __init__(self, **faults: Any) -> None:
         self.vision = SyntheticVision(TRUTH, rng=np.random.default_rng(3), **faults)
         self.interface = AlgorithmTopicInterface()
-        self.manager = AlgorithmManagerApp(timer=lambda: 0.0)
+        self.check = CameraCheck()
+        self.manager = AlgorithmManagerApp(timer=lambda: 0.0, camera_check=self.check)
         self.mapper, self.path_plan = MapperApp(map_id="m"), PathPlanApp()
         self.manager.init(self.interface, self.vision, self.mapper, self.path_plan, FrameCamera(self.interface))
 
@@ -35,7 +37,10 @@ class Rig:
 def flight(count: int) -> list[FrameInput]:
     fence = box_fence(TRUTH.lot, 15.0)
     desired = DesiredPose(7, 0.0, 0.0)
-    return [frame_at(pose_at(0.0, -20.0 + i, 1.57), i + 1, fence=fence, desired=desired) for i in range(count)]
+    return [
+        frame_at(pose_at(0.0, -20.0 + i, 1.57), i + 1, fence=fence, desired=desired, jpeg=b"%d" % i)
+        for i in range(count)
+    ]
 
 
 @pytest.fixture(scope="module")
@@ -63,8 +68,16 @@ def test_results_of_all_three_come_out(rig: Rig) -> None:
     assert output.path_plan.verdict.inbound is Inbound.INSIDE
     assert output.annotated_jpeg.startswith(b"\xff\xd8")
     assert len(output.footprint) == 4
-    assert [name for name, _ in output.timings] == ["vision", "mapper", "path plan", "annotate", "all"]
-    assert {output.vision_health, output.mapper_health, output.path_plan_health} == {Health()}
+    assert [name for name, _ in output.timings] == [
+        "vision",
+        "camera",
+        "mapper",
+        "path plan",
+        "annotate",
+        "all",
+    ]
+    healths = {output.camera_health, output.vision_health, output.mapper_health, output.path_plan_health}
+    assert healths == {Health()}
 
 
 @pytest.mark.slow
@@ -115,6 +128,26 @@ def test_process_raises_naming_each_that_failed_after_all_ran(monkeypatch: pytes
     with pytest.raises(AlgoError, match=r"vision: blind; path plan: unexpected ZeroDivisionError"):
         rig.manager.process()
     assert rig.interface.mapper_app_health_pub.value.is_healthy
+
+
+def test_the_pictures_of_a_frozen_camera_are_not_mapped(rig: Rig) -> None:
+    before = rig.mapper.get_occupancy_map()
+    frames = [replace(frame, jpeg=b"frozen") for frame in flight(30)[20:]]
+    assert all(rig.run(frame).camera_health.is_healthy for frame in frames[:2])
+    version = rig.mapper.get_occupancy_map().version
+    assert version == before.version + 2
+    outputs = [rig.run(frame) for frame in frames[2:]]
+    assert all("stands still" in output.camera_health.reason for output in outputs)
+    assert rig.mapper.get_occupancy_map().version == version
+    assert all(output.vision_health.is_healthy and output.annotated_jpeg for output in outputs)
+
+
+def test_a_check_of_the_camera_that_fails_is_no_healthy_camera(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rig.check, "look", _broken)
+    output = rig.run(flight(21)[-1])
+    assert output.camera_health.reason == "unexpected ZeroDivisionError: division by zero"
+    assert output.mapper_health.is_healthy
+    assert output.path_plan.target is not None
 
 
 def test_health_comes_back_with_the_next_good_frame() -> None:

@@ -101,6 +101,22 @@ def test_the_autopilots_state_and_poses_are_given_as_they_came(rig: Rig) -> None
     assert rig.topics.get_rel_alt() == 7.0
 
 
+def test_the_camera_is_as_well_as_it_says_and_as_its_pictures_show(rig: Rig) -> None:
+    assert not rig.topics.get_camera_health().is_healthy
+    rig.inputs.camera_health.publish(Health())
+    assert rig.topics.get_camera_health() == Health()
+    turned = Health.bad("the picture moves as if the camera were turned by about 90°")
+    rig.inputs.camera_check.publish(turned)
+    assert rig.topics.get_camera_health() == turned
+    assert dict(rig.topics.get_part_healths())["camera"] == turned
+    dark = Health.bad("Camera: no picture for 2 s")
+    rig.inputs.camera_health.publish(dark)
+    assert rig.topics.get_camera_health() == dark
+    rig.inputs.camera_health.publish(Health())
+    rig.inputs.camera_check.publish(Health())
+    assert rig.topics.get_camera_health() == Health()
+
+
 def test_diagnostics_that_are_old_count_as_bad(rig: Rig) -> None:
     rig.vehicle.diagnostics.publish(GOOD)
     assert rig.topics.get_diagnostics() is GOOD

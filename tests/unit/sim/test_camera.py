@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hawk.sim.camera import FRAME_S, Camera, Shot, SimulationClock, default_intrinsics
+from hawk.sim.camera import FRAME_S, Camera, Shot, SimulationClock, default_intrinsics, turned_camera
 
 
 class HandClock(SimulationClock):
@@ -189,3 +189,35 @@ def test_the_clock_runs_at_its_speed() -> None:
     clock = HandClock(3.0)
     clock.real = 2.0
     assert clock() == pytest.approx(6.0)
+
+
+def axes(roll: float, pitch: float, yaw: float) -> NDArray[np.float64]:
+    """Front, right and down of a body in NED, one a column: turns about z, then y, then x."""
+
+    def turn(angle: float, first: int, second: int) -> NDArray[np.float64]:
+        matrix = np.eye(3)
+        matrix[[first, second], [first, second]] = math.cos(angle)
+        matrix[first, second], matrix[second, first] = -math.sin(angle), math.sin(angle)
+        return matrix
+
+    return turn(yaw, 0, 1) @ turn(pitch, 2, 0) @ turn(roll, 1, 2)
+
+
+def test_a_turned_camera_has_its_top_where_the_body_has_its_right() -> None:
+    body, camera = axes(0.2, -0.1, 2.5), axes(*turned_camera(0.2, -0.1, 2.5, math.pi / 2))
+    assert camera[:, 0] == pytest.approx(body[:, 1])
+    assert camera[:, 1] == pytest.approx(-body[:, 0])
+    assert camera[:, 2] == pytest.approx(body[:, 2])
+    assert turned_camera(0.2, -0.1, 2.5, 0.0) == (0.2, -0.1, 2.5)
+
+
+async def test_a_mirrored_picture_has_left_and_right_swapped(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    ramp = np.repeat(np.arange(128, dtype=np.uint8)[None, :, None], 72, 0).repeat(3, 2)
+    monkeypatch.setattr(bench.renderer, "render", lambda *_, rng: ramp)
+    bench.camera.watch(1)
+    bench.camera.mirrored = True
+    bench.shot(1.0)
+    frame = await bench.camera.next_frame()
+    picture = cv2.imdecode(np.frombuffer(frame.jpeg, np.uint8), cv2.IMREAD_GRAYSCALE)
+    assert picture is not None
+    assert picture[36, 5] > picture[36, 122] + 100

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 from pydantic import ValidationError
 
 from hawk.sim.camera import Camera, SimulationClock
-from hawk.sim.camera_server import CameraFaults, Fault, apply_fault
+from hawk.sim.camera_server import CameraFaults, Fault, apply_camera_fault, apply_fault
 from tests.unit.sim.test_camera import GreyRenderer
 
 
@@ -130,7 +131,7 @@ def test_a_crash_of_the_program(flying: Any) -> None:
     assert not flying.heard
 
 
-@pytest.mark.parametrize("kind", ["dark", "frozen", "garbage", "unstamped", "closed", "ok"])
+@pytest.mark.parametrize("kind", ["dark", "frozen", "garbage", "unstamped", "closed", "mirrored", "ok"])
 def test_one_camera_fault_at_a_time(station: Any, kind: str) -> None:
     _, camera, server = put(station, camera=kind)
     states = {
@@ -139,5 +140,15 @@ def test_one_camera_fault_at_a_time(station: Any, kind: str) -> None:
         "garbage": server.garbage,
         "unstamped": server.unstamped,
         "closed": server.closed,
+        "mirrored": camera.mirrored,
     }
     assert [name for name, on in states.items() if on] == ([] if kind == "ok" else [kind])
+
+
+def test_a_camera_sits_turned_until_it_is_turned_back(station: Any) -> None:
+    _, camera, server = put(station, camera_turn_deg=-90.0)
+    assert camera.turned == pytest.approx(-math.pi / 2)
+    assert apply_camera_fault(Fault(camera="ok"), camera, server) == []
+    assert camera.turned == pytest.approx(-math.pi / 2)
+    assert apply_camera_fault(Fault(camera_turn_deg=0.0), camera, server) == []
+    assert camera.turned == 0.0

@@ -1,0 +1,286 @@
+"""A fault as a value: when it happens, what is done, what must be seen, and within how many seconds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any
+
+from faults.proxy import Direction, Rule
+from hawk.comm.messages import Command
+from hawk.comm.status import Heartbeat, LogEntry
+from hawk.model import StateName
+
+
+class When(StrEnum):
+    """Part of a flight in which a fault happens."""
+
+    GROUND = "on the ground"
+    ARMED = "armed"
+    HOVERING = "hovering"
+    EXPLORING = "exploring"
+    RETURNING = "returning"
+
+
+# -- what is done ------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """The link to the autopilot follows these rules; none: it is well."""
+
+    rules: tuple[Rule, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Drone:
+    """A fault of the simulated drone (`hawk.sim.camera_server.Fault`)."""
+
+    values: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Forge:
+    """The daemon gets a message that the autopilot did not send, ``times`` times, ``every_s`` apart.
+
+    ``foreign``: from another socket; ``system``: by another MAVLink system.
+    """
+
+    kind: str
+    fields: Mapping[str, Any]
+    system: int = 1
+    foreign: bool = False
+    times: int = 1
+    every_s: float = 0.2
+
+
+@dataclass(frozen=True, slots=True)
+class Station:
+    """A second ground station sends the autopilot a message."""
+
+    kind: str
+    fields: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Signal:
+    """The daemon's process gets a signal."""
+
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """The operator in control gives a command; ``stranger``: somebody else does."""
+
+    command: Command
+    stranger: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class KillMotors:
+    """The operator in control cuts the motors, in two steps."""
+
+
+@dataclass(frozen=True, slots=True)
+class Leave:
+    """The operator in control is gone, without a word."""
+
+
+@dataclass(frozen=True, slots=True)
+class Return:
+    """The operator is back and takes control."""
+
+
+@dataclass(frozen=True, slots=True)
+class HalfRequests:
+    """So many connections to the web server, each with half a request."""
+
+    count: int
+
+
+@dataclass(frozen=True, slots=True)
+class Flood:
+    """A viewer sends a command as fast as it can."""
+
+    command: Command
+    count: int
+
+
+Act = Link | Drone | Forge | Station | Signal | Order | KillMotors | Leave | Return | HalfRequests | Flood
+
+
+# -- what is seen ------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """Everything that can be seen at a moment.
+
+    ``beat`` is the last heartbeat, None while none came since the daemon's last start; ``truth`` is the simulator's
+    account of the drone. Since the fault began: ``log`` the daemon's messages, ``exits`` its exit statuses, ``starts`` its
+    starts, ``sent`` counts of messages to the autopilot by kind, ``answers`` to orders (None: accepted, else the
+    reason).
+    """
+
+    beat: Heartbeat | None
+    truth: Mapping[str, Any]
+    log: tuple[LogEntry, ...]
+    exits: tuple[int, ...]
+    starts: int
+    sent: Mapping[str, int]
+    answers: tuple[str | None, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """Something to see, in words, and the test of it."""
+
+    words: str
+    test: Callable[[Moment], bool]
+
+
+def state(*names: StateName) -> Sight:
+    """The daemon shows one of these states."""
+    words = " or ".join(names)
+    return Sight(words, lambda m: m.beat is not None and m.beat.state in names)
+
+
+def mode(*names: str) -> Sight:
+    """The autopilot is in one of these modes."""
+    return Sight(f"mode {' or '.join(names)}", lambda m: m.truth["mode"] in names)
+
+
+def told(text: str) -> Sight:
+    """A message or the state's detail contains the text."""
+
+    def test(moment: Moment) -> bool:
+        beat = moment.beat
+        lines = [f"{entry.text} {entry.details}" for entry in moment.log]
+        return any(text in line for line in lines) or (beat is not None and text in beat.detail)
+
+    return Sight(f"“{text}”", test)
+
+
+def unhealthy(part: str, text: str = "") -> Sight:
+    """A part is unhealthy; its reason contains the text."""
+
+    def test(moment: Moment) -> bool:
+        return moment.beat is not None and any(
+            item.name == part and not item.healthy and text in item.reason for item in moment.beat.health
+        )
+
+    return Sight(f"{part} unhealthy" + (f", “{text}”" if text else ""), test)
+
+
+def healthy(part: str) -> Sight:
+    """A part is healthy."""
+
+    def test(moment: Moment) -> bool:
+        return moment.beat is not None and any(item.name == part and item.healthy for item in moment.beat.health)
+
+    return Sight(f"{part} healthy", test)
+
+
+def check_fails(name: str) -> Sight:
+    """A preflight check has not passed."""
+
+    def test(moment: Moment) -> bool:
+        return moment.beat is not None and any(item.name == name and not item.passed for item in moment.beat.checks)
+
+    return Sight(f"check {name} fails", test)
+
+
+def refused(text: str = "") -> Sight:
+    """The last order was refused."""
+    return Sight(
+        "refused" + (f", “{text}”" if text else ""),
+        lambda m: bool(m.answers) and m.answers[-1] is not None and text in m.answers[-1],
+    )
+
+
+def sent(kind: str, count: int = 1) -> Sight:
+    """The daemon sent messages of a kind to the autopilot since the fault began."""
+    return Sight(f"{kind} sent", lambda m: m.sent.get(kind, 0) >= count)
+
+
+def lower_than(height: float) -> Sight:
+    """The drone is lower than that, metres."""
+    return Sight(f"below {height:g} m", lambda m: m.truth["position"]["height"] < height)
+
+
+def restarted(times: int = 1) -> Sight:
+    """The daemon was started again and shows itself."""
+    return Sight("the daemon runs again", lambda m: m.starts >= times and m.beat is not None)
+
+
+def exited(status: int) -> Sight:
+    """The daemon ended with this status."""
+    return Sight(f"exit status {status}", lambda m: bool(m.exits) and m.exits[0] == status)
+
+
+def both(*sights: Sight) -> Sight:
+    """All of these at once."""
+    return Sight(", ".join(sight.words for sight in sights), lambda m: all(sight.test(m) for sight in sights))
+
+
+def absent(sight: Sight) -> Sight:
+    """The contrary."""
+    return Sight(f"not: {sight.words}", lambda m: not sight.test(m))
+
+
+ACCEPTED = Sight("accepted", lambda m: bool(m.answers) and m.answers[-1] is None)
+DOWN = Sight("landed, motors off", lambda m: bool(m.truth["landed"] and m.truth["disarmed"]))
+MOTORS_OFF = Sight("motors off", lambda m: bool(m.truth["disarmed"]))
+UP = Sight("in the air", lambda m: not m.truth["landed"] and not m.truth["disarmed"])
+
+
+@dataclass(frozen=True, slots=True)
+class See:
+    """This must be seen within so many seconds of the drone's clock; ``lasts``: all the time for so many seconds."""
+
+    sight: Sight
+    within_s: float
+    lasts: bool = False
+
+    @property
+    def words(self) -> str:
+        """The sight and its time."""
+        return f"{self.sight.words} ({'for' if self.lasts else '≤'} {self.within_s:g} s)"
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """One fault. ``steps``: acts and what must be seen after them, in order; each time counts from the last act.
+
+    ``anew``: daemon and drone start anew afterwards (otherwise the next fault goes on in the same flight). ``falls``:
+    motors off in the air are its end.
+    """
+
+    name: str
+    when: When
+    steps: Sequence[Act | See]
+    anew: bool = False
+    falls: bool = False
+
+
+def dropped(direction: Direction, *kinds: str, share: float = 1.0) -> Rule:
+    """Return the rule that loses such messages; no kind: every one."""
+    return Rule(direction, frozenset(kinds), drop=True, share=share)
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """Result of a fault: seconds until each sight, and the problems in words (none: it ended as it must)."""
+
+    fault: Fault
+    seconds: tuple[float, ...] = ()
+    problems: tuple[str, ...] = ()
+    kept: tuple[str, ...] = field(default=())
+    """What was compared and is as it was."""
+
+    @property
+    def passed(self) -> bool:
+        """True when the fault ended as it must."""
+        return not self.problems

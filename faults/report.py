@@ -1,0 +1,104 @@
+"""The table of faults as Markdown, and its place in a page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Final
+
+from faults.fault import (
+    Act,
+    Drone,
+    Fault,
+    Flood,
+    Forge,
+    HalfRequests,
+    KillMotors,
+    Leave,
+    Link,
+    Order,
+    Outcome,
+    Return,
+    See,
+    Signal,
+    Station,
+)
+
+BEGIN: Final = "<!-- `make faults` writes from here ... -->"
+END: Final = "<!-- ... to here -->"
+_HEAD: Final = "| fault | when | must be seen after it | seen after, s | nothing lost |\n|---|---|---|---|---|"
+
+
+def table(outcomes: Iterable[Outcome]) -> str:
+    """Return a row for each fault."""
+    return "\n".join([_HEAD, *(_row(outcome) for outcome in outcomes)])
+
+
+def rewrite(page: Path, text: str) -> None:
+    """Replace the marked section of a page. Raises ValueError when it has none."""
+    before, begin, rest = page.read_text().partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not begin or not end:
+        raise ValueError(f"{page} has no section between {BEGIN!r} and {END!r}: add the two lines")
+    page.write_text(f"{before}{BEGIN}\n\n{text}\n\n{END}{after}")
+
+
+def line(outcome: Outcome) -> str:
+    """Return an outcome in a line for the terminal."""
+    mark = "ok    " if outcome.passed else "FAILED"
+    tail = ", ".join(f"{value:g} s" for value in outcome.seconds) if outcome.passed else "; ".join(outcome.problems)
+    return f"{mark} {outcome.fault.when.value}: {outcome.fault.name}: {tail}"
+
+
+def _row(outcome: Outcome) -> str:
+    fault = outcome.fault
+    seen = ", ".join(f"{value:g}" for value in outcome.seconds) or "-"
+    end = ", ".join(outcome.kept) if outcome.passed else f"**failed**: {'; '.join(outcome.problems)}"
+    cells = (fault.name, fault.when.value, _steps(fault.steps), seen, end)
+    return "| " + " | ".join(cell.replace("|", "/") for cell in cells) + " |"
+
+
+def _steps(steps: Sequence[Act | See]) -> str:
+    """Return the sights in order, with the acts that come between them."""
+    parts: list[str] = []
+    for number, step in enumerate(steps):
+        if isinstance(step, See):
+            parts.append(step.words)
+        elif any(isinstance(former, See) for former in steps[:number]):
+            parts.append(f"then {act(step)}")
+    return "; ".join(parts)
+
+
+def act(step: Act) -> str:
+    """Return an act in words."""
+    match step:
+        case Link(rules):
+            return "the link fails" if rules else "the link is well again"
+        case Drone(values):
+            return ", ".join(f"{name.replace('_', ' ')} {value}" for name, value in values.items())
+        case Forge(kind) | Station(kind):
+            return f"another {kind}"
+        case Signal(number):
+            return f"signal {number}"
+        case Order(command):
+            return f"the order {command.type}"
+        case KillMotors():
+            return "the operator cuts the motors"
+        case Leave():
+            return "the operator is gone"
+        case Return():
+            return "the operator takes control"
+        case HalfRequests(count):
+            return f"{count} half requests"
+        case Flood(command, count):
+            return f"{count} times {command.type}"
+
+
+def summary(outcomes: Sequence[Outcome]) -> str:
+    """Return how many ended as they must."""
+    return f"{sum(outcome.passed for outcome in outcomes)} of {len(outcomes)} faults ended as they must"
+
+
+def names(faults: Iterable[Fault]) -> list[str]:
+    """Return what identifies each fault."""
+    return [f"{fault.when.value}: {fault.name}" for fault in faults]

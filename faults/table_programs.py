@@ -1,0 +1,156 @@
+"""Faults of our own program, and of the people at its page."""
+
+from __future__ import annotations
+
+import signal
+from typing import Final
+
+from faults.fault import (
+    ACCEPTED,
+    DOWN,
+    MOTORS_OFF,
+    UP,
+    Fault,
+    Flood,
+    HalfRequests,
+    KillMotors,
+    Leave,
+    Order,
+    Return,
+    See,
+    Signal,
+    When,
+    absent,
+    both,
+    exited,
+    mode,
+    refused,
+    restarted,
+    state,
+)
+from hawk.comm.messages import CheckFence, Hold, Land, ReturnToLaunch
+from hawk.comm.status import FenceCorner
+from hawk.model import StateName
+
+_HOVER, _EXPLORE, _RETURN = StateName.HOVER, StateName.AUTONOMOUS_EXPLORE, StateName.RETURN_TO_LAUNCH
+_LOST = StateName.COMMUNICATION_LOST
+_KILL, _TERM, _STOP = signal.SIGKILL, signal.SIGTERM, signal.SIGSTOP
+_SQUARE: Final = [
+    FenceCorner(latitude=47.0 + 0.001 * north, longitude=8.0 + 0.001 * east)
+    for north, east in ((0, 0), (0, 1), (1, 1), (1, 0))
+]
+
+PROGRAM: Final = (
+    Fault(
+        "our program is killed",
+        When.HOVERING,
+        (
+            Signal(_KILL),
+            See(restarted(), 60.0),
+            See(state(_HOVER, _LOST, _RETURN), 62.0),
+            Return(),
+            See(UP, 3.0, lasts=True),
+        ),
+        anew=True,
+    ),
+    Fault(
+        "our program is killed",
+        When.EXPLORING,
+        (Signal(_KILL), See(both(restarted(), UP), 60.0), See(state(_HOVER, _LOST, _RETURN), 62.0)),
+        anew=True,
+    ),
+    Fault(
+        "our program is killed",
+        When.RETURNING,
+        (Signal(_KILL), See(restarted(), 60.0), See(DOWN, 180.0), See(state(StateName.IDLE), 190.0)),
+        anew=True,
+    ),
+    Fault(
+        "our program is killed",
+        When.GROUND,
+        (Signal(_KILL), See(both(restarted(), state(StateName.IDLE)), 60.0)),
+    ),
+    Fault(
+        "our program is killed twice within a minute",
+        When.HOVERING,
+        (Signal(_KILL), See(restarted(), 60.0), Signal(_KILL), See(mode("RTL"), 60.0), See(DOWN, 180.0)),
+        anew=True,
+    ),
+    Fault(
+        "our program is told to end",
+        When.HOVERING,
+        (Signal(_TERM), See(mode("RTL"), 30.0), See(exited(0), 40.0), See(DOWN, 180.0)),
+        anew=True,
+    ),
+    Fault(
+        "our program stands still",
+        When.HOVERING,
+        (Signal(_STOP), See(mode("RTL"), 15.0), See(restarted(), 90.0), See(DOWN, 180.0)),
+        anew=True,
+    ),
+    Fault(
+        "our program stands still",
+        When.EXPLORING,
+        (Signal(_STOP), See(mode("RTL"), 15.0), See(restarted(), 90.0)),
+        anew=True,
+    ),
+)
+
+PEOPLE: Final = (
+    Fault(
+        "the operator is gone",
+        When.HOVERING,
+        (Leave(), See(state(_LOST), 8.0), See(mode("RTL"), 20.0), See(state(_RETURN), 20.0)),
+    ),
+    Fault(
+        "the operator is gone",
+        When.EXPLORING,
+        (Leave(), See(state(_LOST), 8.0), See(mode("RTL"), 20.0), See(DOWN, 200.0)),
+    ),
+    Fault(
+        "the operator is gone and comes back",
+        When.HOVERING,
+        (Leave(), See(state(_LOST), 8.0), Return(), See(state(_HOVER), 5.0)),
+    ),
+    Fault(
+        "the operator is gone and somebody else lands it",
+        When.HOVERING,
+        (Leave(), See(state(_LOST), 8.0), Order(Land(), stranger=True), See(mode("LAND"), 2.0), See(DOWN, 90.0)),
+    ),
+    Fault(
+        "somebody without control sends it home",
+        When.EXPLORING,
+        (Order(ReturnToLaunch(), stranger=True), See(refused(), 1.0), See(state(_EXPLORE), 3.0, lasts=True)),
+    ),
+    Fault(
+        "a thousand half requests",
+        When.EXPLORING,
+        (HalfRequests(1000), Order(Hold()), See(ACCEPTED, 1.0), See(both(state(_HOVER), UP), 3.0)),
+        anew=True,
+    ),
+    Fault(
+        "a viewer asks for 250 costly answers at once",
+        When.EXPLORING,
+        (
+            Flood(CheckFence(corners=_SQUARE, ceiling=50.0), 250),
+            Order(Hold()),
+            See(ACCEPTED, 1.0),
+            See(both(state(_HOVER), UP), 3.0),
+        ),
+    ),
+    Fault(
+        "the operator cuts the motors",
+        When.HOVERING,
+        (KillMotors(), See(MOTORS_OFF, 1.0)),
+        anew=True,
+        falls=True,
+    ),
+    Fault(
+        "the operator cuts the motors",
+        When.GROUND,
+        (KillMotors(), See(both(MOTORS_OFF, absent(UP)), 5.0, lasts=True)),
+        anew=True,
+    ),
+)
+
+PROGRAMS: Final = (*PROGRAM, *PEOPLE)
