@@ -1,4 +1,4 @@
-"""Tells in flight when a failsafe of the autopilot changes: by another station, a switch, or a parameter that aged."""
+"""Reports in flight that a failsafe of the autopilot changed: by another station, a switch, or a restart."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class FailsafeWatch:
     def tick(self, facts: Facts, checks: Sequence[FailsafeCheck]) -> Acts:
         """Return a message for each failsafe that became wrong, or right again."""
         if not facts.vehicle.armed:
-            self._passed.clear()  # the checks before Arm tell it
+            self._passed.clear()  # the checks before Arm show it
             return ()
         acts: list[Log] = []
         for check in checks:
