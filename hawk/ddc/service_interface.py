@@ -81,7 +81,7 @@ class DdcServiceInterface:
         return self._held_fence
 
     def forget_held_fence(self) -> None:
-        """The autopilot was not heard for a while: nobody knows which fence it holds."""
+        """A flight has ended, or the autopilot was not heard for a while: the fence that it holds is not known."""
         self._held_fence = None
 
     def set_datum(self, datum: GlobalPose | None) -> None:

@@ -86,7 +86,8 @@ def fences(draw: st.DrawFn) -> Fence:
         raise
 
 
-@settings(max_examples=40)
+@pytest.mark.slow
+@settings(max_examples=100)
 @given(fences(), st.floats(0, 2 * math.pi), st.floats(0.6, 300.0), st.floats(16.0, 130.0), st.booleans())
 def test_from_anywhere_outside_successive_targets_lead_inside(
     fence: Fence, angle: float, away: float, height: float, fence_on: bool
