@@ -100,7 +100,7 @@ class Performer:
                 self._sender = Sender(name, may_send_targets, holds)
                 tools.topics.curr_state_pub.publish(name)
                 if name is StateName.IDLE:
-                    tools.service.forget_held_fence()  # each arming looks at the autopilot's fence anew
+                    tools.service.forget_held_fence()  # each arming looks at the autopilot's fence again
             case Log(level, text, details):
                 tools.log.add(level, text, details)
             case Reply(client, message):

@@ -1,4 +1,4 @@
-"""Where a target may lie: fence, heights and distance, from the drone's place. Functions that change nothing."""
+"""Limits of a target: fence, heights and distance, from the place of the drone. Functions that change nothing."""
 
 from __future__ import annotations
 

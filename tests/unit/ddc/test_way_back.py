@@ -1,4 +1,4 @@
-"""A drone outside the fence, however far, is led back by the shortest way: each target passes the gate."""
+"""A drone outside the fence, however far, is led straight back: each target passes the gate."""
 
 from __future__ import annotations
 
