@@ -214,7 +214,7 @@ class ServerMessageSocket:
     @property
     def waiting(self) -> int:
         """Commands that wait for the operations manager."""
-        return len(self._commands)
+        return sum(map(len, self._waiting.values()))
 
     def attach(self, handler: CommandHandler) -> None:
         """Set the handler that acts on the urgent commands at once."""

@@ -1,4 +1,4 @@
-"""Reports a failsafe of the autopilot that changes in flight: by another station, a switch, or an old value."""
+"""Reports in flight that a failsafe of the autopilot changed: by another station, a switch, or a restart."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sees to it that the autopilot holds the fence of this flight, also when somebody else armed the drone.
+"""Sees to it that the autopilot holds the fence of this flight, also when another station armed the drone.
 
 Our own Arm uploads its fence. A flight that was armed by somebody else, or that a restarted program finds in the air,
 gets the fence of its arm place: first the autopilot's is read and compared, and only another one is replaced.

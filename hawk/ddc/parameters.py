@@ -179,6 +179,8 @@ class ParameterReader:
     def _begin_setting(self, facts: Facts) -> Acts:
         self._is_wanted = False
         wanted = wanted_values(self._values, self._system_id)
+        missing = {name: value for name, value in self._values.items() if value is None}
         self._forget()  # what was read before the setting decides nothing any more
+        self._values, self._read_at = dict(missing), dict.fromkeys(missing, self._time)
         self._setting = Ask(SetParameters(tuple(wanted.items())), facts.now)
         return (self._setting,)

@@ -115,6 +115,8 @@ class Performer:
             case EnterState(name, may_send_targets, holds):
                 self._sender = Sender(name, may_send_targets, holds)
                 tools.topics.curr_state_pub.publish(name)
+                if name is StateName.IDLE:
+                    tools.service.forget_held_fence()  # each arming looks at the autopilot's fence again
             case Log(level, text, details):
                 tools.log.add(level, text, details)
             case Reply(client, message):

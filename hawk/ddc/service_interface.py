@@ -12,15 +12,13 @@ from typing import Any, TypeVar
 
 from hawk.comm.vehicle import Autopilot, AutopilotError
 from hawk.ddc.facts import TARGET_POSE_AGE_S
-from hawk.ddc.geofence import contains, leads_inside
-from hawk.ddc.motion import Goal, maximum_target_distance
+from hawk.ddc.motion import Goal
+from hawk.ddc.target_gate import Limits, target_refusal
 from hawk.ddc.topic_interface import DdcTopicInterface
-from hawk.model import CopterMode, Fence, GlobalPose, HeightParameters, MapPose, StateName
+from hawk.model import CopterMode, Fence, GlobalPose, HeightParameters, StateName
 
 MODE_WINDOW_S = 2.0
 """A mode change is ours when a request asked for it within this time, seconds."""
-ABOVE_M = 2.0
-"""A target is straight above or below the drone when it is no farther aside than this, metres."""
 RTL_ALTITUDE_TOLERANCE_M = 0.5
 
 
@@ -85,7 +83,7 @@ class DdcServiceInterface:
         return self._held_fence
 
     def forget_held_fence(self) -> None:
-        """The autopilot was not heard for a while: nobody knows which fence it holds."""
+        """A flight has ended, or the autopilot was not heard for a while: the fence that it holds is not known."""
         self._held_fence = None
 
     def set_datum(self, datum: GlobalPose | None) -> None:
@@ -196,12 +194,9 @@ class DdcServiceInterface:
         pose = self._topics.get_fresh_pose()
         if pose is None or pose.map is None:
             return f"the pose is older than {TARGET_POSE_AGE_S:g} s"
-        across = _fence_refusal(target, pose.map, fence, sender.holds)
-        if fence is None or across:
-            return across
-        highest = fence.ceiling if sender.holds else heights.maximum
-        bounds = (heights.minimum, min(highest, fence.ceiling), fence.ceiling)
-        return _height_refusal(target, pose.map, bounds) or _distance_refusal(target, pose.map, self._speed)
+        if fence is None:
+            return "there is no fence in force"
+        return target_refusal(target, pose.map, Limits(fence, heights, self._speed, sender.holds))
 
     def _above_arm_place(self, pose: GlobalPose) -> float:
         place = self._topics.vehicle.arm_place.value
@@ -229,41 +224,6 @@ class DdcServiceInterface:
             raise ReqFailed(str(error)) from error
         self._record("answer", {"name": name, "value": answer if isinstance(answer, int | float) else None, **details})
         return answer
-
-
-def _fence_refusal(target: Goal, pose: MapPose, fence: Fence | None, holding: bool) -> str:
-    """Check the target and the straight path to it.
-
-    A drone outside that holds is led back by any path that ends inside.
-    """
-    if fence is None or not contains(fence, target.point):
-        return "the target is outside the fence"
-    if leads_inside(fence, pose.point, target.point) or (holding and not contains(fence, pose.point)):
-        return ""
-    return "the straight way to the target leaves the fence"
-
-
-def _height_refusal(target: Goal, pose: MapPose, bounds: tuple[float, float, float]) -> str:
-    """Check the height against Min, Max and ceiling; outside Min and Max only the straight path back is free."""
-    lowest, highest, ceiling = bounds
-    if target.height > ceiling:
-        return f"the target is above the ceiling of {ceiling:g} m"
-    straight = _aside(target, pose) <= ABOVE_M
-    if target.height < lowest and not (straight and target.height >= pose.height):
-        return f"the target is below Min, {lowest:g} m"
-    if target.height > highest and not (straight and target.height <= pose.height):
-        return f"the target is above Max, {highest:g} m"
-    return ""
-
-
-def _distance_refusal(target: Goal, pose: MapPose, speed: float) -> str:
-    limit = maximum_target_distance(speed)
-    far = max(_aside(target, pose), abs(target.height - pose.height))
-    return f"the target is {far:.1f} m away, more than {limit:.1f} m" if far > limit else ""
-
-
-def _aside(target: Goal, pose: MapPose) -> float:
-    return float(((target.north - pose.north) ** 2 + (target.east - pose.east) ** 2) ** 0.5)
 
 
 def _place(pose: GlobalPose | None) -> dict[str, float] | None:

@@ -99,6 +99,19 @@ async def test_a_fence_that_is_not_taken_keeps_it_on_the_ground_and_is_tried_aga
     rig.order(Takeoff())
 
 
+async def test_a_fence_that_was_replaced_since_the_last_flight_is_uploaded_again(rig: Rig) -> None:
+    by_somebody_else(rig)
+    await rig.run(1)
+    rig.autopilot.armed = False
+    await rig.run(0.5)
+    rig.expect(S.IDLE)
+    rig.autopilot.held_fence = None  # another station cleared it
+    by_somebody_else(rig)
+    await rig.run(1)
+    assert rig.autopilot.count("upload_fence") == 2
+    assert rig.autopilot.held_fence == rig.fence
+
+
 async def test_the_takeoff_after_our_own_arm_uploads_nothing_twice(rig: Rig) -> None:
     rig.order(Arm())
     await rig.run(0.5)
@@ -216,10 +229,6 @@ async def test_armed_at_b_the_fence_is_never_that_of_a(rig: Rig, ours: bool) -> 
     middle = [sum(corner[axis] for corner in held.autopilot_polygon) / len(held.autopilot_polygon) for axis in (0, 1)]
     assert middle == pytest.approx([120.0, 40.0], abs=0.5)
     rig.order(Takeoff())
-
-
-def held_by(facts: Facts) -> Facts:
-    return replace(facts, limits=replace(facts.limits, held=facts.limits.fence))
 
 
 def arm_place(north: float) -> ArmPlace:

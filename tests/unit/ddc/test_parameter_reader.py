@@ -103,6 +103,14 @@ def test_a_parameter_that_every_version_has_is_never_given_up(name: str) -> None
     assert not all(check.passed for check in check_failsafes(bench.reader.values(), VIEW))
 
 
+def test_a_missing_parameter_stays_known_over_a_setting() -> None:
+    bench = Bench({**SAFE_47, HIGHEST_ID_NAME: None})
+    bench.run(5.0)
+    bench.reader.set_failsafes()
+    bench.run(1.0)
+    assert all(check.passed for check in check_failsafes(bench.reader.values(), VIEW))
+
+
 def test_what_was_read_before_the_setting_is_void() -> None:
     bench = Bench(SAFE_PARAMETERS)
     bench.run(2.0)

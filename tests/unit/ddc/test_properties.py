@@ -34,7 +34,7 @@ from hawk.comm.messages import (
 )
 from hawk.ddc.belief import AIR_HEIGHT_M
 from hawk.ddc.facts import Facts
-from hawk.ddc.geofence import contains
+from hawk.ddc.geofence import inside_point, outside_by
 from hawk.ddc.motion import maximum_target_distance
 from hawk.ddc.orders import Rank, Transition
 from hawk.model import CopterMode, ExploreStatus, Inbound, LandedState, MapPoint, PathPlan, StateName
@@ -284,14 +284,16 @@ class Flight(RuleBasedStateMachine):
             assert told.custom_mode == CopterMode.GUIDED
             assert self.rig.topics.get_pose_age() <= 0.5
             assert self.rig.fence is not None
-            assert contains(self.rig.fence, MapPoint(north, east))
-            assert height <= self.rig.fence.ceiling
-            pose = self.rig.topics.get_pose()
+            pose, fence = self.rig.topics.get_pose(), self.rig.fence
             assert pose is not None
             assert pose.map is not None
-            limit = maximum_target_distance(4.0)
-            assert math.hypot(north - pose.map.north, east - pose.map.east) <= limit
-            assert abs(height - pose.map.height) <= limit
+            place, away = MapPoint(north, east), outside_by(fence, pose.map.point)
+            assert outside_by(fence, place) <= away, "a drone outside is led back, never farther out"
+            assert height <= max(fence.ceiling, pose.map.height)
+            reach = maximum_target_distance(4.0)
+            across = max(reach, pose.map.point.distance(inside_point(fence, pose.map.point)) + 1.0) if away else reach
+            assert place.distance(pose.map.point) <= across
+            assert abs(height - pose.map.height) <= reach
             send(north, east, height, yaw)
 
         drone.send_target = checked  # type: ignore[method-assign]
