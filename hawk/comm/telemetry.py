@@ -73,7 +73,7 @@ def wanted_streams(position_rate_hz: float) -> Mapping[str, Stream]:
         "GPS_RAW_INT": Stream(24, 2.0),
         "EXTENDED_SYS_STATE": Stream(245, 5.0),
         "EKF_STATUS_REPORT": Stream(193, 2.0),
-        "HOME_POSITION": Stream(242, 0.5),
+        "HOME_POSITION": Stream(242, 1.0),
     }
 
 
@@ -424,9 +424,9 @@ class Telemetry:
         )
 
     def _on_home(self, fields: Mapping[str, Any], _: float) -> None:
-        self.tie.home = GlobalPose(
-            int(fields["latitude"]) / 1e7, int(fields["longitude"]) / 1e7, int(fields["altitude"]) / 1e3
-        )
+        home = GlobalPose(int(fields["latitude"]) / 1e7, int(fields["longitude"]) / 1e7, int(fields["altitude"]) / 1e3)
+        self.tie.home = home
+        self._topics.home.publish(home)
 
     def _on_text(self, fields: Mapping[str, Any], arrival: float) -> None:
         text = self.texts.take(fields, arrival)

@@ -51,6 +51,13 @@ class UploadFence:
 
 
 @dataclass(frozen=True, slots=True)
+class SetHome:
+    """Set the autopilot's home, WGS-84; HOME_POSITION is the answer."""
+
+    place: GlobalPose
+
+
+@dataclass(frozen=True, slots=True)
 class CutMotors:
     """Flight termination."""
 
@@ -89,6 +96,7 @@ Request = (
     | TakeOff
     | SetReturnAltitude
     | UploadFence
+    | SetHome
     | CutMotors
     | ReadParameter
     | SetParameters
@@ -126,6 +134,7 @@ _NAMES: dict[type[object], str] = {
     TakeOff: "take off",
     SetReturnAltitude: "set return altitude",
     UploadFence: "upload fence",
+    SetHome: "set home",
     CutMotors: "kill",
     SetParameters: "set failsafes",
     StoreHeights: "store heights",

@@ -16,9 +16,10 @@ from hawk.ddc.acts import Acts, EnterState, ForgetAskedModes, Log, Record, Step
 from hawk.ddc.command_desk import CommandDesk, Ruling, answer_record
 from hawk.ddc.facts import Facts
 from hawk.ddc.follower import VehicleFollower
+from hawk.ddc.home import HomeKeeper, returning
 from hawk.ddc.judge import Bench, Case
 from hawk.ddc.kill import KillSwitch, KillTokens
-from hawk.ddc.orders import Cause, Order, ToHover, ToIdle, ToManual, ToReturn, Transition
+from hawk.ddc.orders import Cause, Order, ToHover, ToIdle, ToManual, Transition
 from hawk.ddc.parameters import ParameterReader
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
@@ -51,6 +52,7 @@ class Decider:
         self._reader = ParameterReader(settings.system_id)
         self._desk = CommandDesk(tokens, self._kill, self._reader)
         self._follower = VehicleFollower(settings)
+        self._home = HomeKeeper()
         self._acts: Acts = ()
         self._fault = ""
         self.state: State = Idle(now, "Looking for the autopilot.")
@@ -79,10 +81,10 @@ class Decider:
         return self._taken(None)
 
     def leave_air(self, facts: Facts, cause: Cause) -> Decision | None:
-        """Decide to return home because the program ends; None where there is nothing to do."""
+        """Decide to return home, or to land, because the program ends; None where there is nothing to do."""
         if not facts.is_airborne or self.state.is_left_alone or not facts.link.is_up:
             return None
-        self._guarded(facts, lambda: self._switch(ToReturn(cause), facts))
+        self._guarded(facts, lambda: self._switch(returning(facts, cause), facts))
         return self._taken(None)
 
     # -- steps ---------------------------------------------------------------------------------------------------
@@ -117,6 +119,7 @@ class Decider:
     def _run(self, facts: Facts) -> None:
         self._do(guard.notices(facts))
         self._do(self._reader.tick(facts))
+        self._do(self._home.tick(facts, self.state))
         if self._desk.inquiries.is_open:
             self._carry_out(self._desk.inquiries.tick(self.case(facts)), facts)
         reaction = guard.reaction(facts, self.state) if facts.link.is_up else None

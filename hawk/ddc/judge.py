@@ -24,6 +24,7 @@ from hawk.ddc.facts import Facts
 from hawk.ddc.failsafes import Values
 from hawk.ddc.fence import fence_refusal
 from hawk.ddc.geofence import contains, path_is_inside
+from hawk.ddc.home import home_words
 from hawk.ddc.orders import Rank
 from hawk.ddc.params import ParameterError, check_heights
 from hawk.ddc.preflight import preflight_items
@@ -295,7 +296,10 @@ def _arm(case: Case) -> Refusal | None:
 
 
 def _takeoff(case: Case) -> Refusal | None:
-    return None if case.state.may_take_off else Refusal("Arming: wait until it is armed.")
+    if not case.state.may_take_off:
+        return Refusal("Arming: wait until it is armed.")
+    home = case.facts.position.autopilot_home
+    return Refusal(f"{home_words(home)} It is being set back: wait.") if home.is_moved else None
 
 
 def _explore(case: Case) -> Refusal | None:

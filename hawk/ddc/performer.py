@@ -28,6 +28,7 @@ from hawk.ddc.acts import (
     SendTarget,
     SetArmed,
     SetDatum,
+    SetHome,
     SetMode,
     SetParameters,
     SetReturnAltitude,
@@ -158,6 +159,8 @@ class Performer:
                 return service.set_rtl_alt(altitude)
             case UploadFence(fence):
                 return service.upload_fence(fence)
+            case SetHome(place):
+                return service.set_home(place)
             case CutMotors():
                 return service.kill()
             case ReadParameter(name):

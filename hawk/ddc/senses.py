@@ -6,6 +6,7 @@ before it is believed (a reached reserve, a breach, a fault) is timed here.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime
@@ -15,6 +16,7 @@ from hawk.ddc.energy import BatteryWatch, Reserve
 from hawk.ddc.facts import (
     BatteryFacts,
     Facts,
+    HomeFacts,
     LimitFacts,
     LinkFacts,
     OperatorFacts,
@@ -25,6 +27,7 @@ from hawk.ddc.facts import (
 from hawk.ddc.fence_file import FenceKeeper
 from hawk.ddc.flight_log import FlightLog
 from hawk.ddc.geofence import BREACH_TOLERANCE_M, outside_by, to_map
+from hawk.ddc.home import HomeWatch, home_health
 from hawk.ddc.requests import Outcomes, Requests
 from hawk.ddc.service_interface import DdcServiceInterface
 from hawk.ddc.settings import DdcSettings
@@ -161,6 +164,8 @@ class Senses:
         self._position_trusted = now
         self._home_of: tuple[GlobalPose | None, ArmPlace | None] = (None, None)
         self._home: MapPoint | None = None
+        self._home_watch = HomeWatch()
+        self._autopilot_home = HomeFacts()
         vehicle = sources.topics.vehicle
         self._stops = (
             vehicle.frame_jump.listen(self._jumps.note),
@@ -176,6 +181,7 @@ class Senses:
         """Return the facts of this tick, with the events since the tick before."""
         now = self._from.clock()
         events = self._link.observe(now)
+        self._watch_home(now)
         self._watch_battery(now)
         self._watch_breach(now)
         parts = self._from.topics.get_part_healths()
@@ -209,7 +215,7 @@ class Senses:
             limits=self._limits(now),
             operator=self._operator(now),
             sight=self._sight(now, parts),
-            parts=parts,
+            parts=(*parts, ("home", home_health(self._autopilot_home))),
             answers=self._from.requests.answers(),
             target_refusal=outcomes.target_refusal,
             starts_in_air=outcomes.starts_in_air,
@@ -227,6 +233,7 @@ class Senses:
             datum=datum,
             arm_place=arm_place,
             home=self._home_at(datum, arm_place),
+            autopilot_home=self._autopilot_home,
         )
 
     def _battery(self, now: float) -> BatteryFacts:
@@ -306,9 +313,27 @@ class Senses:
             self._reached.update(False, now)
         elif percentage is not None and home is not None and pose is not None and pose.map is not None:
             self._drain.update(percentage, now)
-            away, top = pose.map.point.distance(home), topics.get_heights().maximum
+            away, top = self._distance_home(pose.map.point, home), topics.get_heights().maximum
             self._reserve = self._drain.reserve(percentage, away, pose.map.height, top)
             self._reached.update(self._reserve.is_reached, now)
+
+    def _distance_home(self, place: MapPoint, home: MapPoint) -> float:
+        """Return the farther of the arm place and the autopilot's home: RTL flies to the latter, metres."""
+        theirs, datum, away = self._autopilot_home, self._from.service.datum, place.distance(home)
+        if not theirs.is_moved or theirs.place is None or datum is None:
+            return away
+        return max(away, place.distance(to_map(datum, theirs.place.latitude, theirs.place.longitude)))
+
+    def _watch_home(self, now: float) -> None:
+        topics = self._from.topics
+        state, vehicle = topics.get_state(), topics.vehicle
+        armed = state.armed or not math.isfinite(
+            state.time
+        )  # before the first HEARTBEAT nobody is known to be disarmed
+        datum, fence = self._from.service.datum, topics.fence_pub.value
+        self._autopilot_home = self._home_watch.look(
+            vehicle.home.latest, vehicle.arm_place.latest, armed, datum, fence, now
+        )
 
     def _watch_breach(self, now: float) -> None:
         pose, fence = self._from.topics.get_fresh_pose(), self._from.topics.fence_pub.value

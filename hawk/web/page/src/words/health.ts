@@ -3,6 +3,7 @@ import type { HealthItem } from "../protocol.ts";
 const PARTS: Record<string, string> = {
   link: "Autopilot link",
   position: "Position",
+  home: "Home",
   vision: "Finding stalls",
   mapper: "Map",
   planner: "Route",
