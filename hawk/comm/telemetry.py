@@ -273,11 +273,14 @@ class Telemetry:
             self.tie.watch.doubt()
             self._buffer.clear()
         self._buffer.add_position(sample)
-        attitude = self._buffer.attitude_at(time)
-        if attitude is not None and self.tie.watch.sure:
-            pose = self._compose(sample, attitude)
-            if pose is not None:
-                self._topics.pose.publish(pose)
+        if self.tie.watch.sure:
+            self._publish_pose(sample)
+
+    def _publish_pose(self, position: EkfPosition) -> None:
+        attitude = self._buffer.attitude_at(position.time)
+        pose = None if attitude is None else self._compose(position, attitude)
+        if pose is not None:
+            self._topics.pose.publish(pose)
 
     def _on_attitude(self, fields: Mapping[str, Any], arrival: float) -> None:
         time = self._stamp(fields, arrival)
@@ -314,6 +317,9 @@ class Telemetry:
             return
         self._shift = (self._shift[0] + north, self._shift[1] + east, self._shift[2] + down)
         _LOG.warning("The position estimate jumped by %.1f m", metres)
+        position = self._buffer.latest_position
+        if position is not None:
+            self._publish_pose(position)  # whoever hears of the jump sees the new place
         self._topics.estimate_jump.publish(metres)
 
     def _take_jump(self, jump: FrameJump) -> None:
