@@ -155,6 +155,13 @@ class MavsdkAutopilot:
         """Climb to ``relative_altitude``, metres above the arm place; armed and in GUIDED only."""
         await self._command(commands.takeoff, relative_altitude)
 
+    async def set_home(self, place: GlobalPose) -> None:
+        """Send a home (WGS-84, metres above sea level) and do not wait for the answer. Raises AutopilotError."""
+        if not all(math.isfinite(value) for value in (place.latitude, place.longitude, place.altitude)):
+            raise AutopilotError("Home is not finite: not sent")
+        self._require_link()
+        await asyncio.get_running_loop().run_in_executor(self._commands, commands.set_home, self._link, place)
+
     async def kill(self) -> None:
         """Send one flight termination at once, also on a link that seems dead. A refusal shows as a message."""
         loop = asyncio.get_running_loop()

@@ -78,7 +78,7 @@ def wanted_streams(position_rate_hz: float) -> Mapping[str, Stream]:
         "EXTENDED_SYS_STATE": Stream(245, 5.0),
         "SYSTEM_TIME": Stream(2, 10.0),  # a second witness of a boot: without a position there is only ATTITUDE
         "EKF_STATUS_REPORT": Stream(193, 2.0),
-        "HOME_POSITION": Stream(242, 0.5),
+        "HOME_POSITION": Stream(242, 1.0),
     }
 
 
@@ -283,11 +283,14 @@ class Telemetry:
             self.tie.watch.doubt()
             self._buffer.clear()
         self._buffer.add_position(sample)
-        attitude = self._buffer.attitude_at(time)
-        if attitude is not None and self.tie.watch.sure:
-            pose = self._compose(sample, attitude)
-            if pose is not None:
-                self._topics.pose.publish(pose)
+        if self.tie.watch.sure:
+            self._publish_pose(sample)
+
+    def _publish_pose(self, position: EkfPosition) -> None:
+        attitude = self._buffer.attitude_at(position.time)
+        pose = None if attitude is None else self._compose(position, attitude)
+        if pose is not None:
+            self._topics.pose.publish(pose)
 
     def _on_attitude(self, fields: Mapping[str, Any], time: float) -> None:
         self._buffer.add_attitude(Attitude(time, *(_number(fields, name) for name in ("roll", "pitch", "yaw"))))
@@ -323,6 +326,9 @@ class Telemetry:
             return
         self._shift = (self._shift[0] + north, self._shift[1] + east, self._shift[2] + down)
         _LOG.warning("The position estimate jumped by %.1f m", metres)
+        position = self._buffer.latest_position
+        if position is not None:
+            self._publish_pose(position)  # whoever hears of the jump sees the new place
         self._topics.estimate_jump.publish(metres)
 
     def _take_jump(self, jump: FrameJump) -> None:
@@ -442,9 +448,9 @@ class Telemetry:
         )
 
     def _on_home(self, fields: Mapping[str, Any], _: float) -> None:
-        self.tie.home = GlobalPose(
-            int(fields["latitude"]) / 1e7, int(fields["longitude"]) / 1e7, int(fields["altitude"]) / 1e3
-        )
+        home = GlobalPose(int(fields["latitude"]) / 1e7, int(fields["longitude"]) / 1e7, int(fields["altitude"]) / 1e3)
+        self.tie.home = home
+        self._topics.home.publish(home)
 
     def _on_text(self, fields: Mapping[str, Any], arrival: float) -> None:
         text = self.texts.take(fields, arrival)

@@ -38,6 +38,8 @@ class VehicleTopics:
     status_text: Topic[StatusText]
     arm_place: Topic[ArmPlace]
     """Published when "armed" is first seen, and after a jump of EKF-local."""
+    home: Topic[GlobalPose]
+    """HOME_POSITION: the place that the autopilot's RTL flies to."""
     frame_jump: Topic[float]
     """Metres by which EKF-local jumped against the world (EKF reset); the pose is anchored again already."""
     estimate_jump: Topic[float]
@@ -80,6 +82,9 @@ class Autopilot(Protocol):
 
     async def compare_fence(self, fence: Fence) -> None:
         """Read polygon, ceiling and FENCE_ENABLE. Raises AutopilotError when they are not those of the fence."""
+
+    async def set_home(self, place: GlobalPose) -> None:
+        """Send MAV_CMD_DO_SET_HOME and do not wait: `VehicleTopics.home` shows whether it was taken."""
 
     async def kill(self) -> None:
         """Cut the motors at once (MAV_CMD_DO_FLIGHTTERMINATION), on a thread of its own."""

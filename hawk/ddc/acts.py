@@ -58,6 +58,13 @@ class CompareFence:
 
 
 @dataclass(frozen=True, slots=True)
+class SetHome:
+    """Set the autopilot's home, WGS-84; HOME_POSITION is the answer."""
+
+    place: GlobalPose
+
+
+@dataclass(frozen=True, slots=True)
 class CutMotors:
     """Flight termination."""
 
@@ -97,6 +104,7 @@ Request = (
     | SetReturnAltitude
     | UploadFence
     | CompareFence
+    | SetHome
     | CutMotors
     | ReadParameter
     | SetParameters
@@ -135,6 +143,7 @@ _NAMES: dict[type[object], str] = {
     SetReturnAltitude: "set return altitude",
     UploadFence: "upload fence",
     CompareFence: "compare fence",
+    SetHome: "set home",
     CutMotors: "kill",
     SetParameters: "set failsafes",
     StoreHeights: "store heights",

@@ -19,9 +19,11 @@ from hawk.ddc.facts import Facts, VehicleEvent
 from hawk.ddc.failsafe_watch import FailsafeWatch
 from hawk.ddc.fence_holder import FenceHolder
 from hawk.ddc.follower import VehicleFollower
+from hawk.ddc.home import returning
+from hawk.ddc.home_keeper import HomeKeeper
 from hawk.ddc.judge import Bench, Case
 from hawk.ddc.kill import KillSwitch, KillTokens
-from hawk.ddc.orders import Cause, Order, ToHover, ToIdle, ToManual, ToReturn, Transition
+from hawk.ddc.orders import Cause, Order, ToHover, ToIdle, ToManual, Transition
 from hawk.ddc.parameters import ParameterReader
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
@@ -58,6 +60,7 @@ class Decider:
         self._holder = FenceHolder(settings)
         self._desk = CommandDesk(tokens, self._kill, self._reader)
         self._follower = VehicleFollower()
+        self._home = HomeKeeper()
         self._acts: Acts = ()
         self._fault = ""
         self._is_sound = True
@@ -90,10 +93,10 @@ class Decider:
         return self._taken(None)
 
     def leave_air(self, facts: Facts, cause: Cause) -> Decision | None:
-        """Decide to return home because the program ends; None where there is nothing to do."""
+        """Decide to return home, or to land, because the program ends; None where there is nothing to do."""
         if not facts.is_airborne or self.state.is_left_alone or not facts.link.is_up:
             return None
-        self._guarded(facts, lambda: self._switch(ToReturn(cause), facts))
+        self._guarded(facts, lambda: self._switch(returning(facts, cause), facts))
         return self._taken(None)
 
     # -- steps ---------------------------------------------------------------------------------------------------
@@ -119,6 +122,7 @@ class Decider:
         yield False, lambda: self._do(guard.notices(facts))
         yield False, lambda: self._do(self._reader.tick(facts))
         yield True, lambda: self._do(self._holder.tick(facts, self.state))
+        yield True, lambda: self._do(self._home.tick(facts, self.state))
         yield False, lambda: self._do(self._failsafes.tick(facts, self.case(facts).failsafes))
         yield False, lambda: self._inquire(facts)
         yield True, lambda: self._react(facts)

@@ -43,6 +43,9 @@ POSE_TIMEOUT_S = 1.0
 """An older pose makes the position unhealthy, seconds."""
 VERDICT_AGE_S = 1.0
 """An older verdict is void, seconds."""
+HOME_TOLERANCE_M = 3.0
+"""Distance in space between home and the arm place that is no move, metres. ArduCopter sets home at arming to within
+2 cm of the pose that it reports then; a receiver may drift until "armed" is heard."""
 
 
 class VehicleEvent(StrEnum):
@@ -118,6 +121,30 @@ class GroundFacts:
 
 
 @dataclass(frozen=True, slots=True)
+class HomeFacts:
+    """Home as the autopilot reports it, compared with the arm place (`hawk.ddc.home`)."""
+
+    place: GlobalPose | None = None
+    age: float = math.inf
+    away: float | None = None
+    """Distance from the arm place in space, metres; None while disarmed, and before a reading of this arming."""
+    moved_s: float | None = None
+    """Seconds since home left the arm place; None when it is there and has been for a while."""
+    is_inside: bool = False
+    """Home lies inside our fence, and about as high as the arm place."""
+
+    @property
+    def is_moved(self) -> bool:
+        """True while home is not at the arm place: `moved_s` lasts a little longer."""
+        return self.away is not None and self.away > HOME_TOLERANCE_M
+
+    @property
+    def misleads(self) -> bool:
+        """True while RTL would leave the fence."""
+        return self.is_moved and not self.is_inside
+
+
+@dataclass(frozen=True, slots=True)
 class PositionFacts:
     """The latest pose however old it is, its age, and the places that belong to it."""
 
@@ -132,6 +159,8 @@ class PositionFacts:
     home: MapPoint | None = None
     estimate_jump_m: float = 0.0
     """Jump of the estimate since the last tick, metres: the pose moved on the map, the drone did not. 0 without one."""
+    autopilot_home: HomeFacts = HomeFacts()
+    """Home as the autopilot reports it; ``home`` is the arm place."""
 
 
 @dataclass(frozen=True, slots=True)

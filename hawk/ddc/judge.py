@@ -24,6 +24,7 @@ from hawk.ddc.facts import Facts
 from hawk.ddc.failsafes import FailsafeCheck, Values
 from hawk.ddc.fence import fence_refusal
 from hawk.ddc.geofence import contains, path_is_inside
+from hawk.ddc.home import home_words
 from hawk.ddc.orders import Rank
 from hawk.ddc.params import ParameterError, check_heights
 from hawk.ddc.preflight import failsafe_checks, preflight_items
@@ -327,6 +328,9 @@ def _flight_gate(case: Case) -> Refusal | None:
 def _takeoff(case: Case) -> Refusal | None:
     if not case.state.may_take_off:
         return Refusal("Arming: wait until it is armed.")
+    home = case.facts.position.autopilot_home
+    if home.is_moved:
+        return Refusal(f"{home_words(home)} It is being set back: wait.")
     return _flight_gate(case)
 
 

@@ -34,7 +34,7 @@ from hawk.ddc.settings import ManagerSetup
 from hawk.ddc.states.base import State
 from hawk.ddc.status import Reporter
 from hawk.ddc.topic_interface import DdcTopicInterface
-from hawk.model import CopterMode, FlightSoFar, Health, HeightParameters, LandedState
+from hawk.model import CopterMode, FlightSoFar, Health, HeightParameters, LandedState, StateName
 
 SHUTDOWN_WAIT_S = 3.0
 """Longest wait for RTL at the end of the program, real seconds."""
@@ -140,6 +140,8 @@ class OperationsManager:
     async def shutdown_in_air(self) -> bool:
         """Ask for Return To Launch in the air before the program ends (not in Manual, RTL, Land).
 
+        Where home was moved out of the fence it asks for Land.
+
         Waits a few real seconds for the answer, no longer.
 
         Returns:
@@ -152,7 +154,8 @@ class OperationsManager:
         self._perform(decision)
         try:
             async with asyncio.timeout(SHUTDOWN_WAIT_S):
-                await self._service.set_mode(CopterMode.RTL)
+                lands = self.state.identity is StateName.LAND
+                await self._service.set_mode(CopterMode.LAND if lands else CopterMode.RTL)
         except (TimeoutError, ReqFailed) as error:
             _LOGGER.error("return home at the end of the program: %s", error)
         return True

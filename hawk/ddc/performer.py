@@ -30,6 +30,7 @@ from hawk.ddc.acts import (
     SendTarget,
     SetArmed,
     SetDatum,
+    SetHome,
     SetMode,
     SetParameters,
     SetReturnAltitude,
@@ -181,6 +182,8 @@ class Performer:
                 return service.upload_fence(fence)
             case CompareFence(fence):
                 return service.compare_fence(fence)
+            case SetHome(place):
+                return service.set_home(place)
             case CutMotors():
                 return service.kill()
             case ReadParameter(name):

@@ -10,12 +10,15 @@ from hawk.config import HeightSettings
 from hawk.ddc.facts import Facts
 from hawk.ddc.failsafes import AutopilotView, FailsafeCheck, Values, check_failsafes, return_altitude
 from hawk.ddc.geofence import FenceError, contains, extent, outside_by, sees_all, to_map
+from hawk.ddc.home import HOME_AGE_S, home_words
 from hawk.ddc.params import ParameterError, check_heights
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.words import metres
-from hawk.model import Fence, MapPoint
+from hawk.model import Fence, GlobalPose, MapPoint
 
 GPS_FIX_3D = 3
+HOME_NEAR_M = 10.0
+"""A home within this distance of the drone on the ground is at the drone, metres."""
 
 Remedy = Literal["Set Failsafes", "Clear Kill", "Set Fence"]
 
@@ -26,6 +29,7 @@ class _Plan:
 
     fence: Fence
     home: MapPoint
+    datum: GlobalPose
 
 
 def preflight_items(facts: Facts, values: Values, settings: DdcSettings, *, is_killed: bool) -> tuple[CheckItem, ...]:
@@ -49,6 +53,7 @@ def preflight_items(facts: Facts, values: Values, settings: DdcSettings, *, is_k
         _recording(facts),
         _heights(facts, settings.heights),
         plan if isinstance(plan, CheckItem) else _fence(plan),
+        _home(facts, None if isinstance(plan, CheckItem) else plan),
         _return_height(altitude, None if isinstance(plan, CheckItem) else plan),
         *(_item(check) for check in failsafe_checks(facts, values, settings)),
     )
@@ -151,6 +156,25 @@ def _fence(plan: _Plan) -> CheckItem:
     return _passed("Fence", f"{text}, drone and home inside")
 
 
+def _home(facts: Facts, plan: _Plan | None) -> CheckItem:
+    """Check the autopilot's home: its own failsafes fly there at any time. Arm sets it to the drone's place."""
+    home = facts.position.autopilot_home
+    if home.place is None or home.age > HOME_AGE_S:
+        return _failed("Home", "not known", "The autopilot could not return.", "Wait for the position.")
+    if home.is_moved:
+        return _failed("Home", home_words(home), "It would not return here.", "Leave home alone with other stations.")
+    if plan is None:
+        return _failed("Home", "no fence to compare it with", "It may be outside the fence.", "Wait.")
+    place = to_map(plan.datum, home.place.latitude, home.place.longitude)
+    away = place.distance(plan.home)
+    if not contains(plan.fence, place):
+        remedy = "Switch the autopilot off and on where it stands."
+        return _failed("Home", f"{metres(away)} away, outside the fence", "It would return there.", remedy)
+    if away <= HOME_NEAR_M:
+        return _passed("Home", "at the drone")
+    return _passed("Home", f"{metres(away)} away; Arm sets it here")
+
+
 def _return_height(altitude: float | None, plan: _Plan | None) -> CheckItem:
     name = "Return height"
     if altitude is None or plan is None:
@@ -175,7 +199,7 @@ def _plan(facts: Facts, settings: DdcSettings) -> _Plan | CheckItem:
         fence = limits.plan.around(datum, place, settings.fence)
     except FenceError as error:
         return _bad_fence(str(error), "There is no fence to fly in.")
-    return _Plan(fence, to_map(datum, place.latitude, place.longitude))
+    return _Plan(fence, to_map(datum, place.latitude, place.longitude), datum)
 
 
 def _item(check: FailsafeCheck) -> CheckItem:

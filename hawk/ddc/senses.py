@@ -18,6 +18,7 @@ from hawk.ddc.energy import BatteryWatch, Reserve
 from hawk.ddc.facts import (
     BatteryFacts,
     Facts,
+    HomeFacts,
     LimitFacts,
     LinkFacts,
     OperatorFacts,
@@ -30,6 +31,7 @@ from hawk.ddc.failsafes import ALL_NAMES
 from hawk.ddc.fence_file import FenceKeeper
 from hawk.ddc.flight_log import FlightLog
 from hawk.ddc.geofence import BREACH_TOLERANCE_M, outside_by, to_map
+from hawk.ddc.home import HomeWatch, home_health
 from hawk.ddc.requests import Outcomes, Requests
 from hawk.ddc.service_interface import DdcServiceInterface
 from hawk.ddc.settings import DdcSettings
@@ -177,6 +179,8 @@ class Senses:
         self._position_trusted = now
         self._home_of: tuple[GlobalPose | None, ArmPlace | None] = (None, None)
         self._home: MapPoint | None = None
+        self._home_watch = HomeWatch()
+        self._autopilot_home = HomeFacts()
         vehicle = sources.topics.vehicle
         self._stops = (
             vehicle.frame_jump.listen(self._jumps.note),
@@ -196,6 +200,7 @@ class Senses:
         if VehicleEvent.LINK_LOST in events:
             self._from.service.forget_held_fence()
         self._watch_wind(now)
+        self._watch_home(now)
         self._watch_battery(now)
         self._watch_cells()
         self._watch_breach(now)
@@ -235,7 +240,7 @@ class Senses:
             limits=self._limits(now),
             operator=self._operator(now),
             sight=self._sight(now, parts),
-            parts=parts,
+            parts=(*parts, ("home", home_health(self._autopilot_home))),
             answers=self._from.requests.answers(),
             target_refusal=outcomes.target_refusal,
             parameters=self._parameters(),
@@ -254,6 +259,7 @@ class Senses:
             datum=datum,
             arm_place=arm_place,
             home=self._home_at(datum, arm_place),
+            autopilot_home=self._autopilot_home,
         )
 
     def _battery(self, now: float) -> BatteryFacts:
@@ -373,16 +379,32 @@ class Senses:
             self._reached.update(False, now)
         elif percentage is not None and home is not None and pose is not None and pose.map is not None:
             self._drain.update(percentage, now)
-            away, top = pose.map.point.distance(home), topics.get_heights().maximum
-            track = math.atan2(home.east - pose.map.east, home.north - pose.map.north)
+            aim = self._return_place(pose.map.point, home)
+            away, top = pose.map.point.distance(aim), topics.get_heights().maximum
+            track = math.atan2(aim.east - pose.map.east, aim.north - pose.map.north)
             speed = ground_speed(self._from.settings.flight.speed_m_s, track, self._wind)
             self._reserve = self._drain.reserve(percentage, away, pose.map.height, top, speed)
             self._reached.update(self._reserve.is_reached, now)
 
+    def _return_place(self, place: MapPoint, home: MapPoint) -> MapPoint:
+        """Return the farther of the arm place and the autopilot's home: RTL flies to the latter."""
+        theirs, datum = self._autopilot_home, self._from.service.datum
+        if not theirs.is_moved or theirs.place is None or datum is None:
+            return home
+        moved = to_map(datum, theirs.place.latitude, theirs.place.longitude)
+        return max(home, moved, key=place.distance)
+
+    def _watch_home(self, now: float) -> None:
+        topics, said = self._from.topics, self._belief.vehicle
+        armed = said.armed or not math.isfinite(said.time)  # nobody is known to be disarmed before the first HEARTBEAT
+        vehicle, datum, fence = topics.vehicle, self._from.service.datum, topics.fence_pub.value
+        self._autopilot_home = self._home_watch.look(
+            vehicle.home.latest, vehicle.arm_place.latest, armed, datum, fence, now
+        )
+
     def _watch_cells(self) -> None:
         """Count the battery's cells at rest. In flight the voltage sags, and the count stays."""
-        topics = self._from.topics
-        info, armed = topics.get_battery_info(), topics.get_state().armed
+        info, armed = self._from.topics.get_battery_info(), self._belief.vehicle.armed
         if info is not None and (not armed or not self._cells):
             self._cells = possible_cells(info.voltage, self._from.settings.flight.battery_cells, in_flight=armed)
 

@@ -135,6 +135,10 @@ class DdcServiceInterface:
         await self._ask("compare fence", lambda: self._autopilot.compare_fence(fence))
         self._held_fence = fence
 
+    async def set_home(self, place: GlobalPose) -> None:
+        """Send a home; HOME_POSITION shows whether the autopilot took it."""
+        await self._ask("set home", lambda: self._autopilot.set_home(place), place=_place(place))
+
     async def get_parameter(self, name: str) -> float | int:
         """Read one parameter."""
         return await self._ask("read parameter", lambda: self._autopilot.get_parameter(name), parameter=name)

@@ -34,6 +34,9 @@ class Fault(BaseModel):
     gps_glitch: tuple[Metres, Metres, Metres] | None = Field(
         None, description="GNSS is off by (north, east, down) metres: the EKF refuses it for 10 s, then jumps to it"
     )
+    home: tuple[Metres, Metres, Metres] | None = Field(
+        None, description="another station moves home to (north, east, down) metres from where the world begins"
+    )
     ekf_shift: tuple[Metres, Metres, Metres] | None = Field(
         None, description="EKF-local's origin moves by (north, east, down) metres; global stays"
     )
@@ -78,6 +81,8 @@ def apply_fault(
         autopilot.estimator.jump(*fault.gps_jump)
     if fault.gps_glitch is not None:
         autopilot.estimator.glitch.offset = fault.gps_glitch
+    if fault.home is not None:
+        autopilot.set_home(fault.home)
     if fault.ekf_shift is not None:
         autopilot.shift_ekf_origin(fault.ekf_shift)
     _camera(fault, camera, server)

@@ -205,6 +205,19 @@ async def test_five_seconds_of_silence_open_the_link_again(rig: Rig) -> None:
 
 
 class TestCommands:
+    async def test_home_is_sent_as_whole_numbers_and_not_waited_for(self, rig: Rig) -> None:
+        """A COMMAND_LONG carries degrees as a 32-bit float: half a metre."""
+        await rig.connect()
+        await rig.autopilot.set_home(GlobalPose(LATITUDE, LONGITUDE, 123.4))
+        fields = next(fields for name, fields in rig.link.sent if name == "COMMAND_INT")
+        assert (fields["command"], fields["frame"], fields["param1"]) == (179, 0, 0.0)
+        assert (fields["x"], fields["y"], fields["z"]) == (round(LATITUDE * 1e7), round(LONGITUDE * 1e7), 123.4)
+
+    async def test_a_home_that_is_not_finite_is_not_sent(self, rig: Rig) -> None:
+        await rig.connect()
+        with pytest.raises(AutopilotError, match="not finite"):
+            await rig.autopilot.set_home(GlobalPose(LATITUDE, math.nan, 100.0))
+
     async def test_without_a_link_nothing_is_sent(self, rig: Rig) -> None:
         await rig.autopilot.start()
         calls: list[Callable[[], Any]] = [
@@ -217,6 +230,7 @@ class TestCommands:
             lambda: rig.autopilot.set_parameter("RTL_ALT", 1),
             lambda: rig.autopilot.upload_fence(FENCE),
             lambda: rig.autopilot.compare_fence(FENCE),
+            lambda: rig.autopilot.set_home(GlobalPose(LATITUDE, LONGITUDE, ALTITUDE)),
         ]
         for call in calls:
             with pytest.raises(AutopilotError, match="No link to the autopilot"):

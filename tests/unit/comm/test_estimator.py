@@ -90,6 +90,13 @@ def test_the_report_is_asked_for_by_rate() -> None:
     assert wanted_streams(20.0)["EKF_STATUS_REPORT"].message_id == 193
 
 
+def north_of(rig: Rig) -> float:
+    pose = rig.topics.pose.value
+    assert pose is not None
+    assert pose.map is not None
+    return pose.map.north
+
+
 class TestJump:
     """EKF-local and globe leap together: the drone did not move."""
 
@@ -102,14 +109,23 @@ class TestJump:
         rig.topics.estimate_jump.listen(found.append)
         return found
 
-    def test_it_is_told_before_a_pose_shows_the_new_place(self, rig: Rig, jumps: list[float]) -> None:
-        told: list[tuple[int, float]] = []
-        rig.topics.pose.listen(lambda pose: told.append((len(jumps), pose.map.north if pose.map else math.nan)))
-        rig.fly(1.0, ekf=(25.0, 0.0, 0.0), north=25.0)
+    def test_it_is_told_together_with_the_first_pose_at_the_new_place(self, rig: Rig, jumps: list[float]) -> None:
+        """A goal that is formed on the jump must not be formed from the pose of before."""
+        at_jump: list[float] = []
+        before: list[float] = []
+        rig.topics.estimate_jump.listen(lambda _: at_jump.append(north_of(rig)))
+        rig.topics.pose.listen(lambda _: before.append(north_of(rig)) if not jumps else None)
+        rig.advance()
+        for _ in range(20):
+            rig.advance()
+            rig.take(rig.said.attitude(), rig.said.local(25.0))
+            assert north_of(rig) == pytest.approx(25.0 if jumps else 0.0, abs=0.1)
+            rig.take(rig.said.world(25.0))  # no local position comes between this and a tick
+            assert north_of(rig) == pytest.approx(25.0 if jumps else 0.0, abs=0.1)
         assert jumps == [pytest.approx(25.0, abs=0.05)]
         assert rig.jumps == []
-        assert told
-        assert all(count == 1 and north == pytest.approx(25.0, abs=0.1) for count, north in told)
+        assert at_jump == [pytest.approx(25.0, abs=0.1)]
+        assert before == [pytest.approx(25.0, abs=0.1)]
 
     def test_it_is_told_within_half_a_second(self, rig: Rig, jumps: list[float]) -> None:
         rig.fly(0.5, ekf=(0.0, -25.0, 0.0), north=0.0)

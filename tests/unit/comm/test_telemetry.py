@@ -169,6 +169,14 @@ def test_armed_seen_in_the_air_takes_home_for_the_arm_place(rig: Rig) -> None:
     assert (pose.map.north, pose.map.height) == pytest.approx((12.0, 30.0), abs=0.05)
 
 
+def test_home_is_published_with_each_message(rig: Rig) -> None:
+    found: list[GlobalPose] = []
+    rig.topics.home.listen(found.append)
+    rig.take(rig.said.home(), rig.said.home(300.0), ("HOME_POSITION", {"latitude": 1}))
+    assert [place.latitude for place in found] == pytest.approx([LATITUDE, LATITUDE + 300 * METRE_NORTH], abs=1e-6)
+    assert found[-1].altitude == ALTITUDE
+
+
 def test_an_arm_place_of_the_same_boot_is_taken_up(rig: Rig) -> None:
     kept = ArmPlace(LATITUDE, LONGITUDE, ALTITUDE, 1.0, 2.0, 3.0, boot_id=round(WALL - 100.0) + 1)
     rig.telemetry.tie.set_datum(GlobalPose(LATITUDE - 10 * METRE_NORTH, LONGITUDE, ALTITUDE))

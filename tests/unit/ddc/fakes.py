@@ -158,6 +158,11 @@ class FakeAutopilot:
         self.held_fence: Fence | None = None
         self.fence_on: bool | None = None
         """SYS_STATUS's word on the fence; None: as FENCE_ENABLE says."""
+        self.home: GlobalPose | None = None
+        self._home_told = -math.inf
+        self.keeps_home = True
+        """False: a home that is sent is not taken."""
+        self._rtl_to: tuple[float, float] | None = None
         self._datum: GlobalPose | None = None
         self._read: dict[str, float | int] = {}
 
@@ -216,6 +221,11 @@ class FakeAutopilot:
         if fence != self.held_fence or self.values["FENCE_ENABLE"] != 1:
             raise AutopilotError("The fence that the autopilot holds is another one")
 
+    async def set_home(self, place: GlobalPose) -> None:
+        await self._answer("set_home", place)
+        if self.keeps_home:
+            self.move_home(place)
+
     async def kill(self) -> None:
         await self._answer("kill")
         self.armed = False
@@ -239,6 +249,7 @@ class FakeAutopilot:
     def restore_arm_place(self, place: ArmPlace) -> None:
         self.arm_place = place
         self.topics.arm_place.publish(place)
+        self.home = GlobalPose(place.latitude, place.longitude, place.altitude)
 
     @property
     def parameters(self) -> Mapping[str, float | int]:
@@ -255,9 +266,10 @@ class FakeAutopilot:
         return [argument for call, argument in self.calls if call == name]
 
     def change_mode(self, mode: int) -> None:
-        """Change the mode, by anyone: the vehicle stops where it is."""
+        """Change the mode, by anyone: the vehicle stops where it is. RTL flies to home as it is now."""
         if mode != self.mode:
             self.wanted = self.climb_to = None
+            self._rtl_to = self._home() if mode == CopterMode.RTL else None
         self.mode = int(mode)
 
     def put_in_air(self, height: float = 30.0, mode: int = CopterMode.GUIDED) -> None:
@@ -277,6 +289,11 @@ class FakeAutopilot:
         if self.connected:
             self.topics.state.publish(self._state(now))
             self.topics.battery.publish(BatteryInfo(self.battery, VOLTAGE, 10.0, now))
+            if self.home is None:
+                self.home = GlobalPose(*self._where(), PLACE.altitude)
+            if now - self._home_told >= 1.0:
+                self._home_told = now
+                self.topics.home.publish(self.home)
             good = self.position_good and not self.estimator_fault
             fence_on = bool(self.values["FENCE_ENABLE"]) if self.fence_on is None else self.fence_on
             self.topics.diagnostics.publish(
@@ -310,7 +327,7 @@ class FakeAutopilot:
         elif self.mode == CopterMode.GUIDED and self.wanted is not None and self.landed is not LandedState.ON_GROUND:
             self._towards(*self.wanted, seconds)
         elif self.mode == CopterMode.RTL and self.landed is not LandedState.ON_GROUND:
-            home_north, home_east = self._home()
+            home_north, home_east = self._rtl_to or self._home()
             if math.hypot(self.north - home_north, self.east - home_east) > 0.5:
                 self._towards(home_north, home_east, max(self.height, 15.0), seconds)
             else:
@@ -339,10 +356,16 @@ class FakeAutopilot:
         latitude, longitude = self._where()
         self.arm_place = ArmPlace(latitude, longitude, PLACE.altitude, 0.0, 0.0, 0.0, 1)
         self.topics.arm_place.publish(self.arm_place)
+        self.move_home(GlobalPose(latitude, longitude, PLACE.altitude))
+
+    def move_home(self, place: GlobalPose) -> None:
+        """Move home, by anyone: HOME_POSITION comes at once."""
+        self.home = place
+        self.topics.home.publish(place)
 
     def _home(self) -> tuple[float, float]:
-        assert self.arm_place is not None
-        place = to_map(PLACE, self.arm_place.latitude, self.arm_place.longitude)
+        assert self.home is not None
+        place = to_map(PLACE, self.home.latitude, self.home.longitude)
         return place.north, place.east
 
     def _where(self) -> tuple[float, float]:

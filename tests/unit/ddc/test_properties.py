@@ -37,8 +37,8 @@ from hawk.ddc.facts import Facts
 from hawk.ddc.geofence import inside_point, outside_by
 from hawk.ddc.motion import maximum_target_distance
 from hawk.ddc.orders import Rank, Transition
-from hawk.model import CopterMode, ExploreStatus, Inbound, LandedState, MapPoint, PathPlan, StateName
-from tests.unit.ddc.fakes import COMMANDING_STATES, DEFAULT_PARAMETERS, SAFE_PARAMETERS, Rig
+from hawk.model import CopterMode, ExploreStatus, GlobalPose, Inbound, LandedState, MapPoint, PathPlan, StateName
+from tests.unit.ddc.fakes import COMMANDING_STATES, DEFAULT_PARAMETERS, PLACE, SAFE_PARAMETERS, Rig
 
 SIMPLE: list[Command] = [
     Arm(),
@@ -188,6 +188,12 @@ class Flight(RuleBasedStateMachine):
             drone.north, drone.east = drone.north + north, drone.east + east
             drone.topics.estimate_jump.publish(math.hypot(north, east))
 
+    @rule(metres=st.floats(-400, 400), keeps=st.booleans())
+    def somebody_moves_home(self, metres: float, keeps: bool) -> None:
+        drone = self.rig.autopilot
+        drone.keeps_home = keeps
+        drone.move_home(GlobalPose(PLACE.latitude + metres / 111_097, PLACE.longitude, PLACE.altitude))
+
     @rule(fault=st.sampled_from(["", "GPS glitch"]))
     def the_estimator_says(self, fault: str) -> None:
         self.rig.autopilot.estimator_fault = fault
@@ -222,7 +228,7 @@ class Flight(RuleBasedStateMachine):
         drone = self.rig.autopilot
         drone.refuse, drone.silent = {}, set()
         drone.connected = drone.pose_flows = drone.position_good = drone.landed_flows = True
-        drone.stuck, drone.battery, drone.estimator_fault = False, 95.0, ""
+        drone.stuck, drone.battery, drone.estimator_fault, drone.keeps_home = False, 95.0, "", True
         self.rig.desk.present, self.rig.desk.client = True, "ana"
         self.rig.sight.healthy = self.rig.sight.lot = True
         self.rig.sight.inbound = Inbound.INSIDE

@@ -209,6 +209,7 @@ REQUESTS: dict[str, Callable[[Rig], object]] = {
     "set_rtl_altitude": lambda rig: rig.service.set_rtl_alt(20),
     "get_parameter": lambda rig: rig.service.get_parameter("RTL_ALT"),
     "set_parameter": lambda rig: rig.service.set_parameter("RTL_ALT", 1),
+    "set_home": lambda rig: rig.service.set_home(PLACE),
     "kill": lambda rig: rig.service.kill(),
 }
 

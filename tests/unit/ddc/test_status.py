@@ -61,6 +61,7 @@ async def test_what_is_not_known_is_none(fresh: Rig) -> None:
         "planner",
         "recording",
         "loop",
+        "home",
     }
 
 

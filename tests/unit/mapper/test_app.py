@@ -281,8 +281,7 @@ def test_a_frame_whose_position_jumped_is_not_mapped_and_the_next_good_one_is(fl
     jumped = replace(frame_at(pose_at(25.0, -10.0, math.pi / 2), 900), map_problem="the position jumped by 25 m")
     rig.interface.begin(jumped)
     rig.vision.process()
-    with pytest.raises(AlgoError, match="jumped by 25 m"):
-        rig.mapper.process()
+    rig.mapper.process()
     rig.mapper.publish()
     assert rig.interface.mapper_app_health_pub.value.reason == "the position jumped by 25 m"
     assert (rig.map.version, rig.map.stalls) == (before.version, before.stalls)

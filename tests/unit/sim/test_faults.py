@@ -83,6 +83,12 @@ def test_without_gnss_the_ekf_says_so_in_two_steps(flying: Any) -> None:
     assert flying.last("EKF_STATUS_REPORT").flags == 167
 
 
+def test_another_station_moves_home(flying: Any) -> None:
+    put(flying, home=(300.0, 0.0, 0.0))
+    flying.listen()
+    assert flying.last("HOME_POSITION").x == pytest.approx(300.0, abs=0.1)
+
+
 def test_link_radio_stick_and_pilot(flying: Any) -> None:
     put(flying, link="cut", stick=0.5, pilot_mode=5)
     assert flying.link.cut

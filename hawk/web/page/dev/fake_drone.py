@@ -391,14 +391,14 @@ class FakeDrone:
 
     def health(self) -> list[HealthItem]:
         """Return the health of each part."""
-        names = ("link", "position", "ground", "vision", "mapper", "planner", "camera", "recording", "loop")
+        names = ("link", "position", "ground", "vision", "mapper", "planner", "camera", "recording", "loop", "home")
         return [HealthItem(name=name, healthy=True, reason="") for name in names]
 
     def checks(self) -> list[CheckItem]:
         """Return the checks before flight."""
         passed = {
             "GPS": "16 satellites, ±0.9 m", "Battery": "98 %, 16.6 V", "Compass": "2° from GPS heading",
-            "Camera": "15 pictures/s, 0.2 s old", "Fence": "150 × 146 m, home inside",
+            "Camera": "15 pictures/s, 0.2 s old", "Fence": "150 × 146 m, home inside", "Home": "at the drone",
             "Battery failsafe": "returns home at 25 %", "Remote control": "connected", "Recording": "room for 9 h",
         }  # fmt: skip
         items = [CheckItem(name=name, passed=True, value=value) for name, value in passed.items()]

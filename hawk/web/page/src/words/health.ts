@@ -4,6 +4,7 @@ const PARTS: Record<string, string> = {
   link: "Autopilot link",
   position: "Position",
   ground: "On the ground or not",
+  home: "Home",
   vision: "Finding stalls",
   mapper: "Map",
   planner: "Route",
