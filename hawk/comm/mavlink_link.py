@@ -22,6 +22,7 @@ from mavsdk.plugins.geofence import FenceType, Geofence, GeofenceData, Point, Po
 from mavsdk.plugins.mavlink_direct import MavlinkDirect, MavlinkMessage
 from mavsdk.plugins.telemetry import Telemetry
 
+from hawk.comm.udp_door import UdpDoor, is_udp
 from hawk.comm.vehicle import AutopilotError
 
 _LOG = logging.getLogger("hawk.comm.mavsdk")
@@ -78,7 +79,11 @@ def command_fields(command: int, parameters: Sequence[float]) -> dict[str, Any]:
 
 
 class Link:
-    """One MAVSDK instance with one connection. Every method may block, except `sensor_health`."""
+    """One MAVSDK instance with one connection. Every method may block, except `sensor_health` and `set_voice`.
+
+    UDP goes through `UdpDoor`. On the other kinds the autopilot talks first, and MAVSDK's heartbeats end by themselves
+    2.6 s after the last word from it.
+    """
 
     def __init__(self, url: str, system_id: int, clock: Callable[[], float], on_message: OnMessage) -> None:
         self._url = url
@@ -88,6 +93,8 @@ class Link:
         self._lock = threading.Lock()
         self._mavsdk: Mavsdk | None = None
         self._connection: Any = None
+        self._door: UdpDoor | None = None
+        self._speaks = True
         self._system: Any = None
         self._direct: MavlinkDirect | None = None
         self._geofence: Geofence | None = None
@@ -103,13 +110,21 @@ class Link:
                 return
             if self._mavsdk is None:
                 log_subscribe(_log)
-                configuration = Configuration.create_manual(self._system_id, GROUND_STATION_COMPONENT, True)
+                always = is_udp(self._url)  # a listening peer hears of us by our first heartbeat
+                configuration = Configuration.create_manual(self._system_id, GROUND_STATION_COMPONENT, always)
                 self._mavsdk = Mavsdk(configuration)
                 configuration.destroy()
             try:
-                self._connection = self._mavsdk.add_any_connection_with_handle(self._url)
-            except MavsdkError as error:
+                self._connection = self._connect(self._mavsdk)
+            except (MavsdkError, OSError) as error:
                 raise AutopilotError(f"autopilot.url {self._url!r} cannot be opened: {error}") from error
+
+    def set_voice(self, speaks: bool) -> None:
+        """Let our heartbeats go out, or hold them back. Does not block."""
+        self._speaks = speaks
+        door = self._door
+        if door is not None:
+            door.speaks = speaks
 
     def find(self, timeout_s: float) -> bool:
         """Wait for the first heartbeat of an autopilot and subscribe to it; return False when none came in time."""
@@ -132,9 +147,12 @@ class Link:
         return True
 
     def reopen(self) -> None:
-        """Remove the connection and add it again: MAVSDK's subscriptions survive it."""
+        """Remove the connection and add it again: MAVSDK's subscriptions survive it.
+
+        A UDP socket has nothing to reopen, and would lose the autopilot's address.
+        """
         with self._lock:
-            if self._mavsdk is not None and self._connection is not None:
+            if self._mavsdk is not None and self._connection is not None and self._door is None:
                 self._mavsdk.remove_connection(self._connection)
                 self._connection = None
         self.open()
@@ -144,8 +162,12 @@ class Link:
         with self._lock:
             self._closed = True
             mavsdk, self._mavsdk = self._mavsdk, None
+            door, self._door = self._door, None
             self._direct = self._geofence = self._telemetry = self._system = self._connection = None
             self.found = False
+        if door is not None and not door.close():
+            _LOG.warning("MAVSDK does not take a message: it is left as it is")
+            return
         if mavsdk is not None:
             mavsdk.destroy()
             log_unsubscribe()
@@ -198,6 +220,15 @@ class Link:
             )
         except RuntimeError:  # destroyed meanwhile
             return SensorHealth()
+
+    def _connect(self, mavsdk: Mavsdk) -> Any:
+        if not is_udp(self._url):
+            return mavsdk.add_any_connection_with_handle(self._url)
+        door = UdpDoor(self._url, mavsdk.pass_received_raw_bytes)
+        door.speaks = self._speaks
+        mavsdk.subscribe_raw_bytes_to_be_sent(door.send)
+        self._door = door
+        return mavsdk.add_any_connection_with_handle("raw://")
 
     def _target(self) -> tuple[MavlinkDirect, int]:
         direct, system = self._direct, self._system

@@ -79,6 +79,12 @@ class Autopilot(Protocol):
     async def kill(self) -> None:
         """Cut the motors at once (MAV_CMD_DO_FLIGHTTERMINATION), on a thread of its own."""
 
+    async def tell_mode(self, mode: CopterMode) -> None:
+        """Send a mode change at once, on a link that seems dead too, and wait for no answer."""
+
+    def set_voice(self, speaks: bool) -> None:
+        """Let our heartbeats go out, or hold them back, so that the autopilot's ground-station failsafe acts."""
+
     def send_target(self, north: float, east: float, height: float, yaw: float) -> None:
         """Send one SET_POSITION_TARGET_LOCAL_NED. Never blocks.
 

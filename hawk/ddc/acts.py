@@ -30,6 +30,13 @@ class SetMode:
 
 
 @dataclass(frozen=True, slots=True)
+class TellMode:
+    """Send a flight mode as a message, once, without an answer: the autopilot is not heard."""
+
+    mode: CopterMode
+
+
+@dataclass(frozen=True, slots=True)
 class TakeOff:
     """Climb to a height, metres above the arm place."""
 
@@ -86,6 +93,7 @@ class StoreFence:
 Request = (
     SetArmed
     | SetMode
+    | TellMode
     | TakeOff
     | SetReturnAltitude
     | UploadFence
@@ -112,6 +120,8 @@ class Ask:
                 return "arm" if armed else "disarm"
             case SetMode(mode):
                 return f"mode {mode.name}"
+            case TellMode(mode):
+                return f"tell {mode.name}"
             case ReadParameter(parameter):
                 return f"read {parameter}"
             case other:
@@ -208,6 +218,13 @@ class ForgetAskedModes:
 
 
 @dataclass(frozen=True, slots=True)
+class SetVoice:
+    """Let our heartbeats go out, or hold them back."""
+
+    speaks: bool
+
+
+@dataclass(frozen=True, slots=True)
 class CountStart:
     """Journal a start in the air; the count is a fact of the next tick. Restore flight time and path."""
 
@@ -241,6 +258,7 @@ Act = (
     | SetDatum
     | PutFenceInForce
     | ForgetAskedModes
+    | SetVoice
     | CountStart
     | EnterState
     | Record

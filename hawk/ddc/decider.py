@@ -21,6 +21,7 @@ from hawk.ddc.kill import KillSwitch, KillTokens
 from hawk.ddc.orders import Cause, Order, ToHover, ToIdle, ToManual, ToReturn, Transition
 from hawk.ddc.parameters import ParameterReader
 from hawk.ddc.settings import DdcSettings
+from hawk.ddc.silence import SilenceWatch
 from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import make_state
 from hawk.ddc.states.ground import Idle
@@ -51,6 +52,7 @@ class Decider:
         self._reader = ParameterReader(settings.system_id)
         self._desk = CommandDesk(tokens, self._kill, self._reader)
         self._follower = VehicleFollower(settings)
+        self._silence = SilenceWatch()
         self._acts: Acts = ()
         self._fault = ""
         self.state: State = Idle(now, "Looking for the autopilot.")
@@ -115,6 +117,7 @@ class Decider:
         self._step(self._follower.adopt(facts, self.state), facts)
 
     def _run(self, facts: Facts) -> None:
+        self._step(self._silence.tick(facts, self.state), facts)
         self._do(guard.notices(facts))
         self._do(self._reader.tick(facts))
         if self._desk.inquiries.is_open:
@@ -134,6 +137,8 @@ class Decider:
         self._do(ruling.acts)
         if ruling.order is not None:
             self._advance(facts, ruling.order)
+        if ruling.transition is not None:
+            self._switch(ruling.transition, facts)
 
     def _advance(self, facts: Facts, order: Order | None) -> None:
         self._step(self.state.transition_next_state(facts, order), facts)

@@ -31,10 +31,12 @@ from hawk.ddc.acts import (
     SetMode,
     SetParameters,
     SetReturnAltitude,
+    SetVoice,
     ShowUserError,
     StoreFence,
     StoreHeights,
     TakeOff,
+    TellMode,
     UploadFence,
     UseHeights,
 )
@@ -126,6 +128,8 @@ class Performer:
                 tools.service.set_datum(datum)
             case ForgetAskedModes():
                 tools.service.forget_asked_modes()
+            case SetVoice(speaks):
+                tools.service.set_voice(speaks)
             case CountStart():
                 tools.outcomes.starts_in_air = tools.count_start()
             case _:
@@ -152,6 +156,8 @@ class Performer:
                 return service.set_arm(armed)
             case SetMode(mode):
                 return service.set_mode(mode)
+            case TellMode(mode):
+                return service.tell_mode(mode)
             case TakeOff(height):
                 return service.send_takeoff_cmd(height)
             case SetReturnAltitude(altitude):

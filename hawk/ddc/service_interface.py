@@ -109,6 +109,16 @@ class DdcServiceInterface:
         self._expect_mode(mode_req)
         await self._ask("set mode", lambda: self._autopilot.set_mode(mode_req), mode=mode_req.name)
 
+    async def tell_mode(self, mode: CopterMode) -> None:
+        """Send a flight mode as a message, without an answer: the autopilot may hear without being heard."""
+        self._expect_mode(mode)
+        await self._ask("tell mode", lambda: self._autopilot.tell_mode(mode), mode=mode.name)
+
+    def set_voice(self, speaks: bool) -> None:
+        """Let our heartbeats go out, or hold them back, so that the autopilot's ground-station failsafe acts."""
+        self._record("request", {"name": "set voice", "speaks": speaks})
+        self._autopilot.set_voice(speaks)
+
     async def kill(self) -> None:
         """Cut the motors at once."""
         await self._ask("kill", self._autopilot.kill)

@@ -94,6 +94,7 @@ class FakeLink(Link):
     opened: int = 0
     reopened: int = 0
     closed: bool = False
+    voices: list[bool] = field(default_factory=list)
     changed: threading.Event = field(default_factory=threading.Event)
 
     def say(self, message: tuple[str, dict[str, Any]], arrival: float | None = None) -> None:
@@ -115,6 +116,9 @@ class FakeLink(Link):
 
     def close(self) -> None:
         self.closed = True
+
+    def set_voice(self, speaks: bool) -> None:
+        self.voices.append(speaks)
 
     def sensor_health(self) -> SensorHealth:
         return self.health
