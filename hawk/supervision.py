@@ -1,4 +1,4 @@
-"""Long-running tasks: each is started again when it ends, and its end is told. And the way out that cannot hang."""
+"""Long-running tasks, each reported and started again when it ends; and an exit that cannot hang."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _WORDS_S: Final = 0.2
 
 
 class Supervisor:
-    """Owns long-running tasks. None of them may end: one that does is told and started again."""
+    """Owns long-running tasks. None of them may end: one that does is reported and started again."""
 
     def __init__(
         self,
@@ -79,7 +79,7 @@ class Supervisor:
         self._ended[name] = (self._monotonic(), words)
         try:
             self._report(name, words)
-        except Exception:  # telling must not cost the task
+        except Exception:  # the report must not cost the task
             _LOG.exception("the end of %s could not be told", name)
 
 

@@ -163,9 +163,9 @@ class MavsdkAutopilot:
         """Send one flight termination at once, also on a link that seems dead. A refusal shows as a message."""
         await self.calls.run("kill", commands.kill, self._link, urgent=True)
 
-    async def tell_mode(self, mode: CopterMode) -> None:
+    async def send_mode(self, mode: CopterMode) -> None:
         """Send a change of the flight mode at once, also on a link that seems dead, and wait for no answer."""
-        await self.calls.run(f"tell {mode.name}", commands.tell_mode, self._link, mode, urgent=True)
+        await self.calls.run(f"send {mode.name}", commands.send_mode, self._link, mode, urgent=True)
 
     def set_voice(self, speaks: bool) -> None:
         """Let our heartbeats go out, or hold them back, so that the autopilot misses its ground station."""
@@ -215,9 +215,9 @@ class MavsdkAutopilot:
             self._rtl_in_metres = found["RTL_ALT_M"] is not None
         if self._rtl_in_metres:
             await self._parameters.set("RTL_ALT_M", metres)
-            return float(await self._parameters.get("RTL_ALT_M"))
+            return float(self._parameters.values["RTL_ALT_M"])
         await self._parameters.set("RTL_ALT", round(metres * 100))
-        return await self._parameters.get("RTL_ALT") / 100.0
+        return self._parameters.values["RTL_ALT"] / 100.0
 
     async def upload_fence(self, fence: Fence) -> None:
         """Upload `Fence.autopilot_polygon` (about the fence origin), set ceiling, type and action, and enable it."""

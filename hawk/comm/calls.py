@@ -21,7 +21,7 @@ DEADLINE_S: Final = 3.0
 RECENT_S: Final = 60.0
 """A call that came back late counts as overdue for this time, real seconds."""
 HANGING_LIMIT: Final = 16
-"""So many hanging calls are enough: no other is begun, but for Kill and what else is ``urgent``."""
+"""Number of hanging calls after which no other is begun, but for Kill and other ``urgent`` ones."""
 
 
 class Calls:
@@ -126,8 +126,8 @@ class Calls:
         self._tell(name)
 
     def _tell(self, name: str) -> None:
+        self.on_overdue(name)  # before anything that may block
         _LOG.error("MAVSDK hangs in: %s", name)
-        self.on_overdue(name)
 
     def _return(self, key: object, name: str) -> None:
         self._under_way -= 1

@@ -63,7 +63,7 @@ def set_mode(link: Link, mode: CopterMode) -> None:
     _command(link, f"Mode {mode_name(mode)}", MavCommand.DO_SET_MODE, _CUSTOM_MODE_ENABLED, mode)
 
 
-def tell_mode(link: Link, mode: CopterMode) -> None:
+def send_mode(link: Link, mode: CopterMode) -> None:
     """Send a change of the flight mode and do not wait for the answer: the autopilot may hear without being heard."""
     link.send("COMMAND_LONG", command_fields(MavCommand.DO_SET_MODE, [_CUSTOM_MODE_ENABLED, mode]))
 

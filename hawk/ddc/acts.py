@@ -30,7 +30,7 @@ class SetMode:
 
 
 @dataclass(frozen=True, slots=True)
-class TellMode:
+class SendMode:
     """Send a flight mode as a message, once, without an answer: the autopilot is not heard."""
 
     mode: CopterMode
@@ -93,7 +93,7 @@ class StoreFence:
 Request = (
     SetArmed
     | SetMode
-    | TellMode
+    | SendMode
     | TakeOff
     | SetReturnAltitude
     | UploadFence
@@ -120,12 +120,21 @@ class Ask:
                 return "arm" if armed else "disarm"
             case SetMode(mode):
                 return f"mode {mode.name}"
-            case TellMode(mode):
-                return f"tell {mode.name}"
+            case SendMode(mode):
+                return f"send {mode.name}"
             case ReadParameter(parameter):
                 return f"read {parameter}"
             case other:
                 return _NAMES[type(other)]
+
+    @property
+    def limit_s(self) -> float:
+        """Real seconds within which the request ends, whatever it waits for: the sum of its steps, and some more."""
+        match self.request:
+            case SetParameters(values):
+                return _PARAMETER_S * max(1, len(values))
+            case other:
+                return _LIMITS_S.get(type(other), _REQUEST_S)
 
     def answer(self, facts: Facts) -> Answer:
         """Return the outcome of this request so far."""
@@ -140,6 +149,18 @@ _NAMES: dict[type[object], str] = {
     SetParameters: "set failsafes",
     StoreHeights: "store heights",
     StoreFence: "store fence",
+}
+
+_REQUEST_S = 4.0
+"""One call into MAVSDK (3 s), and the autopilot's words on a refusal."""
+_PARAMETER_S = 12.0
+"""The type is read (2 s), the value set until it holds (4 s) and read again until it holds (5 s)."""
+_LIMITS_S: dict[type[object], float] = {
+    ReadParameter: 6.0,
+    SetReturnAltitude: 12.0,
+    UploadFence: 45.0,  # the polygon 15 s, five parameters 6 s each
+    StoreHeights: 5.0,
+    StoreFence: 5.0,
 }
 
 # -- acts without an answer -------------------------------------------------------------------------------------------

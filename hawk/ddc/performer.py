@@ -25,6 +25,7 @@ from hawk.ddc.acts import (
     Record,
     Reply,
     Request,
+    SendMode,
     SendTarget,
     SetArmed,
     SetDatum,
@@ -36,7 +37,6 @@ from hawk.ddc.acts import (
     StoreFence,
     StoreHeights,
     TakeOff,
-    TellMode,
     UploadFence,
     UseHeights,
 )
@@ -156,8 +156,8 @@ class Performer:
                 return service.set_arm(armed)
             case SetMode(mode):
                 return service.set_mode(mode)
-            case TellMode(mode):
-                return service.tell_mode(mode)
+            case SendMode(mode):
+                return service.send_mode(mode)
             case TakeOff(height):
                 return service.send_takeoff_cmd(height)
             case SetReturnAltitude(altitude):

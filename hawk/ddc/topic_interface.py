@@ -56,6 +56,10 @@ class DdcInputs:
     path_plan_health: Topic[Health]
     camera_health: Topic[Health]
     recording_health: Topic[Health]
+    requests_health: Topic[Health]
+    """Calls into MAVSDK that do not return make it unhealthy."""
+    tasks_health: Topic[Health]
+    """A long-running task that ended makes it unhealthy."""
     camera_time: Topic[float]
     """When the light of the latest picture was caught, seconds of the daemon's clock."""
     vision_rate: Topic[float]
@@ -77,6 +81,8 @@ class DdcInputs:
             path_plan_health=Topic("path_plan_app_health", clock),
             camera_health=Topic("camera_health", clock),
             recording_health=Topic("recording_health", clock),
+            requests_health=Topic("requests_health", clock),
+            tasks_health=Topic("tasks_health", clock),
             camera_time=Topic("camera_time", clock),
             vision_rate=Topic("vision_rate", clock),
             loop_lag=Topic("loop_lag", clock),
@@ -186,6 +192,8 @@ class DdcTopicInterface:
             ("mapper", self.get_mapper_health()),
             ("planner", self.get_path_plan_health()),
             ("recording", self.get_recording_health()),
+            ("requests", self._inputs.requests_health.value or Health()),
+            ("tasks", self._inputs.tasks_health.value or Health()),
             ("loop", self._loop_health()),
         )
 

@@ -147,6 +147,9 @@ class Memory:
         self.values = dict(values)
         self.deaf = 0
         self.stubborn: set[str] = set()
+        self.late: dict[str, int] = {}
+        """Reads that still give the old value after a set was confirmed, by name."""
+        self._old: dict[str, tuple[float, int]] = {}
         self.asked: list[tuple[str, str]] = []
 
     def answer(self, name: str, fields: Mapping[str, Any]) -> dict[str, Any] | None:
@@ -161,6 +164,10 @@ class Memory:
         if parameter not in self.values:
             return None
         if name == "PARAM_SET" and parameter not in self.stubborn:
+            self._old.setdefault(parameter, self.values[parameter])
             self.values[parameter] = (fields["param_value"], fields["param_type"])
         value, kind = self.values[parameter]
+        if name == "PARAM_REQUEST_READ" and parameter in self._old and self.late.get(parameter, 0) > 0:
+            self.late[parameter] -= 1
+            value, kind = self._old[parameter]
         return {"param_id": parameter, "param_value": value, "param_type": kind, "param_index": 0, "param_count": 9}

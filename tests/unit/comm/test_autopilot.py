@@ -302,7 +302,7 @@ class TestSilence:
         await rig.connect()
         rig.clock.advance(4.0)
         await until(lambda: rig.topics.state.value is not None and not rig.topics.state.value.connected)
-        await rig.autopilot.tell_mode(CopterMode.RTL)
+        await rig.autopilot.send_mode(CopterMode.RTL)
         assert rig.link.commanded == []
         (told,) = [fields for fields in rig.link.named("COMMAND_LONG") if fields["command"] == 176]
         assert (told["param1"], told["param2"]) == (1.0, 6.0)

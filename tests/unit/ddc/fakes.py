@@ -159,9 +159,9 @@ class FakeAutopilot:
         await self._answer("set_mode", mode)
         self.change_mode(mode)
 
-    async def tell_mode(self, mode: CopterMode) -> None:
+    async def send_mode(self, mode: CopterMode) -> None:
         """The message gets through where ``uplink`` says so, heard or not."""
-        self.calls.append(("tell_mode", mode))
+        self.calls.append(("send_mode", mode))
         if self.uplink:
             self.change_mode(mode)
 

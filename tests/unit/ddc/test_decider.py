@@ -17,11 +17,11 @@ from hawk.ddc.acts import (
     EnterState,
     ForgetAskedModes,
     Log,
+    SendMode,
     SendTarget,
     SetArmed,
     SetMode,
     TakeOff,
-    TellMode,
 )
 from hawk.ddc.decider import Decider
 from hawk.ddc.energy import Reserve
@@ -202,7 +202,7 @@ def test_without_a_link_in_the_air_only_modes_are_told_and_no_state_goes_on(name
     for tick in range(1, 800):
         acts = program.tick(_briefly_unheard(flying(0.05 * tick))).acts
         assert of_kind(acts, SendTarget, EnterState, Desire) == []
-        assert all(isinstance(request, TellMode) for request in asked(acts))
+        assert all(isinstance(request, SendMode) for request in asked(acts))
     assert program.state.identity is name
 
 
@@ -212,7 +212,7 @@ def test_after_the_limit_without_a_link_every_state_but_the_pilots_and_a_landing
     for tick in range(1, 100):
         acts = program.tick(without_link(flying(0.05 * tick))).acts
         assert of_kind(acts, SendTarget, Desire) == []
-        assert all(isinstance(request, TellMode) for request in asked(acts))
+        assert all(isinstance(request, SendMode) for request in asked(acts))
     assert program.state.identity is (name if name in (S.LAND, S.MANUAL) else S.RETURN_TO_LAUNCH)
 
 

@@ -236,7 +236,7 @@ async def test_without_a_link_nothing_is_asked_and_no_task_resumes(
     sent, asked = len(fresh.autopilot.targets), len(fresh.autopilot.calls)
     await fresh.run(5)
     assert len(fresh.autopilot.targets) == sent
-    assert {name for name, _ in fresh.autopilot.calls[asked:]} <= {"tell_mode", "set_voice"}
+    assert {name for name, _ in fresh.autopilot.calls[asked:]} <= {"send_mode", "set_voice"}
     assert "No word from the autopilot." in fresh.log
     fresh.autopilot.connected = True
     await fresh.run(0.5)

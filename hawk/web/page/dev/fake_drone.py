@@ -392,7 +392,7 @@ class FakeDrone:
 
     def health(self) -> list[HealthItem]:
         """Return the health of each part."""
-        names = ("link", "position", "vision", "mapper", "planner", "camera", "recording", "loop")
+        names = ("link", "position", "vision", "mapper", "planner", "camera", "recording", "requests", "tasks", "loop")
         return [HealthItem(name=name, healthy=True, reason="") for name in names]
 
     def checks(self) -> list[CheckItem]:
