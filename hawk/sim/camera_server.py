@@ -37,7 +37,12 @@ class Fault(BaseModel):
     camera: Literal["ok", "dark", "frozen", "garbage", "unstamped", "closed"] | None = Field(
         None, description="no pictures; one picture for ever; broken JPEGs; no time stamps; connections refused"
     )
-    link: Literal["ok", "cut"] | None = Field(None, description="MAVLink in both directions")
+    link: Literal["ok", "cut", "mute"] | None = Field(
+        None, description="MAVLink is lost in both directions; only from the autopilot"
+    )
+    late_parameters_s: float | None = Field(
+        None, ge=0.0, le=60.0, description="a parameter that was set reads as the old one for this time, seconds"
+    )
     link_loss: float | None = Field(None, ge=0.0, le=1.0, description="share of datagrams lost, in each direction")
     battery: float | None = Field(None, ge=0.0, le=100.0, description="charge left, percent")
     wind: float | None = Field(None, ge=0.0, le=30.0, description="mean wind, m/s")
@@ -73,7 +78,9 @@ def apply_fault(
     if fault.camera is not None:
         _camera(fault.camera, camera, server)
     if fault.link is not None:
-        link.cut = fault.link == "cut"
+        link.cut, link.mute = fault.link == "cut", fault.link == "mute"
+    if fault.late_parameters_s is not None:
+        link.late_parameters_s = fault.late_parameters_s
     if fault.link_loss is not None:
         link.loss = fault.link_loss
     if fault.battery is not None:
