@@ -57,7 +57,7 @@ class MavlinkLink:
     def __init__(self, autopilot: Autopilot, rng: np.random.Generator) -> None:
         self.cut = False
         self.mute = False
-        """What the autopilot sends is lost; it hears."""
+        """Its messages are lost; it hears."""
         self.loss = 0.0
         self.late_parameters_s = 0.0
         """A parameter whose set was confirmed reads as its old value for this time, simulated seconds."""

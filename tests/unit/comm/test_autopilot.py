@@ -17,6 +17,7 @@ from hawk.comm.mavlink_link import Message, OnMessage
 from hawk.comm.vehicle import Autopilot, AutopilotError, VehicleTopics
 from hawk.config import AutopilotSettings
 from hawk.model import ArmPlace, CopterMode, Fence, GlobalPose
+from hawk.supervision import Supervisor
 from tests.manual_clock import ManualClock
 from tests.unit.comm.fakes import ALTITUDE, LATITUDE, LONGITUDE, FakeLink, Memory, Said
 from tests.unit.comm.waiting import until
@@ -39,14 +40,14 @@ class FastClock(ManualClock):
 class Rig:
     """The real facade over a link without an autopilot."""
 
-    def __init__(self, clock: ManualClock | None = None) -> None:
+    def __init__(self, clock: ManualClock | None = None, supervisor: Supervisor | None = None) -> None:
         self.clock = clock or ManualClock(50.0)
         self.topics = VehicleTopics.create(self.clock)
         self.said = Said()
         self.link: FakeLink = FakeLink("", 0, self.clock, lambda _: None)
         self.memory = Memory(PARAMETERS)
         settings = AutopilotSettings(url="udpin://127.0.0.1:14550", system_id=245, connect_timeout_s=0.01)
-        self.autopilot = MavsdkAutopilot(settings, self.clock, self.topics, lambda: 1.8e9, self._make, 0.01)
+        self.autopilot = MavsdkAutopilot(settings, self.clock, self.topics, lambda: 1.8e9, self._make, 0.01, supervisor)
 
     def _make(self, url: str, system_id: int, clock: Clock, on_message: OnMessage) -> FakeLink:
         self.link = FakeLink(url, system_id, clock, on_message)
@@ -125,6 +126,26 @@ async def test_a_link_that_cannot_be_opened_says_why_and_is_tried_again(rig: Rig
     assert "autopilot.url" in rig.autopilot.problem
     await until(lambda: rig.autopilot.problem == "")  # the loop hears of the open link a moment after the thread
     assert rig.link.found
+
+
+@pytest.mark.parametrize("part", ["open", "find"])
+async def test_an_error_that_nobody_expected_does_not_end_the_link(part: str) -> None:
+    told: list[tuple[str, str]] = []
+    rig = Rig(supervisor=Supervisor(lambda name, words: told.append((name, words)), 0.0))
+    whole, faults = getattr(rig.link, part), [ValueError("broken")]
+
+    def broken(*arguments: Any) -> Any:
+        for fault in faults:
+            faults.clear()
+            raise fault
+        return whole(*arguments)
+
+    setattr(rig.link, part, broken)
+    await rig.connect()
+    assert told == [("autopilot-link", "ValueError: broken")]
+    assert rig.topics.state.value is not None
+    assert rig.topics.state.value.connected
+    await rig.autopilot.close()
 
 
 async def test_after_the_configured_time_it_is_told_that_nobody_is_heard(rig: Rig) -> None:

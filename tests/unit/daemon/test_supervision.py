@@ -1,4 +1,4 @@
-"""Long-running tasks that end, and the way out of a program that hangs."""
+"""Long-running tasks that end, and the exit of a program that hangs."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tests.manual_clock import ManualClock
 
 
 class Work:
-    """Ends as it is told, then runs on; counts its beginnings."""
+    """Ends as asked, then runs on; counts its beginnings."""
 
     def __init__(self, *ends: BaseException | None) -> None:
         self._ends = list(ends)
