@@ -13,12 +13,12 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Coroutine
+from collections.abc import Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hawk.algo.loop import AlgorithmLoop, Situation
 from hawk.algo.topic_interface import AlgorithmTopics
@@ -46,6 +46,7 @@ from hawk.simulation import Simulation, SimulationAddress, SimulationOptions
 from hawk.store.journal import FlightJournal
 from hawk.store.journal_state import JournalState
 from hawk.store.recording import Recording
+from hawk.supervision import Supervisor, leave_at_once
 from hawk.web.app import WebServer
 from hawk.web.private_files import cookie_secret, shown_address
 from hawk.web.security import InsecureBindingError
@@ -56,6 +57,8 @@ if TYPE_CHECKING:
 
 _LOG = logging.getLogger(__name__)
 
+HANGING_CALLS = 2
+"""Number of calls that hang in MAVSDK after which a program in the air ends: failsafe and restart act then."""
 MONITOR_S = 0.25
 """Real seconds between two looks at camera, recording and loop."""
 START_NOTED_S = 0.5
@@ -119,6 +122,7 @@ class Daemon:
         self._log = log
         self._stopping = asyncio.Event()
         self._tasks: list[asyncio.Task[None]] = []
+        self._supervisor = Supervisor(self._task_ended)
         self._algorithms: AlgorithmLoop | None = None
         self._map_keeper: MapKeeper | None = None
         self._first_tick_s: float | None = None
@@ -143,9 +147,10 @@ class Daemon:
 
     def _make_vehicle(self) -> None:
         self.vehicle = VehicleTopics.create(self.clock)
-        self.autopilot = MavsdkAutopilot(self._config.autopilot, self.clock, self.vehicle)
+        self.autopilot = MavsdkAutopilot(self._config.autopilot, self.clock, self.vehicle, supervisor=self._supervisor)
+        self.autopilot.calls.on_overdue = self._call_hangs
         stamped = self.autopilot.telemetry.from_boot if self._options.is_simulation else None
-        self.camera = DroneCamera(self._config.camera, self.clock, stamped)
+        self.camera = DroneCamera(self._config.camera, self.clock, stamped, supervisor=self._supervisor)
         self._kept: JournalState = self._journal.state
         if self._goes_on():
             if flight_goes_on(self._kept.flight, time.time(), self._options.speed) is not None:
@@ -250,8 +255,8 @@ class Daemon:
         ticker.start()
         self._watchdog.ready()
         try:
-            self._own(self._lag.run(), "loop-lag")
-            self._own(self._monitor(), "monitor")
+            self._own("loop-lag", self._lag.run)
+            self._own("monitor", self._monitor)
             await self._web.start()
             self._announce()
             await self._open_autopilot()
@@ -328,13 +333,14 @@ class Daemon:
             self._situation,
             self.results,
             self._recording.record_frame,
+            self._supervisor,
         )
         if self._kept.map_parts:
             for problem in await algorithms.restore_map([self._kept.map_parts]):
                 _LOG.warning("the journalled map: %s", problem)
         algorithms.start()
         self._map_keeper = MapKeeper(algorithms.changes_since, self._journal.put_map)
-        self._own(self._map_keeper.run(), "map-keeper")
+        self._own("map-keeper", self._map_keeper.run)
 
     async def _monitor(self) -> None:
         """Publish the health of the parts without topics of their own."""
@@ -353,6 +359,7 @@ class Daemon:
             hearing = self._tell_hearing(hearing)
             self.inputs.camera_health.publish(self.camera.health)
             self.inputs.recording_health.publish(self._storage_health())
+            self._publish_own_health()
             self.inputs.loop_lag.publish(self._lag.latest_ms() / 1e3)
             if self.performance.vision_fps is not None:
                 self.inputs.vision_rate.publish(self.performance.vision_fps)
@@ -454,10 +461,25 @@ class Daemon:
             partial.write_text(json.dumps({"url": self._web.url, "first_tick_s": self._first_tick_s}))
             partial.rename(self._options.ready_file)
 
-    def _own(self, work: Coroutine[Any, Any, None], name: str) -> None:
-        task = asyncio.create_task(work, name=name)
-        task.add_done_callback(_log_end)
-        self._tasks.append(task)
+    def _own(self, name: str, work: Callable[[], Awaitable[None]]) -> None:
+        self._tasks.append(self._supervisor.start(name, work))
+
+    def _task_ended(self, name: str, words: str) -> None:
+        self._publish_own_health()
+        self.manager.log.add("error", "A part of the program ended and is started again.", f"{name}: {words}")
+
+    def _call_hangs(self, name: str) -> None:
+        """Show a call that does not return; after the second in the air leave the drone to failsafe and restart."""
+        state = self.vehicle.state.value
+        is_flying = state is not None and state.armed and not self.manager.state.on_ground
+        if is_flying and self.autopilot.calls.overdue >= HANGING_CALLS:
+            leave_at_once(f"{HANGING_CALLS} calls hang in MAVSDK in the air, the last one in {name}: the program ends")
+        self._publish_own_health()
+        self.manager.log.add("error", "A request hangs in MAVSDK.", name)
+
+    def _publish_own_health(self) -> None:
+        self.inputs.requests_health.publish(self.autopilot.calls.health)
+        self.inputs.tasks_health.publish(self._supervisor.health)
 
 
 def _make_manager(config: Config, survey_id: str, options: DaemonOptions) -> AlgorithmManagerApp:
@@ -476,11 +498,6 @@ def _simulated(config: Config, address: SimulationAddress) -> Config:
             "store": config.store.model_copy(update={"directory": config.store.directory / "simulation"}),
         }
     )
-
-
-def _log_end(task: asyncio.Task[None]) -> None:
-    if not task.cancelled() and (error := task.exception()) is not None:
-        _LOG.error("%s ended", task.get_name(), exc_info=error)
 
 
 def _seconds_since_process_start() -> float:

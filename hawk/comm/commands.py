@@ -65,6 +65,11 @@ def set_mode(link: Link, mode: CopterMode) -> None:
     _command(link, f"Mode {mode_name(mode)}", MavCommand.DO_SET_MODE, _CUSTOM_MODE_ENABLED, mode)
 
 
+def send_mode(link: Link, mode: CopterMode) -> None:
+    """Send a change of the flight mode and do not wait for the answer: the autopilot may hear without being heard."""
+    link.send("COMMAND_LONG", command_fields(MavCommand.DO_SET_MODE, [_CUSTOM_MODE_ENABLED, mode]))
+
+
 def takeoff(link: Link, relative_altitude: float) -> None:
     """Climb to metres above home. The autopilot accepts it armed and in GUIDED only."""
     if not (math.isfinite(relative_altitude) and relative_altitude > 0):

@@ -72,6 +72,14 @@ def ground_station_heartbeat(system: int, component: int) -> bytes:
     return bytes((_V2,)) + frame + _checksum(frame + _CRC_EXTRA).to_bytes(2, "little")
 
 
+def is_heartbeat(frame: bytes) -> bool:
+    """Return True when a datagram begins with a HEARTBEAT (unchecked: of a program that we trust)."""
+    magic = frame[0] if frame else None
+    if magic == _V1:
+        return len(frame) > _HEADER[_V1] and frame[5] == _HEARTBEAT
+    return magic == _V2 and len(frame) > _HEADER[_V2] and int.from_bytes(frame[7:10], "little") == _HEARTBEAT
+
+
 def system_of(datagram: bytes) -> int | None:
     """Return the system id that a datagram's first frame names (unchecked: for display); None without a frame."""
     place = _SYSTEM.get(datagram[0]) if datagram else None

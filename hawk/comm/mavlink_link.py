@@ -79,7 +79,11 @@ def command_fields(command: int, parameters: Sequence[float]) -> dict[str, Any]:
 
 
 class Link:
-    """One MAVSDK instance with one connection. Every method may block, except `sensor_health` and `hearing`."""
+    """One MAVSDK instance with one connection. Every method may block, except `sensor_health`, `hearing`, `set_voice`.
+
+    UDP goes through `UdpGate`. On the other kinds the autopilot talks first, and MAVSDK's heartbeats end by themselves
+    2.6 s after the last word from it.
+    """
 
     def __init__(
         self,
@@ -99,6 +103,7 @@ class Link:
         self._lock = threading.Lock()
         self._mavsdk: Mavsdk | None = None
         self._connection: Any = None
+        self._speaks = True
         self._system: Any = None
         self._direct: MavlinkDirect | None = None
         self._geofence: Geofence | None = None
@@ -114,13 +119,21 @@ class Link:
                 return
             if self._mavsdk is None:
                 log_subscribe(_log)
-                configuration = Configuration.create_manual(self._system_id, GROUND_STATION_COMPONENT, True)
+                always = serves(self._url)  # a listening peer hears of us by our first heartbeat
+                configuration = Configuration.create_manual(self._system_id, GROUND_STATION_COMPONENT, always)
                 self._mavsdk = Mavsdk(configuration)
                 configuration.destroy()
             try:
                 self._connection = self._connect(self._mavsdk)
             except (MavsdkError, OSError, ValueError) as error:
                 raise AutopilotError(f"autopilot.url {self._url!r} cannot be opened: {error}") from error
+
+    def set_voice(self, speaks: bool) -> None:
+        """Let our heartbeats go out, or hold them back. Does not block."""
+        self._speaks = speaks
+        gate = self._gate
+        if gate is not None:
+            gate.speaks = speaks
 
     def find(self, timeout_s: float) -> bool:
         """Wait for the first heartbeat of an autopilot and subscribe to it; return False when none came in time."""
@@ -144,9 +157,12 @@ class Link:
         return True
 
     def reopen(self) -> None:
-        """Remove the connection and add it again: MAVSDK's subscriptions survive it."""
+        """Remove the connection and add it again: MAVSDK's subscriptions survive it.
+
+        The gate of a UDP port has nothing to reopen, and keeps the autopilot's address.
+        """
         with self._lock:
-            if self._mavsdk is not None and self._connection is not None:
+            if self._mavsdk is not None and self._connection is not None and self._gate is None:
                 self._mavsdk.remove_connection(self._connection)
                 self._connection = None
         self.open()
@@ -245,6 +261,7 @@ class Link:
         if self._gate is None:
             greeting = ground_station_heartbeat(self._system_id, GROUND_STATION_COMPONENT)
             self._gate = UdpGate(self._url, PeerKeeper(self._expected), greeting)
+        self._gate.speaks = self._speaks
         return self._gate.attach(mavsdk.add_any_connection_with_handle)
 
     def _vehicle(self, mavsdk: Mavsdk, timeout_s: float) -> Any:

@@ -99,6 +99,11 @@ class RateKeeper:
         self._seen = dict.fromkeys(self._wanted, -math.inf)
         self._asked = dict.fromkeys(self._wanted, -math.inf)
 
+    @property
+    def any(self) -> Stream:
+        """One of the wanted streams."""
+        return next(iter(self._wanted.values()))
+
     def age(self, name: str, now: float) -> float:
         """Return the age of the last message, seconds; infinite when none came."""
         return now - self._seen[name]

@@ -22,6 +22,7 @@ from dataclasses import dataclass
 from typing import Any, Final, TypeVar
 from urllib.parse import urlsplit
 
+from hawk.comm.mavlink_frames import is_heartbeat
 from hawk.comm.peer import PeerKeeper, address_text
 
 _LOG = logging.getLogger(__name__)
@@ -65,6 +66,10 @@ class UdpGate:
         the greeting while nobody else speaks, so that a command can go out on a link that hears nothing.
         """
         self._keeper = keeper
+        self.speaks = True
+        """False: our heartbeats are held back, so that the autopilot misses them; everything else still goes out."""
+        self.held_back = 0
+        """Heartbeats that were held back."""
         self._greeting = greeting
         self._monotonic = monotonic
         scheme, self._family, self._place = _resolve(url)
@@ -183,6 +188,9 @@ class UdpGate:
         self._feed(data)
 
     def _from_mavsdk(self, data: bytes, _: Any) -> None:
+        if not self.speaks and is_heartbeat(data):
+            self.held_back += 1
+            return
         if self._line is not None:
             _send(self._line, data)
         elif self._hall is not None and self._kept is not None:

@@ -75,7 +75,7 @@ class Autopilot(Protocol):
         """Read one parameter. An unknown name is an AutopilotError."""
 
     async def set_parameter(self, name: str, value: float) -> None:
-        """Set one parameter with the autopilot's type, and check the answer."""
+        """Set one parameter with the autopilot's type, and read it back until it holds, for 3 s at most."""
 
     async def upload_fence(self, fence: Fence) -> None:
         """Upload `Fence.autopilot_polygon`, set ceiling, type, action and FENCE_ENABLE, and read the polygon back."""
@@ -88,6 +88,12 @@ class Autopilot(Protocol):
 
     async def kill(self) -> None:
         """Cut the motors at once (MAV_CMD_DO_FLIGHTTERMINATION), on a thread of its own."""
+
+    async def send_mode(self, mode: CopterMode) -> None:
+        """Send a mode change at once, on a link that seems dead too, and wait for no answer."""
+
+    def set_voice(self, speaks: bool) -> None:
+        """Let our heartbeats go out, or hold them back, so that the autopilot's ground-station failsafe acts."""
 
     def send_target(self, north: float, east: float, height: float, yaw: float) -> None:
         """Send one SET_POSITION_TARGET_LOCAL_NED. Never blocks.

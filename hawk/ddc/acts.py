@@ -30,6 +30,13 @@ class SetMode:
 
 
 @dataclass(frozen=True, slots=True)
+class SendMode:
+    """Send a flight mode as a message, once, without an answer: the autopilot is not heard."""
+
+    mode: CopterMode
+
+
+@dataclass(frozen=True, slots=True)
 class TakeOff:
     """Climb to a height, metres above the arm place."""
 
@@ -100,6 +107,7 @@ class StoreFence:
 Request = (
     SetArmed
     | SetMode
+    | SendMode
     | TakeOff
     | SetReturnAltitude
     | UploadFence
@@ -128,10 +136,21 @@ class Ask:
                 return "arm" if armed else "disarm"
             case SetMode(mode):
                 return f"mode {mode.name}"
+            case SendMode(mode):
+                return f"send {mode.name}"
             case ReadParameter(parameter):
                 return f"read {parameter}"
             case other:
                 return _NAMES[type(other)]
+
+    @property
+    def limit_s(self) -> float:
+        """Real seconds within which the request ends, whatever it waits for: the sum of its steps, and some more."""
+        match self.request:
+            case SetParameters(values):
+                return _PARAMETER_S * max(1, len(values))
+            case other:
+                return _LIMITS_S.get(type(other), _REQUEST_S)
 
     def answer(self, facts: Facts) -> Answer:
         """Return the outcome of this request so far."""
@@ -148,6 +167,18 @@ _NAMES: dict[type[object], str] = {
     SetParameters: "set failsafes",
     StoreHeights: "store heights",
     StoreFence: "store fence",
+}
+
+_REQUEST_S = 4.0
+"""One call into MAVSDK (3 s), and the autopilot's words on a refusal."""
+_PARAMETER_S = 12.0
+"""The type is read (2 s), the value set until it holds (4 s) and read again until it holds (5 s)."""
+_LIMITS_S: dict[type[object], float] = {
+    ReadParameter: 6.0,
+    SetReturnAltitude: 12.0,
+    UploadFence: 45.0,  # the polygon 15 s, five parameters 6 s each
+    StoreHeights: 5.0,
+    StoreFence: 5.0,
 }
 
 # -- acts without an answer -------------------------------------------------------------------------------------------
@@ -236,6 +267,13 @@ class ForgetAskedModes:
 
 
 @dataclass(frozen=True, slots=True)
+class SetVoice:
+    """Let our heartbeats go out, or hold them back."""
+
+    speaks: bool
+
+
+@dataclass(frozen=True, slots=True)
 class CountStart:
     """Journal a start in the air; the count is a fact of the next tick. Restore flight time and path."""
 
@@ -270,6 +308,7 @@ Act = (
     | SetDatum
     | PutFenceInForce
     | ForgetAskedModes
+    | SetVoice
     | CountStart
     | EnterState
     | Record

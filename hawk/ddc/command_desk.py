@@ -21,6 +21,7 @@ from hawk.comm.messages import (
     Kill,
     KillRequest,
     KillToken,
+    Land,
     MapResync,
     OperatorHeartbeat,
     Outgoing,
@@ -33,9 +34,9 @@ from hawk.ddc.acts import Acts, Desire, JudgeFence, Log, Record, Reply, ShowUser
 from hawk.ddc.facts import VERDICT_AGE_S, Facts
 from hawk.ddc.failsafes import return_altitude
 from hawk.ddc.fence import Standpoint, plan_of
-from hawk.ddc.judge import Case, Refusal, command_type, place_of, refusal, route_refusal
+from hawk.ddc.judge import UNHEARD, Case, Refusal, command_type, is_sent_unheard, place_of, refusal, route_refusal
 from hawk.ddc.kill import TOKEN_VALID_S, KillSwitch, KillTokens
-from hawk.ddc.orders import ArmOrder, ConfigureOrder, FenceOrder, MoveOrder, Order
+from hawk.ddc.orders import ArmOrder, ConfigureOrder, FenceOrder, MoveOrder, Order, ToLand, ToReturn, Transition
 from hawk.ddc.parameters import ParameterReader
 from hawk.ddc.route_requests import NOT_JUDGED, RouteRequests, verdict_refusal
 from hawk.model import DesiredPose, HeightParameters, UserError
@@ -45,11 +46,15 @@ NO_USER_ERROR = ShowUserError(UserError.NONE)
 
 @dataclass(frozen=True, slots=True)
 class Ruling:
-    """Outcome of a command: the answer (None: it follows as a `Reply`), acts, and the order for the state."""
+    """Outcome of a command: the answer (None: it follows as a `Reply`), acts, and the order for the state.
+
+    ``transition``: the state changes whatever the active one makes of the order.
+    """
 
     answer: Outgoing | None = None
     acts: Acts = ()
     order: Order | None = None
+    transition: Transition | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,7 +177,16 @@ class CommandDesk:
                 return Ruling(accepted, (NO_USER_ERROR,))
             case AutonomousMove():
                 return Ruling(acts=self.inquiries.open(client, command, _move_order(command, facts), facts))
+        if is_sent_unheard(facts, command_type(command)):
+            return self._send_unheard(command)
         return Ruling(accepted, self._begin(), _order(command, case))
+
+    def _send_unheard(self, command: Command) -> Ruling:
+        """Return To Launch or Land for an autopilot that is not heard: `hawk.ddc.silence` sends the state's mode."""
+        words = f"{command_type(command)} is sent without an answer: no word from the autopilot."
+        answer = Ack(id=command.id, accepted=True, reason=UNHEARD)
+        following = ToLand() if isinstance(command, Land) else ToReturn()
+        return Ruling(answer, (*self._begin(), Log("warning", words)), transition=following)
 
     def _begin(self) -> Acts:
         """An accepted command clears the User Error of an earlier one, and replaces a Move that is still judged."""
@@ -185,7 +199,7 @@ class CommandDesk:
             return Ruling(Ack(id=command.id, accepted=False, reason=problem), (record,))
         cut = self._kill_switch.begin(facts)
         acts = (record, *cut, *self._begin(), Log("error", "Motors are being cut by you."))
-        return Ruling(Ack(id=command.id, accepted=True), acts)
+        return Ruling(Ack(id=command.id, accepted=True, reason=UNHEARD if facts.is_unheard else ""), acts)
 
 
 def _order(command: Command, case: Case) -> Order:

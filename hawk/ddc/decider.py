@@ -26,6 +26,7 @@ from hawk.ddc.kill import KillSwitch, KillTokens
 from hawk.ddc.orders import Cause, Order, ToHover, ToIdle, ToManual, Transition
 from hawk.ddc.parameters import ParameterReader
 from hawk.ddc.settings import DdcSettings
+from hawk.ddc.silence import SilenceWatch
 from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import make_state
 from hawk.ddc.states.ground import Idle
@@ -61,6 +62,7 @@ class Decider:
         self._desk = CommandDesk(tokens, self._kill, self._reader)
         self._follower = VehicleFollower()
         self._home = HomeKeeper()
+        self._silence = SilenceWatch()
         self._acts: Acts = ()
         self._fault = ""
         self._is_sound = True
@@ -119,6 +121,7 @@ class Decider:
         if self._kill.is_sending:
             yield True, lambda: self._cut(facts)
             return
+        yield True, lambda: self._step(self._silence.tick(facts, self.state), facts)
         yield False, lambda: self._do(guard.notices(facts))
         yield False, lambda: self._do(self._reader.tick(facts))
         yield True, lambda: self._do(self._holder.tick(facts, self.state))
@@ -162,6 +165,8 @@ class Decider:
         self._do(ruling.acts)
         if ruling.order is not None:
             self._advance(facts, ruling.order)
+        if ruling.transition is not None:
+            self._switch(ruling.transition, facts)
 
     def _advance(self, facts: Facts, order: Order | None) -> None:
         self._step(self.state.transition_next_state(facts, order), facts)

@@ -289,6 +289,11 @@ class Facts:
         return self.vehicle.landed is LandedState.ON_GROUND
 
     @property
+    def is_unheard(self) -> bool:
+        """True when the drone was armed when last heard, and is not heard now."""
+        return self.vehicle.armed and not self.link.is_up
+
+    @property
     def is_guided(self) -> bool:
         """True when the last HEARTBEAT shows GUIDED."""
         return self.vehicle.custom_mode == CopterMode.GUIDED

@@ -121,6 +121,11 @@ def table_reason(command: str, state: StateName) -> str:
     return "" if word == "yes" else _REASONS[word]
 
 
+ALWAYS_SENT = frozenset({"Return To Launch", "Land"})
+"""Commands that are sent without an answer when the armed drone is not heard, whatever the state (as is Kill)."""
+UNHEARD = "Sent without an answer: no word from the autopilot."
+
+
 @dataclass(frozen=True, slots=True)
 class Bench:
     """Work of the operations manager that bears on commands.
@@ -233,6 +238,11 @@ def route_refusal(facts: Facts, route: Route) -> Refusal | None:
     return None
 
 
+def is_sent_unheard(facts: Facts, kind: str) -> bool:
+    """Return True for a command that goes to an autopilot that is not heard."""
+    return facts.is_unheard and kind in ALWAYS_SENT
+
+
 def command_type(command: Command) -> str:
     """Return a command's Type."""
     return str(getattr(command, "type", type(command).__name__))
@@ -244,6 +254,8 @@ def command_type(command: Command) -> str:
 def _impossible(case: Case, kind: str) -> Refusal | None:
     if case.bench.kill_state == "sending" and kind not in ("Kill", "Kill Request"):
         return Refusal("The motors are being cut.")
+    if is_sent_unheard(case.facts, kind):
+        return None
     reason = table_reason(kind, case.state.identity)
     if reason:
         return Refusal(reason)

@@ -27,6 +27,7 @@ from hawk.ddc.acts import (
     Record,
     Reply,
     Request,
+    SendMode,
     SendTarget,
     SetArmed,
     SetDatum,
@@ -34,6 +35,7 @@ from hawk.ddc.acts import (
     SetMode,
     SetParameters,
     SetReturnAltitude,
+    SetVoice,
     ShowUserError,
     StoreFence,
     StoreHeights,
@@ -148,6 +150,8 @@ class Performer:
                 tools.service.set_datum(datum)
             case ForgetAskedModes():
                 tools.service.forget_asked_modes()
+            case SetVoice(speaks):
+                tools.service.set_voice(speaks)
             case CountStart():
                 tools.outcomes.starts_in_air = tools.count_start()
             case _:
@@ -174,6 +178,8 @@ class Performer:
                 return service.set_arm(armed)
             case SetMode(mode):
                 return service.set_mode(mode)
+            case SendMode(mode):
+                return service.send_mode(mode)
             case TakeOff(height):
                 return service.send_takeoff_cmd(height)
             case SetReturnAltitude(altitude):

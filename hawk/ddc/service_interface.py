@@ -5,7 +5,9 @@ The secret is how the autopilot is asked. Access programs raise ReqFailed with t
 
 from __future__ import annotations
 
+import asyncio
 import logging
+import time
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeVar
@@ -20,6 +22,9 @@ from hawk.model import CopterMode, Fence, GlobalPose, HeightParameters, StateNam
 MODE_WINDOW_S = 2.0
 """A mode change is ours when a request asked for it within this time, seconds."""
 RTL_ALTITUDE_TOLERANCE_M = 0.5
+READ_BACK_S = 3.0
+"""Real seconds for which a parameter that was set may read as the old value."""
+READ_BACK_PAUSE_S = 0.2
 
 
 class ReqFailed(Exception):  # noqa: N818 - the specification's name
@@ -119,6 +124,16 @@ class DdcServiceInterface:
         self._expect_mode(mode_req)
         await self._ask("set mode", lambda: self._autopilot.set_mode(mode_req), mode=mode_req.name)
 
+    async def send_mode(self, mode: CopterMode) -> None:
+        """Send a flight mode as a message, without an answer: the autopilot may hear without being heard."""
+        self._expect_mode(mode)
+        await self._ask("send mode", lambda: self._autopilot.send_mode(mode), mode=mode.name)
+
+    def set_voice(self, speaks: bool) -> None:
+        """Let our heartbeats go out, or hold them back, so that the autopilot's ground-station failsafe acts."""
+        self._record("request", {"name": "set voice", "speaks": speaks})
+        self._autopilot.set_voice(speaks)
+
     async def kill(self) -> None:
         """Cut the motors at once."""
         await self._ask("kill", self._autopilot.kill)
@@ -150,12 +165,18 @@ class DdcServiceInterface:
         )
 
     async def set_failsafes(self, wanted: Mapping[str, float]) -> None:
-        """Set these parameters one by one, each read back; the first that fails ends it."""
+        """Set these parameters one by one, each read back until it holds; the first that does not ends it.
+
+        Raises:
+            ReqFailed: The autopilot refused one, or another value is read for READ_BACK_S.
+        """
         for name, value in wanted.items():
             await self.set_parameter(name, value)
-            found = await self.get_parameter(name)
-            if found != value:
-                raise ReqFailed(f"{name}: set to {value:g}, the autopilot says {found:g}")
+            deadline = time.monotonic() + READ_BACK_S
+            while (found := await self.get_parameter(name)) != value:
+                if time.monotonic() >= deadline:
+                    raise ReqFailed(f"{name}: set to {value:g}, the autopilot says {found:g}")
+                await asyncio.sleep(READ_BACK_PAUSE_S)
 
     def asked_for(self, custom_mode: int | None) -> bool:
         """Return True when a request of the last 2 s asked for this mode."""

@@ -58,6 +58,10 @@ class DdcInputs:
     camera_check: Topic[Health]
     """Health of the camera by its pictures: frozen, turned, mirrored."""
     recording_health: Topic[Health]
+    requests_health: Topic[Health]
+    """Calls into MAVSDK that do not return make it unhealthy."""
+    tasks_health: Topic[Health]
+    """A long-running task that ended makes it unhealthy."""
     camera_time: Topic[float]
     """When the light of the latest picture was caught, seconds of the daemon's clock."""
     vision_rate: Topic[float]
@@ -82,6 +86,8 @@ class DdcInputs:
             camera_health=Topic("camera_health", clock),
             camera_check=Topic("camera_check", clock),
             recording_health=Topic("recording_health", clock),
+            requests_health=Topic("requests_health", clock),
+            tasks_health=Topic("tasks_health", clock),
             camera_time=Topic("camera_time", clock),
             vision_rate=Topic("vision_rate", clock),
             loop_lag=Topic("loop_lag", clock),
@@ -192,6 +198,8 @@ class DdcTopicInterface:
             ("mapper", self.get_mapper_health()),
             ("planner", self.get_path_plan_health()),
             ("recording", self.get_recording_health()),
+            ("requests", self._inputs.requests_health.value or Health()),
+            ("tasks", self._inputs.tasks_health.value or Health()),
             ("loop", self._loop_health()),
         )
 

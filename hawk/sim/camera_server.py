@@ -48,7 +48,12 @@ class Fault(BaseModel):
     camera_turn_deg: float | None = Field(
         None, ge=-360.0, le=360.0, description="the camera sits turned in its mount, clockwise seen from above, degrees"
     )
-    link: Literal["ok", "cut"] | None = Field(None, description="MAVLink in both directions")
+    link: Literal["ok", "cut", "mute"] | None = Field(
+        None, description="MAVLink is lost in both directions; only from the autopilot"
+    )
+    late_parameters_s: float | None = Field(
+        None, ge=0.0, le=60.0, description="a parameter that was set reads as the old one for this time, seconds"
+    )
     link_loss: float | None = Field(None, ge=0.0, le=1.0, description="share of datagrams lost, in each direction")
     battery: float | None = Field(None, ge=0.0, le=100.0, description="charge left, percent")
     wind: float | None = Field(None, ge=0.0, le=30.0, description="mean wind, m/s")
@@ -87,7 +92,9 @@ def apply_fault(
         autopilot.shift_ekf_origin(fault.ekf_shift)
     _camera(fault, camera, server)
     if fault.link is not None:
-        link.cut = fault.link == "cut"
+        link.cut, link.mute = fault.link == "cut", fault.link == "mute"
+    if fault.late_parameters_s is not None:
+        link.late_parameters_s = fault.late_parameters_s
     if fault.link_loss is not None:
         link.loss = fault.link_loss
     if fault.battery is not None:

@@ -15,6 +15,7 @@ from typing import Final
 from aiohttp import WSCloseCode, WSMsgType, hdrs, web
 
 from hawk.model import AnnotatedFrame
+from hawk.supervision import until_first_ends
 from hawk.web.services import COUNTERS, SERVICES, WebServices
 from hawk.web.ws import PING_INTERVAL_S, limit_buffers, places, registered
 
@@ -62,16 +63,13 @@ class VideoConnection:
 
     async def run(self) -> None:
         """Serve until the connection ends."""
-        writer = asyncio.create_task(self._write(), name="web-video-writer")
-        try:
-            async for message in self._socket:
-                if message.type is WSMsgType.TEXT and self._in_flight == _acknowledged_sequence(message.data):
-                    self._in_flight = None
-                    self._acknowledged.set()
-        finally:
-            writer.cancel()
-            with contextlib.suppress(asyncio.CancelledError):
-                await writer
+        await until_first_ends(self._read(), self._write())
+
+    async def _read(self) -> None:
+        async for message in self._socket:
+            if message.type is WSMsgType.TEXT and self._in_flight == _acknowledged_sequence(message.data):
+                self._in_flight = None
+                self._acknowledged.set()
 
     async def _write(self) -> None:
         sent: AnnotatedFrame | None = None

@@ -15,6 +15,7 @@ from aiohttp import WSCloseCode, WSMsgType, hdrs, web
 
 from hawk.comm.messages import Ack, Welcome
 from hawk.model import CELL_M, TILE_CELLS
+from hawk.supervision import until_first_ends
 from hawk.web.clients import Client
 from hawk.web.security import cookie_name, set_strict_cookie
 from hawk.web.services import COUNTERS, KEPT_PLACES, SERVICES, Counters, WebServices
@@ -109,13 +110,7 @@ class CommandConnection:
 
     async def run(self) -> None:
         """Serve until the connection ends."""
-        writer = asyncio.create_task(self._write(), name=f"web-writer-{self._client.id}")
-        try:
-            await self._read()
-        finally:
-            writer.cancel()
-            with contextlib.suppress(asyncio.CancelledError):
-                await writer
+        await until_first_ends(self._read(), self._write())  # a client that hears nothing connects again
 
     async def _read(self) -> None:
         async for message in self._socket:

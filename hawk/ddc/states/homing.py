@@ -33,8 +33,16 @@ class Homing(AirborneState):
         """The autopilot's own, or ours."""
         return Rank.AUTOPILOT if self.by_autopilot else self.own_rank
 
+    @property
+    def autopilot_mode(self) -> CopterMode | None:
+        """The mode that was asked for; None when the autopilot began it itself."""
+        return None if self.by_autopilot else self.mode
+
     def detail(self, facts: Facts) -> str:
         """Return the present activity and its cause."""
+        if facts.is_unheard:
+            sent = "the autopilot did it by itself" if self.by_autopilot else "sent without an answer"
+            return f"{self.doing}: {sent}, no word from the autopilot."
         if self._keeper.reason:
             return f"{self.doing} was refused, trying again: {self._keeper.reason}"
         if self.by_autopilot:

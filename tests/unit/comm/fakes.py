@@ -113,6 +113,7 @@ class FakeLink(Link):
     opened: int = 0
     reopened: int = 0
     closed: bool = False
+    voices: list[bool] = field(default_factory=list)
     changed: threading.Event = field(default_factory=threading.Event)
 
     def say(self, message: tuple[str, dict[str, Any]], arrival: float | None = None) -> None:
@@ -137,6 +138,9 @@ class FakeLink(Link):
 
     def hearing(self) -> Hearing:
         return self.heard
+
+    def set_voice(self, speaks: bool) -> None:
+        self.voices.append(speaks)
 
     def sensor_health(self) -> SensorHealth:
         return self.health
@@ -171,6 +175,9 @@ class Memory:
         self.values = dict(values)
         self.deaf = 0
         self.stubborn: set[str] = set()
+        self.late: dict[str, int] = {}
+        """Reads that still give the old value after a set was confirmed, by name."""
+        self._old: dict[str, tuple[float, int]] = {}
         self.asked: list[tuple[str, str]] = []
 
     def answer(self, name: str, fields: Mapping[str, Any]) -> dict[str, Any] | None:
@@ -185,6 +192,10 @@ class Memory:
         if parameter not in self.values:
             return None
         if name == "PARAM_SET" and parameter not in self.stubborn:
+            self._old.setdefault(parameter, self.values[parameter])
             self.values[parameter] = (fields["param_value"], fields["param_type"])
         value, kind = self.values[parameter]
+        if name == "PARAM_REQUEST_READ" and parameter in self._old and self.late.get(parameter, 0) > 0:
+            self.late[parameter] -= 1
+            value, kind = self._old[parameter]
         return {"param_id": parameter, "param_value": value, "param_type": kind, "param_index": 0, "param_count": 9}

@@ -19,6 +19,7 @@ from hawk.comm.udp_gate import Hearing
 from hawk.comm.vehicle import Autopilot, AutopilotError, VehicleTopics
 from hawk.config import AutopilotSettings
 from hawk.model import ArmPlace, CopterMode, Fence, GlobalPose
+from hawk.supervision import Supervisor
 from tests.manual_clock import ManualClock
 from tests.unit.comm.fakes import ALTITUDE, LATITUDE, LONGITUDE, FakeLink, Memory, Said
 from tests.unit.comm.waiting import until
@@ -41,14 +42,14 @@ class FastClock(ManualClock):
 class Rig:
     """The real facade over a link without an autopilot."""
 
-    def __init__(self, clock: ManualClock | None = None) -> None:
+    def __init__(self, clock: ManualClock | None = None, supervisor: Supervisor | None = None) -> None:
         self.clock = clock or ManualClock(50.0)
         self.topics = VehicleTopics.create(self.clock)
         self.said = Said()
         self.link: FakeLink = FakeLink("", 0, self.clock, lambda _: None)
         self.memory = Memory(PARAMETERS)
         settings = AutopilotSettings(url="udpin://127.0.0.1:14550", system_id=245, connect_timeout_s=0.01)
-        self.autopilot = MavsdkAutopilot(settings, self.clock, self.topics, lambda: 1.8e9, self._make, 0.01)
+        self.autopilot = MavsdkAutopilot(settings, self.clock, self.topics, lambda: 1.8e9, self._make, 0.01, supervisor)
 
     def _make(self, url: str, system_id: int, clock: Clock, on_message: OnMessage, expected: Expected) -> FakeLink:
         self.link = FakeLink(url, system_id, clock, on_message, expected)
@@ -146,6 +147,26 @@ async def test_a_link_that_cannot_be_opened_says_why_and_is_tried_again(rig: Rig
     assert "autopilot.url" in rig.autopilot.problem
     await until(lambda: rig.autopilot.problem == "")  # the loop hears of the open link a moment after the thread
     assert rig.link.found
+
+
+@pytest.mark.parametrize("part", ["open", "find"])
+async def test_an_error_that_nobody_expected_does_not_end_the_link(part: str) -> None:
+    told: list[tuple[str, str]] = []
+    rig = Rig(supervisor=Supervisor(lambda name, words: told.append((name, words)), 0.0))
+    whole, faults = getattr(rig.link, part), [ValueError("broken")]
+
+    def broken(*arguments: Any) -> Any:
+        for fault in faults:
+            faults.clear()
+            raise fault
+        return whole(*arguments)
+
+    setattr(rig.link, part, broken)
+    await rig.connect()
+    assert told == [("autopilot-link", "ValueError: broken")]
+    assert rig.topics.state.value is not None
+    assert rig.topics.state.value.connected
+    await rig.autopilot.close()
 
 
 async def test_after_the_configured_time_it_is_told_that_nobody_is_heard(rig: Rig) -> None:
@@ -310,6 +331,20 @@ class TestKill:
         await rig.autopilot.kill()
         assert any(fields["command"] == 185 for fields in rig.link.named("COMMAND_LONG"))
 
+    async def test_a_kill_that_hangs_stops_no_later_one(self, rig: Rig) -> None:
+        rig.autopilot.calls.deadline_s = 0.01
+        await rig.connect()
+        release = threading.Event()
+        send = rig.link.send
+        rig.link.send = lambda name, fields: release.wait(30.0)  # type: ignore[assignment,method-assign]
+        with pytest.raises(AutopilotError, match=r"kill: MAVSDK did not return within 0\.01 s"):
+            await rig.autopilot.kill()
+        rig.link.send = send  # type: ignore[method-assign]
+        rig.autopilot.calls.deadline_s = 10.0
+        await rig.autopilot.kill()
+        assert any(fields["command"] == 185 for fields in rig.link.named("COMMAND_LONG"))
+        release.set()
+
     async def test_a_refusal_is_shown(self, rig: Rig) -> None:
         await rig.connect()
         await rig.say(("COMMAND_ACK", {"command": 185, "result": 2}))
@@ -318,6 +353,88 @@ class TestKill:
         assert "Kill refused" in text.text
         await rig.say(("COMMAND_ACK", {"command": 185, "result": 0}), ("COMMAND_ACK", {"command": 400, "result": 4}))
         assert rig.topics.status_text.value is text
+
+
+class TestSilence:
+    async def test_a_mode_is_told_on_a_link_that_seems_dead_and_no_answer_is_waited_for(self, rig: Rig) -> None:
+        await rig.connect()
+        rig.clock.advance(4.0)
+        await until(lambda: rig.topics.state.value is not None and not rig.topics.state.value.connected)
+        await rig.autopilot.send_mode(CopterMode.RTL)
+        assert rig.link.commanded == []
+        (told,) = [fields for fields in rig.link.named("COMMAND_LONG") if fields["command"] == 176]
+        assert (told["param1"], told["param2"]) == (1.0, 6.0)
+
+    async def test_our_voice_is_the_links(self, rig: Rig) -> None:
+        await rig.connect()
+        rig.autopilot.set_voice(False)
+        rig.autopilot.set_voice(True)
+        assert rig.link.voices == [False, True]
+
+    async def test_silent_a_fast_simulation_hears_no_heartbeat_of_ours(self) -> None:
+        rig = Rig(FastClock(50.0))
+        rig.autopilot.set_voice(False)
+        await rig.connect()
+        await until(lambda: len(rig.link.named("COMMAND_LONG")) >= 5)
+        assert rig.link.named("HEARTBEAT") == []
+        rig.autopilot.set_voice(True)
+        await until(lambda: len(rig.link.named("HEARTBEAT")) == 1)
+        await rig.autopilot.close()
+
+    async def test_a_silent_peer_hears_of_us_by_a_request_for_a_rate(self, rig: Rig) -> None:
+        await rig.connect()
+        await until(lambda: len(rig.link.named("COMMAND_LONG")) >= 5)
+        rig.autopilot.set_voice(False)
+        rig.clock.advance(4.0)
+        await until(lambda: rig.topics.state.value is not None and not rig.topics.state.value.connected)
+        await until(lambda: bool(rig.link.named("COMMAND_LONG")))
+        rig.link.sent.clear()
+        rig.clock.advance(5.1)
+        await until(lambda: [fields["command"] for fields in rig.link.named("COMMAND_LONG")] == [511])
+
+
+class TestHanging:
+    async def test_a_command_that_hangs_fails_in_time_and_the_next_one_is_sent(self, rig: Rig) -> None:
+        rig.autopilot.calls.deadline_s = 0.01
+        await rig.connect()
+        release = threading.Event()
+        rig.link.before_ack = lambda: (release.wait(30.0), None)[1]
+        for _ in range(3):
+            with pytest.raises(AutopilotError, match=r"set_mode: MAVSDK did not return within 0\.01 s"):
+                await rig.autopilot.set_mode(CopterMode.RTL)
+        assert rig.autopilot.calls.overdue == 3
+        rig.autopilot.calls.deadline_s = 10.0
+        rig.link.before_ack = lambda: None
+        await rig.autopilot.set_mode(CopterMode.RTL)
+        release.set()
+
+    async def test_a_target_that_hangs_is_counted_and_later_ones_go_out(self, rig: Rig) -> None:
+        await rig.connect()
+        await rig.arm_here()
+        entered, release = threading.Event(), threading.Event()
+
+        def hang(_name: str, _fields: Mapping[str, Any]) -> None:
+            entered.set()
+            release.wait(30.0)
+
+        rig.link.answer = hang
+        rig.autopilot.send_target(10.0, -5.0, 30.0, 0.0)
+        await until(entered.is_set)
+        rig.link.answer = lambda _name, _fields: None
+        rig.autopilot.calls.deadline_s = 0.0
+        rig.autopilot.send_target(11.0, -5.0, 30.0, 0.0)
+        assert rig.autopilot.calls.overdue == 1
+        assert "target" in rig.autopilot.calls.health.reason
+        await until(lambda: len(rig.link.named("SET_POSITION_TARGET_LOCAL_NED")) == 2)
+        release.set()
+
+    async def test_a_link_that_hangs_while_it_opens_is_told(self, rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr("hawk.comm.autopilot._OPEN_S", 0.01)
+        release = threading.Event()
+        rig.link.open = lambda: (release.wait(30.0), None)[1]  # type: ignore[method-assign]
+        await rig.autopilot.start()
+        await until(lambda: "open: MAVSDK did not return" in rig.autopilot.problem)
+        release.set()
 
 
 class TestTarget:

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from hawk.comm.mavlink_link import Link, Message
+from hawk.comm.mavlink_link import Link, Message, command_fields
 from hawk.comm.peer import Expected
 from hawk.comm.vehicle import AutopilotError
 
@@ -140,6 +140,23 @@ def test_our_heartbeats_are_those_of_ground_station_245(link: Link, peer: Peer) 
     message = peer.wait("HEARTBEAT")
     assert (message.get_srcSystem(), message.get_srcComponent()) == (245, 190)
     assert link.found
+
+
+def test_silent_it_sends_commands_and_no_heartbeat(link: Link, peer: Peer) -> None:
+    peer.wait("HEARTBEAT")
+    link.set_voice(False)
+    peer.got.clear()
+    gate = link._gate
+    assert gate is not None
+    deadline = time.monotonic() + WAIT_S
+    while not gate.held_back:
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    link.send("COMMAND_LONG", command_fields(177, [1, 6]))
+    peer.wait("COMMAND_LONG", lambda one: one.command == 177)
+    assert not [one for one in peer.got if one.get_type() == "HEARTBEAT"]
+    link.set_voice(True)
+    peer.wait("HEARTBEAT")
 
 
 def test_messages_come_with_their_fields_and_arrival(link: Link, peer: Peer, heard: Heard) -> None:

@@ -9,11 +9,14 @@ import time
 from collections.abc import Callable, Iterator
 
 import pytest
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from hawk.comm.mavlink_frames import ground_station_heartbeat, is_heartbeat
 from hawk.comm.peer import Expected, PeerKeeper
 from hawk.comm.udp_gate import Hearing, UdpGate, serves
 from tests.unit.comm.test_peer import attitude, beat
 
+OURS = ground_station_heartbeat(245, 190)
 GREETING = b"greeting"
 WAIT_S = 10.0
 
@@ -269,3 +272,24 @@ def test_closed_it_leaves_the_port_and_no_thread(rig: Rig) -> None:
     rig.gate.close()
     assert "autopilot-gate" not in {thread.name for thread in threading.enumerate()}
     udp(port=rig.port).close()
+
+
+def test_our_heartbeats_can_be_held_back_and_nothing_else(rig: Rig) -> None:
+    autopilot = rig.keep()
+    rig.gate.speaks = False
+    rig.answer(OURS)
+    rig.answer(b"a command")
+    assert autopilot.recv(999) == b"a command"
+    assert rig.gate.held_back == 1
+    rig.gate.speaks = True
+    rig.answer(OURS)
+    assert autopilot.recv(999) == OURS
+
+
+@pytest.mark.parametrize("older", [False, True])
+def test_a_heartbeat_is_known_by_its_id_in_both_versions(older: bool) -> None:
+    station = mavlink.MAVLink(None, 245, 190)
+    beat, kill = station.heartbeat_encode(6, 8, 0, 0, 4), station.command_long_encode(1, 1, 185, 0, 1, 0, 0, 0, 0, 0, 0)
+    assert is_heartbeat(beat.pack(station, force_mavlink1=older))
+    assert not is_heartbeat(kill.pack(station, force_mavlink1=older))
+    assert not is_heartbeat(b"")

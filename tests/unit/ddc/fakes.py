@@ -150,6 +150,7 @@ class FakeAutopilot:
         self.arm_place: ArmPlace | None = None
         self.battery: float | None = 95.0
         self.connected = True
+        self.uplink = True
         self.position_good = True
         self.estimator_fault = ""
         self.pose_flows = True
@@ -182,6 +183,15 @@ class FakeAutopilot:
     async def set_mode(self, mode: CopterMode) -> None:
         await self._answer("set_mode", mode)
         self.change_mode(mode)
+
+    async def send_mode(self, mode: CopterMode) -> None:
+        """The message gets through where ``uplink`` says so, heard or not."""
+        self.calls.append(("send_mode", mode))
+        if self.uplink:
+            self.change_mode(mode)
+
+    def set_voice(self, speaks: bool) -> None:
+        self.calls.append(("set_voice", speaks))
 
     async def takeoff(self, relative_altitude: float) -> None:
         await self._answer("takeoff", relative_altitude)

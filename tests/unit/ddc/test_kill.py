@@ -132,13 +132,22 @@ def test_armed_that_shows_late_is_cut_too(bench: Bench) -> None:
     assert bench.switch.state == "confirmed"
 
 
-def test_it_does_not_survive_a_lost_link(bench: Bench) -> None:
+def test_it_is_repeated_for_its_time_on_a_link_that_seems_dead(bench: Bench) -> None:
     bench.kill("ana", bench.request("ana"), armed=True)
-    assert bench.tick(armed=False, heard=bench.clock(), connected=False)
+    ended = False
+    while not ended:
+        bench.clock.advance(0.05)
+        ended = bench.tick(armed=True, heard=0.0, connected=False)
+    assert bench.clock() == pytest.approx(5.0)
+    assert len(bench.sent) == pytest.approx(25, abs=1)
     assert bench.switch.state == "not confirmed"
-    bench.clock.advance(1)
-    assert not bench.tick(armed=True, heard=bench.clock(), connected=True)
-    assert len(bench.sent) == 1
+
+
+def test_an_old_disarmed_of_a_lost_link_confirms_nothing(bench: Bench) -> None:
+    bench.kill("ana", bench.request("ana"), armed=True)
+    bench.clock.advance(2.0)
+    assert not bench.tick(armed=False, heard=0.0, connected=False)
+    assert bench.switch.state == "sending"
 
 
 # -- in the operations manager ---------------------------------------------------------------------------------------

@@ -60,6 +60,8 @@ async def test_what_is_not_known_is_none(fresh: Rig) -> None:
         "mapper",
         "planner",
         "recording",
+        "requests",
+        "tasks",
         "loop",
         "home",
     }
@@ -118,7 +120,7 @@ async def test_loop_lag_is_shown_and_is_no_health_of_the_drone(flying: Rig) -> N
     assert told.parts.health_status is HealthStatus.HEALTHY
 
 
-@pytest.mark.parametrize("part", ["camera", "recording"])
+@pytest.mark.parametrize("part", ["camera", "recording", "requests", "tasks"])
 async def test_an_unhealthy_part_makes_health_status_one(flying: Rig, part: str) -> None:
     flying.see = lambda: getattr(flying.inputs, f"{part}_health").publish(Health.bad("gone"))  # type: ignore[method-assign]
     await flying.run(0.3)

@@ -40,7 +40,19 @@ from hawk.model import (
 SETTINGS = DdcSettings(FlightSettings(), FenceSettings(), OperatorSettings(), HeightSettings(), 245)
 DATUM = GlobalPose(43.26, -79.92, 100.0)
 FENCE = polygon_fence(circle(MapPoint(0.0, 0.0), 150.0), 5.0, 100.0, 3.0)
-PARTS = ("link", "position", "ground", "camera", "vision", "mapper", "planner", "recording", "loop")
+PARTS = (
+    "link",
+    "position",
+    "ground",
+    "camera",
+    "vision",
+    "mapper",
+    "planner",
+    "recording",
+    "requests",
+    "tasks",
+    "loop",
+)
 
 
 def pose(now: float, north: float = 0.0, east: float = 0.0, height: float = 30.0) -> VehiclePose:

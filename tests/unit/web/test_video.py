@@ -141,3 +141,15 @@ async def test_server_stop_ends_viewers(rig: Rig) -> None:
             message = await socket.receive()
             await closing
     assert message.data == aiohttp.WSCloseCode.GOING_AWAY
+
+
+async def test_a_writer_that_fails_ends_the_connection(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(_frame: AnnotatedFrame) -> bytes:
+        raise ValueError("broken")
+
+    monkeypatch.setattr("hawk.web.video.pack", fail)
+    server = await rig.start()
+    async with browser() as session, session.ws_connect(server.make_url("/video")) as socket:
+        rig.video.publish(frame(1))
+        async with asyncio.timeout(PATIENCE_S):
+            assert (await socket.receive()).type in (aiohttp.WSMsgType.CLOSE, aiohttp.WSMsgType.CLOSED)

@@ -457,3 +457,19 @@ async def test_a_client_that_never_reads_its_answers_is_disconnected(
     async with asyncio.timeout(5):
         await rig.nobody_connected()
     assert "does not read its answers" in caplog.text
+
+
+async def test_a_writer_that_fails_ends_the_connection_so_that_the_client_connects_again(
+    rig: Rig, connect: Connect, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page = await connect()
+
+    def fail(_self: object) -> str | None:
+        raise ValueError("broken")
+
+    monkeypatch.setattr("hawk.web.clients.Client.take", fail)
+    rig.publish(DroneStatus(operation=OperationStatus(state=StateName.HOVER)))
+    async with asyncio.timeout(PATIENCE_S):
+        while not page.socket.closed:
+            await page.socket.receive()
+    await rig.nobody_connected()

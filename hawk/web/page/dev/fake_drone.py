@@ -391,7 +391,20 @@ class FakeDrone:
 
     def health(self) -> list[HealthItem]:
         """Return the health of each part."""
-        names = ("link", "position", "ground", "vision", "mapper", "planner", "camera", "recording", "loop", "home")
+        names = (
+            "link",
+            "position",
+            "ground",
+            "vision",
+            "mapper",
+            "planner",
+            "camera",
+            "recording",
+            "requests",
+            "tasks",
+            "loop",
+            "home",
+        )
         return [HealthItem(name=name, healthy=True, reason="") for name in names]
 
     def checks(self) -> list[CheckItem]:

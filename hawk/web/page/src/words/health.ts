@@ -10,6 +10,8 @@ const PARTS: Record<string, string> = {
   planner: "Route",
   camera: "Camera",
   recording: "Recording",
+  requests: "Requests to the autopilot",
+  tasks: "Parts of the program",
   loop: "Computer",
 };
 
