@@ -25,7 +25,7 @@ class Rig:
 
     def hear(self, *, armed: bool, landed: LandedState) -> None:
         now = self.daemon.clock()
-        self.daemon.vehicle.state.publish(VehicleState(True, armed, CopterMode.GUIDED, landed, now))
+        self.daemon.vehicle.state.publish(VehicleState(True, armed, CopterMode.GUIDED, landed, now, now))
         self.daemon.manager.process()
 
     def hang(self, name: str) -> None:
