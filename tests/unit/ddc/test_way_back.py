@@ -124,8 +124,12 @@ def test_outside_the_autopilots_fence_that_is_on_every_target_lies_inside() -> N
 
 
 def test_wind_that_carries_it_along_the_fence_changes_the_place_that_it_is_led_to() -> None:
-    flown = fly_back(FENCE, place(0.0, 245.0, 30.0), wind=(3.0, 0.0))
-    assert max(outside_by(FENCE, at.point) for at, _ in flown) <= 100.1
+    holding, square = Holding(SETTINGS), polygon_fence(((-90, -90), (90, -90), (90, 90), (-90, 90)), 5, 100, 3)
+    for north, led_to in ((0.0, 0.0), (0.9, 0.0), (60.0, 60.0)):
+        acts = holding.process(outside(square, place(north, 200.0, 30.0), 100.0 + north, fence_on=True))
+        (target,) = [act.goal for act in acts if isinstance(act, SendTarget)]
+        assert (target.north, target.east) == pytest.approx((led_to, 83.0), abs=0.1)
+    assert fly_back(FENCE, place(0.0, 245.0, 30.0), wind=(3.0, 0.0))
 
 
 def test_far_above_the_ceiling_it_descends_straight() -> None:
