@@ -34,7 +34,7 @@ from hawk.comm.vehicle import VehicleTopics
 from hawk.config import Config, ConfigError
 from hawk.ddc.geofence import FenceError
 from hawk.ddc.operations_manager import OperationsManager
-from hawk.ddc.restart import RESTART_WINDOW_S, RestartRule, flight_goes_on, restart_rule
+from hawk.ddc.restart import RESTART_WINDOW_S, RestartRule
 from hawk.ddc.service_interface import DdcServiceInterface
 from hawk.ddc.settings import DdcSettings, ManagerSetup
 from hawk.ddc.topic_interface import DdcInputs, DdcTopicInterface
@@ -43,6 +43,7 @@ from hawk.model import ArmPlace, Health, StateName, VehicleState
 from hawk.process import LOOP_NICENESS, SystemdNotifier, Ticker, Watchdog, set_niceness, set_session_niceness
 from hawk.program_log import STANDARD_OUTPUT, LineWriter, ProgramLog
 from hawk.simulation import Simulation, SimulationAddress, SimulationOptions
+from hawk.starts import Starts
 from hawk.store.journal import FlightJournal
 from hawk.store.journal_state import JournalState
 from hawk.store.recording import Recording
@@ -126,7 +127,6 @@ class Daemon:
         self._algorithms: AlgorithmLoop | None = None
         self._map_keeper: MapKeeper | None = None
         self._first_tick_s: float | None = None
-        self._in_air_for_sure = False
         self._output = LineWriter(STANDARD_OUTPUT)
         load_calibration(config.camera)
         config.store.directory.mkdir(parents=True, exist_ok=True)
@@ -153,13 +153,12 @@ class Daemon:
         self.camera = DroneCamera(self._config.camera, self.clock, stamped, supervisor=self._supervisor)
         self._kept: JournalState = self._journal.state
         if self._goes_on():
-            if flight_goes_on(self._kept.flight, time.time(), self._options.speed) is not None:
-                self._journal.add_start_in_air()  # now: a crash before the link is found counts too
             self.autopilot.set_datum(self._kept.datum)
             if self._kept.arm_place is not None:
                 self.autopilot.telemetry.restore_arm_place(self._kept.arm_place)
         else:
             self._begin_survey()
+        self._starts = Starts(self._journal, self._kept, self._options.speed)
         self.vehicle.arm_place.listen(self._keep_arm_place)
         self.vehicle.state.listen(self._record_flights)
 
@@ -174,7 +173,7 @@ class Daemon:
                 directory=self._config.store.directory,
                 settings=DdcSettings.from_config(self._config),
                 record=self._recording.record,
-                count_start=self._count_start,
+                count_start=self._starts.found_in_air,
                 continues_survey=bool(self._kept.map_parts),
                 flight=self._kept.flight,
                 keep_flight=self._journal.set_flight,
@@ -263,7 +262,7 @@ class Daemon:
             await self._start_algorithms()
             await self._stopping.wait()
             await self.manager.shutdown_in_air()
-            self._journal.withdraw_start()
+            self._starts.ended_in_order()
         except OSError as error:
             raise ConfigError(f"web.port: {error}; name a free one") from error
         finally:
@@ -283,7 +282,7 @@ class Daemon:
         state = self.vehicle.state.value
         if state is not None and (state.connected or state.armed):
             return state.armed
-        return flight_goes_on(self._kept.flight, time.time(), self._options.speed) is not None
+        return self._starts.flew_lately
 
     def _tick(self) -> None:
         before = self.manager.ticks
@@ -294,13 +293,8 @@ class Daemon:
             self._first_tick_s = _seconds_since_process_start()
 
     async def _open_autopilot(self) -> None:
-        """Open MAVLink, unless this program crashed twice in the air within a minute: then only when disarmed.
-
-        A start counts from its beginning when the journal knows of a flight under way, else once the drone is found in
-        the air. A start on the ground and one that ended in order are taken back.
-        """
-        before = [start for start in self._kept.starts_in_air if time.time() - start < RESTART_WINDOW_S]
-        if restart_rule(len(before) + 1) is RestartRule.STAY_AWAY:
+        """Open MAVLink, unless this program crashed twice in the air within a minute: then only when disarmed."""
+        if self._starts.rule is RestartRule.STAY_AWAY:
             _LOG.error("started a third time within a minute in the air: the autopilot's failsafe has the drone")
             listening = asyncio.create_task(
                 wait_until_disarmed(
@@ -437,14 +431,9 @@ class Daemon:
         if self.autopilot.datum is not None:
             self._journal.set_datum(self.autopilot.datum)
 
-    def _count_start(self) -> int:
-        self._in_air_for_sure = True
-        starts = self._journal.add_start_in_air()
-        return sum(1 for start in starts if starts[-1] - start < RESTART_WINDOW_S)
-
     def _record_flights(self, state: VehicleState) -> None:
-        if state.connected and not state.armed and not self._in_air_for_sure:
-            self._journal.withdraw_start()  # it began on the ground
+        if state.connected and not state.armed:
+            self._starts.found_disarmed()
         if state.connected:
             (self._recording.begin if state.armed else self._recording.end)()
 

@@ -33,7 +33,7 @@ SEND_BUFFER_BYTES: Final = 128 * 1024
 HEARTBEAT_INTERVAL_S: Final = 0.1
 """Least real time between two heartbeats: a simulation at speed N makes them N times as often."""
 INTERVAL_SLACK_S: Final = 0.01
-READS_PER_S: Final = 100.0
+READS_PER_S: Final = 50.0
 """Messages of one client that are read each real second."""
 READS_AT_ONCE: Final = 50
 """Messages that are read at once after a pause; fewer than the answers that may wait for a client."""
