@@ -1,7 +1,7 @@
 """Whose datagrams are the autopilot's. Secret: the rule by which a sender is kept, and when another one replaces it.
 
 UDP has no connection: anybody who reaches the port can send. The first sender of an autopilot's HEARTBEAT is kept while
-it is heard. Without MAVLink signing nothing tells a forged sender's address from a true one; the limits of this rule
+it is heard. Without MAVLink signing a forged sender's address looks like a true one; the limits of this rule
 are in docs/threat-model.md.
 """
 

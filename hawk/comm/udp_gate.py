@@ -40,7 +40,7 @@ _KINDS: Final = ("udpin", "udpout")
 
 @dataclass(frozen=True, slots=True)
 class Hearing:
-    """Who is heard on the link. All empty where no gate is needed (serial, TCP)."""
+    """Senders on the link. All empty where no gate is needed (serial, TCP)."""
 
     sender: str = ""
     """Address of the kept sender."""
