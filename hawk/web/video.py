@@ -23,7 +23,7 @@ HEADER: Final = struct.Struct("<4sIdI")
 """Magic, sequence (mod 2**32), capture time (seconds of the daemon's clock), flags (0). Little-endian, 20 bytes."""
 MAGIC: Final = b"HWK1"
 ACK_TIMEOUT_S: Final = 10.0
-"""Real seconds after which a client that does not acknowledge its frame is disconnected."""
+"""Real seconds after which a client that does not acknowledge its frame, or does not read it, is disconnected."""
 READ_LIMIT_BYTES: Final = 1024
 BOUNDARY: Final = "hawkframe"
 SNAPSHOT_AGE_S: Final = 1.0
@@ -97,11 +97,17 @@ async def stream(request: web.Request) -> web.StreamResponse:
         await response.prepare(request)
         limit_buffers(request)
         sent: AnnotatedFrame | None = None
-        with contextlib.suppress(ConnectionError):
+        try:
             while True:
                 sent = await newer_frame(services, sent)
-                await response.write(part(sent))
+                async with asyncio.timeout(ACK_TIMEOUT_S):
+                    await response.write(part(sent))
                 count_frame(request.app, sent)
+        except TimeoutError:  # a viewer that does not read keeps no place
+            if request.transport is not None:
+                request.transport.abort()
+        except ConnectionError:
+            pass
     return response
 
 
