@@ -1,4 +1,4 @@
-# make setup | run | check | test | bench: each does all the set-up that it needs.
+# make setup | run | check | test | bench | faults: each does all the set-up that it needs.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -17,7 +17,7 @@ UNIT_KINDS := $(if $(COVERAGE),coverage slow,unit)
 # Without compiled files every process would compile and rewrite its modules and tests again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup run check test bench lint fast unit coverage slow integration contract e2e page page-check browser clean
+.PHONY: setup run check test bench faults lint fast unit coverage slow integration contract e2e page page-check browser clean
 
 setup: $(STAMP) page
 
@@ -80,6 +80,10 @@ contract: $(STAMP)
 
 e2e: setup browser
 	$(PYTEST) tests/e2e $(ARGS)
+
+# Every fault of docs/faults.md on the real programs; writes its table. Needs the machine to itself for an hour.
+faults: setup
+	$(BIN)/python -m faults --write docs/faults.md $(ARGS)
 
 bench: setup browser
 	$(BIN)/python -m benchmarks $(ARGS)

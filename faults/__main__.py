@@ -11,7 +11,8 @@ from pathlib import Path
 
 from faults.fault import Outcome
 from faults.report import line, names, rewrite, summary, table
-from faults.run import ALL, run_faults
+from faults.run import ALL, SEED, run_faults
+from hawk.simulation import SimulationOptions
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -31,8 +32,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.list:
         print("\n".join(names(faults)))
         return 0
+    world = SimulationOptions(seed=SEED, speed=options.speed)
     with tempfile.TemporaryDirectory(prefix="hawk-faults-") as folder:
-        outcomes = asyncio.run(run_faults(faults, options.out or Path(folder), options.speed, _say))
+        outcomes = asyncio.run(run_faults(faults, options.out or Path(folder), world, _say))
     if options.write is not None:
         rewrite(options.write, table(outcomes))
     print(summary(outcomes))

@@ -95,7 +95,7 @@ class Return:
 
 @dataclass(frozen=True, slots=True)
 class HalfRequests:
-    """So many connections to the web server, each with half a request."""
+    """``count`` connections to the web server, each with half a request."""
 
     count: int
 
@@ -119,8 +119,8 @@ class Moment:
     """Everything that can be seen at a moment.
 
     ``beat`` is the last heartbeat, None while none came since the daemon's last start; ``truth`` is the simulator's
-    account of the drone. Since the fault began: ``log`` the daemon's messages, ``exits`` its exit statuses, ``starts`` its
-    starts, ``sent`` counts of messages to the autopilot by kind, ``answers`` to orders (None: accepted, else the
+    account of the drone. Since the fault began: ``log`` the daemon's messages, ``exits`` its exit statuses, ``starts``
+    its starts, ``sent`` counts of messages to the autopilot by kind, ``answers`` to orders (None: accepted, else the
     reason).
     """
 
@@ -238,11 +238,15 @@ UP = Sight("in the air", lambda m: not m.truth["landed"] and not m.truth["disarm
 
 @dataclass(frozen=True, slots=True)
 class See:
-    """This must be seen within so many seconds of the drone's clock; ``lasts``: all the time for so many seconds."""
+    """The sight must come within ``within_s`` seconds of the drone's clock; ``lasts``: it must last for that time.
+
+    ``real``: the seconds are real, because another program's timer or start decides, which no speed hastens.
+    """
 
     sight: Sight
     within_s: float
     lasts: bool = False
+    real: bool = False
 
     @property
     def words(self) -> str:
@@ -254,14 +258,14 @@ class See:
 class Fault:
     """One fault. ``steps``: acts and what must be seen after them, in order; each time counts from the last act.
 
-    ``anew``: daemon and drone start anew afterwards (otherwise the next fault goes on in the same flight). ``falls``:
-    motors off in the air are its end.
+    ``ends_flight``: daemon and drone start again afterwards (otherwise the next fault goes on in the same flight).
+    ``falls``: motors off in the air are its end.
     """
 
     name: str
     when: When
     steps: Sequence[Act | See]
-    anew: bool = False
+    ends_flight: bool = False
     falls: bool = False
 
 
@@ -278,7 +282,7 @@ class Outcome:
     seconds: tuple[float, ...] = ()
     problems: tuple[str, ...] = ()
     kept: tuple[str, ...] = field(default=())
-    """What was compared and is as it was."""
+    """Possessions of the daemon that are as they were."""
 
     @property
     def passed(self) -> bool:

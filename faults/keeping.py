@@ -1,4 +1,4 @@
-"""What a fault must not lose: parameters, stalls, the journalled map, and the recording."""
+"""Possessions that a fault must not lose: parameters, stalls, the journalled map, and the recording."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SAME_M: Final = 1.0
 KEPT_SHARE: Final = 0.95
 """Stalls that are there afterwards: some of those at the border of a picture are found or dropped by the next frame."""
 RECORDED_S: Final = 1.5
-"""A recording that was cut off ends at most so many seconds before the daemon did."""
+"""A recording that was cut off ends at most this number of seconds before the daemon did."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,7 +29,7 @@ from hawk.survey.handset import Handset
 
 SILENCE_S = 30.0
 """Real seconds without a heartbeat until a phase is given up."""
-_AWAY_M = 25.0  # so that the way home takes a while
+_AWAY_M = 25.0  # so that the return takes a while
 
 
 class Pilot:

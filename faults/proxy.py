@@ -36,7 +36,7 @@ class Direction(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """What happens to the datagrams of one direction that hold a message of these kinds (none named: all).
+    """Changes the datagrams of one direction that hold a message of these kinds (none named: all).
 
     ``share`` of them are met (0..1), at most ``times`` of them. ``copies`` more are sent; each datagram leaves after
     ``delay_s`` and up to ``jitter_s`` more, which reorders them. ``change`` replaces fields of the messages.

@@ -180,12 +180,13 @@ class Rig:
 
     async def _appears(self, see: See, began: float) -> float | str:
         """Return seconds from ``began`` until the sight; words when it did not come in time."""
-        limit = asyncio.get_running_loop().time() + see.within_s / self._speed * _PATIENCE + 5.0
+        unit = self._speed if see.real else 1.0
+        limit = asyncio.get_running_loop().time() + see.within_s * unit / self._speed * _PATIENCE + 5.0
         while not see.sight.test(self.moment()):
-            if self._now() - began > see.within_s or asyncio.get_running_loop().time() > limit:
+            if self._now() - began > see.within_s * unit or asyncio.get_running_loop().time() > limit:
                 return f"not seen: {see.words}; {self._words()}"
             await asyncio.sleep(_LOOK_S)
-        return round(max(0.0, self._now() - began), 1)
+        return round(max(0.0, self._now() - began) / unit, 1)
 
     async def _lasts(self, see: See) -> float | str:
         began = self._now()
@@ -337,7 +338,7 @@ class Rig:
 
 
 class _Since:
-    """Where counts stood when the fault began."""
+    """Counts at the moment when the fault began."""
 
     def __init__(self, log: int = -1, exits: int = 0, starts: int = 0, passed: Counter[str] | None = None) -> None:
         self.log = log

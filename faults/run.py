@@ -17,26 +17,34 @@ from hawk.survey.stack import StackError
 ALL: tuple[Fault, ...] = (*LINK, *DRONE, *PROGRAMS)
 SEED = 3
 """A lot whose stalls are in sight from above the start."""
+SHORT = (
+    "on the ground: the link is cut in both directions",
+    "hovering: the link is cut for a second",
+    "hovering: one HEARTBEAT comes 1.2 s late",
+    "hovering: the operator is gone and comes back",
+    "hovering: the link is cut in both directions",
+)
+"""Faults of one flight of a minute, for `make test`; they need no lot."""
 
 
 async def run_faults(
-    faults: Sequence[Fault], folder: Path, speed: float, say: Callable[[Outcome], None]
+    faults: Sequence[Fault], folder: Path, options: SimulationOptions, say: Callable[[Outcome], None]
 ) -> list[Outcome]:
     """Run them in this order; return their outcomes.
 
     Args:
         faults: What is to be run.
         folder: For logs, journals and recordings; it is emptied where all ended as they must.
-        speed: The drone's seconds per real second.
+        options: The simulated drone and its world.
         say: Called with each outcome.
     """
     outcomes: list[Outcome] = []
     rig: Rig | None = None
     for number, fault in enumerate(faults):
-        outcome, rig = await _run(fault, rig, folder / f"{number:02d}", speed)
+        outcome, rig = await _run(fault, rig, folder / f"{number:02d}", options)
         outcomes.append(outcome)
         say(outcome)
-        if rig is not None and (fault.anew or not outcome.passed or number == len(faults) - 1):
+        if rig is not None and (fault.ends_flight or not outcome.passed or number == len(faults) - 1):
             await rig.stop()
             rig = None
             if outcome.passed:
@@ -44,9 +52,9 @@ async def run_faults(
     return outcomes
 
 
-async def _run(fault: Fault, rig: Rig | None, folder: Path, speed: float) -> tuple[Outcome, Rig | None]:
+async def _run(fault: Fault, rig: Rig | None, folder: Path, options: SimulationOptions) -> tuple[Outcome, Rig | None]:
     if rig is None:
-        rig = Rig(folder, SimulationOptions(seed=SEED, speed=speed))
+        rig = Rig(folder, options)
         try:
             await rig.start()
         except StackError as error:

@@ -53,13 +53,13 @@ POSITION: Final = (
         "GNSS is lost",
         When.HOVERING,
         (Drone({"gps": "lost"}), See(unhealthy("position"), 12.0), See(mode("LAND", "ALT_HOLD"), 25.0)),
-        anew=True,
+        ends_flight=True,
     ),
     Fault(
         "GNSS is lost",
         When.EXPLORING,
         (Drone({"gps": "lost"}), See(absent(state(_EXPLORE)), 14.0), See(mode("LAND", "ALT_HOLD", "BRAKE"), 25.0)),
-        anew=True,
+        ends_flight=True,
     ),
     Fault(
         "GNSS is lost on the ground",
@@ -77,13 +77,13 @@ POSITION: Final = (
         "the estimate of the position jumps by 25 m",
         When.HOVERING,
         (Drone({"gps_jump": (25.0, 0.0, 0.0)}), See(told("position"), 4.0), See(both(UP, state(_HOVER)), 5.0)),
-        anew=True,
+        ends_flight=True,
     ),
     Fault(
         "the estimate of the position jumps by 25 m",
         When.EXPLORING,
         (Drone({"gps_jump": (0.0, 25.0, 0.0)}), See(absent(state(_EXPLORE)), 4.0), See(told("position"), 4.0)),
-        anew=True,
+        ends_flight=True,
     ),
     Fault(
         "the autopilot's own origin moves by 20 m",
@@ -101,7 +101,7 @@ POWER: Final = (
         "the battery falls to 15 %",
         When.EXPLORING,
         (Drone({"battery": 15.0}), See(mode("RTL"), 12.0), See(state(_RETURN), 13.0), See(DOWN, 180.0)),
-        anew=True,
+        ends_flight=True,
     ),
     Fault(
         "the battery falls to 10 % on the ground",
@@ -119,7 +119,7 @@ POWER: Final = (
         "the pilot's radio is lost",
         When.HOVERING,
         (Drone({"radio": "lost"}), See(mode("RTL"), 8.0), See(state(_RETURN), 10.0)),
-        anew=True,
+        ends_flight=True,
     ),
 )
 
@@ -135,7 +135,7 @@ AUTOPILOT: Final = (
             Drone({"autopilot": "power_cycle"}),
             See(both(healthy("link"), state(StateName.IDLE)), 20.0),
         ),
-        anew=True,
+        ends_flight=True,
     ),
     Fault(
         "the autopilot boots on the ground",
@@ -145,7 +145,7 @@ AUTOPILOT: Final = (
             See(both(healthy("link"), state(StateName.IDLE)), 20.0),
             See(absent(check_fails("GPS")), 60.0),
         ),
-        anew=True,
+        ends_flight=True,
     ),
     Fault(
         "nobody takes off",
@@ -218,7 +218,7 @@ CAMERA: Final = (
             See(unhealthy("camera", "mount_yaw_deg to 90"), 25.0),
             See(state(_HOVER), 27.0),
         ),
-        anew=True,
+        ends_flight=True,
     ),
     Fault(
         "the camera sits upside down",
@@ -228,13 +228,13 @@ CAMERA: Final = (
             See(unhealthy("camera", "mount_yaw_deg to 180"), 25.0),
             See(state(_HOVER), 27.0),
         ),
-        anew=True,
+        ends_flight=True,
     ),
     Fault(
         "the camera mirrors its pictures",
         When.EXPLORING,
         (Drone({"camera": "mirrored"}), See(unhealthy("camera"), 30.0), See(state(_HOVER), 32.0)),
-        anew=True,
+        ends_flight=True,
     ),
 )
 
@@ -243,7 +243,7 @@ OTHERS: Final = (
         "the pilot takes over",
         When.EXPLORING,
         (Drone({"pilot_mode": 2}), See(state(StateName.MANUAL), 2.0), See(mode("ALT_HOLD"), 5.0, lasts=True)),
-        anew=True,
+        ends_flight=True,
     ),
     Fault(
         "a second station lands it",
@@ -259,19 +259,19 @@ OTHERS: Final = (
         "a second station stops it",
         When.EXPLORING,
         (Station("COMMAND_LONG", _command(_SET_MODE, 1.0, 17.0)), See(absent(state(_EXPLORE)), 2.0)),
-        anew=True,
+        ends_flight=True,
     ),
     Fault(
         "a second station turns the fence off",
         When.HOVERING,
         (Station("PARAM_SET", _set("FENCE_ENABLE", 0.0)), See(told("ence"), 5.0)),
-        anew=True,
+        ends_flight=True,
     ),
     Fault(
         "a second station turns our failsafe off",
         When.HOVERING,
         (Station("PARAM_SET", _set("FS_GCS_ENABLE", 0.0)), See(told("FS_GCS_ENABLE"), 10.0)),
-        anew=True,
+        ends_flight=True,
     ),
     Fault(
         "a second station moves home",
@@ -280,7 +280,7 @@ OTHERS: Final = (
             Station("COMMAND_LONG", _command(_SET_HOME, 0.0, 0.0, 0.0, 0.0, 43.2651, -79.9201, 100.0)),
             See(told("ome"), 5.0),
         ),
-        anew=True,
+        ends_flight=True,
     ),
 )
 

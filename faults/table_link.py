@@ -23,7 +23,6 @@ from faults.fault import (
     healthy,
     lower_than,
     mode,
-    sent,
     state,
     told,
     unhealthy,
@@ -37,6 +36,7 @@ _HOVER, _EXPLORE, _RETURN = StateName.HOVER, StateName.AUTONOMOUS_EXPLORE, State
 _BOTH: Final = (dropped(_DOWN), dropped(_UP))
 _WELL: Final = Link()
 _STAYS: Final = both(UP, mode("GUIDED", "BRAKE"))
+_SENT_HOME: Final = (See(mode("RTL"), 10.0, real=True), See(state(_RETURN), 12.0, real=True))
 _HEARTBEAT: Final = {
     "type": 2,
     "autopilot": 3,
@@ -71,12 +71,18 @@ SILENCE: Final = (
     Fault(
         "the autopilot does not hear us, we hear it",
         When.HOVERING,
-        (Link((dropped(_UP),)), See(mode("RTL"), 10.0), See(state(_RETURN), 12.0), _WELL, See(DOWN, 120.0)),
+        (
+            Link((dropped(_UP),)),
+            See(mode("RTL"), 10.0, real=True),
+            See(state(_RETURN), 12.0, real=True),
+            _WELL,
+            See(DOWN, 120.0),
+        ),
     ),
     Fault(
         "the autopilot does not hear us, we hear it",
         When.EXPLORING,
-        (Link((dropped(_UP),)), See(mode("RTL"), 10.0), See(state(_RETURN), 12.0)),
+        (Link((dropped(_UP),)), *_SENT_HOME),
     ),
     Fault(
         "the link is cut in both directions",
@@ -84,7 +90,7 @@ SILENCE: Final = (
         (
             Link(_BOTH),
             See(unhealthy("link"), 4.0),
-            See(mode("RTL"), 10.0),
+            See(mode("RTL"), 10.0, real=True),
             _WELL,
             See(both(state(_RETURN), healthy("link")), 10.0),
         ),
@@ -92,7 +98,7 @@ SILENCE: Final = (
     Fault(
         "the link is cut in both directions",
         When.EXPLORING,
-        (Link(_BOTH), See(unhealthy("link"), 4.0), See(mode("RTL"), 10.0), See(DOWN, 180.0)),
+        (Link(_BOTH), See(unhealthy("link"), 4.0), See(mode("RTL"), 10.0, real=True), See(DOWN, 180.0)),
     ),
     Fault(
         "the link is cut in both directions",
@@ -123,7 +129,7 @@ SILENCE: Final = (
         "the autopilot is not heard and the operator wants it down",
         When.HOVERING,
         (Link((dropped(_DOWN),)), See(unhealthy("link"), 4.0), Order(Land()), See(mode("LAND"), 4.0)),
-        anew=True,
+        ends_flight=True,
     ),
     Fault(
         "the autopilot is not heard and the operator wants it home",
@@ -134,7 +140,7 @@ SILENCE: Final = (
         "the autopilot is not heard and the operator cuts the motors",
         When.HOVERING,
         (Link((dropped(_DOWN),)), See(unhealthy("link"), 4.0), KillMotors(), See(MOTORS_OFF, 2.0)),
-        anew=True,
+        ends_flight=True,
         falls=True,
     ),
 )
@@ -177,7 +183,7 @@ LOSSES: Final = (
             See(unhealthy("position"), 3.0),
             Order(CompulsiveMove(x=10.0, y=0.0)),
             See(absent(ACCEPTED), 1.0),
-            See(absent(sent("SET_POSITION_TARGET_LOCAL_NED", 3)), 4.0, lasts=True),
+            See(UP, 4.0, lasts=True),
         ),
     ),
     Fault(

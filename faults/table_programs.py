@@ -35,6 +35,8 @@ from hawk.model import StateName
 _HOVER, _EXPLORE, _RETURN = StateName.HOVER, StateName.AUTONOMOUS_EXPLORE, StateName.RETURN_TO_LAUNCH
 _LOST = StateName.COMMUNICATION_LOST
 _KILL, _TERM, _STOP = signal.SIGKILL, signal.SIGTERM, signal.SIGSTOP
+_RUNS: Final = See(restarted(), 15.0, real=True)
+_TAKEN_UP: Final = (_RUNS, See(both(state(_HOVER, _LOST, _RETURN), UP), 17.0, real=True))
 _SQUARE: Final = [
     FenceCorner(latitude=47.0 + 0.001 * north, longitude=8.0 + 0.001 * east)
     for north, east in ((0, 0), (0, 1), (1, 1), (1, 0))
@@ -46,53 +48,66 @@ PROGRAM: Final = (
         When.HOVERING,
         (
             Signal(_KILL),
-            See(restarted(), 60.0),
-            See(state(_HOVER, _LOST, _RETURN), 62.0),
+            *_TAKEN_UP,
             Return(),
             See(UP, 3.0, lasts=True),
         ),
-        anew=True,
+        ends_flight=True,
     ),
     Fault(
         "our program is killed",
         When.EXPLORING,
-        (Signal(_KILL), See(both(restarted(), UP), 60.0), See(state(_HOVER, _LOST, _RETURN), 62.0)),
-        anew=True,
+        (
+            Signal(_KILL),
+            See(both(restarted(), UP), 15.0, real=True),
+            See(state(_HOVER, _LOST, _RETURN), 17.0, real=True),
+        ),
+        ends_flight=True,
     ),
     Fault(
         "our program is killed",
         When.RETURNING,
-        (Signal(_KILL), See(restarted(), 60.0), See(DOWN, 180.0), See(state(StateName.IDLE), 190.0)),
-        anew=True,
+        (Signal(_KILL), See(restarted(), 15.0, real=True), See(DOWN, 180.0), See(state(StateName.IDLE), 190.0)),
+        ends_flight=True,
     ),
     Fault(
         "our program is killed",
         When.GROUND,
-        (Signal(_KILL), See(both(restarted(), state(StateName.IDLE)), 60.0)),
+        (Signal(_KILL), See(both(restarted(), state(StateName.IDLE)), 15.0, real=True)),
     ),
     Fault(
         "our program is killed twice within a minute",
         When.HOVERING,
-        (Signal(_KILL), See(restarted(), 60.0), Signal(_KILL), See(mode("RTL"), 60.0), See(DOWN, 180.0)),
-        anew=True,
+        (
+            Signal(_KILL),
+            See(restarted(), 15.0, real=True),
+            Signal(_KILL),
+            See(mode("RTL"), 15.0, real=True),
+            See(DOWN, 180.0),
+        ),
+        ends_flight=True,
     ),
     Fault(
         "our program is told to end",
         When.HOVERING,
-        (Signal(_TERM), See(mode("RTL"), 30.0), See(exited(0), 40.0), See(DOWN, 180.0)),
-        anew=True,
+        (Signal(_TERM), See(mode("RTL"), 4.0, real=True), See(exited(0), 10.0, real=True), See(DOWN, 180.0)),
+        ends_flight=True,
     ),
     Fault(
         "our program stands still",
         When.HOVERING,
-        (Signal(_STOP), See(mode("RTL"), 15.0), See(restarted(), 90.0), See(DOWN, 180.0)),
-        anew=True,
+        (Signal(_STOP), *_TAKEN_UP),
+        ends_flight=True,
     ),
     Fault(
         "our program stands still",
         When.EXPLORING,
-        (Signal(_STOP), See(mode("RTL"), 15.0), See(restarted(), 90.0)),
-        anew=True,
+        (
+            Signal(_STOP),
+            See(both(restarted(), UP), 15.0, real=True),
+            See(state(_HOVER, _LOST, _RETURN), 17.0, real=True),
+        ),
+        ends_flight=True,
     ),
 )
 
@@ -126,7 +141,7 @@ PEOPLE: Final = (
         "a thousand half requests",
         When.EXPLORING,
         (HalfRequests(1000), Order(Hold()), See(ACCEPTED, 1.0), See(both(state(_HOVER), UP), 3.0)),
-        anew=True,
+        ends_flight=True,
     ),
     Fault(
         "a viewer asks for 250 costly answers at once",
@@ -142,14 +157,14 @@ PEOPLE: Final = (
         "the operator cuts the motors",
         When.HOVERING,
         (KillMotors(), See(MOTORS_OFF, 1.0)),
-        anew=True,
+        ends_flight=True,
         falls=True,
     ),
     Fault(
         "the operator cuts the motors",
         When.GROUND,
         (KillMotors(), See(both(MOTORS_OFF, absent(UP)), 5.0, lasts=True)),
-        anew=True,
+        ends_flight=True,
     ),
 )
 

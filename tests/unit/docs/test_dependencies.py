@@ -15,7 +15,7 @@ import pytest
 ROOT = Path(__file__).parents[3]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 DOCUMENT = (ROOT / "docs" / "dependencies.md").read_text(encoding="utf-8")
-OURS = {"hawk", "benchmarks", "training", "tests", "packaging"}
+OURS = {"hawk", "benchmarks", "faults", "training", "tests", "packaging"}
 
 
 def declared(requirements: list[str]) -> set[str]:
@@ -58,6 +58,7 @@ EXTRAS = {name: declared(values) for name, values in PROJECT["optional-dependenc
         ("hawk", RUN_TIME | EXTRAS["sim"]),
         ("training", RUN_TIME | EXTRAS["training"]),
         ("benchmarks", RUN_TIME | EXTRAS["dev"] | EXTRAS["sim"]),
+        ("faults", RUN_TIME | EXTRAS["dev"] | EXTRAS["sim"]),
         ("tests", RUN_TIME | EXTRAS["dev"] | EXTRAS["sim"]),
     ],
 )

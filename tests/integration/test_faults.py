@@ -1,0 +1,23 @@
+"""Faults with a required end and time, in one flight; `make faults` runs them all."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from faults.fault import Outcome
+from faults.report import names
+from faults.run import ALL, SHORT, run_faults
+from hawk.simulation import SimulationOptions
+from tests.integration.sim_support import small_picture
+
+pytestmark = [pytest.mark.integration, pytest.mark.alone]
+
+
+async def test_five_faults_of_one_flight_end_as_they_must(tmp_path: Path) -> None:
+    faults = dict(zip(names(ALL), ALL, strict=True))
+    options = SimulationOptions(world=small_picture(tmp_path), metres_per_pixel=0.5, speed=3.0)
+    outcomes: list[Outcome] = []
+    await run_faults([faults[name] for name in SHORT], tmp_path / "run", options, outcomes.append)
+    assert [outcome.problems for outcome in outcomes] == [()] * len(SHORT)
