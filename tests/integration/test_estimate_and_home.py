@@ -1,4 +1,4 @@
-"""GNSS that is off and a home that another station moves: the whole daemon over hawk-sim, judged by the true position."""
+"""GNSS that is off and a home that was moved: the whole daemon over hawk-sim, judged by the true position."""
 
 from __future__ import annotations
 
