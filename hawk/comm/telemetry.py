@@ -333,7 +333,7 @@ class Telemetry:
         _LOG.warning("The position estimate jumped by %.1f m", metres)
         position = self._buffer.latest_position
         if position is not None:
-            self._publish_pose(position)  # whoever hears of the jump sees the new place
+            self._publish_pose(position)  # a listener to the jump finds the new place
         self._topics.estimate_jump.publish(metres)
 
     def _take_jump(self, jump: FrameJump) -> None:

@@ -77,7 +77,7 @@ class HomeWatch:
         return HomeFacts(place, age, away, self._time(away > HOME_TOLERANCE_M, now), is_inside)
 
     def _note_arming(self, arm: Stamped[ArmPlace] | None) -> None:
-        """Begin anew with each arming. A jump of EKF-local publishes the same place again: it is no arming."""
+        """Begin again with each arming. A jump of EKF-local publishes the same place again: it is no arming."""
         known = None if self._arm is None else _place(self._arm.value)
         if arm is None:
             self._arm = self._wrong_since = self._right_since = None

@@ -1,4 +1,4 @@
-"""Home that another station moves: watched, compared, told, set back, and never flown to outside the fence."""
+"""Home that another station moves: watched, compared, reported, set back, and never flown to outside the fence."""
 
 from __future__ import annotations
 
