@@ -40,6 +40,8 @@ QUEUE_LIMIT: Final = 256
 """Received messages that wait at most."""
 CLIENT_WAITING: Final = 16
 """Commands of one client that wait at most in the daemon; the next one is refused."""
+TURNS_KEPT: Final = 100
+"""Ticks for which a client's turn is remembered."""
 TICK_COMMANDS: Final = 4
 """Commands that a tick takes at most, one of a client: each costs it some tenths of a millisecond."""
 CLOSE_TIMEOUT_S: Final = 3.0
@@ -208,7 +210,9 @@ class ServerMessageSocket:
         self._send_to = send_to
         self._gate = gate
         self._waiting: dict[ClientId, deque[Command]] = {}
-        """Commands by client; the client whose turn it is stands first."""
+        self._served: dict[ClientId, int] = {}
+        """Number of the last tick that took a command of a client."""
+        self._ticks = 0
         self._handler: CommandHandler | None = None
 
     @property
@@ -239,13 +243,16 @@ class ServerMessageSocket:
             self._waiting.setdefault(client, deque()).append(command)
 
     def receive(self) -> list[tuple[ClientId, Command]]:
-        """Take what a tick has time for: the oldest command of each client whose turn it is."""
-        taken: list[tuple[ClientId, Command]] = []
-        for client in tuple(self._waiting)[:TICK_COMMANDS]:
-            commands = self._waiting.pop(client)
-            taken.append((client, commands.popleft()))
-            if commands:
-                self._waiting[client] = commands  # behind all others
+        """Take what a tick has time for: the oldest command of each client, those first that waited longest for a turn.
+
+        So a client that sends seldom is answered in the next tick, whatever the others send.
+        """
+        self._ticks += 1
+        self._served = {client: tick for client, tick in self._served.items() if self._ticks - tick <= TURNS_KEPT}
+        turn = sorted(self._waiting, key=lambda client: self._served.get(client, 0))[:TICK_COMMANDS]
+        taken = [(client, self._waiting[client].popleft()) for client in turn]
+        self._served.update(dict.fromkeys(turn, self._ticks))
+        self._waiting = {client: commands for client, commands in self._waiting.items() if commands}
         return taken
 
     def reply(self, client: ClientId, message: Outgoing) -> None:

@@ -121,6 +121,19 @@ def test_a_tick_takes_few_commands_and_of_each_client_the_next(server: ServerMes
     assert len(taken(server)) == 9 * CLIENT_WAITING + 1 - 12, "nothing is lost"
 
 
+def test_who_sends_seldom_is_taken_in_the_next_tick_whatever_the_others_send(server: ServerMessageSocket) -> None:
+    for tick in range(250):
+        for client in "abcdefgh":
+            server.feed(client, '{"Type": "Arm"}')
+        asks = tick % 10 == 9
+        if asks:
+            server.feed("operator", '{"Type": "Takeoff"}')
+        commands = server.receive()
+        assert len(commands) == TICK_COMMANDS
+        assert ("operator" in {client for client, _ in commands}) == asks
+    assert len(server._served) <= 9
+
+
 def test_one_client_alone_takes_its_share_of_a_tick_only(server: ServerMessageSocket) -> None:
     for number in range(10):
         server.feed("a", f'{{"Type": "Arm", "Id": {number}}}')
