@@ -11,7 +11,7 @@ from pathlib import Path
 
 from faults.fault import Outcome
 from faults.report import line, names, rewrite, summary, table
-from faults.run import ALL, SEED, run_faults
+from faults.run import ALL, SEED, START, run_faults
 from hawk.simulation import SimulationOptions
 
 
@@ -32,7 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.list:
         print("\n".join(names(faults)))
         return 0
-    world = SimulationOptions(seed=SEED, speed=options.speed)
+    world = SimulationOptions(seed=SEED, start=START, speed=options.speed)
     with tempfile.TemporaryDirectory(prefix="hawk-faults-") as folder:
         outcomes = asyncio.run(run_faults(faults, options.out or Path(folder), world, _say))
     if options.write is not None:
