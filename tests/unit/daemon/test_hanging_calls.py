@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from hawk import daemon as daemon_module
-from hawk.config import Config, StoreSettings
+from hawk.config import Config, StoreSettings, WatchdogSettings
 from hawk.daemon import Daemon, DaemonOptions
 from hawk.model import CopterMode, LandedState, StateName, VehicleState
 from hawk.program_log import ProgramLog
@@ -21,7 +21,8 @@ class Rig:
     def __init__(self, folder: Path, left: list[str]) -> None:
         self.left = left
         self.output = ProgramLog("info")
-        self.daemon = Daemon(Config(store=StoreSettings(directory=folder)), DaemonOptions(), self.output)
+        config = Config(store=StoreSettings(directory=folder), watchdog=WatchdogSettings(enabled=False))
+        self.daemon = Daemon(config, DaemonOptions(), self.output)
 
     def hear(self, *, armed: bool, landed: LandedState) -> None:
         now = self.daemon.clock()
@@ -46,6 +47,7 @@ async def rig(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[
     made = Rig(tmp_path, left)
     yield made
     await made.daemon._close()
+    made.output.close()
 
 
 async def test_the_first_in_the_air_is_shown_and_the_second_ends_the_program(rig: Rig) -> None:
