@@ -35,11 +35,14 @@ def test_lines_are_written_in_order_and_the_last_before_the_end(pipe: tuple[int,
 
 def test_what_nobody_reads_is_dropped_and_counted_and_the_end_does_not_wait_for_it() -> None:
     with full_pipe() as descriptor:
-        writer = LineWriter(descriptor, limit=10)
+        own = os.dup(descriptor)
+        writer = LineWriter(own, limit=10)
         for number in range(100):
             writer.put(f"line {number}")
         assert 89 <= writer.dropped <= 90, "one line may be under way"
         writer.close(timeout_s=0.01)
+    writer._thread.join()  # the reader has gone, so its write ends; the next test gets this descriptor's number
+    os.close(own)
 
 
 def test_a_gap_is_told_where_it_is(pipe: tuple[int, int]) -> None:
