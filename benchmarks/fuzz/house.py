@@ -9,6 +9,7 @@ import asyncio
 import contextlib
 import json
 import logging
+import math
 import re
 from collections.abc import AsyncIterator
 from pathlib import Path
@@ -28,6 +29,8 @@ from hawk.web.services import OperatorSide, WebServices
 
 ANSWER_TICKS: Final = 200
 """Ticks within which every message is answered: a Move waits 1 s, 20 ticks, for the planner."""
+ANSWER_S: Final = 2.0
+"""Real seconds that an answer takes at most besides: fences are checked on a thread, with pauses."""
 _PATIENCE_S: Final = 20.0
 _MALFORMED: Final = re.compile(
     r"Error handling request|Unhandled exception: RequestPayload|\d+ more lines of this kind"
@@ -74,6 +77,7 @@ class House:
             simulation=True,
             camera_fov_deg=70.0,
             loop_lag=lambda: LagSummary(None, None, None, 0),
+            reads_per_s=math.inf,
         )
         self.server = WebServer(services, Page.load(folder))
         self.ticks = 0
@@ -130,10 +134,13 @@ class Guest:
 
     async def answered(self, house: House, count: int) -> list[dict[str, Any]]:
         """Tick until ``count`` answers have come, or until they are overdue; return those that came."""
-        begun = house.ticks
+        loop, begun = asyncio.get_running_loop(), house.ticks
+        due = loop.time() + ANSWER_S
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(_PATIENCE_S):
-                while len(self.answers) < count and not self.has_left and house.ticks - begun < ANSWER_TICKS:
+                while len(self.answers) < count and not self.has_left:
+                    if house.ticks - begun >= ANSWER_TICKS and loop.time() > due:
+                        break
                     await house.tick()
         taken, self.answers = self.answers[:count], self.answers[count:]
         return taken

@@ -75,6 +75,8 @@ class WebServices:
     """Key of the cookie that proves the token; the same after a restart when it is kept."""
     monotonic: Callable[[], float] = time.monotonic
     """Real seconds: rates on the wire are real at any speed of the clock."""
+    reads_per_s: float | None = None
+    """Messages of one client that are read each real second; None: as many as a page needs."""
 
 
 KEPT_PLACES: Final = 4

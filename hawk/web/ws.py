@@ -71,7 +71,9 @@ async def command_socket(request: web.Request) -> web.StreamResponse:
 class ReadPace:
     """Paces the reading of one client (the generic cell rate algorithm), so that none takes the loop for itself."""
 
-    def __init__(self) -> None:
+    def __init__(self, per_s: float | None = None) -> None:
+        """``per_s``: messages a second; None: `READS_PER_S`."""
+        self._per_s = READS_PER_S if per_s is None else per_s
         self._due = float("-inf")
         self._fast_since: float | None = None
         self.is_flooded = False
@@ -79,7 +81,7 @@ class ReadPace:
 
     def pause(self, now: float) -> float:
         """Return the seconds to wait after a message that was read at ``now``, seconds."""
-        self._due = max(self._due, now - READS_AT_ONCE / READS_PER_S) + 1.0 / READS_PER_S
+        self._due = max(self._due, now - READS_AT_ONCE / self._per_s) + 1.0 / self._per_s
         if self._due <= now:
             self._fast_since = None
             return 0.0
@@ -104,7 +106,7 @@ class CommandConnection:
         self._socket = response
         self._counters = counters
         self._marks = itertools.count(1)
-        self._pace = ReadPace()
+        self._pace = ReadPace(services.reads_per_s)
         self._in_flight: deque[bytes] = deque()
         """Marks of heartbeats in flight: a ping follows each, and its pong shows that the heartbeat arrived."""
 

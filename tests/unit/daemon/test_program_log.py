@@ -70,7 +70,7 @@ def test_records_warnings_and_faults_of_threads_are_lines(pipe: tuple[int, int])
     log = ProgramLog("info", pipe[1])
     try:
         logging.getLogger("a.part").info("it is %d m high", 30)
-        logging.getLogger("a.part").debug("nobody asked")
+        logging.getLogger("a.part").debug("nobody %s", "asked")
         logging.getLogger("a.part").info("%d", "no number")
         logging.getLogger("py.warnings").warning("careful")
         thread = threading.Thread(target=lambda: 1 / 0, name="a-thread")

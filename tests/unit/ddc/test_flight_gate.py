@@ -30,6 +30,8 @@ from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, SAFE_PARAMETERS, Rig
 from tests.unit.ddc.written_facts import DATUM, FENCE, SETTINGS, flying, on_ground, pose
 
 S = StateName
+LOST_S = 2.9
+"""The link is lost, and the drone is not sent home yet, seconds."""
 TASKS: list[Command] = [
     AutonomousExplore(),
     AutonomousMove(x=20.0, y=0.0),
@@ -145,7 +147,7 @@ async def test_in_the_air_no_task_begins_before_the_fence_is_up(flying: Rig, com
     flying.autopilot.held_fence = None
     flying.autopilot.refuse["upload_fence"] = "busy"
     flying.autopilot.connected = False
-    await flying.run(4)
+    await flying.run(LOST_S)
     flying.autopilot.connected = True
     await flying.run(2)
     flying.expect(S.HOVER)
@@ -173,7 +175,7 @@ async def test_the_fence_is_compared_again_after_a_lost_link(flying: Rig) -> Non
     await flying.run(1)
     flying.autopilot.calls.clear()
     flying.autopilot.connected = False
-    await flying.run(4)
+    await flying.run(LOST_S)
     flying.autopilot.connected = True
     await flying.run(2)
     assert flying.autopilot.count("compare_fence") == 1
