@@ -53,6 +53,11 @@ class Drone(Protocol):
         """Send a command and return the answer. Raises FailedToSend, LinkLostError."""
 
 
+def refusal_of(beat: Heartbeat, command: str) -> str:
+    """Return why a heartbeat says that a command (by its type) is not possible now; empty when it is."""
+    return next((option.reason for option in beat.options if option.command == command and not option.possible), "")
+
+
 class Handset:
     """Orders and waits, for one survey. `interrupt` ends any wait until `go_home` was called."""
 

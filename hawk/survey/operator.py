@@ -22,7 +22,17 @@ from hawk.comm.messages import (
 from hawk.comm.status import Heartbeat
 from hawk.model import GROUND_STATES, HeightParameters, StateName, UserError
 from hawk.survey.client import LinkLostError
-from hawk.survey.handset import HOMING, SETTLED, Drone, Handset, Progress, SurveyError, SurveyStatus, sentence
+from hawk.survey.handset import (
+    HOMING,
+    SETTLED,
+    Drone,
+    Handset,
+    Progress,
+    SurveyError,
+    SurveyStatus,
+    refusal_of,
+    sentence,
+)
 
 EXPLORE_ATTEMPTS: Final = 3
 AGAIN_S: Final = 5.0
@@ -153,6 +163,12 @@ class SurveyOperator:
             lambda b: b.armed is True and b.state == StateName.ARM,
             self._limits.arm_s,
             "The drone did not arm",
+            failed=lambda b: b.state == StateName.IDLE,
+        )
+        await self._hand.until(
+            lambda b: not refusal_of(b, "Takeoff"),
+            self._limits.arm_s,
+            lambda b: sentence("Takeoff is not possible", refusal_of(b, "Takeoff")),
             failed=lambda b: b.state == StateName.IDLE,
         )
         self._took_off_at = (await self._hand.beat()).time

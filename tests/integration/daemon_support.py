@@ -14,7 +14,7 @@ from hawk.comm.status import HealthItem, Heartbeat
 from hawk.model import StateName
 from hawk.simulation import SimulationOptions
 from hawk.survey.client import DroneClient
-from hawk.survey.handset import Handset
+from hawk.survey.handset import Handset, refusal_of
 from hawk.survey.stack import SimulatedStack
 from tests.integration.sim_support import small_picture
 
@@ -116,7 +116,8 @@ class Operator:
         await self.until(lambda b: b.state == StateName.ARM and b.armed is True)
 
     async def climb(self) -> None:
-        """Take off to the desired height."""
+        """Take off to the desired height, as soon as a person could."""
+        await self.until(lambda b: not refusal_of(b, "Takeoff"))
         await self.order(Takeoff())
         await self.until_state(StateName.HOVER, 90.0)
 
