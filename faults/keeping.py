@@ -31,12 +31,14 @@ class Kept:
     tiles: frozenset[str]
     survey: str
     time: float
+    recording: Path | None = None
+    """The file that is being written."""
 
     @classmethod
     def now(cls, beat: Heartbeat, stalls: Mapping[int, Stall], store: Path) -> Kept:
         """Read them from the daemon's last heartbeat, its client's map and its journal."""
         survey, tiles = journalled(store)
-        return cls(beat.heights, tuple(stalls.values()), tiles, survey, beat.time)
+        return cls(beat.heights, tuple(stalls.values()), tiles, survey, beat.time, newest_recording(store))
 
 
 def journalled(store: Path) -> tuple[str, frozenset[str]]:
@@ -63,18 +65,18 @@ def lost(before: Kept, after: Kept) -> list[str]:
     return problems
 
 
-def recording_ends(store: Path) -> tuple[float, int]:
-    """Return the time of the last message in the newest recording (seconds of that run), and how many it holds.
+def newest_recording(store: Path) -> Path | None:
+    """Return the recording that was written last; None where there is none."""
+    files = (store / "recordings").glob("*.mcap")
+    return max(files, key=lambda path: path.stat().st_mtime, default=None)
 
-    Raises RecordingError when it cannot be read.
-    """
-    files = sorted((store / "recordings").glob("*.mcap"), key=lambda path: path.stat().st_mtime)
-    if not files:
-        raise RecordingError("there is no recording")
-    last, count = 0.0, 0
-    for recorded in read_recording(files[-1]):
-        last, count = max(last, recorded.time), count + 1
-    return last, count
+
+def recording_ends(path: Path) -> float:
+    """Return the time of a recording's last message, seconds of that run. Raises RecordingError when it has none."""
+    last = max((recorded.time for recorded in read_recording(path)), default=None)
+    if last is None:
+        raise RecordingError(f"{path} is empty")
+    return last
 
 
 def _found_again(before: tuple[Stall, ...], after: tuple[Stall, ...]) -> float:

@@ -329,11 +329,12 @@ class Rig:
         return problems, tuple(kept)
 
     def _recorded(self, before: Kept) -> list[str]:
+        if before.recording is None:
+            return []  # nothing is recorded before the first flight
         try:
-            last, _ = recording_ends(self.store)
+            short = before.time - recording_ends(before.recording)
         except RecordingError as error:
             return [f"the recording: {error}"]
-        short = before.time - last
         return [f"the recording ends {short:.1f} s before the fault"] if short > RECORDED_S * self._speed else []
 
 
