@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -18,6 +18,8 @@ SAME_M: Final = 1.0
 """A stall within this distance of a former one is the same."""
 KEPT_SHARE: Final = 0.95
 """Stalls that are there afterwards: some of those at the border of a picture are found or dropped by the next frame."""
+SURE_SEEN: Final = 5
+"""Frames in which a stall must have been seen to count: the next frame may drop one that was found just now."""
 RECORDED_S: Final = 1.5
 """A recording that was cut off ends at most this number of seconds before the daemon did."""
 
@@ -59,7 +61,7 @@ def lost(before: Kept, after: Kept) -> list[str]:
         problems.append(f"{len(gone)} of {len(before.tiles)} parts of the journalled map are gone")
     if before.survey != after.survey and before.tiles:
         problems.append(f"survey {before.survey} became {after.survey}")
-    found = _found_again(before.stalls, after.stalls)
+    found = _found_again([stall for stall in before.stalls if stall.seen >= SURE_SEEN], after.stalls)
     if found < KEPT_SHARE:
         problems.append(f"{len(before.stalls)} stalls became {len(after.stalls)}, {found:.0%} of them are there")
     return problems
@@ -79,7 +81,7 @@ def recording_ends(path: Path) -> float:
     return last
 
 
-def _found_again(before: tuple[Stall, ...], after: tuple[Stall, ...]) -> float:
+def _found_again(before: Sequence[Stall], after: Sequence[Stall]) -> float:
     if not before:
         return 1.0
     if not after:
