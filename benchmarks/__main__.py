@@ -2,7 +2,8 @@
 
 ``python -m benchmarks [--only latency,kill,...] [--places DIR] [--json FILE]`` (``make bench ARGS="--json FILE"``)
 
-latency: the whole daemon at speed 1 with a page, beside an idle loop. kill: Kill on the wire while everything else is
+latency: the whole daemon at speed 1 with a page, beside an idle loop. flood: its tick while eight viewers send commands
+without end, beside the tick before. kill: Kill on the wire while everything else is
 blocked. perception: the network on still frames of the drawn worlds of --seeds, and on the pictures of --places,
 --tiles and --negatives (``python -m benchmarks.perception`` has more of it). exploration: the planner alone over lots
 of known shape (``python -m benchmarks.exploration`` has more of it). chain: vision, mapper and planner flown over drawn
@@ -25,7 +26,7 @@ from typing import Final
 
 import cv2
 
-from benchmarks import kill_wire, surveys, whole_daemon
+from benchmarks import flood, kill_wire, surveys, whole_daemon
 from benchmarks.chain_flight import campaign as chain
 from benchmarks.exploration import campaign
 from benchmarks.figures import BenchmarkError, Figure, Section, tell
@@ -35,7 +36,7 @@ from hawk.algo.vision.network import StallNetwork
 from hawk.worlds.conditions import Condition
 
 Result = tuple[list[Figure], str]
-SECTIONS: Final = ("latency", "kill", "perception", "exploration", "chain", "seeds", "places")
+SECTIONS: Final = ("latency", "flood", "kill", "perception", "exploration", "chain", "seeds", "places")
 EXIT_FAILED: Final = 1
 
 
@@ -68,8 +69,8 @@ def make_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--only", type=_sections, metavar="A,B", help=f"of {', '.join(SECTIONS)}")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write every figure as one flat object")
-    parser.add_argument("--seconds", type=float, default=60.0, help="latency: how long to measure (default 60)")
-    parser.add_argument("--seed", type=int, default=1, help="latency: the world to fly over (default 1)")
+    parser.add_argument("--seconds", type=float, default=60.0, help="latency, flood: how long to measure (60)")
+    parser.add_argument("--seed", type=int, default=1, help="latency, flood: the world to fly over (1)")
     parser.add_argument("--kills", type=int, default=200, help="kill: how many (default 200)")
     parser.add_argument(
         "--lots", type=seeds_option, default="1-6", metavar="A-B", help="exploration: lots to fly over (1-6)"
@@ -126,6 +127,7 @@ def _work(name: str, options: argparse.Namespace, folder: Path) -> Callable[[], 
         "chain": chain_flights,
         "exploration": exploration,
         "latency": lambda: whole_daemon.measure(options.seconds, options.seed, folder / "latency"),
+        "flood": lambda: flood.measure(options.seconds, options.seed, folder / "flood"),
         "kill": kill,
         "seeds": lambda: surveys.measure(options.seeds, folder / "seeds", _simulated(options)),
         "places": lambda: surveys.measure_places(options.places, folder / "places"),

@@ -41,6 +41,7 @@ from hawk.algo.vision.seen import Seen
 from hawk.model import TILE_M, CameraModel, DesiredPose, HeightParameters, MapPoint, MapPose, OccupancyMap, StateName
 from hawk.store.journal import FlightJournal
 from hawk.web.clients import ClientView
+from hawk.web.sessions import ControlView
 
 STAGES: Final = (1.0, 10.0, 30.0, 100.0)
 FRAMES: Final = 160
@@ -186,7 +187,7 @@ class Stage:
         status = drone.status
         assert status.shared_json  # encoded once for all clients
         with self.samples.timed(f"{name}_ms"):
-            text = self.view.heartbeat(status, current, None, False)
+            text = self.view.heartbeat(status, current, ControlView())
         self.samples.add(f"{name}_bytes", float(len(text)))
         return text
 

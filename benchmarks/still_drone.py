@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from hawk.comm.autopilot import MavsdkAutopilot
 from hawk.comm.clock import Clock
 from hawk.comm.messages import Command, Outgoing
-from hawk.comm.status import ClientId, DroneStatus
+from hawk.comm.status import ClientId, CommandSocket, DroneStatus, OperatorDesk
 from hawk.comm.vehicle import VehicleTopics
 from hawk.config import AutopilotSettings
 from hawk.ddc.operations_manager import OperationsManager
@@ -30,6 +31,9 @@ from hawk.model import (
 
 TICK_S = 0.05
 _PLACE = GlobalPose(43.26, -79.92, 100.0)
+
+
+Seats = Callable[[Clock], tuple[OperatorDesk, CommandSocket]]
 
 
 class Nobody:
@@ -58,7 +62,8 @@ class Nobody:
 class StillDrone:
     """A manager to be ticked."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, seats: Seats | None = None) -> None:
+        """``seats``: returns where the operators sit; nobody does without it."""
         self._seconds = 0.0
         self.clock = Clock(monotonic=lambda: self._seconds)
         self._vehicle = VehicleTopics.create(self.clock)
@@ -66,8 +71,9 @@ class StillDrone:
         self._inputs = DdcInputs.create(self.clock)
         topics = DdcTopicInterface(self._vehicle, self._inputs, self.clock)
         service = DdcServiceInterface(self._autopilot, topics, self.clock, 4.0, lambda *_: None)
-        setup = ManagerSetup(clock=self.clock, desk=Nobody(), directory=folder)
-        self.manager = OperationsManager(setup, Nobody(), topics, service)
+        desk, socket = (Nobody(), Nobody()) if seats is None else seats(self.clock)
+        setup = ManagerSetup(clock=self.clock, desk=desk, directory=folder)
+        self.manager = OperationsManager(setup, socket, topics, service)
         self.manager.init()
 
     @property
@@ -85,7 +91,7 @@ class StillDrone:
         """Let a tick's time pass and the telemetry come in."""
         self._seconds += TICK_S
         now = self.clock()
-        self._vehicle.state.publish(VehicleState(True, True, int(CopterMode.GUIDED), LandedState.IN_AIR, now))
+        self._vehicle.state.publish(VehicleState(True, True, int(CopterMode.GUIDED), LandedState.IN_AIR, now, now))
         self._vehicle.battery.publish(BatteryInfo(80.0, 16.0, 10.0, now))
         self._vehicle.diagnostics.publish(Diagnostics(True, True, True, True, 3, 16, 0.9, now))
         pose = MapPose(0.0, 0.0, 35.0, 0.0, 0.0, 0.0)

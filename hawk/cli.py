@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import asyncio
-import faulthandler
 import sys
 from collections.abc import Sequence
 from dataclasses import fields
@@ -13,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from hawk.config import Config, ConfigError, load_config
+from hawk.process import end_within
 from hawk.simulation import (
     FASTEST,
     SIMULATOR_MISSING,
@@ -158,7 +158,7 @@ def _run(options: argparse.Namespace) -> int:
     status = asyncio.run(
         run_daemon(config, DaemonOptions(simulation, options.attach_sim, options.speed, options.ready_file))
     )
-    faulthandler.dump_traceback_later(EXIT_S, exit=True)  # a thread that hangs in a library would keep the process
+    end_within(EXIT_S, sys.stderr)  # a thread that hangs in a library would keep the process
     return status
 
 

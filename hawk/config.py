@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 import difflib
+import ipaddress
 import os
 import re
 import tomllib
@@ -19,8 +20,10 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 ENVIRONMENT_PREFIX = "HAWK_"
 """``HAWK_WEB__PORT=3001`` sets ``port`` of section ``web``."""
 
-Seconds = Annotated[float, Field(gt=0, le=3600)]
-Positive = Annotated[float, Field(gt=0)]
+Retry = Annotated[float, Field(ge=0.01, le=60)]
+"""Seconds until something is tried again, or shown as missing."""
+TravelHeight = Annotated[float, Field(ge=2, le=500)]
+"""Metres above the arm place: above people and cars, and below the 1000 m of ArduCopter's FENCE_ALT_MAX."""
 Degrees = Annotated[float, Field(ge=-180, le=180)]
 
 
@@ -34,6 +37,7 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
+_OUT_OF_BOUNDS = frozenset({"greater_than_equal", "less_than_equal"})
 AUTOPILOT_KINDS = ("udpin://", "udpout://", "tcpin://", "tcpout://", "serial://", "serial_flowcontrol://")
 """Links that MAVSDK opens."""
 CAMERA_KINDS = ("http://", "https://", "v4l2://", "rtsp://", "rtsps://", "file://", "gst:")
@@ -51,13 +55,37 @@ def _address(*kinds: str) -> AfterValidator:
     return AfterValidator(check)
 
 
+def host_and_port(address: str) -> tuple[str, int | None]:
+    """Return the IP address and the port of ``IP``, ``IP:PORT``, ``[IPv6]`` or ``[IPv6]:PORT``; raises ValueError."""
+    found = re.fullmatch(
+        r"\[(?P<six>[^\]]+)\](:(?P<port6>\d+))?|(?P<four>[^:]+)(:(?P<port4>\d+))?|(?P<plain>.+)", address
+    )
+    if found is None:
+        raise ValueError("is empty")
+    host = ipaddress.ip_address(found["six"] or found["four"] or found["plain"])
+    port = found["port6"] or found["port4"]
+    if port is not None and not 0 < int(port) < 65536:
+        raise ValueError("has no port of 1-65535")
+    return str(host), None if port is None else int(port)
+
+
+def _vehicle_address(value: str) -> str:
+    try:
+        host_and_port(value)
+    except ValueError:
+        raise ValueError("must be an IP address, or IP:PORT ([IPv6]:PORT)") from None
+    return value
+
+
 class AutopilotSettings(Section):
     """Link to the autopilot."""
 
-    url: Annotated[str, _address(*AUTOPILOT_KINDS)] = "udpin://0.0.0.0:14550"
+    url: Annotated[str, _address(*AUTOPILOT_KINDS)] = "udpin://127.0.0.1:14550"
     system_id: int = Field(default=245, ge=1, le=255)
-    connect_timeout_s: Seconds = 5.0
-    position_rate_hz: Positive = 20.0
+    vehicle_system_id: int | None = Field(default=None, ge=1, le=255)
+    vehicle_address: Annotated[str, AfterValidator(_vehicle_address)] | None = None
+    connect_timeout_s: Retry = 5.0
+    position_rate_hz: float = Field(default=20.0, ge=5, le=50)
     set_rtl_altitude: bool = True
 
 
@@ -65,26 +93,40 @@ class CameraSettings(Section):
     """Source of the pictures, and the camera's optics and mount."""
 
     url: Annotated[str, _address(*CAMERA_KINDS)] = "http://127.0.0.1:8090/stream"
-    horizontal_fov_deg: float = Field(default=70.0, gt=5, lt=170)
+    horizontal_fov_deg: float = Field(default=70.0, ge=5, le=170)
     calibration: Path | None = None
     mount_roll_deg: Degrees = 0.0
     mount_pitch_deg: Degrees = 0.0
     mount_yaw_deg: Degrees = 0.0
     latency_s: float = Field(default=0.08, ge=0, le=5)
-    exposure_s: float = Field(default=0.01, gt=0, le=1)
-    reconnect_s: Seconds = 1.0
+    exposure_s: float = Field(default=0.01, ge=0.00001, le=1)
+    reconnect_s: Retry = 1.0
+
+
+OBSTACLE_MARGIN_M = 5.0
+"""Travel heights stay this far above the highest obstacle: a barometer drifts by some metres in a flight."""
 
 
 class HeightSettings(Section):
     """Travel heights until the operator configures others, metres above the arm place."""
 
-    minimum_m: Positive = 15.0
-    desired_m: Positive = 35.0
-    maximum_m: Positive = 60.0
-    ceiling_m: Positive = 100.0
+    minimum_m: TravelHeight = 15.0
+    desired_m: TravelHeight = 35.0
+    maximum_m: TravelHeight = 60.0
+    ceiling_m: TravelHeight = 100.0
+    highest_obstacle_m: float | None = Field(default=None, ge=0, le=490)
+
+    @property
+    def floor_m(self) -> float:
+        """Lowest travel height: clear of the highest obstacle, metres above the arm place; 0 when none is declared."""
+        return 0.0 if self.highest_obstacle_m is None else self.highest_obstacle_m + OBSTACLE_MARGIN_M
 
     @model_validator(mode="after")
     def _ordered(self) -> HeightSettings:
+        if self.minimum_m < self.floor_m:
+            raise ValueError(
+                f"minimum_m must be {self.floor_m:g} or more: highest_obstacle_m and {OBSTACLE_MARGIN_M:g} m"
+            )
         if not self.minimum_m <= self.desired_m <= self.maximum_m <= self.ceiling_m:
             raise ValueError("heights must rise: minimum_m <= desired_m <= maximum_m <= ceiling_m")
         return self
@@ -93,21 +135,33 @@ class HeightSettings(Section):
 class FlightSettings(Section):
     """Flight and battery limits."""
 
-    speed_m_s: float = Field(default=4.0, gt=0, le=15)
+    speed_m_s: float = Field(default=4.0, ge=0.5, le=15)
     tick_hz: float = Field(default=20.0, ge=5, le=50)
-    arrival_radius_m: Positive = 1.5
+    arrival_radius_m: float = Field(default=1.5, ge=0.5, le=10)
+    maximum_wind_m_s: float = Field(default=10.0, ge=1, le=25)
     explore_cm_per_pixel: float | None = Field(default=None, ge=0.5, le=10)
-    explore_lost_lot_s: Seconds = 10.0
+    explore_lost_lot_s: float = Field(default=10.0, ge=1, le=120)
     battery_reserve_percent: float = Field(default=20.0, ge=5, le=80)
     battery_arm_percent: float = Field(default=30.0, ge=5, le=100)
-    maximum_hdop_m: Positive = 3.0
+    battery_cells: int | None = Field(default=None, ge=1, le=24)
+    maximum_hdop_m: float = Field(default=3.0, ge=0.5, le=10)
+
+    @model_validator(mode="after")
+    def _arms_with_more_than_the_reserve(self) -> FlightSettings:
+        arm, reserve = self.battery_arm_percent, self.battery_reserve_percent
+        if arm < reserve:
+            raise ValueError(
+                f"battery_arm_percent ({arm:g}) must not be less than battery_reserve_percent ({reserve:g}): "
+                "the drone would return as soon as it took off"
+            )
+        return self
 
 
 class FenceSettings(Section):
     """Limits of the flight."""
 
     file: Path | None = None
-    radius_m: float = Field(default=150.0, gt=20, le=2000)
+    radius_m: float = Field(default=150.0, ge=20, le=2000)
     margin_m: float = Field(default=5.0, ge=1, le=50)
     ceiling_margin_m: float = Field(default=3.0, ge=1, le=20)
 
@@ -115,9 +169,9 @@ class FenceSettings(Section):
 class OperatorSettings(Section):
     """Timeouts for a lost operator."""
 
-    operator_timeout_s: Seconds = 10.0
-    operator_hold_s: Seconds = 30.0
-    control_lease_s: Seconds = 30.0
+    operator_timeout_s: float = Field(default=10.0, ge=1, le=60)
+    operator_hold_s: float = Field(default=30.0, ge=1, le=300)
+    control_lease_s: float = Field(default=30.0, ge=1, le=300)
 
 
 class VisionSettings(Section):
@@ -147,7 +201,7 @@ class StoreSettings(Section):
 
     directory: Path = Path("var")
     record: bool = True
-    minimum_free_mb: int = Field(default=500, ge=1)
+    minimum_free_mb: int = Field(default=500, ge=1, le=1_000_000)
 
 
 class WatchdogSettings(Section):
@@ -210,6 +264,16 @@ def load_config(
         raise ConfigError(_explain(error, path, text)) from None
 
 
+def bounds(section: str, key: str) -> tuple[float, float] | None:
+    """Return the lowest and the highest value of a setting, both allowed; None for one that has no such bounds."""
+    settings = Config.model_fields[section].annotation
+    field = getattr(settings, "model_fields", {}).get(key)
+    limits: list[Any] = [] if field is None else field.metadata
+    lowest = next((float(limit.ge) for limit in limits if hasattr(limit, "ge")), None)
+    highest = next((float(limit.le) for limit in limits if hasattr(limit, "le")), None)
+    return None if lowest is None or highest is None else (lowest, highest)
+
+
 def _section(values: dict[str, Any], name: str) -> dict[str, Any]:
     found = values.setdefault(name, {})
     if not isinstance(found, dict):
@@ -227,7 +291,9 @@ def _explain(error: ValidationError, path: Path | None, text: str) -> str:
             message = f"is not a setting; see config.toml for those that are{_similar(keys)}"
         elif problem["type"] == "missing":
             message = "is missing"
-        else:
+        elif keys[-1:] != ["token"]:  # a secret, even a part of one, is not repeated
+            if problem["type"] in _OUT_OF_BOUNDS and (found := bounds(*keys[:2])) is not None:
+                message = f"must lie between {found[0]:.10g} and {found[1]:.10g}"
             message = f"{message} (found {problem['input']!r})"
         number = _line_of(keys, text)
         place = f"{path}, line {number}: " if number else f"{path}: " if path else ""

@@ -13,38 +13,43 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Coroutine
+from collections.abc import Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hawk.algo.loop import AlgorithmLoop, Situation
 from hawk.algo.topic_interface import AlgorithmTopics
-from hawk.comm.autopilot import MavsdkAutopilot
+from hawk.comm.autopilot import MavsdkAutopilot, expected_autopilot
 from hawk.comm.calibration import load_calibration
 from hawk.comm.clock import Clock
 from hawk.comm.drone_camera import DroneCamera
 from hawk.comm.passive_listener import wait_until_disarmed
 from hawk.comm.performance import LoopLag, Performance
 from hawk.comm.topic import Topic
+from hawk.comm.udp_gate import Hearing
 from hawk.comm.vehicle import VehicleTopics
 from hawk.config import Config, ConfigError
 from hawk.ddc.geofence import FenceError
 from hawk.ddc.operations_manager import OperationsManager
-from hawk.ddc.restart import RESTART_WINDOW_S, RestartRule, restart_rule
+from hawk.ddc.restart import RESTART_WINDOW_S, RestartRule
 from hawk.ddc.service_interface import DdcServiceInterface
 from hawk.ddc.settings import DdcSettings, ManagerSetup
 from hawk.ddc.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.map_keeper import MapKeeper
 from hawk.model import ArmPlace, Health, StateName, VehicleState
 from hawk.process import LOOP_NICENESS, SystemdNotifier, Ticker, Watchdog, set_niceness, set_session_niceness
+from hawk.program_log import STANDARD_OUTPUT, LineWriter, ProgramLog
 from hawk.simulation import Simulation, SimulationAddress, SimulationOptions
+from hawk.starts import Starts
 from hawk.store.journal import FlightJournal
 from hawk.store.journal_state import JournalState
 from hawk.store.recording import Recording
+from hawk.supervision import Supervisor, leave_at_once
 from hawk.web.app import WebServer
+from hawk.web.private_files import cookie_secret, shown_address
 from hawk.web.security import InsecureBindingError
 from hawk.web.services import OperatorSide, WebServices
 
@@ -53,8 +58,12 @@ if TYPE_CHECKING:
 
 _LOG = logging.getLogger(__name__)
 
+HANGING_CALLS = 2
+"""Number of calls that hang in MAVSDK after which a program in the air ends: failsafe and restart act then."""
 MONITOR_S = 0.25
 """Real seconds between two looks at camera, recording and loop."""
+START_NOTED_S = 0.5
+"""The start is on the disk before the link is opened, but the drone does not wait longer for it, real seconds."""
 CONTINUE_S = 1800.0
 """A daemon that starts on the ground continues a survey younger than this, wall clock seconds."""
 
@@ -80,7 +89,14 @@ class DaemonOptions:
 
 async def run_daemon(config: Config, options: DaemonOptions) -> int:
     """Run until SIGTERM or SIGINT; return the exit status. Raises ConfigError for settings that cannot be used."""
-    logging.basicConfig(level=config.log.level.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s")
+    log = ProgramLog(config.log.level)
+    try:
+        return await _run_with_log(config, options, log)
+    finally:
+        log.close()
+
+
+async def _run_with_log(config: Config, options: DaemonOptions, log: ProgramLog) -> int:
     simulation = None
     if options.simulation is not None:
         simulation = Simulation(options.simulation)
@@ -88,7 +104,7 @@ async def run_daemon(config: Config, options: DaemonOptions) -> int:
     set_niceness(LOOP_NICENESS)  # after the simulator has started: it stands for another computer
     set_session_niceness(LOOP_NICENESS)
     try:
-        daemon = Daemon(config, options)
+        daemon = Daemon(config, options, log)
         return await daemon.run()
     except (FenceError, InsecureBindingError) as error:
         raise ConfigError(str(error)) from error
@@ -100,15 +116,18 @@ async def run_daemon(config: Config, options: DaemonOptions) -> int:
 class Daemon:
     """Every part of the drone's side. Nothing is opened before `run`."""
 
-    def __init__(self, config: Config, options: DaemonOptions) -> None:
+    def __init__(self, config: Config, options: DaemonOptions, log: ProgramLog) -> None:
         """Build what needs no link. Raises ConfigError, FenceError, InsecureBindingError."""
         self._config = config
         self._options = options
+        self._log = log
         self._stopping = asyncio.Event()
         self._tasks: list[asyncio.Task[None]] = []
+        self._supervisor = Supervisor(self._task_ended)
         self._algorithms: AlgorithmLoop | None = None
         self._map_keeper: MapKeeper | None = None
         self._first_tick_s: float | None = None
+        self._output = LineWriter(STANDARD_OUTPUT)
         load_calibration(config.camera)
         config.store.directory.mkdir(parents=True, exist_ok=True)
         self.clock = Clock(options.speed)
@@ -128,9 +147,10 @@ class Daemon:
 
     def _make_vehicle(self) -> None:
         self.vehicle = VehicleTopics.create(self.clock)
-        self.autopilot = MavsdkAutopilot(self._config.autopilot, self.clock, self.vehicle)
+        self.autopilot = MavsdkAutopilot(self._config.autopilot, self.clock, self.vehicle, supervisor=self._supervisor)
+        self.autopilot.calls.on_overdue = self._call_hangs
         stamped = self.autopilot.telemetry.from_boot if self._options.is_simulation else None
-        self.camera = DroneCamera(self._config.camera, self.clock, stamped)
+        self.camera = DroneCamera(self._config.camera, self.clock, stamped, supervisor=self._supervisor)
         self._kept: JournalState = self._journal.state
         if self._goes_on():
             self.autopilot.set_datum(self._kept.datum)
@@ -138,6 +158,7 @@ class Daemon:
                 self.autopilot.telemetry.restore_arm_place(self._kept.arm_place)
         else:
             self._begin_survey()
+        self._starts = Starts(self._journal, self._kept, self._options.speed)
         self.vehicle.arm_place.listen(self._keep_arm_place)
         self.vehicle.state.listen(self._record_flights)
 
@@ -152,7 +173,7 @@ class Daemon:
                 directory=self._config.store.directory,
                 settings=DdcSettings.from_config(self._config),
                 record=self._recording.record,
-                count_start=self._count_start,
+                count_start=self._starts.found_in_air,
                 continues_survey=bool(self._kept.map_parts),
                 flight=self._kept.flight,
                 keep_flight=self._journal.set_flight,
@@ -197,13 +218,17 @@ class Daemon:
             video=self.results.annotated,
             version=version("hawk-drone"),
             simulation=self._options.is_simulation,
+            queues=lambda: {"journal": self._journal.waiting, "recording": self._recording.waiting},
+            cookie_secret=cookie_secret(self._config.store.directory),
             camera_fov_deg=self._config.camera.horizontal_fov_deg,
             loop_lag=self._lag.summary,
             performance=lambda: asdict(self.performance.summary()),
             counters=lambda: {
                 "autopilot_messages_dropped": self.autopilot.dropped,
+                "autopilot_datagrams_refused": self.autopilot.hearing.refused,
                 "camera_pictures_damaged": self.camera.damaged,
                 "recording_messages_dropped": self._recording.dropped,
+                "log_lines_dropped": self._log.dropped,
             },
         )
 
@@ -223,24 +248,41 @@ class Daemon:
         loop = asyncio.get_running_loop()
         for name in (signal.SIGINT, signal.SIGTERM):
             loop.add_signal_handler(name, self._stopping.set)
+        if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # nohup(1) ignores it for us
+            loop.add_signal_handler(signal.SIGHUP, self._lose_terminal)
         ticker = Ticker(1 / (self._config.flight.tick_hz * self.clock.speed), self._tick, self.performance.ticked)
         ticker.start()
         self._watchdog.ready()
         try:
-            self._own(self._lag.run(), "loop-lag")
-            self._own(self._monitor(), "monitor")
+            self._own("loop-lag", self._lag.run)
+            self._own("monitor", self._monitor)
             await self._web.start()
             self._announce()
             await self._open_autopilot()
             await self._start_algorithms()
             await self._stopping.wait()
             await self.manager.shutdown_in_air()
+            self._starts.ended_in_order()
         except OSError as error:
             raise ConfigError(f"web.port: {error}; name a free one") from error
         finally:
             ticker.stop()
             await self._close()
         return 0
+
+    def _lose_terminal(self) -> None:
+        """Go on flying without a terminal; on the ground end in order."""
+        if self._may_fly():
+            _LOG.warning("SIGHUP: the terminal was lost; the flight goes on. SIGTERM ends it")
+        else:
+            self._stopping.set()
+
+    def _may_fly(self) -> bool:
+        """Return True for an armed drone, and while nothing is heard for one that flew lately."""
+        state = self.vehicle.state.value
+        if state is not None and (state.connected or state.armed):
+            return state.armed
+        return self._starts.flew_lately
 
     def _tick(self) -> None:
         before = self.manager.ticks
@@ -252,11 +294,13 @@ class Daemon:
 
     async def _open_autopilot(self) -> None:
         """Open MAVLink, unless this program crashed twice in the air within a minute: then only when disarmed."""
-        before = [start for start in self._kept.starts_in_air if time.time() - start < RESTART_WINDOW_S]
-        if restart_rule(len(before) + 1) is RestartRule.STAY_AWAY:
+        if self._starts.rule is RestartRule.STAY_AWAY:
             _LOG.error("started a third time within a minute in the air: the autopilot's failsafe has the drone")
             listening = asyncio.create_task(
-                wait_until_disarmed(self._config.autopilot.url, RESTART_WINDOW_S), name="passive-listener"
+                wait_until_disarmed(
+                    self._config.autopilot.url, RESTART_WINDOW_S, expected_autopilot(self._config.autopilot)
+                ),
+                name="passive-listener",
             )
             stopping = asyncio.create_task(self._stopping.wait(), name="stop-while-listening")
             await asyncio.wait({listening, stopping}, return_when=asyncio.FIRST_COMPLETED)
@@ -264,6 +308,7 @@ class Daemon:
                 task.cancel()
             await asyncio.gather(listening, stopping, return_exceptions=True)
         if not self._stopping.is_set():
+            await self._journal.flush(START_NOTED_S)
             await self.autopilot.start()
 
     async def _start_algorithms(self) -> None:
@@ -282,18 +327,20 @@ class Daemon:
             self._situation,
             self.results,
             self._recording.record_frame,
+            self._supervisor,
         )
         if self._kept.map_parts:
             for problem in await algorithms.restore_map([self._kept.map_parts]):
                 _LOG.warning("the journalled map: %s", problem)
         algorithms.start()
         self._map_keeper = MapKeeper(algorithms.changes_since, self._journal.put_map)
-        self._own(self._map_keeper.run(), "map-keeper")
+        self._own("map-keeper", self._map_keeper.run)
 
     async def _monitor(self) -> None:
         """Publish the health of the parts without topics of their own."""
         seen = 0
         parent, problem = os.getppid(), ""
+        hearing = self.autopilot.hearing
         while True:
             await asyncio.sleep(MONITOR_S)
             if self._options.attached_simulation is not None and os.getppid() != parent:
@@ -303,8 +350,10 @@ class Daemon:
                 problem = self.autopilot.problem
                 if problem:
                     self.manager.log.add("warning", "The link to the autopilot cannot be opened.", problem)
+            hearing = self._tell_hearing(hearing)
             self.inputs.camera_health.publish(self.camera.health)
             self.inputs.recording_health.publish(self._storage_health())
+            self._publish_own_health()
             self.inputs.loop_lag.publish(self._lag.latest_ms() / 1e3)
             if self.performance.vision_fps is not None:
                 self.inputs.vision_rate.publish(self.performance.vision_fps)
@@ -314,6 +363,16 @@ class Daemon:
                 for _ in range(latest.sequence - seen):
                     self.performance.frame_received()
                 seen = latest.sequence
+
+    def _tell_hearing(self, before: Hearing) -> Hearing:
+        """Publish and log who else sends to the autopilot's port, and a new address of the autopilot."""
+        now = self.autopilot.hearing
+        self.inputs.second_sender.publish(now.second_sender)
+        if now.second_sender and now.second_sender != before.second_sender:
+            self.manager.log.add("warning", "A second sender on the autopilot's link.", now.second_sender)
+        if before.sender and now.sender != before.sender:
+            self.manager.log.add("warning", "The autopilot has another address.", f"{before.sender}, now {now.sender}.")
+        return now
 
     async def _close(self) -> None:
         """End the parts in order: no part sends to one that has ended."""
@@ -330,6 +389,7 @@ class Daemon:
         await self.autopilot.close()
         await self._recording.close()
         await self._journal.close()
+        self._output.close()
 
     async def _keep_last_map(self) -> None:
         if self._map_keeper is None:
@@ -352,6 +412,7 @@ class Daemon:
             fence=self.topics.fence_pub.value,
             home=self.topics.home_pub.value,
             asked=self.topics.asked_place_pub.value,
+            map_problem=self.autopilot.telemetry.map_problem(self.clock()),
         )
 
     def _goes_on(self) -> bool:
@@ -370,11 +431,9 @@ class Daemon:
         if self.autopilot.datum is not None:
             self._journal.set_datum(self.autopilot.datum)
 
-    def _count_start(self) -> int:
-        starts = self._journal.add_start_in_air()
-        return sum(1 for start in starts if starts[-1] - start < RESTART_WINDOW_S)
-
     def _record_flights(self, state: VehicleState) -> None:
+        if state.connected and not state.armed:
+            self._starts.found_disarmed()
         if state.connected:
             (self._recording.begin if state.armed else self._recording.end)()
 
@@ -383,17 +442,33 @@ class Daemon:
         return self._recording.health if journal.is_healthy else journal
 
     def _announce(self) -> None:
-        url = self._web.page_url
-        print(f"hawk: open {url}{'  (SIMULATION)' if self._options.is_simulation else ''}", flush=True)
+        folder = self._config.store.directory
+        address = shown_address(self._web.url, self._web.page_url, folder, on_terminal=sys.stdout.isatty())
+        self._output.put(f"hawk: open {address}{'  (SIMULATION)' if self._options.is_simulation else ''}")
         if self._options.ready_file is not None:
             partial = self._options.ready_file.with_suffix(".partial")
             partial.write_text(json.dumps({"url": self._web.url, "first_tick_s": self._first_tick_s}))
             partial.rename(self._options.ready_file)
 
-    def _own(self, work: Coroutine[Any, Any, None], name: str) -> None:
-        task = asyncio.create_task(work, name=name)
-        task.add_done_callback(_log_end)
-        self._tasks.append(task)
+    def _own(self, name: str, work: Callable[[], Awaitable[None]]) -> None:
+        self._tasks.append(self._supervisor.start(name, work))
+
+    def _task_ended(self, name: str, words: str) -> None:
+        self._publish_own_health()
+        self.manager.log.add("error", "A part of the program ended and is started again.", f"{name}: {words}")
+
+    def _call_hangs(self, name: str) -> None:
+        """Show a call that does not return; after the second in the air leave the drone to failsafe and restart."""
+        state = self.vehicle.state.value
+        is_flying = state is not None and state.armed and not self.manager.state.on_ground
+        if is_flying and self.autopilot.calls.overdue >= HANGING_CALLS:
+            leave_at_once(f"{HANGING_CALLS} calls hang in MAVSDK in the air, the last one in {name}: the program ends")
+        self._publish_own_health()
+        self.manager.log.add("error", "A request hangs in MAVSDK.", name)
+
+    def _publish_own_health(self) -> None:
+        self.inputs.requests_health.publish(self.autopilot.calls.health)
+        self.inputs.tasks_health.publish(self._supervisor.health)
 
 
 def _make_manager(config: Config, survey_id: str, options: DaemonOptions) -> AlgorithmManagerApp:
@@ -412,11 +487,6 @@ def _simulated(config: Config, address: SimulationAddress) -> Config:
             "store": config.store.model_copy(update={"directory": config.store.directory / "simulation"}),
         }
     )
-
-
-def _log_end(task: asyncio.Task[None]) -> None:
-    if not task.cancelled() and (error := task.exception()) is not None:
-        _LOG.error("%s ended", task.get_name(), exc_info=error)
 
 
 def _seconds_since_process_start() -> float:

@@ -118,6 +118,10 @@ def mode_name(custom_mode: int | None) -> str | None:
         return f"MODE({custom_mode})"
 
 
+LANDED_TIMEOUT_S = 2.0
+"""An older EXTENDED_SYS_STATE (5 Hz) says nothing about the ground, seconds."""
+
+
 class LandedState(IntEnum):
     """MAV_LANDED_STATE."""
 
@@ -432,13 +436,22 @@ class PathPlan:
 
 @dataclass(frozen=True, slots=True)
 class VehicleState:
-    """Autopilot state (mavros_msgs/State of the specification): ``time`` is when the last HEARTBEAT came."""
+    """Autopilot state (mavros_msgs/State of the specification).
+
+    ``armed`` and ``custom_mode`` came with the last HEARTBEAT, at ``time``; ``landed`` with the last
+    EXTENDED_SYS_STATE, at ``landed_time``; a boot makes it UNDEFINED.
+    """
 
     connected: bool = False
     armed: bool = False
     custom_mode: int | None = None
     landed: LandedState = LandedState.UNDEFINED
     time: float = -math.inf
+    landed_time: float = -math.inf
+
+    def landed_at(self, now: float) -> LandedState:
+        """Return the landed state; UNDEFINED when it is older than LANDED_TIMEOUT_S."""
+        return self.landed if now - self.landed_time <= LANDED_TIMEOUT_S else LandedState.UNDEFINED
 
     @property
     def mode(self) -> str | None:
@@ -468,6 +481,10 @@ class Diagnostics:
     satellites: int | None = None
     horizontal_accuracy: float | None = None
     time: float = -math.inf
+    estimator_fault: str = ""
+    """Why the position estimator is not to be trusted; empty when it is. Then ``global_position_ok`` is False too."""
+    fence_on: bool | None = None
+    """The autopilot says that a fence is enabled, whatever enabled it; None while it was not heard."""
 
 
 @dataclass(frozen=True, slots=True)

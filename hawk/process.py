@@ -1,7 +1,9 @@
 """The daemon's process: its tick, the watchdog that ends it when it hangs, and the niceness of its threads.
 
 MAVSDK's own threads keep talking to the autopilot when the Python loop hangs, so a hung process would hide from the
-autopilot's failsafes: it has to end. The watchdog's timer is `faulthandler`'s, a C thread that needs no GIL.
+autopilot's failsafes: it has to end. The watchdog's timer is `faulthandler`'s, a C thread that needs no GIL. It writes
+every stack first, and blocks for ever where nobody reads standard error. So the kernel's own timer (setitimer(2)) runs
+beside it and ends the process by SIGALRM, which needs neither Python nor a write.
 
 Linux's niceness (setpriority(2)) belongs to each thread, from -20 (first) to 19 (last), usually 0; a new thread
 inherits it. Where the kernel shares the processor between sessions first (autogroups, sched(7)), niceness applies
@@ -16,6 +18,7 @@ import faulthandler
 import logging
 import math
 import os
+import signal
 import socket
 import threading
 import time
@@ -36,6 +39,12 @@ AUTOGROUP = Path("/proc/self/autogroup")
 PACE = 0.2
 """Share of the timeout after which progress is passed on again: each time `faulthandler` ends and starts a thread,
 which on a busy machine delays the loop by up to tens of milliseconds."""
+
+DUMP_S = 0.5
+"""Real seconds that `faulthandler` may take to write the stacks; then SIGALRM ends the process."""
+
+END_S = 15.0
+"""Real seconds for an orderly end: a part that never closes must not keep MAVSDK's heartbeats alive."""
 
 
 class Ticker:
@@ -114,7 +123,7 @@ class SystemdNotifier:
 class Watchdog:
     """Ends this process ``timeout_s`` to 1.2 ``timeout_s`` real seconds after the last `progress`.
 
-    Every stack goes to ``stream``.
+    Every stack goes to ``stream``; where it cannot be written, the process ends `DUMP_S` later without it.
     """
 
     def __init__(
@@ -125,6 +134,7 @@ class Watchdog:
         enabled: bool = True,
         monotonic: Callable[[], float] = time.monotonic,
     ) -> None:
+        """Nothing is armed before the first `progress`, which belongs on the main thread: it takes SIGALRM."""
         self._timeout = timeout_s * (1 + PACE)
         self._pace = timeout_s * PACE
         self._notifier = notifier
@@ -140,7 +150,7 @@ class Watchdog:
             return
         self._due = now + self._pace
         if self._enabled:
-            faulthandler.dump_traceback_later(self._timeout, exit=True, file=self._stream)
+            end_within(self._timeout, self._stream)
         self._notifier.notify("WATCHDOG=1")
 
     def ready(self) -> None:
@@ -148,11 +158,24 @@ class Watchdog:
         self._notifier.notify("READY=1")
 
     def stop(self) -> None:
-        """Disarm at an orderly end."""
+        """Expect no more progress: the orderly end begins, and has `END_S`."""
         if self._enabled:
-            faulthandler.cancel_dump_traceback_later()
+            end_within(END_S, self._stream)
         self._notifier.notify("STOPPING=1")
         self._notifier.close()
+
+
+def end_within(timeout_s: float, stream: TextIO) -> None:
+    """End this process after ``timeout_s`` real seconds, with every stack on ``stream``; a later call starts it again.
+
+    The kernel ends it `DUMP_S` later by SIGALRM if the stacks cannot be written. Call it on the main thread.
+    """
+    # a parent may have left SIGALRM ignored or blocked
+    if signal.getsignal(signal.SIGALRM) is not signal.SIG_DFL:
+        signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGALRM})
+    signal.setitimer(signal.ITIMER_REAL, timeout_s + DUMP_S)
+    faulthandler.dump_traceback_later(timeout_s, exit=True, file=stream)
 
 
 def set_niceness(niceness: int) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
+
 import pytest
 from hypothesis import HealthCheck, settings
 
@@ -11,8 +13,11 @@ settings.register_profile("repeatable", UNTIMED, derandomize=True)
 settings.register_profile("search", UNTIMED)
 settings.load_profile("repeatable")
 
-LIMITS_S = {"flight": 600, "integration": 600, "e2e": 900}
+LIMITS_S = {"flight": 600, "integration": 600, "contract": 600, "e2e": 900}
 """Seconds for one test with its fixtures, by kind; the limit of all others stands in pyproject.toml."""
+
+LOG_TAIL = 4_000
+"""Characters."""
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -22,3 +27,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             if item.get_closest_marker(kind):
                 item.add_marker(pytest.mark.timeout(seconds))
     items.sort(key=lambda item: item.get_closest_marker("flight") is None)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Show the ends of the programs' logs with a failed test."""
+    report = yield
+    folder = getattr(item, "funcargs", {}).get("tmp_path")
+    if report.failed and folder is not None:
+        for log in sorted(folder.rglob("hawk-*.log")):
+            report.sections.append((log.name, log.read_text(errors="replace")[-LOG_TAIL:]))
+    return report

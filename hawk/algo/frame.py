@@ -43,6 +43,8 @@ class FrameInput:
     fence: Fence | None
     home: MapPoint | None
     asked: DesiredPose | None = None
+    map_problem: str = ""
+    """Why nothing may be mapped by this pose; empty when it may be."""
 
 
 @dataclass(frozen=True, slots=True)

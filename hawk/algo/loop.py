@@ -15,6 +15,7 @@ from hawk.algo.topic_interface import AlgorithmTopics
 from hawk.comm.drone_camera import CameraFrame
 from hawk.model import CameraModel, DesiredPose, Fence, Health, HeightParameters, MapPoint, StateName, VehiclePose
 from hawk.process import WORKER_NICENESS, set_niceness
+from hawk.supervision import Supervisor
 
 if TYPE_CHECKING:  # their libraries take half of the time in which a daemon that starts in the air must act
     from hawk.algo.manager import AlgorithmManagerApp
@@ -37,6 +38,7 @@ class Situation:
     fence: Fence | None
     home: MapPoint | None
     asked: DesiredPose | None = None
+    map_problem: str = ""
 
 
 class AlgorithmLoop:
@@ -53,6 +55,7 @@ class AlgorithmLoop:
         situation: Callable[[], Situation],
         topics: AlgorithmTopics,
         record: Callable[[FrameInput], None] = lambda _: None,
+        supervisor: Supervisor | None = None,
     ) -> None:
         """Take the parts; nothing runs before `start`.
 
@@ -63,6 +66,7 @@ class AlgorithmLoop:
             situation: Asked on the loop for each frame.
             topics: Where results are published.
             record: Called on the loop with each frame that was processed.
+            supervisor: Keeps the task running.
         """
         self._manager = manager
         self._next_frame = next_frame
@@ -70,6 +74,7 @@ class AlgorithmLoop:
         self._situation = situation
         self._topics = topics
         self._record = record
+        self._supervisor = supervisor or Supervisor()
         self._executor = ThreadPoolExecutor(
             1, thread_name_prefix="hawk-vision", initializer=set_niceness, initargs=(WORKER_NICENESS,)
         )
@@ -79,7 +84,7 @@ class AlgorithmLoop:
     def start(self) -> None:
         """Begin to take frames."""
         if self._task is None:
-            self._task = asyncio.create_task(self._run(), name="algorithm worker")
+            self._task = self._supervisor.start("algorithm worker", self._run)
 
     async def close(self) -> None:
         """Stop taking frames, let the present one finish, and end the worker thread."""
@@ -143,4 +148,5 @@ class AlgorithmLoop:
             fence=situation.fence,
             home=situation.home,
             asked=situation.asked,
+            map_problem=situation.map_problem,
         )

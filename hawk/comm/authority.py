@@ -17,8 +17,17 @@ class Right(Enum):
     ANYONE = "anyone"
     """The command only asks: nothing is flown or changed."""
     ANYONE_UNLESS_HOMING = "anyone; while it returns or lands, only the client in control"
-    CONTROL_OR_FREE = "the client in control; anyone while nobody has control"
+    CONTROL_OR_FREE = "the client in control; anyone while nobody has control, or the one who has it is lost"
     CONTROL = "the client in control"
+
+
+class Tenure(Enum):
+    """State of control."""
+
+    FREE = "free"
+    HELD = "held"
+    LOST = "lost"
+    """A session has control and sent no sign of life within ``operator_timeout_s``: control is free for the asking."""
 
 
 ANSWERED_BY_THE_WEB_SERVER: Final = frozenset({"Heartbeat", "Control", "Map Resync"})
@@ -37,8 +46,8 @@ RIGHTS: Final[Mapping[str, Right]] = {
     "Land": Right.CONTROL_OR_FREE,
     "Disarm": Right.CONTROL,
     "Resume": Right.CONTROL,
-    "Kill Request": Right.CONTROL,
-    "Kill": Right.CONTROL,
+    "Kill Request": Right.CONTROL_OR_FREE,
+    "Kill": Right.CONTROL_OR_FREE,
     "Clear Kill": Right.CONTROL,
     "Set Failsafes": Right.CONTROL,
     "Set Fence": Right.CONTROL,
@@ -48,15 +57,21 @@ RIGHTS: Final[Mapping[str, Right]] = {
 
 TAKE_CONTROL_FIRST: Final = "Take control first."
 SOMEONE_ELSE: Final = "Someone else has control."
+CONTROLLER_LOST: Final = "The operator in control is lost: take control first."
+_REFUSALS: Final[Mapping[Tenure, str]] = {
+    Tenure.FREE: TAKE_CONTROL_FIRST,
+    Tenure.HELD: SOMEONE_ELSE,
+    Tenure.LOST: CONTROLLER_LOST,
+}
 
 
-def authority_refusal(kind: str, *, has_control: bool, is_controlled: bool, homing: bool) -> str:
+def authority_refusal(kind: str, *, has_control: bool, control: Tenure, homing: bool) -> str:
     """Return why a client may not send a command now; empty when it may.
 
     Args:
         kind: Type of the command. A type that `RIGHTS` does not list needs control.
         has_control: True when this client's session has control.
-        is_controlled: True when any session has control.
+        control: Whether any session has control.
         homing: True in Return To Launch and Land.
     """
     right = RIGHTS.get(kind, Right.CONTROL)
@@ -64,7 +79,7 @@ def authority_refusal(kind: str, *, has_control: bool, is_controlled: bool, homi
         has_control
         or right is Right.ANYONE
         or (right is Right.ANYONE_UNLESS_HOMING and not homing)
-        or (right is Right.CONTROL_OR_FREE and not is_controlled)
+        or (right is Right.CONTROL_OR_FREE and control is not Tenure.HELD)
     ):
         return ""
-    return SOMEONE_ELSE if is_controlled else TAKE_CONTROL_FIRST
+    return _REFUSALS[control]

@@ -1,7 +1,7 @@
 """The autopilot by MAVSDK, a `hawk.comm.vehicle.Autopilot`. Secret: the threads.
 
-MAVSDK's calls block, so they run on threads of this module: commands, Kill alone, the link, targets. The autopilot's
-messages come in on MAVSDK's own threads and are handled on the loop, in order.
+MAVSDK's calls block, and may hang, so each runs on a thread of its own with a deadline (`hawk.comm.calls`); targets
+have a lasting thread. The autopilot's messages come in on MAVSDK's own threads and are handled on the loop, in order.
 """
 
 from __future__ import annotations
@@ -12,20 +12,23 @@ import functools
 import logging
 import math
 import time
-from collections.abc import Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
 from hawk.comm import commands
+from hawk.comm.calls import Calls
 from hawk.comm.clock import Clock
 from hawk.comm.frames import place_at, wrap_angle
 from hawk.comm.mavlink_link import Link, Message, OnMessage
 from hawk.comm.parameters import AutopilotParameters
-from hawk.comm.telemetry import RateKeeper, Telemetry, wanted_streams
+from hawk.comm.peer import Expected
+from hawk.comm.telemetry import RateKeeper, Stream, Telemetry, wanted_streams
 from hawk.comm.threads import Inbox, LatestSender
+from hawk.comm.udp_gate import Hearing
 from hawk.comm.vehicle import AutopilotError, VehicleTopics
-from hawk.config import AutopilotSettings
+from hawk.config import AutopilotSettings, host_and_port
 from hawk.model import CopterMode, Fence, GlobalPose, StatusText
+from hawk.supervision import Supervisor
 
 _LOG = logging.getLogger(__name__)
 T = TypeVar("T")
@@ -37,9 +40,18 @@ _RETRY_S = 0.5
 _CLOSE_S = 5.0
 _COMMAND_S = 2.5
 """A little more than MAVSDK waits for an acknowledgement."""
+_OPEN_S = 10.0
+"""Longest time to open or close a connection: a TCP peer may not answer."""
+_FENCE_UPLOAD_S = 15.0
+"""Longest time of a fence's upload. MAVSDK repeats each of its messages 5 times, 0.5 s apart, before it gives up."""
+_KNOCK_S = 5.0
+"""While our heartbeats are held back, a listening peer that has lost our address hears of us this often."""
 _WORDS_AFTER_S = 0.3
 _FENCE_CEILING_AND_POLYGON = 1 | 4  # FENCE_TYPE bits
 _FENCE_RTL_OR_LAND = 1  # FENCE_ACTION
+_FENCE_TOLERANCE_DEG = 1e-6
+"""A decimetre; the mission protocol carries 1e-7 degrees."""
+_FENCE_CEILING_TOLERANCE_M = 0.1
 _CRITICAL = 2  # MAV_SEVERITY_CRITICAL
 _COMMAND_ACK_KILL = int(commands.MavCommand.DO_FLIGHTTERMINATION)
 _HEARTBEAT = {
@@ -61,24 +73,36 @@ class MavsdkAutopilot:
         clock: Clock,
         topics: VehicleTopics,
         wall: Callable[[], float] = time.time,
-        make_link: Callable[[str, int, Clock, OnMessage], Link] = Link,
+        make_link: Callable[[str, int, Clock, OnMessage, Expected], Link] = Link,
         parameter_answer_s: float = 0.5,
+        supervisor: Supervisor | None = None,
+        calls: Calls | None = None,
     ) -> None:
-        """``parameter_answer_s``: real seconds until a request for a parameter is repeated (four times)."""
+        """Make it; `start` begins.
+
+        Args:
+            settings: The link's URL, and our id on it.
+            clock: The daemon's.
+            topics: Where everything that is heard is published.
+            wall: Wall clock, Unix seconds.
+            make_link: Makes the link.
+            parameter_answer_s: Real seconds until a request for a parameter is repeated (four times).
+            supervisor: Keeps the tasks running.
+            calls: Runs the calls into MAVSDK.
+        """
         self.topics = topics
         self._settings = settings
         self._clock = clock
         self._rates = RateKeeper(wanted_streams(settings.position_rate_hz))
         self._inbox: Inbox[Message] | None = None
-        self._link = make_link(settings.url, settings.system_id, clock, self._receive)
+        self._link = make_link(settings.url, settings.system_id, clock, self._receive, expected_autopilot(settings))
         self.telemetry = Telemetry(clock, topics, self._rates, self._link.sensor_health, wall, self._on_reboot)
         self._tie = self.telemetry.tie
-        self._commands = ThreadPoolExecutor(2, "autopilot-command")
-        self._kills = ThreadPoolExecutor(1, "autopilot-kill")
-        self._links = ThreadPoolExecutor(1, "autopilot-link")
-        self._targets: LatestSender[Mapping[str, Any]] = LatestSender(
-            "autopilot-target", functools.partial(self._link.send, "SET_POSITION_TARGET_LOCAL_NED")
-        )
+        self.calls = calls or Calls("autopilot")
+        """The calls into MAVSDK, and those that hang."""
+        self._supervisor = supervisor or Supervisor()
+        self._targets = self._make_sender()
+        self._speaks = True
         self._parameters = AutopilotParameters(self._send_message, parameter_answer_s)
         self._rtl_in_metres: bool | None = None
         self._tasks: list[asyncio.Task[None]] = []
@@ -92,12 +116,11 @@ class MavsdkAutopilot:
         """Open the link and look for the autopilot until `close`; returns at once."""
         loop = asyncio.get_running_loop()
         self._inbox = Inbox(loop, self._handle)
-        await loop.run_in_executor(self._kills, lambda: None)  # its thread exists before it is needed
         self.telemetry.check_link(self._clock())
         self.topics.state.publish(self.topics.state.value or self.telemetry.state)
         self._tasks = [
-            asyncio.create_task(self._keep_link(), name="autopilot-link"),
-            asyncio.create_task(self._watch(), name="autopilot-watch"),
+            self._supervisor.start("autopilot-link", self._keep_link),
+            self._supervisor.start("autopilot-watch", self._watch),
         ]
 
     async def close(self) -> None:
@@ -111,14 +134,17 @@ class MavsdkAutopilot:
         self._tasks = []
         if self._inbox is not None:
             self._inbox.close()
-        loop = asyncio.get_running_loop()
         self._targets.close()
-        await self._end_commands()
+        await self.calls.finish(_COMMAND_S)  # MAVSDK never answers a command after it was closed
         try:
-            await asyncio.wait_for(loop.run_in_executor(self._links, self._link.close), _CLOSE_S)
-        except TimeoutError:
-            _LOG.warning("MAVSDK did not end within %.0f s", _CLOSE_S)
-        self._links.shutdown(wait=False, cancel_futures=True)
+            await self.calls.run("close", self._link.close, deadline_s=_CLOSE_S, urgent=True)
+        except AutopilotError as error:
+            _LOG.warning("%s", error)
+
+    @property
+    def hearing(self) -> Hearing:
+        """Senders on the link: the kept one, and a second one."""
+        return self._link.hearing()
 
     @property
     def dropped(self) -> int:
@@ -143,10 +169,25 @@ class MavsdkAutopilot:
         """Climb to ``relative_altitude``, metres above the arm place; armed and in GUIDED only."""
         await self._command(commands.takeoff, relative_altitude)
 
+    async def set_home(self, place: GlobalPose) -> None:
+        """Send a home (WGS-84, metres above sea level) and do not wait for the answer. Raises AutopilotError."""
+        if not all(math.isfinite(value) for value in (place.latitude, place.longitude, place.altitude)):
+            raise AutopilotError("Home is not finite: not sent")
+        self._require_link()
+        await self.calls.run("set home", commands.set_home, self._link, place)
+
     async def kill(self) -> None:
         """Send one flight termination at once, also on a link that seems dead. A refusal shows as a message."""
-        loop = asyncio.get_running_loop()
-        await loop.run_in_executor(self._kills, commands.kill, self._link)
+        await self.calls.run("kill", commands.kill, self._link, urgent=True)
+
+    async def send_mode(self, mode: CopterMode) -> None:
+        """Send a change of the flight mode at once, also on a link that seems dead, and wait for no answer."""
+        await self.calls.run(f"send {mode.name}", commands.send_mode, self._link, mode, urgent=True)
+
+    def set_voice(self, speaks: bool) -> None:
+        """Let our heartbeats go out, or hold them back, so that the autopilot misses its ground station."""
+        self._speaks = speaks
+        self._link.set_voice(speaks)
 
     def send_target(self, north: float, east: float, height: float, yaw: float) -> None:
         """Send one position target (map frame, metres above the arm place, radians). Never blocks, never repeats."""
@@ -158,6 +199,7 @@ class MavsdkAutopilot:
         self._require_link()
         if not self._tie.watch.sure:
             raise AutopilotError("The autopilot's position leapt: not sent before it is tied to the map again")
+        self._free_targets()
         place = frames.ekf(north, east, height)
         self._targets.put(commands.position_target(self.telemetry.boot_ms, place, wrap_angle(yaw)))
 
@@ -190,13 +232,40 @@ class MavsdkAutopilot:
             self._rtl_in_metres = found["RTL_ALT_M"] is not None
         if self._rtl_in_metres:
             await self._parameters.set("RTL_ALT_M", metres)
-            return float(await self._parameters.get("RTL_ALT_M"))
+            return float(self._parameters.values["RTL_ALT_M"])
         await self._parameters.set("RTL_ALT", round(metres * 100))
-        return await self._parameters.get("RTL_ALT") / 100.0
+        return self._parameters.values["RTL_ALT"] / 100.0
 
     async def upload_fence(self, fence: Fence) -> None:
-        """Upload `Fence.autopilot_polygon` (about the fence origin), set ceiling, type and action, and enable it."""
+        """Upload `Fence.autopilot_polygon` (about the fence origin), set ceiling, type and action, and enable it.
+
+        Raises:
+            AutopilotError: It was refused, or the polygon that is read back is another one.
+        """
         self._require_link()
+        polygon = self._corners(fence)
+        await self.calls.run("upload fence", self._link.upload_fence, polygon, deadline_s=_FENCE_UPLOAD_S)
+        await self._parameters.set("FENCE_ALT_MAX", fence.autopilot_ceiling)
+        await self._parameters.set("FENCE_TYPE", _FENCE_CEILING_AND_POLYGON)
+        if await self._parameters.get("FENCE_ACTION") == 0:
+            await self._parameters.set("FENCE_ACTION", _FENCE_RTL_OR_LAND)
+        await self._parameters.set("FENCE_ENABLE", 1)
+        await self._compare_polygon(polygon)
+
+    async def compare_fence(self, fence: Fence) -> None:
+        """Read polygon, ceiling and FENCE_ENABLE. Raises AutopilotError when they are not those of the fence."""
+        self._require_link()
+        polygon = self._corners(fence)
+        if await self._parameters.get("FENCE_ENABLE") != 1:
+            raise AutopilotError("FENCE_ENABLE: the autopilot's fence is off")
+        ceiling = await self._parameters.get("FENCE_ALT_MAX")
+        if abs(ceiling - fence.autopilot_ceiling) > _FENCE_CEILING_TOLERANCE_M:
+            found = f"the autopilot's ceiling is {ceiling:g} m, ours is {fence.autopilot_ceiling:g} m"
+            raise AutopilotError(f"FENCE_ALT_MAX: {found}")
+        await self._compare_polygon(polygon)
+
+    def _corners(self, fence: Fence) -> list[tuple[float, float]]:
+        """Return the corners of the autopilot's fence in degrees. Raises AutopilotError when they cannot be placed."""
         origin = self._tie.fence_origin
         if origin is None:
             raise AutopilotError("The drone does not know where it is yet: the fence cannot be placed")
@@ -206,13 +275,17 @@ class MavsdkAutopilot:
         polygon = [(place.latitude, place.longitude) for place in places]
         if not all(math.isfinite(value) for corner in polygon for value in corner):
             raise AutopilotError("A corner of the fence is not finite: not sent")
-        loop = asyncio.get_running_loop()
-        await loop.run_in_executor(self._commands, self._link.upload_fence, polygon)
-        await self._parameters.set("FENCE_ALT_MAX", fence.autopilot_ceiling)
-        await self._parameters.set("FENCE_TYPE", _FENCE_CEILING_AND_POLYGON)
-        if await self._parameters.get("FENCE_ACTION") == 0:
-            await self._parameters.set("FENCE_ACTION", _FENCE_RTL_OR_LAND)
-        await self._parameters.set("FENCE_ENABLE", 1)
+        return polygon
+
+    async def _compare_polygon(self, polygon: Sequence[tuple[float, float]]) -> None:
+        found = await self.calls.run("read fence", self._link.download_fence, deadline_s=_FENCE_UPLOAD_S)
+        is_same = len(found) == len(polygon) and all(
+            math.isclose(ours, theirs, rel_tol=0.0, abs_tol=_FENCE_TOLERANCE_DEG)
+            for corner, read in zip(polygon, found, strict=True)
+            for ours, theirs in zip(corner, read, strict=True)
+        )
+        if not is_same:
+            raise AutopilotError("The fence that the autopilot holds is another one")
 
     # --- frames ----------------------------------------------------------------------------------------------------
 
@@ -252,9 +325,8 @@ class MavsdkAutopilot:
     async def _command(self, function: Callable[..., T], *arguments: Any) -> T:
         self._require_link()
         since = self._clock()
-        loop = asyncio.get_running_loop()
         try:
-            return await loop.run_in_executor(self._commands, function, self._link, *arguments)
+            return await self.calls.run(function.__name__, function, self._link, *arguments)
         except commands.NotAcceptedError as error:
             words = await self._words(since)
             raise AutopilotError(words or str(error)) from error
@@ -273,8 +345,7 @@ class MavsdkAutopilot:
             raise AutopilotError("No link to the autopilot")
 
     async def _send_message(self, name: str, fields: Mapping[str, Any]) -> None:
-        loop = asyncio.get_running_loop()
-        await loop.run_in_executor(self._commands, self._link.send, name, fields)
+        await self.calls.run(name, self._link.send, name, fields)
 
     async def _keep_link(self) -> None:
         """Open, find, and open again after 5 s of silence, until cancelled."""
@@ -282,14 +353,14 @@ class MavsdkAutopilot:
         missing_since = loop.time()
         while True:
             try:
-                await loop.run_in_executor(self._links, self._link.open)
-                if self._link.found or await loop.run_in_executor(self._links, self._link.find, _FIND_S):
+                await self.calls.run("open", self._link.open, deadline_s=_OPEN_S)
+                if self._link.found or await self.calls.run("find", self._link.find, _FIND_S):
                     self.problem = ""
                 elif loop.time() - missing_since > self._settings.connect_timeout_s:
                     url = self._settings.url
                     raise AutopilotError(f"No autopilot is heard at autopilot.url {url!r}: is it on and sending here?")
                 if self.telemetry.silence(self._clock()) > _REOPEN_S * self._clock.speed:
-                    await loop.run_in_executor(self._links, self._link.reopen)
+                    await self.calls.run("reopen", self._link.reopen, deadline_s=_OPEN_S)
                     await asyncio.sleep(_REOPEN_S)
                 await asyncio.sleep(_WATCH_S)
             except AutopilotError as error:
@@ -300,29 +371,42 @@ class MavsdkAutopilot:
 
     async def _watch(self) -> None:
         """Notice silence, ask for missing streams, and keep a fast simulation's failsafe quiet."""
-        loop = asyncio.get_running_loop()
-        beat = 0.0
+        beat = knock = 0.0
         while True:
             now = self._clock()
-            if self._link.found and self.telemetry.check_link(now):
-                try:
+            try:
+                if self._link.found and self.telemetry.check_link(now):
                     for stream in self._rates.due(now):
-                        await loop.run_in_executor(self._commands, commands.ask_rate, self._link, stream)
+                        await self._ask_rate(stream)
                     # MAVSDK's heartbeat is once a real second: too seldom for an autopilot of N seconds a second
-                    if self._clock.speed > 1 and now - beat >= 1.0:
+                    if self._clock.speed > 1 and now - beat >= 1.0 and self._speaks:
                         beat = now
                         await self._send_message("HEARTBEAT", _HEARTBEAT)
-                except AutopilotError as error:
-                    _LOG.info("%s", error)
-            elif self._link.found:
-                self._targets.clear()
+                elif self._link.found:
+                    self._targets.clear()
+                    if not self._speaks and now - knock >= _KNOCK_S:
+                        knock = now
+                        await self._ask_rate(self._rates.any)
+            except AutopilotError as error:
+                _LOG.info("%s", error)
             await asyncio.sleep(_WATCH_S / max(1.0, self._clock.speed))
 
-    async def _end_commands(self) -> None:
-        """Wait for running commands: MAVSDK never answers one after it was closed, and its thread would not end."""
-        ending = asyncio.get_running_loop().run_in_executor(
-            self._kills, functools.partial(self._commands.shutdown, wait=True, cancel_futures=True)
-        )
-        with contextlib.suppress(TimeoutError):
-            await asyncio.wait_for(ending, _COMMAND_S)
-        self._kills.shutdown(wait=False, cancel_futures=True)
+    async def _ask_rate(self, stream: Stream) -> None:
+        await self.calls.run("ask rate", commands.ask_rate, self._link, stream)
+
+    def _make_sender(self) -> LatestSender[Mapping[str, Any]]:
+        send = functools.partial(self._link.send, "SET_POSITION_TARGET_LOCAL_NED")
+        return LatestSender("autopilot-target", send)
+
+    def _free_targets(self) -> None:
+        """Leave a sender that hangs behind, and send by a new one."""
+        if self._targets.busy_s > self.calls.deadline_s:
+            self._targets.abandon()
+            self._targets = self._make_sender()
+            self.calls.note_overdue("target")
+
+
+def expected_autopilot(settings: AutopilotSettings) -> Expected:
+    """Return the autopilot that the settings name."""
+    host, port = (None, None) if settings.vehicle_address is None else host_and_port(settings.vehicle_address)
+    return Expected(settings.vehicle_system_id, host, port)

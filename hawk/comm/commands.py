@@ -12,7 +12,7 @@ from enum import IntEnum
 from hawk.comm.mavlink_link import Link, command_fields, require_finite
 from hawk.comm.telemetry import Stream
 from hawk.comm.vehicle import AutopilotError
-from hawk.model import CopterMode, mode_name
+from hawk.model import CopterMode, GlobalPose, mode_name
 
 
 class MavCommand(IntEnum):
@@ -20,6 +20,7 @@ class MavCommand(IntEnum):
 
     NAV_TAKEOFF = 22
     DO_SET_MODE = 176
+    DO_SET_HOME = 179
     DO_FLIGHTTERMINATION = 185
     COMPONENT_ARM_DISARM = 400
     SET_MESSAGE_INTERVAL = 511
@@ -43,6 +44,7 @@ class NotAcceptedError(AutopilotError):
 
 _RESULTS = frozenset(int(result) for result in MavResult)
 _CUSTOM_MODE_ENABLED = 1  # MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+_GLOBAL = 0  # MAV_FRAME_GLOBAL: altitude above sea level
 _LOCAL_NED = 1  # MAV_FRAME_LOCAL_NED
 _POSITION_AND_YAW = 2552
 """POSITION_TARGET_TYPEMASK: velocity, acceleration and yaw rate are ignored."""
@@ -63,6 +65,11 @@ def set_mode(link: Link, mode: CopterMode) -> None:
     _command(link, f"Mode {mode_name(mode)}", MavCommand.DO_SET_MODE, _CUSTOM_MODE_ENABLED, mode)
 
 
+def send_mode(link: Link, mode: CopterMode) -> None:
+    """Send a change of the flight mode and do not wait for the answer: the autopilot may hear without being heard."""
+    link.send("COMMAND_LONG", command_fields(MavCommand.DO_SET_MODE, [_CUSTOM_MODE_ENABLED, mode]))
+
+
 def takeoff(link: Link, relative_altitude: float) -> None:
     """Climb to metres above home. The autopilot accepts it armed and in GUIDED only."""
     if not (math.isfinite(relative_altitude) and relative_altitude > 0):
@@ -73,6 +80,20 @@ def takeoff(link: Link, relative_altitude: float) -> None:
 def kill(link: Link) -> None:
     """Send one flight termination and do not wait for the answer: the caller repeats it until disarmed is seen."""
     link.send("COMMAND_LONG", command_fields(MavCommand.DO_FLIGHTTERMINATION, [1]))
+
+
+def set_home(link: Link, place: GlobalPose) -> None:
+    """Send a home and do not wait: HOME_POSITION is the answer. A COMMAND_LONG would round it to half a metre."""
+    fields = {f"param{index}": 0.0 for index in range(1, 5)} | {
+        "frame": _GLOBAL,
+        "command": int(MavCommand.DO_SET_HOME),
+        "current": 0,
+        "autocontinue": 0,
+        "x": round(place.latitude * 1e7),
+        "y": round(place.longitude * 1e7),
+        "z": place.altitude,
+    }
+    link.send("COMMAND_INT", fields)
 
 
 def ask_rate(link: Link, stream: Stream) -> None:

@@ -25,6 +25,7 @@ from hawk.comm.clock import Clock, OffsetEstimator
 from hawk.comm.image import NoImage, decode, jpeg_size
 from hawk.config import CAMERA_KINDS, CameraSettings, ConfigError
 from hawk.model import CameraModel, Health
+from hawk.supervision import Supervisor
 
 _LOG = logging.getLogger(__name__)
 
@@ -65,8 +66,9 @@ class DroneCamera:
         clock: Clock,
         stamp_clock: Callable[[float], float | None] | None = None,
         make: Callable[[CameraSettings, Clock], CameraSource] = make_source,
+        supervisor: Supervisor | None = None,
     ) -> None:
-        """Load the calibration; nothing is opened before `init`.
+        """Load the calibration; nothing is opened before `init`. ``supervisor`` keeps the receiving task running.
 
         ``stamp_clock`` maps the camera's stamps (seconds) onto our clock where that is known (the simulator stamps by
         the autopilot's boot clock); None when it cannot. Otherwise the least delay seen is the latency.
@@ -78,6 +80,7 @@ class DroneCamera:
         self._clock = clock
         self._stamp_clock = stamp_clock
         self._make = make
+        self._supervisor = supervisor or Supervisor()
         self._calibration: Calibration = load_calibration(settings)
         self._estimator = OffsetEstimator(latency_s=settings.latency_s)
         self.latest: CameraFrame | None = None
@@ -93,7 +96,7 @@ class DroneCamera:
     def init(self) -> None:
         """Start to receive pictures; needs the running loop. Does nothing when it already does."""
         if self._task is None:
-            self._task = asyncio.get_running_loop().create_task(self._receive(), name="drone-camera")
+            self._task = self._supervisor.start("drone-camera", self._receive)
 
     def get_image(self) -> NDArray[np.uint8]:
         """Return the newest picture, (height, width, 3) BGR. Decodes (about 10 ms): call it off the loop.

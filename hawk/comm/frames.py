@@ -32,6 +32,10 @@ _BOOT_MATCH_S: Final = 5
 _FRESH_S: Final = 1.0
 _LANDED_WAIT_S: Final = 3.0
 _PROVISIONAL_MOVE_M: Final = 10.0
+_DISARMED_S: Final = 0.5
+"""A shorter "disarmed" may be one datagram that came late."""
+_STILL_M_S: Final = 1.0
+_STANDS_BELOW_M: Final = 3.0
 _VECTOR: Final = operator.attrgetter("x", "y", "z", "vx", "vy", "vz")
 
 
@@ -212,6 +216,8 @@ class FrameJump:
 
     metres: float
     arm: ArmPlace
+    shift: tuple[float, float, float]
+    """The movement of EKF-local's coordinates: north, east, down, metres."""
 
 
 class OffsetWatch:
@@ -247,7 +253,8 @@ class OffsetWatch:
         moved = _mean(self._suspects)
         self._suspects.clear()
         self._agreed = _CONFIRM
-        return FrameJump(_ekf_distance(moved, arm), moved)
+        shift = (moved.ekf_x - arm.ekf_x, moved.ekf_y - arm.ekf_y, moved.ekf_z - arm.ekf_z)
+        return FrameJump(math.hypot(*shift), moved, shift)
 
 
 class MapTie:
@@ -265,6 +272,9 @@ class MapTie:
         self._restored: ArmPlace | None = None
         self._armed_at: float | None = None  # armed at this moment and not anchored yet
         self._was_armed_at_start = False
+        self._is_armed = False
+        self._disarmed: tuple[float, float] | None = None  # first and last of the latest "disarmed"
+        self._was_disarmed = True  # before it was armed, beyond doubt
 
     def set_datum(self, datum: GlobalPose | None) -> None:
         """Set the map frame's origin; None: the next arm place becomes it."""
@@ -280,18 +290,26 @@ class MapTie:
         return self.datum or self._provisional
 
     def armed(self, time: float, *, at_start: bool) -> None:
-        """Anchor from now on. ``at_start``: "armed" came with the first HEARTBEAT of this run."""
+        """Anchor from the first "armed" on. ``at_start``: it came with the first HEARTBEAT of this run."""
+        if self._is_armed:
+            return
+        self._is_armed = True
         self._armed_at = time
         self._was_armed_at_start = at_start
+        first, last = self._disarmed or (time, time)
+        self._was_disarmed = last - first >= _DISARMED_S
 
-    def disarmed(self) -> None:
+    def disarmed(self, time: float) -> None:
         """Stop looking for the arm place."""
+        self._disarmed = (time if self._is_armed or self._disarmed is None else self._disarmed[0], time)
+        self._is_armed = False
         self._armed_at = None
 
     def rebooted(self) -> None:
         """Forget everything but the datum: EKF-local is another one."""
         self.watch = OffsetWatch()
-        self.frames = self.home = self._armed_at = None
+        self.frames = self.home = self._armed_at = self._disarmed = None
+        self._is_armed = False
 
     def keep(self, place: ArmPlace) -> None:
         """Keep the arm place of an earlier run until the autopilot's boot is known."""
@@ -318,7 +336,9 @@ class MapTie:
     ) -> ArmPlace | None:
         """Tie the frames after arming: to ``here`` if the drone stands, else to home as the autopilot reports it.
 
-        ``position`` and ``here`` are the same moment's place in EKF-local and on the globe. Return a new arm place.
+        ``position`` and ``here`` are the same moment's place in EKF-local and on the globe. ``landed`` is UNDEFINED
+        when it is old. After a "disarmed" so short that it may have come late, the arm place moves only if the drone
+        stands near its height. Return a new arm place.
         """
         armed_at = self._armed_at
         if armed_at is None:
@@ -326,9 +346,16 @@ class MapTie:
         if self._was_armed_at_start and self.frames is not None:
             self._armed_at = None  # restored from the journal
             return None
-        if landed is LandedState.UNDEFINED and now - armed_at < _LANDED_WAIT_S:
+        stands = landed is LandedState.ON_GROUND and abs(position.vz) <= _STILL_M_S
+        if self.frames is not None and not self._was_disarmed:
+            if not stands or self.frames.arm.ekf_z - position.z > _STANDS_BELOW_M:
+                self._armed_at = None
+                return None
+        elif (
+            not stands and landed in (LandedState.UNDEFINED, LandedState.ON_GROUND) and now - armed_at < _LANDED_WAIT_S
+        ):
             return None
-        place = here if landed is LandedState.ON_GROUND else self.home
+        place = here if stands else self.home
         if place is None or position.time < armed_at - _FRESH_S:
             return None
         self._armed_at = None

@@ -22,6 +22,9 @@ from mavsdk.plugins.geofence import FenceType, Geofence, GeofenceData, Point, Po
 from mavsdk.plugins.mavlink_direct import MavlinkDirect, MavlinkMessage
 from mavsdk.plugins.telemetry import Telemetry
 
+from hawk.comm.mavlink_frames import AUTOPILOT_COMPONENT, ground_station_heartbeat
+from hawk.comm.peer import FIRST_HEARD, Expected, PeerKeeper
+from hawk.comm.udp_gate import NOBODY, Hearing, UdpGate, serves
 from hawk.comm.vehicle import AutopilotError
 
 _LOG = logging.getLogger("hawk.comm.mavsdk")
@@ -34,8 +37,6 @@ _LEVELS = {
 
 GROUND_STATION_COMPONENT = 190
 """MAV_COMP_ID_MISSIONPLANNER, the id of ground stations."""
-AUTOPILOT_COMPONENT = 1
-"""MAV_COMP_ID_AUTOPILOT1."""
 
 _BROADCAST = frozenset({"HEARTBEAT"})
 """Messages without target fields."""
@@ -78,16 +79,31 @@ def command_fields(command: int, parameters: Sequence[float]) -> dict[str, Any]:
 
 
 class Link:
-    """One MAVSDK instance with one connection. Every method may block, except `sensor_health`."""
+    """One MAVSDK instance with one connection. Every method may block, except `sensor_health`, `hearing`, `set_voice`.
 
-    def __init__(self, url: str, system_id: int, clock: Callable[[], float], on_message: OnMessage) -> None:
+    UDP goes through `UdpGate`. On the other kinds the autopilot talks first, and MAVSDK's heartbeats end by themselves
+    2.6 s after the last word from it.
+    """
+
+    def __init__(
+        self,
+        url: str,
+        system_id: int,
+        clock: Callable[[], float],
+        on_message: OnMessage,
+        expected: Expected = FIRST_HEARD,
+    ) -> None:
         self._url = url
+        self._expected = expected
+        self._gate: UdpGate | None = None
+        self._vehicle_id: int | None = None
         self._system_id = system_id
         self._clock = clock
         self._on_message = on_message
         self._lock = threading.Lock()
         self._mavsdk: Mavsdk | None = None
         self._connection: Any = None
+        self._speaks = True
         self._system: Any = None
         self._direct: MavlinkDirect | None = None
         self._geofence: Geofence | None = None
@@ -103,26 +119,35 @@ class Link:
                 return
             if self._mavsdk is None:
                 log_subscribe(_log)
-                configuration = Configuration.create_manual(self._system_id, GROUND_STATION_COMPONENT, True)
+                always = serves(self._url)  # a listening peer hears of us by our first heartbeat
+                configuration = Configuration.create_manual(self._system_id, GROUND_STATION_COMPONENT, always)
                 self._mavsdk = Mavsdk(configuration)
                 configuration.destroy()
             try:
-                self._connection = self._mavsdk.add_any_connection_with_handle(self._url)
-            except MavsdkError as error:
+                self._connection = self._connect(self._mavsdk)
+            except (MavsdkError, OSError, ValueError) as error:
                 raise AutopilotError(f"autopilot.url {self._url!r} cannot be opened: {error}") from error
+
+    def set_voice(self, speaks: bool) -> None:
+        """Let our heartbeats go out, or hold them back. Does not block."""
+        self._speaks = speaks
+        gate = self._gate
+        if gate is not None:
+            gate.speaks = speaks
 
     def find(self, timeout_s: float) -> bool:
         """Wait for the first heartbeat of an autopilot and subscribe to it; return False when none came in time."""
         mavsdk = self._mavsdk
         if mavsdk is None or self._closed:
             return False
-        system = mavsdk.first_autopilot(timeout_s)
+        system = self._vehicle(mavsdk, timeout_s)
         if system is None:
             return False
         with self._lock:
             if self._closed or self.found:
                 return self.found
             self._system = system
+            self._vehicle_id = int(system.get_system_id())
             self._telemetry = Telemetry(system)
             self._geofence = Geofence(system)
             direct = MavlinkDirect(system)
@@ -132,9 +157,12 @@ class Link:
         return True
 
     def reopen(self) -> None:
-        """Remove the connection and add it again: MAVSDK's subscriptions survive it."""
+        """Remove the connection and add it again: MAVSDK's subscriptions survive it.
+
+        The gate of a UDP port has nothing to reopen, and keeps the autopilot's address.
+        """
         with self._lock:
-            if self._mavsdk is not None and self._connection is not None:
+            if self._mavsdk is not None and self._connection is not None and self._gate is None:
                 self._mavsdk.remove_connection(self._connection)
                 self._connection = None
         self.open()
@@ -144,11 +172,19 @@ class Link:
         with self._lock:
             self._closed = True
             mavsdk, self._mavsdk = self._mavsdk, None
+            gate, self._gate = self._gate, None
             self._direct = self._geofence = self._telemetry = self._system = self._connection = None
             self.found = False
         if mavsdk is not None:
             mavsdk.destroy()
             log_unsubscribe()
+        if gate is not None:
+            gate.close()
+
+    def hearing(self) -> Hearing:
+        """Return who is heard. Does not block."""
+        gate = self._gate
+        return NOBODY if gate is None else gate.hearing
 
     def send(self, name: str, fields: Mapping[str, Any]) -> None:
         """Send one message and do not wait (0.2 ms over UDP). Raises AutopilotError when it could not be sent."""
@@ -183,6 +219,26 @@ class Link:
         except (MavsdkError, RuntimeError) as error:
             raise AutopilotError(f"The fence was not taken: {_words(error)}") from error
 
+    def download_fence(self) -> tuple[tuple[float, float], ...]:
+        """Return the (latitude, longitude) corners, degrees, of the only inclusion polygon that the autopilot holds.
+
+        Raises:
+            AutopilotError: It does not answer, or its fence is anything else than one inclusion polygon.
+        """
+        geofence = self._geofence
+        if geofence is None:
+            raise AutopilotError("No autopilot found yet")
+        try:
+            found = geofence.download_geofence()
+        except (MavsdkError, RuntimeError) as error:
+            raise AutopilotError(f"The fence cannot be read from the autopilot: {_words(error)}") from error
+        polygons, circles = found.polygons or [], found.circles or []
+        if len(polygons) != 1 or circles or polygons[0].fence_type != FenceType.INCLUSION:
+            raise AutopilotError(
+                f"The autopilot's fence has {len(polygons)} polygons and {len(circles)} circles, ours is one polygon"
+            )
+        return tuple((point.latitude_deg, point.longitude_deg) for point in polygons[0].points)
+
     def sensor_health(self) -> SensorHealth:
         """Return MAVSDK's cached summary. Does not block."""
         telemetry = self._telemetry
@@ -199,6 +255,25 @@ class Link:
         except RuntimeError:  # destroyed meanwhile
             return SensorHealth()
 
+    def _connect(self, mavsdk: Mavsdk) -> Any:
+        if not serves(self._url):
+            return mavsdk.add_any_connection_with_handle(self._url)
+        if self._gate is None:
+            greeting = ground_station_heartbeat(self._system_id, GROUND_STATION_COMPONENT)
+            self._gate = UdpGate(self._url, PeerKeeper(self._expected), greeting)
+        self._gate.speaks = self._speaks
+        return self._gate.attach(mavsdk.add_any_connection_with_handle)
+
+    def _vehicle(self, mavsdk: Mavsdk, timeout_s: float) -> Any:
+        """Return the expected autopilot; None when it was not heard in time."""
+        first = mavsdk.first_autopilot(timeout_s)
+        gate = self._gate
+        wanted = self._expected.system_id if gate is None else gate.system_id
+        if first is None or wanted is None or first.get_system_id() == wanted:
+            return first
+        systems = (system for system in mavsdk.get_systems() if system.get_system_id() == wanted)
+        return next((system for system in systems if system.has_autopilot()), None)
+
     def _target(self) -> tuple[MavlinkDirect, int]:
         direct, system = self._direct, self._system
         if direct is None or system is None:
@@ -207,7 +282,7 @@ class Link:
 
     def _receive(self, message: MavlinkMessage, _: object) -> None:
         arrival = self._clock()
-        if message.component_id != AUTOPILOT_COMPONENT:
+        if message.system_id != self._vehicle_id or message.component_id != AUTOPILOT_COMPONENT:
             return
         try:
             fields = json.loads(message.fields_json)

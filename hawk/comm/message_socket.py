@@ -2,8 +2,8 @@
 
 `MessageSocket` has the specification's access programs for both roles. It runs on a loop thread of its own, so plain
 Python can use it; `hawk.comm.async_message_socket` is the same for asyncio. `ServerMessageSocket` is the server's role
-inside the daemon: the web server carries its strings, and it adds answers by client, and Hold, Kill Request and Kill
-past the queue.
+inside the daemon: the web server carries its strings, and it adds answers by client, a share of each tick for each
+client, and the commands that stop or save the drone past the queue.
 """
 
 from __future__ import annotations
@@ -17,17 +17,37 @@ from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from typing import Final, Literal
 
 from hawk.comm.async_message_socket import RETRY_S, AsyncMessageSocket
+from hawk.comm.authority import RIGHTS, Right
 from hawk.comm.base_socket import BaseSocket, ConnectionTimeout, FailedToSend, ServerBaseSocket
-from hawk.comm.messages import Ack, BadMessageError, Command, Hold, Kill, KillRequest, Outgoing, parse_command
+from hawk.comm.messages import (
+    Ack,
+    BadMessageError,
+    Command,
+    Hold,
+    Kill,
+    KillRequest,
+    Land,
+    Outgoing,
+    ReturnToLaunch,
+    parse_command,
+)
 from hawk.comm.status import ClientId, CommandHandler
 from hawk.comm.threads import LoopThread
 
 __all__ = ["ConnectionTimeout", "FailedToSend", "Gate", "MessageSocket", "NoMessagesError", "ServerMessageSocket"]
 
 QUEUE_LIMIT: Final = 256
-"""Messages that wait at most; a server answers the next command with an error."""
+"""Received messages that wait at most."""
+CLIENT_WAITING: Final = 16
+"""Commands of one client that wait at most in the daemon; the next one is refused."""
+TURNS_KEPT: Final = 100
+"""Ticks for which a client's turn is remembered."""
+TICK_COMMANDS: Final = 4
+"""Commands that a tick takes at most, one of a client: each costs it some tenths of a millisecond."""
 CLOSE_TIMEOUT_S: Final = 3.0
-URGENT: Final = (Hold, KillRequest, Kill)
+SAVING: Final = (Hold, ReturnToLaunch, Land, Kill)
+"""Commands that stop or save the drone: one that is accepted voids what waits."""
+URGENT: Final = (*SAVING, KillRequest)
 """Commands that pass the queue."""
 
 
@@ -186,15 +206,22 @@ class ServerMessageSocket:
     Lives on the loop; nothing in it blocks. The web server listens, accepts and closes.
     """
 
-    def __init__(self, send_to: SendTo, gate: Gate | None = None, *, queue_limit: int = QUEUE_LIMIT) -> None:
+    def __init__(self, send_to: SendTo, gate: Gate | None = None) -> None:
         self._send_to = send_to
         self._gate = gate
-        self._limit = queue_limit
-        self._commands: deque[tuple[ClientId, Command]] = deque()
+        self._waiting: dict[ClientId, deque[Command]] = {}
+        self._served: dict[ClientId, int] = {}
+        """Number of the last tick that took a command of a client."""
+        self._ticks = 0
         self._handler: CommandHandler | None = None
 
+    @property
+    def waiting(self) -> int:
+        """Commands that wait for the operations manager."""
+        return sum(map(len, self._waiting.values()))
+
     def attach(self, handler: CommandHandler) -> None:
-        """Set the handler that acts on Hold, Kill Request and Kill at once."""
+        """Set the handler that acts on the urgent commands at once."""
         self._handler = handler
 
     def feed(self, client: ClientId, text: str) -> None:
@@ -209,16 +236,23 @@ class ServerMessageSocket:
             self.reply(client, answer)
         elif isinstance(command, URGENT):
             self.reply(client, self._act_now(client, command))
-        elif sum(sender == client for sender, _ in self._commands) >= self._limit:
-            reason = f"{self._limit} commands are waiting; send it again in a moment"
+        elif len(self._waiting.get(client, ())) >= CLIENT_WAITING:
+            reason = f"Too many commands: send at most {CLIENT_WAITING} at once."
             self.reply(client, Ack(id=command.id, accepted=False, reason=reason))
         else:
-            self._commands.append((client, command))
+            self._waiting.setdefault(client, deque()).append(command)
 
     def receive(self) -> list[tuple[ClientId, Command]]:
-        """Take all commands that wait, oldest first."""
-        taken = list(self._commands)
-        self._commands.clear()
+        """Take what a tick has time for: the oldest command of each client, those first that waited longest for a turn.
+
+        So a client that sends seldom is answered in the next tick, whatever the others send.
+        """
+        self._ticks += 1
+        self._served = {client: tick for client, tick in self._served.items() if self._ticks - tick <= TURNS_KEPT}
+        turn = sorted(self._waiting, key=lambda client: self._served.get(client, 0))[:TICK_COMMANDS]
+        taken = [(client, self._waiting[client].popleft()) for client in turn]
+        self._served.update(dict.fromkeys(turn, self._ticks))
+        self._waiting = {client: commands for client, commands in self._waiting.items() if commands}
         return taken
 
     def reply(self, client: ClientId, message: Outgoing) -> None:
@@ -228,7 +262,20 @@ class ServerMessageSocket:
     def _act_now(self, client: ClientId, command: Command) -> Outgoing:
         if self._handler is None:
             return Ack(id=command.id, accepted=False, reason="The drone is starting; send it again.")
-        return self._handler(client, command)
+        answer = self._handler(client, command)
+        if isinstance(command, SAVING) and isinstance(answer, Ack) and answer.accepted:
+            self._void(f"{command.type} came first: send it again if you still want it.")
+        return answer
+
+    def _void(self, reason: str) -> None:
+        """Refuse what was sent before a stop and would be carried out after it; a question changes nothing."""
+        waiting, self._waiting = self._waiting, {}
+        for client, commands in waiting.items():
+            for command in commands:
+                if RIGHTS.get(command.type) is Right.ANYONE:
+                    self._waiting.setdefault(client, deque()).append(command)
+                else:
+                    self.reply(client, Ack(id=command.id, accepted=False, reason=reason))
 
 
 async def _post(socket: AsyncMessageSocket, text: str) -> None:

@@ -18,6 +18,8 @@ from hawk.comm.status import Outgoing as Outgoing
 MAX_MESSAGE_BYTES = 16 * 1024
 """A command has a few hundred bytes, a fence of 70 corners some 4 kB; a larger message is refused unread."""
 
+LONGEST_NAME = 60
+"""Characters of a name that a refusal repeats."""
 LEAST_CORNERS = 3
 MOST_CORNERS = 70
 """Every ArduPilot board stores at least this number of corners of a polygon."""
@@ -242,7 +244,7 @@ def parse_command(text: str) -> Command:
     if size > MAX_MESSAGE_BYTES:
         raise BadMessageError(f"message of {size} bytes is too large: send at most {MAX_MESSAGE_BYTES}")
     try:
-        command = _COMMANDS.validate_json(text)
+        command = _COMMANDS.validate_json(text, by_alias=True, by_name=False)
     except ValidationError as error:
         raise BadMessageError(_explain(error), _message_id(text)) from None
     assert isinstance(command, Command)  # noqa: S101 - narrows the union for the type checker
@@ -258,9 +260,18 @@ def _explain(error: ValidationError) -> str:
     if kind == "union_tag_not_found":
         return 'Type: missing; send one JSON object such as {"Type": "Hold"}'
     if kind == "union_tag_invalid":
-        return f"Type: {problem['msg'][:300]}"
-    location = [str(part) for part in problem["loc"][1:]] or ["message"]
+        return f"Type: {_shown_type(problem['input'])} is no command; send a Type of /api/schema.json, such as Hold"
+    location = [str(part)[:LONGEST_NAME] for part in problem["loc"][1:]] or ["message"]
+    if kind == "missing":
+        return f"{'.'.join(location)}: missing; send it with a {problem['loc'][0]}"
+    if kind == "extra_forbidden":
+        return f"{'.'.join(location)}: is no key of a {problem['loc'][0]}; leave it out"
     return f"{'.'.join(location)}: {problem['msg'].removeprefix('Value error, ')}"
+
+
+def _shown_type(message: Any) -> str:
+    found = message.get("Type") if isinstance(message, dict) else None
+    return repr(found)[:LONGEST_NAME]
 
 
 def _message_id(text: str) -> str | int | None:

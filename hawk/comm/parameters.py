@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import math
+import time
 from collections.abc import Awaitable, Callable, Iterable, Mapping
 from types import MappingProxyType
 from typing import Any
@@ -28,6 +29,8 @@ _RANGES = {
 """MAV_PARAM_TYPE of whole numbers with their range; every other type is a real number."""
 
 TRIES = 4
+HOLD_ASKS = 6
+"""A value is set and read back for this many times ``answer_s`` (3 s): a set may be confirmed before it holds."""
 NAME_CHARACTERS = 16
 
 
@@ -80,7 +83,13 @@ class AutopilotParameters:
         return value
 
     async def set(self, name: str, value: float) -> None:
-        """Set one parameter with the autopilot's own type and check the answer. Raises AutopilotError."""
+        """Set one parameter with the autopilot's own type, and read it back until the value holds.
+
+        ArduPilot has confirmed a value and given the old one to a read a moment later.
+
+        Raises:
+            AutopilotError: It is not sent, not confirmed, or does not hold within HOLD_ASKS times ``answer_s``.
+        """
         if not math.isfinite(value):
             raise AutopilotError(f"{name}: {value} is not a finite number: not sent")
         if name not in self._types:
@@ -88,14 +97,19 @@ class AutopilotParameters:
         kind = self._types[name]
         _check_type(name, value, kind)
         fields = {"param_id": name, "param_value": float(value), "param_type": kind}
-        answer = None
-        for _ in range(TRIES):
-            answer = await self._ask(name, "PARAM_SET", fields)
-            if answer is not None and math.isclose(answer, value, rel_tol=1e-6, abs_tol=1e-6):
-                return
-        if answer is None:
+        deadline = time.monotonic() + HOLD_ASKS * self._answer_s
+        while True:
+            said = await self._ask(name, "PARAM_SET", fields)
+            if _is_same(said, value):
+                said = await self._ask(name, "PARAM_REQUEST_READ", {"param_id": name, "param_index": -1})
+                if _is_same(said, value):
+                    return
+            if time.monotonic() >= deadline:
+                break
+            await asyncio.sleep(self._answer_s / 10)
+        if said is None:
             raise AutopilotError(f"{name}: the autopilot did not confirm {value:g}")
-        raise AutopilotError(f"{name}: set to {value:g}, but the autopilot says {answer:g}")
+        raise AutopilotError(f"{name}: set to {value:g}, but the autopilot says {said:g}")
 
     async def _read(self, name: str) -> float | int | None:
         if not 0 < len(name) <= NAME_CHARACTERS:
@@ -117,6 +131,11 @@ class AutopilotParameters:
             return None
         finally:
             self._waiters.get(name, set()).discard(waiter)
+
+
+def _is_same(said: float | None, value: float) -> bool:
+    """Compare as the autopilot's single precision does."""
+    return said is not None and math.isclose(said, value, rel_tol=1e-6, abs_tol=1e-6)
 
 
 def _check_type(name: str, value: float, kind: int) -> None:

@@ -1,69 +1,60 @@
 """Listens to an autopilot without sending: is it disarmed?
 
 For a daemon that crashed again and again in the air: it must leave the drone to the autopilot's ground-station
-failsafe, and any heartbeat of ours would hold that off. MAVSDK cannot listen without sending, so HEARTBEAT is parsed
-here (https://mavlink.io/en/guide/serialization.html).
+failsafe, and any heartbeat of ours would hold that off. MAVSDK cannot listen without sending.
 """
 
 from __future__ import annotations
 
 import asyncio
 import logging
-import struct
-from collections.abc import Iterator
+import time
+from collections.abc import Callable
 from typing import Any, Final
 from urllib.parse import urlsplit
 
+from hawk.comm.mavlink_frames import heartbeats
+from hawk.comm.peer import FIRST_HEARD, Expected, PeerKeeper
+
 _LOG = logging.getLogger(__name__)
-
-_V1, _V2 = 0xFE, 0xFD
-_HEADER: Final = {_V1: 6, _V2: 10}
-"""Bytes before the payload, the magic among them."""
-_HEARTBEAT: Final = 0  # message id
-_FIELDS: Final = struct.Struct("<IBBBBB")  # custom_mode, type, autopilot, base_mode, system_status, mavlink_version
-_CRC_EXTRA: Final = b"\x32"  # of HEARTBEAT
-_ARDUPILOT: Final = 3  # MAV_AUTOPILOT_ARDUPILOTMEGA
-_ARMED: Final = 128  # MAV_MODE_FLAG_SAFETY_ARMED
-
-
-def heartbeats(datagram: bytes) -> Iterator[tuple[int, int]]:
-    """Yield (autopilot, base_mode) of the whole HEARTBEATs (MAVLink 1 and 2) in a datagram; other bytes are skipped."""
-    for start, magic in enumerate(datagram):
-        header = _HEADER.get(magic)
-        if header is None or start + header > len(datagram):
-            continue
-        end = start + header + datagram[start + 1] + 2
-        frame = datagram[start:end]
-        message = frame[5] if magic == _V1 else int.from_bytes(frame[7:10], "little")
-        payload = frame[header:-2]
-        if message != _HEARTBEAT or end > len(datagram) or len(payload) > _FIELDS.size:
-            continue
-        if _checksum(frame[1:-2] + _CRC_EXTRA) == int.from_bytes(frame[-2:], "little"):
-            _, _, autopilot, base_mode, _, _ = _FIELDS.unpack(payload.ljust(_FIELDS.size, b"\0"))  # v2 cuts zeros off
-            yield autopilot, base_mode
-
-
-def _checksum(data: bytes) -> int:
-    """Return CRC-16/MCRF4XX, which MAVLink calls X.25."""
-    crc = 0xFFFF
-    for byte in data:
-        mixed = byte ^ (crc & 0xFF)
-        mixed = (mixed ^ (mixed << 4)) & 0xFF
-        crc = (crc >> 8) ^ (mixed << 8) ^ (mixed << 3) ^ (mixed >> 4)
-    return crc
+SURE_S: Final = 2.0
+"""Real seconds for which one sender, and no other, must say that the motors are off."""
 
 
 class _Listener(asyncio.DatagramProtocol):
-    def __init__(self) -> None:
+    def __init__(self, expected: Expected, sure_s: float, monotonic: Callable[[], float] = time.monotonic) -> None:
+        self._keeper = PeerKeeper(expected)
+        self._sure_s = sure_s
+        self._monotonic = monotonic
+        self._off_since: float | None = None
         self.disarmed = asyncio.Event()
 
-    def datagram_received(self, data: bytes, addr: tuple[str | Any, int]) -> None:  # noqa: ARG002
-        if any(autopilot == _ARDUPILOT and not base_mode & _ARMED for autopilot, base_mode in heartbeats(data)):
+    def datagram_received(self, data: bytes, addr: tuple[str | Any, int]) -> None:
+        now = self._monotonic()
+        is_admitted = self._keeper.admit(addr[:2], data, now)
+        if self._keeper.second_sender(now):
+            self._off_since = None  # one of them is lying
+        elif is_admitted:
+            for beat in heartbeats(data):
+                if beat.system == self._keeper.system_id and beat.is_of_an_autopilot:
+                    self._take(beat.is_disarmed_copter, now)
+
+    def _take(self, is_off: bool, now: float) -> None:
+        if not is_off:
+            self._off_since = None
+        elif self._off_since is None:
+            self._off_since = now
+        if self._off_since is not None and now - self._off_since >= self._sure_s:
             self.disarmed.set()
 
 
-async def wait_until_disarmed(url: str, otherwise_s: float) -> bool:
-    """Wait until the autopilot is heard to be disarmed, without sending, and return True.
+async def wait_until_disarmed(
+    url: str,
+    otherwise_s: float,
+    expected: Expected = FIRST_HEARD,
+    sure_s: float = SURE_S,
+) -> bool:
+    """Wait until the expected autopilot is heard to be disarmed for ``sure_s``, without sending, and return True.
 
     Only a free ``udpin://`` port can be listened to; for other links return False after ``otherwise_s`` real seconds.
     """
@@ -72,9 +63,11 @@ async def wait_until_disarmed(url: str, otherwise_s: float) -> bool:
         await asyncio.sleep(otherwise_s)
         return False
     loop = asyncio.get_running_loop()
-    address = (place.hostname or "0.0.0.0", place.port)  # noqa: S104 - as configured
+    address = (place.hostname or "127.0.0.1", place.port)
     try:
-        transport, listener = await loop.create_datagram_endpoint(_Listener, local_addr=address)
+        transport, listener = await loop.create_datagram_endpoint(
+            lambda: _Listener(expected, sure_s), local_addr=address
+        )
     except OSError as error:
         _LOG.warning("%s cannot be listened to: %s", url, error)
         await asyncio.sleep(otherwise_s)

@@ -71,7 +71,9 @@ class PerformanceSummary:
     frames_received: int
     frames_dropped_share: float | None
     steps_p50_ms: dict[str, float]
+    tick_p50_ms: float | None
     tick_p99_ms: float | None
+    tick_max_ms: float | None
 
 
 class Performance:
@@ -122,7 +124,9 @@ class Performance:
             frames_received=received,
             frames_dropped_share=max(0.0, 1 - fused / received) if received else None,
             steps_p50_ms=self._steps(),
+            tick_p50_ms=percentile(list(self._ticks), 50),
             tick_p99_ms=percentile(list(self._ticks), 99),
+            tick_max_ms=max(self._ticks, default=None),
         )
 
     def _steps(self) -> dict[str, float]:

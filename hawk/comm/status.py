@@ -79,7 +79,7 @@ class Point(Outgoing):
 
 
 class HealthItem(Outgoing):
-    """Health of one part. Name: link, position, vision, mapper, planner, camera, recording or loop."""
+    """Health of one part. Name: link, position, ground, vision, mapper, planner, camera, recording or loop."""
 
     name: str
     healthy: bool
@@ -184,6 +184,7 @@ class VehicleStatus(Outgoing):
     armed: bool | None = None
     connected: bool = False
     landed: str = "UNDEFINED"
+    """Name of the `LandedState` that is believed; UNDEFINED while it is old or contradicted."""
     link_age: Known = None
     battery_percentage: Known = None
     """0 to 100."""
@@ -213,6 +214,10 @@ class PoseStatus(Outgoing):
     """Over ground."""
     climb: Known = None
     pose_age: Known = None
+    wind_speed: Known = None
+    """Estimated from how the drone leans; null on the ground and in the first seconds of a flight."""
+    wind_from: Known = None
+    """Direction that the wind comes from, radians clockwise from north."""
 
     @property
     def place(self) -> MapPoint | None:
@@ -373,7 +378,11 @@ class ClientHeartbeat(Outgoing):
     """The fence that the next Arm puts in force; null when it has not changed."""
     controller: str | None
     """Session that has control."""
+    controller_lost: bool
+    """True when that session shows no life: anyone may take control, return home, land and cut the motors."""
     in_control: bool
+    control_taken_by: str | None
+    """Session that took control from this client's while that was lost; null when it has it no more."""
 
     def join(self, shared_json: str) -> str:
         """Return the whole heartbeat as JSON, given the part that all clients share."""
@@ -411,4 +420,4 @@ class CommandSocket(Protocol):
 
 
 CommandHandler = Callable[[ClientId, Command], Outgoing]
-"""Acts at once on a command that passes every queue (Hold, Kill Request, Kill) and returns the client's answer."""
+"""Acts at once on a command that passes every queue (see `hawk.comm.message_socket.URGENT`), and answers."""

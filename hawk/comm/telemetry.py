@@ -1,7 +1,8 @@
 """Telemetry: the autopilot's messages turned into the daemon's topics, one at a time, on the loop.
 
-Poses are made from LOCAL_POSITION_NED, ATTITUDE and GLOBAL_POSITION_INT, each at the time that it carries.
-`RateKeeper` asks for the streams, `StatusTexts` assembles the autopilot's words.
+Poses are made from LOCAL_POSITION_NED, ATTITUDE and GLOBAL_POSITION_INT, each at the time that it carries; a message
+whose time is not believed (`hawk.comm.boot_clock`) is dropped. `RateKeeper` asks for the streams, `StatusTexts`
+assembles the autopilot's words.
 """
 
 from __future__ import annotations
@@ -13,8 +14,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
-from hawk.comm.clock import Clock, OffsetEstimator
-from hawk.comm.frames import Attitude, EkfPosition, FrameJump, MapTie, PoseBuffer
+from hawk.comm.boot_clock import BootClock
+from hawk.comm.clock import Clock
+from hawk.comm.estimator import EstimatorReport, LeapWatch
+from hawk.comm.frames import JUMP_M, Attitude, EkfPosition, FrameJump, MapTie, PoseBuffer
 from hawk.comm.mavlink_link import Message, SensorHealth
 from hawk.comm.vehicle import VehicleTopics
 from hawk.model import (
@@ -32,8 +35,8 @@ _LOG = logging.getLogger(__name__)
 _ARMED: Final = 128  # MAV_MODE_FLAG_SAFETY_ARMED
 _NOT_AN_AUTOPILOT: Final = 8  # MAV_AUTOPILOT_INVALID
 _FIX_3D: Final = 3  # GPS_FIX_TYPE_3D_FIX
+_GEOFENCE: Final = 1 << 20  # MAV_SYS_STATUS_GEOFENCE
 _WARNING: Final = 4  # MAV_SEVERITY_WARNING
-_REBOOT_S: Final = 1.0
 _FRESH_S: Final = 1.0
 _GPS_FRESH_S: Final = 3.0
 _STALE_PERIODS: Final = 8
@@ -42,7 +45,11 @@ _ASK_AGAIN_S: Final = 1.0
 _CHUNK: Final = 50  # characters of a STATUSTEXT
 _TEXTS_KEPT: Final = 50
 _REASONS: Final = ("arm:", "prearm:")
+_STAMPED: Final = frozenset({"LOCAL_POSITION_NED", "ATTITUDE", "GLOBAL_POSITION_INT", "SYSTEM_TIME"})
+"""Messages that carry time_boot_ms."""
 
+MAP_SHIFT_M: Final = 2.0
+"""The mapper takes smaller errors of the position out by itself, metres (`MapperSettings.max_shift_m`)."""
 LINK_LOST_S: Final = 2.6
 """Real seconds without a HEARTBEAT after which the link is lost, as in MAVSDK."""
 
@@ -69,7 +76,9 @@ def wanted_streams(position_rate_hz: float) -> Mapping[str, Stream]:
         "SYS_STATUS": Stream(1, 2.0),
         "GPS_RAW_INT": Stream(24, 2.0),
         "EXTENDED_SYS_STATE": Stream(245, 5.0),
-        "HOME_POSITION": Stream(242, 0.5),
+        "SYSTEM_TIME": Stream(2, 10.0),  # a second witness of a boot: without a position there is only ATTITUDE
+        "EKF_STATUS_REPORT": Stream(193, 2.0),
+        "HOME_POSITION": Stream(242, 1.0),
     }
 
 
@@ -89,6 +98,11 @@ class RateKeeper:
         """Ask for every stream at once: the autopilot has booted."""
         self._seen = dict.fromkeys(self._wanted, -math.inf)
         self._asked = dict.fromkeys(self._wanted, -math.inf)
+
+    @property
+    def any(self) -> Stream:
+        """One of the wanted streams."""
+        return next(iter(self._wanted.values()))
 
     def age(self, name: str, now: float) -> float:
         """Return the age of the last message, seconds; infinite when none came."""
@@ -159,13 +173,17 @@ class Telemetry:
         self.tie = MapTie()
         """Frames of reference, datum and arm place."""
         self._buffer = PoseBuffer()
-        self._boot_clock = OffsetEstimator()
+        self._boot_clock = BootClock(clock.speed)
+        self._estimator = EstimatorReport()
+        self._leaps = LeapWatch()
+        self._shift = (0.0, 0.0, 0.0)  # leaps of the estimate since the arm place: north, east, down (m)
         self.texts = StatusTexts()
         self.state = VehicleState()
         """The autopilot's state as last heard."""
         self._gps: tuple[int, int, float | None] | None = None  # fix, satellites, accuracy (m)
+        self._fence_on: bool | None = None
         self._global: tuple[float, GlobalPose] | None = None
-        self._boot: tuple[float, int] | None = None  # newest time since boot (s), boot id
+        self._boot_id: int | None = None
         self._handlers: dict[str, Callable[[Mapping[str, Any], float], None]] = {
             "HEARTBEAT": self._on_heartbeat,
             "EXTENDED_SYS_STATE": self._on_extended_state,
@@ -174,8 +192,10 @@ class Telemetry:
             "GLOBAL_POSITION_INT": self._on_global_position,
             "SYS_STATUS": self._on_sys_status,
             "GPS_RAW_INT": self._on_gps,
+            "EKF_STATUS_REPORT": self._on_estimator,
             "HOME_POSITION": self._on_home,
             "STATUSTEXT": self._on_text,
+            "SYSTEM_TIME": lambda _fields, _time: None,
         }
 
     def handle(self, message: Message) -> None:
@@ -185,7 +205,10 @@ class Telemetry:
             return
         self._rates.seen(message.name, message.arrival)
         try:
-            handler(message.fields, message.arrival)
+            stamped = message.name in _STAMPED
+            time = self._stamp(message) if stamped else message.arrival
+            if time is not None:
+                handler(message.fields, time)
         except (KeyError, TypeError, ValueError) as error:
             _LOG.warning("%s of the autopilot is not usable: %r", message.name, error)
 
@@ -202,12 +225,13 @@ class Telemetry:
 
     def from_boot(self, seconds: float) -> float | None:
         """Return a time of the autopilot's boot clock on ours, None before that clock is known."""
-        return None if self._boot is None else self._boot_clock.to_ours(seconds)
+        return self._boot_clock.to_ours(seconds)
 
     @property
     def boot_ms(self) -> int:
         """The autopilot's newest time since boot, milliseconds."""
-        return 0 if self._boot is None else int(self._boot[0] * 1000)
+        newest = self._boot_clock.newest
+        return 0 if newest is None else int(newest * 1000)
 
     def restore_arm_place(self, place: ArmPlace) -> None:
         """Keep the arm place of an earlier run until the autopilot's boot is known, then restore or drop it."""
@@ -222,25 +246,34 @@ class Telemetry:
             return None
         return self._compose(position, attitude)
 
+    def map_problem(self, now: float) -> str:
+        """Return why nothing should be mapped by the position at ``now`` (seconds); empty when it may be."""
+        north, east, _ = self._shift
+        moved = math.hypot(north, east)
+        if moved > MAP_SHIFT_M:
+            return f"the position jumped by {moved:.0f} m against the map: nothing is mapped until it is back"
+        fault = self._estimator_fault(now)
+        return f"the autopilot does not trust its position ({fault}): nothing is mapped" if fault else ""
+
     # --- state -----------------------------------------------------------------------------------------------------
 
     def _on_heartbeat(self, fields: Mapping[str, Any], arrival: float) -> None:
         if int(fields["autopilot"]) == _NOT_AN_AUTOPILOT:
             return
         armed = bool(int(fields["base_mode"]) & _ARMED)
-        if not armed:
-            self.tie.disarmed()
-        elif not self.state.armed:
+        mode = int(fields["custom_mode"])
+        if armed:
             self.tie.armed(arrival, at_start=self.state.time == -math.inf)
-        self._publish_state(VehicleState(True, armed, int(fields["custom_mode"]), self.state.landed, arrival))
+        else:
+            self.tie.disarmed(arrival)
+        self._publish_state(replace(self.state, connected=True, armed=armed, custom_mode=mode, time=arrival))
 
-    def _on_extended_state(self, fields: Mapping[str, Any], _: float) -> None:
+    def _on_extended_state(self, fields: Mapping[str, Any], arrival: float) -> None:
         try:
             landed = LandedState(int(fields["landed_state"]))
         except ValueError:
             landed = LandedState.UNDEFINED
-        if landed is not self.state.landed:
-            self._publish_state(replace(self.state, landed=landed))
+        self._publish_state(replace(self.state, landed=landed, landed_time=arrival))
 
     def _publish_state(self, state: VehicleState) -> None:
         self.state = state
@@ -248,42 +281,60 @@ class Telemetry:
 
     # --- pose ------------------------------------------------------------------------------------------------------
 
-    def _on_local_position(self, fields: Mapping[str, Any], arrival: float) -> None:
-        time = self._stamp(fields, arrival)
+    def _on_local_position(self, fields: Mapping[str, Any], time: float) -> None:
         sample = EkfPosition(time, *(_number(fields, name) for name in ("x", "y", "z", "vx", "vy", "vz")))
-        last = self._buffer.latest_position
-        if self.tie.frames is not None and last is not None and _leaps(last, sample):
+        if self._leaps.look(sample) and self.tie.frames is not None:
             _LOG.warning("The autopilot's position leapt; no pose is given until it is tied to the map again")
             self.tie.watch.doubt()
             self._buffer.clear()
         self._buffer.add_position(sample)
-        attitude = self._buffer.attitude_at(time)
-        if attitude is not None and self.tie.watch.sure:
-            pose = self._compose(sample, attitude)
-            if pose is not None:
-                self._topics.pose.publish(pose)
+        if self.tie.watch.sure:
+            self._publish_pose(sample)
 
-    def _on_attitude(self, fields: Mapping[str, Any], arrival: float) -> None:
-        time = self._stamp(fields, arrival)
+    def _publish_pose(self, position: EkfPosition) -> None:
+        attitude = self._buffer.attitude_at(position.time)
+        pose = None if attitude is None else self._compose(position, attitude)
+        if pose is not None:
+            self._topics.pose.publish(pose)
+
+    def _on_attitude(self, fields: Mapping[str, Any], time: float) -> None:
         self._buffer.add_attitude(Attitude(time, *(_number(fields, name) for name in ("roll", "pitch", "yaw"))))
 
-    def _on_global_position(self, fields: Mapping[str, Any], arrival: float) -> None:
-        time = self._stamp(fields, arrival)
+    def _on_global_position(self, fields: Mapping[str, Any], time: float) -> None:
         if int(fields["lat"]) == 0 and int(fields["lon"]) == 0:
             return  # ArduPilot's "no position yet"
         here = GlobalPose(int(fields["lat"]) / 1e7, int(fields["lon"]) / 1e7, int(fields["alt"]) / 1e3)
         self._global = (time, here)
         self.tie.move_provisional(here, armed=self.state.armed)
         position = self._buffer.position_at(time)
-        if position is None or self._boot is None:
+        if position is None or self._boot_id is None:
             return
-        arm = self.tie.anchor(position, here, self.state.landed, self._boot[1], self._clock())
+        now = self._clock()
+        arm = self.tie.anchor(position, here, self.state.landed_at(now), self._boot_id, now)
         if arm is not None:
             self._topics.arm_place.publish(arm)
+            self._leaps.settle()
+            self._shift = (0.0, 0.0, 0.0)
             return
         jump = self.tie.look(position, here)
         if jump is not None:
             self._take_jump(jump)
+        if self.tie.frames is not None and self.tie.watch.sure:
+            self._settle_leap(jump)
+
+    def _settle_leap(self, jump: FrameJump | None) -> None:
+        """Publish how far the estimate moved on the map: a leap that the frames, tied again, do not take up."""
+        frames = (0.0, 0.0, 0.0) if jump is None else jump.shift
+        north, east, down = (leap - taken for leap, taken in zip(self._leaps.settle(), frames, strict=True))
+        metres = math.hypot(north, east, down)
+        if metres <= JUMP_M:
+            return
+        self._shift = (self._shift[0] + north, self._shift[1] + east, self._shift[2] + down)
+        _LOG.warning("The position estimate jumped by %.1f m", metres)
+        position = self._buffer.latest_position
+        if position is not None:
+            self._publish_pose(position)  # a listener to the jump finds the new place
+        self._topics.estimate_jump.publish(metres)
 
     def _take_jump(self, jump: FrameJump) -> None:
         _LOG.warning("EKF-local jumped by %.1f m; anchored again", jump.metres)
@@ -292,7 +343,7 @@ class Telemetry:
         self._topics.frame_jump.publish(jump.metres)
 
     def _try_restored(self) -> None:
-        arm = None if self._boot is None else self.tie.restore(self._boot[1])
+        arm = None if self._boot_id is None else self.tie.restore(self._boot_id)
         if arm is not None:
             self._topics.arm_place.publish(arm)
 
@@ -319,25 +370,32 @@ class Telemetry:
 
     # --- boot ------------------------------------------------------------------------------------------------------
 
-    def _stamp(self, fields: Mapping[str, Any], arrival: float) -> float:
-        """Return the message's own time on our clock; notice a boot by a clock that runs backwards."""
-        boot = _number(fields, "time_boot_ms") / 1000.0
-        if self._boot is not None and boot < self._boot[0] - _REBOOT_S:
-            self._rebooted()
-        if self._boot is None:
-            boot_id = round(self._wall() - boot / self._clock.speed)
-            self._boot = (boot, boot_id)
+    def _stamp(self, message: Message) -> float | None:
+        """Return the message's own time on our clock; None when it is not believed. Notice a boot."""
+        boot = _number(message.fields, "time_boot_ms") / 1000.0
+        reading = self._boot_clock.take(message.name, boot, message.arrival)
+        if reading.time is None:
+            return None
+        if reading.event == "corrected":
+            _LOG.warning("The autopilot's clock was mapped wrongly; poses begin anew")
+            self._global = None
+            self._buffer.clear()
+        elif reading.event:
+            if reading.event == "booted":
+                self._rebooted()
+            running = message.arrival - reading.time + boot
+            self._boot_id = round(self._wall() - running / self._clock.speed)
             self._try_restored()
-        self._boot = (max(boot, self._boot[0]), self._boot[1])
-        return self._boot_clock.update(boot, arrival)
+        return reading.time
 
     def _rebooted(self) -> None:
+        """Drop everything that belonged to the old boot. Armed stays as the last HEARTBEAT gave it."""
         _LOG.warning("The autopilot has booted")
-        self._boot = self._global = self._gps = None
-        self._boot_clock = OffsetEstimator()
+        self._global = self._gps = self._fence_on = None
         self._buffer.clear()
+        self._estimator, self._leaps, self._shift = EstimatorReport(), LeapWatch(), (0.0, 0.0, 0.0)
         self.tie.rebooted()
-        self._publish_state(replace(self.state, armed=False, landed=LandedState.UNDEFINED))
+        self._publish_state(replace(self.state, landed=LandedState.UNDEFINED, landed_time=self._clock()))
         self._rates.forget()
         self._on_reboot()
 
@@ -355,6 +413,8 @@ class Telemetry:
                 time=arrival,
             )
         )
+        enabled = fields.get("onboard_control_sensors_enabled")
+        self._fence_on = None if enabled is None else bool(int(enabled) & _GEOFENCE)
         self._publish_diagnostics(arrival)
 
     def _publish_diagnostics(self, arrival: float) -> None:
@@ -362,18 +422,27 @@ class Telemetry:
         fresh = self._gps is not None and self._rates.age("GPS_RAW_INT", arrival) < _GPS_FRESH_S
         fix, satellites, accuracy = self._gps if fresh and self._gps is not None else (None, None, None)
         located = fix is not None and fix >= _FIX_3D  # MAVSDK's flags are cached: they outlive the fix by seconds
+        fault = self._estimator_fault(arrival)
         self._topics.diagnostics.publish(
             Diagnostics(
                 all_ok=health.all_ok and located,
                 armable=health.armable,
-                global_position_ok=health.global_position_ok and located,
+                global_position_ok=health.global_position_ok and located and not fault,
                 home_position_ok=health.home_position_ok,
                 gps_fix=fix,
                 satellites=satellites,
                 horizontal_accuracy=accuracy,
                 time=arrival,
+                estimator_fault=fault,
+                fence_on=self._fence_on,
             )
         )
+
+    def _on_estimator(self, fields: Mapping[str, Any], arrival: float) -> None:
+        self._estimator.take(fields, arrival)  # SYS_STATUS publishes it: the age of diagnostics is its age
+
+    def _estimator_fault(self, now: float) -> str:
+        return self._estimator.fault(now) or ("its position creeps" if self._leaps.creeps else "")
 
     def _on_gps(self, fields: Mapping[str, Any], _: float) -> None:
         accuracy = int(fields.get("h_acc") or 0)
@@ -384,9 +453,9 @@ class Telemetry:
         )
 
     def _on_home(self, fields: Mapping[str, Any], _: float) -> None:
-        self.tie.home = GlobalPose(
-            int(fields["latitude"]) / 1e7, int(fields["longitude"]) / 1e7, int(fields["altitude"]) / 1e3
-        )
+        home = GlobalPose(int(fields["latitude"]) / 1e7, int(fields["longitude"]) / 1e7, int(fields["altitude"]) / 1e3)
+        self.tie.home = home
+        self._topics.home.publish(home)
 
     def _on_text(self, fields: Mapping[str, Any], arrival: float) -> None:
         text = self.texts.take(fields, arrival)
@@ -400,15 +469,3 @@ def _number(fields: Mapping[str, Any], name: str) -> float:
     if value is None or not math.isfinite(value):
         raise ValueError(f"{name} is not a finite number")
     return float(value)
-
-
-def _leaps(last: EkfPosition, sample: EkfPosition) -> bool:
-    """Return True when two samples are more than 1 m farther apart than their velocities explain."""
-    dt = sample.time - last.time
-    if not 0 < dt < _FRESH_S:
-        return False
-    predicted = [
-        p + (a + b) / 2 * dt
-        for p, a, b in ((last.x, last.vx, sample.vx), (last.y, last.vy, sample.vy), (last.z, last.vz, sample.vz))
-    ]
-    return math.dist(predicted, (sample.x, sample.y, sample.z)) > 1.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import threading
+import time
 from collections import deque
 from collections.abc import Callable, Coroutine
 from concurrent.futures import Future
@@ -71,6 +72,7 @@ class LatestSender(Generic[T]):
         self._ready = threading.Condition()
         self._slot: list[T] = []
         self._closed = False
+        self._sending_since: float | None = None
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
 
@@ -85,12 +87,22 @@ class LatestSender(Generic[T]):
         with self._ready:
             self._slot = []
 
-    def close(self, timeout_s: float = 1.0) -> None:
-        """End the thread."""
+    @property
+    def busy_s(self) -> float:
+        """Real seconds since the sending of the present item began; 0 when none is being sent."""
+        since = self._sending_since
+        return 0.0 if since is None else time.monotonic() - since
+
+    def abandon(self) -> None:
+        """Drop the waiting item, take no other, and let the thread end when it can."""
         with self._ready:
             self._closed = True
             self._slot = []
             self._ready.notify()
+
+    def close(self, timeout_s: float = 1.0) -> None:
+        """End the thread."""
+        self.abandon()
         self._thread.join(timeout_s)
 
     def _run(self) -> None:
@@ -101,10 +113,12 @@ class LatestSender(Generic[T]):
                 if self._closed:
                     return
                 item = self._slot.pop()
+            self._sending_since = time.monotonic()
             try:
                 self._send(item)
             except Exception as error:  # the next one may get through
                 _LOG.warning("A target was not sent: %s", error)
+            self._sending_since = None
 
 
 class LoopThread:

@@ -38,8 +38,12 @@ class VehicleTopics:
     status_text: Topic[StatusText]
     arm_place: Topic[ArmPlace]
     """Published when "armed" is first seen, and after a jump of EKF-local."""
+    home: Topic[GlobalPose]
+    """HOME_POSITION: the place that the autopilot's RTL flies to."""
     frame_jump: Topic[float]
     """Metres by which EKF-local jumped against the world (EKF reset); the pose is anchored again already."""
+    estimate_jump: Topic[float]
+    """Metres by which the pose on the map jumped while the drone did not: EKF-local and globe leapt together."""
 
     @classmethod
     def create(cls, clock: Callable[[], float]) -> VehicleTopics:
@@ -71,13 +75,25 @@ class Autopilot(Protocol):
         """Read one parameter. An unknown name is an AutopilotError."""
 
     async def set_parameter(self, name: str, value: float) -> None:
-        """Set one parameter with the autopilot's type, and check the answer."""
+        """Set one parameter with the autopilot's type, and read it back until it holds, for 3 s at most."""
 
     async def upload_fence(self, fence: Fence) -> None:
-        """Upload `Fence.autopilot_polygon` and set ceiling, type, action and FENCE_ENABLE."""
+        """Upload `Fence.autopilot_polygon`, set ceiling, type, action and FENCE_ENABLE, and read the polygon back."""
+
+    async def compare_fence(self, fence: Fence) -> None:
+        """Read polygon, ceiling and FENCE_ENABLE. Raises AutopilotError when they are not those of the fence."""
+
+    async def set_home(self, place: GlobalPose) -> None:
+        """Send MAV_CMD_DO_SET_HOME and do not wait: `VehicleTopics.home` shows whether it was taken."""
 
     async def kill(self) -> None:
         """Cut the motors at once (MAV_CMD_DO_FLIGHTTERMINATION), on a thread of its own."""
+
+    async def send_mode(self, mode: CopterMode) -> None:
+        """Send a mode change at once, on a link that seems dead too, and wait for no answer."""
+
+    def set_voice(self, speaks: bool) -> None:
+        """Let our heartbeats go out, or hold them back, so that the autopilot's ground-station failsafe acts."""
 
     def send_target(self, north: float, east: float, height: float, yaw: float) -> None:
         """Send one SET_POSITION_TARGET_LOCAL_NED. Never blocks.

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hawk.comm.messages import Outgoing
+from hawk.comm.messages import CheckFence, Outgoing
 from hawk.comm.status import ClientId
 from hawk.ddc.facts import Answer, Facts
-from hawk.ddc.fence import FencePlan
+from hawk.ddc.fence import FencePlan, Standpoint
 from hawk.ddc.motion import Goal
 from hawk.ddc.orders import Level, Transition
 from hawk.model import CopterMode, DesiredPose, Fence, GlobalPose, HeightParameters, StateName, UserError
@@ -30,6 +30,13 @@ class SetMode:
 
 
 @dataclass(frozen=True, slots=True)
+class SendMode:
+    """Send a flight mode as a message, once, without an answer: the autopilot is not heard."""
+
+    mode: CopterMode
+
+
+@dataclass(frozen=True, slots=True)
 class TakeOff:
     """Climb to a height, metres above the arm place."""
 
@@ -45,9 +52,23 @@ class SetReturnAltitude:
 
 @dataclass(frozen=True, slots=True)
 class UploadFence:
-    """Upload the autopilot's fence and enable it."""
+    """Upload the autopilot's fence, enable it and read it back."""
 
     fence: Fence
+
+
+@dataclass(frozen=True, slots=True)
+class CompareFence:
+    """Read the autopilot's fence and compare it with this one; nothing is changed."""
+
+    fence: Fence
+
+
+@dataclass(frozen=True, slots=True)
+class SetHome:
+    """Set the autopilot's home, WGS-84; HOME_POSITION is the answer."""
+
+    place: GlobalPose
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,9 +107,12 @@ class StoreFence:
 Request = (
     SetArmed
     | SetMode
+    | SendMode
     | TakeOff
     | SetReturnAltitude
     | UploadFence
+    | CompareFence
+    | SetHome
     | CutMotors
     | ReadParameter
     | SetParameters
@@ -112,10 +136,21 @@ class Ask:
                 return "arm" if armed else "disarm"
             case SetMode(mode):
                 return f"mode {mode.name}"
+            case SendMode(mode):
+                return f"send {mode.name}"
             case ReadParameter(parameter):
                 return f"read {parameter}"
             case other:
                 return _NAMES[type(other)]
+
+    @property
+    def limit_s(self) -> float:
+        """Real seconds within which the request ends, whatever it waits for: the sum of its steps, and some more."""
+        match self.request:
+            case SetParameters(values):
+                return _PARAMETER_S * max(1, len(values))
+            case other:
+                return _LIMITS_S.get(type(other), _REQUEST_S)
 
     def answer(self, facts: Facts) -> Answer:
         """Return the outcome of this request so far."""
@@ -126,10 +161,24 @@ _NAMES: dict[type[object], str] = {
     TakeOff: "take off",
     SetReturnAltitude: "set return altitude",
     UploadFence: "upload fence",
+    CompareFence: "compare fence",
+    SetHome: "set home",
     CutMotors: "kill",
     SetParameters: "set failsafes",
     StoreHeights: "store heights",
     StoreFence: "store fence",
+}
+
+_REQUEST_S = 4.0
+"""One call into MAVSDK (3 s), and the autopilot's words on a refusal."""
+_PARAMETER_S = 12.0
+"""The type is read (2 s), the value set until it holds (4 s) and read again until it holds (5 s)."""
+_LIMITS_S: dict[type[object], float] = {
+    ReadParameter: 6.0,
+    SetReturnAltitude: 12.0,
+    UploadFence: 45.0,  # the polygon 15 s, five parameters 6 s each
+    StoreHeights: 5.0,
+    StoreFence: 5.0,
 }
 
 # -- acts without an answer -------------------------------------------------------------------------------------------
@@ -165,6 +214,16 @@ class Reply:
 
     client: ClientId
     message: Outgoing
+
+
+@dataclass(frozen=True, slots=True)
+class JudgeFence:
+    """Answer a client's Check Fence, by the heights and the drone's place of this moment."""
+
+    client: ClientId
+    command: CheckFence
+    heights: HeightParameters
+    standpoint: Standpoint
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,6 +267,13 @@ class ForgetAskedModes:
 
 
 @dataclass(frozen=True, slots=True)
+class SetVoice:
+    """Let our heartbeats go out, or hold them back."""
+
+    speaks: bool
+
+
+@dataclass(frozen=True, slots=True)
 class CountStart:
     """Journal a start in the air; the count is a fact of the next tick. Restore flight time and path."""
 
@@ -235,12 +301,14 @@ Act = (
     | Log
     | ShowUserError
     | Reply
+    | JudgeFence
     | Desire
     | AskPlace
     | UseHeights
     | SetDatum
     | PutFenceInForce
     | ForgetAskedModes
+    | SetVoice
     | CountStart
     | EnterState
     | Record

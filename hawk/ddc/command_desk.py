@@ -1,4 +1,4 @@
-"""The outcome of a command: refused with its reason, or accepted; answered now or, when the planner is asked, later.
+"""The outcome of a command: refused with its reason, or accepted; answered now, or later when it must be computed.
 
 `hawk.ddc.judge` decides whether a command is accepted; the states decide what it means in flight.
 """
@@ -21,6 +21,7 @@ from hawk.comm.messages import (
     Kill,
     KillRequest,
     KillToken,
+    Land,
     MapResync,
     OperatorHeartbeat,
     Outgoing,
@@ -29,13 +30,13 @@ from hawk.comm.messages import (
     SetFence,
 )
 from hawk.comm.status import ClientId
-from hawk.ddc.acts import Acts, Desire, Log, Record, Reply, ShowUserError
+from hawk.ddc.acts import Acts, Desire, JudgeFence, Log, Record, Reply, ShowUserError
 from hawk.ddc.facts import VERDICT_AGE_S, Facts
 from hawk.ddc.failsafes import return_altitude
-from hawk.ddc.fence import Standpoint, check_answer, plan_of
-from hawk.ddc.judge import Case, Refusal, command_type, place_of, refusal, route_refusal
+from hawk.ddc.fence import Standpoint, plan_of
+from hawk.ddc.judge import UNHEARD, Case, Refusal, command_type, is_sent_unheard, place_of, refusal, route_refusal
 from hawk.ddc.kill import TOKEN_VALID_S, KillSwitch, KillTokens
-from hawk.ddc.orders import ArmOrder, ConfigureOrder, FenceOrder, MoveOrder, Order
+from hawk.ddc.orders import ArmOrder, ConfigureOrder, FenceOrder, MoveOrder, Order, ToLand, ToReturn, Transition
 from hawk.ddc.parameters import ParameterReader
 from hawk.ddc.route_requests import NOT_JUDGED, RouteRequests, verdict_refusal
 from hawk.model import DesiredPose, HeightParameters, UserError
@@ -45,11 +46,15 @@ NO_USER_ERROR = ShowUserError(UserError.NONE)
 
 @dataclass(frozen=True, slots=True)
 class Ruling:
-    """Outcome of a command: the answer (None: it follows as a `Reply`), acts, and the order for the state."""
+    """Outcome of a command: the answer (None: it follows as a `Reply`), acts, and the order for the state.
+
+    ``transition``: the state changes whatever the active one makes of the order.
+    """
 
     answer: Outgoing | None = None
     acts: Acts = ()
     order: Order | None = None
+    transition: Transition | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,7 +155,7 @@ class CommandDesk:
                 reason = f"{command.type}: is answered by the web server."
                 return Ruling(Ack(id=command.id, accepted=False, reason=reason))
             case CheckFence():
-                return Ruling(_check_fence(command, case))
+                return Ruling(acts=(_judge_fence(client, command, case),))
             case RouteRequest():
                 return Ruling(acts=self.routes.ask(client, command))
         refused = refusal(case, client, command)
@@ -172,7 +177,16 @@ class CommandDesk:
                 return Ruling(accepted, (NO_USER_ERROR,))
             case AutonomousMove():
                 return Ruling(acts=self.inquiries.open(client, command, _move_order(command, facts), facts))
+        if is_sent_unheard(facts, command_type(command)):
+            return self._send_unheard(command)
         return Ruling(accepted, self._begin(), _order(command, case))
+
+    def _send_unheard(self, command: Command) -> Ruling:
+        """Return To Launch or Land for an autopilot that is not heard: `hawk.ddc.silence` sends the state's mode."""
+        words = f"{command_type(command)} is sent without an answer: no word from the autopilot."
+        answer = Ack(id=command.id, accepted=True, reason=UNHEARD)
+        following = ToLand() if isinstance(command, Land) else ToReturn()
+        return Ruling(answer, (*self._begin(), Log("warning", words)), transition=following)
 
     def _begin(self) -> Acts:
         """An accepted command clears the User Error of an earlier one, and replaces a Move that is still judged."""
@@ -185,7 +199,7 @@ class CommandDesk:
             return Ruling(Ack(id=command.id, accepted=False, reason=problem), (record,))
         cut = self._kill_switch.begin(facts)
         acts = (record, *cut, *self._begin(), Log("error", "Motors are being cut by you."))
-        return Ruling(Ack(id=command.id, accepted=True), acts)
+        return Ruling(Ack(id=command.id, accepted=True, reason=UNHEARD if facts.is_unheard else ""), acts)
 
 
 def _order(command: Command, case: Case) -> Order:
@@ -212,8 +226,8 @@ def _move_order(command: AutonomousMove | CompulsiveMove, facts: Facts) -> MoveO
     return MoveOrder(place, height, here.yaw, isinstance(command, AutonomousMove), number=0)
 
 
-def _check_fence(command: CheckFence, case: Case) -> Outgoing:
+def _judge_fence(client: ClientId, command: CheckFence, case: Case) -> JudgeFence:
     facts = case.facts
     place = facts.global_place
     standpoint = Standpoint(place, facts.position.datum or place, return_altitude(case.values))
-    return check_answer(command, case.settings, facts.limits.heights, standpoint)
+    return JudgeFence(client, command, facts.limits.heights, standpoint)

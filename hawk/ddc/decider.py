@@ -6,21 +6,27 @@ The same facts and commands give the same decisions: `hawk.ddc.replay` decides a
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 
 from hawk.comm.messages import Ack, Command, Outgoing
 from hawk.comm.status import ClientId
 from hawk.ddc import guard
 from hawk.ddc.acts import Acts, EnterState, ForgetAskedModes, Log, Record, Step
 from hawk.ddc.command_desk import CommandDesk, Ruling, answer_record
-from hawk.ddc.facts import Facts
+from hawk.ddc.facts import Facts, VehicleEvent
+from hawk.ddc.failsafe_watch import FailsafeWatch
+from hawk.ddc.fence_holder import FenceHolder
 from hawk.ddc.follower import VehicleFollower
+from hawk.ddc.home import returning
+from hawk.ddc.home_keeper import HomeKeeper
 from hawk.ddc.judge import Bench, Case
 from hawk.ddc.kill import KillSwitch, KillTokens
-from hawk.ddc.orders import Cause, Order, ToHover, ToIdle, ToManual, ToReturn, Transition
+from hawk.ddc.orders import Cause, Order, ToHover, ToIdle, ToManual, Transition
 from hawk.ddc.parameters import ParameterReader
 from hawk.ddc.settings import DdcSettings
+from hawk.ddc.silence import SilenceWatch
 from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import make_state
 from hawk.ddc.states.ground import Idle
@@ -36,6 +42,8 @@ class Decision:
     acts: Acts = ()
     answer: Outgoing | None = None
     fault: str = ""
+    is_sound: bool = True
+    """False for a tick in which a step failed that keeps the drone safe: autopilot's changes, Kill, guard, state."""
 
 
 class Decider:
@@ -49,15 +57,25 @@ class Decider:
         self._continues_survey = continues_survey
         self._kill = KillSwitch()
         self._reader = ParameterReader(settings.system_id)
+        self._failsafes = FailsafeWatch()
+        self._holder = FenceHolder(settings)
         self._desk = CommandDesk(tokens, self._kill, self._reader)
-        self._follower = VehicleFollower(settings)
+        self._follower = VehicleFollower()
+        self._home = HomeKeeper()
+        self._silence = SilenceWatch()
         self._acts: Acts = ()
         self._fault = ""
+        self._is_sound = True
         self.state: State = Idle(now, "Looking for the autopilot.")
+
+    @property
+    def is_cutting(self) -> bool:
+        """True while the motors are being cut."""
+        return self._kill.is_sending
 
     def case(self, facts: Facts) -> Case:
         """Return what commands are judged on at this moment."""
-        bench = Bench(self._kill.state, self._kill.is_killed, self._reader.is_setting)
+        bench = Bench(self._kill.state, self._kill.is_killed, self._reader.is_setting, self._holder.problem)
         return Case(facts, self.state, self._settings, self._reader.values(), bench)
 
     def command(self, facts: Facts, client: ClientId, command: Command) -> Decision:
@@ -69,20 +87,18 @@ class Decider:
         return self._taken(Ack(id=command.id, accepted=False, reason=f"{self._fault}."))
 
     def tick(self, facts: Facts) -> Decision:
-        """Decide once a tick: the autopilot's changes, Kill, automatic reactions, the state."""
-        self._guarded(facts, lambda: self._follow(facts))
-        self._guarded(facts, lambda: self._do(self._desk.routes.tick(facts)))
-        if self._kill.is_sending:
-            self._guarded(facts, lambda: self._cut(facts))
-        else:
-            self._guarded(facts, lambda: self._run(facts))
+        """Decide once a tick: the autopilot's changes, Kill, automatic reactions, the state. No step hides another."""
+        self._is_sound = True
+        for is_vital, step in self._steps(facts):
+            if not self._guarded(facts, step) and is_vital:
+                self._is_sound = False
         return self._taken(None)
 
     def leave_air(self, facts: Facts, cause: Cause) -> Decision | None:
-        """Decide to return home because the program ends; None where there is nothing to do."""
+        """Decide to return home, or to land, because the program ends; None where there is nothing to do."""
         if not facts.is_airborne or self.state.is_left_alone or not facts.link.is_up:
             return None
-        self._guarded(facts, lambda: self._switch(ToReturn(cause), facts))
+        self._guarded(facts, lambda: self._switch(returning(facts, cause), facts))
         return self._taken(None)
 
     # -- steps ---------------------------------------------------------------------------------------------------
@@ -94,13 +110,32 @@ class Decider:
             self._do((answer_record(client, command, ruling.answer),))
         return ruling
 
-    def _follow(self, facts: Facts) -> None:
+    def _steps(self, facts: Facts) -> Iterator[tuple[bool, Callable[[], None]]]:
+        """Give the steps of a tick in their order, each with True when the drone's safety depends on it."""
         for event in facts.link.events:
-            self._step(self._follower.answer(event, facts, self.state), facts)
-        self._do(self._follower.ensure_fence(facts, self.state))
+            yield True, partial(self._hear, event, facts)
         if not self._kill.is_sending:
-            self._step(self._follower.watch(facts, self.state), facts)
-        self._step(self._follower.watch_jump(facts, self.state), facts)
+            yield True, lambda: self._step(self._follower.watch(facts, self.state), facts)
+        yield True, lambda: self._step(self._follower.watch_jump(facts, self.state), facts)
+        yield False, lambda: self._do(self._desk.routes.tick(facts))
+        if self._kill.is_sending:
+            yield True, lambda: self._cut(facts)
+            return
+        yield True, lambda: self._step(self._silence.tick(facts, self.state), facts)
+        yield False, lambda: self._do(guard.notices(facts))
+        yield False, lambda: self._do(self._reader.tick(facts))
+        yield True, lambda: self._do(self._holder.tick(facts, self.state))
+        yield True, lambda: self._do(self._home.tick(facts, self.state))
+        yield False, lambda: self._do(self._failsafes.tick(facts, self.case(facts).failsafes))
+        yield False, lambda: self._inquire(facts)
+        yield True, lambda: self._react(facts)
+        if not facts.link.is_up and not self.state.on_ground:
+            return  # nothing that is decided now would reach the autopilot
+        yield True, lambda: self._do(self.state.process(facts))
+        yield True, lambda: self._advance(facts, None)
+
+    def _hear(self, event: VehicleEvent, facts: Facts) -> None:
+        self._step(self._follower.answer(event, facts, self.state), facts)
 
     def _cut(self, facts: Facts) -> None:
         self._do(self._kill.tick(facts))
@@ -114,19 +149,15 @@ class Decider:
         self._do((Log("error", "Cutting the motors was not confirmed. Confirm again if it must be."),))
         self._step(self._follower.adopt(facts, self.state), facts)
 
-    def _run(self, facts: Facts) -> None:
-        self._do(guard.notices(facts))
-        self._do(self._reader.tick(facts))
+    def _inquire(self, facts: Facts) -> None:
         if self._desk.inquiries.is_open:
             self._carry_out(self._desk.inquiries.tick(self.case(facts)), facts)
+
+    def _react(self, facts: Facts) -> None:
         reaction = guard.reaction(facts, self.state) if facts.link.is_up else None
         if reaction is not None:
             self._do((Record("reaction", (("rank", reaction.rank.name), ("state", self.state.get_identity()))),))
             self._switch(reaction.transition, facts)
-        if not facts.link.is_up and not self.state.on_ground:
-            return  # nothing that is decided now would reach the autopilot
-        self._do(self.state.process(facts))
-        self._advance(facts, None)
 
     # -- the state -----------------------------------------------------------------------------------------------
 
@@ -134,6 +165,8 @@ class Decider:
         self._do(ruling.acts)
         if ruling.order is not None:
             self._advance(facts, ruling.order)
+        if ruling.transition is not None:
+            self._switch(ruling.transition, facts)
 
     def _advance(self, facts: Facts, order: Order | None) -> None:
         self._step(self.state.transition_next_state(facts, order), facts)
@@ -178,16 +211,26 @@ class Decider:
 
     def _taken(self, answer: Outgoing | None) -> Decision:
         acts, self._acts = self._acts, ()
-        return Decision(acts, answer, self._fault)
+        return Decision(acts, answer, self._fault, self._is_sound)
 
-    def _guarded(self, facts: Facts, step: Callable[[], object]) -> None:
-        """A fault in one step ends a task by Hover and is shown; it never stops the other steps."""
+    def _guarded(self, facts: Facts, step: Callable[[], object]) -> bool:
+        """Return False for a step that failed. A fault ends a task by Hover and is shown; it stops no other step."""
         try:
             step()
         except Exception as error:
             self._note_fault(error)
-            if self.state.is_task:
-                self._guarded(facts, lambda: self._switch(ToHover("A fault in the program.", level="error"), facts))
+            self._end_task(facts)
+            return False
+        return True
+
+    def _end_task(self, facts: Facts) -> None:
+        if not self.state.is_task:
+            return
+        try:
+            self._switch(ToHover("A fault in the program.", level="error"), facts)
+        except Exception as error:
+            self._is_sound = False
+            self._note_fault(error)
 
     def _note_fault(self, error: Exception) -> None:
         _LOGGER.exception("unexpected")

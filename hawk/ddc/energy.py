@@ -13,6 +13,8 @@ ASSUMED_DRAIN = 100.0 / (15 * 60)
 """Drain until it was measured, percent a second: an empty battery after 15 minutes."""
 SAFETY_FACTOR = 1.3
 """The flight home against the wind costs more than the flight out."""
+SLOWEST_M_S = 0.5
+"""A drone that the wind holds back counts as this fast: the reserve is then reached at once, away from home."""
 CLIMB_M_S = 2.0
 DESCENT_M_S = 1.5
 FINAL_DESCENT_M_S = 0.5
@@ -45,9 +47,8 @@ def seconds_home(distance: float, height: float, return_height: float, speed: fl
 class BatteryWatch:
     """Measures the drain in flight: least squares over a window."""
 
-    def __init__(self, reserve_percent: float, speed: float) -> None:
+    def __init__(self, reserve_percent: float) -> None:
         self._reserve = reserve_percent
-        self._speed = speed
         self._samples: deque[tuple[float, float]] = deque()
 
     def reset(self) -> None:
@@ -74,9 +75,12 @@ class BatteryWatch:
         slope = sum((t - mean_t) * (p - mean_p) for t, p in self._samples) / spread
         return max(-slope, ASSUMED_DRAIN / 3)
 
-    def reserve(self, percentage: float, distance: float, height: float, return_height: float) -> Reserve:
-        """Return the charge against the cost of the flight home: ``distance`` and heights in metres."""
-        home = seconds_home(distance, height, return_height, self._speed)
+    def reserve(self, percentage: float, distance: float, height: float, return_height: float, speed: float) -> Reserve:
+        """Return the charge against the cost of the flight home.
+
+        ``distance`` and heights in metres; ``speed`` over ground on the flight home, m/s.
+        """
+        home = seconds_home(distance, height, return_height, max(speed, SLOWEST_M_S))
         drain = self.drain
         needed = self._reserve + SAFETY_FACTOR * home * drain
         return Reserve(percentage, needed, max(0.0, (percentage - needed) / drain))

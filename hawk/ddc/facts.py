@@ -11,9 +11,11 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Literal
 
+from hawk.comm.authority import Tenure
 from hawk.comm.status import ClientId
 from hawk.ddc.energy import Reserve
 from hawk.ddc.fence import FencePlan
+from hawk.ddc.wind import Wind
 from hawk.model import (
     ArmPlace,
     BatteryInfo,
@@ -41,6 +43,9 @@ POSE_TIMEOUT_S = 1.0
 """An older pose makes the position unhealthy, seconds."""
 VERDICT_AGE_S = 1.0
 """An older verdict is void, seconds."""
+HOME_TOLERANCE_M = 3.0
+"""Distance in space between home and the arm place that is no move, metres. ArduCopter sets home at arming to within
+2 cm of the pose that it reports then; a receiver may drift until "armed" is heard."""
 
 
 class VehicleEvent(StrEnum):
@@ -52,6 +57,8 @@ class VehicleEvent(StrEnum):
     LINK_BACK = "link back"
     FOREIGN_MODE = "foreign mode"
     """The mode changed and no request of ours asked for it."""
+    DOUBTED = "doubted"
+    """Its words on armed and landed contradict each other or its motion: `GroundFacts.doubt`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +99,49 @@ class LinkFacts:
     events: tuple[VehicleEvent, ...] = ()
     words: str = ""
     """The autopilot's last warning, while it is recent enough to explain what the autopilot does."""
+    second_sender: str = ""
+    """Words for a sender beside the autopilot, which is not heard; empty while there is none."""
+
+
+@dataclass(frozen=True, slots=True)
+class GroundFacts:
+    """Armed and landed as the autopilot gives them. `Facts.vehicle` holds what is believed.
+
+    The mode of a HEARTBEAT whose "disarmed" is doubted is not believed either.
+    """
+
+    armed_said: bool = False
+    landed_said: LandedState = LandedState.UNDEFINED
+    landed_age: float = math.inf
+    """Seconds since the last EXTENDED_SYS_STATE."""
+    doubt: str = ""
+    """Reason why the autopilot's word is not believed; empty when it is."""
+    doubted_s: float = 0.0
+    """Seconds since the doubt began."""
+
+
+@dataclass(frozen=True, slots=True)
+class HomeFacts:
+    """Home as the autopilot reports it, compared with the arm place (`hawk.ddc.home`)."""
+
+    place: GlobalPose | None = None
+    age: float = math.inf
+    away: float | None = None
+    """Distance from the arm place in space, metres; None while disarmed, and before a reading of this arming."""
+    moved_s: float | None = None
+    """Seconds since home left the arm place; None when it is there and has been for a while."""
+    is_inside: bool = False
+    """Home lies inside our fence, and about as high as the arm place."""
+
+    @property
+    def is_moved(self) -> bool:
+        """True while home is not at the arm place: `moved_s` lasts a little longer."""
+        return self.away is not None and self.away > HOME_TOLERANCE_M
+
+    @property
+    def misleads(self) -> bool:
+        """True while RTL would leave the fence."""
+        return self.is_moved and not self.is_inside
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,6 +157,10 @@ class PositionFacts:
     datum: GlobalPose | None = None
     arm_place: ArmPlace | None = None
     home: MapPoint | None = None
+    estimate_jump_m: float = 0.0
+    """Jump of the estimate since the last tick, metres: the pose moved on the map, the drone did not. 0 without one."""
+    autopilot_home: HomeFacts = HomeFacts()
+    """Home as the autopilot reports it; ``home`` is the arm place."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,6 +175,18 @@ class BatteryFacts:
     """Charge against the cost of the flight home; None on the ground and while an input of it is unknown."""
     reached_s: float | None = None
     """Seconds since the reserve was reached; None while it is not."""
+    cells: tuple[int, ...] = ()
+    """Cell counts that the battery may have, by its voltage before take-off; empty while none fits."""
+
+
+@dataclass(frozen=True, slots=True)
+class WindFacts:
+    """The wind in the air, estimated from how the drone leans."""
+
+    estimate: Wind | None = None
+    """None on the ground, and until enough was seen."""
+    strong_s: float | None = None
+    """Seconds since the wind rose above the limit; None below it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,6 +203,8 @@ class LimitFacts:
     """Reason why a stored fence cannot be used; empty when it can."""
     planned_ceiling: float = 0.0
     """Our ceiling of the planned fence, metres above the arm place."""
+    held: Fence | None = None
+    """The fence that the autopilot holds, as read back from it; None while that is not known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,8 +213,15 @@ class OperatorFacts:
 
     is_present: bool = False
     is_controlled: bool = False
-    """True while any session has control."""
+    """True while any session has control, a lost one too."""
     clients: frozenset[ClientId] = frozenset()
+
+    @property
+    def tenure(self) -> Tenure:
+        """State of control: free, held, or held by a lost operator."""
+        if not self.is_controlled:
+            return Tenure.FREE
+        return Tenure.HELD if self.is_present else Tenure.LOST
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,11 +257,13 @@ class Facts:
     utc: float = 0.0
     """Wall clock, Unix seconds."""
     vehicle: VehicleState = VehicleState()
-    """State in the last HEARTBEAT; disconnected before the first."""
+    """The autopilot's state as it is believed (`hawk.ddc.belief`); disconnected before the first HEARTBEAT."""
+    ground: GroundFacts = GroundFacts()
     link: LinkFacts = LinkFacts()
     position: PositionFacts = PositionFacts()
     diagnostics: Diagnostics = Diagnostics()
     battery: BatteryFacts = BatteryFacts()
+    wind: WindFacts = WindFacts()
     limits: LimitFacts = LimitFacts()
     operator: OperatorFacts = OperatorFacts()
     sight: SightFacts = SightFacts()
@@ -196,18 +273,25 @@ class Facts:
     """Requests under way, and those that ended lately."""
     target_refusal: str = ""
     """Reason why the last target was not sent; empty when it was."""
+    parameters: tuple[tuple[str, float], ...] = ()
+    """Latest values that the autopilot sent, to us or to another station, of the parameters that decide."""
     starts_in_air: int | None = None
     """Starts in the air within the restart window, this one included; None until they are counted."""
 
     @property
     def is_airborne(self) -> bool:
-        """True when the drone is armed and not known to be on the ground."""
+        """True when the drone is believed armed and not believed on the ground."""
         return self.vehicle.armed and not self.is_on_ground
 
     @property
     def is_on_ground(self) -> bool:
-        """True when the autopilot reports the ground; an unknown landed state is "in the air"."""
+        """True when the ground is believed; an unknown, old or contradicted landed state is "in the air"."""
         return self.vehicle.landed is LandedState.ON_GROUND
+
+    @property
+    def is_unheard(self) -> bool:
+        """True when the drone was armed when last heard, and is not heard now."""
+        return self.vehicle.armed and not self.link.is_up
 
     @property
     def is_guided(self) -> bool:
@@ -242,9 +326,9 @@ class Facts:
 
     @property
     def height(self) -> float | None:
-        """Metres above the arm place by the latest pose; None before the first arm."""
+        """Metres above the arm place; None before the first arm, and while there is no pose of the last second."""
         pose = self.position.pose
-        return None if pose is None else pose.relative_altitude
+        return None if pose is None or self.position.age > POSE_TIMEOUT_S else pose.relative_altitude
 
     @property
     def is_breached(self) -> bool:

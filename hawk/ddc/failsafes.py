@@ -1,60 +1,210 @@
-"""The autopilot's own failsafes: what is left when this computer dies. Which parameters must say what."""
+"""The autopilot's own failsafes: what is left when this computer dies. Which parameters must say what.
+
+The values and their meaning are those of ArduPilot's parameter documentation for Copter 4.5 to 4.7
+(ArduCopter/Parameters.cpp, AC_Fence/AC_Fence.cpp, AP_BattMonitor/AP_BattMonitor_Params.cpp, GCS_MAVLink/GCS.cpp). A
+value passes only when it is listed here: a new one is unsafe until somebody has read what it does.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from hawk.ddc.battery_thresholds import THRESHOLD_NAMES, threshold_problem, threshold_words
+
 WATCHED_ID_NAMES = ("MAV_GCS_SYSID", "SYSID_MYGCS")
 """The parameter with the id that the ground-station failsafe watches: since ArduPilot 4.7, and before."""
+HIGHEST_ID_NAME = "MAV_GCS_SYSID_HI"
+"""End of the range of watched ids, since ArduPilot 4.7 (GCS::sysid_is_gcs): at or below the first id there is none."""
 SPARE_PILOT_BIT = 16
 """FS_OPTIONS bit 4: continue in pilot-controlled modes on ground-station failsafe."""
 RETURN_ALTITUDE_NAMES = ("RTL_ALT_M", "RTL_ALT")
 """Metres since ArduPilot 4.7, centimetres before."""
-_GCS_ACTIONS = frozenset({1, 3, 4, 5, 6, 7})  # FS_GCS_ENABLE: all but 0 (off) and 2 (goes on in Auto)
+MAY_BE_MISSING = frozenset({HIGHEST_ID_NAME})
+"""Parameters that an autopilot of the versions 4.5 to 4.7 may lack without an older name for them."""
+NOT_READ = "not read yet"
 
 Values = Mapping[str, float | None]
 """Parameter -> value; None: the autopilot does not have it. A parameter that was not read yet is missing."""
 
 
 @dataclass(frozen=True, slots=True)
+class AutopilotView:
+    """Facts about the autopilot that a value is compared with.
+
+    ``system_id`` is our MAVLink id. ``cells``: the cell counts that the battery may have. ``fence_on``: SYS_STATUS says
+    that a fence is enabled (a switch or a command may turn it off without a change of FENCE_ENABLE); None: not heard.
+    """
+
+    system_id: int
+    cells: tuple[int, ...] = ()
+    fence_on: bool | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class FailsafeCheck:
-    """One failsafe: whether it is well, what was found, and what follows if it is not."""
+    """One failsafe: whether it is well, what was found, what follows if it is not, and what to do.
+
+    ``can_be_set``: Set Failsafes is the remedy.
+    """
 
     name: str
     passed: bool
     value: str
-    consequence: str
+    consequence: str = ""
+    remedy: str = ""
+    can_be_set: bool = False
+
+    @property
+    def is_read(self) -> bool:
+        """True when everything that decides it was read."""
+        return self.value != NOT_READ
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """A parameter with few values. ``right`` and ``wrong``: value -> what the autopilot does."""
+
+    name: str
+    right: Mapping[int, str]
+    wrong: Mapping[int, str]
+    wanted: float
+
+    def problem(self, value: float) -> str:
+        """Return what is wrong with a value; empty when it is right."""
+        if value in self.right:
+            return ""
+        words = self.wrong.get(int(value), "not known to be safe") if value == int(value) else "not known to be safe"
+        return f"{words} ({self.name} {value:g})"
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """A parameter with bounds."""
+
+    name: str
+    low: float
+    high: float
+    wanted: float
+    unit: str = ""
+
+    def problem(self, value: float) -> str:
+        """Return what is wrong with a value; empty when it is right."""
+        if self.low <= value <= self.high:
+            return ""
+        return f"{self.name} is {value:g}{self.unit}, must be {self.low:g} to {self.high:g}{self.unit}"
+
+
+_STAYS = "stops and stays in the air"  # "Brake or Land" lands only where Brake cannot be entered
+GCS_ACTION = Choice(
+    "FS_GCS_ENABLE",
+    {1: "returns home", 3: "returns home", 4: "returns home", 5: "lands", 6: "returns home"},
+    {0: "off", 2: "goes on in Auto", 7: _STAYS},
+    1,
+)
+GCS_TIMEOUT = Span("FS_GCS_TIMEOUT", 3, 10, 5, " s")
+"""Below 3 s two lost heartbeats of 1 Hz trigger it; after 10 s a drone at travel speed is 40 m farther on."""
+RADIO_ACTION = Choice(
+    "FS_THR_ENABLE",
+    {1: "returns home", 3: "lands", 4: "returns home", 5: "returns home", 6: "returns home"},
+    {0: "off", 2: "goes on in Auto", 7: _STAYS},
+    1,
+)
+EKF_ACTION = Choice(
+    "FS_EKF_ACTION", {1: "lands", 3: "lands"}, {0: "only reports", 2: "drifts without a position in AltHold"}, 1
+)
+EKF_THRESHOLD = Span("FS_EKF_THRESH", 0.59, 1.01, 0.8)
+"""The documented values are 0.6, 0.8 and 1.0 (single precision on the wire); 0 turns the failsafe off."""
+FENCE_TYPE = Choice("FENCE_TYPE", {5: "ceiling and polygon", 7: "ceiling, circle and polygon"}, {0: "no fence"}, 5)
+"""Bit 0 ceiling, bit 1 circle around home, bit 2 polygon, bit 3 floor (which a landing breaches)."""
+FENCE_ACTION = Choice(
+    "FENCE_ACTION",
+    {1: "returns home", 2: "lands", 3: "returns home", 4: "stops", 5: "returns home"},
+    {0: "only reports"},
+    1,
+)
+FENCE_ENABLE = Choice("FENCE_ENABLE", {1: "on"}, {0: "off"}, 1)
+LOW_ACTION = Choice(
+    "BATT_FS_LOW_ACT",
+    {1: "lands", 2: "returns home", 3: "returns home", 4: "returns home", 6: "returns home"},
+    {0: "off", 5: "cuts the motors", 7: _STAYS},
+    2,
+)
+CRITICAL_ACTION = Choice(
+    "BATT_FS_CRT_ACT",
+    {0: "off", 1: "lands", 2: "returns home", 3: "returns home", 4: "returns home", 6: "returns home"},
+    {5: "cuts the motors", 7: _STAYS},
+    1,
+)
+_SETTINGS: tuple[Choice | Span, ...] = (
+    GCS_ACTION,
+    GCS_TIMEOUT,
+    RADIO_ACTION,
+    EKF_ACTION,
+    EKF_THRESHOLD,
+    LOW_ACTION,
+    CRITICAL_ACTION,
+    FENCE_TYPE,
+    FENCE_ACTION,
+    FENCE_ENABLE,
+)
+"""The parameters that Set Failsafes may write, in its order: the fence is enabled last."""
+
+DECIDING_NAMES = frozenset(
+    {"FS_GCS_ENABLE", "FENCE_ENABLE", "FENCE_ACTION", "FENCE_TYPE", "BATT_FS_LOW_ACT", *WATCHED_ID_NAMES}
+)
+"""Parameters that are watched in flight: others may change them."""
+
+ALL_NAMES = (
+    *(setting.name for setting in _SETTINGS),
+    "FS_OPTIONS",
+    *THRESHOLD_NAMES,
+    *WATCHED_ID_NAMES,
+    HIGHEST_ID_NAME,
+    *RETURN_ALTITUDE_NAMES,
+)
+"""Every parameter that decides something here, under each of its names."""
 
 
 def watched_names(values: Values) -> tuple[str, ...]:
     """Return the parameters that must be read, given what was read so far."""
-    alternatives = [_present_name(names, values) for names in (WATCHED_ID_NAMES, RETURN_ALTITUDE_NAMES)]
-    return ("FS_GCS_ENABLE", "FS_OPTIONS", "FENCE_ENABLE", "FENCE_ACTION", "BATT_FS_LOW_ACT", *alternatives)
+    fixed = (*(setting.name for setting in _SETTINGS), "FS_OPTIONS", *THRESHOLD_NAMES)
+    watched = _names_to_read(WATCHED_ID_NAMES, values)
+    highest = () if watched == WATCHED_ID_NAMES[1:] else (HIGHEST_ID_NAME,)
+    return (*fixed, *watched, *highest, *_names_to_read(RETURN_ALTITUDE_NAMES, values))
 
 
-def check_failsafes(values: Values, system_id: int) -> tuple[FailsafeCheck, ...]:
+def check_failsafes(values: Values, view: AutopilotView) -> tuple[FailsafeCheck, ...]:
     """Return the check of every failsafe; what was not read yet has not passed."""
-    return (_ground_station(values, system_id), _spares_pilot(values), _fence(values), _battery(values))
+    return (
+        _ground_station(values, view.system_id),
+        _spares_pilot(values),
+        _remote_control(values),
+        _position(values),
+        _fence(values, view.fence_on),
+        _battery(values),
+        _thresholds(values, view.cells),
+    )
 
 
 def wanted_values(values: Values, system_id: int) -> dict[str, float]:
-    """Return what must be set so that all checks pass: parameter -> value, the present ones left out."""
+    """Return what Set Failsafes must write: parameter -> value, the right ones left out.
+
+    It writes no threshold of the battery: nobody here knows the battery.
+    """
     wanted: dict[str, float] = {}
-    if values.get("FS_GCS_ENABLE") not in _GCS_ACTIONS:
-        wanted["FS_GCS_ENABLE"] = 1.0
     watched = _present_name(WATCHED_ID_NAMES, values)
     if values.get(watched) != system_id:
         wanted[watched] = float(system_id)
+    if (values.get(HIGHEST_ID_NAME) or 0) > system_id:
+        wanted[HIGHEST_ID_NAME] = 0.0
     options = int(values.get("FS_OPTIONS") or 0)
     if not options & SPARE_PILOT_BIT:
         wanted["FS_OPTIONS"] = float(options | SPARE_PILOT_BIT)
-    if not values.get("FENCE_ACTION"):
-        wanted["FENCE_ACTION"] = 1.0
-    if not values.get("FENCE_ENABLE"):
-        wanted["FENCE_ENABLE"] = 1.0
-    if not values.get("BATT_FS_LOW_ACT"):
-        wanted["BATT_FS_LOW_ACT"] = 2.0
+    for setting in _SETTINGS:
+        value = values.get(setting.name)
+        if value is None or setting.problem(value):
+            wanted[setting.name] = float(setting.wanted)
     return wanted
 
 
@@ -68,50 +218,106 @@ def return_altitude(values: Values) -> float | None:
     return None if centimetres is None else centimetres / 100.0
 
 
-def _present_name(names: tuple[str, str], values: Values) -> str:
-    """Return the newer name unless the autopilot said that it does not have it."""
+def _names_to_read(names: tuple[str, str], values: Values) -> tuple[str, ...]:
+    """Return the name that the autopilot has; both while neither has answered: silence proves nothing."""
     newer, older = names
-    return older if newer in values and values[newer] is None else newer
+    if values.get(newer) is not None:
+        return (newer,)
+    return (older,) if values.get(older) is not None else names
+
+
+def _present_name(names: tuple[str, str], values: Values) -> str:
+    """Return the name that the autopilot has; the newer one while neither has answered."""
+    return _names_to_read(names, values)[0]
+
+
+def _problem(values: Values, *settings: Choice | Span) -> str:
+    """Return the first problem; `NOT_READ` while a parameter was not read; empty when all are right."""
+    for setting in settings:
+        value = values.get(setting.name)
+        problem = NOT_READ if value is None else setting.problem(value)
+        if problem:
+            return problem
+    return ""
+
+
+def _words(setting: Choice, values: Values) -> str:
+    value = values.get(setting.name)
+    return "" if value is None else setting.right.get(int(value), "")
+
+
+def _settable(name: str, problem: str, consequence: str) -> FailsafeCheck:
+    return FailsafeCheck(name, False, problem, consequence, "Set failsafes.", can_be_set=True)
 
 
 def _ground_station(values: Values, system_id: int) -> FailsafeCheck:
+    name = "Ground-station failsafe"
     consequence = "If this computer stops in flight, the drone stays in the air until the battery is empty."
-    watched = _present_name(WATCHED_ID_NAMES, values)
-    enabled, watches = values.get("FS_GCS_ENABLE"), values.get(watched)
-    if enabled is None or watches is None:
-        return FailsafeCheck("Ground-station failsafe", False, "not read yet", consequence)
-    if enabled not in _GCS_ACTIONS:
-        return FailsafeCheck("Ground-station failsafe", False, "off", consequence)
+    watches = values.get(_present_name(WATCHED_ID_NAMES, values))
+    problem = _problem(values, GCS_ACTION, GCS_TIMEOUT)
+    if watches is None or (values.get(WATCHED_ID_NAMES[0]) is not None and HIGHEST_ID_NAME not in values):
+        problem = NOT_READ
+    if problem or watches is None:
+        return _settable(name, problem, consequence)
+    highest = values.get(HIGHEST_ID_NAME) or 0.0
+    if highest > watches:
+        found = f"watches every station from {watches:.0f} to {highest:.0f}: any of them keeps it quiet"
+        return _settable(name, found, consequence)
     if watches != system_id:
-        found = f"watches station {watches:.0f}, this is {system_id}"
-        return FailsafeCheck("Ground-station failsafe", False, found, consequence)
-    return FailsafeCheck("Ground-station failsafe", True, f"on, watches this station ({system_id})", "")
+        return _settable(name, f"watches station {watches:.0f}, this is {system_id}", consequence)
+    return FailsafeCheck(name, True, f"{_words(GCS_ACTION, values)}, watches this station ({system_id})")
 
 
 def _spares_pilot(values: Values) -> FailsafeCheck:
-    options = values.get("FS_OPTIONS")
+    name, options = "Pilot keeps control", values.get("FS_OPTIONS")
     consequence = "If this computer stops while a pilot flies, the drone is taken from the pilot's hands."
     if options is None:
-        return FailsafeCheck("Pilot keeps control", False, "not read yet", consequence)
-    spared = bool(int(options) & SPARE_PILOT_BIT)
-    return FailsafeCheck("Pilot keeps control", spared, "yes" if spared else "no", "" if spared else consequence)
+        return _settable(name, NOT_READ, consequence)
+    return FailsafeCheck(name, True, "yes") if int(options) & SPARE_PILOT_BIT else _settable(name, "no", consequence)
 
 
-def _fence(values: Values) -> FailsafeCheck:
+def _remote_control(values: Values) -> FailsafeCheck:
+    name, problem = "Remote-control failsafe", _problem(values, RADIO_ACTION)
+    if problem:
+        return _settable(name, problem, "If the remote control is lost while a pilot flies, nobody flies the drone.")
+    return FailsafeCheck(name, True, _words(RADIO_ACTION, values))
+
+
+def _position(values: Values) -> FailsafeCheck:
+    name, problem = "Position failsafe", _problem(values, EKF_ACTION, EKF_THRESHOLD)
+    if problem:
+        return _settable(name, problem, "When the autopilot loses its position, the drone drifts away.")
+    return FailsafeCheck(name, True, _words(EKF_ACTION, values))
+
+
+def _fence(values: Values, fence_on: bool | None) -> FailsafeCheck:
+    name = "Fence in the autopilot"
     consequence = "If the drone leaves the fence, the autopilot does nothing about it."
-    enabled, action = values.get("FENCE_ENABLE"), values.get("FENCE_ACTION")
-    if enabled is None or action is None:
-        return FailsafeCheck("Fence in the autopilot", False, "not read yet", consequence)
-    if not enabled or not action:
-        return FailsafeCheck("Fence in the autopilot", False, "off" if not enabled else "only reports", consequence)
-    return FailsafeCheck("Fence in the autopilot", True, "on", "")
+    problem = _problem(values, FENCE_ENABLE, FENCE_ACTION, FENCE_TYPE)
+    if problem:
+        return _settable(name, problem, consequence)
+    if fence_on is None:
+        return FailsafeCheck(name, False, NOT_READ, consequence, "Wait.")
+    if not fence_on:
+        remedy = "Switch it on at the remote control or the other station, or restart the autopilot."
+        return FailsafeCheck(name, False, "switched off", consequence, remedy)
+    return FailsafeCheck(name, True, f"on, {_words(FENCE_ACTION, values)}")
 
 
 def _battery(values: Values) -> FailsafeCheck:
-    action = values.get("BATT_FS_LOW_ACT")
-    consequence = "With an empty battery the drone falls."
-    if action is None:
-        return FailsafeCheck("Battery failsafe", False, "not read yet", consequence)
-    if not action:
-        return FailsafeCheck("Battery failsafe", False, "off", consequence)
-    return FailsafeCheck("Battery failsafe", True, "lands" if action == 1 else "returns home", "")
+    name, problem = "Battery failsafe", _problem(values, LOW_ACTION, CRITICAL_ACTION)
+    if problem:
+        return _settable(name, problem, "With an empty battery the drone falls.")
+    return FailsafeCheck(name, True, _words(LOW_ACTION, values))
+
+
+def _thresholds(values: Values, cells: tuple[int, ...]) -> FailsafeCheck:
+    name = "Battery thresholds"
+    consequence = "The autopilot notices too late, or never, that the battery is empty."
+    if any(values.get(each) is None for each in THRESHOLD_NAMES):
+        return FailsafeCheck(name, False, NOT_READ, consequence, "Wait.")
+    numbers = {each: float(values[each] or 0.0) for each in THRESHOLD_NAMES}
+    problem = threshold_problem(numbers, cells)
+    if problem is not None:
+        return FailsafeCheck(name, False, problem.value, consequence, problem.remedy)
+    return FailsafeCheck(name, True, threshold_words(numbers, cells))

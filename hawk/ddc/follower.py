@@ -6,15 +6,15 @@ that we did not ask for. Adopting a state sends nothing.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from hawk.ddc.acts import (
     STAY,
     Act,
-    Acts,
     Ask,
     CountStart,
     ForgetAskedModes,
     Log,
-    PutFenceInForce,
     Record,
     SetArmed,
     Step,
@@ -22,10 +22,9 @@ from hawk.ddc.acts import (
 from hawk.ddc.facts import Facts, VehicleEvent
 from hawk.ddc.orders import Cause, CauseKind, Rank, ToHover, ToIdle, ToReturn
 from hawk.ddc.restart import RestartRule, restart_rule
-from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import adopted
-from hawk.model import CopterMode, GlobalPose, LandedState, StateName
+from hawk.model import CopterMode, LandedState, StateName
 
 ABANDONED_S = 15.0
 """Within this time after an arming that was given up, "armed" is answered by a disarm, seconds."""
@@ -58,8 +57,7 @@ def state_from_autopilot(
 class VehicleFollower:
     """Decides on the autopilot's changes, from facts and from the armings and starts that it remembers."""
 
-    def __init__(self, settings: DdcSettings) -> None:
-        self._settings = settings
+    def __init__(self) -> None:
         self._abandoned: float | None = None
         self._disarm_asked = float("-inf")
         self._awaits_count = False
@@ -85,6 +83,9 @@ class VehicleFollower:
             case VehicleEvent.LINK_BACK:
                 step = self.adopt(facts, state, keeps_rank=True)
                 return _before(record, Log("ok", "The autopilot is heard again."), step=step)
+            case VehicleEvent.DOUBTED:
+                consequence = " It counts as in the air." if facts.is_airborne else ""
+                return Step(acts=(record, Log("warning", f"{facts.ground.doubt}{consequence}")))
             case VehicleEvent.FOREIGN_MODE if facts.vehicle.armed:
                 return _before(record, ForgetAskedModes(), step=self.adopt(facts, state))
             case _:
@@ -100,22 +101,19 @@ class VehicleFollower:
         return self._watch_arming(facts, state)
 
     def watch_jump(self, facts: Facts, state: State) -> Step:
-        """Return the step that a jump of the position causes: tasks end, a state that holds forms its goal again."""
-        jump = facts.position.jump_m
-        if jump <= 0 or state.on_ground:
+        """Return the step that a jump of the position causes: tasks end, a state that holds forms its goal again.
+
+        A jump of the estimate moves the drone on the map. Its goal of before is not flown to: the drone did not move.
+        """
+        jump, estimate = facts.position.jump_m, facts.position.estimate_jump_m
+        if max(jump, estimate) <= 0 or state.on_ground:
             return STAY
         message = Log("warning", f"The position jumped by {jump:.1f} m.")
+        if estimate > 0:
+            message = Log("warning", f"The position estimate jumped by {estimate:.0f} m: the map may not fit it.")
         if state.is_task:
             return Step(ToHover("The position jumped.", level="warning"), (message,))
         return Step(acts=(message,), restarts=state.holds)
-
-    def ensure_fence(self, facts: Facts, state: State) -> Acts:
-        """After a restart in the air, put the fence around the arm place of the earlier run in force."""
-        place, datum = facts.position.arm_place, facts.position.datum
-        if place is None or datum is None or facts.limits.fence is not None or state.on_ground:
-            return ()
-        armed_at = GlobalPose(place.latitude, place.longitude, place.altitude)
-        return (PutFenceInForce(facts.limits.plan.around(datum, armed_at, self._settings.fence)),)
 
     def adopt(self, facts: Facts, state: State, *, at_start: bool = False, keeps_rank: bool = False) -> Step:
         """Return the step to the autopilot's state. ``keeps_rank``: a state that outranks it, and the same, goes on."""
@@ -142,18 +140,27 @@ class VehicleFollower:
     def _watch_arming(self, facts: Facts, state: State) -> Step:
         if not facts.vehicle.armed:
             return STAY if state.on_ground else _LANDED
-        if state.identity is StateName.ARM and facts.vehicle.landed in (LandedState.IN_AIR, LandedState.TAKING_OFF):
-            return self.adopt(facts, state)  # taken off by somebody else
+        if facts.is_airborne and state.on_ground:
+            return self._leave_ground(facts, state)
         if state.identity is not StateName.IDLE:
             return STAY
         abandoned = self._abandoned is not None and facts.now - self._abandoned <= ABANDONED_S
-        if not abandoned or facts.is_airborne:
+        if not abandoned:
             return self.adopt(facts, state)
         if facts.now - self._disarm_asked < DISARM_RETRY_S:
             return STAY
         self._disarm_asked = facts.now
         message = Log("warning", "Armed after it was given up: motors off.")
         return Step(acts=(message, Ask(SetArmed(False), facts.now)))
+
+    def _leave_ground(self, facts: Facts, state: State) -> Step:
+        """Return the step to the autopilot's state when a drone on the ground is not believed to stand any more."""
+        step = self.adopt(facts, state)
+        if not isinstance(step.transition, ToHover):
+            return step
+        is_unknown = facts.vehicle.landed is LandedState.UNDEFINED
+        reason = "Not known to stand on the ground." if is_unknown else "Somebody else took off."
+        return Step(replace(step.transition, reason=reason), step.acts, step.restarts)
 
 
 _LANDED = Step(ToIdle("Landed. Motors off."), (Log("ok", "Landed. Motors off."),))

@@ -185,6 +185,15 @@ def inside_point(fence: Fence, place: MapPoint, depth: float = RECOVERY_DEPTH_M)
     return MapPoint(float(north), float(east))
 
 
+def is_about_same(one: Fence, other: Fence, tolerance: float) -> bool:
+    """Return True when the autopilot's limits of two fences differ nowhere by more than the tolerance, metres."""
+    if len(one.autopilot_polygon) != len(other.autopilot_polygon):
+        return False
+    pairs = zip(one.autopilot_polygon, other.autopilot_polygon, strict=True)
+    near = all(math.dist(here, there) <= tolerance for here, there in pairs)
+    return near and abs(one.autopilot_ceiling - other.autopilot_ceiling) <= tolerance
+
+
 def extent(fence: Fence) -> tuple[float, float]:
     """Return the fence's extent north-south and east-west, metres."""
     south, west, north, east = _shape(fence.polygon).bounds

@@ -13,6 +13,8 @@ BATTERY_UNKNOWN_S = 30.0
 """Seconds without a valid charge after which the drone returns."""
 RESERVE_CONFIRM_S = 3.0
 """Seconds for which the reserve must be reached: a dip under load does not count."""
+WIND_CONFIRM_S = 10.0
+"""Seconds for which the wind must be above the limit: a gust does not count."""
 FENCE_RETURN_S = 10.0
 """Seconds outside the fence after which the drone returns."""
 FAULT_CONFIRM_S = 1.0
@@ -52,7 +54,7 @@ def _candidates(facts: Facts, state: State) -> list[Reaction]:
     if state.stops_at_fence and facts.is_breached:
         found.append(Reaction(Rank.FENCE, ToHover("Outside the fence.", level="warning")))
     if state.is_task and _position_is_lost(facts):
-        found.append(Reaction(Rank.PERCEPTION, ToHover("The position was lost.", level="warning")))
+        found.append(Reaction(Rank.PERCEPTION, ToHover(_position_words(facts), level="warning")))
     if state.sees and facts.sight.fault and facts.sight.fault_s >= FAULT_CONFIRM_S:
         found.append(Reaction(Rank.PERCEPTION, ToHover(facts.sight.fault, level="warning")))
     return found
@@ -62,11 +64,18 @@ def _position_is_lost(facts: Facts) -> bool:
     return facts.position.distrusted_s >= POSITION_CONFIRM_S or facts.position.age > POSE_TIMEOUT_S
 
 
+def _position_words(facts: Facts) -> str:
+    fault = facts.diagnostics.estimator_fault
+    return f"The autopilot does not trust its position: {fault}." if fault else "The position was lost."
+
+
 def _cause_to_return(facts: Facts) -> Cause | None:
     if facts.battery.reached_s is not None and facts.battery.reached_s >= RESERVE_CONFIRM_S:
         return Cause("The battery is needed for the way home.", CauseKind.RESERVE)
     if facts.battery.unknown_s >= BATTERY_UNKNOWN_S:
         return Cause("The battery is not known.", CauseKind.BATTERY_UNKNOWN)
+    if facts.wind.strong_s is not None and facts.wind.strong_s >= WIND_CONFIRM_S:
+        return Cause("The wind is too strong.", CauseKind.WIND)
     if facts.limits.breached_s is not None and facts.limits.breached_s >= FENCE_RETURN_S:
         return Cause("Still outside the fence.", CauseKind.FENCE)
     return None

@@ -21,12 +21,13 @@ from hawk.comm.messages import (
 )
 from hawk.comm.status import CheckItem, ClientId, CommandOption, KillState
 from hawk.ddc.facts import Facts
-from hawk.ddc.failsafes import Values
+from hawk.ddc.failsafes import FailsafeCheck, Values
 from hawk.ddc.fence import fence_refusal
 from hawk.ddc.geofence import contains, path_is_inside
+from hawk.ddc.home import home_words
 from hawk.ddc.orders import Rank
 from hawk.ddc.params import ParameterError, check_heights
-from hawk.ddc.preflight import preflight_items
+from hawk.ddc.preflight import failsafe_checks, preflight_items
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
 from hawk.ddc.words import seconds, sentence
@@ -120,13 +121,23 @@ def table_reason(command: str, state: StateName) -> str:
     return "" if word == "yes" else _REASONS[word]
 
 
+ALWAYS_SENT = frozenset({"Return To Launch", "Land"})
+"""Commands that are sent without an answer when the armed drone is not heard, whatever the state (as is Kill)."""
+UNHEARD = "Sent without an answer: no word from the autopilot."
+
+
 @dataclass(frozen=True, slots=True)
 class Bench:
-    """Work of the operations manager that bears on commands: the cut of the motors and the setting of failsafes."""
+    """Work of the operations manager that bears on commands.
+
+    It cuts the motors, sets failsafes, and sees to it that the autopilot holds our fence (``fence_problem``: the reason
+    why it does not).
+    """
 
     kill_state: KillState = "none"
     is_killed: bool = False
     is_setting: bool = False
+    fence_problem: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,6 +170,11 @@ class Case:
         """The preflight checks, made when first asked for."""
         return preflight_items(self.facts, self.values, self.settings, is_killed=self.bench.is_killed)
 
+    @cached_property
+    def failsafes(self) -> tuple[FailsafeCheck, ...]:
+        """The checks of the autopilot's failsafes, made when first asked for."""
+        return failsafe_checks(self.facts, self.values, self.settings)
+
 
 def options(case: Case) -> tuple[CommandOption, ...]:
     """Return for every command whether the one in control could give it now, and the reason if not."""
@@ -177,7 +193,7 @@ def refusal(case: Case, client: ClientId, command: Command) -> Refusal | None:
     unauthorised = authority_refusal(
         kind,
         has_control=client in operator.clients,
-        is_controlled=operator.is_controlled,
+        control=operator.tenure,
         homing=case.state.is_homing,
     )
     if unauthorised:
@@ -222,6 +238,11 @@ def route_refusal(facts: Facts, route: Route) -> Refusal | None:
     return None
 
 
+def is_sent_unheard(facts: Facts, kind: str) -> bool:
+    """Return True for a command that goes to an autopilot that is not heard."""
+    return facts.is_unheard and kind in ALWAYS_SENT
+
+
 def command_type(command: Command) -> str:
     """Return a command's Type."""
     return str(getattr(command, "type", type(command).__name__))
@@ -233,6 +254,8 @@ def command_type(command: Command) -> str:
 def _impossible(case: Case, kind: str) -> Refusal | None:
     if case.bench.kill_state == "sending" and kind not in ("Kill", "Kill Request"):
         return Refusal("The motors are being cut.")
+    if is_sent_unheard(case.facts, kind):
+        return None
     reason = table_reason(kind, case.state.identity)
     if reason:
         return Refusal(reason)
@@ -246,7 +269,7 @@ def _content(case: Case, command: Command) -> Refusal | None:
     facts, heights = case.facts, case.facts.limits.heights
     match command:
         case Configure():
-            return _heights(command, facts.ceiling(case.state.on_ground))
+            return _heights(command, facts.ceiling(case.state.on_ground), case.settings.floor)
         case SetFence():
             reason = fence_refusal(command, case.settings, heights)
             return Refusal(reason) if reason else None
@@ -269,9 +292,9 @@ def _travel_height(command: AutonomousMove | CompulsiveMove, heights: HeightPara
     return Refusal(f"Height: must lie between Min {heights.minimum:g} m and Max {heights.maximum:g} m.")
 
 
-def _heights(command: Configure, ceiling: float) -> Refusal | None:
+def _heights(command: Configure, ceiling: float, floor: float) -> Refusal | None:
     try:
-        check_heights(HeightParameters(command.min, command.des, command.max), ceiling)
+        check_heights(HeightParameters(command.min, command.des, command.max), ceiling, floor)
     except ParameterError as error:
         return Refusal(str(error))
     return None
@@ -294,8 +317,33 @@ def _arm(case: Case) -> Refusal | None:
     return Refusal(" ".join(filter(None, (f"{failed.name}: {sentence(failed.value)}", sentence(failed.remedy)))))
 
 
+def _failsafes(case: Case) -> Refusal | None:
+    """Refuse what flies on until the autopilot would bring the drone home without us."""
+    failed = next((check for check in case.failsafes if not check.passed), None)
+    if failed is None:
+        return None
+    if not failed.is_read:
+        remedy = "Wait a moment."
+    elif failed.can_be_set:
+        remedy = "Return or land, then Set failsafes." if case.facts.is_airborne else "Disarm, then Set failsafes."
+    else:
+        remedy = failed.remedy
+    return Refusal(f"{failed.name}: {sentence(failed.value)} {remedy}")
+
+
+def _flight_gate(case: Case) -> Refusal | None:
+    """Refuse every task, whichever station armed, unless failsafes and the fence in the autopilot are right."""
+    problem = case.bench.fence_problem
+    return _failsafes(case) or (Refusal(problem) if problem else None)
+
+
 def _takeoff(case: Case) -> Refusal | None:
-    return None if case.state.may_take_off else Refusal("Arming: wait until it is armed.")
+    if not case.state.may_take_off:
+        return Refusal("Arming: wait until it is armed.")
+    home = case.facts.position.autopilot_home
+    if home.is_moved:
+        return Refusal(f"{home_words(home)} It is being set back: wait.")
+    return _flight_gate(case)
 
 
 def _explore(case: Case) -> Refusal | None:
@@ -307,7 +355,11 @@ def _explore(case: Case) -> Refusal | None:
 
 def _autonomous_move(case: Case) -> Refusal | None:
     fault = case.facts.sight.fault
-    return _position(case) or (Refusal(fault) if fault else None)
+    return _compulsive_move(case) or (Refusal(fault) if fault else None)
+
+
+def _compulsive_move(case: Case) -> Refusal | None:
+    return _position(case) or _flight_gate(case)
 
 
 def _position(case: Case) -> Refusal | None:
@@ -334,16 +386,18 @@ def _in_the_air(case: Case) -> Refusal | None:
 
 
 def _disarm(case: Case) -> Refusal | None:
-    if case.state.identity is not StateName.LAND or _in_the_air(case) is not None:
+    """Disarm needs the ground. While the motors are off yet, in Arm, it only stops the arming."""
+    facts = case.facts
+    if facts.is_on_ground or (not facts.vehicle.armed and case.state.on_ground):
         return None
-    return Refusal("In the air: wait until it is on the ground.")
+    return Refusal(facts.ground.doubt or "In the air: wait until it is on the ground.")
 
 
 def _resume(case: Case) -> Refusal | None:
     left = RESUME_WAIT_S - (case.facts.now - case.facts.link.mode_changed_at)
     if left > 0:
         return Refusal(f"The mode changed just now: wait {seconds(left)}.")
-    return _in_the_air(case)
+    return _in_the_air(case) or _failsafes(case)  # Hover then brings our fence to the autopilot, before any task
 
 
 def _clear_kill(case: Case) -> Refusal | None:
@@ -364,7 +418,7 @@ _CONDITIONS: Mapping[str, Callable[[Case], Refusal | None]] = {
     "Takeoff": _takeoff,
     "Autonomous Explore": _explore,
     "Autonomous Move": _autonomous_move,
-    "Compulsive Move": _position,
+    "Compulsive Move": _compulsive_move,
     "Hold": _hold,
     "Return To Launch": _in_the_air,
     "Land": _land,

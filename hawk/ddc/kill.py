@@ -76,6 +76,8 @@ class KillSwitch:
     def tick(self, facts: Facts) -> Acts:
         """Return the command when it is due; `is_sending` ends when disarmed is seen, or after GIVE_UP_S.
 
+        It is sent on a link that seems dead too: the autopilot may hear without being heard.
+
         A drone that did not seem armed may just be arming, which shows late: such a HEARTBEAT confirms only
         ARMED_SHOWS_S after the beginning.
         """
@@ -85,7 +87,7 @@ class KillSwitch:
         self._was_armed |= vehicle.armed
         if is_up and not vehicle.armed and (self._was_armed or vehicle.time - self._started >= ARMED_SHOWS_S):
             self._end("confirmed")
-        elif not is_up or now - self._started >= GIVE_UP_S - 1e-6:
+        elif now - self._started >= GIVE_UP_S - 1e-6:
             self._end("not confirmed")
         elif now - self._last_sent >= REPEAT_S - 1e-6:
             return self._repeat(now)

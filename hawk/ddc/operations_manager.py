@@ -9,12 +9,15 @@ from __future__ import annotations
 import asyncio
 import logging
 from collections.abc import Callable
+from typing import Any
 
-from hawk.comm.messages import Ack, Command, Outgoing
+from hawk.comm.messages import Ack, Arm, Command, Outgoing, Takeoff
 from hawk.comm.status import ClientId, CommandOption, CommandSocket, DroneStatus
 from hawk.comm.topic import Topic
 from hawk.ddc.decider import Decider, Decision
 from hawk.ddc.facts import Facts
+from hawk.ddc.failing import FailingTicks, holds_in_air
+from hawk.ddc.fence_checks import FenceChecks
 from hawk.ddc.fence_file import FenceKeeper
 from hawk.ddc.flight_log import FlightLog, Trail
 from hawk.ddc.judge import Case, command_type, options
@@ -31,7 +34,7 @@ from hawk.ddc.settings import ManagerSetup
 from hawk.ddc.states.base import State
 from hawk.ddc.status import Reporter
 from hawk.ddc.topic_interface import DdcTopicInterface
-from hawk.model import CopterMode, FlightSoFar, Health, HeightParameters
+from hawk.model import CopterMode, FlightSoFar, Health, HeightParameters, LandedState, StateName
 
 SHUTDOWN_WAIT_S = 3.0
 """Longest wait for RTL at the end of the program, real seconds."""
@@ -60,6 +63,8 @@ class OperationsManager:
         self._service = ddc_service_interface
         self._tick_s = 1.0 / setup.settings.flight.tick_hz
         self._recorder = Recorder(setup.record)
+        self._failing = FailingTicks(setup.speed)
+        self._ways_home: set[asyncio.Task[None]] = set()
         self._trail = Trail(self._keep_flight)
         self.fences = FenceKeeper(setup.settings, setup.directory)
         self.outcomes = Outcomes()
@@ -68,7 +73,7 @@ class OperationsManager:
         self.status: Topic[DroneStatus] = Topic("status", setup.clock)
         self.own_health = Health()
         self.ticks = 0
-        """Ticks that gathered and decided: only these are progress for the watchdog."""
+        """Ticks that are progress for the watchdog: see `hawk.ddc.failing`."""
         self._store, self._heights, self._heights_problem = _read_heights(setup)
         self._performer = Performer(self._tools())
         self._reporter = Reporter(self.log, self._trail, self.outcomes, lambda: self.fences.setup, self.status)
@@ -95,18 +100,12 @@ class OperationsManager:
 
     def process(self) -> None:
         """Run one tick: commands, facts, decisions, acts, the status."""
-        for client, command in self._socket.receive():
-            answer = self._command(client, command)
-            if answer is not None:
-                self._socket.reply(client, answer)
+        self._guarded(self._take_commands)
         facts = self._gather()
-        if facts is None:
-            return
-        decision = self._decider.tick(facts)
-        self._guarded(lambda: self._recorder.tick(facts, decision))
-        self._perform(decision)
-        self.ticks += 1
-        self._guarded(lambda: self._report(facts))
+        is_sound = facts is not None and self._decide(facts)
+        self._guarded(lambda: self._follow_faults(facts, is_sound))
+        if facts is not None:
+            self._guarded(lambda: self._report(facts))
 
     # -- for the web server and the composition root -------------------------------------------------------------
 
@@ -115,7 +114,7 @@ class OperationsManager:
         return self._command(client, command)
 
     def handle_now(self, client: ClientId, command: Command) -> Outgoing:
-        """Act at once on a command that passes every queue: Hold, Kill Request, Kill.
+        """Act at once on a command that passes every queue: Hold, Return To Launch, Land, Kill Request, Kill.
 
         Raises:
             ValueError: The command is another one.
@@ -141,6 +140,8 @@ class OperationsManager:
     async def shutdown_in_air(self) -> bool:
         """Ask for Return To Launch in the air before the program ends (not in Manual, RTL, Land).
 
+        Where home was moved out of the fence it asks for Land.
+
         Waits a few real seconds for the answer, no longer.
 
         Returns:
@@ -153,7 +154,8 @@ class OperationsManager:
         self._perform(decision)
         try:
             async with asyncio.timeout(SHUTDOWN_WAIT_S):
-                await self._service.set_mode(CopterMode.RTL)
+                lands = self.state.identity is StateName.LAND
+                await self._service.set_mode(CopterMode.LAND if lands else CopterMode.RTL)
         except (TimeoutError, ReqFailed) as error:
             _LOGGER.error("return home at the end of the program: %s", error)
         return True
@@ -162,18 +164,36 @@ class OperationsManager:
         """Cancel requests under way and end the thread."""
         self._stop_hearing()
         self._senses.close()
+        for way in self._ways_home:
+            way.cancel()
         await self.requests.close()
         self._performer.close()
 
     # -- steps of a tick -----------------------------------------------------------------------------------------
 
+    def _take_commands(self) -> None:
+        for client, command in self._socket.receive():
+            answer = self._command(client, command)
+            if answer is not None:
+                self._socket.reply(client, answer)
+
     def _gather(self) -> Facts | None:
-        """Return this tick's facts. None after a fault: such a tick is no progress, and the watchdog acts on it."""
+        """Return this tick's facts; None after a fault."""
         try:
             return self._senses.tick()
         except Exception as error:
             self._note_fault(error)
             return None
+
+    def _decide(self, facts: Facts) -> bool:
+        """Decide and act; return False when the drone's safety was not looked after."""
+        try:
+            decision = self._decider.tick(facts)
+        except Exception as error:
+            self._note_fault(error)
+            return False
+        self._guarded(lambda: self._recorder.tick(facts, decision))
+        return self._perform(decision) and decision.is_sound
 
     def _command(self, client: ClientId, command: Command) -> Outgoing | None:
         try:
@@ -181,16 +201,47 @@ class OperationsManager:
         except Exception as error:
             self._note_fault(error)
             return Ack(id=command.id, accepted=False, reason=f"{self.own_health.reason}.")
+        if isinstance(command, Arm | Takeoff) and self._failing.is_failing:
+            return Ack(id=command.id, accepted=False, reason=f"{self.own_health.reason}: wait until it starts again.")
         decision = self._decider.command(facts, client, command)
         self._guarded(lambda: self._recorder.command(facts, client, command, decision))
         self._perform(decision)
         return decision.answer
 
-    def _perform(self, decision: Decision) -> None:
+    def _perform(self, decision: Decision) -> bool:
+        """Act; return False when the autopilot did not hear of an act."""
         if decision.fault:
             self.own_health = Health.bad(decision.fault)
-        for fault in self._performer.perform(decision.acts):
-            self._note_fault(fault)
+        faults = self._performer.perform(decision.acts)
+        for fault in faults:
+            self._note_fault(fault.error)
+        return not any(fault.is_vital for fault in faults)
+
+    def _follow_faults(self, facts: Facts | None, is_sound: bool) -> None:
+        vehicle = self._topics.get_state() if facts is None else facts.vehicle
+        is_airborne = vehicle.armed and vehicle.landed is not LandedState.ON_GROUND
+        verdict = self._failing.note(self._setup.clock(), is_sound=is_sound, is_airborne=is_airborne)
+        if verdict.is_progress:
+            self.ticks += 1
+        if verdict.goes_home and holds_in_air(vehicle) and not self._decider.is_cutting:
+            self._go_home(facts)
+
+    def _go_home(self, facts: Facts | None) -> None:
+        """Ask for Return To Launch past decider and performer, which may be what fails; then switch the state too."""
+        way = asyncio.get_running_loop().create_task(self._ask_for_return(), name="ddc: way home after a fault")
+        self._ways_home.add(way)
+        way.add_done_callback(self._ways_home.discard)
+        cause = Cause("A fault in the program.", CauseKind.ALWAYS)
+        self.log.add("error", "A fault in the program: returning home.", self.own_health.reason)
+        decision = None if facts is None else self._decider.leave_air(facts, cause)
+        if decision is not None:
+            self._perform(decision)
+
+    async def _ask_for_return(self) -> None:
+        try:
+            await self._service.set_mode(CopterMode.RTL)
+        except Exception as error:  # refused, or the service itself is what fails: it is asked again
+            self.log.add("error", "Returning home was refused.", str(error))
 
     def _report(self, facts: Facts) -> None:
         if facts.position.home is not None and facts.position.home != self._topics.home_pub.value:
@@ -221,7 +272,8 @@ class OperationsManager:
             log=self.log,
             heights=self._store,
             fences=self.fences,
-            record=self._setup.record,
+            fence_checks=FenceChecks(self._setup.settings, self._socket.reply),
+            record=self._record,
             count_start=self._begin_in_air,
             outcomes=self.outcomes,
         )
@@ -250,8 +302,12 @@ class OperationsManager:
         flight = None if flown is None else FlightSoFar(*flown, at=self._setup.utc().timestamp())
         self._setup.keep_flight(flight)
 
+    def _record(self, kind: str, payload: dict[str, Any]) -> None:
+        """Record; a recording that fails is shown, and keeps no act from being performed."""
+        self._guarded(lambda: self._setup.record(kind, payload))
+
     def _request_ended(self, name: str, failure: str) -> None:
-        self._setup.record("request ended", {"name": name, "failure": failure})
+        self._record("request ended", {"name": name, "failure": failure})
         if failure:
             _LOGGER.warning("%s: %s", name, failure)
 
@@ -259,5 +315,5 @@ class OperationsManager:
 def _read_heights(setup: ManagerSetup) -> tuple[ParameterStore, HeightParameters, str]:
     limits = setup.settings.heights
     defaults = HeightParameters(limits.minimum_m, limits.desired_m, limits.maximum_m)
-    store = ParameterStore(setup.directory, defaults, setup.settings.ceiling)
+    store = ParameterStore(setup.directory, defaults, setup.settings.ceiling, setup.settings.floor)
     return store, *store.read()

@@ -41,6 +41,7 @@ class CauseKind(StrEnum):
     RESERVE = "battery reserve"
     BATTERY_UNKNOWN = "battery unknown"
     FENCE = "outside the fence"
+    WIND = "wind"
     OPERATOR = "operator lost"
     ALWAYS = "always"
     """The autopilot's own decision, and the end of the program."""
@@ -65,6 +66,8 @@ class Cause:
                 return facts.battery.info is None
             case CauseKind.FENCE:
                 return facts.is_breached
+            case CauseKind.WIND:
+                return facts.wind.strong_s is not None
             case CauseKind.OPERATOR:
                 return not facts.operator.is_present
             case CauseKind.ALWAYS:

@@ -26,10 +26,14 @@ class _StoredHeights(BaseModel):
     maximum: float = Field(alias="Max", gt=0)
 
 
-def check_heights(heights: HeightParameters, ceiling: float) -> None:
-    """Check 0 < Min <= Des <= Max <= ceiling (metres above the arm place). Raises ParameterError."""
+def check_heights(heights: HeightParameters, ceiling: float, floor: float = 0.0) -> None:
+    """Check 0 < Min, floor <= Min <= Des <= Max <= ceiling (metres above the arm place). Raises ParameterError."""
     if not heights.minimum > 0:
         raise ParameterError(f"Min: must be above 0 m, not {heights.minimum:g} m.")
+    if heights.minimum < floor:
+        raise ParameterError(
+            f"Min: {heights.minimum:g} m is too low over the highest obstacle: raise Min to {floor:g} m."
+        )
     if not heights.desired >= heights.minimum:
         raise ParameterError(f"Des: {heights.desired:g} m is below Min, {heights.minimum:g} m: raise Des or lower Min.")
     if not heights.maximum >= heights.desired:
@@ -41,10 +45,12 @@ def check_heights(heights: HeightParameters, ceiling: float) -> None:
 class ParameterStore:
     """Reads and writes the parameter file. A write is atomic: a crash leaves the old file or the new one, whole."""
 
-    def __init__(self, directory: Path, defaults: HeightParameters, ceiling: float) -> None:
+    def __init__(self, directory: Path, defaults: HeightParameters, ceiling: float, floor: float = 0.0) -> None:
+        """``floor`` and ``ceiling``: limits of stored heights, metres above the arm place."""
         self._path = directory / PARAMETER_FILE
         self._defaults = defaults
         self._ceiling = ceiling
+        self._floor = floor
 
     def read(self) -> tuple[HeightParameters, str]:
         """Return the stored heights, else the defaults, with a message when the file had to be renamed.
@@ -60,7 +66,7 @@ class ParameterStore:
         try:
             stored = _StoredHeights.model_validate_json(text)
             heights = HeightParameters(stored.minimum, stored.desired, stored.maximum)
-            check_heights(heights, self._ceiling)
+            check_heights(heights, self._ceiling, self._floor)
         except ValidationError as error:
             problem = error.errors(include_url=False)[0]
             return self._defaults, self._set_aside(f"{'.'.join(map(str, problem['loc']))}: {problem['msg']}")

@@ -14,23 +14,28 @@ from hawk.ddc.acts import (
     Acts,
     Ask,
     AskPlace,
+    CompareFence,
     CountStart,
     CutMotors,
     Desire,
     EnterState,
     ForgetAskedModes,
+    JudgeFence,
     Log,
     PutFenceInForce,
     ReadParameter,
     Record,
     Reply,
     Request,
+    SendMode,
     SendTarget,
     SetArmed,
     SetDatum,
+    SetHome,
     SetMode,
     SetParameters,
     SetReturnAltitude,
+    SetVoice,
     ShowUserError,
     StoreFence,
     StoreHeights,
@@ -39,6 +44,7 @@ from hawk.ddc.acts import (
     UseHeights,
 )
 from hawk.ddc.fence import FencePlan
+from hawk.ddc.fence_checks import FenceChecks
 from hawk.ddc.fence_file import FenceKeeper
 from hawk.ddc.flight_log import FlightLog
 from hawk.ddc.motion import Goal
@@ -60,10 +66,23 @@ class Tools:
     log: FlightLog
     heights: ParameterStore
     fences: FenceKeeper
+    fence_checks: FenceChecks
     record: Callable[[str, dict[str, Any]], None]
     count_start: Callable[[], int]
     """Journals a start in the air, restores the flight, and returns the number of starts."""
     outcomes: Outcomes = field(default_factory=Outcomes)
+
+
+VITAL = (Ask, SendTarget, EnterState)
+"""Acts that reach the autopilot, or that say what may."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """An act that failed. ``is_vital``: the autopilot did not hear of it."""
+
+    error: Exception
+    is_vital: bool
 
 
 class Performer:
@@ -74,18 +93,19 @@ class Performer:
         self._sender = Sender(StateName.IDLE, may_send_targets=False, holds=False)
         self._executor = ThreadPoolExecutor(max_workers=1, thread_name_prefix="hawk-parameters")
 
-    def perform(self, acts: Acts) -> list[Exception]:
+    def perform(self, acts: Acts) -> list[Fault]:
         """Perform the acts; return the faults of those that failed."""
-        faults: list[Exception] = []
+        faults: list[Fault] = []
         for act in acts:
             try:
                 self._perform(act)
             except Exception as error:
-                faults.append(error)
+                faults.append(Fault(error, isinstance(act, VITAL)))
         return faults
 
     def close(self) -> None:
-        """End the thread that writes files."""
+        """End the threads that write files and check fences."""
+        self._tools.fence_checks.close()
         self._executor.shutdown(wait=False, cancel_futures=True)
 
     def _perform(self, act: Act) -> None:
@@ -98,10 +118,14 @@ class Performer:
             case EnterState(name, may_send_targets, holds):
                 self._sender = Sender(name, may_send_targets, holds)
                 tools.topics.curr_state_pub.publish(name)
+                if name is StateName.IDLE:
+                    tools.service.forget_held_fence()  # each arming looks at the autopilot's fence again
             case Log(level, text, details):
                 tools.log.add(level, text, details)
             case Reply(client, message):
                 tools.socket.reply(client, message)
+            case JudgeFence():
+                tools.fence_checks.ask(act)
             case Record(kind, payload):
                 tools.record(kind, dict(payload))
             case ShowUserError(error, text):
@@ -126,6 +150,8 @@ class Performer:
                 tools.service.set_datum(datum)
             case ForgetAskedModes():
                 tools.service.forget_asked_modes()
+            case SetVoice(speaks):
+                tools.service.set_voice(speaks)
             case CountStart():
                 tools.outcomes.starts_in_air = tools.count_start()
             case _:
@@ -152,12 +178,18 @@ class Performer:
                 return service.set_arm(armed)
             case SetMode(mode):
                 return service.set_mode(mode)
+            case SendMode(mode):
+                return service.send_mode(mode)
             case TakeOff(height):
                 return service.send_takeoff_cmd(height)
             case SetReturnAltitude(altitude):
                 return service.set_rtl_alt(altitude)
             case UploadFence(fence):
                 return service.upload_fence(fence)
+            case CompareFence(fence):
+                return service.compare_fence(fence)
+            case SetHome(place):
+                return service.set_home(place)
             case CutMotors():
                 return service.kill()
             case ReadParameter(name):

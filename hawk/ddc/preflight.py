@@ -6,15 +6,19 @@ from dataclasses import dataclass
 from typing import Literal
 
 from hawk.comm.status import CheckItem
+from hawk.config import HeightSettings
 from hawk.ddc.facts import Facts
-from hawk.ddc.failsafes import Values, check_failsafes, return_altitude
+from hawk.ddc.failsafes import AutopilotView, FailsafeCheck, Values, check_failsafes, return_altitude
 from hawk.ddc.geofence import FenceError, contains, extent, outside_by, sees_all, to_map
+from hawk.ddc.home import HOME_AGE_S, home_words
 from hawk.ddc.params import ParameterError, check_heights
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.words import metres
-from hawk.model import Fence, MapPoint
+from hawk.model import Fence, GlobalPose, MapPoint
 
 GPS_FIX_3D = 3
+HOME_NEAR_M = 10.0
+"""A home within this distance of the drone on the ground is at the drone, metres."""
 
 Remedy = Literal["Set Failsafes", "Clear Kill", "Set Fence"]
 
@@ -25,6 +29,7 @@ class _Plan:
 
     fence: Fence
     home: MapPoint
+    datum: GlobalPose
 
 
 def preflight_items(facts: Facts, values: Values, settings: DdcSettings, *, is_killed: bool) -> tuple[CheckItem, ...]:
@@ -46,11 +51,18 @@ def preflight_items(facts: Facts, values: Values, settings: DdcSettings, *, is_k
         _battery(facts, settings.flight.battery_arm_percent),
         _camera(facts),
         _recording(facts),
-        _heights(facts),
+        _heights(facts, settings.heights),
         plan if isinstance(plan, CheckItem) else _fence(plan),
+        _home(facts, None if isinstance(plan, CheckItem) else plan),
         _return_height(altitude, None if isinstance(plan, CheckItem) else plan),
-        *_failsafes(values, settings.system_id),
+        *(_item(check) for check in failsafe_checks(facts, values, settings)),
     )
+
+
+def failsafe_checks(facts: Facts, values: Values, settings: DdcSettings) -> tuple[FailsafeCheck, ...]:
+    """Return the checks of the autopilot's own failsafes, on the ground and in flight."""
+    view = AutopilotView(settings.system_id, facts.battery.cells, facts.diagnostics.fence_on)
+    return check_failsafes(values, view)
 
 
 def _kill(is_killed: bool) -> CheckItem:
@@ -62,6 +74,9 @@ def _kill(is_killed: bool) -> CheckItem:
 
 
 def _link(facts: Facts) -> CheckItem:
+    if facts.link.second_sender:
+        remedy = "Find out who sends there; name the autopilot in autopilot.vehicle_address."
+        return _failed("Link", facts.link.second_sender, "Somebody may forge what the drone says.", remedy)
     health = facts.health("link")
     if health.is_healthy and facts.link.is_up:
         return _passed("Link", f"{facts.link.age:.1f} s")
@@ -70,6 +85,9 @@ def _link(facts: Facts) -> CheckItem:
 
 
 def _sensors(facts: Facts) -> CheckItem:
+    if facts.diagnostics.all_ok and not facts.is_on_ground:
+        words = facts.ground.doubt or "it is not known to be on the ground"
+        return _failed("Autopilot", words, "Its landing would not be seen.", "Wait a moment, then restart it.")
     if facts.diagnostics.all_ok:
         return _passed("Autopilot", "its sensors are well")
     words = facts.link.words or "its sensors are not ready"
@@ -83,6 +101,7 @@ def _gps(facts: Facts, limit: float) -> CheckItem:
         "" if has_fix else "no fix",
         f"{found.satellites} satellites" if found.satellites is not None else "",
         f"±{accuracy:.1f} m" if accuracy is not None else "accuracy unknown",
+        found.estimator_fault,
     )
     text = ", ".join(filter(None, parts))
     good = has_fix and accuracy is not None and accuracy <= limit
@@ -117,11 +136,12 @@ def _recording(facts: Facts) -> CheckItem:
     return _failed("Recording", health.reason, "The flight would not be recorded.", "Make room on the disk.")
 
 
-def _heights(facts: Facts) -> CheckItem:
-    heights = facts.limits.heights
-    text = f"{heights.desired:g} m, never below {heights.minimum:g} m or above {heights.maximum:g} m"
+def _heights(facts: Facts, settings: HeightSettings) -> CheckItem:
+    heights, obstacle = facts.limits.heights, settings.highest_obstacle_m
+    declared = "no obstacle declared" if obstacle is None else f"highest obstacle {obstacle:g} m"
+    text = f"{heights.desired:g} m, never below {heights.minimum:g} m or above {heights.maximum:g} m; {declared}"
     try:
-        check_heights(heights, facts.ceiling(on_ground=True))
+        check_heights(heights, facts.ceiling(on_ground=True), settings.floor_m)
     except ParameterError as error:
         return _failed("Heights", text, str(error), "Change the heights.")
     return _passed("Heights", text)
@@ -134,6 +154,25 @@ def _fence(plan: _Plan) -> CheckItem:
         away = metres(max(1.0, outside_by(plan.fence, plan.home)))
         return _bad_fence(f"{text}, drone {away} outside", "It could not fly anywhere.")
     return _passed("Fence", f"{text}, drone and home inside")
+
+
+def _home(facts: Facts, plan: _Plan | None) -> CheckItem:
+    """Check the autopilot's home: its own failsafes fly there at any time. Arm sets it to the drone's place."""
+    home = facts.position.autopilot_home
+    if home.place is None or home.age > HOME_AGE_S:
+        return _failed("Home", "not known", "The autopilot could not return.", "Wait for the position.")
+    if home.is_moved:
+        return _failed("Home", home_words(home), "It would not return here.", "Leave home alone with other stations.")
+    if plan is None:
+        return _failed("Home", "no fence to compare it with", "It may be outside the fence.", "Wait.")
+    place = to_map(plan.datum, home.place.latitude, home.place.longitude)
+    away = place.distance(plan.home)
+    if not contains(plan.fence, place):
+        remedy = "Switch the autopilot off and on where it stands."
+        return _failed("Home", f"{metres(away)} away, outside the fence", "It would return there.", remedy)
+    if away <= HOME_NEAR_M:
+        return _passed("Home", "at the drone")
+    return _passed("Home", f"{metres(away)} away; Arm sets it here")
 
 
 def _return_height(altitude: float | None, plan: _Plan | None) -> CheckItem:
@@ -160,16 +199,14 @@ def _plan(facts: Facts, settings: DdcSettings) -> _Plan | CheckItem:
         fence = limits.plan.around(datum, place, settings.fence)
     except FenceError as error:
         return _bad_fence(str(error), "There is no fence to fly in.")
-    return _Plan(fence, to_map(datum, place.latitude, place.longitude))
+    return _Plan(fence, to_map(datum, place.latitude, place.longitude), datum)
 
 
-def _failsafes(values: Values, system_id: int) -> tuple[CheckItem, ...]:
-    return tuple(
-        _passed(check.name, check.value)
-        if check.passed
-        else _failed(check.name, check.value, check.consequence, "Set failsafes.", remedy_command="Set Failsafes")
-        for check in check_failsafes(values, system_id)
-    )
+def _item(check: FailsafeCheck) -> CheckItem:
+    if check.passed:
+        return _passed(check.name, check.value)
+    command: Remedy | None = "Set Failsafes" if check.can_be_set else None
+    return _failed(check.name, check.value, check.consequence, check.remedy, remedy_command=command)
 
 
 def _passed(name: str, value: str) -> CheckItem:

@@ -57,9 +57,15 @@ class Requests:
         key = (ask.name, ask.at)
         if key in self._tasks or key in self._ended:
             return
-        task = asyncio.get_running_loop().create_task(call(), name=f"ddc: {ask.name}")
+        work = call()
+        task = asyncio.get_running_loop().create_task(_in_time(work, ask.limit_s), name=f"ddc: {ask.name}")
         self._tasks[key] = task
-        task.add_done_callback(lambda done: self._end(key, done))
+
+        def end(done: asyncio.Task[Any]) -> None:
+            work.close()  # of a task that was cancelled before it began
+            self._end(key, done)
+
+        task.add_done_callback(end)
 
     async def finish(self) -> None:
         """Wait until every request under way has ended."""
@@ -78,6 +84,15 @@ class Requests:
         self._ended[key] = (self._clock(), answer)
         if not task.cancelled():
             self._report(key[0], answer.reason if answer.has_failed else "")
+
+
+async def _in_time(call: Coroutine[Any, Any, Any], limit_s: float) -> Any:
+    """Await a call. Raises TimeoutError with words for the operator when it takes longer than its limit."""
+    try:
+        async with asyncio.timeout(limit_s):
+            return await call
+    except TimeoutError as error:
+        raise TimeoutError(str(error) or f"no answer within {limit_s:g} s") from error
 
 
 def _answer(key: Key, task: asyncio.Task[Any]) -> Answer:

@@ -6,126 +6,48 @@ before it is believed (a reached reserve, a breach, a fault) is timed here.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime
 
 from hawk.comm.status import OperatorDesk
+from hawk.ddc.battery_thresholds import possible_cells
+from hawk.ddc.belief import Belief, GroundWatch, Motion
 from hawk.ddc.energy import BatteryWatch, Reserve
 from hawk.ddc.facts import (
     BatteryFacts,
     Facts,
+    HomeFacts,
     LimitFacts,
     LinkFacts,
     OperatorFacts,
     PositionFacts,
     SightFacts,
     VehicleEvent,
+    WindFacts,
 )
+from hawk.ddc.failsafes import ALL_NAMES
 from hawk.ddc.fence_file import FenceKeeper
 from hawk.ddc.flight_log import FlightLog
 from hawk.ddc.geofence import BREACH_TOLERANCE_M, outside_by, to_map
+from hawk.ddc.home import HomeWatch, home_health
 from hawk.ddc.requests import Outcomes, Requests
 from hawk.ddc.service_interface import DdcServiceInterface
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.topic_interface import DdcTopicInterface
+from hawk.ddc.watches import Jumps, LinkWatch, Stopwatch
+from hawk.ddc.wind import Wind, WindWatch, ground_speed
 from hawk.model import ArmPlace, GlobalPose, Health, LandedState, MapPoint
 
-LANDED_WAIT_S = 1.5
-"""A first heartbeat waits for the landed state that belongs to it, seconds."""
+DOUBT_CONFIRM_S = 0.5
+"""Seconds for which a doubt must last before it is shown: one late datagram is soon put right."""
+WIND_S = 1.0
+"""Interval of the wind's estimates, seconds."""
 PERCEPTION_PARTS = ("camera", "vision", "mapper", "planner")
 """The parts that flight by sight depends on, in the order of dependence."""
 
 Parts = tuple[tuple[str, Health], ...]
-
-
-class Stopwatch:
-    """Times how long a condition has held."""
-
-    def __init__(self) -> None:
-        self._since: float | None = None
-
-    def update(self, holds: bool, now: float) -> float | None:
-        """Return the seconds since the condition began to hold; None while it does not."""
-        if not holds:
-            self._since = None
-        elif self._since is None:
-            self._since = now
-        return self.read(now)
-
-    def read(self, now: float) -> float | None:
-        """Return the seconds since the condition began to hold, as of the last update."""
-        return None if self._since is None else now - self._since
-
-
-class LinkWatch:
-    """Compares successive states of the autopilot: found, lost, heard again, mode changed by someone else."""
-
-    def __init__(self, topics: DdcTopicInterface, service: DdcServiceInterface) -> None:
-        self._topics = topics
-        self._service = service
-        self._first_heard: float | None = None
-        self._found = False
-        self._linked = False
-        self._mode: int | None = None
-        self.mode_changed_at = float("-inf")
-        """Time of the last change of the mode, seconds."""
-
-    @property
-    def is_up(self) -> bool:
-        """True when the autopilot was found and is heard."""
-        return self._found and self._linked
-
-    def observe(self, now: float) -> tuple[VehicleEvent, ...]:
-        """Return the events since the last call, in order."""
-        healthy = self._topics.get_link_health().is_healthy
-        if not self._found:
-            return self._look_for_it(healthy, now)
-        events: list[VehicleEvent] = []
-        if healthy != self._linked:
-            self._linked = healthy
-            events.append(VehicleEvent.LINK_BACK if healthy else VehicleEvent.LINK_LOST)
-        if healthy and self._mode_is_foreign(now) and VehicleEvent.LINK_BACK not in events:
-            events.append(VehicleEvent.FOREIGN_MODE)
-        return tuple(events)
-
-    def _mode_is_foreign(self, now: float) -> bool:
-        mode = self._topics.get_state().custom_mode
-        if mode == self._mode:
-            return False
-        self._mode = mode
-        self._service.settle_mode(mode)
-        self.mode_changed_at = now
-        return not self._service.asked_for(mode)
-
-    def _look_for_it(self, healthy: bool, now: float) -> tuple[VehicleEvent, ...]:
-        if not healthy:
-            return ()
-        if self._first_heard is None:
-            self._first_heard = now
-        state = self._topics.get_state()
-        known = state.landed is not LandedState.UNDEFINED or not state.armed
-        if not known and now - self._first_heard < LANDED_WAIT_S:
-            return ()
-        self._found = self._linked = True
-        self._mode = state.custom_mode
-        return (VehicleEvent.FOUND,)
-
-
-class Jumps:
-    """Collects the jumps of EKF-local between two ticks."""
-
-    def __init__(self) -> None:
-        self._metres = 0.0
-
-    def note(self, metres: float) -> None:
-        """Keep the largest jump."""
-        self._metres = max(self._metres, abs(metres))
-
-    def take(self) -> float:
-        """Return the largest jump since the last call, metres."""
-        taken, self._metres = self._metres, 0.0
-        return taken
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,9 +73,17 @@ class Senses:
         self._from = sources
         now = sources.clock()
         self._link = LinkWatch(sources.topics, sources.service)
-        self._jumps = Jumps()
-        self._drain = BatteryWatch(sources.settings.flight.battery_reserve_percent, sources.settings.flight.speed_m_s)
+        self._ground = GroundWatch()
+        self._belief = self._believe(now)
+        self._doubt_shown = False
+        self._jumps, self._estimate_jumps = Jumps(), Jumps()
+        self._drain = BatteryWatch(sources.settings.flight.battery_reserve_percent)
         self._charge_known = now
+        self._wind_watch = WindWatch()
+        self._wind: Wind | None = None
+        self._wind_at = float("-inf")
+        self._strong = Stopwatch()
+        self._cells: tuple[int, ...] = ()
         self._reserve: Reserve | None = None
         self._reached = Stopwatch()
         self._breach = Stopwatch()
@@ -161,66 +91,87 @@ class Senses:
         self._position_trusted = now
         self._home_of: tuple[GlobalPose | None, ArmPlace | None] = (None, None)
         self._home: MapPoint | None = None
-        self._stop = sources.topics.vehicle.frame_jump.listen(self._jumps.note)
+        self._home_watch = HomeWatch()
+        self._autopilot_home = HomeFacts()
+        vehicle = sources.topics.vehicle
+        self._stops = (
+            vehicle.frame_jump.listen(self._jumps.note),
+            vehicle.estimate_jump.listen(self._estimate_jumps.note),
+        )
 
     def close(self) -> None:
         """Stop listening."""
-        self._stop()
+        for stop in self._stops:
+            stop()
 
     def tick(self) -> Facts:
         """Return the facts of this tick, with the events since the tick before."""
         now = self._from.clock()
-        events = self._link.observe(now)
+        self._belief = self._believe(now)
+        events = self._link.observe(self._belief.vehicle, now) + self._watch_doubt()
+        if VehicleEvent.LINK_LOST in events:
+            self._from.service.forget_held_fence()
+        self._watch_wind(now)
+        self._watch_home(now)
         self._watch_battery(now)
+        self._watch_cells()
         self._watch_breach(now)
-        parts = self._from.topics.get_part_healths()
+        parts = self._parts()
         self._fault.update(bool(_perception_fault(parts)), now)
         if self._from.topics.get_diagnostics().global_position_ok:
             self._position_trusted = now
-        return self._gather(now, parts, events, self._jumps.take())
+        return self._gather(now, parts, events, (self._jumps.take(), self._estimate_jumps.take()))
 
     def look(self) -> Facts:
         """Return the facts of this moment, without events."""
-        return self._gather(self._from.clock(), self._from.topics.get_part_healths(), (), 0.0)
+        now = self._from.clock()
+        self._belief = self._believe(now)
+        return self._gather(now, self._parts(), (), (0.0, 0.0))
 
     # -- gathering -----------------------------------------------------------------------------------------------
 
-    def _gather(self, now: float, parts: Parts, events: tuple[VehicleEvent, ...], jump: float) -> Facts:
+    def _gather(self, now: float, parts: Parts, events: tuple[VehicleEvent, ...], jumps: tuple[float, float]) -> Facts:
         topics, outcomes = self._from.topics, self._from.outcomes
         return Facts(
             now=now,
             utc=self._from.utc().timestamp(),
-            vehicle=topics.get_state(),
+            vehicle=self._belief.vehicle,
+            ground=self._belief.ground,
             link=LinkFacts(
                 is_up=self._link.is_up,
                 age=topics.get_link_age(),
                 mode_changed_at=self._link.mode_changed_at,
                 events=events,
                 words=self._from.log.autopilot_reason(),
+                second_sender=topics.get_second_sender(),
             ),
-            position=self._position(now, jump),
+            position=self._position(now, jumps),
             diagnostics=topics.get_diagnostics(),
             battery=self._battery(now),
+            wind=WindFacts(self._wind, self._strong.read(now)),
             limits=self._limits(now),
             operator=self._operator(now),
             sight=self._sight(now, parts),
-            parts=parts,
+            parts=(*parts, ("home", home_health(self._autopilot_home))),
             answers=self._from.requests.answers(),
             target_refusal=outcomes.target_refusal,
+            parameters=self._parameters(),
             starts_in_air=outcomes.starts_in_air,
         )
 
-    def _position(self, now: float, jump: float) -> PositionFacts:
+    def _position(self, now: float, jumps: tuple[float, float]) -> PositionFacts:
         topics = self._from.topics
         datum, arm_place = self._from.service.datum, topics.vehicle.arm_place.value
         return PositionFacts(
             pose=topics.get_pose(),
             age=topics.get_pose_age(),
             distrusted_s=now - self._position_trusted,
-            jump_m=jump,
+            jump_m=jumps[0],
+            estimate_jump_m=jumps[1],
             datum=datum,
             arm_place=arm_place,
             home=self._home_at(datum, arm_place),
+            autopilot_home=self._autopilot_home,
         )
 
     def _battery(self, now: float) -> BatteryFacts:
@@ -231,6 +182,7 @@ class Senses:
             unknown_s=now - self._charge_known,
             reserve=self._reserve,
             reached_s=self._reached.read(now),
+            cells=self._cells,
         )
 
     def _limits(self, now: float) -> LimitFacts:
@@ -242,7 +194,12 @@ class Senses:
             plan=fences.plan,
             plan_problem=fences.problem,
             planned_ceiling=fences.plan.ceiling - self._from.settings.fence.ceiling_margin_m,
+            held=self._from.service.held_fence,
         )
+
+    def _parameters(self) -> tuple[tuple[str, float], ...]:
+        told = self._from.service.parameters
+        return tuple((name, float(told[name])) for name in ALL_NAMES if name in told)
 
     def _operator(self, now: float) -> OperatorFacts:
         desk = self._from.desk
@@ -280,11 +237,45 @@ class Senses:
                 self._home = to_map(datum, arm_place.latitude, arm_place.longitude)
         return self._home
 
-    # -- conditions that must last -------------------------------------------------------------------------------
+    # -- armed and landed ----------------------------------------------------------------------------------------
+
+    def _believe(self, now: float) -> Belief:
+        topics = self._from.topics
+        place = topics.vehicle.arm_place.latest
+        motion = Motion.of(topics.get_pose(), topics.get_pose_age())
+        return self._ground.update(topics.get_state(), motion, -math.inf if place is None else place.time, now)
 
     def _is_airborne(self) -> bool:
-        state = self._from.topics.get_state()
-        return state.armed and state.landed is not LandedState.ON_GROUND
+        vehicle = self._belief.vehicle
+        return vehicle.armed and vehicle.landed is not LandedState.ON_GROUND
+
+    def _lasting_doubt(self) -> str:
+        ground = self._belief.ground
+        return ground.doubt if ground.doubted_s >= DOUBT_CONFIRM_S and self._link.is_up else ""
+
+    def _watch_doubt(self) -> tuple[VehicleEvent, ...]:
+        was_shown, self._doubt_shown = self._doubt_shown, bool(self._lasting_doubt())
+        return (VehicleEvent.DOUBTED,) if self._doubt_shown and not was_shown else ()
+
+    def _parts(self) -> Parts:
+        """Return the health of every part: that of armed and landed stands behind the position's."""
+        parts, doubt = self._from.topics.get_part_healths(), self._lasting_doubt()
+        place = 1 + next(index for index, (name, _) in enumerate(parts) if name == "position")
+        return (*parts[:place], ("ground", Health.bad(doubt) if doubt else Health()), *parts[place:])
+
+    # -- conditions that must last -------------------------------------------------------------------------------
+
+    def _watch_wind(self, now: float) -> None:
+        pose = self._from.topics.get_fresh_pose()
+        if not self._is_airborne():
+            self._wind_watch.reset()
+            self._wind = None
+        elif pose is not None:
+            self._wind_watch.update(pose)
+            if now - self._wind_at >= WIND_S:
+                self._wind, self._wind_at = self._wind_watch.estimate(), now
+        limit = self._from.settings.flight.maximum_wind_m_s
+        self._strong.update(self._wind is not None and self._wind.speed > limit, now)
 
     def _watch_battery(self, now: float) -> None:
         topics = self._from.topics
@@ -292,7 +283,7 @@ class Senses:
         percentage = None if info is None else info.percentage
         if percentage is not None or not airborne:
             self._charge_known = now
-        if not topics.get_state().armed:
+        if not self._belief.vehicle.armed:
             self._drain.reset()  # the next flight may begin with another battery
         home = self._home_at(self._from.service.datum, topics.vehicle.arm_place.value)
         if not airborne:
@@ -300,9 +291,34 @@ class Senses:
             self._reached.update(False, now)
         elif percentage is not None and home is not None and pose is not None and pose.map is not None:
             self._drain.update(percentage, now)
-            away, top = pose.map.point.distance(home), topics.get_heights().maximum
-            self._reserve = self._drain.reserve(percentage, away, pose.map.height, top)
+            aim = self._return_place(pose.map.point, home)
+            away, top = pose.map.point.distance(aim), topics.get_heights().maximum
+            track = math.atan2(aim.east - pose.map.east, aim.north - pose.map.north)
+            speed = ground_speed(self._from.settings.flight.speed_m_s, track, self._wind)
+            self._reserve = self._drain.reserve(percentage, away, pose.map.height, top, speed)
             self._reached.update(self._reserve.is_reached, now)
+
+    def _return_place(self, place: MapPoint, home: MapPoint) -> MapPoint:
+        """Return the farther of the arm place and the autopilot's home: RTL flies to the latter."""
+        theirs, datum = self._autopilot_home, self._from.service.datum
+        if not theirs.is_moved or theirs.place is None or datum is None:
+            return home
+        moved = to_map(datum, theirs.place.latitude, theirs.place.longitude)
+        return max(home, moved, key=place.distance)
+
+    def _watch_home(self, now: float) -> None:
+        topics, said = self._from.topics, self._belief.vehicle
+        armed = said.armed or not math.isfinite(said.time)  # nobody is known to be disarmed before the first HEARTBEAT
+        vehicle, datum, fence = topics.vehicle, self._from.service.datum, topics.fence_pub.value
+        self._autopilot_home = self._home_watch.look(
+            vehicle.home.latest, vehicle.arm_place.latest, armed, datum, fence, now
+        )
+
+    def _watch_cells(self) -> None:
+        """Count the battery's cells at rest. In flight the voltage sags, and the count stays."""
+        info, armed = self._from.topics.get_battery_info(), self._belief.vehicle.armed
+        if info is not None and (not armed or not self._cells):
+            self._cells = possible_cells(info.voltage, self._from.settings.flight.battery_cells, in_flight=armed)
 
     def _watch_breach(self, now: float) -> None:
         pose, fence = self._from.topics.get_fresh_pose(), self._from.topics.fence_pub.value

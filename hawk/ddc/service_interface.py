@@ -5,22 +5,26 @@ The secret is how the autopilot is asked. Access programs raise ReqFailed with t
 
 from __future__ import annotations
 
+import asyncio
+import logging
+import time
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from hawk.comm.vehicle import Autopilot, AutopilotError
 from hawk.ddc.facts import TARGET_POSE_AGE_S
-from hawk.ddc.geofence import contains, leads_inside
-from hawk.ddc.motion import Goal, maximum_target_distance
+from hawk.ddc.motion import Goal
+from hawk.ddc.target_gate import Limits, target_refusal
 from hawk.ddc.topic_interface import DdcTopicInterface
-from hawk.model import CopterMode, Fence, GlobalPose, HeightParameters, MapPose, StateName
+from hawk.model import CopterMode, Fence, GlobalPose, HeightParameters, StateName
 
 MODE_WINDOW_S = 2.0
 """A mode change is ours when a request asked for it within this time, seconds."""
-ABOVE_M = 2.0
-"""A target is straight above or below the drone when it is no farther aside than this, metres."""
 RTL_ALTITUDE_TOLERANCE_M = 0.5
+READ_BACK_S = 3.0
+"""Real seconds for which a parameter that was set may read as the old value."""
+READ_BACK_PAUSE_S = 0.2
 
 
 class ReqFailed(Exception):  # noqa: N818 - the specification's name
@@ -40,6 +44,7 @@ class Sender:
     holds: bool
 
 
+_LOGGER = logging.getLogger(__name__)
 T = TypeVar("T")
 Record = Callable[[str, dict[str, Any]], None]
 
@@ -59,8 +64,9 @@ class DdcServiceInterface:
         self._topics = topics
         self._clock = clock
         self._speed = speed
-        self._record = record
+        self._record_with = record
         self._asked: dict[int, float] = {}
+        self._held_fence: Fence | None = None
 
     def init(self) -> None:
         """Forget the modes that were asked for."""
@@ -75,6 +81,15 @@ class DdcServiceInterface:
     def parameters(self) -> Mapping[str, float | int]:
         """Autopilot parameters read so far."""
         return self._autopilot.parameters
+
+    @property
+    def held_fence(self) -> Fence | None:
+        """The fence that the autopilot holds, as read back from it; None while that is not known."""
+        return self._held_fence
+
+    def forget_held_fence(self) -> None:
+        """A flight has ended, or the autopilot was not heard for a while: the fence that it holds is not known."""
+        self._held_fence = None
 
     def set_datum(self, datum: GlobalPose | None) -> None:
         """Set the origin of the map frame; None: the next arm place becomes it."""
@@ -109,13 +124,35 @@ class DdcServiceInterface:
         self._expect_mode(mode_req)
         await self._ask("set mode", lambda: self._autopilot.set_mode(mode_req), mode=mode_req.name)
 
+    async def send_mode(self, mode: CopterMode) -> None:
+        """Send a flight mode as a message, without an answer: the autopilot may hear without being heard."""
+        self._expect_mode(mode)
+        await self._ask("send mode", lambda: self._autopilot.send_mode(mode), mode=mode.name)
+
+    def set_voice(self, speaks: bool) -> None:
+        """Let our heartbeats go out, or hold them back, so that the autopilot's ground-station failsafe acts."""
+        self._record("request", {"name": "set voice", "speaks": speaks})
+        self._autopilot.set_voice(speaks)
+
     async def kill(self) -> None:
         """Cut the motors at once."""
         await self._ask("kill", self._autopilot.kill)
 
     async def upload_fence(self, fence: Fence) -> None:
-        """Upload and enable the autopilot's own fence."""
+        """Upload and enable the autopilot's own fence, and read it back."""
+        self._held_fence = None
         await self._ask("upload fence", lambda: self._autopilot.upload_fence(fence))
+        self._held_fence = fence
+
+    async def compare_fence(self, fence: Fence) -> None:
+        """Read the autopilot's fence and compare it. Raises ReqFailed when it holds another one."""
+        self._held_fence = None
+        await self._ask("compare fence", lambda: self._autopilot.compare_fence(fence))
+        self._held_fence = fence
+
+    async def set_home(self, place: GlobalPose) -> None:
+        """Send a home; HOME_POSITION shows whether the autopilot took it."""
+        await self._ask("set home", lambda: self._autopilot.set_home(place), place=_place(place))
 
     async def get_parameter(self, name: str) -> float | int:
         """Read one parameter."""
@@ -128,12 +165,18 @@ class DdcServiceInterface:
         )
 
     async def set_failsafes(self, wanted: Mapping[str, float]) -> None:
-        """Set these parameters one by one, each read back; the first that fails ends it."""
+        """Set these parameters one by one, each read back until it holds; the first that does not ends it.
+
+        Raises:
+            ReqFailed: The autopilot refused one, or another value is read for READ_BACK_S.
+        """
         for name, value in wanted.items():
             await self.set_parameter(name, value)
-            found = await self.get_parameter(name)
-            if found != value:
-                raise ReqFailed(f"{name}: set to {value:g}, the autopilot says {found:g}")
+            deadline = time.monotonic() + READ_BACK_S
+            while (found := await self.get_parameter(name)) != value:
+                if time.monotonic() >= deadline:
+                    raise ReqFailed(f"{name}: set to {value:g}, the autopilot says {found:g}")
+                await asyncio.sleep(READ_BACK_PAUSE_S)
 
     def asked_for(self, custom_mode: int | None) -> bool:
         """Return True when a request of the last 2 s asked for this mode."""
@@ -176,12 +219,9 @@ class DdcServiceInterface:
         pose = self._topics.get_fresh_pose()
         if pose is None or pose.map is None:
             return f"the pose is older than {TARGET_POSE_AGE_S:g} s"
-        across = _fence_refusal(target, pose.map, fence, sender.holds)
-        if fence is None or across:
-            return across
-        highest = fence.ceiling if sender.holds else heights.maximum
-        bounds = (heights.minimum, min(highest, fence.ceiling), fence.ceiling)
-        return _height_refusal(target, pose.map, bounds) or _distance_refusal(target, pose.map, self._speed)
+        if fence is None:
+            return "there is no fence in force"
+        return target_refusal(target, pose.map, Limits(fence, heights, self._speed, sender.holds))
 
     def _above_arm_place(self, pose: GlobalPose) -> float:
         place = self._topics.vehicle.arm_place.value
@@ -193,6 +233,13 @@ class DdcServiceInterface:
         self._asked.pop(int(mode), None)  # the one asked for last stands last
         self._asked[int(mode)] = self._clock()
 
+    def _record(self, kind: str, content: dict[str, Any]) -> None:
+        """Record; a recording that fails must not keep a request from being sent."""
+        try:
+            self._record_with(kind, content)
+        except Exception:
+            _LOGGER.exception("%s was not recorded", kind)
+
     async def _ask(self, name: str, call: Callable[[], Awaitable[T]], **details: Any) -> T:
         self._record("request", {"name": name, **details})
         try:
@@ -202,41 +249,6 @@ class DdcServiceInterface:
             raise ReqFailed(str(error)) from error
         self._record("answer", {"name": name, "value": answer if isinstance(answer, int | float) else None, **details})
         return answer
-
-
-def _fence_refusal(target: Goal, pose: MapPose, fence: Fence | None, holding: bool) -> str:
-    """Check the target and the straight path to it.
-
-    A drone outside that holds is led back by any path that ends inside.
-    """
-    if fence is None or not contains(fence, target.point):
-        return "the target is outside the fence"
-    if leads_inside(fence, pose.point, target.point) or (holding and not contains(fence, pose.point)):
-        return ""
-    return "the straight way to the target leaves the fence"
-
-
-def _height_refusal(target: Goal, pose: MapPose, bounds: tuple[float, float, float]) -> str:
-    """Check the height against Min, Max and ceiling; outside Min and Max only the straight path back is free."""
-    lowest, highest, ceiling = bounds
-    if target.height > ceiling:
-        return f"the target is above the ceiling of {ceiling:g} m"
-    straight = _aside(target, pose) <= ABOVE_M
-    if target.height < lowest and not (straight and target.height >= pose.height):
-        return f"the target is below Min, {lowest:g} m"
-    if target.height > highest and not (straight and target.height <= pose.height):
-        return f"the target is above Max, {highest:g} m"
-    return ""
-
-
-def _distance_refusal(target: Goal, pose: MapPose, speed: float) -> str:
-    limit = maximum_target_distance(speed)
-    far = max(_aside(target, pose), abs(target.height - pose.height))
-    return f"the target is {far:.1f} m away, more than {limit:.1f} m" if far > limit else ""
-
-
-def _aside(target: Goal, pose: MapPose) -> float:
-    return float(((target.north - pose.north) ** 2 + (target.east - pose.east) ** 2) ** 0.5)
 
 
 def _place(pose: GlobalPose | None) -> dict[str, float] | None:

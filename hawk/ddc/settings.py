@@ -37,6 +37,11 @@ class DdcSettings:
         )
 
     @property
+    def floor(self) -> float:
+        """Lowest height of travel over the declared obstacle, metres above the arm place."""
+        return self.heights.floor_m
+
+    @property
     def ceiling(self) -> float:
         """Our own ceiling: it lies below the autopilot's by the margin, metres above the arm place."""
         return self.heights.ceiling_m - self.fence.ceiling_margin_m

@@ -135,7 +135,7 @@ def pose_status(facts: Facts) -> PoseStatus:
     pose = facts.position.pose
     if pose is None:
         return PoseStatus()
-    north, east, down = pose.velocity
+    (north, east, down), wind = pose.velocity, facts.wind.estimate
     return PoseStatus(
         relative_altitude=pose.relative_altitude,
         latitude=pose.global_.latitude,
@@ -150,6 +150,8 @@ def pose_status(facts: Facts) -> PoseStatus:
         speed=math.hypot(north, east),
         climb=-down,
         pose_age=facts.position.age,
+        wind_speed=None if wind is None else wind.speed,
+        wind_from=None if wind is None else wind.from_direction,
     )
 
 

@@ -58,12 +58,18 @@ class DdcInputs:
     camera_check: Topic[Health]
     """Health of the camera by its pictures: frozen, turned, mirrored."""
     recording_health: Topic[Health]
+    requests_health: Topic[Health]
+    """Calls into MAVSDK that do not return make it unhealthy."""
+    tasks_health: Topic[Health]
+    """A long-running task that ended makes it unhealthy."""
     camera_time: Topic[float]
     """When the light of the latest picture was caught, seconds of the daemon's clock."""
     vision_rate: Topic[float]
     """Pictures worked on per second."""
     loop_lag: Topic[float]
     """Lag of the loop, seconds."""
+    second_sender: Topic[str]
+    """Words for a sender beside the autopilot; empty while there is none."""
 
     @classmethod
     def create(cls, clock: Callable[[], float]) -> DdcInputs:
@@ -80,9 +86,12 @@ class DdcInputs:
             camera_health=Topic("camera_health", clock),
             camera_check=Topic("camera_check", clock),
             recording_health=Topic("recording_health", clock),
+            requests_health=Topic("requests_health", clock),
+            tasks_health=Topic("tasks_health", clock),
             camera_time=Topic("camera_time", clock),
             vision_rate=Topic("vision_rate", clock),
             loop_lag=Topic("loop_lag", clock),
+            second_sender=Topic("second_sender", clock),
         )
 
 
@@ -182,18 +191,20 @@ class DdcTopicInterface:
     def get_part_healths(self) -> tuple[tuple[str, Health], ...]:
         """Return the health of every part under its name, in the order in which they depend on each other."""
         return (
-            ("link", self.get_link_health()),
+            ("link", self._heard_link_health()),
             ("position", self.get_position_health()),
             ("camera", self.get_camera_health()),
             ("vision", self.get_vision_health()),
             ("mapper", self.get_mapper_health()),
             ("planner", self.get_path_plan_health()),
             ("recording", self.get_recording_health()),
+            ("requests", self._inputs.requests_health.value or Health()),
+            ("tasks", self._inputs.tasks_health.value or Health()),
             ("loop", self._loop_health()),
         )
 
     def get_link_health(self) -> Health:
-        """Health of the link to the autopilot."""
+        """Health of the link to the autopilot: whether it is heard."""
         state = self._vehicle.state.value
         if state is None:
             return Health.bad("No autopilot found yet.")
@@ -201,11 +212,18 @@ class DdcTopicInterface:
             return Health.bad("No word from the autopilot.")
         return Health()
 
+    def get_second_sender(self) -> str:
+        """Return words for a sender beside the autopilot; empty while there is none."""
+        return self._inputs.second_sender.value or ""
+
     def get_position_health(self) -> Health:
         """Health of the position: fresh, and good by the autopilot's own judgement."""
-        if self._vehicle.pose.age > POSE_TIMEOUT_S:
+        if self.get_pose_age() > POSE_TIMEOUT_S:
             return Health.bad("No position from the autopilot.")
-        if not self.get_diagnostics().global_position_ok:
+        diagnostics = self.get_diagnostics()
+        if diagnostics.estimator_fault:
+            return Health.bad(f"The autopilot does not trust its position: {diagnostics.estimator_fault}.")
+        if not diagnostics.global_position_ok:
             return Health.bad("The autopilot does not trust its position.")
         return Health()
 
@@ -281,6 +299,11 @@ class DdcTopicInterface:
     def has_lot_word(self) -> bool | None:
         """Return True when a lot is in sight; None when vision is silent."""
         return self._inputs.park_lot_detected.fresh(RESULT_TIMEOUT_S)
+
+    def _heard_link_health(self) -> Health:
+        """Return the health that is shown: a second sender is a fault, but the autopilot is heard all the same."""
+        health, second = self.get_link_health(), self.get_second_sender()
+        return Health.bad(second) if health.is_healthy and second else health
 
     def _loop_health(self) -> Health:
         lag = self._inputs.loop_lag.value

@@ -91,12 +91,14 @@ class Autopilot:
         self.armed = False
         self.landed = True
         self.boots += 1
+        self.fence.boot()
         self.mode_changes = 0
         sigma, wait = self.options.gnss_sigma, self.options.gnss_wait_s
         self.estimator = Estimator(sigma, wait, self._rng)
         self.failsafes = Failsafes(self.parameters, self.say, self._react, self.options.real_time_factor)
         self.ekf_origin: Vector | None = None
         self.home: Vector | None = None
+        self._home_locked = False
         self._controller = Controller()
         self._setpoint = Setpoint(idle=True)
         self._limits = Limits.of(self.parameters)
@@ -104,6 +106,7 @@ class Autopilot:
         self._grounded_since: float | None = None
         self._armed_on_ground_since = self.time
         self._next_failsafe = self.time
+        self._glitches = False
         self._crash_time: float | None = None
         self._next_pre_arm = self.time + PRE_ARM_PERIOD_S
         self.estimate: Estimate = self.estimator.step(self.body, 0.0)
@@ -141,6 +144,7 @@ class Autopilot:
         self.time += dt
         wind = self.wind.step(dt)
         self.estimate = self.estimator.step(self.body, dt)
+        self._take_reset()
         if self.ekf_origin is None and self.estimator.healthy:
             self.ekf_origin = self.home = self.estimate.position
             self.say(INFO, "EKF3 IMU0 origin set")
@@ -150,6 +154,15 @@ class Autopilot:
         self.battery.step(lifting, max(0.0, 1.0 - self.body.climb_force / GRAVITY), dt)
         if not self.stopped:
             self._watch()
+
+    def _take_reset(self) -> None:
+        """Move the place that the mode itself chose with the estimate, as ArduCopter does, and report a glitch."""
+        reset = self.estimator.take_reset()
+        if any(reset):
+            self.mode.reset_position(reset)
+        if self.estimator.glitch.is_told != self._glitches:
+            self._glitches = self.estimator.glitch.is_told
+            self.say(CRITICAL, "GPS Glitch or Compass error" if self._glitches else "Glitch cleared")
 
     def _fly(self, dt: float) -> Demand:
         self._setpoint = self.mode.run(self._view())
@@ -180,7 +193,7 @@ class Autopilot:
         self.armed = True
         self._armed_on_ground_since = self.time
         self._controller.reset()
-        if self.position_ok:
+        if self.position_ok and not self._home_locked:
             self.home = self.estimate.position
         self.mode = type(self.mode)(self._view())
         self.say(INFO, "Arming motors")
@@ -264,6 +277,10 @@ class Autopilot:
             raise RefusedError("not in GUIDED")
         self.mode.speed = speed
 
+    def set_home(self, place: Vector) -> None:
+        """Move home (NED metres in the world). From now on arming does not move it, until a boot."""
+        self.home, self._home_locked = place, True
+
     def load_fence(self, items: Sequence[FenceItem]) -> None:
         """Store an uploaded fence (it does not enable it). Raises FenceError."""
         places = [self.origin.to_world(item.latitude, item.longitude, self.origin.altitude)[:2] for item in items]
@@ -280,7 +297,8 @@ class Autopilot:
 
     def note_gcs(self, system_id: int) -> None:
         """Take a heartbeat of a ground station."""
-        if system_id == self.gcs_id:
+        highest = self.parameters.flag("MAV_GCS_SYSID_HI") if "MAV_GCS_SYSID_HI" in self.parameters else 0
+        if self.gcs_id <= system_id <= max(self.gcs_id, highest):
             self._gcs_time = self.time
 
     def crash_program(self, why: str) -> None:
@@ -317,7 +335,7 @@ class Autopilot:
 
     def _view(self) -> ModeInputs:
         ceiling = None
-        if self.parameters["FENCE_ENABLE"] and self.parameters.flag("FENCE_TYPE") & FenceType.ALT_MAX:
+        if self.fence.is_on(self.parameters) and self.parameters.flag("FENCE_TYPE") & FenceType.ALT_MAX:
             ceiling = self.parameters["FENCE_ALT_MAX"] - self.parameters["FENCE_MARGIN"]
         return ModeInputs(
             time=self.time,
@@ -343,7 +361,7 @@ class Autopilot:
             battery_failsafe=self.failsafes.battery,
             battery_voltage=self.battery.voltage,
             battery_arm_voltage=self.parameters["BATT_ARM_VOLT"],
-            fence_enabled=bool(self.parameters["FENCE_ENABLE"]),
+            fence_enabled=self.fence.is_on(self.parameters),
             fence_breaches=self._breaches(),
             throttle_high=self.radio_present and self.stick > 0.05,
             crashed=self.body.crashed,

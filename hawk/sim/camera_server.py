@@ -31,6 +31,12 @@ class Fault(BaseModel):
     gps_jump: tuple[Metres, Metres, Metres] | None = Field(
         None, description="the position estimate jumps by (north, east, down) metres, local and global alike"
     )
+    gps_glitch: tuple[Metres, Metres, Metres] | None = Field(
+        None, description="GNSS is off by (north, east, down) metres: the EKF refuses it for 10 s, then jumps to it"
+    )
+    home: tuple[Metres, Metres, Metres] | None = Field(
+        None, description="another station moves home to (north, east, down) metres from where the world begins"
+    )
     ekf_shift: tuple[Metres, Metres, Metres] | None = Field(
         None, description="EKF-local's origin moves by (north, east, down) metres; global stays"
     )
@@ -42,7 +48,12 @@ class Fault(BaseModel):
     camera_turn_deg: float | None = Field(
         None, ge=-360.0, le=360.0, description="the camera sits turned in its mount, clockwise seen from above, degrees"
     )
-    link: Literal["ok", "cut"] | None = Field(None, description="MAVLink in both directions")
+    link: Literal["ok", "cut", "mute"] | None = Field(
+        None, description="MAVLink is lost in both directions; only from the autopilot"
+    )
+    late_parameters_s: float | None = Field(
+        None, ge=0.0, le=60.0, description="a parameter that was set reads as the old one for this time, seconds"
+    )
     link_loss: float | None = Field(None, ge=0.0, le=1.0, description="share of datagrams lost, in each direction")
     battery: float | None = Field(None, ge=0.0, le=100.0, description="charge left, percent")
     wind: float | None = Field(None, ge=0.0, le=30.0, description="mean wind, m/s")
@@ -73,11 +84,17 @@ def apply_fault(
         autopilot.estimator.receiving = fault.gps == "ok"
     if fault.gps_jump is not None:
         autopilot.estimator.jump(*fault.gps_jump)
+    if fault.gps_glitch is not None:
+        autopilot.estimator.glitch.offset = fault.gps_glitch
+    if fault.home is not None:
+        autopilot.set_home(fault.home)
     if fault.ekf_shift is not None:
         autopilot.shift_ekf_origin(fault.ekf_shift)
     _camera(fault, camera, server)
     if fault.link is not None:
-        link.cut = fault.link == "cut"
+        link.cut, link.mute = fault.link == "cut", fault.link == "mute"
+    if fault.late_parameters_s is not None:
+        link.late_parameters_s = fault.late_parameters_s
     if fault.link_loss is not None:
         link.loss = fault.link_loss
     if fault.battery is not None:

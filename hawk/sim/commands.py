@@ -15,6 +15,8 @@ from hawk.sim.modes import ModeNumber
 FORCE_DISARM = 21196
 FORCE_ARM = 2989
 """ArduPilot's magic numbers. 21196 with "arm" (MAVSDK's ``arm_force``) is acknowledged and does nothing."""
+FENCE_SWITCH = 11
+"""RCx_OPTION of the switch that turns the fence on and off."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +30,7 @@ class Command:
     z: float
     frame: int
     sender: tuple[int, int]
+    is_int: bool = False
 
     @classmethod
     def of(cls, message: Any) -> Command:
@@ -36,7 +39,7 @@ class Command:
         sender = (message.get_srcSystem(), message.get_srcComponent())
         if message.get_type() == "COMMAND_INT":
             x, y = message.x * 1e-7, message.y * 1e-7
-            return cls(message.command, first, x, y, message.z, message.frame, sender)
+            return cls(message.command, first, x, y, message.z, message.frame, sender, is_int=True)
         frame = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT
         return cls(message.command, first, message.param5, message.param6, message.param7, frame, sender)
 
@@ -105,7 +108,16 @@ def _yaw(command: Command, autopilot: Autopilot) -> None:
 
 
 def _fence_enable(command: Command, autopilot: Autopilot) -> None:
-    autopilot.parameters.set("FENCE_ENABLE", 1.0 if command.parameters[0] == 1.0 else 0.0)
+    autopilot.fence.switch(command.parameters[0] == 1.0, autopilot.parameters)
+
+
+def _switch(command: Command, autopilot: Autopilot) -> int | None:
+    """Take a switch of the remote control: position 0 is low, 2 high."""
+    function, position = command.parameters[:2]
+    if function != FENCE_SWITCH:
+        return int(mavlink.MAV_RESULT_FAILED)
+    autopilot.fence.switch(position == 2.0, autopilot.parameters)
+    return None
 
 
 def _reboot(command: Command, autopilot: Autopilot) -> int | None:
@@ -116,12 +128,18 @@ def _reboot(command: Command, autopilot: Autopilot) -> int | None:
 
 
 def _set_home(command: Command, autopilot: Autopilot) -> None:
+    """DO_SET_HOME by any station: a place, or the present one. A COMMAND_LONG's altitude is above sea level here."""
     if autopilot.home is None:
         raise RefusedError("no position yet")
-    if command.parameters[0] == 1.0:
-        autopilot.home = autopilot.estimate.position
-    else:
-        autopilot.home = autopilot.origin.to_world(command.x, command.y, command.z)
+    if command.parameters[0] == 1.0 or (command.x == 0.0 and command.y == 0.0):
+        autopilot.set_home(autopilot.estimate.position)
+        return
+    if command.parameters[0] != 0.0:
+        raise RefusedError("neither a place nor the present one")
+    altitude = command.z
+    if command.is_int and command.frame not in (mavlink.MAV_FRAME_GLOBAL, mavlink.MAV_FRAME_GLOBAL_INT):
+        altitude += autopilot.origin.altitude - autopilot.home[2]
+    autopilot.set_home(autopilot.origin.to_world(command.x, command.y, altitude))
 
 
 _HANDLERS: dict[int, Callable[[Command, Autopilot], int | None]] = {
@@ -135,6 +153,7 @@ _HANDLERS: dict[int, Callable[[Command, Autopilot], int | None]] = {
     mavlink.MAV_CMD_DO_CHANGE_SPEED: _change_speed,
     mavlink.MAV_CMD_CONDITION_YAW: _yaw,
     mavlink.MAV_CMD_DO_FENCE_ENABLE: _fence_enable,
+    mavlink.MAV_CMD_DO_AUX_FUNCTION: _switch,
     mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: _reboot,
     mavlink.MAV_CMD_RUN_PREARM_CHECKS: lambda _, autopilot: autopilot.report_pre_arm(),
     mavlink.MAV_CMD_DO_SET_HOME: _set_home,

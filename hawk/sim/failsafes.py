@@ -146,8 +146,10 @@ class Failsafes:
 
     def _watch_gcs(self, now: Watched) -> None:
         enabled = self.parameters.flag("FS_GCS_ENABLE")
+        if not enabled:
+            return  # it stays as it is: switched off while it acts, it is never cleared (failsafe_gcs_check)
         limit = self.parameters["FS_GCS_TIMEOUT"] * self.real_time_factor
-        lost = bool(enabled) and now.gcs_silent_s is not None and now.gcs_silent_s > limit
+        lost = now.gcs_silent_s is not None and now.gcs_silent_s > limit
         if lost and not self.gcs:
             self.gcs = True
             continues = now.pilot_flies and self.parameters.flag("FS_OPTIONS") & OPTION_CONTINUE_PILOT_ON_GCS

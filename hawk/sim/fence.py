@@ -61,6 +61,24 @@ class Fence:
         self.items: tuple[FenceItem, ...] = ()
         self._inside: list[shapely.Geometry] = []
         self._outside: list[shapely.Geometry] = []
+        self._followed: float | None = None
+        self._on = False
+
+    def is_on(self, parameters: Parameters) -> bool:
+        """Return True when the fence is enabled: by a change of FENCE_ENABLE, or by a switch or command since."""
+        if parameters["FENCE_ENABLE"] != self._followed:
+            self._followed = parameters["FENCE_ENABLE"]
+            self._on = bool(self._followed)
+        return self._on
+
+    def switch(self, on: bool, parameters: Parameters) -> None:
+        """Turn the fence on or off without a change of FENCE_ENABLE, as MAV_CMD_DO_FENCE_ENABLE and a switch do."""
+        self.is_on(parameters)
+        self._on = on
+
+    def boot(self) -> None:
+        """Forget a switch: FENCE_ENABLE counts after a boot."""
+        self._followed = None
 
     def load(self, items: Sequence[FenceItem], places: Sequence[Flat]) -> None:
         """Load an upload; ``places`` are the items' places (north, east). Raises FenceError and keeps the old one."""
@@ -88,7 +106,7 @@ class Fence:
 
     def breaches(self, place: Vector, home: Vector, parameters: Parameters) -> FenceType:
         """Return the enabled fences that a place (NED metres in the world) is outside of."""
-        if not parameters["FENCE_ENABLE"]:
+        if not self.is_on(parameters):
             return FenceType.NONE
         types = FenceType(parameters.flag("FENCE_TYPE") & 15)
         height = home[2] - place[2]

@@ -96,6 +96,7 @@ class FlightRecord:
             "disarmed": not autopilot.armed,
             "crashed": body.crashed,
             "autopilot_stopped": autopilot.stopped,
+            "gcs_failsafe": autopilot.failsafes.gcs,
             "battery": round(autopilot.battery.remaining, 4),
             "way_m": round(self.way_m, 2),
             "flown_s": round(self.flown_s, 2),

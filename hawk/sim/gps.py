@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hawk.sim.geometry import Vector, add, wrap_angle
+from hawk.sim.geometry import Vector, add, subtract, wrap_angle
 from hawk.sim.vehicle import Body
 
 DRIFT_TIME_S = 120.0
@@ -30,6 +30,17 @@ FIX_TIMEOUT_S = 4.0
 HEALTH_TIMEOUT_S = 7.5
 """Health turns False 7-8 s after the loss."""
 RECOVERY_S = 3.0
+AIDED_S = 15.0
+"""Without GNSS for this time EKF3 stops aiding: it gives a constant position."""
+VARIANCE_PER_M = 0.2665
+"""Test ratio of the position by metre of GNSS innovation, as measured over 6 to 100 m."""
+VARIANCE_TIME_S = 42.0
+"""Its decay while the estimate's own uncertainty grows, as measured."""
+GLITCH_SAID_S = 1.2
+"""Until GPS_GLITCHING shows, and EKF3 refuses GNSS for RESET_S; it shows for as long again after the reset."""
+RESET_S = 10.0
+SMALL_TIME_S = 1.0
+"""An innovation that passes the test is taken within this time constant."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +77,47 @@ class _SlowError:
         self.value += self.rate * dt
 
 
+class Glitch:
+    """GNSS that is off by ``offset`` (NED, metres), and the part of it that the estimate has taken.
+
+    EKF3 refuses what fails its test, and resets its position to GNSS when that has lasted for `RESET_S`.
+    """
+
+    def __init__(self) -> None:
+        self.offset: Vector = (0.0, 0.0, 0.0)
+        self.taken: Vector = (0.0, 0.0, 0.0)
+        self.rate: Vector = (0.0, 0.0, 0.0)
+        self._refused_s = 0.0
+        self._settling_s = 0.0
+
+    @property
+    def variance(self) -> float:
+        """Test ratio of the horizontal position."""
+        north, east, _ = subtract(self.offset, self.taken)
+        return VARIANCE_PER_M * math.hypot(north, east) * math.exp(-self._refused_s / VARIANCE_TIME_S)
+
+    @property
+    def is_told(self) -> bool:
+        """True while EKF_STATUS_REPORT has GPS_GLITCHING."""
+        return self._refused_s >= GLITCH_SAID_S or self._settling_s > 0.0
+
+    def step(self, dt: float) -> Vector:
+        """Let time pass; return the movement of a reset, zero without one."""
+        self.rate = (0.0, 0.0, 0.0)
+        self._settling_s = max(0.0, self._settling_s - dt)
+        left = subtract(self.offset, self.taken)
+        if VARIANCE_PER_M * math.hypot(left[0], left[1]) < 1.0:
+            self._refused_s = 0.0
+            self.rate = (left[0] / SMALL_TIME_S, left[1] / SMALL_TIME_S, left[2] / SMALL_TIME_S)
+            self.taken = add(self.taken, (self.rate[0] * dt, self.rate[1] * dt, self.rate[2] * dt))
+            return 0.0, 0.0, 0.0
+        self._refused_s += dt
+        if self._refused_s < RESET_S:
+            return 0.0, 0.0, 0.0
+        self._refused_s, self._settling_s, self.taken = 0.0, RESET_S, self.offset
+        return left
+
+
 class Estimator:
     """Turns the true state into the autopilot's. ``gnss_sigma`` is the slow horizontal error, metres (1 sigma)."""
 
@@ -76,6 +128,9 @@ class Estimator:
         self._down = _SlowError(gnss_sigma * HEIGHT_SHARE, rng)
         self._angles = tuple(_SlowError(sigma, rng) for sigma in (ATTITUDE_SIGMA, ATTITUDE_SIGMA, YAW_SIGMA))
         self._jump: Vector = (0.0, 0.0, 0.0)
+        self._reset: Vector = (0.0, 0.0, 0.0)
+        self.glitch = Glitch()
+        self._has_aided = False
         self._dead_reckoning: tuple[float, float] = (0.0, 0.0)
         self._dead_velocity: tuple[float, float] = (0.0, 0.0)
         self._lost_s = HEALTH_TIMEOUT_S
@@ -91,6 +146,7 @@ class Estimator:
         for error in (self._north, self._east, self._down, *self._angles):
             error.step(dt)
         self._reckon(dt)
+        self._reset = add(self._reset, self.glitch.step(dt))
         noise = self._rng.standard_normal(3) * VELOCITY_SIGMA
         error_position = (
             self._north.value + self._dead_reckoning[0],
@@ -98,13 +154,13 @@ class Estimator:
             self._down.value,
         )
         error_velocity = (
-            self._north.rate + self._dead_velocity[0] + float(noise[0]),
-            self._east.rate + self._dead_velocity[1] + float(noise[1]),
-            self._down.rate + float(noise[2]),
+            self._north.rate + self._dead_velocity[0] + self.glitch.rate[0] + float(noise[0]),
+            self._east.rate + self._dead_velocity[1] + self.glitch.rate[1] + float(noise[1]),
+            self._down.rate + self.glitch.rate[2] + float(noise[2]),
         )
         roll, pitch, yaw = (error.value for error in self._angles)
         return Estimate(
-            add(add(body.position, error_position), self._jump),
+            add(add(add(body.position, error_position), self._jump), self.glitch.taken),
             add(body.velocity, error_velocity),
             body.roll + roll,
             body.pitch + pitch,
@@ -113,8 +169,19 @@ class Estimator:
         )
 
     def jump(self, north: float, east: float, down: float) -> None:
-        """Shift the estimate at once, metres (a GNSS glitch)."""
+        """Shift the estimate at once, metres: a reset of the EKF."""
         self._jump = add(self._jump, (north, east, down))
+        self._reset = add(self._reset, (north, east, down))
+
+    def take_reset(self) -> Vector:
+        """Return how far the estimate was reset since the last call, metres."""
+        reset, self._reset = self._reset, (0.0, 0.0, 0.0)
+        return reset
+
+    @property
+    def aids(self) -> bool:
+        """True while the EKF gives a position that moves: it had GNSS less than `AIDED_S` ago."""
+        return self._has_aided and self._lost_s < AIDED_S
 
     @property
     def healthy(self) -> bool:
@@ -142,7 +209,7 @@ class Estimator:
         if self.receiving:
             self._good_s += dt
             if self._good_s >= RECOVERY_S:
-                self._lost_s = 0.0
+                self._lost_s, self._has_aided = 0.0, True
         else:
             self._good_s = 0.0
             self._lost_s += dt

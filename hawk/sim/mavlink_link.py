@@ -52,11 +52,16 @@ OFFSET_FRAMES = frozenset({mavlink.MAV_FRAME_LOCAL_OFFSET_NED, mavlink.MAV_FRAME
 
 
 class MavlinkLink:
-    """One link. ``cut`` and ``loss`` (share of datagrams, 0..1, both directions) are for tests of bad links."""
+    """One link. ``cut``, ``mute`` and ``loss`` (share of datagrams, 0..1, in each direction) are for tests."""
 
     def __init__(self, autopilot: Autopilot, rng: np.random.Generator) -> None:
         self.cut = False
+        self.mute = False
+        """Its messages are lost; it hears."""
         self.loss = 0.0
+        self.late_parameters_s = 0.0
+        """A parameter whose set was confirmed reads as its old value for this time, simulated seconds."""
+        self._old_values: dict[str, tuple[Parameter, float]] = {}
         self._autopilot = autopilot
         self._rng = rng
         self._encoder = mavlink.MAVLink(None, srcSystem=SYSTEM, srcComponent=COMPONENT)
@@ -82,7 +87,7 @@ class MavlinkLink:
         self._due()
         out, self._out = self._out, []
         packed = [bytes(message.pack(self._encoder)) for message in out]
-        return [] if self.cut else [data for data in packed if not self._lost()]
+        return [] if self.cut or self.mute else [data for data in packed if not self._lost()]
 
     def _reset(self) -> None:
         """Forget the requested streams, as a boot does."""
@@ -199,15 +204,21 @@ class MavlinkLink:
             )
         except (KeyError, IndexError):
             return  # ArduPilot says nothing
-        self._send_parameter(found, message.param_index if message.param_index >= 0 else None)
+        old, since = self._old_values.get(found.name, (found, -math.inf))
+        shown = old if self._autopilot.time - since < self.late_parameters_s else found
+        self._send_parameter(shown, message.param_index if message.param_index >= 0 else None)
 
     def _set_parameter(self, message: Any) -> None:
         if not math.isfinite(message.param_value):
             return
+        name, parameters = _text(message.param_id), self._autopilot.parameters
         try:
-            written = self._autopilot.parameters.set(_text(message.param_id), message.param_value)
+            old = parameters.parameter(name)
+            written = parameters.set(name, message.param_value)
         except KeyError:
             return
+        if written.value != old.value:
+            self._old_values[name] = (old, self._autopilot.time)
         self._send_parameter(written, None)
 
     def _start_list(self, _: Any) -> None:

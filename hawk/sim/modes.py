@@ -104,6 +104,11 @@ class Mode:
         """Return the mode's set-point."""
         raise NotImplementedError
 
+    def reset_position(self, shift: Vector) -> None:
+        """Move the place that the mode chose itself with a reset of the estimate (NED, metres)."""
+        self._place = self._place[0] + shift[0], self._place[1] + shift[1]
+        self._down += shift[2]
+
     @property
     def phase(self) -> Phase:
         """Phase of the flight in this mode."""
@@ -169,6 +174,12 @@ class Brake(Mode):
         super().__init__(view)
         self._stopped_at: Flat | None = None
 
+    def reset_position(self, shift: Vector) -> None:
+        """Stay above the same ground."""
+        super().reset_position(shift)
+        if self._stopped_at is not None:
+            self._stopped_at = self._stopped_at[0] + shift[0], self._stopped_at[1] + shift[1]
+
     def run(self, view: ModeInputs) -> Setpoint:
         """Brake, then hold the place where it stood still, and the height."""
         if self._stopped_at is None and math.hypot(*view.estimate.velocity[:2]) < BRAKE_STOPPED_M_S:
@@ -211,12 +222,14 @@ class Rtl(Mode):
         super().__init__(view)
         self._leg = self._Leg.CLIMB
         self._height = _return_height(view)
+        self._home = view.home
+        """Home when RTL began: ArduCopter plans the return once, and a home that is moved later changes nothing."""
         self._since = view.time
 
     def run(self, view: ModeInputs) -> Setpoint:
         """Do the present leg and go on to the next when it is done."""
-        home = view.home[:2]
-        down = view.home[2] - self._height
+        home = self._home[:2]
+        down = self._home[2] - self._height
         if view.landed:
             return descend(view, home)
         self._advance(view)
@@ -227,8 +240,9 @@ class Rtl(Mode):
         return Setpoint(place, down=down, speed=speed)
 
     def _advance(self, view: ModeInputs) -> None:
-        away = math.dist(view.flat, view.home[:2])
-        if self._leg is self._Leg.CLIMB and view.height >= self._height - 0.3:
+        away = math.dist(view.flat, self._home[:2])
+        height = self._home[2] - view.estimate.position[2]
+        if self._leg is self._Leg.CLIMB and height >= self._height - 0.3:
             self._leg = self._Leg.RETURN
         elif self._leg is self._Leg.RETURN and away < HOME_RADIUS_M:
             self._leg, self._since = self._Leg.WAIT, view.time
@@ -288,18 +302,28 @@ class Guided(Mode):
         self._velocity: Vector | None = None
         self._velocity_time = 0.0
         self._climbing_to: float | None = None
+        self._is_sent = False
         self._lift_time = 0.0
         self.speed: float | None = None
 
     def take_off(self, view: ModeInputs, down: float) -> None:
         """Climb straight up to a height (down, metres in the world)."""
+        self._is_sent = False
         self._velocity = None
         self._climbing_to = down
         self._lift_time = view.time + SPOOL_UP_S
         self._place, self._down = view.flat, down
 
+    def reset_position(self, shift: Vector) -> None:
+        """Stay above the same ground, but fly on to a target that was sent: it is absolute."""
+        if not self._is_sent:
+            super().reset_position(shift)
+        if self._climbing_to is not None:
+            self._climbing_to += shift[2]
+
     def go(self, place: Flat, down: float, yaw: float | None, view: ModeInputs) -> None:
         """Fly to a place. Without a yaw the nose points ahead."""
+        self._is_sent = True
         self._velocity = None
         self._climbing_to = None
         if yaw is None and math.dist(place, view.flat) > YAW_LOOK_M:
@@ -338,7 +362,7 @@ class Guided(Mode):
         if self._climbing_to is not None and view.estimate.position[2] <= self._climbing_to + 0.2:
             self._climbing_to = None
         if self._velocity is not None and view.time - self._velocity_time > view.parameters["GUID_TIMEOUT"]:
-            self._velocity = None
+            self._velocity, self._is_sent = None, False
             self._place, self._down = view.stopping_point(), view.stopping_down()
 
     @property

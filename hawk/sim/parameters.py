@@ -85,12 +85,13 @@ class Parameters:
 def copter_parameters(gcs_name: str = "old") -> Parameters:
     """Return ArduCopter's parameters with their defaults.
 
-    ``gcs_name`` "old" has SYSID_MYGCS (before 4.7), "new" has MAV_GCS_SYSID.
+    ``gcs_name`` "old" has SYSID_MYGCS (before 4.7), "new" has MAV_GCS_SYSID and MAV_GCS_SYSID_HI.
     """
     gcs = Parameter("SYSID_MYGCS" if gcs_name == "old" else "MAV_GCS_SYSID", ParameterType.INT16, 255)
     own = Parameter("SYSID_THISMAV" if gcs_name == "old" else "MAV_SYSID", ParameterType.INT16, 1)
+    highest = [] if gcs_name == "old" else [Parameter("MAV_GCS_SYSID_HI", ParameterType.INT16, 0)]
     rest = [Parameter(name, kind, value) for kind, table in _DEFAULTS.items() for name, value in table.items()]
-    return Parameters(sorted([gcs, own, *rest], key=lambda parameter: parameter.name))
+    return Parameters(sorted([gcs, own, *highest, *rest], key=lambda parameter: parameter.name))
 
 
 _DEFAULTS: dict[ParameterType, dict[str, float]] = {
@@ -99,6 +100,7 @@ _DEFAULTS: dict[ParameterType, dict[str, float]] = {
         "BATT_FS_CRT_ACT": 0,
         "BATT_FS_LOW_ACT": 0,
         "BATT_FS_VOLTSRC": 0,
+        "BATT_LOW_TIMER": 10,
         "BATT_MONITOR": 4,
         "COMPASS_USE": 1,
         "DISARM_DELAY": 10,
@@ -145,7 +147,6 @@ _DEFAULTS: dict[ParameterType, dict[str, float]] = {
         "BATT_CRT_MAH": 0,
         "BATT_CRT_VOLT": 0,
         "BATT_LOW_MAH": 0,
-        "BATT_LOW_TIMER": 10,
         "BATT_LOW_VOLT": 10.5,
         "COMPASS_OFS_X": 5,
         "COMPASS_OFS_Y": 13,

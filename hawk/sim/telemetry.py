@@ -98,7 +98,7 @@ def _sys_status(autopilot: Autopilot) -> Message:
     ):
         health |= bit if healthy else 0
     enabled = _SENSORS
-    if not autopilot.parameters["FENCE_ENABLE"]:
+    if not (autopilot.fence.is_on(autopilot.parameters) and autopilot.parameters["FENCE_ACTION"]):
         enabled &= ~mavlink.MAV_SYS_STATUS_GEOFENCE
     battery = autopilot.battery
     return mavlink.MAVLink_sys_status_message(
@@ -239,12 +239,17 @@ def _vfr_hud(autopilot: Autopilot) -> Message:
 
 
 def _ekf_status(autopilot: Autopilot) -> Message:
+    """Flags and variances as a real ArduCopter gives them with GNSS, without it, and with one that is off."""
+    estimator = autopilot.estimator
     flags = mavlink.EKF_ATTITUDE | mavlink.EKF_VELOCITY_VERT | mavlink.EKF_POS_VERT_ABS
     if autopilot.position_ok:
         flags |= mavlink.EKF_VELOCITY_HORIZ | mavlink.EKF_POS_HORIZ_REL | mavlink.EKF_POS_HORIZ_ABS
         flags |= mavlink.EKF_PRED_POS_HORIZ_REL | mavlink.EKF_PRED_POS_HORIZ_ABS
-    variance = 0.1 if autopilot.position_ok else 1.2
-    return mavlink.MAVLink_ekf_status_report_message(flags, variance, variance, 0.1, 0.1, 0.0)
+    elif not estimator.aids:
+        flags |= mavlink.EKF_VELOCITY_HORIZ | mavlink.EKF_CONST_POS_MODE
+    if estimator.glitch.is_told:
+        flags |= mavlink.EKF_GPS_GLITCHING
+    return mavlink.MAVLink_ekf_status_report_message(flags, 0.01, 0.01 + estimator.glitch.variance, 0.01, 0.02, 0.0)
 
 
 def _system_time(autopilot: Autopilot) -> Message:

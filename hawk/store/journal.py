@@ -78,6 +78,7 @@ class FlightJournal:
         self._waiters: list[tuple[int, Callable[[], None]]] = []
         self._jobs: list[Callable[[], None]] = []
         self._closing = False
+        self._begun: float | None = None
         self.health = Health()
         """Unhealthy while values cannot be written."""
         surveys = surveys_of(directory)
@@ -111,16 +112,23 @@ class FlightJournal:
         self._put_values({MAP + key: bytes(value) for key, value in parts.items()})
 
     def add_start_in_air(self) -> tuple[float, ...]:
-        """Note a start in the air now; return those of the last ten minutes (wall clock seconds), this one last.
+        """Note this run's start in the air, once; return those of ten minutes (wall clock seconds), this one last.
 
         It is written at once: a crash right after the start must be counted too.
         """
-        now = self._wall()
-        starts = tuple(start for start in self.state.starts_in_air if 0 <= now - start <= _STARTS_KEPT_S)
-        with self._ready:
-            self._urgent = True
-            self._put_values({f"{START}{now:.3f}": b"1"})
-        return (*starts, now)
+        if self._begun is None:
+            self._begun = self._wall()
+            with self._ready:
+                self._urgent = True
+                self._put_values({_start_key(self._begun): b"1"})
+        begun = self._begun
+        return (*(start for start in self.state.starts_in_air if 0 <= begun - start <= _STARTS_KEPT_S), begun)
+
+    def withdraw_start(self) -> None:
+        """Take this run's start in the air back: it was on the ground, or ended in order."""
+        if self._begun is not None:
+            self._put_values({_start_key(self._begun): b""})
+            self._begun = None
 
     def new_survey(self) -> str:
         """Begin a new survey with an empty journal beside the old one, and return its id."""
@@ -134,6 +142,11 @@ class FlightJournal:
         return folder.name
 
     # --- life ------------------------------------------------------------------------------------------------------
+
+    @property
+    def waiting(self) -> int:
+        """Values that wait for the disk."""
+        return len(self._pending)
 
     async def flush(self, timeout_s: float = 2.0) -> bool:
         """Wait until everything put so far is on disk; return False when ``timeout_s`` ran out."""
@@ -306,6 +319,10 @@ class FlightJournal:
     def _prune(self) -> None:
         for survey in surveys_of(self._directory)[: -self._keep - 1]:
             shutil.rmtree(survey, ignore_errors=True)
+
+
+def _start_key(start: float) -> str:
+    return f"{START}{start:.3f}"
 
 
 def _set(loop: asyncio.AbstractEventLoop, event: asyncio.Event) -> None:

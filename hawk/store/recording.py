@@ -117,6 +117,11 @@ class Recording:
         self._put(FRAME_INPUT, frame, is_frame=True, size=_SMALL + len(frame.jpeg))
 
     @property
+    def waiting(self) -> int:
+        """Messages that wait for the disk."""
+        return len(self._queue)
+
+    @property
     def recording(self) -> bool:
         """True while a file is written."""
         return self._file is not None

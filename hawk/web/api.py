@@ -6,6 +6,7 @@ import asyncio
 import math
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from typing import Any, Final
 
 from aiohttp import hdrs, web
@@ -13,12 +14,25 @@ from aiohttp import hdrs, web
 from hawk.comm.messages import schema
 from hawk.model import GlobalPose, Stall
 from hawk.stall_exports import stalls_csv, stalls_geojson
+from hawk.web.door import DOOR
+from hawk.web.guesses import GUESSES
+from hawk.web.process_figures import process_figures
 from hawk.web.services import COUNTERS, SERVICES, Counters, WebServices
 
 METRICS_CONTENT_TYPE: Final = "text/plain; version=0.0.4; charset=utf-8"
 STATUS_AGE_S: Final = 1.0
 """A status older than this (seconds of the daemon's clock) means that the state machine does not run."""
 EXPORTER = web.AppKey("exporter", ThreadPoolExecutor)
+
+
+@dataclass(frozen=True, slots=True)
+class Access:
+    """Figures of the server's door; ``closed`` and ``wrong_tokens`` rise."""
+
+    waiting: int = 0
+    answered: int = 0
+    closed: int = 0
+    wrong_tokens: int = 0
 
 
 def add_routes(app: web.Application) -> None:
@@ -94,7 +108,7 @@ async def health(request: web.Request) -> web.StreamResponse:
 
 async def metrics(request: web.Request) -> web.StreamResponse:
     """Prometheus text format."""
-    text = metrics_text(request.app[SERVICES], request.app[COUNTERS])
+    text = metrics_text(request.app[SERVICES], request.app[COUNTERS], _access(request.app))
     return web.Response(text=text, headers={hdrs.CONTENT_TYPE: METRICS_CONTENT_TYPE})
 
 
@@ -134,7 +148,12 @@ def _report(services: WebServices) -> dict[str, Any]:
     }
 
 
-def metrics_text(services: WebServices, counters: Counters) -> str:
+def _access(app: web.Application) -> Access:
+    door, guesses = app[DOOR], app[GUESSES]
+    return Access(door.waiting, door.answered, door.closed, guesses.total)
+
+
+def metrics_text(services: WebServices, counters: Counters, access: Access = Access()) -> str:
     """Return all metrics; unknown values are left out."""
     lag = services.loop_lag()
     status = services.status.value
@@ -157,8 +176,17 @@ def metrics_text(services: WebServices, counters: Counters) -> str:
     add("video_latency_seconds", "gauge", "Age of the newest frame when handed out.", counters.frame_latency_s)
     add("heartbeats_total", "counter", "Heartbeats sent to pages.", counters.heartbeats)
     add("heartbeats_failed_total", "counter", "Heartbeats that could not be built.", counters.heartbeats_failed)
+    add("connections_waiting", "gauge", "Connections that wait for a request.", access.waiting)
+    add("requests_under_way", "gauge", "Requests that are being answered.", access.answered)
+    add("connections_closed_total", "counter", "Connections that were closed while they waited.", access.closed)
+    add("wrong_tokens_total", "counter", "Wrong tokens.", access.wrong_tokens)
     add("status_age_seconds", "gauge", "Age of the state machine's last status.", services.status.age)
     add("frame_age_seconds", "gauge", "Age of the newest annotated frame.", services.video.age)
+    for name, (text, value) in process_figures().items():
+        add(name, "gauge", text, value)
+    waiting = {"commands": services.side.socket.waiting, "answers": services.side.hub.waiting, **services.queues()}
+    for name, count in waiting.items():
+        add("queued", "gauge", "Items that wait in a queue.", count, f'{{queue="{name}"}}')
     for name, count in services.counters().items():
         add(f"{name}_total", "counter", f"{name.replace('_', ' ').capitalize()}.", count)
     if status is not None:

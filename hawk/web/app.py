@@ -21,12 +21,18 @@ from urllib.parse import quote
 from aiohttp import WSCloseCode, hdrs, web
 
 from hawk.web import api, video
+from hawk.web.door import DOOR, Door, Places, attend, descriptor_limit
+from hawk.web.guesses import GUESSES, TokenGuesses
+from hawk.web.listener import Listener
+from hawk.web.paced_log import PacedLog
 from hawk.web.security import RequestCheck, add_headers, check_binding
 from hawk.web.services import COUNTERS, SERVICES, Counters, WebServices
-from hawk.web.ws import SOCKETS, HeartbeatPace, command_socket
+from hawk.web.ws import SOCKETS, HeartbeatPace, command_socket, keeps_place
 
 LOG = logging.getLogger(__name__)
 
+LINGER_S: Final = 2.0
+"""Real seconds in which the rest of a request that was answered already is read."""
 SHUTDOWN_S: Final = 1.0
 """Real seconds that open requests get when the server stops."""
 REQUEST_LIMIT_BYTES: Final = 64 * 1024
@@ -50,8 +56,12 @@ NOT_BUILT: Final = """<!doctype html>
 def create_app(services: WebServices, page: Page) -> web.Application:
     """Return the application. Raises InsecureBindingError off loopback without a token."""
     check_binding(services.web)
-    app = web.Application(middlewares=[RequestCheck(services.web).middleware], client_max_size=REQUEST_LIMIT_BYTES)
+    guesses = TokenGuesses(services.monotonic)
+    check = RequestCheck(services.web, services.cookie_secret, guesses, PacedLog(LOG, services.monotonic), keeps_place)
+    app = web.Application(middlewares=[check.middleware, attend(keeps_place)], client_max_size=REQUEST_LIMIT_BYTES)
     app[SERVICES] = services
+    app[DOOR] = Door(Places.within(descriptor_limit(), services.web.maximum_clients), services.monotonic)
+    app[GUESSES] = guesses
     app[SOCKETS] = set()
     app[COUNTERS] = Counters()
     app.on_response_prepare.append(add_headers)
@@ -75,22 +85,36 @@ class WebServer:
         page = page or Page.load()
         if not page.is_built:
             LOG.warning("the operator page is not built; run: make page")
+        app = create_app(services, page)
+        self.door = app[DOOR]
+        """Connections that it has."""
+        self._log = PacedLog(LOG, services.monotonic)
         self._runner = web.AppRunner(
-            create_app(services, page), access_log=None, shutdown_timeout=SHUTDOWN_S, handle_signals=False
+            app,
+            access_log=None,
+            logger=PacedLog(LOG, services.monotonic),
+            shutdown_timeout=SHUTDOWN_S,
+            handle_signals=False,
+            lingering_time=LINGER_S,
+            auto_decompress=False,  # no request has a body, so none is unpacked
         )
+        self._listener: Listener | None = None
         self.port = services.web.port
         """Port that it listens on."""
 
     async def start(self) -> None:
         """Listen. Raises OSError when the address is in use."""
+        _warn_of_few_descriptors(self.door.places)
         await self._runner.setup()
-        site = web.TCPSite(self._runner, self._settings.host, self._settings.port)
+        make = self._runner.server
+        assert make is not None  # noqa: S101 - it was set up
+        self._listener = Listener(self.door, make, self._log)
         try:
-            await site.start()
+            await self._listener.start(self._settings.host, self._settings.port)
         except OSError:
             await self._runner.cleanup()
             raise
-        self.port = self._runner.addresses[0][1]
+        self.port = self._listener.port
 
     @property
     def url(self) -> str:
@@ -107,7 +131,19 @@ class WebServer:
 
     async def close(self) -> None:
         """Close every connection and stop listening."""
+        if self._listener is not None:
+            await self._listener.close()
         await self._runner.cleanup()
+
+
+def _warn_of_few_descriptors(places: Places) -> None:
+    limit = descriptor_limit()
+    if limit < places.descriptors:
+        LOG.warning(
+            "this process may open %d files; web.maximum_clients needs %d: raise LimitNOFILE (ulimit -n) or lower it",
+            limit,
+            places.descriptors,
+        )
 
 
 async def _heartbeats(app: web.Application) -> AsyncIterator[None]:

@@ -11,6 +11,7 @@ from typing import Final
 from hawk.comm.status import ClientHeartbeat, ClientId, DroneStatus, FenceSetup, LogEntry, Point
 from hawk.model import OccupancyMap
 from hawk.web.map_view import MapView
+from hawk.web.sessions import ControlView
 
 OUTBOX_LIMIT: Final = 64
 """Answers that wait for one client; a client that reads none of them is disconnected."""
@@ -30,9 +31,7 @@ class ClientView:
     _trail_id: int | None = None
     _fence: FenceSetup | None = None
 
-    def heartbeat(
-        self, status: DroneStatus, current: OccupancyMap | None, controller: str | None, in_control: bool
-    ) -> str:
+    def heartbeat(self, status: DroneStatus, current: OccupancyMap | None, control: ControlView) -> str:
         """Return the client's Heartbeat as JSON and mark its content as sent."""
         start, trail = self._next_trail(status)
         own = ClientHeartbeat(
@@ -41,8 +40,10 @@ class ClientView:
             trail=trail,
             trail_start=start,
             fence_setup=self._next_fence(status),
-            controller=controller,
-            in_control=in_control,
+            controller=control.controller,
+            controller_lost=control.controller_lost,
+            in_control=control.in_control,
+            control_taken_by=control.taken_by,
         )
         return own.join(status.shared_json)
 
@@ -79,6 +80,11 @@ class Client:
         self._pong: bytes | None = None
         self.heartbeat_due = False
         self.overflowed = False
+
+    @property
+    def waiting(self) -> int:
+        """Answers that wait."""
+        return len(self._texts)
 
     def put(self, text: str) -> None:
         """Queue an answer; set `overflowed` when too many wait already."""
@@ -126,6 +132,11 @@ class ClientHub:
 
     def __len__(self) -> int:
         return len(self._clients)
+
+    @property
+    def waiting(self) -> int:
+        """Answers that wait for their clients."""
+        return sum(client.waiting for client in self._clients.values())
 
     def add(self) -> Client:
         """Add a new connection."""

@@ -9,15 +9,22 @@ from __future__ import annotations
 import hashlib
 import hmac
 import ipaddress
+import math
+import re
+from collections.abc import Callable
 from typing import Final
 from urllib.parse import urlsplit
 
-from aiohttp import hdrs, web
+from aiohttp import HttpVersion10, HttpVersion11, hdrs, web
 from aiohttp.typedefs import Handler
 
 from hawk.config import WebSettings
+from hawk.web.guesses import TokenGuesses, network_of
+from hawk.web.paced_log import PacedLog
 
 SAFE_METHODS: Final = frozenset({hdrs.METH_GET, hdrs.METH_HEAD, hdrs.METH_OPTIONS})
+_HOST: Final = re.compile(r"[A-Za-z0-9._:%\[\]-]+")
+"""Characters of host names, addresses and ports."""
 TOKEN_PARAMETER: Final = "token"  # noqa: S105 - the parameter's name
 
 
@@ -48,17 +55,47 @@ def cookie_name(request: web.BaseRequest, purpose: str) -> str:
 class RequestCheck:
     """Checks every request before it reaches a handler."""
 
-    def __init__(self, settings: WebSettings) -> None:
+    def __init__(
+        self,
+        settings: WebSettings,
+        cookie_secret: bytes,
+        guesses: TokenGuesses,
+        log: PacedLog,
+        keeps_place: Callable[[web.Request], bool],
+    ) -> None:
+        """Keep what is compared.
+
+        Args:
+            settings: Address, token and names of this server.
+            cookie_secret: Key of the cookie: who guesses tokens cannot make one, so it is looked at in any case.
+            guesses: Wrong tokens so far.
+            log: Log of wrong tokens.
+            keeps_place: Returns True for the operator in control, whose token is looked at in any case.
+        """
         self._names = {"localhost", settings.host.lower(), *(name.lower() for name in settings.allowed_hosts)}
         self._token = settings.token
+        self._cookie_secret = cookie_secret
+        self._guesses = guesses
+        self._log = log
+        self._keeps_place = keeps_place
 
     @web.middleware
     async def middleware(self, request: web.Request, handler: Handler) -> web.StreamResponse:
-        """Answer a request that fails a check; pass every other one on."""
-        self._check_host(request)
-        self._check_origin(request)
-        answer = self._check_token(request)
+        """Answer a request that fails a check, and close its connection; pass every other one on."""
+        try:
+            self._check_version(request)
+            self._check_host(request)
+            self._check_origin(request)
+            answer = self._check_token(request)
+        except web.HTTPException as refusal:
+            refusal.force_close()
+            raise
         return answer if answer is not None else await handler(request)
+
+    @staticmethod
+    def _check_version(request: web.Request) -> None:
+        if request.version not in (HttpVersion10, HttpVersion11):
+            raise web.HTTPVersionNotSupported(text="HTTP: send version 1.1 or 1.0")
 
     def _check_host(self, request: web.Request) -> None:
         hosts = request.headers.getall(hdrs.HOST, [])
@@ -79,22 +116,38 @@ class RequestCheck:
                 raise web.HTTPForbidden(text="Origin: only the page of this server may do that")
 
     def _check_token(self, request: web.Request) -> web.StreamResponse | None:
-        """Return None when the request may go on, else the answer. Raises 401."""
+        """Return None when the request may go on, else the answer. Raises 401 and 429."""
         if self._token is None:
             return None
         cookie = request.cookies.get(cookie_name(request, "token"))
         if cookie is not None and _same(cookie, self._cookie_value()):
             return self._without_token(request) if TOKEN_PARAMETER in request.query and _is_page(request) else None
         scheme, _, bearer = request.headers.get(hdrs.AUTHORIZATION, "").partition(" ")
-        if scheme.lower() == "bearer" and _same(bearer.strip(), self._token):
-            return None
-        if not _same(request.query.get(TOKEN_PARAMETER, ""), self._token):
+        given = [bearer.strip()] if scheme.lower() == "bearer" else []
+        given += [request.query[TOKEN_PARAMETER]] if request.query.get(TOKEN_PARAMETER) else []
+        if not given or not self._is_right(request, given):
             raise web.HTTPUnauthorized(
                 text="This drone asks for a token: open the address that it printed when it started "
                 "(http://HOST:PORT/?token=...), or send the header Authorization: Bearer TOKEN.",
                 headers={hdrs.WWW_AUTHENTICATE: 'Bearer realm="hawk"'},
             )
-        return self._without_token(request) if _is_page(request) else None
+        return self._without_token(request) if TOKEN_PARAMETER in request.query and _is_page(request) else None
+
+    def _is_right(self, request: web.Request, given: list[str]) -> bool:
+        """Look at the tokens of a request, unless its address guessed too often. Raises 429."""
+        assert self._token is not None  # noqa: S101 - narrows for the type checker
+        address = network_of(request.remote)
+        wait = self._guesses.wait_s(address)
+        if wait > 0 and not self._keeps_place(request):
+            raise web.HTTPTooManyRequests(
+                text=f"Too many wrong tokens came from your address: wait {math.ceil(wait)} s, send the right one.",
+                headers={hdrs.RETRY_AFTER: str(math.ceil(wait))},
+            )
+        if any(_same(each, self._token) for each in given):
+            self._guesses.right(address)
+            return True
+        self._log.warning("wrong token from %s, its %d.", address, self._guesses.wrong(address))
+        return False
 
     def _without_token(self, request: web.Request) -> web.StreamResponse:
         """Send the browser to the same place without the token in the address, which ends up in histories."""
@@ -106,7 +159,7 @@ class RequestCheck:
     def _cookie_value(self) -> str:
         """Return a keyed hash of the token: it proves the token, and stays the same after a restart."""
         assert self._token is not None  # noqa: S101 - narrows for the type checker
-        return hmac.new(self._token.encode(), b"hawk page cookie", hashlib.sha256).hexdigest()
+        return hmac.new(self._cookie_secret, self._token.encode(), hashlib.sha256).hexdigest()
 
 
 def set_strict_cookie(request: web.BaseRequest, response: web.StreamResponse, purpose: str, value: str) -> None:
@@ -149,7 +202,7 @@ def _hostname(host: str) -> str | None:
         _ = parts.port
     except ValueError:
         return None
-    plain = parts.path == parts.query == parts.fragment == "" and "@" not in host and not any(map(str.isspace, host))
+    plain = parts.path == parts.query == parts.fragment == "" and _HOST.fullmatch(host) is not None
     return (parts.hostname or None) if plain else None
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import secrets
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Final
 
 from aiohttp import web
 
@@ -67,9 +69,18 @@ class WebServices:
     """Figures of the last minute, as JSON values."""
     counters: Callable[[], Mapping[str, int]] = dict
     """Rising counts of other parts, by their name in ``/metrics``."""
+    queues: Callable[[], Mapping[str, int]] = dict
+    """Items that wait in queues of other parts, by name."""
+    cookie_secret: bytes = field(default_factory=lambda: secrets.token_bytes(32), repr=False)
+    """Key of the cookie that proves the token; the same after a restart when it is kept."""
     monotonic: Callable[[], float] = time.monotonic
     """Real seconds: rates on the wire are real at any speed of the clock."""
+    reads_per_s: float | None = None
+    """Messages of one client that are read each real second; None: as many as a page needs."""
 
+
+KEPT_PLACES: Final = 4
+"""Connections of the operator in control beyond the limit of all: after a lost link the old ones close late."""
 
 SERVICES = web.AppKey("services", WebServices)
 COUNTERS = web.AppKey("counters", Counters)

@@ -5,6 +5,8 @@ A session is a browser (its cookie) or a tool. It may have several connections, 
 
 from __future__ import annotations
 
+import hmac
+import logging
 import math
 import re
 import secrets
@@ -12,9 +14,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final
 
-from hawk.comm.authority import SOMEONE_ELSE
+from hawk.comm.authority import SOMEONE_ELSE, Tenure
 from hawk.comm.status import ClientId
 from hawk.config import OperatorSettings
+
+LOG = logging.getLogger(__name__)
 
 SESSION_LIMIT: Final = 1000
 """Sessions kept; beyond it the longest absent one without control is removed."""
@@ -29,6 +33,22 @@ class Session:
     secret: str = field(repr=False)
     last_sign: float = -math.inf
     connections: int = 0
+    successor: Session | None = field(default=None, repr=False)
+    """The session that took control while this one was lost."""
+
+
+@dataclass(frozen=True, slots=True)
+class ControlView:
+    """Control as one client sees it.
+
+    ``controller`` is the name of the session that has control, ``taken_by`` of the one that took it from this client's
+    session while that was lost and has it still.
+    """
+
+    controller: str | None = None
+    in_control: bool = False
+    controller_lost: bool = False
+    taken_by: str | None = None
 
 
 class ControlDesk:
@@ -40,6 +60,8 @@ class ControlDesk:
         self._sessions: dict[str, Session] = {}
         self._clients: dict[ClientId, Session] = {}
         self._holder: Session | None = None
+        self._lapsed: Session | None = None
+        """The session whose lease ran out last, while nobody has taken control since."""
         self._count = 0
 
     # -- sessions -----------------------------------------------------------------------------------------------------
@@ -59,6 +81,15 @@ class ControlDesk:
         if session is not None:
             session.connections -= 1
 
+    def keeps_place(self, secret: str | None) -> bool:
+        """Return True for the cookie of the session in control: it gets in when the server is full.
+
+        A session whose lease ran out counts as long as nobody has taken control since.
+        """
+        session = self._lease() or self._lapsed
+        given = secret if secret is not None and _SECRET.fullmatch(secret) else ""
+        return session is not None and hmac.compare_digest(given, session.secret)
+
     def sign_of_life(self, client: ClientId) -> None:
         """Note that the client sent something."""
         session = self._clients.get(client)
@@ -68,14 +99,19 @@ class ControlDesk:
     # -- control ------------------------------------------------------------------------------------------------------
 
     def request(self, client: ClientId) -> str | None:
-        """Ask for control: None when granted, else the reason."""
+        """Ask for control: None when granted, else the reason. That of a lost operator is granted at once."""
         holder = self._lease()
         session = self._clients[client]
-        if holder is not None and holder is not session:
-            silence = f"{self._settings.control_lease_s:g} s of silence"
-            return f"{SOMEONE_ELSE} It is free once given back, or after {silence}."
+        if holder is not None and holder is not session and self.operator_present(self._clock()):
+            silence = min(self._settings.operator_timeout_s, self._settings.control_lease_s)
+            return f"{SOMEONE_ELSE} It is free once given back, or after {silence:g} s of silence."
+        lost = holder or self._lapsed
+        if lost is not None and lost is not session:
+            lost.successor = session
+            LOG.info("%s takes control from %s, which is lost", session.name, lost.name)
         session.last_sign = self._clock()
-        self._holder = session
+        session.successor = None
+        self._holder, self._lapsed = session, None
         return None
 
     def release(self, client: ClientId) -> str | None:
@@ -97,6 +133,16 @@ class ControlDesk:
         holder = self._lease()
         return None if holder is None else holder.name
 
+    def controller_is_lost(self) -> bool:
+        """Return True when a session has control but shows no life: control is free for the asking."""
+        return self.tenure() is Tenure.LOST
+
+    def tenure(self) -> Tenure:
+        """Return whether any session has control, and shows life."""
+        if self._lease() is None:
+            return Tenure.FREE
+        return Tenure.HELD if self.operator_present(self._clock()) else Tenure.LOST
+
     def controlling_clients(self) -> frozenset[ClientId]:
         """Return the connections of the session that has control."""
         holder = self._lease()
@@ -107,6 +153,18 @@ class ControlDesk:
         holder = self._lease()
         return holder is not None and self._clients.get(client) is holder
 
+    def taken_by(self, client: ClientId) -> str | None:
+        """Name of the session that took control from this connection's while that was lost, and has it still."""
+        holder, session = self._lease(), self._clients.get(client)
+        taken = holder is not None and session is not None and session.successor is holder
+        return holder.name if taken and holder is not None else None
+
+    def seen_by(self, client: ClientId) -> ControlView:
+        """Return what this connection's heartbeat says of control."""
+        return ControlView(
+            self.controller(), self.has_control(client), self.controller_is_lost(), self.taken_by(client)
+        )
+
     def is_lost(self, client: ClientId) -> bool:
         """Return True when this connection's session has control but shows no life: it receives no heartbeat."""
         return self.has_control(client) and not self.operator_present(self._clock())
@@ -115,7 +173,7 @@ class ControlDesk:
 
     def _lease(self) -> Session | None:
         if self._holder is not None and self._clock() - self._holder.last_sign > self._settings.control_lease_s:
-            self._holder = None
+            self._holder, self._lapsed = None, self._holder
         return self._holder
 
     def _create(self, secret: str) -> Session:

@@ -15,14 +15,15 @@ from typing import Final
 from aiohttp import WSCloseCode, WSMsgType, hdrs, web
 
 from hawk.model import AnnotatedFrame
+from hawk.supervision import until_first_ends
 from hawk.web.services import COUNTERS, SERVICES, WebServices
-from hawk.web.ws import PING_INTERVAL_S, limit_buffers, registered
+from hawk.web.ws import PING_INTERVAL_S, limit_buffers, places, registered
 
 HEADER: Final = struct.Struct("<4sIdI")
 """Magic, sequence (mod 2**32), capture time (seconds of the daemon's clock), flags (0). Little-endian, 20 bytes."""
 MAGIC: Final = b"HWK1"
 ACK_TIMEOUT_S: Final = 10.0
-"""Real seconds after which a client that does not acknowledge its frame is disconnected."""
+"""Real seconds after which a client that does not acknowledge its frame, or does not read it, is disconnected."""
 READ_LIMIT_BYTES: Final = 1024
 BOUNDARY: Final = "hawkframe"
 SNAPSHOT_AGE_S: Final = 1.0
@@ -62,16 +63,13 @@ class VideoConnection:
 
     async def run(self) -> None:
         """Serve until the connection ends."""
-        writer = asyncio.create_task(self._write(), name="web-video-writer")
-        try:
-            async for message in self._socket:
-                if message.type is WSMsgType.TEXT and self._in_flight == _acknowledged_sequence(message.data):
-                    self._in_flight = None
-                    self._acknowledged.set()
-        finally:
-            writer.cancel()
-            with contextlib.suppress(asyncio.CancelledError):
-                await writer
+        await until_first_ends(self._read(), self._write())
+
+    async def _read(self) -> None:
+        async for message in self._socket:
+            if message.type is WSMsgType.TEXT and self._in_flight == _acknowledged_sequence(message.data):
+                self._in_flight = None
+                self._acknowledged.set()
 
     async def _write(self) -> None:
         sent: AnnotatedFrame | None = None
@@ -99,11 +97,17 @@ async def stream(request: web.Request) -> web.StreamResponse:
         await response.prepare(request)
         limit_buffers(request)
         sent: AnnotatedFrame | None = None
-        with contextlib.suppress(ConnectionError):
+        try:
             while True:
                 sent = await newer_frame(services, sent)
-                await response.write(part(sent))
+                async with asyncio.timeout(ACK_TIMEOUT_S):
+                    await response.write(part(sent))
                 count_frame(request.app, sent)
+        except TimeoutError:  # a viewer that does not read keeps no place
+            if request.transport is not None:
+                request.transport.abort()
+        except ConnectionError:
+            pass
     return response
 
 
@@ -151,7 +155,7 @@ def _counted(app: web.Application) -> Iterator[None]:
 
 def _refuse_crowd(request: web.Request) -> None:
     limit = request.app[SERVICES].web.maximum_clients
-    if request.app[COUNTERS].video_clients >= limit:
+    if request.app[COUNTERS].video_clients >= places(request):
         raise web.HTTPServiceUnavailable(text=f"{limit} viewers are watching already (web.maximum_clients)")
 
 

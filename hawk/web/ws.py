@@ -11,13 +11,14 @@ from collections import deque
 from collections.abc import Iterator
 from typing import Final
 
-from aiohttp import WSMsgType, hdrs, web
+from aiohttp import WSCloseCode, WSMsgType, hdrs, web
 
 from hawk.comm.messages import Ack, Welcome
 from hawk.model import CELL_M, TILE_CELLS
+from hawk.supervision import until_first_ends
 from hawk.web.clients import Client
 from hawk.web.security import cookie_name, set_strict_cookie
-from hawk.web.services import COUNTERS, SERVICES, Counters, WebServices
+from hawk.web.services import COUNTERS, KEPT_PLACES, SERVICES, Counters, WebServices
 
 LOG = logging.getLogger(__name__)
 
@@ -32,6 +33,13 @@ SEND_BUFFER_BYTES: Final = 128 * 1024
 HEARTBEAT_INTERVAL_S: Final = 0.1
 """Least real time between two heartbeats: a simulation at speed N makes them N times as often."""
 INTERVAL_SLACK_S: Final = 0.01
+READS_PER_S: Final = 50.0
+"""Messages of one client that are read each real second."""
+READS_AT_ONCE: Final = 50
+"""Messages that are read at once after a pause; fewer than the answers that may wait for a client."""
+FLOOD_S: Final = 2.0
+"""A client that sends faster for this time is disconnected, real seconds: what waits in its buffers grows old."""
+FLOODED: Final = f"Too many messages: send at most {READS_PER_S:.0f} a second."
 
 SOCKETS: web.AppKey[set[web.WebSocketResponse]] = web.AppKey("sockets", set)
 
@@ -60,6 +68,29 @@ async def command_socket(request: web.Request) -> web.StreamResponse:
     return response
 
 
+class ReadPace:
+    """Paces the reading of one client (the generic cell rate algorithm), so that none takes the loop for itself."""
+
+    def __init__(self, per_s: float | None = None) -> None:
+        """``per_s``: messages a second; None: `READS_PER_S`."""
+        self._per_s = READS_PER_S if per_s is None else per_s
+        self._due = float("-inf")
+        self._fast_since: float | None = None
+        self.is_flooded = False
+        """True once the client has sent faster than it is read for `FLOOD_S`."""
+
+    def pause(self, now: float) -> float:
+        """Return the seconds to wait after a message that was read at ``now``, seconds."""
+        self._due = max(self._due, now - READS_AT_ONCE / self._per_s) + 1.0 / self._per_s
+        if self._due <= now:
+            self._fast_since = None
+            return 0.0
+        if self._fast_since is None:
+            self._fast_since = now
+        self.is_flooded = now - self._fast_since >= FLOOD_S
+        return self._due - now
+
+
 class CommandConnection:
     """Reads commands and writes answers and heartbeats of one client."""
 
@@ -75,18 +106,13 @@ class CommandConnection:
         self._socket = response
         self._counters = counters
         self._marks = itertools.count(1)
+        self._pace = ReadPace(services.reads_per_s)
         self._in_flight: deque[bytes] = deque()
         """Marks of heartbeats in flight: a ping follows each, and its pong shows that the heartbeat arrived."""
 
     async def run(self) -> None:
         """Serve until the connection ends."""
-        writer = asyncio.create_task(self._write(), name=f"web-writer-{self._client.id}")
-        try:
-            await self._read()
-        finally:
-            writer.cancel()
-            with contextlib.suppress(asyncio.CancelledError):
-                await writer
+        await until_first_ends(self._read(), self._write())  # a client that hears nothing connects again
 
     async def _read(self) -> None:
         async for message in self._socket:
@@ -102,6 +128,12 @@ class CommandConnection:
                 break
             if self._client.overflowed:
                 LOG.warning("%s does not read its answers; disconnected", self._client.id)
+                break
+            if (pause := self._pace.pause(asyncio.get_running_loop().time())) > 0.0:
+                await asyncio.sleep(pause)
+            if self._pace.is_flooded:
+                LOG.warning("%s sends too much; disconnected", self._client.id)
+                await self._socket.close(code=WSCloseCode.POLICY_VIOLATION, message=FLOODED.encode())
                 break
 
     def _arrived(self, mark: bytes) -> None:
@@ -144,9 +176,7 @@ class CommandConnection:
         if status is None or desk.is_lost(self._client.id):
             return
         try:
-            text = self._client.view.heartbeat(
-                status, services.occupancy_map.value, desk.controller(), desk.has_control(self._client.id)
-            )
+            text = self._client.view.heartbeat(status, services.occupancy_map.value, desk.seen_by(self._client.id))
         except Exception:  # a status that cannot be encoded must not end the heartbeats after it
             self._counters.heartbeats_failed += 1
             if self._counters.heartbeats_failed == 1:
@@ -174,10 +204,20 @@ class HeartbeatPace:
             self._services.side.hub.heartbeat()
 
 
+def keeps_place(request: web.Request) -> bool:
+    """Return True when the operator in control asks: it gets in when the server is full."""
+    return request.app[SERVICES].side.desk.keeps_place(request.cookies.get(cookie_name(request, "session")))
+
+
+def places(request: web.Request) -> int:
+    """Return how many connections of one kind may be open for this client to open another."""
+    return request.app[SERVICES].web.maximum_clients + (KEPT_PLACES if keeps_place(request) else 0)
+
+
 def refuse_crowd(request: web.Request) -> None:
-    """Raise 503 when `maximum_clients` connections of all kinds are open."""
+    """Raise 503 when `maximum_clients` pages are open."""
     services = request.app[SERVICES]
-    if len(services.side.hub) >= services.web.maximum_clients:
+    if len(services.side.hub) >= places(request):
         raise web.HTTPServiceUnavailable(
             text=f"{services.web.maximum_clients} pages are open already; close one (web.maximum_clients)",
             headers={hdrs.RETRY_AFTER: "5"},

@@ -15,7 +15,7 @@ from hawk.comm.status import FenceSetup
 from hawk.survey.stack import SimulatedStack
 from tests.e2e.hands import button, is_within, press, shows, slide, state_is
 from tests.e2e.watching import watch
-from tests.integration.daemon_support import kill_daemon, operator, over_a_picture
+from tests.integration.daemon_support import LOW_HEIGHTS, kill_daemon, operator, over_a_picture
 
 pytestmark = pytest.mark.e2e
 
@@ -44,7 +44,7 @@ class Scene:
 
 @pytest.fixture
 async def scene(browser: Browser, tmp_path: Path) -> AsyncIterator[Scene]:
-    stack = over_a_picture(tmp_path)
+    stack = over_a_picture(tmp_path, LOW_HEIGHTS)
     try:
         url = (await stack.start()).url
         page = await (await browser.new_context(viewport=DESK, color_scheme="light")).new_page()  # type: ignore[arg-type]
@@ -97,7 +97,7 @@ async def test_a_fence_is_drawn_kept_and_kept_to(scene: Scene, screenshots: Path
 
 async def test_a_fence_is_drawn_with_a_finger(browser: Browser, tmp_path: Path, screenshots: Path) -> None:
     """On a phone: by taps, closed by a tap on the first corner; then a corner is dragged by a finger."""
-    stack = over_a_picture(tmp_path)
+    stack = over_a_picture(tmp_path, LOW_HEIGHTS)
     try:
         url = (await stack.start()).url
         phone = await browser.new_context(viewport=PHONE, has_touch=True, is_mobile=True)  # type: ignore[arg-type]

@@ -23,17 +23,20 @@ SILENCE_S = 15.0
 """Real seconds without a heartbeat until a test gives up."""
 POLL_S = 0.05
 
-LOW = """
+LOW_HEIGHTS = """
 [heights]
 minimum_m = 5.0
 desired_m = 8.0
 maximum_m = 10.0
+"""
+"""Settings for flights on which nothing is to be seen."""
+LOW = f"""{LOW_HEIGHTS}
 [operator]
 operator_timeout_s = 4.0
 operator_hold_s = 6.0
 control_lease_s = 8.0
 """
-"""Settings for flights on which nothing is to be seen: low, and with little patience."""
+"""The same with little patience: a lost operator shows soon. At `SPEED`, a page that draws for 1.3 s would be lost."""
 
 
 def over_a_picture(folder: Path, settings: str = LOW) -> SimulatedStack:

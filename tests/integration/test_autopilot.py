@@ -197,8 +197,7 @@ async def test_kill_reaches_the_motors_while_every_other_thread_is_busy(rig: Rig
     loop = asyncio.get_running_loop()
     loop.set_default_executor(ThreadPoolExecutor(1, "test-default"))
     waiting = [loop.run_in_executor(None, release.wait, 20) for _ in range(4)]
-    for executor in (rig.autopilot._commands, rig.autopilot._links):
-        waiting += [asyncio.wrap_future(executor.submit(release.wait, 20)) for _ in range(4)]
+    waiting += [loop.create_task(rig.autopilot.calls.run("busy", release.wait, 20)) for _ in range(8)]
     before = loop.time()
     await rig.autopilot.kill()
     assert loop.time() - before < 0.1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import signal
 from collections.abc import AsyncIterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -107,9 +108,11 @@ async def stays_away_until_disarmed(stack: SimulatedStack, pilot: Operator) -> N
 
 
 async def test_without_its_operator_it_holds_and_then_comes_home(flown: Flown) -> None:
+    assert flown.stack.daemon is not None
     async with operator(flown.url) as watcher:
         async with operator(flown.url) as pilot:
             await pilot.take_off()
+            flown.stack.daemon.send_signal(signal.SIGHUP)  # a lost terminal
             gone = pilot.beat.time
         lost = await watcher.until_state(StateName.COMMUNICATION_LOST)
         assert OPERATOR_TIMEOUT_S - 2 < lost.time - gone < OPERATOR_TIMEOUT_S + 2

@@ -18,6 +18,7 @@ from hawk.model import StateName
 from hawk.simulation import free_udp_port
 from tests.integration.daemon_support import health, operator
 from tests.integration.sim_support import free_tcp_port, small_picture
+from tests.unit.daemon.full_pipe import full_pipe
 
 pytestmark = [pytest.mark.integration, pytest.mark.alone]
 
@@ -25,9 +26,11 @@ READY_S = 30.0
 
 
 @contextlib.asynccontextmanager
-async def process(*arguments: str) -> AsyncIterator[asyncio.subprocess.Process]:
-    """Run a module of ours; ended when left. It ends with status 0."""
-    made = await asyncio.create_subprocess_exec(sys.executable, "-m", *arguments, stdout=asyncio.subprocess.PIPE)
+async def process(*arguments: str, stderr: int | None = None) -> AsyncIterator[asyncio.subprocess.Process]:
+    """Run a module of ours; ended when left. It ends with status 0. ``stderr``: a descriptor, else the test's own."""
+    made = await asyncio.create_subprocess_exec(
+        sys.executable, "-m", *arguments, stdout=asyncio.subprocess.PIPE, stderr=stderr
+    )
     try:
         yield made
     finally:
@@ -103,6 +106,21 @@ async def test_what_is_absent_at_the_start_is_waited_for_and_found(tmp_path: Pat
         seen = await pilot.until(lambda b: health(b, "camera").healthy)
         assert seen.camera_age is not None
         assert await has_picture(url)
+
+
+async def test_a_log_that_nobody_reads_keeps_it_neither_from_starting_nor_from_ending(tmp_path: Path) -> None:
+    page_port = free_tcp_port()
+    settings = tmp_path / "config.toml"
+    settings.write_text("[log]\nlevel = 'debug'\n")
+    links = ["--autopilot", f"udpin://127.0.0.1:{free_udp_port()}", "--camera", f"http://127.0.0.1:{free_tcp_port()}/"]
+    own = ["--config", str(settings), "--port", str(page_port), "--store", str(tmp_path / "store")]
+    with full_pipe() as stderr:
+        async with process("hawk.cli", "run", *links, *own, stderr=stderr) as daemon:
+            url = f"http://127.0.0.1:{page_port}/"
+            assert await line(daemon) == f"hawk: open {url}\n"
+            async with operator(url) as pilot:
+                beat = pilot.beat.sequence if pilot.drone.heartbeat else 0
+                await pilot.until(lambda b: b.sequence > beat + 10)
 
 
 async def has_picture(url: str) -> bool:

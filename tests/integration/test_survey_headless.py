@@ -23,7 +23,7 @@ from tests.manual_clock import ManualClock
 from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, Rig
 
 TICKS_A_BEAT = 4
-PATIENT = OperatorSettings(operator_timeout_s=3600, control_lease_s=3600)
+PATIENT = OperatorSettings(operator_timeout_s=60, control_lease_s=300)
 """Time runs hundreds of times faster than the client's signs of life."""
 
 Watch = Callable[[Rig], None]

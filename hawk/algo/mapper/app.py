@@ -45,16 +45,22 @@ class MapperApp:
         self._health = Health()
 
     def fuse(self, frame: FrameInput, seen: Seen) -> Fused:
-        """Fuse vision's result for the frame. Raises AlgoError when it cannot be fused; the map is then unchanged."""
+        """Fuse vision's result for the frame, unless its position does not fit the map.
+
+        Raises AlgoError when it cannot be fused; the map is then unchanged.
+        """
         ground = seen.ground
         try:
-            if ground is not None and ground.captured == frame.captured and frame.pose is not None:
+            mappable = frame.pose is not None and not frame.map_problem
+            if mappable and ground is not None and ground.captured == frame.captured:
                 _check(frame, ground)
                 self._core.fuse(ground)
             self._core.encode(frame.pose)
         except AlgoError as error:
             self.fail(str(error))
             raise
+        if frame.pose is not None and frame.map_problem:
+            return self.fail(frame.map_problem)
         self._health = Health()
         return self._fused()
 

@@ -65,6 +65,11 @@ class State(ABC):
         return None
 
     @property
+    def autopilot_mode(self) -> CopterMode | None:
+        """The autopilot's mode that alone brings the drone down; None where the state sends targets, or nothing."""
+        return None
+
+    @property
     def may_take_off(self) -> bool:
         """True while Takeoff may follow."""
         return False

@@ -264,6 +264,8 @@ class Arm(State):
     def _disarm(self, facts: Facts) -> Step:
         if not self.may_take_off:
             return _give_up("Arming was stopped by you.")
+        if not facts.is_on_ground:
+            return STAY  # the motors of a drone in the air are cut by Kill alone
         return Step(acts=(self._disarming.ask(SetArmed(False), facts),))
 
     def _next(self, step: _ArmStep, facts: Facts) -> None:

@@ -18,6 +18,8 @@ from hawk.model import CopterMode, Fence, MapPoint, MapPose, StateName, VehicleP
 
 LOW_SHARE = 0.9
 """From this share of Min upwards a drone just below Min holds at Min; lower it brakes where it is."""
+SHORTER_M = 1.0
+"""A drone that drifts outside the fence is led to another place inside when that is nearer by this, metres."""
 GUIDED_ATTEMPTS = 3
 """After this number of refusals of GUIDED no target can be formed: BRAKE."""
 
@@ -41,6 +43,7 @@ class Holding:
     def restart(self) -> None:
         """Hold where the drone is by its new position."""
         self._goal = None
+        self.is_recovering = False
 
     def process(self, facts: Facts) -> Acts:
         """Form the goal if need be and return this tick's target."""
@@ -64,11 +67,15 @@ class Holding:
             self.is_recovering = False
             return
         here, fence = facts.place, facts.limits.fence
-        if self.is_recovering or here is None or fence is None:
+        if here is None or fence is None:
             return
         place = inside_point(fence, here.point)
+        if self.is_recovering and self._goal is not None and not _is_nearer(here.point, place, self._goal.point):
+            return
         height = min(here.height, fence.ceiling - RECOVERY_DEPTH_M)
         self._goal = Goal(place.north, place.east, height, here.yaw)
+        if self.is_recovering:
+            return
         self._passive = False
         self._brake = None
         self._guided = ModeKeeper(CopterMode.GUIDED)
@@ -84,10 +91,30 @@ class Holding:
             return ()
         lowest = facts.limits.heights.minimum
         near = distance(pose.map, self._goal) <= maximum_target_distance(self._speed)
+        if not near and self.is_recovering and _takes_no_step(facts, pose.map):
+            return (SendTarget(replace(self._goal, height=_reachable_height(self._goal, pose.map, self._speed))),)
         if near and pose.map.height >= LOW_SHARE * lowest:
             return (SendTarget(self._goal),)
         highest = facts.ceiling(on_ground=False)
         return (SendTarget(self._carrot.step(self._goal, pose.map, facts.now, lowest, highest)),)
+
+
+def _is_nearer(here: MapPoint, place: MapPoint, goal: MapPoint) -> bool:
+    """Return True when the place is the nearer one by so much that the wind, not noise, moved the drone."""
+    return here.distance(place) < here.distance(goal) - SHORTER_M
+
+
+def _takes_no_step(facts: Facts, here: MapPose) -> bool:
+    """Return True outside the autopilot's own fence while it is on: no target out there is taken, only one inside."""
+    fence = facts.limits.fence
+    if fence is None or not facts.diagnostics.fence_on or here.height > fence.autopilot_ceiling:
+        return False
+    return not contains(replace(fence, polygon=fence.autopilot_polygon), here.point)
+
+
+def _reachable_height(goal: Goal, here: MapPose, speed: float) -> float:
+    reach = maximum_target_distance(speed)
+    return min(max(goal.height, here.height - reach), here.height + reach)
 
 
 def _can_form_goal(facts: Facts) -> bool:

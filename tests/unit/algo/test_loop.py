@@ -3,6 +3,7 @@ from __future__ import annotations
 import asyncio
 import threading
 from collections.abc import AsyncIterator, Callable
+from dataclasses import replace
 
 import pytest
 
@@ -69,10 +70,14 @@ class Rig:
         self.topics = AlgorithmTopics.create(lambda: 0.0)
         self.recorded: list[FrameInput] = []
         self.fail_to_record = False
+        self.problem = ""
         self.pose: Callable[[float], VehiclePose | None] = vehicle_pose
         self.loop = AlgorithmLoop(
-            self.manager, self.camera.next_frame, lambda t: self.pose(t), situation, self.topics, self.record
+            self.manager, self.camera.next_frame, lambda t: self.pose(t), self.situation, self.topics, self.record
         )
+
+    def situation(self) -> Situation:
+        return replace(situation(), map_problem=self.problem)
 
     def record(self, frame: FrameInput) -> None:
         if self.fail_to_record:
@@ -125,6 +130,12 @@ async def test_a_frame_becomes_topics_and_is_recorded(rig: Rig) -> None:
     assert rig.topics.annotated.value is not None
     assert rig.topics.annotated.value.captured == 2.0
     assert rig.topics.des_loc_inbound.value is None
+
+
+async def test_why_nothing_may_be_mapped_goes_with_the_frame(rig: Rig) -> None:
+    rig.problem = "the position jumped"
+    await rig.put(2.0)
+    assert rig.recorded[0].map_problem == "the position jumped"
 
 
 async def test_all_work_is_on_one_thread_that_is_not_the_loops(rig: Rig) -> None:

@@ -2,7 +2,11 @@ from __future__ import annotations
 
 import asyncio
 
-from benchmarks.probe import Probe, main
+from benchmarks.probe import Probe, is_heartbeat, main
+from hawk.comm.messages import Ack
+from hawk.comm.status import DroneStatus
+from hawk.web.clients import ClientView
+from hawk.web.sessions import ControlView
 
 
 async def test_an_idle_loop_is_sampled_until_the_probe_is_told_to_end() -> None:
@@ -20,3 +24,8 @@ async def test_an_idle_loop_is_sampled_until_the_probe_is_told_to_end() -> None:
 
 def test_an_unknown_probe_is_refused() -> None:
     assert main(["nothing"]) == 2
+
+
+def test_the_drones_heartbeats_are_counted_and_nothing_else() -> None:
+    assert is_heartbeat(ClientView().heartbeat(DroneStatus(), None, ControlView("Operator 1", in_control=True)))
+    assert not is_heartbeat(Ack(id=1, accepted=True).to_json())

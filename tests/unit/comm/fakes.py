@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from hawk.comm.mavlink_link import Link, Message, OnMessage, SensorHealth
+from hawk.comm.peer import FIRST_HEARD, Expected
+from hawk.comm.udp_gate import NOBODY, Hearing
 from hawk.comm.vehicle import AutopilotError
 
 LATITUDE, LONGITUDE, ALTITUDE = 43.2609, -79.9192, 100.0
@@ -52,6 +54,9 @@ class Said:
             "relative_alt": round(up * 1000),
         }
 
+    def system_time(self) -> tuple[str, dict[str, Any]]:
+        return "SYSTEM_TIME", {"time_boot_ms": self.ms, "time_unix_usec": 0}
+
     def home(self, north: float = 0.0) -> tuple[str, dict[str, Any]]:
         return "HOME_POSITION", {
             "latitude": round((LATITUDE + north * METRE_NORTH) * 1e7),
@@ -69,6 +74,15 @@ class Said:
     def gps(self, fix: int = 3, satellites: int = 12, accuracy_mm: int = 800) -> tuple[str, dict[str, Any]]:
         return "GPS_RAW_INT", {"fix_type": fix, "satellites_visible": satellites, "h_acc": accuracy_mm}
 
+    def estimator(
+        self, flags: int = 831, velocity: float | None = 0.01, position: float | None = 0.01, compass: float = 0.02
+    ) -> tuple[str, dict[str, Any]]:
+        """As a real ArduCopter reports a good position (flags 831)."""
+        return "EKF_STATUS_REPORT", {
+            "flags": flags, "velocity_variance": velocity, "pos_horiz_variance": position, "pos_vert_variance": 0.0,
+            "compass_variance": compass, "terrain_alt_variance": 0.0,
+        }  # fmt: skip
+
     def text(self, words: str, severity: int = 3) -> tuple[str, dict[str, Any]]:
         return "STATUSTEXT", {"text": words, "severity": severity, "id": 0, "chunk_seq": 0}
 
@@ -81,10 +95,15 @@ class FakeLink(Link):
     system_id: int
     clock: Callable[[], float]
     on_message: OnMessage
+    expected: Expected = FIRST_HEARD
+    heard: Hearing = NOBODY
     sent: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
     commanded: list[tuple[int, list[float]]] = field(default_factory=list)
     results: dict[int, int] = field(default_factory=dict)
     fences: list[list[tuple[float, float]]] = field(default_factory=list)
+    held: tuple[tuple[float, float], ...] | None = None
+    keeps: tuple[tuple[float, float], ...] | None = None
+    """The fence that it holds after any upload; None: the uploaded one."""
     answer: Callable[[str, Mapping[str, Any]], None] = lambda _name, _fields: None
     before_ack: Callable[[], None] = lambda: None
     problems: list[str] = field(default_factory=list)
@@ -94,6 +113,7 @@ class FakeLink(Link):
     opened: int = 0
     reopened: int = 0
     closed: bool = False
+    voices: list[bool] = field(default_factory=list)
     changed: threading.Event = field(default_factory=threading.Event)
 
     def say(self, message: tuple[str, dict[str, Any]], arrival: float | None = None) -> None:
@@ -116,6 +136,12 @@ class FakeLink(Link):
     def close(self) -> None:
         self.closed = True
 
+    def hearing(self) -> Hearing:
+        return self.heard
+
+    def set_voice(self, speaks: bool) -> None:
+        self.voices.append(speaks)
+
     def sensor_health(self) -> SensorHealth:
         return self.health
 
@@ -131,6 +157,12 @@ class FakeLink(Link):
 
     def upload_fence(self, polygon: Sequence[tuple[float, float]]) -> None:
         self.fences.append(list(polygon))
+        self.held = tuple(polygon) if self.keeps is None else self.keeps
+
+    def download_fence(self) -> tuple[tuple[float, float], ...]:
+        if self.held is None:
+            raise AutopilotError("The autopilot's fence has 0 polygons and 0 circles, ours is one polygon")
+        return self.held
 
     def named(self, name: str) -> list[dict[str, Any]]:
         return [fields for sent, fields in self.sent if sent == name]
@@ -143,6 +175,9 @@ class Memory:
         self.values = dict(values)
         self.deaf = 0
         self.stubborn: set[str] = set()
+        self.late: dict[str, int] = {}
+        """Reads that still give the old value after a set was confirmed, by name."""
+        self._old: dict[str, tuple[float, int]] = {}
         self.asked: list[tuple[str, str]] = []
 
     def answer(self, name: str, fields: Mapping[str, Any]) -> dict[str, Any] | None:
@@ -157,6 +192,10 @@ class Memory:
         if parameter not in self.values:
             return None
         if name == "PARAM_SET" and parameter not in self.stubborn:
+            self._old.setdefault(parameter, self.values[parameter])
             self.values[parameter] = (fields["param_value"], fields["param_type"])
         value, kind = self.values[parameter]
+        if name == "PARAM_REQUEST_READ" and parameter in self._old and self.late.get(parameter, 0) > 0:
+            self.late[parameter] -= 1
+            value, kind = self._old[parameter]
         return {"param_id": parameter, "param_value": value, "param_type": kind, "param_index": 0, "param_count": 9}

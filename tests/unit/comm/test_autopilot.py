@@ -10,13 +10,16 @@ from typing import Any
 
 import pytest
 
-from hawk.comm.autopilot import MavsdkAutopilot
+from hawk.comm.autopilot import MavsdkAutopilot, expected_autopilot
 from hawk.comm.clock import Clock
 from hawk.comm.frames import offset_ned
 from hawk.comm.mavlink_link import Message, OnMessage
+from hawk.comm.peer import Expected
+from hawk.comm.udp_gate import Hearing
 from hawk.comm.vehicle import Autopilot, AutopilotError, VehicleTopics
 from hawk.config import AutopilotSettings
 from hawk.model import ArmPlace, CopterMode, Fence, GlobalPose
+from hawk.supervision import Supervisor
 from tests.manual_clock import ManualClock
 from tests.unit.comm.fakes import ALTITUDE, LATITUDE, LONGITUDE, FakeLink, Memory, Said
 from tests.unit.comm.waiting import until
@@ -39,17 +42,17 @@ class FastClock(ManualClock):
 class Rig:
     """The real facade over a link without an autopilot."""
 
-    def __init__(self, clock: ManualClock | None = None) -> None:
+    def __init__(self, clock: ManualClock | None = None, supervisor: Supervisor | None = None) -> None:
         self.clock = clock or ManualClock(50.0)
         self.topics = VehicleTopics.create(self.clock)
         self.said = Said()
         self.link: FakeLink = FakeLink("", 0, self.clock, lambda _: None)
         self.memory = Memory(PARAMETERS)
         settings = AutopilotSettings(url="udpin://127.0.0.1:14550", system_id=245, connect_timeout_s=0.01)
-        self.autopilot = MavsdkAutopilot(settings, self.clock, self.topics, lambda: 1.8e9, self._make, 0.01)
+        self.autopilot = MavsdkAutopilot(settings, self.clock, self.topics, lambda: 1.8e9, self._make, 0.01, supervisor)
 
-    def _make(self, url: str, system_id: int, clock: Clock, on_message: OnMessage) -> FakeLink:
-        self.link = FakeLink(url, system_id, clock, on_message)
+    def _make(self, url: str, system_id: int, clock: Clock, on_message: OnMessage, expected: Expected) -> FakeLink:
+        self.link = FakeLink(url, system_id, clock, on_message, expected)
         self.link.answer = self._answer
         return self.link
 
@@ -69,12 +72,22 @@ class Rig:
         await until(lambda: self.link.found)
         await self.say(self.said.heartbeat(), self.said.landed(1))
 
-    async def arm_here(self) -> None:
-        await self.say(self.said.heartbeat(armed=True))
-        for _ in range(3):
+    async def stand(self, rounds: int) -> None:
+        for _ in range(rounds):
             self.clock.advance(0.05)
             self.said.boot += 0.05
             await self.say(self.said.attitude(), self.said.local(2.0, 1.0, -0.5), self.said.world())
+
+    async def boot(self) -> None:
+        """Let the autopilot boot, and its new clock be believed."""
+        self.said.boot = 1.0
+        self.clock.advance(3.0)
+        await self.say(self.said.heartbeat())
+        await self.stand(12)
+
+    async def arm_here(self) -> None:
+        await self.say(self.said.heartbeat(armed=True))
+        await self.stand(3)
         assert self.topics.arm_place.value is not None
 
 
@@ -90,6 +103,15 @@ async def rig() -> AsyncIterator[Rig]:
     rig = Rig()
     yield rig
     await rig.autopilot.close()
+
+
+async def test_the_expected_autopilot_is_that_of_the_settings(rig: Rig) -> None:
+    assert rig.link.expected == Expected()
+    named = {"vehicle_system_id": 3, "vehicle_address": "[fe80::1]:14555"}
+    assert expected_autopilot(AutopilotSettings.model_validate(named)) == Expected(3, "fe80::1", 14555)
+    assert expected_autopilot(AutopilotSettings(vehicle_address="10.0.0.7")) == Expected(None, "10.0.0.7", None)
+    rig.link.heard = Hearing("10.0.0.7:5", "10.0.0.8:6 (system 1) sends", 12)
+    assert rig.autopilot.hearing == rig.link.heard
 
 
 def test_it_is_what_the_rest_of_the_daemon_expects() -> None:
@@ -127,6 +149,26 @@ async def test_a_link_that_cannot_be_opened_says_why_and_is_tried_again(rig: Rig
     assert rig.link.found
 
 
+@pytest.mark.parametrize("part", ["open", "find"])
+async def test_an_error_that_nobody_expected_does_not_end_the_link(part: str) -> None:
+    told: list[tuple[str, str]] = []
+    rig = Rig(supervisor=Supervisor(lambda name, words: told.append((name, words)), 0.0))
+    whole, faults = getattr(rig.link, part), [ValueError("broken")]
+
+    def broken(*arguments: Any) -> Any:
+        for fault in faults:
+            faults.clear()
+            raise fault
+        return whole(*arguments)
+
+    setattr(rig.link, part, broken)
+    await rig.connect()
+    assert told == [("autopilot-link", "ValueError: broken")]
+    assert rig.topics.state.value is not None
+    assert rig.topics.state.value.connected
+    await rig.autopilot.close()
+
+
 async def test_after_the_configured_time_it_is_told_that_nobody_is_heard(rig: Rig) -> None:
     rig.link.appears = False
     await rig.autopilot.start()
@@ -145,12 +187,13 @@ async def test_rates_are_asked_for_when_the_autopilot_is_found(rig: Rig) -> None
 
 async def test_rates_are_asked_for_again_after_a_boot(rig: Rig) -> None:
     await rig.connect()
-    await rig.say(rig.said.attitude())
-    await until(lambda: len(rig.link.named("COMMAND_LONG")) >= 5)
+    await rig.stand(1)
+    await until(lambda: len(rig.link.named("COMMAND_LONG")) >= 4)
     rig.link.sent.clear()
-    rig.said.boot = 1.0
-    await rig.say(rig.said.local())
-    await until(lambda: len(rig.link.named("COMMAND_LONG")) >= 6)
+    await rig.boot()
+    await until(
+        lambda: {fields["param1"] for fields in rig.link.named("COMMAND_LONG")} >= {1.0, 2.0, 24.0, 242.0, 245.0}
+    )
 
 
 async def test_a_fast_simulation_hears_more_heartbeats() -> None:
@@ -183,6 +226,19 @@ async def test_five_seconds_of_silence_open_the_link_again(rig: Rig) -> None:
 
 
 class TestCommands:
+    async def test_home_is_sent_as_whole_numbers_and_not_waited_for(self, rig: Rig) -> None:
+        """A COMMAND_LONG carries degrees as a 32-bit float: half a metre."""
+        await rig.connect()
+        await rig.autopilot.set_home(GlobalPose(LATITUDE, LONGITUDE, 123.4))
+        fields = next(fields for name, fields in rig.link.sent if name == "COMMAND_INT")
+        assert (fields["command"], fields["frame"], fields["param1"]) == (179, 0, 0.0)
+        assert (fields["x"], fields["y"], fields["z"]) == (round(LATITUDE * 1e7), round(LONGITUDE * 1e7), 123.4)
+
+    async def test_a_home_that_is_not_finite_is_not_sent(self, rig: Rig) -> None:
+        await rig.connect()
+        with pytest.raises(AutopilotError, match="not finite"):
+            await rig.autopilot.set_home(GlobalPose(LATITUDE, math.nan, 100.0))
+
     async def test_without_a_link_nothing_is_sent(self, rig: Rig) -> None:
         await rig.autopilot.start()
         calls: list[Callable[[], Any]] = [
@@ -194,6 +250,8 @@ class TestCommands:
             lambda: rig.autopilot.get_parameter("RTL_ALT"),
             lambda: rig.autopilot.set_parameter("RTL_ALT", 1),
             lambda: rig.autopilot.upload_fence(FENCE),
+            lambda: rig.autopilot.compare_fence(FENCE),
+            lambda: rig.autopilot.set_home(GlobalPose(LATITUDE, LONGITUDE, ALTITUDE)),
         ]
         for call in calls:
             with pytest.raises(AutopilotError, match="No link to the autopilot"):
@@ -273,6 +331,20 @@ class TestKill:
         await rig.autopilot.kill()
         assert any(fields["command"] == 185 for fields in rig.link.named("COMMAND_LONG"))
 
+    async def test_a_kill_that_hangs_stops_no_later_one(self, rig: Rig) -> None:
+        rig.autopilot.calls.deadline_s = 0.01
+        await rig.connect()
+        release = threading.Event()
+        send = rig.link.send
+        rig.link.send = lambda name, fields: release.wait(30.0)  # type: ignore[assignment,method-assign]
+        with pytest.raises(AutopilotError, match=r"kill: MAVSDK did not return within 0\.01 s"):
+            await rig.autopilot.kill()
+        rig.link.send = send  # type: ignore[method-assign]
+        rig.autopilot.calls.deadline_s = 10.0
+        await rig.autopilot.kill()
+        assert any(fields["command"] == 185 for fields in rig.link.named("COMMAND_LONG"))
+        release.set()
+
     async def test_a_refusal_is_shown(self, rig: Rig) -> None:
         await rig.connect()
         await rig.say(("COMMAND_ACK", {"command": 185, "result": 2}))
@@ -281,6 +353,88 @@ class TestKill:
         assert "Kill refused" in text.text
         await rig.say(("COMMAND_ACK", {"command": 185, "result": 0}), ("COMMAND_ACK", {"command": 400, "result": 4}))
         assert rig.topics.status_text.value is text
+
+
+class TestSilence:
+    async def test_a_mode_is_told_on_a_link_that_seems_dead_and_no_answer_is_waited_for(self, rig: Rig) -> None:
+        await rig.connect()
+        rig.clock.advance(4.0)
+        await until(lambda: rig.topics.state.value is not None and not rig.topics.state.value.connected)
+        await rig.autopilot.send_mode(CopterMode.RTL)
+        assert rig.link.commanded == []
+        (told,) = [fields for fields in rig.link.named("COMMAND_LONG") if fields["command"] == 176]
+        assert (told["param1"], told["param2"]) == (1.0, 6.0)
+
+    async def test_our_voice_is_the_links(self, rig: Rig) -> None:
+        await rig.connect()
+        rig.autopilot.set_voice(False)
+        rig.autopilot.set_voice(True)
+        assert rig.link.voices == [False, True]
+
+    async def test_silent_a_fast_simulation_hears_no_heartbeat_of_ours(self) -> None:
+        rig = Rig(FastClock(50.0))
+        rig.autopilot.set_voice(False)
+        await rig.connect()
+        await until(lambda: len(rig.link.named("COMMAND_LONG")) >= 5)
+        assert rig.link.named("HEARTBEAT") == []
+        rig.autopilot.set_voice(True)
+        await until(lambda: len(rig.link.named("HEARTBEAT")) == 1)
+        await rig.autopilot.close()
+
+    async def test_a_silent_peer_hears_of_us_by_a_request_for_a_rate(self, rig: Rig) -> None:
+        await rig.connect()
+        await until(lambda: len(rig.link.named("COMMAND_LONG")) >= 5)
+        rig.autopilot.set_voice(False)
+        rig.clock.advance(4.0)
+        await until(lambda: rig.topics.state.value is not None and not rig.topics.state.value.connected)
+        await until(lambda: bool(rig.link.named("COMMAND_LONG")))
+        rig.link.sent.clear()
+        rig.clock.advance(5.1)
+        await until(lambda: [fields["command"] for fields in rig.link.named("COMMAND_LONG")] == [511])
+
+
+class TestHanging:
+    async def test_a_command_that_hangs_fails_in_time_and_the_next_one_is_sent(self, rig: Rig) -> None:
+        rig.autopilot.calls.deadline_s = 0.01
+        await rig.connect()
+        release = threading.Event()
+        rig.link.before_ack = lambda: (release.wait(30.0), None)[1]
+        for _ in range(3):
+            with pytest.raises(AutopilotError, match=r"set_mode: MAVSDK did not return within 0\.01 s"):
+                await rig.autopilot.set_mode(CopterMode.RTL)
+        assert rig.autopilot.calls.overdue == 3
+        rig.autopilot.calls.deadline_s = 10.0
+        rig.link.before_ack = lambda: None
+        await rig.autopilot.set_mode(CopterMode.RTL)
+        release.set()
+
+    async def test_a_target_that_hangs_is_counted_and_later_ones_go_out(self, rig: Rig) -> None:
+        await rig.connect()
+        await rig.arm_here()
+        entered, release = threading.Event(), threading.Event()
+
+        def hang(_name: str, _fields: Mapping[str, Any]) -> None:
+            entered.set()
+            release.wait(30.0)
+
+        rig.link.answer = hang
+        rig.autopilot.send_target(10.0, -5.0, 30.0, 0.0)
+        await until(entered.is_set)
+        rig.link.answer = lambda _name, _fields: None
+        rig.autopilot.calls.deadline_s = 0.0
+        rig.autopilot.send_target(11.0, -5.0, 30.0, 0.0)
+        assert rig.autopilot.calls.overdue == 1
+        assert "target" in rig.autopilot.calls.health.reason
+        await until(lambda: len(rig.link.named("SET_POSITION_TARGET_LOCAL_NED")) == 2)
+        release.set()
+
+    async def test_a_link_that_hangs_while_it_opens_is_told(self, rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr("hawk.comm.autopilot._OPEN_S", 0.01)
+        release = threading.Event()
+        rig.link.open = lambda: (release.wait(30.0), None)[1]  # type: ignore[method-assign]
+        await rig.autopilot.start()
+        await until(lambda: "open: MAVSDK did not return" in rig.autopilot.problem)
+        release.set()
 
 
 class TestTarget:
@@ -340,8 +494,7 @@ class TestTarget:
     async def test_after_a_boot_the_old_map_is_not_flown(self, rig: Rig) -> None:
         await rig.connect()
         await rig.arm_here()
-        rig.said.boot = 1.0
-        await rig.say(rig.said.local())
+        await rig.boot()
         with pytest.raises(AutopilotError, match="No arm place"):
             rig.autopilot.send_target(1.0, 2.0, 30.0, 0.0)
 
@@ -406,12 +559,59 @@ class TestFence:
 
     async def test_before_the_first_arm_it_lies_about_the_drone(self, rig: Rig) -> None:
         await rig.connect()
-        await rig.say(rig.said.world(20.0))
+        await rig.stand(1)
+        await rig.say(rig.said.attitude(), rig.said.world(20.0))
         origin = rig.autopilot._tie.fence_origin
         assert origin is not None
         await rig.autopilot.upload_fence(FENCE)
         middle = sum(latitude for latitude, _ in rig.link.fences[0]) / 4
         assert middle == pytest.approx(origin.latitude, abs=1e-6)
+
+    @pytest.mark.parametrize(
+        "change",
+        [
+            lambda polygon: polygon[:-1],
+            lambda polygon: (*polygon, polygon[0]),
+            lambda polygon: ((polygon[0][0] + 2e-6, polygon[0][1]), *polygon[1:]),
+            lambda polygon: (*polygon[1:], polygon[0]),
+        ],
+        ids=["a corner less", "a corner more", "a corner moved", "turned"],
+    )
+    async def test_an_upload_that_reads_back_as_another_fence_has_failed(
+        self, rig: Rig, change: Callable[[tuple[tuple[float, float], ...]], tuple[tuple[float, float], ...]]
+    ) -> None:
+        await rig.connect()
+        rig.autopilot.set_datum(GlobalPose(LATITUDE, LONGITUDE, ALTITUDE))
+        await rig.autopilot.upload_fence(FENCE)
+        await rig.autopilot.compare_fence(FENCE)
+        assert rig.link.held is not None
+        rig.link.keeps = change(rig.link.held)
+        with pytest.raises(AutopilotError, match="holds is another one"):
+            await rig.autopilot.upload_fence(FENCE)
+        with pytest.raises(AutopilotError, match="holds is another one"):
+            await rig.autopilot.compare_fence(FENCE)
+
+    async def test_rounding_on_the_wire_is_no_other_fence(self, rig: Rig) -> None:
+        await rig.connect()
+        rig.autopilot.set_datum(GlobalPose(LATITUDE, LONGITUDE, ALTITUDE))
+        await rig.autopilot.upload_fence(FENCE)
+        assert rig.link.held is not None
+        rig.link.held = tuple((round(lat, 7), round(lon, 7)) for lat, lon in rig.link.held)
+        await rig.autopilot.compare_fence(FENCE)
+
+    async def test_a_comparison_writes_nothing_and_finds_what_differs(self, rig: Rig) -> None:
+        await rig.connect()
+        rig.autopilot.set_datum(GlobalPose(LATITUDE, LONGITUDE, ALTITUDE))
+        with pytest.raises(AutopilotError, match="FENCE_ENABLE"):
+            await rig.autopilot.compare_fence(FENCE)
+        rig.memory.values["FENCE_ENABLE"] = (1, 2)
+        with pytest.raises(AutopilotError, match="FENCE_ALT_MAX: the autopilot's ceiling is 120 m, ours is 100 m"):
+            await rig.autopilot.compare_fence(FENCE)
+        rig.memory.values["FENCE_ALT_MAX"] = (100, 9)
+        with pytest.raises(AutopilotError, match="0 polygons"):
+            await rig.autopilot.compare_fence(FENCE)
+        assert rig.link.fences == []
+        assert all(kind == "PARAM_REQUEST_READ" for kind, _ in rig.memory.asked)
 
     async def test_without_a_place_it_cannot_be_laid(self, rig: Rig) -> None:
         await rig.connect()
@@ -449,7 +649,10 @@ async def test_an_arm_place_that_was_kept_makes_a_map_at_once(rig: Rig) -> None:
         ArmPlace(LATITUDE, LONGITUDE, ALTITUDE, 0.0, 0.0, 0.0, round(1.8e9 - 100.0))
     )
     await rig.connect()
-    await rig.say(rig.said.attitude(), rig.said.local(3.0, 0.0, -20.0), rig.said.world(3.0, 20.0))
+    for _ in range(2):
+        rig.clock.advance(0.05)
+        rig.said.boot += 0.05
+        await rig.say(rig.said.world(3.0, 20.0), rig.said.attitude(), rig.said.local(3.0, 0.0, -20.0))
     pose = rig.autopilot.telemetry.pose_at(rig.clock())
     assert pose is not None
     assert pose.map is not None

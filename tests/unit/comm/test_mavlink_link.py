@@ -12,7 +12,8 @@ from typing import Any
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from hawk.comm.mavlink_link import Link, Message
+from hawk.comm.mavlink_link import Link, Message, command_fields
+from hawk.comm.peer import Expected
 from hawk.comm.vehicle import AutopilotError
 
 HEARTBEAT_S = 0.2
@@ -32,7 +33,9 @@ class Peer:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.bind(("127.0.0.1", 0))
         self._socket.settimeout(0.02)
-        self._place = ("127.0.0.1", port)
+        self.address: tuple[str, int] = self._socket.getsockname()
+        self.place = ("127.0.0.1", port)
+        self.answers_its_caller = False
         self._changed = threading.Condition()
         self._stop = False
         self.results: dict[int, int] = {}
@@ -42,7 +45,7 @@ class Peer:
         self._thread.start()
 
     def write(self, data: bytes) -> None:
-        self._socket.sendto(data, self._place)
+        self._socket.sendto(data, self.place)
 
     def wait(self, kind: str, true: Callable[[Any], bool] = lambda _: True) -> Any:
         """Wait for a message that fits and return it."""
@@ -67,9 +70,11 @@ class Peer:
                 last = time.monotonic()
                 self.mav.heartbeat_send(2, 3, 81, 4, 4)
             try:
-                data = self._socket.recv(2048)
+                data, sender = self._socket.recvfrom(2048)
             except TimeoutError:
                 continue
+            if self.answers_its_caller:
+                self.place = sender
             for message in self.mav.parse_buffer(data) or ():
                 self._take(message)
 
@@ -137,6 +142,23 @@ def test_our_heartbeats_are_those_of_ground_station_245(link: Link, peer: Peer) 
     assert link.found
 
 
+def test_silent_it_sends_commands_and_no_heartbeat(link: Link, peer: Peer) -> None:
+    peer.wait("HEARTBEAT")
+    link.set_voice(False)
+    peer.got.clear()
+    gate = link._gate
+    assert gate is not None
+    deadline = time.monotonic() + WAIT_S
+    while not gate.held_back:
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    link.send("COMMAND_LONG", command_fields(177, [1, 6]))
+    peer.wait("COMMAND_LONG", lambda one: one.command == 177)
+    assert not [one for one in peer.got if one.get_type() == "HEARTBEAT"]
+    link.set_voice(True)
+    peer.wait("HEARTBEAT")
+
+
 def test_messages_come_with_their_fields_and_arrival(link: Link, peer: Peer, heard: Heard) -> None:
     peer.mav.local_position_ned_send(7000, 1.5, -2.0, -3.0, math.nan, 0.0, 0.0)
     message = heard.wait("LOCAL_POSITION_NED")
@@ -200,6 +222,7 @@ def test_before_an_autopilot_is_found_nothing_can_be_sent() -> None:
         lambda: link.send("HEARTBEAT", {}),
         lambda: link.command(400),
         lambda: link.upload_fence([(1.0, 2.0)]),
+        link.download_fence,
     ]
     for call in calls:
         with pytest.raises(AutopilotError, match="No autopilot found yet"):
@@ -225,3 +248,80 @@ def test_closed_twice_it_stays_closed(port: int) -> None:
     link.close()
     link.open()
     assert not link.find(0.1)
+
+
+def test_a_second_sender_is_neither_heard_nor_spoken_to(link: Link, peer: Peer, heard: Heard) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as forger:
+        forger.bind(("127.0.0.1", 0))
+        forger.setblocking(False)
+        for system in (1, 9):  # the autopilot's own id, and another one
+            mav = mavlink.MAVLink(None, system, 1)
+            landed = mavlink.MAVLink_extended_sys_state_message(0, 1).pack(mav)
+            forged = bytes(mavlink.MAVLink_heartbeat_message(2, 3, 0, 777, 4, 3).pack(mav)) + bytes(landed)
+            for _ in range(10):
+                forger.sendto(forged, peer.place)
+        before = len([one for one in heard.messages if one.name == "HEARTBEAT"])
+        heard.wait("HEARTBEAT", before + 2)  # MAVSDK had time for the forged ones
+        with pytest.raises(BlockingIOError):
+            forger.recv(2048)
+        assert "EXTENDED_SYS_STATE" not in {one.name for one in heard.messages}
+        assert 777 not in {one.fields["custom_mode"] for one in heard.messages if one.name == "HEARTBEAT"}
+        address = f"127.0.0.1:{forger.getsockname()[1]}"
+        assert (
+            link.hearing().second_sender == f"{address} (system 1) sends to the autopilot's port, too. It is not heard."
+        )
+    assert link.hearing().refused >= 2
+
+
+def test_another_vehicle_behind_the_same_router_is_not_heard_and_no_fault(peer: Peer, heard: Heard, link: Link) -> None:
+    other = mavlink.MAVLink(peer, 7, 1)
+    other.heartbeat_send(2, 3, 0, 999, 4, 3)
+    other.attitude_send(70, 9.0, 9.0, 9.0, 0, 0, 0)
+    peer.mav.attitude_send(71, 0.1, 0.2, 0.3, 0, 0, 0)
+    heard.wait("ATTITUDE", 1 + len([one for one in heard.messages if one.name == "ATTITUDE"]))
+    assert not [one for one in heard.messages if one.fields.get("time_boot_ms") == 70]
+    assert 999 not in {one.fields.get("custom_mode") for one in heard.messages}
+
+
+@pytest.fixture
+def made() -> Iterator[list[Any]]:
+    """Links and peers that the test made; closed after it."""
+    made: list[Any] = []
+    yield made
+    for one in reversed(made):
+        one.close()
+
+
+def test_the_expected_system_id_is_found_though_another_vehicle_speaks_first(made: list[Any]) -> None:
+    port, heard = free_port(), Heard()
+    link = Link(f"udpin://127.0.0.1:{port}", 245, lambda: 1.0, heard.take, Expected(system_id=7))
+    link.open()
+    peer = Peer(port)
+    made += [link, peer]
+    other = mavlink.MAVLink(peer, 7, 1)
+    assert not link.find(0.5)
+    assert not link.find(0.1)
+    assert "(system 1) sends to the autopilot's port, but is not the expected autopilot" in link.hearing().second_sender
+    deadline = time.monotonic() + WAIT_S
+    while not link.find(0.1):
+        other.heartbeat_send(2, 3, 0, 3, 4, 3)
+        assert time.monotonic() < deadline
+    other.heartbeat_send(2, 3, 0, 3, 4, 3)
+    heard.wait("HEARTBEAT")
+    assert {one.fields["custom_mode"] for one in heard.messages if one.name == "HEARTBEAT"} == {3}
+    link.send("COMMAND_LONG", {"command": 400, "confirmation": 0})
+    assert peer.wait("COMMAND_LONG").target_system == 7
+
+
+def test_a_link_that_calls_out_hears_only_whom_it_called(made: list[Any]) -> None:
+    called = Peer(free_port())
+    heard = Heard()
+    link = Link(f"udpout://127.0.0.1:{called.address[1]}", 245, lambda: 1.0, heard.take)
+    link.open()
+    made += [link, called]
+    called.answers_its_caller = True
+    deadline = time.monotonic() + WAIT_S
+    while not link.find(0.5):
+        assert time.monotonic() < deadline
+    assert called.wait("HEARTBEAT").get_srcSystem() == 245
+    assert link.hearing().sender == f"127.0.0.1:{called.address[1]}"

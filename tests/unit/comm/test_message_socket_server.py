@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hawk.comm.message_socket import ServerMessageSocket
+from hawk.comm.message_socket import CLIENT_WAITING, TICK_COMMANDS, ServerMessageSocket
 from hawk.comm.messages import Ack, Arm, Command, Hold, KillRequest, KillToken, Outgoing, Takeoff
 from hawk.comm.status import ClientId
 
@@ -61,10 +61,17 @@ def test_commands_wait_in_order_with_their_clients(server: ServerMessageSocket) 
     assert server.receive() == []
 
 
-@pytest.mark.parametrize(
-    "text", ['{"Type": "Hold"}', '{"Type": "Kill Request"}', f'{{"Type": "Kill", "Token": "{"t" * 16}"}}']
-)
-def test_hold_and_kill_pass_the_queue(
+URGENT = [
+    '{"Type": "Hold"}',
+    '{"Type": "Kill Request"}',
+    f'{{"Type": "Kill", "Token": "{"t" * 16}"}}',
+    '{"Type": "Return To Launch"}',
+    '{"Type": "Land"}',
+]
+
+
+@pytest.mark.parametrize("text", URGENT)
+def test_what_stops_or_saves_passes_the_queue(
     server: ServerMessageSocket, manager: Manager, clients: Clients, text: str
 ) -> None:
     for _ in range(300):
@@ -82,12 +89,78 @@ def test_hold_before_anyone_can_act_is_answered(clients: Clients) -> None:
 
 
 def test_overflow_is_answered_and_what_waits_is_kept(clients: Clients) -> None:
-    server = ServerMessageSocket(clients.send_to, queue_limit=2)
-    for number in range(3):
+    server = ServerMessageSocket(clients.send_to)
+    for number in range(CLIENT_WAITING + 1):
         server.feed("a", f'{{"Type": "Arm", "Id": {number}}}')
     client, answer = clients.last()
-    assert (client, answer["Id"], answer["Accepted"]) == ("a", 2, False)
-    assert [command.id for _, command in server.receive()] == [0, 1]
+    assert (client, answer["Id"], answer["Accepted"]) == ("a", CLIENT_WAITING, False)
+    assert answer["Reason"] == f"Too many commands: send at most {CLIENT_WAITING} at once."
+    assert len(clients.sent) == 1
+    assert taken(server) == list(range(CLIENT_WAITING))
+
+
+def taken(server: ServerMessageSocket) -> list[object]:
+    """Take tick after tick until nothing waits; return the ids in their order."""
+    found: list[object] = []
+    while commands := server.receive():
+        found += [command.id for _, command in commands]
+    return found
+
+
+def test_a_tick_takes_few_commands_and_of_each_client_the_next(server: ServerMessageSocket) -> None:
+    for client in "abcdefghi":
+        for number in range(CLIENT_WAITING):
+            server.feed(client, f'{{"Type": "Arm", "Id": "{client}{number}"}}')
+    server.feed("operator", '{"Type": "Takeoff", "Id": "o"}')
+    seen: list[str] = []
+    for _ in range(3):
+        commands = server.receive()
+        assert len(commands) == TICK_COMMANDS
+        seen += [str(command.id) for _, command in commands]
+    assert {each[0] for each in seen[:10]} == set("abcdefghio"), "each client once before any twice"
+    assert len(taken(server)) == 9 * CLIENT_WAITING + 1 - 12, "nothing is lost"
+
+
+def test_who_sends_seldom_is_taken_in_the_next_tick_whatever_the_others_send(server: ServerMessageSocket) -> None:
+    for tick in range(250):
+        for client in "abcdefgh":
+            server.feed(client, '{"Type": "Arm"}')
+        asks = tick % 10 == 9
+        if asks:
+            server.feed("operator", '{"Type": "Takeoff"}')
+        commands = server.receive()
+        assert len(commands) == TICK_COMMANDS
+        assert ("operator" in {client for client, _ in commands}) == asks
+    assert len(server._served) <= 9
+
+
+def test_one_client_alone_takes_its_share_of_a_tick_only(server: ServerMessageSocket) -> None:
+    for number in range(10):
+        server.feed("a", f'{{"Type": "Arm", "Id": {number}}}')
+    assert [command.id for _, command in server.receive()] == [0]
+    assert taken(server) == list(range(1, 10))
+
+
+@pytest.mark.parametrize("text", [each for each in URGENT if "Request" not in each])
+def test_what_stops_or_saves_voids_what_waits_but_questions(
+    server: ServerMessageSocket, clients: Clients, text: str
+) -> None:
+    server.feed("a", '{"Type": "Autonomous Explore", "Id": "late"}')
+    server.feed("a", '{"Type": "Route Request", "X": 1, "Y": 1, "Id": "asks"}')
+    server.feed("b", '{"Type": "Takeoff", "Id": "also late"}')
+    server.feed("c", text)
+    refused = {answer["Id"]: answer for answer in (json.loads(sent) for _, sent in clients.sent) if answer["Id"]}
+    assert set(refused) == {"late", "also late"}
+    assert all(not answer["Accepted"] and "came first" in answer["Reason"] for answer in refused.values())
+    assert [command.id for _, command in server.receive()] == ["asks"]
+
+
+def test_a_stop_that_is_refused_voids_nothing(clients: Clients) -> None:
+    server = ServerMessageSocket(clients.send_to)
+    server.attach(lambda _, command: Ack(id=command.id, accepted=False, reason="Someone else has control."))
+    server.feed("a", '{"Type": "Takeoff", "Id": 1}')
+    server.feed("b", '{"Type": "Land"}')
+    assert taken(server) == [1]
 
 
 def test_the_gate_answers_in_place_of_the_manager(clients: Clients, manager: Manager) -> None:

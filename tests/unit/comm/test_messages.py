@@ -79,3 +79,21 @@ def test_a_bad_fence_is_refused_by_the_field(kind: str, changes: dict[str, Any],
 def test_the_largest_fence_fits_into_a_message() -> None:
     corners = [{"Latitude": -43.123456789012345, "Longitude": -179.12345678901234}] * 70
     assert isinstance(parse_command(fence(Corners=corners)), SetFence)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('{"Type": "Hold", "id": 4}', "id: is no key of a Hold; leave it out"),
+        ('{"Type": "Compulsive Move", "x": 1, "Y": 2}', "X: missing; send it with a Compulsive Move"),
+        ('{"Type": "Compulsive Move", "X": 1}', "Y: missing; send it with a Compulsive Move"),
+        ('{"Type": "Fly"}', "Type: 'Fly' is no command; send a Type of /api/schema.json"),
+        ('{"Type": ["' + "x" * 9000 + '"]}', "Type: ['xxx"),
+        ('{"Type": "Hold", "' + "x" * 9000 + '": 1}', "xxx"),
+    ],
+)
+def test_a_refusal_names_the_key_and_what_to_do(text: str, words: str) -> None:
+    with pytest.raises(BadMessageError) as refused:
+        parse_command(text)
+    assert str(refused.value).startswith(words)
+    assert len(str(refused.value)) < 200

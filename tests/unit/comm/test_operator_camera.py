@@ -109,7 +109,7 @@ async def test_a_refusal_is_told(blocking: ThreadPoolExecutor) -> None:
 
     def wait_for_words() -> str:
         words = ""
-        while "401" not in words:
+        while "answers 401" not in words:
             with pytest.raises(NoImage) as caught:
                 camera.get_image()
             words = str(caught.value)

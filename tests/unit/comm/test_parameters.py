@@ -14,9 +14,9 @@ INT8, INT16, UINT8, REAL = 2, 4, 1, 9
 
 
 class Rig:
-    def __init__(self, **values: tuple[float, int]) -> None:
+    def __init__(self, answer_s: float = 0.01, **values: tuple[float, int]) -> None:
         self.memory = Memory(values)
-        self.parameters = AutopilotParameters(self.send, answer_s=0.01)
+        self.parameters = AutopilotParameters(self.send, answer_s)
 
     async def send(self, name: str, fields: Mapping[str, Any]) -> None:
         answer = self.memory.answer(name, fields)
@@ -61,8 +61,24 @@ async def test_a_lost_datagram_is_asked_for_again(rig: Rig) -> None:
 async def test_a_set_is_sent_with_the_type_that_was_read_and_read_back(rig: Rig) -> None:
     await rig.parameters.set("RTL_ALT", 6000)
     assert rig.memory.values["RTL_ALT"] == (6000.0, INT16)
-    assert rig.memory.asked == [("PARAM_REQUEST_READ", "RTL_ALT"), ("PARAM_SET", "RTL_ALT")]
+    read, put = ("PARAM_REQUEST_READ", "RTL_ALT"), ("PARAM_SET", "RTL_ALT")
+    assert rig.memory.asked == [read, put, read]
     assert rig.parameters.values["RTL_ALT"] == 6000
+
+
+@pytest.mark.parametrize("late", [1, 2, 5])
+async def test_a_value_that_is_confirmed_and_reads_as_the_old_one_is_set_until_it_holds(late: int) -> None:
+    rig = Rig(1.0, FS_GCS_ENABLE=(0, INT8))
+    rig.memory.late["FS_GCS_ENABLE"] = late
+    await rig.parameters.set("FS_GCS_ENABLE", 1)
+    assert rig.parameters.values["FS_GCS_ENABLE"] == 1
+    assert rig.memory.late["FS_GCS_ENABLE"] == 0
+
+
+async def test_a_value_that_never_holds_is_an_error_with_both_values(rig: Rig) -> None:
+    rig.memory.late["FS_GCS_ENABLE"] = 10_000
+    with pytest.raises(AutopilotError, match="FS_GCS_ENABLE: set to 1, but the autopilot says 0"):
+        await rig.parameters.set("FS_GCS_ENABLE", 1)
 
 
 async def test_a_real_number_comes_back_as_the_autopilots_single_precision(rig: Rig) -> None:

@@ -169,6 +169,14 @@ def test_armed_seen_in_the_air_takes_home_for_the_arm_place(rig: Rig) -> None:
     assert (pose.map.north, pose.map.height) == pytest.approx((12.0, 30.0), abs=0.05)
 
 
+def test_home_is_published_with_each_message(rig: Rig) -> None:
+    found: list[GlobalPose] = []
+    rig.topics.home.listen(found.append)
+    rig.take(rig.said.home(), rig.said.home(300.0), ("HOME_POSITION", {"latitude": 1}))
+    assert [place.latitude for place in found] == pytest.approx([LATITUDE, LATITUDE + 300 * METRE_NORTH], abs=1e-6)
+    assert found[-1].altitude == ALTITUDE
+
+
 def test_an_arm_place_of_the_same_boot_is_taken_up(rig: Rig) -> None:
     kept = ArmPlace(LATITUDE, LONGITUDE, ALTITUDE, 1.0, 2.0, 3.0, boot_id=round(WALL - 100.0) + 1)
     rig.telemetry.tie.set_datum(GlobalPose(LATITUDE - 10 * METRE_NORTH, LONGITUDE, ALTITUDE))
@@ -259,25 +267,29 @@ def test_a_boot_makes_everything_void_that_belonged_to_the_old_one(rig: Rig) -> 
     rig.said.boot = 3.0
     rig.clock.advance(5.0)
     rig.wall += 5.0
-    rig.take(rig.said.heartbeat(armed=False), rig.said.local(), rig.said.attitude())
+    rig.take(rig.said.heartbeat(armed=False))
+    rig.rates.due(rig.clock())
+    rig.fly(0.6)
     assert rig.boots == 1
     assert rig.telemetry.tie.frames is None
     assert rig.telemetry.tie.datum == datum  # the survey goes on
-    assert {stream.message_id for stream in rig.rates.due(rig.clock())} >= {33, 1, 24, 245, 242}
+    assert {stream.message_id for stream in rig.rates.due(rig.clock())} >= {1, 24, 245, 242}
     rig.arm_here(ekf=(0.5, 0.0, 0.0))
     assert rig.places[-1].boot_id == pytest.approx(rig.wall - rig.said.boot, abs=1)
 
 
 def test_a_boot_is_seen_although_the_link_never_fell_silent(rig: Rig) -> None:
     rig.arm_here()
-    rig.said.boot = 1.0
-    rig.fly(0.3)
+    rig.said.boot = 0.0
+    rig.fly(0.7)
+    assert rig.boots == 1
     pose, state = rig.topics.pose.value, rig.topics.state.value
     assert pose is not None
     assert state is not None
     assert pose.time == pytest.approx(rig.clock(), abs=0.01)
     assert pose.map is None
-    assert not state.armed
+    assert state.landed is LandedState.UNDEFINED
+    assert state.armed, "only a HEARTBEAT says that it is disarmed"
 
 
 def test_a_pose_is_put_at_the_time_it_was_measured_not_when_it_came(rig: Rig) -> None:
@@ -312,16 +324,25 @@ def test_a_pose_is_interpolated_to_the_moment_of_a_picture(rig: Rig) -> None:
 def test_a_number_that_is_not_finite_is_not_taken(rig: Rig, field: str, caplog: pytest.LogCaptureFixture) -> None:
     rig.arm_here()
     rig.topics.pose.listen(lambda pose: pytest.fail(f"{pose} was published"))
-    name, fields = rig.said.local()
     with caplog.at_level(logging.WARNING):
-        rig.take((name, fields | {field: None}))
-        rig.take((name, fields | {field: math.inf}))
+        for number in (None, math.inf):
+            rig.advance()
+            name, fields = rig.said.local()
+            rig.take((name, fields | {field: number}))
     assert field in caplog.text
 
 
 def test_a_message_without_its_fields_does_no_harm(rig: Rig) -> None:
     rig.take(("HEARTBEAT", {}), ("ATTITUDE", {"roll": "x"}), ("GLOBAL_POSITION_INT", {}), ("NEWS", {}))
     assert rig.topics.state.value is None
+
+
+@pytest.mark.parametrize(("enabled", "fence_on"), [(0x100000, True), (0xEFFFFF, False), (0, False), (None, None)])
+def test_sys_status_says_whether_a_fence_is_enabled(rig: Rig, enabled: int | None, fence_on: bool | None) -> None:
+    name, fields = rig.said.system()
+    rig.take((name, fields if enabled is None else {**fields, "onboard_control_sensors_enabled": enabled}))
+    assert rig.topics.diagnostics.value is not None
+    assert rig.topics.diagnostics.value.fence_on is fence_on
 
 
 @pytest.mark.parametrize(
@@ -344,7 +365,7 @@ def test_what_the_battery_does_not_know_is_none(
 
 
 def test_diagnostics_say_what_the_gps_says_while_it_is_fresh(rig: Rig) -> None:
-    rig.take(rig.said.gps(), rig.said.system())
+    rig.take(rig.said.estimator(), rig.said.gps(), rig.said.system())
     found = rig.topics.diagnostics.value
     assert found is not None
     assert (found.all_ok, found.global_position_ok) == (True, True)
@@ -394,5 +415,124 @@ def test_the_datum_may_be_laid_anew_under_a_drone_that_flies(rig: Rig) -> None:
 
 def test_a_time_of_the_boot_clock_can_be_put_on_ours(rig: Rig) -> None:
     assert rig.telemetry.from_boot(100.0) is None
-    rig.take(rig.said.attitude())
+    rig.take(rig.said.attitude(), rig.said.local())
+    assert rig.telemetry.from_boot(100.0) is None
+    rig.take(rig.said.world())
     assert rig.telemetry.from_boot(101.5) == pytest.approx(51.5)
+
+
+class TestDatagramsThatComeLate:
+    """The drone is in the air; datagrams from before come late, twice, or out of order."""
+
+    @pytest.fixture
+    def high(self, rig: Rig) -> Rig:
+        """A drone at 8 m, armed."""
+        rig.arm_here()
+        rig.take(rig.said.home(), rig.said.landed(IN_AIR))
+        for step in range(1, 81):
+            rig.advance()
+            up = 0.1 * step
+            rig.take(
+                rig.said.attitude(), rig.said.local(0.0, 0.0, -up, velocity=(0.0, 0.0, -2.0)), rig.said.world(0.0, up)
+            )
+        rig.take(rig.said.heartbeat(armed=True), rig.said.landed(IN_AIR))
+        rig.fly(1.0, ekf=(0.0, 0.0, -8.0), up=8.0)
+        return rig
+
+    @pytest.mark.parametrize("kind", ["local", "attitude", "world"])
+    def test_one_that_is_late_is_no_boot_and_no_pose(self, high: Rig, kind: str) -> None:
+        late = getattr(high.said, kind)()
+        high.fly(1.2, ekf=(0.0, 0.0, -8.0), up=8.0)
+        before = high.topics.pose.value
+        high.take(late)
+        assert high.boots == 0
+        assert high.topics.pose.value is before
+        assert high.telemetry.state.armed
+        assert high.telemetry.state.landed is LandedState.IN_AIR
+        high.fly(0.1, ekf=(0.0, 0.0, -8.0), up=8.0)
+        assert high.topics.pose.value is not before
+
+    def test_one_that_is_repeated_gives_no_second_pose(self, high: Rig) -> None:
+        high.advance()
+        message = high.said.local(0.0, 0.0, -8.0)
+        high.take(high.said.attitude(), message)
+        published: list[VehiclePose] = []
+        high.topics.pose.listen(published.append)
+        high.take(message, message)
+        assert published == []
+
+    def test_a_corrupt_stamp_far_ahead_moves_nothing(self, high: Rig) -> None:
+        name, fields = high.said.local(0.0, 0.0, -8.0)
+        high.take((name, fields | {"time_boot_ms": 4_294_967_295}))
+        high.fly(2.0, ekf=(0.0, 0.0, -8.0), up=8.0)
+        assert high.boots == 0
+        pose = high.topics.pose.value
+        assert pose is not None
+        assert pose.time == pytest.approx(high.clock())
+
+    def test_a_late_disarmed_and_a_late_landed_do_not_move_the_arm_place(self, high: Rig) -> None:
+        high.take(high.said.heartbeat(armed=False), high.said.landed(ON_GROUND))
+        high.fly(0.3, ekf=(0.0, 0.0, -8.0), up=8.0)
+        high.take(high.said.heartbeat(armed=True))
+        high.fly(0.3, ekf=(0.0, 0.0, -8.0), up=8.0)
+        high.take(high.said.landed(IN_AIR))
+        high.fly(3.0, ekf=(0.0, 0.0, -8.0), up=8.0)
+        assert len(high.places) == 1
+        pose = high.topics.pose.value
+        assert pose is not None
+        assert pose.relative_altitude == pytest.approx(8.0, abs=0.02)
+
+
+def test_an_old_landed_does_not_make_the_air_the_arm_place(rig: Rig) -> None:
+    """EXTENDED_SYS_STATE stopped on the ground; "armed" is first seen at 8 m: home is the arm place."""
+    rig.take(rig.said.heartbeat(), rig.said.landed(ON_GROUND), rig.said.home())
+    rig.fly(1.0)
+    rig.take(rig.said.heartbeat())
+    rig.fly(3.0, ekf=(0.0, 0.0, -8.0), up=8.0)
+    rig.take(rig.said.heartbeat(armed=True))
+    rig.fly(2.0, ekf=(0.0, 0.0, -8.0), up=8.0)
+    assert rig.places == []
+    rig.fly(1.5, ekf=(0.0, 0.0, -8.0), up=8.0)
+    assert len(rig.places) == 1
+    pose = rig.topics.pose.value
+    assert pose is not None
+    assert pose.relative_altitude == pytest.approx(8.0, abs=0.02)
+
+
+def test_a_drone_that_was_carried_up_a_hill_is_armed_there(rig: Rig) -> None:
+    rig.arm_here()
+    rig.take(rig.said.heartbeat(armed=False), rig.said.landed(ON_GROUND))
+    rig.fly(1.0, ekf=(40.0, 0.0, -10.0), north=40.0, up=10.0)
+    rig.take(rig.said.heartbeat(armed=False), rig.said.landed(ON_GROUND))
+    rig.fly(0.5, ekf=(40.0, 0.0, -10.0), north=40.0, up=10.0)
+    rig.take(rig.said.heartbeat(armed=True))
+    rig.fly(0.3, ekf=(40.0, 0.0, -10.0), north=40.0, up=10.0)
+    assert len(rig.places) == 2
+    assert rig.places[-1].ekf_z == pytest.approx(-10.0)
+
+
+def test_every_landed_state_carries_its_moment(rig: Rig) -> None:
+    rig.take(rig.said.heartbeat(armed=True), rig.said.landed(ON_GROUND))
+    rig.advance(1.5)
+    rig.take(rig.said.landed(ON_GROUND))
+    rig.advance(1.9)
+    state = rig.telemetry.state
+    assert (state.time, state.landed_time) == (50.0, 51.5)
+    assert state.landed_at(rig.clock()) is LandedState.ON_GROUND
+    rig.advance(0.2)
+    assert state.landed_at(rig.clock()) is LandedState.UNDEFINED
+
+
+def test_armed_in_the_air_at_a_boot_is_anchored_again(rig: Rig) -> None:
+    """An autopilot whose watchdog booted it in flight stays armed: home becomes the arm place."""
+    rig.arm_here()
+    rig.said.boot = 0.0
+    rig.take(rig.said.heartbeat(armed=True), rig.said.landed(IN_AIR))
+    rig.fly(0.7, ekf=(0.0, 0.0, -8.0), up=8.0)
+    assert rig.boots == 1
+    rig.take(rig.said.heartbeat(armed=True), rig.said.landed(IN_AIR), rig.said.home())
+    rig.fly(0.3, ekf=(0.0, 0.0, -8.0), up=8.0)
+    assert len(rig.places) == 2
+    pose = rig.topics.pose.value
+    assert pose is not None
+    assert pose.relative_altitude == pytest.approx(8.0, abs=0.02)

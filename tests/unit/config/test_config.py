@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from hawk.config import Config, ConfigError, load_config
+from hawk.config import AutopilotSettings, Config, ConfigError, host_and_port, load_config
 
 REFERENCE = Path(__file__).parents[3] / "config.toml"
 
@@ -42,9 +42,13 @@ def test_the_reference_has_no_other_settings() -> None:
         ("[web]\nport = 70000\n", 2, "web.port", "65535"),
         ("[web]\n\nprot = 1\n", 3, "web.prot", "did you mean port?"),
         ("[heights]\ndesired_m = 5.0\n", 1, "heights", "must rise"),
+        ("[heights]\nhighest_obstacle_m = 12.0\n", 1, "heights", "minimum_m must be 17 or more"),
         ("[flight]\nspeed_m_s = nan\n", 2, "flight.speed_m_s", "finite"),
         ("[camera]\nurl = 'ftp://cam'\n", 2, "camera.url", "rtsp://"),
         ("[autopilot]\nurl = '/dev/ttyACM0'\n", 2, "autopilot.url", "serial://"),
+        ("[autopilot]\nvehicle_address = 'drone.local'\n", 2, "autopilot.vehicle_address", "IP:PORT"),
+        ("[autopilot]\nvehicle_address = '10.0.0.1:0'\n", 2, "autopilot.vehicle_address", "IP:PORT"),
+        ("[autopilot]\nvehicle_system_id = 0\n", 2, "autopilot.vehicle_system_id", "1"),
         ("[wbe]\nport = 1\n", 1, "wbe", "did you mean web?"),
         ("[web]\ntoken = 'short'\n", 2, "web.token", "16"),
     ],
@@ -56,6 +60,31 @@ def test_a_wrong_setting_names_file_line_and_key(tmp_path: Path, text: str, line
         load_config(path, {})
     assert f"{path}, line {line}: {key}: " in str(caught.value)
     assert hint in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("address", "expected"),
+    [
+        ("10.0.0.1", ("10.0.0.1", None)),
+        ("10.0.0.1:14555", ("10.0.0.1", 14555)),
+        ("fe80::1", ("fe80::1", None)),
+        ("[fe80::1]", ("fe80::1", None)),
+        ("[fe80::1]:5", ("fe80::1", 5)),
+    ],
+)
+def test_addresses_of_both_families_are_read(address: str, expected: tuple[str, int | None]) -> None:
+    assert host_and_port(address) == expected
+    assert AutopilotSettings(vehicle_address=address).vehicle_address == address
+
+
+@pytest.mark.parametrize("address", ["", ":5", "10.0.0.1:", "10.0.0.1:x", "10.0.0.1:65536", "[fe80::1", "10.0.0"])
+def test_other_addresses_are_refused(address: str) -> None:
+    with pytest.raises(ValueError, match="vehicle_address"):
+        AutopilotSettings(vehicle_address=address)
+
+
+def test_nothing_outside_this_computer_is_heard_by_default() -> None:
+    assert AutopilotSettings().url == "udpin://127.0.0.1:14550"
 
 
 def test_what_is_not_toml_and_what_cannot_be_read_is_said(tmp_path: Path) -> None:
@@ -78,3 +107,10 @@ def test_environment_overrides_the_file_and_the_command_line_both(tmp_path: Path
 def test_a_wrong_environment_variable_is_named() -> None:
     with pytest.raises(ConfigError, match=r"web\.port: .*found 'x'"):
         load_config(None, {"HAWK_WEB__PORT": "x"})
+
+
+def test_a_wrong_token_is_not_repeated() -> None:
+    """A service's error goes into the journal."""
+    with pytest.raises(ConfigError, match=r"web\.token: .*16 characters") as refused:
+        load_config(None, {"HAWK_WEB__TOKEN": "half a secret"})
+    assert "half" not in str(refused.value)

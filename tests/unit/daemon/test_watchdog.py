@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import io
 import os
+import signal
 import socket
 import subprocess
 import sys
@@ -10,8 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from hawk.process import SystemdNotifier, Watchdog
+from hawk.process import DUMP_S, SystemdNotifier, Watchdog
 from tests.manual_clock import ManualClock
+from tests.unit.daemon.full_pipe import full_pipe
 
 HUNG = """
 import ctypes, sys
@@ -32,26 +34,86 @@ def test_a_process_that_hangs_in_c_with_the_gil_is_ended_with_its_stack() -> Non
     assert time.monotonic() - started < 15
 
 
+def test_a_process_that_hangs_is_ended_when_nobody_takes_its_dump() -> None:
+    with full_pipe() as stderr:
+        result = subprocess.run([sys.executable, "-c", HUNG], stdout=subprocess.PIPE, stderr=stderr, timeout=20)
+    assert result.returncode == -signal.SIGALRM
+    assert result.stdout == b"armed\n"
+
+
+FLOODED = """
+import asyncio, ctypes, logging, os, sys
+from hawk.process import SystemdNotifier, Ticker, Watchdog
+from hawk.program_log import ProgramLog
+
+async def main():
+    log = ProgramLog("debug")
+    dog = Watchdog(0.5, SystemdNotifier({}), sys.stderr)
+    enough = asyncio.Event()
+    ticks = 0
+    def tick():
+        nonlocal ticks
+        ticks += 1
+        for _ in range(50):
+            logging.getLogger("flood").warning("a line of %s", "words " * 20)
+        dog.progress()
+        if ticks == 100:
+            enough.set()
+    ticker = Ticker(0.01, tick, lambda _: None)
+    ticker.start()
+    await enough.wait()
+    os.write(1, b"ticked on, %d lines dropped" % log.dropped)
+    ctypes.PyDLL(None).sleep(30)
+
+asyncio.run(main())
+"""
+
+
+def test_a_log_that_nobody_reads_stops_neither_the_ticks_nor_the_end_of_a_process_that_hangs() -> None:
+    with full_pipe() as stderr:
+        result = subprocess.run([sys.executable, "-c", FLOODED], stdout=subprocess.PIPE, stderr=stderr, timeout=30)
+    assert result.stdout.startswith(b"ticked on, ")
+    assert int(result.stdout.split()[2]) > 0
+    assert result.returncode == -signal.SIGALRM
+
+
 def test_progress_keeps_a_process_alive() -> None:
     code = HUNG.split("ctypes.PyDLL")[0] + "import time\nfor _ in range(8): time.sleep(0.1); dog.progress()\ndog.stop()"
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=20)
     assert result.returncode == 0, result.stderr
 
 
+def test_an_orderly_end_that_hangs_is_ended_too() -> None:
+    code = HUNG.replace('print("armed", flush=True)', "import hawk.process; hawk.process.END_S = 0.3; dog.stop()")
+    with full_pipe() as stderr:
+        result = subprocess.run([sys.executable, "-c", code], stderr=stderr, timeout=20, check=False)
+    assert result.returncode == -signal.SIGALRM
+
+
 def test_ticks_re_arm_it_seldom_and_never_too_late(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = ManualClock()
     armed: list[tuple[float, float]] = []
+    alarms: list[float] = []
     monkeypatch.setattr(
         "faulthandler.dump_traceback_later", lambda timeout, **_: armed.append((clock(), clock() + timeout))
     )
+    monkeypatch.setattr("signal.setitimer", lambda _, seconds: alarms.append(clock() + seconds))
     dog = Watchdog(1.0, SystemdNotifier({}), io.StringIO(), monotonic=clock)
     for _ in range(200):  # ten seconds of ticks
         assert not armed or clock() < armed[-1][1], "ended although it ticked"
         dog.progress()
-        # a hang that begins with this tick is ended between one and 1.2 s later
+        # a hang that begins with this tick is ended between one and 1.2 s later, without its dump by 1.7 s
         assert 1.0 <= armed[-1][1] - clock() <= 1.2 + 1e-9
+        assert alarms[-1] == pytest.approx(armed[-1][1] + DUMP_S)
         clock.advance(0.05)
     assert len(armed) <= 60
+
+
+def test_it_ends_a_process_whose_parent_had_left_the_alarm_ignored_and_blocked() -> None:
+    code = "import signal\nsignal.signal(14, signal.SIG_IGN)\nsignal.pthread_sigmask(signal.SIG_BLOCK, [14])\n" + HUNG
+    with full_pipe() as stderr:
+        result = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=stderr, timeout=20)
+    assert result.returncode == -signal.SIGALRM
 
 
 def test_systemd_hears_ready_progress_and_stop(tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from hawk.comm.messages import (
     Arm,
     AutonomousExplore,
     AutonomousMove,
+    CheckFence,
     Command,
     CompulsiveMove,
     Configure,
@@ -72,24 +73,38 @@ _DEGREE = MapPoint(
     to_map(PLACE, PLACE.latitude, PLACE.longitude + 1e-3).east * 1e3,
 )
 """Metres of a degree of latitude and of longitude; good to centimetres over a few hundred metres."""
+_ALWAYS_SAFE: Mapping[str, float] = {
+    "FS_GCS_TIMEOUT": 5,
+    "FS_THR_ENABLE": 1,
+    "FS_EKF_ACTION": 1,
+    "FS_EKF_THRESH": 0.8,
+    "FENCE_ACTION": 1,
+    "FENCE_TYPE": 7,
+    "BATT_FS_CRT_ACT": 0,
+    "BATT_LOW_VOLT": 10.5,
+    "BATT_LOW_MAH": 0,
+    "BATT_LOW_TIMER": 10,
+    "BATT_CAPACITY": 3300,
+    "RTL_ALT": 1500,
+}
 SAFE_PARAMETERS: Mapping[str, float] = {
+    **_ALWAYS_SAFE,
     "FS_GCS_ENABLE": 1,
     "SYSID_MYGCS": 245,
     "FS_OPTIONS": 16,
     "FENCE_ENABLE": 1,
-    "FENCE_ACTION": 1,
     "BATT_FS_LOW_ACT": 2,
-    "RTL_ALT": 1500,
 }
 DEFAULT_PARAMETERS: Mapping[str, float] = {
+    **_ALWAYS_SAFE,
     "FS_GCS_ENABLE": 0,
     "SYSID_MYGCS": 255,
     "FS_OPTIONS": 0,
     "FENCE_ENABLE": 0,
-    "FENCE_ACTION": 1,
     "BATT_FS_LOW_ACT": 0,
-    "RTL_ALT": 1500,
 }
+VOLTAGE = 12.0
+"""Three cells."""
 
 
 def sender(state: StateName) -> Sender:
@@ -135,9 +150,20 @@ class FakeAutopilot:
         self.arm_place: ArmPlace | None = None
         self.battery: float | None = 95.0
         self.connected = True
+        self.uplink = True
         self.position_good = True
+        self.estimator_fault = ""
         self.pose_flows = True
+        self.landed_flows = True
         self.stuck = False
+        self.held_fence: Fence | None = None
+        self.fence_on: bool | None = None
+        """SYS_STATUS's word on the fence; None: as FENCE_ENABLE says."""
+        self.home: GlobalPose | None = None
+        self._home_told = -math.inf
+        self.keeps_home = True
+        """False: a home that is sent is not taken."""
+        self._rtl_to: tuple[float, float] | None = None
         self._datum: GlobalPose | None = None
         self._read: dict[str, float | int] = {}
 
@@ -157,6 +183,15 @@ class FakeAutopilot:
     async def set_mode(self, mode: CopterMode) -> None:
         await self._answer("set_mode", mode)
         self.change_mode(mode)
+
+    async def send_mode(self, mode: CopterMode) -> None:
+        """The message gets through where ``uplink`` says so, heard or not."""
+        self.calls.append(("send_mode", mode))
+        if self.uplink:
+            self.change_mode(mode)
+
+    def set_voice(self, speaks: bool) -> None:
+        self.calls.append(("set_voice", speaks))
 
     async def takeoff(self, relative_altitude: float) -> None:
         await self._answer("takeoff", relative_altitude)
@@ -179,10 +214,27 @@ class FakeAutopilot:
 
     async def set_parameter(self, name: str, value: float) -> None:
         await self._answer("set_parameter", (name, value))
-        self.values[name] = value
+        self.tell(name, value)
+
+    def tell(self, name: str, value: float) -> None:
+        """Change a parameter and send it to all, as after another station's PARAM_SET."""
+        self.values[name] = self._read[name] = value
 
     async def upload_fence(self, fence: Fence) -> None:
         await self._answer("upload_fence", fence)
+        self.held_fence = fence
+        self.tell("FENCE_TYPE", 5)
+        self.tell("FENCE_ENABLE", 1)
+
+    async def compare_fence(self, fence: Fence) -> None:
+        await self._answer("compare_fence", fence)
+        if fence != self.held_fence or self.values["FENCE_ENABLE"] != 1:
+            raise AutopilotError("The fence that the autopilot holds is another one")
+
+    async def set_home(self, place: GlobalPose) -> None:
+        await self._answer("set_home", place)
+        if self.keeps_home:
+            self.move_home(place)
 
     async def kill(self) -> None:
         await self._answer("kill")
@@ -207,6 +259,7 @@ class FakeAutopilot:
     def restore_arm_place(self, place: ArmPlace) -> None:
         self.arm_place = place
         self.topics.arm_place.publish(place)
+        self.home = GlobalPose(place.latitude, place.longitude, place.altitude)
 
     @property
     def parameters(self) -> Mapping[str, float | int]:
@@ -223,9 +276,10 @@ class FakeAutopilot:
         return [argument for call, argument in self.calls if call == name]
 
     def change_mode(self, mode: int) -> None:
-        """Change the mode, by anyone: the vehicle stops where it is."""
+        """Change the mode, by anyone: the vehicle stops where it is. RTL flies to home as it is now."""
         if mode != self.mode:
             self.wanted = self.climb_to = None
+            self._rtl_to = self._home() if mode == CopterMode.RTL else None
         self.mode = int(mode)
 
     def put_in_air(self, height: float = 30.0, mode: int = CopterMode.GUIDED) -> None:
@@ -243,14 +297,30 @@ class FakeAutopilot:
         """Publish what a moment's telemetry would say."""
         now = self.clock()
         if self.connected:
-            self.topics.state.publish(VehicleState(True, self.armed, self.mode, self.landed, now))
-            self.topics.battery.publish(BatteryInfo(self.battery, 16.0, 10.0, now))
-            good = self.position_good
-            self.topics.diagnostics.publish(Diagnostics(good, True, good, True, 3, 16, 0.9, now))
+            self.topics.state.publish(self._state(now))
+            self.topics.battery.publish(BatteryInfo(self.battery, VOLTAGE, 10.0, now))
+            if self.home is None:
+                self.home = GlobalPose(*self._where(), PLACE.altitude)
+            if now - self._home_told >= 1.0:
+                self._home_told = now
+                self.topics.home.publish(self.home)
+            good = self.position_good and not self.estimator_fault
+            fence_on = bool(self.values["FENCE_ENABLE"]) if self.fence_on is None else self.fence_on
+            self.topics.diagnostics.publish(
+                Diagnostics(
+                    good, True, good, True, 3, 16, 0.9, now, estimator_fault=self.estimator_fault, fence_on=fence_on
+                )
+            )
             if self.pose_flows:
                 self.topics.pose.publish(self._pose(now))
         elif self.topics.state.value is not None:
             self.topics.state.publish(replace(self.topics.state.value, connected=False))
+
+    def _state(self, now: float) -> VehicleState:
+        before = self.topics.state.value
+        if self.landed_flows or before is None:
+            return VehicleState(True, self.armed, self.mode, self.landed, now, now)
+        return VehicleState(True, self.armed, self.mode, before.landed, now, before.landed_time)
 
     def step(self, seconds: float) -> None:
         """Move as the mode says."""
@@ -267,7 +337,7 @@ class FakeAutopilot:
         elif self.mode == CopterMode.GUIDED and self.wanted is not None and self.landed is not LandedState.ON_GROUND:
             self._towards(*self.wanted, seconds)
         elif self.mode == CopterMode.RTL and self.landed is not LandedState.ON_GROUND:
-            home_north, home_east = self._home()
+            home_north, home_east = self._rtl_to or self._home()
             if math.hypot(self.north - home_north, self.east - home_east) > 0.5:
                 self._towards(home_north, home_east, max(self.height, 15.0), seconds)
             else:
@@ -296,10 +366,16 @@ class FakeAutopilot:
         latitude, longitude = self._where()
         self.arm_place = ArmPlace(latitude, longitude, PLACE.altitude, 0.0, 0.0, 0.0, 1)
         self.topics.arm_place.publish(self.arm_place)
+        self.move_home(GlobalPose(latitude, longitude, PLACE.altitude))
+
+    def move_home(self, place: GlobalPose) -> None:
+        """Move home, by anyone: HOME_POSITION comes at once."""
+        self.home = place
+        self.topics.home.publish(place)
 
     def _home(self) -> tuple[float, float]:
-        assert self.arm_place is not None
-        place = to_map(PLACE, self.arm_place.latitude, self.arm_place.longitude)
+        assert self.home is not None
+        place = to_map(PLACE, self.home.latitude, self.home.longitude)
         return place.north, place.east
 
     def _where(self) -> tuple[float, float]:
@@ -357,6 +433,7 @@ class FakeSocket:
     replies: list[tuple[ClientId, Outgoing]] = field(default_factory=list)
     inner: CommandSocket | None = None
     """A real socket that takes part in the test."""
+    replied: asyncio.Event = field(default_factory=asyncio.Event)
 
     def receive(self) -> list[tuple[ClientId, Command]]:
         taken, self.waiting = self.waiting, []
@@ -364,6 +441,7 @@ class FakeSocket:
 
     def reply(self, client: ClientId, message: Outgoing) -> None:
         self.replies.append((client, message))
+        self.replied.set()
         if self.inner is not None:
             self.inner.reply(client, message)
 
@@ -548,6 +626,20 @@ class Rig:
         answer = self.manager.handle(client, command)
         assert isinstance(answer, Ack), answer
         return answer
+
+    async def check_fence(self, command: CheckFence, client: ClientId = "ana") -> Outgoing:
+        """Ask about a fence; return the answer, which follows."""
+        return (await self.later(client, command))[0]
+
+    async def later(self, client: ClientId, *commands: Command) -> list[Outgoing]:
+        """Give commands whose answers follow; return the answers in their order."""
+        before = len(self.socket.replies)
+        for command in commands:
+            assert self.manager.handle(client, command) is None
+        while len(self.socket.replies) < before + len(commands):
+            self.socket.replied.clear()
+            await self.socket.replied.wait()
+        return [message for _, message in self.socket.replies[before:]]
 
     def order(self, command: Command, client: ClientId = "ana") -> None:
         """Give a command that must be taken."""

@@ -151,6 +151,9 @@ async def test_disarm_is_taken_in_land_on_the_ground_only(fresh: Rig) -> None:
     assert not fresh.command(Disarm()).accepted
     fresh.autopilot.landed = LandedState.ON_GROUND
     await fresh.tick()
+    assert not fresh.command(Disarm()).accepted, "its height is 30 m"
+    fresh.autopilot.height = 0.0
+    await fresh.tick(2)
     fresh.order(Disarm())
     await fresh.tick(2)
     fresh.expect(StateName.IDLE)
@@ -207,6 +210,19 @@ async def test_anyone_may_bring_it_down_when_nobody_has_control(flying: Rig, com
     assert not flying.command(command, client="eve").accepted
     flying.desk.client = None
     flying.order(command, client="eve")
+
+
+@pytest.mark.parametrize("command", [ReturnToLaunch(), Land()], ids=lambda c: c.type)
+async def test_anyone_may_bring_it_down_when_the_one_in_control_is_lost(flying: Rig, command: Command) -> None:
+    assert not flying.command(command, client="eve").accepted
+    flying.desk.present = False
+    flying.order(command, client="eve")
+
+
+async def test_nothing_else_is_taken_from_others_when_the_one_in_control_is_lost(flying: Rig) -> None:
+    flying.desk.present = False
+    refused = flying.command(AutonomousExplore(), client="eve")
+    assert refused.reason == "The operator in control is lost: take control first."
 
 
 async def test_nothing_else_is_taken_when_nobody_has_control(flying: Rig) -> None:

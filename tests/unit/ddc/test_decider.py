@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from hawk.comm.messages import Ack, AutonomousExplore, CompulsiveMove, Hold, Kill, Land, ReturnToLaunch
+from hawk.comm.messages import Ack, AutonomousExplore, CompulsiveMove, Hold, Kill, ReturnToLaunch
 from hawk.ddc.acts import (
     Act,
     Ask,
@@ -17,6 +17,8 @@ from hawk.ddc.acts import (
     EnterState,
     ForgetAskedModes,
     Log,
+    ReadParameter,
+    SendMode,
     SendTarget,
     SetArmed,
     SetMode,
@@ -24,7 +26,7 @@ from hawk.ddc.acts import (
 )
 from hawk.ddc.decider import Decider
 from hawk.ddc.energy import Reserve
-from hawk.ddc.facts import Facts, VehicleEvent
+from hawk.ddc.facts import Facts, VehicleEvent, WindFacts
 from hawk.ddc.guard import reaction
 from hawk.ddc.orders import (
     Cause,
@@ -45,6 +47,7 @@ from hawk.ddc.orders import (
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import make_state
+from hawk.ddc.wind import Wind
 from hawk.model import CopterMode, DesiredPose, Health, LandedState, MapPoint, Route, StateName
 from tests.unit.ddc.written_facts import SETTINGS, decider, flying, of_kind, on_ground, without_link
 
@@ -113,6 +116,10 @@ def charge_unknown(facts: Facts, seconds: float) -> Facts:
     return replace(facts, battery=replace(facts.battery, info=None, unknown_s=seconds))
 
 
+def strong_wind(facts: Facts, seconds: float) -> Facts:
+    return replace(facts, wind=WindFacts(Wind(-11.0, 0.0), seconds))
+
+
 def outside(facts: Facts, seconds: float) -> Facts:
     return replace(facts, limits=replace(facts.limits, breached_s=seconds))
 
@@ -139,6 +146,7 @@ def vision_failed(facts: Facts, seconds: float) -> Facts:
         (reserve_reached, 3.0, GUARDED, Rank.RETURN_TO_LAUNCH, ToReturn),
         (charge_unknown, 30.0, GUARDED, Rank.RETURN_TO_LAUNCH, ToReturn),
         (outside, 10.0, GUARDED, Rank.RETURN_TO_LAUNCH, ToReturn),
+        (strong_wind, 10.0, GUARDED, Rank.RETURN_TO_LAUNCH, ToReturn),
         (operator_lost, 0.0, (*TASKS, S.HOVER), Rank.COMMUNICATION_LOST, ToCommunicationLost),
         (outside, 0.0, (*TASKS, S.TAKEOFF), Rank.FENCE, ToHover),
         (position_distrusted, 2.0, TASKS, Rank.PERCEPTION, ToHover),
@@ -181,6 +189,7 @@ def test_the_higher_rank_is_answered_first() -> None:
         (CauseKind.RESERVE, reserve_reached),
         (CauseKind.BATTERY_UNKNOWN, charge_unknown),
         (CauseKind.FENCE, outside),
+        (CauseKind.WIND, strong_wind),
         (CauseKind.OPERATOR, operator_lost),
     ],
 )
@@ -196,27 +205,42 @@ def test_a_cause_lasts_as_long_as_its_condition(kind: CauseKind, change: Callabl
 
 
 @pytest.mark.parametrize("name", [name for name in TRANSITIONS if name is not S.IDLE])
-def test_without_a_link_in_the_air_nothing_is_sent_and_no_state_goes_on(name: StateName) -> None:
+def test_without_a_link_in_the_air_only_modes_are_told_and_no_state_goes_on(name: StateName) -> None:
     program = flies(name)
     for tick in range(1, 800):
-        acts = program.tick(without_link(flying(0.05 * tick))).acts
-        assert of_kind(acts, Ask, SendTarget, EnterState, Desire) == []
+        acts = program.tick(_briefly_unheard(flying(0.05 * tick))).acts
+        assert of_kind(acts, SendTarget, EnterState, Desire) == []
+        assert all(isinstance(request, SendMode) for request in asked(acts))
     assert program.state.identity is name
+
+
+@pytest.mark.parametrize("name", sorted(set(TRANSITIONS) - {S.IDLE}))
+def test_after_the_limit_without_a_link_every_state_but_the_pilots_and_a_landing_returns(name: StateName) -> None:
+    program = flies(name)
+    for tick in range(1, 100):
+        acts = program.tick(without_link(flying(0.05 * tick))).acts
+        assert of_kind(acts, SendTarget, Desire) == []
+        assert all(isinstance(request, SendMode) for request in asked(acts))
+    assert program.state.identity is (name if name in (S.LAND, S.MANUAL) else S.RETURN_TO_LAUNCH)
 
 
 def test_with_the_link_back_a_hold_that_ran_out_returns_home() -> None:
     program = flies(S.COMMUNICATION_LOST)
     lost = operator_lost(flying(SETTINGS.operator.operator_hold_s + 1.0), 0.0)
     states = []
-    for facts in (without_link(lost), replace(lost, now=lost.now + 0.05)):
+    for facts in (_briefly_unheard(lost), replace(lost, now=lost.now + 0.05)):
         program.tick(facts)
         states.append(program.state.identity)
     assert states == [S.COMMUNICATION_LOST, S.RETURN_TO_LAUNCH]
 
 
+def _briefly_unheard(facts: Facts) -> Facts:
+    return replace(facts, link=replace(facts.link, is_up=False, age=2.7))
+
+
 def test_without_a_link_a_command_that_needs_it_is_refused() -> None:
     program = flies(S.AUTONOMOUS_EXPLORE)
-    for command in (Hold(), ReturnToLaunch(), Land(), CompulsiveMove(x=1, y=1)):
+    for command in (Hold(), CompulsiveMove(x=1, y=1)):
         decision = program.command(without_link(flying(1.0)), "ana", command)
         assert isinstance(decision.answer, Ack)
         assert not decision.answer.accepted
@@ -334,7 +358,8 @@ def test_nothing_of_kill_goes_out_without_a_token() -> None:
 
 
 def asked(acts: tuple[Act, ...]) -> list[Any]:
-    return [act.request for act in acts if isinstance(act, Ask)]
+    """Return the requests beside the reading of parameters."""
+    return [act.request for act in acts if isinstance(act, Ask) and not isinstance(act.request, ReadParameter)]
 
 
 def test_a_breach_is_reported_once() -> None:

@@ -12,7 +12,7 @@ def test_the_way_home_is_climb_flight_descent_and_landing() -> None:
 
 
 def test_drain_is_assumed_until_it_was_measured() -> None:
-    watch = BatteryWatch(20, 4)
+    watch = BatteryWatch(20)
     assert watch.drain == ASSUMED_DRAIN
     for second in range(30):
         watch.update(90 - 0.2 * second, float(second))
@@ -22,14 +22,14 @@ def test_drain_is_assumed_until_it_was_measured() -> None:
 
 
 def test_drain_never_reads_as_nothing() -> None:
-    watch = BatteryWatch(20, 4)
+    watch = BatteryWatch(20)
     for second in range(60):
         watch.update(90.0, float(second))
     assert watch.drain == pytest.approx(ASSUMED_DRAIN / 3)
 
 
 def test_old_readings_are_forgotten() -> None:
-    watch = BatteryWatch(20, 4)
+    watch = BatteryWatch(20)
     for second in range(60):
         watch.update(100 - second, float(second))
     for second in range(60, 130):
@@ -38,17 +38,24 @@ def test_old_readings_are_forgotten() -> None:
 
 
 def test_readings_come_often_and_one_a_second_counts() -> None:
-    watch = BatteryWatch(20, 4)
+    watch = BatteryWatch(20)
     for tick in range(1200):
         watch.update(90 - 0.01 * tick, tick * 0.05)
     assert watch.drain == pytest.approx(0.2, rel=0.01)
 
 
 def test_the_farther_the_sooner_it_must_return() -> None:
-    watch = BatteryWatch(20, 4)
-    near, far = watch.reserve(50, 0, 30, 60), watch.reserve(50, 150, 30, 60)
+    watch = BatteryWatch(20)
+    near, far = watch.reserve(50, 0, 30, 60, 4), watch.reserve(50, 150, 30, 60, 4)
     assert 20 < near.needed < far.needed
     assert near.time_left > far.time_left
     assert not near.is_reached
-    assert watch.reserve(20.1, 0, 30, 60).is_reached
-    assert watch.reserve(10, 0, 30, 60).time_left == 0
+    assert watch.reserve(20.1, 0, 30, 60, 4).is_reached
+    assert watch.reserve(10, 0, 30, 60, 4).time_left == 0
+
+
+def test_a_headwind_makes_the_return_dearer_and_one_that_cannot_be_flown_against_reaches_the_reserve() -> None:
+    watch = BatteryWatch(20)
+    calm, windy = (watch.reserve(60, 100, 30, 60, speed) for speed in (4, 2))
+    assert windy.needed - calm.needed == pytest.approx(1.3 * ASSUMED_DRAIN * 25)
+    assert watch.reserve(60, 200, 30, 60, 0.0).is_reached

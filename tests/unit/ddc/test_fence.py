@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import itertools
 import json
+import threading
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -23,6 +25,8 @@ from hawk.comm.messages import (
 )
 from hawk.comm.status import FenceCorner
 from hawk.config import FenceSettings
+from hawk.ddc import fence_checks
+from hawk.ddc.fence import check_answer
 from hawk.ddc.fence_file import FENCE_FILE
 from hawk.ddc.geofence import contains, ring_from_map, ring_to_map
 from hawk.ddc.parameters import REREAD_S
@@ -214,7 +218,7 @@ async def test_a_fence_that_cannot_be_flown_in_is_refused_with_field_and_remedy(
     rig.expect(StateName.IDLE)
     assert rig.manager.fences.setup.source == "circle"
     assert not (tmp_path / FENCE_FILE).exists()
-    check = rig.manager.handle("eve", CheckFence(corners=command.corners, ceiling=command.ceiling))
+    check = await rig.check_fence(CheckFence(corners=command.corners, ceiling=command.ceiling), "eve")
     assert isinstance(check, FenceCheck)
     assert check.problem == answer.reason, "what is said while drawing is what is said when saving"
 
@@ -222,7 +226,7 @@ async def test_a_fence_that_cannot_be_flown_in_is_refused_with_field_and_remedy(
 async def test_someone_without_control_may_ask_but_not_change(rig: Rig) -> None:
     assert rig.command(fence(), client="eve").reason == "Someone else has control."
     assert rig.command(ClearFence(), client="eve").reason == "Someone else has control."
-    check = rig.manager.handle("eve", CheckFence(corners=corners(SQUARE), ceiling=80))
+    check = await rig.check_fence(CheckFence(corners=corners(SQUARE), ceiling=80), "eve")
     assert isinstance(check, FenceCheck)
     assert check.problem == ""
 
@@ -294,7 +298,7 @@ async def test_the_fences_ceiling_bounds_the_heights(rig: Rig) -> None:
 async def test_a_return_above_the_fences_ceiling_fails_before_flight_and_is_told_while_drawing(rig: Rig) -> None:
     rig.autopilot.values["RTL_ALT"] = 9_000
     await rig.run(REREAD_S + 2)
-    check = rig.manager.handle("ana", CheckFence(corners=corners(SQUARE), ceiling=80))
+    check = await rig.check_fence(CheckFence(corners=corners(SQUARE), ceiling=80))
     assert isinstance(check, FenceCheck)
     assert check.notes == ["It returns home at 90 m, above 77 m: change the heights first."]
     await draw(rig, fence(SQUARE, 80))
@@ -308,7 +312,7 @@ async def test_a_return_above_the_fences_ceiling_fails_before_flight_and_is_told
 
 
 async def test_a_check_tells_our_limit_and_measures(rig: Rig) -> None:
-    check = rig.manager.handle("ana", CheckFence(corners=corners(SQUARE), ceiling=80, id="c"))
+    check = await rig.check_fence(CheckFence(corners=corners(SQUARE), ceiling=80, id="c"))
     assert isinstance(check, FenceCheck)
     inner = ring_to_map(PLACE, tuple((each.latitude, each.longitude) for each in check.inner))
     assert same(inner, [(-55, -55), (-55, 55), (55, -55), (55, 55)])
@@ -327,7 +331,7 @@ async def test_a_check_tells_our_limit_and_measures(rig: Rig) -> None:
 async def test_a_check_tells_what_would_speak_against_flying(
     rig: Rig, ring: tuple[tuple[float, float], ...], words: str
 ) -> None:
-    check = rig.manager.handle("ana", CheckFence(corners=corners(ring), ceiling=80))
+    check = await rig.check_fence(CheckFence(corners=corners(ring), ceiling=80))
     assert isinstance(check, FenceCheck)
     assert check.problem == ""
     assert words in check.notes[0]
@@ -382,3 +386,40 @@ async def test_no_tick_of_a_flight_around_the_gap_sends_a_target_over_it(concave
     fence_in_force = concave.fence
     assert fence_in_force is not None
     assert all(contains(fence_in_force, MapPoint(t.north, t.east)) for t in concave.autopilot.targets)
+
+
+# -- where it is checked ----------------------------------------------------------------------------------------------
+
+
+async def test_a_fence_is_checked_on_a_thread_of_its_own(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    threads: list[str] = []
+
+    def noted(*given: Any) -> FenceCheck:
+        threads.append(threading.current_thread().name)
+        return check_answer(*given)
+
+    monkeypatch.setattr(fence_checks, "check_answer", noted)
+    assert isinstance(await rig.check_fence(CheckFence(corners=corners(SQUARE), ceiling=80), "eve"), FenceCheck)
+    assert len(threads) == 1
+    assert threads[0].startswith("hawk-fence")
+
+
+async def test_of_one_clients_questions_the_newest_is_checked_and_each_is_answered(rig: Rig) -> None:
+    asked = [CheckFence(corners=corners(SQUARE), ceiling=80, id=number) for number in range(256)]
+    answers = await rig.later("eve", *asked)
+    checked = [answer for answer in answers if isinstance(answer, FenceCheck)]
+    assert [each.id for each in checked] == [255]
+    refused = [answer for answer in answers if isinstance(answer, Ack)]
+    assert [each.id for each in refused] == list(range(255))
+    assert {(each.accepted, each.reason) for each in refused} == {(False, "You asked about another fence since.")}
+
+
+async def test_a_check_that_fails_is_answered_and_the_next_one_goes_on(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as broken:
+        broken.setattr(fence_checks, "check_answer", lambda *_: 1 / 0)
+        answer = await rig.check_fence(CheckFence(corners=corners(SQUARE), ceiling=80))
+    assert isinstance(answer, Ack)
+    assert "ZeroDivisionError" in answer.reason
+    assert isinstance(await rig.check_fence(CheckFence(corners=corners(SQUARE), ceiling=80)), FenceCheck)

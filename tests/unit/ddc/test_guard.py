@@ -259,6 +259,69 @@ async def test_a_jump_while_holding_holds_where_it_is_by_the_new_position(flying
     assert flying.autopilot.targets[-1].north == pytest.approx(15, abs=0.7)
 
 
+@pytest.mark.parametrize("state", TASKS)
+async def test_a_jump_of_the_estimate_ends_a_task_at_the_new_place(fresh: Rig, state: StateName) -> None:
+    await fresh.enter(state)
+    await fresh.run(1)
+    fresh.autopilot.north, fresh.autopilot.wanted = fresh.autopilot.north + 25.0, None
+    sent = len(fresh.autopilot.targets)
+    here = fresh.autopilot.north
+    fresh.autopilot.topics.estimate_jump.publish(25.0)
+    await fresh.tick()
+    fresh.expect(S.HOVER)
+    assert "The position estimate jumped by 25 m: the map may not fit it." in fresh.log
+    await fresh.run(0.5)
+    assert len(fresh.autopilot.targets) > sent
+    assert all(abs(target.north - here) < 8.0 for target in fresh.autopilot.targets[sent:])  # the distance to stop
+
+
+@pytest.mark.parametrize("state", [S.HOVER, S.COMMUNICATION_LOST])
+async def test_a_held_drone_is_not_dragged_by_a_jump_of_the_estimate(fresh: Rig, state: StateName) -> None:
+    await fresh.enter(S.COMPULSIVE_MOVE)
+    await fresh.until(S.HOVER)
+    fresh.desk.present = state is S.HOVER
+    await fresh.run(1)
+    fresh.expect(state)
+    sent = len(fresh.autopilot.targets)
+    fresh.autopilot.wanted = None
+    fresh.autopilot.north += 25.0
+    here = fresh.autopilot.north
+    fresh.autopilot.topics.estimate_jump.publish(25.0)
+    await fresh.run(1)
+    fresh.expect(state)
+    assert len(fresh.autopilot.targets) > sent
+    assert all(abs(target.north - here) < 0.5 for target in fresh.autopilot.targets[sent:])
+
+
+async def test_a_jump_while_it_goes_back_into_the_fence_forms_the_way_back_again(flying: Rig) -> None:
+    flying.autopilot.north, flying.autopilot.wanted = 148.0, None
+    await flying.run(0.3)
+    flying.autopilot.north, flying.autopilot.wanted = 158.0, None
+    flying.autopilot.topics.estimate_jump.publish(10.0)
+    await flying.run(12)
+    assert flying.autopilot.north < 144.0
+    assert not flying.manager.case().facts.is_breached
+
+
+async def test_on_the_ground_a_jump_of_the_estimate_is_no_event(rig: Rig) -> None:
+    await rig.run(1)
+    rig.autopilot.topics.estimate_jump.publish(25.0)
+    await rig.run(0.2)
+    rig.expect(S.IDLE)
+    assert not any("jumped" in line for line in rig.log)
+
+
+async def test_the_reason_of_a_distrusted_position_is_told(fresh: Rig) -> None:
+    await fresh.enter(S.COMPULSIVE_MOVE)
+    fresh.autopilot.estimator_fault = "GPS glitch"
+    await fresh.run(1.8)
+    fresh.expect(S.COMPULSIVE_MOVE)
+    await fresh.run(0.4)
+    fresh.expect(S.HOVER)
+    assert fresh.log[-1] == "The autopilot does not trust its position: GPS glitch. Holding."
+    assert fresh.manager.case().facts.health("position").reason.endswith("GPS glitch.")
+
+
 # -- several at once --------------------------------------------------------------------------------------------------
 
 

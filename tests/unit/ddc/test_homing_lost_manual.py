@@ -112,14 +112,15 @@ async def test_a_pilot_takes_over_from_every_state_in_the_air(fresh: Rig) -> Non
 
 async def test_manual_commands_nothing_by_itself(fresh: Rig) -> None:
     await fresh.enter(S.MANUAL)
-    calls, sent = len(fresh.autopilot.calls), len(fresh.autopilot.targets)
+    fresh.autopilot.calls.clear()
+    sent = len(fresh.autopilot.targets)
     fresh.desk.present = False
     fresh.autopilot.battery = 3.0
     fresh.autopilot.north = 400.0
     fresh.sight.healthy = False
     await fresh.run(20)
     fresh.expect(S.MANUAL)
-    assert len(fresh.autopilot.calls) == calls
+    assert {name for name, _ in fresh.autopilot.calls} <= {"get_parameter"}
     assert len(fresh.autopilot.targets) == sent
 
 

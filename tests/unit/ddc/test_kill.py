@@ -132,13 +132,22 @@ def test_armed_that_shows_late_is_cut_too(bench: Bench) -> None:
     assert bench.switch.state == "confirmed"
 
 
-def test_it_does_not_survive_a_lost_link(bench: Bench) -> None:
+def test_it_is_repeated_for_its_time_on_a_link_that_seems_dead(bench: Bench) -> None:
     bench.kill("ana", bench.request("ana"), armed=True)
-    assert bench.tick(armed=False, heard=bench.clock(), connected=False)
+    ended = False
+    while not ended:
+        bench.clock.advance(0.05)
+        ended = bench.tick(armed=True, heard=0.0, connected=False)
+    assert bench.clock() == pytest.approx(5.0)
+    assert len(bench.sent) == pytest.approx(25, abs=1)
     assert bench.switch.state == "not confirmed"
-    bench.clock.advance(1)
-    assert not bench.tick(armed=True, heard=bench.clock(), connected=True)
-    assert len(bench.sent) == 1
+
+
+def test_an_old_disarmed_of_a_lost_link_confirms_nothing(bench: Bench) -> None:
+    bench.kill("ana", bench.request("ana"), armed=True)
+    bench.clock.advance(2.0)
+    assert not bench.tick(armed=False, heard=0.0, connected=False)
+    assert bench.switch.state == "sending"
 
 
 # -- in the operations manager ---------------------------------------------------------------------------------------
@@ -205,6 +214,30 @@ async def test_only_the_operator_in_control_gets_a_token_or_uses_one(flying: Rig
         assert not answer.accepted
     await flying.tick()
     assert flying.autopilot.count("kill") == 0
+
+
+async def test_anyone_cuts_the_motors_in_two_steps_when_the_one_in_control_is_lost(flying: Rig) -> None:
+    flying.desk.present = False
+    refused = flying.manager.handle_now("eve", Kill(token="g" * 32))
+    assert isinstance(refused, Ack)
+    assert "Kill Request" in refused.reason
+    given = flying.manager.handle_now("eve", KillRequest())
+    assert isinstance(given, KillToken)
+    answer = flying.manager.handle_now("eve", Kill(token=given.token))
+    assert isinstance(answer, Ack)
+    assert answer.accepted
+    await flying.tick(2)
+    assert not flying.autopilot.armed
+
+
+async def test_a_token_given_while_the_operator_was_lost_is_refused_when_it_is_back(flying: Rig) -> None:
+    flying.desk.present = False
+    given = flying.manager.handle_now("eve", KillRequest())
+    assert isinstance(given, KillToken)
+    flying.desk.present = True
+    answer = flying.manager.handle_now("eve", Kill(token=given.token))
+    assert isinstance(answer, Ack)
+    assert answer.reason == "Someone else has control."
 
 
 async def test_a_kill_outranks_what_the_pilot_flies(flying: Rig) -> None:

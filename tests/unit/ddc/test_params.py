@@ -48,6 +48,12 @@ def test_heights_that_do_not_rise_are_refused_by_the_fields_name(
         check_heights(HeightParameters(*heights), 97)
 
 
+def test_min_stays_clear_of_the_highest_obstacle() -> None:
+    with pytest.raises(ParameterError, match=r"^Min: 16 m is too low over the highest obstacle: raise Min to 17 m"):
+        check_heights(HeightParameters(16, 20, 30), 97, 17)
+    check_heights(HeightParameters(17, 20, 30), 97, 17)
+
+
 def test_equal_heights_are_good() -> None:
     check_heights(HeightParameters(97, 97, 97), 97)
 

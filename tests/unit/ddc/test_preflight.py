@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from hawk.comm.messages import Arm, SetFailsafes
+from hawk.comm.messages import Arm, Configure, SetFailsafes
 from hawk.comm.status import CheckItem
 from hawk.config import FenceSettings, HeightSettings
-from hawk.ddc.failsafes import check_failsafes, return_altitude, wanted_values, watched_names
+from hawk.ddc.failsafes import watched_names
 from hawk.ddc.settings import DdcSettings
-from hawk.model import BatteryInfo, Diagnostics, Health, StateName
+from hawk.model import BatteryInfo, Diagnostics, Health, HeightParameters, StateName
 from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, PLACE, SAFE_PARAMETERS, Rig
 
 
@@ -35,11 +34,15 @@ async def test_a_drone_that_is_well_passes_everything(rig: Rig) -> None:
         "Recording",
         "Heights",
         "Fence",
+        "Home",
         "Return height",
         "Ground-station failsafe",
         "Pilot keeps control",
+        "Remote-control failsafe",
+        "Position failsafe",
         "Fence in the autopilot",
         "Battery failsafe",
+        "Battery thresholds",
     ]
     assert check(rig, "GPS").value == "16 satellites, ±0.9 m"
     assert check(rig, "Fence").value == "290 × 290 m, drone and home inside"
@@ -70,6 +73,10 @@ def high_return(rig: Rig) -> None:
     rig.autopilot.values["RTL_ALT"] = 12_000
 
 
+def second_sender(rig: Rig) -> None:
+    rig.inputs.second_sender.publish("10.0.0.6:5 (system 1) sends, too.")
+
+
 BREAK: dict[str, Callable[[Rig], None]] = {
     "Battery:29": low_battery,
     "Battery:not known": unknown_battery,
@@ -77,6 +84,7 @@ BREAK: dict[str, Callable[[Rig], None]] = {
     "GPS": no_pose,
     "Camera": blind,
     "Return height:120 m": high_return,
+    "Link:10.0.0.6:5 (system 1) sends, too.": second_sender,
 }
 
 
@@ -152,7 +160,9 @@ async def test_parameters_that_do_not_answer_have_not_passed(fresh: Rig) -> None
     await fresh.run(5)
     assert check(fresh, "Ground-station failsafe").value == "not read yet"
     assert not fresh.command(Arm()).accepted
-    assert fresh.autopilot.count("get_parameter") <= 3
+    asked = Counter(fresh.autopilot.asked("get_parameter"))
+    assert set(asked) == set(watched_names({}))
+    assert max(asked.values()) <= 2
 
 
 async def test_a_parameter_that_somebody_changes_is_noticed(rig: Rig) -> None:
@@ -168,20 +178,14 @@ async def test_parameters_are_read_again_after_a_lost_link(rig: Rig) -> None:
     rig.autopilot.connected = True
     await rig.tick()
     assert not rig.command(Arm()).accepted
-    await rig.run(1)
-    assert check(rig, "Ground-station failsafe").value == "off"
-
-
-async def test_parameters_are_not_read_in_flight(flying: Rig) -> None:
-    await flying.run(25)
-    assert flying.autopilot.count("get_parameter") == 0
+    await rig.run(2)
+    assert check(rig, "Ground-station failsafe").value == "off (FS_GCS_ENABLE 0)"
 
 
 async def test_after_a_flight_the_checks_pass_at_once(rig: Rig) -> None:
     rig.order(Arm())
     await rig.run(0.5)
-    rig.clock.advance(100)
-    await rig.tick()
+    await rig.run(70)
     rig.autopilot.armed = False
     await rig.tick()
     assert rig.first_failed is None
@@ -207,6 +211,15 @@ async def test_a_poor_fix_does_not_pass(rig: Rig) -> None:
     assert check(rig, "GPS").value.startswith("no fix")
 
 
+async def test_an_estimator_that_is_not_well_does_not_pass(rig: Rig) -> None:
+    await rig.run(1)
+    assert check(rig, "GPS").passed
+    rig.autopilot.estimator_fault = "GPS glitch"
+    await rig.run(0.2)
+    assert not check(rig, "GPS").passed
+    assert check(rig, "GPS").value == "16 satellites, ±0.9 m, GPS glitch"
+
+
 async def test_a_full_disk_does_not_pass(rig: Rig) -> None:
     rig.inputs.recording_health.publish(Health.bad("disk full"))
     assert check(rig, "Recording").value == "disk full"
@@ -219,6 +232,25 @@ async def test_heights_above_the_ceiling_do_not_pass(tmp_path: Path) -> None:
     assert "ceiling" in check(rig, "Heights").consequence
     assert not rig.command(Arm()).accepted
     await rig.close()
+
+
+async def test_heights_too_low_over_the_declared_obstacle_are_refused_and_do_not_pass(tmp_path: Path) -> None:
+    rig = Rig(tmp_path, settings=DdcSettings(heights=HeightSettings(minimum_m=17, highest_obstacle_m=12)))
+    await rig.run(2)
+    found = check(rig, "Heights")
+    assert found.passed
+    assert found.value.endswith("highest obstacle 12 m")
+    refused = rig.command(Configure(min=16.9, des=20, max=30))
+    assert not refused.accepted
+    assert refused.reason.startswith("Min: 16.9 m is too low over the highest obstacle")
+    rig.topics.heights_pub.publish(HeightParameters(16.9, 20, 30))
+    assert not check(rig, "Heights").passed
+    assert not rig.command(Arm()).accepted
+    await rig.close()
+
+
+async def test_an_obstacle_that_nobody_declared_is_told(rig: Rig) -> None:
+    assert check(rig, "Heights").value.endswith("no obstacle declared")
 
 
 def square(path: Path, north: float) -> Path:
@@ -246,45 +278,6 @@ async def test_the_drone_must_stand_inside_its_fence(tmp_path: Path, north: floa
 async def test_checks_are_shown_on_the_ground_only(fresh: Rig) -> None:
     await fresh.run(1)
     assert fresh.manager.status.value is not None
-    assert len(fresh.manager.status.value.operation.checks) == 14
+    assert len(fresh.manager.status.value.operation.checks) == 18
     await fresh.enter(StateName.HOVER)
     assert fresh.manager.status.value.operation.checks == ()
-
-
-# -- the parameters ---------------------------------------------------------------------------------------------------
-
-NAMES = ["FS_GCS_ENABLE", "FS_OPTIONS", "FENCE_ENABLE", "FENCE_ACTION", "BATT_FS_LOW_ACT"]
-
-
-@given(
-    st.dictionaries(st.sampled_from(NAMES), st.integers(0, 63).map(float)),
-    st.sampled_from(["MAV_GCS_SYSID", "SYSID_MYGCS"]),
-    st.integers(1, 255),
-)
-def test_what_is_wanted_always_makes_the_checks_pass(found: dict[str, float], name: str, watched: int) -> None:
-    values: dict[str, float | None] = {**found, name: float(watched)}
-    if name == "SYSID_MYGCS":
-        values["MAV_GCS_SYSID"] = None
-    after = {**values, **wanted_values(values, 245)}
-    assert all(item.passed for item in check_failsafes(after, 245))
-    assert wanted_values(after, 245) == {}
-
-
-def test_options_that_are_set_stay_set() -> None:
-    assert wanted_values({"FS_OPTIONS": 9.0}, 245)["FS_OPTIONS"] == 25
-
-
-def test_both_names_are_tried() -> None:
-    assert {"MAV_GCS_SYSID", "RTL_ALT_M"} <= set(watched_names({}))
-    assert {"SYSID_MYGCS", "RTL_ALT"} <= set(watched_names({"MAV_GCS_SYSID": None, "RTL_ALT_M": None}))
-
-
-def test_the_return_altitude_in_either_unit() -> None:
-    assert return_altitude({"RTL_ALT_M": 30.0}) == 30
-    assert return_altitude({"RTL_ALT_M": None, "RTL_ALT": 1500.0}) == 15
-    assert return_altitude({}) is None
-
-
-def test_going_on_in_auto_is_no_failsafe() -> None:
-    values = {**SAFE_PARAMETERS, "MAV_GCS_SYSID": None, "FS_GCS_ENABLE": 2.0}
-    assert not check_failsafes(values, 245)[0].passed

@@ -32,12 +32,13 @@ from hawk.comm.messages import (
     SetFailsafes,
     Takeoff,
 )
+from hawk.ddc.belief import AIR_HEIGHT_M
 from hawk.ddc.facts import Facts
-from hawk.ddc.geofence import contains
+from hawk.ddc.geofence import inside_point, outside_by
 from hawk.ddc.motion import maximum_target_distance
 from hawk.ddc.orders import Rank, Transition
-from hawk.model import CopterMode, ExploreStatus, Inbound, LandedState, MapPoint, PathPlan, StateName
-from tests.unit.ddc.fakes import COMMANDING_STATES, DEFAULT_PARAMETERS, SAFE_PARAMETERS, Rig
+from hawk.model import CopterMode, ExploreStatus, GlobalPose, Inbound, LandedState, MapPoint, PathPlan, StateName
+from tests.unit.ddc.fakes import COMMANDING_STATES, DEFAULT_PARAMETERS, PLACE, SAFE_PARAMETERS, Rig
 
 SIMPLE: list[Command] = [
     Arm(),
@@ -142,6 +143,29 @@ class Flight(RuleBasedStateMachine):
         drone = self.rig.autopilot
         drone.connected, drone.pose_flows, drone.stuck = connected, pose, stuck
 
+    @rule(armed=st.booleans(), landed=st.sampled_from(LandedState), seconds=st.sampled_from([0.05, 0.3]))
+    def datagrams_come_late(self, armed: bool, landed: LandedState, seconds: float) -> None:
+        """HEARTBEAT and EXTENDED_SYS_STATE of before come after the true ones, for a moment."""
+        drone = self.rig.autopilot
+        true_armed, true_landed, stands = drone.armed, drone.landed, drone.height <= AIR_HEIGHT_M
+        if stands or not drone.connected or self.rig.topics.get_pose_age() > 0.5:
+            return
+        before = self.rig.manager.case().facts.vehicle.armed
+        frozen, drone.stuck = drone.stuck, True
+        drone.armed, drone.landed = armed, landed
+        self._run(seconds, foreign=True)
+        drone.armed, drone.landed, drone.stuck = true_armed, true_landed, frozen
+        believed = self.rig.manager.case().facts
+        if before and true_armed:
+            assert believed.vehicle.armed
+            assert not believed.is_on_ground
+            assert not self.rig.manager.state.on_ground
+        self._run(0.05, foreign=True)
+
+    @rule(flows=st.sampled_from([True, True, False]))
+    def the_landed_state_comes_and_goes(self, flows: bool) -> None:
+        self.rig.autopilot.landed_flows = flows
+
     @rule(battery=st.none() | st.floats(0, 100))
     def the_battery_says(self, battery: float | None) -> None:
         self.rig.autopilot.battery = battery
@@ -156,6 +180,23 @@ class Flight(RuleBasedStateMachine):
     @rule(jump=st.floats(-10, 10))
     def the_position_jumps(self, jump: float) -> None:
         self.rig.autopilot.topics.frame_jump.publish(jump)
+
+    @rule(north=st.floats(-40, 40), east=st.floats(-40, 40))
+    def the_estimate_jumps(self, north: float, east: float) -> None:
+        drone = self.rig.autopilot
+        if drone.landed is LandedState.IN_AIR:
+            drone.north, drone.east = drone.north + north, drone.east + east
+            drone.topics.estimate_jump.publish(math.hypot(north, east))
+
+    @rule(metres=st.floats(-400, 400), keeps=st.booleans())
+    def somebody_moves_home(self, metres: float, keeps: bool) -> None:
+        drone = self.rig.autopilot
+        drone.keeps_home = keeps
+        drone.move_home(GlobalPose(PLACE.latitude + metres / 111_097, PLACE.longitude, PLACE.altitude))
+
+    @rule(fault=st.sampled_from(["", "GPS glitch"]))
+    def the_estimator_says(self, fault: str) -> None:
+        self.rig.autopilot.estimator_fault = fault
 
     @rule(
         north=any_number,
@@ -186,8 +227,8 @@ class Flight(RuleBasedStateMachine):
     def all_is_well(self) -> None:
         drone = self.rig.autopilot
         drone.refuse, drone.silent = {}, set()
-        drone.connected = drone.pose_flows = drone.position_good = True
-        drone.stuck, drone.battery = False, 95.0
+        drone.connected = drone.pose_flows = drone.position_good = drone.landed_flows = True
+        drone.stuck, drone.battery, drone.estimator_fault, drone.keeps_home = False, 95.0, "", True
         self.rig.desk.present, self.rig.desk.client = True, "ana"
         self.rig.sight.healthy = self.rig.sight.lot = True
         self.rig.sight.inbound = Inbound.INSIDE
@@ -249,14 +290,16 @@ class Flight(RuleBasedStateMachine):
             assert told.custom_mode == CopterMode.GUIDED
             assert self.rig.topics.get_pose_age() <= 0.5
             assert self.rig.fence is not None
-            assert contains(self.rig.fence, MapPoint(north, east))
-            assert height <= self.rig.fence.ceiling
-            pose = self.rig.topics.get_pose()
+            pose, fence = self.rig.topics.get_pose(), self.rig.fence
             assert pose is not None
             assert pose.map is not None
-            limit = maximum_target_distance(4.0)
-            assert math.hypot(north - pose.map.north, east - pose.map.east) <= limit
-            assert abs(height - pose.map.height) <= limit
+            place, away = MapPoint(north, east), outside_by(fence, pose.map.point)
+            assert outside_by(fence, place) <= away, "a drone outside is led back, never farther out"
+            assert height <= max(fence.ceiling, pose.map.height)
+            reach = maximum_target_distance(4.0)
+            across = max(reach, pose.map.point.distance(inside_point(fence, pose.map.point)) + 1.0) if away else reach
+            assert place.distance(pose.map.point) <= across
+            assert abs(height - pose.map.height) <= reach
             send(north, east, height, yaw)
 
         drone.send_target = checked  # type: ignore[method-assign]

@@ -29,9 +29,9 @@ from hawk.comm.messages import (
 )
 from hawk.ddc.facts import Facts
 from hawk.ddc.replay import Moment, decide_again, moments, plain
-from hawk.model import CopterMode, Inbound, StateName
+from hawk.model import CopterMode, GlobalPose, Inbound, StateName
 from hawk.store.frame_codec import to_json
-from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, Rig
+from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, PLACE, Rig
 
 
 async def survey(rig: Rig) -> None:
@@ -40,6 +40,7 @@ async def survey(rig: Rig) -> None:
     rig.order(SetFailsafes())
     await rig.run(3)
     rig.order(Configure(min=12, des=25, max=48))
+    await rig.until(StateName.IDLE)  # a thread writes them
     await rig.run(2)
     rig.order(Arm())
     await rig.run(1)
@@ -69,6 +70,8 @@ async def troubles(rig: Rig) -> None:
     rig.order(CompulsiveMove(x=60, y=0))
     await rig.run(2)
     rig.autopilot.topics.frame_jump.publish(4.0)
+    rig.autopilot.topics.estimate_jump.publish(9.0)
+    rig.autopilot.move_home(GlobalPose(PLACE.latitude + 0.003, PLACE.longitude, PLACE.altitude))
     await rig.run(1)
     rig.autopilot.north = 148.0
     await rig.run(3)

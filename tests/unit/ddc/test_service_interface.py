@@ -209,6 +209,7 @@ REQUESTS: dict[str, Callable[[Rig], object]] = {
     "set_rtl_altitude": lambda rig: rig.service.set_rtl_alt(20),
     "get_parameter": lambda rig: rig.service.get_parameter("RTL_ALT"),
     "set_parameter": lambda rig: rig.service.set_parameter("RTL_ALT", 1),
+    "set_home": lambda rig: rig.service.set_home(PLACE),
     "kill": lambda rig: rig.service.kill(),
 }
 
@@ -245,8 +246,25 @@ async def test_failsafes_are_read_back(rig: Rig, monkeypatch: pytest.MonkeyPatch
         """Take a value and keep the old one."""
 
     monkeypatch.setattr(rig.autopilot, "set_parameter", forget)
+    monkeypatch.setattr("hawk.ddc.service_interface.READ_BACK_S", 0.0)
     with pytest.raises(ReqFailed, match="FENCE_ACTION: set to 3, the autopilot says 1"):
         await rig.service.set_failsafes({"FENCE_ACTION": 3})
+
+
+async def test_a_failsafe_that_reads_as_the_old_value_for_a_moment_is_read_again(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read, stale = rig.autopilot.get_parameter, [1, 1]
+
+    async def late(name: str) -> float | int:
+        found = await read(name)
+        return stale.pop() if stale else found
+
+    monkeypatch.setattr(rig.autopilot, "get_parameter", late)
+    monkeypatch.setattr("hawk.ddc.service_interface.READ_BACK_PAUSE_S", 0.0)
+    await rig.service.set_failsafes({"FENCE_ACTION": 3})
+    assert stale == []
+    assert rig.autopilot.values["FENCE_ACTION"] == 3
 
 
 async def test_a_mode_is_ours_for_two_seconds_after_the_request(rig: Rig) -> None:

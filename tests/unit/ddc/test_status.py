@@ -54,12 +54,16 @@ async def test_what_is_not_known_is_none(fresh: Rig) -> None:
     assert {item.name for item in told.parts.health} == {
         "link",
         "position",
+        "ground",
         "camera",
         "vision",
         "mapper",
         "planner",
         "recording",
+        "requests",
+        "tasks",
         "loop",
+        "home",
     }
 
 
@@ -116,7 +120,7 @@ async def test_loop_lag_is_shown_and_is_no_health_of_the_drone(flying: Rig) -> N
     assert told.parts.health_status is HealthStatus.HEALTHY
 
 
-@pytest.mark.parametrize("part", ["camera", "recording"])
+@pytest.mark.parametrize("part", ["camera", "recording", "requests", "tasks"])
 async def test_an_unhealthy_part_makes_health_status_one(flying: Rig, part: str) -> None:
     flying.see = lambda: getattr(flying.inputs, f"{part}_health").publish(Health.bad("gone"))  # type: ignore[method-assign]
     await flying.run(0.3)
@@ -240,7 +244,7 @@ async def test_a_tick_without_facts_is_no_progress_and_the_next_one_goes_on(
     before = flying.manager.ticks
     with monkeypatch.context() as broken:
         broken.setattr(flying.topics, "get_part_healths", lambda: 1 / 0)
-        await flying.run(0.5)
+        await flying.run(0.25)
         assert flying.manager.ticks == before
         assert not flying.command(Hold()).accepted
     assert not flying.manager.own_health.is_healthy

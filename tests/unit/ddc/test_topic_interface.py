@@ -206,6 +206,18 @@ def test_the_overall_health_names_the_first_part_that_is_not_well(rig: Rig) -> N
     assert rig.topics.get_health_status().reason == "link: No word from the autopilot."
 
 
+def test_a_second_sender_is_a_fault_that_is_shown_and_the_autopilot_is_heard_all_the_same(rig: Rig) -> None:
+    rig.all_well()
+    rig.inputs.second_sender.publish("10.0.0.6:5 (system 1) sends, too.")
+    assert rig.topics.get_health_status().reason == "link: 10.0.0.6:5 (system 1) sends, too."
+    assert rig.topics.get_link_health().is_healthy
+    rig.clock.advance(3.1)
+    assert rig.topics.get_health_status().reason == "link: No word from the autopilot."
+    rig.all_well()
+    rig.inputs.second_sender.publish("")
+    assert rig.topics.get_health_status().is_healthy
+
+
 def test_nothing_is_desired_and_no_state_is_told_at_first(rig: Rig) -> None:
     assert rig.topics.des_pose_pub.value is None
     assert rig.topics.curr_state_pub.value is None

@@ -40,7 +40,19 @@ from hawk.model import (
 SETTINGS = DdcSettings(FlightSettings(), FenceSettings(), OperatorSettings(), HeightSettings(), 245)
 DATUM = GlobalPose(43.26, -79.92, 100.0)
 FENCE = polygon_fence(circle(MapPoint(0.0, 0.0), 150.0), 5.0, 100.0, 3.0)
-PARTS = ("link", "position", "camera", "vision", "mapper", "planner", "recording", "loop")
+PARTS = (
+    "link",
+    "position",
+    "ground",
+    "camera",
+    "vision",
+    "mapper",
+    "planner",
+    "recording",
+    "requests",
+    "tasks",
+    "loop",
+)
 
 
 def pose(now: float, north: float = 0.0, east: float = 0.0, height: float = 30.0) -> VehiclePose:
@@ -61,12 +73,12 @@ def flying(now: float, mode: int = CopterMode.GUIDED) -> Facts:
     """A drone in the air in GUIDED with an operator, everything fresh."""
     return Facts(
         now=now,
-        vehicle=VehicleState(True, True, mode, LandedState.IN_AIR, now),
+        vehicle=VehicleState(True, True, mode, LandedState.IN_AIR, now, now),
         link=LinkFacts(is_up=True, age=0.1),
         position=PositionFacts(pose(now), 0.05, 0.0, 0.0, DATUM, _arm_place(), MapPoint(0.0, 0.0)),
-        diagnostics=Diagnostics(True, True, True, True, 3, 16, 0.9, now),
-        battery=BatteryFacts(BatteryInfo(80.0, 16.0, 10.0, now), 0.5),
-        limits=LimitFacts(HeightParameters(), FENCE, None, FencePlan("circle", (), 100.0), "", 97.0),
+        diagnostics=Diagnostics(True, True, True, True, 3, 16, 0.9, now, fence_on=True),
+        battery=BatteryFacts(BatteryInfo(80.0, 12.0, 10.0, now), 0.5, cells=(3,)),
+        limits=LimitFacts(HeightParameters(), FENCE, None, FencePlan("circle", (), 100.0), "", 97.0, FENCE),
         operator=OperatorFacts(True, True, frozenset({"ana"})),
         sight=SightFacts(lot=True),
         parts=tuple((name, Health()) for name in PARTS),

@@ -273,3 +273,18 @@ def test_parts_that_cannot_be_read_are_named_and_the_rest_is_kept(after_20: Rig)
 
 def _is_at(row: np.ndarray, stall: Stall) -> bool:
     return bool(math.hypot(row[0] - stall.north, row[1] - stall.east) < 0.5)
+
+
+def test_a_frame_whose_position_jumped_is_not_mapped_and_the_next_good_one_is(flown_20: Rig) -> None:
+    rig = copy.deepcopy(flown_20)
+    before = rig.map
+    jumped = replace(frame_at(pose_at(25.0, -10.0, math.pi / 2), 900), map_problem="the position jumped by 25 m")
+    rig.interface.begin(jumped)
+    rig.vision.process()
+    rig.mapper.process()
+    rig.mapper.publish()
+    assert rig.interface.mapper_app_health_pub.value.reason == "the position jumped by 25 m"
+    assert (rig.map.version, rig.map.stalls) == (before.version, before.stalls)
+    rig.frame(pose_at(0.0, -10.0, math.pi / 2))
+    assert rig.mapper.get_health().is_healthy
+    assert rig.map.version == before.version + 1

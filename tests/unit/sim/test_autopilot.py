@@ -10,6 +10,7 @@ import pytest
 
 from hawk.sim.autopilot import Autopilot, AutopilotOptions, RefusedError
 from hawk.sim.geometry import Origin
+from hawk.sim.modes import ModeNumber
 
 
 def autopilot(seed: int = 1, **changes: Any) -> Autopilot:
@@ -79,11 +80,58 @@ def test_an_ekf_reset_moves_local_only() -> None:
     assert math.dist(unit.body.position, place) < 0.2
 
 
-def test_a_glitch_makes_it_fly_back_to_where_it_thinks_it_was() -> None:
+def test_a_jump_makes_it_fly_back_to_a_target_that_was_sent() -> None:
     unit = hovering()
+    unit.fly_to((0.0, 0.0, -10.0), 0.0)
     unit.estimator.jump(3.0, 0.0, 0.0)
     run(unit, 10.0)
     assert unit.body.position[0] == pytest.approx(-3.0, abs=0.2)
+
+
+@pytest.mark.parametrize("mode", [None, ModeNumber.BRAKE, ModeNumber.LOITER])
+def test_a_jump_does_not_move_it_where_no_target_was_sent(mode: ModeNumber | None) -> None:
+    unit = hovering()
+    if mode is not None:
+        unit.set_mode(mode)
+        unit.stick = 0.5
+        run(unit, 3.0)
+    unit.estimator.jump(3.0, 0.0, 0.0)
+    run(unit, 6.0)
+    assert unit.body.position[0] == pytest.approx(0.0, abs=0.3)
+    assert unit.estimate.position[0] == pytest.approx(3.0, abs=0.3)
+
+
+def test_gnss_that_is_off_is_refused_for_ten_seconds_and_then_taken() -> None:
+    """Figures of a real ArduCopter: variance 6.66 at 25 m, the flag after 1.2 s, the jump after 10 s."""
+    unit = hovering()
+    unit.fly_to((0.0, 0.0, -10.0), 0.0)
+    unit.estimator.glitch.offset = (25.0, 0.0, 0.0)
+    run(unit, 0.5)
+    assert unit.estimator.glitch.variance == pytest.approx(6.6, abs=0.1)
+    assert "GPS Glitch or Compass error" not in [text.text for text in unit.texts]
+    run(unit, 9.0)
+    assert unit.texts[-1].text == "GPS Glitch or Compass error"
+    assert unit.estimate.position[0] == pytest.approx(0.0, abs=0.3)
+    run(unit, 0.6)
+    assert unit.estimate.position[0] == pytest.approx(25.0, abs=0.4)
+    assert unit.estimator.glitch.variance == 0.0
+    run(unit, 9.9)
+    assert unit.body.position[0] == pytest.approx(-25.0, abs=0.5)
+    assert "Glitch cleared" not in [text.text for text in unit.texts]
+    run(unit, 0.2)
+    assert unit.texts[-1].text == "Glitch cleared"
+
+
+def test_gnss_that_is_off_by_little_is_taken_without_a_jump() -> None:
+    unit = hovering()
+    unit.estimator.glitch.offset = (3.0, 0.0, 0.0)
+    last = unit.estimate.position[0]
+    for _ in range(600):
+        run(unit, 0.01)
+        assert abs(unit.estimate.position[0] - last) < 0.1
+        last = unit.estimate.position[0]
+    assert unit.estimator.glitch.taken[0] == pytest.approx(3.0, abs=0.1)
+    assert not unit.estimator.glitch.is_told
 
 
 def test_an_empty_battery_falls() -> None:

@@ -68,6 +68,15 @@ def test_a_silent_ground_station(enable: int, reaction: Fallback) -> None:
     assert not bench.unit.gcs
 
 
+def test_switched_off_while_it_acts_the_failsafe_is_never_cleared() -> None:
+    bench = Bench(FS_GCS_ENABLE=1)
+    bench.pass_time(1.0, gcs_silent_s=5.1)
+    bench.parameters.set("FS_GCS_ENABLE", 0)
+    bench.pass_time(10.0)
+    assert bench.unit.gcs
+    assert "GCS Failsafe Cleared" not in bench.said
+
+
 def test_a_ground_station_that_never_was_is_not_missed() -> None:
     bench = Bench(FS_GCS_ENABLE=1)
     bench.pass_time(20.0, gcs_silent_s=None)

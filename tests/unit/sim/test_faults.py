@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from pydantic import ValidationError
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from hawk.sim.camera import Camera, SimulationClock
 from hawk.sim.camera_server import CameraFaults, Fault, apply_camera_fault, apply_fault
@@ -61,6 +62,34 @@ def test_jumps(flying: Any) -> None:
     assert flying.local()[0] == pytest.approx(before[0] + 2.0, abs=0.05)
 
 
+def test_a_glitch_is_told_by_the_ekf(flying: Any) -> None:
+    flying.stream(193)
+    flying.run(0.3)
+    assert flying.last("EKF_STATUS_REPORT").flags == 831
+    put(flying, gps_glitch=(25.0, 0.0, 0.0))
+    flying.run(2.0)
+    report = flying.last("EKF_STATUS_REPORT")
+    assert report.flags == 33599
+    assert report.pos_horiz_variance == pytest.approx(6.4, abs=0.2)
+
+
+def test_without_gnss_the_ekf_says_so_in_two_steps(flying: Any) -> None:
+    flying.stream(193)
+    put(flying, gps="lost")
+    flying.run(7.0)
+    assert flying.last("EKF_STATUS_REPORT").flags == 831
+    flying.run(1.0)
+    assert flying.last("EKF_STATUS_REPORT").flags == 37
+    flying.run(8.0)
+    assert flying.last("EKF_STATUS_REPORT").flags == 167
+
+
+def test_another_station_moves_home(flying: Any) -> None:
+    put(flying, home=(300.0, 0.0, 0.0))
+    flying.listen()
+    assert flying.last("HOME_POSITION").x == pytest.approx(300.0, abs=0.1)
+
+
 def test_link_radio_stick_and_pilot(flying: Any) -> None:
     put(flying, link="cut", stick=0.5, pilot_mode=5)
     assert flying.link.cut
@@ -69,6 +98,35 @@ def test_link_radio_stick_and_pilot(flying: Any) -> None:
     assert flying.autopilot.body.height == pytest.approx(12.0, abs=0.3)
     put(flying, radio="lost")
     assert not flying.autopilot.radio_present
+
+
+def test_a_mute_autopilot_hears_and_is_not_heard(flying: Any) -> None:
+    put(flying, link="mute")
+    flying.heard.clear()
+    flying.send(mavlink.MAVLink_command_long_message(1, 1, mavlink.MAV_CMD_DO_SET_MODE, 0, 1, 6, 0, 0, 0, 0, 0))
+    flying.run(2.0, heartbeat=True)
+    assert not flying.heard
+    assert flying.autopilot.mode.number == 6
+    put(flying, link="ok")
+    flying.run(1.1)
+    assert flying.last("HEARTBEAT").custom_mode == 6
+
+
+def test_a_late_parameter_is_confirmed_and_reads_as_the_old_one_for_a_while(flying: Any) -> None:
+    put(flying, late_parameters_s=1.0)
+    name = b"FS_GCS_ENABLE"
+
+    def read() -> float:
+        flying.send(mavlink.MAVLink_param_request_read_message(1, 1, name, -1))
+        flying.listen()
+        return float(flying.last("PARAM_VALUE").param_value)
+
+    flying.send(mavlink.MAVLink_param_set_message(1, 1, name, 1.0, 2))
+    flying.listen()
+    assert flying.last("PARAM_VALUE").param_value == 1.0
+    assert read() == 0.0
+    flying.run(1.1)
+    assert read() == 1.0
 
 
 def test_a_full_battery_clears_its_failsafe(flying: Any) -> None:

@@ -379,3 +379,18 @@ async def test_puts_never_hold_up_the_loop(make: Make) -> None:
         worst = max(worst, time.perf_counter() - before)
         await asyncio.sleep(0)
     assert worst < 0.05
+
+
+async def test_a_start_is_noted_once_and_can_be_taken_back(make: Make, tmp_path: Path) -> None:
+    wall = [5000.0]
+    journal = make(wall=lambda: wall[0])
+    first = journal.add_start_in_air()
+    wall[0] += 3.0
+    assert journal.add_start_in_air() == first == (5000.0,)
+    assert await journal.flush()
+    assert read_journal(folder(tmp_path)).starts_in_air == (5000.0,)
+    journal.withdraw_start()
+    journal.withdraw_start()
+    assert await journal.flush()
+    assert read_journal(folder(tmp_path)).starts_in_air == ()
+    assert journal.add_start_in_air() == (5003.0,)

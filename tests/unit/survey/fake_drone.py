@@ -34,6 +34,7 @@ from hawk.comm.status import (
 from hawk.model import StateName, UserError
 from hawk.survey.client import LinkLostError
 from hawk.web.clients import ClientView
+from hawk.web.sessions import ControlView
 
 BEAT_S = 0.2
 
@@ -120,7 +121,7 @@ class FakeDrone:
             travel=TravelStatus(distance_flown=12.0),
         )
         view = ClientView()
-        text = view.heartbeat(status, None, None, self.control)
+        text = view.heartbeat(status, None, ControlView(in_control=self.control))
         self.heartbeat = Heartbeat.model_validate_json(text)
         return self.heartbeat
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 import pytest
 
 from hawk.comm.base_socket import ConnectionTimeout, FailedToSend
-from hawk.comm.messages import Ack, Arm, Control, Hold, KillRequest, KillToken, Takeoff
+from hawk.comm.messages import Ack, Arm, Control, Disarm, KillRequest, KillToken, Takeoff
 from hawk.comm.status import DroneStatus, LogEntry, SiteStatus
 from hawk.config import WebSettings
 from hawk.model import TILE_CELLS, EncodedTile, MapPoint, OccupancyMap, Stall, StallState
@@ -89,7 +89,7 @@ async def test_the_token_opens_the_door() -> None:
 async def test_commands_are_answered_each_by_its_own(rig: Rig, drone: DroneClient) -> None:
     await drone.order(Control(action="Request"))
     async with ticking(rig):
-        answers = await asyncio.gather(drone.ask(Arm()), drone.ask(Takeoff()), drone.ask(Hold()))
+        answers = await asyncio.gather(drone.ask(Arm()), drone.ask(Takeoff()), drone.ask(Disarm()))
         assert all(isinstance(answer, Ack) and answer.accepted for answer in answers)
         assert len({answer.id for answer in answers}) == 3
     token = await drone.ask(KillRequest())

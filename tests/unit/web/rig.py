@@ -17,12 +17,13 @@ from aiohttp.test_utils import TestServer
 from hawk.comm.authority import authority_refusal
 from hawk.comm.messages import Ack, Command, KillRequest, KillToken, Outgoing
 from hawk.comm.performance import LagSummary
-from hawk.comm.status import ClientId, DroneStatus, OperatorDesk, StatusStamp
+from hawk.comm.status import ClientId, DroneStatus, StatusStamp
 from hawk.comm.topic import Topic
 from hawk.config import OperatorSettings, WebSettings
 from hawk.model import AnnotatedFrame, OccupancyMap
 from hawk.web.app import Page, create_app
 from hawk.web.services import OperatorSide, WebServices
+from hawk.web.sessions import ControlDesk
 from tests.manual_clock import ManualClock
 from tests.unit.comm.waiting import until
 
@@ -35,14 +36,13 @@ class FakeManager:
     def __init__(self) -> None:
         self.urgent: list[tuple[ClientId, Command]] = []
         self.fail = False
-        self.desk: OperatorDesk | None = None
+        self.desk: ControlDesk | None = None
 
     def refusal(self, client: ClientId, command: Command) -> Ack | None:
         """The judge's first question."""
         assert self.desk is not None
         has_control = client in self.desk.controlling_clients()
-        is_controlled = self.desk.controller() is not None
-        reason = authority_refusal(command.type, has_control=has_control, is_controlled=is_controlled, homing=False)
+        reason = authority_refusal(command.type, has_control=has_control, control=self.desk.tenure(), homing=False)
         return Ack(id=command.id, accepted=False, reason=reason) if reason else None
 
     def handle_now(self, client: ClientId, command: Command) -> Outgoing:
@@ -67,6 +67,7 @@ class Rig:
     manager: FakeManager = field(default_factory=FakeManager)
     page: Page = field(default_factory=lambda: Page.load(Path("nowhere")))
     simulation: bool = True
+    cookie_secret: bytes = b"s" * 32
 
     def __post_init__(self) -> None:
         self.side = OperatorSide.create(self.clock, self.operator)
@@ -89,9 +90,11 @@ class Rig:
             video=self.video,
             version="1.2.3",
             simulation=self.simulation,
+            cookie_secret=self.cookie_secret,
             camera_fov_deg=70.0,
             loop_lag=lambda: LagSummary(0.5, 4.0, 9.0, 100),
             counters=lambda: {"camera_pictures_damaged": 7},
+            queues=lambda: {"journal": 5},
             monotonic=self.real,
         )
 
@@ -124,13 +127,14 @@ class Rig:
         )
 
     def serve_commands(self) -> list[tuple[ClientId, Command]]:
-        """Do what the manager's tick does: accept everything that its sender may send; return that."""
+        """Do what the manager's ticks do: accept everything that its sender may send; return that."""
         accepted = []
-        for client, command in self.side.socket.receive():
-            refused = self.manager.refusal(client, command)
-            if refused is None:
-                accepted.append((client, command))
-            self.side.socket.reply(client, refused or Ack(id=command.id, accepted=True))
+        while commands := self.side.socket.receive():
+            for client, command in commands:
+                refused = self.manager.refusal(client, command)
+                if refused is None:
+                    accepted.append((client, command))
+                self.side.socket.reply(client, refused or Ack(id=command.id, accepted=True))
         return accepted
 
 

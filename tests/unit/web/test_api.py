@@ -17,7 +17,7 @@ from hawk.comm.status import (
     TravelStatus,
 )
 from hawk.model import AnnotatedFrame, Counts, EncodedTile, OccupancyMap, Stall, StallState, StateName
-from tests.unit.web.rig import Rig, browser
+from tests.unit.web.rig import Connect, Rig, browser
 
 HEALTHY = HealthItem(name="link", healthy=True, reason="")
 ILL = HealthItem(name="camera", healthy=False, reason="No picture for 3 s")
@@ -159,6 +159,21 @@ async def test_metrics_are_in_the_prometheus_text_format(rig: Rig) -> None:
     assert 'hawk_healthy{part="camera"} 0.0' in text
     assert "hawk_vision_rate_hertz 9.5" in text
     assert "hawk_camera_pictures_damaged_total 7.0" in text
+    assert "hawk_wrong_tokens_total 0.0" in text
+    assert "hawk_connections_waiting 0.0" in text
+    for name in ("resident_memory_bytes", "open_files", "open_sockets", "threads", "tasks"):
+        assert re.search(rf"^hawk_{name} [1-9]", text, re.MULTILINE), name
+
+
+async def test_what_waits_in_queues_is_counted(rig: Rig, connect: Connect) -> None:
+    page = await connect()
+    for number in range(3):
+        await page.send(Type="Arm", Id=number)
+    await page.ask(Type="Map Resync", Id="read")
+    _, text, _ = await get(rig, "/metrics")
+    assert 'hawk_queued{queue="commands"} 3.0' in text
+    assert 'hawk_queued{queue="answers"} 0.0' in text
+    assert 'hawk_queued{queue="journal"} 5.0' in text
 
 
 async def test_metrics_leave_out_what_is_not_known(rig: Rig) -> None:

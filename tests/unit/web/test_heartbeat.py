@@ -25,10 +25,13 @@ from hawk.comm.status import (
 )
 from hawk.model import HealthStatus, MapPoint, OccupancyMap, StateName, UserError
 from hawk.web.clients import LOG_LIMIT, TRAIL_LIMIT, ClientView
+from hawk.web.sessions import ControlView
+
+CONTROL = ControlView("Operator 1", in_control=True)
 
 
 def beat(view: ClientView, status: DroneStatus, current: OccupancyMap | None = None) -> dict[str, Any]:
-    text = view.heartbeat(status, current, "Operator 1", True)
+    text = view.heartbeat(status, current, CONTROL)
     Heartbeat.model_validate_json(text)
     found: dict[str, Any] = json.loads(text)
     return found
@@ -64,6 +67,7 @@ def test_values_arrive_under_their_keys() -> None:
     assert told["Datum"] == [43.0, -79.0]
     assert told["Heights"] == [15.0, 35.0, 60.0]
     assert (told["Controller"], told["In Control"]) == ("Operator 1", True)
+    assert (told["Controller Lost"], told["Control Taken By"]) == (False, None)
 
 
 def test_local_position_x_and_y_are_not_swapped() -> None:
@@ -149,6 +153,6 @@ def test_one_client_does_not_change_what_another_is_told() -> None:
     status = DroneStatus(log=(entry(1),))
     one, two = ClientView(), ClientView()
     for view in (one, two):
-        told = json.loads(view.heartbeat(status, None, None, False))
+        told = json.loads(view.heartbeat(status, None, ControlView()))
         assert len(told["Messages"]) == 1
     assert "Messages" not in json.loads(status.shared_json)

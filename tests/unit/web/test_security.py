@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import asyncio
 from typing import Any
 
 import aiohttp
@@ -8,7 +9,18 @@ from aiohttp import web
 
 from hawk.config import WebSettings
 from hawk.web.app import create_app
+from hawk.web.guesses import (
+    ADDRESS_LIMIT,
+    FIRST_WAIT_S,
+    FORGOTTEN_S,
+    FREE_GUESSES,
+    LONGEST_WAIT_S,
+    TokenGuesses,
+    network_of,
+)
+from hawk.web.paced_log import LINES
 from hawk.web.security import InsecureBindingError, check_binding, is_loopback
+from tests.manual_clock import ManualClock
 from tests.unit.web.rig import Rig, browser
 
 TOKEN = "correct-horse-battery"
@@ -187,12 +199,117 @@ async def test_the_cookie_outlives_a_restart_of_the_server(guarded: Rig) -> None
     async with browser() as session, session.get(server.make_url(f"/?token={TOKEN}")) as response:
         value = session.cookie_jar.filter_cookies(response.url).popitem()[1].value
     await server.close()
-    again = Rig(web=WebSettings(token=TOKEN))
-    second = await again.start()
-    try:
-        assert await status_of(again, headers={"Cookie": f"hawk_token_{second.port}={value}"}) == 200
-    finally:
-        await second.close()
+    for secret, status in ((guarded.cookie_secret, 200), (b"another" * 5, 401)):
+        again = Rig(web=WebSettings(token=TOKEN), cookie_secret=secret)
+        second = await again.start()
+        try:
+            assert await status_of(again, headers={"Cookie": f"hawk_token_{second.port}={value}"}) == status
+        finally:
+            await second.close()
+
+
+# -- guesses ----------------------------------------------------------------------------------------------------------
+
+
+async def guess(rig: Rig, number: int) -> int:
+    return await status_of(rig, headers={"Authorization": f"Bearer guess-number-{number:08d}"})
+
+
+async def test_who_guesses_the_token_has_to_wait_longer_and_longer(
+    guarded: Rig, caplog: pytest.LogCaptureFixture
+) -> None:
+    assert [await guess(guarded, n) for n in range(FREE_GUESSES + 1)] == [401] * (FREE_GUESSES + 1)
+    looked_at = []
+    for number in range(240):  # a guess every half a second, for two minutes
+        guarded.real.advance(0.5)
+        looked_at.append(await guess(guarded, number))
+    assert set(looked_at) == {401, 429}
+    assert looked_at.count(401) == 7, "after 1, 3, 7, 15, 31, 61 and 91 s, or a little later"
+    lines = [record for record in caplog.records if "wrong token" in record.message]
+    assert len(lines) <= 3 * LINES
+    assert "guess-number" not in caplog.text
+
+
+async def test_the_right_token_is_looked_at_when_the_wait_is_over(guarded: Rig) -> None:
+    for number in range(FREE_GUESSES + 1):
+        await guess(guarded, number)
+    assert await status_of(guarded, headers={"Authorization": f"Bearer {TOKEN}"}) == 429
+    assert await status_of(guarded) == 401, "who brings no token guesses none"
+    guarded.real.advance(FIRST_WAIT_S)
+    assert await status_of(guarded, headers={"Authorization": f"Bearer {TOKEN}"}) == 200
+    assert await guess(guarded, 1) == 401, "it begins again"
+
+
+async def test_a_page_that_is_known_and_the_operator_in_control_do_not_wait_for_a_guesser(guarded: Rig) -> None:
+    server = await guarded.start()
+    async with browser() as page, browser(headers={"Authorization": f"Bearer {TOKEN}"}) as tool:
+        await page.get(server.make_url(f"/?token={TOKEN}"))
+        async with tool.ws_connect(server.make_url("/ws")) as socket:
+            await socket.receive()
+            await socket.send_json({"Type": "Control", "Action": "Request"})
+            await socket.receive()
+        for number in range(FREE_GUESSES + 1):
+            await guess(guarded, number)
+        assert await guess(guarded, 1) == 429
+        for one in (page, tool):
+            async with one.get(server.make_url("/api/schema.json")) as response:
+                assert response.status == 200
+
+
+def test_guesses_are_counted_for_a_bounded_number_of_addresses() -> None:
+    clock = ManualClock()
+    guesses = TokenGuesses(clock)
+    for number in range(3 * ADDRESS_LIMIT):
+        guesses.wrong(f"10.0.{number // 256}.{number % 256}")
+    assert len(guesses) == ADDRESS_LIMIT
+    assert guesses.total == 3 * ADDRESS_LIMIT
+    for _ in range(40):
+        guesses.wrong("evil")
+    assert guesses.wait_s("evil") == LONGEST_WAIT_S
+    clock.advance(FORGOTTEN_S + 1)
+    assert guesses.wrong("evil") == 1
+
+
+@pytest.mark.parametrize(
+    ("host", "network"),
+    [
+        ("192.168.1.7", "192.168.1.7"),
+        ("::ffff:192.168.1.7", "192.168.1.7"),
+        ("2001:db8:1:2:aaaa::1", "2001:db8:1:2::"),
+        ("2001:db8:1:2:bbbb::2", "2001:db8:1:2::"),
+        ("fe80::1%eth0", "fe80::"),
+        (None, ""),
+        ("", ""),
+    ],
+)
+def test_one_guest_is_one_address(host: str | None, network: str) -> None:
+    assert network_of(host) == network
+
+
+# -- broken requests --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("line", "host", "status"),
+    [
+        (b"GET / HTTP/1.1", b"127.0.0.\x831", 400),
+        (b"GET / HTTP/1.1", b"127.0.0.1; script-src *", 400),
+        (b"GET / HTTP/1.1", b"user@127.0.0.1", 400),
+        (b"GET / HTTP/2.0", b"127.0.0.1", 505),
+        (b"GET /stream.mjpg HTTP/2.0", b"127.0.0.1", 505),
+    ],
+)
+async def test_a_broken_request_is_refused_and_is_no_fault_of_ours(
+    rig: Rig, line: bytes, host: bytes, status: int
+) -> None:
+    server = await rig.start()
+    reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
+    writer.write(line + b"\r\nHost: " + host + b"\r\nConnection: close\r\n\r\n")
+    async with asyncio.timeout(5):
+        answer = await reader.read()
+    writer.close()
+    assert int(answer.split()[1]) == status
+    assert b"script-src *" not in answer
 
 
 # -- headers ----------------------------------------------------------------------------------------------------------

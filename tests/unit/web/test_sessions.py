@@ -51,7 +51,7 @@ def test_the_lease_runs_out_in_silence(desk: ControlDesk, clock: ManualClock) ->
     clock.advance(20)
     desk.sign_of_life("a")
     clock.advance(30)
-    assert desk.request("b") is not None, "at the limit it is still held"
+    assert desk.controller() == "Operator 1", "at the limit it is still held"
     clock.advance(0.1)
     assert desk.controller() is None
     assert desk.request("b") is None
@@ -71,6 +71,63 @@ def test_the_operator_is_present_by_its_own_signs_only(desk: ControlDesk, clock:
     desk.sign_of_life("a")
     assert desk.operator_present(clock())
     assert not desk.is_lost("a")
+
+
+def test_the_lease_of_a_lost_operator_is_free_for_the_asking(desk: ControlDesk, clock: ManualClock) -> None:
+    desk.request("a")
+    clock.advance(10)
+    refusal = desk.request("b")
+    assert refusal is not None, "at the limit the operator is still there"
+    assert "after 10 s of silence" in refusal
+    clock.advance(0.1)
+    assert desk.controller_is_lost()
+    assert desk.request("b") is None
+    assert (desk.controller(), desk.controller_is_lost()) == ("Operator 2", False)
+    assert (desk.has_control("a"), desk.has_control("b")) == (False, True)
+
+
+def test_a_lost_operator_who_comes_back_in_time_goes_on(desk: ControlDesk, clock: ManualClock) -> None:
+    desk.request("a")
+    clock.advance(29)
+    desk.sign_of_life("a")
+    assert desk.has_control("a")
+    assert desk.operator_present(clock())
+    assert desk.taken_by("a") is None
+    assert desk.request("b") is not None
+
+
+@pytest.mark.parametrize("silence", [11.0, 40.0])
+def test_a_lost_operator_is_told_who_took_control(desk: ControlDesk, clock: ManualClock, silence: float) -> None:
+    desk.request("a")
+    clock.advance(silence)
+    desk.request("b")
+    assert (desk.taken_by("a"), desk.taken_by("b")) == ("Operator 2", None)
+    desk.sign_of_life("a")
+    assert not desk.has_control("a"), "a late sign of life takes nothing back"
+    desk.release("b")
+    assert desk.taken_by("a") is None, "control is free again"
+    desk.request("a")
+    desk.release("a")
+    desk.request("b")
+    assert desk.taken_by("a") is None, "this time it was given back"
+
+
+def test_nobody_is_told_about_control_that_was_given_back(desk: ControlDesk, clock: ManualClock) -> None:
+    desk.request("a")
+    desk.release("a")
+    clock.advance(40)
+    desk.request("b")
+    assert desk.taken_by("a") is None
+
+
+def test_a_short_lease_is_named_as_the_wait(clock: ManualClock) -> None:
+    desk = ControlDesk(clock, OperatorSettings(operator_timeout_s=10, operator_hold_s=30, control_lease_s=4))
+    desk.connect("a", None)
+    desk.connect("b", None)
+    desk.request("a")
+    assert "after 4 s of silence" in (desk.request("b") or "")
+    clock.advance(4.1)
+    assert desk.request("b") is None
 
 
 def test_a_session_comes_back_with_its_control(desk: ControlDesk) -> None:

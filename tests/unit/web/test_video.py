@@ -8,6 +8,8 @@ import pytest
 
 from hawk.config import WebSettings
 from hawk.model import AnnotatedFrame
+from hawk.web import video
+from hawk.web.services import COUNTERS
 from hawk.web.video import HEADER, pack
 from tests.unit.web.rig import PATIENCE_S, Rig, browser
 
@@ -141,3 +143,34 @@ async def test_server_stop_ends_viewers(rig: Rig) -> None:
             message = await socket.receive()
             await closing
     assert message.data == aiohttp.WSCloseCode.GOING_AWAY
+
+
+async def test_a_writer_that_fails_ends_the_connection(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(_frame: AnnotatedFrame) -> bytes:
+        raise ValueError("broken")
+
+    monkeypatch.setattr("hawk.web.video.pack", fail)
+    server = await rig.start()
+    async with browser() as session, session.ws_connect(server.make_url("/video")) as socket:
+        rig.video.publish(frame(1))
+        async with asyncio.timeout(PATIENCE_S):
+            assert (await socket.receive()).type in (aiohttp.WSMsgType.CLOSE, aiohttp.WSMsgType.CLOSED)
+
+
+async def test_a_viewer_of_the_stream_that_does_not_read_is_disconnected(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(video, "ACK_TIMEOUT_S", 0.05)
+    server = await rig.start()
+    assert rig.app is not None
+    counters = rig.app[COUNTERS]
+    reader, writer = await asyncio.open_connection("127.0.0.1", server.port, limit=1024)
+    writer.write(b"GET /stream.mjpg HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+    await reader.readuntil(b"\r\n\r\n")
+    async with asyncio.timeout(5):
+        number = 0
+        while counters.video_clients:
+            number += 1
+            rig.video.publish(AnnotatedFrame(number, rig.clock(), bytes(1_000_000)))
+            await asyncio.sleep(0.001)
+    writer.close()

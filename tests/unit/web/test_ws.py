@@ -1,20 +1,23 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
 from typing import Any
 
 import aiohttp
 import pytest
 
+from hawk.comm.message_socket import CLIENT_WAITING
 from hawk.comm.messages import Arm, CheckFence, Hold, Kill, KillRequest, Land, ReturnToLaunch, RouteRequest, Takeoff
 from hawk.comm.status import DroneStatus, OperationStatus, PoseStatus, StatusStamp, VehicleStatus
 from hawk.config import WebSettings
 from hawk.model import StateName
+from hawk.web import ws
 from hawk.web.clients import OUTBOX_LIMIT
 from hawk.web.services import COUNTERS
-from hawk.web.ws import IN_FLIGHT_LIMIT
-from tests.unit.web.rig import Connect, Rig, Visitor, browser
+from hawk.web.ws import FLOOD_S, IN_FLIGHT_LIMIT, READS_AT_ONCE, READS_PER_S, ReadPace
+from tests.unit.web.rig import PATIENCE_S, Connect, Rig, Visitor, browser
 
 
 async def settle(rig: Rig, tester: Visitor) -> None:
@@ -71,8 +74,6 @@ async def test_a_command_in_control_reaches_the_manager_and_is_answered(rig: Rig
         {"Type": "Autonomous Move", "X": 1.0, "Y": 1.0},
         {"Type": "Disarm"},
         {"Type": "Resume"},
-        {"Type": "Kill Request"},
-        {"Type": "Kill", "Token": "t" * 32},
         {"Type": "Clear Kill"},
         {"Type": "Set Failsafes"},
     ],
@@ -113,7 +114,7 @@ async def test_who_only_watches_may_ask_for_a_route_and_check_a_fence(rig: Rig, 
 async def test_one_clients_commands_leave_room_for_anothers(rig: Rig, connect: Connect) -> None:
     operator, watcher = await connect(), await connect()
     await operator.take_control()
-    for _ in range(300):
+    for _ in range(100):
         await watcher.send(Type="Arm")
     await watcher.send(Type="Heartbeat", Id="last")
     while (await watcher.next("Ack"))["Id"] != "last":
@@ -123,16 +124,47 @@ async def test_one_clients_commands_leave_room_for_anothers(rig: Rig, connect: C
     assert [command for _, command in rig.serve_commands()] == [Takeoff()]
 
 
+def test_a_client_that_sends_without_end_is_read_at_its_pace_and_a_page_at_once() -> None:
+    pace = ReadPace()
+    now, read = 0.0, 0
+    while not pace.is_flooded:
+        now += pace.pause(now)
+        read += 1
+    assert now == pytest.approx(FLOOD_S, abs=0.05)
+    assert read == pytest.approx(READS_AT_ONCE + READS_PER_S * FLOOD_S, abs=3)
+    page = ReadPace()
+    assert max(page.pause(n * 0.05) for n in range(400)) == 0.0
+    bursts = ReadPace()
+    assert max(bursts.pause(n // 40) for n in range(400)) == 0.0
+    assert not page.is_flooded
+    assert not bursts.is_flooded
+
+
 @pytest.mark.parametrize("kind", ["Return To Launch", "Land"])
 async def test_going_home_needs_control_or_that_nobody_has_it(rig: Rig, connect: Connect, kind: str) -> None:
     watcher = await connect()
     await watcher.send(Type=kind)
     await settle(rig, watcher)
-    ((_, command),) = rig.serve_commands()
+    ((_, command),) = rig.manager.urgent
     assert isinstance(command, ReturnToLaunch | Land)
+    rig.manager.urgent.clear()
     await (await connect()).take_control()
     await watcher.next("Ack")
     answer = await refused(rig, watcher, Type=kind)
+    assert (answer["Accepted"], answer["Reason"]) == (False, "Someone else has control.")
+
+
+@pytest.mark.parametrize("command", [{"Type": "Kill Request"}, {"Type": "Kill", "Token": "t" * 32}])
+async def test_cutting_the_motors_needs_control_or_that_nobody_has_it(
+    rig: Rig, connect: Connect, command: dict[str, object]
+) -> None:
+    watcher = await connect()
+    await watcher.send(**command)
+    await settle(rig, watcher)
+    assert [taken.type for _, taken in rig.manager.urgent] == [command["Type"]]
+    rig.manager.urgent.clear()
+    await (await connect()).take_control()
+    answer = await refused(rig, watcher, **command)
     assert (answer["Accepted"], answer["Reason"]) == (False, "Someone else has control.")
 
 
@@ -145,7 +177,8 @@ async def test_anyone_may_hold_and_it_passes_the_queue(rig: Rig, connect: Connec
     ((client, command),) = rig.manager.urgent
     assert command == Hold(id="h")
     assert not rig.side.desk.has_control(client)
-    assert len(rig.side.socket.receive()) == 1  # Arm still waits for the tick
+    assert rig.side.socket.receive() == []
+    assert "Hold came first" in (await operator.next("Ack"))["Reason"], "what was sent before a stop is not done after"
 
 
 async def test_kill_in_two_steps_passes_the_queue(rig: Rig, connect: Connect) -> None:
@@ -230,12 +263,39 @@ async def test_a_defect_in_the_manager_is_answered_and_the_connection_stays(
 async def test_too_many_commands_are_answered_not_dropped(rig: Rig, connect: Connect) -> None:
     page = await connect()
     await page.take_control()
-    for number in range(260):
+    for number in range(CLIENT_WAITING + 4):
         await page.send(Type="Takeoff", Id=number)
     answers = [await page.next("Ack") for _ in range(4)]
-    assert [a["Id"] for a in answers] == [256, 257, 258, 259]
-    assert all("waiting" in a["Reason"] and not a["Accepted"] for a in answers)
-    assert [command.id for _, command in rig.serve_commands()] == list(range(256))
+    assert [a["Id"] for a in answers] == list(range(CLIENT_WAITING, CLIENT_WAITING + 4))
+    assert all("Too many commands" in a["Reason"] and not a["Accepted"] for a in answers)
+    assert [command.id for _, command in rig.serve_commands()] == list(range(CLIENT_WAITING))
+
+
+async def test_a_flood_of_one_client_delays_no_other_and_ends_its_connection(
+    connect: Connect, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ws, "READS_PER_S", 5.0)
+    monkeypatch.setattr(ws, "READS_AT_ONCE", 10)
+    monkeypatch.setattr(ws, "FLOOD_S", 0.1)
+    operator, flooder = await connect(), await connect()
+    ending = asyncio.create_task(until_closed(flooder.socket))
+    with contextlib.suppress(ConnectionError):
+        for number in range(200):  # 40 s at the pace at which they are read
+            await flooder.send(Type="Map Resync", Id=number)
+    assert (await operator.ask(Type="Heartbeat", Id="mine"))["Id"] == "mine"
+    answers, end = await ending
+    assert (end.data, end.extra) == (aiohttp.WSCloseCode.POLICY_VIOLATION, ws.FLOODED)
+    assert 10 <= answers < 200
+    assert (await operator.ask(Type="Heartbeat", Id="again"))["Id"] == "again"
+
+
+async def until_closed(socket: aiohttp.ClientWebSocketResponse) -> tuple[int, aiohttp.WSMessage]:
+    """Read to the end of a connection; return the number of answers and the last message."""
+    answers = 0
+    async with asyncio.timeout(PATIENCE_S):
+        while (message := await socket.receive()).type is aiohttp.WSMsgType.TEXT:
+            answers += '"Ack"' in message.data
+    return answers, message
 
 
 async def test_too_many_pages_are_refused_with_the_setting(rig: Rig, connect: Connect) -> None:
@@ -328,6 +388,22 @@ async def test_the_operator_that_is_lost_gets_no_heartbeat_the_others_do(rig: Ri
     assert (await lost.next("Heartbeat"))["In Control"] is True
 
 
+async def test_control_of_a_lost_operator_is_granted_at_once_and_it_is_told_by_whom(rig: Rig, connect: Connect) -> None:
+    lost, watcher = await connect(), await connect()
+    await lost.take_control()
+    assert not (await watcher.take_control())["Accepted"]
+    rig.clock.advance(10.1)
+    rig.publish()
+    while not (beat := await watcher.next("Heartbeat"))["Controller Lost"]:
+        pass
+    assert (beat["Controller"], beat["In Control"]) == ("Operator 1", False)
+    assert (await watcher.take_control())["Accepted"]
+    assert not (await lost.ask(Type="Control", Action="Release"))["Accepted"]
+    rig.publish()
+    beat = await lost.next("Heartbeat")
+    assert (beat["In Control"], beat["Controller Lost"], beat["Control Taken By"]) == (False, False, "Operator 2")
+
+
 async def test_server_stop_closes_every_connection(rig: Rig, connect: Connect) -> None:
     page = await connect()
     assert rig.server is not None
@@ -381,3 +457,19 @@ async def test_a_client_that_never_reads_its_answers_is_disconnected(
     async with asyncio.timeout(5):
         await rig.nobody_connected()
     assert "does not read its answers" in caplog.text
+
+
+async def test_a_writer_that_fails_ends_the_connection_so_that_the_client_connects_again(
+    rig: Rig, connect: Connect, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page = await connect()
+
+    def fail(_self: object) -> str | None:
+        raise ValueError("broken")
+
+    monkeypatch.setattr("hawk.web.clients.Client.take", fail)
+    rig.publish(DroneStatus(operation=OperationStatus(state=StateName.HOVER)))
+    async with asyncio.timeout(PATIENCE_S):
+        while not page.socket.closed:
+            await page.socket.receive()
+    await rig.nobody_connected()

@@ -248,9 +248,8 @@ class FakeDrone:
     def answer(self, client: str, command: Command) -> Ack:
         """Take or refuse a command."""
         kind, desk = command.type, self.side.desk
-        has_control, is_controlled = desk.has_control(client), desk.controller() is not None
         homing = self.state in (StateName.RETURN_TO_LAUNCH, StateName.LAND)
-        reason = authority_refusal(kind, has_control=has_control, is_controlled=is_controlled, homing=homing)
+        reason = authority_refusal(kind, has_control=desk.has_control(client), control=desk.tenure(), homing=homing)
         reason = reason or self.reason(kind)
         if not reason:
             self.act(kind, command)
@@ -392,14 +391,27 @@ class FakeDrone:
 
     def health(self) -> list[HealthItem]:
         """Return the health of each part."""
-        names = ("link", "position", "vision", "mapper", "planner", "camera", "recording", "loop")
+        names = (
+            "link",
+            "position",
+            "ground",
+            "vision",
+            "mapper",
+            "planner",
+            "camera",
+            "recording",
+            "requests",
+            "tasks",
+            "loop",
+            "home",
+        )
         return [HealthItem(name=name, healthy=True, reason="") for name in names]
 
     def checks(self) -> list[CheckItem]:
         """Return the checks before flight."""
         passed = {
             "GPS": "16 satellites, ±0.9 m", "Battery": "98 %, 16.6 V", "Compass": "2° from GPS heading",
-            "Camera": "15 pictures/s, 0.2 s old", "Fence": "150 × 146 m, home inside",
+            "Camera": "15 pictures/s, 0.2 s old", "Fence": "150 × 146 m, home inside", "Home": "at the drone",
             "Battery failsafe": "returns home at 25 %", "Remote control": "connected", "Recording": "room for 9 h",
         }  # fmt: skip
         items = [CheckItem(name=name, passed=True, value=value) for name, value in passed.items()]

@@ -234,7 +234,7 @@ export interface FenceSetup {
   Problem: string;
 }
 
-/** Health of one part. Name: link, position, vision, mapper, planner, camera, recording or loop. */
+/** Health of one part. Name: link, position, ground, vision, mapper, planner, camera, recording or loop. */
 export interface HealthItem {
   Name: string;
   Healthy: boolean;
@@ -249,7 +249,9 @@ export interface Heartbeat {
   "Trail Start": boolean;
   "Fence Setup": FenceSetup | null;
   Controller: string | null;
+  "Controller Lost": boolean;
   "In Control": boolean;
+  "Control Taken By": string | null;
   Sequence: number;
   Time: number;
   Utc: string;
@@ -285,6 +287,8 @@ export interface Heartbeat {
   Speed: number | null;
   Climb: number | null;
   "Pose Age": number | null;
+  "Wind Speed": number | null;
+  "Wind From": number | null;
   Home: Point | null;
   Datum: [number, number] | null;
   Fence: Point[];

@@ -84,6 +84,8 @@ describe("control", () => {
     assert.equal(control(view()), "mine");
     assert.equal(control(view({ heartbeat: heartbeat({ "In Control": false }) })), "other");
     assert.equal(control(view({ heartbeat: heartbeat({ "In Control": false, Controller: null }) })), "free");
+    const lost = { "In Control": false, "Controller Lost": true };
+    assert.equal(control(view({ heartbeat: heartbeat(lost) })), "lost");
     assert.equal(control(view({ silence: 5 })), "unknown");
   });
 });

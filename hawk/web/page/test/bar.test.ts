@@ -87,6 +87,28 @@ describe("the bar", () => {
     assert.deepEqual(stage.enabled(), ["Return home", "Take control", "Land", "Hold"]);
   });
 
+  it("lets anyone bring home, land and take over a drone whose operator is lost", async () => {
+    const { rig, stage } = await bar({
+      "In Control": false,
+      "Controller Lost": true,
+      Options: possible("Hold", "Land", "Return To Launch"),
+    });
+    assert.match(stage.text, /The operator in control is lost\./);
+    assert.deepEqual(stage.enabled(), ["Return home", "Take control", "Land", "Hold"]);
+    await stage.press("Land");
+    await stage.press("Take control");
+    assert.deepEqual(rig.sent().map((each) => [each.Type, each.Action]), [["Land", undefined], ["Control", "Request"]]);
+  });
+
+  it("tells the one who was lost who has control now", async () => {
+    const { rig, stage } = await bar({ "In Control": false, Controller: "Operator 2", "Control Taken By": "Operator 2" });
+    assert.match(stage.text, /Operator 2 has control\.\s*It was taken while you were lost\./);
+    assert.equal(rig.operator.toast?.text, "Operator 2 took control while you were lost.");
+    rig.operator.dismissToast();
+    rig.hear({ "In Control": false, Controller: "Operator 2", "Control Taken By": "Operator 2" });
+    assert.equal(rig.operator.toast, null, "told once");
+  });
+
   it("asks first when a pilot would be overruled", async () => {
     const { rig, stage } = await bar({ State: "Manual", Options: possible("Land", "Resume", "Return To Launch") });
     for (const [name, question] of [

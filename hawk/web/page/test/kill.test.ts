@@ -1,6 +1,7 @@
 import "./dom.ts";
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
+import { GlanceLine } from "../src/ui/glance-line.ts";
 import { KillDialog } from "../src/ui/kill-dialog.ts";
 import { settle } from "./fakes.ts";
 import { welcome } from "./make.ts";
@@ -43,6 +44,22 @@ function kills(rig: Rig): unknown[] {
 }
 
 describe("cutting the motors", () => {
+  it("can begin unless someone else who is there has control", async () => {
+    const rig = flying();
+    const stage = new Stage(new GlanceLine(), rig.operator);
+    await stage.drawn();
+    for (const [changes, disabled] of [
+      [{}, false],
+      [{ "In Control": false }, true],
+      [{ "In Control": false, "Controller Lost": true }, false],
+      [{ "In Control": false, Controller: null }, false],
+    ] as const) {
+      rig.hear(changes);
+      await stage.drawn();
+      assert.equal(stage.button("Cut motors").disabled, disabled, JSON.stringify(changes));
+    }
+  });
+
   it("shows nothing before the first step", async () => {
     const stage = new Stage(new KillDialog(), flying().operator);
     await stage.drawn();

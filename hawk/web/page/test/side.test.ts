@@ -227,6 +227,9 @@ describe("the settings", () => {
     rig.hear({ "In Control": false });
     await stage.drawn();
     assert.match(stage.text, /Someone else has control/);
+    rig.hear({ "In Control": false, "Controller Lost": true });
+    await stage.drawn();
+    assert.match(stage.text, /The operator in control is lost/);
     rig.timers.advance(5000);
     rig.operator.tick();
     await stage.drawn();

@@ -16,6 +16,8 @@ describe("numbers", () => {
     assert.equal(format.distance(4.26), "4.3 m");
     assert.equal(format.distance(38.4), "38 m");
     assert.equal(format.speed(null), "–");
+    assert.equal(format.wind(5.23, 1.5 * Math.PI), "5.2 m/s from the west");
+    assert.equal(format.wind(null, null), "–");
     assert.equal(format.speed(-0.04), "0.0 m/s");
     assert.equal(format.percent(88.6), "89 %");
     assert.equal(format.area(312), "312 m²");

@@ -60,6 +60,8 @@ export class Operator extends EventTarget {
   private cancelToast: (() => void) | null = null;
   private cancelToken: (() => void) | null = null;
   private toldLost = false;
+  /** Who took control while this operator was lost. */
+  private taker: string | null = null;
 
   private readonly outside: Outside;
 
@@ -242,6 +244,7 @@ export class Operator extends EventTarget {
   private hear(heartbeat: Heartbeat): void {
     const at = this.seconds();
     const before = this.flight.heartbeat?.State;
+    this.tellTaken(heartbeat["Control Taken By"]);
     this.daemonClock.add(at, heartbeat.Time);
     this.flight.hear(heartbeat, at);
     if (before !== undefined && before !== heartbeat.State) this.question = null;
@@ -251,6 +254,16 @@ export class Operator extends EventTarget {
     const update = heartbeat["Occupancy Map"];
     if (update) this.dispatchEvent(new CustomEvent<MapChange>("map", { detail: this.map.apply(update) }));
     this.changed();
+  }
+
+  /** Reports once that control was taken while this operator was lost. */
+  private tellTaken(taker: string | null): void {
+    if (taker !== null && taker !== this.taker) {
+      const text = `${taker} took control while you were lost.`;
+      this.tell({ level: "warning", text });
+      this.note("warning", text);
+    }
+    this.taker = taker;
   }
 
   private linkChanged(status: LinkStatus): void {

@@ -2,7 +2,7 @@ import { html, nothing, type TemplateResult } from "lit";
 import { customElement, property } from "lit/decorators.js";
 import type { Point } from "../protocol.ts";
 import { isFlying } from "../state/flight.ts";
-import { type Action, COMMANDS, control, guidedActions, safetyActions } from "../words/actions.ts";
+import { type Action, COMMANDS, control, guidedActions, safetyActions, watchingWords } from "../words/actions.ts";
 import { linkOf, type View } from "../words/view.ts";
 import { cssVars } from "./css-vars.ts";
 import { Part } from "./element.ts";
@@ -33,7 +33,7 @@ export class ActionBar extends Part {
       return html`<hawk-confirm .model=${this.model} .question=${question} .classAt=${this.classAt}></hawk-confirm>`;
     }
     const whose = control(view);
-    return whose === "free" || whose === "other" ? this.watching(view, whose) : this.guided(view);
+    return whose === "mine" || whose === "unknown" ? this.guided(view) : this.watching(view, whose);
   }
 
   private guided(view: View): TemplateResult {
@@ -64,17 +64,16 @@ export class ActionBar extends Part {
     </button>`;
   }
 
-  private watching(view: View, whose: "free" | "other"): TemplateResult {
+  private watching(view: View, whose: "free" | "lost" | "other"): TemplateResult {
     const flying = isFlying(view.heartbeat);
-    const title = whose === "free" ? "Nobody has control." : "You are watching. Someone else has control.";
-    const text =
-      whose === "free" ? "Take control to fly. You can watch without." : "You can Hold the drone at any time.";
+    const open = whose !== "other";
+    const { title, text } = watchingWords(view, whose);
     const home = guidedActions(view, isTouch()).find((action) => action.name === "home");
     return html`<div class="watching">
       <div class="txt"><b>${title}</b><span class="sub">${text}</span></div>
-      ${whose === "free" && flying && home ? this.action(home, 0) : nothing}
-      <button class="act ask ${whose === "free" ? "primary" : ""}" @click=${() => void this.model.takeControl()}>
-        <b>${whose === "free" ? "Take control" : "Ask for control"}</b>
+      ${open && flying && home ? this.action(home, 0) : nothing}
+      <button class="act ask ${open ? "primary" : ""}" @click=${() => void this.model.takeControl()}>
+        <b>${open ? "Take control" : "Ask for control"}</b>
       </button>
     </div>`;
   }

@@ -81,6 +81,7 @@ function moreFacts(view: View, heartbeat: Heartbeat): TemplateResult {
     ${fact("Place", format.place(heartbeat.Latitude, heartbeat.Longitude), stale)}
     ${fact("From where it was armed", place(heartbeat["Local Position X"], heartbeat["Local Position Y"]), stale)}
     ${fact("Climbing", format.speed(heartbeat.Climb), stale)}
+    ${fact("Wind", format.wind(heartbeat["Wind Speed"], heartbeat["Wind From"]), stale)}
     ${fact("GPS", Satellites === null ? "–" : format.count(Satellites, "satellite", "satellites"), "")}
     ${fact("Battery voltage", Voltage === null ? "–" : `${Voltage.toFixed(1)} V`, "")}
     ${fact("Pictures looked through", rate === null ? "–" : `${rate.toFixed(1)} a second`, "")}

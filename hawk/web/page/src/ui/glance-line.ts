@@ -61,6 +61,7 @@ export class GlanceLine extends Part {
 const CHIP = {
   mine: "You have control",
   free: "Nobody has control",
+  lost: "Operator lost",
   other: "Someone else has control",
 };
 
@@ -71,9 +72,7 @@ function keptText(view: View): string {
 /** Why the motors cannot be cut; nothing if they can. */
 function cutReason(view: View): string {
   if (linkOf(view) === "never" || view.link !== "open") return "No link";
-  const whose = control(view);
-  if (whose === "other") return "Someone else has control";
-  if (whose === "free") return "Not in control";
+  if (control(view) === "other") return "Someone else has control";
   return isFlying(view.heartbeat) || view.heartbeat?.Armed !== false ? "" : "On the ground";
 }
 

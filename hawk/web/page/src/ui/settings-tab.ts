@@ -56,10 +56,16 @@ export class SettingsTab extends Part {
       return html`<div><b>You have control</b><span class="sub">Others watch; anyone may Hold.</span></div>
         <button @click=${() => void this.model.releaseControl()}>Give back control</button>`;
     }
-    const text = whose === "free" ? "Nobody has control" : whose === "other" ? "Someone else has control" : "Control is not known";
-    return html`<div><b>${text}</b><span class="sub">Take it in the bar at the bottom.</span></div>`;
+    return html`<div><b>${WHOSE[whose]}</b><span class="sub">Take it in the bar at the bottom.</span></div>`;
   }
 }
+
+const WHOSE = {
+  free: "Nobody has control",
+  lost: "The operator in control is lost",
+  other: "Someone else has control",
+  unknown: "Control is not known",
+};
 
 export function heights(view: View): TemplateResult {
   const [min, des, max] = view.heartbeat?.Heights ?? [];

@@ -40,12 +40,24 @@ export function safetyActions(view: View): { land: Action; hold: Action } {
   return { land: land(view), hold: hold(view) };
 }
 
-/** Whether this operator commands the drone; Return home and Land are also free to all when nobody does. */
-export function control(view: View): "mine" | "free" | "other" | "unknown" {
+export type Whose = "mine" | "free" | "lost" | "other" | "unknown";
+
+/** Whether this operator commands the drone; Return home, Land and Cut motors are also free to all when nobody does or the one who does is lost. */
+export function control(view: View): Whose {
   const heartbeat = view.heartbeat;
   if (!heartbeat || linkOf(view) !== "live") return "unknown";
   if (heartbeat["In Control"]) return "mine";
-  return heartbeat.Controller === null ? "free" : "other";
+  if (heartbeat.Controller === null) return "free";
+  return heartbeat["Controller Lost"] ? "lost" : "other";
+}
+
+/** What is said of control to those who watch. */
+export function watchingWords(view: View, whose: "free" | "lost" | "other"): { title: string; text: string } {
+  if (whose === "free") return { title: "Nobody has control.", text: "Take control to fly. You can watch without." };
+  if (whose === "lost") return { title: "The operator in control is lost.", text: "Take control to fly. Return home and Land are free to all." };
+  const taker = view.heartbeat?.["Control Taken By"] ?? null;
+  if (taker !== null) return { title: `${taker} has control.`, text: "It was taken while you were lost. You can Hold the drone at any time." };
+  return { title: "You are watching. Someone else has control.", text: "You can Hold the drone at any time." };
 }
 
 /** Why a command would not be taken from this operator now; empty when it would. */

@@ -80,6 +80,12 @@ export function direction(north: number, east: number): string {
   return COMPASS[(eighth + 8) % 8] ?? "north";
 }
 
+/** Wind: "5.2 m/s from the west"; `from` in radians clockwise from north. */
+export function wind(metresPerSecond: number | null, from: number | null): string {
+  if (metresPerSecond === null || from === null) return NONE;
+  return `${speed(metresPerSecond)} from the ${direction(Math.cos(from), Math.sin(from))}`;
+}
+
 function trim(value: number, digits: number): string {
   const text = value.toFixed(digits);
   return Number(text) === 0 ? (0).toFixed(digits) : text;

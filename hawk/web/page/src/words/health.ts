@@ -3,11 +3,15 @@ import type { HealthItem } from "../protocol.ts";
 const PARTS: Record<string, string> = {
   link: "Autopilot link",
   position: "Position",
+  ground: "On the ground or not",
+  home: "Home",
   vision: "Finding stalls",
   mapper: "Map",
   planner: "Route",
   camera: "Camera",
   recording: "Recording",
+  requests: "Requests to the autopilot",
+  tasks: "Parts of the program",
   loop: "Computer",
 };
 

@@ -1,0 +1,63 @@
+"""Keeps the autopilot's home at the arm place: sets it back when somebody moved it, and reports it."""
+
+from __future__ import annotations
+
+import math
+
+from hawk.ddc.acts import Acts, Ask, Log, Record, SetHome
+from hawk.ddc.facts import Facts, HomeFacts
+from hawk.ddc.home import HOME_WAIT_S, home_words
+from hawk.ddc.orders import Rank
+from hawk.ddc.states.base import State
+from hawk.model import GlobalPose
+
+SET_AGAIN_S = 1.0
+
+
+class HomeKeeper:
+    """Sets home back to the arm place when somebody moved it, and reports it."""
+
+    def __init__(self) -> None:
+        self._is_moved = False
+        self._gave_up = False
+        self._asked = -math.inf
+
+    def tick(self, facts: Facts, state: State) -> Acts:
+        """Return the acts of this tick."""
+        home = facts.position.autopilot_home
+        if home.moved_s is None:
+            return self._settle(home)
+        acts: Acts = ()
+        sets = may_set(facts, state)
+        if not self._is_moved:
+            self._is_moved = True
+            does = " Setting it back." if sets else ""
+            words = f"Home was moved. {home_words(home)}{does}"
+            acts = (Log("warning", words), Record("home moved", (("away", home.away),)))
+        if home.is_moved and sets and facts.now - self._asked >= SET_AGAIN_S:
+            acts += self._set(facts)
+        if home.is_moved and home.moved_s >= HOME_WAIT_S and not self._gave_up:
+            self._gave_up = True
+            does = (
+                "the drone would return there" if home.is_inside else "the drone lands where it would return by itself"
+            )
+            acts += (Log("error", f"Home stays moved: {does}.", home_words(home)),)
+        return acts
+
+    def _set(self, facts: Facts) -> Acts:
+        place = facts.position.arm_place
+        if place is None:
+            return ()
+        self._asked = facts.now
+        return (Ask(SetHome(GlobalPose(place.latitude, place.longitude, place.altitude)), facts.now),)
+
+    def _settle(self, home: HomeFacts) -> Acts:
+        was_moved, self._is_moved, self._gave_up = self._is_moved, False, False
+        if not was_moved or home.away is None:
+            return ()
+        return (Log("ok", "Home is at the arm place again."),)
+
+
+def may_set(facts: Facts, state: State) -> bool:
+    """Return True while home may be set back: armed, heard, and no pilot flies."""
+    return facts.link.is_up and facts.vehicle.armed and state.rank < Rank.PILOT

@@ -1,0 +1,98 @@
+"""Watches of the senses: how long a condition holds, which events the link has, which jumps came between two ticks."""
+
+from __future__ import annotations
+
+from hawk.ddc.facts import VehicleEvent
+from hawk.ddc.service_interface import DdcServiceInterface
+from hawk.ddc.topic_interface import DdcTopicInterface
+from hawk.model import LandedState, VehicleState
+
+LANDED_WAIT_S = 1.5
+"""A first heartbeat waits for the landed state that belongs to it, seconds."""
+
+
+class Stopwatch:
+    """Times how long a condition has held."""
+
+    def __init__(self) -> None:
+        self._since: float | None = None
+
+    def update(self, holds: bool, now: float) -> float | None:
+        """Return the seconds since the condition began to hold; None while it does not."""
+        if not holds:
+            self._since = None
+        elif self._since is None:
+            self._since = now
+        return self.read(now)
+
+    def read(self, now: float) -> float | None:
+        """Return the seconds since the condition began to hold, as of the last update."""
+        return None if self._since is None else now - self._since
+
+
+class LinkWatch:
+    """Compares successive states of the autopilot: found, lost, heard again, mode changed by someone else."""
+
+    def __init__(self, topics: DdcTopicInterface, service: DdcServiceInterface) -> None:
+        self._topics = topics
+        self._service = service
+        self._first_heard: float | None = None
+        self._found = False
+        self._linked = False
+        self._mode: int | None = None
+        self.mode_changed_at = float("-inf")
+        """Time of the last change of the mode, seconds."""
+
+    @property
+    def is_up(self) -> bool:
+        """True when the autopilot was found and is heard."""
+        return self._found and self._linked
+
+    def observe(self, vehicle: VehicleState, now: float) -> tuple[VehicleEvent, ...]:
+        """Return the events since the last call, in order. ``vehicle``: the state that is believed."""
+        healthy = self._topics.get_link_health().is_healthy
+        if not self._found:
+            return self._look_for_it(healthy, vehicle, now)
+        events: list[VehicleEvent] = []
+        if healthy != self._linked:
+            self._linked = healthy
+            events.append(VehicleEvent.LINK_BACK if healthy else VehicleEvent.LINK_LOST)
+        if healthy and self._mode_is_foreign(vehicle.custom_mode, now) and VehicleEvent.LINK_BACK not in events:
+            events.append(VehicleEvent.FOREIGN_MODE)
+        return tuple(events)
+
+    def _mode_is_foreign(self, mode: int | None, now: float) -> bool:
+        if mode == self._mode:
+            return False
+        self._mode = mode
+        self._service.settle_mode(mode)
+        self.mode_changed_at = now
+        return not self._service.asked_for(mode)
+
+    def _look_for_it(self, healthy: bool, vehicle: VehicleState, now: float) -> tuple[VehicleEvent, ...]:
+        if not healthy:
+            return ()
+        if self._first_heard is None:
+            self._first_heard = now
+        known = vehicle.landed is not LandedState.UNDEFINED or not vehicle.armed
+        if not known and now - self._first_heard < LANDED_WAIT_S:
+            return ()
+        self._found = self._linked = True
+        self._mode = vehicle.custom_mode
+        return (VehicleEvent.FOUND,)
+
+
+class Jumps:
+    """Collects the jumps of one kind between two ticks."""
+
+    def __init__(self) -> None:
+        self._metres = 0.0
+
+    def note(self, metres: float) -> None:
+        """Keep the largest jump."""
+        self._metres = max(self._metres, abs(metres))
+
+    def take(self) -> float:
+        """Return the largest jump since the last call, metres."""
+        taken, self._metres = self._metres, 0.0
+        return taken

@@ -1,0 +1,113 @@
+"""Long-running tasks, each reported and started again when it ends; and an exit that cannot hang."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import os
+import threading
+import time
+from collections.abc import Awaitable, Callable, Coroutine
+from typing import Any, Final
+
+from hawk.model import Health
+
+_LOG = logging.getLogger(__name__)
+
+PAUSE_S: Final = 1.0
+"""Real seconds before a task that ended is started again."""
+RECENT_S: Final = 30.0
+"""Real seconds for which an ended task makes the program unhealthy."""
+HUNG_STATUS: Final = 70
+"""Exit status of a program that leaves because it hangs: EX_SOFTWARE of sysexits.h."""
+_WORDS_S: Final = 0.2
+
+
+class Supervisor:
+    """Owns long-running tasks. None of them may end: one that does is reported and started again."""
+
+    def __init__(
+        self,
+        report: Callable[[str, str], None] = lambda _name, _words: None,
+        pause_s: float = PAUSE_S,
+        monotonic: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """``report`` receives name and reason of each task that ended; ``pause_s`` as PAUSE_S."""
+        self._report = report
+        self._pause = pause_s
+        self._monotonic = monotonic
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._ended: dict[str, tuple[float, str]] = {}
+
+    def start(self, name: str, work: Callable[[], Awaitable[None]]) -> asyncio.Task[None]:
+        """Run ``work`` until the returned task is cancelled; needs the running loop."""
+        task = asyncio.get_running_loop().create_task(self._keep(name, work), name=name)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+        return task
+
+    @property
+    def health(self) -> Health:
+        """Unhealthy while a task ended within RECENT_S."""
+        now = self._monotonic()
+        recent = [f"{name} ended: {words}" for name, (at, words) in self._ended.items() if now - at <= RECENT_S]
+        return Health.bad("; ".join(recent)) if recent else Health()
+
+    async def close(self) -> None:
+        """Cancel every task and wait until it has ended."""
+        tasks = tuple(self._tasks)
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    async def _keep(self, name: str, work: Callable[[], Awaitable[None]]) -> None:
+        while True:
+            words = "it returned"
+            try:
+                await work()
+            except asyncio.CancelledError:
+                if _is_being_cancelled():
+                    raise
+                words = "something in it was cancelled"
+            except Exception as error:
+                _LOG.exception("%s ended", name)
+                words = f"{type(error).__name__}: {error}"
+            self._tell(name, words)
+            await asyncio.sleep(self._pause)
+
+    def _tell(self, name: str, words: str) -> None:
+        self._ended[name] = (self._monotonic(), words)
+        try:
+            self._report(name, words)
+        except Exception:  # the report must not cost the task
+            _LOG.exception("the end of %s could not be told", name)
+
+
+async def until_first_ends(*works: Coroutine[Any, Any, None]) -> None:
+    """Run coroutines beside each other; when one ends, cancel the others. Raises the error of one that failed."""
+    tasks = [asyncio.ensure_future(work) for work in works]
+    try:
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        for task in tasks:
+            task.cancel()
+        ended = await asyncio.gather(*tasks, return_exceptions=True)
+    for outcome in ended:
+        if isinstance(outcome, Exception):
+            raise outcome
+
+
+def leave_at_once(words: str, status: int = HUNG_STATUS, leave: Callable[[int], None] = os._exit) -> None:
+    """End this process without waiting for anything: no thread, no file, no exit handler. The journal is on the disk.
+
+    The log gets ``words`` if it takes them within 0.2 s.
+    """
+    telling = threading.Thread(target=_LOG.critical, args=("%s", words), daemon=True)
+    telling.start()
+    telling.join(_WORDS_S)
+    leave(status)
+
+
+def _is_being_cancelled() -> bool:
+    task = asyncio.current_task()
+    return task is not None and task.cancelling() > 0

@@ -1,0 +1,83 @@
+"""Guesses of the token: each wrong one makes its address wait longer before the next is looked at."""
+
+from __future__ import annotations
+
+import ipaddress
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+from aiohttp import web
+
+FREE_GUESSES: Final = 5
+"""Wrong tokens without a wait: a person mistypes."""
+FIRST_WAIT_S: Final = 1.0
+LONGEST_WAIT_S: Final = 30.0
+"""Real seconds; the wait doubles with each wrong token. An address that guesses on gets two looks a minute."""
+FORGOTTEN_S: Final = 600.0
+"""Real seconds without a wrong token after which an address begins again."""
+ADDRESS_LIMIT: Final = 1024
+"""Addresses that are remembered; beyond it the one whose last guess is oldest is forgotten."""
+
+
+@dataclass(slots=True)
+class _Record:
+    wrong: int
+    last: float
+    blocked_until: float
+
+
+class TokenGuesses:
+    """Counts wrong tokens by address. Times are real seconds."""
+
+    def __init__(self, monotonic: Callable[[], float]) -> None:
+        self._monotonic = monotonic
+        self._records: OrderedDict[str, _Record] = OrderedDict()
+        self.total = 0
+        """Wrong tokens since the start."""
+
+    def __len__(self) -> int:
+        return len(self._records)
+
+    def wait_s(self, address: str) -> float:
+        """Return the seconds until a token from this address is looked at; 0 when it is looked at now."""
+        record = self._records.get(address)
+        return 0.0 if record is None else max(0.0, record.blocked_until - self._monotonic())
+
+    def wrong(self, address: str) -> int:
+        """Note a wrong token; return how many have come from this address."""
+        now = self._monotonic()
+        record = self._records.pop(address, None)
+        if record is None or now - record.last > FORGOTTEN_S:
+            record = _Record(0, now, now)
+        record.wrong += 1
+        record.last = now
+        over = record.wrong - FREE_GUESSES
+        if over > 0:
+            record.blocked_until = now + min(LONGEST_WAIT_S, FIRST_WAIT_S * 2.0 ** min(over - 1, 16))
+        self._records[address] = record
+        self.total += 1
+        if len(self._records) > ADDRESS_LIMIT:
+            self._records.popitem(last=False)
+        return record.wrong
+
+    def right(self, address: str) -> None:
+        """Forget the wrong tokens of an address that sent the right one."""
+        self._records.pop(address, None)
+
+
+GUESSES = web.AppKey("guesses", TokenGuesses)
+
+
+def network_of(host: str | None) -> str:
+    """Return the address that counts as one guest: of IPv6 the first 64 bits, which one guest can vary within."""
+    try:
+        address = ipaddress.ip_address((host or "").partition("%")[0])
+    except ValueError:
+        return host or ""
+    if isinstance(address, ipaddress.IPv6Address):
+        if address.ipv4_mapped is not None:
+            return str(address.ipv4_mapped)
+        return str(ipaddress.ip_network((address, 64), strict=False).network_address)
+    return str(address)

@@ -1,0 +1,126 @@
+"""A daemon that crashes again and again before it has found its autopilot, while the drone flies or stands."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import signal
+import sys
+import time
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+
+from hawk.model import FlightSoFar, GlobalPose
+from hawk.simulation import free_udp_port
+from hawk.store.journal import FlightJournal
+from tests.integration.sim_support import free_tcp_port
+
+pytestmark = [pytest.mark.integration]
+
+CRASHED = 70
+PATIENCE_S = 30.0
+PROGRAM = f"""
+import os, sys
+import hawk.cli
+from hawk.comm.autopilot import MavsdkAutopilot
+
+async def crash(self):
+    os._exit({CRASHED})
+
+MavsdkAutopilot.start = crash
+sys.exit(hawk.cli.main(["run", *sys.argv[1:]]))
+"""
+WAITS = "import sys, hawk.cli; sys.exit(hawk.cli.main(['run', *sys.argv[1:]]))"
+IGNORES = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN); " + WAITS
+STAYS_AWAY = "the autopilot's failsafe has the drone"
+
+
+async def journal_of_a_flight(folder: Path, age_s: float) -> None:
+    """Write what a daemon has journalled that crashed in the air at this age."""
+    journal = FlightJournal(folder / "journal")
+    journal.set_datum(GlobalPose(43.26, -79.92, 100.0))
+    journal.set_flight(FlightSoFar(30.0, 40.0, time.time() - age_s))
+    await journal.close()
+
+
+@contextlib.asynccontextmanager
+async def started(folder: Path, program: str = PROGRAM, *more: str) -> AsyncIterator[asyncio.subprocess.Process]:
+    own = ["--store", str(folder), "--port", str(free_tcp_port()), "--camera", f"http://127.0.0.1:{free_tcp_port()}/"]
+    made = await asyncio.create_subprocess_exec(
+        sys.executable, "-c", program, *own, *more, "--autopilot", f"udpin://127.0.0.1:{free_udp_port()}",
+        stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.PIPE,
+    )  # fmt: skip
+    try:
+        yield made
+    finally:
+        if made.returncode is None:
+            made.kill()
+        await made.wait()
+
+
+async def stays_away(made: asyncio.subprocess.Process) -> bool:
+    """Return True when it leaves the drone to the autopilot, False when it crashed."""
+    assert made.stderr is not None
+    async with asyncio.timeout(PATIENCE_S):
+        while line := await made.stderr.readline():
+            if STAYS_AWAY in line.decode():
+                return True
+        assert await made.wait() == CRASHED
+    return False
+
+
+async def test_crashes_before_the_link_is_found_count_while_the_flight_goes_on(tmp_path: Path) -> None:
+    await journal_of_a_flight(tmp_path, age_s=1.0)
+    for _ in range(2):
+        async with started(tmp_path) as made:
+            assert not await stays_away(made)
+    async with started(tmp_path) as made:
+        assert await stays_away(made)
+        made.send_signal(signal.SIGTERM)
+        async with asyncio.timeout(PATIENCE_S):
+            assert await made.wait() == 0
+    async with started(tmp_path) as made:
+        assert await stays_away(made), "an orderly end takes nothing back but its own start"
+
+
+async def test_a_lost_terminal_does_not_end_a_flight(tmp_path: Path) -> None:
+    await journal_of_a_flight(tmp_path, age_s=1.0)
+    for _ in range(2):
+        async with started(tmp_path) as made:
+            assert not await stays_away(made)
+    async with started(tmp_path) as made:
+        assert await stays_away(made)
+        made.send_signal(signal.SIGHUP)
+        assert made.stderr is not None
+        async with asyncio.timeout(PATIENCE_S):
+            while b"the flight goes on" not in await made.stderr.readline():
+                assert made.returncode is None
+        made.terminate()
+        async with asyncio.timeout(PATIENCE_S):
+            assert await made.wait() == 0
+
+
+@pytest.mark.parametrize(("program", "status"), [(WAITS, 0), (IGNORES, -signal.SIGKILL)])
+async def test_on_the_ground_a_lost_terminal_ends_it_in_order_unless_nohup_says_no(
+    tmp_path: Path, program: str, status: int
+) -> None:
+    async with started(tmp_path, program) as made:
+        assert made.stdout is not None
+        async with asyncio.timeout(PATIENCE_S):
+            await made.stdout.readline()  # the page's address: it runs
+        made.send_signal(signal.SIGHUP)
+        if status != 0:
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(made.wait(), 1.0)
+            made.kill()
+        async with asyncio.timeout(PATIENCE_S):
+            assert await made.wait() == status
+
+
+async def test_on_the_ground_every_start_opens_the_link(tmp_path: Path) -> None:
+    await journal_of_a_flight(tmp_path, age_s=500.0)
+    for _ in range(3):
+        async with started(tmp_path) as made:
+            assert not await stays_away(made)

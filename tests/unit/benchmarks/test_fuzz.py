@@ -1,0 +1,110 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from benchmarks.fuzz.__main__ import figures
+from benchmarks.fuzz.answers import id_of, problem_with
+from benchmarks.fuzz.cases import Case, Cases
+from benchmarks.fuzz.run import Result, Run
+from hawk.comm.messages import Ack, Command, Outgoing, parse_command
+from hawk.comm.status import ClientId
+
+MESSAGES = 3000
+
+
+@pytest.mark.slow
+async def test_some_thousand_fuzzed_messages_find_nothing(tmp_path: Path) -> None:
+    result = await Run(tmp_path, 1, MESSAGES).run()
+    assert result.findings == []
+    assert result.messages == MESSAGES
+    assert result.accepted > MESSAGES / 20, "valid commands are among them"
+    assert result.refused > MESSAGES / 2
+    assert result.connections > MESSAGES / 100
+    assert result.witnessed == 2 * -(-MESSAGES // 32)
+    assert len(result.reasons) > 50
+
+
+async def test_a_defect_behind_a_command_is_found(tmp_path: Path) -> None:
+    def broken(client: ClientId, command: Command) -> Outgoing:
+        raise RuntimeError("a defect")
+
+    run = Run(tmp_path, 1, 320)
+    run.house.side.socket.attach(broken)
+    result = await run.run()
+    assert any("a defect" in finding for finding in result.findings)
+
+
+async def test_a_lost_answer_is_found(tmp_path: Path) -> None:
+    run = Run(tmp_path, 1, 64)
+    send = run.house.side.hub.send_to
+    answers: list[str] = []
+
+    def lossy(client: ClientId, text: str) -> None:
+        answers.append(text)
+        if len(answers) % 20:
+            send(client, text)
+
+    run.house.side.socket._send_to = lossy
+    result = await run.run()
+    assert any("messages" in finding or "witness" in finding for finding in result.findings)
+
+
+def test_cases_depend_on_seed_and_number_only() -> None:
+    first, again, other = Cases(1), Cases(1), Cases(2)
+    drawn = [first.at(number) for number in range(200)]
+    assert [again.at(number) for number in reversed(range(200))] == drawn[::-1]
+    assert [other.at(number) for number in range(200)] != drawn
+
+
+def test_many_cases_are_valid_commands() -> None:
+    valid, cases = 0, Cases(1)
+    for number in range(500):
+        case = cases.at(number)
+        try:
+            valid += isinstance(case.message, str) and bool(parse_command(case.message))
+        except ValueError:
+            continue
+    assert valid > 100
+
+
+def refusal(reason: str) -> dict[str, Any]:
+    answer: dict[str, Any] = json.loads(Ack(id=1, accepted=False, reason=reason).to_json())
+    return answer
+
+
+@pytest.mark.parametrize(
+    ("message", "reason", "problem"),
+    [
+        ('{"Type": "Hold", "Fast": 1}', "Fast: is no key of a Hold; leave it out", ""),
+        ('{"Type": "Hold", "Fast": 1}', "Something is wrong with it.", "names no field"),
+        ('{"Type": "Hold", "Fast": 1}', "Slow: is no key; leave it out", "not at fault"),
+        ('{"Type": "Hold", "Fast": 1}', "Fast: is not permitted", "no remedy"),
+        ('{"Type": "Hold", "Fast": 1}', "", "0 characters"),
+        ('{"Type": "Hold"}', "On the ground.", ""),
+        ('{"Type": "Hold"}', "no way at all", "no sentence"),
+        (b"\x00", "message: is binary; send JSON text", ""),
+        (b"\x00", "On the ground.", "binary"),
+    ],
+)
+def test_a_refusal_is_judged(message: str | bytes, reason: str, problem: str) -> None:
+    found = problem_with(Case(message), refusal(reason))
+    assert problem in found
+    assert bool(found) == bool(problem)
+
+
+@pytest.mark.parametrize(
+    ("message", "found"),
+    [('{"Id": 7}', 7), ('{"Id": "a"}', "a"), ('{"Id": true}', None), ("[1]", None), ("{", None), (b"\xff", None)],
+)
+def test_the_id_of_a_message_is_that_of_its_answer(message: str | bytes, found: str | int | None) -> None:
+    assert id_of(message) == found
+
+
+def test_a_finding_misses_the_limit() -> None:
+    shown = {figure.key: figure for figure in figures(Result(messages=10, seconds=2.0, findings=["x"]))}
+    assert shown["fuzz_per_s"].value == 5.0
+    assert shown["fuzz_findings"].passed is False

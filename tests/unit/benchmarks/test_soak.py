@@ -1,0 +1,91 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from benchmarks.figures import Figure
+from benchmarks.soak import (
+    COUNTS,
+    LEAST_MIN,
+    Flights,
+    Sample,
+    after_warm_up,
+    figures,
+    growth,
+    make_parser,
+    problem,
+    read_metrics,
+    slope,
+)
+
+Curve = Callable[[float], float]
+
+
+def run(minutes: int, memory: Curve = lambda _: 200.0, heap: Curve = lambda _: 5.0, **counts: Curve) -> list[Sample]:
+    flat: dict[str, Curve] = {name: lambda _: 20.0 for name in COUNTS} | counts
+    return [
+        Sample(float(m), memory(m), heap(m), {name: curve(m) for name, curve in flat.items()})
+        for m in range(minutes + 1)
+    ]
+
+
+def by_key(samples: list[Sample], flights: Flights | None = None) -> dict[str, Figure]:
+    return {figure.key: figure for figure in figures(samples, flights or Flights(finished=9))}
+
+
+def test_a_run_in_which_nothing_grows_passes() -> None:
+    found = by_key(run(120))
+    assert all(figure.passed is not False for figure in found.values())
+    assert found["soak_memory_slope"].value == pytest.approx(0.0, abs=1e-9)
+    assert problem(run(120), Flights(finished=9)) == ""
+
+
+def test_memory_that_fills_in_the_warm_up_is_no_growth() -> None:
+    assert by_key(run(120, memory=lambda m: 100.0 + 10 * min(m, 15)))["soak_memory_slope"].passed is True
+
+
+@pytest.mark.parametrize(("per_hour", "passed"), [(0.9, True), (1.1, False)])
+def test_memory_and_heap_may_grow_by_one_per_cent_an_hour(per_hour: float, passed: bool) -> None:
+    def rising(minute: float) -> float:
+        return 200.0 * (1 + per_hour / 100 * (minute - 70) / 60)
+
+    assert by_key(run(120, memory=rising))["soak_memory_slope"].passed is passed
+    assert by_key(run(120, heap=rising))["soak_heap_slope"].passed is passed
+
+
+@pytest.mark.parametrize("name", COUNTS)
+def test_a_leak_of_one_a_minute_is_found(name: str) -> None:
+    found = by_key(run(120, **{name: lambda minute: 20.0 + minute}))
+    assert found[f"soak_{name}_growth"].passed is False
+
+
+def test_a_short_run_is_not_judged() -> None:
+    found = by_key(run(5, memory=lambda m: 100.0 + 50 * m))
+    assert found["soak_memory_slope"].passed is None
+    assert found["soak_tasks_growth"].passed is None
+    assert "VOID" in problem(run(5), Flights(finished=1))
+    assert LEAST_MIN <= 120 - 20
+
+
+def test_no_flight_is_a_failure_and_failed_ones_are_told() -> None:
+    assert by_key(run(120), Flights())["soak_flights"].passed is False
+    assert "the link was lost" in problem(run(120), Flights(3, ["the link was lost"]))
+
+
+def test_too_few_samples_have_no_slope() -> None:
+    assert after_warm_up([]) == []
+    assert slope(run(1), lambda s: s.memory_mb) is None
+    assert growth(run(1), "tasks") is None
+    assert by_key([])["soak_minutes"].value is None
+
+
+def test_metrics_with_labels_are_added_up() -> None:
+    text = '# TYPE hawk_queued gauge\nhawk_queued{queue="a"} 3.0\nhawk_queued{queue="b"} 4.0\nhawk_tasks 12.0\n'
+    assert read_metrics(text) == {"queued": 7.0, "tasks": 12.0}
+
+
+@pytest.mark.parametrize("speed", ["0.4", "4.1", "fast"])
+def test_a_speed_that_the_simulator_does_not_have_is_refused(speed: str) -> None:
+    with pytest.raises(SystemExit):
+        make_parser().parse_args(["--speed", speed])

@@ -1,0 +1,268 @@
+"""The autopilot's failsafes: each parameter alone decides, only listed values pass, and nothing unread passes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hawk.ddc.battery_thresholds import THRESHOLD_NAMES, possible_cells
+from hawk.ddc.failsafes import (
+    ALL_NAMES,
+    HIGHEST_ID_NAME,
+    NOT_READ,
+    RETURN_ALTITUDE_NAMES,
+    WATCHED_ID_NAMES,
+    AutopilotView,
+    FailsafeCheck,
+    check_failsafes,
+    return_altitude,
+    wanted_values,
+    watched_names,
+)
+from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, SAFE_PARAMETERS
+
+VIEW = AutopilotView(245, cells=(3,), fence_on=True)
+SAFE: dict[str, float | None] = dict(SAFE_PARAMETERS)
+SAFE_47: dict[str, float | None] = {
+    **{name: value for name, value in SAFE.items() if name not in ("SYSID_MYGCS", "RTL_ALT")},
+    "MAV_GCS_SYSID": 245.0,
+    "MAV_GCS_SYSID_HI": 0.0,
+    "RTL_ALT_M": 15.0,
+}
+CHECK_OF = {
+    "FS_GCS_ENABLE": "Ground-station failsafe",
+    "FS_GCS_TIMEOUT": "Ground-station failsafe",
+    "SYSID_MYGCS": "Ground-station failsafe",
+    "MAV_GCS_SYSID": "Ground-station failsafe",
+    "MAV_GCS_SYSID_HI": "Ground-station failsafe",
+    "FS_OPTIONS": "Pilot keeps control",
+    "FS_THR_ENABLE": "Remote-control failsafe",
+    "FS_EKF_ACTION": "Position failsafe",
+    "FS_EKF_THRESH": "Position failsafe",
+    "FENCE_ENABLE": "Fence in the autopilot",
+    "FENCE_ACTION": "Fence in the autopilot",
+    "FENCE_TYPE": "Fence in the autopilot",
+    "BATT_FS_LOW_ACT": "Battery failsafe",
+    "BATT_FS_CRT_ACT": "Battery failsafe",
+    "BATT_LOW_VOLT": "Battery thresholds",
+    "BATT_LOW_MAH": "Battery thresholds",
+    "BATT_LOW_TIMER": "Battery thresholds",
+    "BATT_CAPACITY": "Battery thresholds",
+}
+RIGHT: dict[str, set[float]] = {
+    "FS_GCS_ENABLE": {1, 3, 4, 5, 6},
+    "FS_THR_ENABLE": {1, 3, 4, 5, 6},
+    "FS_EKF_ACTION": {1, 3},
+    "FENCE_ENABLE": {1},
+    "FENCE_ACTION": {1, 2, 3, 4, 5},
+    "FENCE_TYPE": {5, 7},
+    "BATT_FS_LOW_ACT": {1, 2, 3, 4, 6},
+    "BATT_FS_CRT_ACT": {0, 1, 2, 3, 4, 6},
+}
+"""Written down apart from the program."""
+BOUNDS = {
+    "FS_GCS_TIMEOUT": ((3, 5, 10), (0, 2.9, 11, 120)),
+    "FS_EKF_THRESH": ((0.6, 0.8, 0.800000011920929, 1.0), (0, -1, 0.5, 1.1)),
+    "BATT_LOW_VOLT": ((9.9, 10.5, 11.7), (0, 9.8, 11.8, 14.0)),
+    "BATT_LOW_TIMER": ((1, 10, 30), (0, 31, 120)),
+}
+
+
+def failed(values: Mapping[str, float | None], view: AutopilotView = VIEW) -> list[FailsafeCheck]:
+    return [check for check in check_failsafes(values, view) if not check.passed]
+
+
+@pytest.mark.parametrize("values", [SAFE, SAFE_47], ids=["before 4.7", "4.7"])
+def test_what_is_safe_passes(values: dict[str, float | None]) -> None:
+    assert failed(values) == []
+    assert wanted_values(values, 245) == {}
+
+
+@pytest.mark.parametrize("name", CHECK_OF)
+def test_a_parameter_that_was_not_read_has_not_passed(name: str) -> None:
+    whole = SAFE if name in SAFE else SAFE_47
+    values = {key: value for key, value in whole.items() if key != name}
+    (check,) = failed(values)
+    assert (check.name, check.value) == (CHECK_OF[name], NOT_READ)
+    assert not check.is_read
+    assert name in watched_names(values)
+
+
+def test_every_parameter_that_decides_is_read() -> None:
+    assert set(watched_names({})) == set(ALL_NAMES)
+    assert {*CHECK_OF, *RETURN_ALTITUDE_NAMES} == set(ALL_NAMES)
+
+
+@pytest.mark.parametrize(("name", "value"), [(name, value) for name in RIGHT for value in [*range(-1, 17), 0.5]])
+def test_only_the_listed_values_pass(name: str, value: float) -> None:
+    found = failed({**SAFE, name: value})
+    assert [check.name for check in found] == ([] if value in RIGHT[name] else [CHECK_OF[name]])
+    for check in found:
+        assert check.consequence
+        assert check.remedy
+        assert check.can_be_set
+        after = {**SAFE, name: value, **wanted_values({**SAFE, name: value}, 245)}
+        assert failed(after) == []
+
+
+@pytest.mark.parametrize(("name", "value"), [(name, value) for name, (right, _) in BOUNDS.items() for value in right])
+def test_a_threshold_within_its_bounds_passes(name: str, value: float) -> None:
+    assert failed({**SAFE, name: value}) == []
+
+
+@pytest.mark.parametrize(("name", "value"), [(name, value) for name, (_, wrong) in BOUNDS.items() for value in wrong])
+def test_a_threshold_beyond_its_bounds_does_not_pass(name: str, value: float) -> None:
+    (check,) = failed({**SAFE, name: value})
+    assert check.name == CHECK_OF[name]
+    assert check.consequence
+    assert check.remedy
+    assert check.can_be_set is (name not in THRESHOLD_NAMES)
+
+
+def test_terminate_does_not_return_home() -> None:
+    (check,) = failed({**SAFE, "BATT_FS_LOW_ACT": 5.0})
+    assert check.value == "cuts the motors (BATT_FS_LOW_ACT 5)"
+
+
+def test_another_station_must_not_keep_the_failsafe_quiet() -> None:
+    assert failed({**SAFE_47, HIGHEST_ID_NAME: 245.0}) == []
+    assert failed({**SAFE_47, HIGHEST_ID_NAME: None}) == []
+    (check,) = failed({**SAFE_47, HIGHEST_ID_NAME: 255.0})
+    assert check.value == "watches every station from 245 to 255: any of them keeps it quiet"
+    assert wanted_values({**SAFE_47, HIGHEST_ID_NAME: 255.0}, 245) == {HIGHEST_ID_NAME: 0.0}
+
+
+@pytest.mark.parametrize("watched", [0.0, 1.0, 244.0, 246.0, 255.0])
+def test_the_watched_station_must_be_this_one(watched: float) -> None:
+    (check,) = failed({**SAFE, "SYSID_MYGCS": watched})
+    assert check.value == f"watches station {watched:.0f}, this is 245"
+
+
+def test_a_fence_that_a_switch_turned_off_does_not_pass() -> None:
+    (check,) = failed(SAFE, AutopilotView(245, (3,), fence_on=False))
+    assert (check.value, check.can_be_set) == ("switched off", False)
+    (check,) = failed(SAFE, AutopilotView(245, (3,), fence_on=None))
+    assert check.value == NOT_READ
+
+
+# -- thresholds of the battery ----------------------------------------------------------------------------------------
+
+
+def thresholds(view: AutopilotView = VIEW, **changed: float) -> FailsafeCheck:
+    return check_failsafes({**SAFE, **changed}, view)[-1]
+
+
+def test_thresholds_that_are_off_never_trigger() -> None:
+    check = thresholds(BATT_LOW_VOLT=0, BATT_LOW_MAH=0)
+    assert not check.passed
+    assert check.value == "off: BATT_LOW_VOLT and BATT_LOW_MAH are 0"
+    assert check.remedy == "Set BATT_LOW_VOLT in the autopilot to 10.5 V, 3.5 V for each of 3 cells."
+    assert not check.can_be_set
+
+
+def test_the_default_of_three_cells_is_too_late_for_four() -> None:
+    check = thresholds(AutopilotView(245, (4,), True))
+    assert not check.passed
+    assert "2.62 V a cell of 4" in check.value
+    assert "14.0 V" in check.remedy
+    assert thresholds(AutopilotView(245, (4,), True), BATT_LOW_VOLT=14.0).passed
+
+
+@pytest.mark.parametrize(
+    ("charge", "passes"), [(0, False), (100, False), (330, True), (660, True), (1980, True), (2200, False)]
+)
+def test_the_charge_alone_may_trigger(charge: float, passes: bool) -> None:
+    assert thresholds(BATT_LOW_VOLT=0, BATT_LOW_MAH=charge).passed is passes
+
+
+def test_a_charge_that_triggers_in_time_stands_for_a_voltage_that_does_not() -> None:
+    assert thresholds(BATT_LOW_VOLT=9.0, BATT_LOW_MAH=660).passed
+    assert thresholds(BATT_LOW_TIMER=0, BATT_LOW_MAH=660).passed
+    assert not thresholds(BATT_LOW_VOLT=14.0, BATT_LOW_MAH=660).passed
+
+
+def test_unknown_cells_do_not_pass_and_name_the_setting() -> None:
+    check = thresholds(AutopilotView(245, (), True))
+    assert not check.passed
+    assert "flight.battery_cells" in check.remedy
+
+
+def test_a_battery_that_may_be_one_of_two_must_fit_both() -> None:
+    check = thresholds(AutopilotView(245, (5, 6), True), BATT_LOW_VOLT=17.5)
+    assert not check.passed
+    assert "flight.battery_cells" in check.remedy
+    assert thresholds(AutopilotView(245, (5,), True), BATT_LOW_VOLT=17.5).passed
+
+
+@pytest.mark.parametrize(
+    ("voltage", "cells"),
+    [
+        (12.6, (3,)),
+        (10.6, (3,)),
+        (12.0, (3,)),
+        (16.8, (4,)),
+        (14.1, (4,)),
+        (21.0, (5, 6)),
+        (25.2, (6,)),
+        (50.4, (12, 14)),
+        (13.3, ()),
+        (0.0, ()),
+        (None, ()),
+    ],
+)
+def test_the_cells_by_the_voltage_at_rest(voltage: float | None, cells: tuple[int, ...]) -> None:
+    assert possible_cells(voltage, None) == cells
+    assert possible_cells(voltage, 6) == (6,)
+
+
+@given(st.sampled_from([2, 3, 4, 6, 8]), st.floats(3.5, 4.2))
+def test_the_true_cells_are_among_the_possible_ones(count: int, each: float) -> None:
+    assert count in possible_cells(count * each, None)
+
+
+# -- Set Failsafes ----------------------------------------------------------------------------------------------------
+
+
+@given(
+    st.dictionaries(st.sampled_from(sorted(RIGHT)), st.integers(-1, 63).map(float)),
+    st.sampled_from(["MAV_GCS_SYSID", "SYSID_MYGCS"]),
+    st.integers(1, 255),
+    st.integers(0, 63),
+    st.none() | st.integers(0, 255),
+)
+def test_what_is_wanted_always_makes_the_checks_pass(
+    found: dict[str, float], name: str, watched: int, options: int, highest: int | None
+) -> None:
+    whole = SAFE if name == "SYSID_MYGCS" else {**SAFE_47, HIGHEST_ID_NAME: highest}
+    values = {**whole, **found, name: float(watched), "FS_OPTIONS": float(options)}
+    after = {**values, **wanted_values(values, 245)}
+    assert failed(after) == []
+    assert wanted_values(after, 245) == {}
+    assert int(after["FS_OPTIONS"] or 0) & options == options
+
+
+def test_it_never_writes_a_threshold_of_the_battery() -> None:
+    assert not set(wanted_values({}, 245)) & set(THRESHOLD_NAMES)
+
+
+def test_the_defaults_of_arducopter_pass_after_it() -> None:
+    values: dict[str, float | None] = dict(DEFAULT_PARAMETERS)
+    assert [check.name for check in failed(values) if not check.can_be_set] == []
+    assert failed({**values, **wanted_values(values, 245)}) == []
+
+
+def test_a_name_is_given_up_only_when_the_other_one_answers() -> None:
+    for newer, older in (WATCHED_ID_NAMES, RETURN_ALTITUDE_NAMES):
+        assert {newer, older} <= set(watched_names({}))
+        assert {newer, older} <= set(watched_names({newer: None}))
+        assert set(watched_names({newer: 1.0})) & {newer, older} == {newer}
+        assert set(watched_names({older: 1.0})) & {newer, older} == {older}
+
+
+def test_the_return_altitude_in_either_unit() -> None:
+    assert return_altitude({"RTL_ALT_M": 30.0}) == 30
+    assert return_altitude({"RTL_ALT_M": None, "RTL_ALT": 1500.0}) == 15
+    assert return_altitude({}) is None

@@ -1,0 +1,209 @@
+"""The reader of the autopilot's parameters: quick, never by old values, watching in flight."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import replace
+
+import pytest
+
+from hawk.comm.messages import CompulsiveMove
+from hawk.ddc.acts import Act, Ask, Log, ReadParameter, SetParameters
+from hawk.ddc.facts import Answer, Facts
+from hawk.ddc.failsafes import ALL_NAMES, DECIDING_NAMES, HIGHEST_ID_NAME, check_failsafes
+from hawk.ddc.parameters import AT_ONCE, ParameterReader
+from hawk.model import StateName
+from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, SAFE_PARAMETERS, Rig
+from tests.unit.ddc.test_failsafes import SAFE_47, VIEW
+from tests.unit.ddc.written_facts import flying, on_ground
+
+
+class Bench:
+    """A reader and an autopilot that answers at the next tick, except for ``silent`` names."""
+
+    def __init__(self, values: Mapping[str, float | None], silent: frozenset[str] = frozenset()) -> None:
+        self.reader = ParameterReader(245)
+        self.values = dict(values)
+        self.silent = silent
+        self.now = 100.0
+        self.asked: list[str] = []
+        self.most = 0
+        self.told: list[Log] = []
+        self.sets: list[SetParameters] = []
+        self._open: list[tuple[float, Ask]] = []
+        self.answer_s, self.silence_s = 0.1, 2.0
+
+    def facts(self) -> Facts:
+        answers = [self._answer(due, ask) for due, ask in self._open]
+        return replace(on_ground(flying(self.now)), answers=tuple(answers))
+
+    def tick(self) -> None:
+        self.now += 0.05
+        acts: tuple[Act, ...] = self.reader.tick(self.facts())
+        for act in acts:
+            if isinstance(act, Log):
+                self.told.append(act)
+            elif isinstance(act, Ask):
+                self._start(act)
+        self.most = max(self.most, sum(due > self.now for due, _ in self._open))
+
+    def run(self, seconds: float) -> None:
+        for _ in range(round(seconds / 0.05)):
+            self.tick()
+
+    def _start(self, ask: Ask) -> None:
+        name = ask.request.parameter if isinstance(ask.request, ReadParameter) else ""
+        late = name in self.silent or (name and self.values.get(name) is None)
+        if isinstance(ask.request, SetParameters):
+            self.sets.append(ask.request)
+        else:
+            self.asked.append(name)
+        self._open.append((self.now + (self.silence_s if late else self.answer_s), ask))
+
+    def _answer(self, due: float, ask: Ask) -> Answer:
+        if due > self.now:
+            return Answer(ask.name, ask.at, "pending")
+        if not isinstance(ask.request, ReadParameter):
+            return Answer(ask.name, ask.at, "done")
+        name = ask.request.parameter
+        value = None if name in self.silent else self.values.get(name)
+        if value is None:
+            return Answer(ask.name, ask.at, "failed", "no answer")
+        return Answer(ask.name, ask.at, "done", value=value)
+
+
+def test_all_is_read_within_a_second_and_few_at_a_time() -> None:
+    bench = Bench(SAFE_PARAMETERS)
+    bench.run(1.0)
+    assert all(check.passed for check in check_failsafes(bench.reader.values(), VIEW))
+    assert bench.most <= AT_ONCE
+
+
+def test_a_parameter_that_the_version_lacks_is_given_up_after_two_silences_beside_an_answer() -> None:
+    bench = Bench({**SAFE_47, HIGHEST_ID_NAME: None})
+    bench.run(2.5)
+    assert HIGHEST_ID_NAME not in bench.reader.values()
+    bench.run(2.5)
+    assert bench.reader.values()[HIGHEST_ID_NAME] is None
+    assert all(check.passed for check in check_failsafes(bench.reader.values(), VIEW))
+
+
+def test_an_autopilot_that_answers_nothing_lacks_nothing() -> None:
+    bench = Bench(SAFE_47, frozenset(ALL_NAMES))
+    bench.run(30)
+    assert bench.reader.values() == {}
+
+
+@pytest.mark.parametrize("name", sorted(set(SAFE_PARAMETERS) - {"RTL_ALT"}))
+def test_a_parameter_that_every_version_has_is_never_given_up(name: str) -> None:
+    bench = Bench(SAFE_PARAMETERS, frozenset({name}))
+    bench.run(30)
+    assert name not in bench.reader.values()
+    assert not all(check.passed for check in check_failsafes(bench.reader.values(), VIEW))
+
+
+def test_a_missing_parameter_stays_known_over_a_setting() -> None:
+    bench = Bench({**SAFE_47, HIGHEST_ID_NAME: None})
+    bench.run(5.0)
+    bench.reader.set_failsafes()
+    bench.run(1.0)
+    assert all(check.passed for check in check_failsafes(bench.reader.values(), VIEW))
+
+
+def test_what_was_read_before_the_setting_is_void() -> None:
+    bench = Bench(SAFE_PARAMETERS)
+    bench.run(2.0)
+    bench.reader.set_failsafes()
+    bench.tick()
+    assert bench.sets
+    assert bench.reader.values() == {}
+    bench.values["FENCE_ENABLE"] = 0.0  # the setting did not hold
+    while bench.reader.is_setting:
+        bench.tick()
+        assert bench.reader.values() == {}
+    bench.run(1.0)
+    assert bench.reader.values()["FENCE_ENABLE"] == 0
+
+
+def test_a_parameter_that_fails_while_failsafes_are_to_be_set_is_told() -> None:
+    bench = Bench(DEFAULT_PARAMETERS, frozenset({"FS_THR_ENABLE"}))
+    bench.run(2.5)
+    bench.reader.set_failsafes()
+    bench.run(5.0)
+    assert not bench.reader.is_setting
+    assert bench.sets == []
+    assert [log.text for log in bench.told] == ["The failsafes were not set."]
+
+
+# -- in flight --------------------------------------------------------------------------------------------------------
+
+
+async def test_a_flight_that_is_taken_up_reads_everything_once_and_watches_what_decides(flying: Rig) -> None:
+    await flying.run(2)
+    once = Counter(flying.autopilot.asked("get_parameter"))
+    assert set(SAFE_PARAMETERS) <= set(once)
+    flying.autopilot.calls.clear()
+    await flying.run(35)
+    again = Counter(flying.autopilot.asked("get_parameter"))
+    assert set(again) == DECIDING_NAMES & set(SAFE_PARAMETERS)
+    assert all(3 <= count <= 4 for count in again.values())
+
+
+CHANGES = [
+    ("FENCE_ENABLE", 0, "Fence in the autopilot: off (FENCE_ENABLE 0). No new task until it is right."),
+    ("FENCE_ACTION", 0, "Fence in the autopilot: only reports (FENCE_ACTION 0). No new task until it is right."),
+    ("FENCE_TYPE", 2, "Fence in the autopilot: not known to be safe (FENCE_TYPE 2). No new task until it is right."),
+    ("FS_GCS_ENABLE", 0, "Ground-station failsafe: off (FS_GCS_ENABLE 0). No new task until it is right."),
+    ("SYSID_MYGCS", 255, "Ground-station failsafe: watches station 255, this is 245. No new task until it is right."),
+    ("BATT_FS_LOW_ACT", 5, "Battery failsafe: cuts the motors (BATT_FS_LOW_ACT 5). No new task until it is right."),
+]
+
+
+@pytest.mark.parametrize(("name", "value", "words"), CHANGES)
+@pytest.mark.parametrize("told", [True, False], ids=["broadcast", "silent"])
+async def test_a_change_in_flight_is_told_and_refuses_new_tasks(
+    flying: Rig, name: str, value: float, words: str, told: bool
+) -> None:
+    await flying.run(2)
+    flying.order(CompulsiveMove(x=30.0, y=0.0))
+    before = flying.autopilot.values[name]
+    if told:
+        flying.autopilot.tell(name, value)
+        await flying.tick(2)
+    else:
+        flying.autopilot.values[name], flying.autopilot.fence_on = value, True
+        await flying.run(11)
+    assert words in flying.log
+    entry = next(entry for entry in flying.manager.log.entries if entry.text == words)
+    assert entry.level == "warning"
+    assert entry.details
+    refused = flying.command(CompulsiveMove(x=0.0, y=0.0))
+    assert not refused.accepted
+    assert refused.reason.startswith(words.partition(":")[0])
+    assert flying.state in (StateName.COMPULSIVE_MOVE, StateName.HOVER)  # the flight goes on
+    flying.autopilot.tell(name, before)
+    await flying.run(0.2)
+    assert any("is right again" in text for text in flying.log)
+    flying.order(CompulsiveMove(x=0.0, y=0.0))
+
+
+async def test_a_switch_that_turns_the_fence_off_is_seen_though_no_parameter_changes(flying: Rig) -> None:
+    await flying.run(2)
+    flying.autopilot.fence_on = False
+    await flying.tick(2)
+    assert "Fence in the autopilot: switched off. No new task until it is right." in flying.log
+    assert not flying.command(CompulsiveMove(x=0.0, y=0.0)).accepted
+    flying.autopilot.fence_on = True
+    await flying.tick(2)
+    flying.order(CompulsiveMove(x=0.0, y=0.0))
+
+
+async def test_deciding_parameters_that_are_not_answered_for_a_minute_refuse_new_tasks(flying: Rig) -> None:
+    await flying.run(2)
+    flying.autopilot.refuse["get_parameter"] = "no answer"
+    await flying.run(45)
+    flying.order(CompulsiveMove(x=0.0, y=0.0))
+    await flying.run(30)
+    refused = flying.command(CompulsiveMove(x=10.0, y=0.0))
+    assert refused.reason == "Ground-station failsafe: not read yet. Wait a moment."
