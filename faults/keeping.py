@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -18,6 +18,8 @@ SAME_M: Final = 1.0
 """A stall within this distance of a former one is the same."""
 KEPT_SHARE: Final = 0.95
 """Stalls that are there afterwards: some of those at the border of a picture are found or dropped by the next frame."""
+SURE_SEEN: Final = 5
+"""Frames in which a stall must have been seen to count: the next frame may drop one that was found just now."""
 RECORDED_S: Final = 1.5
 """A recording that was cut off ends at most this number of seconds before the daemon did."""
 
@@ -31,12 +33,14 @@ class Kept:
     tiles: frozenset[str]
     survey: str
     time: float
+    recording: Path | None = None
+    """The file that is being written."""
 
     @classmethod
     def now(cls, beat: Heartbeat, stalls: Mapping[int, Stall], store: Path) -> Kept:
         """Read them from the daemon's last heartbeat, its client's map and its journal."""
         survey, tiles = journalled(store)
-        return cls(beat.heights, tuple(stalls.values()), tiles, survey, beat.time)
+        return cls(beat.heights, tuple(stalls.values()), tiles, survey, beat.time, newest_recording(store))
 
 
 def journalled(store: Path) -> tuple[str, frozenset[str]]:
@@ -57,27 +61,27 @@ def lost(before: Kept, after: Kept) -> list[str]:
         problems.append(f"{len(gone)} of {len(before.tiles)} parts of the journalled map are gone")
     if before.survey != after.survey and before.tiles:
         problems.append(f"survey {before.survey} became {after.survey}")
-    found = _found_again(before.stalls, after.stalls)
+    found = _found_again([stall for stall in before.stalls if stall.seen >= SURE_SEEN], after.stalls)
     if found < KEPT_SHARE:
         problems.append(f"{len(before.stalls)} stalls became {len(after.stalls)}, {found:.0%} of them are there")
     return problems
 
 
-def recording_ends(store: Path) -> tuple[float, int]:
-    """Return the time of the last message in the newest recording (seconds of that run), and how many it holds.
-
-    Raises RecordingError when it cannot be read.
-    """
-    files = sorted((store / "recordings").glob("*.mcap"), key=lambda path: path.stat().st_mtime)
-    if not files:
-        raise RecordingError("there is no recording")
-    last, count = 0.0, 0
-    for recorded in read_recording(files[-1]):
-        last, count = max(last, recorded.time), count + 1
-    return last, count
+def newest_recording(store: Path) -> Path | None:
+    """Return the recording that was written last; None where there is none."""
+    files = (store / "recordings").glob("*.mcap")
+    return max(files, key=lambda path: path.stat().st_mtime, default=None)
 
 
-def _found_again(before: tuple[Stall, ...], after: tuple[Stall, ...]) -> float:
+def recording_ends(path: Path) -> float:
+    """Return the time of a recording's last message, seconds of that run. Raises RecordingError when it has none."""
+    last = max((recorded.time for recorded in read_recording(path)), default=None)
+    if last is None:
+        raise RecordingError(f"{path} is empty")
+    return last
+
+
+def _found_again(before: Sequence[Stall], after: Sequence[Stall]) -> float:
     if not before:
         return 1.0
     if not after:

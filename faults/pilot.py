@@ -29,6 +29,7 @@ from hawk.survey.handset import Handset
 
 SILENCE_S = 30.0
 """Real seconds without a heartbeat until a phase is given up."""
+_SIGHT = ("camera", "vision", "mapper", "planner")
 _AWAY_M = 25.0  # so that the return takes a while
 
 
@@ -81,6 +82,7 @@ class Pilot:
         else:
             await self._hover()
             if when is When.EXPLORING:
+                await self._until(lambda b: all(i.healthy for i in b.health if i.name in _SIGHT), 30.0)
                 await self._must(AutonomousExplore())
                 await self._until_state(StateName.AUTONOMOUS_EXPLORE)
             elif when is When.RETURNING:

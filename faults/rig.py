@@ -61,6 +61,7 @@ WELL: Final[Mapping[str, Any]] = {
     "radio": "ok",
     "wind": 0.0,
 }
+_JOURNALLED_S: Final = 2.0  # a crash may lose the last second, so it comes a moment after the comparison's moment
 _LOOK_S: Final = 0.04
 _PATIENCE: Final = 3.0  # real time may be so much slower than the speed before a wait is given up
 _ALOFT_M: Final = 1.0
@@ -135,6 +136,7 @@ class Rig:
         except _GONE as error:
             return Outcome(fault, problems=(f"not {fault.when.value}: {error}",))
         before, self.falls, self._broken = self._keepsake(), fault.falls, []
+        await asyncio.sleep(_JOURNALLED_S)
         self._since = _Since(self._last_number(), len(self._service.exits), self._service.starts, self._passed())
         seconds, problems = await self._steps(fault)
         problems += self._broken
@@ -329,11 +331,12 @@ class Rig:
         return problems, tuple(kept)
 
     def _recorded(self, before: Kept) -> list[str]:
+        if before.recording is None:
+            return []  # nothing is recorded before the first flight
         try:
-            last, _ = recording_ends(self.store)
+            short = before.time - recording_ends(before.recording)
         except RecordingError as error:
             return [f"the recording: {error}"]
-        short = before.time - last
         return [f"the recording ends {short:.1f} s before the fault"] if short > RECORDED_S * self._speed else []
 
 

@@ -24,11 +24,13 @@ from faults.fault import (
     told,
     unhealthy,
 )
-from hawk.comm.messages import Arm
+from hawk.comm.messages import Arm, AutonomousExplore, Takeoff
 from hawk.model import StateName
 
 _HOVER, _EXPLORE, _RETURN = StateName.HOVER, StateName.AUTONOMOUS_EXPLORE, StateName.RETURN_TO_LAUNCH
 _SET_MODE, _SET_HOME = 176, 179
+_EXPLORES: Final = (Order(Takeoff()), See(state(_HOVER), 60.0), Order(AutonomousExplore()))
+_STOPS: Final = See(state(_HOVER), 27.0)
 
 
 def _command(number: int, *values: float) -> dict[str, float]:
@@ -212,28 +214,26 @@ CAMERA: Final = (
     ),
     Fault(
         "the camera sits turned by 90°",
-        When.EXPLORING,
-        (
-            Drone({"camera_turn_deg": 90.0}),
-            See(unhealthy("camera", "mount_yaw_deg to 90"), 25.0),
-            See(state(_HOVER), 27.0),
-        ),
+        When.ARMED,
+        (Drone({"camera_turn_deg": 90.0}), *_EXPLORES, See(unhealthy("camera", "mount_yaw_deg to 90"), 25.0), _STOPS),
         ends_flight=True,
     ),
     Fault(
         "the camera sits upside down",
-        When.EXPLORING,
-        (
-            Drone({"camera_turn_deg": 180.0}),
-            See(unhealthy("camera", "mount_yaw_deg to 180"), 25.0),
-            See(state(_HOVER), 27.0),
-        ),
+        When.ARMED,
+        (Drone({"camera_turn_deg": 180.0}), *_EXPLORES, See(unhealthy("camera", "mount_yaw_deg to 180"), 25.0), _STOPS),
         ends_flight=True,
     ),
     Fault(
         "the camera mirrors its pictures",
+        When.ARMED,
+        (Drone({"camera": "mirrored"}), *_EXPLORES, See(unhealthy("camera", "mirrored"), 25.0), _STOPS),
+        ends_flight=True,
+    ),
+    Fault(
+        "the camera comes loose and turns by 90°",
         When.EXPLORING,
-        (Drone({"camera": "mirrored"}), See(unhealthy("camera"), 30.0), See(state(_HOVER), 32.0)),
+        (Drone({"camera_turn_deg": 90.0}), See(unhealthy("camera"), 30.0), See(state(_HOVER), 32.0)),
         ends_flight=True,
     ),
 )

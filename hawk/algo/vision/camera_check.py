@@ -165,9 +165,9 @@ class CameraCheck:
 
     def look(self, frame: FrameInput, image: NDArray[np.uint8] | None) -> Health:
         """Return the camera's health after a frame; ``image`` is its picture, BGR, None when it cannot be decoded."""
-        # on the ground nothing shows whether a picture still stands
-        thawed = self.finding.view is View.FROZEN and frame.state in GROUND_STATES
-        if frame.camera != self._camera or thawed:
+        # on the ground somebody may turn the camera, and nothing shows whether a picture still stands
+        landed = frame.state in GROUND_STATES and self.finding.view not in (View.TURNED, View.MIRRORED)
+        if frame.camera != self._camera or landed:
             self._camera, self._key = frame.camera, None
             self.evidence, self.finding = Evidence(), Finding(View.UNKNOWN)
         self._note_same(frame)

@@ -275,6 +275,15 @@ def test_a_frozen_camera_is_no_fault_on_the_ground_and_a_turned_one_is(world: Wo
         assert landed.is_healthy == (turn == 0.0)
 
 
+def test_a_camera_that_is_turned_on_the_ground_is_judged_by_the_next_flight_alone(world: World) -> None:
+    check = CameraCheck()
+    for frame, picture in Flight(world).frames(corner(30)):
+        check.look(frame, picture)
+    assert check.evidence.moves
+    check.look(replace(frame, state=StateName.IDLE), picture)
+    assert check.evidence == Evidence()
+
+
 def test_a_picture_that_moves_again_is_healthy_again(world: World) -> None:
     flight, check = Flight(world), CameraCheck()
     for frame, picture in flight.frames(straight(10), same=True):
