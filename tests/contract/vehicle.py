@@ -7,10 +7,12 @@ import math
 import select
 import socket
 import threading
+import time
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Protocol
 from urllib.parse import urlsplit
 
+from mavsdk.plugins.action import ActionError
 from mavsdk.plugins.param import ParamError
 
 from tests.integration.sim_support import Pilot, free_udp_port, get_json
@@ -22,6 +24,8 @@ ON_GROUND, IN_AIR, TAKING_OFF, LANDING = 1, 2, 3, 4
 SLACK_S = 10.0
 """Real seconds that a wait may take beyond its own: other programs use the machine, too."""
 HEIGHT = 10.0
+ASK_AGAIN_S = 8.0
+STREAMS = {"HEARTBEAT", "LOCAL_POSITION_NED", "GLOBAL_POSITION_INT", "ATTITUDE", "EXTENDED_SYS_STATE"}
 
 
 class Relay:
@@ -201,7 +205,20 @@ class Vehicle:
     # --- what is done ----------------------------------------------------------------------------------------------
 
     def ready(self, timeout_s: float = 120.0) -> None:
-        """Ask for the streams and wait until the vehicle is healthy and its position is known; real seconds."""
+        """Ask for the streams until they come, and wait until the vehicle is healthy and can be armed; real seconds."""
+        deadline = time.monotonic() + timeout_s
+        while True:
+            self.ask_for_streams()
+            try:
+                self.pilot.wait(self.is_ready, ASK_AGAIN_S)
+            except TimeoutError:
+                if time.monotonic() > deadline:
+                    raise
+            else:
+                return
+
+    def ask_for_streams(self) -> None:
+        """Ask for the messages that the suite looks at: a vehicle forgets it when it boots."""
         telemetry = self.pilot.telemetry
         telemetry.set_rate_health(5.0)
         telemetry.set_rate_position(5.0)
@@ -209,13 +226,11 @@ class Vehicle:
         telemetry.set_rate_position_velocity_ned(20.0)
         telemetry.set_rate_attitude_euler(20.0)
         telemetry.set_rate_landed_state(5.0)
-        self.pilot.wait(lambda: telemetry.health_all_ok() and telemetry.health().is_armable, timeout_s)
-        self.pilot.wait(
-            lambda: (
-                {"LOCAL_POSITION_NED", "GLOBAL_POSITION_INT", "ATTITUDE", "EXTENDED_SYS_STATE"}
-                <= set(self.pilot.messages)
-            )
-        )
+
+    def is_ready(self) -> bool:
+        """Return True when all is heard and the vehicle can be armed."""
+        telemetry = self.pilot.telemetry
+        return set(self.pilot.messages) >= STREAMS and telemetry.health_all_ok() and telemetry.health().is_armable
 
     def reboot(self) -> None:
         """Boot the vehicle and wait until it can be armed."""
@@ -246,13 +261,24 @@ class Vehicle:
             self.land()
             self.wait(lambda: self.pilot.telemetry.health().is_armable, 60.0)
             self.set_mode(GUIDED)
-            self.pilot.action.arm()
+            self.arm()
             self.pilot.action.set_takeoff_altitude(HEIGHT)
             self.pilot.action.takeoff()
             self.wait(lambda: self.place[2] < 1.0 - HEIGHT and self.landed == IN_AIR, 60.0)
         if self.mode != GUIDED:
             self.set_mode(GUIDED)
         self.go(0.0, 0.0, -HEIGHT)
+
+    def arm(self) -> None:
+        """Arm, again while the position is still settling after a lost GPS (30 s)."""
+        for attempts_left in reversed(range(10)):
+            try:
+                self.pilot.action.arm()
+                return
+            except ActionError:
+                if not attempts_left:
+                    raise
+            self.let_pass(3.0)
 
     def go(self, north: float, east: float, down: float) -> None:
         """Fly to a place in EKF-local, metres, and stand there."""
