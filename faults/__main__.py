@@ -20,7 +20,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m faults", description=__doc__)
     parser.add_argument("only", nargs="*", metavar="WORDS", help="run only faults with these words in their line")
     parser.add_argument("--list", action="store_true", help="print the faults, run none")
-    parser.add_argument("--speed", type=float, default=2.0, help="the drone's seconds per real second (default 2)")
+    parser.add_argument("--speed", type=float, default=3.0, help="the drone's seconds per real second (default 3)")
     parser.add_argument("--out", type=Path, help="folder for the programs' logs and files")
     parser.add_argument("--write", type=Path, metavar="PAGE", help="write the table into the marked section of a page")
     options = parser.parse_args(arguments)

@@ -46,7 +46,7 @@ SETTINGS: Final = """
 [heights]
 minimum_m = 12.0
 desired_m = 20.0
-maximum_m = 30.0
+maximum_m = 22.0
 [operator]
 operator_timeout_s = 5.0
 operator_hold_s = 8.0
