@@ -25,7 +25,7 @@ from hawk.comm.messages import (
 from hawk.comm.status import Heartbeat
 from hawk.model import GROUND_STATES, StateName
 from hawk.survey.client import DroneClient
-from hawk.survey.handset import Handset
+from hawk.survey.handset import Handset, refusal_of
 
 SILENCE_S = 30.0
 """Real seconds without a heartbeat until a phase is given up."""
@@ -119,6 +119,7 @@ class Pilot:
         if beat.state in GROUND_STATES:
             await self._land()
             await self._arm()
+            await self._until(lambda each: not refusal_of(each, "Takeoff"), 30.0)
             await self._must(Takeoff())
         elif beat.state != StateName.HOVER:
             await self._must(Hold())

@@ -101,8 +101,8 @@ class Proxy:
         """Take the place of the daemon at the autopilot's URL; return the URL at which the daemon is to listen."""
         port = urlsplit(autopilot_url).port or 0
         self._daemon = (HOST, free_udp_port())
-        self._down = await self._end(self._from_autopilot, port)
         self._up = await self._end(self._from_daemon, 0)
+        self._down = await self._end(self._from_autopilot, port)  # the autopilot sends from here on
         return f"udpin://{self._daemon[0]}:{self._daemon[1]}"
 
     def close(self) -> None:
