@@ -27,7 +27,7 @@ from hawk.comm.status import Heartbeat
 from hawk.model import StateName
 from hawk.simulation import SimulationOptions
 from hawk.survey.client import DroneClient
-from hawk.survey.handset import Handset, SurveyError
+from hawk.survey.handset import Handset, SurveyError, refusal_of
 from hawk.survey.stack import SimulatedStack, StackError
 
 VIEWERS: Final = 8
@@ -155,6 +155,7 @@ async def _take_off(drone: DroneClient) -> None:
     await hand.until(_may_arm, CHECKED_S, lambda _: "the failsafes were not set")
     await hand.order(Arm())
     await hand.until(lambda b: b.armed is True, CLIMBED_S, lambda _: "it was not armed")
+    await hand.until(lambda b: not refusal_of(b, "Takeoff"), CLIMBED_S, lambda b: refusal_of(b, "Takeoff"))
     await hand.order(Takeoff())
     await hand.until(lambda b: b.state == StateName.HOVER, CLIMBED_S, lambda _: "it did not climb")
 
