@@ -162,8 +162,8 @@ CAMERA: Final = (
         When.EXPLORING,
         (
             Drone({"camera": "dark"}),
-            See(unhealthy("camera"), 3.0),
-            See(both(state(_HOVER), told("no picture")), 5.0),
+            See(unhealthy("camera"), 3.0, real=True),
+            See(state(_HOVER), 5.0, real=True),
             Drone({"camera": "ok"}),
             See(healthy("camera"), 5.0),
         ),
@@ -173,7 +173,7 @@ CAMERA: Final = (
         When.GROUND,
         (
             Drone({"camera": "dark"}),
-            See(check_fails("Camera"), 4.0),
+            See(check_fails("Camera"), 4.0, real=True),
             Order(Arm()),
             See(refused(), 1.0),
             Drone({"camera": "ok"}),
@@ -190,8 +190,8 @@ CAMERA: Final = (
         When.EXPLORING,
         (
             Drone({"camera": "closed"}),
-            See(unhealthy("camera"), 4.0),
-            See(state(_HOVER), 6.0),
+            See(unhealthy("camera"), 3.0, real=True),
+            See(state(_HOVER), 5.0, real=True),
             Drone({"camera": "ok"}),
             See(healthy("camera"), 8.0),
         ),
