@@ -3,13 +3,14 @@
 ``python -m benchmarks [--only latency,kill,...] [--places DIR] [--json FILE]`` (``make bench ARGS="--json FILE"``)
 
 latency: the whole daemon at speed 1 with a page, beside an idle loop. flood: its tick while eight viewers send commands
-without end, beside the tick before. kill: Kill on the wire while everything else is
-blocked. perception: the network on still frames of the drawn worlds of --seeds, and on the pictures of --places,
---tiles and --negatives (``python -m benchmarks.perception`` has more of it). exploration: the planner alone over lots
-of known shape (``python -m benchmarks.exploration`` has more of it). chain: vision, mapper and planner flown over drawn
-worlds with drifting GNSS, the fused map beside single frames (``python -m benchmarks.chain_flight``). seeds: whole
-surveys of drawn worlds at speed 2 against their truth. places: the same over the pictures of --places (PLACE.jpg with
-PLACE.json). Measure on a machine with nothing else to do: a section says VOID when others worked beside it.
+without end, beside the tick before. kill: Kill on the wire while everything else is blocked. kill-loaded: the
+operator's Kill through the whole daemon while vision works and 16 slow clients watch. perception: the network on still
+frames of the drawn worlds of --seeds, and on the pictures of --places, --tiles and --negatives
+(``python -m benchmarks.perception`` has more of it). exploration: the planner alone over lots of known shape
+(``python -m benchmarks.exploration`` has more of it). chain: vision, mapper and planner flown over drawn worlds with
+drifting GNSS, the fused map beside single frames (``python -m benchmarks.chain_flight``). seeds: whole surveys of drawn
+worlds at speed 2 against their truth. places: the same over the pictures of --places (PLACE.jpg with PLACE.json).
+Measure on a machine with nothing else to do: a section says VOID when others worked beside it.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from typing import Final
 
 import cv2
 
-from benchmarks import flood, kill_wire, surveys, whole_daemon
+from benchmarks import flood, kill_under_load, kill_wire, surveys, whole_daemon
 from benchmarks.chain_flight import campaign as chain
 from benchmarks.exploration import campaign
 from benchmarks.figures import BenchmarkError, Figure, Section, tell
@@ -36,7 +37,7 @@ from hawk.algo.vision.network import StallNetwork
 from hawk.worlds.conditions import Condition
 
 Result = tuple[list[Figure], str]
-SECTIONS: Final = ("latency", "flood", "kill", "perception", "exploration", "chain", "seeds", "places")
+SECTIONS: Final = ("latency", "flood", "kill", "kill-loaded", "perception", "exploration", "chain", "seeds", "places")
 EXIT_FAILED: Final = 1
 
 
@@ -70,8 +71,9 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--only", type=_sections, metavar="A,B", help=f"of {', '.join(SECTIONS)}")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write every figure as one flat object")
     parser.add_argument("--seconds", type=float, default=60.0, help="latency, flood: how long to measure (60)")
-    parser.add_argument("--seed", type=int, default=1, help="latency, flood: the world to fly over (1)")
+    parser.add_argument("--seed", type=int, default=1, help="latency, flood, kill-loaded: the world to fly over (1)")
     parser.add_argument("--kills", type=int, default=200, help="kill: how many (default 200)")
+    parser.add_argument("--load-kills", type=int, default=60, help="kill-loaded: how many, 5 s each (default 60)")
     parser.add_argument(
         "--lots", type=seeds_option, default="1-6", metavar="A-B", help="exploration: lots to fly over (1-6)"
     )
@@ -129,6 +131,7 @@ def _work(name: str, options: argparse.Namespace, folder: Path) -> Callable[[], 
         "latency": lambda: whole_daemon.measure(options.seconds, options.seed, folder / "latency"),
         "flood": lambda: flood.measure(options.seconds, options.seed, folder / "flood"),
         "kill": kill,
+        "kill-loaded": lambda: kill_under_load.measure(options.load_kills, options.seed, folder / "kill-loaded"),
         "seeds": lambda: surveys.measure(options.seeds, folder / "seeds", _simulated(options)),
         "places": lambda: surveys.measure_places(options.places, folder / "places"),
     }[name]

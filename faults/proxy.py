@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 import random
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, Final
@@ -85,11 +85,14 @@ def packed(kind: str, fields: Mapping[str, Any], system: int, component: int = 1
 class Proxy:
     """One link. ``rules`` hold for every datagram; the first that meets it decides."""
 
-    def __init__(self, speed: float, seed: int = 1) -> None:
-        """``speed``: the drone's seconds per real second."""
+    def __init__(
+        self, speed: float, seed: int = 1, passes: Callable[[Direction, bytes], bool] = lambda *_: True
+    ) -> None:
+        """``speed``: the drone's seconds per real second. ``passes`` sees each datagram first; False drops it."""
         self.rules: tuple[Rule, ...] = ()
         self.passed: Counter[tuple[Direction, str]] = Counter()
         """Messages that arrived at the proxy, by direction and kind."""
+        self._passes = passes
         self._speed = speed
         self._rng = random.Random(seed)
         self._met: Counter[int] = Counter()
@@ -145,6 +148,8 @@ class Proxy:
         kinds = frozenset(kinds_of(data))
         for kind in kinds:
             self.passed[direction, kind] += 1
+        if not self._passes(direction, data):
+            return
         rule = self._rule(direction, kinds)
         if rule is None:
             self._send(direction, data)
