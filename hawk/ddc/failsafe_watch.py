@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from hawk.ddc.acts import Acts, Log
 from hawk.ddc.facts import Facts
-from hawk.ddc.failsafes import FailsafeCheck
+from hawk.ddc.parameter_values import FailsafeCheck
 from hawk.ddc.words import sentence
 
 

@@ -7,10 +7,27 @@ value passes only when it is listed here: a new one is unsafe until somebody has
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 from hawk.ddc.battery_thresholds import THRESHOLD_NAMES, threshold_problem, threshold_words
+from hawk.ddc.parameter_values import (
+    NOT_READ,
+    Choice,
+    FailsafeCheck,
+    Span,
+    Values,
+    names_to_read,
+    present_name,
+    problem_of,
+)
+from hawk.ddc.return_settings import (
+    ALL_RETURN_NAMES,
+    RALLY_NAME,
+    RETURN_ALTITUDE_NAMES,
+    return_check,
+    return_names,
+    wanted_returns,
+)
 
 WATCHED_ID_NAMES = ("MAV_GCS_SYSID", "SYSID_MYGCS")
 """The parameter with the id that the ground-station failsafe watches: since ArduPilot 4.7, and before."""
@@ -18,14 +35,8 @@ HIGHEST_ID_NAME = "MAV_GCS_SYSID_HI"
 """End of the range of watched ids, since ArduPilot 4.7 (GCS::sysid_is_gcs): at or below the first id there is none."""
 SPARE_PILOT_BIT = 16
 """FS_OPTIONS bit 4: continue in pilot-controlled modes on ground-station failsafe."""
-RETURN_ALTITUDE_NAMES = ("RTL_ALT_M", "RTL_ALT")
-"""Metres since ArduPilot 4.7, centimetres before."""
-MAY_BE_MISSING = frozenset({HIGHEST_ID_NAME})
+MAY_BE_MISSING = frozenset({HIGHEST_ID_NAME, RALLY_NAME})
 """Parameters that an autopilot of the versions 4.5 to 4.7 may lack without an older name for them."""
-NOT_READ = "not read yet"
-
-Values = Mapping[str, float | None]
-"""Parameter -> value; None: the autopilot does not have it. A parameter that was not read yet is missing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,60 +50,6 @@ class AutopilotView:
     system_id: int
     cells: tuple[int, ...] = ()
     fence_on: bool | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class FailsafeCheck:
-    """One failsafe: whether it is well, what was found, what follows if it is not, and what to do.
-
-    ``can_be_set``: Set Failsafes is the remedy.
-    """
-
-    name: str
-    passed: bool
-    value: str
-    consequence: str = ""
-    remedy: str = ""
-    can_be_set: bool = False
-
-    @property
-    def is_read(self) -> bool:
-        """True when everything that decides it was read."""
-        return self.value != NOT_READ
-
-
-@dataclass(frozen=True, slots=True)
-class Choice:
-    """A parameter with few values. ``right`` and ``wrong``: value -> what the autopilot does."""
-
-    name: str
-    right: Mapping[int, str]
-    wrong: Mapping[int, str]
-    wanted: float
-
-    def problem(self, value: float) -> str:
-        """Return what is wrong with a value; empty when it is right."""
-        if value in self.right:
-            return ""
-        words = self.wrong.get(int(value), "not known to be safe") if value == int(value) else "not known to be safe"
-        return f"{words} ({self.name} {value:g})"
-
-
-@dataclass(frozen=True, slots=True)
-class Span:
-    """A parameter with bounds."""
-
-    name: str
-    low: float
-    high: float
-    wanted: float
-    unit: str = ""
-
-    def problem(self, value: float) -> str:
-        """Return what is wrong with a value; empty when it is right."""
-        if self.low <= value <= self.high:
-            return ""
-        return f"{self.name} is {value:g}{self.unit}, must be {self.low:g} to {self.high:g}{self.unit}"
 
 
 _STAYS = "stops and stays in the air"  # "Brake or Land" lands only where Brake cannot be entered
@@ -151,7 +108,7 @@ _SETTINGS: tuple[Choice | Span, ...] = (
 """The parameters that Set Failsafes may write, in its order: the fence is enabled last."""
 
 DECIDING_NAMES = frozenset(
-    {"FS_GCS_ENABLE", "FENCE_ENABLE", "FENCE_ACTION", "FENCE_TYPE", "BATT_FS_LOW_ACT", *WATCHED_ID_NAMES}
+    {"FS_GCS_ENABLE", "FENCE_ENABLE", "FENCE_ACTION", "FENCE_TYPE", "BATT_FS_LOW_ACT", RALLY_NAME, *WATCHED_ID_NAMES}
 )
 """Parameters that are watched in flight: others may change them."""
 
@@ -162,6 +119,7 @@ ALL_NAMES = (
     *WATCHED_ID_NAMES,
     HIGHEST_ID_NAME,
     *RETURN_ALTITUDE_NAMES,
+    *sorted(ALL_RETURN_NAMES),
 )
 """Every parameter that decides something here, under each of its names."""
 
@@ -169,9 +127,9 @@ ALL_NAMES = (
 def watched_names(values: Values) -> tuple[str, ...]:
     """Return the parameters that must be read, given what was read so far."""
     fixed = (*(setting.name for setting in _SETTINGS), "FS_OPTIONS", *THRESHOLD_NAMES)
-    watched = _names_to_read(WATCHED_ID_NAMES, values)
+    watched = names_to_read(WATCHED_ID_NAMES, values)
     highest = () if watched == WATCHED_ID_NAMES[1:] else (HIGHEST_ID_NAME,)
-    return (*fixed, *watched, *highest, *_names_to_read(RETURN_ALTITUDE_NAMES, values))
+    return (*fixed, *watched, *highest, *names_to_read(RETURN_ALTITUDE_NAMES, values), *return_names(values))
 
 
 def check_failsafes(values: Values, view: AutopilotView) -> tuple[FailsafeCheck, ...]:
@@ -182,6 +140,7 @@ def check_failsafes(values: Values, view: AutopilotView) -> tuple[FailsafeCheck,
         _remote_control(values),
         _position(values),
         _fence(values, view.fence_on),
+        return_check(values),
         _battery(values),
         _thresholds(values, view.cells),
     )
@@ -190,10 +149,10 @@ def check_failsafes(values: Values, view: AutopilotView) -> tuple[FailsafeCheck,
 def wanted_values(values: Values, system_id: int) -> dict[str, float]:
     """Return what Set Failsafes must write: parameter -> value, the right ones left out.
 
-    It writes no threshold of the battery: nobody here knows the battery.
+    It writes no threshold of the battery, and deletes no rally point: nobody here knows either.
     """
     wanted: dict[str, float] = {}
-    watched = _present_name(WATCHED_ID_NAMES, values)
+    watched = present_name(WATCHED_ID_NAMES, values)
     if values.get(watched) != system_id:
         wanted[watched] = float(system_id)
     if (values.get(HIGHEST_ID_NAME) or 0) > system_id:
@@ -205,7 +164,7 @@ def wanted_values(values: Values, system_id: int) -> dict[str, float]:
         value = values.get(setting.name)
         if value is None or setting.problem(value):
             wanted[setting.name] = float(setting.wanted)
-    return wanted
+    return wanted | wanted_returns(values)
 
 
 def return_altitude(values: Values) -> float | None:
@@ -216,29 +175,6 @@ def return_altitude(values: Values) -> float | None:
         return found
     centimetres = values.get(in_centimetres)
     return None if centimetres is None else centimetres / 100.0
-
-
-def _names_to_read(names: tuple[str, str], values: Values) -> tuple[str, ...]:
-    """Return the name that the autopilot has; both while neither has answered: silence proves nothing."""
-    newer, older = names
-    if values.get(newer) is not None:
-        return (newer,)
-    return (older,) if values.get(older) is not None else names
-
-
-def _present_name(names: tuple[str, str], values: Values) -> str:
-    """Return the name that the autopilot has; the newer one while neither has answered."""
-    return _names_to_read(names, values)[0]
-
-
-def _problem(values: Values, *settings: Choice | Span) -> str:
-    """Return the first problem; `NOT_READ` while a parameter was not read; empty when all are right."""
-    for setting in settings:
-        value = values.get(setting.name)
-        problem = NOT_READ if value is None else setting.problem(value)
-        if problem:
-            return problem
-    return ""
 
 
 def _words(setting: Choice, values: Values) -> str:
@@ -253,8 +189,8 @@ def _settable(name: str, problem: str, consequence: str) -> FailsafeCheck:
 def _ground_station(values: Values, system_id: int) -> FailsafeCheck:
     name = "Ground-station failsafe"
     consequence = "If this computer stops in flight, the drone stays in the air until the battery is empty."
-    watches = values.get(_present_name(WATCHED_ID_NAMES, values))
-    problem = _problem(values, GCS_ACTION, GCS_TIMEOUT)
+    watches = values.get(present_name(WATCHED_ID_NAMES, values))
+    problem = problem_of(values, GCS_ACTION, GCS_TIMEOUT)
     if watches is None or (values.get(WATCHED_ID_NAMES[0]) is not None and HIGHEST_ID_NAME not in values):
         problem = NOT_READ
     if problem or watches is None:
@@ -277,14 +213,14 @@ def _spares_pilot(values: Values) -> FailsafeCheck:
 
 
 def _remote_control(values: Values) -> FailsafeCheck:
-    name, problem = "Remote-control failsafe", _problem(values, RADIO_ACTION)
+    name, problem = "Remote-control failsafe", problem_of(values, RADIO_ACTION)
     if problem:
         return _settable(name, problem, "If the remote control is lost while a pilot flies, nobody flies the drone.")
     return FailsafeCheck(name, True, _words(RADIO_ACTION, values))
 
 
 def _position(values: Values) -> FailsafeCheck:
-    name, problem = "Position failsafe", _problem(values, EKF_ACTION, EKF_THRESHOLD)
+    name, problem = "Position failsafe", problem_of(values, EKF_ACTION, EKF_THRESHOLD)
     if problem:
         return _settable(name, problem, "When the autopilot loses its position, the drone drifts away.")
     return FailsafeCheck(name, True, _words(EKF_ACTION, values))
@@ -293,7 +229,7 @@ def _position(values: Values) -> FailsafeCheck:
 def _fence(values: Values, fence_on: bool | None) -> FailsafeCheck:
     name = "Fence in the autopilot"
     consequence = "If the drone leaves the fence, the autopilot does nothing about it."
-    problem = _problem(values, FENCE_ENABLE, FENCE_ACTION, FENCE_TYPE)
+    problem = problem_of(values, FENCE_ENABLE, FENCE_ACTION, FENCE_TYPE)
     if problem:
         return _settable(name, problem, consequence)
     if fence_on is None:
@@ -305,7 +241,7 @@ def _fence(values: Values, fence_on: bool | None) -> FailsafeCheck:
 
 
 def _battery(values: Values) -> FailsafeCheck:
-    name, problem = "Battery failsafe", _problem(values, LOW_ACTION, CRITICAL_ACTION)
+    name, problem = "Battery failsafe", problem_of(values, LOW_ACTION, CRITICAL_ACTION)
     if problem:
         return _settable(name, problem, "With an empty battery the drone falls.")
     return FailsafeCheck(name, True, _words(LOW_ACTION, values))

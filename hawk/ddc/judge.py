@@ -21,11 +21,11 @@ from hawk.comm.messages import (
 )
 from hawk.comm.status import CheckItem, ClientId, CommandOption, KillState
 from hawk.ddc.facts import Facts
-from hawk.ddc.failsafes import FailsafeCheck, Values
 from hawk.ddc.fence import fence_refusal
 from hawk.ddc.geofence import contains, path_is_inside
 from hawk.ddc.home import home_words
 from hawk.ddc.orders import Rank
+from hawk.ddc.parameter_values import FailsafeCheck, Values
 from hawk.ddc.params import ParameterError, check_heights
 from hawk.ddc.preflight import failsafe_checks, preflight_items
 from hawk.ddc.settings import DdcSettings

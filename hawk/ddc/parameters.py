@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 from hawk.ddc.acts import Acts, Ask, Log, ReadParameter, SetParameters
 from hawk.ddc.facts import Answer, Facts, VehicleEvent
-from hawk.ddc.failsafes import DECIDING_NAMES, MAY_BE_MISSING, RETURN_ALTITUDE_NAMES, wanted_values, watched_names
+from hawk.ddc.failsafes import DECIDING_NAMES, MAY_BE_MISSING, wanted_values, watched_names
+from hawk.ddc.return_settings import RETURN_ALTITUDE_NAMES
 
 REREAD_S = 20.0
 """A parameter is read again after this time on the ground: others may change it, the autopilot may reboot, seconds."""

@@ -8,9 +8,10 @@ from typing import Literal
 from hawk.comm.status import CheckItem
 from hawk.config import HeightSettings
 from hawk.ddc.facts import Facts
-from hawk.ddc.failsafes import AutopilotView, FailsafeCheck, Values, check_failsafes, return_altitude
+from hawk.ddc.failsafes import AutopilotView, check_failsafes, return_altitude
 from hawk.ddc.geofence import FenceError, contains, extent, outside_by, sees_all, to_map
 from hawk.ddc.home import HOME_AGE_S, home_words
+from hawk.ddc.parameter_values import FailsafeCheck, Values
 from hawk.ddc.params import ParameterError, check_heights
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.words import metres

@@ -117,6 +117,8 @@ _DEFAULTS: dict[ParameterType, dict[str, float]] = {
         "FS_VIBE_ENABLE": 1,
         "GPS_TYPE": 1,
         "LAND_REPOSITION": 1,
+        "RALLY_TOTAL": 0,
+        "RTL_ALT_TYPE": 0,
         "WP_YAW_BEHAVIOR": 2,
     },
     ParameterType.INT16: {

@@ -86,6 +86,10 @@ _ALWAYS_SAFE: Mapping[str, float] = {
     "BATT_LOW_TIMER": 10,
     "BATT_CAPACITY": 3300,
     "RTL_ALT": 1500,
+    "RTL_ALT_FINAL": 0,
+    "RTL_CLIMB_MIN": 0,
+    "RTL_ALT_TYPE": 0,
+    "RALLY_TOTAL": 0,
 }
 SAFE_PARAMETERS: Mapping[str, float] = {
     **_ALWAYS_SAFE,

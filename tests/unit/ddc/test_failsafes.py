@@ -11,26 +11,32 @@ from hypothesis import strategies as st
 from hawk.ddc.battery_thresholds import THRESHOLD_NAMES, possible_cells
 from hawk.ddc.failsafes import (
     ALL_NAMES,
+    DECIDING_NAMES,
     HIGHEST_ID_NAME,
-    NOT_READ,
-    RETURN_ALTITUDE_NAMES,
     WATCHED_ID_NAMES,
     AutopilotView,
-    FailsafeCheck,
     check_failsafes,
     return_altitude,
     wanted_values,
     watched_names,
 )
+from hawk.ddc.parameter_values import NOT_READ, FailsafeCheck
+from hawk.ddc.return_settings import ALL_RETURN_NAMES, RETURN_ALTITUDE_NAMES
 from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, SAFE_PARAMETERS
 
 VIEW = AutopilotView(245, cells=(3,), fence_on=True)
 SAFE: dict[str, float | None] = dict(SAFE_PARAMETERS)
 SAFE_47: dict[str, float | None] = {
-    **{name: value for name, value in SAFE.items() if name not in ("SYSID_MYGCS", "RTL_ALT")},
+    **{
+        name: value
+        for name, value in SAFE.items()
+        if name not in ("SYSID_MYGCS", "RTL_ALT", "RTL_ALT_FINAL", "RTL_CLIMB_MIN")
+    },
     "MAV_GCS_SYSID": 245.0,
     "MAV_GCS_SYSID_HI": 0.0,
     "RTL_ALT_M": 15.0,
+    "RTL_ALT_FINAL_M": 0.0,
+    "RTL_CLIMB_MIN_M": 0.0,
 }
 CHECK_OF = {
     "FS_GCS_ENABLE": "Ground-station failsafe",
@@ -51,6 +57,12 @@ CHECK_OF = {
     "BATT_LOW_MAH": "Battery thresholds",
     "BATT_LOW_TIMER": "Battery thresholds",
     "BATT_CAPACITY": "Battery thresholds",
+    "RTL_ALT_FINAL": "Autopilot's return",
+    "RTL_ALT_FINAL_M": "Autopilot's return",
+    "RTL_CLIMB_MIN": "Autopilot's return",
+    "RTL_CLIMB_MIN_M": "Autopilot's return",
+    "RTL_ALT_TYPE": "Autopilot's return",
+    "RALLY_TOTAL": "Autopilot's return",
 }
 RIGHT: dict[str, set[float]] = {
     "FS_GCS_ENABLE": {1, 3, 4, 5, 6},
@@ -61,6 +73,7 @@ RIGHT: dict[str, set[float]] = {
     "FENCE_TYPE": {5, 7},
     "BATT_FS_LOW_ACT": {1, 2, 3, 4, 6},
     "BATT_FS_CRT_ACT": {0, 1, 2, 3, 4, 6},
+    "RTL_ALT_TYPE": {0},
 }
 """Written down apart from the program."""
 BOUNDS = {
@@ -68,6 +81,9 @@ BOUNDS = {
     "FS_EKF_THRESH": ((0.6, 0.8, 0.800000011920929, 1.0), (0, -1, 0.5, 1.1)),
     "BATT_LOW_VOLT": ((9.9, 10.5, 11.7), (0, 9.8, 11.8, 14.0)),
     "BATT_LOW_TIMER": ((1, 10, 30), (0, 31, 120)),
+    "RTL_CLIMB_MIN": ((0, 100, 300), (-1, 301, 3000)),
+    "RTL_ALT_FINAL": ((0,), (-1, 1, 200, 1000)),
+    "RALLY_TOTAL": ((0,), (1, 6)),
 }
 
 
@@ -92,7 +108,9 @@ def test_a_parameter_that_was_not_read_has_not_passed(name: str) -> None:
 
 
 def test_every_parameter_that_decides_is_read() -> None:
-    assert set(watched_names({})) == set(ALL_NAMES)
+    read = [set(watched_names({name: 1.0})) for name in RETURN_ALTITUDE_NAMES]
+    assert set(watched_names({})).union(*read) == set(ALL_NAMES)
+    assert set(watched_names({})) & ALL_RETURN_NAMES == {"RALLY_TOTAL"}
     assert {*CHECK_OF, *RETURN_ALTITUDE_NAMES} == set(ALL_NAMES)
 
 
@@ -119,7 +137,7 @@ def test_a_threshold_beyond_its_bounds_does_not_pass(name: str, value: float) ->
     assert check.name == CHECK_OF[name]
     assert check.consequence
     assert check.remedy
-    assert check.can_be_set is (name not in THRESHOLD_NAMES)
+    assert check.can_be_set is (name not in (*THRESHOLD_NAMES, "RALLY_TOTAL"))
 
 
 def test_terminate_does_not_return_home() -> None:
@@ -146,6 +164,36 @@ def test_a_fence_that_a_switch_turned_off_does_not_pass() -> None:
     assert (check.value, check.can_be_set) == ("switched off", False)
     (check,) = failed(SAFE, AutopilotView(245, (3,), fence_on=None))
     assert check.value == NOT_READ
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words"),
+    [
+        ("RTL_ALT_FINAL_M", 2.0, "stays in the air above home (RTL_ALT_FINAL_M 2)"),
+        ("RTL_CLIMB_MIN_M", 3.5, "climbs first, above the ceiling (RTL_CLIMB_MIN_M 3.5)"),
+        ("RTL_ALT_TYPE", 1.0, "follows a terrain that it may not know (RTL_ALT_TYPE 1)"),
+        ("RALLY_TOTAL", 2.0, "to a rally point where one is nearer (RALLY_TOTAL 2)"),
+    ],
+)
+def test_a_return_must_end_on_the_ground_at_home(name: str, value: float, words: str) -> None:
+    (check,) = failed({**SAFE_47, name: value})
+    assert (check.name, check.value) == ("Autopilot's return", words)
+
+
+def test_a_climb_in_metres_is_not_one_in_centimetres() -> None:
+    assert failed({**SAFE_47, "RTL_CLIMB_MIN_M": 3.0}) == []
+    assert failed({**SAFE, "RTL_CLIMB_MIN": 300.0}) == []
+    assert wanted_values({**SAFE_47, "RTL_CLIMB_MIN_M": 4.0}, 245) == {"RTL_CLIMB_MIN_M": 0.0}
+    assert wanted_values({**SAFE, "RTL_ALT_FINAL": 4.0}, 245) == {"RTL_ALT_FINAL": 0.0}
+
+
+def test_an_autopilot_without_rally_points_passes() -> None:
+    assert failed({**SAFE, "RALLY_TOTAL": None}) == []
+
+
+def test_rally_points_are_not_deleted() -> None:
+    assert wanted_values({**SAFE, "RALLY_TOTAL": 3.0}, 245) == {}
+    assert "RALLY_TOTAL" in DECIDING_NAMES
 
 
 # -- thresholds of the battery ----------------------------------------------------------------------------------------

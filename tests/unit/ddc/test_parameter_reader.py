@@ -95,7 +95,7 @@ def test_an_autopilot_that_answers_nothing_lacks_nothing() -> None:
     assert bench.reader.values() == {}
 
 
-@pytest.mark.parametrize("name", sorted(set(SAFE_PARAMETERS) - {"RTL_ALT"}))
+@pytest.mark.parametrize("name", sorted(set(SAFE_PARAMETERS) - {"RTL_ALT", "RALLY_TOTAL"}))
 def test_a_parameter_that_every_version_has_is_never_given_up(name: str) -> None:
     bench = Bench(SAFE_PARAMETERS, frozenset({name}))
     bench.run(30)
@@ -157,6 +157,11 @@ CHANGES = [
     ("FS_GCS_ENABLE", 0, "Ground-station failsafe: off (FS_GCS_ENABLE 0). No new task until it is right."),
     ("SYSID_MYGCS", 255, "Ground-station failsafe: watches station 255, this is 245. No new task until it is right."),
     ("BATT_FS_LOW_ACT", 5, "Battery failsafe: cuts the motors (BATT_FS_LOW_ACT 5). No new task until it is right."),
+    (
+        "RALLY_TOTAL",
+        1,
+        "Autopilot's return: to a rally point where one is nearer (RALLY_TOTAL 1). No new task until it is right.",
+    ),
 ]
 
 

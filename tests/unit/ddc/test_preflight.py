@@ -41,6 +41,7 @@ async def test_a_drone_that_is_well_passes_everything(rig: Rig) -> None:
         "Remote-control failsafe",
         "Position failsafe",
         "Fence in the autopilot",
+        "Autopilot's return",
         "Battery failsafe",
         "Battery thresholds",
     ]
@@ -119,7 +120,12 @@ async def test_each_failsafe_parameter_alone_refuses_arm(tmp_path: Path, name: s
     [
         DEFAULT_PARAMETERS,
         {**{n: v for n, v in DEFAULT_PARAMETERS.items() if n != "SYSID_MYGCS"}, "MAV_GCS_SYSID": 255},
-        {**{n: v for n, v in DEFAULT_PARAMETERS.items() if n != "RTL_ALT"}, "RTL_ALT_M": 30},
+        {
+            **{n: v for n, v in DEFAULT_PARAMETERS.items() if n not in ("RTL_ALT", "RTL_ALT_FINAL", "RTL_CLIMB_MIN")},
+            "RTL_ALT_M": 30,
+            "RTL_ALT_FINAL_M": 2,
+            "RTL_CLIMB_MIN_M": 0,
+        },
     ],
     ids=["before 4.7", "4.7", "metres"],
 )
