@@ -672,6 +672,7 @@ class Rig:
             self.desk.present = False
             await self.run(0.2)
         elif state is not StateName.HOVER:
+            await self.run(0.3)  # a new task waits until every parameter was read
             await self._order_from_hover(state)
         self.expect(state)
 
