@@ -24,7 +24,7 @@ from hawk.model import Fence, MapPoint, Route
 ROOM_M = (2.0, 1.0, 0.5, 0.0)
 """Room that a path keeps from our limit, metres: the first of these with which there is a path."""
 SIGHT_ROOM_M = 1.0
-"""A place is in sight when the straight way to it passes each corner by this distance, metres."""
+"""A place is in sight when the straight line to it passes each corner by this distance, metres."""
 CUTS_M = (8.0, 4.0, 2.5)
 """A corner may be cut this many metres before and behind it; one that the least of these does not fit is a stop."""
 _FLAT = 1e-9  # sine of a turn that is none: a corner too many costs little, one too few would lose a path
@@ -36,7 +36,7 @@ Places = NDArray[np.float64]
 def path_inside(fence: Fence, start: MapPoint, end: MapPoint) -> tuple[MapPoint, ...] | None:
     """Return the shortest path inside our fence, from start to end; None when an end is outside or nothing joins them.
 
-    The straight way is the path where it is inside. A path round corners keeps `ROOM_M` from our limit, less where the
+    The straight line is the path where it is inside. A path round corners keeps `ROOM_M` from our limit, less where the
     ground is too narrow. An end nearer to the limit than that is joined to it by a straight leg inside the fence.
     """
     if not (contains(fence, start) and contains(fence, end)):
@@ -64,7 +64,7 @@ def length(path: tuple[MapPoint, ...]) -> float:
 
 
 def is_in_sight(fence: Fence, place: MapPoint, aim: MapPoint) -> bool:
-    """Return True when the straight way is inside our fence and passes its corners with `SIGHT_ROOM_M` to spare.
+    """Return True when the straight line is inside our fence and passes its corners with `SIGHT_ROOM_M` to spare.
 
     A corner nearer than that to one end must not be passed nearer still.
     """
@@ -73,11 +73,11 @@ def is_in_sight(fence: Fence, place: MapPoint, aim: MapPoint) -> bool:
     corners = _ground(fence, 0.0).corners
     if place == aim or not len(corners):
         return True
-    way = shapely.linestrings([(place.north, place.east), (aim.north, aim.east)])
+    line = shapely.linestrings([(place.north, place.east), (aim.north, aim.east)])
     points = shapely.points(corners)
     ends = shapely.points([(place.north, place.east), (aim.north, aim.east)])
     nearest = np.minimum(shapely.distance(points, ends[0]), shapely.distance(points, ends[1]))
-    return bool(np.all(shapely.distance(points, way) >= np.minimum(nearest, SIGHT_ROOM_M) - 1e-6))
+    return bool(np.all(shapely.distance(points, line) >= np.minimum(nearest, SIGHT_ROOM_M) - 1e-6))
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,7 +161,7 @@ def _is_taut(origin: Places, corner: Places, before: Places, behind: Places) -> 
 
 
 def _sees(ground: shapely.Geometry, one: Places, other: Places) -> NDArray[np.bool_]:
-    """Return for each pair whether the straight way between them is on the ground."""
+    """Return for each pair whether the straight line between them is on the ground."""
     if not len(one):
         return np.zeros(0, dtype=bool)
     seen: NDArray[np.bool_] = shapely.covers(ground, shapely.linestrings(np.stack([one, other], axis=1)))

@@ -176,7 +176,7 @@ class ToMove:
 class ToReturn:
     """Fly home. ``by_autopilot``: the autopilot began it by itself and nothing is sent.
 
-    ``straight``: why no path inside the fence is flown, even where the straight way leaves it; empty: it may be.
+    ``straight``: why no path inside the fence is flown, even where the straight line leaves it; empty: it may be.
     """
 
     cause: Cause | None = None

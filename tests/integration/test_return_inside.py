@@ -40,7 +40,7 @@ async def draw(pilot: Operator, ring: Ring) -> None:
     await pilot.take_control()
     corners = [FenceCorner(latitude=lat, longitude=lon) for lat, lon in on_globe(beat, ring)]
     await pilot.order(SetFence(corners=corners, ceiling=CEILING_M))
-    await pilot.until(lambda b: b.fence_setup is not None and b.fence_setup.source == "drawn")
+    await pilot.until(lambda b: b.state == StateName.IDLE and "saved" in b.detail)
 
 
 async def fly_to_the_other_arm(pilot: Operator) -> None:

@@ -182,8 +182,8 @@ class ReturnToLaunch(Homing):
             self._straight = begun.reason
             return begun.words
         self._inside = begun
-        way = metres(length(begun.route(facts)))
-        return (Log("info", f"The straight way home leaves the fence: returning inside it, {way}."),)
+        distance = metres(length(begun.route(facts)))
+        return (Log("info", f"The straight way home leaves the fence: returning inside it, {distance}."),)
 
     def _return(self, facts: Facts) -> Acts:
         """Ask for RTL once home is right; begin it again when it began with a home that was moved."""

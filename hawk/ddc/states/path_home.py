@@ -50,7 +50,7 @@ class Straight:
 
 
 def is_beyond_sight(facts: Facts) -> bool:
-    """Return True when the straight way home leaves our fence, from the drone or from where it comes to rest.
+    """Return True when the straight line home leaves our fence, from the drone or from where it comes to rest.
 
     An old pose counts here as well. False where fence, home or drone are not known.
     """
@@ -100,7 +100,7 @@ class PathHome:
         self._needs_path = False
         self._follow(errand, place, now)
         self.end: Straight | None = None
-        """What follows; None while the path is flown."""
+        """Why RTL follows; None while the path is flown."""
 
     def _follow(self, errand: Errand, place: MapPose, now: float) -> None:
         self._errand = errand

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
@@ -9,6 +10,7 @@ from itertools import pairwise
 import pytest
 
 from hawk.comm.messages import Arm, Hold, Land, ReturnToLaunch
+from hawk.ddc import fence_path
 from hawk.ddc.acts import Acts, Ask, EnterState, Log, SendMode, SendTarget, SetHome, SetMode
 from hawk.ddc.decider import Decider
 from hawk.ddc.energy import LANDING_PERCENT, Reserve
@@ -20,7 +22,7 @@ from hawk.ddc.orders import Cause, CauseKind, ToReturn
 from hawk.ddc.silence import SILENCE_S
 from hawk.ddc.states import homing, path_home
 from hawk.ddc.target_gate import Limits, target_refusal
-from hawk.model import CopterMode, GlobalPose, MapPoint
+from hawk.model import CopterMode, Fence, GlobalPose, MapPoint
 from hawk.model import StateName as S
 from tests.unit.ddc.fakes import Rig
 from tests.unit.ddc.test_fence import U_SHAPE, WEST_ARM, draw, fence
@@ -38,7 +40,7 @@ Change = Callable[[Facts], Facts]
 def bent(
     now: float, north: float = WEST_ARM.north, east: float = WEST_ARM.east, height: float = TOP_M, percent: float = 80.0
 ) -> Facts:
-    """A drone in the west arm: the straight way home leaves the fence."""
+    """A drone in the west arm: the straight line home leaves the fence."""
     facts = flying(now)
     return replace(
         facts,
@@ -287,7 +289,7 @@ def test_the_second_start_in_the_air_goes_straight(starts: int) -> None:
     assert not of_kind(acts, SendTarget)
 
 
-# -- straight instead: on the way -----------------------------------------------------------------------------------
+# -- straight instead: along the path -----------------------------------------------------------------------------------
 
 
 def aged(seconds: float) -> Change:
@@ -514,6 +516,33 @@ async def test_a_return_from_the_arm_of_a_bent_fence_stays_inside_and_lands_at_h
     assert abs(rig.autopilot.north) + abs(rig.autopilot.east) < 2.0
     assert rig.autopilot.asked("set_mode") == [*before, CopterMode.RTL]
     assert "Home is in straight sight." in rig.log
+
+
+async def test_the_check_and_the_editor_say_what_flies_straight(rig: Rig) -> None:
+    await draw(rig, fence(U_SHAPE))
+    await rig.run(0.5)
+    (found,) = (check.value for check in rig.shown.operation.checks if check.name == "Return height")
+    assert found.endswith(
+        "our returns stay inside the fence, the autopilot's own failsafes fly straight and leave it from parts"
+    )
+
+
+async def test_paths_are_prepared_off_the_loop_when_the_fence_comes_into_force(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[tuple[str, str]] = []
+    done = threading.Event()
+
+    def note(_: Fence) -> None:
+        made.append(("paths", threading.current_thread().name))
+        done.set()
+
+    monkeypatch.setattr(fence_path, "prepare", note)
+    rig.order(Arm())
+    await rig.until(S.ARM)
+    await rig.run(0.5)
+    assert done.wait(5.0)
+    assert {name.startswith("hawk-parameters") for _, name in made} == {True}
 
 
 async def test_the_reserve_counts_the_path_where_it_is_longer(rig: Rig) -> None:
