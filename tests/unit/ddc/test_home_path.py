@@ -6,7 +6,7 @@ import pytest
 
 from hawk.ddc import home_path
 from hawk.ddc.energy import LANDING_PERCENT, SLOWEST_M_S, Reserve
-from hawk.ddc.fence_path import length
+from hawk.ddc.fence_path import length, path_inside
 from hawk.ddc.home_path import LOOK_S, HomePath, mean_speed
 from hawk.ddc.wind import Wind
 from hawk.model import Fence, MapPoint
@@ -24,11 +24,10 @@ def test_the_path_inside_is_counted_and_the_straight_way_where_none_is_needed_or
 
 def test_a_path_is_looked_for_once_a_second_and_begins_at_the_drone(monkeypatch: pytest.MonkeyPatch) -> None:
     looked: list[MapPoint] = []
-    real = home_path.path_inside
 
     def counted(fence: Fence, start: MapPoint, end: MapPoint) -> tuple[MapPoint, ...] | None:
         looked.append(start)
-        return real(fence, start, end)
+        return path_inside(fence, start, end)
 
     monkeypatch.setattr(home_path, "path_inside", counted)
     path = HomePath()

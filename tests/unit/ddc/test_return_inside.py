@@ -75,6 +75,15 @@ def gate(acts: Acts) -> list[bool]:
     return [act.may_send_targets for act in acts if isinstance(act, EnterState)]
 
 
+LED, STRAIGHT = (True, None, False), (False, CopterMode.RTL, True)
+
+
+def traits(made: Decider) -> tuple[bool, CopterMode | None, bool]:
+    """Return whether it may send targets, the mode for a silent autopilot, and whether it is left alone."""
+    state = made.state
+    return state.may_send_targets, state.autopilot_mode, state.is_left_alone
+
+
 def flown(made: Decider, now: float, seconds: float, change: Change = lambda facts: facts) -> Acts:
     """Tick for a while with facts in which the drone does not move; return all acts."""
     acts: Acts = ()
@@ -92,11 +101,8 @@ def test_it_is_led_by_targets_that_the_gate_takes_until_home_is_in_sight() -> No
     assert gate(acts) == [True]
     assert "The straight way home leaves the fence: returning inside it, 98 m." in texts(acts)
     assert modes(acts) == []
-    assert made.state.may_send_targets
-    assert made.state.autopilot_mode is None
-    assert not made.state.is_left_alone
-    at, now = facts.position.pose, 10.0
-    assert at is not None
+    assert traits(made) == LED
+    now = 10.0
     north, east = WEST_ARM.north, WEST_ARM.east
     for _ in range(2000):
         now += TICK_S
@@ -115,8 +121,7 @@ def test_it_is_led_by_targets_that_the_gate_takes_until_home_is_in_sight() -> No
     assert modes(acts) == [CopterMode.RTL]
     assert gate(acts) == [False]
     assert "Home is in straight sight." in texts(acts)
-    assert made.state.autopilot_mode is CopterMode.RTL
-    assert made.state.is_left_alone
+    assert traits(made) == STRAIGHT
     assert made.state.route(facts) == ()
     assert north < 20.0, "past the corner"
 
@@ -289,7 +294,7 @@ def test_the_second_start_in_the_air_goes_straight(starts: int) -> None:
     assert not of_kind(acts, SendTarget)
 
 
-# -- straight instead: along the path -----------------------------------------------------------------------------------
+# -- straight instead: along the path --------------------------------------
 
 
 def aged(seconds: float) -> Change:
@@ -417,8 +422,9 @@ def test_a_silent_autopilot_is_sent_rtl_after_three_seconds() -> None:
         acts = made.tick(facts).acts
         assert age < 2.6 or not of_kind(acts, SendTarget)
         sent += [(age, a.request.mode) for a in acts if isinstance(a, Ask) and isinstance(a.request, SendMode)]
-    assert sent[0] == (pytest.approx(SILENCE_S, abs=0.06), CopterMode.RTL)
-    assert not made.state.may_send_targets
+    assert sent[0][0] == pytest.approx(SILENCE_S, abs=0.06)
+    assert {mode for _, mode in sent} == {CopterMode.RTL}
+    assert traits(made) == STRAIGHT
 
 
 def test_heard_again_before_that_it_goes_on_from_where_it_is() -> None:
