@@ -14,9 +14,8 @@ from hawk.ddc import fence_path
 from hawk.ddc.acts import Acts, Ask, EnterState, Log, SendMode, SendTarget, SetHome, SetMode
 from hawk.ddc.decider import Decider
 from hawk.ddc.energy import LANDING_PERCENT, Reserve
-from hawk.ddc.facts import Answer, Facts, HomeFacts, LinkFacts, VehicleEvent
+from hawk.ddc.facts import RESERVE_CONFIRM_S, Answer, Facts, HomeFacts, LinkFacts, VehicleEvent
 from hawk.ddc.geofence import contains, outside_by, polygon_fence
-from hawk.ddc.guard import RESERVE_CONFIRM_S
 from hawk.ddc.motion import PROGRESS_S, Goal
 from hawk.ddc.orders import Cause, CauseKind, ToReturn
 from hawk.ddc.silence import SILENCE_S
