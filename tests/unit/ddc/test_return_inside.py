@@ -15,6 +15,7 @@ from hawk.ddc.acts import Acts, Ask, EnterState, Log, SendMode, SendTarget, SetH
 from hawk.ddc.decider import Decider
 from hawk.ddc.energy import LANDING_PERCENT, Reserve
 from hawk.ddc.facts import RESERVE_CONFIRM_S, Answer, Facts, HomeFacts, LinkFacts, VehicleEvent
+from hawk.ddc.failing import AIR_S
 from hawk.ddc.geofence import contains, outside_by, polygon_fence
 from hawk.ddc.motion import PROGRESS_S, Goal
 from hawk.ddc.orders import Cause, CauseKind, ToReturn
@@ -494,7 +495,9 @@ def test_a_moved_home_is_set_back_while_the_path_leads_to_the_arm_place() -> Non
 # -- the whole manager -----------------------------------------------------------------------------------------------
 
 
-async def test_a_return_from_the_arm_of_a_bent_fence_stays_inside_and_lands_at_home(rig: Rig) -> None:
+@pytest.fixture
+async def led(rig: Rig) -> Rig:
+    """A drone that returns from the west arm by targets."""
     await draw(rig, fence(U_SHAPE))
     rig.order(Arm())
     await rig.until(S.ARM)
@@ -502,11 +505,15 @@ async def test_a_return_from_the_arm_of_a_bent_fence_stays_inside_and_lands_at_h
     rig.autopilot.put_in_air()
     rig.autopilot.north, rig.autopilot.east = WEST_ARM.north, WEST_ARM.east
     await rig.run(0.5)
-    before = rig.autopilot.asked("set_mode")
     rig.order(ReturnToLaunch())
     await rig.run(1.0)
     assert rig.autopilot.mode == CopterMode.GUIDED
     assert rig.detail.startswith("Returning home inside the fence, ")
+    return rig
+
+
+async def test_a_return_from_the_arm_of_a_bent_fence_stays_inside_and_lands_at_home(led: Rig) -> None:
+    rig, before = led, led.autopilot.asked("set_mode")
     assert len(rig.shown.travel.route) == 3
     limit = rig.fence
     assert limit is not None
@@ -521,6 +528,22 @@ async def test_a_return_from_the_arm_of_a_bent_fence_stays_inside_and_lands_at_h
     assert abs(rig.autopilot.north) + abs(rig.autopilot.east) < 2.0
     assert rig.autopilot.asked("set_mode") == [*before, CopterMode.RTL]
     assert "Home is in straight sight." in rig.log
+
+
+async def test_the_end_of_the_program_asks_for_rtl_before_it_ends(led: Rig) -> None:
+    assert await led.manager.shutdown_in_air()
+    assert led.autopilot.mode == CopterMode.RTL
+    assert led.log[-1] == "The program ends. Returning home."
+
+
+async def test_failed_ticks_on_the_path_ask_for_rtl(led: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    def boom(*_: object) -> None:
+        raise RuntimeError("boom")
+
+    monkeypatch.setattr(led.manager._performer, "_perform", boom)
+    await led.run(AIR_S + 0.2)
+    assert led.autopilot.mode == CopterMode.RTL
+    assert led.manager.state.autopilot_mode == CopterMode.RTL
 
 
 async def test_the_check_and_the_editor_say_what_flies_straight(rig: Rig) -> None:
