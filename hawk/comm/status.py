@@ -245,7 +245,8 @@ class TravelStatus(Outgoing):
 
     target: Point | None = None
     route: tuple[Point, ...] = ()
-    """The rest of the route while it explores or moves autonomously, in order; empty when there is none."""
+    """The rest of the route while it explores, moves autonomously, or returns inside a bent fence, in order; empty when
+    there is none."""
     flight_time: Known = None
     distance_flown: Known = None
 

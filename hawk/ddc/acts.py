@@ -280,7 +280,7 @@ class CountStart:
 
 @dataclass(frozen=True, slots=True)
 class EnterState:
-    """Another state is the active one: publish it, and let the gate know what it may send."""
+    """Another state is the active one, or may send other targets now: publish it, and let the gate know."""
 
     name: StateName
     may_send_targets: bool

@@ -185,7 +185,7 @@ class CommandDesk:
         """Return To Launch or Land for an autopilot that is not heard: `hawk.ddc.silence` sends the state's mode."""
         words = f"{command_type(command)} is sent without an answer: no word from the autopilot."
         answer = Ack(id=command.id, accepted=True, reason=UNHEARD)
-        following = ToLand() if isinstance(command, Land) else ToReturn()
+        following = ToLand() if isinstance(command, Land) else ToReturn(straight="the autopilot is not heard")
         return Ruling(answer, (*self._begin(), Log("warning", words)), transition=following)
 
     def _begin(self) -> Acts:

@@ -67,6 +67,7 @@ class Decider:
         self._fault = ""
         self._is_sound = True
         self.state: State = Idle(now, "Looking for the autopilot.")
+        self._entered = _entering(self.state)
 
     @property
     def is_cutting(self) -> bool:
@@ -131,7 +132,7 @@ class Decider:
         yield True, lambda: self._react(facts)
         if not facts.link.is_up and not self.state.on_ground:
             return  # nothing that is decided now would reach the autopilot
-        yield True, lambda: self._do(self.state.process(facts))
+        yield True, lambda: self._process(facts)
         yield True, lambda: self._advance(facts, None)
 
     def _hear(self, event: VehicleEvent, facts: Facts) -> None:
@@ -183,8 +184,8 @@ class Decider:
         following, messages = make_state(transition, facts, self._settings)
         former, self.state = self.state, following
         changed = (("from", former.get_identity()), ("to", following.get_identity()))
-        entered = EnterState(following.identity, following.may_send_targets, following.holds)
-        self._do((*messages, Record("state", changed), entered))
+        self._entered = _entering(following)
+        self._do((*messages, Record("state", changed), self._entered))
         self._do(self._left(former, facts))
         self._do(self._desk.inquiries.supersede())
         if isinstance(transition, ToIdle) and transition.gave_up_arming:
@@ -197,6 +198,15 @@ class Decider:
         returned = former.identity is StateName.COMMUNICATION_LOST and following.identity is StateName.HOVER
         if returned and self._follower.started_in_air and self._continues_survey:
             self._do((Log("info", "Explore continues the survey."),))
+
+    def _process(self, facts: Facts) -> None:
+        """Do the state's acts. What the gate lets it send follows its trait, which may just have changed."""
+        acts = self.state.process(facts)
+        entered = _entering(self.state)
+        if entered != self._entered:
+            self._entered = entered
+            self._do((entered,))
+        self._do(acts)
 
     def _left(self, former: State, facts: Facts) -> Acts:
         """Return the former state's last acts; a fault in it must not keep the next one from beginning."""
@@ -235,3 +245,7 @@ class Decider:
     def _note_fault(self, error: Exception) -> None:
         _LOGGER.exception("unexpected")
         self._fault = f"Fault in the program: {type(error).__name__}: {error}"
+
+
+def _entering(state: State) -> EnterState:
+    return EnterState(state.identity, state.may_send_targets, state.holds)

@@ -13,6 +13,8 @@ ASSUMED_DRAIN = 100.0 / (15 * 60)
 """Drain until it was measured, percent a second: an empty battery after 15 minutes."""
 SAFETY_FACTOR = 1.3
 """The flight home against the wind costs more than the flight out."""
+LANDING_PERCENT = 5.0
+"""A path home that is longer than the straight line is flown only if this is left at its end, percent."""
 SLOWEST_M_S = 0.5
 """A drone that the wind holds back counts as this fast: the reserve is then reached at once, away from home."""
 CLIMB_M_S = 2.0
@@ -29,6 +31,13 @@ class Reserve:
     percentage: float
     needed: float
     time_left: float
+    flight: float = 0.0
+    """Charge that the flight home costs, without the reserve; by the path inside the fence where it is longer."""
+
+    @property
+    def lasts(self) -> bool:
+        """True when the charge lasts for the flight home by the path inside the fence."""
+        return self.percentage - self.flight >= LANDING_PERCENT
 
     @property
     def is_reached(self) -> bool:
@@ -82,5 +91,6 @@ class BatteryWatch:
         """
         home = seconds_home(distance, height, return_height, max(speed, SLOWEST_M_S))
         drain = self.drain
-        needed = self._reserve + SAFETY_FACTOR * home * drain
-        return Reserve(percentage, needed, max(0.0, (percentage - needed) / drain))
+        flight = SAFETY_FACTOR * home * drain
+        needed = self._reserve + flight
+        return Reserve(percentage, needed, max(0.0, (percentage - needed) / drain), flight)

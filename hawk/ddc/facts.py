@@ -41,6 +41,12 @@ TARGET_POSE_AGE_S = 0.5
 """No target is sent on an older pose, seconds (design, section 6)."""
 POSE_TIMEOUT_S = 1.0
 """An older pose makes the position unhealthy, seconds."""
+POSITION_CONFIRM_S = 2.0
+"""Seconds for which the autopilot must distrust its position."""
+BATTERY_UNKNOWN_S = 30.0
+"""Seconds without a valid charge after which the drone returns."""
+RESERVE_CONFIRM_S = 3.0
+"""Seconds for which the reserve must be reached: a dip under load does not count."""
 VERDICT_AGE_S = 1.0
 """An older verdict is void, seconds."""
 HOME_TOLERANCE_M = 3.0

@@ -28,7 +28,10 @@ from hawk.ddc.settings import DdcSettings
 from hawk.ddc.words import metres
 from hawk.model import Fence, GlobalPose, HeightParameters
 
-BLIND_HOME = "From parts of it the straight way home leaves the fence: the autopilot returns straight."
+BLIND_HOME = (
+    "From parts of it the straight way home leaves the fence. Our returns stay inside; the autopilot's own failsafes "
+    "(lost link, its battery failsafe, a dead companion computer) fly straight."
+)
 
 
 @dataclass(frozen=True, slots=True)

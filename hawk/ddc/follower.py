@@ -179,4 +179,4 @@ def _restart(starts: int, state: State) -> Step:
     if restart_rule(starts) is RestartRule.ADOPT or state.is_left_alone:
         return Step(acts=(record,))
     cause = Cause("The program stopped twice in a minute.", CauseKind.NEVER)
-    return Step(ToReturn(cause), (record,))
+    return Step(ToReturn(cause, straight="the program may stop again"), (record,))

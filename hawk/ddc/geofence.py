@@ -205,6 +205,11 @@ def area(ring: Ring) -> float:
     return float(_shape(ring).area)
 
 
+def shape(fence: Fence) -> Polygon:
+    """Return the ground inside our fence, prepared: (north, east) metres. The same object for the same fence."""
+    return _shape(fence.polygon)
+
+
 @lru_cache(maxsize=8)
 def _shape(ring: Ring) -> Polygon:
     shape = Polygon(ring)

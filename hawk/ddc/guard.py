@@ -5,22 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hawk.ddc.acts import Acts, Log
-from hawk.ddc.facts import POSE_TIMEOUT_S, Facts
+from hawk.ddc.facts import BATTERY_UNKNOWN_S, POSE_TIMEOUT_S, POSITION_CONFIRM_S, RESERVE_CONFIRM_S, Facts
 from hawk.ddc.orders import Cause, CauseKind, Rank, ToCommunicationLost, ToHover, ToReturn, Transition
 from hawk.ddc.states.base import State
 
-BATTERY_UNKNOWN_S = 30.0
-"""Seconds without a valid charge after which the drone returns."""
-RESERVE_CONFIRM_S = 3.0
-"""Seconds for which the reserve must be reached: a dip under load does not count."""
 WIND_CONFIRM_S = 10.0
 """Seconds for which the wind must be above the limit: a gust does not count."""
 FENCE_RETURN_S = 10.0
 """Seconds outside the fence after which the drone returns."""
 FAULT_CONFIRM_S = 1.0
 """Seconds for which a fault of perception must last: one bad picture does not count."""
-POSITION_CONFIRM_S = 2.0
-"""Seconds for which the autopilot must distrust its position."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,9 +27,9 @@ HOME_WAIT_S = 3.0
 
 
 def returning(facts: Facts, cause: Cause) -> ToReturn | ToLand:
-    """Return the transition of a return that cannot wait: Land where RTL would leave the fence."""
+    """Return the transition of a return that cannot wait, nor fly a path: Land where home is outside the fence."""
     home = facts.position.autopilot_home
-    return ToLand(astray(home, cause)) if home.misleads else ToReturn(cause)
+    return ToLand(astray(home, cause)) if home.misleads else ToReturn(cause, straight="the program cannot lead it")
 
 
 def astray(home: HomeFacts, cause: Cause | None) -> Cause | None:

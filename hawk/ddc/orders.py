@@ -174,10 +174,14 @@ class ToMove:
 
 @dataclass(frozen=True, slots=True)
 class ToReturn:
-    """Fly home. ``by_autopilot``: the autopilot began it by itself and nothing is sent."""
+    """Fly home. ``by_autopilot``: the autopilot began it by itself and nothing is sent.
+
+    ``straight``: why no path inside the fence is flown, even where the straight line leaves it; empty: it may be.
+    """
 
     cause: Cause | None = None
     by_autopilot: bool = False
+    straight: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from hawk.comm.status import CommandSocket
+from hawk.ddc import fence_path
 from hawk.ddc.acts import (
     Act,
     Acts,
@@ -146,6 +147,7 @@ class Performer:
                 tools.topics.heights_pub.publish(heights)
             case PutFenceInForce(fence):
                 tools.topics.fence_pub.publish(fence)
+                self._executor.submit(fence_path.prepare, fence)  # before the first path is asked for, in the air
             case SetDatum(datum):
                 tools.service.set_datum(datum)
             case ForgetAskedModes():

@@ -29,15 +29,17 @@ from hawk.ddc.facts import (
 )
 from hawk.ddc.failsafes import ALL_NAMES
 from hawk.ddc.fence_file import FenceKeeper
+from hawk.ddc.fence_path import length
 from hawk.ddc.flight_log import FlightLog
 from hawk.ddc.geofence import BREACH_TOLERANCE_M, outside_by, to_map
 from hawk.ddc.home import HomeWatch, home_health
+from hawk.ddc.home_path import HomePath, mean_speed
 from hawk.ddc.requests import Outcomes, Requests
 from hawk.ddc.service_interface import DdcServiceInterface
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.topic_interface import DdcTopicInterface
 from hawk.ddc.watches import Jumps, LinkWatch, Stopwatch
-from hawk.ddc.wind import Wind, WindWatch, ground_speed
+from hawk.ddc.wind import Wind, WindWatch
 from hawk.model import ArmPlace, GlobalPose, Health, LandedState, MapPoint
 
 DOUBT_CONFIRM_S = 0.5
@@ -79,6 +81,7 @@ class Senses:
         self._jumps, self._estimate_jumps = Jumps(), Jumps()
         self._drain = BatteryWatch(sources.settings.flight.battery_reserve_percent)
         self._charge_known = now
+        self._home_path = HomePath()
         self._wind_watch = WindWatch()
         self._wind: Wind | None = None
         self._wind_at = float("-inf")
@@ -292,10 +295,10 @@ class Senses:
         elif percentage is not None and home is not None and pose is not None and pose.map is not None:
             self._drain.update(percentage, now)
             aim = self._return_place(pose.map.point, home)
-            away, top = pose.map.point.distance(aim), topics.get_heights().maximum
-            track = math.atan2(aim.east - pose.map.east, aim.north - pose.map.north)
-            speed = ground_speed(self._from.settings.flight.speed_m_s, track, self._wind)
-            self._reserve = self._drain.reserve(percentage, away, pose.map.height, top, speed)
+            path = self._home_path.look(topics.fence_pub.value, pose.map.point, aim, now)
+            speed = mean_speed(path, self._from.settings.flight.speed_m_s, self._wind)
+            top = topics.get_heights().maximum
+            self._reserve = self._drain.reserve(percentage, length(path), pose.map.height, top, speed)
             self._reached.update(self._reserve.is_reached, now)
 
     def _return_place(self, place: MapPoint, home: MapPoint) -> MapPoint:

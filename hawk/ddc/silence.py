@@ -10,6 +10,8 @@ from hawk.ddc.facts import Facts
 from hawk.ddc.orders import Cause, CauseKind, Rank, ToReturn
 from hawk.ddc.states.base import State
 
+UNHEARD = "the autopilot was not heard"
+"""Why no path is flown."""
 SILENCE_S = 3.0
 """Without a HEARTBEAT for this time Return To Launch is sent, and our heartbeats are held back, seconds."""
 REPEAT_S = 0.5
@@ -36,8 +38,9 @@ class SilenceWatch:
         acts: Acts = ()
         if facts.link.age >= SILENCE_S:
             acts = self._fall_silent()
-            if state.rank < Rank.RETURN_TO_LAUNCH:
-                return Step(ToReturn(Cause("The autopilot was not heard.", CauseKind.NEVER)), acts)
+            if state.rank < Rank.RETURN_TO_LAUNCH or state.may_send_targets:
+                cause = Cause("The autopilot was not heard.", CauseKind.NEVER)
+                return Step(ToReturn(cause, straight=UNHEARD), acts)
         return Step(acts=acts + self._send(facts, state))
 
     def _hear(self) -> Step:

@@ -38,11 +38,8 @@ class State(ABC):
     """A breach of the fence ends it."""
     needs_operator: ClassVar[bool] = False
     """A lost operator ends it (Takeoff looks itself, after its climb)."""
-    may_send_targets: ClassVar[bool] = False
     holds: ClassVar[bool] = False
     """Holds where the drone is, above Max as well: a pilot may have flown it there."""
-    is_left_alone: ClassVar[bool] = False
-    """Neither a restart nor the end of the program changes it."""
     is_homing: ClassVar[bool] = False
     """The autopilot brings the drone down: Hold needs control."""
 
@@ -58,6 +55,16 @@ class State(ABC):
     def rank(self) -> Rank:
         """Rank of the present activity: automatic reactions of this rank and below leave the state alone."""
         return Rank.TASK
+
+    @property
+    def may_send_targets(self) -> bool:
+        """True while it may send targets; it may change while the state lasts."""
+        return False
+
+    @property
+    def is_left_alone(self) -> bool:
+        """True while neither a restart nor the end of the program changes it."""
+        return False
 
     @property
     def goal(self) -> Goal | None:

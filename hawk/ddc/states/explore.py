@@ -37,8 +37,17 @@ class Travelling:
         """Lead on from where the drone is: the path is another one."""
         self._carrot = Carrot(self._flight.speed_m_s)
 
-    def process(self, facts: Facts, goal: Goal, speed: float | None = None) -> Acts:
-        """Return this tick's target; ``speed`` (m/s) makes it slower than travel speed, never faster."""
+    @property
+    def refusal(self) -> str:
+        """The autopilot's words when it refused GUIDED; empty while it did not."""
+        has_failed = self._guided.refusals > 0 and not self._guided.is_reached
+        return (self._guided.reason or "no answer") if has_failed else ""
+
+    def process(self, facts: Facts, goal: Goal, speed: float | None = None, lowest: float | None = None) -> Acts:
+        """Return this tick's target; ``speed`` (m/s) makes it slower than travel speed, never faster.
+
+        Below ``lowest`` (m, Min without one) the drone climbs before it goes across.
+        """
         acts = self._guided.reach(facts)
         if not self._guided.is_reached:
             self.obstacle = self._guided.reason or "Waiting for GUIDED."
@@ -52,7 +61,8 @@ class Travelling:
             return ()
         self.obstacle = facts.target_refusal if self._has_sent else ""
         self._has_sent = True
-        return (SendTarget(self._carrot.step(goal, place, facts.now, heights.minimum, heights.maximum, speed)),)
+        floor = heights.minimum if lowest is None else lowest
+        return (SendTarget(self._carrot.step(goal, place, facts.now, floor, heights.maximum, speed)),)
 
     def has_arrived(self, goal: Goal, pose: MapPose) -> bool:
         """Return True within the arrival radius, across and in height."""

@@ -54,8 +54,9 @@ def make_state(transition: Transition, facts: Facts, settings: DdcSettings) -> t
         case ToMove(move):
             kind = AutonomousMove if move.autonomous else CompulsiveMove
             return kind(now, move, settings), _move_messages(move, facts)
-        case ToReturn(cause, by_autopilot):
-            return _home(ReturnToLaunch(now, cause, by_autopilot), "Returning home.", "returns home")
+        case ToReturn(cause, by_autopilot, straight):
+            state = ReturnToLaunch(now, settings, cause, by_autopilot, straight)
+            return _home(state, "Returning home.", "returns home")
         case ToLand(cause, by_autopilot):
             return _home(Land(now, cause, by_autopilot), "Landing.", "lands")
         case ToCommunicationLost(passive):

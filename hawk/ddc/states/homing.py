@@ -7,16 +7,20 @@ from typing import ClassVar
 from hawk.comm.messages import Disarm
 from hawk.ddc.acts import STAY, Acts, Log, SetArmed, Step
 from hawk.ddc.facts import Facts
+from hawk.ddc.fence_path import length
 from hawk.ddc.home import HOME_WAIT_S, astray, home_words
 from hawk.ddc.orders import Cause, CauseKind, Order, Rank, ToHover, ToLand
+from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import AirborneState, Inquiry, ModeKeeper
-from hawk.model import CopterMode, StateName
+from hawk.ddc.states.path_home import PathHome, Straight, begin, is_beyond_sight
+from hawk.ddc.words import metres, sentence
+from hawk.model import CopterMode, MapPoint, StateName
 
 
 class Homing(AirborneState):
     """A state that one autopilot mode flies. ``by_autopilot``: the autopilot began it itself and nothing is sent."""
 
-    is_left_alone = is_homing = True
+    is_homing = True
     mode: ClassVar[CopterMode]
     own_rank: ClassVar[Rank]
     doing: ClassVar[str]
@@ -27,6 +31,11 @@ class Homing(AirborneState):
         self.by_autopilot = by_autopilot
         self._keeper = ModeKeeper(self.mode)
         self._reported = 0
+
+    @property
+    def is_left_alone(self) -> bool:
+        """The autopilot flies by itself."""
+        return True
 
     @property
     def rank(self) -> Rank:
@@ -77,8 +86,9 @@ class Homing(AirborneState):
 
 
 class ReturnToLaunch(Homing):
-    """Flies home and lands, by the autopilot.
+    """Flies home and lands, by the autopilot: inside a bent fence by targets until home is in straight sight.
 
+    Whether a path inside is flown is decided once, at the first tick (`hawk.ddc.states.path_home`).
     A home that was moved is set back first (`hawk.ddc.home`). RTL that began with a moved home flies there, even
     when home is set back later, so that it is begun again. Where home stays outside the fence, the drone lands instead;
     when the operator asked for the return, it holds.
@@ -89,26 +99,93 @@ class ReturnToLaunch(Homing):
     own_rank = Rank.RETURN_TO_LAUNCH
     doing = "Returning home"
 
-    def __init__(self, now: float, cause: Cause | None = None, by_autopilot: bool = False) -> None:
+    def __init__(
+        self,
+        now: float,
+        settings: DdcSettings,
+        cause: Cause | None = None,
+        by_autopilot: bool = False,
+        straight: str = "",
+    ) -> None:
+        """``straight``: why no path inside the fence is flown (`ToReturn`); empty: it may be."""
         super().__init__(now, cause, by_autopilot)
+        self._settings = settings
+        self._straight = straight
+        self._is_decided = by_autopilot
+        self._inside: PathHome | None = None
         self._is_flying = False
         self._is_misled = False
         self._stopping: ModeKeeper | None = None
         self._begins_again = False
 
+    @property
+    def may_send_targets(self) -> bool:
+        """True until RTL takes over."""
+        return self._inside is not None
+
+    @property
+    def is_left_alone(self) -> bool:
+        """Only the autopilot's own flight goes on without the program."""
+        return self._inside is None
+
+    @property
+    def autopilot_mode(self) -> CopterMode | None:
+        """RTL; None while targets lead the drone."""
+        return None if self._inside is not None else super().autopilot_mode
+
+    def route(self, facts: Facts) -> tuple[MapPoint, ...]:
+        """Return the rest of the path inside the fence; empty while the autopilot flies."""
+        return () if self._inside is None else self._inside.route(facts)
+
     def detail(self, facts: Facts) -> str:
         """Return the present activity and its cause."""
+        if self._inside is not None:
+            return f"{self._inside.detail(facts)} {'' if self.cause is None else self.cause.text}".strip()
         if self._stopping is not None or self._waits(facts):
             return "Returning home: home was moved, it is set back first."
-        return super().detail(facts)
+        straight = f" Straight: {sentence(self._straight)}" if self._straight and is_beyond_sight(facts) else ""
+        return f"{super().detail(facts)}{straight}"
 
     def restart(self) -> None:
         """Ask for the mode again: the autopilot was not heard for a while and flies another one."""
+        if self._inside is not None:
+            self._inside.restart()
         super().restart()
         self._is_flying = self._is_misled = False
         self._stopping = None
 
     def process(self, facts: Facts) -> Acts:
+        """Lead the drone along the path inside the fence, where one is flown; then have the autopilot return."""
+        acts = self._lead(facts)
+        return acts if self._inside is not None else acts + self._return(facts)
+
+    def _lead(self, facts: Facts) -> Acts:
+        """Return the acts of the path, and the message when it ends. A fault in it ends it: RTL follows."""
+        acts: Acts = ()
+        if not self._is_decided:
+            self._is_decided = True
+            acts += self._begin(facts)
+        inside, self._inside = self._inside, None
+        if inside is None:
+            return acts
+        acts += inside.process(facts)
+        if inside.end is None:
+            self._inside = inside
+            return acts
+        self._straight = inside.end.reason
+        return acts + inside.end.words
+
+    def _begin(self, facts: Facts) -> Acts:
+        beyond = is_beyond_sight(facts)
+        begun = Straight(self._straight if beyond else "") if self._straight else begin(facts, self._settings)
+        if isinstance(begun, Straight):
+            self._straight = begun.reason
+            return begun.words
+        self._inside = begun
+        distance = metres(length(begun.route(facts)))
+        return (Log("info", f"The straight way home leaves the fence: returning inside it, {distance}."),)
+
+    def _return(self, facts: Facts) -> Acts:
         """Ask for RTL once home is right; begin it again when it began with a home that was moved."""
         if self._stopping is not None:
             return self._begin_again(facts, self._stopping)
@@ -157,7 +234,7 @@ class ReturnToLaunch(Homing):
         return moved_s is not None and min(moved_s, self.age(facts)) >= HOME_WAIT_S
 
     def _decide(self, facts: Facts) -> Step:
-        if not self._leads_out(facts):
+        if self._inside is not None or not self._leads_out(facts):
             return STAY
         home = facts.position.autopilot_home
         if self.cause is None and not self.by_autopilot:

@@ -16,6 +16,7 @@ from hawk.ddc.states.homing import ReturnToLaunch as Returning
 from hawk.ddc.states.hover import Manual
 from hawk.model import CopterMode, LandedState, StateName
 from tests.unit.ddc.fakes import Rig
+from tests.unit.ddc.written_facts import SETTINGS
 from tests.unit.ddc.written_facts import flying as flying_facts
 
 UNHEARD = "Sent without an answer: no word from the autopilot."
@@ -128,9 +129,9 @@ async def test_a_short_gap_changes_nothing(flying: Rig) -> None:
 @pytest.mark.parametrize(
     ("state", "mode"),
     [
-        (Returning(0.0), CopterMode.RTL),
+        (Returning(0.0, SETTINGS), CopterMode.RTL),
         (Landing(0.0), CopterMode.LAND),
-        (Returning(0.0, by_autopilot=True), None),
+        (Returning(0.0, SETTINGS, by_autopilot=True), None),
         (Manual(0.0), None),
     ],
     ids=["return", "landing", "the autopilot's own", "pilot"],

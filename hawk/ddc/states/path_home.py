@@ -1,0 +1,203 @@
+"""The flight home inside a bent fence: GUIDED targets along a path, until home is in straight sight.
+
+The autopilot's RTL flies straight. It is asked for when home is in sight, and at once where the path cannot be flown:
+coming home comes before the fence.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hawk.ddc.acts import Acts, Log
+from hawk.ddc.energy import Reserve
+from hawk.ddc.facts import BATTERY_UNKNOWN_S, POSE_TIMEOUT_S, POSITION_CONFIRM_S, RESERVE_CONFIRM_S, Facts
+from hawk.ddc.fence_path import is_in_sight, length, route_inside
+from hawk.ddc.geofence import contains, path_is_inside
+from hawk.ddc.motion import Goal, ProgressWatch, RouteFollower, stopping_point
+from hawk.ddc.settings import DdcSettings
+from hawk.ddc.states.explore import OUTSIDE_PATH, Travelling
+from hawk.ddc.words import metres, sentence
+from hawk.model import CopterMode, Fence, MapPoint, MapPose, Route
+
+CLIMBED_M = 2.0
+"""Up to this far below the return height the drone goes across; lower it climbs first, as RTL does, metres."""
+PLAN_AGAIN_S = 1.0
+"""A drone that was driven off its path gets another one, not more often than this, seconds."""
+RETURNING = frozenset({CopterMode.RTL, CopterMode.SMART_RTL})
+"""Modes in which the autopilot flies home."""
+TOO_FAR = "the charge does not last for the path inside the fence"
+CHARGE_UNKNOWN = "the charge is not known"
+NO_PATH = "no path inside the fence leads home"
+OUTSIDE = "the drone is outside the fence"
+POSITION_OLD = "the position is too old"
+POSITION_LOST = "the autopilot does not trust its position"
+RETURNS_ALREADY = "the autopilot returns already"
+
+
+@dataclass(frozen=True, slots=True)
+class Straight:
+    """RTL flies the rest. ``reason``: why, although home is not in sight; empty where it is."""
+
+    reason: str = ""
+
+    @property
+    def words(self) -> Acts:
+        """The message for the operator."""
+        if not self.reason:
+            return ()
+        return (Log("warning", f"Straight home, beyond the fence: {sentence(self.reason)}"),)
+
+
+def is_beyond_sight(facts: Facts) -> bool:
+    """Return True when the straight line home leaves our fence, from the drone or from where it comes to rest.
+
+    An old pose counts here as well. False where fence, home or drone are not known.
+    """
+    pose, fence, home = facts.position.pose, facts.limits.fence, facts.position.home
+    stop = None if pose is None else stopping_point(pose)
+    if pose is None or pose.map is None or stop is None or fence is None or home is None:
+        return False
+    return not (path_is_inside(fence, pose.map.point, home) and path_is_inside(fence, stop.point, home))
+
+
+def begin(facts: Facts, settings: DdcSettings) -> PathHome | Straight:
+    """Return the flight along the path, where home is not in straight sight and nothing speaks against it."""
+    if not is_beyond_sight(facts):
+        return Straight()
+    place, fence, home = facts.place, facts.limits.fence, facts.position.home
+    if place is None:
+        return Straight(POSITION_OLD)
+    reason = _obstacle(facts)
+    if not reason and not _lasts(facts):
+        reason = TOO_FAR
+    if reason or fence is None or home is None:
+        return Straight(reason)
+    if not contains(fence, place.point):
+        return Straight(OUTSIDE)
+    route = route_inside(fence, place.point, home)
+    return Straight(NO_PATH) if route is None else PathHome(facts.now, settings, place, Errand(fence, home, route))
+
+
+@dataclass(frozen=True, slots=True)
+class Errand:
+    """A fence, home, and the route there."""
+
+    fence: Fence
+    home: MapPoint
+    route: Route
+
+
+class PathHome:
+    """Leads the drone along the path: up to the return height first, then from corner to corner."""
+
+    def __init__(self, now: float, settings: DdcSettings, place: MapPose, errand: Errand) -> None:
+        self._settings = settings
+        self._travelling = Travelling(settings)
+        self._watch = ProgressWatch()
+        self._yaw = place.yaw
+        self._short_since: float | None = None
+        self._needs_path = False
+        self._follow(errand, place, now)
+        self.end: Straight | None = None
+        """Why RTL follows; None while the path is flown."""
+
+    def _follow(self, errand: Errand, place: MapPose, now: float) -> None:
+        self._errand = errand
+        self._follower = RouteFollower(errand.route, self._settings.flight.arrival_radius_m)
+        self._from = place.point
+        self._planned = now
+        self._needs_path = False
+
+    def restart(self) -> None:
+        """Go on from where the drone is: it was not heard for a moment."""
+        self._needs_path = True
+
+    def route(self, facts: Facts) -> tuple[MapPoint, ...]:
+        """Return the rest of the path, from the drone."""
+        place = facts.last_place
+        return () if place is None else self._follower.left(place.point)
+
+    def detail(self, facts: Facts) -> str:
+        """Return one sentence for the operator, and what hinders."""
+        left = f"Returning home inside the fence, {metres(length(self.route(facts)))} to go."
+        return f"{left} {sentence(self._travelling.obstacle)}".strip()
+
+    def process(self, facts: Facts) -> Acts:
+        """Return this tick's target; ``end`` says when RTL takes over."""
+        place, reason = facts.place, self._reason(facts)
+        if reason:
+            self.end = Straight(reason)
+        elif place is not None:
+            return self._lead(facts, place)
+        return ()
+
+    def _lead(self, facts: Facts, place: MapPose) -> Acts:
+        if self._is_in_sight(facts, place):
+            self.end = Straight()
+            return (Log("info", "Home is in straight sight."),)
+        if self._must_plan(facts) and not self._plan(facts, place):
+            self.end = Straight(NO_PATH)
+            return ()
+        height = min(facts.limits.heights.maximum, self._errand.fence.ceiling)
+        aim, corner = self._follower.aim(place.point), self._follower.heading_for
+        lowest = height - CLIMBED_M + 0.5  # the carrot itself allows half a metre
+        acts = self._travelling.process(facts, Goal(aim.north, aim.east, height, self._yaw), lowest=lowest)
+        climbs = place.height < height - CLIMBED_M
+        to = self._from if climbs else corner
+        if self._watch.is_stuck(place, Goal(to.north, to.east, height, self._yaw), facts.now):
+            self.end = Straight(f"no progress for 10 s. {self._travelling.obstacle}".strip())
+            return ()
+        return acts
+
+    def _reason(self, facts: Facts) -> str:
+        """Return the reason why the path must not be flown on; empty when it may."""
+        if _lasts(facts):
+            self._short_since = None
+        elif self._short_since is None:
+            self._short_since = facts.now
+        is_short = self._short_since is not None and facts.now - self._short_since >= RESERVE_CONFIRM_S
+        if facts.position.age > POSE_TIMEOUT_S:
+            return POSITION_OLD
+        if self._travelling.refusal:
+            return f"GUIDED was refused: {self._travelling.refusal}"
+        return _obstacle(facts) or (TOO_FAR if is_short else "")
+
+    def _is_in_sight(self, facts: Facts, place: MapPose) -> bool:
+        """Return True when home is in sight from the drone and from where it comes to rest: RTL begins there."""
+        stop = None if facts.pose is None else stopping_point(facts.pose)
+        fence, home = self._errand.fence, self._errand.home
+        return stop is not None and is_in_sight(fence, place.point, home) and is_in_sight(fence, stop.point, home)
+
+    def _must_plan(self, facts: Facts) -> bool:
+        """Return True when the path is not the right one any more: it, or the drone on the map, was moved."""
+        if (facts.limits.fence, facts.position.home) != (self._errand.fence, self._errand.home):
+            return True
+        if self._needs_path or max(facts.position.jump_m, facts.position.estimate_jump_m) > 0:
+            return True
+        return self._travelling.obstacle == OUTSIDE_PATH and facts.now - self._planned >= PLAN_AGAIN_S
+
+    def _plan(self, facts: Facts, place: MapPose) -> bool:
+        fence, home = facts.limits.fence, facts.position.home
+        route = None if fence is None or home is None else route_inside(fence, place.point, home)
+        if fence is None or home is None or route is None:
+            return False
+        self._follow(Errand(fence, home, route), place, facts.now)
+        self._travelling.restart()
+        return True
+
+
+def _obstacle(facts: Facts) -> str:
+    """Return what speaks against flying by targets: position, fence, the autopilot's mode, an unknown charge."""
+    if facts.position.distrusted_s >= POSITION_CONFIRM_S:
+        return POSITION_LOST
+    if facts.is_breached:
+        return OUTSIDE
+    if facts.vehicle.custom_mode in RETURNING:
+        return RETURNS_ALREADY
+    unknown = facts.battery.reserve is None or facts.battery.unknown_s >= BATTERY_UNKNOWN_S
+    return CHARGE_UNKNOWN if unknown else ""
+
+
+def _lasts(facts: Facts) -> bool:
+    reserve: Reserve | None = facts.battery.reserve
+    return reserve is not None and reserve.lasts
