@@ -54,9 +54,7 @@ def read_distance(fields: Mapping[str, Any], time: float, attitude: Attitude | N
     Raises:
         KeyError, TypeError, ValueError: A field is missing or no number.
     """
-    least, most, slant = (
-        int(fields[name]) * _CM for name in ("min_distance", "max_distance", "current_distance")
-    )
+    least, most, slant = (int(fields[name]) * _CM for name in ("min_distance", "max_distance", "current_distance"))
     is_valid = least < slant < most and int(fields.get("signal_quality") or 0) != QUALITY_INVALID
     if not is_valid or attitude is None:
         return RangeReading(time, None, least, most)

@@ -1,9 +1,9 @@
 """The ground's height against the arm place, from the rangefinder and the height above the arm place.
 
-A reading gives the height of whatever is below: ground, a car, a crown, a roof. What stands on the ground is higher than
-it, and ground rises slowly, so the ground is the lower envelope over the way flown: no reading may be above an earlier
-one by more than `STEEPEST` times the way between them. Readings that are too long are taken out by a median before,
-and by the third lowest value of the envelope.
+A reading gives the height of whatever is below: ground, a car, a crown, a roof. What stands on the ground is higher
+than it, and ground rises slowly, so the ground is the lower envelope over the way flown: it is nowhere higher than at
+an earlier place by more than `STEEPEST` times the way from there. A median takes out single readings that are too long,
+the third lowest value of the envelope two wrong medians.
 
 Range and barometer are witnesses of each other. The range is doubted when it does not follow a climb or a descent, or
 when the ground that it gives is farther from the arm place than any lot's.
@@ -124,9 +124,7 @@ class TerrainWatch:
         self._samples.append(sample)
         while sample.time - self._samples[0].time > MEMORY_S:
             self._samples.popleft()
-        envelope = (
-            each.top + STEEPEST * aside for each in self._samples if (aside := each.aside(sample)) <= MEMORY_M
-        )
+        envelope = (each.top + STEEPEST * aside for each in self._samples if (aside := each.aside(sample)) <= MEMORY_M)
         lowest = heapq.nsmallest(LOWEST, envelope)
         if len(lowest) < LOWEST:
             return
