@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from hawk.ddc.clearance import SILENT_S, BelowFacts, ClearanceWatch, least_clearance, range_health
+from hawk.ddc.facts import TARGET_POSE_AGE_S
 from hawk.ddc.slope import SlopeWatch
 from hawk.ddc.topic_interface import DdcTopicInterface
 from hawk.model import Health, LandedState, VehicleState
@@ -20,14 +21,14 @@ class BelowWatch:
     def update(self, vehicle: VehicleState) -> None:
         """Take the newest message and pose. ``vehicle``: the state that is believed."""
         stands = vehicle.landed is LandedState.ON_GROUND
-        terrain, pose = self._topics.vehicle.terrain.value, self._topics.get_fresh_pose()
+        terrain, pose = self._topics.vehicle.terrain.value, self._topics.get_pose()
         if stands or not vehicle.armed:
             self._clearance.reset()
         else:
             self._clearance.update(terrain, least_clearance(self._least_m, self._topics.get_heights().minimum))
         if vehicle.armed or not stands:
             self._slope.reset()
-        elif pose is not None:
+        elif pose is not None and self._topics.get_pose_age() <= TARGET_POSE_AGE_S:  # before Arm there is no map
             self._slope.update(pose)
 
     def facts(self, now: float) -> BelowFacts:
