@@ -17,7 +17,7 @@ from hawk.sim.gps import Estimate, Estimator
 from hawk.sim.ground import Slope
 from hawk.sim.modes import MODES, Guided, Mode, ModeInputs, ModeNumber, Phase, Stabilize
 from hawk.sim.parameters import Parameters, copter_parameters
-from hawk.sim.rangefinder import Rangefinder
+from hawk.sim.rangefinder import SIMULATED, Rangefinder
 from hawk.sim.vehicle import GRAVITY, Battery, Body, Demand, Wind, step_body
 
 log = logging.getLogger(__name__)
@@ -40,7 +40,7 @@ class AutopilotOptions:
 
     ``gnss_wait_s`` passes from boot to a good position. ``gcs_parameter`` "old" or "new" is the name of the parameter
     with the ground station's id. ``real_time_factor`` is simulated seconds per real second. ``slope`` is
-    the ground.
+    the ground. ``rangefinder_m`` is the reach of a rangefinder that looks down; 0: none, as on ArduCopter.
     """
 
     start: Flat = (0.0, 0.0)
@@ -53,6 +53,7 @@ class AutopilotOptions:
     gcs_parameter: str = "old"
     real_time_factor: float = 1.0
     slope: Slope = field(default_factory=Slope)
+    rangefinder_m: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +76,9 @@ class Autopilot:
         self.origin = origin
         self._rng = rng
         self.parameters: Parameters = copter_parameters(options.gcs_parameter)
+        if options.rangefinder_m:
+            self.parameters.set("RNGFND1_TYPE", SIMULATED)
+            self.parameters.set("RNGFND1_MAX", options.rangefinder_m)
         self.rangefinder = Rangefinder(self.parameters)
         self.fence = Fence()
         self.battery = Battery(options.battery_minutes)

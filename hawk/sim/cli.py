@@ -111,6 +111,7 @@ def run_options(options: argparse.Namespace, world: World) -> RunOptions:
         battery_minutes=options.battery_minutes,
         gcs_parameter=options.gcs_param_name,
         real_time_factor=options.speed,
+        rangefinder_m=options.rangefinder,
         slope=Slope(options.slope[0], math.radians(options.slope[1]), (-start[1], start[0])),
     )
     return RunOptions(
@@ -167,6 +168,13 @@ def _add_flight(flight: argparse._ArgumentGroup) -> None:
     )
     flight.add_argument(
         "--gnss-wait", type=_number(0, 600), default=5.0, metavar="S", help="from boot to a good position (default 5)"
+    )
+    flight.add_argument(
+        "--rangefinder",
+        type=_number(0, 300),
+        default=0.0,
+        metavar="M",
+        help="reach of a rangefinder that looks down (sets RNGFND1_TYPE and RNGFND1_MAX; default 0: none)",
     )
     flight.add_argument("--wind", type=_number(0, 15), default=0.0, metavar="M/S", help="mean wind (default 0)")
     flight.add_argument(

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
+from pydantic import TypeAdapter
 
 from hawk.comm.messages import CompulsiveMove
 from hawk.comm.terrain import Terrain
@@ -22,6 +24,7 @@ from hawk.ddc.states.moves import AutonomousMove
 from hawk.ddc.states.moves import CompulsiveMove as Compulsive
 from hawk.ddc.states.takeoff import Takeoff
 from hawk.model import MapPoint, Route, StateName
+from hawk.store.frame_codec import to_json
 from tests.unit.ddc.fakes import Rig
 from tests.unit.ddc.written_facts import SETTINGS, flying, pose
 
@@ -225,3 +228,15 @@ async def test_height_above_ground_is_shown_where_it_is_known(flying: Rig) -> No
     assert status is not None
     assert status.pose.height_above_ground == pytest.approx(24.0, abs=0.2)
     assert dict(flying.manager.case().facts.parts)["rangefinder"].is_healthy
+
+
+# -- recordings --------------------------------------------------------------------------------------------------------
+
+
+def test_facts_with_a_rangefinder_are_read_back_and_older_ones_have_none() -> None:
+    facts = close()
+    kept = json.loads(to_json(facts))
+    adapter = TypeAdapter(Facts)
+    assert adapter.validate_python(kept) == facts
+    del kept["position"]["below"]
+    assert adapter.validate_python(kept).position.below == BelowFacts()

@@ -83,6 +83,13 @@ def test_over_rising_ground_it_measures_less(make_station: Any) -> None:
     assert message.current_distance == pytest.approx(800, abs=15)
 
 
+def test_the_option_of_the_autopilot_sets_the_parameters(make_station: Any) -> None:
+    station = make_station(rangefinder_m=40.0)
+    assert station.autopilot.parameters["RNGFND1_TYPE"] == 100
+    message: Any = build(DISTANCE, station.autopilot)
+    assert message.max_distance == 4000
+
+
 def test_the_slope_is_zero_at_the_start_and_rises_to_its_direction() -> None:
     slope = Slope(6.0, EAST, (5.0, 10.0))
     assert slope.height(99.0, 10.0) == pytest.approx(0.0)
@@ -109,6 +116,7 @@ def test_the_option() -> None:
     parser = make_parser()
     assert parser.parse_args([]).slope == (0.0, 0.0)
     assert parser.parse_args(["--slope", "6,90"]).slope == (6.0, 90.0)
+    assert parser.parse_args([]).rangefinder == 0.0
     for wrong in ("6", "steep,0", "31,0", "-1,0", "6,400", "nan,0"):
         with pytest.raises((SystemExit, argparse.ArgumentTypeError)):
             parser.parse_args([f"--slope={wrong}"])

@@ -19,6 +19,7 @@ from hawk.algo.vision.rectify import ground_footprint
 from hawk.algo.vision.seen import StallSeen
 from hawk.model import HeightParameters, MapPose, StateName
 from hawk.sim.camera import default_intrinsics
+from hawk.store.frame_codec import decode_frame, encode_frame
 from hawk.worlds.camera import WorldCamera
 from hawk.worlds.world import World
 
@@ -102,6 +103,16 @@ def test_the_footprint_is_that_of_the_height_above_the_ground(frame: FrameInput)
     assert ground_footprint(frame.camera, over)[0].north == pytest.approx(
         ground_footprint(frame.camera, POSE)[0].north * ABOVE_GROUND_M / POSE.height, abs=0.01
     )
+
+
+def test_a_recorded_frame_keeps_its_ground_and_an_older_recording_has_none(frame: FrameInput) -> None:
+    over = replace(frame, ground=GROUND_M)
+    assert decode_frame(encode_frame(over), FrameInput) == over
+    data = encode_frame(frame)
+    assert b',"ground":0.0' in data
+    older = data.replace(b',"ground":0.0', b"")
+    length = int.from_bytes(data[:4], "little") - len(b',"ground":0.0')
+    assert decode_frame(length.to_bytes(4, "little") + older[4:], FrameInput) == frame
 
 
 def test_without_a_rangefinder_nothing_changes(frame: FrameInput) -> None:
