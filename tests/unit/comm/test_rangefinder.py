@@ -31,8 +31,10 @@ def distance_sensor(centimetres: int, **changed: Any) -> dict[str, Any]:
 
 def test_centimetres_become_metres_at_the_time_of_the_message() -> None:
     reading = read_distance(distance_sensor(1234), 10.0, LEVEL)
-    assert (reading.time, reading.distance) == (10.0, pytest.approx(12.34))
-    assert (reading.least, reading.most) == (pytest.approx(0.2), pytest.approx(50.0))
+    assert reading.time == 10.0
+    assert reading.distance == pytest.approx(12.34)
+    assert reading.least == pytest.approx(0.2)
+    assert reading.most == pytest.approx(50.0)
 
 
 @pytest.mark.parametrize("degrees", [(20.0, 0.0), (0.0, -20.0), (15.0, 12.0)])

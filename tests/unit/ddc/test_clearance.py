@@ -30,7 +30,7 @@ from tests.unit.ddc.written_facts import SETTINGS, flying, pose
 
 S = StateName
 STEP_S = 0.1
-ORDER = MoveOrder(MapPoint(60, 0), 15.0, 0.0, False, 1, Route((MapPoint(0, 0), MapPoint(60, 0)), 60.0, (0.0, 0.0)))
+ORDER = MoveOrder(MapPoint(60, 0), 15.0, 0.0, False, 1, Route((MapPoint(0, 0), MapPoint(60, 0)), (0.0, 0.0)))
 TASKS: list[Callable[[], State]] = [
     lambda: Explore(0.0, SETTINGS),
     lambda: Compulsive(0.0, ORDER, SETTINGS),
