@@ -26,7 +26,7 @@ MIN_SHARE = 0.5
 
 @dataclass(frozen=True, slots=True)
 class BelowFacts:
-    """What is below the drone. Nothing is known without a rangefinder, but ``slope``."""
+    """Readings of what is below the drone. Without a rangefinder there is only ``slope``."""
 
     terrain: Terrain | None = None
     """The last message of the rangefinder; None when there was none, and when it is silent."""

@@ -163,7 +163,7 @@ class PositionFacts:
     autopilot_home: HomeFacts = HomeFacts()
     """Home as the autopilot reports it; ``home`` is the arm place."""
     below: BelowFacts = field(default_factory=BelowFacts)
-    """What is below, by the rangefinder; the slope before Arm."""
+    """The rangefinder's view of what is below; the slope before Arm."""
 
 
 @dataclass(frozen=True, slots=True)

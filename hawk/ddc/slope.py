@@ -28,7 +28,7 @@ class Slope:
 
     @property
     def steepness(self) -> float:
-        """Rise for each metre along the steepest way up."""
+        """Rise for each metre straight up the slope."""
         return math.hypot(self.north, self.east)
 
     @property

@@ -14,7 +14,7 @@ from tests.integration.daemon_support import Operator, health, operator, over_a_
 
 pytestmark = [pytest.mark.integration, pytest.mark.asyncio(loop_scope="module")]
 RISE = 0.30
-"""Metres a metre to the north. Des is 8 m: a straight way north meets the ground after 27 m."""
+"""Metres a metre to the north. Des is 8 m: a straight path north meets the ground after 27 m."""
 
 
 @pytest_asyncio.fixture(loop_scope="module", scope="module")

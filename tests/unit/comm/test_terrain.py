@@ -15,7 +15,7 @@ STEP_S = 0.1
 SPEED = 4.0
 
 Surface = Callable[[float], float]
-"""Height of what is below (m above the arm place) at a way flown (m)."""
+"""Height of what is below (m above the arm place) at a distance flown (m)."""
 
 
 class Flight:
