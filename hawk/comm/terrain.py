@@ -1,9 +1,9 @@
 """The ground's height against the arm place, from the rangefinder and the height above the arm place.
 
 A reading gives the height of whatever is below: ground, a car, a crown, a roof. What stands on the ground is higher
-than it, and ground rises slowly, so the ground is the lower envelope over the path flown: it is nowhere higher than at an
-earlier place by more than `STEEPEST` times the distance from there. A median takes out single readings that are too long,
-the third lowest value of the envelope two wrong medians.
+than it, and ground rises slowly, so the ground is the lower envelope over the path flown: it is nowhere higher than at
+an earlier place by more than `STEEPEST` times the distance from there. A median takes out single readings that are too
+long, the third lowest value of the envelope two wrong medians.
 
 Range and barometer are witnesses of each other. The range is doubted when it does not follow a climb or a descent, or
 when the ground that it gives is farther from the arm place than any lot's.
@@ -68,7 +68,7 @@ class Terrain:
 
 @dataclass(frozen=True, slots=True)
 class _Sample:
-    """A reading at a place: ``top`` is the height of what is below, ``height`` the drone's, metres above the arm place."""
+    """A reading at a place. ``top`` (what is below) and ``height`` (the drone) are metres above the arm place."""
 
     time: float
     north: float

@@ -34,7 +34,7 @@ class BelowWatch:
     def facts(self, now: float) -> BelowFacts:
         """Return what is known."""
         terrain = self._topics.vehicle.terrain.fresh(SILENT_S)
-        return BelowFacts(terrain, self._clearance.low_s(now), self._slope.slope())
+        return BelowFacts(terrain, *self._clearance.low(now), self._slope.slope())
 
     def part(self) -> tuple[tuple[str, Health], ...]:
         """Return the rangefinder's name and health; nothing when none was ever heard."""

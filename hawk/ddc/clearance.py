@@ -32,6 +32,8 @@ class BelowFacts:
     """The last message of the rangefinder; None when there was none, and when it is silent."""
     low_s: float | None = None
     """Seconds for which the distance has been below the least clearance; None while it is not, and on the ground."""
+    low_m: float | None = None
+    """The least distance in that time, metres."""
     slope: Slope | None = None
     """The slope that the drone stands on, disarmed; None in flight and before it was seen at rest for a second."""
 
@@ -56,6 +58,7 @@ class ClearanceWatch:
         """Forget the readings: the drone is on the ground."""
         self._seen = self._first = self._last = -math.inf
         self._count = 0
+        self._least = math.inf
 
     def update(self, terrain: Terrain | None, limit: float) -> None:
         """Take the newest message (the same one again changes nothing); ``limit`` in metres."""
@@ -68,15 +71,16 @@ class ClearanceWatch:
             if terrain.time - self._last > GAP_S:
                 self._count = 0
             if not self._count:
-                self._first = terrain.time
+                self._first, self._least = terrain.time, math.inf
             self._count += 1
+            self._least = min(self._least, terrain.distance)
             self._last = terrain.time
 
-    def low_s(self, now: float) -> float | None:
-        """Return how long the distance has been too small, seconds; None while it is not known to be."""
+    def low(self, now: float) -> tuple[float | None, float | None]:
+        """Return how long the distance has been too small (s) and the least one (m); None while it is not too small."""
         if self._count < LOW_READINGS or now - self._last > GAP_S:
-            return None
-        return self._last - self._first
+            return None, None
+        return self._last - self._first, self._least
 
 
 def range_health(terrain: Terrain | None, age: float) -> Health | None:

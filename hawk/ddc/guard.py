@@ -68,8 +68,7 @@ def _candidates(facts: Facts, state: State) -> list[Reaction]:
 
 def _climb(facts: Facts) -> ToHover:
     """Hold here, Min above what is below, as far as the ceiling allows."""
-    here, terrain = facts.place, facts.position.below.terrain
-    distance = None if terrain is None else terrain.distance
+    here, distance = facts.place, facts.position.below.low_m
     if here is None or distance is None:
         return ToHover("Too close to what is below.", level="warning")
     wanted = here.height + facts.limits.heights.minimum - distance

@@ -213,7 +213,7 @@ def _charge_unknown(facts: Facts) -> Facts:
 
 
 def _too_close(facts: Facts) -> Facts:
-    below = BelowFacts(Terrain(facts.now, 3.0, 0.0, 50.0), 0.5)
+    below = BelowFacts(Terrain(facts.now, 3.0, 0.0, 50.0), 0.5, 3.0)
     return replace(facts, position=replace(facts.position, below=below))
 
 

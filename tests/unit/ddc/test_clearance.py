@@ -30,6 +30,7 @@ from tests.unit.ddc.written_facts import SETTINGS, flying, pose
 
 S = StateName
 STEP_S = 0.1
+NOT_LOW = (None, None)
 ORDER = MoveOrder(MapPoint(60, 0), 15.0, 0.0, False, 1, Route((MapPoint(0, 0), MapPoint(60, 0)), (0.0, 0.0)))
 TASKS: list[Callable[[], State]] = [
     lambda: Explore(0.0, SETTINGS),
@@ -49,7 +50,7 @@ OTHERS: list[Callable[[], State]] = [
 def close(height: float = 15.0, distance: float = 3.0, low_s: float | None = LOW_S) -> Facts:
     """A drone that flies and measures this distance."""
     facts = flying(100.0)
-    below = BelowFacts(Terrain(100.0, distance, height - distance, 50.0), low_s)
+    below = BelowFacts(Terrain(100.0, None, None, 50.0), low_s, None if low_s is None else distance)
     return replace(facts, position=replace(facts.position, pose=pose(100.0, height=height), below=below))
 
 
@@ -108,8 +109,9 @@ def watched(*distances: float | None, doubt: str = "") -> tuple[ClearanceWatch, 
 
 def test_readings_below_the_limit_count_from_the_first() -> None:
     watch, now = watched(*[4.0] * 6)
-    assert watch.low_s(now) == pytest.approx(LOW_S)
-    assert watch.low_s(now + GAP_S + 0.1) is None, "none is heard any more"
+    assert watch.low(now)[0] == pytest.approx(LOW_S)
+    assert watch.low(now)[1] == 4.0
+    assert watch.low(now + GAP_S + 0.1) == NOT_LOW, "none is heard any more"
 
 
 @pytest.mark.parametrize(
@@ -125,28 +127,33 @@ def test_readings_below_the_limit_count_from_the_first() -> None:
 )
 def test_single_bad_readings_do_nothing(distances: list[float | None]) -> None:
     watch, now = watched(*distances)
-    assert watch.low_s(now) is None
+    assert watch.low(now) == NOT_LOW
 
 
 def test_a_doubted_range_does_nothing() -> None:
     watch, now = watched(*[3.0] * 20, doubt="its distance does not follow the height")
-    assert watch.low_s(now) is None
+    assert watch.low(now) == NOT_LOW
 
 
 def test_a_message_without_a_reading_between_them_does_not_end_it_but_a_second_of_them_does() -> None:
     watch, now = watched(*[3.0] * 4, None, *[3.0] * 3)
-    assert watch.low_s(now) == pytest.approx(0.7)
+    assert watch.low(now)[0] == pytest.approx(0.7)
     watch, now = watched(*[3.0] * 8, *[None] * 11)
-    assert watch.low_s(now) is None
+    assert watch.low(now) == NOT_LOW
     watch, now = watched(*[3.0] * 8, *[None] * 11, 3.0)
-    assert watch.low_s(now) is None, "it begins anew"
+    assert watch.low(now) == NOT_LOW, "it begins anew"
+
+
+def test_the_least_distance_of_the_run_counts() -> None:
+    watch, now = watched(1.0, 20.0, 4.0, 3.0, 2.5, 4.5, 4.0)
+    assert watch.low(now)[1] == 2.5
 
 
 def test_the_same_message_twice_counts_once() -> None:
     watch = ClearanceWatch()
     for _ in range(20):
         watch.update(Terrain(1.0, 3.0), 5.0)
-    assert watch.low_s(1.0) is None
+    assert watch.low(1.0) == NOT_LOW
 
 
 def test_min_itself_may_be_flown() -> None:
