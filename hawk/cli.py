@@ -67,7 +67,7 @@ def make_parser() -> argparse.ArgumentParser:
 def simulation_options(options: argparse.Namespace) -> SimulationOptions | None:
     """Return the simulation's options, None without --sim. Raises ConfigError naming an option that does not fit."""
     if not options.sim:
-        for name in ("condition", "world", "metres_per_pixel", "start", "gnss_sigma", "wind"):
+        for name in ("condition", "world", "metres_per_pixel", "start", "gnss_sigma", "wind", "slope", "rangefinder"):
             if getattr(options, name) is not None:
                 raise ConfigError(f"--{name.replace('_', '-')}: only together with --sim")
         if options.speed != 1.0 and getattr(options, "attach_sim", None) is None:
@@ -132,6 +132,8 @@ def _add_daemon_options(parser: argparse.ArgumentParser) -> None:
     simulated.add_argument("--speed", type=float, default=1.0, metavar="N", help=SPEED_HELP)
     simulated.add_argument("--gnss-sigma", type=float, metavar="M", help="slow error of the position, metres")
     simulated.add_argument("--wind", type=float, metavar="M/S", help="mean wind, metres per second")
+    simulated.add_argument("--slope", metavar="PERCENT,DEG", help="the ground rises towards this direction")
+    simulated.add_argument("--rangefinder", type=float, metavar="M", help="reach of a rangefinder that looks down")
 
 
 def _add_survey_options(parser: argparse.ArgumentParser) -> None:

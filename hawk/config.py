@@ -115,6 +115,7 @@ class HeightSettings(Section):
     maximum_m: TravelHeight = 60.0
     ceiling_m: TravelHeight = 100.0
     highest_obstacle_m: float | None = Field(default=None, ge=0, le=490)
+    least_clearance_m: float = Field(default=5.0, ge=1, le=50)
 
     @property
     def floor_m(self) -> float:

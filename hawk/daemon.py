@@ -28,6 +28,7 @@ from hawk.comm.clock import Clock
 from hawk.comm.drone_camera import DroneCamera
 from hawk.comm.passive_listener import wait_until_disarmed
 from hawk.comm.performance import LoopLag, Performance
+from hawk.comm.terrain import FRESH_S, ground_below
 from hawk.comm.topic import Topic
 from hawk.comm.udp_gate import Hearing
 from hawk.comm.vehicle import VehicleTopics
@@ -413,6 +414,7 @@ class Daemon:
             home=self.topics.home_pub.value,
             asked=self.topics.asked_place_pub.value,
             map_problem=self.autopilot.telemetry.map_problem(self.clock()),
+            ground=ground_below(self.vehicle.terrain.fresh(FRESH_S)),
         )
 
     def _goes_on(self) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from hawk.model import (
     CameraModel,
@@ -45,6 +45,17 @@ class FrameInput:
     asked: DesiredPose | None = None
     map_problem: str = ""
     """Why nothing may be mapped by this pose; empty when it may be."""
+    ground: float = 0.0
+    """Height of the ground below at the exposure, metres above the arm place; 0 where no rangefinder measures it."""
+
+    @property
+    def over_ground(self) -> MapPose | None:
+        """``pose`` with its height above the ground below: the scale of the picture."""
+        return (
+            self.pose
+            if self.pose is None or not self.ground
+            else replace(self.pose, height=self.pose.height - self.ground)
+        )
 
 
 @dataclass(frozen=True, slots=True)

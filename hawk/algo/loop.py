@@ -39,6 +39,7 @@ class Situation:
     home: MapPoint | None
     asked: DesiredPose | None = None
     map_problem: str = ""
+    ground: float = 0.0
 
 
 class AlgorithmLoop:
@@ -149,4 +150,5 @@ class AlgorithmLoop:
             home=situation.home,
             asked=situation.asked,
             map_problem=situation.map_problem,
+            ground=situation.ground,
         )

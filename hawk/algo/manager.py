@@ -92,7 +92,7 @@ class AlgorithmManagerApp:
             annotated_jpeg=annotated,
             occupancy_map=fused.occupancy_map,
             path_plan=plan.path,
-            footprint=() if frame.pose is None else ground_footprint(frame.camera, frame.pose),
+            footprint=() if frame.over_ground is None else ground_footprint(frame.camera, frame.over_ground),
             vision_health=seen.health,
             mapper_health=fused.health,
             path_plan_health=plan.health,

@@ -214,6 +214,8 @@ class PoseStatus(Outgoing):
     """Over ground."""
     climb: Known = None
     pose_age: Known = None
+    height_above_ground: Known = None
+    """Metres above the ground below; null without a rangefinder that is believed."""
     wind_speed: Known = None
     """Estimated from how the drone leans; null on the ground and in the first seconds of a flight."""
     wind_from: Known = None

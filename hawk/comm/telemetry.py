@@ -19,6 +19,8 @@ from hawk.comm.clock import Clock
 from hawk.comm.estimator import EstimatorReport, LeapWatch
 from hawk.comm.frames import JUMP_M, Attitude, EkfPosition, FrameJump, MapTie, PoseBuffer
 from hawk.comm.mavlink_link import Message, SensorHealth
+from hawk.comm.rangefinder import looks_down, read_distance
+from hawk.comm.terrain import TerrainWatch
 from hawk.comm.vehicle import VehicleTopics
 from hawk.model import (
     ArmPlace,
@@ -41,11 +43,10 @@ _FRESH_S: Final = 1.0
 _GPS_FRESH_S: Final = 3.0
 _STALE_PERIODS: Final = 8
 _LEAST_STALE_S: Final = 1.0
-_ASK_AGAIN_S: Final = 1.0
 _CHUNK: Final = 50  # characters of a STATUSTEXT
 _TEXTS_KEPT: Final = 50
 _REASONS: Final = ("arm:", "prearm:")
-_STAMPED: Final = frozenset({"LOCAL_POSITION_NED", "ATTITUDE", "GLOBAL_POSITION_INT", "SYSTEM_TIME"})
+_STAMPED: Final = frozenset({"LOCAL_POSITION_NED", "ATTITUDE", "GLOBAL_POSITION_INT", "SYSTEM_TIME", "DISTANCE_SENSOR"})
 """Messages that carry time_boot_ms."""
 
 MAP_SHIFT_M: Final = 2.0
@@ -56,10 +57,11 @@ LINK_LOST_S: Final = 2.6
 
 @dataclass(frozen=True, slots=True)
 class Stream:
-    """A message and its rate."""
+    """A message and its rate. A silent one is asked for every ``ask_again_s`` seconds."""
 
     message_id: int
     hertz: float
+    ask_again_s: float = 1.0
 
     @property
     def interval_us(self) -> float:
@@ -79,6 +81,7 @@ def wanted_streams(position_rate_hz: float) -> Mapping[str, Stream]:
         "SYSTEM_TIME": Stream(2, 10.0),  # a second witness of a boot: without a position there is only ATTITUDE
         "EKF_STATUS_REPORT": Stream(193, 2.0),
         "HOME_POSITION": Stream(242, 1.0),
+        "DISTANCE_SENSOR": Stream(132, 10.0, ask_again_s=10.0),  # silent for ever where there is no rangefinder
     }
 
 
@@ -113,7 +116,7 @@ class RateKeeper:
         due = []
         for name, stream in self._wanted.items():
             stale = now - self._seen[name] > max(_LEAST_STALE_S, _STALE_PERIODS / stream.hertz)
-            if stale and now - self._asked[name] >= _ASK_AGAIN_S:
+            if stale and now - self._asked[name] >= stream.ask_again_s:
                 self._asked[name] = now
                 due.append(stream)
         return due
@@ -176,6 +179,7 @@ class Telemetry:
         self._boot_clock = BootClock(clock.speed)
         self._estimator = EstimatorReport()
         self._leaps = LeapWatch()
+        self._terrain = TerrainWatch()
         self._shift = (0.0, 0.0, 0.0)  # leaps of the estimate since the arm place: north, east, down (m)
         self.texts = StatusTexts()
         self.state = VehicleState()
@@ -194,6 +198,7 @@ class Telemetry:
             "GPS_RAW_INT": self._on_gps,
             "EKF_STATUS_REPORT": self._on_estimator,
             "HOME_POSITION": self._on_home,
+            "DISTANCE_SENSOR": self._on_distance,
             "STATUSTEXT": self._on_text,
             "SYSTEM_TIME": lambda _fields, _time: None,
         }
@@ -201,7 +206,7 @@ class Telemetry:
     def handle(self, message: Message) -> None:
         """Take one message of the autopilot. A malformed message is logged and dropped."""
         handler = self._handlers.get(message.name)
-        if handler is None:
+        if handler is None or (message.name == "DISTANCE_SENSOR" and not looks_down(message.fields)):
             return
         self._rates.seen(message.name, message.arrival)
         try:
@@ -300,6 +305,15 @@ class Telemetry:
     def _on_attitude(self, fields: Mapping[str, Any], time: float) -> None:
         self._buffer.add_attitude(Attitude(time, *(_number(fields, name) for name in ("roll", "pitch", "yaw"))))
 
+    def _on_distance(self, fields: Mapping[str, Any], time: float) -> None:
+        reading = read_distance(fields, time, self._buffer.attitude_at(time))
+        frames, position = self.tie.frames, self._buffer.position_at(time)
+        place = None
+        if frames is not None and position is not None and self.tie.watch.sure:
+            local = frames.local(position, 0.0)
+            place = (local.x, local.y, -local.z)
+        self._topics.terrain.publish(self._terrain.take(reading, place))
+
     def _on_global_position(self, fields: Mapping[str, Any], time: float) -> None:
         if int(fields["lat"]) == 0 and int(fields["lon"]) == 0:
             return  # ArduPilot's "no position yet"
@@ -314,6 +328,7 @@ class Telemetry:
         if arm is not None:
             self._topics.arm_place.publish(arm)
             self._leaps.settle()
+            self._terrain.reset()
             self._shift = (0.0, 0.0, 0.0)
             return
         jump = self.tie.look(position, here)
@@ -330,6 +345,7 @@ class Telemetry:
         if metres <= JUMP_M:
             return
         self._shift = (self._shift[0] + north, self._shift[1] + east, self._shift[2] + down)
+        self._terrain.reset()
         _LOG.warning("The position estimate jumped by %.1f m", metres)
         position = self._buffer.latest_position
         if position is not None:
@@ -394,6 +410,7 @@ class Telemetry:
         self._global = self._gps = self._fence_on = None
         self._buffer.clear()
         self._estimator, self._leaps, self._shift = EstimatorReport(), LeapWatch(), (0.0, 0.0, 0.0)
+        self._terrain.reset()
         self.tie.rebooted()
         self._publish_state(replace(self.state, landed=LandedState.UNDEFINED, landed_time=self._clock()))
         self._rates.forget()

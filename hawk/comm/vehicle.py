@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from typing import Any, Protocol
 
+from hawk.comm.terrain import Terrain
 from hawk.comm.topic import Topic
 from hawk.model import (
     ArmPlace,
@@ -40,6 +41,8 @@ class VehicleTopics:
     """Published when "armed" is first seen, and after a jump of EKF-local."""
     home: Topic[GlobalPose]
     """HOME_POSITION: the place that the autopilot's RTL flies to."""
+    terrain: Topic[Terrain]
+    """The ground below, published with every message of a rangefinder that looks down; nothing without one."""
     frame_jump: Topic[float]
     """Metres by which EKF-local jumped against the world (EKF reset); the pose is anchored again already."""
     estimate_jump: Topic[float]

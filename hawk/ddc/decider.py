@@ -19,6 +19,7 @@ from hawk.ddc.facts import Facts, VehicleEvent
 from hawk.ddc.failsafe_watch import FailsafeWatch
 from hawk.ddc.fence_holder import FenceHolder
 from hawk.ddc.follower import VehicleFollower
+from hawk.ddc.ground_watch import GroundReports
 from hawk.ddc.home import returning
 from hawk.ddc.home_keeper import HomeKeeper
 from hawk.ddc.judge import Bench, Case
@@ -58,6 +59,7 @@ class Decider:
         self._kill = KillSwitch()
         self._reader = ParameterReader(settings.system_id)
         self._failsafes = FailsafeWatch()
+        self._ground = GroundReports(settings.heights.highest_obstacle_m)
         self._holder = FenceHolder(settings)
         self._desk = CommandDesk(tokens, self._kill, self._reader)
         self._follower = VehicleFollower()
@@ -124,6 +126,7 @@ class Decider:
             return
         yield True, lambda: self._step(self._silence.tick(facts, self.state), facts)
         yield False, lambda: self._do(guard.notices(facts))
+        yield False, lambda: self._do(self._ground.tick(facts))
         yield False, lambda: self._do(self._reader.tick(facts))
         yield True, lambda: self._do(self._holder.tick(facts, self.state))
         yield True, lambda: self._do(self._home.tick(facts, self.state))

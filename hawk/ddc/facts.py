@@ -13,6 +13,7 @@ from typing import Literal
 
 from hawk.comm.authority import Tenure
 from hawk.comm.status import ClientId
+from hawk.ddc.clearance import BelowFacts
 from hawk.ddc.energy import Reserve
 from hawk.ddc.fence import FencePlan
 from hawk.ddc.wind import Wind
@@ -167,6 +168,8 @@ class PositionFacts:
     """Jump of the estimate since the last tick, metres: the pose moved on the map, the drone did not. 0 without one."""
     autopilot_home: HomeFacts = HomeFacts()
     """Home as the autopilot reports it; ``home`` is the arm place."""
+    below: BelowFacts = field(default_factory=BelowFacts)
+    """The rangefinder's view of what is below; the slope before Arm."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -335,6 +338,12 @@ class Facts:
         """Metres above the arm place; None before the first arm, and while there is no pose of the last second."""
         pose = self.position.pose
         return None if pose is None or self.position.age > POSE_TIMEOUT_S else pose.relative_altitude
+
+    @property
+    def height_over_ground(self) -> float | None:
+        """Metres above the ground below; None without a rangefinder that is believed."""
+        height, ground = self.height, self.position.below.ground
+        return None if height is None or ground is None else height - ground
 
     @property
     def is_breached(self) -> bool:

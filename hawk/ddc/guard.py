@@ -1,13 +1,16 @@
-"""Automatic reactions: battery, operator, fence and ceiling, position, perception, in their order of rank."""
+"""Automatic reactions: battery, operator, fence and ceiling, clearance, position, perception, in their order."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from hawk.ddc.acts import Acts, Log
+from hawk.ddc.clearance import LOW_S
 from hawk.ddc.facts import BATTERY_UNKNOWN_S, POSE_TIMEOUT_S, POSITION_CONFIRM_S, RESERVE_CONFIRM_S, Facts
+from hawk.ddc.motion import Goal
 from hawk.ddc.orders import Cause, CauseKind, Rank, ToCommunicationLost, ToHover, ToReturn, Transition
 from hawk.ddc.states.base import State
+from hawk.ddc.words import metres
 
 WIND_CONFIRM_S = 10.0
 """Seconds for which the wind must be above the limit: a gust does not count."""
@@ -47,11 +50,25 @@ def _candidates(facts: Facts, state: State) -> list[Reaction]:
         found.append(Reaction(Rank.COMMUNICATION_LOST, ToCommunicationLost()))
     if state.stops_at_fence and facts.is_breached:
         found.append(Reaction(Rank.FENCE, ToHover("Outside the fence.", level="warning")))
+    low_s = facts.position.below.low_s
+    if state.is_task and low_s is not None and low_s >= LOW_S:
+        found.append(Reaction(Rank.FENCE, _climb(facts)))
     if state.is_task and _position_is_lost(facts):
         found.append(Reaction(Rank.PERCEPTION, ToHover(_position_words(facts), level="warning")))
     if state.sees and facts.sight.fault and facts.sight.fault_s >= FAULT_CONFIRM_S:
         found.append(Reaction(Rank.PERCEPTION, ToHover(facts.sight.fault, level="warning")))
     return found
+
+
+def _climb(facts: Facts) -> ToHover:
+    """Hold here, Min above what is below, as far as the ceiling allows."""
+    here, distance = facts.place, facts.position.below.low_m
+    if here is None or distance is None:
+        return ToHover("Too close to what is below.", level="warning")
+    wanted = here.height + facts.limits.heights.minimum - distance
+    height = max(here.height, min(wanted, facts.ceiling(on_ground=False)))
+    text = f"Only {distance:.1f} m above what is below: up to {metres(height)}. Raise the heights, or fly around it."
+    return ToHover(text, Goal(here.north, here.east, height, here.yaw), level="warning")
 
 
 def _position_is_lost(facts: Facts) -> bool:

@@ -14,6 +14,7 @@ from hawk.ddc.home import HOME_AGE_S, home_words
 from hawk.ddc.parameter_values import FailsafeCheck, Values
 from hawk.ddc.params import ParameterError, check_heights
 from hawk.ddc.settings import DdcSettings
+from hawk.ddc.slope import slope_words
 from hawk.ddc.words import metres
 from hawk.model import Fence, GlobalPose, MapPoint
 
@@ -54,6 +55,7 @@ def preflight_items(facts: Facts, values: Values, settings: DdcSettings, *, is_k
         _camera(facts),
         _recording(facts),
         _heights(facts, settings.heights),
+        *_slope(facts, settings.heights, plan),
         plan if isinstance(plan, CheckItem) else _fence(plan),
         _home(facts, None if isinstance(plan, CheckItem) else plan),
         _return_height(altitude, None if isinstance(plan, CheckItem) else plan),
@@ -147,6 +149,15 @@ def _heights(facts: Facts, settings: HeightSettings) -> CheckItem:
     except ParameterError as error:
         return _failed("Heights", text, str(error), "Change the heights.")
     return _passed("Heights", text)
+
+
+def _slope(facts: Facts, settings: HeightSettings, plan: _Plan | CheckItem) -> tuple[CheckItem, ...]:
+    """Return what the drone's tilt says about the ground; nothing on level ground. It never refuses Arm."""
+    slope = facts.position.below.slope
+    if slope is None or not slope.is_notable or isinstance(plan, CheckItem):
+        return ()
+    words = slope_words(slope, plan.fence, plan.home, facts.limits.heights.minimum, settings.highest_obstacle_m)
+    return (_passed("Slope", words),)
 
 
 def _fence(plan: _Plan) -> CheckItem:

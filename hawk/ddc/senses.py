@@ -14,6 +14,7 @@ from datetime import datetime
 from hawk.comm.status import OperatorDesk
 from hawk.ddc.battery_thresholds import possible_cells
 from hawk.ddc.belief import Belief, GroundWatch, Motion
+from hawk.ddc.below import BelowWatch
 from hawk.ddc.energy import BatteryWatch, Reserve
 from hawk.ddc.facts import (
     BatteryFacts,
@@ -86,6 +87,7 @@ class Senses:
         self._wind: Wind | None = None
         self._wind_at = float("-inf")
         self._strong = Stopwatch()
+        self._below = BelowWatch(sources.topics, sources.settings.heights.least_clearance_m)
         self._cells: tuple[int, ...] = ()
         self._reserve: Reserve | None = None
         self._reached = Stopwatch()
@@ -114,6 +116,7 @@ class Senses:
         events = self._link.observe(self._belief.vehicle, now) + self._watch_doubt()
         if VehicleEvent.LINK_LOST in events:
             self._from.service.forget_held_fence()
+        self._below.update(self._belief.vehicle)
         self._watch_wind(now)
         self._watch_home(now)
         self._watch_battery(now)
@@ -155,7 +158,7 @@ class Senses:
             limits=self._limits(now),
             operator=self._operator(now),
             sight=self._sight(now, parts),
-            parts=(*parts, ("home", home_health(self._autopilot_home))),
+            parts=(*parts, ("home", home_health(self._autopilot_home)), *self._below.part()),
             answers=self._from.requests.answers(),
             target_refusal=outcomes.target_refusal,
             parameters=self._parameters(),
@@ -175,6 +178,7 @@ class Senses:
             arm_place=arm_place,
             home=self._home_at(datum, arm_place),
             autopilot_home=self._autopilot_home,
+            below=self._below.facts(now),
         )
 
     def _battery(self, now: float) -> BatteryFacts:

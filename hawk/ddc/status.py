@@ -150,6 +150,7 @@ def pose_status(facts: Facts) -> PoseStatus:
         speed=math.hypot(north, east),
         climb=-down,
         pose_age=facts.position.age,
+        height_above_ground=facts.height_over_ground,
         wind_speed=None if wind is None else wind.speed,
         wind_from=None if wind is None else wind.from_direction,
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -14,8 +14,10 @@ from hawk.sim.failsafes import ArmingView, Failsafes, Fallback, Watched, arming_
 from hawk.sim.fence import Fence, FenceItem, FenceType
 from hawk.sim.geometry import Flat, Origin, Vector, add, subtract
 from hawk.sim.gps import Estimate, Estimator
+from hawk.sim.ground import Slope
 from hawk.sim.modes import MODES, Guided, Mode, ModeInputs, ModeNumber, Phase, Stabilize
 from hawk.sim.parameters import Parameters, copter_parameters
+from hawk.sim.rangefinder import SIMULATED, Rangefinder
 from hawk.sim.vehicle import GRAVITY, Battery, Body, Demand, Wind, step_body
 
 log = logging.getLogger(__name__)
@@ -37,7 +39,8 @@ class AutopilotOptions:
     """Start (north, east; metres in the world), slow GNSS error (m), wind (m/s), minutes of hover.
 
     ``gnss_wait_s`` passes from boot to a good position. ``gcs_parameter`` "old" or "new" is the name of the parameter
-    with the ground station's id. ``real_time_factor`` is simulated seconds per real second.
+    with the ground station's id. ``real_time_factor`` is simulated seconds per real second. ``slope`` is
+    the ground. ``rangefinder_m`` is the reach of a rangefinder that looks down; 0: none, as on ArduCopter.
     """
 
     start: Flat = (0.0, 0.0)
@@ -49,6 +52,8 @@ class AutopilotOptions:
     battery_minutes: float = 20.0
     gcs_parameter: str = "old"
     real_time_factor: float = 1.0
+    slope: Slope = field(default_factory=Slope)
+    rangefinder_m: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +76,10 @@ class Autopilot:
         self.origin = origin
         self._rng = rng
         self.parameters: Parameters = copter_parameters(options.gcs_parameter)
+        if options.rangefinder_m:
+            self.parameters.set("RNGFND1_TYPE", SIMULATED)
+            self.parameters.set("RNGFND1_MAX", options.rangefinder_m)
+        self.rangefinder = Rangefinder(self.parameters)
         self.fence = Fence()
         self.battery = Battery(options.battery_minutes)
         self.wind = Wind(options.wind, options.wind_heading, rng)
@@ -92,6 +101,7 @@ class Autopilot:
         self.landed = True
         self.boots += 1
         self.fence.boot()
+        self.rangefinder.boot()
         self.mode_changes = 0
         sigma, wait = self.options.gnss_sigma, self.options.gnss_wait_s
         self.estimator = Estimator(sigma, wait, self._rng)
@@ -149,7 +159,7 @@ class Autopilot:
             self.ekf_origin = self.home = self.estimate.position
             self.say(INFO, "EKF3 IMU0 origin set")
         demand = self._fly(dt) if self.armed and not self.stopped and not self.battery.is_empty else Demand()
-        self.body = step_body(self.body, demand, wind, dt)
+        self.body = step_body(self.body, demand, wind, dt, self.options.slope)
         lifting = demand.motors and not demand.idle
         self.battery.step(lifting, max(0.0, 1.0 - self.body.climb_force / GRAVITY), dt)
         if not self.stopped:

@@ -59,6 +59,7 @@ class Fault(BaseModel):
     wind: float | None = Field(None, ge=0.0, le=30.0, description="mean wind, m/s")
     wind_heading_deg: float | None = Field(None, ge=-360.0, le=360.0, description="where the wind blows to, degrees")
     radio: Literal["ok", "lost"] | None = Field(None, description="the pilot's radio control")
+    rangefinder: Literal["ok", "stuck"] | None = Field(None, description="stuck: it measures what it measures now")
     stick: float | None = Field(None, ge=0.0, le=1.0, description="the pilot's throttle stick")
     pilot_mode: int | None = Field(None, ge=0, le=255, description="the pilot switches to this custom_mode")
     repair: bool | None = Field(None, description="true: a crashed vehicle stands upright again where it lies")
@@ -106,6 +107,10 @@ def apply_fault(
         autopilot.wind.heading = math.radians(fault.wind_heading_deg)
     if fault.radio is not None:
         autopilot.radio_present = fault.radio == "ok"
+    if fault.rangefinder is not None:
+        autopilot.rangefinder.stuck_cm = None
+        if fault.rangefinder == "stuck":
+            autopilot.rangefinder.stuck_cm = autopilot.rangefinder.measure_cm(autopilot.body, autopilot.options.slope)
     if fault.stick is not None:
         autopilot.stick = fault.stick
     if fault.repair:

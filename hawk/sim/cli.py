@@ -20,6 +20,7 @@ from hawk.process import SIMULATOR_NICENESS, set_session_niceness
 from hawk.sim.autopilot import AutopilotOptions
 from hawk.sim.camera import default_intrinsics
 from hawk.sim.geometry import Origin
+from hawk.sim.ground import Slope
 from hawk.sim.udp import UdpUrl
 from hawk.simulation import FASTEST, SIMULATOR_MISSING, SLOWEST, SPEED_HELP, simulator_installed
 from hawk.worlds.camera import WorldCamera
@@ -31,6 +32,8 @@ if TYPE_CHECKING:  # needs the extra; `main` reports where it is missing
     from hawk.sim.runner import RunOptions
 
 EXIT_FAILED, EXIT_USAGE = 1, 2
+STEEPEST_PERCENT = 30.0
+"""A drone would slide on steeper ground."""
 
 
 class UsageError(Exception):
@@ -108,6 +111,8 @@ def run_options(options: argparse.Namespace, world: World) -> RunOptions:
         battery_minutes=options.battery_minutes,
         gcs_parameter=options.gcs_param_name,
         real_time_factor=options.speed,
+        rangefinder_m=options.rangefinder,
+        slope=Slope(options.slope[0], math.radians(options.slope[1]), (-start[1], start[0])),
     )
     return RunOptions(
         start=start,
@@ -142,6 +147,14 @@ def _add_world(world: argparse._ArgumentGroup) -> None:
         help="where the drone looks at the start, clockwise from north (default 0)",
     )
     world.add_argument(
+        "--slope",
+        type=_slope,
+        default=(0.0, 0.0),
+        metavar="PERCENT,DEG",
+        help="the ground rises towards this direction, clockwise from north; the picture shows level ground at the "
+        "distance below the drone (default 0,0)",
+    )
+    world.add_argument(
         "--latitude", type=_number(-90, 90), default=43.2609, metavar="DEG", help="of the upper left corner"
     )
     world.add_argument("--longitude", type=_number(-180, 180), default=-79.9192, metavar="DEG", help="the same")
@@ -155,6 +168,13 @@ def _add_flight(flight: argparse._ArgumentGroup) -> None:
     )
     flight.add_argument(
         "--gnss-wait", type=_number(0, 600), default=5.0, metavar="S", help="from boot to a good position (default 5)"
+    )
+    flight.add_argument(
+        "--rangefinder",
+        type=_number(0, 300),
+        default=0.0,
+        metavar="M",
+        help="reach of a rangefinder that looks down (sets RNGFND1_TYPE and RNGFND1_MAX; default 0: none)",
     )
     flight.add_argument("--wind", type=_number(0, 15), default=0.0, metavar="M/S", help="mean wind (default 0)")
     flight.add_argument(
@@ -240,6 +260,18 @@ def _pair(text: str) -> tuple[float, float]:
     if not (math.isfinite(x) and math.isfinite(y)):
         raise argparse.ArgumentTypeError(f"must be X,Y in metres, not {text!r}")
     return x, y
+
+
+def _slope(text: str) -> tuple[float, float]:
+    try:
+        percent, direction = (float(part) for part in text.split(","))
+    except ValueError:
+        percent = direction = math.nan
+    if not (0.0 <= percent <= STEEPEST_PERCENT and -360.0 <= direction <= 360.0):
+        raise argparse.ArgumentTypeError(
+            f"must be PERCENT,DEG, 0 to {STEEPEST_PERCENT:g} and -360 to 360, not {text!r}"
+        )
+    return percent, direction
 
 
 def _url(text: str) -> UdpUrl:

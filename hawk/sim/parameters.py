@@ -119,6 +119,8 @@ _DEFAULTS: dict[ParameterType, dict[str, float]] = {
         "LAND_REPOSITION": 1,
         "RALLY_TOTAL": 0,
         "RTL_ALT_TYPE": 0,
+        "RNGFND1_ORIENT": 25,
+        "RNGFND1_TYPE": 0,
         "WP_YAW_BEHAVIOR": 2,
     },
     ParameterType.INT16: {
@@ -169,6 +171,8 @@ _DEFAULTS: dict[ParameterType, dict[str, float]] = {
         "PSC_JERK_XY": 5,
         "PSC_POSXY_P": 1,
         "PSC_VELXY_P": 2,
+        "RNGFND1_MAX": 7,
+        "RNGFND1_MIN": 0.2,
         "RTL_CONE_SLOPE": 3,
         "WPNAV_ACCEL": 250,
         "WPNAV_ACCEL_Z": 100,

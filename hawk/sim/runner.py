@@ -73,7 +73,8 @@ class Flyer:
         body = self.autopilot.body
         north, east, down = body.position
         attitude = (body.roll, body.pitch, body.yaw)
-        return Shot(self.autopilot.time_boot, self.autopilot.time, east, -north, -down, *attitude)
+        height = -down - self.autopilot.options.slope.height(north, east)
+        return Shot(self.autopilot.time_boot, self.autopilot.time, east, -north, height, *attitude)
 
 
 async def fly(truth: Mapping[str, Any], renderer: Renderer, options: RunOptions, say: Callable[[str], None]) -> None:

@@ -289,6 +289,28 @@ def _scaled_imu(autopilot: Autopilot) -> Message:
     )
 
 
+def _distance_sensor(autopilot: Autopilot) -> Message | None:
+    sensor = autopilot.rangefinder
+    if not sensor.is_there:
+        return None
+    return mavlink.MAVLink_distance_sensor_message(
+        _milliseconds(autopilot),
+        *sensor.limits_cm,
+        sensor.measure_cm(autopilot.body, autopilot.options.slope),
+        mavlink.MAV_DISTANCE_SENSOR_UNKNOWN,
+        0,
+        mavlink.MAV_SENSOR_ROTATION_PITCH_270,
+        0,
+    )
+
+
+def _rangefinder(autopilot: Autopilot) -> Message | None:
+    sensor = autopilot.rangefinder
+    if not sensor.is_there:
+        return None
+    return mavlink.MAVLink_rangefinder_message(sensor.measure_cm(autopilot.body, autopilot.options.slope) / 100.0, 0.0)
+
+
 def _autopilot_version(_: Autopilot) -> Message:
     middle = list(struct.pack("8s", b"hawk-sim"))
     return mavlink.MAVLink_autopilot_version_message(
@@ -317,5 +339,7 @@ BUILDERS: dict[int, Callable[[Autopilot], Message | None]] = {
     mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT: _ekf_status,
     mavlink.MAVLINK_MSG_ID_HOME_POSITION: _home_position,
     mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: _extended_state,
+    mavlink.MAVLINK_MSG_ID_DISTANCE_SENSOR: _distance_sensor,
+    mavlink.MAVLINK_MSG_ID_RANGEFINDER: _rangefinder,
 }
 """Every message that this autopilot can send on request. ArduPilot does not send ALTITUDE."""

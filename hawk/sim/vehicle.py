@@ -8,7 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hawk.sim.geometry import Vector, add, clamp, wrap_angle
+from hawk.sim.ground import Slope
 
+LEVEL = Slope()
 GRAVITY = 9.80665
 DRAG = 0.15
 """Horizontal acceleration by air, (m/s²) per (m/s) of airspeed: 4.4 degrees of lean at 5 m/s, as a 450-size quad."""
@@ -27,7 +29,7 @@ CRASH_SPEED = 3.5
 
 @dataclass(frozen=True, slots=True)
 class Body:
-    """The true state. ``position`` NED metres in the world (ground at down = 0), ``velocity`` m/s, angles radians.
+    """The true state. ``position`` NED metres in the world, ``velocity`` m/s, angles radians. The start is at down = 0.
 
     ``climb_force`` is the vertical acceleration (m/s², down positive, gravity balanced) that the motors give.
     """
@@ -44,7 +46,7 @@ class Body:
 
     @property
     def height(self) -> float:
-        """Metres above the ground."""
+        """Metres above the ground at the start."""
         return -self.position[2]
 
 
@@ -60,24 +62,25 @@ class Demand:
     """Motors turn without lift: throttle at zero."""
 
 
-def step_body(body: Body, demand: Demand, wind: Vector, dt: float) -> Body:
+def step_body(body: Body, demand: Demand, wind: Vector, dt: float, slope: Slope = LEVEL) -> Body:
     """Return the state ``dt`` seconds later."""
     if body.crashed:
         return body
     lifting = demand.motors and not demand.idle
     if body.on_ground and not (lifting and demand.acceleration[2] < 0.0):
-        return _rest(body)
+        return _rest(body, slope)
     if not lifting:
-        return _land_or_fly(body, _falling(body, wind), replace(body, climb_force=0.0), dt)
+        return _land_or_fly(body, _falling(body, wind), replace(body, climb_force=0.0), dt, slope)
     turned = _turn(body, demand, dt)
-    return _land_or_fly(body, _flying(turned, wind), turned, dt)
+    return _land_or_fly(body, _flying(turned, wind), turned, dt, slope)
 
 
-def _rest(body: Body) -> Body:
-    """Stand on the ground: level, without motion."""
-    if body.velocity == (0.0, 0.0, 0.0) and body.roll == body.pitch == 0.0:
+def _rest(body: Body, slope: Slope) -> Body:
+    """Stand on the ground, parallel to it, without motion."""
+    roll, pitch = slope.tilt(body.yaw)
+    if body.velocity == (0.0, 0.0, 0.0) and (body.roll, body.pitch) == (roll, pitch):
         return body
-    return replace(body, velocity=(0.0, 0.0, 0.0), roll=0.0, pitch=0.0, yaw_rate=0.0, climb_force=0.0)
+    return replace(body, velocity=(0.0, 0.0, 0.0), roll=roll, pitch=pitch, yaw_rate=0.0, climb_force=0.0)
 
 
 def _turn(body: Body, demand: Demand, dt: float) -> Body:
@@ -119,15 +122,16 @@ def _falling(body: Body, wind: Vector) -> Vector:
     )
 
 
-def _land_or_fly(before: Body, acceleration: Vector, turned: Body, dt: float) -> Body:
+def _land_or_fly(before: Body, acceleration: Vector, turned: Body, dt: float, slope: Slope) -> Body:
     velocity = add(before.velocity, (acceleration[0] * dt, acceleration[1] * dt, acceleration[2] * dt))
     position = add(before.position, (velocity[0] * dt, velocity[1] * dt, velocity[2] * dt))
-    if position[2] < 0.0 or (position[2] == 0.0 and velocity[2] < 0.0):
+    ground = 0.0 - slope.height(position[0], position[1])
+    if position[2] < ground or (position[2] == ground and velocity[2] < 0.0):
         return replace(turned, position=position, velocity=velocity, on_ground=False)
     fast = math.hypot(*velocity) > CRASH_SPEED
     return replace(
         turned,
-        position=(position[0], position[1], 0.0),
+        position=(position[0], position[1], ground),
         velocity=(0.0, 0.0, 0.0),
         roll=math.pi if fast else 0.0,
         pitch=0.0,

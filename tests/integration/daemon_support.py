@@ -39,10 +39,10 @@ control_lease_s = 8.0
 """The same with little patience: a lost operator shows soon. At `SPEED`, a page that draws for 1.3 s would be lost."""
 
 
-def over_a_picture(folder: Path, settings: str = LOW) -> SimulatedStack:
-    """Return a stack over 60 x 60 m of noise: ready at once, and no lot anywhere."""
-    options = SimulationOptions(world=small_picture(folder), metres_per_pixel=0.5, speed=SPEED)
-    return SimulatedStack(options, folder / "run", write_settings(folder, settings), None)
+def over_a_picture(folder: Path, settings: str = LOW, **options: Any) -> SimulatedStack:
+    """Return a stack over 60 x 60 m of noise: ready at once, and no lot anywhere. ``options`` are hawk-sim's."""
+    simulation = SimulationOptions(world=small_picture(folder), metres_per_pixel=0.5, speed=SPEED, **options)
+    return SimulatedStack(simulation, folder / "run", write_settings(folder, settings), None)
 
 
 def write_settings(folder: Path, settings: str) -> Path:

@@ -32,8 +32,8 @@ class VisionSettings:
     """Settings of the Vision App.
 
     ``model``: an ONNX file of the user's own, None for the one in the package. ``use_network`` False: classical line
-    geometry only. ``threads``: OpenCV's threads. Below ``minimum_height_m`` metres above the arm place pictures are
-    only shown. ``minimum_stalls`` make a lot.
+    geometry only. ``threads``: OpenCV's threads. Below ``minimum_height_m`` metres above the ground pictures are only
+    shown. ``minimum_stalls`` make a lot.
     """
 
     model: Path | None = None
@@ -138,7 +138,7 @@ class VisionApp:
         self._seen, self._detected, self._streak = Seen(), False, 0
 
     def _look(self, frame: FrameInput, image: NDArray[np.uint8]) -> tuple[SeenGround | None, Health]:
-        reason, pose = "", frame.pose
+        reason, pose = "", frame.over_ground
         if pose is None:
             reason = "no pose for this frame (the map begins when the drone is armed)"
         elif pose.is_finite() and pose.height < self._settings.minimum_height_m:

@@ -199,7 +199,7 @@ class CameraCheck:
         return Health(HealthStatus.HEALTHY, f"the same picture for {seconds:.0f} s") if seconds > _SAME_WORD_S else None
 
     def _compare(self, frame: FrameInput, image: NDArray[np.uint8]) -> None:
-        pose, key = frame.pose, self._key
+        pose, key = frame.over_ground, self._key
         if pose is None or not pose.is_finite() or pose.height < self._minimum_height_m:
             self._key = None
             return

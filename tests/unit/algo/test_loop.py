@@ -71,13 +71,14 @@ class Rig:
         self.recorded: list[FrameInput] = []
         self.fail_to_record = False
         self.problem = ""
+        self.ground = 0.0
         self.pose: Callable[[float], VehiclePose | None] = vehicle_pose
         self.loop = AlgorithmLoop(
             self.manager, self.camera.next_frame, lambda t: self.pose(t), self.situation, self.topics, self.record
         )
 
     def situation(self) -> Situation:
-        return replace(situation(), map_problem=self.problem)
+        return replace(situation(), map_problem=self.problem, ground=self.ground)
 
     def record(self, frame: FrameInput) -> None:
         if self.fail_to_record:
@@ -130,6 +131,13 @@ async def test_a_frame_becomes_topics_and_is_recorded(rig: Rig) -> None:
     assert rig.topics.annotated.value is not None
     assert rig.topics.annotated.value.captured == 2.0
     assert rig.topics.des_loc_inbound.value is None
+
+
+async def test_the_height_of_the_ground_goes_with_the_frame(rig: Rig) -> None:
+    await rig.put(2.0)
+    rig.ground = 5.0
+    await rig.put(3.0)
+    assert [frame.ground for frame in rig.recorded] == [0.0, 5.0]
 
 
 async def test_why_nothing_may_be_mapped_goes_with_the_frame(rig: Rig) -> None:

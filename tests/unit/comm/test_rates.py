@@ -42,6 +42,14 @@ def test_after_a_boot_everything_is_asked_for_at_once() -> None:
     assert keeper.age("FAST", 0.2) == math.inf
 
 
+def test_a_message_that_may_never_come_is_asked_for_less_often() -> None:
+    keeper = RateKeeper({"RARE": Stream(3, 10.0, ask_again_s=10.0)})
+    assert ids(keeper.due(0.0)) == [3]
+    assert keeper.due(9.9) == []
+    assert ids(keeper.due(10.0)) == [3]
+    assert wanted_streams(20.0)["DISTANCE_SENSOR"] == Stream(132, 10.0, ask_again_s=10.0)
+
+
 def test_other_messages_do_not_matter() -> None:
     keeper = RateKeeper(WANTED)
     keeper.seen("OTHER", 1.0)

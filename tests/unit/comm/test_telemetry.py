@@ -536,3 +536,77 @@ def test_armed_in_the_air_at_a_boot_is_anchored_again(rig: Rig) -> None:
     pose = rig.topics.pose.value
     assert pose is not None
     assert pose.relative_altitude == pytest.approx(8.0, abs=0.02)
+
+
+class TestRangefinder:
+    """DISTANCE_SENSOR turned into the ground below."""
+
+    @staticmethod
+    def measure(rig: Rig, centimetres: int, orientation: int = 25, number: int = 0) -> None:
+        fields = {"time_boot_ms": rig.said.ms, "min_distance": 20, "max_distance": 5000, "id": number}
+        rig.take(("DISTANCE_SENSOR", {**fields, "current_distance": centimetres, "orientation": orientation}))
+
+    def fly(self, rig: Rig, seconds: float, height: float, centimetres: int) -> None:
+        for _ in range(round(seconds / 0.1)):
+            rig.fly(0.1, (0.0, 0.0, -height), up=height)
+            self.measure(rig, centimetres)
+
+    def test_the_ground_is_height_above_the_arm_place_minus_distance(self, rig: Rig) -> None:
+        rig.arm_here()
+        self.fly(rig, 2.0, 30.0, 2500)
+        terrain = rig.topics.terrain.value
+        assert terrain is not None
+        assert terrain.time == pytest.approx(rig.clock())
+        assert terrain.distance == pytest.approx(25.0)
+        assert terrain.believed_ground == pytest.approx(5.0, abs=0.05)
+
+    def test_a_lean_is_taken_out(self, rig: Rig) -> None:
+        rig.arm_here()
+        rig.fly(0.3, (0.0, 0.0, -20.0), up=20.0)
+        rig.advance()
+        rig.take(rig.said.attitude(roll=0.3), rig.said.local(0.0, 0.0, -20.0))
+        self.measure(rig, 2000)
+        assert rig.topics.terrain.value is not None
+        assert rig.topics.terrain.value.distance is not None
+        assert rig.topics.terrain.value.distance == pytest.approx(20.0 * math.cos(0.3), abs=0.01)
+
+    def test_without_a_message_there_is_no_terrain(self, rig: Rig) -> None:
+        rig.arm_here()
+        rig.fly(2.0)
+        assert rig.topics.terrain.value is None
+
+    def test_a_sensor_that_looks_ahead_is_not_heard(self, rig: Rig) -> None:
+        rig.arm_here()
+        self.measure(rig, 300, orientation=0)
+        assert rig.topics.terrain.value is None
+
+    def test_before_arm_there_is_a_distance_and_no_ground(self, rig: Rig) -> None:
+        rig.take(rig.said.heartbeat(), rig.said.landed(ON_GROUND))
+        self.fly(rig, 2.0, 0.0, 25)
+        terrain = rig.topics.terrain.value
+        assert terrain is not None
+        assert terrain.distance == pytest.approx(0.25)
+        assert terrain.ground is None
+
+    def test_one_that_is_late_or_broken_is_dropped(self, rig: Rig) -> None:
+        rig.arm_here()
+        self.fly(rig, 2.0, 30.0, 2500)
+        before = rig.topics.terrain.value
+        rig.said.boot -= 1.2
+        self.measure(rig, 300)
+        rig.said.boot += 1.25
+        rig.take(("DISTANCE_SENSOR", {"time_boot_ms": rig.said.ms, "orientation": 25, "current_distance": 300}))
+        assert rig.topics.terrain.value is before
+
+    def test_another_arm_place_begins_anew(self, rig: Rig) -> None:
+        rig.arm_here()
+        self.fly(rig, 2.0, 30.0, 2500)
+        rig.fly(0.3)
+        rig.take(rig.said.heartbeat(), rig.said.landed(ON_GROUND))
+        rig.fly(1.0)
+        rig.take(rig.said.heartbeat())
+        rig.take(rig.said.heartbeat(armed=True))
+        rig.fly(0.5)
+        self.measure(rig, 2500)
+        assert rig.topics.terrain.value is not None
+        assert rig.topics.terrain.value.ground is None

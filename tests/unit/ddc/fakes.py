@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import math
-from collections.abc import Coroutine, Mapping
+from collections.abc import Callable, Coroutine, Mapping
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -24,7 +24,9 @@ from hawk.comm.messages import (
     ReturnToLaunch,
     Takeoff,
 )
+from hawk.comm.rangefinder import RangeReading
 from hawk.comm.status import CheckItem, ClientId, CommandSocket, DroneStatus
+from hawk.comm.terrain import TerrainWatch
 from hawk.comm.vehicle import AutopilotError, VehicleTopics
 from hawk.config import FenceSettings, FlightSettings, HeightSettings, OperatorSettings
 from hawk.ddc.geofence import to_map
@@ -159,6 +161,12 @@ class FakeAutopilot:
         self.estimator_fault = ""
         self.pose_flows = True
         self.landed_flows = True
+        self.tilt = (0.0, 0.0)
+        """Roll and pitch, radians."""
+        self.below: Callable[[float, float], float | None] | None = None
+        """Height of what is below a place (north, east), metres above the arm place; None: out of the rangefinder's
+        range. Without the function there is no rangefinder."""
+        self.terrain_watch = TerrainWatch()
         self.stuck = False
         self.held_fence: Fence | None = None
         self.fence_on: bool | None = None
@@ -317,8 +325,18 @@ class FakeAutopilot:
             )
             if self.pose_flows:
                 self.topics.pose.publish(self._pose(now))
+            self._measure(now)
         elif self.topics.state.value is not None:
             self.topics.state.publish(replace(self.topics.state.value, connected=False))
+
+    def _measure(self, now: float) -> None:
+        """Send the rangefinder's message: at every tick, 0.2 to 50 m."""
+        if self.below is None:
+            return
+        top = self.below(self.north, self.east)
+        distance = None if top is None or not 0.2 < self.height - top < 50.0 else self.height - top
+        reading = RangeReading(now, distance, 0.2, 50.0)
+        self.topics.terrain.publish(self.terrain_watch.take(reading, (self.north, self.east, self.height)))
 
     def _state(self, now: float) -> VehicleState:
         before = self.topics.state.value
@@ -396,8 +414,8 @@ class FakeAutopilot:
             local=LocalPose(self.north, self.east, -self.height) if anchored else None,
             map=MapPose(self.north, self.east, self.height, 0.0, 0.0, self.yaw) if anchored else None,
             velocity=self.velocity,
-            roll=0.0,
-            pitch=0.0,
+            roll=self.tilt[0],
+            pitch=self.tilt[1],
             yaw=self.yaw,
         )
 

@@ -12,7 +12,9 @@ from pathlib import Path
 from typing import Literal
 
 from hawk.comm.messages import Ack, Command, Kill, KillToken
+from hawk.comm.terrain import Terrain
 from hawk.ddc.acts import Acts, Ask, CutMotors, ReadParameter
+from hawk.ddc.clearance import BelowFacts
 from hawk.ddc.decider import Decider, Decision
 from hawk.ddc.energy import Reserve
 from hawk.ddc.facts import Answer, Facts, VehicleEvent, WindFacts
@@ -210,6 +212,11 @@ def _charge_unknown(facts: Facts) -> Facts:
     return replace(facts, battery=replace(facts.battery, info=None, unknown_s=30.0))
 
 
+def _too_close(facts: Facts) -> Facts:
+    below = BelowFacts(Terrain(facts.now, 3.0, 0.0, 50.0), 0.5, 3.0)
+    return replace(facts, position=replace(facts.position, below=below))
+
+
 def _strong_wind(facts: Facts) -> Facts:
     return replace(facts, wind=WindFacts(Wind(-11.0, 0.0), 10.0))
 
@@ -272,6 +279,7 @@ EVENTS: tuple[Event, ...] = (
     Event("Battery", "Needed for the return for 3 s", _reserve),
     Event("Battery", "Charge not known for 30 s", _charge_unknown),
     Event("Wind", "Above the limit for 10 s", _strong_wind),
+    Event("Clearance", "Too close to what is below, for 0.5 s", _too_close),
     Event("Fence", "Drone outside", _breach(0.0)),
     Event("Fence", "Drone outside for 10 s", _breach(10.0)),
     Event("Operator", "Is back", _with_operator),

@@ -287,6 +287,7 @@ export interface Heartbeat {
   Speed: number | null;
   Climb: number | null;
   "Pose Age": number | null;
+  "Height Above Ground": number | null;
   "Wind Speed": number | null;
   "Wind From": number | null;
   Home: Point | null;

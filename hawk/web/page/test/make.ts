@@ -32,6 +32,7 @@ export function heartbeat(changes: Partial<Heartbeat> = {}): Heartbeat {
     Speed: 0,
     Climb: 0,
     "Pose Age": 0.05,
+    "Height Above Ground": null,
     "Wind Speed": 3,
     "Wind From": 0,
     "Battery Age": 0.5,

@@ -80,12 +80,17 @@ function moreFacts(view: View, heartbeat: Heartbeat): TemplateResult {
   return html`<dl class="pairs list">
     ${fact("Place", format.place(heartbeat.Latitude, heartbeat.Longitude), stale)}
     ${fact("From where it was armed", place(heartbeat["Local Position X"], heartbeat["Local Position Y"]), stale)}
-    ${fact("Climbing", format.speed(heartbeat.Climb), stale)}
+    ${aboveGround(heartbeat["Height Above Ground"], stale)} ${fact("Climbing", format.speed(heartbeat.Climb), stale)}
     ${fact("Wind", format.wind(heartbeat["Wind Speed"], heartbeat["Wind From"]), stale)}
     ${fact("GPS", Satellites === null ? "–" : format.count(Satellites, "satellite", "satellites"), "")}
     ${fact("Battery voltage", Voltage === null ? "–" : `${Voltage.toFixed(1)} V`, "")}
     ${fact("Pictures looked through", rate === null ? "–" : `${rate.toFixed(1)} a second`, "")}
   </dl>`;
+}
+
+/** Only with a rangefinder: every other height counts above the arm place. */
+function aboveGround(metres: number | null, stale: string): TemplateResult | typeof nothing {
+  return metres === null ? nothing : fact("Height above ground", format.height(metres), stale);
 }
 
 function place(x: number | null, y: number | null): string {

@@ -5,6 +5,7 @@ const PARTS: Record<string, string> = {
   position: "Position",
   ground: "On the ground or not",
   home: "Home",
+  rangefinder: "Rangefinder",
   vision: "Finding stalls",
   mapper: "Map",
   planner: "Route",
