@@ -56,7 +56,7 @@ class Decider:
         self._settings = settings
         self._continues_survey = continues_survey
         self._kill = KillSwitch()
-        self._reader = ParameterReader(settings.system_id)
+        self._reader = ParameterReader(settings.system_id, needs_remote_control=settings.remote_control.required)
         self._failsafes = FailsafeWatch()
         self._holder = FenceHolder(settings)
         self._desk = CommandDesk(tokens, self._kill, self._reader)

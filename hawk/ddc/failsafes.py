@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from hawk.ddc.battery_thresholds import THRESHOLD_NAMES, threshold_problem, threshold_words
+from hawk.ddc.remote_control import SWITCH_NAMES
 
 WATCHED_ID_NAMES = ("MAV_GCS_SYSID", "SYSID_MYGCS")
 """The parameter with the id that the ground-station failsafe watches: since ArduPilot 4.7, and before."""
@@ -34,11 +35,13 @@ class AutopilotView:
 
     ``system_id`` is our MAVLink id. ``cells``: the cell counts that the battery may have. ``fence_on``: SYS_STATUS says
     that a fence is enabled (a switch or a command may turn it off without a change of FENCE_ENABLE); None: not heard.
+    ``needs_remote_control``: False where the drone is flown without one, and its failsafe may be off.
     """
 
     system_id: int
     cells: tuple[int, ...] = ()
     fence_on: bool | None = None
+    needs_remote_control: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,6 +162,7 @@ ALL_NAMES = (
     *(setting.name for setting in _SETTINGS),
     "FS_OPTIONS",
     *THRESHOLD_NAMES,
+    *SWITCH_NAMES,
     *WATCHED_ID_NAMES,
     HIGHEST_ID_NAME,
     *RETURN_ALTITUDE_NAMES,
@@ -171,7 +175,8 @@ def watched_names(values: Values) -> tuple[str, ...]:
     fixed = (*(setting.name for setting in _SETTINGS), "FS_OPTIONS", *THRESHOLD_NAMES)
     watched = _names_to_read(WATCHED_ID_NAMES, values)
     highest = () if watched == WATCHED_ID_NAMES[1:] else (HIGHEST_ID_NAME,)
-    return (*fixed, *watched, *highest, *_names_to_read(RETURN_ALTITUDE_NAMES, values))
+    needed_in_flight = (*fixed, *watched, *highest, *_names_to_read(RETURN_ALTITUDE_NAMES, values))
+    return (*needed_in_flight, *SWITCH_NAMES)
 
 
 def check_failsafes(values: Values, view: AutopilotView) -> tuple[FailsafeCheck, ...]:
@@ -179,7 +184,7 @@ def check_failsafes(values: Values, view: AutopilotView) -> tuple[FailsafeCheck,
     return (
         _ground_station(values, view.system_id),
         _spares_pilot(values),
-        _remote_control(values),
+        _remote_control(values, is_needed=view.needs_remote_control),
         _position(values),
         _fence(values, view.fence_on),
         _battery(values),
@@ -187,10 +192,11 @@ def check_failsafes(values: Values, view: AutopilotView) -> tuple[FailsafeCheck,
     )
 
 
-def wanted_values(values: Values, system_id: int) -> dict[str, float]:
+def wanted_values(values: Values, system_id: int, *, needs_remote_control: bool = True) -> dict[str, float]:
     """Return what Set Failsafes must write: parameter -> value, the right ones left out.
 
-    It writes no threshold of the battery: nobody here knows the battery.
+    Without a remote control its failsafe stays off: it would never let the drone arm. It writes no threshold of the
+    battery: nobody here knows the battery.
     """
     wanted: dict[str, float] = {}
     watched = _present_name(WATCHED_ID_NAMES, values)
@@ -203,6 +209,8 @@ def wanted_values(values: Values, system_id: int) -> dict[str, float]:
         wanted["FS_OPTIONS"] = float(options | SPARE_PILOT_BIT)
     for setting in _SETTINGS:
         value = values.get(setting.name)
+        if setting is RADIO_ACTION and value == 0 and not needs_remote_control:
+            continue
         if value is None or setting.problem(value):
             wanted[setting.name] = float(setting.wanted)
     return wanted
@@ -276,8 +284,10 @@ def _spares_pilot(values: Values) -> FailsafeCheck:
     return FailsafeCheck(name, True, "yes") if int(options) & SPARE_PILOT_BIT else _settable(name, "no", consequence)
 
 
-def _remote_control(values: Values) -> FailsafeCheck:
+def _remote_control(values: Values, *, is_needed: bool) -> FailsafeCheck:
     name, problem = "Remote-control failsafe", _problem(values, RADIO_ACTION)
+    if values.get(RADIO_ACTION.name) == 0 and not is_needed:
+        return FailsafeCheck(name, True, "off, no remote control is required")
     if problem:
         return _settable(name, problem, "If the remote control is lost while a pilot flies, nobody flies the drone.")
     return FailsafeCheck(name, True, _words(RADIO_ACTION, values))

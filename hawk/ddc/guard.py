@@ -21,6 +21,7 @@ FAULT_CONFIRM_S = 1.0
 """Seconds for which a fault of perception must last: one bad picture does not count."""
 POSITION_CONFIRM_S = 2.0
 """Seconds for which the autopilot must distrust its position."""
+RADIO_LOST_DETAILS = "The flight goes on; the autopilot's own failsafe (FS_THR_ENABLE) decides."
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +41,8 @@ def notices(facts: Facts) -> Acts:
     """Return the messages that a condition causes in the tick in which it begins."""
     if facts.limits.breached_s == 0.0:
         return (Log("warning", "Outside the fence: going back inside."),)
+    if facts.remote_control.lost_s == 0.0:
+        return (Log("warning", "The remote control is lost: nobody can take over by hand.", RADIO_LOST_DETAILS),)
     return ()
 
 

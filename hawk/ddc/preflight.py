@@ -12,6 +12,8 @@ from hawk.ddc.failsafes import AutopilotView, FailsafeCheck, Values, check_fails
 from hawk.ddc.geofence import FenceError, contains, extent, outside_by, sees_all, to_map
 from hawk.ddc.home import HOME_AGE_S, home_words
 from hawk.ddc.params import ParameterError, check_heights
+from hawk.ddc.remote_control import remote_control_check
+from hawk.ddc.remote_id import remote_id_checks
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.words import metres
 from hawk.model import Fence, GlobalPose, MapPoint
@@ -49,6 +51,8 @@ def preflight_items(facts: Facts, values: Values, settings: DdcSettings, *, is_k
         _sensors(facts),
         _gps(facts, settings.flight.maximum_hdop_m),
         _battery(facts, settings.flight.battery_arm_percent),
+        remote_control_check(facts.remote_control, values, settings.remote_control),
+        *remote_id_checks(facts.remote_id, settings.remote_id),
         _camera(facts),
         _recording(facts),
         _heights(facts, settings.heights),
@@ -61,7 +65,8 @@ def preflight_items(facts: Facts, values: Values, settings: DdcSettings, *, is_k
 
 def failsafe_checks(facts: Facts, values: Values, settings: DdcSettings) -> tuple[FailsafeCheck, ...]:
     """Return the checks of the autopilot's own failsafes, on the ground and in flight."""
-    view = AutopilotView(settings.system_id, facts.battery.cells, facts.diagnostics.fence_on)
+    is_needed = settings.remote_control.required
+    view = AutopilotView(settings.system_id, facts.battery.cells, facts.diagnostics.fence_on, is_needed)
     return check_failsafes(values, view)
 
 

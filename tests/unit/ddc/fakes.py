@@ -24,6 +24,8 @@ from hawk.comm.messages import (
     ReturnToLaunch,
     Takeoff,
 )
+from hawk.comm.remote_control import RemoteControl
+from hawk.comm.remote_id import RemoteIdReport
 from hawk.comm.status import CheckItem, ClientId, CommandSocket, DroneStatus
 from hawk.comm.vehicle import AutopilotError, VehicleTopics
 from hawk.config import FenceSettings, FlightSettings, HeightSettings, OperatorSettings
@@ -86,6 +88,8 @@ _ALWAYS_SAFE: Mapping[str, float] = {
     "BATT_LOW_TIMER": 10,
     "BATT_CAPACITY": 3300,
     "RTL_ALT": 1500,
+    "FLTMODE_CH": 5,
+    **{f"FLTMODE{position}": mode for position, mode in enumerate((7, 9, 6, 3, 5, 0), start=1)},
 }
 SAFE_PARAMETERS: Mapping[str, float] = {
     **_ALWAYS_SAFE,
@@ -157,6 +161,13 @@ class FakeAutopilot:
         self.landed_flows = True
         self.stuck = False
         self.held_fence: Fence | None = None
+        self.radio: bool | None = True
+        """The autopilot hears its receiver; None: it does not say."""
+        self.radio_flows = True
+        self.switch_pulse = 1800
+        self.boots = 0
+        self.remote_id: RemoteIdReport | None = None
+        """The transmitter's word, sent each time."""
         self.fence_on: bool | None = None
         """SYS_STATUS's word on the fence; None: as FENCE_ENABLE says."""
         self.home: GlobalPose | None = None
@@ -311,10 +322,18 @@ class FakeAutopilot:
                     good, True, good, True, 3, 16, 0.9, now, estimator_fault=self.estimator_fault, fence_on=fence_on
                 )
             )
+            self._publish_radio(now)
             if self.pose_flows:
                 self.topics.pose.publish(self._pose(now))
         elif self.topics.state.value is not None:
             self.topics.state.publish(replace(self.topics.state.value, connected=False))
+
+    def _publish_radio(self, now: float) -> None:
+        if self.radio_flows:
+            pulses = (1500, 1500, 1000, 1500, self.switch_pulse, 1000, 1000, 1800, *(0,) * 10)
+            self.topics.remote_control.publish(RemoteControl(pulses, 8, now, self.radio, now, self.boots))
+        if self.remote_id is not None:
+            self.topics.remote_id.publish(replace(self.remote_id, time=now))
 
     def _state(self, now: float) -> VehicleState:
         before = self.topics.state.value

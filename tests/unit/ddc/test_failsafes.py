@@ -22,6 +22,7 @@ from hawk.ddc.failsafes import (
     wanted_values,
     watched_names,
 )
+from hawk.ddc.remote_control import SWITCH_NAMES
 from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, SAFE_PARAMETERS
 
 VIEW = AutopilotView(245, cells=(3,), fence_on=True)
@@ -93,7 +94,7 @@ def test_a_parameter_that_was_not_read_has_not_passed(name: str) -> None:
 
 def test_every_parameter_that_decides_is_read() -> None:
     assert set(watched_names({})) == set(ALL_NAMES)
-    assert {*CHECK_OF, *RETURN_ALTITUDE_NAMES} == set(ALL_NAMES)
+    assert {*CHECK_OF, *RETURN_ALTITUDE_NAMES, *SWITCH_NAMES} == set(ALL_NAMES)
 
 
 @pytest.mark.parametrize(("name", "value"), [(name, value) for name in RIGHT for value in [*range(-1, 17), 0.5]])

@@ -5,6 +5,8 @@ const PARTS: Record<string, string> = {
   position: "Position",
   ground: "On the ground or not",
   home: "Home",
+  "remote control": "Remote control",
+  "remote id": "Remote ID",
   vision: "Finding stalls",
   mapper: "Map",
   planner: "Route",
