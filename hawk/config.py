@@ -11,7 +11,7 @@ import ipaddress
 import os
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -75,6 +75,23 @@ def _vehicle_address(value: str) -> str:
     except ValueError:
         raise ValueError("must be an IP address, or IP:PORT ([IPv6]:PORT)") from None
     return value
+
+
+def _short_text(longest: int) -> Callable[[str], str]:
+    """Return the check that a text has 1 to ``longest`` characters of printable ASCII."""
+
+    def check(value: str) -> str:
+        if not (1 <= len(value) <= longest and value.isascii() and value.isprintable() and value.strip() == value):
+            raise ValueError(f"must have 1 to {longest} characters of plain ASCII, none of them a space at an end")
+        return value
+
+    return check
+
+
+def _operator_id(value: str) -> str:
+    if re.fullmatch(r"[A-Za-z]{3}[A-Za-z0-9]{13}-[A-Za-z0-9]{3}", value):
+        raise ValueError("must not hold the secret part: leave out the dash and the three characters after it")
+    return _short_text(20)(value)
 
 
 class AutopilotSettings(Section):
@@ -175,6 +192,37 @@ class OperatorSettings(Section):
     control_lease_s: float = Field(default=30.0, ge=1, le=300)
 
 
+class RemoteControlSettings(Section):
+    """The pilot's remote control."""
+
+    required: bool = True
+    switch_must_move: bool = False
+
+
+class RemoteIdSettings(Section):
+    """Remote ID: the operator's part, which the drone's transmitter needs."""
+
+    enabled: bool = False
+    operator_id: Annotated[str, AfterValidator(_operator_id)] | None = None
+    operator_place: Literal["takeoff", "fixed"] = "takeoff"
+    operator_latitude_deg: float | None = Field(default=None, ge=-90, le=90)
+    operator_longitude_deg: float | None = Field(default=None, ge=-180, le=180)
+    operator_height_m: float | None = Field(default=None, ge=-500, le=9000)
+    description: Annotated[str, AfterValidator(_short_text(23))] | None = None
+    serial_number: Annotated[str, AfterValidator(_short_text(20))] | None = None
+
+    @model_validator(mode="after")
+    def _says_who_and_where(self) -> RemoteIdSettings:
+        if self.enabled and self.operator_id is None:
+            raise ValueError("operator_id is missing: write the number of your registration, or set enabled = false")
+        latitude, longitude = self.operator_latitude_deg, self.operator_longitude_deg
+        if self.operator_place == "fixed" and (latitude is None or longitude is None):
+            raise ValueError('operator_place = "fixed" needs operator_latitude_deg and operator_longitude_deg')
+        if self.operator_place == "fixed" and latitude == 0 and longitude == 0:
+            raise ValueError("operator_latitude_deg and operator_longitude_deg are 0: Remote ID takes that for unknown")
+        return self
+
+
 class VisionSettings(Section):
     """Perception."""
 
@@ -227,6 +275,8 @@ class Config(Section):
     flight: FlightSettings = FlightSettings()
     fence: FenceSettings = FenceSettings()
     operator: OperatorSettings = OperatorSettings()
+    remote_control: RemoteControlSettings = RemoteControlSettings()
+    remote_id: RemoteIdSettings = RemoteIdSettings()
     vision: VisionSettings = VisionSettings()
     web: WebSettings = WebSettings()
     store: StoreSettings = StoreSettings()

@@ -28,6 +28,7 @@ from hawk.comm.clock import Clock
 from hawk.comm.drone_camera import DroneCamera
 from hawk.comm.passive_listener import wait_until_disarmed
 from hawk.comm.performance import LoopLag, Performance
+from hawk.comm.remote_id_sender import RemoteIdSender
 from hawk.comm.terrain import FRESH_S, ground_below
 from hawk.comm.topic import Topic
 from hawk.comm.udp_gate import Hearing
@@ -311,6 +312,10 @@ class Daemon:
         if not self._stopping.is_set():
             await self._journal.flush(START_NOTED_S)
             await self.autopilot.start()
+            if self._config.remote_id.enabled:
+                send = self.autopilot.send_message
+                sender = RemoteIdSender(self._config.remote_id, self.vehicle, self.clock, send, time.time)
+                self._own("remote-id", sender.run)
 
     async def _start_algorithms(self) -> None:
         if self._stopping.is_set():

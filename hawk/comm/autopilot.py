@@ -22,7 +22,8 @@ from hawk.comm.frames import place_at, wrap_angle
 from hawk.comm.mavlink_link import Link, Message, OnMessage
 from hawk.comm.parameters import AutopilotParameters
 from hawk.comm.peer import Expected
-from hawk.comm.telemetry import RateKeeper, Stream, Telemetry, wanted_streams
+from hawk.comm.streams import RateKeeper, Stream, wanted_streams
+from hawk.comm.telemetry import Telemetry
 from hawk.comm.threads import Inbox, LatestSender
 from hawk.comm.udp_gate import Hearing
 from hawk.comm.vehicle import AutopilotError, VehicleTopics
@@ -103,7 +104,7 @@ class MavsdkAutopilot:
         self._supervisor = supervisor or Supervisor()
         self._targets = self._make_sender()
         self._speaks = True
-        self._parameters = AutopilotParameters(self._send_message, parameter_answer_s)
+        self._parameters = AutopilotParameters(self.send_message, parameter_answer_s)
         self._rtl_in_metres: bool | None = None
         self._tasks: list[asyncio.Task[None]] = []
         self.problem = ""
@@ -344,7 +345,8 @@ class MavsdkAutopilot:
         if not self.telemetry.state.connected:
             raise AutopilotError("No link to the autopilot")
 
-    async def _send_message(self, name: str, fields: Mapping[str, Any]) -> None:
+    async def send_message(self, name: str, fields: Mapping[str, Any]) -> None:
+        """Send one message on a thread, and wait until it is sent. Raises AutopilotError."""
         await self.calls.run(name, self._link.send, name, fields)
 
     async def _keep_link(self) -> None:
@@ -381,7 +383,7 @@ class MavsdkAutopilot:
                     # MAVSDK's heartbeat is once a real second: too seldom for an autopilot of N seconds a second
                     if self._clock.speed > 1 and now - beat >= 1.0 and self._speaks:
                         beat = now
-                        await self._send_message("HEARTBEAT", _HEARTBEAT)
+                        await self.send_message("HEARTBEAT", _HEARTBEAT)
                 elif self._link.found:
                     self._targets.clear()
                     if not self._speaks and now - knock >= _KNOCK_S:

@@ -10,7 +10,7 @@ import math
 from enum import IntEnum
 
 from hawk.comm.mavlink_link import Link, command_fields, require_finite
-from hawk.comm.telemetry import Stream
+from hawk.comm.streams import Stream
 from hawk.comm.vehicle import AutopilotError
 from hawk.model import CopterMode, GlobalPose, mode_name
 

@@ -24,6 +24,7 @@ from mavsdk.plugins.telemetry import Telemetry
 
 from hawk.comm.mavlink_frames import AUTOPILOT_COMPONENT, ground_station_heartbeat
 from hawk.comm.peer import FIRST_HEARD, Expected, PeerKeeper
+from hawk.comm.remote_id import ARM_STATUS, TRANSMITTERS
 from hawk.comm.udp_gate import NOBODY, Hearing, UdpGate, serves
 from hawk.comm.vehicle import AutopilotError
 
@@ -282,7 +283,7 @@ class Link:
 
     def _receive(self, message: MavlinkMessage, _: object) -> None:
         arrival = self._clock()
-        if message.system_id != self._vehicle_id or message.component_id != AUTOPILOT_COMPONENT:
+        if message.system_id != self._vehicle_id or not _is_its_word(message):
             return
         try:
             fields = json.loads(message.fields_json)
@@ -290,6 +291,13 @@ class Link:
             _LOG.warning("%s of the autopilot cannot be read", message.message_name)
             return
         self._on_message(Message(message.message_name, fields, arrival))
+
+
+def _is_its_word(message: MavlinkMessage) -> bool:
+    """Return True for the autopilot's own messages, and for the Remote ID transmitter's word, which it passes on."""
+    if message.component_id in TRANSMITTERS:
+        return str(message.message_name) == ARM_STATUS
+    return int(message.component_id) == AUTOPILOT_COMPONENT
 
 
 def _message(name: str, fields: Mapping[str, Any], target: int) -> MavlinkMessage:

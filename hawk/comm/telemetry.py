@@ -1,17 +1,15 @@
 """Telemetry: the autopilot's messages turned into the daemon's topics, one at a time, on the loop.
 
 Poses are made from LOCAL_POSITION_NED, ATTITUDE and GLOBAL_POSITION_INT, each at the time that it carries; a message
-whose time is not believed (`hawk.comm.boot_clock`) is dropped. `RateKeeper` asks for the streams, `StatusTexts`
-assembles the autopilot's words.
+whose time is not believed (`hawk.comm.boot_clock`) is dropped. `hawk.comm.streams` asks for the messages.
 """
 
 from __future__ import annotations
 
 import logging
 import math
-from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Final
 
 from hawk.comm.boot_clock import BootClock
@@ -20,6 +18,10 @@ from hawk.comm.estimator import EstimatorReport, LeapWatch
 from hawk.comm.frames import JUMP_M, Attitude, EkfPosition, FrameJump, MapTie, PoseBuffer
 from hawk.comm.mavlink_link import Message, SensorHealth
 from hawk.comm.rangefinder import looks_down, read_distance
+from hawk.comm.remote_control import RemoteControlReports
+from hawk.comm.remote_id import RemoteIdReports
+from hawk.comm.status_texts import StatusTexts
+from hawk.comm.streams import RateKeeper
 from hawk.comm.terrain import TerrainWatch
 from hawk.comm.vehicle import VehicleTopics
 from hawk.model import (
@@ -28,7 +30,6 @@ from hawk.model import (
     Diagnostics,
     GlobalPose,
     LandedState,
-    StatusText,
     VehiclePose,
     VehicleState,
 )
@@ -38,14 +39,8 @@ _ARMED: Final = 128  # MAV_MODE_FLAG_SAFETY_ARMED
 _NOT_AN_AUTOPILOT: Final = 8  # MAV_AUTOPILOT_INVALID
 _FIX_3D: Final = 3  # GPS_FIX_TYPE_3D_FIX
 _GEOFENCE: Final = 1 << 20  # MAV_SYS_STATUS_GEOFENCE
-_WARNING: Final = 4  # MAV_SEVERITY_WARNING
 _FRESH_S: Final = 1.0
 _GPS_FRESH_S: Final = 3.0
-_STALE_PERIODS: Final = 8
-_LEAST_STALE_S: Final = 1.0
-_CHUNK: Final = 50  # characters of a STATUSTEXT
-_TEXTS_KEPT: Final = 50
-_REASONS: Final = ("arm:", "prearm:")
 _STAMPED: Final = frozenset({"LOCAL_POSITION_NED", "ATTITUDE", "GLOBAL_POSITION_INT", "SYSTEM_TIME", "DISTANCE_SENSOR"})
 """Messages that carry time_boot_ms."""
 
@@ -53,105 +48,6 @@ MAP_SHIFT_M: Final = 2.0
 """The mapper takes smaller errors of the position out by itself, metres (`MapperSettings.max_shift_m`)."""
 LINK_LOST_S: Final = 2.6
 """Real seconds without a HEARTBEAT after which the link is lost, as in MAVSDK."""
-
-
-@dataclass(frozen=True, slots=True)
-class Stream:
-    """A message and its rate. A silent one is asked for every ``ask_again_s`` seconds."""
-
-    message_id: int
-    hertz: float
-    ask_again_s: float = 1.0
-
-    @property
-    def interval_us(self) -> float:
-        """Parameter 2 of MAV_CMD_SET_MESSAGE_INTERVAL."""
-        return 1e6 / self.hertz
-
-
-def wanted_streams(position_rate_hz: float) -> Mapping[str, Stream]:
-    """Return the messages that the daemon needs, by name (ids of MAVLink common.xml)."""
-    return {
-        "LOCAL_POSITION_NED": Stream(32, position_rate_hz),
-        "ATTITUDE": Stream(30, position_rate_hz),
-        "GLOBAL_POSITION_INT": Stream(33, 10.0),
-        "SYS_STATUS": Stream(1, 2.0),
-        "GPS_RAW_INT": Stream(24, 2.0),
-        "EXTENDED_SYS_STATE": Stream(245, 5.0),
-        "SYSTEM_TIME": Stream(2, 10.0),  # a second witness of a boot: without a position there is only ATTITUDE
-        "EKF_STATUS_REPORT": Stream(193, 2.0),
-        "HOME_POSITION": Stream(242, 1.0),
-        "DISTANCE_SENSOR": Stream(132, 10.0, ask_again_s=10.0),  # silent for ever where there is no rangefinder
-    }
-
-
-class RateKeeper:
-    """Finds the streams to ask for: the silent ones. ArduPilot sends only those asked for since its last boot."""
-
-    def __init__(self, wanted: Mapping[str, Stream]) -> None:
-        self._wanted = wanted
-        self.forget()
-
-    def seen(self, name: str, arrival: float) -> None:
-        """Note the arrival of a message, seconds of the daemon's clock."""
-        if name in self._seen:
-            self._seen[name] = arrival
-
-    def forget(self) -> None:
-        """Ask for every stream at once: the autopilot has booted."""
-        self._seen = dict.fromkeys(self._wanted, -math.inf)
-        self._asked = dict.fromkeys(self._wanted, -math.inf)
-
-    @property
-    def any(self) -> Stream:
-        """One of the wanted streams."""
-        return next(iter(self._wanted.values()))
-
-    def age(self, name: str, now: float) -> float:
-        """Return the age of the last message, seconds; infinite when none came."""
-        return now - self._seen[name]
-
-    def due(self, now: float) -> list[Stream]:
-        """Return the streams to ask for now, and note that they were asked for."""
-        due = []
-        for name, stream in self._wanted.items():
-            stale = now - self._seen[name] > max(_LEAST_STALE_S, _STALE_PERIODS / stream.hertz)
-            if stale and now - self._asked[name] >= stream.ask_again_s:
-                self._asked[name] = now
-                due.append(stream)
-        return due
-
-
-class StatusTexts:
-    """Assembles texts from their chunks (MAVLink: id, chunk_seq, 50 characters each) and keeps the last ones."""
-
-    def __init__(self) -> None:
-        self._recent: deque[StatusText] = deque(maxlen=_TEXTS_KEPT)
-        self._chunks: dict[int, dict[int, str]] = {}
-
-    def take(self, fields: Mapping[str, Any], time: float) -> StatusText | None:
-        """Take a STATUSTEXT; return the whole text with its last chunk, else None."""
-        text = str(fields.get("text") or "").rstrip("\0")
-        number = int(fields.get("id") or 0)
-        if number:
-            chunks = self._chunks.setdefault(number, {})
-            chunks[int(fields.get("chunk_seq") or 0)] = text
-            if len(text) >= _CHUNK:
-                if len(self._chunks) > _TEXTS_KEPT:
-                    self._chunks.pop(next(iter(self._chunks)))
-                return None
-            text = "".join(chunk for _, chunk in sorted(self._chunks.pop(number).items()))
-        found = StatusText(time, int(fields.get("severity") or 0), text.strip())
-        self._recent.append(found)
-        return found
-
-    def reason_since(self, time: float) -> str | None:
-        """Return the words since then that explain a refusal: arming reasons, else any warning, else None."""
-        recent = [text for text in self._recent if text.time >= time]
-        reasons = [text.text for text in recent if text.text.lower().startswith(_REASONS)]
-        if not reasons:
-            reasons = [text.text for text in recent if text.severity <= _WARNING]
-        return "; ".join(dict.fromkeys(reasons)) or None
 
 
 class Telemetry:
@@ -188,6 +84,8 @@ class Telemetry:
         self._fence_on: bool | None = None
         self._global: tuple[float, GlobalPose] | None = None
         self._boot_id: int | None = None
+        self._remote_control = RemoteControlReports(topics.remote_control)
+        self._remote_id = RemoteIdReports(topics.remote_id)
         self._handlers: dict[str, Callable[[Mapping[str, Any], float], None]] = {
             "HEARTBEAT": self._on_heartbeat,
             "EXTENDED_SYS_STATE": self._on_extended_state,
@@ -200,6 +98,8 @@ class Telemetry:
             "HOME_POSITION": self._on_home,
             "DISTANCE_SENSOR": self._on_distance,
             "STATUSTEXT": self._on_text,
+            "RC_CHANNELS": self._remote_control.take_channels,
+            "OPEN_DRONE_ID_ARM_STATUS": self._remote_id.take_arm_status,
             "SYSTEM_TIME": lambda _fields, _time: None,
         }
 
@@ -414,24 +314,17 @@ class Telemetry:
         self.tie.rebooted()
         self._publish_state(replace(self.state, landed=LandedState.UNDEFINED, landed_time=self._clock()))
         self._rates.forget()
+        self._remote_control.forget()
+        self._remote_id.forget()
         self._on_reboot()
 
     # --- other ---------------------------------------------------------------------------------------------------
 
     def _on_sys_status(self, fields: Mapping[str, Any], arrival: float) -> None:
-        percentage, voltage, current = (
-            int(fields[name]) for name in ("battery_remaining", "voltage_battery", "current_battery")
-        )
-        self._topics.battery.publish(
-            BatteryInfo(
-                percentage=float(percentage) if 0 <= percentage <= 100 else None,
-                voltage=voltage / 1000.0 if 0 < voltage < 65535 else None,
-                current=current / 100.0 if current >= 0 else None,
-                time=arrival,
-            )
-        )
+        self._topics.battery.publish(battery_info(fields, arrival))
         enabled = fields.get("onboard_control_sensors_enabled")
         self._fence_on = None if enabled is None else bool(int(enabled) & _GEOFENCE)
+        self._remote_control.take_status(fields, arrival)
         self._publish_diagnostics(arrival)
 
     def _publish_diagnostics(self, arrival: float) -> None:
@@ -462,6 +355,7 @@ class Telemetry:
         return self._estimator.fault(now) or ("its position creeps" if self._leaps.creeps else "")
 
     def _on_gps(self, fields: Mapping[str, Any], _: float) -> None:
+        self._remote_id.take_gps(fields)
         accuracy = int(fields.get("h_acc") or 0)
         self._gps = (
             int(fields["fix_type"]),
@@ -486,3 +380,16 @@ def _number(fields: Mapping[str, Any], name: str) -> float:
     if value is None or not math.isfinite(value):
         raise ValueError(f"{name} is not a finite number")
     return float(value)
+
+
+def battery_info(fields: Mapping[str, Any], arrival: float) -> BatteryInfo:
+    """Return the battery of a SYS_STATUS; what it does not know is None."""
+    percentage, voltage, current = (
+        int(fields[name]) for name in ("battery_remaining", "voltage_battery", "current_battery")
+    )
+    return BatteryInfo(
+        percentage=float(percentage) if 0 <= percentage <= 100 else None,
+        voltage=voltage / 1000.0 if 0 < voltage < 65535 else None,
+        current=current / 100.0 if current >= 0 else None,
+        time=arrival,
+    )

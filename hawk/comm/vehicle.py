@@ -9,6 +9,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from typing import Any, Protocol
 
+from hawk.comm.remote_control import RemoteControl
+from hawk.comm.remote_id import RemoteIdReport
 from hawk.comm.terrain import Terrain
 from hawk.comm.topic import Topic
 from hawk.model import (
@@ -47,6 +49,11 @@ class VehicleTopics:
     """Metres by which EKF-local jumped against the world (EKF reset); the pose is anchored again already."""
     estimate_jump: Topic[float]
     """Metres by which the pose on the map jumped while the drone did not: EKF-local and globe leapt together."""
+
+    remote_control: Topic[RemoteControl]
+    """The pilot's remote control as the autopilot hears it."""
+    remote_id: Topic[RemoteIdReport]
+    """The Remote ID transmitter's word, and how far the ellipsoid lies from sea level."""
 
     @classmethod
     def create(cls, clock: Callable[[], float]) -> VehicleTopics:

@@ -57,7 +57,7 @@ class Decider:
         self._settings = settings
         self._continues_survey = continues_survey
         self._kill = KillSwitch()
-        self._reader = ParameterReader(settings.system_id)
+        self._reader = ParameterReader(settings.system_id, needs_remote_control=settings.remote_control.required)
         self._failsafes = FailsafeWatch()
         self._ground = GroundReports(settings.heights.highest_obstacle_m)
         self._holder = FenceHolder(settings)

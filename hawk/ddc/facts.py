@@ -16,6 +16,8 @@ from hawk.comm.status import ClientId
 from hawk.ddc.clearance import BelowFacts
 from hawk.ddc.energy import Reserve
 from hawk.ddc.fence import FencePlan
+from hawk.ddc.remote_control import NO_REMOTE_CONTROL, RemoteControlFacts
+from hawk.ddc.remote_id import NO_REMOTE_ID, RemoteIdFacts
 from hawk.ddc.wind import Wind
 from hawk.model import (
     ArmPlace,
@@ -276,6 +278,8 @@ class Facts:
     limits: LimitFacts = LimitFacts()
     operator: OperatorFacts = OperatorFacts()
     sight: SightFacts = SightFacts()
+    remote_control: RemoteControlFacts = NO_REMOTE_CONTROL
+    remote_id: RemoteIdFacts = NO_REMOTE_ID
     parts: tuple[tuple[str, Health], ...] = ()
     """Health of every part by name, in the order of dependence."""
     answers: tuple[Answer, ...] = field(default=())

@@ -20,6 +20,7 @@ from hawk.ddc.parameter_values import (
     present_name,
     problem_of,
 )
+from hawk.ddc.remote_control import SWITCH_NAMES
 from hawk.ddc.return_settings import (
     ALL_RETURN_NAMES,
     RALLY_NAME,
@@ -45,11 +46,13 @@ class AutopilotView:
 
     ``system_id`` is our MAVLink id. ``cells``: the cell counts that the battery may have. ``fence_on``: SYS_STATUS says
     that a fence is enabled (a switch or a command may turn it off without a change of FENCE_ENABLE); None: not heard.
+    ``needs_remote_control``: False where the drone is flown without one, and its failsafe may be off.
     """
 
     system_id: int
     cells: tuple[int, ...] = ()
     fence_on: bool | None = None
+    needs_remote_control: bool = True
 
 
 _STAYS = "stops and stays in the air"  # "Brake or Land" lands only where Brake cannot be entered
@@ -116,6 +119,7 @@ ALL_NAMES = (
     *(setting.name for setting in _SETTINGS),
     "FS_OPTIONS",
     *THRESHOLD_NAMES,
+    *SWITCH_NAMES,
     *WATCHED_ID_NAMES,
     HIGHEST_ID_NAME,
     *RETURN_ALTITUDE_NAMES,
@@ -129,7 +133,8 @@ def watched_names(values: Values) -> tuple[str, ...]:
     fixed = (*(setting.name for setting in _SETTINGS), "FS_OPTIONS", *THRESHOLD_NAMES)
     watched = names_to_read(WATCHED_ID_NAMES, values)
     highest = () if watched == WATCHED_ID_NAMES[1:] else (HIGHEST_ID_NAME,)
-    return (*fixed, *watched, *highest, *names_to_read(RETURN_ALTITUDE_NAMES, values), *return_names(values))
+    needed_in_flight = (*fixed, *watched, *highest, *names_to_read(RETURN_ALTITUDE_NAMES, values))
+    return (*needed_in_flight, *return_names(values), *SWITCH_NAMES)
 
 
 def check_failsafes(values: Values, view: AutopilotView) -> tuple[FailsafeCheck, ...]:
@@ -137,7 +142,7 @@ def check_failsafes(values: Values, view: AutopilotView) -> tuple[FailsafeCheck,
     return (
         _ground_station(values, view.system_id),
         _spares_pilot(values),
-        _remote_control(values),
+        _remote_control(values, is_needed=view.needs_remote_control),
         _position(values),
         _fence(values, view.fence_on),
         return_check(values),
@@ -146,10 +151,11 @@ def check_failsafes(values: Values, view: AutopilotView) -> tuple[FailsafeCheck,
     )
 
 
-def wanted_values(values: Values, system_id: int) -> dict[str, float]:
+def wanted_values(values: Values, system_id: int, *, needs_remote_control: bool = True) -> dict[str, float]:
     """Return what Set Failsafes must write: parameter -> value, the right ones left out.
 
-    It writes no threshold of the battery, and deletes no rally point: nobody here knows either.
+    Without a remote control its failsafe stays off: it would never let the drone arm. It writes no threshold of the
+    battery, and deletes no rally point: nobody here knows either.
     """
     wanted: dict[str, float] = {}
     watched = present_name(WATCHED_ID_NAMES, values)
@@ -162,6 +168,8 @@ def wanted_values(values: Values, system_id: int) -> dict[str, float]:
         wanted["FS_OPTIONS"] = float(options | SPARE_PILOT_BIT)
     for setting in _SETTINGS:
         value = values.get(setting.name)
+        if setting is RADIO_ACTION and value == 0 and not needs_remote_control:
+            continue
         if value is None or setting.problem(value):
             wanted[setting.name] = float(setting.wanted)
     return wanted | wanted_returns(values)
@@ -212,8 +220,10 @@ def _spares_pilot(values: Values) -> FailsafeCheck:
     return FailsafeCheck(name, True, "yes") if int(options) & SPARE_PILOT_BIT else _settable(name, "no", consequence)
 
 
-def _remote_control(values: Values) -> FailsafeCheck:
+def _remote_control(values: Values, *, is_needed: bool) -> FailsafeCheck:
     name, problem = "Remote-control failsafe", problem_of(values, RADIO_ACTION)
+    if values.get(RADIO_ACTION.name) == 0 and not is_needed:
+        return FailsafeCheck(name, True, "off, no remote control is required")
     if problem:
         return _settable(name, problem, "If the remote control is lost while a pilot flies, nobody flies the drone.")
     return FailsafeCheck(name, True, _words(RADIO_ACTION, values))

@@ -18,6 +18,7 @@ FENCE_RETURN_S = 10.0
 """Seconds outside the fence after which the drone returns."""
 FAULT_CONFIRM_S = 1.0
 """Seconds for which a fault of perception must last: one bad picture does not count."""
+RADIO_LOST_DETAILS = "The flight goes on; the autopilot's own failsafe (FS_THR_ENABLE) decides."
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +38,8 @@ def notices(facts: Facts) -> Acts:
     """Return the messages that a condition causes in the tick in which it begins."""
     if facts.limits.breached_s == 0.0:
         return (Log("warning", "Outside the fence: going back inside."),)
+    if facts.remote_control.lost_s == 0.0:
+        return (Log("warning", "The remote control is lost: nobody can take over by hand.", RADIO_LOST_DETAILS),)
     return ()
 
 

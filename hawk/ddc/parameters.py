@@ -34,8 +34,9 @@ class _Stamp:
 class ParameterReader:
     """Reads a few parameters at a time; a flight that was taken up reads what it does not know, once."""
 
-    def __init__(self, system_id: int) -> None:
+    def __init__(self, system_id: int, *, needs_remote_control: bool = True) -> None:
         self._system_id = system_id
+        self._needs_remote_control = needs_remote_control
         self._values: dict[str, float | None] = {}
         self._read_at: dict[str, _Stamp] = {}
         self._open: dict[str, Ask] = {}
@@ -179,7 +180,7 @@ class ParameterReader:
 
     def _begin_setting(self, facts: Facts) -> Acts:
         self._is_wanted = False
-        wanted = wanted_values(self._values, self._system_id)
+        wanted = wanted_values(self._values, self._system_id, needs_remote_control=self._needs_remote_control)
         missing = {name: value for name, value in self._values.items() if value is None}
         self._forget()  # what was read before the setting decides nothing any more
         self._values, self._read_at = dict(missing), dict.fromkeys(missing, self._time)

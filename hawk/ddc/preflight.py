@@ -13,6 +13,8 @@ from hawk.ddc.geofence import FenceError, contains, extent, outside_by, sees_all
 from hawk.ddc.home import HOME_AGE_S, home_words
 from hawk.ddc.parameter_values import FailsafeCheck, Values
 from hawk.ddc.params import ParameterError, check_heights
+from hawk.ddc.remote_control import remote_control_check
+from hawk.ddc.remote_id import remote_id_checks
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.slope import slope_words
 from hawk.ddc.words import metres
@@ -52,6 +54,8 @@ def preflight_items(facts: Facts, values: Values, settings: DdcSettings, *, is_k
         _sensors(facts),
         _gps(facts, settings.flight.maximum_hdop_m),
         _battery(facts, settings.flight.battery_arm_percent),
+        remote_control_check(facts.remote_control, values, settings.remote_control),
+        *remote_id_checks(facts.remote_id, settings.remote_id),
         _camera(facts),
         _recording(facts),
         _heights(facts, settings.heights),
@@ -65,7 +69,8 @@ def preflight_items(facts: Facts, values: Values, settings: DdcSettings, *, is_k
 
 def failsafe_checks(facts: Facts, values: Values, settings: DdcSettings) -> tuple[FailsafeCheck, ...]:
     """Return the checks of the autopilot's own failsafes, on the ground and in flight."""
-    view = AutopilotView(settings.system_id, facts.battery.cells, facts.diagnostics.fence_on)
+    is_needed = settings.remote_control.required
+    view = AutopilotView(settings.system_id, facts.battery.cells, facts.diagnostics.fence_on, is_needed)
     return check_failsafes(values, view)
 
 

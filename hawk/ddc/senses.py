@@ -35,6 +35,8 @@ from hawk.ddc.flight_log import FlightLog
 from hawk.ddc.geofence import BREACH_TOLERANCE_M, outside_by, to_map
 from hawk.ddc.home import HomeWatch, home_health
 from hawk.ddc.home_path import HomePath, mean_speed
+from hawk.ddc.remote_control import SWITCH_CHANNEL, RemoteControlWatch, remote_control_health
+from hawk.ddc.remote_id import remote_id_facts, remote_id_health
 from hawk.ddc.requests import Outcomes, Requests
 from hawk.ddc.service_interface import DdcServiceInterface
 from hawk.ddc.settings import DdcSettings
@@ -97,6 +99,7 @@ class Senses:
         self._home_of: tuple[GlobalPose | None, ArmPlace | None] = (None, None)
         self._home: MapPoint | None = None
         self._home_watch = HomeWatch()
+        self._remote_control = RemoteControlWatch(sources.settings.remote_control)
         self._autopilot_home = HomeFacts()
         vehicle = sources.topics.vehicle
         self._stops = (
@@ -122,6 +125,7 @@ class Senses:
         self._watch_battery(now)
         self._watch_cells()
         self._watch_breach(now)
+        self._watch_remote_control(now)
         parts = self._parts()
         self._fault.update(bool(_perception_fault(parts)), now)
         if self._from.topics.get_diagnostics().global_position_ok:
@@ -158,7 +162,9 @@ class Senses:
             limits=self._limits(now),
             operator=self._operator(now),
             sight=self._sight(now, parts),
-            parts=(*parts, ("home", home_health(self._autopilot_home)), *self._below.part()),
+            remote_control=self._remote_control.read(now),
+            remote_id=remote_id_facts(self._from.topics.vehicle.remote_id.value, now),
+            parts=(*parts, ("home", home_health(self._autopilot_home)), *self._below.part(), *self._radio_healths(now)),
             answers=self._from.requests.answers(),
             target_refusal=outcomes.target_refusal,
             parameters=self._parameters(),
@@ -319,6 +325,19 @@ class Senses:
         vehicle, datum, fence = topics.vehicle, self._from.service.datum, topics.fence_pub.value
         self._autopilot_home = self._home_watch.look(
             vehicle.home.latest, vehicle.arm_place.latest, armed, datum, fence, now
+        )
+
+    def _watch_remote_control(self, now: float) -> None:
+        channel = self._from.service.parameters.get(SWITCH_CHANNEL)
+        is_armed = self._belief.vehicle.armed and self._link.is_up
+        self._remote_control.look(self._from.topics.vehicle.remote_control.value, channel, now, is_armed=is_armed)
+
+    def _radio_healths(self, now: float) -> Parts:
+        settings, is_armed = self._from.settings, self._belief.vehicle.armed and self._link.is_up
+        told = remote_id_facts(self._from.topics.vehicle.remote_id.value, now)
+        return (
+            ("remote control", remote_control_health(self._remote_control.read(now))),
+            ("remote id", remote_id_health(told, settings.remote_id, is_armed=is_armed)),
         )
 
     def _watch_cells(self) -> None:

@@ -9,7 +9,15 @@ from pathlib import Path
 from typing import Any
 
 from hawk.comm.status import OperatorDesk
-from hawk.config import Config, FenceSettings, FlightSettings, HeightSettings, OperatorSettings
+from hawk.config import (
+    Config,
+    FenceSettings,
+    FlightSettings,
+    HeightSettings,
+    OperatorSettings,
+    RemoteControlSettings,
+    RemoteIdSettings,
+)
 from hawk.model import FlightSoFar
 
 
@@ -23,6 +31,8 @@ class DdcSettings:
     heights: HeightSettings = field(default_factory=HeightSettings)
     system_id: int = 245
     set_rtl_altitude: bool = True
+    remote_control: RemoteControlSettings = field(default_factory=RemoteControlSettings)
+    remote_id: RemoteIdSettings = field(default_factory=RemoteIdSettings)
 
     @classmethod
     def from_config(cls, config: Config) -> DdcSettings:
@@ -34,6 +44,8 @@ class DdcSettings:
             heights=config.heights,
             system_id=config.autopilot.system_id,
             set_rtl_altitude=config.autopilot.set_rtl_altitude,
+            remote_control=config.remote_control,
+            remote_id=config.remote_id,
         )
 
     @property

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hawk.sim.control import Controller, Limits, Setpoint
 from hawk.sim.failsafes import ArmingView, Failsafes, Fallback, Watched, arming_reasons, pre_arm_reasons
 from hawk.sim.fence import Fence, FenceItem, FenceType
-from hawk.sim.geometry import Flat, Origin, Vector, add, subtract
+from hawk.sim.geometry import Origin, Vector, add, subtract
 from hawk.sim.gps import Estimate, Estimator
-from hawk.sim.ground import Slope
 from hawk.sim.modes import MODES, Guided, Mode, ModeInputs, ModeNumber, Phase, Stabilize
+from hawk.sim.options import AutopilotOptions
 from hawk.sim.parameters import Parameters, copter_parameters
+from hawk.sim.radio import Radio
 from hawk.sim.rangefinder import SIMULATED, Rangefinder
 from hawk.sim.vehicle import GRAVITY, Battery, Body, Demand, Wind, step_body
 
@@ -32,28 +34,6 @@ PRE_ARM_PERIOD_S = 30.0
 TEXTS_KEPT = 50
 EMERGENCY, CRITICAL, WARNING, INFO = 0, 2, 4, 6
 """MAV_SEVERITY."""
-
-
-@dataclass(frozen=True, slots=True)
-class AutopilotOptions:
-    """Start (north, east; metres in the world), slow GNSS error (m), wind (m/s), minutes of hover.
-
-    ``gnss_wait_s`` passes from boot to a good position. ``gcs_parameter`` "old" or "new" is the name of the parameter
-    with the ground station's id. ``real_time_factor`` is simulated seconds per real second. ``slope`` is
-    the ground. ``rangefinder_m`` is the reach of a rangefinder that looks down; 0: none, as on ArduCopter.
-    """
-
-    start: Flat = (0.0, 0.0)
-    yaw: float = 0.0
-    gnss_sigma: float = 0.5
-    gnss_wait_s: float = 5.0
-    wind: float = 0.0
-    wind_heading: float = 0.0
-    battery_minutes: float = 20.0
-    gcs_parameter: str = "old"
-    real_time_factor: float = 1.0
-    slope: Slope = field(default_factory=Slope)
-    rangefinder_m: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +66,7 @@ class Autopilot:
         self.body = Body(position=(options.start[0], options.start[1], 0.0), yaw=options.yaw)
         self.radio_present = True
         self.stick = 0.0
+        self.radio = Radio()
         self.time = 0.0
         self.stopped = ""
         self.boots = 0
@@ -102,6 +83,7 @@ class Autopilot:
         self.boots += 1
         self.fence.boot()
         self.rangefinder.boot()
+        self.radio.boot()
         self.mode_changes = 0
         sigma, wait = self.options.gnss_sigma, self.options.gnss_wait_s
         self.estimator = Estimator(sigma, wait, self._rng)
@@ -163,7 +145,14 @@ class Autopilot:
         lifting = demand.motors and not demand.idle
         self.battery.step(lifting, max(0.0, 1.0 - self.body.climb_force / GRAVITY), dt)
         if not self.stopped:
+            self._follow_switch()
             self._watch()
+
+    def _follow_switch(self) -> None:
+        mode = self.radio.step(self.parameters, self.radio_present, self.stick, self.time)
+        if mode is not None:
+            with contextlib.suppress(RefusedError):  # it says why by itself
+                self.set_mode(mode)
 
     def _take_reset(self) -> None:
         """Move the place that the mode itself chose with the estimate, as ArduCopter does, and report a glitch."""

@@ -18,6 +18,7 @@ from hawk.sim.camera import Camera, Frame
 from hawk.sim.flight_record import DEFAULT_MARGIN_M, WatchedFence
 from hawk.sim.geometry import Origin
 from hawk.sim.mavlink_link import MavlinkLink
+from hawk.sim.radio import POSITIONS
 
 Metres = Annotated[float, Field(ge=-10_000.0, le=10_000.0, allow_inf_nan=False)]
 
@@ -61,7 +62,9 @@ class Fault(BaseModel):
     radio: Literal["ok", "lost"] | None = Field(None, description="the pilot's radio control")
     rangefinder: Literal["ok", "stuck"] | None = Field(None, description="stuck: it measures what it measures now")
     stick: float | None = Field(None, ge=0.0, le=1.0, description="the pilot's throttle stick")
+    mode_switch: int | None = Field(None, ge=1, le=6, description="the pilot's mode switch moves to this position")
     pilot_mode: int | None = Field(None, ge=0, le=255, description="the pilot switches to this custom_mode")
+    remote_id: Literal["ok", "lost"] | None = Field(None, description="the Remote ID transmitter")
     repair: bool | None = Field(None, description="true: a crashed vehicle stands upright again where it lies")
     autopilot: Literal["crash", "reboot", "power_cycle"] | None = Field(
         None, description="its program ends; boots when disarmed; boots at once, whatever it does"
@@ -113,6 +116,10 @@ def apply_fault(
             autopilot.rangefinder.stuck_cm = autopilot.rangefinder.measure_cm(autopilot.body, autopilot.options.slope)
     if fault.stick is not None:
         autopilot.stick = fault.stick
+    if fault.mode_switch is not None:
+        autopilot.radio.switch = POSITIONS[fault.mode_switch - 1]
+    if fault.remote_id is not None:
+        link.transmitter.is_broken = fault.remote_id == "lost"
     if fault.repair:
         autopilot.repair()
     return _commands(fault, autopilot)

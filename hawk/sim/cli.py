@@ -17,10 +17,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hawk.process import SIMULATOR_NICENESS, set_session_niceness
-from hawk.sim.autopilot import AutopilotOptions
 from hawk.sim.camera import default_intrinsics
 from hawk.sim.geometry import Origin
 from hawk.sim.ground import Slope
+from hawk.sim.options import AutopilotOptions
 from hawk.sim.udp import UdpUrl
 from hawk.simulation import FASTEST, SIMULATOR_MISSING, SLOWEST, SPEED_HELP, simulator_installed
 from hawk.worlds.camera import WorldCamera

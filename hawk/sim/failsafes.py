@@ -62,7 +62,8 @@ def _pre_arm(view: ArmingView) -> Iterator[str]:
         yield "Battery 1 below minimum arming voltage"
 
 
-RADIO_TIMEOUT_S = 0.5
+RADIO_TIMEOUT_S = 1.0
+"""RC_FS_TIMEOUT."""
 EKF_TIMEOUT_S = 1.0
 """From unhealthy to the EKF failsafe."""
 OPTION_CONTINUE_GUIDED_ON_RADIO = 1 << 2

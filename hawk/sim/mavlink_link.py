@@ -16,6 +16,9 @@ from hawk.sim.geometry import Vector, add
 from hawk.sim.missions import HANDLED as MISSION_MESSAGES
 from hawk.sim.missions import Missions
 from hawk.sim.parameters import Parameter
+from hawk.sim.remote_id import COMPONENT as TRANSMITTER
+from hawk.sim.remote_id import MESSAGES as REMOTE_ID_MESSAGES
+from hawk.sim.remote_id import Transmitter
 from hawk.sim.telemetry import BUILDERS, Message, build, heartbeat
 
 log = logging.getLogger(__name__)
@@ -62,6 +65,9 @@ class MavlinkLink:
         self.late_parameters_s = 0.0
         """A parameter whose set was confirmed reads as its old value for this time, simulated seconds."""
         self._old_values: dict[str, tuple[Parameter, float]] = {}
+        self.transmitter = Transmitter()
+        """Of Remote ID; it has its own power, a boot of the autopilot leaves it alone."""
+        self._transmitter_encoder = mavlink.MAVLink(None, srcSystem=SYSTEM, srcComponent=TRANSMITTER)
         self._autopilot = autopilot
         self._rng = rng
         self._encoder = mavlink.MAVLink(None, srcSystem=SYSTEM, srcComponent=COMPONENT)
@@ -87,6 +93,9 @@ class MavlinkLink:
         self._due()
         out, self._out = self._out, []
         packed = [bytes(message.pack(self._encoder)) for message in out]
+        word = self.transmitter.poll(autopilot.time, autopilot.position_ok)
+        if word is not None:
+            packed.append(bytes(word.pack(self._transmitter_encoder)))
         return [] if self.cut or self.mute else [data for data in packed if not self._lost()]
 
     def _reset(self) -> None:
@@ -140,6 +149,9 @@ class MavlinkLink:
             return
         if kind in MISSION_MESSAGES:
             self._out.extend(self._missions.handle(message, self._autopilot.time))
+            return
+        if kind in REMOTE_ID_MESSAGES:
+            self.transmitter.handle(message, self._autopilot.time)
             return
         handler = _HANDLERS.get(kind)
         if handler is not None:

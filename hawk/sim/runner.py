@@ -13,13 +13,14 @@ from typing import Any
 import cv2
 import numpy as np
 
-from hawk.sim.autopilot import STEP_S, Autopilot, AutopilotOptions
+from hawk.sim.autopilot import STEP_S, Autopilot
 from hawk.sim.camera import FRAME_S, Camera, Renderer, Shot, SimulationClock
 from hawk.sim.camera_server import Backend, CameraFaults, CameraServer, apply_camera_fault, apply_fault
 from hawk.sim.flight_record import FlightRecord
 from hawk.sim.follow import Follower
 from hawk.sim.geometry import Origin
 from hawk.sim.mavlink_link import MavlinkLink
+from hawk.sim.options import AutopilotOptions
 from hawk.sim.udp import UdpLink, UdpUrl
 
 TICK_S = 0.005

@@ -91,18 +91,20 @@ def _sys_status(autopilot: Autopilot) -> Message:
         (mavlink.MAV_SYS_STATUS_SENSOR_GPS, autopilot.estimator.healthy),
         (mavlink.MAV_SYS_STATUS_SENSOR_XY_POSITION_CONTROL, autopilot.position_ok),
         (mavlink.MAV_SYS_STATUS_AHRS, autopilot.position_ok),
-        (mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER, autopilot.radio_present),
+        (mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER, autopilot.radio.report.was_heard and not autopilot.failsafes.radio),
         (mavlink.MAV_SYS_STATUS_SENSOR_BATTERY, not autopilot.failsafes.battery),
         (mavlink.MAV_SYS_STATUS_GEOFENCE, not autopilot.failsafes.fence),
         (mavlink.MAV_SYS_STATUS_PREARM_CHECK, autopilot.pre_arm_ok),
     ):
         health |= bit if healthy else 0
-    enabled = _SENSORS
+    present = enabled = _SENSORS
+    if not autopilot.radio.report.was_heard:
+        present = enabled = _SENSORS & ~mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
     if not (autopilot.fence.is_on(autopilot.parameters) and autopilot.parameters["FENCE_ACTION"]):
         enabled &= ~mavlink.MAV_SYS_STATUS_GEOFENCE
     battery = autopilot.battery
     return mavlink.MAVLink_sys_status_message(
-        _SENSORS,
+        present,
         enabled,
         health,
         120,
@@ -262,11 +264,10 @@ def _wind(autopilot: Autopilot) -> Message:
 
 
 def _rc_channels(autopilot: Autopilot) -> Message:
-    present = autopilot.radio_present
-    sticks = [1500, 1500, round(1000 + autopilot.stick * 1000), 1500] if present else [0] * 4
-    return mavlink.MAVLink_rc_channels_message(
-        _milliseconds(autopilot), 8 if present else 0, *sticks, *([1500 if present else 0] * 4), *([0] * 10), 254
-    )
+    """Return the last pulses: they stay when the receiver is lost, as on a real ArduCopter."""
+    radio = autopilot.radio.report
+    rest = [0] * (18 - len(radio.pulses))
+    return mavlink.MAVLink_rc_channels_message(_milliseconds(autopilot), radio.channels, *radio.pulses, *rest, 255)
 
 
 def _fence_status(autopilot: Autopilot) -> Message:

@@ -19,6 +19,12 @@ SIM_GNSS_WAIT_S = 24.0
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--autopilot", metavar="URL", help="udpin://HOST:PORT to which a vehicle sends; default: hawk-sim")
+    parser.addoption(
+        "--rc-input",
+        metavar="HOST:PORT",
+        default="127.0.0.1:5501",
+        help="where that vehicle's simulation takes RC input",
+    )
 
 
 @dataclass(slots=True)
@@ -38,9 +44,10 @@ class Boot:
 def connected(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Vehicle]:
     """The vehicle, ready to arm."""
     url = request.config.getoption("--autopilot", None)
+    rc_input = request.config.getoption("--rc-input", "")
     with contextlib.ExitStack() as stack:
         if url is not None:
-            vehicle = Vehicle(relay_for(url), 1.0, lambda made: ArduPilotFaults(made.write))
+            vehicle = Vehicle(relay_for(url), 1.0, lambda made: ArduPilotFaults(made.write, rc_input))
         else:
             relay = Relay("127.0.0.1", 0)
             world = small_picture(tmp_path_factory.mktemp("contract"))

@@ -6,6 +6,7 @@ import contextlib
 import math
 import select
 import socket
+import struct
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -35,6 +36,8 @@ class Relay:
         self.uplink = True
         """To the vehicle."""
         self.downlink = True
+        self.on_downlink: Callable[[bytes], None] = lambda _: None
+        """Gets every datagram of the vehicle, on the relay's thread."""
         self._outside = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._outside.bind((host, port))
         self._inside = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -46,6 +49,11 @@ class Relay:
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, name="relay", daemon=True)
         self._thread.start()
+
+    def write(self, data: bytes) -> None:
+        """Send a datagram to the vehicle on the same link, as another component behind it would."""
+        if self._vehicle is not None:
+            self._outside.sendto(data, self._vehicle)
 
     def close(self) -> None:
         """End the thread and close the sockets."""
@@ -61,6 +69,7 @@ class Relay:
                     data, sender = ready.recvfrom(65535)
                     if ready is self._outside:
                         self._vehicle = sender
+                        self.on_downlink(data)
                     target = self._mavsdk if ready is self._outside else self._vehicle
                     is_open = self.downlink if ready is self._outside else self.uplink
                     if target is not None and is_open:
@@ -72,6 +81,9 @@ class Faults(Protocol):
 
     def radio(self, present: bool) -> None:
         """Switch the remote control on or off."""
+
+    def mode_switch(self, pulse: int) -> None:
+        """Move the pilot's mode switch: a pulse of channel 5, microseconds."""
 
     def gps(self, receiving: bool) -> None:
         """Let the GPS receive or not."""
@@ -93,6 +105,10 @@ class SimulatedFaults:
         """Switch the remote control on or off."""
         self._fault(radio="ok" if present else "lost")
 
+    def mode_switch(self, pulse: int) -> None:
+        """Move the pilot's mode switch to the position of a pulse."""
+        self._fault(mode_switch=1 + sum(pulse > last for last in (1230, 1360, 1490, 1620, 1749)))
+
     def gps(self, receiving: bool) -> None:
         """Let the GPS receive or not."""
         self._fault(gps="ok" if receiving else "lost")
@@ -113,12 +129,21 @@ class SimulatedFaults:
 class ArduPilotFaults:
     """Faults of ArduPilot's own simulation, by its SIM parameters."""
 
-    def __init__(self, set_parameter: Callable[[str, float], None]) -> None:
+    def __init__(self, set_parameter: Callable[[str, float], None], rc_input: str) -> None:
+        """``rc_input``: HOST:PORT (UDP) that takes 16 pulses as little-endian unsigned shorts; 5501 + 10 * instance."""
         self._set = set_parameter
+        host, _, port = rc_input.rpartition(":")
+        self._rc_input = (host, int(port))
 
     def radio(self, present: bool) -> None:
         """Switch the remote control on or off."""
         self._set("SIM_RC_FAIL", 0 if present else 1)
+
+    def mode_switch(self, pulse: int) -> None:
+        """Move the pilot's mode switch to a pulse."""
+        pulses = (1500, 1500, 1000, 1500, pulse, 1000, 1000, 1800, *(0,) * 8)
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+            sender.sendto(struct.pack("<16H", *pulses), self._rc_input)
 
     def gps(self, receiving: bool) -> None:
         """Let the GPS receive or not."""
@@ -241,6 +266,10 @@ class Vehicle:
         self.pilot.messages.clear()
         self.ready()
         self.wait(lambda: self.landed == ON_GROUND, 10.0)
+
+    def stream(self, message_id: int, hertz: float) -> None:
+        """Ask for a message by SET_MESSAGE_INTERVAL."""
+        assert self.pilot.command(511, message_id, 1e6 / hertz) == 0
 
     def set_mode(self, mode: int) -> None:
         """Set a mode by DO_SET_MODE and see it."""

@@ -7,7 +7,7 @@ import pytest
 
 from hawk.comm import commands
 from hawk.comm.mavlink_link import command_fields, require_finite
-from hawk.comm.telemetry import Stream
+from hawk.comm.streams import Stream
 from hawk.comm.vehicle import AutopilotError
 from hawk.model import CopterMode
 from tests.manual_clock import ManualClock

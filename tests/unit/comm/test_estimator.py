@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from hawk.comm.estimator import LEAP_M, LeapWatch
 from hawk.comm.frames import EkfPosition
-from hawk.comm.telemetry import wanted_streams
+from hawk.comm.streams import wanted_streams
 from tests.unit.comm.test_telemetry import IN_AIR, Rig
 
 GLITCHING = 33599

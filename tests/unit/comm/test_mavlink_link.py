@@ -14,7 +14,9 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from hawk.comm.mavlink_link import Link, Message, command_fields
 from hawk.comm.peer import Expected
+from hawk.comm.remote_id import EPOCH, OperatorPlace, where, who
 from hawk.comm.vehicle import AutopilotError
+from hawk.config import RemoteIdSettings
 
 HEARTBEAT_S = 0.2
 WAIT_S = 10.0
@@ -202,6 +204,44 @@ def test_what_is_not_finite_never_reaches_mavsdk(link: Link, peer: Peer, value: 
     with pytest.raises(AutopilotError, match=r"^param2 is"):
         link.command(176, [1.0, value])
     assert not [one for one in peer.got[before:] if one.get_type() != "HEARTBEAT"]
+
+
+def test_remote_id_reaches_the_wire_as_it_was_written(link: Link, peer: Peer) -> None:
+    settings = RemoteIdSettings(
+        enabled=True, operator_id="FIN87astrdge12k8", description="parking survey", serial_number="1581F4ABC123"
+    )
+    place = OperatorPlace(60.1699, -24.9384, None)
+    for name, fields in (
+        *who(settings),
+        where(settings, place, EPOCH + 5.0, whole=True),
+        where(settings, place, EPOCH + 6.0, whole=False),
+    ):
+        link.send(name, fields)
+    operator = peer.wait("OPEN_DRONE_ID_OPERATOR_ID")
+    assert (operator.target_system, operator.target_component) == (1, 1)
+    assert operator.operator_id.rstrip("\0") == "FIN87astrdge12k8"
+    assert peer.wait("OPEN_DRONE_ID_SELF_ID").description.rstrip("\0") == "parking survey"
+    basic = peer.wait("OPEN_DRONE_ID_BASIC_ID")
+    assert bytes(basic.uas_id).rstrip(b"\0") == b"1581F4ABC123"
+    assert (basic.id_type, basic.ua_type) == (1, 2)
+    whole = peer.wait("OPEN_DRONE_ID_SYSTEM")
+    assert (whole.operator_latitude, whole.operator_longitude, whole.timestamp) == (601_699_000, -249_384_000, 5)
+    assert (whole.area_count, whole.area_ceiling, whole.area_floor) == (1, -1000.0, -1000.0)
+    assert whole.operator_altitude_geo == -1000.0
+    update = peer.wait("OPEN_DRONE_ID_SYSTEM_UPDATE")
+    assert (update.operator_latitude, update.timestamp) == (601_699_000, 6)
+
+
+def test_of_a_transmitter_behind_the_autopilot_only_its_word_is_heard(link: Link, peer: Peer, heard: Heard) -> None:
+    transmitter = mavlink.MAVLink(peer, 1, 236)
+    transmitter.statustext_send(6, b"forged by the transmitter")
+    transmitter.open_drone_id_arm_status_send(1, b"missing OP_ID")
+    found = heard.wait("OPEN_DRONE_ID_ARM_STATUS")
+    assert (found.fields["status"], found.fields["error"]) == (1, "missing OP_ID")
+    peer.mav.statustext_send(6, b"own word")
+    heard.wait("STATUSTEXT")
+    assert [one.fields["text"] for one in heard.messages if one.name == "STATUSTEXT"][-1] == "own word"
+    assert not any(one.fields.get("text") == "forged by the transmitter" for one in heard.messages)
 
 
 def test_a_message_that_mavlink_does_not_know_is_an_error(link: Link) -> None:

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import math
 
-from hawk.comm.telemetry import RateKeeper, Stream, wanted_streams
+from hawk.comm.streams import RateKeeper, Stream, wanted_streams
 
 WANTED = {"FAST": Stream(1, 20.0), "SLOW": Stream(2, 0.5)}
 

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from hawk.comm.telemetry import StatusTexts
+from hawk.comm.status_texts import StatusTexts
 
 
 def text(words: str, severity: int = 6, number: int = 0, chunk: int = 0) -> dict[str, Any]:

@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 
 from hawk.comm.mavlink_link import Message, SensorHealth
-from hawk.comm.telemetry import LINK_LOST_S, RateKeeper, Telemetry, wanted_streams
+from hawk.comm.streams import RateKeeper, wanted_streams
+from hawk.comm.telemetry import LINK_LOST_S, Telemetry
 from hawk.comm.vehicle import VehicleTopics
 from hawk.model import ArmPlace, CopterMode, GlobalPose, LandedState, StatusText, VehiclePose
 from tests.manual_clock import ManualClock

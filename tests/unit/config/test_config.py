@@ -51,6 +51,22 @@ def test_the_reference_has_no_other_settings() -> None:
         ("[autopilot]\nvehicle_system_id = 0\n", 2, "autopilot.vehicle_system_id", "1"),
         ("[wbe]\nport = 1\n", 1, "wbe", "did you mean web?"),
         ("[web]\ntoken = 'short'\n", 2, "web.token", "16"),
+        ("[remote_control]\nrequired = 3\n", 2, "remote_control.required", "boolean"),
+        ("[remote_id]\nenabled = true\n", 1, "remote_id", "operator_id is missing"),
+        ("[remote_id]\noperator_id = ''\n", 2, "remote_id.operator_id", "1 to 20"),
+        ("[remote_id]\noperator_id = 'FIN87astrdge12k8-too-long'\n", 2, "remote_id.operator_id", "1 to 20"),
+        ("[remote_id]\noperator_id = 'Müller'\n", 2, "remote_id.operator_id", "plain ASCII"),
+        ("[remote_id]\noperator_id = 'FIN87astrdge12k8-xyz'\n", 2, "remote_id.operator_id", "secret part"),
+        ("[remote_id]\ndescription = 'a description far too long'\n", 2, "remote_id.description", "1 to 23"),
+        ("[remote_id]\noperator_place = 'home'\n", 2, "remote_id.operator_place", "takeoff"),
+        ("[remote_id]\noperator_place = 'fixed'\n", 1, "remote_id", "needs operator_latitude_deg"),
+        (
+            "[remote_id]\noperator_place = 'fixed'\noperator_latitude_deg = 0\noperator_longitude_deg = 0\n",
+            1,
+            "remote_id",
+            "takes that for unknown",
+        ),
+        ("[remote_id]\noperator_latitude_deg = 91\n", 2, "remote_id.operator_latitude_deg", "90"),
     ],
 )
 def test_a_wrong_setting_names_file_line_and_key(tmp_path: Path, text: str, line: int, key: str, hint: str) -> None:

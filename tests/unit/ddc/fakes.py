@@ -25,6 +25,8 @@ from hawk.comm.messages import (
     Takeoff,
 )
 from hawk.comm.rangefinder import RangeReading
+from hawk.comm.remote_control import RemoteControl
+from hawk.comm.remote_id import RemoteIdReport
 from hawk.comm.status import CheckItem, ClientId, CommandSocket, DroneStatus
 from hawk.comm.terrain import TerrainWatch
 from hawk.comm.vehicle import AutopilotError, VehicleTopics
@@ -92,6 +94,8 @@ _ALWAYS_SAFE: Mapping[str, float] = {
     "RTL_CLIMB_MIN": 0,
     "RTL_ALT_TYPE": 0,
     "RALLY_TOTAL": 0,
+    "FLTMODE_CH": 5,
+    **{f"FLTMODE{position}": mode for position, mode in enumerate((7, 9, 6, 3, 5, 0), start=1)},
 }
 SAFE_PARAMETERS: Mapping[str, float] = {
     **_ALWAYS_SAFE,
@@ -169,6 +173,13 @@ class FakeAutopilot:
         self.terrain_watch = TerrainWatch()
         self.stuck = False
         self.held_fence: Fence | None = None
+        self.radio: bool | None = True
+        """The autopilot hears its receiver; None: it does not say."""
+        self.radio_flows = True
+        self.switch_pulse = 1800
+        self.boots = 0
+        self.remote_id: RemoteIdReport | None = None
+        """The transmitter's word, sent each time."""
         self.fence_on: bool | None = None
         """SYS_STATUS's word on the fence; None: as FENCE_ENABLE says."""
         self.home: GlobalPose | None = None
@@ -323,6 +334,7 @@ class FakeAutopilot:
                     good, True, good, True, 3, 16, 0.9, now, estimator_fault=self.estimator_fault, fence_on=fence_on
                 )
             )
+            self._publish_radio(now)
             if self.pose_flows:
                 self.topics.pose.publish(self._pose(now))
             self._measure(now)
@@ -337,6 +349,13 @@ class FakeAutopilot:
         distance = None if top is None or not 0.2 < self.height - top < 50.0 else self.height - top
         reading = RangeReading(now, distance, 0.2, 50.0)
         self.topics.terrain.publish(self.terrain_watch.take(reading, (self.north, self.east, self.height)))
+
+    def _publish_radio(self, now: float) -> None:
+        if self.radio_flows:
+            pulses = (1500, 1500, 1000, 1500, self.switch_pulse, 1000, 1000, 1800, *(0,) * 10)
+            self.topics.remote_control.publish(RemoteControl(pulses, 8, now, self.radio, now, self.boots))
+        if self.remote_id is not None:
+            self.topics.remote_id.publish(replace(self.remote_id, time=now))
 
     def _state(self, now: float) -> VehicleState:
         before = self.topics.state.value

@@ -21,6 +21,7 @@ from hawk.ddc.failsafes import (
     watched_names,
 )
 from hawk.ddc.parameter_values import NOT_READ, FailsafeCheck
+from hawk.ddc.remote_control import SWITCH_NAMES
 from hawk.ddc.return_settings import ALL_RETURN_NAMES, RETURN_ALTITUDE_NAMES
 from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, SAFE_PARAMETERS
 
@@ -111,7 +112,7 @@ def test_every_parameter_that_decides_is_read() -> None:
     read = [set(watched_names({name: 1.0})) for name in RETURN_ALTITUDE_NAMES]
     assert set(watched_names({})).union(*read) == set(ALL_NAMES)
     assert set(watched_names({})) & ALL_RETURN_NAMES == {"RALLY_TOTAL"}
-    assert {*CHECK_OF, *RETURN_ALTITUDE_NAMES} == set(ALL_NAMES)
+    assert {*CHECK_OF, *RETURN_ALTITUDE_NAMES, *SWITCH_NAMES} == set(ALL_NAMES)
 
 
 @pytest.mark.parametrize(("name", "value"), [(name, value) for name in RIGHT for value in [*range(-1, 17), 0.5]])

@@ -9,10 +9,12 @@ from dataclasses import replace
 import pytest
 
 from hawk.comm.messages import CompulsiveMove
+from hawk.config import RemoteControlSettings
 from hawk.ddc.acts import Act, Ask, Log, ReadParameter, SetParameters
 from hawk.ddc.facts import Answer, Facts
 from hawk.ddc.failsafes import ALL_NAMES, DECIDING_NAMES, HIGHEST_ID_NAME, check_failsafes
 from hawk.ddc.parameters import AT_ONCE, ParameterReader
+from hawk.ddc.remote_control import SWITCH_NAMES, remote_control_check
 from hawk.model import StateName
 from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, SAFE_PARAMETERS, Rig
 from tests.unit.ddc.test_failsafes import SAFE_47, VIEW
@@ -99,8 +101,11 @@ def test_an_autopilot_that_answers_nothing_lacks_nothing() -> None:
 def test_a_parameter_that_every_version_has_is_never_given_up(name: str) -> None:
     bench = Bench(SAFE_PARAMETERS, frozenset({name}))
     bench.run(30)
-    assert name not in bench.reader.values()
-    assert not all(check.passed for check in check_failsafes(bench.reader.values(), VIEW))
+    values = bench.reader.values()
+    assert name not in values
+    assert all(check.passed for check in check_failsafes(values, VIEW)) is (name in SWITCH_NAMES)
+    heard = flying(bench.now).remote_control
+    assert remote_control_check(heard, values, RemoteControlSettings()).passed is (name not in SWITCH_NAMES)
 
 
 def test_a_missing_parameter_stays_known_over_a_setting() -> None:

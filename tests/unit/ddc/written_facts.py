@@ -20,6 +20,7 @@ from hawk.ddc.facts import (
 from hawk.ddc.fence import FencePlan
 from hawk.ddc.geofence import circle, polygon_fence
 from hawk.ddc.kill import KillTokens
+from hawk.ddc.remote_control import RemoteControlFacts
 from hawk.ddc.settings import DdcSettings
 from hawk.model import (
     ArmPlace,
@@ -81,6 +82,7 @@ def flying(now: float, mode: int = CopterMode.GUIDED) -> Facts:
         limits=LimitFacts(HeightParameters(), FENCE, None, FencePlan("circle", (), 100.0), "", 97.0, FENCE),
         operator=OperatorFacts(True, True, frozenset({"ana"})),
         sight=SightFacts(lot=True),
+        remote_control=RemoteControlFacts(age=0.1, channels=8, receiver=True, channel=5, pulse=1800),
         parts=tuple((name, Health()) for name in PARTS),
     )
 

@@ -493,7 +493,7 @@ class TestOtherFailsafes:
     def test_radio_loss_in_guided_returns(self, flying: Any) -> None:
         assert flying.autopilot.parameters["FS_THR_ENABLE"] == 1
         flying.autopilot.radio_present = False
-        flying.run(1.0)
+        flying.run(1.5)
         assert flying.autopilot.mode.number == RTL
         assert "Radio Failsafe" in flying.texts()
 

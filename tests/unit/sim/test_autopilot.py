@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hawk.sim.autopilot import Autopilot, AutopilotOptions, RefusedError
+from hawk.sim.autopilot import Autopilot, RefusedError
 from hawk.sim.geometry import Origin
 from hawk.sim.modes import ModeNumber
+from hawk.sim.options import AutopilotOptions
 
 
 def autopilot(seed: int = 1, **changes: Any) -> Autopilot:

@@ -169,7 +169,7 @@ def test_home_cannot_be_set_before_there_is_a_position(make_station: Any) -> Non
 def test_the_checks_can_be_asked_for(station: Any) -> None:
     station.wait_for_position()
     station.autopilot.radio_present = False
-    station.run(1.0)
+    station.run(1.5)
     station.heard.clear()
     assert station.command(mavlink.MAV_CMD_RUN_PREARM_CHECKS) == ACCEPTED
     assert station.texts() == ["PreArm: Radio failsafe on"]

@@ -8,9 +8,9 @@ import aiohttp
 import numpy as np
 import pytest
 
-from hawk.sim.autopilot import AutopilotOptions
 from hawk.sim.camera import Camera, Shot, SimulationClock
 from hawk.sim.geometry import Origin
+from hawk.sim.options import AutopilotOptions
 from hawk.sim.runner import CHUNK_S, Flyer, RunOptions, fly, follow
 from hawk.sim.udp import UdpUrl
 from tests.unit.sim.test_camera import GreyRenderer, HandClock

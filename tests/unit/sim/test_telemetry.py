@@ -88,7 +88,7 @@ def test_home_is_where_it_was_armed(flying: Any) -> None:
 
 def test_a_failsafe_is_critical(flying: Any) -> None:
     flying.autopilot.radio_present = False
-    flying.run(1.2)
+    flying.run(2.2)
     assert flying.last("HEARTBEAT").system_status == mavlink.MAV_STATE_CRITICAL
 
 

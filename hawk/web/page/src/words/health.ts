@@ -6,6 +6,8 @@ const PARTS: Record<string, string> = {
   ground: "On the ground or not",
   home: "Home",
   rangefinder: "Rangefinder",
+  "remote control": "Remote control",
+  "remote id": "Remote ID",
   vision: "Finding stalls",
   mapper: "Map",
   planner: "Route",

@@ -1,0 +1,65 @@
+"""Remote ID: whether the transmitter says that the drone may fly, before Arm and in flight."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+from hawk.comm.remote_id import RemoteIdReport
+from hawk.comm.status import CheckItem
+from hawk.config import RemoteIdSettings
+from hawk.ddc.words import sentence
+from hawk.model import Health
+
+AGE_S: Final = 3.0
+"""An older OPEN_DRONE_ID_ARM_STATUS (1 Hz) says nothing, seconds, as in ArduPilot's own check."""
+_NAME: Final = "Remote ID"
+_UNIDENTIFIED: Final = "The drone would fly without an identification."
+
+
+@dataclass(frozen=True, slots=True)
+class RemoteIdFacts:
+    """The transmitter's word: ``good`` to arm, else ``error``; None before the first. ``age`` in seconds."""
+
+    good: bool | None = None
+    error: str = ""
+    age: float = math.inf
+
+    @property
+    def problem(self) -> str:
+        """Reason why the drone would not be identified; empty when it would be."""
+        if self.good is None:
+            return "no word of a transmitter"
+        if self.age > AGE_S:
+            return f"no word of the transmitter for {self.age:.0f} s"
+        return "" if self.good else self.error or "the transmitter is not ready, and does not say why"
+
+
+NO_REMOTE_ID: Final = RemoteIdFacts()
+"""Nothing was heard of a transmitter."""
+
+
+def remote_id_facts(report: RemoteIdReport | None, now: float) -> RemoteIdFacts:
+    """Return what was heard as of ``now``, seconds."""
+    return NO_REMOTE_ID if report is None else RemoteIdFacts(report.good, report.error, now - report.time)
+
+
+def remote_id_checks(facts: RemoteIdFacts, settings: RemoteIdSettings) -> tuple[CheckItem, ...]:
+    """Return the check before Arm; none where Remote ID is off."""
+    if not settings.enabled:
+        return ()
+    problem = facts.problem
+    if not problem:
+        return (CheckItem(name=_NAME, passed=True, value=f"good to arm, operator {settings.operator_id}"),)
+    if facts.good is False and facts.age <= AGE_S:
+        remedy = "Wait a moment; then check [remote_id] and the transmitter's own settings."
+    else:
+        remedy = "Check the transmitter, DID_ENABLE and DID_MAVPORT (or DID_CANDRIVER)."
+    return (CheckItem(name=_NAME, passed=False, value=problem, consequence=_UNIDENTIFIED, remedy=remedy),)
+
+
+def remote_id_health(facts: RemoteIdFacts, settings: RemoteIdSettings, *, is_armed: bool) -> Health:
+    """Return the health in flight; before it the preflight check shows it."""
+    problem = facts.problem if settings.enabled and is_armed else ""
+    return Health.bad(f"Remote ID: {sentence(problem)}") if problem else Health()
