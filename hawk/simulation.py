@@ -34,6 +34,7 @@ class SimulationOptions:
 
     ``world`` with ``metres_per_pixel`` (and optionally ``truth``) flies over a picture, else ``seed`` draws a world.
     ``condition`` is the drawn world's time of day and weather (`hawk.worlds.conditions.Condition`).
+    ``noise_seed`` seeds the errors of position and sensors, the world's seed when None.
     ``start`` is x, y in metres in the world's picture. ``speed`` is simulated seconds per real second, `SLOWEST` to
     `FASTEST`.
     """
@@ -47,6 +48,7 @@ class SimulationOptions:
     speed: float = 1.0
     gnss_sigma: float | None = None
     wind: float | None = None
+    noise_seed: int | None = None
 
     def arguments(self) -> list[str]:
         """Return the command line of ``hawk-sim`` for these options."""
