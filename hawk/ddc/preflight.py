@@ -13,6 +13,7 @@ from hawk.ddc.geofence import FenceError, contains, extent, outside_by, sees_all
 from hawk.ddc.home import HOME_AGE_S, home_words
 from hawk.ddc.params import ParameterError, check_heights
 from hawk.ddc.settings import DdcSettings
+from hawk.ddc.survey_need import check_words
 from hawk.ddc.words import metres
 from hawk.model import Fence, GlobalPose, MapPoint
 
@@ -49,6 +50,7 @@ def preflight_items(facts: Facts, values: Values, settings: DdcSettings, *, is_k
         _sensors(facts),
         _gps(facts, settings.flight.maximum_hdop_m),
         _battery(facts, settings.flight.battery_arm_percent),
+        *_survey(facts),
         _camera(facts),
         _recording(facts),
         _heights(facts, settings.heights),
@@ -119,6 +121,12 @@ def _battery(facts: Facts, needed: float) -> CheckItem:
     if battery.percentage >= needed:
         return _passed("Battery", text)
     return _failed("Battery", text, "It would have to return at once.", f"Charge it to {needed:.0f} % or more.")
+
+
+def _survey(facts: Facts) -> tuple[CheckItem, ...]:
+    """Report whether the battery is enough for the survey. It refuses nothing: a survey goes on after a swap."""
+    need = facts.battery.survey
+    return () if need is None else (_passed("Survey", check_words(need)),)
 
 
 def _camera(facts: Facts) -> CheckItem:

@@ -30,6 +30,7 @@ async def test_a_drone_that_is_well_passes_everything(rig: Rig) -> None:
         "Autopilot",
         "GPS",
         "Battery",
+        "Survey",
         "Camera",
         "Recording",
         "Heights",
@@ -278,6 +279,6 @@ async def test_the_drone_must_stand_inside_its_fence(tmp_path: Path, north: floa
 async def test_checks_are_shown_on_the_ground_only(fresh: Rig) -> None:
     await fresh.run(1)
     assert fresh.manager.status.value is not None
-    assert len(fresh.manager.status.value.operation.checks) == 18
+    assert len(fresh.manager.status.value.operation.checks) == 19
     await fresh.enter(StateName.HOVER)
     assert fresh.manager.status.value.operation.checks == ()
