@@ -67,7 +67,8 @@ def make_parser() -> argparse.ArgumentParser:
 def simulation_options(options: argparse.Namespace) -> SimulationOptions | None:
     """Return the simulation's options, None without --sim. Raises ConfigError naming an option that does not fit."""
     if not options.sim:
-        for name in ("condition", "world", "metres_per_pixel", "start", "gnss_sigma", "wind", "slope", "rangefinder"):
+        names = ("condition", "world", "metres_per_pixel", "start", "gnss_sigma", "wind", "noise_seed")
+        for name in (*names, "slope", "rangefinder"):
             if getattr(options, name) is not None:
                 raise ConfigError(f"--{name.replace('_', '-')}: only together with --sim")
         if options.speed != 1.0 and getattr(options, "attach_sim", None) is None:
@@ -131,6 +132,9 @@ def _add_daemon_options(parser: argparse.ArgumentParser) -> None:
     simulated.add_argument("--start", metavar="X,Y", help="where the drone stands, metres in the world's picture")
     simulated.add_argument("--speed", type=float, default=1.0, metavar="N", help=SPEED_HELP)
     simulated.add_argument("--gnss-sigma", type=float, metavar="M", help="slow error of the position, metres")
+    simulated.add_argument(
+        "--noise-seed", type=int, metavar="N", help="of the errors of position and sensors (default: --seed)"
+    )
     simulated.add_argument("--wind", type=float, metavar="M/S", help="mean wind, metres per second")
     simulated.add_argument("--slope", metavar="PERCENT,DEG", help="the ground rises towards this direction")
     simulated.add_argument("--rangefinder", type=float, metavar="M", help="reach of a rangefinder that looks down")
@@ -140,6 +144,12 @@ def _add_survey_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for the results")
     parser.add_argument("--url", metavar="URL", help="fly the drone of a daemon that runs already")
     parser.add_argument("--token", help="token of that daemon")
+    parser.add_argument(
+        "--continue",
+        dest="continues",
+        action="store_true",
+        help="go on with the survey that an earlier flight left, after a battery swap; fly no other",
+    )
     parser.add_argument("--set-failsafes", action="store_true", help="set the autopilot's failsafes that are missing")
     parser.add_argument(
         "--timeout",

@@ -39,6 +39,7 @@ from hawk.ddc.operations_manager import OperationsManager
 from hawk.ddc.restart import RESTART_WINDOW_S, RestartRule
 from hawk.ddc.service_interface import DdcServiceInterface
 from hawk.ddc.settings import DdcSettings, ManagerSetup
+from hawk.ddc.survey_memory import SurveyMemory
 from hawk.ddc.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.map_keeper import MapKeeper
 from hawk.model import ArmPlace, Health, StateName, VehicleState
@@ -179,6 +180,9 @@ class Daemon:
                 continues_survey=bool(self._kept.map_parts),
                 flight=self._kept.flight,
                 keep_flight=self._journal.set_flight,
+                survey=SurveyMemory(
+                    self._kept.left, self._kept.drains, self._journal.set_left, self._journal.set_drains
+                ),
                 speed=self.clock.speed,
             ),
             self.side.socket,
@@ -431,7 +435,8 @@ class Daemon:
     def _begin_survey(self) -> None:
         if self._kept.datum is not None or self._kept.map_parts:
             survey = self._journal.new_survey()
-            self._kept = JournalState(survey_id=survey, starts_in_air=self._kept.starts_in_air)
+            kept = self._kept
+            self._kept = JournalState(survey_id=survey, starts_in_air=kept.starts_in_air, drains=kept.drains)
 
     def _keep_arm_place(self, place: ArmPlace) -> None:
         self._journal.set_arm_place(place)

@@ -211,6 +211,30 @@ class FlightSoFar:
 
 
 @dataclass(frozen=True, slots=True)
+class FlightDrain:
+    """Drain that a flight measured: percent a second, over ``seconds`` in the air, until ``at`` (UTC seconds)."""
+
+    drain: float
+    seconds: float
+    at: float
+
+
+@dataclass(frozen=True, slots=True)
+class SurveyLeft:
+    """Rest of a survey when its last exploration ended.
+
+    ``seen`` is the share (0..1) of ``lot_area`` (square metres) that was seen well; ``remaining_m`` the metres that the
+    planner still meant to fly; ``done``: nothing was left to learn; ``flown_s`` the seconds that it explored so far.
+    """
+
+    seen: float
+    lot_area: float
+    remaining_m: float
+    done: bool = False
+    flown_s: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
 class HeightParameters:
     """Travel heights above the arm place, metres: 0 < minimum <= desired <= maximum <= ceiling."""
 

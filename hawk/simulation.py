@@ -35,6 +35,7 @@ class SimulationOptions:
     ``world`` with ``metres_per_pixel`` (and optionally ``truth``) flies over a picture, else ``seed`` draws a world.
     ``condition`` is the drawn world's time of day and weather (`hawk.worlds.conditions.Condition`).
     ``slope`` is PERCENT,DEG of rising ground, ``rangefinder`` the reach of one that looks down, metres.
+    ``noise_seed`` seeds the errors of position and sensors, the world's seed when None.
     ``start`` is x, y in metres in the world's picture. ``speed`` is simulated seconds per real second, `SLOWEST` to
     `FASTEST`.
     """
@@ -50,6 +51,7 @@ class SimulationOptions:
     wind: float | None = None
     slope: str | None = None
     rangefinder: float | None = None
+    noise_seed: int | None = None
 
     def arguments(self) -> list[str]:
         """Return the command line of ``hawk-sim`` for these options."""

@@ -192,6 +192,16 @@ class VehicleStatus(Outgoing):
     voltage: Known = None
     battery_time_left: Known = None
     """Seconds until the drone must return, at the mean power of this flight."""
+    battery_needed_home: Known = None
+    """Charge that the flight home needs, the reserve included, percent; on the ground as from the planned survey."""
+    battery_needed_survey: Known = None
+    """Charge that the rest of the survey needs, percent."""
+    battery_left: Known = None
+    """Charge that is left after both, percent; negative where it does not suffice."""
+    survey_basis: Literal["planner", "map", "fence"] | None = None
+    """Source of the need: the planner's distance, an earlier survey's map, the fence's area (an upper bound)."""
+    survey_share: Known = None
+    """Share (0..1) of the rest of the survey that the battery allows."""
     satellites: int | None = None
 
 

@@ -31,6 +31,7 @@ from hawk.ddc.silence import SilenceWatch
 from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import make_state
 from hawk.ddc.states.ground import Idle
+from hawk.ddc.survey_notice import SurveyNotice
 from hawk.model import StateName
 
 _LOGGER = logging.getLogger(__name__)
@@ -65,6 +66,7 @@ class Decider:
         self._follower = VehicleFollower()
         self._home = HomeKeeper()
         self._silence = SilenceWatch()
+        self._survey = SurveyNotice(continues_survey=continues_survey)
         self._acts: Acts = ()
         self._fault = ""
         self._is_sound = True
@@ -131,6 +133,7 @@ class Decider:
         yield True, lambda: self._do(self._holder.tick(facts, self.state))
         yield True, lambda: self._do(self._home.tick(facts, self.state))
         yield False, lambda: self._do(self._failsafes.tick(facts, self.case(facts).failsafes))
+        yield False, lambda: self._do(self._survey.tick(facts, self.state))
         yield False, lambda: self._inquire(facts)
         yield True, lambda: self._react(facts)
         if not facts.link.is_up and not self.state.on_ground:

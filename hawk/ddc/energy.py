@@ -75,8 +75,14 @@ class BatteryWatch:
     @property
     def drain(self) -> float:
         """Percent a second: as measured, the assumed one until enough was measured, and never below a third of it."""
+        measured = self.measured
+        return ASSUMED_DRAIN if measured is None else measured
+
+    @property
+    def measured(self) -> float | None:
+        """Percent a second as measured, never below a third of the assumed drain; None until enough was measured."""
         if len(self._samples) < 3 or self._samples[-1][0] - self._samples[0][0] < DRAIN_MINIMUM_S:
-            return ASSUMED_DRAIN
+            return None
         count = len(self._samples)
         mean_t = sum(t for t, _ in self._samples) / count
         mean_p = sum(p for _, p in self._samples) / count

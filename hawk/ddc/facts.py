@@ -18,6 +18,7 @@ from hawk.ddc.energy import Reserve
 from hawk.ddc.fence import FencePlan
 from hawk.ddc.remote_control import NO_REMOTE_CONTROL, RemoteControlFacts
 from hawk.ddc.remote_id import NO_REMOTE_ID, RemoteIdFacts
+from hawk.ddc.survey_need import SurveyNeed
 from hawk.ddc.wind import Wind
 from hawk.model import (
     ArmPlace,
@@ -188,6 +189,10 @@ class BatteryFacts:
     """Seconds since the reserve was reached; None while it is not."""
     cells: tuple[int, ...] = ()
     """Cell counts that the battery may have, by its voltage before take-off; empty while none fits."""
+    survey: SurveyNeed | None = None
+    """Charge against the rest of the survey, on the ground too; None while an input of it is unknown."""
+    short_s: float | None = None
+    """Seconds while it explores for which the battery has been too low for the rest; None while it is not."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -33,6 +33,7 @@ from hawk.ddc.service_interface import DdcServiceInterface, ReqFailed
 from hawk.ddc.settings import ManagerSetup
 from hawk.ddc.states.base import State
 from hawk.ddc.status import Reporter
+from hawk.ddc.survey_watch import SurveyWatch
 from hawk.ddc.topic_interface import DdcTopicInterface
 from hawk.model import CopterMode, FlightSoFar, Health, HeightParameters, LandedState, StateName
 
@@ -290,6 +291,7 @@ class OperationsManager:
             requests=self.requests,
             outcomes=self.outcomes,
             settings=self._setup.settings,
+            survey=SurveyWatch(self._setup.settings, self._setup.survey, continues_survey=self._setup.continues_survey),
         )
 
     def _begin_in_air(self) -> int:

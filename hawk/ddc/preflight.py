@@ -17,6 +17,7 @@ from hawk.ddc.remote_control import remote_control_check
 from hawk.ddc.remote_id import remote_id_checks
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.slope import slope_words
+from hawk.ddc.survey_need import check_words
 from hawk.ddc.words import metres
 from hawk.model import Fence, GlobalPose, MapPoint
 
@@ -54,6 +55,7 @@ def preflight_items(facts: Facts, values: Values, settings: DdcSettings, *, is_k
         _sensors(facts),
         _gps(facts, settings.flight.maximum_hdop_m),
         _battery(facts, settings.flight.battery_arm_percent),
+        *_survey(facts),
         remote_control_check(facts.remote_control, values, settings.remote_control),
         *remote_id_checks(facts.remote_id, settings.remote_id),
         _camera(facts),
@@ -128,6 +130,12 @@ def _battery(facts: Facts, needed: float) -> CheckItem:
     if battery.percentage >= needed:
         return _passed("Battery", text)
     return _failed("Battery", text, "It would have to return at once.", f"Charge it to {needed:.0f} % or more.")
+
+
+def _survey(facts: Facts) -> tuple[CheckItem, ...]:
+    """Report whether the battery is enough for the survey. It refuses nothing: a survey goes on after a swap."""
+    need = facts.battery.survey
+    return () if need is None else (_passed("Survey", check_words(need)),)
 
 
 def _camera(facts: Facts) -> CheckItem:

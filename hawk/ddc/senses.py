@@ -32,7 +32,7 @@ from hawk.ddc.failsafes import ALL_NAMES
 from hawk.ddc.fence_file import FenceKeeper
 from hawk.ddc.fence_path import length
 from hawk.ddc.flight_log import FlightLog
-from hawk.ddc.geofence import BREACH_TOLERANCE_M, outside_by, to_map
+from hawk.ddc.geofence import BREACH_TOLERANCE_M, FenceError, area, outside_by, to_map
 from hawk.ddc.home import HomeWatch, home_health
 from hawk.ddc.home_path import HomePath, mean_speed
 from hawk.ddc.remote_control import SWITCH_CHANNEL, RemoteControlWatch, remote_control_health
@@ -40,10 +40,11 @@ from hawk.ddc.remote_id import remote_id_facts, remote_id_health
 from hawk.ddc.requests import Outcomes, Requests
 from hawk.ddc.service_interface import DdcServiceInterface
 from hawk.ddc.settings import DdcSettings
+from hawk.ddc.survey_watch import Sighting, SurveyWatch
 from hawk.ddc.topic_interface import DdcTopicInterface
 from hawk.ddc.watches import Jumps, LinkWatch, Stopwatch
 from hawk.ddc.wind import Wind, WindWatch
-from hawk.model import ArmPlace, GlobalPose, Health, LandedState, MapPoint
+from hawk.model import ArmPlace, GlobalPose, Health, LandedState, MapPoint, StateName
 
 DOUBT_CONFIRM_S = 0.5
 """Seconds for which a doubt must last before it is shown: one late datagram is soon put right."""
@@ -69,6 +70,7 @@ class Sources:
     requests: Requests
     outcomes: Outcomes
     settings: DdcSettings
+    survey: SurveyWatch
 
 
 class Senses:
@@ -123,6 +125,10 @@ class Senses:
         self._watch_wind(now)
         self._watch_home(now)
         self._watch_battery(now)
+        try:
+            self._watch_survey(now)
+        except Exception:  # it informs only: the facts that decide are gathered all the same
+            self._from.survey.fail()
         self._watch_cells()
         self._watch_breach(now)
         self._watch_remote_control(now)
@@ -196,6 +202,8 @@ class Senses:
             reserve=self._reserve,
             reached_s=self._reached.read(now),
             cells=self._cells,
+            survey=self._from.survey.need,
+            short_s=self._from.survey.short_s(now),
         )
 
     def _limits(self, now: float) -> LimitFacts:
@@ -310,6 +318,39 @@ class Senses:
             top = topics.get_heights().maximum
             self._reserve = self._drain.reserve(percentage, length(path), pose.map.height, top, speed)
             self._reached.update(self._reserve.is_reached, now)
+
+    def _watch_survey(self, now: float) -> None:
+        topics = self._from.topics
+        info, utc = topics.get_battery_info(), self._from.utc().timestamp()
+        self._from.survey.look(
+            Sighting(
+                now=now,
+                utc=utc,
+                armed=self._belief.vehicle.armed,
+                airborne=self._is_airborne(),
+                exploring=topics.curr_state_pub.value is StateName.AUTONOMOUS_EXPLORE,
+                charge=None if info is None else info.percentage,
+                reserve=self._reserve,
+                drain=self._drain.measured,
+                plan=topics.get_path_plan(),
+                lot_area=topics.get_occupancy_map().lot_area_m2,
+                heights=topics.get_heights(),
+                fence_area=self._fence_area,
+            )
+        )
+
+    def _fence_area(self) -> float | None:
+        """Return the area of the fence in force, on the ground that of the planned one; None while there is none."""
+        fence, fences, pose = self._from.topics.fence_pub.value, self._from.fences, self._from.topics.get_pose()
+        if fence is not None and self._is_airborne():
+            return area(fence.polygon)
+        if fences.problem or pose is None:
+            return None
+        place = pose.global_
+        try:
+            return area(fences.plan.around(self._from.service.datum or place, place, self._from.settings.fence).polygon)
+        except FenceError:
+            return None
 
     def _return_place(self, place: MapPoint, home: MapPoint) -> MapPoint:
         """Return the farther of the arm place and the autopilot's home: RTL flies to the latter."""

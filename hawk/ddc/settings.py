@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from hawk.comm.calibration import load_calibration
 from hawk.comm.status import OperatorDesk
 from hawk.config import (
+    CameraSettings,
     Config,
     FenceSettings,
     FlightSettings,
@@ -18,6 +21,7 @@ from hawk.config import (
     RemoteControlSettings,
     RemoteIdSettings,
 )
+from hawk.ddc.survey_memory import SurveyMemory
 from hawk.model import FlightSoFar
 
 
@@ -33,10 +37,12 @@ class DdcSettings:
     set_rtl_altitude: bool = True
     remote_control: RemoteControlSettings = field(default_factory=RemoteControlSettings)
     remote_id: RemoteIdSettings = field(default_factory=RemoteIdSettings)
+    view: float = 2 * math.tan(math.radians(CameraSettings().horizontal_fov_deg) / 2)
+    """Width of the camera's picture on the ground, metres from a height of one metre."""
 
     @classmethod
     def from_config(cls, config: Config) -> DdcSettings:
-        """Take what concerns this room out of the whole configuration."""
+        """Take what concerns this room out of the whole configuration. Raises ConfigError for a bad calibration."""
         return cls(
             flight=config.flight,
             fence=config.fence,
@@ -46,6 +52,7 @@ class DdcSettings:
             set_rtl_altitude=config.autopilot.set_rtl_altitude,
             remote_control=config.remote_control,
             remote_id=config.remote_id,
+            view=_view(config.camera),
         )
 
     @property
@@ -57,6 +64,11 @@ class DdcSettings:
     def ceiling(self) -> float:
         """Our own ceiling: it lies below the autopilot's by the margin, metres above the arm place."""
         return self.heights.ceiling_m - self.fence.ceiling_margin_m
+
+
+def _view(camera: CameraSettings) -> float:
+    model = load_calibration(camera).for_size(1280, 720)  # the ratio is that of every size
+    return model.width / model.fx
 
 
 def _no_record(kind: str, payload: dict[str, Any]) -> None:
@@ -84,5 +96,7 @@ class ManagerSetup:
     """The flight in which an earlier run ended."""
     keep_flight: Callable[[FlightSoFar | None], None] = field(default=lambda _flight: None)
     """Journals the flight under way; None after it."""
+    survey: SurveyMemory = field(default_factory=SurveyMemory)
+    """Rest of the survey and drain of the battery, as earlier flights left them."""
     speed: float = 1.0
     """Seconds of ``clock`` per real second."""

@@ -115,7 +115,8 @@ class Reporter:
 def vehicle_status(facts: Facts) -> VehicleStatus:
     """Return autopilot, link and battery."""
     vehicle, battery, reserve = facts.vehicle, facts.battery.info, facts.battery.reserve
-    heard = math.isfinite(vehicle.time)
+    heard, survey = math.isfinite(vehicle.time), facts.battery.survey
+    home = survey.home if survey is not None else None
     return VehicleStatus(
         ardupilot_state=vehicle.mode,
         armed=vehicle.armed if heard else None,
@@ -126,6 +127,11 @@ def vehicle_status(facts: Facts) -> VehicleStatus:
         battery_age=facts.battery.age,
         voltage=None if battery is None else battery.voltage,
         battery_time_left=None if reserve is None else reserve.time_left,
+        battery_needed_home=home if reserve is None else reserve.needed,
+        battery_needed_survey=None if survey is None else survey.percent,
+        battery_left=None if survey is None else survey.left,
+        survey_basis=None if survey is None else survey.basis,
+        survey_share=None if survey is None else survey.share,
         satellites=facts.diagnostics.satellites,
     )
 

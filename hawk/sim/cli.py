@@ -121,7 +121,7 @@ def run_options(options: argparse.Namespace, world: World) -> RunOptions:
         origin=Origin(options.latitude, options.longitude),
         speed=options.speed,
         latency=options.latency,
-        seed=options.seed,
+        seed=options.seed if options.noise_seed is None else options.noise_seed,
         autopilot=autopilot,
     )
 
@@ -165,6 +165,9 @@ def _add_flight(flight: argparse._ArgumentGroup) -> None:
     flight.add_argument("--speed", type=_number(SLOWEST, FASTEST), default=1.0, metavar="N", help=SPEED_HELP)
     flight.add_argument(
         "--gnss-sigma", type=_number(0, 50), default=0.5, metavar="M", help="slow error of the position (default 0.5)"
+    )
+    flight.add_argument(
+        "--noise-seed", type=_whole, metavar="N", help="of the errors of position and sensors (default: --seed)"
     )
     flight.add_argument(
         "--gnss-wait", type=_number(0, 600), default=5.0, metavar="S", help="from boot to a good position (default 5)"

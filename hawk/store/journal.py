@@ -16,16 +16,18 @@ import os
 import shutil
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import IO
 
-from hawk.model import ArmPlace, FlightSoFar, GlobalPose, Health
+from hawk.model import ArmPlace, FlightDrain, FlightSoFar, GlobalPose, Health, SurveyLeft
 from hawk.store.journal_state import (
     ARM_PLACE,
     DATUM,
+    DRAINS,
     FLIGHT,
+    LEFT,
     MAP,
     START,
     JournalState,
@@ -106,6 +108,14 @@ class FlightJournal:
     def set_flight(self, flight: FlightSoFar | None) -> None:
         """Keep duration and distance of this flight so far; None: it has ended."""
         self._put_json(FLIGHT, None if flight is None else asdict(flight))
+
+    def set_left(self, left: SurveyLeft) -> None:
+        """Keep what the survey has left to fly."""
+        self._put_json(LEFT, asdict(left))
+
+    def set_drains(self, drains: Sequence[FlightDrain]) -> None:
+        """Keep the drain of the last flights; a new survey keeps it too."""
+        self._put_json(DRAINS, [asdict(each) for each in drains])
 
     def put_map(self, parts: Mapping[str, bytes]) -> None:
         """Keep changed parts of the map; empty bytes remove a part."""
@@ -260,14 +270,14 @@ class FlightJournal:
             wake()
 
     def _change_survey(self, folder: Path, before: Mapping[str, bytes]) -> None:
-        """Write the old survey's values, then begin the new one with the starts in the air only."""
+        """Write the old survey's values, then begin the new one with the starts in the air and the drain only."""
         with contextlib.suppress(OSError):
             if self._file is not None:
                 self._append(before)
             self._close_file()
         merge(self._values, before)
         self._survey = folder
-        self._values = {key: value for key, value in self._values.items() if key.startswith(START)}
+        self._values = {key: value for key, value in self._values.items() if key.startswith(START) or key == DRAINS}
 
     def _append(self, values: Mapping[str, bytes]) -> None:
         assert self._file is not None  # noqa: S101

@@ -18,7 +18,7 @@ from typing import TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
-from hawk.model import ArmPlace, FlightSoFar, GlobalPose
+from hawk.model import ArmPlace, FlightDrain, FlightSoFar, GlobalPose, SurveyLeft
 
 T = TypeVar("T")
 
@@ -36,6 +36,8 @@ START = "start/"
 DATUM = "datum"
 ARM_PLACE = "arm_place"
 FLIGHT = "flight"
+LEFT = "left"
+DRAINS = "drains"
 SURVEY = re.compile(r"(\d{6})-[\w-]+")
 SEGMENT = re.compile(r"(\d{6})\.journal")
 
@@ -49,6 +51,10 @@ class JournalState:
     arm_place: ArmPlace | None = None
     flight: FlightSoFar | None = None
     """The current flight; None on the ground."""
+    left: SurveyLeft | None = None
+    """Rest of the survey after its last exploration; None before the first."""
+    drains: tuple[FlightDrain, ...] = ()
+    """Drain of the last flights, of any survey, oldest first."""
     map_parts: Mapping[str, bytes] = field(default_factory=dict, repr=False)
     starts_in_air: tuple[float, ...] = ()
     lost_bytes: int = 0
@@ -162,15 +168,20 @@ def read_survey(survey: Path) -> tuple[dict[str, bytes], JournalState]:
     datum, datum_problem = _parse(GlobalPose, values.get(DATUM))
     place, place_problem = _parse(ArmPlace, values.get(ARM_PLACE))
     flight, flight_problem = _parse(FlightSoFar, values.get(FLIGHT))
+    left, left_problem = _parse(SurveyLeft, values.get(LEFT))
+    drains, drains_problem = _parse(tuple[FlightDrain, ...], values.get(DRAINS))
+    problems = (problem, datum_problem, place_problem, flight_problem, left_problem, drains_problem)
     return values, JournalState(
         survey_id=survey.name,
         datum=datum,
         arm_place=place,
         flight=flight,
+        left=left,
+        drains=drains or (),
         map_parts={key.removeprefix(MAP): value for key, value in values.items() if key.startswith(MAP)},
         starts_in_air=tuple(sorted(start_times(values))),
         lost_bytes=lost,
-        problem="; ".join(text for text in (problem, datum_problem, place_problem, flight_problem) if text),
+        problem="; ".join(filter(None, problems)),
         last_written=_last_written(survey),
     )
 
@@ -181,7 +192,7 @@ def _parse(kind: type[T], data: bytes | None) -> tuple[T | None, str]:
     try:
         return TypeAdapter(kind).validate_json(data), ""
     except ValidationError as error:
-        return None, f"{kind.__name__} in the journal cannot be read: {error.error_count()} errors"
+        return None, f"{getattr(kind, '__name__', kind)} in the journal cannot be read: {error.error_count()} errors"
 
 
 def start_times(keys: Iterable[str]) -> list[float]:

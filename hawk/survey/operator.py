@@ -41,6 +41,7 @@ SUCCESS: Final = "The whole lot was seen."
 SPIRAL_STEP_M: Final = 10.0
 SPIRAL_LENGTH_M: Final = 60.0
 """Length of the spiral: legs of 10, 10, 20 and 20 m, flown at Max."""
+NO_SURVEY: Final = "There is no survey to continue: the drone has no map of an earlier flight"
 NO_LOT: Final = "No lot in sight, not even from the greatest height and 60 m around."
 
 
@@ -48,10 +49,11 @@ NO_LOT: Final = "No lot in sight, not even from the greatest height and 60 m aro
 class SurveyLimits:
     """Longest duration of each phase, seconds of the drone's clock; ``silence_s`` is real.
 
-    ``look_s`` is the time to look for the lot from each place.
+    ``look_s`` is the time to look for the lot from each place; within ``map_s`` the map of an earlier flight is there.
     """
 
     link_s: float = 60.0
+    map_s: float = 60.0
     checks_s: float = 120.0
     arm_s: float = 30.0
     takeoff_s: float = 90.0
@@ -64,10 +66,14 @@ class SurveyLimits:
 
 @dataclass(frozen=True, slots=True)
 class SurveyPlan:
-    """Plan of a survey. ``heights``: None keeps the drone's present heights."""
+    """Plan of a survey. ``heights``: None keeps the drone's present heights.
+
+    ``continues``: fly only when there is a map of an earlier survey.
+    """
 
     heights: HeightParameters | None = None
     set_failsafes: bool = False
+    continues: bool = False
     limits: SurveyLimits = SurveyLimits()
 
 
@@ -122,6 +128,8 @@ class SurveyOperator:
         await self._hand.order(Control(action="Request"))
         if beat.state != StateName.IDLE:
             raise SurveyError(sentence(f"The drone is not free for a survey but in {beat.state}", beat.detail))
+        if self._plan.continues:
+            await self._hand.until(lambda b: (b.lot_area or 0.0) > 0.0, self._limits.map_s, NO_SURVEY)
         self._hand.phase = "Checking"
         if self._plan.heights is not None:
             await self._configure(self._plan.heights)

@@ -7,6 +7,7 @@ import json
 import signal
 import sys
 from dataclasses import dataclass, replace
+from itertools import count
 from pathlib import Path
 from typing import Any, Self
 from urllib.parse import urlsplit
@@ -36,7 +37,10 @@ LATE_FRAMES_LIMIT = 0.01
 
 @dataclass(frozen=True, slots=True)
 class SurveyOptions:
-    """Options of the command. ``url`` is a running daemon; without it ``simulation`` is started."""
+    """Options of the command. ``url`` is a running daemon; without it ``simulation`` is started.
+
+    ``continues``: fly only when there is an earlier survey to go on with.
+    """
 
     out: Path
     simulation: SimulationOptions | None
@@ -46,6 +50,7 @@ class SurveyOptions:
     fence: Path | None
     truth: Path | None
     set_failsafes: bool
+    continues: bool
     timeout_s: float
     quiet: bool
 
@@ -58,7 +63,10 @@ async def run_survey(options: SurveyOptions) -> int:
         if options.simulation is None:
             truth = None if options.truth is None else read_truth(options.truth)
             return await _fly(options, options.url or "", None, truth)
-        stack = SimulatedStack(options.simulation, options.out / "run", options.config, options.fence)
+        folder = options.out / "run"
+        if not options.continues:
+            put_aside(folder / "store")
+        stack = SimulatedStack(options.simulation, folder, options.config, options.fence)
         ready = await stack.start()
         return await _fly(options, ready.url, stack, stack.truth)
     except (StackError, TruthError, ConnectionTimeout, LinkLostError) as error:
@@ -74,7 +82,7 @@ async def _fly(options: SurveyOptions, url: str, stack: SimulatedStack | None, t
     async with DroneClient(address.hostname or "127.0.0.1", address.port or 3000, token=options.token) as drone:
         watch = FenceWatch(stack)
         limits = replace(SurveyLimits(), explore_s=options.timeout_s)
-        plan = SurveyPlan(set_failsafes=options.set_failsafes, limits=limits)
+        plan = SurveyPlan(set_failsafes=options.set_failsafes, continues=options.continues, limits=limits)
         with SurveyProgress(quiet=options.quiet) as bar:
 
             def show(phase: str, beat: Heartbeat) -> None:
@@ -93,6 +101,13 @@ async def _fly(options: SurveyOptions, url: str, stack: SimulatedStack | None, t
     write_results(options.out, survey, values)
     _say(options.out, outcome, values)
     return int(outcome.status)
+
+
+def put_aside(store: Path) -> None:
+    """Rename the store of an earlier simulated survey: a new one must not go on with it."""
+    if store.exists():
+        number = next(n for n in count(1) if not store.with_name(f"{store.name}-{n}").exists())
+        store.rename(store.with_name(f"{store.name}-{number}"))
 
 
 class FenceWatch:

@@ -68,6 +68,22 @@ class SimulatedStack:
         """Start both. Raises StackError."""
         self._folder.mkdir(parents=True, exist_ok=True)
         self._session = aiohttp.ClientSession(timeout=aiohttp.ClientTimeout(total=20))
+        return await self._start_both()
+
+    async def swap_battery(self, options: SimulationOptions) -> Ready:
+        """Cut the power of both and start them again on the same store: another boot, a full battery.
+
+        ``options`` are those of the new simulation: a drone that stands elsewhere, other errors of its position. The
+        daemon is killed: a battery that is taken out lets no program end in order. Raises StackError.
+        """
+        if self.daemon is not None and self.daemon.returncode is None:
+            self.daemon.kill()
+            await self.daemon.wait()
+        await self._simulation.stop()
+        self._options, self._simulation = options, Simulation(options)
+        return await self._start_both()
+
+    async def _start_both(self) -> Ready:
         try:
             self.address = await self._simulation.start(self._log("hawk-sim.log").fileno())
         except SimulationError as error:

@@ -14,20 +14,23 @@ from numpy.typing import NDArray
 
 from hawk.algo.ground import Window
 from hawk.algo.mapper import delta
-from hawk.algo.mapper.evidence import EVIDENCE_M, CellEvidence, cell_evidence, moved, outline
+from hawk.algo.mapper.evidence import EVIDENCE_M, CellEvidence, cell_evidence, moved, outline, quality_mask
 from hawk.algo.mapper.grid import EvidenceGrid, EvidenceTile
 from hawk.algo.mapper.published import Mosaic, StallIndex, TileEncoder
 from hawk.algo.mapper.register import Registration, Shift
+from hawk.algo.mapper.relocate import REACH_M, Relocation, Stalls, TooFewError
 from hawk.algo.mapper.rowfill import RowFiller
 from hawk.algo.mapper.shown import CLOSE_M, classify
 from hawk.algo.mapper.stalls import Look, StallTracker
-from hawk.algo.mapper.table import Detections, angle_of, corners_of, from_bytes, to_bytes
+from hawk.algo.mapper.table import Detections, angle_of, corners_of, from_bytes, probability, to_bytes
 from hawk.algo.vision.seen import SeenGround
 from hawk.model import TILE_M, Cell, Inbound, MapPose, OccupancyMap, Stall, TileKey
 
 _REACH_M = 12.0  # stalls this far outside the picture still matter to the outline
 _LOT_NEAR_M = 0.5
 _REGISTER_M = 60.0
+_WHOLE_M = 3.0  # a stall this far from the picture's edge is in it as a whole
+_BREAK_S = 60.0  # without a frame: the drone was on the ground, or its position was not trusted
 _DRAWN_M = 90.0  # from the drone: what others ask about (`stalls_near`)
 _TILE_REACH_M = TILE_M * math.sqrt(0.5) + 5.0  # and half the diagonal of the longest stall
 
@@ -84,6 +87,9 @@ class MapCore:
         self._outlined: MapPose | None = None
         self._pictured: MapPose | None = None
         self._flown_m = 0.0
+        self._fused_at = math.inf
+        self._relocation: Relocation | None = None
+        self._earlier_m = 0.0
         self._frame = self._outlined_at = self._rows_at = 0
         self._is_spent = False
         self._touched: set[TileKey] = set()
@@ -96,11 +102,16 @@ class MapCore:
         self.index = OccupancyMap(map_id=map_id)
 
     def fuse(self, seen: SeenGround) -> None:
-        """Fuse one frame."""
-        self._version += 1
-        weight = self._weight(seen.pose)
+        """Fuse one frame, unless it is not known yet where on an earlier flight's map it lies."""
         self._attend(seen)
         found = Detections.of(seen.stalls)
+        if seen.captured - self._fused_at > _BREAK_S:
+            self._begin_relocation()
+        self._fused_at = seen.captured
+        if self._relocation is not None and self._is_waiting(self._relocation, found, seen):
+            return
+        self._version += 1
+        weight = self._weight(seen.pose)
         correction = self._register(found, seen)
         found = found.with_leans(self.registration.slip.leans)
         seen = _corrected(seen, correction)
@@ -190,6 +201,7 @@ class MapCore:
                 problems.append(f"{name}: {error}")
         self.tracker.restore(np.concatenate(rows), self.tracker.next_id)
         self._flown_m = float(self.tracker.rows["born"].max(initial=0.0)) + 2 * self._settings.anchor_m
+        self._begin_relocation()
         everything = np.arange(len(self.tracker.rows))
         self.published.update(self.tracker.rows, everything, [], self._version)
         self._encoder.mark(set(self.grid.tiles))
@@ -245,6 +257,37 @@ class MapCore:
         anchored = self._flown_m - rows["born"] > self._settings.anchor_m
         places = np.stack([sure.north, sure.east, sure.angle], -1)
         return self.registration.update(known, places, drone, seen.captured, anchored).about(*drone)
+
+    def _begin_relocation(self) -> None:
+        """Look for the drone's place on the map as it is now: that of an earlier flight."""
+        self._relocation, self._earlier_m = Relocation(), self._flown_m
+
+    def _is_waiting(self, relocation: Relocation, found: Detections, seen: SeenGround) -> bool:
+        """Return True while the frame must wait for its place on the earlier map; over other ground it need not."""
+        pose, shift = seen.pose, self.registration.shift
+        correction = shift.about(pose.north, pose.east)
+        rows = self.tracker.rows[self.tracker.near(pose.north, pose.east, _REGISTER_M)]
+        rows = rows[rows["confirmed"] & ~rows["inferred"] & (rows["born"] <= self._earlier_m)]
+        sure = found.take(found.is_whole).moved(correction)
+        lot = moved(seen.lot, correction)
+        usable = quality_mask(lot.valid, lot.metres_per_pixel, _WHOLE_M, self._settings.good_share) > 0
+        extent = np.vstack([outline(lot), *(outline(lot) + REACH_M, outline(lot) - REACH_M)])
+        window = Window.around(extent, EVIDENCE_M)
+        well = self.grid.layer(window, "well") > 0
+        try:
+            step = relocation.look(
+                Stalls(np.stack([rows["north"], rows["east"]], -1), angle_of(rows), probability(rows["taken"])),
+                Stalls(np.stack([sure.north, sure.east], -1), sure.angle, sure.taken),
+                lambda places: _at(usable, lot.pixel_points(places)),
+                lambda places: _at(well, window.cells_of(places[:, 0], places[:, 1])),
+            )
+        except TooFewError:
+            return False
+        if step is not None:
+            self.registration.relocate(step)
+        if relocation.is_over:
+            self._relocation = None
+        return not relocation.is_over
 
     def _fuse_stalls(self, found: Detections, evidence: CellEvidence, weight: float, seen: SeenGround) -> None:
         def in_picture(points: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -310,6 +353,13 @@ class MapCore:
         self._pictured = seen.pose
         self._mosaic.add(seen.picture, (seen.pose.north, seen.pose.east), seen.pose.height)
         return True
+
+
+def _at(mask: NDArray[np.bool_], cells: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return the mask at (column, row) cells (N, 2), False outside it."""
+    column, row = np.round(cells).astype(int).T
+    inside = (row >= 0) & (row < mask.shape[0]) & (column >= 0) & (column < mask.shape[1])
+    return np.asarray(inside & mask[np.where(inside, row, 0), np.where(inside, column, 0)])
 
 
 def _extent(seen: SeenGround) -> tuple[tuple[float, float], float]:

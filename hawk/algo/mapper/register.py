@@ -3,7 +3,8 @@
 Rows repeat at every pitch, so that a shift is only sought within less than half a pitch of the last one. New ground is
 mapped with the shift of the known ground: an error of the compass would bend the map without end, so it is learned from
 the movement of the ground between two frames. Over fresh ground the shift leaks slowly back to the GNSS position;
-stalls of an earlier pass hold it firmly.
+stalls of an earlier pass hold it firmly. Between two flights the position moves by more: `hawk.algo.mapper.relocate`
+finds that, and from then on it counts as the GNSS position.
 """
 
 from __future__ import annotations
@@ -74,8 +75,9 @@ class Registration:
     """Follows the slow error of the pose from frame to frame."""
 
     def __init__(self, limit_m: float) -> None:
-        """``limit_m`` bounds the shift along each axis."""
+        """``limit_m`` bounds the shift along each axis, about the one between this flight and the map's."""
         self._limit_m = limit_m
+        self._between = np.zeros(2)
         self._last: tuple[float, float] | None = None
         self.slip = Slip()
         self.shift = Shift()
@@ -84,6 +86,11 @@ class Registration:
         """Restore the shift of an earlier run."""
         self.shift = shift
         self.slip.heading.restore(shift.turn)
+
+    def relocate(self, step: Floats) -> None:
+        """Move the shift by metres north and east: the drone was found elsewhere on the map."""
+        self._between = np.array([self.shift.north, self.shift.east]) + step
+        self.shift = replace(self.shift, north=float(self._between[0]), east=float(self._between[1]))
 
     def update(
         self,
@@ -117,14 +124,13 @@ class Registration:
     def _leak(self, flown_m: float, share: float) -> None:
         leak = _LEAK_PER_M if self.slip.is_sure else _UNSURE_LEAK_PER_M
         keep = max(0.0, 1 - leak * share * flown_m)
-        self.shift = replace(self.shift, north=self.shift.north * keep, east=self.shift.east * keep)
+        north, east = self._between + keep * (np.array([self.shift.north, self.shift.east]) - self._between)
+        self.shift = replace(self.shift, north=float(north), east=float(east))
 
     def _follow(self, step: Floats) -> None:
-        north, east = np.array([self.shift.north, self.shift.east]) + _SMOOTHING * step
-        limit = self._limit_m
-        self.shift = replace(
-            self.shift, north=float(np.clip(north, -limit, limit)), east=float(np.clip(east, -limit, limit))
-        )
+        shift = np.array([self.shift.north, self.shift.east]) + _SMOOTHING * step
+        north, east = np.clip(shift, self._between - self._limit_m, self._between + self._limit_m)
+        self.shift = replace(self.shift, north=float(north), east=float(east))
 
 
 @dataclass(frozen=True, slots=True)

@@ -35,6 +35,7 @@ from hawk.ddc.geofence import to_map
 from hawk.ddc.operations_manager import OperationsManager
 from hawk.ddc.service_interface import DdcServiceInterface, Sender
 from hawk.ddc.settings import DdcSettings, ManagerSetup
+from hawk.ddc.survey_memory import SurveyMemory
 from hawk.ddc.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.model import (
     ArmPlace,
@@ -518,6 +519,7 @@ class Rig:
         starts: int = 1,
         continues_survey: bool = False,
         flight: FlightSoFar | None = None,
+        memory: SurveyMemory | None = None,
     ) -> None:
         self.clock = ManualClock(START)
         self.kept_flights: list[FlightSoFar | None] = []
@@ -548,6 +550,7 @@ class Rig:
                 utc=lambda: datetime.fromtimestamp(UTC_START + self.clock() - START, UTC),
                 flight=flight,
                 keep_flight=self.kept_flights.append,
+                survey=memory or SurveyMemory(),
             ),
             self.socket,
             self.topics,

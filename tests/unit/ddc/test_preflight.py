@@ -30,6 +30,7 @@ async def test_a_drone_that_is_well_passes_everything(rig: Rig) -> None:
         "Autopilot",
         "GPS",
         "Battery",
+        "Survey",
         "Remote control",
         "Camera",
         "Recording",

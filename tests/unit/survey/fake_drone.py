@@ -63,6 +63,8 @@ class FakeDrone:
     silent_after: float = float("inf")
     stop_once_on_the_way_home: bool = False
     on_beat: Callable[[FakeDrone], None] = lambda _: None
+    lot_area: float = 0.0
+    """Of the map, square metres: that of an earlier flight before take-off."""
     # -- what it is ------------------------------------------------------------
     time: float = 0.0
     state: StateName = StateName.IDLE
@@ -117,6 +119,7 @@ class FakeDrone:
                 explore_done=self.done,
                 park_lot_detected=self.height > 0 and self.searched >= self.lot_seen_after,
                 explored=0.5,
+                lot_area=self.lot_area,
             ),
             travel=TravelStatus(distance_flown=12.0),
         )

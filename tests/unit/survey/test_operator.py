@@ -31,7 +31,7 @@ from hawk.survey.operator import (
 from tests.unit.survey.fake_drone import FakeDrone
 
 LIMITS = SurveyLimits(
-    link_s=20, checks_s=20, arm_s=15, takeoff_s=20, look_s=2, move_s=20, explore_s=60, home_s=60, silence_s=1
+    link_s=20, map_s=10, checks_s=20, arm_s=15, takeoff_s=20, look_s=2, move_s=20, explore_s=60, home_s=60, silence_s=1
 )
 PLAN = SurveyPlan(limits=LIMITS)
 
@@ -62,6 +62,20 @@ async def test_a_survey_from_the_checks_to_motors_off() -> None:
     assert phases == ["Connecting", "Checking", "Taking off", "Exploring", "Coming home"]
     assert is_down(drone)
     assert not drone.control, "control is given back"
+
+
+async def test_a_survey_is_continued_when_there_is_a_map_of_an_earlier_one() -> None:
+    drone = FakeDrone(lot_area=3_200.0)
+    assert (await fly(drone, replace(PLAN, continues=True))).status is SurveyStatus.DONE
+    assert is_down(drone)
+
+
+async def test_without_an_earlier_map_nothing_is_continued_and_the_drone_stays_on_the_ground() -> None:
+    drone = FakeDrone()
+    outcome = await fly(drone, replace(PLAN, continues=True))
+    assert outcome.status is SurveyStatus.FAILED
+    assert "no survey to continue" in outcome.reason
+    assert not drone.told(Arm)
 
 
 async def test_heights_are_configured_when_given() -> None:

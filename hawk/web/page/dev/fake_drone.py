@@ -364,6 +364,8 @@ class FakeDrone:
                 ardupilot_state="GUIDED", armed=self.armed, connected=True,
                 landed="ON_GROUND" if self.height < 0.3 else "IN_AIR", link_age=0.1, battery_percentage=89.0,
                 battery_age=0.4, voltage=16.2, battery_time_left=790.0, satellites=16,
+                battery_needed_home=24.0, battery_needed_survey=31.0, battery_left=34.0, survey_basis="planner",
+                survey_share=1.0,
             ),
             pose=PoseStatus(
                 relative_altitude=self.height, latitude=48.137, longitude=11.575, local_position_x=self.north + 38,

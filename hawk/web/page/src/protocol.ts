@@ -273,6 +273,11 @@ export interface Heartbeat {
   "Battery Age": number | null;
   Voltage: number | null;
   "Battery Time Left": number | null;
+  "Battery Needed Home": number | null;
+  "Battery Needed Survey": number | null;
+  "Battery Left": number | null;
+  "Survey Basis": "planner" | "map" | "fence" | null;
+  "Survey Share": number | null;
   Satellites: number | null;
   "Relative Altitude": number | null;
   Latitude: number | null;

@@ -7,6 +7,7 @@ import { healthSummary, partName } from "../words/health.ts";
 import { ageNow, STALE_S, type View } from "../words/view.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
+import "./battery-bar.ts";
 import { type Series, topHeight } from "./plot.ts";
 
 /** Mode, place, speed, health of each part, and how height and battery went. */
@@ -22,6 +23,7 @@ export class FlightTab extends Part {
     const plots = this.plots(samples);
     return html`<div class="scroll">
       ${mainFacts(view, heartbeat)} ${parts(heartbeat.Health.filter((item) => !item.Healthy))}
+      <hawk-battery .model=${this.model}></hawk-battery>
       <hawk-plot label="Height, m" .series=${plots.height} .top=${topHeight(heartbeat.Heights[2])} .theme=${this.theme()}></hawk-plot>
       <hawk-plot label="Battery, %" .series=${plots.battery} .top=${100} .theme=${this.theme()}></hawk-plot>
       ${moreFacts(view, heartbeat)} ${parts(heartbeat.Health.filter((item) => item.Healthy))}

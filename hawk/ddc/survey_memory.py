@@ -1,0 +1,22 @@
+"""Memory of the flights before: the rest of the survey, and the drain of the battery."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from hawk.model import FlightDrain, SurveyLeft
+
+
+def _forget(_: object) -> None:
+    """Keep nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class SurveyMemory:
+    """Results of earlier flights, and where this one leaves its own: see `FlightJournal.set_left`, `set_drains`."""
+
+    left: SurveyLeft | None = None
+    drains: tuple[FlightDrain, ...] = ()
+    keep_left: Callable[[SurveyLeft], None] = field(default=_forget)
+    keep_drains: Callable[[tuple[FlightDrain, ...]], None] = field(default=_forget)
