@@ -130,8 +130,9 @@ def test_only_arm_lets_the_drone_take_off(transition: Transition) -> None:
 
 
 def test_every_state_says_what_it_does() -> None:
-    for transition in (ToIdle(), ToArm(), ToConfigure(ConfigureOrder(HEIGHTS)), ToConfigure(FenceOrder(None))):
-        assert made(transition).detail(standing(0.05)).endswith(".")
+    on_the_ground = (ToIdle(), ToArm(), ToConfigure(ConfigureOrder(HEIGHTS)), ToConfigure(FenceOrder(None)))
+    for resting in on_the_ground:
+        assert made(resting).detail(standing(0.05)).endswith(".")
     for transition in IN_THE_AIR:
         assert made(transition).detail(flying(0.05))
 
