@@ -38,7 +38,7 @@ from hawk.model import CopterMode, Inbound, LandedState
 from tests.unit.ddc.fakes import TICK_S
 from tests.unit.ddc.test_properties import SIMPLE, Flight
 
-TICKS = 2_500
+TICKS = 3_000
 """Ticks of a walk, 50 ms each."""
 SEEDS = (1, 2, 3, 4)
 TASKS: list[Command] = [AutonomousExplore(), AutonomousMove(x=30, y=9), CompulsiveMove(x=-25, y=9)]
@@ -68,7 +68,7 @@ class Walk(Flight):
             self._fails,
             self._refuses,
             self._jumps,
-            self._senses_age,
+            *[self._senses_age] * 4,
             self._guard_breaks,
             self._guard_breaks,
             self._flies_again,
@@ -88,6 +88,7 @@ class Walk(Flight):
 
     def _goes_on(self) -> None:
         self._broken.close()
+        self.rig.sight.flows = True
         self._flies_again()
         self.a_good_operator_goes_on(self.draw.choice(TASKS))
 
@@ -95,8 +96,6 @@ class Walk(Flight):
         self.an_operator_commands(self.draw.choice(SIMPLE), self.draw.choice(["ana", "ana", "eve"]))
 
     def _kills(self) -> None:
-        if self.draw.random() < 0.5:
-            return
         answer = self._handle(KillRequest(), "ana")
         if not isinstance(answer, KillToken):
             return
@@ -121,13 +120,23 @@ class Walk(Flight):
         self.draw.choice([lambda: self.the_position_jumps(far / 4), lambda: self.the_estimate_jumps(far, -far / 2)])()
 
     def _senses_age(self) -> None:
-        drone, sight = self.rig.autopilot, self.rig.sight
-        drone.pose_flows, drone.landed_flows = self.draw.random() < 0.5, self.draw.random() < 0.5
-        drone.battery = self.draw.choice([None, 95.0, 30.0, 12.0])
-        drone.estimator_fault = self.draw.choice(["", "GPS glitch"])
-        sight.flows, sight.healthy = self.draw.random() < 0.5, self.draw.random() < 0.7
-        sight.inbound = self.draw.choice([None, *Inbound])
-        self.rig.desk.present = self.draw.random() < 0.6
+        """Let everything of a good operator's flight grow old, one field at a time or several."""
+        drone, sight, desk = self.rig.autopilot, self.rig.sight, self.rig.desk
+        for _ in range(self.draw.choice([1, 1, 1, 3])):
+            name, owner, values = self.draw.choice(
+                [
+                    ("pose_flows", drone, [False]),
+                    ("landed_flows", drone, [False]),
+                    ("battery", drone, [None, 30.0, 12.0]),
+                    ("estimator_fault", drone, ["GPS glitch"]),
+                    ("flows", sight, [False]),
+                    ("healthy", sight, [False]),
+                    ("inbound", sight, [None, *Inbound]),
+                    ("present", desk, [False]),
+                ]
+            )
+            setattr(owner, name, self.draw.choice(values))
+        self._run(self.draw.choice([0.5, 4.0]))
 
     def _guard_breaks(self) -> None:
         self._broken.close()
