@@ -60,24 +60,23 @@ class Walk(Flight):
         self._watch_what_is_sent()
 
     def go(self, ticks: int) -> None:
-        """Let things happen for this number of ticks."""
-        rules: list[Callable[[], None]] = [
-            *[self._goes_on] * 6,
-            *[self._commands] * 3,
+        """Let a good operator begin task after task, and let things happen meanwhile, for this number of ticks."""
+        happenings: list[Callable[[], None]] = [
+            *[self._senses_age] * 5,
+            *[self._guard_breaks] * 3,
+            self._commands,
             self._kills,
             self._fails,
             self._refuses,
             self._jumps,
-            *[self._senses_age] * 4,
-            self._guard_breaks,
-            self._guard_breaks,
-            self._flies_again,
             self._somebody_switches,
         ]
         while self.ticks < ticks:
-            self.draw.choice(rules)()
-            self._run(self.draw.choice([0.05, 0.2, 1.0, 3.0]))
-            self.no_automatic_reaction_moved_down_in_rank()
+            self._goes_on()
+            for _ in range(self.draw.choice([1, 1, 2, 3])):
+                self.draw.choice(happenings)()
+                self._run(self.draw.choice([0.2, 1.0, 4.0]))
+                self.no_automatic_reaction_moved_down_in_rank()
 
     def teardown(self) -> None:
         """End the flight."""
@@ -90,6 +89,9 @@ class Walk(Flight):
         self._broken.close()
         self.rig.sight.flows = True
         self._flies_again()
+        if self.rig.autopilot.mode != CopterMode.GUIDED:
+            self.rig.autopilot.change_mode(CopterMode.GUIDED)
+            self._run(1.0, foreign=True)
         self.a_good_operator_goes_on(self.draw.choice(TASKS))
 
     def _commands(self) -> None:
@@ -136,12 +138,10 @@ class Walk(Flight):
                 ]
             )
             setattr(owner, name, self.draw.choice(values))
-        self._run(self.draw.choice([0.5, 4.0]))
 
     def _guard_breaks(self) -> None:
         self._broken.close()
-        if self.draw.random() < 0.7:
-            self._broken.enter_context(mock.patch.object(guard, "reaction", self._raise))
+        self._broken.enter_context(mock.patch.object(guard, "reaction", self._raise))
 
     def _raise(self, *_: object) -> Any:
         self.raised += 1
