@@ -43,7 +43,7 @@ CONTROL_FAILED: Final = "control failed"
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What became of a mutant; ``shown``: the changed line before and after."""
+    """Outcome for a mutant; ``shown``: the changed line before and after."""
 
     mutant: Mutant
     outcome: str
