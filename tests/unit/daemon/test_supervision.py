@@ -129,9 +129,9 @@ async def test_an_end_is_shown_for_thirty_seconds_and_not_longer() -> None:
     supervisor.start("link", work)
     await asyncio.wait_for(work.runs.wait(), 5.0)
     clock.advance(RECENT_S)
-    assert not supervisor.health.is_healthy
+    assert supervisor.health.reason == "link ended: it returned"
     clock.advance(0.01)
-    assert supervisor.health.is_healthy
+    assert supervisor.health.reason == ""
     await supervisor.close()
 
 
