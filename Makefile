@@ -12,12 +12,13 @@ PYTEST := $(BIN)/python -m pytest -q
 UNIT := $(PYTEST) --numprocesses auto --dist loadscope --no-loadscope-reorder tests/unit
 FAST := -m 'not flight and not slow'
 # COVERAGE=1: `make test` runs the fast unit tests by `make coverage`, which prints the share of lines and branches that
-# they reach and the ten modules that they reach least. Tracing doubles their time on Python 3.11, so only CI does it.
+# they reach and the ten modules that they reach least, and fails when they miss a branch of a module that decides about
+# safety (mutants/modules.py). Tracing doubles their time on Python 3.11, so only CI does it.
 UNIT_KINDS := $(if $(COVERAGE),coverage slow,unit)
 # Without compiled files every process would compile and rewrite its modules and tests again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup run check test bench faults lint fast unit coverage slow integration contract e2e page page-check browser clean
+.PHONY: setup run check test bench faults lint fast unit coverage mutants slow integration contract e2e page page-check browser clean
 
 setup: $(STAMP) page
 
@@ -65,6 +66,11 @@ unit: $(STAMP)
 coverage: $(STAMP)
 	$(UNIT) $(FAST) --cov --cov-report= $(ARGS)
 	$(BIN)/coverage report --sort=cover --fail-under=0 | sed -n 1,12p
+	$(BIN)/coverage report --fail-under=100 --skip-covered --show-missing --include="$$($(BIN)/python -m mutants --list)"
+
+# Faults put into the modules that decide about safety: do their tests notice? ARGS="--seed 2 --only judge --verbose"
+mutants: $(STAMP)
+	$(BIN)/python -m mutants $(ARGS)
 
 slow: $(STAMP)
 	$(UNIT) -m 'flight or slow' $(ARGS)

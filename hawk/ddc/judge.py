@@ -275,10 +275,9 @@ def _content(case: Case, command: Command) -> Refusal | None:
             return Refusal(reason) if reason else None
         case AutonomousMove() | CompulsiveMove():
             place = place_of(command, facts)
-            if place is None:
-                return Refusal("The position is not known well enough.")
             reachable = place_refusal if isinstance(command, AutonomousMove) else move_refusal
-            return _travel_height(command, heights) or reachable(facts, place)
+            refused = _POSITION_UNKNOWN if place is None else reachable(facts, place)
+            return _travel_height(command, heights) or refused
         case Resume() | ReturnToLaunch() | Land() if not command.confirmed:
             if case.state.identity is StateName.MANUAL:
                 return Refusal("Confirmed: someone else flies; send it confirmed.")

@@ -85,9 +85,9 @@ class State(ABC):
         """Return the rest of the path to the goal, from the drone; empty when there is none."""
         return ()
 
+    @abstractmethod
     def detail(self, facts: Facts) -> str:
         """Return one sentence for the operator: the present activity, or the reason for the state."""
-        return ""
 
     def age(self, facts: Facts) -> float:
         """Return the seconds since the state began."""

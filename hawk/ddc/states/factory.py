@@ -63,7 +63,7 @@ def make_state(transition: Transition, facts: Facts, settings: DdcSettings) -> t
             hold = seconds(settings.operator.operator_hold_s)
             text = f"No word from the operator. Holds for {hold}, then returns home."
             return CommunicationLost(now, settings, passive), (Log("warning", text),)
-        case ToManual():
+        case ToManual():  # pragma: no branch - the last kind of transition
             text = f"Someone else flies, in {facts.vehicle.mode or 'an unknown mode'}."
             return Manual(now), (Log("warning", text, facts.link.words),)
 

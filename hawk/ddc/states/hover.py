@@ -14,7 +14,7 @@ from hawk.ddc.orders import Cause, CauseKind, Order, Rank, ToHover, ToReturn
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import AirborneState, ModeKeeper
 from hawk.ddc.words import metres, seconds
-from hawk.model import CopterMode, Fence, MapPoint, MapPose, StateName, VehiclePose
+from hawk.model import CopterMode, Fence, MapPoint, MapPose, StateName
 
 LOW_SHARE = 0.9
 """From this share of Min upwards a drone just below Min holds at Min; lower it brakes where it is."""
@@ -52,12 +52,14 @@ class Holding:
             return ()
         if self._brake is not None:
             return self._brake.reach(facts)
-        if self._goal is None and not _can_form_goal(facts):
+        goal = self._goal or _form_goal(facts)
+        if goal is None:
             self._brake = ModeKeeper(CopterMode.BRAKE)
             return self._brake.reach(facts)
         acts = self._guided.reach(facts)
         if self._guided.is_reached:
-            return self._target(facts)
+            self._goal = goal
+            return self._target(facts, goal)
         if self._guided.attempts > GUIDED_ATTEMPTS:
             self._brake = ModeKeeper(CopterMode.BRAKE)
         return acts
@@ -81,22 +83,18 @@ class Holding:
         self._guided = ModeKeeper(CopterMode.GUIDED)
         self.is_recovering = True
 
-    def _target(self, facts: Facts) -> Acts:
-        pose = facts.pose
-        if pose is None or pose.map is None:
-            return ()
-        if self._goal is None:
-            self._goal = _form_goal(facts, pose, pose.map)
-        if self._goal is None:
+    def _target(self, facts: Facts, goal: Goal) -> Acts:
+        here = facts.place
+        if here is None:
             return ()
         lowest = facts.limits.heights.minimum
-        near = distance(pose.map, self._goal) <= maximum_target_distance(self._speed)
-        if not near and self.is_recovering and _takes_no_step(facts, pose.map):
-            return (SendTarget(replace(self._goal, height=_reachable_height(self._goal, pose.map, self._speed))),)
-        if near and pose.map.height >= LOW_SHARE * lowest:
-            return (SendTarget(self._goal),)
+        near = distance(here, goal) <= maximum_target_distance(self._speed)
+        if not near and self.is_recovering and _takes_no_step(facts, here):
+            return (SendTarget(replace(goal, height=_reachable_height(goal, here, self._speed))),)
+        if near and here.height >= LOW_SHARE * lowest:
+            return (SendTarget(goal),)
         highest = facts.ceiling(on_ground=False)
-        return (SendTarget(self._carrot.step(self._goal, pose.map, facts.now, lowest, highest)),)
+        return (SendTarget(self._carrot.step(goal, here, facts.now, lowest, highest)),)
 
 
 def _is_nearer(here: MapPoint, place: MapPoint, goal: MapPoint) -> bool:
@@ -117,18 +115,11 @@ def _reachable_height(goal: Goal, here: MapPose, speed: float) -> float:
     return min(max(goal.height, here.height - reach), here.height + reach)
 
 
-def _can_form_goal(facts: Facts) -> bool:
-    place = facts.place
-    return (
-        place is not None
-        and facts.limits.fence is not None
-        and place.height >= LOW_SHARE * facts.limits.heights.minimum
-    )
-
-
-def _form_goal(facts: Facts, pose: VehiclePose, place: MapPose) -> Goal | None:
-    goal, fence, heights = stopping_point(pose), facts.limits.fence, facts.limits.heights
-    if goal is None or fence is None:
+def _form_goal(facts: Facts) -> Goal | None:
+    """Return the goal of a drone that holds where it is; None where no target can be formed, and below Min."""
+    pose, place, fence, heights = facts.pose, facts.place, facts.limits.fence, facts.limits.heights
+    goal = None if pose is None else stopping_point(pose)
+    if goal is None or place is None or fence is None or place.height < LOW_SHARE * heights.minimum:
         return None
     stop = _reachable(fence, place.point, goal.point)
     highest = max(heights.maximum, math.floor(place.height))

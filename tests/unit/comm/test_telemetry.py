@@ -611,3 +611,100 @@ class TestRangefinder:
         self.measure(rig, 2500)
         assert rig.topics.terrain.value is not None
         assert rig.topics.terrain.value.ground is None
+
+
+def test_a_clock_that_was_mapped_too_late_gives_poses_on_the_right_one_and_is_no_boot(rig: Rig) -> None:
+    rig.take(rig.said.heartbeat(), rig.said.landed(ON_GROUND))
+    for _ in range(20):  # everything comes three seconds late
+        rig.advance()
+        for message in (rig.said.attitude(), rig.said.local(), rig.said.world()):
+            rig.telemetry.handle(Message(*message, rig.clock() + 3.0))
+    late = rig.topics.pose.value
+    assert late is not None
+    assert late.time == pytest.approx(rig.clock() + 3.0, abs=0.2)
+    rig.fly(4.0)
+    pose = rig.topics.pose.value
+    assert pose is not None
+    assert pose.time == pytest.approx(rig.clock(), abs=0.1)
+    assert rig.telemetry.from_boot(rig.said.boot) == pytest.approx(rig.clock(), abs=0.01)
+    assert rig.boots == 0
+
+
+def test_half_a_text_is_not_published(rig: Rig) -> None:
+    heard: list[StatusText] = []
+    rig.topics.status_text.listen(heard.append)
+    rig.take(("STATUSTEXT", {"text": "a" * 50, "severity": 4, "id": 7, "chunk_seq": 0}))
+    assert heard == []
+    rig.take(("STATUSTEXT", {"text": "end", "severity": 4, "id": 7, "chunk_seq": 1}))
+    assert [text.text for text in heard] == ["a" * 50 + "end"]
+
+
+def test_the_link_is_lost_after_two_point_six_seconds_and_silence_counts_from_the_heartbeat(rig: Rig) -> None:
+    assert rig.telemetry.silence(99.0) == 0.0
+    rig.take(rig.said.heartbeat())
+    assert rig.telemetry.silence(50.0 + LINK_LOST_S) == pytest.approx(LINK_LOST_S)
+    assert rig.telemetry.check_link(50.0 + LINK_LOST_S - 1e-6)
+    assert not rig.telemetry.check_link(50.0 + LINK_LOST_S + 1e-6)
+
+
+def test_a_stream_is_asked_for_again_once_a_second_while_it_is_silent(rig: Rig) -> None:
+    rates = RateKeeper(wanted_streams(20.0))
+    names = list(wanted_streams(20.0).values())
+    rangefinder = wanted_streams(20.0)["DISTANCE_SENSOR"]
+    others = [stream for stream in names if stream != rangefinder]
+    assert rates.due(10.0) == names
+    assert rates.due(10.99) == []
+    assert rates.due(11.0) == others
+    assert rangefinder not in rates.due(19.99)
+    assert rangefinder in rates.due(20.0)
+    rates.forget()
+    assert rates.due(11.0) == names
+    for name in wanted_streams(20.0):
+        rates.seen(name, 12.0)
+    rates.seen("SERVO_OUTPUT_RAW", 12.0)
+    assert rates.due(13.0) == []
+    slow = {stream.message_id for stream in names if stream.hertz <= 8.0}
+    assert {stream.message_id for stream in rates.due(13.01)} == {s.message_id for s in names} - slow
+    assert rates.age("HOME_POSITION", 13.0) == 1.0
+    home = wanted_streams(20.0)["HOME_POSITION"]
+    assert home not in rates.due(20.0)
+    assert home in rates.due(20.01)
+    assert home.interval_us == 1_000_000.0
+
+
+@pytest.mark.parametrize(
+    ("remaining", "millivolts", "centiamperes", "known"),
+    [
+        (0, 1, 0, (0.0, 0.001, 0.0)),
+        (100, 65534, 1, (100.0, 65.534, 0.01)),
+        (101, 65535, -1, (None, None, None)),
+        (-1, 0, -2, (None, None, None)),
+    ],
+)
+def test_the_battery_at_the_limits_of_its_fields(
+    rig: Rig, remaining: int, millivolts: int, centiamperes: int, known: tuple[float | None, ...]
+) -> None:
+    rig.take(rig.said.system(remaining, millivolts, centiamperes))
+    battery = rig.topics.battery.value
+    assert battery is not None
+    assert (battery.percentage, battery.voltage, battery.current) == known
+
+
+@pytest.mark.parametrize(("fix", "located"), [(2, False), (3, True), (6, True)])
+def test_a_position_needs_a_fix_in_three_dimensions_of_the_last_three_seconds(
+    rig: Rig, fix: int, located: bool
+) -> None:
+    rig.take(rig.said.gps(fix), rig.said.estimator(), rig.said.system())
+    shown = rig.topics.diagnostics.value
+    assert shown is not None
+    assert (shown.all_ok, shown.global_position_ok, shown.gps_fix) == (located, located, fix)
+    rig.advance(2.99)
+    rig.take(rig.said.estimator(), rig.said.system())
+    shown = rig.topics.diagnostics.value
+    assert shown is not None
+    assert shown.all_ok is located
+    rig.advance(0.02)
+    rig.take(rig.said.estimator(), rig.said.system())
+    shown = rig.topics.diagnostics.value
+    assert shown is not None
+    assert (shown.all_ok, shown.gps_fix, shown.satellites) == (False, None, None)

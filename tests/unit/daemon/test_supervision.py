@@ -97,6 +97,44 @@ async def test_of_two_the_first_to_end_ends_the_other() -> None:
     assert other.is_set()
 
 
+async def test_cancelled_it_ends_all_and_raises_nothing_of_theirs() -> None:
+    ended: list[str] = []
+
+    async def runs_on(name: str) -> None:
+        try:
+            await asyncio.Event().wait()
+        finally:
+            ended.append(name)
+
+    both = asyncio.ensure_future(until_first_ends(runs_on("one"), runs_on("two")))
+    await asyncio.sleep(0)
+    await asyncio.sleep(0)
+    both.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await both
+    assert sorted(ended) == ["one", "two"]
+
+
+async def test_when_one_returns_nothing_is_raised() -> None:
+    async def returns() -> None:
+        """End at once."""
+
+    await asyncio.wait_for(until_first_ends(asyncio.sleep(60.0), returns()), 5.0)
+
+
+async def test_an_end_is_shown_for_thirty_seconds_and_not_longer() -> None:
+    clock = ManualClock(0.0)
+    supervisor, work = Supervisor(pause_s=0.0, monotonic=clock), Work(None)
+    assert supervisor.health.is_healthy
+    supervisor.start("link", work)
+    await asyncio.wait_for(work.runs.wait(), 5.0)
+    clock.advance(RECENT_S)
+    assert supervisor.health.reason == "link ended: it returned"
+    clock.advance(0.01)
+    assert supervisor.health.reason == ""
+    await supervisor.close()
+
+
 def test_leaving_writes_its_words_and_ends_with_the_status(caplog: pytest.LogCaptureFixture) -> None:
     left: list[int] = []
     leave_at_once("two calls hang", leave=left.append)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from hawk.process import DUMP_S, SystemdNotifier, Watchdog
+from hawk.process import DUMP_S, END_S, SystemdNotifier, Watchdog
 from tests.manual_clock import ManualClock
 from tests.unit.daemon.full_pipe import full_pipe
 
@@ -109,6 +109,32 @@ def test_ticks_re_arm_it_seldom_and_never_too_late(monkeypatch: pytest.MonkeyPat
     assert len(armed) <= 60
 
 
+def test_the_orderly_end_has_its_own_time_and_a_watchdog_that_is_off_arms_nothing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    armed: list[float] = []
+    monkeypatch.setattr("hawk.process.end_within", lambda seconds, _stream: armed.append(seconds))
+    dog = Watchdog(1.0, SystemdNotifier({}), io.StringIO(), monotonic=ManualClock())
+    dog.stop()
+    assert armed == [END_S]
+    off = Watchdog(1.0, SystemdNotifier({}), io.StringIO(), enabled=False, monotonic=ManualClock())
+    off.progress()
+    off.stop()
+    assert armed == [END_S]
+
+
+def test_progress_is_passed_on_again_after_a_fifth_of_the_timeout(monkeypatch: pytest.MonkeyPatch) -> None:
+    armed: list[float] = []
+    monkeypatch.setattr("hawk.process.end_within", lambda seconds, _stream: armed.append(seconds))
+    clock = ManualClock()
+    dog = Watchdog(1.0, SystemdNotifier({}), io.StringIO(), monotonic=clock)
+    for step, times in ((0.0, 1), (0.19, 1), (0.01, 2), (0.19, 2), (0.02, 3)):
+        clock.advance(step)
+        dog.progress()
+        assert len(armed) == times
+    assert armed == [pytest.approx(1.2)] * 3
+
+
 def test_it_ends_a_process_whose_parent_had_left_the_alarm_ignored_and_blocked() -> None:
     code = "import signal\nsignal.signal(14, signal.SIG_IGN)\nsignal.pthread_sigmask(signal.SIG_BLOCK, [14])\n" + HUNG
     with full_pipe() as stderr:
@@ -138,3 +164,19 @@ def test_a_socket_that_went_away_does_not_end_the_flight(tmp_path: Path) -> None
     notifier = SystemdNotifier({"NOTIFY_SOCKET": os.fspath(tmp_path / "gone")})
     notifier.notify("WATCHDOG=1")
     notifier.close()
+
+
+def test_an_abstract_socket_is_addressed_by_a_zero_byte() -> None:
+    name = f"hawk-test-{os.getpid()}"
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
+        listener.bind(f"\0{name}")
+        listener.settimeout(2)
+        notifier = SystemdNotifier({"NOTIFY_SOCKET": f"@{name}"})
+        notifier.notify("READY=1")
+        assert listener.recv(64) == b"READY=1"
+        notifier.close()
+        notifier.notify("WATCHDOG=1")
+        notifier.close()
+        listener.settimeout(0.01)
+        with pytest.raises(TimeoutError):
+            listener.recv(64)

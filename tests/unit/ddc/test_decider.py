@@ -28,6 +28,7 @@ from hawk.ddc.decider import Decider
 from hawk.ddc.energy import Reserve
 from hawk.ddc.facts import Facts, VehicleEvent, WindFacts
 from hawk.ddc.guard import reaction
+from hawk.ddc.kill import KillTokens
 from hawk.ddc.orders import (
     Cause,
     CauseKind,
@@ -49,7 +50,7 @@ from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import make_state
 from hawk.ddc.wind import Wind
 from hawk.model import CopterMode, DesiredPose, Health, LandedState, MapPoint, Route, StateName
-from tests.unit.ddc.written_facts import SETTINGS, decider, flying, of_kind, on_ground, without_link
+from tests.unit.ddc.written_facts import SETTINGS, decider, flying, found, of_kind, on_ground, without_link
 
 S = StateName
 ROUTE = Route((MapPoint(0.0, 0.0), MapPoint(40.0, 0.0)), (0.0, 0.0))
@@ -370,3 +371,82 @@ def test_a_breach_is_reported_once() -> None:
 
 def _broken(*_: object) -> Any:
     raise RuntimeError("boom")
+
+
+# -- sound ticks -------------------------------------------------------------------------------------------------------
+
+VITAL = ("_follower.answer", "_follower.watch", "_follower.watch_jump", "_silence.tick", "_holder.tick", "_home.tick")
+LESS_VITAL = ("_desk.routes.tick", "_reader.tick", "_failsafes.tick")
+
+
+def _breaks(program: Decider, where: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    *owners, name = where.split(".")
+    owner: object = program
+    for each in owners:
+        owner = getattr(owner, each)
+    monkeypatch.setattr(owner, name, _broken)
+
+
+@pytest.mark.parametrize(("where", "sound"), [*((w, False) for w in VITAL), *((w, True) for w in LESS_VITAL)])
+def test_a_tick_is_unsound_when_a_step_fails_that_keeps_the_drone_safe(
+    where: str, sound: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    program = flies(S.HOVER)
+    _breaks(program, where, monkeypatch)
+    facts = flying(0.5)
+    decision = program.tick(replace(facts, link=replace(facts.link, events=(VehicleEvent.FOREIGN_MODE,))))
+    assert "boom" in decision.fault
+    assert decision.is_sound is sound
+
+
+@pytest.mark.parametrize("method", ["process", "transition_next_state"])
+def test_a_tick_is_unsound_when_the_state_fails(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    program = flies(S.HOVER)
+    monkeypatch.setattr(type(program.state), method, _broken)
+    assert not program.tick(flying(0.5)).is_sound
+    monkeypatch.undo()
+    assert program.tick(flying(0.55)).is_sound, "the next tick is judged by itself"
+
+
+@pytest.mark.parametrize(("function", "sound"), [("reaction", False), ("notices", True)])
+def test_a_tick_is_unsound_when_the_guard_fails(function: str, sound: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    program = flies(S.HOVER)
+    monkeypatch.setattr(f"hawk.ddc.guard.{function}", _broken)
+    decision = program.tick(flying(0.5))
+    assert decision.is_sound is sound
+    assert "boom" in decision.fault
+
+
+def test_a_tick_is_unsound_when_kill_fails_while_it_cuts(monkeypatch: pytest.MonkeyPatch) -> None:
+    program = flies(S.HOVER)
+    program._kill.begin(flying(0.4))
+    assert program.is_cutting
+    monkeypatch.setattr(program._kill, "tick", _broken)
+    assert not program.tick(flying(0.5)).is_sound
+
+
+def test_a_route_and_a_waiting_command_that_fail_leave_the_tick_sound(monkeypatch: pytest.MonkeyPatch) -> None:
+    program = flies(S.HOVER)
+    monkeypatch.setattr(type(program._desk.inquiries), "is_open", property(_broken))
+    decision = program.tick(flying(0.5))
+    assert decision.is_sound
+    assert "boom" in decision.fault
+
+
+@pytest.mark.parametrize(
+    ("continues", "in_air", "told"), [(True, True, True), (False, True, False), (True, False, False)]
+)
+def test_after_a_start_in_the_air_the_operator_hears_that_the_survey_goes_on(
+    continues: bool, in_air: bool, told: bool
+) -> None:
+    program = Decider(SETTINGS, KillTokens(), 0.0, continues_survey=continues)
+    program.tick(found(flying(0.0) if in_air else on_ground(flying(0.0))))
+    program._switch(ToCommunicationLost(), flying(0.1))
+    program._taken(None)
+    back = program.tick(flying(0.2))
+    assert program.state.identity is S.HOVER
+    texts = [act.text for act in back.acts if isinstance(act, Log)]
+    assert ("Explore continues the survey." in texts) is told
+    program._switch(ToHover(), flying(0.3))
+    again = [act.text for act in program._taken(None).acts if isinstance(act, Log)]
+    assert "Explore continues the survey." not in again

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.ddc.battery_thresholds import THRESHOLD_NAMES, possible_cells
+from hawk.ddc.battery_thresholds import THRESHOLD_NAMES, possible_cells, threshold_problem, threshold_words
 from hawk.ddc.failsafes import (
     ALL_NAMES,
     DECIDING_NAMES,
@@ -315,3 +315,108 @@ def test_the_return_altitude_in_either_unit() -> None:
     assert return_altitude({"RTL_ALT_M": 30.0}) == 30
     assert return_altitude({"RTL_ALT_M": None, "RTL_ALT": 1500.0}) == 15
     assert return_altitude({}) is None
+
+
+def written(**values: float) -> dict[str, float]:
+    """Right thresholds for three cells, and what a test changes of them."""
+    right = {"BATT_LOW_VOLT": 10.5, "BATT_LOW_MAH": 0.0, "BATT_LOW_TIMER": 10.0, "BATT_CAPACITY": 5000.0}
+    return right | values
+
+
+@pytest.mark.parametrize(
+    ("values", "cells", "found"),
+    [
+        ({}, (3,), None),
+        ({"BATT_LOW_VOLT": 0.0}, (3,), "off"),
+        ({"BATT_LOW_VOLT": 3.3 * 4}, (4,), None),
+        ({"BATT_LOW_VOLT": 13.1}, (4,), "3.27 V a cell of 4"),
+        ({"BATT_LOW_VOLT": 15.6}, (4,), None),
+        ({"BATT_LOW_VOLT": 15.7}, (4,), "3.92 V a cell of 4"),
+        ({"BATT_LOW_TIMER": 1.0}, (3,), None),
+        ({"BATT_LOW_TIMER": 0.9}, (3,), "must be 1 to 30 s"),
+        ({"BATT_LOW_TIMER": 30.0}, (3,), None),
+        ({"BATT_LOW_TIMER": 30.1}, (3,), "must be 1 to 30 s"),
+        ({"BATT_LOW_MAH": 3000.0}, (3,), None),
+        ({"BATT_LOW_MAH": 3001.0}, (3,), "would return at once"),
+        ({"BATT_LOW_VOLT": 0.0, "BATT_LOW_MAH": 500.0}, (3,), None),
+        ({"BATT_LOW_VOLT": 0.0, "BATT_LOW_MAH": 499.0}, (3,), "too late"),
+        ({"BATT_LOW_VOLT": 8.0, "BATT_LOW_MAH": 500.0}, (3,), None),
+        ({"BATT_LOW_VOLT": 8.0, "BATT_LOW_MAH": 499.0}, (3,), "2.67 V a cell of 3"),
+        ({"BATT_LOW_VOLT": 15.7, "BATT_LOW_MAH": 1000.0}, (4,), "3.92 V a cell of 4"),
+        ({"BATT_CAPACITY": 0.0, "BATT_LOW_VOLT": 0.0, "BATT_LOW_MAH": 1000.0}, (3,), "too late"),
+        ({}, (), "not known"),
+    ],
+)
+def test_thresholds_at_their_limits(values: dict[str, float], cells: tuple[int, ...], found: str | None) -> None:
+    problem = threshold_problem(written(**values), cells)
+    if found is None:
+        assert problem is None
+    else:
+        assert problem is not None
+        assert found in problem.value
+
+
+@pytest.mark.parametrize(
+    ("values", "cells", "remedy"),
+    [
+        ({"BATT_LOW_VOLT": 0.0}, (4,), "14.0 V, 3.5 V for each of 4 cells"),
+        ({"BATT_LOW_VOLT": 0.0}, (3, 4), "3.5 V for each cell"),
+        ({"BATT_LOW_VOLT": 8.0}, (3,), "10.5 V, 3.5 V for each of 3 cells"),
+        ({"BATT_LOW_VOLT": 8.0}, (3, 4), "flight.battery_cells"),
+        ({"BATT_LOW_MAH": 4000.0}, (3,), "BATT_LOW_MAH to 1000"),
+        ({"BATT_LOW_VOLT": 0.0, "BATT_LOW_MAH": 100.0}, (3,), "BATT_LOW_MAH to 1000"),
+        ({"BATT_LOW_TIMER": 0.0}, (3,), "BATT_LOW_TIMER to 10 s"),
+    ],
+)
+def test_a_wrong_threshold_names_its_remedy(values: dict[str, float], cells: tuple[int, ...], remedy: str) -> None:
+    problem = threshold_problem(written(**values), cells)
+    assert problem is not None
+    assert remedy in problem.remedy
+
+
+@pytest.mark.parametrize(
+    ("values", "cells", "words"),
+    [
+        ({}, (3,), "below 10.5 V (3.50 V a cell) for 10 s"),
+        ({}, (3, 4), "below 10.5 V for 10 s"),
+        ({"BATT_LOW_MAH": 1000.0}, (3,), "below 10.5 V (3.50 V a cell) for 10 s or below 1000 mAh"),
+        ({"BATT_LOW_VOLT": 0.0, "BATT_LOW_MAH": 1000.0}, (3,), "below 1000 mAh"),
+        ({"BATT_LOW_TIMER": 0.0, "BATT_LOW_MAH": 1000.0}, (3,), "below 1000 mAh"),
+    ],
+)
+def test_right_thresholds_in_words(values: dict[str, float], cells: tuple[int, ...], words: str) -> None:
+    assert threshold_words(written(**values), cells) == words
+
+
+def test_the_cells_of_a_battery_that_sags_in_flight() -> None:
+    assert possible_cells(3.3 * 4, None, in_flight=True) == (4,)
+    assert possible_cells(3.3 * 4 - 0.01, None, in_flight=True) == ()
+    assert possible_cells(3.3 * 4, None) == ()
+    assert possible_cells(4.25 * 3, None) == (3,)
+    assert possible_cells(4.25 * 3 + 0.01, None) == ()
+    assert possible_cells(3.5 * 4, None) == (4,)
+    assert possible_cells(None, 6) == (6,)
+
+
+def test_a_check_is_read_when_its_parameters_are_and_offers_set_failsafes_only_where_that_helps() -> None:
+    unread = check_failsafes({}, VIEW)
+    assert not any(check.passed or check.is_read for check in unread)
+    settable = {check.name for check in unread if check.can_be_set}
+    assert settable == {check.name for check in unread} - {"Battery thresholds"}
+    off = {check.name: check for check in check_failsafes(SAFE, AutopilotView(245, (3,), fence_on=False))}
+    fence = off["Fence in the autopilot"]
+    assert (fence.passed, fence.can_be_set, fence.value) == (False, False, "switched off")
+
+
+def test_a_range_of_watched_stations_ends_at_the_first() -> None:
+    for highest, passes in ((244.0, True), (245.0, True), (246.0, False)):
+        values = SAFE_47 | {"MAV_GCS_SYSID_HI": highest}
+        assert check_failsafes(values, VIEW)[0].passed is passes
+        assert ("MAV_GCS_SYSID_HI" in wanted_values(values, 245)) is not passes
+
+
+def test_only_what_is_wrong_is_written_and_other_options_are_kept() -> None:
+    assert wanted_values(SAFE, 245) == {}
+    assert wanted_values(SAFE | {"FS_OPTIONS": 3.0}, 245) == {"FS_OPTIONS": 19.0}
+    assert wanted_values(SAFE | {"SYSID_MYGCS": 255.0}, 245) == {"SYSID_MYGCS": 245.0}
+    assert wanted_values(SAFE | {"FS_GCS_ENABLE": 0.0}, 245) == {"FS_GCS_ENABLE": 1.0}

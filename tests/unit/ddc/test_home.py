@@ -13,7 +13,8 @@ from hawk.comm.topic import Stamped
 from hawk.ddc.acts import Ask, SetHome, SetMode
 from hawk.ddc.energy import seconds_home
 from hawk.ddc.facts import HOME_TOLERANCE_M, Facts, HomeFacts
-from hawk.ddc.home import HOLDS_S, HomeWatch, home_health
+from hawk.ddc.home import HOLDS_S, HomeWatch, astray, home_health, returning
+from hawk.ddc.orders import Cause, CauseKind, ToLand, ToReturn
 from hawk.model import ArmPlace, CopterMode, GlobalPose
 from hawk.model import StateName as S
 from tests.unit.ddc.fakes import PLACE, Rig
@@ -328,6 +329,24 @@ def test_without_a_link_no_home_is_sent() -> None:
     facts = with_home(flying(2.0), FAR)
     acts = made.tick(replace(facts, link=replace(facts.link, is_up=False))).acts
     assert not [ask for ask in of_kind(acts, Ask) if isinstance(ask, Ask) and isinstance(ask.request, SetHome)]
+
+
+def test_a_landing_that_nobody_caused_gets_no_cause() -> None:
+    assert astray(FAR, None) is None
+    because = astray(FAR, Cause("The battery is needed.", CauseKind.RESERVE, "12 %"))
+    words = "The battery is needed. Home is 300 m from the arm place, outside the fence."
+    assert because == Cause(words, CauseKind.RESERVE, "12 %")
+
+
+def test_a_return_that_cannot_wait_lands_where_home_is_outside() -> None:
+    cause = Cause("The program ends.", CauseKind.ALWAYS)
+    assert isinstance(returning(with_home(flying(1.0), FAR), cause), ToLand)
+    assert returning(with_home(flying(1.0), NEAR), cause) == ToReturn(cause)
+
+
+def test_a_home_of_ten_seconds_is_young_enough() -> None:
+    assert home_health(HomeFacts(DATUM, 10.0, 0.1)).is_healthy
+    assert home_health(HomeFacts(DATUM, 99.0, None)).is_healthy, "on the ground nothing depends on it"
 
 
 def test_the_health_of_home() -> None:

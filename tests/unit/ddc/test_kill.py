@@ -81,6 +81,12 @@ def test_a_token_is_void_after_ten_seconds(bench: Bench) -> None:
     assert "older than 10 s" in bench.kill("ana", token, armed=True)
 
 
+def test_a_token_serves_for_ten_seconds(bench: Bench) -> None:
+    token = bench.request("ana")
+    bench.clock.advance(10.0)
+    assert bench.kill("ana", token, armed=True) == ""
+
+
 def test_tokens_cannot_be_guessed(bench: Bench) -> None:
     tokens = {bench.request("ana") for _ in range(100)}
     assert len(tokens) == 100
@@ -120,6 +126,23 @@ def test_a_drone_that_did_not_seem_armed_is_not_taken_as_cut_before_armed_would_
     assert len(bench.sent) >= 5
     assert bench.tick(armed=False, heard=bench.clock(), connected=True)
     assert bench.switch.state == "confirmed"
+
+
+def test_a_disarmed_heard_a_second_after_the_beginning_confirms(bench: Bench) -> None:
+    bench.clock.advance(7.0)
+    bench.kill("ana", bench.request("ana"), armed=False)
+    bench.clock.advance(1.0)
+    assert not bench.tick(armed=False, heard=7.99, connected=True)
+    assert bench.tick(armed=False, heard=8.0, connected=True)
+    assert (bench.switch.state, bench.switch.is_killed) == ("confirmed", True)
+    bench.switch.clear()
+    assert (bench.switch.state, bench.switch.is_killed) == ("none", False)
+
+
+def test_without_a_kill_nothing_is_sent(bench: Bench) -> None:
+    assert not bench.tick(armed=True, heard=0.0, connected=True)
+    assert bench.sent == []
+    assert (bench.switch.state, bench.switch.is_killed, bench.switch.is_sending) == ("none", False, False)
 
 
 def test_armed_that_shows_late_is_cut_too(bench: Bench) -> None:

@@ -286,3 +286,11 @@ async def test_arm_and_disarm_return_success(rig: Rig) -> None:
     rig.autopilot.refuse["arm"] = "Arm: Throttle too high"
     with pytest.raises(ReqFailed, match="Throttle"):
         await rig.service.set_arm(True)
+
+
+async def test_a_datum_is_recorded_where_it_is_set_and_where_it_is_given_up(flying: Rig) -> None:
+    flying.service.set_datum(GlobalPose(43.0, -79.0, 90.0))
+    flying.service.set_datum(None)
+    recorded = [payload["datum"] for _, payload in flying.records if payload.get("name") == "set datum"]
+    assert recorded[-2:] == [{"latitude": 43.0, "longitude": -79.0, "altitude": 90.0}, None]
+    assert flying.service.datum is None

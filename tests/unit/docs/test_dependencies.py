@@ -15,7 +15,7 @@ import pytest
 ROOT = Path(__file__).parents[3]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 DOCUMENT = (ROOT / "docs" / "dependencies.md").read_text(encoding="utf-8")
-OURS = {"hawk", "benchmarks", "faults", "training", "tests", "packaging"}
+OURS = {"hawk", "benchmarks", "faults", "mutants", "training", "tests", "packaging"}
 
 
 def declared(requirements: list[str]) -> set[str]:
@@ -59,6 +59,7 @@ EXTRAS = {name: declared(values) for name, values in PROJECT["optional-dependenc
         ("training", RUN_TIME | EXTRAS["training"]),
         ("benchmarks", RUN_TIME | EXTRAS["dev"] | EXTRAS["sim"]),
         ("faults", RUN_TIME | EXTRAS["dev"] | EXTRAS["sim"]),
+        ("mutants", RUN_TIME | EXTRAS["dev"] | {"coverage"}),
         ("tests", RUN_TIME | EXTRAS["dev"] | EXTRAS["sim"]),
     ],
 )
