@@ -16,6 +16,7 @@ from faults.report import line, names, rewrite, summary, table
 from faults.run import ALL, SEED, START, run_faults
 from faults.table_vehicle import VEHICLE
 from faults.vehicle import ArduCopter, can_be_given
+from hawk.process import SIMULATOR_NICENESS, set_session_niceness
 from hawk.simulation import SimulationOptions
 
 EXIT_USAGE = 2
@@ -42,6 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except UsageError as error:
         print(f"faults.ardupilot: {error}", file=sys.stderr)
         return EXIT_USAGE
+    set_session_niceness(SIMULATOR_NICENESS)  # the proxy is part of the link, and must not delay it
     folder = options.out or Path(tempfile.mkdtemp(prefix="hawk-ardupilot-"))
     outcomes = asyncio.run(run_faults(flights, folder, world, lambda outcome: print(line(outcome), flush=True), copter))
     if options.write is not None:

@@ -146,7 +146,7 @@ class Rig:
         try:
             await self.reach(fault.when)
         except _GONE as error:
-            return Outcome(fault, problems=(f"not {fault.when.value}: {error}",))
+            return Outcome(fault, problems=(f"not {fault.when.value}: {error}{self._ends()}",))
         before, self.falls, self._broken = self._keepsake(), fault.falls, []
         await self._watch_fence()
         await asyncio.sleep(_JOURNALLED_S)
@@ -336,6 +336,9 @@ class Rig:
             return None
         drone = self._pilot.drone
         return drone.heartbeat if drone.is_connected else None
+
+    def _ends(self) -> str:
+        return f" (the daemon ended: {self._service.exits})" if self._service.exits else ""
 
     def _last_number(self) -> int:
         return self._pilot.drone.log[-1].number if self._pilot is not None and self._pilot.drone.log else -1

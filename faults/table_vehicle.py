@@ -33,6 +33,7 @@ from faults.fault import (
     dropped,
     either,
     exited,
+    healthy,
     mode,
     restarted,
     sent,
@@ -150,6 +151,7 @@ KILLED: Final = Fault(
         See(DOWN, 120.0, real=True),
         StartAgain(),
         See(both(restarted(), state(_IDLE)), 15.0, real=True),
+        See(both(healthy("vision"), healthy("mapper")), 45.0, real=True),  # the map is back then
     ),
 )
 RESERVE: Final = Fault(
@@ -168,7 +170,7 @@ LOW_VOLTAGE: Final = Fault(
     (
         Station("PARAM_SET", parameter_fields("SIM_BATT_VOLTAGE", 10.4)),
         See(mode("RTL"), 16.0),
-        See(state(_RETURN), 18.0),
+        See(both(state(_RETURN), told("Battery")), 18.0),
         CountAnew(),
         See(both(mode("RTL", "LAND"), state(_RETURN, StateName.LAND), SILENT), 10.0, lasts=True),
         See(DOWN, 120.0),

@@ -34,6 +34,8 @@ _THROTTLE: Final = 2  # its channel, counted from 0
 _CHANNELS: Final = 16
 _CAMERA: Final = frozenset({"camera", "camera_turn_deg"})
 _DO_SET_MODE: Final = 176
+_FIRST: Final = -15
+"""Niceness of the sessions that stand for a drone; the daemon sets its own when it runs."""
 
 
 class UnknownFaultError(ValueError):
@@ -161,6 +163,7 @@ class VehiclePrograms:
             await self.stop()
             raise SimulationError(f"{command[0]} cannot be started: {error.strerror}") from None
         self._processes.append(process)
+        _go_first(process.pid)
         return process
 
 
@@ -203,6 +206,9 @@ class VehicleStack(SimulatedStack):
         """Send the autopilot a message from a second ground station, on a link of its own."""
         self._vehicle.observer.send(kind, fields)
 
+    def _began(self, session: int) -> None:
+        _go_first(session)  # a service manager starts it with the unit's Nice; later it sets its own
+
     def _attached(self) -> list[str]:
         return []  # the daemon flies it as it flies any vehicle
 
@@ -236,6 +242,12 @@ def can_be_given(fault: Fault) -> bool:
             except UnknownFaultError:
                 return False
     return True
+
+
+def _go_first(session: int) -> None:
+    """Let a session go before others, where we may: real time does not wait for what else a computer does."""
+    with contextlib.suppress(OSError):
+        Path(f"/proc/{session}/autogroup").write_text(str(_FIRST))
 
 
 async def _get(url: str) -> dict[str, Any]:

@@ -110,6 +110,7 @@ class SimulatedStack:
             stderr=log,
             start_new_session=True,  # Ctrl-C is for the survey, which brings the drone home first
         )
+        self._began(self.daemon.pid)
         deadline = asyncio.get_running_loop().time() + READY_TIMEOUT_S
         while not ready.exists():
             if self.daemon.returncode is not None:
@@ -168,6 +169,9 @@ class SimulatedStack:
         if self._config is not None:
             command += ["--config", str(self._config)]
         return command
+
+    def _began(self, session: int) -> None:
+        """Do what is to be done when the daemon's process has begun; ``session`` is its id."""
 
     def _attached(self) -> list[str]:
         """Return the options by which the daemon knows that it flies hawk-sim, and its speed."""
