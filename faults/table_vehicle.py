@@ -6,7 +6,6 @@ import signal
 from typing import Final
 
 from faults.fault import (
-    COMMANDED,
     DOWN,
     FELL,
     INSIDE,
@@ -32,7 +31,6 @@ from faults.fault import (
     both,
     dropped,
     either,
-    exited,
     healthy,
     mode,
     restarted,
@@ -52,6 +50,9 @@ _MANUAL, _IDLE, _LOST = StateName.MANUAL, StateName.IDLE, StateName.COMMUNICATIO
 _MOVE: Final = StateName.COMPULSIVE_MOVE
 _DO_SET_MODE: Final = 176
 _SENT_HOME: Final = asked(_DO_SET_MODE, "RTL sent")
+_HOLDS: Final = mode("GUIDED", "BRAKE")
+_BEFORE_FAILSAFE_S: Final = 4.5
+"""A daemon that is started again within this time is back before the autopilot's ground-station failsafe (5 s) acts."""
 _GUST_M_S, _EAST_DEG = 16.0, 90.0
 """More than ArduCopter's greatest lean (30°) holds against."""
 _EDGE: Final = CompulsiveMove(x=0.0, y=32.0, frame="Map")
@@ -131,10 +132,8 @@ RESTART: Final = Fault(
     When.EXPLORING,
     (
         Signal(signal.SIGKILL),
-        See(exited(-signal.SIGKILL), 1.0, real=True),
-        CountAnew(),
-        See(COMMANDED, 3.0, real=True),
-        See(both(restarted(), state(_HOVER, _LOST), UP), 8.0, real=True),
+        See(both(restarted(), state(_HOVER, _LOST), _HOLDS), _BEFORE_FAILSAFE_S, real=True),
+        See(both(_HOLDS, UP), 5.0, lasts=True),
         Return(),
         See(state(_HOVER), 5.0),
         Order(AutonomousExplore()),
