@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Final
 
 from faults.fault import Fault
-from faults.report import line, names, rewrite, summary, table
+from faults.report import line, merged, names, rewrite, summary
 from faults.run import ALL, SEED, START, run_faults
 from faults.table_vehicle import VEHICLE
 from faults.vehicle import ArduCopter, can_be_given
@@ -47,7 +47,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     folder = options.out or Path(tempfile.mkdtemp(prefix="hawk-ardupilot-"))
     outcomes = asyncio.run(run_faults(flights, folder, world, lambda outcome: print(line(outcome), flush=True), copter))
     if options.write is not None:
-        rewrite(options.write, table(outcomes), BEGIN)
+        text = merged(options.write, outcomes, selected((), fitting(ALL)), BEGIN)
+        rewrite(options.write, text, BEGIN)
     passed = all(outcome.passed for outcome in outcomes)
     print(summary(outcomes) + ("" if passed else f"; logs: {folder}"))
     if passed and options.out is None:

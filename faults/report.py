@@ -37,6 +37,22 @@ def table(outcomes: Iterable[Outcome]) -> str:
     return "\n".join([_HEAD, *(_row(outcome) for outcome in outcomes)])
 
 
+def merged(page: Path, outcomes: Sequence[Outcome], order: Sequence[Fault], mark: str) -> str:
+    """Return the table of a page's section with the rows of these outcomes in place of those before, in this order.
+
+    A row is known by its fault and when it happens. Rows that are in neither are left out.
+    """
+    _, _, rest = page.read_text().partition(mark)
+    rows = {_key(row): row for row in rest.partition(END)[0].splitlines() if row.startswith("| ")}
+    rows |= {_key(row): row for row in map(_row, outcomes)}
+    known = [_key(_row(Outcome(fault))) for fault in order]
+    return "\n".join([_HEAD, *(rows[key] for key in known if key in rows)])
+
+
+def _key(row: str) -> tuple[str, ...]:
+    return tuple(cell.strip() for cell in row.split("|")[1:3])
+
+
 def rewrite(page: Path, text: str, mark: str = BEGIN) -> None:
     """Replace the section of a page that begins with a mark. Raises ValueError when it has none."""
     before, begin, rest = page.read_text().partition(mark)

@@ -43,6 +43,7 @@ from faults.fault import (
 from faults.proxy import Direction
 from faults.station import command_fields, parameter_fields
 from hawk.comm.messages import AutonomousExplore, CompulsiveMove, ReturnToLaunch
+from hawk.ddc.senses import PERCEPTION_PARTS
 from hawk.model import CopterMode, StateName
 
 _HOVER, _EXPLORE, _RETURN = StateName.HOVER, StateName.AUTONOMOUS_EXPLORE, StateName.RETURN_TO_LAUNCH
@@ -136,6 +137,7 @@ RESTART: Final = Fault(
         See(both(_HOLDS, UP), 5.0, lasts=True),
         Return(),
         See(state(_HOVER), 5.0),
+        See(both(*(healthy(part) for part in PERCEPTION_PARTS)), 45.0, real=True),
         Order(AutonomousExplore()),
         See(state(_EXPLORE), 5.0),
         See(both(state(_EXPLORE), UP), 5.0, lasts=True),

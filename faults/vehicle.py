@@ -210,7 +210,9 @@ class VehicleStack(SimulatedStack):
         _go_first(session)  # a service manager starts it with the unit's Nice; later it sets its own
 
     def _attached(self) -> list[str]:
-        return []  # the daemon flies it as it flies any vehicle
+        """Let the daemon know that its pictures bear the autopilot's time: on a busy machine they are drawn late."""
+        assert self.address is not None
+        return ["--attach-sim", self.address.http]
 
 
 def simulation_parameters(fault: Mapping[str, Any]) -> dict[str, float]:

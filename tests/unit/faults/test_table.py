@@ -42,7 +42,7 @@ from faults.fault import (
 )
 from faults.keeping import Kept, lost
 from faults.proxy import message
-from faults.report import BEGIN, END, line, names, rewrite, table
+from faults.report import BEGIN, END, line, merged, names, rewrite, table
 from faults.run import ALL, SHORT
 from hawk.comm.status import CheckItem, HealthItem, Heartbeat, LogEntry
 from hawk.model import Stall, StallState, StateName
@@ -226,3 +226,13 @@ def test_the_table_has_a_row_for_each_fault_and_replaces_the_marked_section_only
     page.write_text("no section")
     with pytest.raises(ValueError, match="add the two lines"):
         rewrite(page, "new")
+
+
+def test_a_part_of_the_faults_replaces_its_own_rows_of_the_table_only(tmp_path: Path) -> None:
+    first, second, third = (Fault(name, When.HOVERING, (See(DOWN, 9.0),)) for name in ("one", "two", "three"))
+    page = tmp_path / "page.md"
+    gone = Fault("gone", When.HOVERING, ())
+    former = table([Outcome(first, (1.0,)), Outcome(third, (3.0,)), Outcome(gone)])
+    page.write_text(f"{BEGIN}\n\n{former}\n\n{END}\n")
+    new = merged(page, [Outcome(second, (2.0,)), Outcome(third, (4.0,))], (first, second, third), BEGIN)
+    assert new == table([Outcome(first, (1.0,)), Outcome(second, (2.0,)), Outcome(third, (4.0,))])

@@ -25,7 +25,7 @@ from faults.vehicle import (
     can_be_given,
     simulation_parameters,
 )
-from hawk.simulation import SimulationError, SimulationOptions
+from hawk.simulation import SimulationAddress, SimulationError, SimulationOptions
 
 HOME = (43.2609, -79.9192, 100.0)
 NORTH_DEG = 1.0 / 111_195.0
@@ -116,9 +116,10 @@ async def test_a_program_that_cannot_be_started_is_named(tmp_path: Path) -> None
         await programs._spawn([str(tmp_path / "no-such-program")])
 
 
-def test_the_daemon_is_not_told_that_it_flies_a_simulation(tmp_path: Path) -> None:
+def test_the_daemon_keeps_real_time_and_knows_whose_pictures_it_gets(tmp_path: Path) -> None:
     stack = VehicleStack(ArduCopter(tmp_path, tmp_path), SimulationOptions(), tmp_path, None)
-    assert stack._attached() == []
+    stack.address = SimulationAddress("http://127.0.0.1:1", "udpin://127.0.0.1:2")
+    assert stack._attached() == ["--attach-sim", "http://127.0.0.1:1"]
 
 
 class Autopilot(asyncio.DatagramProtocol):
