@@ -1,4 +1,4 @@
-# make setup | run | check | test | bench | faults: each does all the set-up that it needs.
+# make setup | run | check | test | bench | faults | ardupilot: each does all the set-up that it needs.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -18,7 +18,7 @@ UNIT_KINDS := $(if $(COVERAGE),coverage slow,unit)
 # Without compiled files every process would compile and rewrite its modules and tests again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup run check test bench faults lint fast unit coverage mutants slow integration contract e2e page page-check browser clean
+.PHONY: setup run check test bench faults ardupilot lint fast unit coverage mutants slow integration contract e2e page page-check browser clean
 
 setup: $(STAMP) page
 
@@ -90,6 +90,18 @@ e2e: setup browser
 # Every fault of docs/faults.md on the real programs; writes its table. Needs the machine to itself for an hour.
 faults: setup
 	$(BIN)/python -m faults --write docs/faults.md $(ARGS)
+
+# A real ArduCopter with the whole daemon; writes the rows of docs/ardupilot.md. A quarter of an hour, in real time:
+# make ardupilot ARDUPILOT=/path/to/arducopter [DEFAULTS=/path/to/copter.parm] [INSTANCE=N] [ARGS='"words"']
+# LOT=PICTURE SCALE=METRES_PER_PIXEL [TRUTH=JSON] [PLACE=X,Y]: over a picture, in place of a drawn lot.
+ARDUPILOT_OPTIONS = $(if $(DEFAULTS),--defaults "$(DEFAULTS)") $(if $(INSTANCE),--instance $(INSTANCE)) \
+	$(if $(LOT),--world "$(LOT)" --metres-per-pixel "$(SCALE)") $(if $(TRUTH),--truth "$(TRUTH)") \
+	$(if $(PLACE),--start "$(PLACE)")
+ARDUPILOT_MISSING := set ARDUPILOT=/path/to/arducopter, ArduPilot's program for software-in-the-loop (docs/ardupilot.md)
+ardupilot:
+	@test -n "$(ARDUPILOT)" || { echo "make ardupilot: $(ARDUPILOT_MISSING)" >&2; exit 2; }
+	@$(MAKE) --no-print-directory setup
+	$(BIN)/python -m faults.ardupilot --program "$(ARDUPILOT)" $(ARDUPILOT_OPTIONS) --write docs/ardupilot.md $(ARGS)
 
 bench: setup browser
 	$(BIN)/python -m benchmarks $(ARGS)

@@ -65,9 +65,25 @@ class Station:
 
 @dataclass(frozen=True, slots=True)
 class Signal:
-    """The daemon's process gets a signal."""
+    """The daemon's process gets a signal; ``withheld``: nobody starts it again, until `StartAgain`."""
 
     number: int
+    withheld: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class StartAgain:
+    """The daemon is started again."""
+
+
+@dataclass(frozen=True, slots=True)
+class CountAnew:
+    """Messages of the daemon are counted from here on."""
+
+
+@dataclass(frozen=True, slots=True)
+class Survey:
+    """The operator begins a whole survey (`hawk.survey.operator.SurveyOperator`), from the checks to motors off."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +124,22 @@ class Flood:
     count: int
 
 
-Act = Link | Drone | Forge | Station | Signal | Order | KillMotors | Leave | Return | HalfRequests | Flood
+Act = (
+    Link
+    | Drone
+    | Forge
+    | Station
+    | Signal
+    | StartAgain
+    | CountAnew
+    | Survey
+    | Order
+    | KillMotors
+    | Leave
+    | Return
+    | HalfRequests
+    | Flood
+)
 
 
 # -- what is seen ------------------------------------------------------------------------------------------------------
@@ -121,7 +152,7 @@ class Moment:
     ``beat`` is the last heartbeat, None while none came since the daemon's last start; ``truth`` is the simulator's
     account of the drone. Since the fault began: ``log`` the daemon's messages, ``exits`` its exit statuses, ``starts``
     its starts, ``sent`` counts of messages to the autopilot by kind, ``answers`` to orders (None: accepted, else the
-    reason).
+    reason). ``survey``: the measures of the survey that has ended (`hawk.survey.report.compare`, and ``status``).
     """
 
     beat: Heartbeat | None
@@ -131,6 +162,7 @@ class Moment:
     starts: int
     sent: Mapping[str, int]
     answers: tuple[str | None, ...]
+    survey: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,6 +237,27 @@ def sent(kind: str, count: int = 1) -> Sight:
     return Sight(f"{kind} sent", lambda m: m.sent.get(kind, 0) >= count)
 
 
+def asked(command: int, words: str) -> Sight:
+    """The daemon sent the autopilot a command of this number (MAV_CMD)."""
+    return Sight(words, lambda m: m.sent.get(f"COMMAND {command}", 0) > 0)
+
+
+def surveyed(recall: float, precision: float) -> Sight:
+    """The survey ended well, with at least this recall and precision of its stalls."""
+
+    def test(moment: Moment) -> bool:
+        found = moment.survey
+        done = bool(found) and found["status"] == 0
+        return done and found["stall_recall"] >= recall and found["stall_precision"] >= precision
+
+    return Sight(f"whole lot surveyed, recall ≥ {recall:g}, precision ≥ {precision:g}", test)
+
+
+def stayed_within(metres: float) -> Sight:
+    """The drone was never farther outside the daemon's fence than that, since the fault began."""
+    return Sight(f"never over {metres:g} m outside", lambda m: m.truth["farthest_outside"] <= metres)
+
+
 def lower_than(height: float) -> Sight:
     """The drone is lower than that, metres."""
     return Sight(f"below {height:g} m", lambda m: m.truth["position"]["height"] < height)
@@ -225,12 +278,29 @@ def both(*sights: Sight) -> Sight:
     return Sight(", ".join(sight.words for sight in sights), lambda m: all(sight.test(m) for sight in sights))
 
 
+def either(*sights: Sight) -> Sight:
+    """At least one of these."""
+    return Sight(" or ".join(sight.words for sight in sights), lambda m: any(sight.test(m) for sight in sights))
+
+
 def absent(sight: Sight) -> Sight:
     """The contrary."""
     return Sight(f"not: {sight.words}", lambda m: not sight.test(m))
 
 
 ACCEPTED = Sight("accepted", lambda m: bool(m.answers) and m.answers[-1] is None)
+_STEERING: tuple[str, ...] = (
+    "SET_MODE",
+    "SET_POSITION_TARGET_LOCAL_NED",
+    "SET_POSITION_TARGET_GLOBAL_INT",
+    *(f"COMMAND {number}" for number in (20, 21, 22, 176, 192, 252, 400)),
+)
+"""Messages by which a ground station steers; of the commands: NAV_RETURN_TO_LAUNCH, NAV_LAND, NAV_TAKEOFF, DO_SET_MODE,
+DO_REPOSITION, OVERRIDE_GOTO, COMPONENT_ARM_DISARM."""
+SILENT = Sight("nothing commanded", lambda m: not any(m.sent.get(kind, 0) for kind in _STEERING))
+COMMANDED = Sight("a command of ours", lambda m: any(m.sent.get(kind, 0) for kind in _STEERING))
+INSIDE = Sight("inside the fence", lambda m: m.truth["outside"] <= 0.0)
+FELL = Sight("on the ground, motors off", lambda m: bool(m.truth["disarmed"]) and m.truth["position"]["height"] < 1.0)
 DOWN = Sight("landed, motors off", lambda m: bool(m.truth["landed"] and m.truth["disarmed"]))
 MOTORS_OFF = Sight("motors off", lambda m: bool(m.truth["disarmed"]))
 UP = Sight("in the air", lambda m: not m.truth["landed"] and not m.truth["disarmed"])
@@ -283,6 +353,8 @@ class Outcome:
     problems: tuple[str, ...] = ()
     kept: tuple[str, ...] = field(default=())
     """Possessions of the daemon that are as they were."""
+    figures: tuple[str, ...] = field(default=())
+    """Other measurements, in words."""
 
     @property
     def passed(self) -> bool:

@@ -22,6 +22,7 @@ from hawk.simulation import free_udp_port
 HOST: Final = "127.0.0.1"
 _V1, _V2 = 0xFE, 0xFD
 _SIGNED = 0x01
+_COMMANDS: Final = frozenset({"COMMAND_LONG", "COMMAND_INT"})
 _NAMES: Final = {number: kind.msgname for number, kind in mavlink.mavlink_map.items()}
 
 Address = tuple[str, int]
@@ -72,6 +73,22 @@ def kinds_of(data: bytes) -> Iterator[str]:
         at += length
 
 
+def commands_of(data: bytes) -> Iterator[int]:
+    """Yield the numbers of the commands (COMMAND_LONG, COMMAND_INT) in a datagram.
+
+    Both have the number in bytes 28 and 29 of their payload (https://mavlink.io/en/messages/common.html).
+    """
+    at = 0
+    while at + 8 <= len(data) and data[at] in (_V1, _V2):
+        head = 10 if data[at] == _V2 else 6
+        signed = data[at] == _V2 and data[at + 2] & _SIGNED
+        number = int.from_bytes(data[at + 7 : at + 10], "little") if data[at] == _V2 else data[at + 5]
+        payload = data[at + head : at + head + data[at + 1]]
+        if _NAMES.get(number) in _COMMANDS:
+            yield int.from_bytes(payload[28:30], "little")
+        at += head + data[at + 1] + 2 + (13 if signed else 0)
+
+
 def message(kind: str, fields: Mapping[str, Any]) -> Any:
     """Return a message of that kind. Raises AttributeError, TypeError for kinds and fields that MAVLink lacks."""
     return getattr(mavlink, f"MAVLink_{kind.lower()}_message")(**fields)
@@ -91,7 +108,7 @@ class Proxy:
         """``speed``: the drone's seconds per real second. ``passes`` sees each datagram first; False drops it."""
         self.rules: tuple[Rule, ...] = ()
         self.passed: Counter[tuple[Direction, str]] = Counter()
-        """Messages that arrived at the proxy, by direction and kind."""
+        """Messages that arrived at the proxy, by direction and kind; commands by number too (``COMMAND 176``)."""
         self._passes = passes
         self._speed = speed
         self._rng = random.Random(seed)
@@ -148,6 +165,8 @@ class Proxy:
         kinds = frozenset(kinds_of(data))
         for kind in kinds:
             self.passed[direction, kind] += 1
+        if not kinds.isdisjoint(_COMMANDS):
+            self.passed.update((direction, f"COMMAND {number}") for number in commands_of(data))
         if not self._passes(direction, data):
             return
         rule = self._rule(direction, kinds)

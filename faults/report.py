@@ -8,6 +8,7 @@ from typing import Final
 
 from faults.fault import (
     Act,
+    CountAnew,
     Drone,
     Fault,
     Flood,
@@ -21,7 +22,9 @@ from faults.fault import (
     Return,
     See,
     Signal,
+    StartAgain,
     Station,
+    Survey,
 )
 
 BEGIN: Final = "<!-- `make faults` writes from here ... -->"
@@ -34,25 +37,43 @@ def table(outcomes: Iterable[Outcome]) -> str:
     return "\n".join([_HEAD, *(_row(outcome) for outcome in outcomes)])
 
 
-def rewrite(page: Path, text: str) -> None:
-    """Replace the marked section of a page. Raises ValueError when it has none."""
-    before, begin, rest = page.read_text().partition(BEGIN)
+def merged(page: Path, outcomes: Sequence[Outcome], order: Sequence[Fault], mark: str) -> str:
+    """Return the table of a page's section with the rows of these outcomes in place of those before, in this order.
+
+    A row is known by its fault and when it happens. Rows that are in neither are left out.
+    """
+    _, _, rest = page.read_text().partition(mark)
+    rows = {_key(row): row for row in rest.partition(END)[0].splitlines() if row.startswith("| ")}
+    rows |= {_key(row): row for row in map(_row, outcomes)}
+    known = [_key(_row(Outcome(fault))) for fault in order]
+    return "\n".join([_HEAD, *(rows[key] for key in known if key in rows)])
+
+
+def _key(row: str) -> tuple[str, ...]:
+    return tuple(cell.strip() for cell in row.split("|")[1:3])
+
+
+def rewrite(page: Path, text: str, mark: str = BEGIN) -> None:
+    """Replace the section of a page that begins with a mark. Raises ValueError when it has none."""
+    before, begin, rest = page.read_text().partition(mark)
     _, end, after = rest.partition(END)
     if not begin or not end:
-        raise ValueError(f"{page} has no section between {BEGIN!r} and {END!r}: add the two lines")
-    page.write_text(f"{before}{BEGIN}\n\n{text}\n\n{END}{after}")
+        raise ValueError(f"{page} has no section between {mark!r} and {END!r}: add the two lines")
+    page.write_text(f"{before}{mark}\n\n{text}\n\n{END}{after}")
 
 
 def line(outcome: Outcome) -> str:
     """Return an outcome in a line for the terminal."""
     mark = "ok    " if outcome.passed else "FAILED"
-    tail = ", ".join(f"{value:g} s" for value in outcome.seconds) if outcome.passed else "; ".join(outcome.problems)
+    seen = [*(f"{value:g} s" for value in outcome.seconds), *outcome.figures]
+    tail = ", ".join(seen) if outcome.passed else "; ".join(outcome.problems)
     return f"{mark} {outcome.fault.when.value}: {outcome.fault.name}: {tail}"
 
 
 def _row(outcome: Outcome) -> str:
     fault = outcome.fault
     seen = ", ".join(f"{value:g}" for value in outcome.seconds) or "-"
+    seen = "; ".join((seen, *outcome.figures))
     end = ", ".join(outcome.kept) if outcome.passed else f"**failed**: {'; '.join(outcome.problems)}"
     cells = (fault.name, fault.when.value, _steps(fault.steps), seen, end)
     return "| " + " | ".join(cell.replace("|", "/") for cell in cells) + " |"
@@ -80,6 +101,12 @@ def act(step: Act) -> str:
             return f"another {kind}"
         case Signal(number):
             return f"signal {number}"
+        case StartAgain():
+            return "the daemon is started again"
+        case CountAnew():
+            return "counted from here"
+        case Survey():
+            return "a survey"
         case Order(command):
             return f"the order {command.type}"
         case KillMotors():

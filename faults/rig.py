@@ -6,13 +6,13 @@ import asyncio
 import contextlib
 import signal
 from collections import Counter
-from collections.abc import Awaitable, Mapping
 from pathlib import Path
 from typing import Any, Final
 from urllib.parse import urlsplit
 
 from faults.fault import (
     Act,
+    CountAnew,
     Drone,
     Fault,
     Flood,
@@ -27,19 +27,25 @@ from faults.fault import (
     Return,
     See,
     Signal,
+    StartAgain,
     Station,
+    Survey,
     When,
 )
 from faults.keeping import RECORDED_S, Kept, lost, recording_ends
 from faults.pilot import Pilot
 from faults.proxy import Direction, Proxy
 from faults.service import Service, socket_in
+from faults.since import Since
+from faults.surveying import figures, fly_survey
+from faults.vehicle import ArduCopter, VehicleStack
 from hawk.comm.base_socket import ConnectionTimeout, FailedToSend
 from hawk.comm.status import Heartbeat
 from hawk.simulation import SimulationOptions
 from hawk.store.replay import RecordingError
 from hawk.survey.client import LinkLostError
 from hawk.survey.handset import SurveyError
+from hawk.survey.run import FenceWatch
 from hawk.survey.stack import SimulatedStack
 
 SETTINGS: Final = """
@@ -53,7 +59,7 @@ operator_hold_s = 8.0
 control_lease_s = 10.0
 """
 """Low, so that coming home takes little time, and with little patience."""
-WELL: Final[Mapping[str, Any]] = {
+WELL: Final[dict[str, Any]] = {
     "camera": "ok",
     "camera_turn_deg": 0.0,
     "gps": "ok",
@@ -71,22 +77,28 @@ _GONE: Final = (SurveyError, LinkLostError, FailedToSend, ConnectionTimeout, Tim
 class Rig:
     """Programs and operator of one drone over one drawn lot."""
 
-    def __init__(self, folder: Path, options: SimulationOptions) -> None:
-        self._folder = folder
+    def __init__(self, folder: Path, options: SimulationOptions, copter: ArduCopter | None = None) -> None:
+        """``copter``: a real vehicle, in place of the simulated one."""
+        self.folder = folder
         self._speed = options.speed
         folder.mkdir(parents=True, exist_ok=True)
         config = folder / "config.toml"
         config.write_text(SETTINGS)
         self._notify = socket_in(folder)
         self.proxy = Proxy(options.speed)
-        self.stack = SimulatedStack(options, folder / "run", config, None, self.proxy.open)
+        self.stack = (
+            SimulatedStack(options, folder / "run", config, None, self.proxy.open)
+            if copter is None
+            else VehicleStack(copter, options, folder / "run", config, self.proxy.open)
+        )
+        self._besides: dict[str, Any] = {} if copter is None else {"battery": 100.0, "stick": 0.0}  # it drains for real
         self._service = Service(self.stack, self._notify)
         self._pilot: Pilot | None = None
         self._url = ""
         self._truth: dict[str, Any] = {}
         self._watch: asyncio.Task[None] | None = None
         self._broken: list[str] = []
-        self._since = _Since()
+        self._since = Since()
         self._others: list[Pilot] = []
         self._half: list[asyncio.StreamWriter] = []
         self.falls = False
@@ -95,7 +107,7 @@ class Rig:
     @property
     def store(self) -> Path:
         """The daemon's folder."""
-        return self._folder / "run" / "store"
+        return self.folder / "run" / "store"
 
     async def start(self) -> None:
         """Start the programs. Raises StackError."""
@@ -121,7 +133,7 @@ class Rig:
         """Make everything well and bring the drone into this part of a flight. Raises SurveyError and others."""
         self.proxy.use()
         self.falls = False
-        await self.stack.inject(WELL)
+        await self.stack.inject(WELL | self._besides)
         for writer in self._half:
             writer.close()
         self._half.clear()
@@ -134,16 +146,17 @@ class Rig:
         try:
             await self.reach(fault.when)
         except _GONE as error:
-            return Outcome(fault, problems=(f"not {fault.when.value}: {error}",))
+            return Outcome(fault, problems=(f"not {fault.when.value}: {error}{self._ends()}",))
         before, self.falls, self._broken = self._keepsake(), fault.falls, []
+        await self._watch_fence()
         await asyncio.sleep(_JOURNALLED_S)
-        self._since = _Since(self._last_number(), len(self._service.exits), self._service.starts, self._passed())
+        self._since = Since(self._last_number(), len(self._service.exits), self._service.starts, self._passed())
         seconds, problems = await self._steps(fault)
         problems += self._broken
         kept: tuple[str, ...] = ()
         if not problems:
             problems, kept = await self._compare(before)
-        return Outcome(fault, tuple(seconds), tuple(problems), kept)
+        return Outcome(fault, tuple(seconds), tuple(problems), kept, self._figures())
 
     def moment(self) -> Moment:
         """Return everything that can be seen now."""
@@ -159,6 +172,7 @@ class Rig:
             starts=self._service.starts - since.starts,
             sent={kind: count - since.passed[kind] for kind, count in self._passed().items()},
             answers=tuple(since.answers),
+            survey=since.survey,
         )
 
     # -- steps -------------------------------------------------------------------------------------------------------
@@ -207,19 +221,29 @@ class Rig:
             case Forge():
                 await self._forge(act)
             case Station(kind, fields):
-                await self.proxy.station(kind, fields)
-            case Signal(number):
+                if isinstance(self.stack, VehicleStack):
+                    self.stack.station(kind, fields)
+                else:
+                    await self.proxy.station(kind, fields)
+            case Signal(number, withheld):
                 assert self.stack.daemon is not None
+                self._service.withheld = withheld
                 self.stack.daemon.send_signal(number)
+            case StartAgain():
+                self._service.withheld = False
+            case CountAnew():
+                self._since.passed = self._passed()
             case HalfRequests(count):
                 await self._half_requests(count)
             case _:
                 await self._people(act)
 
-    async def _people(self, act: Order | KillMotors | Leave | Return | Flood) -> None:
+    async def _people(self, act: Survey | Order | KillMotors | Leave | Return | Flood) -> None:
         pilot = self._pilot
         assert pilot is not None
         match act:
+            case Survey():
+                self._since.surveying = asyncio.create_task(self._survey(pilot), name="survey")
             case Order(command, stranger):
                 who = await self._other() if stranger else pilot
                 self._since.answers.append(await who.order(command))
@@ -234,6 +258,28 @@ class Rig:
                 viewer = await self._other()
                 answers = [viewer.order(command) for _ in range(count)]
                 self._since.flood = asyncio.gather(*answers, return_exceptions=True)
+
+    async def _survey(self, pilot: Pilot) -> None:
+        since = self._since
+        try:
+            since.survey, reason = await fly_survey(pilot.drone, self.stack)
+        except Exception as error:  # whatever it is, it is why no survey is seen
+            reason = repr(error)
+        if since.survey.get("status", 1.0) != 0.0:
+            self._note(f"the survey: {reason}")
+
+    async def _watch_fence(self) -> None:
+        """Let a real vehicle's true place be measured against the fence of the daemon."""
+        beat = self._beat()
+        if isinstance(self.stack, VehicleStack) and beat is not None:
+            watch = FenceWatch(self.stack)
+            watch.look(beat)
+            await watch.close()
+
+    def _figures(self) -> tuple[str, ...]:
+        found = tuple(figures(self._since.survey))
+        farthest = self._truth.get("farthest_outside", 0.0)
+        return (*found, f"{farthest:.1f} m outside at most") if farthest else found
 
     async def _forge(self, forge: Forge) -> None:
         for _ in range(forge.times):
@@ -291,6 +337,9 @@ class Rig:
         drone = self._pilot.drone
         return drone.heartbeat if drone.is_connected else None
 
+    def _ends(self) -> str:
+        return f" (the daemon ended: {self._service.exits})" if self._service.exits else ""
+
     def _last_number(self) -> int:
         return self._pilot.drone.log[-1].number if self._pilot is not None and self._pilot.drone.log else -1
 
@@ -303,7 +352,8 @@ class Rig:
         height = self._truth["position"]["height"]
         said = [entry.text for entry in moment.log[-4:]]
         answers = [answer or "accepted" for answer in moment.answers]
-        return f"{shown}; mode {self._truth['mode']}, {height:.0f} m; {parts} {said} {answers}"
+        found = ", ".join((*self._figures(), *self._broken))
+        return f"{shown}; mode {self._truth['mode']}, {height:.0f} m; {parts} {said} {answers} {found}"
 
     # -- nothing is lost ---------------------------------------------------------------------------------------------
 
@@ -338,15 +388,3 @@ class Rig:
         except RecordingError as error:
             return [f"the recording: {error}"]
         return [f"the recording ends {short:.1f} s before the fault"] if short > RECORDED_S * self._speed else []
-
-
-class _Since:
-    """Counts at the moment when the fault began."""
-
-    def __init__(self, log: int = -1, exits: int = 0, starts: int = 0, passed: Counter[str] | None = None) -> None:
-        self.log = log
-        self.exits = exits
-        self.starts = starts
-        self.passed = passed or Counter()
-        self.answers: list[str | None] = []
-        self.flood: Awaitable[Any] | None = None

@@ -11,6 +11,7 @@ from faults.rig import Rig
 from faults.table_drone import DRONE
 from faults.table_link import LINK
 from faults.table_programs import PROGRAMS
+from faults.vehicle import ArduCopter
 from hawk.simulation import SimulationOptions
 from hawk.survey.stack import StackError
 
@@ -28,36 +29,47 @@ SHORT = (
 
 
 async def run_faults(
-    faults: Sequence[Fault], folder: Path, options: SimulationOptions, say: Callable[[Outcome], None]
+    faults: Sequence[Fault],
+    folder: Path,
+    options: SimulationOptions,
+    say: Callable[[Outcome], None],
+    copter: ArduCopter | None = None,
 ) -> list[Outcome]:
     """Run them in this order; return their outcomes.
 
     Args:
         faults: What is to be run.
-        folder: For logs, journals and recordings; it is emptied where all ended as they must.
+        folder: For logs, journals and recordings; a flight that ended as it must leaves none.
         options: The simulated drone and its world.
         say: Called with each outcome.
+        copter: A real vehicle, in place of the simulated drone.
     """
     outcomes: list[Outcome] = []
     rig: Rig | None = None
-    for number, fault in enumerate(faults):
-        outcome, rig = await _run(fault, rig, folder / f"{number:02d}", options)
-        outcomes.append(outcome)
-        say(outcome)
-        if rig is not None and (fault.ends_flight or not outcome.passed or number == len(faults) - 1):
+    try:
+        for number, fault in enumerate(faults):
+            problem = ""
+            if rig is None:
+                rig = Rig(folder / f"{number:02d}", options, copter)
+                problem = await _start(rig)
+            outcome = Outcome(fault, problems=(problem,)) if problem else await rig.run(fault)
+            outcomes.append(outcome)
+            say(outcome)
+            if fault.ends_flight or not outcome.passed or number == len(faults) - 1:
+                ended, rig = rig, None
+                await ended.stop()
+                if outcome.passed:
+                    shutil.rmtree(ended.folder, ignore_errors=True)
+    finally:
+        if rig is not None:
             await rig.stop()
-            rig = None
-            if outcome.passed:
-                shutil.rmtree(folder / f"{number:02d}", ignore_errors=True)
     return outcomes
 
 
-async def _run(fault: Fault, rig: Rig | None, folder: Path, options: SimulationOptions) -> tuple[Outcome, Rig | None]:
-    if rig is None:
-        rig = Rig(folder, options)
-        try:
-            await rig.start()
-        except StackError as error:
-            await rig.stop()
-            return Outcome(fault, problems=(str(error),)), None
-    return await rig.run(fault), rig
+async def _start(rig: Rig) -> str:
+    """Start the programs; return the reason when they did not start."""
+    try:
+        await rig.start()
+    except StackError as error:
+        return str(error)
+    return ""

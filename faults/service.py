@@ -31,6 +31,8 @@ class Service:
         """Exit statuses of the daemon, oldest first; minus the signal where one ended it."""
         self.starts = 0
         """Starts after an end."""
+        self.withheld = False
+        """True: the daemon is not started again when it ends."""
 
     def start(self) -> None:
         """Begin to watch the stack's daemon."""
@@ -55,8 +57,11 @@ class Service:
             if daemon is None:
                 continue
             if daemon.returncode is not None:
-                self.exits.append(daemon.returncode)
+                if len(self.exits) <= self.starts:
+                    self.exits.append(daemon.returncode)
                 self._fed = None
+                if self.withheld:
+                    continue
                 await self._stack.start_daemon()
                 self.starts += 1
             elif self._fed is not None and clock() - self._fed > WATCHDOG_S:

@@ -24,6 +24,7 @@ from faults.fault import (
     told,
     unhealthy,
 )
+from faults.station import command_fields, parameter_fields
 from hawk.comm.messages import Arm, AutonomousExplore, Takeoff
 from hawk.model import StateName
 
@@ -31,23 +32,6 @@ _HOVER, _EXPLORE, _RETURN = StateName.HOVER, StateName.AUTONOMOUS_EXPLORE, State
 _SET_MODE, _SET_HOME = 176, 179
 _EXPLORES: Final = (Order(Takeoff()), See(state(_HOVER), 60.0), Order(AutonomousExplore()))
 _STOPS: Final = See(state(_HOVER), 27.0)
-
-
-def _command(number: int, *values: float) -> dict[str, float]:
-    """Return the fields of a COMMAND_LONG."""
-    named = {f"param{k}": value for k, value in enumerate((*values, *(0.0,) * (7 - len(values))), 1)}
-    return {"target_system": 1, "target_component": 1, "command": number, "confirmation": 0, **named}
-
-
-def _set(name: str, value: float) -> dict[str, object]:
-    """Return the fields of a PARAM_SET."""
-    return {
-        "target_system": 1,
-        "target_component": 1,
-        "param_id": name.encode(),
-        "param_value": value,
-        "param_type": 9,
-    }
 
 
 POSITION: Final = (
@@ -248,36 +232,40 @@ OTHERS: Final = (
     Fault(
         "a second station lands it",
         When.EXPLORING,
-        (Station("COMMAND_LONG", _command(_SET_MODE, 1.0, 9.0)), See(state(StateName.LAND), 2.0), See(DOWN, 90.0)),
+        (
+            Station("COMMAND_LONG", command_fields(_SET_MODE, 1.0, 9.0)),
+            See(state(StateName.LAND), 2.0),
+            See(DOWN, 90.0),
+        ),
     ),
     Fault(
         "a second station sends it home",
         When.HOVERING,
-        (Station("COMMAND_LONG", _command(_SET_MODE, 1.0, 6.0)), See(state(_RETURN), 2.0), See(DOWN, 120.0)),
+        (Station("COMMAND_LONG", command_fields(_SET_MODE, 1.0, 6.0)), See(state(_RETURN), 2.0), See(DOWN, 120.0)),
     ),
     Fault(
         "a second station stops it",
         When.EXPLORING,
-        (Station("COMMAND_LONG", _command(_SET_MODE, 1.0, 17.0)), See(absent(state(_EXPLORE)), 2.0)),
+        (Station("COMMAND_LONG", command_fields(_SET_MODE, 1.0, 17.0)), See(absent(state(_EXPLORE)), 2.0)),
         ends_flight=True,
     ),
     Fault(
         "a second station turns the fence off",
         When.HOVERING,
-        (Station("PARAM_SET", _set("FENCE_ENABLE", 0.0)), See(told("ence"), 5.0)),
+        (Station("PARAM_SET", parameter_fields("FENCE_ENABLE", 0.0)), See(told("ence"), 5.0)),
         ends_flight=True,
     ),
     Fault(
         "a second station turns our failsafe off",
         When.HOVERING,
-        (Station("PARAM_SET", _set("FS_GCS_ENABLE", 0.0)), See(told("FS_GCS_ENABLE"), 10.0)),
+        (Station("PARAM_SET", parameter_fields("FS_GCS_ENABLE", 0.0)), See(told("FS_GCS_ENABLE"), 10.0)),
         ends_flight=True,
     ),
     Fault(
         "a second station moves home",
         When.HOVERING,
         (
-            Station("COMMAND_LONG", _command(_SET_HOME, 0.0, 0.0, 0.0, 0.0, 43.2651, -79.9201, 100.0)),
+            Station("COMMAND_LONG", command_fields(_SET_HOME, 0.0, 0.0, 0.0, 0.0, 43.2651, -79.9201, 100.0)),
             See(told("ome"), 5.0),
         ),
         ends_flight=True,

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, Protocol
 from urllib.parse import urlsplit
 
 import aiohttp
@@ -36,6 +36,16 @@ class Ready:
     first_tick_s: float
 
 
+class DronePrograms(Protocol):
+    """The drone's programs, without the daemon: `Simulation`, or another vehicle under hawk-sim's camera."""
+
+    async def start(self, log: int | None = None) -> SimulationAddress:
+        """Start and wait until they are ready; ``log`` takes their standard error. Raises SimulationError."""
+
+    async def stop(self) -> None:
+        """End them."""
+
+
 class SimulatedStack:
     """One simulated drone and one daemon; logs, journal and recording go below ``folder``."""
 
@@ -46,15 +56,19 @@ class SimulatedStack:
         config: Path | None,
         fence: Path | None,
         link: Callable[[str], Awaitable[str]] | None = None,
+        drone: DronePrograms | None = None,
     ) -> None:
-        """``link`` gets the autopilot's URL once it is known and returns the one for the daemon: a proxy between."""
+        """``link`` gets the autopilot's URL once it is known and returns the one for the daemon: a proxy between.
+
+        ``drone`` is flown in place of the simulated one of ``options``.
+        """
         self._options = options
         self._link = link
         self._autopilot_url = ""
         self._folder = folder
         self._config = config
         self._fence = fence
-        self._simulation = Simulation(options)
+        self._simulation = Simulation(options) if drone is None else drone
         self.daemon: asyncio.subprocess.Process | None = None
         """The daemon's process."""
         self._port = 0
@@ -112,6 +126,7 @@ class SimulatedStack:
             stderr=log,
             start_new_session=True,  # Ctrl-C is for the survey, which brings the drone home first
         )
+        self._began(self.daemon.pid)
         deadline = asyncio.get_running_loop().time() + READY_TIMEOUT_S
         while not ready.exists():
             if self.daemon.returncode is not None:
@@ -160,9 +175,9 @@ class SimulatedStack:
 
     def _daemon_command(self, ready: Path) -> list[str]:
         assert self.address is not None  # noqa: S101
-        command = [sys.executable, "-m", "hawk.cli", "run", "--attach-sim", self.address.http]
+        command = [sys.executable, "-m", "hawk.cli", "run", *self._attached()]
         command += ["--autopilot", self._autopilot_url, "--camera", self.address.camera_url]
-        command += ["--host", "127.0.0.1", "--port", str(self._port), "--speed", str(self._options.speed)]
+        command += ["--host", "127.0.0.1", "--port", str(self._port)]
         command += ["--store", str(self._folder / "store"), "--ready-file", str(ready)]
         fence = self._fence_file()
         if fence is not None:
@@ -170,6 +185,14 @@ class SimulatedStack:
         if self._config is not None:
             command += ["--config", str(self._config)]
         return command
+
+    def _began(self, session: int) -> None:
+        """Do what is to be done when the daemon's process has begun; ``session`` is its id."""
+
+    def _attached(self) -> list[str]:
+        """Return the options by which the daemon knows that it flies hawk-sim, and its speed."""
+        assert self.address is not None  # noqa: S101
+        return ["--attach-sim", self.address.http, "--speed", str(self._options.speed)]
 
     def _fence_file(self) -> Path | None:
         if self._fence is not None or self.truth is None:

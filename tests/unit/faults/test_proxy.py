@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from faults.proxy import HOST, Direction, Proxy, Rule, kinds_of, packed
+from faults.proxy import HOST, Direction, Proxy, Rule, commands_of, kinds_of, packed
+from faults.station import command_fields
 from hawk.simulation import free_udp_port
 
 LANDED = {"vtol_state": 0, "landed_state": 1}
@@ -82,6 +83,24 @@ def test_every_message_of_a_datagram_is_named() -> None:
 @pytest.mark.parametrize("data", [b"", b"\xfd", b"hello, this is no MAVLink", b"\xfd\x09\x00\x00"])
 def test_what_is_no_mavlink_names_nothing(data: bytes) -> None:
     assert list(kinds_of(data)) == []
+
+
+def test_every_command_of_a_datagram_is_numbered() -> None:
+    place = {"target_system": 1, "target_component": 1, "frame": 6, "current": 0, "autocontinue": 0}
+    values = {"param1": 0, "param2": 0, "param3": 0, "param4": 0, "x": 1, "y": 2, "z": 3}
+    data = packed("HEARTBEAT", BEAT, 1) + packed("COMMAND_LONG", command_fields(176, 1.0, 6.0), 245)
+    data += packed("COMMAND_INT", {**place, **values, "command": 192}, 245)
+    old = mavlink.MAVLink(None, srcSystem=1)
+    data += bytes(mavlink.MAVLink_command_long_message(**command_fields(400, 1.0)).pack(old, force_mavlink1=True))
+    assert list(commands_of(data)) == [176, 192, 400]
+    assert list(commands_of(b"hello")) == []
+
+
+async def test_commands_are_counted_by_number_too(line: Line) -> None:
+    proxy = await line.introduce()
+    line.daemon.transport.sendto(packed("COMMAND_LONG", command_fields(176, 1.0, 6.0), 245), proxy)
+    assert await line.autopilot.kind() == "COMMAND_LONG"
+    assert line.proxy.passed[Direction.UP, "COMMAND 176"] == 1
 
 
 async def test_without_a_rule_both_directions_pass(line: Line) -> None:

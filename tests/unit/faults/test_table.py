@@ -8,7 +8,11 @@ import pytest
 
 from faults.fault import (
     ACCEPTED,
+    COMMANDED,
     DOWN,
+    FELL,
+    INSIDE,
+    SILENT,
     UP,
     Drone,
     Fault,
@@ -19,8 +23,10 @@ from faults.fault import (
     Station,
     When,
     absent,
+    asked,
     both,
     check_fails,
+    either,
     exited,
     healthy,
     lower_than,
@@ -29,12 +35,14 @@ from faults.fault import (
     restarted,
     sent,
     state,
+    stayed_within,
+    surveyed,
     told,
     unhealthy,
 )
 from faults.keeping import Kept, lost
 from faults.proxy import message
-from faults.report import BEGIN, END, line, names, rewrite, table
+from faults.report import BEGIN, END, line, merged, names, rewrite, table
 from faults.run import ALL, SHORT
 from hawk.comm.status import CheckItem, HealthItem, Heartbeat, LogEntry
 from hawk.model import Stall, StallState, StateName
@@ -130,6 +138,48 @@ def test_sights_of_what_was_done_since() -> None:
     assert ACCEPTED.test(moment(answers=("Not now.", None)))
 
 
+@pytest.mark.parametrize(
+    "kind", ["COMMAND 176", "COMMAND 400", "COMMAND 22", "SET_POSITION_TARGET_LOCAL_NED", "SET_MODE"]
+)
+def test_a_message_that_steers_breaks_the_silence(kind: str) -> None:
+    seen = moment(sent={kind: 1})
+    assert COMMANDED.test(seen)
+    assert not SILENT.test(seen)
+
+
+def test_heartbeats_and_questions_are_no_commands() -> None:
+    seen = moment(sent={"HEARTBEAT": 9, "PARAM_REQUEST_READ": 3, "COMMAND_LONG": 1, "COMMAND 511": 1, "COMMAND 176": 0})
+    assert SILENT.test(seen)
+    assert not COMMANDED.test(seen)
+    assert asked(511, "a rate").test(seen)
+    assert not asked(176, "a mode").test(seen)
+
+
+def test_sights_of_a_place() -> None:
+    there = moment(truth={**TRUTH, "outside": 2.0, "farthest_outside": 7.0, "disarmed": True})
+    assert not INSIDE.test(there)
+    assert stayed_within(7.0).test(there)
+    assert not stayed_within(6.9).test(there)
+    assert not FELL.test(there)
+    assert FELL.test(moment(truth={**TRUTH, "disarmed": True, "position": {"height": 0.2}}))
+    assert either(INSIDE, stayed_within(7.0)).test(there)
+    assert not either(INSIDE, stayed_within(1.0)).test(there)
+
+
+@pytest.mark.parametrize(
+    ("measures", "seen"),
+    [
+        ({}, False),
+        ({"status": 0.0, "stall_recall": 0.96, "stall_precision": 0.97}, True),
+        ({"status": 4.0, "stall_recall": 0.96, "stall_precision": 0.97}, False),
+        ({"status": 0.0, "stall_recall": 0.94, "stall_precision": 0.97}, False),
+        ({"status": 0.0, "stall_recall": 0.96, "stall_precision": 0.94}, False),
+    ],
+)
+def test_a_survey_is_seen_when_it_ended_well_and_found_enough(measures: dict[str, float], seen: bool) -> None:
+    assert surveyed(recall=0.95, precision=0.95).test(moment(survey=measures)) is seen
+
+
 def stall(number: int, north: float) -> Stall:
     return Stall(number, north, 0.0, 0.0, 2.5, 5.0, 0.1, StallState.FREE, 0.9, 5, 1.0, 1)
 
@@ -165,6 +215,9 @@ def test_the_table_has_a_row_for_each_fault_and_replaces_the_marked_section_only
     assert rows[0].endswith("| 1.5, 60 | 3 stalls |")
     assert rows[1].endswith("| 1.5 | **failed**: not seen |")
     assert line(good) == "ok     hovering: a | b: 1.5 s, 60 s"
+    measured = replace(good, figures=("recall 0.980",))
+    assert "| 1.5, 60; recall 0.980 |" in table([measured])
+    assert line(measured).endswith("1.5 s, 60 s, recall 0.980")
     assert line(bad) == "FAILED hovering: a | b: not seen"
     page = tmp_path / "page.md"
     page.write_text(f"# Before\n{BEGIN}\nold\n{END}\nafter\n")
@@ -173,3 +226,13 @@ def test_the_table_has_a_row_for_each_fault_and_replaces_the_marked_section_only
     page.write_text("no section")
     with pytest.raises(ValueError, match="add the two lines"):
         rewrite(page, "new")
+
+
+def test_a_part_of_the_faults_replaces_its_own_rows_of_the_table_only(tmp_path: Path) -> None:
+    first, second, third = (Fault(name, When.HOVERING, (See(DOWN, 9.0),)) for name in ("one", "two", "three"))
+    page = tmp_path / "page.md"
+    gone = Fault("gone", When.HOVERING, ())
+    former = table([Outcome(first, (1.0,)), Outcome(third, (3.0,)), Outcome(gone)])
+    page.write_text(f"{BEGIN}\n\n{former}\n\n{END}\n")
+    new = merged(page, [Outcome(second, (2.0,)), Outcome(third, (4.0,))], (first, second, third), BEGIN)
+    assert new == table([Outcome(first, (1.0,)), Outcome(second, (2.0,)), Outcome(third, (4.0,))])
