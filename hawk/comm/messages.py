@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, Field, TypeAdapter, ValidationError, field_validator
+from pydantic import BaseModel, Field, TypeAdapter, ValidationError, ValidationInfo, field_validator
 
 from hawk.comm.status import Command as Command
 from hawk.comm.status import FenceCorner, Finite, Heartbeat, Height, Metres, Point
@@ -22,7 +22,7 @@ LONGEST_NAME = 60
 """Characters of a name that a refusal repeats."""
 LEAST_CORNERS = 3
 MOST_CORNERS = 70
-"""Every ArduPilot board stores at least this number of corners of a polygon."""
+"""Every ArduPilot board stores at least this number of corners of a polygon. A fence shares them with its zones."""
 
 
 # -- to the drone -----------------------------------------------------------------------------------------------------
@@ -150,6 +150,8 @@ class _Fence(Command):
     """The autopilot's limit, in order, not closed; ours lies inside it by the margin."""
     ceiling: Height
     """The autopilot's ceiling, metres above the arm place; ours is lower by the margin."""
+    zones: list[Corners] = Field(default_factory=list)
+    """Exclusion zones inside the fence, each in order, not closed; ours lies around each of them by the margin."""
 
     @field_validator("corners", mode="before")
     @classmethod
@@ -157,6 +159,17 @@ class _Fence(Command):
         if isinstance(value, list) and not LEAST_CORNERS <= len(value) <= MOST_CORNERS:
             wanted = f"{LEAST_CORNERS} to {MOST_CORNERS} corners"
             raise ValueError(f"a fence has {wanted}, this one has {len(value)}: add some or leave some out")
+        return value
+
+    @field_validator("zones", mode="after")
+    @classmethod
+    def _shared(cls, value: list[list[FenceCorner]], info: ValidationInfo) -> list[list[FenceCorner]]:
+        outer = info.data.get("corners")
+        count = sum(len(zone) for zone in value) + (0 if outer is None else len(outer))
+        if count > MOST_CORNERS:
+            raise ValueError(
+                f"fence and zones together have at most {MOST_CORNERS} corners, these have {count}: leave some out"
+            )
         return value
 
 
@@ -346,6 +359,8 @@ class FenceCheck(Outgoing):
     """Objections to a flight in it from the drone's present place."""
     inner: list[FenceCorner]
     """Our own limit; empty when there is none."""
+    inner_zones: list[list[FenceCorner]]
+    """Our own limit around the zones."""
     north_south: Finite | None
     east_west: Finite | None
     """Extent, metres."""

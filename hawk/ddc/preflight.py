@@ -9,7 +9,8 @@ from hawk.comm.status import CheckItem
 from hawk.config import HeightSettings
 from hawk.ddc.facts import Facts
 from hawk.ddc.failsafes import AutopilotView, FailsafeCheck, Values, check_failsafes, return_altitude
-from hawk.ddc.geofence import FenceError, contains, extent, outside_by, sees_all, to_map
+from hawk.ddc.fence import where_outside
+from hawk.ddc.geofence import FenceError, contains, extent, sees_all, to_map
 from hawk.ddc.home import HOME_AGE_S, home_words
 from hawk.ddc.params import ParameterError, check_heights
 from hawk.ddc.settings import DdcSettings
@@ -151,8 +152,7 @@ def _fence(plan: _Plan) -> CheckItem:
     north, east = extent(plan.fence)
     text = f"{north:.0f} × {east:.0f} m"
     if not contains(plan.fence, plan.home):
-        away = metres(max(1.0, outside_by(plan.fence, plan.home)))
-        return _bad_fence(f"{text}, drone {away} outside", "It could not fly anywhere.")
+        return _bad_fence(f"{text}, drone {where_outside(plan.fence, plan.home)}", "It could not fly anywhere.")
     return _passed("Fence", f"{text}, drone and home inside")
 
 
@@ -184,7 +184,8 @@ def _return_height(altitude: float | None, plan: _Plan | None) -> CheckItem:
     if altitude > plan.fence.ceiling:
         return _failed(name, text, "On its way home it would leave the fence.", "Change the heights.")
     seen = sees_all(plan.fence, plan.home)
-    return _passed(name, text if seen else f"{text}; from parts the way home leaves the fence")
+    blind = "crosses a zone" if plan.fence.zones else "leaves the fence"
+    return _passed(name, text if seen else f"{text}; from parts the way home {blind}")
 
 
 def _plan(facts: Facts, settings: DdcSettings) -> _Plan | CheckItem:

@@ -8,7 +8,15 @@ from dataclasses import replace
 from hawk.comm.messages import Resume
 from hawk.ddc.acts import STAY, Acts, SendTarget, Step
 from hawk.ddc.facts import Facts
-from hawk.ddc.geofence import EDGE_MARGIN_M, RECOVERY_DEPTH_M, contains, inside_point, last_inside, path_is_inside
+from hawk.ddc.geofence import (
+    EDGE_MARGIN_M,
+    RECOVERY_DEPTH_M,
+    autopilot_fence,
+    contains,
+    inside_point,
+    last_inside,
+    path_is_inside,
+)
 from hawk.ddc.motion import Carrot, Goal, distance, maximum_target_distance, stopping_point
 from hawk.ddc.orders import Cause, CauseKind, Order, Rank, ToHover, ToReturn
 from hawk.ddc.settings import DdcSettings
@@ -109,7 +117,7 @@ def _takes_no_step(facts: Facts, here: MapPose) -> bool:
     fence = facts.limits.fence
     if fence is None or not facts.diagnostics.fence_on or here.height > fence.autopilot_ceiling:
         return False
-    return not contains(replace(fence, polygon=fence.autopilot_polygon), here.point)
+    return not contains(autopilot_fence(fence), here.point)
 
 
 def _reachable_height(goal: Goal, here: MapPose, speed: float) -> float:

@@ -1,0 +1,53 @@
+"""Checks of drawn exclusion zones, in the map frame (metres north and east): each zone, and how zones lie."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import shapely
+from shapely import Polygon
+
+from hawk.ddc.geofence import LEAST_SIDE_M, FenceError, Ring, crossing
+
+MOST_ZONES = 12
+"""Zones of a fence: more are rather one zone around all, or another fence."""
+LEAST_ZONE_M2 = 1.0
+"""A zone around a mast; a smaller one is a slip of the hand, m²."""
+
+
+def check_zones(outer: Ring, zones: Sequence[Ring]) -> None:
+    """Check zones (rings of metres) in the fence ``outer``: sides, area, inside the fence, apart from each other.
+
+    Raises:
+        FenceError: Names the zone, the fault and the remedy.
+    """
+    if len(zones) > MOST_ZONES:
+        raise FenceError(f"Zones: {len(zones)} are too many: draw at most {MOST_ZONES}, one around several places.")
+    fence = Polygon(outer)
+    shapes: list[Polygon] = []
+    for number, ring in enumerate(zones, 1):
+        shape = _checked(f"Zone {number}", ring)
+        if not fence.covers(shape):
+            where = "crosses the fence's edge" if fence.intersects(shape) else "lies outside the fence"
+            raise FenceError(f"Zone {number}: {where}: move its corners inside the fence.")
+        for other, before in enumerate(shapes, 1):
+            if shape.relate_pattern(before, "T********"):
+                remedy = "move one of them, or draw one zone around both"
+                raise FenceError(f"Zone {number}: it crosses or holds zone {other}: {remedy}.")
+        shapes.append(shape)
+
+
+def _checked(name: str, ring: Ring) -> Polygon:
+    """Return a zone's polygon. Raises FenceError when it is no polygon, or too small."""
+    for number, (here, there) in enumerate(zip(ring, (*ring[1:], ring[0]), strict=True), start=1):
+        if math.dist(here, there) < LEAST_SIDE_M:
+            pair = f"corners {number} and {number % len(ring) + 1}"
+            raise FenceError(f"{name}: {pair} lie at one place: remove one of them.")
+    shape = Polygon(tuple((round(north, 2), round(east, 2)) for north, east in ring))
+    if not shape.is_valid:
+        raise FenceError(f"{name}: {crossing(ring)}: move a corner so that no side crosses another.")
+    if shape.area < LEAST_ZONE_M2:
+        raise FenceError(f"{name}: it holds {shape.area:.1f} m², too little to be meant: draw it wider, or remove it.")
+    shapely.prepare(shape)
+    return shape
