@@ -287,6 +287,17 @@ def zone_of(fence: Fence, place: MapPoint) -> int | None:
     return next((number for number, zone in enumerate(fence.zones, 1) if Polygon(zone).contains(point)), None)
 
 
+def place_words(fence: Fence, place: MapPoint) -> str:
+    """Return in words why a place is not inside our fence."""
+    zone = zone_of(fence, place)
+    return "outside the fence" if zone is None else f"in zone {zone} or its margin"
+
+
+def path_words(fence: Fence) -> str:
+    """Return in words what a path does that is not inside our fence from end to end."""
+    return "leaves the fence or crosses a zone" if fence.zones else "leaves the fence"
+
+
 def autopilot_fence(fence: Fence) -> Fence:
     """Return the fence with the autopilot's own limits, without the margins."""
     return replace(fence, polygon=fence.autopilot_polygon, zones=fence.autopilot_zones, ceiling=fence.autopilot_ceiling)
