@@ -13,6 +13,9 @@ from hawk.model import Fence, GlobalPose
 LEAST_CORNERS = 3
 TOLERANCE_DEG = 1e-6
 """A decimetre; the mission protocol carries 1e-7 degrees."""
+STORAGE_BYTES = 560
+"""Memory for a fence of an ArduCopter board with 16 kB for parameters (ArduPilot, libraries/StorageManager)."""
+_HEAD_BYTES, _RING_BYTES, _CORNER_BYTES = 5, 2, 8
 
 Corners = tuple[tuple[float, float], ...]
 
@@ -34,7 +37,7 @@ def rings_of(fence: Fence, origin: GlobalPose | None) -> FenceRings:
     """Return the autopilot's limits of a fence whose metres are about ``origin``.
 
     Raises:
-        AutopilotError: The origin is not known, or a ring is none.
+        AutopilotError: The origin is not known, a ring is none, or the autopilot cannot store the fence.
     """
     if origin is None:
         raise AutopilotError("The drone does not know where it is yet: the fence cannot be placed")
@@ -45,6 +48,9 @@ def rings_of(fence: Fence, origin: GlobalPose | None) -> FenceRings:
         raise AutopilotError(f"A fence needs at least {LEAST_CORNERS} corners")
     if any(len(ring) < LEAST_CORNERS for ring in rings.exclusions):
         raise AutopilotError(f"An exclusion zone needs at least {LEAST_CORNERS} corners")
+    needed = _HEAD_BYTES + sum(_RING_BYTES + _CORNER_BYTES * len(ring) for ring in rings)
+    if needed > STORAGE_BYTES:  # ArduCopter ends its program over a fence that fills its memory to the last byte
+        raise AutopilotError(f"The fence needs {needed} bytes, the autopilot has {STORAGE_BYTES}: leave out corners")
     if not all(math.isfinite(value) for ring in rings for corner in ring for value in corner):
         raise AutopilotError("A corner of the fence is not finite: not sent")
     return rings

@@ -15,7 +15,7 @@ from typing import Any
 
 from shapely import Polygon
 
-from hawk.comm.messages import LEAST_CORNERS, MOST_CORNERS
+from hawk.comm.messages import LEAST_CORNERS, MOST_CORNERS, zones_problem
 from hawk.ddc.geofence import FenceError, Ring
 
 _ONE = 'must hold exactly one Polygon (WGS-84, longitude before latitude); others need the property "exclusion": true'
@@ -82,9 +82,9 @@ def _outline(content: Any) -> Outline:
         raise FenceError(f"ceiling_m: must be metres above 0, not {ceiling!r}")
     outer, *inner = (_checked_ring(ring, f"coordinates[{number}]") for number, ring in enumerate(rings))
     zones = [*inner, *_separate_zones(polygons)]
-    count = len(outer) + sum(len(zone) for zone in zones)
-    if count > MOST_CORNERS:
-        raise FenceError(f"fence and zones together have {count} corners; draw at most {MOST_CORNERS}")
+    problem = zones_problem(len(outer), [len(zone) for zone in zones])
+    if problem:
+        raise FenceError(problem)
     return Outline(outer, tuple(zones), None if ceiling is None else float(ceiling))
 
 

@@ -24,7 +24,7 @@ BREACH_TOLERANCE_M = 0.5
 RECOVERY_DEPTH_M = 2.0
 """A drone beyond our fence is sent this far inside it, metres."""
 CIRCLE_VERTICES = 48
-"""Corners of a circular fence; ArduPilot takes up to some 70."""
+"""Corners of a circular fence; ArduCopter takes up to 69."""
 LEAST_SIDE_M = 0.5
 """Corners nearer to each other are one corner set twice, metres."""
 LEAST_AREA_M2 = 400.0

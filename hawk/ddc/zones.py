@@ -10,8 +10,6 @@ from shapely import Polygon
 
 from hawk.ddc.geofence import LEAST_SIDE_M, FenceError, Ring, crossing
 
-MOST_ZONES = 12
-"""Zones of a fence: more are rather one zone around all, or another fence."""
 LEAST_ZONE_M2 = 1.0
 """A zone around a mast; a smaller one is a slip of the hand, m²."""
 
@@ -22,8 +20,6 @@ def check_zones(outer: Ring, zones: Sequence[Ring]) -> None:
     Raises:
         FenceError: Names the zone, the fault and the remedy.
     """
-    if len(zones) > MOST_ZONES:
-        raise FenceError(f"Zones: {len(zones)} are too many: draw at most {MOST_ZONES}, one around several places.")
     fence = Polygon(outer)
     shapes: list[Polygon] = []
     for number, ring in enumerate(zones, 1):

@@ -649,6 +649,22 @@ class TestFence:
         assert rig.link.fences == []
         assert all(kind == "PARAM_REQUEST_READ" for kind, _ in rig.memory.asked)
 
+    @pytest.mark.parametrize(("corners", "zones"), [(70, 0), (66, 1), (57, 4), (31, 12)])
+    async def test_a_fence_that_fills_the_autopilots_memory_is_not_sent(
+        self, rig: Rig, corners: int, zones: int
+    ) -> None:
+        """66 corners and a zone of 3 fill it to the last byte, which ends ArduCopter's program."""
+        await rig.connect()
+        rig.autopilot.set_datum(GlobalPose(LATITUDE, LONGITUDE, ALTITUDE))
+        ring = tuple((float(k), float(k * k)) for k in range(corners))
+        triangle = ((1.0, 1.0), (2.0, 1.0), (1.0, 2.0))
+        fits = replace(FENCE, autopilot_polygon=ring[:-1], autopilot_zones=(triangle,) * zones)
+        await rig.autopilot.upload_fence(fits)
+        rig.link.fences.clear()
+        with pytest.raises(AutopilotError, match="bytes, the autopilot has 560: leave out corners"):
+            await rig.autopilot.upload_fence(replace(fits, autopilot_polygon=ring))
+        assert rig.link.fences == []
+
     async def test_without_a_place_it_cannot_be_laid(self, rig: Rig) -> None:
         await rig.connect()
         with pytest.raises(AutopilotError, match="does not know where it is"):
