@@ -17,7 +17,7 @@ import shapely
 from shapely import LineString, MultiPolygon, Point, Polygon
 
 from hawk.comm.frames import offset_ned
-from hawk.model import Fence, GlobalPose, MapPoint
+from hawk.model import Fence, GlobalPose, MapPoint, MapPose
 
 BREACH_TOLERANCE_M = 0.5
 """Position noise and overshoot: a breach begins this far outside our fence, metres."""
@@ -291,6 +291,14 @@ def place_words(fence: Fence, place: MapPoint) -> str:
     """Return in words why a place is not inside our fence."""
     zone = zone_of(fence, place)
     return "outside the fence" if zone is None else f"in zone {zone} or its margin"
+
+
+def recovery_words(fence: Fence | None, pose: MapPose | None) -> str:
+    """Return in words where a drone is led back to from its place beyond our fence."""
+    zone = None if fence is None or pose is None else zone_of(fence, pose.point)
+    if zone is None:
+        return "Outside the fence: going back inside."
+    return f"In zone {zone} or its margin: going out of it."
 
 
 def path_words(fence: Fence) -> str:

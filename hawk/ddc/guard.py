@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from hawk.ddc.acts import Acts, Log
 from hawk.ddc.facts import POSE_TIMEOUT_S, Facts
+from hawk.ddc.geofence import recovery_words
 from hawk.ddc.orders import Cause, CauseKind, Rank, ToCommunicationLost, ToHover, ToReturn, Transition
 from hawk.ddc.states.base import State
 
@@ -39,7 +40,7 @@ def reaction(facts: Facts, state: State) -> Reaction | None:
 def notices(facts: Facts) -> Acts:
     """Return the messages that a condition causes in the tick in which it begins."""
     if facts.limits.breached_s == 0.0:
-        return (Log("warning", "Outside the fence: going back inside."),)
+        return (Log("warning", recovery_words(facts.limits.fence, facts.place)),)
     return ()
 
 

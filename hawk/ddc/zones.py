@@ -10,6 +10,8 @@ from shapely import Polygon
 
 from hawk.ddc.geofence import LEAST_SIDE_M, FenceError, Ring, crossing
 
+_SAME_M = 0.05
+"""A corner that is set on a side may lie beyond it by so much: it is kept in degrees, metres."""
 LEAST_ZONE_M2 = 1.0
 """A zone around a mast; a smaller one is a slip of the hand, m²."""
 
@@ -20,7 +22,7 @@ def check_zones(outer: Ring, zones: Sequence[Ring]) -> None:
     Raises:
         FenceError: Names the zone, the fault and the remedy.
     """
-    fence = Polygon(outer)
+    fence = Polygon(outer).buffer(_SAME_M)
     shapes: list[Polygon] = []
     for number, ring in enumerate(zones, 1):
         shape = _checked(f"Zone {number}", ring)
@@ -28,7 +30,7 @@ def check_zones(outer: Ring, zones: Sequence[Ring]) -> None:
             where = "crosses the fence's edge" if fence.intersects(shape) else "lies outside the fence"
             raise FenceError(f"Zone {number}: {where}: move its corners inside the fence.")
         for other, before in enumerate(shapes, 1):
-            if shape.relate_pattern(before, "T********"):
+            if shape.buffer(-_SAME_M).intersects(before):
                 remedy = "move one of them, or draw one zone around both"
                 raise FenceError(f"Zone {number}: it crosses or holds zone {other}: {remedy}.")
         shapes.append(shape)

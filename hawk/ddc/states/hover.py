@@ -16,6 +16,7 @@ from hawk.ddc.geofence import (
     inside_point,
     last_inside,
     path_is_inside,
+    recovery_words,
 )
 from hawk.ddc.motion import Carrot, Goal, distance, maximum_target_distance, stopping_point
 from hawk.ddc.orders import Cause, CauseKind, Order, Rank, ToHover, ToReturn
@@ -173,7 +174,7 @@ class Hover(AirborneState):
     def detail(self, facts: Facts) -> str:
         """Return the reason and the height."""
         if self._holding.is_recovering:
-            return "Outside the fence: going back inside."
+            return recovery_words(facts.limits.fence, facts.place)
         place = "" if facts.height is None else f" at {metres(facts.height)}"
         return f"{self._reason} Holding{place}.".strip()
 

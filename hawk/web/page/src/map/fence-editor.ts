@@ -49,7 +49,8 @@ export class FenceEditor {
 
   private readonly map: OlMap;
   private readonly events: FenceEditorEvents;
-  private readonly source = new VectorSource<Feature<Polygon>>();
+  /** Without a spatial index it keeps the order in which zones were drawn: the drone names them by their number. */
+  private readonly source = new VectorSource<Feature<Polygon>>({ useSpatialIndex: false });
   private readonly layer: VectorLayer;
   private readonly draw: Draw;
   private readonly modify: Modify;
