@@ -37,7 +37,7 @@ def ground_of(fence: Fence) -> shapely.Geometry:
 
 
 def keeps_out(flight: Flight, fence: Fence) -> None:
-    """No place, target, or leg to a target, nor the path told on from it, may touch a zone."""
+    """No place, target, or leg to a target, nor the path shown on from it, may touch a zone."""
     ground = ground_of(fence)
     assert all(ground.covers(shapely.Point(place)) for place in flight.places)
     for plan, place in zip(flight.plans, flight.places, strict=True):

@@ -71,7 +71,7 @@ function drawLimit({ context, palette }: Surface, limit: Pixel[]): void {
   stroke(context, { colour: palette.fence, width: 1.5 });
 }
 
-/** An exclusion zone is hatched, so that it is told from the fence at a glance and in any colours. */
+/** An exclusion zone is hatched, so that it differs from the fence at a glance and in any colours. */
 function drawZone({ context, palette }: Surface, zone: Pixel[]): void {
   if (zone.length < 3) return;
   context.save();
