@@ -18,6 +18,7 @@ from hawk.ddc.geofence import (
     check_outline,
     circle,
     contains,
+    converted,
     extent,
     outside_by,
     polygon_fence,
@@ -60,7 +61,7 @@ class FencePlan:
         Raises:
             FenceError: Nothing whole is left inside the margin.
         """
-        outer, zones = ring_to_map(datum, self.ring), tuple(ring_to_map(datum, zone) for zone in self.zones)
+        outer, *zones = converted((self.ring, *self.zones), lambda ring: ring_to_map(datum, ring))
         return polygon_fence(outer, settings.margin_m, self.ceiling, settings.ceiling_margin_m, zones)
 
     def around(self, datum: GlobalPose, place: GlobalPose, settings: FenceSettings) -> Fence:
@@ -96,13 +97,14 @@ def check_plan(plan: FencePlan, settings: DdcSettings, heights: HeightParameters
         FenceError: Names the field, the fault and the remedy.
     """
     origin = plan.origin
-    outer = ring_to_map(origin, plan.ring)
+    outer, *zones = converted((plan.ring, *plan.zones), lambda ring: ring_to_map(origin, ring))
     check_outline(outer)
-    check_zones(outer, tuple(ring_to_map(origin, zone) for zone in plan.zones))
+    check_zones(outer, zones)
     _check_ceiling(plan.ceiling, settings, heights)
     fence = plan.on_map(origin, settings.fence)
-    zones, whole = tuple(ring_from_map(origin, zone) for zone in fence.zones), autopilot_fence(fence)
-    return Measures(ring_from_map(origin, fence.polygon), zones, *extent(whole), area(whole))
+    inner, *inner_zones = converted((fence.polygon, *fence.zones), lambda ring: ring_from_map(origin, ring))
+    whole = autopilot_fence(fence)
+    return Measures(inner, tuple(inner_zones), *extent(whole), area(whole))
 
 
 def plan_of(command: SetFence | CheckFence) -> FencePlan:

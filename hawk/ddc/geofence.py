@@ -6,10 +6,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import lru_cache
-from itertools import chain
+from itertools import chain, islice
 
 import numpy as np
 import pymap3d
@@ -70,6 +70,14 @@ def ring_from_map(datum: GlobalPose, ring: Ring) -> Ring:
         north, east, np.zeros_like(north), datum.latitude, datum.longitude, datum.altitude
     )
     return tuple(zip(latitudes.tolist(), longitudes.tolist(), strict=True))
+
+
+def converted(rings: Sequence[Ring], change: Callable[[Ring], Ring]) -> tuple[Ring, ...]:
+    """Return the rings changed corner by corner, by one call for all of them: a conversion costs by the call."""
+    if not rings:
+        return ()
+    corners = iter(change(tuple(chain(*rings))))
+    return tuple(tuple(islice(corners, len(ring))) for ring in rings)
 
 
 def check_outline(ring: Ring) -> None:

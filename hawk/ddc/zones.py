@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
 import shapely
 from shapely import Polygon
 
@@ -22,18 +23,21 @@ def check_zones(outer: Ring, zones: Sequence[Ring]) -> None:
     Raises:
         FenceError: Names the zone, the fault and the remedy.
     """
+    if not zones:
+        return
     fence = Polygon(outer).buffer(_SAME_M)
-    shapes: list[Polygon] = []
-    for number, ring in enumerate(zones, 1):
-        shape = _checked(f"Zone {number}", ring)
+    shapes = [_checked(f"Zone {number}", ring) for number, ring in enumerate(zones, 1)]
+    for number, shape in enumerate(shapes, 1):
         if not fence.covers(shape):
             where = "crosses the fence's edge" if fence.intersects(shape) else "lies outside the fence"
             raise FenceError(f"Zone {number}: {where}: move its corners inside the fence.")
-        for other, before in enumerate(shapes, 1):
-            if shape.buffer(-_SAME_M).intersects(before):
-                remedy = "move one of them, or draw one zone around both"
-                raise FenceError(f"Zone {number}: it crosses or holds zone {other}: {remedy}.")
-        shapes.append(shape)
+    first, second = np.triu_indices(len(shapes), 1)
+    places = np.array(shapes, dtype=object)
+    crossed = np.flatnonzero(shapely.intersects(shapely.buffer(places, -_SAME_M)[second], places[first]))
+    if crossed.size:
+        pair = int(second[crossed[0]]) + 1, int(first[crossed[0]]) + 1
+        remedy = "move one of them, or draw one zone around both"
+        raise FenceError(f"Zone {pair[0]}: it crosses or holds zone {pair[1]}: {remedy}.")
 
 
 def _checked(name: str, ring: Ring) -> Polygon:
@@ -47,5 +51,4 @@ def _checked(name: str, ring: Ring) -> Polygon:
         raise FenceError(f"{name}: {crossing(ring)}: move a corner so that no side crosses another.")
     if shape.area < LEAST_ZONE_M2:
         raise FenceError(f"{name}: it holds {shape.area:.1f} m², too little to be meant: draw it wider, or remove it.")
-    shapely.prepare(shape)
     return shape
