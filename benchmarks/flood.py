@@ -33,7 +33,7 @@ from hawk.survey.stack import SimulatedStack, StackError
 VIEWERS: Final = 8
 TICK_MS: Final = 10.0
 """The limit: p99 of the tick under the flood."""
-CORNERS: Final = 70
+CORNERS: Final = 69
 ASK_S: Final = 0.5
 """Between two questions of the operator who waits for an answer."""
 RETRY_S: Final = 0.1

@@ -251,14 +251,17 @@ class HeightParameters:
 class Fence:
     """Limits of the flight, map frame. ``polygon`` is our own limit: it lies inside the autopilot's by the margin.
 
-    ``polygon`` and ``autopilot_polygon`` are (north, east) vertices in order, not closed. Heights are metres above the
-    arm place.
+    ``autopilot_zones`` are the exclusion zones as they were drawn, ``zones`` our own limit: the same zones grown by the
+    margin, so that they may cross each other and ``polygon``. Rings are (north, east) vertices in order, not closed.
+    Heights are metres above the arm place.
     """
 
     polygon: tuple[tuple[float, float], ...]
     autopilot_polygon: tuple[tuple[float, float], ...]
     ceiling: float
     autopilot_ceiling: float
+    zones: tuple[tuple[tuple[float, float], ...], ...] = ()
+    autopilot_zones: tuple[tuple[tuple[float, float], ...], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

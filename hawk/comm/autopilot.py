@@ -12,13 +12,14 @@ import functools
 import logging
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
 from hawk.comm import commands
 from hawk.comm.calls import Calls
 from hawk.comm.clock import Clock
-from hawk.comm.frames import place_at, wrap_angle
+from hawk.comm.fence_rings import FenceRings, difference, rings_of
+from hawk.comm.frames import wrap_angle
 from hawk.comm.mavlink_link import Link, Message, OnMessage
 from hawk.comm.parameters import AutopilotParameters
 from hawk.comm.peer import Expected
@@ -50,8 +51,6 @@ _KNOCK_S = 5.0
 _WORDS_AFTER_S = 0.3
 _FENCE_CEILING_AND_POLYGON = 1 | 4  # FENCE_TYPE bits
 _FENCE_RTL_OR_LAND = 1  # FENCE_ACTION
-_FENCE_TOLERANCE_DEG = 1e-6
-"""A decimetre; the mission protocol carries 1e-7 degrees."""
 _FENCE_CEILING_TOLERANCE_M = 0.1
 _CRITICAL = 2  # MAV_SEVERITY_CRITICAL
 _COMMAND_ACK_KILL = int(commands.MavCommand.DO_FLIGHTTERMINATION)
@@ -238,55 +237,38 @@ class MavsdkAutopilot:
         return self._parameters.values["RTL_ALT"] / 100.0
 
     async def upload_fence(self, fence: Fence) -> None:
-        """Upload `Fence.autopilot_polygon` (about the fence origin), set ceiling, type and action, and enable it.
+        """Upload the autopilot's polygon and zones (about the fence origin), set ceiling, type, action, and enable it.
 
         Raises:
-            AutopilotError: It was refused, or the polygon that is read back is another one.
+            AutopilotError: It was refused, or a ring that is read back is another one.
         """
         self._require_link()
-        polygon = self._corners(fence)
-        await self.calls.run("upload fence", self._link.upload_fence, polygon, deadline_s=_FENCE_UPLOAD_S)
+        rings = rings_of(fence, self._tie.fence_origin)
+        await self.calls.run("upload fence", self._link.upload_fence, rings, deadline_s=_FENCE_UPLOAD_S)
         await self._parameters.set("FENCE_ALT_MAX", fence.autopilot_ceiling)
         await self._parameters.set("FENCE_TYPE", _FENCE_CEILING_AND_POLYGON)
         if await self._parameters.get("FENCE_ACTION") == 0:
             await self._parameters.set("FENCE_ACTION", _FENCE_RTL_OR_LAND)
         await self._parameters.set("FENCE_ENABLE", 1)
-        await self._compare_polygon(polygon)
+        await self._compare_rings(rings)
 
     async def compare_fence(self, fence: Fence) -> None:
-        """Read polygon, ceiling and FENCE_ENABLE. Raises AutopilotError when they are not those of the fence."""
+        """Read polygon, zones, ceiling and FENCE_ENABLE. Raises AutopilotError when they are not those of the fence."""
         self._require_link()
-        polygon = self._corners(fence)
+        rings = rings_of(fence, self._tie.fence_origin)
         if await self._parameters.get("FENCE_ENABLE") != 1:
             raise AutopilotError("FENCE_ENABLE: the autopilot's fence is off")
         ceiling = await self._parameters.get("FENCE_ALT_MAX")
         if abs(ceiling - fence.autopilot_ceiling) > _FENCE_CEILING_TOLERANCE_M:
             found = f"the autopilot's ceiling is {ceiling:g} m, ours is {fence.autopilot_ceiling:g} m"
             raise AutopilotError(f"FENCE_ALT_MAX: {found}")
-        await self._compare_polygon(polygon)
+        await self._compare_rings(rings)
 
-    def _corners(self, fence: Fence) -> list[tuple[float, float]]:
-        """Return the corners of the autopilot's fence in degrees. Raises AutopilotError when they cannot be placed."""
-        origin = self._tie.fence_origin
-        if origin is None:
-            raise AutopilotError("The drone does not know where it is yet: the fence cannot be placed")
-        if len(fence.autopilot_polygon) < 3:
-            raise AutopilotError("A fence needs at least 3 corners")
-        places = [place_at(north, east, origin) for north, east in fence.autopilot_polygon]
-        polygon = [(place.latitude, place.longitude) for place in places]
-        if not all(math.isfinite(value) for corner in polygon for value in corner):
-            raise AutopilotError("A corner of the fence is not finite: not sent")
-        return polygon
-
-    async def _compare_polygon(self, polygon: Sequence[tuple[float, float]]) -> None:
+    async def _compare_rings(self, rings: FenceRings) -> None:
         found = await self.calls.run("read fence", self._link.download_fence, deadline_s=_FENCE_UPLOAD_S)
-        is_same = len(found) == len(polygon) and all(
-            math.isclose(ours, theirs, rel_tol=0.0, abs_tol=_FENCE_TOLERANCE_DEG)
-            for corner, read in zip(polygon, found, strict=True)
-            for ours, theirs in zip(corner, read, strict=True)
-        )
-        if not is_same:
-            raise AutopilotError("The fence that the autopilot holds is another one")
+        words = difference(rings, found)
+        if words:
+            raise AutopilotError(f"The fence that the autopilot holds is another one: {words}")
 
     # --- frames ----------------------------------------------------------------------------------------------------
 

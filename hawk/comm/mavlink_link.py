@@ -22,6 +22,7 @@ from mavsdk.plugins.geofence import FenceType, Geofence, GeofenceData, Point, Po
 from mavsdk.plugins.mavlink_direct import MavlinkDirect, MavlinkMessage
 from mavsdk.plugins.telemetry import Telemetry
 
+from hawk.comm.fence_rings import Corners, FenceRings
 from hawk.comm.mavlink_frames import AUTOPILOT_COMPONENT, ground_station_heartbeat
 from hawk.comm.peer import FIRST_HEARD, Expected, PeerKeeper
 from hawk.comm.remote_id import ARM_STATUS, TRANSMITTERS
@@ -70,6 +71,24 @@ def require_finite(values: Mapping[str, Any]) -> None:
     for name, value in values.items():
         if isinstance(value, float) and not math.isfinite(value):
             raise AutopilotError(f"{name} is {value}: not sent")
+
+
+def _polygon(corners: Corners, kind: FenceType) -> Polygon:
+    return Polygon([Point(latitude, longitude) for latitude, longitude in corners], kind)
+
+
+def _rings(polygons: Sequence[Polygon], circles: Sequence[Any]) -> FenceRings:
+    """Return the rings of a fence that was read. Raises AutopilotError when it has parts that ours never has."""
+    inside, zones = (
+        [p for p in polygons if p.fence_type == kind] for kind in (FenceType.INCLUSION, FenceType.EXCLUSION)
+    )
+    if len(inside) != 1 or len(inside) + len(zones) != len(polygons) or circles:
+        held = f"{len(inside)} inclusion polygons, {len(zones)} exclusion polygons and {len(circles)} circles"
+        raise AutopilotError(f"The autopilot's fence has {held}, ours has one inclusion polygon and no circle")
+    first, *others = (
+        tuple((point.latitude_deg, point.longitude_deg) for point in each.points) for each in (*inside, *zones)
+    )
+    return FenceRings(first, tuple(others))
 
 
 def command_fields(command: int, parameters: Sequence[float]) -> dict[str, Any]:
@@ -209,22 +228,24 @@ class Link:
         except (ValueError, KeyError) as error:
             raise AutopilotError(f"The autopilot's answer cannot be read: {error}") from error
 
-    def upload_fence(self, polygon: Sequence[tuple[float, float]]) -> None:
-        """Replace the fence by an inclusion polygon of (latitude, longitude) in degrees. Raises AutopilotError."""
+    def upload_fence(self, rings: FenceRings) -> None:
+        """Replace the fence by an inclusion polygon and its exclusion polygons. Raises AutopilotError."""
         geofence = self._geofence
         if geofence is None:
             raise AutopilotError("No autopilot found yet")
-        points = [Point(latitude, longitude) for latitude, longitude in polygon]
+        polygons = [_polygon(rings.inclusion, FenceType.INCLUSION)]
+        polygons += [_polygon(ring, FenceType.EXCLUSION) for ring in rings.exclusions]
         try:
-            geofence.upload_geofence(GeofenceData([Polygon(points, FenceType.INCLUSION)], []))
+            geofence.upload_geofence(GeofenceData(polygons, []))
         except (MavsdkError, RuntimeError) as error:
             raise AutopilotError(f"The fence was not taken: {_words(error)}") from error
 
-    def download_fence(self) -> tuple[tuple[float, float], ...]:
-        """Return the (latitude, longitude) corners, degrees, of the only inclusion polygon that the autopilot holds.
+    def download_fence(self) -> FenceRings:
+        """Return the inclusion polygon that the autopilot holds, with its exclusion polygons.
 
         Raises:
-            AutopilotError: It does not answer, or its fence is anything else than one inclusion polygon.
+            AutopilotError: It does not answer, or its fence is anything else than one inclusion polygon with exclusion
+                polygons.
         """
         geofence = self._geofence
         if geofence is None:
@@ -233,12 +254,7 @@ class Link:
             found = geofence.download_geofence()
         except (MavsdkError, RuntimeError) as error:
             raise AutopilotError(f"The fence cannot be read from the autopilot: {_words(error)}") from error
-        polygons, circles = found.polygons or [], found.circles or []
-        if len(polygons) != 1 or circles or polygons[0].fence_type != FenceType.INCLUSION:
-            raise AutopilotError(
-                f"The autopilot's fence has {len(polygons)} polygons and {len(circles)} circles, ours is one polygon"
-            )
-        return tuple((point.latitude_deg, point.longitude_deg) for point in polygons[0].points)
+        return _rings(found.polygons or [], found.circles or [])
 
     def sensor_health(self) -> SensorHealth:
         """Return MAVSDK's cached summary. Does not block."""

@@ -7,22 +7,26 @@ unknown value is null: never NaN, never 0.
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, Field, TypeAdapter, ValidationError, field_validator
+from pydantic import BaseModel, Field, TypeAdapter, ValidationError, ValidationInfo, field_validator
 
 from hawk.comm.status import Command as Command
 from hawk.comm.status import FenceCorner, Finite, Heartbeat, Height, Metres, Point
 from hawk.comm.status import Outgoing as Outgoing
 
 MAX_MESSAGE_BYTES = 16 * 1024
-"""A command has a few hundred bytes, a fence of 70 corners some 4 kB; a larger message is refused unread."""
+"""A command has a few hundred bytes, a fence of 69 corners some 4 kB; a larger message is refused unread."""
 
 LONGEST_NAME = 60
 """Characters of a name that a refusal repeats."""
 LEAST_CORNERS = 3
-MOST_CORNERS = 70
-"""Every ArduPilot board stores at least this number of corners of a polygon."""
+MOST_CORNERS = 69
+"""Corners of a fence without zones that ArduCopter stores on boards with 16 kB for parameters."""
+MOST_ZONES = 12
+MOST_ZONED_CORNERS = 66
+"""Corners of a fence and its zones together that ArduCopter stores with `MOST_ZONES` zones."""
 
 
 # -- to the drone -----------------------------------------------------------------------------------------------------
@@ -145,11 +149,24 @@ class SetFailsafes(Command):
 Corners = Annotated[list[FenceCorner], Field(min_length=LEAST_CORNERS, max_length=MOST_CORNERS)]
 
 
+def zones_problem(corners: int, zones: Sequence[int]) -> str:
+    """Return why the autopilot cannot store zones with these numbers of corners beside a fence's; empty if it can."""
+    if len(zones) > MOST_ZONES:
+        return f"a fence has at most {MOST_ZONES} zones, this one has {len(zones)}: draw one around several places"
+    count = corners + sum(zones)
+    if zones and count > MOST_ZONED_CORNERS:
+        most = f"at most {MOST_ZONED_CORNERS} corners"
+        return f"a fence and its zones have {most} together, these have {count}: leave some out"
+    return ""
+
+
 class _Fence(Command):
     corners: Corners
     """The autopilot's limit, in order, not closed; ours lies inside it by the margin."""
     ceiling: Height
     """The autopilot's ceiling, metres above the arm place; ours is lower by the margin."""
+    zones: list[Corners] = Field(default_factory=list)
+    """Exclusion zones inside the fence, each in order, not closed; ours lies around each of them by the margin."""
 
     @field_validator("corners", mode="before")
     @classmethod
@@ -157,6 +174,22 @@ class _Fence(Command):
         if isinstance(value, list) and not LEAST_CORNERS <= len(value) <= MOST_CORNERS:
             wanted = f"{LEAST_CORNERS} to {MOST_CORNERS} corners"
             raise ValueError(f"a fence has {wanted}, this one has {len(value)}: add some or leave some out")
+        return value
+
+    @field_validator("zones", mode="before")
+    @classmethod
+    def _counted_zones(cls, value: Any) -> Any:
+        for number, zone in enumerate(value if isinstance(value, list) else (), 1):
+            if isinstance(zone, list) and len(zone) < LEAST_CORNERS:
+                raise ValueError(f"zone {number} has {len(zone)} corners: add some, {LEAST_CORNERS} at least")
+        return value
+
+    @field_validator("zones", mode="after")
+    @classmethod
+    def _shared(cls, value: list[list[FenceCorner]], info: ValidationInfo) -> list[list[FenceCorner]]:
+        problem = zones_problem(len(info.data.get("corners", ())), [len(zone) for zone in value])
+        if problem:
+            raise ValueError(problem)
         return value
 
 
@@ -346,6 +379,8 @@ class FenceCheck(Outgoing):
     """Objections to a flight in it from the drone's present place."""
     inner: list[FenceCorner]
     """Our own limit; empty when there is none."""
+    inner_zones: list[list[FenceCorner]]
+    """Our own limit around the zones."""
     north_south: Finite | None
     east_west: Finite | None
     """Extent, metres."""

@@ -130,8 +130,12 @@ class FenceSetup(Outgoing):
     """Drawn or imported by an operator; the configured file; the configured circle around the arm place."""
     corners: list[FenceCorner]
     """The autopilot's limit; empty for a circle."""
+    zones: list[list[FenceCorner]] = []
+    """Exclusion zones as drawn, which the autopilot keeps."""
     inner: list[FenceCorner]
     """Our own limit; empty for a circle."""
+    inner_zones: list[list[FenceCorner]] = []
+    """Our own limit around the zones."""
     radius: Finite | None
     """Radius of a circle, metres."""
     ceiling: Finite
@@ -247,6 +251,10 @@ class SiteStatus(Outgoing):
     """Corners of our own limit, which lies inside the autopilot's."""
     fence_limit: tuple[Point, ...] = ()
     """Corners of the autopilot's limit."""
+    fence_zones: tuple[tuple[Point, ...], ...] = ()
+    """Corners of our own limit around each exclusion zone."""
+    fence_zone_limits: tuple[tuple[Point, ...], ...] = ()
+    """Corners of each exclusion zone as drawn, the autopilot's limit."""
     ceiling: Known = None
     heights: tuple[Finite, Finite, Finite] = (15.0, 35.0, 60.0)
     """Min, Des, Max."""

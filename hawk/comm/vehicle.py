@@ -88,10 +88,10 @@ class Autopilot(Protocol):
         """Set one parameter with the autopilot's type, and read it back until it holds, for 3 s at most."""
 
     async def upload_fence(self, fence: Fence) -> None:
-        """Upload `Fence.autopilot_polygon`, set ceiling, type, action and FENCE_ENABLE, and read the polygon back."""
+        """Upload the autopilot's polygon and zones, set ceiling, type, action and FENCE_ENABLE, and read them back."""
 
     async def compare_fence(self, fence: Fence) -> None:
-        """Read polygon, ceiling and FENCE_ENABLE. Raises AutopilotError when they are not those of the fence."""
+        """Read polygon, zones, ceiling and FENCE_ENABLE. Raises AutopilotError when they are not those of the fence."""
 
     async def set_home(self, place: GlobalPose) -> None:
         """Send MAV_CMD_DO_SET_HOME and do not wait: `VehicleTopics.home` shows whether it was taken."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Literal
@@ -13,9 +14,11 @@ from hawk.ddc.geofence import (
     FenceError,
     Ring,
     area,
+    autopilot_fence,
     check_outline,
     circle,
     contains,
+    converted,
     extent,
     outside_by,
     polygon_fence,
@@ -23,13 +26,15 @@ from hawk.ddc.geofence import (
     ring_to_map,
     sees_all,
     to_map,
+    zone_of,
 )
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.words import metres
-from hawk.model import Fence, GlobalPose, HeightParameters
+from hawk.ddc.zones import check_zones
+from hawk.model import Fence, GlobalPose, HeightParameters, MapPoint
 
 BLIND_HOME = (
-    "From parts of it the straight way home leaves the fence. Our returns stay inside; the autopilot's own failsafes "
+    "From parts of it the straight way home {}. Our returns stay inside; the autopilot's own failsafes "
     "(lost link, its battery failsafe, a dead companion computer) fly straight."
 )
 
@@ -38,12 +43,14 @@ BLIND_HOME = (
 class FencePlan:
     """The autopilot's limit. ``ring`` has (latitude, longitude) corners, none for a circle around the arm place.
 
-    ``ceiling`` is the autopilot's, metres above the arm place.
+    ``ceiling`` is the autopilot's, metres above the arm place. ``zones`` are exclusion zones inside the ring, corners
+    as in it.
     """
 
     source: Literal["drawn", "file", "circle"]
     ring: Ring
     ceiling: float
+    zones: tuple[Ring, ...] = ()
 
     @property
     def origin(self) -> GlobalPose:
@@ -56,7 +63,8 @@ class FencePlan:
         Raises:
             FenceError: Nothing whole is left inside the margin.
         """
-        return polygon_fence(ring_to_map(datum, self.ring), settings.margin_m, self.ceiling, settings.ceiling_margin_m)
+        outer, *zones = converted((self.ring, *self.zones), lambda ring: ring_to_map(datum, ring))
+        return polygon_fence(outer, settings.margin_m, self.ceiling, settings.ceiling_margin_m, zones)
 
     def around(self, datum: GlobalPose, place: GlobalPose, settings: FenceSettings) -> Fence:
         """Return the fence in the map frame for a drone that is armed at a place.
@@ -72,9 +80,13 @@ class FencePlan:
 
 @dataclass(frozen=True, slots=True)
 class Measures:
-    """Size of a planned polygon: our limit (latitude, longitude); extent (m) and area (m²) of the autopilot's."""
+    """Size of a planned polygon: our limit (latitude, longitude); extent (m) and area (m²) of the autopilot's.
+
+    ``inner_zones`` are the zones with our margin around them. The area is without zones.
+    """
 
     inner: Ring
+    inner_zones: tuple[Ring, ...]
     north_south: float
     east_west: float
     area: float
@@ -87,17 +99,20 @@ def check_plan(plan: FencePlan, settings: DdcSettings, heights: HeightParameters
         FenceError: Names the field, the fault and the remedy.
     """
     origin = plan.origin
-    outer = ring_to_map(origin, plan.ring)
+    outer, *zones = converted((plan.ring, *plan.zones), lambda ring: ring_to_map(origin, ring))
     check_outline(outer)
+    check_zones(outer, zones)
     _check_ceiling(plan.ceiling, settings, heights)
     fence = plan.on_map(origin, settings.fence)
-    whole = Fence(outer, outer, 0.0, 0.0)
-    return Measures(ring_from_map(origin, fence.polygon), *extent(whole), area(outer))
+    inner, *inner_zones = converted((fence.polygon, *fence.zones), lambda ring: ring_from_map(origin, ring))
+    whole = autopilot_fence(fence)
+    return Measures(inner, tuple(inner_zones), *extent(whole), area(whole))
 
 
 def plan_of(command: SetFence | CheckFence) -> FencePlan:
     """Return the fence of a command."""
-    return FencePlan("drawn", tuple((each.latitude, each.longitude) for each in command.corners), command.ceiling)
+    zones = tuple(_ring(zone) for zone in command.zones)
+    return FencePlan("drawn", _ring(command.corners), command.ceiling, zones)
 
 
 def fence_refusal(command: SetFence, settings: DdcSettings, heights: HeightParameters) -> str:
@@ -127,13 +142,21 @@ def check_answer(
         found = check_plan(plan, settings, heights)
     except FenceError as error:
         return FenceCheck(
-            id=command.id, problem=str(error), notes=[], inner=[], north_south=None, east_west=None, area=None
+            id=command.id,
+            problem=str(error),
+            notes=[],
+            inner=[],
+            inner_zones=[],
+            north_south=None,
+            east_west=None,
+            area=None,
         )
     return FenceCheck(
         id=command.id,
         problem="",
         notes=_notes(plan, settings, standpoint),
         inner=corners(found.inner),
+        inner_zones=[corners(zone) for zone in found.inner_zones],
         north_south=found.north_south,
         east_west=found.east_west,
         area=found.area,
@@ -143,13 +166,17 @@ def check_answer(
 def fence_setup(plan: FencePlan, settings: DdcSettings, problem: str) -> FenceSetup:
     """Return the planned fence as operators see it."""
     inner: Ring = ()
+    zones: tuple[Ring, ...] = ()
     if plan.ring:
         with suppress(FenceError):  # a configured file that is too narrow: the preflight check reports it
-            inner = check_plan(plan, settings, HeightParameters(0.0, 0.0, 0.0)).inner
+            found = check_plan(plan, settings, HeightParameters(0.0, 0.0, 0.0))
+            inner, zones = found.inner, found.inner_zones
     return FenceSetup(
         source=plan.source,
         corners=corners(plan.ring),
+        zones=[corners(zone) for zone in plan.zones],
         inner=corners(inner),
+        inner_zones=[corners(zone) for zone in zones],
         radius=settings.fence.radius_m if plan.source == "circle" else None,
         ceiling=plan.ceiling,
         margin=settings.fence.margin_m,
@@ -164,6 +191,10 @@ def corners(ring: Ring) -> list[FenceCorner]:
     return [FenceCorner(latitude=latitude, longitude=longitude) for latitude, longitude in ring]
 
 
+def _ring(places: Sequence[FenceCorner]) -> Ring:
+    return tuple((each.latitude, each.longitude) for each in places)
+
+
 def _notes(plan: FencePlan, settings: DdcSettings, standpoint: Standpoint) -> list[str]:
     place = standpoint.place
     if place is None:
@@ -172,14 +203,24 @@ def _notes(plan: FencePlan, settings: DdcSettings, standpoint: Standpoint) -> li
     fence = plan.on_map(datum, settings.fence)
     home = to_map(datum, place.latitude, place.longitude)
     if not contains(fence, home):
-        away = metres(max(1.0, outside_by(fence, home)))
-        return [f"The drone stands {away} outside the dotted line: it could not be armed there."]
-    notes = [] if sees_all(fence, home) else [BLIND_HOME]
+        return [f"The drone stands {where_outside(fence, home)}: it could not be armed there."]
+    notes = [] if sees_all(fence, home) else [blind_home(fence)]
     altitude = standpoint.return_height
     if altitude is not None and altitude > fence.ceiling:
         high = f"It returns home at {metres(altitude)}, above {metres(fence.ceiling)}: change the heights first."
         notes.insert(0, high)
     return notes
+
+
+def where_outside(fence: Fence, place: MapPoint) -> str:
+    """Return in words where a place outside our fence lies: beyond its edge, or in a zone."""
+    away, zone = metres(max(1.0, outside_by(fence, place))), zone_of(fence, place)
+    return f"{away} outside the dotted line" if zone is None else f"{away} inside the dotted line of zone {zone}"
+
+
+def blind_home(fence: Fence) -> str:
+    """Return the note about a home that is not seen from everywhere inside."""
+    return BLIND_HOME.format("crosses a zone" if fence.zones else "leaves the fence")
 
 
 def _check_ceiling(ceiling: float, settings: DdcSettings, heights: HeightParameters) -> None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from hawk.ddc.acts import Acts, Log
 from hawk.ddc.clearance import LOW_S
 from hawk.ddc.facts import BATTERY_UNKNOWN_S, POSE_TIMEOUT_S, POSITION_CONFIRM_S, RESERVE_CONFIRM_S, Facts
+from hawk.ddc.geofence import recovery_words
 from hawk.ddc.motion import Goal
 from hawk.ddc.orders import Cause, CauseKind, Rank, ToCommunicationLost, ToHover, ToReturn, Transition
 from hawk.ddc.states.base import State
@@ -37,7 +38,7 @@ def reaction(facts: Facts, state: State) -> Reaction | None:
 def notices(facts: Facts) -> Acts:
     """Return the messages that a condition causes in the tick in which it begins."""
     if facts.limits.breached_s == 0.0:
-        return (Log("warning", "Outside the fence: going back inside."),)
+        return (Log("warning", recovery_words(facts.limits.fence, facts.place)),)
     if facts.remote_control.lost_s == 0.0:
         return (Log("warning", "The remote control is lost: nobody can take over by hand.", RADIO_LOST_DETAILS),)
     return ()

@@ -22,7 +22,7 @@ from hawk.comm.messages import (
 from hawk.comm.status import CheckItem, ClientId, CommandOption, KillState
 from hawk.ddc.facts import Facts
 from hawk.ddc.fence import fence_refusal
-from hawk.ddc.geofence import contains, path_is_inside
+from hawk.ddc.geofence import contains, path_is_inside, path_words, place_words
 from hawk.ddc.home import home_words
 from hawk.ddc.orders import Rank
 from hawk.ddc.parameter_values import FailsafeCheck, Values
@@ -215,15 +215,17 @@ def place_refusal(facts: Facts, place: MapPoint) -> Refusal | None:
     if facts.pose is None or fence is None:
         return _POSITION_UNKNOWN
     if not contains(fence, place):
-        return Refusal("X, Y: the place is outside the fence: choose one inside.", _OUT_OF_BOUNDS)
+        where = place_words(fence, place)
+        return Refusal(f"X, Y: the place is {where}: choose one inside.", _OUT_OF_BOUNDS)
     return None
 
 
 def move_refusal(facts: Facts, place: MapPoint) -> Refusal | None:
     """Return the reason why the drone may not go straight to this place of the map."""
-    refused = place_refusal(facts, place)
-    if refused is None and not _is_path_inside(facts, place):
-        return Refusal("X, Y: the straight way there leaves the fence: go around it in two moves.", _OUT_OF_BOUNDS)
+    refused, fence = place_refusal(facts, place), facts.limits.fence
+    if refused is None and fence is not None and not _is_path_inside(facts, place):
+        what = path_words(fence)
+        return Refusal(f"X, Y: the straight way there {what}: go around it in two moves.", _OUT_OF_BOUNDS)
     return refused
 
 
@@ -234,7 +236,7 @@ def route_refusal(facts: Facts, route: Route) -> Refusal | None:
         return _POSITION_UNKNOWN
     legs_inside = all(path_is_inside(fence, a, b) for a, b in pairwise(route.points))
     if len(route.points) < 2 or not legs_inside or not _is_path_inside(facts, route.points[1]):
-        return Refusal("X, Y: the way there leaves the fence: choose another place.", _OUT_OF_BOUNDS)
+        return Refusal(f"X, Y: the way there {path_words(fence)}: choose another place.", _OUT_OF_BOUNDS)
     return None
 
 

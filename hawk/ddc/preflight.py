@@ -9,7 +9,8 @@ from hawk.comm.status import CheckItem
 from hawk.config import HeightSettings
 from hawk.ddc.facts import Facts
 from hawk.ddc.failsafes import AutopilotView, check_failsafes, return_altitude
-from hawk.ddc.geofence import FenceError, contains, extent, outside_by, sees_all, to_map
+from hawk.ddc.fence import where_outside
+from hawk.ddc.geofence import FenceError, contains, extent, sees_all, to_map
 from hawk.ddc.home import HOME_AGE_S, home_words
 from hawk.ddc.parameter_values import FailsafeCheck, Values
 from hawk.ddc.params import ParameterError, check_heights
@@ -22,7 +23,7 @@ from hawk.ddc.words import metres
 from hawk.model import Fence, GlobalPose, MapPoint
 
 GPS_FIX_3D = 3
-BLIND_PARTS = "our returns stay inside the fence, the autopilot's own failsafes fly straight and leave it from parts"
+BLIND_PARTS = "our returns stay inside the fence, the autopilot's own failsafes fly straight and {} from parts"
 HOME_NEAR_M = 10.0
 """A home within this distance of the drone on the ground is at the drone, metres."""
 
@@ -177,8 +178,7 @@ def _fence(plan: _Plan) -> CheckItem:
     north, east = extent(plan.fence)
     text = f"{north:.0f} × {east:.0f} m"
     if not contains(plan.fence, plan.home):
-        away = metres(max(1.0, outside_by(plan.fence, plan.home)))
-        return _bad_fence(f"{text}, drone {away} outside", "It could not fly anywhere.")
+        return _bad_fence(f"{text}, drone {where_outside(plan.fence, plan.home)}", "It could not fly anywhere.")
     return _passed("Fence", f"{text}, drone and home inside")
 
 
@@ -209,8 +209,8 @@ def _return_height(altitude: float | None, plan: _Plan | None) -> CheckItem:
     text = f"{metres(altitude)}, ceiling {metres(plan.fence.ceiling)}"
     if altitude > plan.fence.ceiling:
         return _failed(name, text, "On its way home it would leave the fence.", "Change the heights.")
-    seen = sees_all(plan.fence, plan.home)
-    return _passed(name, text if seen else f"{text}; {BLIND_PARTS}")
+    seen, parts = sees_all(plan.fence, plan.home), "cross a zone" if plan.fence.zones else "leave it"
+    return _passed(name, text if seen else f"{text}; {BLIND_PARTS.format(parts)}")
 
 
 def _plan(facts: Facts, settings: DdcSettings) -> _Plan | CheckItem:

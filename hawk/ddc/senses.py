@@ -343,12 +343,12 @@ class Senses:
         """Return the area of the fence in force, on the ground that of the planned one; None while there is none."""
         fence, fences, pose = self._from.topics.fence_pub.value, self._from.fences, self._from.topics.get_pose()
         if fence is not None and self._is_airborne():
-            return area(fence.polygon)
+            return area(fence)
         if fences.problem or pose is None:
             return None
         place = pose.global_
         try:
-            return area(fences.plan.around(self._from.service.datum or place, place, self._from.settings.fence).polygon)
+            return area(fences.plan.around(self._from.service.datum or place, place, self._from.settings.fence))
         except FenceError:
             return None
 

@@ -171,6 +171,8 @@ def site_status(case: Case) -> SiteStatus:
         datum=None if datum is None else (datum.latitude, datum.longitude),
         fence=() if fence is None else _ring(fence.polygon),
         fence_limit=() if fence is None else _ring(fence.autopilot_polygon),
+        fence_zones=() if fence is None else tuple(_ring(zone) for zone in fence.zones),
+        fence_zone_limits=() if fence is None else tuple(_ring(zone) for zone in fence.autopilot_zones),
         ceiling=case.facts.ceiling(case.state.on_ground),
         heights=(heights.minimum, heights.desired, heights.maximum),
     )

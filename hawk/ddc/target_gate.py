@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hawk.ddc.geofence import contains, inside_point, leads_inside, outside_by
+from hawk.ddc.geofence import contains, inside_point, leads_inside, outside_by, path_words, place_words
 from hawk.ddc.motion import Goal, maximum_target_distance
 from hawk.model import Fence, HeightParameters, MapPose
 
@@ -45,10 +45,10 @@ def _fence_refusal(target: Goal, pose: MapPose, limits: Limits, away: float) -> 
     """
     if not contains(limits.fence, target.point):
         nearer = 0.0 < outside_by(limits.fence, target.point) <= away
-        return "" if nearer else "the target is outside the fence"
+        return "" if nearer else f"the target is {place_words(limits.fence, target.point)}"
     if away > 0.0 or leads_inside(limits.fence, pose.point, target.point):
         return ""
-    return "the straight way to the target leaves the fence"
+    return f"the straight way to the target {path_words(limits.fence)}"
 
 
 def _height_refusal(target: Goal, pose: MapPose, limits: Limits) -> str:

@@ -50,8 +50,22 @@ class FenceItem:
     longitude: float
 
 
+STORAGE_BYTES = 560
+"""ArduCopter's memory for a fence on boards with 16 kB for parameters (libraries/StorageManager)."""
+MAX_ITEMS = STORAGE_BYTES // 8
+_HEAD_BYTES, _POLYGON_BYTES, _VERTEX_BYTES, _CIRCLE_BYTES = 4, 2, 8, 13
+
+
 class FenceError(Exception):
     """The items do not make a fence."""
+
+
+class FenceStorageError(FenceError):
+    """The fence does not fit into the autopilot's memory."""
+
+
+class FenceOverrunError(FenceError):
+    """The fence fills the memory to the last byte: ArduCopter takes it, has no room for its end mark, and stops."""
 
 
 class Fence:
@@ -82,6 +96,7 @@ class Fence:
 
     def load(self, items: Sequence[FenceItem], places: Sequence[Flat]) -> None:
         """Load an upload; ``places`` are the items' places (north, east). Raises FenceError and keeps the old one."""
+        needed = _HEAD_BYTES
         inside: list[shapely.Geometry] = []
         outside: list[shapely.Geometry] = []
         index = 0
@@ -95,11 +110,17 @@ class Fence:
                     raise FenceError(f"polygon of {count} vertices at item {index}")
                 target.append(shapely.Polygon(places[index : index + count]))
                 index += count
+                needed += _POLYGON_BYTES + count * _VERTEX_BYTES
             elif command in (FenceCommand.INCLUSION_CIRCLE, FenceCommand.EXCLUSION_CIRCLE):
                 target.append(shapely.Point(places[index]).buffer(parameter, quad_segs=64))
                 index += 1
+                needed += _CIRCLE_BYTES
             else:
                 raise FenceError(f"command {command} at item {index} is not a fence command")
+        if needed > STORAGE_BYTES:
+            raise FenceStorageError(f"{needed} bytes of {STORAGE_BYTES}")
+        if needed == STORAGE_BYTES:
+            raise FenceOverrunError(f"{needed} bytes and an end mark, of {STORAGE_BYTES}")
         self.items, self._inside, self._outside = tuple(items), inside, outside
         for geometry in (*inside, *outside):
             shapely.prepare(geometry)

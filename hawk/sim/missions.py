@@ -8,11 +8,11 @@ from typing import Any
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from hawk.sim.autopilot import Autopilot
-from hawk.sim.fence import FenceError, FenceItem
+from hawk.sim.fence import MAX_ITEMS, FenceError, FenceItem, FenceOverrunError, FenceStorageError
 
 RETRY_S = 1.0
 TIMEOUT_S = 8.0
-MAX_ITEMS = 500
+WARNING = int(mavlink.MAV_SEVERITY_WARNING)
 
 FENCE = int(mavlink.MAV_MISSION_TYPE_FENCE)
 HANDLED = frozenset(
@@ -71,6 +71,7 @@ class Missions:
             kind = mavlink.MAV_MISSION_ACCEPTED if message.count == 0 else mavlink.MAV_MISSION_UNSUPPORTED
             return [self._ack(kind, message.mission_type)]
         if message.count > MAX_ITEMS:
+            self._autopilot.say(WARNING, f"Only {MAX_ITEMS} items are supported")
             return [self._ack(mavlink.MAV_MISSION_NO_SPACE, FENCE)]
         self._expected, self._items, self._progress = message.count, [], now
         return [self._request(now)] if message.count else [self._finish()]
@@ -93,6 +94,12 @@ class Missions:
         self._asked = None
         try:
             self._autopilot.load_fence(self._items)
+        except FenceStorageError:
+            self._autopilot.say(WARNING, "Fence exceeds storage size")
+            return self._ack(mavlink.MAV_MISSION_ERROR, FENCE)
+        except FenceOverrunError as error:
+            self._autopilot.crash_program(f"a fence that fills its memory: {error}")
+            return self._ack(mavlink.MAV_MISSION_ERROR, FENCE)
         except FenceError:
             return self._ack(mavlink.MAV_MISSION_INVALID, FENCE)
         return self._ack(mavlink.MAV_MISSION_ACCEPTED, FENCE)

@@ -8,6 +8,7 @@ import threading
 from collections.abc import AsyncIterator, Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,8 @@ from tests.integration.sim_support import free_udp_port, get_json, simulation, s
 pytestmark = pytest.mark.integration
 SPEED = 4.0
 HEIGHT = 8.0
-FENCE = Fence((), ((-60.0, -60.0), (-60.0, 60.0), (60.0, 60.0), (60.0, -60.0)), 37.0, 40.0)
+ZONES = (((30.0, 30.0), (45.0, 30.0), (45.0, 45.0)), ((-40.0, -40.0), (-30.0, -40.0), (-30.0, -30.0), (-40.0, -30.0)))
+FENCE = Fence((), ((-60.0, -60.0), (-60.0, 60.0), (60.0, 60.0), (60.0, -60.0)), 37.0, 40.0, autopilot_zones=ZONES)
 
 
 class Rig:
@@ -129,6 +131,9 @@ async def test_a_flight_on_the_map_with_a_reset_of_ekf_local(rig: Rig) -> None:
     assert await rig.autopilot.set_rtl_altitude(HEIGHT) == HEIGHT
     await rig.autopilot.upload_fence(FENCE)
     assert rig.autopilot.parameters["FENCE_ENABLE"] == 1
+    with pytest.raises(AutopilotError, match="it has 2 exclusion zones, ours has 1"):
+        await rig.autopilot.compare_fence(replace(FENCE, autopilot_zones=ZONES[:1]))
+    await rig.autopilot.compare_fence(FENCE)
 
     await rig.autopilot.set_mode(CopterMode.BRAKE)
     with pytest.raises(AutopilotError, match="BRAKE mode not armable"):

@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 
 from hawk.algo.ground import Bools, CoarseLayers, Floats, Grid, Mask, Place, Window
+from hawk.algo.path_plan.bridges import with_bridges
 from hawk.algo.path_plan.footprint import Footprint, Singles
 from hawk.algo.path_plan.grid_search import farthest_in_sight
 
@@ -24,8 +25,6 @@ _FAR_M: Final = 1e3
 _ALIKE: Final = 0.7  # ground that looks like lot, without stalls near it, leads to lot less often
 _SEEN_BADLY: Final = 0.15  # worth of a second look at a place near a picture's edge, against a first look
 _LONGEST_BRIDGE_M: Final = 60.0  # across other ground, from one part of the lot to another
-_BRIDGE_CELLS: Final = 3  # width of a corridor: routing looks at every other cell
-_BRIDGE_TRIES: Final = 8  # at other places when the shortest line leaves the fence
 _ROUTING_STEP: Final = 2  # cells a routing cell
 _DOUBT: Final = 0.3  # probability of lot at and below which unseen ground is ignored
 _LEAST_SHARE: Final = 0.1  # of a cell
@@ -108,32 +107,6 @@ def guessed(layers: CoarseLayers, place: Place) -> CoarseLayers:
     return replace(layers, lot=lot)
 
 
-def with_bridges(ground: Mask, fenced: Mask, longest: float) -> Mask:
-    """Return the ground with corridors between its parts, so that the drone can cross the road that parts them.
-
-    A corridor is the shortest straight line from one part to the next inside the fence (1 in ``fenced``), of
-    ``longest`` cells at most. ``ground`` is 1 where the drone may be.
-    """
-    count, labels = cv2.connectedComponents(ground, connectivity=8)
-    if count <= 2:  # the background is one of them
-        return ground
-    bridged = ground.copy()
-    reached = labels == 1
-    waiting = set(range(2, count))
-    while waiting:
-        line = _shortest(reached, (labels > 0) & ~reached, fenced, longest)
-        if line is None:  # go on from a part that cannot be reached: others may be, from there
-            part = waiting.pop()
-            reached = labels == part
-            continue
-        begin, end = line
-        cv2.line(bridged, begin, end, (1,), _BRIDGE_CELLS)
-        part = int(labels[end[1], end[0]])
-        waiting.discard(part)
-        reached |= labels == part
-    return np.asarray(bridged & fenced, np.uint8)
-
-
 def share_of(
     field: InformationField, footprint: Footprint, least_m2: float, border: float, open_end_m2: float = 0.0
 ) -> Grid:
@@ -190,30 +163,6 @@ def _distance(mask: Bools) -> Grid:
     if not mask.any():
         return np.full(mask.shape, _FAR_M, np.float32)
     return np.asarray(cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, 5), dtype=np.float32)
-
-
-def _shortest(
-    reached: Bools, other: Bools, fenced: Mask, longest: float
-) -> tuple[tuple[int, int], tuple[int, int]] | None:
-    """Return the ends (column, row) of the shortest line inside the fence from reached cells to others."""
-    away, nearest = cv2.distanceTransformWithLabels(
-        (~reached).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
-    )
-    rows, columns = np.nonzero(other)
-    if len(rows) == 0:
-        return None
-    place_of = np.zeros(int(nearest.max()) + 1, np.intp)
-    place_of[nearest[reached]] = np.flatnonzero(reached)
-    order = np.argsort(away[rows, columns], kind="stable")
-    order = order[away[rows, columns][order] <= longest]
-    for pick in order[:: max(1, len(order) // _BRIDGE_TRIES)]:
-        end = (int(columns[pick]), int(rows[pick]))
-        row, column = divmod(int(place_of[nearest[end[1], end[0]]]), reached.shape[1])
-        line = np.zeros(fenced.shape, np.uint8)
-        cv2.line(line, (column, row), end, (1,), 1)
-        if fenced[line > 0].all():
-            return (column, row), end
-    return None
 
 
 def _in_sight(field: InformationField, footprint: Footprint) -> Bools:

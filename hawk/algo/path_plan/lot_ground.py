@@ -7,6 +7,7 @@ lot are then added to the lot.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -23,13 +24,14 @@ _CHUNK_M = 40.0
 
 
 class FenceGuard:
-    """The fence as polygon and as cells; None means that there is none yet, and everything is inside."""
+    """The fence without its zones, as polygon and as cells; None: there is none yet, and everything is inside."""
 
     def __init__(self, fence: Fence | None) -> None:
         self.fence = fence
         self._polygon = None
         if fence is not None and len(fence.polygon) >= 3:
-            self._polygon = shapely.Polygon(fence.polygon)
+            zones = shapely.union_all([shapely.Polygon(zone) for zone in fence.zones])
+            self._polygon = shapely.Polygon(fence.polygon).difference(zones)
             shapely.prepare(self._polygon)
 
     def contains(self, north: float, east: float) -> bool:
@@ -44,11 +46,11 @@ class FenceGuard:
         """Return 1 where whole cells lie inside, 0 elsewhere; a cell has the same answer in every window."""
         if self.fence is None or self._polygon is None:
             return np.ones(window.shape, np.uint8)
-        corners = np.array(self.fence.polygon)
         wider = window.grown(1)  # erosion needs the cells next to the window
-        cells = np.round(wider.cells_of(corners[:, 0], corners[:, 1]) * 16).astype(np.int32)
         mask = np.zeros(wider.shape, np.uint8)
-        cv2.fillPoly(mask, [cells], [1], shift=4)
+        _fill(mask, wider, self.fence.polygon, 1)
+        for zone in self.fence.zones:  # each by itself: where two overlap, one drawing of both would leave a hole
+            _fill(mask, wider, zone, 0)
         return without_border(mask)[1:-1, 1:-1]
 
 
@@ -111,6 +113,13 @@ def disc_about(window: Window, place: Place, radius: float) -> tuple[Slices, Boo
 def without_border(mask: Mask) -> Mask:
     """Return the mask without the cells at its border."""
     return np.asarray(cv2.erode(mask, np.ones((3, 3), np.uint8)), dtype=np.uint8)
+
+
+def _fill(mask: Mask, window: Window, ring: Sequence[Place], value: int) -> None:
+    """Set the cells of a window that a ring (north, east) touches."""
+    corners = np.array(ring)
+    cells = np.round(window.cells_of(corners[:, 0], corners[:, 1]) * 16).astype(np.int32)
+    cv2.fillPoly(mask, [cells], [value], shift=4)
 
 
 def _distances(window: Window, place: Place) -> Floats:

@@ -6,7 +6,7 @@ import math
 
 from hawk.ddc.acts import STAY, Acts, Log, SendTarget, ShowUserError, Step
 from hawk.ddc.facts import Facts
-from hawk.ddc.geofence import path_is_inside
+from hawk.ddc.geofence import path_is_inside, path_words
 from hawk.ddc.motion import Carrot, Goal, RoamingWatch
 from hawk.ddc.orders import ToHover
 from hawk.ddc.settings import DdcSettings
@@ -57,7 +57,7 @@ class Travelling:
             self.obstacle = "The position is too old."
             return ()
         if fence is None or not path_is_inside(fence, place.point, goal.point):
-            self.obstacle = OUTSIDE_PATH
+            self.obstacle = OUTSIDE_PATH if fence is None else f"The way there {path_words(fence)}."
             return ()
         self.obstacle = facts.target_refusal if self._has_sent else ""
         self._has_sent = True

@@ -8,7 +8,16 @@ from dataclasses import replace
 from hawk.comm.messages import Resume
 from hawk.ddc.acts import STAY, Acts, SendTarget, Step
 from hawk.ddc.facts import Facts
-from hawk.ddc.geofence import EDGE_MARGIN_M, RECOVERY_DEPTH_M, contains, inside_point, last_inside, path_is_inside
+from hawk.ddc.geofence import (
+    EDGE_MARGIN_M,
+    RECOVERY_DEPTH_M,
+    autopilot_fence,
+    contains,
+    inside_point,
+    last_inside,
+    path_is_inside,
+    recovery_words,
+)
 from hawk.ddc.motion import Carrot, Goal, distance, maximum_target_distance, stopping_point
 from hawk.ddc.orders import Cause, CauseKind, Order, Rank, ToHover, ToReturn
 from hawk.ddc.settings import DdcSettings
@@ -107,7 +116,7 @@ def _takes_no_step(facts: Facts, here: MapPose) -> bool:
     fence = facts.limits.fence
     if fence is None or not facts.diagnostics.fence_on or here.height > fence.autopilot_ceiling:
         return False
-    return not contains(replace(fence, polygon=fence.autopilot_polygon), here.point)
+    return not contains(autopilot_fence(fence), here.point)
 
 
 def _reachable_height(goal: Goal, here: MapPose, speed: float) -> float:
@@ -156,7 +165,7 @@ class Hover(AirborneState):
     def detail(self, facts: Facts) -> str:
         """Return the reason and the height."""
         if self._holding.is_recovering:
-            return "Outside the fence: going back inside."
+            return recovery_words(facts.limits.fence, facts.place)
         place = "" if facts.height is None else f" at {metres(facts.height)}"
         return f"{self._reason} Holding{place}.".strip()
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from hawk.comm.fence_rings import FenceRings
 from hawk.comm.mavlink_link import Link, Message, OnMessage, SensorHealth
 from hawk.comm.peer import FIRST_HEARD, Expected
 from hawk.comm.udp_gate import NOBODY, Hearing
@@ -100,9 +101,9 @@ class FakeLink(Link):
     sent: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
     commanded: list[tuple[int, list[float]]] = field(default_factory=list)
     results: dict[int, int] = field(default_factory=dict)
-    fences: list[list[tuple[float, float]]] = field(default_factory=list)
-    held: tuple[tuple[float, float], ...] | None = None
-    keeps: tuple[tuple[float, float], ...] | None = None
+    fences: list[FenceRings] = field(default_factory=list)
+    held: FenceRings | None = None
+    keeps: FenceRings | None = None
     """The fence that it holds after any upload; None: the uploaded one."""
     answer: Callable[[str, Mapping[str, Any]], None] = lambda _name, _fields: None
     before_ack: Callable[[], None] = lambda: None
@@ -155,13 +156,13 @@ class FakeLink(Link):
         self.before_ack()
         return self.results.get(command, 0)
 
-    def upload_fence(self, polygon: Sequence[tuple[float, float]]) -> None:
-        self.fences.append(list(polygon))
-        self.held = tuple(polygon) if self.keeps is None else self.keeps
+    def upload_fence(self, rings: FenceRings) -> None:
+        self.fences.append(rings)
+        self.held = rings if self.keeps is None else self.keeps
 
-    def download_fence(self) -> tuple[tuple[float, float], ...]:
+    def download_fence(self) -> FenceRings:
         if self.held is None:
-            raise AutopilotError("The autopilot's fence has 0 polygons and 0 circles, ours is one polygon")
+            raise AutopilotError("The autopilot's fence has 0 inclusion polygons")
         return self.held
 
     def named(self, name: str) -> list[dict[str, Any]]:

@@ -6,12 +6,14 @@ import threading
 import time
 from collections.abc import AsyncIterator, Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from hawk.comm.autopilot import MavsdkAutopilot, expected_autopilot
 from hawk.comm.clock import Clock
+from hawk.comm.fence_rings import Corners, FenceRings
 from hawk.comm.frames import offset_ned
 from hawk.comm.mavlink_link import Message, OnMessage
 from hawk.comm.peer import Expected
@@ -25,6 +27,13 @@ from tests.unit.comm.fakes import ALTITUDE, LATITUDE, LONGITUDE, FakeLink, Memor
 from tests.unit.comm.waiting import until
 
 FENCE = Fence(((0.0, 0.0),), ((-50.0, -50.0), (-50.0, 50.0), (50.0, 50.0), (50.0, -50.0)), 97.0, 100.0)
+ZONED = replace(
+    FENCE,
+    autopilot_zones=(
+        ((10.0, 10.0), (20.0, 10.0), (10.0, 20.0)),
+        ((-20.0, -9.0), (-9.0, -9.0), (-9.0, 9.0), (-20.0, 9.0)),
+    ),
+)
 PARAMETERS: dict[str, tuple[float, int]] = {
     "RTL_ALT": (1500, 4), "FENCE_ENABLE": (0, 2), "FENCE_ACTION": (0, 2), "FENCE_TYPE": (7, 2),
     "FENCE_ALT_MAX": (120.0, 9),
@@ -533,6 +542,11 @@ class TestRtlAltitude:
         assert rig.memory.asked == []
 
 
+def moved(ring: Corners) -> Corners:
+    """Move the first corner by two decimetres."""
+    return ((ring[0][0] + 2e-6, ring[0][1]), *ring[1:])
+
+
 class TestFence:
     async def test_it_is_uploaded_and_enabled_last(self, rig: Rig) -> None:
         await rig.connect()
@@ -540,7 +554,7 @@ class TestFence:
         await rig.autopilot.upload_fence(FENCE)
         corners = [
             offset_ned(GlobalPose(lat, lon, ALTITUDE), GlobalPose(LATITUDE, LONGITUDE, ALTITUDE))[:2]
-            for lat, lon in rig.link.fences[0]
+            for lat, lon in rig.link.fences[0].inclusion
         ]
         for corner, expected in zip(corners, FENCE.autopilot_polygon, strict=True):
             assert corner == pytest.approx(expected, abs=0.01)
@@ -564,40 +578,62 @@ class TestFence:
         origin = rig.autopilot._tie.fence_origin
         assert origin is not None
         await rig.autopilot.upload_fence(FENCE)
-        middle = sum(latitude for latitude, _ in rig.link.fences[0]) / 4
+        middle = sum(latitude for latitude, _ in rig.link.fences[0].inclusion) / 4
         assert middle == pytest.approx(origin.latitude, abs=1e-6)
 
+    async def test_zones_go_with_it_in_their_order(self, rig: Rig) -> None:
+        await rig.connect()
+        rig.autopilot.set_datum(GlobalPose(LATITUDE, LONGITUDE, ALTITUDE))
+        await rig.autopilot.upload_fence(ZONED)
+        (sent,) = rig.link.fences
+        assert [len(ring) for ring in sent] == [4, 3, 4]
+        for ring, expected in zip(sent.exclusions, ZONED.autopilot_zones, strict=True):
+            for (lat, lon), corner in zip(ring, expected, strict=True):
+                datum = GlobalPose(LATITUDE, LONGITUDE, ALTITUDE)
+                assert offset_ned(GlobalPose(lat, lon, ALTITUDE), datum)[:2] == pytest.approx(corner, abs=0.01)
+        await rig.autopilot.compare_fence(ZONED)
+        with pytest.raises(AutopilotError, match="another one: it has 2 exclusion zones, ours has 0"):
+            await rig.autopilot.compare_fence(FENCE)
+
     @pytest.mark.parametrize(
-        "change",
+        ("change", "words"),
         [
-            lambda polygon: polygon[:-1],
-            lambda polygon: (*polygon, polygon[0]),
-            lambda polygon: ((polygon[0][0] + 2e-6, polygon[0][1]), *polygon[1:]),
-            lambda polygon: (*polygon[1:], polygon[0]),
+            (lambda held: replace(held, inclusion=held.inclusion[:-1]), "its polygon is another one"),
+            (lambda held: replace(held, inclusion=(*held.inclusion, held.inclusion[0])), "its polygon"),
+            (lambda held: replace(held, inclusion=moved(held.inclusion)), "its polygon"),
+            (lambda held: replace(held, inclusion=(*held.inclusion[1:], held.inclusion[0])), "its polygon"),
+            (lambda held: replace(held, exclusions=held.exclusions[:1]), "it has 1 exclusion zones, ours has 2"),
+            (lambda held: replace(held, exclusions=()), "it has 0 exclusion zones, ours has 2"),
+            (lambda held: replace(held, exclusions=(*held.exclusions, held.inclusion)), "it has 3 exclusion zones"),
+            (lambda held: replace(held, exclusions=held.exclusions[::-1]), "its zone 1 is another one"),
+            (lambda held: replace(held, exclusions=(held.exclusions[0], moved(held.exclusions[1]))), "its zone 2 is"),
+            (lambda held: replace(held, exclusions=(held.exclusions[0], held.exclusions[1][1:])), "its zone 2 is"),
         ],
-        ids=["a corner less", "a corner more", "a corner moved", "turned"],
-    )
+        ids=["a corner less", "a corner more", "a corner moved", "turned", "a zone less", "no zone", "a zone more",
+             "zones in another order", "a zone's corner moved", "a zone's corner less"],
+    )  # fmt: skip
     async def test_an_upload_that_reads_back_as_another_fence_has_failed(
-        self, rig: Rig, change: Callable[[tuple[tuple[float, float], ...]], tuple[tuple[float, float], ...]]
+        self, rig: Rig, change: Callable[[FenceRings], FenceRings], words: str
     ) -> None:
         await rig.connect()
         rig.autopilot.set_datum(GlobalPose(LATITUDE, LONGITUDE, ALTITUDE))
-        await rig.autopilot.upload_fence(FENCE)
-        await rig.autopilot.compare_fence(FENCE)
+        await rig.autopilot.upload_fence(ZONED)
+        await rig.autopilot.compare_fence(ZONED)
         assert rig.link.held is not None
         rig.link.keeps = change(rig.link.held)
-        with pytest.raises(AutopilotError, match="holds is another one"):
-            await rig.autopilot.upload_fence(FENCE)
-        with pytest.raises(AutopilotError, match="holds is another one"):
-            await rig.autopilot.compare_fence(FENCE)
+        with pytest.raises(AutopilotError, match=f"holds is another one: {words}"):
+            await rig.autopilot.upload_fence(ZONED)
+        with pytest.raises(AutopilotError, match=f"holds is another one: {words}"):
+            await rig.autopilot.compare_fence(ZONED)
 
     async def test_rounding_on_the_wire_is_no_other_fence(self, rig: Rig) -> None:
         await rig.connect()
         rig.autopilot.set_datum(GlobalPose(LATITUDE, LONGITUDE, ALTITUDE))
-        await rig.autopilot.upload_fence(FENCE)
+        await rig.autopilot.upload_fence(ZONED)
         assert rig.link.held is not None
-        rig.link.held = tuple((round(lat, 7), round(lon, 7)) for lat, lon in rig.link.held)
-        await rig.autopilot.compare_fence(FENCE)
+        first, *others = (tuple((round(lat, 7), round(lon, 7)) for lat, lon in ring) for ring in rig.link.held)
+        rig.link.held = FenceRings(first, tuple(others))
+        await rig.autopilot.compare_fence(ZONED)
 
     async def test_a_comparison_writes_nothing_and_finds_what_differs(self, rig: Rig) -> None:
         await rig.connect()
@@ -608,27 +644,45 @@ class TestFence:
         with pytest.raises(AutopilotError, match="FENCE_ALT_MAX: the autopilot's ceiling is 120 m, ours is 100 m"):
             await rig.autopilot.compare_fence(FENCE)
         rig.memory.values["FENCE_ALT_MAX"] = (100, 9)
-        with pytest.raises(AutopilotError, match="0 polygons"):
+        with pytest.raises(AutopilotError, match="0 inclusion polygons"):
             await rig.autopilot.compare_fence(FENCE)
         assert rig.link.fences == []
         assert all(kind == "PARAM_REQUEST_READ" for kind, _ in rig.memory.asked)
+
+    @pytest.mark.parametrize(("corners", "zones"), [(70, 0), (66, 1), (57, 4), (31, 12)])
+    async def test_a_fence_that_fills_the_autopilots_memory_is_not_sent(
+        self, rig: Rig, corners: int, zones: int
+    ) -> None:
+        """66 corners and a zone of 3 fill it to the last byte, which ends ArduCopter's program."""
+        await rig.connect()
+        rig.autopilot.set_datum(GlobalPose(LATITUDE, LONGITUDE, ALTITUDE))
+        ring = tuple((float(k), float(k * k)) for k in range(corners))
+        triangle = ((1.0, 1.0), (2.0, 1.0), (1.0, 2.0))
+        fits = replace(FENCE, autopilot_polygon=ring[:-1], autopilot_zones=(triangle,) * zones)
+        await rig.autopilot.upload_fence(fits)
+        rig.link.fences.clear()
+        with pytest.raises(AutopilotError, match="bytes, the autopilot has 560: leave out corners"):
+            await rig.autopilot.upload_fence(replace(fits, autopilot_polygon=ring))
+        assert rig.link.fences == []
 
     async def test_without_a_place_it_cannot_be_laid(self, rig: Rig) -> None:
         await rig.connect()
         with pytest.raises(AutopilotError, match="does not know where it is"):
             await rig.autopilot.upload_fence(FENCE)
 
+    @pytest.mark.parametrize("as_zone", [False, True], ids=["fence", "zone"])
     @pytest.mark.parametrize(
         ("corners", "words"),
         [(((0.0, 0.0), (1.0, 1.0)), "at least 3"), (((0.0, 0.0), (1.0, math.nan), (2.0, 0.0)), "not finite")],
     )
     async def test_a_fence_that_is_none_is_not_sent(
-        self, rig: Rig, corners: tuple[tuple[float, float], ...], words: str
+        self, rig: Rig, corners: tuple[tuple[float, float], ...], words: str, as_zone: bool
     ) -> None:
         await rig.connect()
         rig.autopilot.set_datum(GlobalPose(LATITUDE, LONGITUDE, ALTITUDE))
+        bad = replace(FENCE, autopilot_zones=(corners,)) if as_zone else replace(FENCE, autopilot_polygon=corners)
         with pytest.raises(AutopilotError, match=words):
-            await rig.autopilot.upload_fence(Fence((), corners, 97.0, 100.0))
+            await rig.autopilot.upload_fence(bad)
         assert rig.link.fences == []
         assert rig.memory.asked == []
 

@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from hawk.comm.fence_rings import FenceRings
 from hawk.comm.mavlink_link import Link, Message, command_fields
 from hawk.comm.peer import Expected
 from hawk.comm.remote_id import EPOCH, OperatorPlace, where, who
@@ -261,7 +262,7 @@ def test_before_an_autopilot_is_found_nothing_can_be_sent() -> None:
     calls: list[Callable[[], Any]] = [
         lambda: link.send("HEARTBEAT", {}),
         lambda: link.command(400),
-        lambda: link.upload_fence([(1.0, 2.0)]),
+        lambda: link.upload_fence(FenceRings(((1.0, 2.0),))),
         link.download_fence,
     ]
     for call in calls:

@@ -39,8 +39,8 @@ def fence(kind: str = "Set Fence", **changes: Any) -> str:
     return json.dumps({"Type": kind, "Corners": CORNERS[:4], "Ceiling": 80, **changes})
 
 
-@pytest.mark.parametrize("count", [3, 70])
-def test_a_fence_has_3_to_70_corners(count: int) -> None:
+@pytest.mark.parametrize("count", [3, 69])
+def test_a_fence_has_3_to_69_corners(count: int) -> None:
     taken = parse_command(fence(Corners=CORNERS[:count]))
     assert isinstance(taken, SetFence)
     assert len(taken.corners) == count
@@ -50,8 +50,8 @@ def test_a_fence_has_3_to_70_corners(count: int) -> None:
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"Corners": CORNERS[:2]}, "Corners: a fence has 3 to 70 corners, this one has 2: add some"),
-        ({"Corners": CORNERS}, "Corners: a fence has 3 to 70 corners, this one has 71"),
+        ({"Corners": CORNERS[:2]}, "Corners: a fence has 3 to 69 corners, this one has 2: add some"),
+        ({"Corners": CORNERS}, "Corners: a fence has 3 to 69 corners, this one has 71"),
         ({"Corners": []}, "Corners: "),
         ({"Corners": None}, "Corners: "),
         ({"Corners": "all around"}, "Corners: "),
@@ -76,8 +76,41 @@ def test_a_bad_fence_is_refused_by_the_field(kind: str, changes: dict[str, Any],
     assert str(refused.value).startswith(words)
 
 
+TRIANGLE = CORNERS[:3]
+
+
+@pytest.mark.parametrize("kind", ["Set Fence", "Check Fence"])
+def test_a_fence_may_have_zones(kind: str) -> None:
+    taken = parse_command(fence(kind, Corners=CORNERS[:30], Zones=[TRIANGLE] * 12))
+    assert isinstance(taken, SetFence | CheckFence)
+    assert [len(zone) for zone in taken.zones] == [3] * 12
+    without = parse_command(fence(kind))
+    assert isinstance(without, SetFence | CheckFence)
+    assert without.zones == []
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"Zones": [TRIANGLE] * 13}, "Zones: a fence has at most 12 zones, this one has 13: draw one around"),
+        ({"Corners": CORNERS[:31], "Zones": [TRIANGLE] * 12}, "Zones: a fence and its zones have at most 66 corners"),
+        ({"Corners": CORNERS[:64], "Zones": [TRIANGLE]}, "Zones: a fence and its zones have at most 66 corners"),
+        ({"Zones": [TRIANGLE, TRIANGLE[:2]]}, "Zones: zone 2 has 2 corners: add some, 3 at least"),
+        ({"Zones": [[*TRIANGLE, {"Latitude": 91, "Longitude": 0}]]}, "Zones.0.3.Latitude: "),
+        ({"Zones": None}, "Zones: "),
+        ({"Zones": TRIANGLE}, "Zones.0: "),
+        ({"Zones": [[1, 2, 3]]}, "Zones.0.0: "),
+    ],
+)
+@pytest.mark.parametrize("kind", ["Set Fence", "Check Fence"])
+def test_bad_zones_are_refused_by_the_field(kind: str, changes: dict[str, Any], words: str) -> None:
+    with pytest.raises(BadMessageError) as refused:
+        parse_command(fence(kind, **changes))
+    assert str(refused.value).startswith(words)
+
+
 def test_the_largest_fence_fits_into_a_message() -> None:
-    corners = [{"Latitude": -43.123456789012345, "Longitude": -179.12345678901234}] * 70
+    corners = [{"Latitude": -43.123456789012345, "Longitude": -179.12345678901234}] * 69
     assert isinstance(parse_command(fence(Corners=corners)), SetFence)
 
 

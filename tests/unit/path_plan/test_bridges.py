@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from hawk.algo.path_plan.field import with_bridges
+from hawk.algo.path_plan.bridges import with_bridges
 
 SHAPE = (60, 80)
 FREE = np.ones(SHAPE, np.uint8)
@@ -59,6 +59,25 @@ def test_where_the_shortest_line_leaves_the_fence_another_may_not() -> None:
     joined = with_bridges(apart, fenced, 60.0)
     assert parts(joined) == 1
     assert not (joined & ~fenced & 1).any()
+
+
+def test_a_corridor_bends_around_what_lies_outside_when_no_straight_line_is_free() -> None:
+    apart = ground((10, 5, 10, 10), (10, 30, 10, 10))
+    fenced = FREE.copy()
+    fenced[:30, 20:25] = 0
+    joined = with_bridges(apart, fenced, 40.0)
+    assert parts(joined) == 1
+    assert (joined <= fenced).all()
+    assert parts(np.ascontiguousarray(joined[::2, ::2])) == 1, "wide enough for routing, which takes every other cell"
+    assert (with_bridges(apart, fenced, 20.0) == apart).all(), "too long"
+
+
+def test_a_corridor_does_not_squeeze_along_a_fence_that_leaves_too_little_room() -> None:
+    apart = ground((10, 5, 10, 10), (10, 30, 10, 10))
+    fenced = FREE.copy()
+    fenced[:, 20:25] = 0
+    fenced[29:31, 20:25] = 1
+    assert (with_bridges(apart, fenced, 60.0) == apart).all()
 
 
 BOX = st.tuples(st.integers(0, 50), st.integers(0, 70), st.integers(1, 12), st.integers(1, 12))

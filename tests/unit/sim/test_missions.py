@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import pytest
@@ -80,9 +81,36 @@ def test_a_wrong_fence_is_refused_and_the_old_one_stays(
 
 
 def test_too_many_items_are_refused(station: Any) -> None:
-    station.send(mavlink.MAVLink_mission_count_message(1, 1, 501, FENCE))
+    station.send(mavlink.MAVLink_mission_count_message(1, 1, 71, FENCE))
     station.listen()
     assert station.last("MISSION_ACK").type == mavlink.MAV_MISSION_NO_SPACE
+
+
+def upload_rings(station: Any, *counts: int) -> list[int]:
+    """Upload an inclusion polygon and exclusion polygons with these numbers of corners; return acknowledgements."""
+    station.heard.clear()
+    corners = [(5001 if not ring else 5002, count) for ring, count in enumerate(counts) for _ in range(count)]
+    station.send(mavlink.MAVLink_mission_count_message(1, 1, len(corners), FENCE))
+    for sequence, (command, count) in enumerate(corners):
+        turned = math.radians(sequence)
+        place = (43.2609 + 1e-3 * math.cos(turned), -79.9192 + 1e-3 * math.sin(turned))
+        station.send(item(sequence, *place, count=count, command=command))
+    station.listen()
+    return [int(message.type) for message in station.all("MISSION_ACK")]
+
+
+def test_corners_fit_as_far_as_the_memory_of_arducopter_goes(station: Any) -> None:
+    assert upload_rings(station, 69) == [mavlink.MAV_MISSION_ACCEPTED]
+    assert upload_rings(station, 65, 3) == [mavlink.MAV_MISSION_ACCEPTED]
+    for too_many in ((70,), (67, 3), (60, 3, 3, 3)):
+        assert upload_rings(station, *too_many) == [mavlink.MAV_MISSION_ERROR]
+    assert len(station.autopilot.fence.items) == 68
+    assert not station.autopilot.stopped
+
+
+def test_a_fence_that_fills_the_memory_ends_the_program_as_arducopter_does(station: Any) -> None:
+    assert upload_rings(station, 66, 3) == []
+    assert "memory" in station.autopilot.stopped
 
 
 @pytest.mark.parametrize(("kind", "left"), [(FENCE, 0), (ALL, 0), (MISSION, 3)])

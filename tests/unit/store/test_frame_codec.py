@@ -41,6 +41,18 @@ def test_a_frame_comes_back_equal() -> None:
     assert decode_frame(encode_frame(FRAME), FrameInput) == FRAME
 
 
+def test_exclusion_zones_come_back_and_a_frame_from_before_them_is_read() -> None:
+    assert FRAME.fence is not None
+    zones = (((1.0, 1.0), (2.0, 1.0), (1.0, 2.0)), ((3.0, 3.0), (4.0, 3.0), (4.0, 4.0), (3.0, 4.0)))
+    zoned = replace(FRAME, fence=replace(FRAME.fence, zones=zones, autopilot_zones=zones[:1]))
+    assert decode_frame(encode_frame(zoned), FrameInput) == zoned
+    head = json.loads(encode_frame(FRAME)[4:].split(b"\xff\xd8")[0])
+    assert head["fence"].pop("zones") == head["fence"].pop("autopilot_zones") == []
+    text = json.dumps(head).encode()
+    old = len(text).to_bytes(4, "little") + text + FRAME.jpeg
+    assert decode_frame(old, FrameInput) == FRAME
+
+
 def test_a_frame_with_nothing_known_comes_back_equal() -> None:
     bare = replace(FRAME, pose=None, desired=None, fence=None, home=None, jpeg=b"")
     assert decode_frame(encode_frame(bare), FrameInput) == bare

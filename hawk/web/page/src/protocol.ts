@@ -27,6 +27,7 @@ export interface CheckFenceCommand {
   Id?: string | number | null;
   Corners: FenceCorner[];
   Ceiling: number;
+  Zones?: FenceCorner[][];
 }
 
 /** Delete the drawn fence: the configured file or circle is valid again. On the ground only. */
@@ -146,6 +147,7 @@ export interface SetFenceCommand {
   Id?: string | number | null;
   Corners: FenceCorner[];
   Ceiling: number;
+  Zones?: FenceCorner[][];
 }
 
 /** Climb to the desired height. */
@@ -210,6 +212,7 @@ export interface FenceCheck {
   Problem: string;
   Notes: string[];
   Inner: FenceCorner[];
+  "Inner Zones": FenceCorner[][];
   "North South": number | null;
   "East West": number | null;
   Area: number | null;
@@ -225,7 +228,9 @@ export interface FenceCorner {
 export interface FenceSetup {
   Source: "drawn" | "file" | "circle";
   Corners: FenceCorner[];
+  Zones: FenceCorner[][];
   Inner: FenceCorner[];
+  "Inner Zones": FenceCorner[][];
   Radius: number | null;
   Ceiling: number;
   Margin: number;
@@ -299,6 +304,8 @@ export interface Heartbeat {
   Datum: [number, number] | null;
   Fence: Point[];
   "Fence Limit": Point[];
+  "Fence Zones": Point[][];
+  "Fence Zone Limits": Point[][];
   Ceiling: number | null;
   Heights: [number, number, number];
   Target: Point | null;

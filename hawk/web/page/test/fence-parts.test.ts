@@ -18,7 +18,9 @@ const SQUARE = [[-50, -50], [50, -50], [50, 50], [-50, 50]].map(([North, East]) 
 const SETUP: FenceSetup = {
   Source: "circle",
   Corners: [],
+  Zones: [],
   Inner: [],
+  "Inner Zones": [],
   Radius: 150,
   Ceiling: 100,
   Margin: 5,
@@ -41,7 +43,7 @@ function grounded(changes: Partial<Heartbeat> = {}): Rig {
 
 async function checked(rig: Rig, changes: Record<string, unknown> = {}): Promise<void> {
   rig.timers.advance(200);
-  const answer = { Type: "Fence Check", Id: rig.sent().at(-1)?.Id, Problem: "", Notes: [], Inner: SQUARE, "North South": 100, "East West": 100, Area: 10_000 };
+  const answer = { Type: "Fence Check", Id: rig.sent().at(-1)?.Id, Problem: "", Notes: [], Inner: SQUARE, "Inner Zones": [], "North South": 100, "East West": 100, Area: 10_000 };
   rig.server.last.say({ ...answer, ...changes });
   await settle();
 }
@@ -126,7 +128,7 @@ describe("the fence tools", () => {
     await stage.press("Undo");
     rig.operator.fence.draw(SQUARE);
     await stage.drawn();
-    assert.deepEqual(stage.enabled(), ["Undo", "Remove corners", "Clear", "Import", "Export"]);
+    assert.deepEqual(stage.enabled(), ["Undo", "Remove corners", "Add an exclusion zone", "Clear", "Import", "Export"]);
     assert.deepEqual(asked, ["close", "back"]);
   });
 
@@ -151,7 +153,7 @@ describe("the fence tools", () => {
       input.dispatchEvent(new Event("change"));
       await stage.drawn();
     };
-    const text = writeFence({ corners: SQUARE, ceiling: 70 });
+    const text = writeFence({ corners: SQUARE, zones: [], ceiling: 70 });
     await choose({ size: 2_000_000, text: () => Promise.resolve(text) });
     assert.match(rig.operator.toast?.text ?? "", /too large/);
     assert.deepEqual(rig.operator.fence.draft?.corners, []);

@@ -24,7 +24,9 @@ function setup(changes: Partial<FenceSetup> = {}): FenceSetup {
   return {
     Source: "drawn",
     Corners: SQUARE,
+    Zones: [],
     Inner: ring([-45, -45], [45, -45], [45, 45], [-45, 45]),
+    "Inner Zones": [],
     Radius: null,
     Ceiling: 80,
     Margin: 5,
@@ -44,6 +46,7 @@ function check(changes: Partial<FenceCheck> = {}): FenceCheck {
     Problem: "",
     Notes: [],
     Inner: setup().Inner,
+    "Inner Zones": [],
     "North South": 100,
     "East West": 80,
     Area: 8000,
@@ -81,7 +84,7 @@ describe("the tangent plane", () => {
 describe("a fence file", () => {
   it("is read as it was written, closed and counterclockwise", () => {
     for (const corners of [SQUARE, SQUARE.toReversed()]) {
-      const text = writeFence({ corners, ceiling: 75 });
+      const text = writeFence({ corners, zones: [], ceiling: 75 });
       const [outer] = (JSON.parse(text) as { geometry: { coordinates: [number, number][][] } }).geometry.coordinates;
       assert.deepEqual(outer?.at(0), outer?.at(-1));
       const sum = outer!.slice(1).reduce((all, [x, y], index) => all + (x - outer![index]![0]) * (y + outer![index]![1]), 0);
@@ -109,12 +112,11 @@ describe("a fence file", () => {
       [{ type: "Point", coordinates: [0, 0] }, /exactly one polygon/],
       [{ features: [polygon, polygon] }, /exactly one polygon/],
       [{ features: [] }, /exactly one polygon/],
-      [{ type: "Polygon", coordinates: [polygon.coordinates[0], polygon.coordinates[0]] }, /without holes/],
-      [{ type: "Polygon" }, /without holes/],
+      [{ type: "Polygon" }, /no ring of corners/],
       [{ type: "Polygon", coordinates: [[[0, 0], [1, 1], [0, 0]]] }, /2 corners/],
-      [{ type: "Polygon", coordinates: [[[0, 0], [1, 91], [0, 0]]] }, /Corner 2 is no place on Earth/],
-      [{ type: "Polygon", coordinates: [[["0", 0], [1, 1], [0, 0]]] }, /Corner 1/],
-      [{ type: "Polygon", coordinates: [[null, [1, 1], [0, 0]]] }, /Corner 1/],
+      [{ type: "Polygon", coordinates: [[[0, 0], [1, 91], [0, 0]]] }, /corner 2 is no place on Earth/],
+      [{ type: "Polygon", coordinates: [[["0", 0], [1, 1], [0, 0]]] }, /corner 1/],
+      [{ type: "Polygon", coordinates: [[null, [1, 1], [0, 0]]] }, /corner 1/],
     ];
     for (const [content, words] of wrong) {
       const text = typeof content === "string" ? content : JSON.stringify(content);
@@ -181,7 +183,7 @@ describe("the fence editor", () => {
     fence.typeCeiling("80");
     assert.equal(fence.verdict.about, "asking");
     timers.advance(200);
-    assert.deepEqual(sent, [{ Type: "Check Fence", Corners: SQUARE, Ceiling: 80 }]);
+    assert.deepEqual(sent, [{ Type: "Check Fence", Corners: SQUARE, Zones: [], Ceiling: 80 }]);
     await answer(check());
     assert.equal(fence.verdict.about, "good");
   });
@@ -202,8 +204,8 @@ describe("the fence editor", () => {
     const { fence, timers, sent, answer } = editing();
     fence.begin(setup());
     timers.advance(200);
-    await answer({ Type: "Ack", Accepted: false, Reason: "Corners: a fence has 3 to 70 corners." });
-    assert.deepEqual(fence.verdict, { about: "problem", text: "Corners: a fence has 3 to 70 corners." });
+    await answer({ Type: "Ack", Accepted: false, Reason: "Corners: a fence has 3 to 69 corners." });
+    assert.deepEqual(fence.verdict, { about: "problem", text: "Corners: a fence has 3 to 69 corners." });
     fence.typeCeiling("high");
     timers.advance(200);
     assert.equal(fence.verdict.about, "problem");
@@ -256,7 +258,7 @@ describe("the fence editor", () => {
     assert.equal(fence.import("{"), false);
     assert.equal(told.length, 1);
     assert.deepEqual(fence.draft!.corners, []);
-    assert.equal(fence.import(writeFence({ corners: SQUARE, ceiling: 66 })), true);
+    assert.equal(fence.import(writeFence({ corners: SQUARE, zones: [], ceiling: 66 })), true);
     assert.equal(fence.draft!.ceiling, "66");
     assert.equal(readFence(fence.export() ?? "").corners.length, 4);
     fence.undo();
@@ -329,7 +331,7 @@ describe("the fence on the map", () => {
 
   it("is the one in force in the air, and the next one on the ground", () => {
     const flying = shownFence(heartbeat({ State: "Hover", Fence: inForce, "Fence Limit": limit }), setup(), PLANE);
-    assert.deepEqual(flying, { inner: inForce, limit });
+    assert.deepEqual(flying, { inner: inForce, limit, zones: [], zoneLimits: [] });
     const idle = shownFence(heartbeat({ State: "Idle", Fence: inForce, "Fence Limit": limit }), setup(), PLANE);
     assert.ok(near(idle.limit[0]?.North, -50) && near(idle.inner[0]?.North, -45));
     const bad = shownFence(heartbeat({ State: "Idle", Fence: inForce, "Fence Limit": limit }), setup({ Problem: "unreadable" }), PLANE);
@@ -341,7 +343,7 @@ describe("the fence on the map", () => {
     const { inner, limit: outer } = shownFence(before, CIRCLE, PLANE);
     assert.ok(outer.every((place) => near(Math.hypot(place.North, place.East), 150)));
     assert.ok(inner.every((place) => near(Math.hypot(place.North, place.East), 145)));
-    assert.deepEqual(shownFence(before, CIRCLE, null), { inner: [], limit: [] });
+    assert.deepEqual(shownFence(before, CIRCLE, null), { inner: [], limit: [], zones: [], zoneLimits: [] });
     assert.ok(near(dronePlace(before, PLANE)?.North, 0));
   });
 

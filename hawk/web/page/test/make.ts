@@ -52,6 +52,8 @@ export function heartbeat(changes: Partial<Heartbeat> = {}): Heartbeat {
     Footprint: [],
     Fence: [],
     "Fence Limit": [],
+    "Fence Zones": [],
+    "Fence Zone Limits": [],
     "Fence Setup": null,
     Ceiling: 120,
     Heights: [15, 35, 60],

@@ -9,6 +9,7 @@ const palette = {
   fog: "#000000",
   grid: "#000000",
   fence: "#000000",
+  zone: "#a31d17",
   plan: "#000000",
   planCase: "#000000",
   asphalt: "#0a0b0c",

@@ -3,6 +3,8 @@ import type { FenceCorner } from "../protocol.ts";
 /** A fence as a file holds it; the ceiling is the autopilot's, metres above the arm place. */
 export interface FenceFile {
   corners: FenceCorner[];
+  /** Exclusion zones: the polygon's interior rings. */
+  zones: FenceCorner[][];
   ceiling: number | null;
 }
 
@@ -12,33 +14,58 @@ export class FenceFileError extends Error {}
 /** A fence is a few kilobytes; what is larger is something else. */
 export const LARGEST_FILE = 1_000_000;
 
-/** Reads GeoJSON (RFC 7946) with exactly one Polygon in it. Raises FenceFileError. */
-export function readFence(text: string): FenceFile {
-  const content = parse(text);
-  const features: unknown = isObject(content) && Array.isArray(content.features) ? content.features : [content];
-  const found = Array.isArray(features) && features.length === 1 ? (features[0] as unknown) : null;
-  const geometry = isObject(found) && isObject(found.geometry) ? found.geometry : found;
-  if (!isObject(found) || !isObject(geometry) || geometry.type !== "Polygon") {
-    throw new FenceFileError("The file must hold exactly one polygon. Save the fence alone, as GeoJSON.");
-  }
-  const rings = geometry.coordinates;
-  if (!Array.isArray(rings) || rings.length !== 1 || !Array.isArray(rings[0])) {
-    throw new FenceFileError("The polygon must be one ring without holes.");
-  }
-  const ceiling = isObject(found.properties) ? found.properties.ceiling_m : undefined;
-  return { corners: corners(rings[0]), ceiling: typeof ceiling === "number" && ceiling > 0 ? ceiling : null };
+const ONE_POLYGON = "The file must hold exactly one polygon. Save the fence alone, as GeoJSON.";
+
+interface Polygon {
+  rings: unknown[][];
+  properties: Record<string, unknown>;
 }
 
-/** Writes a Feature; its ring is closed and runs counterclockwise. */
+/**
+ * Reads GeoJSON (RFC 7946) with one Polygon in it, whose interior rings are exclusion zones. Beside it there may be
+ * Polygons with the property "exclusion": true, which are zones, too. Raises FenceFileError.
+ */
+export function readFence(text: string): FenceFile {
+  const content = parse(text);
+  const features: unknown[] = isObject(content) && Array.isArray(content.features) ? content.features : [content];
+  const polygons = features.map(polygon);
+  const [fence, second] = polygons.filter((each) => each.properties.exclusion !== true);
+  if (!fence || second) throw new FenceFileError(ONE_POLYGON);
+  const apart = polygons.filter((each) => each.properties.exclusion === true);
+  if (apart.some((each) => each.rings.length !== 1)) throw new FenceFileError("An exclusion zone must be one ring without holes.");
+  const [outer = [], ...inner] = fence.rings;
+  const ceiling = fence.properties.ceiling_m;
+  return {
+    corners: corners(outer, "The polygon"),
+    zones: [...inner, ...apart.map((each) => each.rings[0] ?? [])].map((ring, index) => corners(ring, `Zone ${index + 1}`)),
+    ceiling: typeof ceiling === "number" && ceiling > 0 ? ceiling : null,
+  };
+}
+
+/** Writes a Feature; its rings are closed, the outer one runs counterclockwise, those of zones clockwise. */
 export function writeFence(fence: FenceFile): string {
-  const positions = fence.corners.map((corner) => [corner.Longitude, corner.Latitude]);
-  if (turnsClockwise(fence.corners)) positions.reverse();
   const feature = {
     type: "Feature",
     properties: { name: "fence", ceiling_m: fence.ceiling },
-    geometry: { type: "Polygon", coordinates: [[...positions, positions[0]]] },
+    geometry: { type: "Polygon", coordinates: [positions(fence.corners, false), ...fence.zones.map((zone) => positions(zone, true))] },
   };
   return `${JSON.stringify(feature, null, 1)}\n`;
+}
+
+function positions(ring: readonly FenceCorner[], clockwise: boolean): number[][] {
+  const found = ring.map((corner) => [corner.Longitude, corner.Latitude]);
+  if (turnsClockwise(ring) !== clockwise) found.reverse();
+  return [...found, ...found.slice(0, 1)];
+}
+
+function polygon(feature: unknown): Polygon {
+  const geometry = isObject(feature) && isObject(feature.geometry) ? feature.geometry : feature;
+  if (!isObject(feature) || !isObject(geometry) || geometry.type !== "Polygon") throw new FenceFileError(ONE_POLYGON);
+  const rings: unknown = geometry.coordinates;
+  if (!Array.isArray(rings) || rings.length === 0 || !rings.every((ring) => Array.isArray(ring))) {
+    throw new FenceFileError("The polygon has no ring of corners.");
+  }
+  return { rings, properties: isObject(feature.properties) ? feature.properties : {} };
 }
 
 function parse(text: string): unknown {
@@ -49,19 +76,19 @@ function parse(text: string): unknown {
   }
 }
 
-function corners(ring: unknown[]): FenceCorner[] {
-  const found = ring.map((position, index) => corner(position, index + 1));
+function corners(ring: unknown[], name: string): FenceCorner[] {
+  const found = ring.map((position, index) => corner(position, `${name}: corner ${index + 1}`));
   const [first, last] = [found[0], found.at(-1)];
   const closed = first && last && found.length > 1 && first.Latitude === last.Latitude && first.Longitude === last.Longitude;
   const open = closed ? found.slice(0, -1) : found;
-  if (open.length < 3) throw new FenceFileError(`The polygon has ${open.length} corners. A fence needs at least 3.`);
+  if (open.length < 3) throw new FenceFileError(`${name} has ${open.length} corners. It needs at least 3.`);
   return open;
 }
 
-function corner(position: unknown, number: number): FenceCorner {
+function corner(position: unknown, name: string): FenceCorner {
   const [longitude, latitude] = Array.isArray(position) ? (position as unknown[]) : [];
   if (!isDegrees(longitude, 180) || !isDegrees(latitude, 90)) {
-    throw new FenceFileError(`Corner ${number} is no place on Earth. Longitude comes before latitude, in degrees (WGS-84).`);
+    throw new FenceFileError(`${name} is no place on Earth. Longitude comes before latitude, in degrees (WGS-84).`);
   }
   return { Latitude: latitude, Longitude: longitude };
 }

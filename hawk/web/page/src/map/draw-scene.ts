@@ -16,6 +16,8 @@ export interface Surface {
 
 /** A route that ends this near the place ends there. */
 const SAME_PLACE_M = 0.1;
+/** Between two lines of an exclusion zone's hatching, pixels across and down. */
+const HATCH_PX = 12;
 const DARK = "#10161c";
 const INK = "#15202b";
 
@@ -23,6 +25,8 @@ export function drawScene(surface: Surface, scene: Scene): void {
   const pixels = (places: readonly { North: number; East: number }[]): Pixel[] =>
     places.map((place) => surface.pixel(toCoordinate(place)));
   const drone = scene.drone ? surface.pixel([scene.drone.east, scene.drone.north]) : null;
+  for (const zone of scene.zoneLimits) drawZone(surface, pixels(zone));
+  for (const zone of scene.zones) drawFence(surface, pixels(zone));
   drawLimit(surface, pixels(scene.limit));
   drawFence(surface, pixels(scene.fence));
   drawTrail(surface, drone && !scene.lost ? [...pixels(scene.trail), drone] : pixels(scene.trail));
@@ -65,6 +69,35 @@ function drawLimit({ context, palette }: Surface, limit: Pixel[]): void {
   if (limit.length < 3) return;
   path(context, limit, true);
   stroke(context, { colour: palette.fence, width: 1.5 });
+}
+
+/** An exclusion zone is hatched, so that it differs from the fence at a glance and in any colours. */
+function drawZone({ context, palette }: Surface, zone: Pixel[]): void {
+  if (zone.length < 3) return;
+  context.save();
+  path(context, zone, true);
+  context.clip();
+  drawHatching(context, zone);
+  stroke(context, { colour: palette.planCase, width: 3 });
+  stroke(context, { colour: palette.zone, width: 1.5 });
+  context.restore();
+  path(context, zone, true);
+  stroke(context, { colour: palette.planCase, width: 4 });
+  stroke(context, { colour: palette.zone, width: 2 });
+}
+
+/** Lines from lower left to upper right over all of a ring, fixed to the page so that neighbours match. */
+function drawHatching(context: CanvasRenderingContext2D, ring: readonly Pixel[]): void {
+  const columns = ring.map(([x]) => x);
+  const rows = ring.map(([, y]) => y);
+  const { width, height } = context.canvas;
+  const [left, right] = [Math.max(Math.min(...columns), 0), Math.min(Math.max(...columns), width)];
+  const [top, bottom] = [Math.max(Math.min(...rows), 0), Math.min(Math.max(...rows), height)];
+  context.beginPath();
+  for (let sum = Math.floor((left + top) / HATCH_PX) * HATCH_PX; sum <= right + bottom; sum += HATCH_PX) {
+    context.moveTo(sum - bottom, bottom);
+    context.lineTo(sum - top, top);
+  }
 }
 
 function drawTrail({ context }: Surface, trail: Pixel[]): void {

@@ -1,3 +1,4 @@
+import type { Zones } from "../fence/draft.ts";
 import type { LocalPlane } from "../fence/plane.ts";
 import type { FenceCorner } from "../protocol.ts";
 import type { Operator } from "../state/operator.ts";
@@ -8,6 +9,7 @@ import type { LotMap } from "./lot-map.ts";
 
 /** Side of the square that one can begin with, metres. */
 const SQUARE_M = 100;
+const ZONE_SQUARE_M = 20;
 
 /** Keeps the editor on the map and the drawing of the model the same: degrees there, metres here. */
 export class FenceOnMap {
@@ -15,6 +17,7 @@ export class FenceOnMap {
   private readonly model: Operator;
   private editor: FenceEditor | null = null;
   private corners: readonly FenceCorner[] | null = null;
+  private zones: Zones | null = null;
   private plane: LocalPlane | null = null;
 
   constructor(lot: LotMap, model: Operator) {
@@ -31,15 +34,17 @@ export class FenceOnMap {
 
   /** Opens, closes and fills the editor as the model says. */
   update(): void {
-    const { open, draft, removing } = this.model.fence;
+    const { open, draft, removing, zoning } = this.model.fence;
     if (open !== (this.editor !== null)) this.toggle(open);
     if (!this.editor || !draft) return;
     this.editor.removing = removing;
+    this.editor.zone(zoning);
     const plane = this.model.flight.plane;
-    if (draft.corners === this.corners && plane === this.plane) return;
+    if (draft.corners === this.corners && draft.zones === this.zones && plane === this.plane) return;
     this.corners = draft.corners;
+    this.zones = draft.zones;
     this.plane = plane;
-    this.editor.show(this.ring());
+    this.editor.show(this.ring(), this.zoneRings());
   }
 
   bringInView(): void {
@@ -62,9 +67,9 @@ export class FenceOnMap {
   }
 
   private toggle(open: boolean): void {
-    const drawn = (ring: Ring): void => this.drawn(ring);
+    const drawn = (ring: Ring, zones: readonly Ring[]): void => this.drawn(ring, zones);
     this.editor = this.lot.editFence(open ? { drawn, drawing: (corners) => this.model.fence.drawing(corners) } : null);
-    this.corners = null;
+    this.corners = this.zones = null;
     if (!open) return;
     this.plane = this.model.flight.plane;
     const ring = this.ring();
@@ -73,28 +78,41 @@ export class FenceOnMap {
     else if (drone) this.lot.bringInView(squareAround(toCoordinate(drone)));
   }
 
-  private drawn(ring: Ring): void {
+  private drawn(ring: Ring, zones: readonly Ring[]): void {
     if (!this.plane) return;
     const plane = this.plane;
-    this.corners = ring.map(([East, North]) => plane.toEarth({ North, East }));
-    this.model.fence.draw(this.corners);
+    const onEarth = (places: Ring): FenceCorner[] => places.map(([East, North]) => plane.toEarth({ North, East }));
+    this.corners = onEarth(ring);
+    this.zones = zones.map(onEarth);
+    this.model.fence.draw(this.corners, undefined, this.zones);
   }
 
+  /** A square in the middle of the map: the fence, or a zone of it. */
   private square(): void {
-    const ring = squareAround(toCoordinate(this.lot.centre));
-    this.editor?.show(ring);
-    this.drawn(ring);
+    const { zoning } = this.model.fence;
+    const square = squareAround(toCoordinate(this.lot.centre), zoning ? ZONE_SQUARE_M : SQUARE_M);
+    const ring = zoning ? this.ring() : square;
+    const zones = zoning ? [...this.zoneRings(), square] : [];
+    this.editor?.show(ring, zones);
+    this.drawn(ring, zones);
   }
 
   private ring(): Ring {
+    return this.onMap(this.model.fence.draft?.corners ?? []);
+  }
+
+  private zoneRings(): Ring[] {
+    return (this.model.fence.draft?.zones ?? []).map((zone) => this.onMap(zone));
+  }
+
+  private onMap(corners: readonly FenceCorner[]): Ring {
     const { plane } = this;
-    const corners = this.model.fence.draft?.corners ?? [];
     return plane ? corners.map((corner) => toCoordinate(plane.toMap(corner))) : [];
   }
 }
 
-function squareAround([east, north]: readonly [number, number]): Ring {
-  const half = SQUARE_M / 2;
+function squareAround([east, north]: readonly [number, number], side = SQUARE_M): Ring {
+  const half = side / 2;
   return [
     [east - half, north - half],
     [east - half, north + half],

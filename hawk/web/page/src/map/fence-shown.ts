@@ -5,26 +5,43 @@ import type { FenceCheck, FenceCorner, FenceSetup, Heartbeat, Point } from "../p
 export interface ShownFence {
   inner: readonly Point[];
   limit: readonly Point[];
+  /** Our lines around the exclusion zones. */
+  zones: readonly (readonly Point[])[];
+  /** The zones as drawn, which the autopilot keeps out of. */
+  zoneLimits: readonly (readonly Point[])[];
 }
 
-const NONE: ShownFence = { inner: [], limit: [] };
+const NONE: ShownFence = { inner: [], limit: [], zones: [], zoneLimits: [] };
 const CIRCLE_CORNERS = 48;
 /** States in which the next Arm decides which fence counts. */
 const BEFORE_ARM = new Set(["Idle", "Configure"]);
 
 /** While it is drawn, the editor shows the outer line itself; ours comes from what the drone said about it. */
 export function draftFence(check: FenceCheck | null, plane: LocalPlane | null): ShownFence {
-  return check && plane ? { inner: onMap(check.Inner, plane), limit: [] } : NONE;
+  if (!check || !plane) return NONE;
+  return { ...NONE, inner: onMap(check.Inner, plane), zones: check["Inner Zones"].map((zone) => onMap(zone, plane)) };
 }
 
 /** On the ground the fence that the next Arm puts in force, else the one that is. */
 export function shownFence(heartbeat: Heartbeat, setup: FenceSetup | null, plane: LocalPlane | null): ShownFence {
-  const inForce = { inner: heartbeat.Fence, limit: heartbeat["Fence Limit"] };
+  const inForce = {
+    inner: heartbeat.Fence,
+    limit: heartbeat["Fence Limit"],
+    zones: heartbeat["Fence Zones"],
+    zoneLimits: heartbeat["Fence Zone Limits"],
+  };
   if (!BEFORE_ARM.has(heartbeat.State) || !setup || !plane || setup.Problem !== "") return inForce;
-  if (setup.Corners.length > 0) return { inner: onMap(setup.Inner, plane), limit: onMap(setup.Corners, plane) };
+  if (setup.Corners.length > 0) {
+    return {
+      inner: onMap(setup.Inner, plane),
+      limit: onMap(setup.Corners, plane),
+      zones: setup["Inner Zones"].map((zone) => onMap(zone, plane)),
+      zoneLimits: setup.Zones.map((zone) => onMap(zone, plane)),
+    };
+  }
   const centre = dronePlace(heartbeat, plane);
   if (!centre || setup.Radius === null || inForce.inner.length > 0) return inForce;
-  return { inner: circle(centre, setup.Radius - setup.Margin), limit: circle(centre, setup.Radius) };
+  return { ...NONE, inner: circle(centre, setup.Radius - setup.Margin), limit: circle(centre, setup.Radius) };
 }
 
 /** Where the drone is on the map; before its first arm by its place on Earth. */

@@ -14,6 +14,9 @@ export interface Scene {
   fence: readonly Point[];
   /** The autopilot's, around ours. */
   limit: readonly Point[];
+  /** Our lines around the exclusion zones, and the zones themselves. */
+  zones: readonly (readonly Point[])[];
+  zoneLimits: readonly (readonly Point[])[];
   trail: readonly Point[];
   route: readonly Point[];
   target: Point | null;
@@ -32,6 +35,8 @@ export interface Scene {
 export const EMPTY_SCENE: Scene = {
   fence: [],
   limit: [],
+  zones: [],
+  zoneLimits: [],
   trail: [],
   route: [],
   target: null,

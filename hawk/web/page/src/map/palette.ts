@@ -3,6 +3,7 @@ export interface Palette {
   fog: string;
   grid: string;
   fence: string;
+  zone: string;
   plan: string;
   planCase: string;
   asphalt: string;
@@ -17,6 +18,7 @@ export function readPalette(element: Element): Palette {
     fog: read("--fog"),
     grid: read("--grid"),
     fence: read("--fence"),
+    zone: read("--zone"),
     plan: read("--plan"),
     planCase: read("--plan-case"),
     asphalt: read("--asphalt"),

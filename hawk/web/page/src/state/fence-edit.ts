@@ -1,4 +1,4 @@
-import { FenceDraft } from "../fence/draft.ts";
+import { FenceDraft, type Zones } from "../fence/draft.ts";
 import { type FenceFile, FenceFileError, readFence, writeFence } from "../fence/geojson.ts";
 import type { Answer } from "../link/commands.ts";
 import type { Timers } from "../link/socket.ts";
@@ -33,6 +33,8 @@ export class FenceEditing {
   begun = 0;
   /** Whether a corner that is pointed at is removed. */
   removing = false;
+  /** Whether the ring that is drawn next is an exclusion zone. */
+  zoning = false;
   saving = false;
   verdict: Verdict = { about: "nothing" };
 
@@ -50,8 +52,8 @@ export class FenceEditing {
   begin(setup: FenceSetup): void {
     this.open = true;
     this.begun = 0;
-    this.removing = false;
-    this.draft ??= new FenceDraft(setup.Corners, setup.Ceiling);
+    this.removing = this.zoning = false;
+    this.draft ??= new FenceDraft(setup.Corners, setup.Ceiling, setup.Zones);
     this.ask();
   }
 
@@ -71,9 +73,11 @@ export class FenceEditing {
     this.hooks.tell(kept ? `${reason} What was drawn is kept.` : reason, "warning");
   }
 
-  draw(corners: readonly FenceCorner[], ceiling?: string): void {
-    this.draft?.draw(corners, ceiling);
+  /** A drawing without zones keeps those that are there; one without corners has none. */
+  draw(corners: readonly FenceCorner[], ceiling?: string, zones?: Zones): void {
+    this.draft?.draw(corners, ceiling, zones);
     this.begun = 0;
+    this.zoning = false;
     if (!this.draft?.isDrawn) this.removing = false;
     this.ask();
   }
@@ -86,6 +90,7 @@ export class FenceEditing {
   undo(): void {
     this.draft?.undo();
     this.begun = 0;
+    this.zoning = false;
     this.ask();
   }
 
@@ -98,6 +103,15 @@ export class FenceEditing {
 
   remove(removing: boolean): void {
     this.removing = removing;
+    this.zoning = false;
+    this.hooks.changed();
+  }
+
+  /** Begins an exclusion zone, or gives up the one that is being drawn. */
+  zone(zoning: boolean): void {
+    this.zoning = zoning && this.draft?.isDrawn === true;
+    this.removing = false;
+    this.begun = 0;
     this.hooks.changed();
   }
 
@@ -105,7 +119,7 @@ export class FenceEditing {
   import(text: string): boolean {
     try {
       const file = readFence(text);
-      this.draw(file.corners, file.ceiling === null ? undefined : String(file.ceiling));
+      this.draw(file.corners, file.ceiling === null ? undefined : String(file.ceiling), file.zones);
       return true;
     } catch (error) {
       if (!(error instanceof FenceFileError)) throw error;
@@ -118,7 +132,8 @@ export class FenceEditing {
   export(): string | null {
     const draft = this.draft;
     if (!draft?.isDrawn) return null;
-    const file: FenceFile = { corners: [...draft.corners], ceiling: draft.ceilingMetres };
+    const zones = draft.zones.map((zone) => [...zone]);
+    const file: FenceFile = { corners: [...draft.corners], zones, ceiling: draft.ceilingMetres };
     return writeFence(file);
   }
 
@@ -128,7 +143,7 @@ export class FenceEditing {
     if (!draft?.isDrawn || ceiling == null || this.saving) return;
     this.saving = true;
     this.hooks.changed();
-    const answer = await this.hooks.send({ Type: "Set Fence", Corners: [...draft.corners], Ceiling: ceiling });
+    const answer = await this.hooks.send({ Type: "Set Fence", ...drawn(draft), Ceiling: ceiling });
     if (answer.Type === "Ack" && answer.Accepted) this.beats = 0;
     else this.notSaved(answer.Type === "Ack" ? answer.Reason : "");
   }
@@ -154,7 +169,7 @@ export class FenceEditing {
 
   private close(): void {
     this.open = false;
-    this.removing = false;
+    this.removing = this.zoning = false;
     this.begun = 0;
     this.asked += 1;
     this.cancelAsk?.();
@@ -170,7 +185,7 @@ export class FenceEditing {
     else if (ceiling == null) this.verdict = { about: "problem", text: "Ceiling: give a number of metres above 0." };
     else {
       this.verdict = { about: "asking" };
-      const command: Command = { Type: "Check Fence", Corners: [...draft.corners], Ceiling: ceiling };
+      const command: Command = { Type: "Check Fence", ...drawn(draft), Ceiling: ceiling };
       this.cancelAsk = this.hooks.timers.after(ASK_MS, () => void this.check(command, number));
     }
     this.hooks.changed();
@@ -185,4 +200,8 @@ export class FenceEditing {
     } else this.verdict = { about: "problem", text: (answer.Type === "Ack" ? answer.Reason : "") || "It could not be checked." };
     this.hooks.changed();
   }
+}
+
+function drawn(draft: FenceDraft): { Corners: FenceCorner[]; Zones: FenceCorner[][] } {
+  return { Corners: [...draft.corners], Zones: draft.zones.map((zone) => [...zone]) };
 }

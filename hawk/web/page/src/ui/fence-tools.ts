@@ -33,8 +33,9 @@ export class FenceTools extends Part {
     const { fence } = this.model;
     const drawn = fence.draft?.isDrawn === true;
     const begun = fence.begun > 0;
+    const whole = drawn && !fence.zoning;
     const undo = begun ? () => this.ask("back") : () => fence.undo();
-    const shape: Tool = drawn
+    const shape: Tool = whole
       ? { label: "Remove", aloud: "Remove corners", name: "minus", possible: true, run: () => fence.remove(!fence.removing), on: fence.removing }
       : begun
         ? { label: "Close", aloud: "Close the ring", name: "check", possible: fence.begun >= 3, run: () => this.ask("close") }
@@ -42,6 +43,7 @@ export class FenceTools extends Part {
     return [
       { label: "Undo", name: "undo", possible: begun || fence.draft?.canUndo === true, run: undo },
       shape,
+      { label: "Add zone", aloud: "Add an exclusion zone", name: "zone", possible: drawn, run: () => fence.zone(!fence.zoning), on: fence.zoning },
       { label: "Clear", name: "clear", possible: drawn || begun, run: () => fence.draw([]) },
       { label: "Import", name: "upload", possible: true, run: () => this.file.click() },
       { label: "Export", name: "download", possible: drawn, run: () => this.export() },

@@ -104,6 +104,8 @@ export class MapPanel extends Part {
     return {
       fence: fence.inner,
       limit: fence.limit,
+      zones: fence.zones,
+      zoneLimits: fence.zoneLimits,
       trail: this.model.flight.trail,
       route: lost ? [] : heartbeat.Route,
       target: lost ? null : heartbeat.Target,
@@ -187,7 +189,7 @@ export class MapPanel extends Part {
     if (question?.about !== "move") return nothing;
     const plan = planMove(view, question.target, this.classAt(question.target));
     if (!plan) return nothing;
-    return html`<div class="pill" data-mark="target">${plan.insideFence ? plan.pill : "Outside the fence"}</div>`;
+    return html`<div class="pill" data-mark="target">${plan.insideFence ? plan.pill : plan.outside}</div>`;
   }
 
   private stallCard(view: View): TemplateResult | typeof nothing {

@@ -18,9 +18,10 @@ export interface FenceWords {
 export function fenceWords(editing: FenceEditing, setup: FenceSetup | null, view: View, touch: boolean): FenceWords {
   const draft = editing.draft;
   if (!draft?.isDrawn) return drawing(editing.begun, touch);
+  if (editing.zoning) return zoning(editing.begun, touch);
   const reason = cannot(view, "Set Fence");
   const verdict = editing.verdict;
-  const corners = format.count(draft.corners.length, "corner", "corners");
+  const corners = `${format.count(draft.corners.length, "corner", "corners")}${zones(draft.zones.length)}`;
   if (linkOf(view) !== "live") {
     return { title: `Fence of ${corners}`, line: "No link: it cannot be checked or saved.", level: "bad", reason: "No link" };
   }
@@ -32,7 +33,7 @@ export function fenceWords(editing: FenceEditing, setup: FenceSetup | null, view
   const title = `Fence ${extent(check["North South"], check["East West"])}, ${corners}`;
   const waits = editing.saving ? "Being saved" : draft.isChanged ? "" : "Nothing changed";
   const done = { title, reason: reason || waits };
-  if (editing.removing) return { ...done, line: `${touch ? "Tap" : "Click"} the corners that are to go.`, level: "" };
+  if (editing.removing) return { ...done, line: removal(draft.zones.length, touch), level: "" };
   const [note] = check.Notes;
   return { ...done, line: note ?? inside(setup, draft.ceilingMetres), level: note === undefined ? "" : "warning" };
 }
@@ -42,8 +43,8 @@ export function fenceSummary(setup: FenceSetup | null): { title: string; line: s
   if (!setup) return { title: "Fence", line: "not known yet" };
   if (setup.Problem !== "") return { title: "The drawn fence cannot be used", line: setup.Problem };
   const ceiling = `up to ${format.height(setup.Ceiling)}`;
-  if (setup.Source === "drawn") return { title: `Fence of ${format.count(setup.Corners.length, "corner", "corners")}`, line: `drawn, ${ceiling}` };
-  if (setup.Source === "file") return { title: `Fence of ${format.count(setup.Corners.length, "corner", "corners")}`, line: `from the settings, ${ceiling}` };
+  if (setup.Source === "drawn") return { title: `Fence of ${outline(setup)}`, line: `drawn, ${ceiling}` };
+  if (setup.Source === "file") return { title: `Fence of ${outline(setup)}`, line: `from the settings, ${ceiling}` };
   return { title: `Fence: circle of ${format.distance(setup.Radius ?? 0)}`, line: `around where it is armed, ${ceiling}` };
 }
 
@@ -54,6 +55,28 @@ function drawing(begun: number, touch: boolean): FenceWords {
   const set = format.count(begun, "corner", "corners");
   if (begun < 3) return { ...common, line: `${set} set. A fence needs at least 3.` };
   return { ...common, line: `${set} set. ${point} the first one again, or Close.` };
+}
+
+function zoning(begun: number, touch: boolean): FenceWords {
+  const point = touch ? "Tap" : "Click";
+  const common = { title: "Draw a zone that the drone keeps out of", level: "" as const, reason: "Zone not closed yet" };
+  if (begun === 0) return { ...common, line: `${point} its corners, inside the fence. Add zone again gives it up.` };
+  const set = format.count(begun, "corner", "corners");
+  if (begun < 3) return { ...common, line: `${set} set. A zone needs at least 3.` };
+  return { ...common, line: `${set} set. ${point} the first one again, or Close.` };
+}
+
+function removal(zoneCount: number, touch: boolean): string {
+  const point = touch ? "Tap" : "Click";
+  return `${point} the corners that are to go${zoneCount === 0 ? "" : ", or into a zone to remove it"}.`;
+}
+
+function outline(setup: FenceSetup): string {
+  return `${format.count(setup.Corners.length, "corner", "corners")}${zones(setup.Zones.length)}`;
+}
+
+function zones(count: number): string {
+  return count === 0 ? "" : `, ${format.count(count, "zone", "zones")}`;
 }
 
 function extent(north: number | null, east: number | null): string {

@@ -13,6 +13,8 @@ export interface MovePlan {
   /** Distance and time, for the pill beside the target. */
   pill: string;
   insideFence: boolean;
+  /** Why the place is not inside; empty when it is. */
+  outside: string;
   ways: { kind: MoveKind; label: string; possible: boolean; reason: string }[];
   suggested: MoveKind | null;
   /** Reason why the suggested kind is not possible; empty when it is. */
@@ -25,6 +27,7 @@ export interface PlannedRoute {
   reason: string;
 }
 
+const IN_ZONE = "In a zone or its margin";
 const NO_ROUTE: PlannedRoute = { metres: null, reason: "" };
 
 /** What a move to a place on the map would be; null while the drone's own place is not known. */
@@ -35,12 +38,13 @@ export function planMove(view: View, target: Point, cell: number, route: Planned
   const east = target.East - heartbeat.East;
   const metres = Math.hypot(north, east);
   const seconds = view.cruise === null ? null : metres / view.cruise;
-  const insideFence = heartbeat.Fence.length < 3 || contains(heartbeat.Fence, target);
+  const outside = whyOutside(heartbeat, target);
+  const insideFence = outside === "";
   const here = { North: heartbeat.North, East: heartbeat.East };
-  const leaves = insideFence && crosses(heartbeat.Fence, here, target) ? "The straight way there leaves the fence" : "";
+  const leaves = insideFence ? whyNotStraight(heartbeat, here, target) : "";
   const ways = [
-    way(view, "Autonomous Move", "Inside the lot", insideFence, cell === CELL.nonLot ? "Not a place inside the lot" : route.reason.replace(/^X, Y: /, "")),
-    way(view, "Compulsive Move", "Anywhere inside the fence", insideFence, leaves),
+    way(view, "Autonomous Move", "Inside the lot", outside, cell === CELL.nonLot ? "Not a place inside the lot" : route.reason.replace(/^X, Y: /, "")),
+    way(view, "Compulsive Move", "Anywhere inside the fence", outside, leaves),
   ];
   const lot = cell === CELL.lot || cell === CELL.free || cell === CELL.taken;
   const order = lot ? ways : ways.toReversed();
@@ -50,6 +54,7 @@ export function planMove(view: View, target: Point, cell: number, route: Planned
     question: `Move ${format.distance(metres)} ${format.direction(north, east)}${staying(heartbeat)}?`,
     pill: seconds === null ? format.distance(metres) : `${format.distance(metres)}, ${format.duration(seconds)}`,
     insideFence,
+    outside,
     ways,
     suggested: order.find((each) => each.possible)?.kind ?? null,
     refusal: order.some((each) => each.possible) ? "" : (order[0]?.reason ?? ""),
@@ -58,7 +63,7 @@ export function planMove(view: View, target: Point, cell: number, route: Planned
 
 /** The second line of the confirm bar. */
 export function consequence(view: View, plan: MovePlan, kind: MoveKind, route: PlannedRoute = NO_ROUTE): string {
-  if (!plan.insideFence) return "Outside the fence. Choose a place inside the dotted line.";
+  if (!plan.insideFence) return `${plan.outside}. Choose a place inside the dotted line${plan.outside === IN_ZONE ? " and out of zones" : ""}.`;
   const parts = plan.seconds === null ? [] : [`${format.duration(plan.seconds)}.`];
   const length = route.metres === null ? "" : `, ${format.distance(route.metres)} on the way`;
   parts.push(kind === "Autonomous Move" ? `Stays inside the lot${length}.` : "Inside the fence, lot or not.");
@@ -66,10 +71,20 @@ export function consequence(view: View, plan: MovePlan, kind: MoveKind, route: P
   return parts.join(" ");
 }
 
-function way(view: View, kind: MoveKind, label: string, insideFence: boolean, wrongPlace: string): MovePlan["ways"][number] {
+function whyOutside(heartbeat: Heartbeat, target: Point): string {
+  if (heartbeat.Fence.length >= 3 && !contains(heartbeat.Fence, target)) return "Outside the fence";
+  return heartbeat["Fence Zones"].some((zone) => contains(zone, target)) ? IN_ZONE : "";
+}
+
+function whyNotStraight(heartbeat: Heartbeat, here: Point, target: Point): string {
+  if (crosses(heartbeat.Fence, here, target)) return "The straight way there leaves the fence";
+  return heartbeat["Fence Zones"].some((zone) => crosses(zone, here, target)) ? "The straight way there crosses a zone" : "";
+}
+
+function way(view: View, kind: MoveKind, label: string, outside: string, wrongPlace: string): MovePlan["ways"][number] {
   const offered = option(view, kind);
-  const reason = !insideFence ? "Outside the fence" : !offered.Possible ? offered.Reason : wrongPlace;
-  return { kind, label, possible: insideFence && offered.Possible && wrongPlace === "", reason };
+  const reason = outside !== "" ? outside : !offered.Possible ? offered.Reason : wrongPlace;
+  return { kind, label, possible: outside === "" && offered.Possible && wrongPlace === "", reason };
 }
 
 /** Moves stay at the present height, but never below Min. */

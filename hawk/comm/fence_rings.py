@@ -1,0 +1,82 @@
+"""The autopilot's fence in degrees: what is uploaded, and the comparison with what is read back."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from hawk.comm.frames import place_at
+from hawk.comm.vehicle import AutopilotError
+from hawk.model import Fence, GlobalPose
+
+LEAST_CORNERS = 3
+TOLERANCE_DEG = 1e-6
+"""A decimetre; the mission protocol carries 1e-7 degrees."""
+STORAGE_BYTES = 560
+"""Memory for a fence of an ArduCopter board with 16 kB for parameters (ArduPilot, libraries/StorageManager)."""
+_HEAD_BYTES, _RING_BYTES, _CORNER_BYTES = 5, 2, 8
+
+Corners = tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class FenceRings:
+    """An inclusion polygon and exclusion polygons: (latitude, longitude) corners in degrees, in order, not closed."""
+
+    inclusion: Corners
+    exclusions: tuple[Corners, ...] = ()
+
+    def __iter__(self) -> Iterator[Corners]:
+        """Yield the inclusion polygon, then the exclusion polygons."""
+        yield self.inclusion
+        yield from self.exclusions
+
+
+def rings_of(fence: Fence, origin: GlobalPose | None) -> FenceRings:
+    """Return the autopilot's limits of a fence whose metres are about ``origin``.
+
+    Raises:
+        AutopilotError: The origin is not known, a ring is none, or the autopilot cannot store the fence.
+    """
+    if origin is None:
+        raise AutopilotError("The drone does not know where it is yet: the fence cannot be placed")
+    rings = FenceRings(
+        _corners(fence.autopilot_polygon, origin), tuple(_corners(zone, origin) for zone in fence.autopilot_zones)
+    )
+    if len(rings.inclusion) < LEAST_CORNERS:
+        raise AutopilotError(f"A fence needs at least {LEAST_CORNERS} corners")
+    if any(len(ring) < LEAST_CORNERS for ring in rings.exclusions):
+        raise AutopilotError(f"An exclusion zone needs at least {LEAST_CORNERS} corners")
+    needed = _HEAD_BYTES + sum(_RING_BYTES + _CORNER_BYTES * len(ring) for ring in rings)
+    if needed > STORAGE_BYTES:  # ArduCopter ends its program over a fence that fills its memory to the last byte
+        raise AutopilotError(f"The fence needs {needed} bytes, the autopilot has {STORAGE_BYTES}: leave out corners")
+    if not all(math.isfinite(value) for ring in rings for corner in ring for value in corner):
+        raise AutopilotError("A corner of the fence is not finite: not sent")
+    return rings
+
+
+def difference(ours: FenceRings, found: FenceRings) -> str:
+    """Return how the fence that was read differs from ours, in words; empty when it does not.
+
+    Rings and corners are compared in their order.
+    """
+    if len(ours.exclusions) != len(found.exclusions):
+        return f"it has {len(found.exclusions)} exclusion zones, ours has {len(ours.exclusions)}"
+    for number, (ring, read) in enumerate(zip(ours, found, strict=True)):
+        if not _is_same(ring, read):
+            return f"its zone {number} is another one" if number else "its polygon is another one"
+    return ""
+
+
+def _corners(ring: Corners, origin: GlobalPose) -> Corners:
+    places = [place_at(north, east, origin) for north, east in ring]
+    return tuple((place.latitude, place.longitude) for place in places)
+
+
+def _is_same(ring: Corners, read: Corners) -> bool:
+    return len(ring) == len(read) and all(
+        math.isclose(ours, theirs, rel_tol=0.0, abs_tol=TOLERANCE_DEG)
+        for corner, other in zip(ring, read, strict=True)
+        for ours, theirs in zip(corner, other, strict=True)
+    )
