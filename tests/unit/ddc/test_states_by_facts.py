@@ -387,6 +387,13 @@ def test_a_return_that_began_with_a_moved_home_begins_again_when_home_is_back() 
     assert requests(again) == [SetMode(CopterMode.RTL)]
 
 
+def test_our_own_return_that_began_with_a_moved_home_begins_again_too() -> None:
+    state = made(ToReturn())
+    state.process(home_at(flying(1.0, CopterMode.RTL), 60.0, 0.5))
+    acts = state.process(home_at(flying(2.0, CopterMode.RTL), 0.0, 1.5))
+    assert texts(acts) == ["Home is back: the return begins again."]
+
+
 def test_a_return_waits_three_seconds_for_a_moved_home_and_then_flies_to_it_inside_the_fence() -> None:
     state = made(ToReturn())
     assert state.process(home_at(flying(0.05), 60.0, 0.05)) == ()

@@ -62,7 +62,7 @@ def test_an_armed_drone_without_a_landed_state_is_found_after_a_while_only() -> 
     unknown = state(landed=LandedState.UNDEFINED)
     assert watch.observe(unknown, 10.0) == ()
     assert watch.observe(unknown, 10.0 + LANDED_WAIT_S - 0.01) == ()
-    assert not watch.is_up
+    assert [watch.is_up] == [False]
     assert watch.observe(unknown, 10.0 + LANDED_WAIT_S) == (VehicleEvent.FOUND,)
     assert watch.is_up
 
@@ -86,7 +86,7 @@ def test_the_link_is_lost_and_back_once_and_a_mode_of_the_silence_is_no_second_e
     watch.observe(state(), 0.0)
     ends.healthy = False
     assert watch.observe(state(CopterMode.RTL), 1.0) == (VehicleEvent.LINK_LOST,)
-    assert not watch.is_up
+    assert [watch.is_up] == [False]
     assert watch.observe(state(CopterMode.RTL), 2.0) == ()
     ends.healthy = True
     assert watch.observe(state(CopterMode.RTL), 3.0) == (VehicleEvent.LINK_BACK,)
