@@ -2,7 +2,7 @@
 wire, while the drone holds above a lot, vision works without a pause, and slow clients watch the video.
 
 A relay between autopilot and daemon notes when each Kill arrives and keeps it from the drone, which flies on, so that
-one flight gives many. The time holds the way of the operator's message, the tick and MAVSDK.
+one flight gives many. The time holds the transport of the operator's message, the tick and MAVSDK.
 """
 
 from __future__ import annotations

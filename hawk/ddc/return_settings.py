@@ -1,4 +1,4 @@
-"""Where the autopilot's own return ends: parameters that lead RTL elsewhere, above the ceiling, or let it never land.
+"""End of the autopilot's own return: parameters that lead RTL elsewhere, above the ceiling, or let it never land.
 
 The values and their meaning are those of ArduPilot's parameter documentation (ArduCopter/Parameters.cpp,
 ArduCopter/mode_rtl.cpp, AP_Rally/AP_Rally.cpp). ArduPilot 4.7 counts in metres under new names.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hawk.ddc.acts import Acts, Log
 from hawk.ddc.failsafe_watch import FailsafeWatch
-from hawk.ddc.failsafes import NOT_READ, FailsafeCheck
+from hawk.ddc.parameter_values import NOT_READ, FailsafeCheck
 from tests.unit.ddc.written_facts import flying, on_ground
 
 RIGHT = FailsafeCheck("Fence", True, "on")

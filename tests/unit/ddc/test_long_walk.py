@@ -26,14 +26,8 @@ from hawk.comm.messages import (
 )
 from hawk.ddc import guard
 from hawk.ddc.belief import AIR_HEIGHT_M
-from hawk.ddc.facts import POSE_TIMEOUT_S
-from hawk.ddc.guard import (
-    BATTERY_UNKNOWN_S,
-    FAULT_CONFIRM_S,
-    FENCE_RETURN_S,
-    POSITION_CONFIRM_S,
-    RESERVE_CONFIRM_S,
-)
+from hawk.ddc.facts import BATTERY_UNKNOWN_S, POSE_TIMEOUT_S, POSITION_CONFIRM_S, RESERVE_CONFIRM_S
+from hawk.ddc.guard import FAULT_CONFIRM_S, FENCE_RETURN_S
 from hawk.model import CopterMode, Inbound, LandedState
 from tests.unit.ddc.fakes import TICK_S
 from tests.unit.ddc.test_properties import SIMPLE, Flight
@@ -119,24 +113,26 @@ class Walk(Flight):
 
     def _jumps(self) -> None:
         far = self.draw.uniform(-40, 40)
-        self.draw.choice([lambda: self.the_position_jumps(far / 4), lambda: self.the_estimate_jumps(far, -far / 2)])()
+        if self.draw.random() < 0.5:
+            self.the_position_jumps(far / 4)
+        else:
+            self.the_estimate_jumps(far, -far / 2)
 
     def _senses_age(self) -> None:
         """Let everything of a good operator's flight grow old, one field at a time or several."""
         drone, sight, desk = self.rig.autopilot, self.rig.sight, self.rig.desk
         for _ in range(self.draw.choice([1, 1, 1, 3])):
-            name, owner, values = self.draw.choice(
-                [
-                    ("pose_flows", drone, [False]),
-                    ("landed_flows", drone, [False]),
-                    ("battery", drone, [None, 30.0, 12.0]),
-                    ("estimator_fault", drone, ["GPS glitch"]),
-                    ("flows", sight, [False]),
-                    ("healthy", sight, [False]),
-                    ("inbound", sight, [None, *Inbound]),
-                    ("present", desk, [False]),
-                ]
-            )
+            fields: list[tuple[str, object, list[Any]]] = [
+                ("pose_flows", drone, [False]),
+                ("landed_flows", drone, [False]),
+                ("battery", drone, [None, 30.0, 12.0]),
+                ("estimator_fault", drone, ["GPS glitch"]),
+                ("flows", sight, [False]),
+                ("healthy", sight, [False]),
+                ("inbound", sight, [None, *Inbound]),
+                ("present", desk, [False]),
+            ]
+            name, owner, values = self.draw.choice(fields)
             setattr(owner, name, self.draw.choice(values))
 
     def _guard_breaks(self) -> None:
