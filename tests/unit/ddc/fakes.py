@@ -711,8 +711,9 @@ class Rig:
         elif state is StateName.COMMUNICATION_LOST:
             self.desk.present = False
             await self.run(0.2)
-        elif state is not StateName.HOVER:
+        else:
             await self.run(0.3)  # a new task waits until every parameter was read
+        if state not in (StateName.MANUAL, StateName.COMMUNICATION_LOST, StateName.HOVER):
             await self._order_from_hover(state)
         self.expect(state)
 

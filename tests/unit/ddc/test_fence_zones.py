@@ -201,7 +201,10 @@ async def test_a_check_tells_zones_area_and_that_the_way_home_is_not_free(rig: R
     check = await rig.check_fence(check_of(zoned(ROOF)))
     assert isinstance(check, FenceCheck)
     assert check.area == pytest.approx(120 * 120 - 20 * 30, rel=1e-3)
-    assert check.notes == ["From parts of it the straight way home crosses a zone: the autopilot returns straight."]
+    assert check.notes == [
+        "From parts of it the straight way home crosses a zone. Our returns stay inside; the autopilot's own failsafes "
+        "(lost link, its battery failsafe, a dead companion computer) fly straight."
+    ]
     (inner,) = check.inner_zones
     ring = ring_to_map(PLACE, tuple((each.latitude, each.longitude) for each in inner))
     assert min(north for north, _ in ring) == pytest.approx(15, abs=0.01)

@@ -33,7 +33,7 @@ async def test_a_survey_goes_through_all_its_states(rig: Rig) -> None:
     told = [text for text in rig.log if "Next" not in text]
     assert told == [
         "Autopilot found.",
-        "Armed by you. 19 checks passed.",
+        "Armed by you. 21 checks passed.",
         "Took off.",
         "At 35 m. Holding.",
         "Lot found. Exploring.",

@@ -341,7 +341,7 @@ def test_a_landing_that_nobody_caused_gets_no_cause() -> None:
 def test_a_return_that_cannot_wait_lands_where_home_is_outside() -> None:
     cause = Cause("The program ends.", CauseKind.ALWAYS)
     assert isinstance(returning(with_home(flying(1.0), FAR), cause), ToLand)
-    assert returning(with_home(flying(1.0), NEAR), cause) == ToReturn(cause)
+    assert returning(with_home(flying(1.0), NEAR), cause) == ToReturn(cause, straight="the program cannot lead it")
 
 
 def test_a_home_of_ten_seconds_is_young_enough() -> None:

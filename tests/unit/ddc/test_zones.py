@@ -48,6 +48,7 @@ BAY = polygon_fence(SQUARE, 5, 100, 3, [SIDE])
 PASSAGE = polygon_fence(SQUARE, 5, 100, 3, [box(-20, -60, 20, -6), box(-20, 6, 20, 15)])
 """Two zones that leave 2 m between their margins: too narrow to be led into, and the farther one is thin."""
 coordinate = st.floats(-130, 130)
+centimetres = coordinate.map(lambda value: round(value, 2))
 places = st.builds(MapPoint, coordinate, coordinate)
 
 
@@ -66,7 +67,7 @@ def test_our_zones_are_grown_by_the_margin_and_the_autopilots_are_as_drawn() -> 
     assert ZONED.polygon == polygon_fence(SQUARE, 5, 100, 3).polygon
 
 
-@given(st.lists(st.tuples(coordinate, coordinate), min_size=3, max_size=7), st.floats(0.5, 20.0))
+@given(st.lists(st.tuples(centimetres, centimetres), min_size=3, max_size=7), st.floats(0.5, 20.0))
 def test_a_grown_zone_is_nowhere_nearer_than_the_margin(corners: list[tuple[float, float]], margin: float) -> None:
     zone = shapely.Polygon(corners)
     assume(zone.is_valid and zone.area > 1.0)
