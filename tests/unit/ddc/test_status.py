@@ -64,6 +64,8 @@ async def test_what_is_not_known_is_none(fresh: Rig) -> None:
         "tasks",
         "loop",
         "home",
+        "remote control",
+        "remote id",
     }
 
 
