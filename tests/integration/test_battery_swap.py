@@ -16,8 +16,9 @@ import pytest
 import pytest_asyncio
 from scipy.spatial import KDTree
 
-from hawk.comm.messages import AutonomousExplore
+from hawk.comm.messages import AutonomousExplore, Hold
 from hawk.comm.status import Heartbeat
+from hawk.ddc.drain import LEAST_S
 from hawk.model import Stall, StateName
 from hawk.simulation import SimulationOptions
 from hawk.survey import report
@@ -130,6 +131,8 @@ async def until_low(stack: SimulatedStack, url: str) -> tuple[Heartbeat, Look]:
             beat = await pilot.until(lambda b: len(pilot.drone.map.stalls) >= enough or b.state == StateName.HOVER, 120)
             if beat.state != StateName.HOVER:
                 break
+        await pilot.hand.offer(Hold())
+        await pilot.until(lambda b: (b.flight_time or 0.0) >= LEAST_S)  # a shorter flight measures no drain
         await stack.inject({"battery": LOW_PERCENT})
         await explore(pilot, 240.0)
         await pilot.until_down()
