@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from faults.fault import Outcome
-from faults.report import line, names, rewrite, summary, table
+from faults.report import BEGIN, line, merged, names, rewrite, summary
 from faults.run import ALL, SEED, START, run_faults
 from hawk.simulation import SimulationOptions
 
@@ -36,7 +36,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     with tempfile.TemporaryDirectory(prefix="hawk-faults-") as folder:
         outcomes = asyncio.run(run_faults(faults, options.out or Path(folder), world, _say))
     if options.write is not None:
-        rewrite(options.write, table(outcomes))
+        rewrite(options.write, merged(options.write, outcomes, ALL, BEGIN))
     print(summary(outcomes))
     return 0 if all(outcome.passed for outcome in outcomes) else 1
 

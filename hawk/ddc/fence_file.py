@@ -8,7 +8,7 @@ from hawk.comm.status import FenceSetup
 from hawk.ddc.atomic_file import set_aside, write_atomically
 from hawk.ddc.fence import FencePlan, check_plan, fence_setup
 from hawk.ddc.fence_geojson import outline_geojson, read_outline
-from hawk.ddc.geofence import FenceError
+from hawk.ddc.geofence import FenceError, area
 from hawk.ddc.orders import Level
 from hawk.ddc.settings import DdcSettings
 from hawk.model import Fence, GlobalPose, HeightParameters
@@ -55,6 +55,18 @@ class FenceKeeper:
             FenceError: Nothing whole is left inside the margin.
         """
         return self.plan.around(datum, place, self._settings.fence)
+
+    def planned_area(self, datum: GlobalPose | None, place: GlobalPose) -> float | None:
+        """Return the area inside our limit of the planned fence, square metres, for a drone at a place.
+
+        None while it cannot be used. Without a datum the place is the datum.
+        """
+        if self.problem:
+            return None
+        try:
+            return area(self.build(datum or place, place))
+        except FenceError:
+            return None
 
     def store(self, plan: FencePlan | None) -> None:
         """Write a drawn fence to its file; None renames the file. Blocks on the disk: call it off the loop.

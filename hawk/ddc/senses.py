@@ -32,7 +32,7 @@ from hawk.ddc.failsafes import ALL_NAMES
 from hawk.ddc.fence_file import FenceKeeper
 from hawk.ddc.fence_path import length
 from hawk.ddc.flight_log import FlightLog
-from hawk.ddc.geofence import BREACH_TOLERANCE_M, FenceError, area, outside_by, to_map
+from hawk.ddc.geofence import BREACH_TOLERANCE_M, area, outside_by, to_map
 from hawk.ddc.home import HomeWatch, home_health
 from hawk.ddc.home_path import HomePath, mean_speed
 from hawk.ddc.remote_control import SWITCH_CHANNEL, RemoteControlWatch, remote_control_health
@@ -341,16 +341,10 @@ class Senses:
 
     def _fence_area(self) -> float | None:
         """Return the area of the fence in force, on the ground that of the planned one; None while there is none."""
-        fence, fences, pose = self._from.topics.fence_pub.value, self._from.fences, self._from.topics.get_pose()
+        fence, pose = self._from.topics.fence_pub.value, self._from.topics.get_pose()
         if fence is not None and self._is_airborne():
             return area(fence)
-        if fences.problem or pose is None:
-            return None
-        place = pose.global_
-        try:
-            return area(fences.plan.around(self._from.service.datum or place, place, self._from.settings.fence))
-        except FenceError:
-            return None
+        return None if pose is None else self._from.fences.planned_area(self._from.service.datum, pose.global_)
 
     def _return_place(self, place: MapPoint, home: MapPoint) -> MapPoint:
         """Return the farther of the arm place and the autopilot's home: RTL flies to the latter."""
