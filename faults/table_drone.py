@@ -226,7 +226,11 @@ OTHERS: Final = (
     Fault(
         "the pilot takes over",
         When.EXPLORING,
-        (Drone({"pilot_mode": 2}), See(state(StateName.MANUAL), 2.0), See(mode("ALT_HOLD"), 5.0, lasts=True)),
+        (
+            Drone({"pilot_mode": 2}),
+            See(both(state(StateName.MANUAL), mode("ALT_HOLD")), 2.0),
+            See(mode("ALT_HOLD"), 5.0, lasts=True),
+        ),
         ends_flight=True,
     ),
     Fault(
