@@ -68,6 +68,7 @@ WELL: Final[dict[str, Any]] = {
     "wind": 0.0,
 }
 _JOURNALLED_S: Final = 2.0  # a crash may lose the last second, so it comes a moment after the comparison's moment
+_RESTORED_S: Final = 10.0  # real: a daemon that starts in the air acts first and restores its map seconds later
 _LOOK_S: Final = 0.04
 _PATIENCE: Final = 3.0  # real time may be so much slower than the speed before a wait is given up
 _ALOFT_M: Final = 1.0
@@ -366,14 +367,18 @@ class Rig:
         self.proxy.use()
         assert self._pilot is not None
         restarted = self._service.starts > self._since.starts
-        try:
-            await self._pilot.drone.whole_map()
-        except _GONE as error:
-            return [f"the map does not come: {error}"], ()
-        after = self._keepsake()
-        if before is None or after is None:
-            return ["the daemon shows nothing"], ()
-        problems = lost(before, after)
+        limit = asyncio.get_running_loop().time() + (_RESTORED_S if restarted else 0.0)
+        while True:
+            try:
+                await self._pilot.drone.whole_map()
+            except _GONE as error:
+                return [f"the map does not come: {error}"], ()
+            after = self._keepsake()
+            if before is None or after is None:
+                return ["the daemon shows nothing"], ()
+            problems = lost(before, after)
+            if not problems or asyncio.get_running_loop().time() > limit:
+                break
         kept = [f"{len(before.stalls)} stalls", f"{len(before.tiles)} parts of the map"]
         if restarted:
             problems += self._recorded(before)
