@@ -87,7 +87,7 @@ contract: $(STAMP)
 e2e: setup browser
 	$(PYTEST) tests/e2e $(ARGS)
 
-# Every fault of docs/faults.md on the real programs; writes its table. Needs the machine to itself for an hour.
+# Every fault of docs/faults.md on the real programs; writes its table. Needs the machine to itself for 20 minutes.
 faults: setup
 	$(BIN)/python -m faults --write docs/faults.md $(ARGS)
 
