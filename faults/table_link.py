@@ -121,7 +121,7 @@ SILENCE: Final = (
         (Link(_BOTH), See(_STAYS, 1.0, lasts=True), _WELL, See(both(state(_HOVER), _STAYS), 10.0, lasts=True)),
     ),
     Fault(
-        "HEARTBEAT alone is lost on its way to us",
+        "HEARTBEAT alone is lost before it reaches us",
         When.HOVERING,
         (Link((dropped(_DOWN, "HEARTBEAT"),)), See(unhealthy("link"), 4.0), See(mode("RTL"), 6.0)),
     ),
@@ -167,7 +167,7 @@ LOSSES: Final = (
         ),
     ),
     Fault(
-        "the position is lost on its way to us",
+        "the position is lost before it reaches us",
         When.EXPLORING,
         (
             Link((dropped(_DOWN, "LOCAL_POSITION_NED", "GLOBAL_POSITION_INT"),)),
@@ -176,7 +176,7 @@ LOSSES: Final = (
         ),
     ),
     Fault(
-        "the position is lost on its way to us",
+        "the position is lost before it reaches us",
         When.HOVERING,
         (
             Link((dropped(_DOWN, "LOCAL_POSITION_NED", "GLOBAL_POSITION_INT"),)),
@@ -187,7 +187,7 @@ LOSSES: Final = (
         ),
     ),
     Fault(
-        "the landed state is lost on its way to us",
+        "the landed state is lost before it reaches us",
         When.HOVERING,
         (
             Link((dropped(_DOWN, "EXTENDED_SYS_STATE"),)),
@@ -198,7 +198,7 @@ LOSSES: Final = (
         ),
     ),
     Fault(
-        "the battery is lost on its way to us",
+        "the battery is lost before it reaches us",
         When.HOVERING,
         (Link((dropped(_DOWN, "SYS_STATUS", "BATTERY_STATUS"),)), See(mode("RTL"), 45.0), See(state(_RETURN), 46.0)),
     ),

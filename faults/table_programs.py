@@ -88,7 +88,7 @@ PROGRAM: Final = (
         ends_flight=True,
     ),
     Fault(
-        "our program is told to end",
+        "our program gets SIGTERM",
         When.HOVERING,
         (Signal(_TERM), See(mode("RTL"), 4.0, real=True), See(exited(0), 10.0, real=True), See(DOWN, 180.0)),
         ends_flight=True,
