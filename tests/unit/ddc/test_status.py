@@ -315,17 +315,3 @@ async def test_closing_cancels_what_is_under_way(rig: Rig) -> None:
     assert rig.manager.requests.is_busy
     await rig.close()
     assert not rig.manager.requests.is_busy
-
-
-async def test_a_tick_takes_little(flying: Rig) -> None:
-    import time
-
-    flying.order(AutonomousExplore())
-    flying.target_plan(100, 0)
-    spent = []
-    for _ in range(60):
-        await flying.tick()
-        begun = time.process_time()
-        flying.manager.process()
-        spent.append(time.process_time() - begun)
-    assert sorted(spent)[30] < 0.002
