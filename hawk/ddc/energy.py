@@ -59,10 +59,13 @@ class BatteryWatch:
     def __init__(self, reserve_percent: float) -> None:
         self._reserve = reserve_percent
         self._samples: deque[tuple[float, float]] = deque()
+        self.measured: float | None = None
+        """Percent a second as measured, never below a third of the assumed drain; None until enough was measured."""
 
     def reset(self) -> None:
         """Forget the samples (another flight, another battery)."""
         self._samples.clear()
+        self.measured = None
 
     def update(self, percentage: float, now: float) -> None:
         """Take one reading in flight, at most one a second is kept."""
@@ -71,16 +74,14 @@ class BatteryWatch:
         self._samples.append((now, percentage))
         while now - self._samples[0][0] > DRAIN_WINDOW_S:
             self._samples.popleft()
+        self.measured = self._measure()
 
     @property
     def drain(self) -> float:
         """Percent a second: as measured, the assumed one until enough was measured, and never below a third of it."""
-        measured = self.measured
-        return ASSUMED_DRAIN if measured is None else measured
+        return ASSUMED_DRAIN if self.measured is None else self.measured
 
-    @property
-    def measured(self) -> float | None:
-        """Percent a second as measured, never below a third of the assumed drain; None until enough was measured."""
+    def _measure(self) -> float | None:
         if len(self._samples) < 3 or self._samples[-1][0] - self._samples[0][0] < DRAIN_MINIMUM_S:
             return None
         count = len(self._samples)
