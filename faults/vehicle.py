@@ -9,7 +9,6 @@ import asyncio
 import contextlib
 import json
 import os
-import signal
 import socket
 import struct
 import sys
@@ -23,7 +22,14 @@ import aiohttp
 from faults.fault import Drone, Fault
 from faults.observer import Observer
 from faults.station import command_fields
-from hawk.simulation import READY_TIMEOUT_S, SimulationAddress, SimulationError, SimulationOptions, free_udp_port
+from hawk.simulation import (
+    READY_TIMEOUT_S,
+    SimulationAddress,
+    SimulationError,
+    SimulationOptions,
+    end_process,
+    free_udp_port,
+)
 from hawk.survey.stack import SimulatedStack
 
 HOST: Final = "127.0.0.1"
@@ -123,14 +129,7 @@ class VehiclePrograms:
         """End both processes, by force after `STOP_TIMEOUT_S`."""
         self.observer.close()
         for process in reversed(self._processes):
-            if process.returncode is None:
-                with contextlib.suppress(ProcessLookupError):
-                    process.send_signal(signal.SIGTERM)
-                try:
-                    await asyncio.wait_for(process.wait(), STOP_TIMEOUT_S)
-                except TimeoutError:
-                    process.kill()
-                    await process.wait()
+            await end_process(process, STOP_TIMEOUT_S)
         if self._drain is not None:
             self._drain.cancel()
             await asyncio.gather(self._drain, return_exceptions=True)

@@ -121,20 +121,25 @@ class Simulation:
 
     async def stop(self) -> None:
         """End the process, by force after `STOP_TIMEOUT_S`."""
-        process = self._process
-        if process is None:
+        if self._process is None:
             return
-        if process.returncode is None:
-            with contextlib.suppress(ProcessLookupError):
-                process.send_signal(signal.SIGTERM)
-            try:
-                await asyncio.wait_for(process.wait(), STOP_TIMEOUT_S)
-            except TimeoutError:
-                process.kill()
-                await process.wait()
+        await end_process(self._process, STOP_TIMEOUT_S)
         if self._drain is not None:
             self._drain.cancel()
             await asyncio.gather(self._drain, return_exceptions=True)
+
+
+async def end_process(process: asyncio.subprocess.Process, timeout_s: float) -> None:
+    """End a process by SIGTERM, by force after that time in seconds; one that has ended is left alone."""
+    if process.returncode is not None:
+        return
+    with contextlib.suppress(ProcessLookupError):
+        process.send_signal(signal.SIGTERM)
+    try:
+        await asyncio.wait_for(process.wait(), timeout_s)
+    except TimeoutError:
+        process.kill()
+        await process.wait()
 
 
 def simulator_installed() -> bool:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
-import signal
 import sys
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
@@ -15,7 +14,7 @@ from urllib.parse import urlsplit
 
 import aiohttp
 
-from hawk.simulation import Simulation, SimulationAddress, SimulationError, SimulationOptions
+from hawk.simulation import Simulation, SimulationAddress, SimulationError, SimulationOptions, end_process
 from hawk.survey.truth import GroundTruth, TruthError, parse_truth
 
 READY_TIMEOUT_S = 60.0
@@ -158,15 +157,8 @@ class SimulatedStack:
 
     async def stop(self) -> None:
         """End both processes, by force when they do not listen."""
-        daemon = self.daemon
-        if daemon is not None and daemon.returncode is None:
-            with contextlib.suppress(ProcessLookupError):
-                daemon.send_signal(signal.SIGTERM)
-            try:
-                await asyncio.wait_for(daemon.wait(), STOP_TIMEOUT_S)
-            except TimeoutError:
-                daemon.kill()
-                await daemon.wait()
+        if self.daemon is not None:
+            await end_process(self.daemon, STOP_TIMEOUT_S)
         await self._simulation.stop()
         if self._session is not None:
             await self._session.close()
