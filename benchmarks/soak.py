@@ -3,10 +3,10 @@
 ``python -m benchmarks.soak --minutes 120 --speed 4 [--seed 1] [--out DIR] [--json FILE]``
 
 A daemon flies surveys of a simulated drone, one after another, with a fresh battery each, and one page in a headless
-browser shows video and map. Every minute one line is printed: memory of the daemon, heap of the page after a garbage
-collection, tasks, threads, open files, sockets and queues. At the end the slopes after the warm-up are printed, and
-what is more than it was. Recordings are deleted after each flight: two hours of them are 20 GB. Status 1 when a limit
-is missed.
+browser shows video and map. Ctrl-C ends it early; what was sampled is judged all the same. Every minute one line is
+printed: memory of the daemon, heap of the page after a garbage collection, tasks, threads, open files, sockets and
+queues. At the end the slopes after the warm-up are printed, and what is more than it was. Recordings are deleted after
+each flight: two hours of them are 20 GB. Status 1 when a limit is missed.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import argparse
 import asyncio
 import contextlib
 import re
+import signal
 import sys
 import tempfile
 import time
@@ -206,15 +207,25 @@ async def _sample_on(
 ) -> list[Sample]:
     samples: list[Sample] = []
     begun = time.monotonic()
+    ended = ended_by_hand()
     print("minute  memory   heap  tasks  threads  files  sockets  queued  flights", flush=True)
-    while (elapsed := time.monotonic() - begun) < minutes * 60:
+    while (elapsed := time.monotonic() - begun) < minutes * 60 and not ended.is_set():
         if flying.done():
             flying.result()
         sample = await _look(elapsed / 60, url, session, heap)
         samples.append(sample)
         print(_line(sample, flights), flush=True)
-        await asyncio.sleep(max(0.0, min(SAMPLE_S, minutes * 60 - (time.monotonic() - begun))))
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(ended.wait(), max(0.0, min(SAMPLE_S, minutes * 60 - (time.monotonic() - begun))))
     return samples
+
+
+def ended_by_hand() -> asyncio.Event:
+    """Return an event that Ctrl-C and SIGTERM set."""
+    ended = asyncio.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        asyncio.get_running_loop().add_signal_handler(number, ended.set)
+    return ended
 
 
 def _line(sample: Sample, flights: Flights) -> str:

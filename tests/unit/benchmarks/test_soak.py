@@ -1,5 +1,8 @@
 from __future__ import annotations
 
+import asyncio
+import os
+import signal
 from collections.abc import Callable
 
 import pytest
@@ -11,6 +14,7 @@ from benchmarks.soak import (
     Flights,
     Sample,
     after_warm_up,
+    ended_by_hand,
     figures,
     growth,
     make_parser,
@@ -89,3 +93,11 @@ def test_metrics_with_labels_are_added_up() -> None:
 def test_a_speed_that_the_simulator_does_not_have_is_refused(speed: str) -> None:
     with pytest.raises(SystemExit):
         make_parser().parse_args(["--speed", speed])
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+async def test_a_signal_ends_the_sampling_and_not_the_program(number: signal.Signals) -> None:
+    ended = ended_by_hand()
+    os.kill(os.getpid(), number)
+    async with asyncio.timeout(5.0):
+        await ended.wait()
