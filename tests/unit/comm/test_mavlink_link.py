@@ -315,11 +315,12 @@ def test_a_second_sender_is_neither_heard_nor_spoken_to(link: Link, peer: Peer, 
 
 
 def test_another_vehicle_behind_the_same_router_is_not_heard_and_no_fault(peer: Peer, heard: Heard, link: Link) -> None:
+    before = len([one for one in heard.messages if one.name == "ATTITUDE"])
     other = mavlink.MAVLink(peer, 7, 1)
     other.heartbeat_send(2, 3, 0, 999, 4, 3)
     other.attitude_send(70, 9.0, 9.0, 9.0, 0, 0, 0)
     peer.mav.attitude_send(71, 0.1, 0.2, 0.3, 0, 0, 0)
-    heard.wait("ATTITUDE", 1 + len([one for one in heard.messages if one.name == "ATTITUDE"]))
+    heard.wait("ATTITUDE", 1 + before)
     assert not [one for one in heard.messages if one.fields.get("time_boot_ms") == 70]
     assert 999 not in {one.fields.get("custom_mode") for one in heard.messages}
 
