@@ -22,6 +22,9 @@ operator_id = "FIN87astrdge12k8"
 description = "parking survey"
 """
 
+LEFT_S = 2.0
+"""The check's remedy asks for this time in each position of the switch, seconds of the drone's clock."""
+
 
 def check(beat: Heartbeat, name: str) -> CheckItem:
     return next(item for item in beat.checks if item.name == name)
@@ -35,6 +38,8 @@ async def test_both_are_seen_before_arm_and_told_in_flight(tmp_path: Path) -> No
             await hand.take_control()
             beat = await hand.until(lambda b: "not moved yet" in check(b, "Remote control").value)
             assert check(beat, "Remote control").value == "switch at STABILIZE (position 6), not moved yet"
+            left = beat.time + LEFT_S
+            await hand.until(lambda b: b.time >= left)
             await stack.inject({"mode_switch": 2})
             beat = await hand.until(lambda b: check(b, "Remote control").passed)
             assert check(beat, "Remote control").value == "switch at STABILIZE (position 2), 8 channels"
