@@ -6,12 +6,17 @@ from typing import Any
 
 import pytest
 
-from benchmarks.fuzz.__main__ import figures
+from benchmarks.fuzz.__main__ import figures, link_figures
 from benchmarks.fuzz.answers import id_of, problem_with
 from benchmarks.fuzz.cases import Case, Cases
+from benchmarks.fuzz.datagrams import AUTOPILOT, Datagrams, frame
+from benchmarks.fuzz.link import ROUND, LinkRun
 from benchmarks.fuzz.run import Result, Run
+from hawk.comm.mavlink_frames import heartbeats
 from hawk.comm.messages import Ack, Command, Outgoing, parse_command
+from hawk.comm.peer import PeerKeeper
 from hawk.comm.status import ClientId
+from hawk.comm.telemetry import Telemetry
 
 MESSAGES = 3000
 
@@ -108,3 +113,45 @@ def test_a_finding_misses_the_limit() -> None:
     shown = {figure.key: figure for figure in figures(Result(messages=10, seconds=2.0, findings=["x"]))}
     assert shown["fuzz_per_s"].value == 5.0
     assert shown["fuzz_findings"].passed is False
+
+
+@pytest.mark.slow
+async def test_some_thousand_fuzzed_datagrams_find_nothing() -> None:
+    result = await LinkRun(1, 50 * ROUND).run()
+    assert result.findings == []
+    assert (result.datagrams, result.honest) == (50 * ROUND, 50)
+    assert result.strange > ROUND
+    assert result.states > result.honest, "fuzzed frames of the autopilot are believed, too"
+    assert all(figure.passed is not False for figure in link_figures(result))
+
+
+@pytest.mark.slow
+async def test_a_defect_behind_a_datagram_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object) -> None:
+        raise RuntimeError("a defect")
+
+    monkeypatch.setattr(Telemetry, "_on_attitude", broken)
+    run = LinkRun(1, 10 * ROUND)
+    result = await run.run()
+    assert any("a defect" in finding for finding in result.findings)
+
+
+@pytest.mark.slow
+async def test_a_stranger_that_is_believed_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(PeerKeeper, "admit", lambda *_: True)
+    result = await LinkRun(1, 10 * ROUND).run()
+    assert any("a stranger was believed" in finding for finding in result.findings)
+
+
+def test_datagrams_depend_on_seed_and_number_only() -> None:
+    first, again, other = Datagrams(1), Datagrams(1), Datagrams(2)
+    drawn = [first.at(number) for number in range(200)]
+    assert [again.at(number) for number in reversed(range(200))] == drawn[::-1]
+    assert [other.at(number) for number in range(200)] != drawn
+
+
+def test_a_frame_is_read_as_it_was_made() -> None:
+    payload = bytes.fromhex("040000000203810403")
+    for version in (0xFD, 0xFE):
+        (beat,) = heartbeats(frame(0, payload, AUTOPILOT, version=version))
+        assert (beat.system, beat.component, beat.autopilot, beat.base_mode) == (*AUTOPILOT, 3, 0x81)
