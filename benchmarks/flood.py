@@ -1,14 +1,15 @@
 """The whole daemon at speed 1, holding in the air and seeing, while viewers without control send valid commands as fast
 as it takes them: the tick beside the same daemon's before the flood, and another client's wait for an answer meanwhile.
+The viewers are other computers: their process takes only the processor time that simulator and daemon leave.
 """
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
-import itertools
 import json
 import math
+import sys
 import time
 from collections.abc import AsyncIterator, Mapping
 from dataclasses import dataclass, field
@@ -25,7 +26,7 @@ from hawk.comm.messages import Arm, Control, SetFailsafes, Takeoff
 from hawk.comm.performance import WINDOW_S, percentile
 from hawk.comm.status import Heartbeat
 from hawk.model import StateName
-from hawk.simulation import SimulationOptions
+from hawk.simulation import SimulationOptions, end_process
 from hawk.survey.client import DroneClient
 from hawk.survey.handset import Handset, SurveyError, refusal_of
 from hawk.survey.stack import SimulatedStack, StackError
@@ -33,11 +34,12 @@ from hawk.survey.stack import SimulatedStack, StackError
 VIEWERS: Final = 8
 TICK_MS: Final = 10.0
 """The limit: p99 of the tick under the flood."""
-CORNERS: Final = 69
 ASK_S: Final = 0.5
 """Between two questions of the operator who waits for an answer."""
-RETRY_S: Final = 0.1
 SILENCE_S: Final = 15.0
+ENDED_S: Final = 10.0
+LAST: Final = 19
+"""Niceness of the viewers' session."""
 CHECKED_S, CLIMBED_S = 120.0, 60.0
 """Longest waits before take-off and during it, seconds."""
 
@@ -51,6 +53,11 @@ class Traffic:
     refused_as_too_many: int = 0
     disconnected: int = 0
     waits_ms: list[float] = field(default_factory=list)
+
+    def take(self, counts: Mapping[str, int]) -> None:
+        """Take the viewers' counts."""
+        for name, count in counts.items():
+            setattr(self, name, count)
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,26 +132,6 @@ def _wait(run: Run, name: str, percent: float) -> Figure:
     )
 
 
-def valid_commands() -> list[str]:
-    """Return valid commands of every cost that a viewer may send, as JSON: asked, refused, or acted on at once."""
-    turns = [2 * math.pi * k / CORNERS for k in range(CORNERS)]
-    corners = [
-        {"Latitude": 43.26 + 0.002 * math.cos(turn), "Longitude": -79.92 + 0.002 * math.sin(turn)} for turn in turns
-    ]
-    commands: list[dict[str, Any]] = [
-        {"Type": "Check Fence", "Corners": corners, "Ceiling": 80.0},
-        {"Type": "Set Fence", "Corners": corners, "Ceiling": 80.0},
-        {"Type": "Route Request", "X": 5.0, "Y": 5.0},
-        {"Type": "Compulsive Move", "X": 5.0, "Y": 5.0},
-        {"Type": "Autonomous Explore"},
-        {"Type": "Arm"},
-        {"Type": "Land"},
-        {"Type": "Kill Request"},
-        {"Type": "Heartbeat"},
-    ]
-    return [json.dumps(command | {"Id": number}) for number, command in enumerate(commands)]
-
-
 async def _take_off(drone: DroneClient) -> None:
     """Arm and climb to the height of the travels, with failsafes set. Raises SurveyError."""
     hand = Handset(drone, SILENCE_S, lambda _, __: None)
@@ -193,43 +180,19 @@ async def _performance(session: aiohttp.ClientSession, url: str) -> dict[str, An
 
 
 @contextlib.asynccontextmanager
-async def _flood(url: str, traffic: Traffic) -> AsyncIterator[None]:
-    async with asyncio.TaskGroup() as group:
-        viewers = [group.create_task(_viewer(url, traffic), name=f"viewer-{k}") for k in range(VIEWERS)]
-        try:
-            yield
-        finally:
-            for viewer in viewers:
-                viewer.cancel()
-
-
-async def _viewer(url: str, traffic: Traffic) -> None:
-    """Send without end, and connect again after each disconnection."""
-    while True:
-        with contextlib.suppress(aiohttp.ClientError, ConnectionError):
-            async with aiohttp.ClientSession() as session, session.ws_connect(f"{url}ws", max_msg_size=0) as socket:
-                sending = asyncio.create_task(_send(socket, traffic), name="viewer-sends")
-                try:
-                    await _count(socket, traffic)
-                finally:
-                    sending.cancel()
-                    await asyncio.gather(sending, return_exceptions=True)
-        await asyncio.sleep(RETRY_S)
-
-
-async def _send(socket: aiohttp.ClientWebSocketResponse, traffic: Traffic) -> None:
-    for text in itertools.cycle(valid_commands()):
-        await socket.send_str(text)
-        traffic.sent += 1
-        await asyncio.sleep(0)
-
-
-async def _count(socket: aiohttp.ClientWebSocketResponse, traffic: Traffic) -> None:
-    async for message in socket:
-        if message.type is aiohttp.WSMsgType.TEXT and '"Type":"Heartbeat"' not in message.data[:200]:
-            traffic.answered += 1
-            traffic.refused_as_too_many += "Too many commands" in message.data
-    traffic.disconnected += socket.close_code == aiohttp.WSCloseCode.POLICY_VIOLATION
+async def _flood(url: str, traffic: Traffic, niceness: int = LAST) -> AsyncIterator[None]:
+    """Let the viewers send from a process of their own; their counts are there afterwards."""
+    process = await asyncio.create_subprocess_exec(
+        sys.executable, "-m", "benchmarks.flood_viewers", url, str(VIEWERS), str(niceness),
+        stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, start_new_session=True,
+    )  # fmt: skip
+    try:
+        yield
+    finally:
+        with contextlib.suppress(TimeoutError):
+            out, _ = await asyncio.wait_for(process.communicate(b""), ENDED_S)
+            traffic.take(json.loads(out or b"{}"))
+        await end_process(process, ENDED_S)
 
 
 @contextlib.asynccontextmanager

@@ -1,11 +1,15 @@
 from __future__ import annotations
 
+import asyncio
 from typing import Any
 
 import pytest
+from aiohttp import web
 
+from benchmarks import flood
 from benchmarks.figures import Figure
-from benchmarks.flood import Run, Traffic, figures, valid_commands, void
+from benchmarks.flood import Run, Traffic, figures, void
+from benchmarks.flood_viewers import valid_commands
 from hawk.comm.messages import parse_command
 
 QUIET = {"tick_p50_ms": 1.0, "tick_p99_ms": 3.0, "tick_max_ms": 8.0, "loop_lag_p99_ms": 5.0, "vision_fps": 9.0}
@@ -40,3 +44,30 @@ def test_a_busy_machine_and_a_flood_too_short_for_the_daemons_figures_are_told()
 
 def test_every_command_of_the_flood_is_valid() -> None:
     assert len({type(parse_command(text)) for text in valid_commands()}) == len(valid_commands())
+
+
+async def test_the_viewers_send_from_a_process_of_their_own_and_their_counts_come_back() -> None:
+    heard = asyncio.Event()
+
+    async def answer(request: web.Request) -> web.WebSocketResponse:
+        socket = web.WebSocketResponse()
+        await socket.prepare(request)
+        async for _ in socket:
+            heard.set()
+            await socket.send_str('{"Type":"Ack","Reason":"Too many commands"}')
+        return socket
+
+    app = web.Application()
+    app.router.add_get("/ws", answer)
+    runner = web.AppRunner(app)
+    await runner.setup()
+    site = web.TCPSite(runner, "127.0.0.1", 0)
+    await site.start()
+    traffic = Traffic()
+    try:
+        async with flood._flood(f"http://127.0.0.1:{runner.addresses[0][1]}/", traffic, niceness=0):
+            await asyncio.wait_for(heard.wait(), 30.0)
+    finally:
+        await runner.cleanup()
+    assert traffic.sent > 0
+    assert traffic.answered >= traffic.refused_as_too_many
