@@ -63,6 +63,11 @@ export function stateWords(view: View): StateWords {
   return heartbeat.State === "Idle" ? grounded(view, heartbeat) : active(view, heartbeat);
 }
 
+/** Control was given back in the air, or ran out, and nobody has taken it: nobody is lost. */
+export function isGivenBack(heartbeat: Heartbeat): boolean {
+  return heartbeat.State === "CommunicationLost" && heartbeat.Controller === null;
+}
+
 function grounded(view: View, heartbeat: Heartbeat): StateWords {
   if (heartbeat.Killed) return same("warn", "Motors cut", "Clear it to arm again");
   const failed = heartbeat.Checks.filter((check) => !check.Passed).length;
@@ -77,7 +82,8 @@ function grounded(view: View, heartbeat: Heartbeat): StateWords {
 
 function active(view: View, heartbeat: Heartbeat): StateWords {
   const tone = toned(heartbeat, "fine");
-  const title = heartbeat.State === "Arm" && heartbeat.Armed === true ? "Armed" : stateTitle(heartbeat.State);
+  const armed = heartbeat.State === "Arm" && heartbeat.Armed === true;
+  const title = armed ? "Armed" : isGivenBack(heartbeat) ? "Nobody has control" : stateTitle(heartbeat.State);
   const seen = seenPercent(heartbeat);
   if (heartbeat.State !== "Autonomous Explore" || seen === null) return same(tone, title, heartbeat.Detail);
   const left = heartbeat.Remaining;
