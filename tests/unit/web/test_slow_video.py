@@ -54,15 +54,19 @@ async def camera(rig: Rig) -> AsyncIterator[None]:
 async def test_a_slow_link_receives_fresh_pictures_over_the_web_socket(rig: Rig) -> None:
     server = await rig.start()
     ages: list[float] = []
-    async with camera(rig), slow_link(server.port, BYTES_PER_S) as port, browser() as session:
-        async with session.ws_connect(f"http://127.0.0.1:{port}/video") as socket:
-            end = time.monotonic() + WATCHED_S
-            while time.monotonic() < end:
-                async with asyncio.timeout(30):
-                    data = await socket.receive_bytes()
-                _, sequence, captured, _ = struct.unpack("<4sIdI", data[:20])
-                ages.append(time.monotonic() - captured)
-                await socket.send_str(json.dumps({"ack": sequence}))
+    async with (
+        camera(rig),
+        slow_link(server.port, BYTES_PER_S) as port,
+        browser() as session,
+        session.ws_connect(f"http://127.0.0.1:{port}/video") as socket,
+    ):
+        end = time.monotonic() + WATCHED_S
+        while time.monotonic() < end:
+            async with asyncio.timeout(30):
+                data = await socket.receive_bytes()
+            _, sequence, captured, _ = struct.unpack("<4sIdI", data[:20])
+            ages.append(time.monotonic() - captured)
+            await socket.send_str(json.dumps({"ack": sequence}))
     assert len(ages) >= 5
     assert max(ages) < FRESH_S, ages
 

@@ -118,6 +118,7 @@ export function view(changes: Partial<View> = {}): View {
     now: new Date(2026, 0, 2, 12, 0, 0).getTime(),
     landedAt: null,
     cruise: null,
+    pictureAge: null,
     ...changes,
   };
 }

@@ -9,6 +9,7 @@ import { DaemonClock } from "./daemon-clock.ts";
 import { FenceEditing } from "./fence-edit.ts";
 import { Flight } from "./flight.ts";
 import { type MapChange, MapStore } from "./map-store.ts";
+import { Picture } from "./picture.ts";
 import { type Preferences, readPreferences, writePreferences } from "./preferences.ts";
 import { RoutePlan } from "./route-plan.ts";
 
@@ -49,6 +50,7 @@ export class Operator extends EventTarget {
   readonly flight = new Flight();
   readonly map = new MapStore();
   readonly daemonClock = new DaemonClock();
+  readonly picture = new Picture(this.daemonClock);
   preferences: Preferences;
   picking = false;
   question: Question | null = null;
@@ -119,6 +121,7 @@ export class Operator extends EventTarget {
       now: this.outside.wallClock(),
       landedAt: this.flight.landedAt,
       cruise: this.flight.cruise,
+      pictureAge: this.picture.age(this.seconds()),
     };
   }
 
