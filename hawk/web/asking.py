@@ -17,7 +17,7 @@ OPEN_S: Final = 60.0
 AGAIN_S: Final = 60.0
 """Seconds until a session may ask again after "Keep"."""
 PAUSE_S: Final = 10.0
-"""Seconds between two questions, whoever asks: new sessions are made by anybody who has the token."""
+"""Seconds between two questions of any sessions: new ones are made by anybody who has the token."""
 
 
 @dataclass(slots=True)
@@ -81,7 +81,7 @@ class Asking:
         return max(0.0, self._question.since + ANSWER_S - self.clock())
 
     def keep(self) -> None:
-        """The one in control keeps it: the asker is told, and may ask again later."""
+        """The one in control keeps it: its asker learns of it, and may ask again later."""
         if (asker := self.asker) is not None:
             self._kept[asker], self._told = self.clock(), asker
         self.end()

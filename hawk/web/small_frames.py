@@ -62,7 +62,7 @@ def shrink(frame: AnnotatedFrame) -> AnnotatedFrame:
 
 
 class LinkPace:
-    """Whether one client's link takes whole pictures. It begins with a small one: the first shows how fast it is."""
+    """Decides whether one client's link takes whole pictures, by how fast the first, a small one, arrives."""
 
     def __init__(self, *, is_acknowledged: bool = True) -> None:
         """Without acknowledgements by the client buffers swallow a small picture: then a whole one is the first.

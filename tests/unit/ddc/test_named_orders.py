@@ -1,4 +1,4 @@
-"""Who asked for Hold, a return or a landing, and control that was given back in the air."""
+"""Names of those who asked for Hold, a return or a landing, and control that was given back in the air."""
 
 from __future__ import annotations
 

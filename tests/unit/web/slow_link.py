@@ -14,7 +14,7 @@ _BUFFER = 8 * 1024
 
 @asynccontextmanager
 async def slow_link(port: int, bytes_per_s: float) -> AsyncIterator[int]:
-    """Give the port of a relay to the server's port; what the server sends passes at this rate, all clients together."""
+    """Give the port of a relay to the server; what it sends passes at this rate, all clients together."""
     gate = asyncio.Lock()
     tasks: set[asyncio.Task[None]] = set()
     writers: list[asyncio.StreamWriter] = []

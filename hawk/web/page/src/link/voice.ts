@@ -10,7 +10,7 @@ const TONE_HZ = 880;
 const TONE_S = 0.25;
 const LOUDNESS = 0.2;
 
-/** Tells by ear what the eye may miss. Browsers allow sound after a gesture only; without it, and without a voice, it is silent. */
+/** Speaks what the eye may miss. Browsers allow sound after a gesture only; without it, and without a voice, it is silent. */
 export class Voice {
   private readonly speaker: Speaker;
   private readonly wanted: () => boolean;

@@ -3,7 +3,7 @@ import type { Heartbeat } from "../protocol.ts";
 import * as format from "./format.ts";
 import { linkOf, type View } from "./view.ts";
 
-/** What this page asks or tells about control, beside the bar. */
+/** What this page asks or reports about control, beside the bar. */
 export interface ControlNote {
   kind: "asked" | "asking" | "free" | "releasing";
   title: string;
