@@ -13,7 +13,7 @@ _BUFFER = 8 * 1024
 
 
 @asynccontextmanager
-async def slow_link(port: int, bytes_per_s: float) -> AsyncIterator[int]:
+async def slow_link(port: int | None, bytes_per_s: float) -> AsyncIterator[int]:
     """Give the port of a relay to the server; what it sends passes at this rate, all clients together."""
     gate = asyncio.Lock()
     tasks: set[asyncio.Task[None]] = set()

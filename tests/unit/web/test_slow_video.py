@@ -124,11 +124,14 @@ def test_a_whole_picture_is_tried_where_it_will_be_fresh(seconds: float, whole: 
 
 def test_a_slow_whole_picture_is_followed_by_small_ones_for_a_while() -> None:
     pace = LinkPace()
-    pace.arrived(10.0, 0.01, 10.0)
-    pace.arrived(11.0, SLOW_S, 1.0)
-    assert pace.takes_whole
-    pace.arrived(13.0, SLOW_S + 0.1, 1.0)
-    pace.arrived(13.1, 0.01, 10.0)
-    assert not pace.takes_whole
-    pace.arrived(13.0 + STAY_SMALL_S, 0.01, 10.0)
-    assert pace.takes_whole
+    seen = []
+    for now, seconds, larger in (
+        (10.0, 0.01, 10.0),
+        (11.0, SLOW_S, 1.0),
+        (13.0, SLOW_S + 0.1, 1.0),
+        (13.1, 0.01, 10.0),
+        (13.0 + STAY_SMALL_S, 0.01, 10.0),
+    ):
+        pace.arrived(now, seconds, larger)
+        seen.append(pace.takes_whole)
+    assert seen == [True, True, False, False, True]
