@@ -8,7 +8,8 @@ from pathlib import Path
 from hawk.comm.autopilot import MavsdkAutopilot
 from hawk.comm.clock import Clock
 from hawk.comm.messages import Command, Outgoing
-from hawk.comm.status import ClientId, CommandSocket, DroneStatus, OperatorDesk
+from hawk.comm.operator_desk import OperatorDesk
+from hawk.comm.status import ClientId, CommandSocket, DroneStatus
 from hawk.comm.vehicle import VehicleTopics
 from hawk.config import AutopilotSettings
 from hawk.ddc.operations_manager import OperationsManager
@@ -50,6 +51,14 @@ class Nobody:
     def controlling_clients(self) -> frozenset[ClientId]:
         """Nobody has control."""
         return frozenset()
+
+    def names(self) -> dict[ClientId, str]:
+        """Nobody is connected."""
+        return {}
+
+    def given_back_by(self) -> str:
+        """Nobody gave control back."""
+        return ""
 
     def receive(self) -> list[tuple[ClientId, Command]]:
         """Return no command."""

@@ -19,8 +19,9 @@ import aiohttp
 
 from benchmarks.still_drone import StillDrone
 from hawk.comm.clock import Clock
+from hawk.comm.operator_desk import OperatorDesk
 from hawk.comm.performance import LagSummary
-from hawk.comm.status import CommandSocket, OperatorDesk
+from hawk.comm.status import CommandSocket
 from hawk.comm.topic import Topic
 from hawk.config import OperatorSettings, WebSettings
 from hawk.model import AnnotatedFrame, OccupancyMap

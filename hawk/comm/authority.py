@@ -30,7 +30,7 @@ class Tenure(Enum):
     """A session has control and sent no sign of life within ``operator_timeout_s``: control is free for the asking."""
 
 
-ANSWERED_BY_THE_WEB_SERVER: Final = frozenset({"Heartbeat", "Control", "Map Resync"})
+ANSWERED_BY_THE_WEB_SERVER: Final = frozenset({"Heartbeat", "Name", "Control", "Map Resync"})
 """Types of the commands that concern the session only: any connected client may send them."""
 
 RIGHTS: Final[Mapping[str, Right]] = {

@@ -12,6 +12,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field, TypeAdapter, ValidationError, ValidationInfo, field_validator
 
+from hawk.comm.control_messages import Control as Control
+from hawk.comm.control_messages import OperatorName as OperatorName
 from hawk.comm.status import Command as Command
 from hawk.comm.status import FenceCorner, Finite, Heartbeat, Height, Metres, Point
 from hawk.comm.status import Outgoing as Outgoing
@@ -217,13 +219,6 @@ class OperatorHeartbeat(Command):
     type: Literal["Heartbeat"] = "Heartbeat"
 
 
-class Control(Command):
-    """Ask for control or give it back."""
-
-    type: Literal["Control"] = "Control"
-    action: Literal["Request", "Release"]
-
-
 class MapResync(Command):
     """Send this client the whole map again."""
 
@@ -251,6 +246,7 @@ AnyCommand = Annotated[
     | ClearFence
     | CheckFence
     | OperatorHeartbeat
+    | OperatorName
     | Control
     | MapResync,
     Field(discriminator="type"),

@@ -169,6 +169,8 @@ class OperationStatus(Outgoing):
     state: Annotated[StateName, WithJsonSchema({"type": "string"})] = StateName.IDLE
     detail: str = ""
     """One sentence: the present action of the state, or the reason why it was entered."""
+    asked_by: str | None = None
+    """Name of the one who asked for Hold, Return To Launch, Land or Arm; null when the state began otherwise."""
     user_error: Annotated[UserError, WithJsonSchema({"type": "integer"})] = UserError.NONE
     user_error_text: str = ""
     options: tuple[CommandOption, ...] = ()
@@ -403,7 +405,15 @@ class ClientHeartbeat(Outgoing):
     """True when that session shows no life: anyone may take control, return home, land and cut the motors."""
     in_control: bool
     control_taken_by: str | None
-    """Session that took control from this client's while that was lost; null when it has it no more."""
+    """Session that took control from this client's, which was lost or did not answer; null when it has it no more."""
+    own_name: str
+    """Name of this client's session."""
+    control_asked_by: str | None
+    """Session that asks the one in control for it; null when nobody asks."""
+    control_free_in: Known
+    """Seconds until the asking session may take control, unless the question is answered; null when nobody asks."""
+    control_kept: bool
+    """True when this client's session asked, and the one in control keeps it."""
 
     def join(self, shared_json: str) -> str:
         """Return the whole heartbeat as JSON, given the part that all clients share."""
@@ -415,19 +425,6 @@ class Heartbeat(SharedHeartbeat, ClientHeartbeat):
 
 
 # -- between operations manager and web server - ---------------------------------------------------------------------
-
-
-class OperatorDesk(Protocol):
-    """Control, as the web server knows it."""
-
-    def operator_present(self, now: float) -> bool:
-        """Return True when a session with control showed a sign of life within ``operator_timeout_s``."""
-
-    def controller(self) -> ClientId | None:
-        """Return the session that has control."""
-
-    def controlling_clients(self) -> frozenset[ClientId]:
-        """Return the connections of the session that has control."""
 
 
 class CommandSocket(Protocol):

@@ -18,13 +18,16 @@ from hawk.comm.messages import (
     CompulsiveMove,
     Configure,
     Control,
+    Hold,
     Kill,
     KillRequest,
     KillToken,
     Land,
     MapResync,
     OperatorHeartbeat,
+    OperatorName,
     Outgoing,
+    ReturnToLaunch,
     RouteRequest,
     SetFailsafes,
     SetFence,
@@ -36,7 +39,8 @@ from hawk.ddc.failsafes import return_altitude
 from hawk.ddc.fence import Standpoint, plan_of
 from hawk.ddc.judge import UNHEARD, Case, Refusal, command_type, is_sent_unheard, place_of, refusal, route_refusal
 from hawk.ddc.kill import TOKEN_VALID_S, KillSwitch, KillTokens
-from hawk.ddc.orders import ArmOrder, ConfigureOrder, FenceOrder, MoveOrder, Order, ToLand, ToReturn, Transition
+from hawk.ddc.operator import SOME_OPERATOR
+from hawk.ddc.orders import ArmOrder, ConfigureOrder, FenceOrder, MoveOrder, Order, ToLand, ToReturn, Transition, Wish
 from hawk.ddc.parameters import ParameterReader
 from hawk.ddc.route_requests import NOT_JUDGED, RouteRequests, verdict_refusal
 from hawk.model import DesiredPose, HeightParameters, UserError
@@ -151,7 +155,7 @@ class CommandDesk:
         match command:
             case OperatorHeartbeat():
                 return Ruling(Ack(id=command.id, accepted=True))
-            case Control() | MapResync():
+            case Control() | MapResync() | OperatorName():
                 reason = f"{command.type}: is answered by the web server."
                 return Ruling(Ack(id=command.id, accepted=False, reason=reason))
             case CheckFence():
@@ -178,14 +182,16 @@ class CommandDesk:
             case AutonomousMove():
                 return Ruling(acts=self.inquiries.open(client, command, _move_order(command, facts), facts))
         if is_sent_unheard(facts, command_type(command)):
-            return self._send_unheard(command)
-        return Ruling(accepted, self._begin(), _order(command, case))
+            return self._send_unheard(client, command, facts)
+        return Ruling(accepted, self._begin(), _order(client, command, case))
 
-    def _send_unheard(self, command: Command) -> Ruling:
+    def _send_unheard(self, client: ClientId, command: Command, facts: Facts) -> Ruling:
         """Return To Launch or Land for an autopilot that is not heard: `hawk.ddc.silence` sends the state's mode."""
         words = f"{command_type(command)} is sent without an answer: no word from the autopilot."
         answer = Ack(id=command.id, accepted=True, reason=UNHEARD)
-        following = ToLand() if isinstance(command, Land) else ToReturn(straight="the autopilot is not heard")
+        by = facts.operator.name(client)
+        straight = "the autopilot is not heard"
+        following = ToLand(by=by) if isinstance(command, Land) else ToReturn(straight=straight, by=by)
         return Ruling(answer, (*self._begin(), Log("warning", words)), transition=following)
 
     def _begin(self) -> Acts:
@@ -197,15 +203,17 @@ class CommandDesk:
         record = Record("kill token", (("problem", problem),))
         if problem:
             return Ruling(Ack(id=command.id, accepted=False, reason=problem), (record,))
-        cut = self._kill_switch.begin(facts)
-        acts = (record, *cut, *self._begin(), Log("error", "Motors are being cut by you."))
+        cut, by = self._kill_switch.begin(facts), facts.operator.name(client) or SOME_OPERATOR
+        acts = (record, *cut, *self._begin(), Log("error", f"Motors are being cut by {by}."))
         return Ruling(Ack(id=command.id, accepted=True, reason=UNHEARD if facts.is_unheard else ""), acts)
 
 
-def _order(command: Command, case: Case) -> Order:
+def _order(client: ClientId, command: Command, case: Case) -> Order:
     match command:
+        case Hold() | Land() | ReturnToLaunch():
+            return Wish(command, case.facts.operator.name(client))
         case Arm():
-            return ArmOrder(len(case.checks))
+            return ArmOrder(len(case.checks), case.facts.operator.name(client))
         case CompulsiveMove():
             return _move_order(command, case.facts)
         case Configure():

@@ -11,11 +11,11 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Literal
 
-from hawk.comm.authority import Tenure
-from hawk.comm.status import ClientId
 from hawk.ddc.clearance import BelowFacts
 from hawk.ddc.energy import Reserve
 from hawk.ddc.fence import FencePlan
+from hawk.ddc.operator import NO_OPERATOR
+from hawk.ddc.operator import OperatorFacts as OperatorFacts
 from hawk.ddc.remote_control import NO_REMOTE_CONTROL, RemoteControlFacts
 from hawk.ddc.remote_id import NO_REMOTE_ID, RemoteIdFacts
 from hawk.ddc.survey_need import SurveyNeed
@@ -224,23 +224,6 @@ class LimitFacts:
 
 
 @dataclass(frozen=True, slots=True)
-class OperatorFacts:
-    """The operator in control. ``clients`` are the connections of the session in control."""
-
-    is_present: bool = False
-    is_controlled: bool = False
-    """True while any session has control, a lost one too."""
-    clients: frozenset[ClientId] = frozenset()
-
-    @property
-    def tenure(self) -> Tenure:
-        """State of control: free, held, or held by a lost operator."""
-        if not self.is_controlled:
-            return Tenure.FREE
-        return Tenure.HELD if self.is_present else Tenure.LOST
-
-
-@dataclass(frozen=True, slots=True)
 class SightFacts:
     """Results of camera, vision, mapper and planner; None where a result is older than its limit."""
 
@@ -281,7 +264,7 @@ class Facts:
     battery: BatteryFacts = BatteryFacts()
     wind: WindFacts = WindFacts()
     limits: LimitFacts = LimitFacts()
-    operator: OperatorFacts = OperatorFacts()
+    operator: OperatorFacts = NO_OPERATOR
     sight: SightFacts = SightFacts()
     remote_control: RemoteControlFacts = NO_REMOTE_CONTROL
     remote_id: RemoteIdFacts = NO_REMOTE_ID

@@ -51,7 +51,7 @@ def _candidates(facts: Facts, state: State) -> list[Reaction]:
     if cause is not None:
         found.append(Reaction(Rank.RETURN_TO_LAUNCH, ToReturn(cause)))
     if state.needs_operator and not facts.operator.is_present:
-        found.append(Reaction(Rank.COMMUNICATION_LOST, ToCommunicationLost()))
+        found.append(Reaction(Rank.COMMUNICATION_LOST, ToCommunicationLost(given_back_by=facts.operator.given_back_by)))
     if state.stops_at_fence and facts.is_breached:
         found.append(Reaction(Rank.FENCE, ToHover("Outside the fence.", level="warning")))
     low_s = facts.position.below.low_s

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
 from typing import Literal
 
-from hawk.comm.messages import Command
+from hawk.comm.messages import Command, Hold, Land, ReturnToLaunch
 from hawk.ddc.facts import Facts
 from hawk.ddc.fence import FencePlan
 from hawk.ddc.motion import Goal
@@ -115,9 +115,19 @@ class ArmOrder:
     """An accepted Arm: ``checks`` is the number of preflight checks that passed."""
 
     checks: int
+    by: str = ""
+    """Name of the one who asked; empty when it is not known."""
 
 
-Order = Command | ArmOrder | MoveOrder | ConfigureOrder | FenceOrder
+@dataclass(frozen=True, slots=True)
+class Wish:
+    """An accepted Hold, Return To Launch or Land, and the name of the one who asked; empty when it is not known."""
+
+    command: Hold | Land | ReturnToLaunch
+    by: str = ""
+
+
+Order = Command | ArmOrder | Wish | MoveOrder | ConfigureOrder | FenceOrder
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,6 +153,8 @@ class ToArm:
     reason: str = ""
     checks: int = 0
     """Preflight checks that passed."""
+    by: str = ""
+    """Name of the one who asked; empty when nobody did."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,6 +170,8 @@ class ToHover:
     goal: Goal | None = None
     passive: bool = False
     level: Level = "info"
+    by: str = ""
+    """Name of the one who asked; empty when nobody did."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,21 +196,28 @@ class ToReturn:
     cause: Cause | None = None
     by_autopilot: bool = False
     straight: str = ""
+    by: str = ""
+    """Name of the one who asked; empty when nobody did."""
 
 
 @dataclass(frozen=True, slots=True)
 class ToLand:
-    """Descend here. ``by_autopilot`` as for `ToReturn`."""
+    """Descend here. ``by_autopilot`` and ``by`` as for `ToReturn`."""
 
     cause: Cause | None = None
     by_autopilot: bool = False
+    by: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class ToCommunicationLost:
-    """Hold, then return home. ``passive`` as for `ToHover`."""
+    """Hold, then return home. ``passive`` as for `ToHover`.
+
+    ``given_back_by``: name of the one who gave control back; empty when the operator was lost.
+    """
 
     passive: bool = False
+    given_back_by: str = ""
 
 
 @dataclass(frozen=True, slots=True)

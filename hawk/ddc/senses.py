@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime
 
-from hawk.comm.status import OperatorDesk
+from hawk.comm.operator_desk import OperatorDesk
 from hawk.ddc.battery_thresholds import possible_cells
 from hawk.ddc.belief import Belief, GroundWatch, Motion
 from hawk.ddc.below import BelowWatch
@@ -224,10 +224,14 @@ class Senses:
 
     def _operator(self, now: float) -> OperatorFacts:
         desk = self._from.desk
+        controller = desk.controller()
         return OperatorFacts(
             is_present=desk.operator_present(now),
-            is_controlled=desk.controller() is not None,
+            is_controlled=controller is not None,
             clients=desk.controlling_clients(),
+            controller=controller or "",
+            names=tuple(desk.names().items()),
+            given_back_by=desk.given_back_by(),
         )
 
     def _sight(self, now: float, parts: Parts) -> SightFacts:

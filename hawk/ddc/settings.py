@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from hawk.comm.calibration import load_calibration
-from hawk.comm.status import OperatorDesk
+from hawk.comm.operator_desk import OperatorDesk
 from hawk.config import (
     CameraSettings,
     Config,

@@ -93,6 +93,7 @@ class Reporter:
         return OperationStatus(
             state=state.identity,
             detail=state.detail(facts),
+            asked_by=state.asked_by or None,
             user_error=self._outcomes.user_error,
             user_error_text=self._outcomes.user_error_text,
             options=options(case),

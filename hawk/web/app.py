@@ -27,6 +27,7 @@ from hawk.web.listener import Listener
 from hawk.web.paced_log import PacedLog
 from hawk.web.security import RequestCheck, add_headers, check_binding
 from hawk.web.services import COUNTERS, SERVICES, Counters, WebServices
+from hawk.web.small_frames import SmallFrames
 from hawk.web.ws import SOCKETS, HeartbeatPace, command_socket, keeps_place
 
 LOG = logging.getLogger(__name__)
@@ -66,7 +67,7 @@ def create_app(services: WebServices, page: Page) -> web.Application:
     app[COUNTERS] = Counters()
     app.on_response_prepare.append(add_headers)
     app.on_shutdown.append(_close_sockets)
-    app.cleanup_ctx.extend((_heartbeats, _exporter))
+    app.cleanup_ctx.extend((_heartbeats, _exporter, _small_frames))
     app.router.add_get("/ws", command_socket)
     app.router.add_get("/video", video.video_socket)
     app.router.add_get("/stream.mjpg", video.stream)
@@ -157,6 +158,12 @@ async def _exporter(app: web.Application) -> AsyncIterator[None]:
     with ThreadPoolExecutor(1, thread_name_prefix="web-export") as executor:
         app[api.EXPORTER] = executor
         yield
+
+
+async def _small_frames(app: web.Application) -> AsyncIterator[None]:
+    app[video.SMALL_FRAMES] = SmallFrames()
+    yield
+    app[video.SMALL_FRAMES].close()
 
 
 async def _close_sockets(app: web.Application) -> None:

@@ -44,6 +44,10 @@ class ClientView:
             controller_lost=control.controller_lost,
             in_control=control.in_control,
             control_taken_by=control.taken_by,
+            own_name=control.name,
+            control_asked_by=control.asked_by,
+            control_free_in=control.free_in,
+            control_kept=control.kept,
         )
         return own.join(status.shared_json)
 

@@ -13,7 +13,7 @@ from aiohttp import web
 from hawk.comm.authority import ANSWERED_BY_THE_WEB_SERVER
 from hawk.comm.clock import Clock
 from hawk.comm.message_socket import Gate, ServerMessageSocket
-from hawk.comm.messages import Ack, Command, Control, MapResync, Outgoing
+from hawk.comm.messages import Ack, Command, Control, MapResync, OperatorName, Outgoing
 from hawk.comm.performance import LagSummary
 from hawk.comm.status import ClientId, DroneStatus
 from hawk.comm.topic import Topic
@@ -82,6 +82,9 @@ class WebServices:
 KEPT_PLACES: Final = 4
 """Connections of the operator in control beyond the limit of all: after a lost link the old ones close late."""
 
+UNASKED: Final = frozenset({"Heartbeat", "Name", "Map Resync"})
+"""Commands that a page sends by itself: they do not show that somebody sits before it."""
+
 SERVICES = web.AppKey("services", WebServices)
 COUNTERS = web.AppKey("counters", Counters)
 
@@ -91,13 +94,31 @@ def _session_gate(desk: ControlDesk, hub: ClientHub) -> Gate:
 
     def answer(client: ClientId, command: Command) -> Outgoing | None:
         desk.sign_of_life(client)
+        if command.type not in UNASKED:
+            desk.acted(client)
         if command.type not in ANSWERED_BY_THE_WEB_SERVER:
             return None
         reason = None
         if isinstance(command, Control):
-            reason = (desk.request if command.action == "Request" else desk.release)(client)
+            reason = _control(desk, client, command)
+        elif isinstance(command, OperatorName):
+            reason = desk.call(client, command.name)
         elif isinstance(command, MapResync):
             hub.forget_map(client)
         return Ack(id=command.id, accepted=reason is None, reason=reason or "")
 
     return answer
+
+
+def _control(desk: ControlDesk, client: ClientId, command: Control) -> str | None:
+    match command.action:
+        case "Request":
+            return desk.request(client)
+        case "Release":
+            return desk.release(client)
+        case "Ask":
+            return desk.ask(client)
+        case "Withdraw":
+            return desk.withdraw(client)
+        case "Give" | "Keep":  # pragma: no branch - the last actions
+            return desk.answer(client, gives=command.action == "Give")

@@ -15,22 +15,31 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from hawk.comm.authority import SOMEONE_ELSE, Tenure
+from hawk.comm.names import distinct
 from hawk.comm.status import ClientId
 from hawk.config import OperatorSettings
+from hawk.web.asking import Asking
 
 LOG = logging.getLogger(__name__)
 
 SESSION_LIMIT: Final = 1000
 """Sessions kept; beyond it the longest absent one without control is removed."""
+RENAME_S: Final = 2.0
+"""Seconds between two names of a session."""
 _SECRET: Final = re.compile(r"[A-Za-z0-9_-]{43}")
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False, weakref_slot=True)
 class Session:
     """``name`` is shown to everyone; ``secret`` is the cookie and known to its owner only."""
 
     name: str
     secret: str = field(repr=False)
+    number: str = ""
+    """The name of those who give none."""
+    given: str = ""
+    """The name that was given; ``name`` may have a number behind it."""
+    renamed: float = -math.inf
     last_sign: float = -math.inf
     connections: int = 0
     successor: Session | None = field(default=None, repr=False)
@@ -49,6 +58,13 @@ class ControlView:
     in_control: bool = False
     controller_lost: bool = False
     taken_by: str | None = None
+    name: str = ""
+    """Of this client's session."""
+    asked_by: str | None = None
+    free_in: float | None = None
+    """Seconds until the session that asks may take control."""
+    kept: bool = False
+    """This client's session asked, and control was kept."""
 
 
 class ControlDesk:
@@ -63,6 +79,8 @@ class ControlDesk:
         self._lapsed: Session | None = None
         """The session whose lease ran out last, while nobody has taken control since."""
         self._count = 0
+        self._asking = Asking(clock)
+        self._given_back_by = ""
 
     # -- sessions -----------------------------------------------------------------------------------------------------
 
@@ -71,6 +89,8 @@ class ControlDesk:
         if secret is None or not _SECRET.fullmatch(secret):
             secret = secrets.token_urlsafe(32)  # 256 random bits
         session = self._sessions.get(secret) or self._create(secret)
+        if session.connections == 0:
+            session.name = self._distinct(session)  # somebody may have taken the name in the meantime
         session.connections += 1
         self._clients[client] = session
         return session
@@ -94,7 +114,36 @@ class ControlDesk:
         """Note that the client sent something."""
         session = self._clients.get(client)
         if session is not None:
+            if session is self._holder and not self.operator_present(self._clock()):
+                self._asking.acted()  # it was lost and could not answer
             session.last_sign = self._clock()
+
+    def acted(self, client: ClientId) -> None:
+        """Note a command of this client beyond a sign of life."""
+        if self.has_control(client):
+            self._asking.acted()
+
+    # -- names --------------------------------------------------------------------------------------------------------
+
+    def call(self, client: ClientId, name: str | None) -> str | None:
+        """Call a connection's session by a name, None for its number: None when done, else the reason."""
+        session, now = self._clients[client], self._clock()
+        if (name or "") == session.given:
+            return None
+        if now - session.renamed < RENAME_S:
+            return f"Name: was changed a moment ago; wait {RENAME_S:g} s."
+        before, session.given, session.renamed = session.name, name or "", now
+        session.name = self._distinct(session)
+        LOG.info("%s (%s) is called %s from now on", before, session.number, session.name)
+        return None
+
+    def names(self) -> dict[ClientId, str]:
+        """Return the name of each connection's session."""
+        return {client: session.name for client, session in self._clients.items()}
+
+    def _distinct(self, session: Session) -> str:
+        present = {*self._clients.values()} | ({self._holder} if self._holder is not None else set())
+        return distinct(session.given or session.number, (other.name for other in present - {session}))
 
     # -- control ------------------------------------------------------------------------------------------------------
 
@@ -102,23 +151,54 @@ class ControlDesk:
         """Ask for control: None when granted, else the reason. That of a lost operator is granted at once."""
         holder = self._lease()
         session = self._clients[client]
-        if holder is not None and holder is not session and self.operator_present(self._clock()):
-            silence = min(self._settings.operator_timeout_s, self._settings.control_lease_s)
-            return f"{SOMEONE_ELSE} It is free once given back, or after {silence:g} s of silence."
-        lost = holder or self._lapsed
-        if lost is not None and lost is not session:
-            lost.successor = session
-            LOG.info("%s takes control from %s, which is lost", session.name, lost.name)
+        if holder is not None and holder is not session and self._is_held():
+            if not self._asking.is_due(session):
+                silence = min(self._settings.operator_timeout_s, self._settings.control_lease_s)
+                return f"{SOMEONE_ELSE} It is free once given back, or after {silence:g} s of silence."
+            LOG.info("%s takes control from %s, which did not answer", session.name, holder.name)
+        former = holder or self._lapsed
+        if former is not None and former is not session:
+            former.successor = session
+            LOG.info("%s takes control from %s", session.name, former.name)
+        self._hand(session)
+        return None
+
+    def ask(self, client: ClientId) -> str | None:
+        """Ask the one in control for it: None when asked, or granted because nobody else is there; else the reason."""
+        session = self._clients[client]
+        if self._holder is session or not self._is_held():
+            return self.request(client)
         session.last_sign = self._clock()
-        session.successor = None
-        self._holder, self._lapsed = session, None
+        return self._asking.ask(session)
+
+    def withdraw(self, client: ClientId) -> str | None:
+        """Take this session's question back: None when done, else the reason."""
+        if self._asking.asker is not self._clients[client]:
+            return "You have not asked for control."
+        self._asking.end()
+        return None
+
+    def answer(self, client: ClientId, *, gives: bool) -> str | None:
+        """Answer the question for control: None when done, else the reason."""
+        if not self.has_control(client):
+            return "You do not have control."
+        asker = self._asking.asker
+        if asker is None:
+            return "Nobody asks for control any more."
+        if gives:
+            LOG.info("%s gives control to %s", self._clients[client].name, asker.name)
+            self._hand(asker)
+        else:
+            self._asking.keep()
         return None
 
     def release(self, client: ClientId) -> str | None:
         """Give control back: None when done, else the reason."""
         if not self.has_control(client):
             return "You do not have control."
+        self._given_back_by = self._clients[client].name
         self._holder = None
+        self._asking.end()
         return None
 
     # -- OperatorDesk -------------------------------------------------------------------------------------------------
@@ -153,6 +233,10 @@ class ControlDesk:
         holder = self._lease()
         return holder is not None and self._clients.get(client) is holder
 
+    def given_back_by(self) -> str:
+        """Name of the session that gave control back, while nobody has taken it since; else empty."""
+        return self._given_back_by if self._lease() is None else ""
+
     def taken_by(self, client: ClientId) -> str | None:
         """Name of the session that took control from this connection's while that was lost, and has it still."""
         holder, session = self._lease(), self._clients.get(client)
@@ -161,8 +245,17 @@ class ControlDesk:
 
     def seen_by(self, client: ClientId) -> ControlView:
         """Return what this connection's heartbeat says of control."""
+        session = self._clients.get(client)
+        asker = self._asking.asker if self._is_held() else None
         return ControlView(
-            self.controller(), self.has_control(client), self.controller_is_lost(), self.taken_by(client)
+            self.controller(),
+            self.has_control(client),
+            self.controller_is_lost(),
+            self.taken_by(client),
+            "" if session is None else session.name,
+            None if asker is None else asker.name,
+            self._asking.free_in if asker is not None else None,
+            self._asking.was_kept_from(session),
         )
 
     def is_lost(self, client: ClientId) -> bool:
@@ -170,6 +263,16 @@ class ControlDesk:
         return self.has_control(client) and not self.operator_present(self._clock())
 
     # -----------------------------------------------------------------------------------------------------------------
+
+    def _is_held(self) -> bool:
+        return self.tenure() is Tenure.HELD
+
+    def _hand(self, session: Session) -> None:
+        """Give control to a session: it counts as present from now on."""
+        session.last_sign = self._clock()
+        session.successor = None
+        self._holder, self._lapsed, self._given_back_by = session, None, ""
+        self._asking.end()
 
     def _lease(self) -> Session | None:
         if self._holder is not None and self._clock() - self._holder.last_sign > self._settings.control_lease_s:
@@ -181,5 +284,6 @@ class ControlDesk:
         if len(self._sessions) >= SESSION_LIMIT and absent:
             del self._sessions[min(absent, key=lambda s: s.last_sign).secret]
         self._count += 1
-        session = self._sessions[secret] = Session(f"Operator {self._count}", secret)
+        number = f"Operator {self._count}"
+        session = self._sessions[secret] = Session(number, secret, number)
         return session

@@ -1,14 +1,18 @@
 """Live pictures: ``/video`` (WebSocket, one frame in flight), ``/stream.mjpg`` and ``/snapshot.jpg``.
 
 Frames are encoded once, elsewhere. A client receives the newest frame when it is ready for one, never an older one.
+A slow link receives small pictures, so that they are fresh when they arrive.
 """
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
+import fcntl
 import json
 import struct
+import sys
+import termios
 from collections.abc import Iterator
 from typing import Final
 
@@ -17,6 +21,7 @@ from aiohttp import WSCloseCode, WSMsgType, hdrs, web
 from hawk.model import AnnotatedFrame
 from hawk.supervision import until_first_ends
 from hawk.web.services import COUNTERS, SERVICES, WebServices
+from hawk.web.small_frames import LinkPace, SmallFrames
 from hawk.web.ws import PING_INTERVAL_S, limit_buffers, places, registered
 
 HEADER: Final = struct.Struct("<4sIdI")
@@ -26,6 +31,9 @@ ACK_TIMEOUT_S: Final = 10.0
 """Real seconds after which a client that does not acknowledge its frame, or does not read it, is disconnected."""
 READ_LIMIT_BYTES: Final = 1024
 BOUNDARY: Final = "hawkframe"
+LEFT_POLL_S: Final = 0.01
+"""Real seconds between two looks at whether a picture has left."""
+SMALL_FRAMES: Final = web.AppKey("small_frames", SmallFrames)
 SNAPSHOT_AGE_S: Final = 1.0
 """Greatest age of a snapshot, seconds of the daemon's clock."""
 
@@ -58,6 +66,7 @@ class VideoConnection:
         self._services = services
         self._socket = response
         self._app = app
+        self._pace = LinkPace()
         self._in_flight: int | None = None
         self._acknowledged = asyncio.Event()
 
@@ -73,15 +82,19 @@ class VideoConnection:
 
     async def _write(self) -> None:
         sent: AnnotatedFrame | None = None
+        loop = asyncio.get_running_loop()
         try:
             while True:
                 sent = await newer_frame(self._services, sent)
+                fitting = await fitting_frame(self._app, sent, self._pace)
                 self._acknowledged.clear()
                 self._in_flight = sent.sequence & 0xFFFFFFFF
-                await self._socket.send_bytes(pack(sent))
-                count_frame(self._app, sent)
+                begun = loop.time()
                 async with asyncio.timeout(ACK_TIMEOUT_S):
+                    await self._socket.send_bytes(pack(fitting))
+                    count_frame(self._app, sent)
                     await self._acknowledged.wait()
+                self._pace.arrived(loop.time(), loop.time() - begun, len(sent.jpeg) / len(fitting.jpeg))
         except TimeoutError:
             await self._socket.close(code=WSCloseCode.POLICY_VIOLATION, message=b"frame not acknowledged")
         except ConnectionError:
@@ -97,12 +110,17 @@ async def stream(request: web.Request) -> web.StreamResponse:
         await response.prepare(request)
         limit_buffers(request)
         sent: AnnotatedFrame | None = None
+        pace, loop = LinkPace(is_acknowledged=False), asyncio.get_running_loop()
         try:
             while True:
                 sent = await newer_frame(services, sent)
+                fitting = await fitting_frame(request.app, sent, pace)
+                begun = loop.time()
                 async with asyncio.timeout(ACK_TIMEOUT_S):
-                    await response.write(part(sent))
-                count_frame(request.app, sent)
+                    await response.write(part(fitting))
+                    count_frame(request.app, sent)
+                    await has_left(request)
+                pace.arrived(loop.time(), loop.time() - begun, len(sent.jpeg) / len(fitting.jpeg))
         except TimeoutError:  # a viewer that does not read keeps no place
             if request.transport is not None:
                 request.transport.abort()
@@ -135,6 +153,33 @@ async def newer_frame(services: WebServices, sent: AnnotatedFrame | None) -> Ann
     if newest is not None and newest is not sent:
         return newest
     return await services.video.next()
+
+
+async def fitting_frame(app: web.Application, frame: AnnotatedFrame, pace: LinkPace) -> AnnotatedFrame:
+    """Return the frame as this client's link takes it: whole or small."""
+    return frame if pace.takes_whole else await app[SMALL_FRAMES].of(frame)
+
+
+async def has_left(request: web.Request) -> None:
+    """Wait until everything that was written has reached the other side.
+
+    This stream has no acknowledgement of its own. Without this wait the buffers hold seconds of video on a slow link.
+    What the other side's own buffer holds is not seen from here.
+    """
+    transport = request.transport
+    found = None if transport is None else transport.get_extra_info("socket")
+    while transport is not None and not transport.is_closing():
+        if transport.get_write_buffer_size() == 0 and (found is None or unacknowledged(found.fileno()) == 0):
+            return
+        await asyncio.sleep(LEFT_POLL_S)
+
+
+def unacknowledged(descriptor: int) -> int:
+    """Return the bytes in a TCP socket that the other side has not acknowledged; 0 where the system does not say."""
+    try:
+        return int.from_bytes(fcntl.ioctl(descriptor, termios.TIOCOUTQ, bytes(4)), sys.byteorder)
+    except OSError:
+        return 0
 
 
 def count_frame(app: web.Application, frame: AnnotatedFrame) -> None:

@@ -122,7 +122,10 @@ async def watching_is_told_and_commands_nothing(scene: Scene) -> None:
     await expect(button(page, "Land")).to_contain_text("Someone else has control")
     await expect(button(page, "Cut motors")).to_be_disabled()
     await press(page, "Ask for control", 5)
-    await shows(page, "It is free once given back")
+    await shows(page, "was asked for control.")
+    await shows(scene.pilot, "asks for control.")
+    await press(scene.pilot, "Keep", 5)
+    await shows(page, "keeps control.")
     async with operator(scene.url) as another:
         assert await another.refusal(Arm()) == "Someone else has control."
 

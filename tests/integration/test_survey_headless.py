@@ -39,7 +39,7 @@ class Flight:
         self.side = OperatorSide.create(self.rig.clock, PATIENT)
         self.side.socket.attach(self.rig.manager.handle_now)
         self.rig.socket.inner = self.side.socket
-        for name in ("operator_present", "controller", "controlling_clients"):
+        for name in ("operator_present", "controller", "controlling_clients", "names", "given_back_by"):
             setattr(self.rig.desk, name, getattr(self.side.desk, name))
         video: Topic[AnnotatedFrame] = Topic("video", self.rig.clock)
         occupancy: Topic[OccupancyMap] = Topic("map", self.rig.clock)

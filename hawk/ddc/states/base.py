@@ -12,7 +12,8 @@ from hawk.comm.messages import AutonomousExplore, Hold, Land, ReturnToLaunch
 from hawk.ddc.acts import STAY, Acts, Ask, Request, SetMode, Step
 from hawk.ddc.facts import Answer, Facts
 from hawk.ddc.motion import Goal
-from hawk.ddc.orders import MoveOrder, Order, Rank, ToExplore, ToHover, ToLand, ToMove, ToReturn
+from hawk.ddc.operator import SOME_OPERATOR
+from hawk.ddc.orders import MoveOrder, Order, Rank, ToExplore, ToHover, ToLand, ToMove, ToReturn, Wish
 from hawk.model import CopterMode, MapPoint, StateName
 
 MODE_RETRY_S = 2.0
@@ -46,6 +47,8 @@ class State(ABC):
     def __init__(self, now: float) -> None:
         """Begin at ``now``, seconds; nothing is done before `enter`."""
         self.entered = now
+        self.asked_by = ""
+        """Name of the one who asked for it; empty when nobody did, or the name is not known."""
 
     def get_identity(self) -> str:
         """Return the identity string."""
@@ -129,15 +132,16 @@ class AirborneState(State):
         return self._decide(facts) if order is None else self._follow(facts, order)
 
     def _follow(self, facts: Facts, order: Order) -> Step:
-        match order:
+        wish, by = (order.command, order.by) if isinstance(order, Wish) else (order, "")
+        match wish:
             case Hold():
-                return Step(ToHover("Stopped by you."))
+                return Step(ToHover(f"Stopped by {by or SOME_OPERATOR}.", by=by))
             case ReturnToLaunch():
-                return Step(ToReturn())
+                return Step(ToReturn(by=by))
             case Land():
-                return Step(ToLand())
+                return Step(ToLand(by=by))
             case MoveOrder():
-                return Step(ToMove(order))
+                return Step(ToMove(wish))
             case AutonomousExplore():
                 return Step(ToExplore())
             case _:

@@ -37,6 +37,13 @@ from hawk.model import StateName
 
 def make_state(transition: Transition, facts: Facts, settings: DdcSettings) -> tuple[State, Acts]:
     """Return the state that a transition leads to, and the messages for the operator."""
+    state, acts = _make(transition, facts, settings)
+    if isinstance(transition, ToArm | ToHover | ToReturn | ToLand):
+        state.asked_by = transition.by
+    return state, acts
+
+
+def _make(transition: Transition, facts: Facts, settings: DdcSettings) -> tuple[State, Acts]:
     now = facts.now
     match transition:
         case ToIdle(reason):
@@ -56,13 +63,13 @@ def make_state(transition: Transition, facts: Facts, settings: DdcSettings) -> t
             return kind(now, move, settings), _move_messages(move, facts)
         case ToReturn(cause, by_autopilot, straight):
             state = ReturnToLaunch(now, settings, cause, by_autopilot, straight)
-            return _home(state, "Returning home.", "returns home")
+            return _home(state, f"Returning home{_asked(transition.by)}.", "returns home")
         case ToLand(cause, by_autopilot):
-            return _home(Land(now, cause, by_autopilot), "Landing.", "lands")
-        case ToCommunicationLost(passive):
+            return _home(Land(now, cause, by_autopilot), f"Landing{_asked(transition.by)}.", "lands")
+        case ToCommunicationLost(passive, given_back_by):
+            lost = CommunicationLost(now, settings, passive, given_back_by)
             hold = seconds(settings.operator.operator_hold_s)
-            text = f"No word from the operator. Holds for {hold}, then returns home."
-            return CommunicationLost(now, settings, passive), (Log("warning", text),)
+            return lost, (Log("warning", f"{lost.reason} Holds for {hold}, then returns home."),)
         case ToManual():  # pragma: no branch - the last kind of transition
             text = f"Someone else flies, in {facts.vehicle.mode or 'an unknown mode'}."
             return Manual(now), (Log("warning", text, facts.link.words),)
@@ -102,6 +109,10 @@ def _home(state: Homing, text: str, does: str) -> tuple[State, Acts]:
     if cause is None:
         return state, (Log("info", text),)
     return state, (Log("warning", f"{cause.text} {text}"),)
+
+
+def _asked(by: str) -> str:
+    return f", asked by {by}" if by else ""
 
 
 def _move_messages(order: MoveOrder, facts: Facts) -> Acts:

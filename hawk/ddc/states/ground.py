@@ -22,6 +22,7 @@ from hawk.ddc.acts import (
 from hawk.ddc.facts import Facts
 from hawk.ddc.fence import FencePlan
 from hawk.ddc.geofence import FenceError
+from hawk.ddc.operator import SOME_OPERATOR
 from hawk.ddc.orders import ArmOrder, ConfigureOrder, FenceOrder, Order, ToArm, ToConfigure, ToIdle, ToManual, ToTakeoff
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import Inquiry, ModeKeeper, State
@@ -58,8 +59,8 @@ class Idle(State):
         match order:
             case ConfigureOrder() | FenceOrder():
                 return Step(ToConfigure(order))
-            case ArmOrder(checks):
-                return Step(ToArm(checks=checks))
+            case ArmOrder(checks, by):
+                return Step(ToArm(checks=checks, by=by))
             case _:
                 return STAY
 
@@ -210,7 +211,7 @@ class Arm(State):
             self._next(_ArmStep.WAIT, facts)
         if self._step in (_ArmStep.ARM, _ArmStep.WAIT) and facts.vehicle.armed:
             self._next(_ArmStep.ARMED, facts)
-            acts.append((Log("ok", f"Armed by you. {self._checks} checks passed."),))
+            acts.append((Log("ok", f"Armed by {self.asked_by or SOME_OPERATOR}. {self._checks} checks passed."),))
         return sum(acts, ())
 
     def transition_next_state(self, facts: Facts, order: Order | None = None) -> Step:
@@ -263,7 +264,7 @@ class Arm(State):
 
     def _disarm(self, facts: Facts) -> Step:
         if not self.may_take_off:
-            return _give_up("Arming was stopped by you.")
+            return _give_up(f"Arming was stopped by {facts.operator.controller or SOME_OPERATOR}.")
         if not facts.is_on_ground:
             return STAY  # the motors of a drone in the air are cut by Kill alone
         return Step(acts=(self._disarming.ask(SetArmed(False), facts),))

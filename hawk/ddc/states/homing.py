@@ -56,7 +56,9 @@ class Homing(AirborneState):
             return f"{self.doing} was refused, trying again: {self._keeper.reason}"
         if self.by_autopilot:
             return f"{self.doing}: begun by the autopilot.{self._words()}"
-        return f"{self.doing}. {self.cause.text}" if self.cause else f"{self.doing}."
+        if self.cause:
+            return f"{self.doing}. {self.cause.text}"
+        return f"{self.doing}, asked by {self.asked_by}." if self.asked_by else f"{self.doing}."
 
     def hold_refusal(self, facts: Facts) -> str:
         """Return the reason why Hold is refused now; empty when it is not."""

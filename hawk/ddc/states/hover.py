@@ -184,11 +184,18 @@ class CommunicationLost(AirborneState):
     identity = StateName.COMMUNICATION_LOST
     is_guarded = may_send_targets = holds = True
 
-    def __init__(self, now: float, settings: DdcSettings, passive: bool = False) -> None:
+    def __init__(self, now: float, settings: DdcSettings, passive: bool = False, given_back_by: str = "") -> None:
         super().__init__(now)
+        self._given_back_by = given_back_by
         self._hold_s = settings.operator.operator_hold_s
         self._passive = passive
         self._holding = Holding(settings, passive=passive)
+
+    @property
+    def reason(self) -> str:
+        """One sentence: why nobody commands the drone."""
+        by = self._given_back_by
+        return f"Control was given back by {by}." if by else "No word from the operator."
 
     @property
     def rank(self) -> Rank:
@@ -201,7 +208,7 @@ class CommunicationLost(AirborneState):
 
     def detail(self, facts: Facts) -> str:
         """Return the time until the drone returns home."""
-        return f"No word from the operator. Returns home in {seconds(self.return_in(facts))}."
+        return f"{self.reason} Returns home in {seconds(self.return_in(facts))}."
 
     def restart(self) -> None:
         """Hold where the drone is by its new position."""
@@ -213,10 +220,16 @@ class CommunicationLost(AirborneState):
 
     def _decide(self, facts: Facts) -> Step:
         if facts.operator.is_present:
-            return Step(ToHover("The operator is back.", passive=self._passive))
+            return Step(ToHover(self._words_of_return(facts), passive=self._passive))
         if self.return_in(facts) <= 0:
-            return Step(ToReturn(Cause("The operator is lost.", CauseKind.OPERATOR)))
+            text = "Nobody took control." if self._given_back_by else "The operator is lost."
+            return Step(ToReturn(Cause(text, CauseKind.OPERATOR)))
         return STAY
+
+    def _words_of_return(self, facts: Facts) -> str:
+        if not self._given_back_by:
+            return "The operator is back."
+        return f"{facts.operator.controller or 'Someone'} has taken control."
 
 
 class Manual(AirborneState):

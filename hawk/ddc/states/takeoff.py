@@ -59,7 +59,7 @@ class Takeoff(AirborneState):
             return self._decide_on_ground(facts)
         if height is not None and height >= REACHED_SHARE * wanted:
             if not facts.operator.is_present:
-                return Step(ToCommunicationLost())
+                return Step(ToCommunicationLost(given_back_by=facts.operator.given_back_by))
             return Step(ToHover(f"At {metres(wanted)}.", _above(facts, wanted)))
         if facts.now - self._best_at > NO_CLIMB_S:
             return Step(ToHover("The climb stopped.", level="warning"))

@@ -456,6 +456,8 @@ class FakeDesk:
 
     client: ClientId | None = "ana"
     present: bool = True
+    known: dict[ClientId, str] = field(default_factory=lambda: {"ana": "Ana", "eve": "Eve"})
+    former: str = ""
 
     def operator_present(self, now: float) -> bool:
         return self.present and self.client is not None
@@ -465,6 +467,12 @@ class FakeDesk:
 
     def controlling_clients(self) -> frozenset[ClientId]:
         return frozenset() if self.client is None else frozenset({self.client})
+
+    def names(self) -> dict[ClientId, str]:
+        return self.known
+
+    def given_back_by(self) -> str:
+        return self.former if self.client is None else ""
 
 
 @dataclass

@@ -33,12 +33,12 @@ async def test_a_survey_goes_through_all_its_states(rig: Rig) -> None:
     told = [text for text in rig.log if "Next" not in text]
     assert told == [
         "Autopilot found.",
-        "Armed by you. 21 checks passed.",
+        "Armed by Ana. 21 checks passed.",
         "Took off.",
         "At 35 m. Holding.",
         "Lot found. Exploring.",
         "Explored. Nothing left to see. Holding.",
-        "Returning home.",
+        "Returning home, asked by Ana.",
         "Landed. Motors off.",
     ]
 

@@ -189,7 +189,7 @@ async def test_it_cuts_confirms_and_locks_arm_until_it_is_cleared(flying: Rig) -
     assert flying.command(Hold()).reason == "The motors are being cut."
     await flying.tick(2)
     flying.expect(StateName.IDLE)
-    assert flying.log[-2:] == ["Motors are being cut by you.", "Motors cut. Arm is locked until you clear it."]
+    assert flying.log[-2:] == ["Motors are being cut by Ana.", "Motors cut. Arm is locked until you clear it."]
     await flying.run(2.0)
     assert flying.autopilot.count("kill") == 1
     assert flying.manager.status.value is not None

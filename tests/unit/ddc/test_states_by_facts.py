@@ -531,4 +531,6 @@ def test_the_next_place_is_reported_when_it_is_far_and_not_too_often() -> None:
 
 
 def test_hold_ends_explore() -> None:
-    assert made(ToExplore()).transition_next_state(flying(0.1), Hold()).transition == ToHover("Stopped by you.")
+    assert made(ToExplore()).transition_next_state(flying(0.1), Hold()).transition == ToHover(
+        "Stopped by the operator."
+    )

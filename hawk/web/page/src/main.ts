@@ -1,16 +1,21 @@
 import { browserTimers, openBrowserSocket, socketUrl } from "./link/socket.ts";
+import { Voice } from "./link/voice.ts";
 import { Operator } from "./state/operator.ts";
 import { App } from "./ui/app.ts";
 
 /** How often the page looks at the time while nothing arrives: values must turn old within a second. */
 const TICK_MS = 400;
 
-const operator = new Operator({
+const voice = new Voice(window, () => operator.preferences.sound);
+for (const gesture of ["pointerdown", "keydown"]) document.addEventListener(gesture, () => voice.allow(), { once: true });
+
+const operator: Operator = new Operator({
   commandUrl: socketUrl("/ws", location),
   open: openBrowserSocket,
   timers: browserTimers,
   wallClock: () => Date.now(),
   storage: localStorage,
+  say: (text) => voice.say(text),
 });
 
 for (const app of document.querySelectorAll("hawk-app")) {

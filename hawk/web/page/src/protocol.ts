@@ -61,11 +61,11 @@ export interface ConfigureCommand {
   Max: number;
 }
 
-/** Ask for control or give it back. */
+/** Control: Request it, Release it; Ask the one who has it, Withdraw that; answer such a question by Give or Keep. */
 export interface ControlCommand {
   Type: "Control";
   Id?: string | number | null;
-  Action: "Request" | "Release";
+  Action: "Request" | "Release" | "Ask" | "Withdraw" | "Give" | "Keep";
 }
 
 /** Stop the motors on the ground. */
@@ -110,6 +110,13 @@ export interface MapResyncCommand {
 export interface OperatorHeartbeatCommand {
   Type: "Heartbeat";
   Id?: string | number | null;
+}
+
+/** The name by which the others know the sender; null: none. It is shown, and proves nothing. */
+export interface OperatorNameCommand {
+  Type: "Name";
+  Id?: string | number | null;
+  Name: string | null;
 }
 
 /** Take the drone back from Manual. */
@@ -173,6 +180,7 @@ export type Command =
   | LandCommand
   | MapResyncCommand
   | OperatorHeartbeatCommand
+  | OperatorNameCommand
   | ResumeCommand
   | ReturnToLaunchCommand
   | RouteRequestCommand
@@ -257,11 +265,16 @@ export interface Heartbeat {
   "Controller Lost": boolean;
   "In Control": boolean;
   "Control Taken By": string | null;
+  "Own Name": string;
+  "Control Asked By": string | null;
+  "Control Free In": number | null;
+  "Control Kept": boolean;
   Sequence: number;
   Time: number;
   Utc: string;
   State: string;
   Detail: string;
+  "Asked By": string | null;
   "User Error": number;
   "User Error Text": string;
   Options: CommandOption[];

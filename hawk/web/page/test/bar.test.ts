@@ -79,7 +79,7 @@ describe("the bar", () => {
     assert.equal(reason(stage, "Land"), "Someone else has control");
     await stage.press("Ask for control");
     await stage.press("Hold");
-    assert.deepEqual(rig.sent().map((each) => [each.Type, each.Action]), [["Control", "Request"], ["Hold", undefined]]);
+    assert.deepEqual(rig.sent().map((each) => [each.Type, each.Action]), [["Control", "Ask"], ["Hold", undefined]]);
   });
 
   it("lets anyone bring home and land a drone that nobody has control of", async () => {
@@ -102,8 +102,8 @@ describe("the bar", () => {
 
   it("tells the one who was lost who has control now", async () => {
     const { rig, stage } = await bar({ "In Control": false, Controller: "Operator 2", "Control Taken By": "Operator 2" });
-    assert.match(stage.text, /Operator 2 has control\.\s*It was taken while you were lost\./);
-    assert.equal(rig.operator.toast?.text, "Operator 2 took control while you were lost.");
+    assert.match(stage.text, /Operator 2 has control\.\s*It was taken: you were lost, or did not answer\./);
+    assert.equal(rig.operator.toast?.text, "Operator 2 took control: you were lost, or did not answer.");
     rig.operator.dismissToast();
     rig.hear({ "In Control": false, Controller: "Operator 2", "Control Taken By": "Operator 2" });
     assert.equal(rig.operator.toast, null, "told once");

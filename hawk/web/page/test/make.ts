@@ -74,6 +74,11 @@ export function heartbeat(changes: Partial<Heartbeat> = {}): Heartbeat {
     "Controller Lost": false,
     "In Control": true,
     "Control Taken By": null,
+    "Own Name": "one",
+    "Control Asked By": null,
+    "Control Free In": null,
+    "Control Kept": false,
+    "Asked By": null,
     Killed: false,
     "Kill State": "none",
     "Return In": null,
@@ -113,6 +118,7 @@ export function view(changes: Partial<View> = {}): View {
     now: new Date(2026, 0, 2, 12, 0, 0).getTime(),
     landedAt: null,
     cruise: null,
+    pictureAge: null,
     ...changes,
   };
 }

@@ -72,7 +72,7 @@ describe("the operator", () => {
   it("keeps preferences", () => {
     const { operator } = flying();
     operator.prefer({ leftHanded: true });
-    assert.deepEqual(operator.preferences, { theme: "auto", leftHanded: true });
+    assert.deepEqual(operator.preferences, { theme: "auto", leftHanded: true, name: null, sound: true });
   });
 });
 

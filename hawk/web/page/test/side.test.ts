@@ -211,12 +211,12 @@ describe("the settings", () => {
     hand.checked = true;
     hand.dispatchEvent(new Event("change"));
     await stage.drawn();
-    assert.deepEqual(rig.operator.preferences, { theme: "dark", leftHanded: true });
+    assert.deepEqual(rig.operator.preferences, { theme: "dark", leftHanded: true, name: null, sound: true });
     assert.deepEqual([...stage.part.querySelectorAll<HTMLInputElement>("input[name=theme]")].map((input) => input.checked), [false, false, true]);
   });
 
   it("give control back, and say whose it is", async () => {
-    const rig = flying();
+    const rig = flying(ON_GROUND);
     const stage = new Stage(new SettingsTab(), rig.operator);
     await stage.drawn();
     await stage.press("Give back control");

@@ -162,18 +162,18 @@ describe("the flight", () => {
 describe("preferences", () => {
   it("come back as they were stored", () => {
     const storage = new FakeStorage();
-    assert.deepEqual(readPreferences(storage), { theme: "auto", leftHanded: false });
-    writePreferences(storage, { theme: "dark", leftHanded: true });
-    assert.deepEqual(readPreferences(storage), { theme: "dark", leftHanded: true });
+    assert.deepEqual(readPreferences(storage), { theme: "auto", leftHanded: false, name: null, sound: true });
+    writePreferences(storage, { theme: "dark", leftHanded: true, name: "Ana", sound: false });
+    assert.deepEqual(readPreferences(storage), { theme: "dark", leftHanded: true, name: "Ana", sound: false });
   });
 
   it("are as standard when nothing sensible is stored or nothing can be", () => {
     for (const stored of ["{", "null", '{"theme":"pink","leftHanded":"yes"}', "7"]) {
       const storage = new FakeStorage();
       storage.setItem("hawk-page", stored);
-      assert.deepEqual(readPreferences(storage), { theme: "auto", leftHanded: false });
+      assert.deepEqual(readPreferences(storage), { theme: "auto", leftHanded: false, name: null, sound: true });
     }
     const full = { getItem: () => null, setItem: () => assert.fail("full") };
-    assert.doesNotThrow(() => writePreferences(full, { theme: "light", leftHanded: false }));
+    assert.doesNotThrow(() => writePreferences(full, { theme: "light", leftHanded: false, name: null, sound: true }));
   });
 });

@@ -4,10 +4,12 @@ import type { OpenSocket, Timers } from "../link/socket.ts";
 import type { Command, Heartbeat, Incoming, Point } from "../protocol.ts";
 import type { MoveKind } from "../words/move.ts";
 import { linkOf, option, type View } from "../words/view.ts";
+import { Controlling } from "./controlling.ts";
 import { DaemonClock } from "./daemon-clock.ts";
 import { FenceEditing } from "./fence-edit.ts";
 import { Flight } from "./flight.ts";
 import { type MapChange, MapStore } from "./map-store.ts";
+import { Picture } from "./picture.ts";
 import { type Preferences, readPreferences, writePreferences } from "./preferences.ts";
 import { RoutePlan } from "./route-plan.ts";
 
@@ -18,6 +20,8 @@ export interface Outside {
   /** Time of day, milliseconds. */
   wallClock: () => number;
   storage: Pick<Storage, "getItem" | "setItem">;
+  /** Speaks; absent where nobody listens. */
+  say?: (text: string) => void;
 }
 
 /** What the operator is asked to confirm in the bar. */
@@ -46,12 +50,14 @@ export class Operator extends EventTarget {
   readonly flight = new Flight();
   readonly map = new MapStore();
   readonly daemonClock = new DaemonClock();
+  readonly picture = new Picture(this.daemonClock);
   preferences: Preferences;
   picking = false;
   question: Question | null = null;
   cutting: Cutting | null = null;
   toast: Toast | null = null;
   readonly fence: FenceEditing;
+  readonly controlling: Controlling;
   /** The route to the place that is asked about, where the drone plans one. */
   readonly routePlan: RoutePlan;
 
@@ -75,6 +81,16 @@ export class Operator extends EventTarget {
     });
     this.commands = new Commands((text) => this.socket.send(text), outside.timers);
     this.routePlan = new RoutePlan((command) => this.commands.send(command), () => this.changed());
+    this.controlling = new Controlling({
+      command: (command, what) => this.command(command, what),
+      send: (command) => this.commands.send(command),
+      heartbeat: () => this.flight.heartbeat,
+      name: () => this.preferences.name,
+      tell: (toast) => this.tell(toast),
+      note: (level, text) => this.note(level, text),
+      say: (text) => outside.say?.(text),
+      changed: () => this.changed(),
+    });
     this.fence = new FenceEditing({
       send: (command) => this.commands.send(command),
       changed: () => this.changed(),
@@ -105,6 +121,7 @@ export class Operator extends EventTarget {
       now: this.outside.wallClock(),
       landedAt: this.flight.landedAt,
       cruise: this.flight.cruise,
+      pictureAge: this.picture.age(this.seconds()),
     };
   }
 
@@ -136,11 +153,11 @@ export class Operator extends EventTarget {
   }
 
   async takeControl(): Promise<void> {
-    await this.command({ Type: "Control", Action: "Request" }, "Take control");
+    await this.controlling.request();
   }
 
   async releaseControl(): Promise<void> {
-    await this.command({ Type: "Control", Action: "Release" }, "Give back control");
+    await this.controlling.release();
   }
 
   ask(question: Question | null): void {
@@ -201,6 +218,13 @@ export class Operator extends EventTarget {
     this.changed();
   }
 
+  /** Keeps another name, and sends it to the drone. */
+  rename(name: string): void {
+    const before = this.preferences.name;
+    this.prefer({ name });
+    if ((before ?? "") !== name) void this.controlling.introduce();
+  }
+
   tell(toast: Toast): void {
     this.cancelToast?.();
     this.toast = toast;
@@ -237,6 +261,7 @@ export class Operator extends EventTarget {
       this.flight.greet(message);
       this.map.expectAll();
       this.daemonClock.reset(message.Speed);
+      this.controlling.greet();
       this.changed();
     } else this.commands.answer(message);
   }
@@ -247,6 +272,7 @@ export class Operator extends EventTarget {
     this.tellTaken(heartbeat["Control Taken By"]);
     this.daemonClock.add(at, heartbeat.Time);
     this.flight.hear(heartbeat, at);
+    this.controlling.hear(heartbeat);
     if (before !== undefined && before !== heartbeat.State) this.question = null;
     if (this.cutting && heartbeat.Armed === false) this.endCut();
     this.fence.hear(heartbeat);
@@ -259,7 +285,7 @@ export class Operator extends EventTarget {
   /** Reports once that control was taken while this operator was lost. */
   private tellTaken(taker: string | null): void {
     if (taker !== null && taker !== this.taker) {
-      const text = `${taker} took control while you were lost.`;
+      const text = `${taker} took control: you were lost, or did not answer.`;
       this.tell({ level: "warning", text });
       this.note("warning", text);
     }

@@ -3,22 +3,28 @@ export type Theme = "auto" | "light" | "dark";
 export interface Preferences {
   theme: Theme;
   leftHanded: boolean;
+  /** What the others call this operator; null: not asked yet, empty: none. */
+  name: string | null;
+  /** Tone and voice report what others do. */
+  sound: boolean;
 }
 
 type Storage = Pick<globalThis.Storage, "getItem" | "setItem">;
 
 const KEY = "hawk-page";
-const STANDARD: Preferences = { theme: "auto", leftHanded: false };
+const STANDARD: Preferences = { theme: "auto", leftHanded: false, name: null, sound: true };
 
 /** Reads the preferences that this browser stored; those that cannot be read have their defaults. */
 export function readPreferences(storage: Storage): Preferences {
   try {
     const stored: unknown = JSON.parse(storage.getItem(KEY) ?? "{}");
     if (typeof stored !== "object" || stored === null) return STANDARD;
-    const { theme, leftHanded } = stored as Partial<Preferences>;
+    const { theme, leftHanded, name, sound } = stored as Partial<Preferences>;
     return {
       theme: theme === "light" || theme === "dark" ? theme : "auto",
       leftHanded: leftHanded === true,
+      name: typeof name === "string" ? name : null,
+      sound: sound !== false,
     };
   } catch {
     return STANDARD;

@@ -9,12 +9,14 @@ import type { MapPanel } from "./map-panel.ts";
 import type { TabName } from "./tabs.ts";
 import { Watch } from "./watch.ts";
 import "./action-bar.ts";
+import "./control-note.ts";
 import "./counts-card.ts";
 import "./glance-line.ts";
 import "./kill-dialog.ts";
 import "./link-banner.ts";
 import "./map-panel.ts";
 import "./more-actions.ts";
+import "./own-name.ts";
 import "./survey-panel.ts";
 import "./tabs.ts";
 import "./video-panel.ts";
@@ -61,7 +63,11 @@ export class App extends LitElement {
     const main = [this.swapped ? "swapped" : "", this.survey ? "surveyed" : "", model.fence.open ? "fencing" : ""].join(" ");
     return html`${simulated ? html`<div class="simline"><b>SIMULATION</b> No real drone flies.</div>` : nothing}
       <hawk-glance .model=${model}></hawk-glance>
-      <hawk-banner .model=${model}></hawk-banner>
+      <div class="strips">
+        <hawk-banner .model=${model}></hawk-banner>
+        <hawk-control .model=${model}></hawk-control>
+        <hawk-name .model=${model} .asks=${true}></hawk-name>
+      </div>
       <main class=${main}>
         <hawk-map .model=${model}></hawk-map>
         <hawk-video .model=${model}></hawk-video>

@@ -6,6 +6,7 @@ import * as format from "../words/format.ts";
 import type { View } from "../words/view.ts";
 import { Part } from "./element.ts";
 import "./fence-button.ts";
+import "./own-name.ts";
 
 const THEMES: [Theme, string][] = [
   ["auto", "As this device"],
@@ -23,6 +24,7 @@ export class SettingsTab extends Part {
       <section>${heights(view)}<hawk-heights-button .model=${this.model}></hawk-heights-button></section>
       <section><hawk-fence-button .model=${this.model}></hawk-fence-button></section>
       <section>${this.controlRow(view)}</section>
+      <section><hawk-name .model=${this.model}></hawk-name></section>
       <section>
         <fieldset>
           <legend>Appearance</legend>
@@ -44,6 +46,16 @@ export class SettingsTab extends Part {
             @change=${(event: Event) => this.model.prefer({ leftHanded: (event.target as HTMLInputElement).checked })}
           />
           <span><b>Left-handed</b><span class="sub">Hold and Land in the lower left corner</span></span>
+        </label>
+      </section>
+      <section>
+        <label class="toggle">
+          <input
+            type="checkbox"
+            .checked=${this.model.preferences.sound}
+            @change=${(event: Event) => this.model.prefer({ sound: (event.target as HTMLInputElement).checked })}
+          />
+          <span><b>Sound</b><span class="sub">Tone and voice when others act while you have control</span></span>
         </label>
       </section>
       <p class="sub">${view.welcome ? `Parking Lot Hawk ${view.welcome.Version}` : nothing} <a href="licences.txt" target="_blank">Licences</a></p>

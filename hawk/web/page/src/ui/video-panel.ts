@@ -3,21 +3,16 @@ import { customElement, query } from "lit/decorators.js";
 import { browserTimers, openBrowserSocket, socketUrl } from "../link/socket.ts";
 import { type VideoFrame, VideoLink } from "../link/video.ts";
 import * as format from "../words/format.ts";
-import type { View } from "../words/view.ts";
+import { OLD_S, type View } from "../words/view.ts";
 import { cssVars } from "./css-vars.ts";
 import { Part } from "./element.ts";
 import { icon, needle } from "./icons.ts";
-
-/** A picture older than this is shown as frozen. */
-const FROZEN_S = 2;
 
 /** The live picture. Stops while the page is hidden, so that nobody pays for what nobody sees. */
 @customElement("hawk-video")
 export class VideoPanel extends Part {
   @query("canvas") private canvas!: HTMLCanvasElement;
   private link: VideoLink | null = null;
-  private captureTime: number | null = null;
-  private shownAt: number | null = null;
 
   override connectedCallback(): void {
     super.connectedCallback();
@@ -35,7 +30,7 @@ export class VideoPanel extends Part {
 
   override render(): TemplateResult {
     const age = this.age();
-    const frozen = age !== null && age > FROZEN_S;
+    const frozen = age !== null && age > OLD_S;
     return html`<section class="video ${frozen ? "frozen" : ""} ${age === null ? "none" : ""}" aria-label="Live video">
       <canvas width="16" height="9" role="img" aria-label="Camera picture, straight down, stalls outlined"></canvas>
       ${this.tag(age, frozen)} ${this.north()} ${this.over(age, frozen)}
@@ -56,7 +51,7 @@ export class VideoPanel extends Part {
 
   private north(): TemplateResult | typeof nothing {
     const yaw = this.model.view().heartbeat?.Yaw ?? null;
-    if (yaw === null || this.shownAt === null) return nothing;
+    if (yaw === null || this.model.picture.shownAt === null) return nothing;
     return html`<span class="north" ${cssVars({ "--turn": `${-yaw}rad` })}>${needle("North in the picture")}N</span>`;
   }
 
@@ -65,14 +60,8 @@ export class VideoPanel extends Part {
     return frozen ? overlay(`Picture is ${format.age(age)} old`, "No new picture arrives") : nothing;
   }
 
-  /** Seconds since the light of the last picture was caught. */
   private age(): number | null {
-    if (this.shownAt === null) return null;
-    const now = this.model.seconds();
-    const waited = now - this.shownAt;
-    const theirs = this.model.daemonClock.at(now);
-    if (theirs === null || this.captureTime === null) return waited;
-    return Math.max(waited, (theirs - this.captureTime) / this.model.daemonClock.rate);
+    return this.model.picture.age(this.model.seconds());
   }
 
   private async show(frame: VideoFrame): Promise<void> {
@@ -80,9 +69,8 @@ export class VideoPanel extends Part {
     if (this.canvas.width !== picture.width) this.canvas.width = picture.width;
     if (this.canvas.height !== picture.height) this.canvas.height = picture.height;
     this.canvas.getContext("bitmaprenderer")?.transferFromImageBitmap(picture);
-    const first = this.shownAt === null;
-    this.captureTime = frame.captureTime;
-    this.shownAt = this.model.seconds();
+    const first = this.model.picture.shownAt === null;
+    this.model.picture.shown(frame.captureTime, this.model.seconds());
     if (first) this.requestUpdate();
   }
 

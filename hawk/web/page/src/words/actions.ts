@@ -16,7 +16,7 @@ export interface Action {
   progress: number | null;
 }
 
-export type SimpleCommand = Exclude<Command["Type"], "Configure" | "Kill" | "Autonomous Move" | "Compulsive Move" | "Control" | "Heartbeat" | "Set Fence" | "Check Fence" | "Route Request">;
+export type SimpleCommand = Exclude<Command["Type"], "Configure" | "Kill" | "Autonomous Move" | "Compulsive Move" | "Control" | "Name" | "Heartbeat" | "Set Fence" | "Check Fence" | "Route Request">;
 
 export const COMMANDS: Record<Exclude<ActionName, "move">, SimpleCommand> = {
   arm: "Arm",
@@ -56,7 +56,7 @@ export function watchingWords(view: View, whose: "free" | "lost" | "other"): { t
   if (whose === "free") return { title: "Nobody has control.", text: "Take control to fly. You can watch without." };
   if (whose === "lost") return { title: "The operator in control is lost.", text: "Take control to fly. Return home and Land are free to all." };
   const taker = view.heartbeat?.["Control Taken By"] ?? null;
-  if (taker !== null) return { title: `${taker} has control.`, text: "It was taken while you were lost. You can Hold the drone at any time." };
+  if (taker !== null) return { title: `${taker} has control.`, text: "It was taken: you were lost, or did not answer. You can Hold the drone at any time." };
   return { title: "You are watching. Someone else has control.", text: "You can Hold the drone at any time." };
 }
 

@@ -1,6 +1,7 @@
 import type { Heartbeat } from "../protocol.ts";
 import { isFlying } from "../state/flight.ts";
 import * as format from "./format.ts";
+import { isGivenBack } from "./glance.ts";
 import { autopilotLost, linkOf, type View } from "./view.ts";
 
 /** A point on the banner's time line; `at` in seconds after the link was lost. */
@@ -99,7 +100,7 @@ function operatorLost(view: View, heartbeat: Heartbeat): Banner {
   const home =
     remaining === null ? "Then it returns home and lands." : `In ${format.duration(remaining)} it returns home and lands.`;
   const mine = heartbeat["In Control"] ? "" : " Take control to go on.";
-  return plain("The operator was lost", `It holds its place. ${home}${mine}`);
+  return plain(isGivenBack(heartbeat) ? "Nobody has control" : "The operator was lost", `It holds its place. ${home}${mine}`);
 }
 
 function cutNotConfirmed(): Banner {

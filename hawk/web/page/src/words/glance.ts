@@ -1,6 +1,6 @@
 import type { Heartbeat } from "../protocol.ts";
 import * as format from "./format.ts";
-import { ageNow, autopilotLost, BATTERY_STALE_S, linkOf, STALE_S, type View } from "./view.ts";
+import { ageNow, autopilotLost, BATTERY_STALE_S, linkOf, OLD_S, oldestAge, STALE_S, type View } from "./view.ts";
 
 export type Tone = "fine" | "warn" | "idle";
 
@@ -63,6 +63,11 @@ export function stateWords(view: View): StateWords {
   return heartbeat.State === "Idle" ? grounded(view, heartbeat) : active(view, heartbeat);
 }
 
+/** Control was given back in the air, or ran out, and nobody has taken it: nobody is lost. */
+export function isGivenBack(heartbeat: Heartbeat): boolean {
+  return heartbeat.State === "CommunicationLost" && heartbeat.Controller === null;
+}
+
 function grounded(view: View, heartbeat: Heartbeat): StateWords {
   if (heartbeat.Killed) return same("warn", "Motors cut", "Clear it to arm again");
   const failed = heartbeat.Checks.filter((check) => !check.Passed).length;
@@ -72,26 +77,33 @@ function grounded(view: View, heartbeat: Heartbeat): StateWords {
   }
   if (view.landedAt !== null) return same("idle", "Landed", `Motors off since ${format.clock(view.landedAt)}`);
   const passed = heartbeat.Checks.length;
-  return same(toned(heartbeat, "idle"), TITLES.Idle ?? "", passed > 0 ? `${passed} checks passed` : heartbeat.Detail);
+  return same(toned(view, heartbeat, "idle"), TITLES.Idle ?? "", passed > 0 ? `${passed} checks passed` : heartbeat.Detail);
 }
 
 function active(view: View, heartbeat: Heartbeat): StateWords {
-  const tone = toned(heartbeat, "fine");
-  const title = heartbeat.State === "Arm" && heartbeat.Armed === true ? "Armed" : stateTitle(heartbeat.State);
+  const tone = toned(view, heartbeat, "fine");
+  const armed = heartbeat.State === "Arm" && heartbeat.Armed === true;
+  const title = armed ? "Armed" : isGivenBack(heartbeat) ? "Nobody has control" : stateTitle(heartbeat.State);
   const seen = seenPercent(heartbeat);
-  if (heartbeat.State !== "Autonomous Explore" || seen === null) return same(tone, title, heartbeat.Detail);
+  if (heartbeat.State !== "Autonomous Explore" || seen === null) return same(tone, title, `${heartbeat.Detail}${oldPicture(view)}`);
   const left = heartbeat.Remaining;
   const toGo = left !== null && view.cruise !== null ? format.duration(left / view.cruise) : null;
   return {
     tone,
     title,
-    detail: `${seen} % seen of the lot found so far${toGo ? `, about ${toGo} to go` : ""}`,
-    short: `${seen} % seen so far${toGo ? `, ${toGo} to go` : ""}`,
+    detail: `${seen} % seen of the lot found so far${toGo ? `, about ${toGo} to go` : ""}${oldPicture(view)}`,
+    short: `${seen} % seen so far${toGo ? `, ${toGo} to go` : ""}${oldPicture(view)}`,
   };
 }
 
+function oldPicture(view: View): string {
+  const age = view.pictureAge;
+  return age !== null && age > OLD_S ? ` Picture ${format.age(age)} old.` : "";
+}
+
 /** Trouble turns any mark into the triangle. */
-function toned(heartbeat: Heartbeat, otherwise: Tone): Tone {
+function toned(view: View, heartbeat: Heartbeat, otherwise: Tone): Tone {
+  if (oldestAge(view) > OLD_S) return "warn";
   const attention = heartbeat.State === "CommunicationLost" || heartbeat.State === "Manual";
   return attention || heartbeat["Health Status"] !== 0 || heartbeat["User Error"] !== 0 ? "warn" : otherwise;
 }
@@ -135,6 +147,7 @@ function linkValue(view: View): GlanceValue {
   const vehicle = ageNow(view, view.heartbeat?.["Link Age"] ?? null) ?? silence;
   const worst = Math.max(silence, autopilotLost(view) ? vehicle : Math.min(vehicle, 1));
   if (autopilotLost(view)) return { ...base, value: format.age(worst), label: "autopilot silent", trouble: true };
+  if (vehicle > OLD_S) return { ...base, value: format.age(vehicle), label: "autopilot, slow", trouble: true };
   return { ...base, value: format.age(Math.max(silence, view.gap)), label: silence > STALE_S ? "link, slow" : "link, good", trouble: silence > STALE_S };
 }
 

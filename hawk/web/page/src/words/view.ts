@@ -16,11 +16,15 @@ export interface View {
   landedAt: string | null;
   /** Metres a second that it travels at, once it was seen to. */
   cruise: number | null;
+  /** Age of the camera's picture that is shown, seconds; null before the first. */
+  pictureAge: number | null;
 }
 
 /** Older than this, a value is shown as stale; the pose comes several times a second, the battery about once. */
 export const STALE_S = 1;
-export const BATTERY_STALE_S = 3;
+export const BATTERY_STALE_S = 2;
+/** Nothing that is older counts as good anywhere on the page. */
+export const OLD_S = 2;
 /** So long without a word, the link counts as lost. */
 export const LOST_S = 2.5;
 
@@ -39,6 +43,13 @@ export function autopilotLost(view: View): boolean {
 export function option(view: View, command: string): CommandOption {
   const found = view.heartbeat?.Options.find((each) => each.Command === command);
   return found ?? { Command: command, Possible: false, Reason: "" };
+}
+
+/** Age of the oldest value that the operator flies by: the drone's word, its position, the autopilot's word, the picture. */
+export function oldestAge(view: View): number {
+  const { "Pose Age": pose = null, "Link Age": link = null } = view.heartbeat ?? {};
+  const sent = [pose, link].map((age) => (age === null ? 0 : (ageNow(view, age) ?? 0)));
+  return Math.max(view.silence ?? 0, view.pictureAge ?? 0, ...sent);
 }
 
 /** Age now of a value that was so old when it was sent. */

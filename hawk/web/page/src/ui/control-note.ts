@@ -1,0 +1,39 @@
+import { html, nothing, type TemplateResult } from "lit";
+import { customElement } from "lit/decorators.js";
+import { type ControlNote, controlNote } from "../words/control.ts";
+import { Part } from "./element.ts";
+import { icon } from "./icons.ts";
+
+/** The question for control, with its answers, on the page of the one who is asked and of the one who asks. */
+@customElement("hawk-control")
+export class ControlNotePart extends Part {
+  override render(): TemplateResult | typeof nothing {
+    const note = controlNote(this.model.view(), this.model.controlling.releasing);
+    if (!note) return nothing;
+    return html`<div class="banner warn control" role="alertdialog" aria-label=${note.title}>
+      ${icon("person")}
+      <div>
+        <div class="big">${note.title}</div>
+        <div aria-live="off">${note.text}</div>
+      </div>
+      <div class="act-side">${this.answers(note.kind)}</div>
+    </div>`;
+  }
+
+  private answers(kind: ControlNote["kind"]): TemplateResult {
+    const { controlling } = this.model;
+    switch (kind) {
+      case "asked":
+        return html`<button @click=${() => void controlling.answer(true)}>Give</button>
+          <button @click=${() => void controlling.answer(false)}>Keep</button>`;
+      case "asking":
+        return html`<button @click=${() => void controlling.withdraw()}>Withdraw</button>`;
+      case "free":
+        return html`<button @click=${() => void controlling.request()}>Take control now</button>
+          <button @click=${() => void controlling.withdraw()}>Withdraw</button>`;
+      case "releasing":
+        return html`<button @click=${() => void controlling.release()}>Give back</button>
+          <button @click=${() => controlling.keep()}>Keep control</button>`;
+    }
+  }
+}

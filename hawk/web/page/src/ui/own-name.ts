@@ -1,0 +1,55 @@
+import { html, nothing, type TemplateResult } from "lit";
+import { customElement, property, query } from "lit/decorators.js";
+import { linkOf } from "../words/view.ts";
+import { Part } from "./element.ts";
+import { icon } from "./icons.ts";
+
+/** As the drone allows. */
+export const LONGEST_NAME = 24;
+
+/** The name by which the others know this operator: asked for once when the page is opened, changed in the settings. */
+@customElement("hawk-name")
+export class OwnName extends Part {
+  /** Asks once, as a strip above the map; otherwise it is a row of the settings. */
+  @property({ type: Boolean }) asks = false;
+  @query("input") private field!: HTMLInputElement;
+
+  override render(): TemplateResult | typeof nothing {
+    return this.asks ? this.strip() : this.row();
+  }
+
+  private strip(): TemplateResult | typeof nothing {
+    const view = this.model.view();
+    if (this.model.preferences.name !== null || linkOf(view) !== "live") return nothing;
+    return html`<form class="banner name" aria-label="Your name" @submit=${this.save}>
+      ${icon("person")}
+      <div>
+        <div class="big">What is your name?</div>
+        <div>The others read it beside what you do. It is optional.</div>
+      </div>
+      <div class="act-side">
+        ${this.input("")}<button type="submit">Save</button>
+        <button type="button" @click=${() => this.model.rename("")}>Not now</button>
+      </div>
+    </form>`;
+  }
+
+  private row(): TemplateResult {
+    const shown = this.model.view().heartbeat?.["Own Name"];
+    return html`<form class="own-name" aria-label="Your name" @submit=${this.save}>
+      <label><b>Your name</b><span class="sub">${shown ? `The others read: ${shown}` : "The others read it beside what you do"}</span>
+        ${this.input(this.model.preferences.name ?? "")}
+      </label>
+      <button type="submit">Save</button>
+    </form>`;
+  }
+
+  private input(value: string): TemplateResult {
+    return html`<input type="text" name="name" aria-label="Your name" autocomplete="nickname" maxlength=${LONGEST_NAME} .defaultValue=${value} />`;
+  }
+
+  private readonly save = (event: Event): void => {
+    event.preventDefault();
+    this.model.rename(this.field.value.trim());
+  };
+}
