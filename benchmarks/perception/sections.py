@@ -10,8 +10,9 @@ from typing import Final
 
 from benchmarks.figures import Figure, Limit, Reference, Section
 from benchmarks.perception.camera_frames import measure_tilted, measure_worlds
+from benchmarks.perception.errors import error_section
 from benchmarks.perception.eyes import ClassicalEye, Eye, NetworkEye
-from benchmarks.perception.measures import MEASURES, false_alarms, line, look, measure
+from benchmarks.perception.measures import MEASURES, false_alarms, line, look, measure, pooled
 from benchmarks.perception.places import Place, read_lots, read_pictures, read_tiles
 from benchmarks.perception.regions import Regions, region_section
 from benchmarks.vision_frame import frame_ms
@@ -60,17 +61,21 @@ def network_sections(network: StallNetwork, material: Material) -> list[Section]
     eye, sections = NetworkEye(network), []
     if material.tiles:
         tiles = list(read_tiles(material.tiles))
-        measured = measure(eye, tiles)
+        looked = look(eye, tiles)
+        measured = pooled(looked)
         hard = _hard(eye, network, tiles, measured["recall"])
         sections.append(Section("tiles", [*_figures(measured, "", PROTOTYPE_TILES), *hard]))
+        sections.append(error_section("tiles", looked, "errors_tiles_"))
     if material.lots:
         print("places")
-        sections.append(
-            Section("places", _figures(measure(eye, read_lots(material.lots), verbose=True), "lots_", PROTOTYPE_LOTS))
-        )
+        looked = look(eye, read_lots(material.lots), verbose=True)
+        sections.append(Section("places", _figures(pooled(looked), "lots_", PROTOTYPE_LOTS)))
+        sections.append(error_section("places", looked, "errors_lots_"))
     if material.regions:
         print("regions")
-        sections.append(region_section(material.regions, look(eye, material.regions.read(), verbose=True)))
+        looked = look(eye, material.regions.read(), verbose=True)
+        sections.append(region_section(material.regions, looked))
+        sections.append(error_section("regions", looked, "errors_regions_"))
     sections.extend(_negatives(eye, material, ""))
     if material.seeds:
         sections.append(_drawn(NetworkFinder(network), material.seeds))

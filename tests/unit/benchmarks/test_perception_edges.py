@@ -95,3 +95,14 @@ def test_a_place_without_an_outline_has_no_lot_iou() -> None:
     assert both["lot_iou"] == measure(Finder(STALLS), [outlined])["lot_iou"] > 0.9
     assert (both["places"], both["lots_outlined"]) == (2, 1)
     assert math.isnan(measure(Finder(STALLS), [bare])["lot_iou"])
+
+
+def test_halves_of_a_stall_at_a_seam_of_tiles_are_cut() -> None:
+    upper, lower = STALLS[4:5].copy(), STALLS[4:5].copy()
+    upper[:, 2:, 1], lower[:, :2, 1] = 7.4, 7.5
+    labels = np.concatenate([STALLS[1:4], upper, lower, STALLS[5:]])
+    assert cut_labels(place(labels)).tolist() == [False] * 3 + [True] * 2 + [False] * 5
+    measured = measure(Finder(STALLS[1:]), [place(labels)])
+    assert (measured["recall"], measured["precision"]) == (1.0, 1.0)
+    beside = STALLS[3:7] * np.array([0.5, 1.0]) + np.array([8.0, 0.0])
+    assert not cut_labels(place(beside)).any(), "two narrow stalls side by side are as wide as one"
