@@ -125,6 +125,7 @@ def place_figures(surveys: Sequence[Survey]) -> list[Figure]:
             Figure(f"places_{key}", f"{key.replace('_', ' ')}, mean", _mean(_values(surveys, key)))
             for key in ("precision_star", "free_recall", "state_accuracy", "unknown_share", "lot_iou", "duration_s")
         ),
+        *_seen(surveys, "places_"),
         Figure("places_excursions", "excursions", sum(excursions) if excursions else None, limit=Limit(0, 0)),
         Figure(
             "places_late_frames", "late frames, worst", max(_values(surveys, "late_frames"), default=None),
@@ -152,6 +153,7 @@ def figures(surveys: Sequence[Survey]) -> list[Figure]:
         Figure("state_accuracy", "state accuracy, mean", _mean(_values(surveys, "state_accuracy"))),
         Figure("unknown_share", "share of stalls that are unclear, mean", _mean(_values(surveys, "unknown_share"))),
         Figure("lot_iou", "lot IoU, mean", _mean(_values(surveys, "lot_iou"))),
+        *_seen(surveys, ""),
         Figure("free_count_error", "free-count error, mean size", _mean(errors)),
         Figure("free_count_error_max", "free-count error, worst seed", max(errors, default=None)),
         Figure(
@@ -168,6 +170,16 @@ def figures(surveys: Sequence[Survey]) -> list[Figure]:
             limit=Limit(highest=LATE_FRAMES_LIMIT),
         ),
     ]  # fmt: skip
+
+
+def _seen(surveys: Sequence[Survey], prefix: str) -> list[Figure]:
+    """Return what of lot and stalls was ever in view, beside what was found of it."""
+    texts = {
+        "lot_seen": "share of the true lot ever in view, mean",
+        "stalls_seen": "share of the true stalls ever in view, mean",
+        "stall_recall_seen": "recall of stalls ever in view, mean",
+    }
+    return [Figure(f"{prefix}{key}", text, _mean(_values(surveys, key))) for key, text in texts.items()]
 
 
 def parse_seeds(text: str) -> list[int]:

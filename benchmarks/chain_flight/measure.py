@@ -6,6 +6,7 @@ shows with a score of .5, and the truth is what lies wholly in its picture.
 
 from __future__ import annotations
 
+import math
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -162,6 +163,8 @@ def line(result: Result) -> str:
         f"F1 {fused.f1:.3f} (P {fused.precision:.3f} R {fused.recall:.3f}) free {fused.free_found}/{fused.free_true}",
         f"state {fused.state_accuracy:.3f} unknown {fused.unknown_share:.3f} ECE {alone.calibration_error:.3f}",
         f"p95 {alone.position_error or float('nan'):.2f} m lot {result.report['lot_iou']:.3f}",
+        f"in view: lot {result.report['lot_seen']:.3f}, stalls {result.report['stalls_seen']:.3f}, "
+        f"recall of those {result.report['stall_recall_seen']:.3f}",
         f"single frames F1 {single.f1:.3f} (P {single.precision:.3f} R {single.recall:.3f}) "
         f"state {single.state_accuracy:.3f} ECE {result.single.calibration_error:.3f}",
         f"{result.flown.way:.0f} m (model {result.model_way:.0f} m) {result.flown.seconds:.0f} s, mapper p99 "
@@ -178,6 +181,7 @@ def figures(results: Sequence[Result]) -> list[Figure]:
         Figure("chain_finished", "whole lot seen", float(sum(r.flown.finished for r in results)), limit=Limit(count)),
         *_of_stalls(results),
         Figure("chain_lot_iou", "lot IoU, mean", fmean(r.report["lot_iou"] for r in results)),
+        *_in_view(results),
         *_of_flights(results),
     ]
 
@@ -223,6 +227,22 @@ def _of_stalls(results: Sequence[Result]) -> list[Figure]:
             Reference("single frames", single.calibration_error), Limit(highest=0.05),
         ),
     ]  # fmt: skip
+
+
+def _in_view(results: Sequence[Result]) -> list[Figure]:
+    """Return what was ever in view of all lots and stalls, beside what was found: stalls added up, lots a mean."""
+    lots = [share for r in results if math.isfinite(share := r.report["lot_seen"])]
+    true, seen, found = 0.0, 0.0, 0.0
+    for report in (result.report for result in results):
+        if report["true_stalls"]:
+            part = report["stalls_seen"] * report["true_stalls"]
+            true, seen = true + report["true_stalls"], seen + part
+            found += report["stall_recall_seen"] * part if part else 0.0
+    return [
+        Figure("chain_lot_seen", "share of the true lot ever in view, mean", fmean(lots) if lots else None),
+        Figure("chain_stalls_seen", "share of the true stalls ever in view", seen / true if true else None),
+        Figure("chain_recall_in_view", "recall of stalls ever in view", found / seen if seen else None),
+    ]
 
 
 def _of_flights(results: Sequence[Result]) -> list[Figure]:

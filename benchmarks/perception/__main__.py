@@ -1,12 +1,16 @@
 """Perception on still pictures and videos, without a flight: network, votes and rows, beside painted lines alone.
 
-``python -m benchmarks.perception --lots DIR --tiles DIR --negatives DIR --seeds 1-5 --json FILE``
+``python -m benchmarks.perception --lots DIR --tiles DIR --regions DIR --negatives DIR --seeds 1-5 --json FILE``
 
 ``--lots``: pictures ``PLACE.jpg`` with ``PLACE.json`` (metres_per_pixel, stalls with corners_m and state, lots_m).
 ``--tiles``: ``images/*.jpg`` with ``labels/*.txt`` (class, polygon in fractions; 0 car, 1 lot, 3 stall); tiles with
-fewer than five stalls are left out. ``--negatives``: pictures without any stall. ``--seeds``: single frames over drawn
-worlds. The measures are those of `hawk.survey.scoring`. In JSON the figures of tiles have no prefix, those of places
-``lots_``, those of frames over drawn worlds ``frames_``, and those of lines alone ``classical_`` before all others.
+fewer than five stalls are left out. ``--regions``: as ``--lots``, without states and outlines; ``--streets PATTERN``
+names those that are streets, ``--ground KIND=PATTERN`` the kind of ground where the files have no ``ground``.
+``--negatives``: pictures without any stall. ``--seeds``: single frames over drawn worlds.
+
+The measures are those of `hawk.survey.scoring`; labels that a picture's edge or missing ground cuts are counted neither
+way. In JSON the figures of tiles have no prefix, those of places ``lots_``, those of regions ``regions_``, those of
+frames over drawn worlds ``frames_``, and those of lines alone ``classical_`` before all others.
 
 ``python -m benchmarks.perception --video FILE --metres-per-pixel X``: a still camera straight above a lot.
 """
@@ -21,6 +25,7 @@ from pathlib import Path
 import cv2
 
 from benchmarks.figures import tell
+from benchmarks.perception.regions import Regions, ground_option
 from benchmarks.perception.sections import NEGATIVES_SCALE, Material, classical_section, network_sections
 from benchmarks.perception.video import watch
 from benchmarks.surveys import seeds_option
@@ -35,7 +40,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     network = StallNetwork.load(options.model)
     if options.video is not None:
         return _video(network, options.video, options.metres_per_pixel)
-    material = Material(options.lots, options.tiles, options.negatives, options.negatives_scale, options.seeds)
+    regions = Regions(options.regions, tuple(options.streets), tuple(options.ground)) if options.regions else None
+    material = Material(options.lots, options.tiles, options.negatives, options.negatives_scale, options.seeds, regions)
+    if regions is not None:
+        try:
+            regions.read()
+        except (OSError, ValueError, KeyError) as error:
+            print(f"--regions: {error}", file=sys.stderr)
+            return 2
     sections = network_sections(network, material)
     if not options.no_classical:
         sections.append(classical_section(material))
@@ -51,6 +63,13 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--lots", type=Path)
     parser.add_argument("--tiles", type=Path)
+    parser.add_argument("--regions", type=Path, help="places whose labels have neither states nor outlines of lots")
+    parser.add_argument(
+        "--streets", action="append", default=[], metavar="PATTERN", help="names of the regions that are streets"
+    )
+    parser.add_argument(
+        "--ground", action="append", default=[], type=_ground, metavar="KIND=PATTERN", help="ground of regions, by name"
+    )
     parser.add_argument("--negatives", type=Path)
     parser.add_argument(
         "--negatives-scale", type=float, default=NEGATIVES_SCALE, help="metres per pixel of the negatives (0.03)"
@@ -62,6 +81,13 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--metres-per-pixel", type=float, default=0.1, help="of the video (0.1)")
     parser.add_argument("--json", type=Path, help="write the figures here")
     return parser
+
+
+def _ground(text: str) -> tuple[str, str]:
+    try:
+        return ground_option(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def _video(network: StallNetwork, path: Path, metres_per_pixel: float) -> int:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.perception.edges import Counted, counted
 from benchmarks.perception.eyes import Eye, Result
 from benchmarks.perception.places import Place
 from hawk.model import StallState
@@ -37,36 +39,70 @@ class Judged:
     true: NDArray[np.bool_]
 
 
-def measure(eye: Eye, places: Iterable[Place], *, scale: float = 1.0, verbose: bool = False) -> dict[str, float]:
-    """Return the measures over all places, with ``lot_iou``, ``state_ece``, ``found_over_labelled`` and
-    ``ms_per_megapixel`` (processor time per million pixels of 0.1 m); a line for each place where ``verbose``.
+@dataclass(frozen=True, slots=True)
+class Looked:
+    """One place: findings and labels that count, the counts, and the overlap of the lot (NaN without an outline).
+
+    ``seconds`` is processor time, ``megapixels`` the picture's size in million pixels of 0.1 m.
     """
-    total, overlaps, judged = Tally(), list[float](), list[Judged]()
-    seconds = megapixels = 0.0
+
+    place: Place = field(repr=False)
+    kept: Counted = field(repr=False)
+    tally: Tally
+    overlap: float
+    judged: Judged = field(repr=False)
+    seconds: float
+    megapixels: float
+
+
+def look(eye: Eye, places: Iterable[Place], *, scale: float = 1.0, verbose: bool = False) -> list[Looked]:
+    """Look at every place; print a line for each where ``verbose``.
+
+    Labels that a picture's edge cuts count neither way (`benchmarks.perception.edges`).
+    """
+    looked = []
     for place in places:
         begun = time.process_time()
         result = eye.look(place.image, place.metres_per_pixel, scale=scale)
-        seconds += time.process_time() - begun
+        seconds = time.process_time() - begun
         height, width = place.image.shape[:2]
-        megapixels += height * width * (place.metres_per_pixel * scale / 0.1) ** 2 / 1e6
-        one = tally(result.finding, place.truth)
-        overlap = mask_iou(result.lot, _true_lot(place, result))
-        total += one
-        overlaps.append(overlap)
-        judged.append(_judged(result, place))
+        kept = counted(result, place)
+        one = tally(kept.result.finding, kept.truth)
+        overlap = mask_iou(result.lot, _true_lot(place, result)) if place.truth.lots else math.nan
+        size = height * width * (place.metres_per_pixel * scale / 0.1) ** 2 / 1e6
+        looked.append(Looked(place, kept, one, overlap, _judged(kept), seconds, size))
         if verbose:
             print(f"  {place.name:24s} {line(one.measures())} lot {overlap:.2f} found/labelled {_share(one):.2f}")
-    if not overlaps:
+    return looked
+
+
+def pooled(looked: Sequence[Looked]) -> dict[str, float]:
+    """Return the measures over all places, with ``lot_iou``, ``state_ece``, ``found_over_labelled`` and
+    ``ms_per_megapixel``; nothing without a place.
+
+    ``labels`` count, ``labels_cut`` do not. ``lot_iou`` is the mean over the ``lots_outlined`` places whose labels
+    outline a lot, NaN without any.
+    """
+    if not looked:
         return {}
+    total = sum((one.tally for one in looked), Tally())
+    overlaps = [one.overlap for one in looked if one.place.truth.lots]
     figures = {name: total.measures()[name] for name in MEASURES}
     return figures | {
-        "lot_iou": float(np.nanmean(overlaps)),
-        "state_ece": calibration_error(judged),
+        "lot_iou": float(np.mean(overlaps)) if overlaps else math.nan,
+        "state_ece": calibration_error(one.judged for one in looked),
         "found_over_labelled": _share(total),
-        "ms_per_megapixel": 1e3 * seconds / megapixels,
-        "places": float(len(overlaps)),
+        "ms_per_megapixel": 1e3 * sum(one.seconds for one in looked) / sum(one.megapixels for one in looked),
+        "places": float(len(looked)),
+        "lots_outlined": float(len(overlaps)),
         "labels": float(total.true),
+        "labels_cut": float(sum(int(one.kept.cut.sum()) for one in looked)),
     }
+
+
+def measure(eye: Eye, places: Iterable[Place], *, scale: float = 1.0, verbose: bool = False) -> dict[str, float]:
+    """Look at every place and return the measures over all of them."""
+    return pooled(look(eye, places, scale=scale, verbose=verbose))
 
 
 def false_alarms(
@@ -105,11 +141,11 @@ def line(m: dict[str, float]) -> str:
     )
 
 
-def _judged(result: Result, place: Place) -> Judged:
-    pairs = match(result.finding.stalls, place.truth.stalls)
-    state = np.asarray(place.truth.states, object)[pairs.true]
+def _judged(kept: Counted) -> Judged:
+    pairs = match(kept.result.finding.stalls, kept.truth.stalls)
+    state = np.asarray(kept.truth.states, object)[pairs.true]
     known = (state == StallState.FREE) | (state == StallState.TAKEN)
-    return Judged(result.taken[pairs.found][known], np.asarray(state[known] == StallState.TAKEN))
+    return Judged(kept.result.taken[pairs.found][known], np.asarray(state[known] == StallState.TAKEN))
 
 
 def _true_lot(place: Place, result: Result) -> NDArray[np.bool_]:

@@ -21,17 +21,24 @@ FREE_COVER, TAKEN_COVER = 0.12, 0.30
 LEAST_LABELS = 5
 """Tiles with fewer labelled stalls are left out: their labels are incomplete."""
 _CAR, _LOT, _STALL = 0, 1, 3
+_BLANK, _BLANK_LEVELS = 41, 2
+_BLACK, _WHITE = 30, 225
 _PICTURES = (".jpg", ".jpeg", ".png")
 
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """A picture and what is there, metres from its upper left corner (x right, y down)."""
+    """A picture and what is there, metres from its upper left corner (x right, y down).
+
+    ``ground``: the kind of ground, empty where the labels do not say it. ``missing`` (H, W): pixels without a picture.
+    """
 
     name: str
     image: NDArray[np.uint8]
     metres_per_pixel: float
     truth: LabelledPlace
+    ground: str = ""
+    missing: NDArray[np.bool_] | None = None
 
 
 def read_lots(folder: Path) -> Iterator[Place]:
@@ -42,7 +49,8 @@ def read_lots(folder: Path) -> Iterator[Place]:
         corners = np.array([s["corners_m"] for s in told["stalls"]], float).reshape(-1, 4, 2)
         lots = tuple(np.array(lot, float) for lot in told["lots_m"])
         truth = LabelledPlace(corners, state_array(states), lots)
-        yield Place(path.stem, read_picture(path.with_suffix(".jpg")), told["metres_per_pixel"], truth)
+        image, scale = read_picture(path.with_suffix(".jpg")), told["metres_per_pixel"]
+        yield Place(path.stem, image, scale, truth, str(told.get("ground", "")), missing_ground(image))
 
 
 def read_tiles(folder: Path) -> Iterator[Place]:
@@ -74,6 +82,20 @@ def read_picture(path: Path) -> NDArray[np.uint8]:
     if image is None:
         raise FileNotFoundError(f"{path} cannot be read as a picture")
     return np.asarray(image, np.uint8)
+
+
+def missing_ground(image: NDArray[np.uint8]) -> NDArray[np.bool_] | None:
+    """Return the pixels (H, W) of one grey over more than `_BLANK` pixels a side, where parts of a place are missing.
+
+    None where all is shown. Within 5 x 5 pixels the grey differs by up to `_BLANK_LEVELS` levels, as JPEG leaves it;
+    black and white are no such grey, because deep shadows and bright roofs are as even.
+    """
+    low, high = (method(image, np.ones((5, 5), np.uint8)) for method in (cv2.erode, cv2.dilate))
+    least, most = low.min(axis=2), high.max(axis=2)
+    flat = ((most - least <= _BLANK_LEVELS) & (least > _BLACK) & (most < _WHITE)).astype(np.uint8)
+    flat = cv2.morphologyEx(flat, cv2.MORPH_OPEN, np.ones((_BLANK, _BLANK), np.uint8))
+    flat = cv2.dilate(flat, np.ones((5, 5), np.uint8))
+    return np.asarray(flat > 0) if flat.any() else None
 
 
 def state_array(values: Sequence[StallState]) -> NDArray[Any]:

@@ -10,9 +10,11 @@ from typing import Final
 
 from benchmarks.figures import Figure, Limit, Reference, Section
 from benchmarks.perception.camera_frames import measure_tilted, measure_worlds
+from benchmarks.perception.errors import error_section
 from benchmarks.perception.eyes import ClassicalEye, Eye, NetworkEye
-from benchmarks.perception.measures import MEASURES, false_alarms, line, measure
+from benchmarks.perception.measures import MEASURES, false_alarms, line, look, measure, pooled
 from benchmarks.perception.places import Place, read_lots, read_pictures, read_tiles
+from benchmarks.perception.regions import Regions, region_section
 from benchmarks.vision_frame import frame_ms
 from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.network import StallNetwork
@@ -44,13 +46,14 @@ NEGATIVES_SCALE: Final = 0.03
 
 @dataclass(frozen=True, slots=True)
 class Material:
-    """Inputs: folders of places, tiles and pictures without stalls, and seeds of drawn worlds."""
+    """Inputs: folders of places, tiles and pictures without stalls, seeds of drawn worlds, and regions."""
 
     lots: Path | None = None
     tiles: Path | None = None
     negatives: Path | None = None
     negatives_scale: float = NEGATIVES_SCALE
     seeds: Sequence[int] = ()
+    regions: Regions | None = None
 
 
 def network_sections(network: StallNetwork, material: Material) -> list[Section]:
@@ -58,14 +61,21 @@ def network_sections(network: StallNetwork, material: Material) -> list[Section]
     eye, sections = NetworkEye(network), []
     if material.tiles:
         tiles = list(read_tiles(material.tiles))
-        measured = measure(eye, tiles)
+        looked = look(eye, tiles)
+        measured = pooled(looked)
         hard = _hard(eye, network, tiles, measured["recall"])
         sections.append(Section("tiles", [*_figures(measured, "", PROTOTYPE_TILES), *hard]))
+        sections.append(error_section("tiles", looked, "errors_tiles_"))
     if material.lots:
         print("places")
-        sections.append(
-            Section("places", _figures(measure(eye, read_lots(material.lots), verbose=True), "lots_", PROTOTYPE_LOTS))
-        )
+        looked = look(eye, read_lots(material.lots), verbose=True)
+        sections.append(Section("places", _figures(pooled(looked), "lots_", PROTOTYPE_LOTS)))
+        sections.append(error_section("places", looked, "errors_lots_"))
+    if material.regions:
+        print("regions")
+        looked = look(eye, material.regions.read(), verbose=True)
+        sections.append(region_section(material.regions, looked))
+        sections.append(error_section("regions", looked, "errors_regions_"))
     sections.extend(_negatives(eye, material, ""))
     if material.seeds:
         sections.append(_drawn(NetworkFinder(network), material.seeds))
@@ -116,6 +126,8 @@ def classical_section(material: Material) -> Section:
         figures += _figures(measure(eye, read_tiles(material.tiles)), "classical_", {}, limits={})
     if material.lots:
         figures += _figures(measure(eye, read_lots(material.lots)), "classical_lots_", {}, limits={})
+    if material.regions:
+        figures += region_section(material.regions, look(eye, material.regions.read()), "classical_").figures
     for section in _negatives(eye, material, "classical_"):
         figures += section.figures
     return Section("painted lines alone", figures)

@@ -12,6 +12,7 @@ from scipy.spatial import KDTree
 
 from hawk.model import Cell, StallState
 from hawk.survey import scoring
+from hawk.survey.in_view import in_view
 from hawk.survey.scoring import Finding, Tally
 from hawk.survey.survey_map import SurveyMap
 from hawk.survey.truth import GroundTruth
@@ -55,6 +56,7 @@ def compare(survey: SurveyMap, truth: GroundTruth) -> dict[str, float]:
         **_measures(tally),
         "position_error_p95_m": _position_error(finding, real),
         "lot_iou": _lot_iou(survey, truth, shift),
+        **in_view(survey, truth, finding.stalls, shift),
         "map_offset_north_m": float(-shift[1]),
         "map_offset_east_m": float(shift[0]),
     }

@@ -38,7 +38,10 @@ def result(name: str, fused: Judgement, single: Judgement) -> Result:
     health = Health()
     output = FrameOutput(1, 0.0, True, b"", OccupancyMap(), PathPlan(), (), health, health, health)
     flown = Flown(output, 200.0, 50.0, np.array([40.0, 60.0]), np.array([5.0, 7.0]), True)
-    report = {"lot_iou": 0.9, "position_error_p95_m": 0.2}
+    report = {
+        "lot_iou": 0.9, "position_error_p95_m": 0.2, "true_stalls": fused.tally.true,
+        "lot_seen": 0.8, "stalls_seen": 1.0 if name == "a" else 0.5, "stall_recall_seen": 0.9 if name == "a" else 0.6,
+    }  # fmt: skip
     return Result(name, flown, report, fused, Pool((single, single)), (19, 20), 160.0)
 
 
@@ -64,6 +67,9 @@ def test_counts_of_all_flights_are_added_up_and_stand_beside_single_frames() -> 
     assert found["chain_position_error_p95_m"].value == pytest.approx(0.4)
     assert found["chain_ece"].value == pytest.approx(0.1)
     assert found["chain_recall_seen"].value == pytest.approx(0.95)
+    assert found["chain_lot_seen"].value == pytest.approx(0.8)
+    assert found["chain_stalls_seen"].value == pytest.approx(30 / 40)
+    assert found["chain_recall_in_view"].value == pytest.approx((18 + 6) / 30)
     assert found["chain_way_over_model"].value == pytest.approx(400 / 320)
     assert found["chain_precision_star"].value == 1.0
     assert found["chain_recall_whole"].value == pytest.approx(38 / 40)

@@ -92,6 +92,30 @@ def test_a_wrong_lot_outline_shows() -> None:
     assert compare(SurveyMap(seen.datum, seen.stalls, tiles), truth())["lot_iou"] == pytest.approx(25.6 / 40, abs=0.03)
 
 
+def test_what_was_ever_in_view_is_told_beside_what_was_found_of_it() -> None:
+    """The map knows the first 25.6 m of 40 m: nine whole stalls of each row, of which the first four were not found."""
+    whole = compare(survey(), truth())
+    assert (whole["lot_seen"], whole["stalls_seen"], whole["stall_recall_seen"]) == pytest.approx(
+        (1.0, 1.0, 1.0), abs=0.01
+    )
+    seen = survey(leave_out=4)
+    tiles = {key: tile.copy() for key, tile in seen.tiles.items()}
+    tiles[0, 1][:] = Cell.UNKNOWN
+    for known in (tiles, {(0, 0): tiles[0, 0]}):
+        found = compare(SurveyMap(seen.datum, seen.stalls, known), truth())
+        assert found["lot_seen"] == pytest.approx(25.6 / 40, abs=0.01)
+        inside = sum(x + 1.3 <= 25.6 for x, _ in rows())
+        assert found["stalls_seen"] == pytest.approx(inside / 24)
+        assert found["stall_recall_seen"] == pytest.approx((inside - 4) / inside)
+    moved = compare(survey(shift=(0.8, -0.5)), truth())
+    assert moved["stalls_seen"] == 1.0, "the constant part of the position error is taken out"
+
+
+def test_a_survey_that_saw_nothing_had_nothing_in_view() -> None:
+    found = finite(compare(SurveyMap(ORIGIN, {}, {}), truth()))
+    assert (found["lot_seen"], found["stalls_seen"], found["stall_recall_seen"]) == (0.0, 0.0, None)
+
+
 def test_a_survey_that_found_nothing_is_null_not_a_crash() -> None:
     found = finite(compare(SurveyMap(ORIGIN, {}, {}), truth()))
     assert found["stall_recall"] == 0.0

@@ -1,0 +1,76 @@
+"""Regions without outlines of lots and without states: where stalls are found, by setting and by kind of ground.
+
+A region is a picture of a lot or of streets with labelled stalls; parts of the picture may be missing. Without an
+outline every unmatched find is a false alarm, because nothing tells stalls that nobody labelled: the true precision is
+no lower.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Final
+
+from benchmarks.figures import Figure, Section
+from benchmarks.perception.measures import Looked, pooled
+from benchmarks.perception.places import Place, read_lots
+
+SHOWN: Final = ("recall", "recall_whole", "precision", "f1", "labels", "labels_cut")
+
+
+@dataclass(frozen=True, slots=True)
+class Regions:
+    """A folder of regions. ``streets``: patterns of names of those that are streets, the others are lots; ``ground``:
+    pairs of a kind of ground and a pattern of names, for regions whose files do not say their ground.
+    """
+
+    folder: Path
+    streets: tuple[str, ...] = ()
+    ground: tuple[tuple[str, str], ...] = ()
+
+    def read(self) -> list[Place]:
+        """Return the regions with their kind of ground. Raises ValueError for a pattern that fits no region."""
+        places = list(read_lots(self.folder))
+        for pattern in (*self.streets, *(pattern for _, pattern in self.ground)):
+            if not any(fnmatchcase(place.name, pattern) for place in places):
+                raise ValueError(f"{pattern!r} fits no region of {self.folder}; name one of its files without .json")
+        return [replace(place, ground=place.ground or self._ground(place.name)) for place in places]
+
+    def is_street(self, name: str) -> bool:
+        """Return True for a region that is streets, not a lot."""
+        return any(fnmatchcase(name, pattern) for pattern in self.streets)
+
+    def _ground(self, name: str) -> str:
+        return next((kind for kind, pattern in self.ground if fnmatchcase(name, pattern)), "")
+
+
+def region_section(regions: Regions, looked: Sequence[Looked], prefix: str = "") -> Section:
+    """Return the rows: all regions, lots, streets, and each kind of ground that is known."""
+    groups = {
+        "all": list(looked),
+        "lots": [one for one in looked if not regions.is_street(one.place.name)],
+        "streets": [one for one in looked if regions.is_street(one.place.name)],
+    }
+    for one in looked:
+        if one.place.ground:
+            groups.setdefault(f"ground {one.place.ground}", []).append(one)
+    figures = []
+    for name, members in groups.items():
+        measured = pooled(members)
+        key = f"{prefix}regions_{name.replace(' ', '_')}"
+        figures += [
+            Figure(f"{key}_{measure}", f"{measure.replace('_', ' ')}, {name}", measured[measure])
+            for measure in SHOWN
+            if measured
+        ]
+    return Section("regions", figures)
+
+
+def ground_option(text: str) -> tuple[str, str]:
+    """Return kind and pattern of ``KIND=PATTERN``. Raises ValueError."""
+    kind, _, pattern = text.partition("=")
+    if not kind.isidentifier() or not pattern:
+        raise ValueError(f"{text!r} names no ground; write KIND=PATTERN, as pavers=office_*")
+    return kind, pattern

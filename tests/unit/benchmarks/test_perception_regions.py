@@ -1,0 +1,52 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from benchmarks.perception import __main__ as command
+from benchmarks.perception.measures import look
+from benchmarks.perception.regions import Regions, ground_option, region_section
+from tests.unit.benchmarks.test_perception_edges import STALLS, Finder
+
+
+def write_region(folder: Path, name: str, **more: str) -> None:
+    image = np.random.default_rng(0).integers(60, 200, (200, 400, 3)).astype(np.uint8)
+    cv2.imwrite(str(folder / f"{name}.jpg"), image)
+    stalls = [{"corners_m": quad.tolist(), "state": "unclear"} for quad in STALLS]
+    (folder / f"{name}.json").write_text(json.dumps({"metres_per_pixel": 0.1, "stalls": stalls, "lots_m": [], **more}))
+
+
+def test_regions_have_rows_of_lots_streets_and_grounds(tmp_path: Path) -> None:
+    for name in ("office", "estate_a", "estate_b"):
+        write_region(tmp_path, name)
+    write_region(tmp_path, "campus", ground="brick")
+    regions = Regions(tmp_path, ("estate_*",), (("pavers", "office"), ("pavers", "campus")))
+    places = regions.read()
+    assert {one.name: one.ground for one in places} == {
+        "office": "pavers", "campus": "brick", "estate_a": "", "estate_b": ""
+    }  # fmt: skip
+    some = {"office": STALLS[1:], "campus": STALLS[1:], "estate_a": STALLS[1:4], "estate_b": STALLS[1:7]}
+    looked = [one for p in places for one in look(Finder(some[p.name]), [p])]
+    values = {figure.key: figure.value for figure in region_section(regions, looked).figures}
+    assert values["regions_lots_recall"] == 1.0
+    assert values["regions_streets_recall"] == pytest.approx(0.5)
+    assert values["regions_all_recall"] == pytest.approx(0.75)
+    assert (values["regions_ground_pavers_labels"], values["regions_ground_brick_labels"]) == (9, 9)
+    assert values["regions_streets_precision"] == 1.0
+    assert "regions_all_lot_iou" not in values
+
+
+def test_a_pattern_that_fits_no_region_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write_region(tmp_path, "office")
+    with pytest.raises(ValueError, match=r"'street\*' fits no region"):
+        Regions(tmp_path, ("street*",)).read()
+    assert ground_option("pavers=office*") == ("pavers", "office*")
+    with pytest.raises(SystemExit):
+        command.main(["--ground", "pavers"])
+    assert "write KIND=PATTERN" in capsys.readouterr().err
+    assert command.main(["--regions", str(tmp_path), "--streets", "x*", "--no-classical"]) == 2
+    assert "fits no region" in capsys.readouterr().err
