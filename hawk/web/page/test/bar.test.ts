@@ -216,7 +216,7 @@ describe("the confirm bar", () => {
     assert.deepEqual(orders(rig), []);
     key("keydown");
     frames.advance(500);
-    frames.advance(500);
+    frames.advance(600);
     assert.deepEqual(orders(rig).map((each) => each.Type), ["Autonomous Move"]);
   });
 });
