@@ -23,7 +23,7 @@ export interface Outside {
 /** What the operator is asked to confirm in the bar. */
 export type Question =
   | { about: "move"; target: Point; kind?: MoveKind }
-  | { about: "Return To Launch" | "Land" | "Resume" };
+  | { about: "Arm" | "Takeoff" | "Autonomous Explore" | "Return To Launch" | "Land" | "Resume" };
 
 /** Cutting the motors: first a token is asked for, then it can be done. */
 export interface Cutting {
@@ -161,6 +161,22 @@ export class Operator extends EventTarget {
     this.picking = picking;
     this.question = null;
     this.changed();
+  }
+
+  /** A click on the map: a place to move to while one is asked for, or another one for the open question. Returns whether it was taken. */
+  pointAt(target: Point, isStall: boolean): boolean {
+    const taken = this.picking || (this.question?.about === "move" && !isStall);
+    if (taken) this.ask({ about: "move", target });
+    return taken;
+  }
+
+  /** Leaves the innermost thing that is asked. Returns whether there was one. */
+  leave(): boolean {
+    if (this.cutting) this.endCut();
+    else if (this.question) this.ask(null);
+    else if (this.picking) this.pick(false);
+    else return false;
+    return true;
   }
 
   /** First step of cutting the motors: asks for the token. */

@@ -28,7 +28,11 @@ export class KillDialog extends Part {
         class="kill"
         role="dialog"
         aria-label="Cut motors?"
-        @keydown=${(event: KeyboardEvent) => event.key === "Escape" && this.cancel()}
+        @keydown=${(event: KeyboardEvent) => {
+          if (event.key !== "Escape") return;
+          event.preventDefault();
+          this.cancel();
+        }}
       >
         <h2>${icon("warn")}Cut motors?</h2>
         <p>${this.consequence()}</p>
