@@ -11,6 +11,7 @@ const operator = new Operator({
   timers: browserTimers,
   wallClock: () => Date.now(),
   storage: localStorage,
+  session: sessionStorage,
 });
 
 for (const app of document.querySelectorAll("hawk-app")) {

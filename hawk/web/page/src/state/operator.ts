@@ -8,6 +8,7 @@ import { DaemonClock } from "./daemon-clock.ts";
 import { FenceEditing } from "./fence-edit.ts";
 import { Flight } from "./flight.ts";
 import { type MapChange, MapStore } from "./map-store.ts";
+import { type Moment, PlotHistory } from "./plot-history.ts";
 import { type Preferences, readPreferences, writePreferences } from "./preferences.ts";
 import { RoutePlan } from "./route-plan.ts";
 
@@ -18,6 +19,8 @@ export interface Outside {
   /** Time of day, milliseconds. */
   wallClock: () => number;
   storage: Pick<Storage, "getItem" | "setItem">;
+  /** Lasts as long as the browser's tab. */
+  session: Pick<Storage, "getItem" | "setItem">;
 }
 
 /** What the operator is asked to confirm in the bar. */
@@ -63,12 +66,15 @@ export class Operator extends EventTarget {
   /** Who took control while this operator was lost. */
   private taker: string | null = null;
 
+  private readonly history: PlotHistory;
+
   private readonly outside: Outside;
 
   constructor(outside: Outside) {
     super();
     this.outside = outside;
     this.preferences = readPreferences(outside.storage);
+    this.history = new PlotHistory(outside.session);
     this.socket = new ReconnectingSocket(outside.commandUrl, outside.open, outside.timers, {
       message: (data) => this.take(data),
       status: (status) => this.linkChanged(status),
@@ -262,7 +268,10 @@ export class Operator extends EventTarget {
     const before = this.flight.heartbeat?.State;
     this.tellTaken(heartbeat["Control Taken By"]);
     this.daemonClock.add(at, heartbeat.Time);
+    const now: Moment = { at, theirs: heartbeat.Time, wall: this.outside.wallClock(), rate: this.daemonClock.rate };
+    if (this.flight.heartbeat === null) this.flight.samples = this.history.read(now);
     this.flight.hear(heartbeat, at);
+    this.history.keep(this.flight.samples, now);
     if (before !== undefined && before !== heartbeat.State) this.question = null;
     if (this.cutting && heartbeat.Armed === false) this.endCut();
     this.fence.hear(heartbeat);

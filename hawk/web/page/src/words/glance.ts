@@ -80,14 +80,21 @@ function active(view: View, heartbeat: Heartbeat): StateWords {
   const title = heartbeat.State === "Arm" && heartbeat.Armed === true ? "Armed" : stateTitle(heartbeat.State);
   const seen = seenPercent(heartbeat);
   if (heartbeat.State !== "Autonomous Explore" || seen === null) return same(tone, title, heartbeat.Detail);
-  const left = heartbeat.Remaining;
-  const toGo = left !== null && view.cruise !== null ? format.duration(left / view.cruise) : null;
+  const toGo = timeToGo(view, heartbeat);
   return {
     tone,
     title,
     detail: `${seen} % seen of the lot found so far${toGo ? `, about ${toGo} to go` : ""}`,
     short: `${seen} % seen so far${toGo ? `, ${toGo} to go` : ""}`,
   };
+}
+
+/** How long the rest takes; null while there is no way to fly yet, as before the first plan, or its speed is not known. */
+function timeToGo(view: View, heartbeat: Heartbeat): string | null {
+  const left = heartbeat.Remaining;
+  if (left === null || view.cruise === null) return null;
+  const seconds = left / view.cruise;
+  return seconds < 1 ? null : format.duration(seconds);
 }
 
 /** Trouble turns any mark into the triangle. */
