@@ -1,7 +1,7 @@
 """The real web server over a made-up drone, for looking at the page: ``python hawk/web/page/dev/fake_drone.py SCENE``.
 
-Scenes: ground, failed, ready, explore, still, watch, manual, lost, landed. The drone answers commands roughly as a real one
-would; it is for the eye only, nothing is measured with it.
+Scenes: ground, failed, ready, explore, still, watch, manual, lost, landed. The drone answers commands roughly as a real
+one would; it is for the eye and for tests of the page's layout, nothing else is measured with it.
 """
 
 from __future__ import annotations
@@ -248,7 +248,7 @@ class FakeDrone:
         return self.answer(client, command)
 
     def answer(self, client: str, command: Command) -> Outgoing:
-        """Take or refuse a command, or tell the straight way there."""
+        """Take or refuse a command; a route is a straight line."""
         if isinstance(command, RouteRequest):
             there = Point(north=command.x, east=command.y)
             metres = math.dist((self.north, self.east), (command.x, command.y))

@@ -5,7 +5,7 @@ type Storage = Pick<globalThis.Storage, "getItem" | "setItem">;
 const KEY = "hawk-plots";
 /** Older ones are not drawn on, seconds. */
 const OLDEST_S = 1800;
-/** Two daemons are told apart by when their clocks began, seconds; the way of a message takes less. */
+/** The starts of two daemons' clocks are farther apart, seconds; a message takes less to arrive. */
 const SAME_START_S = 3;
 /** Written so often at most, seconds: what a browser that dies may lose. */
 const EVERY_S = 10;

@@ -89,7 +89,7 @@ function active(view: View, heartbeat: Heartbeat): StateWords {
   };
 }
 
-/** How long the rest takes; null while there is no way to fly yet, as before the first plan, or its speed is not known. */
+/** How long the rest takes; null while no route is planned or the drone's speed is not known. */
 function timeToGo(view: View, heartbeat: Heartbeat): string | null {
   const left = heartbeat.Remaining;
   if (left === null || view.cruise === null) return null;

@@ -1,7 +1,7 @@
 import type { Stall } from "../state/map-store.ts";
 import * as format from "./format.ts";
 
-/** From so many pictures on, more of them make a stall no surer. */
+/** Seen in this number of pictures or more, a stall is known well. */
 const OFTEN = 10;
 
 /** What is known of one stall: how sure, when it was seen, and that it was seen seldom. */
@@ -14,7 +14,7 @@ export function stallDetail(stall: Stall, lastSeenAt: number | null): string {
   return [sure, seen === "" ? "" : `${seen}.`].filter((part) => part !== "").join(" ");
 }
 
-/** How often tells something only of a stall that was seen seldom. */
+/** The number of pictures, for a stall that was seen seldom. */
 function seenWords(pictures: number | null): string {
   if (pictures === null || pictures >= OFTEN) return "";
   if (pictures === 0) return "Not seen itself, found from its row";
