@@ -85,12 +85,13 @@ async def test_safety_actions_and_map_in_every_size(browser: Browser, fake: Any,
     await everything_is_in_reach(page, "exploring", SAFETY | HOME, screenshots)
     await press(page, "Hold", 5)
     await state_is(page, "Holding")
-    await everything_is_in_reach(page, "hover", SAFETY | HOME, screenshots)
+    before = await everything_is_in_reach(page, "hover", SAFETY | HOME, screenshots)
     await page.set_viewport_size({"width": 1440, "height": 900})
     await press(page, "Move", 5)
     await page.locator(".ol").click(position={"x": 500, "y": 300})
     await expect(page.locator("hawk-slide button")).to_be_enabled()
-    await everything_is_in_reach(page, "move", SAFETY | {"slide": "hawk-slide button"}, screenshots)
+    asked = await everything_is_in_reach(page, "move", SAFETY | {"slide": "hawk-slide button"}, screenshots)
+    assert asked == before, "a question moves Hold or Land"
     await page.keyboard.press("Escape")
     await expect(page.locator("hawk-confirm")).to_have_count(0)
     drone.kill()
@@ -98,19 +99,22 @@ async def test_safety_actions_and_map_in_every_size(browser: Browser, fake: Any,
     await everything_is_in_reach(page, "lost", SAFETY | HOME, screenshots)
 
 
-async def everything_is_in_reach(page: Page, state: str, selectors: dict[str, str], screenshots: Path) -> None:
-    found = {}
+async def everything_is_in_reach(page: Page, state: str, selectors: dict[str, str], screenshots: Path) -> list[Any]:
+    """Look at every size; return where Hold and Land are in each."""
+    found, places = {}, []
     for width, height in SIZES:
         await page.set_viewport_size({"width": width, "height": height})
         await page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
         await page.screenshot(path=screenshots / f"{state}-{width}x{height}.png")
         measured = await page.evaluate(MEASURE, selectors)
         problems = measured["problems"]
+        places.append([await page.locator(SAFETY[each]).bounding_box() for each in ("hold", "land")])
         if measured["map"] < LEAST_MAP:
             problems.append(f"the map has {measured['map']:.2f} of the shorter side")
         if problems:
             found[f"{state} {width}x{height}"] = sorted(set(problems))
     assert found == {}
+    return places
 
 
 async def test_a_short_press_on_a_busy_page_does_not_cut_the_motors(browser: Browser, fake: Any) -> None:
