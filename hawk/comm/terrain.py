@@ -153,7 +153,7 @@ class TerrainWatch:
         if self._odd_since is not None and now - self._odd_since >= DOUBT_S:
             last = self._samples[-1]
             distance = last.height - last.top
-            return f"it measures {distance:.0f} m at {last.height:.0f} m above the arm place"
+            return f"it measures {distance:.0f} m at {last.height:z.0f} m above the arm place"
         return ""
 
 

@@ -47,7 +47,7 @@ class Motion:
     def against_ground(self) -> str:
         """Words that speak against a drone that stands; empty when nothing does."""
         if self.height is not None and self.height > AIR_HEIGHT_M:
-            return f"its height is {self.height:.0f} m"
+            return f"its height is {self.height:z.0f} m"
         if self.climb is not None and abs(self.climb) > CLIMB_M_S:
             return f"it {'climbs' if self.climb > 0 else 'sinks'} at {abs(self.climb):.1f} m/s"
         return ""

@@ -59,11 +59,11 @@ class FlightLog:
         self._heard = {text: time for text, time in self._heard.items() if now - time < REPEAT_S}
         self._heard[message.text] = now
         if message.severity <= 3:
-            self.add("error", "The autopilot reports a fault.", message.text)
+            self.add("error", f"The autopilot reports a fault: {message.text}")
         elif message.severity == 4:
-            self.add("warning", "The autopilot warns.", message.text)
+            self.add("warning", f"The autopilot warns: {message.text}")
         else:
-            self.add("info", "Message of the autopilot.", message.text)
+            self.add("info", f"The autopilot: {message.text}")
 
     def autopilot_reason(self) -> str:
         """Return what the autopilot warned of a moment ago, empty when it said nothing."""

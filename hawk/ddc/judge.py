@@ -350,7 +350,7 @@ def _takeoff(case: Case) -> Refusal | None:
 def _explore(case: Case) -> Refusal | None:
     refused = _autonomous_move(case)
     if refused is None and not case.facts.sight.lot:
-        return Refusal("No lot in sight: move over the lot, or climb.", UserError.NO_LOT_DETECTED)
+        return Refusal("No lot in sight: move over the lot first.", UserError.NO_LOT_DETECTED)
     return refused
 
 

@@ -14,7 +14,7 @@ def direction(north: float, east: float) -> str:
 
 def metres(value: float) -> str:
     """Return a length in whole metres."""
-    return f"{value:.0f} m"
+    return f"{value:z.0f} m"
 
 
 def seconds(value: float) -> str:

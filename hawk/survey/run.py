@@ -218,7 +218,7 @@ class SurveyProgress:
         """Show one heartbeat."""
         if self._task is None:
             return
-        height = "–" if beat.relative_altitude is None else f"{beat.relative_altitude:.0f} m"
+        height = "–" if beat.relative_altitude is None else f"{beat.relative_altitude:z.0f} m"
         battery = "–" if beat.battery_percentage is None else f"{beat.battery_percentage:.0f} %"
         seen = "" if beat.explored is None else f"{100 * beat.explored:.0f} % seen so far · "
         self._bar.update(

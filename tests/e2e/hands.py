@@ -52,6 +52,14 @@ async def slide(page: Page, target: Locator) -> None:
     await page.mouse.up()
 
 
+async def confirm(page: Page, name: str, timeout_s: float) -> None:
+    """Click a button that asks first, and slide."""
+    await press(page, name, timeout_s)
+    track = page.locator("hawk-slide button")
+    await expect(track).to_be_enabled()
+    await slide(page, track)
+
+
 async def is_within(target: Locator, size: dict[str, int]) -> bool:
     """Return True when all of it is in sight and large enough for a finger."""
     box = await target.bounding_box()

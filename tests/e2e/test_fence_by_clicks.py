@@ -13,7 +13,7 @@ from playwright.async_api import Browser, Locator, Page, expect
 
 from hawk.comm.status import FenceSetup
 from hawk.survey.stack import SimulatedStack
-from tests.e2e.hands import button, is_within, press, shows, slide, state_is
+from tests.e2e.hands import button, confirm, is_within, press, shows, slide, state_is
 from tests.e2e.watching import watch
 from tests.integration.daemon_support import LOW_HEIGHTS, kill_daemon, operator, over_a_picture
 
@@ -226,8 +226,8 @@ async def a_file_goes_out_and_comes_in(page: Page, folder: Path) -> None:
 
 async def take_off(page: Page) -> None:
     await press(page, "Set failsafes", 60)
-    await press(page, "Arm", 60)
-    await press(page, "Take off", 30)
+    await confirm(page, "Arm", 60)
+    await confirm(page, "Take off", 30)
     await state_is(page, "Holding", 60)
 
 

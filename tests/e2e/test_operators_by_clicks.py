@@ -13,7 +13,7 @@ from playwright.async_api import Browser, Page, expect
 from hawk.comm.messages import Arm
 from hawk.simulation import SimulationOptions
 from hawk.survey.stack import SimulatedStack
-from tests.e2e.hands import button, is_within, keep_pressed, press, shows, slide, state_is, visible
+from tests.e2e.hands import button, confirm, is_within, keep_pressed, press, shows, slide, state_is, visible
 from tests.e2e.watching import watch
 from tests.integration.daemon_support import eventually, kill_daemon, operator, write_settings
 
@@ -97,15 +97,15 @@ async def test_two_people_and_a_drone(scene: Scene, screenshots: Path) -> None:
 async def take_off(page: Page) -> None:
     await press(page, "Take control", 10)
     await press(page, "Set failsafes", 30)
-    await press(page, "Arm", 40)
-    await press(page, "Take off", 20)
+    await confirm(page, "Arm", 40)
+    await confirm(page, "Take off", 20)
 
 
 async def explore(page: Page) -> None:
     """Explore until a few stalls are known; press again when a machine too busy to see ended it."""
-    button_of_it, known = button(page, "Explore"), page.locator("hawk-counts").get_by_text(SOME_STALLS)
+    known = page.locator("hawk-counts").get_by_text(SOME_STALLS)
     for _ in range(EXPLORE_ATTEMPTS):
-        await button_of_it.click(timeout=60_000)
+        await confirm(page, "Explore", 60)
         await state_is(page, "Exploring")
         ended = page.locator("button[data-action=explore][aria-pressed=false]")
         await expect(known.or_(ended).first).to_be_visible(timeout=90_000)

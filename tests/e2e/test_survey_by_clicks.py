@@ -8,7 +8,7 @@ import pytest
 from playwright.async_api import Browser, expect
 
 from hawk.survey.stack import SimulatedStack
-from tests.e2e.hands import press, visible
+from tests.e2e.hands import confirm, press, visible
 from tests.e2e.watching import watch
 
 pytestmark = pytest.mark.e2e
@@ -24,10 +24,10 @@ async def test_a_whole_survey_is_flown_with_clicks_only(
     await expect(visible(page, "SIMULATION")).to_be_visible(timeout=10_000)
     await press(page, "Take control", 10)
     await press(page, "Set failsafes", 30)
-    await press(page, "Arm", 40)
-    await press(page, "Take off", 20)
+    await confirm(page, "Arm", 40)
+    await confirm(page, "Take off", 20)
     await page.screenshot(path=screenshots / "1-taking-off.png")
-    await press(page, "Explore", 60)
+    await confirm(page, "Explore", 60)
     await expect(visible(page, "Exploring")).to_be_visible(timeout=10_000)
     await page.screenshot(path=screenshots / "2-exploring.png")
     again = page.get_by_role("button", name=re.compile("^Explore")).first

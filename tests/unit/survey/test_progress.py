@@ -25,5 +25,13 @@ async def test_the_share_is_told_as_that_of_what_was_found_so_far() -> None:
     assert "battery" in text
 
 
+async def test_a_height_just_below_zero_has_no_sign() -> None:
+    screen = io.StringIO()
+    with SurveyProgress(quiet=False, console=Console(file=screen, width=160)) as progress:
+        progress.show("On the ground", await FakeDrone(height=-0.3).next_heartbeat(1.0))
+    assert " 0 m" in screen.getvalue()
+    assert "-0 m" not in screen.getvalue()
+
+
 async def test_quiet_is_quiet() -> None:
     assert await shown(quiet=True) == ""

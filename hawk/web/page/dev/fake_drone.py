@@ -1,7 +1,7 @@
 """The real web server over a made-up drone, for looking at the page: ``python hawk/web/page/dev/fake_drone.py SCENE``.
 
-Scenes: ground, failed, ready, explore, watch, manual, lost, landed. The drone answers commands roughly as a real one
-would; it is for the eye only, nothing is measured with it.
+Scenes: ground, failed, ready, explore, still, watch, manual, lost, landed. The drone answers commands roughly as a real
+one would; it is for the eye and for tests of the page's layout, nothing else is measured with it.
 """
 
 from __future__ import annotations
@@ -31,6 +31,8 @@ from hawk.comm.messages import (
     KillRequest,
     KillToken,
     Outgoing,
+    RouteAnswer,
+    RouteRequest,
 )
 from hawk.comm.performance import LagSummary
 from hawk.comm.status import (
@@ -245,8 +247,12 @@ class FakeDrone:
             return Ack(id=command.id, accepted=True)
         return self.answer(client, command)
 
-    def answer(self, client: str, command: Command) -> Ack:
-        """Take or refuse a command."""
+    def answer(self, client: str, command: Command) -> Outgoing:
+        """Take or refuse a command; a route is a straight line."""
+        if isinstance(command, RouteRequest):
+            there = Point(north=command.x, east=command.y)
+            metres = math.dist((self.north, self.east), (command.x, command.y))
+            return RouteAnswer(id=command.id, points=[there], length=metres, refused=None)
         kind, desk = command.type, self.side.desk
         homing = self.state in (StateName.RETURN_TO_LAUNCH, StateName.LAND)
         reason = authority_refusal(kind, has_control=desk.has_control(client), control=desk.tenure(), homing=homing)

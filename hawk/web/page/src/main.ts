@@ -16,6 +16,7 @@ const operator: Operator = new Operator({
   wallClock: () => Date.now(),
   storage: localStorage,
   say: (text) => voice.say(text),
+  session: sessionStorage,
 });
 
 for (const app of document.querySelectorAll("hawk-app")) {

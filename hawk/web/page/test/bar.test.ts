@@ -4,6 +4,8 @@ import { describe, it } from "node:test";
 import type { Heartbeat } from "../src/protocol.ts";
 import { CELL } from "../src/state/tile-data.ts";
 import { ActionBar } from "../src/ui/action-bar.ts";
+import { leaveByEscape } from "../src/ui/escape.ts";
+import { MoreActions } from "../src/ui/more-actions.ts";
 import { impossible, possible } from "./make.ts";
 import { flying, type Rig, type Sent } from "./rig.ts";
 import { Frames, Stage, words } from "./stage.ts";
@@ -49,9 +51,47 @@ describe("the bar", () => {
 
   it("sends what is pressed, once", async () => {
     const { rig, stage } = await bar({ Options: IN_AIR });
-    await stage.press("Explore");
+    await stage.press("Return home");
     await stage.press("Hold");
-    assert.deepEqual(rig.sent().map((each) => each.Type), ["Autonomous Explore", "Hold"]);
+    assert.deepEqual(rig.sent().map((each) => each.Type), ["Return To Launch", "Hold"]);
+  });
+
+  it("asks before the motors start or it flies by itself: a click sends nothing, the slide does", async () => {
+    for (const [name, changes, question, type] of [
+      ["Arm", { ...ON_GROUND, Options: possible("Arm") }, "Start the motors?", "Arm"],
+      ["Take off", { ...ON_GROUND, State: "Arm", Armed: true, Options: possible("Takeoff") }, "Take off to 35 m?", "Takeoff"],
+      ["Explore", { Options: IN_AIR }, "Explore the whole lot?", "Autonomous Explore"],
+    ] as [string, Partial<Heartbeat>, string, string][]) {
+      const { rig, stage } = await bar(changes);
+      stage.button(name).focus();
+      await stage.press(name);
+      assert.deepEqual(rig.sent(), [], name);
+      assert.ok(stage.text.includes(question), stage.text);
+      assert.equal(document.activeElement, stage.find("button.slide"), "by keyboard the slide is next");
+      stage.find("hawk-slide").dispatchEvent(new Event("confirmed"));
+      await stage.drawn();
+      assert.deepEqual(rig.sent().map(({ Type, Confirmed }) => [Type, Confirmed]), [[type, undefined]]);
+      assert.equal(stage.has("hawk-confirm"), false);
+    }
+  });
+
+  it("asks the same from the list of a low page", async () => {
+    const rig = flying({ Options: IN_AIR });
+    const stage = new Stage(new MoreActions(), rig.operator);
+    await stage.drawn();
+    await stage.press("Explore");
+    assert.deepEqual([rig.sent(), rig.operator.question], [[], { about: "Autonomous Explore" }]);
+  });
+
+  it("keeps the slide shut once the drone would refuse it, and says why", async () => {
+    const { rig, stage } = await bar({ ...ON_GROUND, Options: possible("Arm") });
+    await stage.press("Arm");
+    rig.hear({ ...ON_GROUND, Options: [impossible("Arm", "Battery: 9 %.")] });
+    await stage.drawn();
+    assert.match(stage.text, /Battery: 9 %\./);
+    assert.equal((stage.find("button.slide") as HTMLButtonElement).disabled, true);
+    stage.find("hawk-slide").dispatchEvent(new Event("confirmed"));
+    assert.deepEqual(rig.sent(), []);
   });
 
   it("opens and shuts with what the drone says", async () => {
@@ -189,6 +229,56 @@ describe("the confirm bar", () => {
     assert.deepEqual(orders(rig), []);
   });
 
+  it("opens for a place on the map only after Move; while it is open another place takes the first one's place", async () => {
+    const { rig, stage } = await bar({ Options: IN_AIR, Fence: SQUARE });
+    assert.equal(rig.operator.pointAt({ North: 0, East: 30 }, false), false);
+    await stage.drawn();
+    assert.equal(stage.has("hawk-confirm"), false, "a plain click opens nothing");
+    await stage.press("Move");
+    assert.equal(rig.operator.pointAt({ North: 0, East: 30 }, true), true);
+    assert.equal(rig.operator.pointAt({ North: 0, East: 20 }, true), false, "a stall is looked at");
+    assert.equal(rig.operator.pointAt({ North: 0, East: 10 }, false), true);
+    await stage.drawn();
+    assert.match(stage.text, /Move 10 m east/);
+    rig.operator.ask({ about: "Autonomous Explore" });
+    assert.equal(rig.operator.pointAt({ North: 0, East: 10 }, false), false, "another question stays");
+    assert.deepEqual(rig.operator.question, { about: "Autonomous Explore" });
+  });
+
+  it("ends a press of Enter when another place takes the first one's place", async () => {
+    const frames = new Frames();
+    const { rig, stage } = await asked();
+    stage.find("button.slide").dispatchEvent(new KeyboardEvent("keydown", { key: "Enter", bubbles: true }));
+    frames.advance(500);
+    rig.operator.pointAt({ North: 0, East: 10 }, false);
+    await stage.drawn();
+    frames.advance(2000);
+    assert.deepEqual(orders(rig), []);
+  });
+
+  it("is left by Escape wherever the focus is, as the cut and the pointing are; a dialog's own Escape leaves it open", async () => {
+    const { rig } = await asked();
+    let closed = 0;
+    const escape = (prevented = false): void => {
+      const event = new KeyboardEvent("keydown", { key: "Escape", cancelable: true });
+      if (prevented) event.preventDefault();
+      leaveByEscape(event, rig.operator, () => (closed += 1));
+    };
+    escape(true);
+    assert.equal(rig.operator.question?.about, "move");
+    void rig.operator.beginCut();
+    escape();
+    assert.deepEqual([rig.operator.cutting, rig.operator.question], [null, { about: "move", target: { North: 0, East: 30 } }], "the innermost first");
+    escape();
+    assert.equal(rig.operator.question, null);
+    rig.operator.pick(true);
+    escape();
+    assert.deepEqual([rig.operator.picking, closed], [false, 0]);
+    escape();
+    assert.equal(closed, 1);
+    assert.deepEqual(orders(rig).map((each) => each.Type), ["Kill Request"]);
+  });
+
   it("goes away when the state changes under it", async () => {
     const { rig, stage } = await asked();
     rig.hear({ State: "Return To Launch" });
@@ -216,7 +306,7 @@ describe("the confirm bar", () => {
     assert.deepEqual(orders(rig), []);
     key("keydown");
     frames.advance(500);
-    frames.advance(500);
+    frames.advance(600);
     assert.deepEqual(orders(rig).map((each) => each.Type), ["Autonomous Move"]);
   });
 });

@@ -246,7 +246,7 @@ describe("the name", () => {
 function opened(changes: { say?: (text: string) => void; storage?: FakeStorage }): { operator: Operator; server: FakeServer; timers: FakeTimers } {
   const timers = new FakeTimers();
   const server = new FakeServer();
-  const outside = { commandUrl: "ws://drone/ws", open: server.open, timers, wallClock: () => 1_000_000, storage: new FakeStorage() };
+  const outside = { commandUrl: "ws://drone/ws", open: server.open, timers, wallClock: () => 1_000_000, storage: new FakeStorage(), session: new FakeStorage() };
   const operator = new Operator({ ...outside, ...changes });
   operator.connect();
   server.last.accept();

@@ -286,7 +286,7 @@ describe("the operator and the fence", () => {
   function grounded(): { operator: Operator; server: FakeServer } {
     const timers = new FakeTimers();
     const server = new FakeServer();
-    const outside = { commandUrl: "ws://drone/ws", open: server.open, timers, wallClock: () => 1_000_000, storage: new FakeStorage() };
+    const outside = { commandUrl: "ws://drone/ws", open: server.open, timers, wallClock: () => 1_000_000, storage: new FakeStorage(), session: new FakeStorage() };
     const operator = new Operator(outside);
     operator.connect();
     server.last.accept();

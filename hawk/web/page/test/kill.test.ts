@@ -80,7 +80,7 @@ describe("cutting the motors", () => {
     press(stage, "pointerdown");
     frames.advance(600);
     assert.deepEqual(kills(rig), []);
-    frames.advance(400);
+    frames.advance(500);
     await stage.drawn();
     assert.deepEqual(kills(rig), ["secret"]);
     assert.equal(stage.text, "");
@@ -101,14 +101,88 @@ describe("cutting the motors", () => {
     });
   }
 
-  it("counts a press that was long enough on a page too busy to draw", async () => {
-    for (const [milliseconds, done] of [[900, []], [1100, ["secret"]]] as const) {
+  it("counts a press of a second when the release comes before the next look at it", async () => {
+    for (const [milliseconds, done] of [[900, []], [1000, ["secret"]]] as const) {
       const { rig, stage, frames } = await ready();
       press(stage, "pointerdown");
-      frames.stall(milliseconds);
+      frames.advance(800);
+      frames.stall(milliseconds - 800);
       press(stage, "pointerup");
       frames.advance(2000);
       assert.deepEqual(kills(rig), done);
+    }
+  });
+
+  it("counts on a screen that draws nothing, as long as the page follows", async () => {
+    const { rig, stage, frames } = await ready();
+    press(stage, "pointerdown");
+    frames.advance(1100, false);
+    assert.deepEqual(kills(rig), ["secret"]);
+  });
+
+  it("does not count what a busy page could not follow, and says so", async () => {
+    for (const released of [true, false]) {
+      const { rig, stage, frames } = await ready();
+      press(stage, "pointerdown");
+      frames.advance(200);
+      frames.stall(1500);
+      if (released) press(stage, "pointerup");
+      frames.advance(2000);
+      await stage.drawn();
+      assert.deepEqual(kills(rig), []);
+      assert.match(stage.text, /too busy to follow the press/);
+      press(stage, "pointerdown");
+      frames.advance(1100);
+      assert.deepEqual(kills(rig), ["secret"], "pressed again");
+    }
+  });
+
+  it("does not count a press that the page learns of too late", async () => {
+    const { rig, stage, frames } = await ready();
+    const down = new PointerEvent("pointerdown", { button: 0, bubbles: true });
+    frames.stall(1500);
+    stage.button(RED).dispatchEvent(down);
+    frames.advance(2000);
+    await stage.drawn();
+    assert.deepEqual(kills(rig), []);
+    assert.match(stage.text, /too busy to follow the press/);
+  });
+
+  it("takes the time of the release, not of its handling", async () => {
+    const { rig, stage, frames } = await ready();
+    press(stage, "pointerdown");
+    frames.advance(900);
+    const up = new PointerEvent("pointerup", { button: 0, bubbles: true });
+    frames.stall(200);
+    frames.run();
+    assert.deepEqual(kills(rig), [], "what was let go meanwhile is still to be reported");
+    stage.button(RED).dispatchEvent(up);
+    frames.advance(2000);
+    assert.deepEqual(kills(rig), []);
+  });
+
+  it("is not done by a key that was pressed for something else and repeats itself", async () => {
+    const { rig, stage, frames } = await ready();
+    for (let repeat = 0; repeat < 60; repeat += 1) {
+      stage.button(RED).dispatchEvent(new KeyboardEvent("keydown", { key: "Enter", bubbles: true, repeat: true }));
+      frames.advance(50);
+    }
+    assert.deepEqual(kills(rig), []);
+  });
+
+  it("is not done once the window lost the focus or is hidden: nobody would report the release", async () => {
+    for (const leave of [() => window.dispatchEvent(new Event("blur")), () => document.dispatchEvent(new Event("visibilitychange"))]) {
+      for (const down of [
+        () => new PointerEvent("pointerdown", { button: 0, bubbles: true }),
+        () => new KeyboardEvent("keydown", { key: "Enter", bubbles: true }),
+      ]) {
+        const { rig, stage, frames } = await ready();
+        stage.button(RED).dispatchEvent(down());
+        frames.advance(500);
+        leave();
+        frames.advance(2000);
+        assert.deepEqual(kills(rig), []);
+      }
     }
   });
 
@@ -129,7 +203,7 @@ describe("cutting the motors", () => {
     frames.advance(1500);
     assert.deepEqual(kills(rig), []);
     stage.button(RED).dispatchEvent(new KeyboardEvent("keydown", { key: " ", bubbles: true }));
-    frames.advance(1000);
+    frames.advance(1100);
     assert.deepEqual(kills(rig), ["secret"]);
   });
 

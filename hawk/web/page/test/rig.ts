@@ -23,7 +23,7 @@ export interface Rig {
   hear: (changes: Partial<Heartbeat>) => void;
 }
 
-export function flying(changes: Partial<Heartbeat> = {}): Rig {
+export function flying(changes: Partial<Heartbeat> = {}, session = new FakeStorage()): Rig {
   const timers = new FakeTimers();
   const server = new FakeServer();
   const operator = new Operator({
@@ -32,6 +32,7 @@ export function flying(changes: Partial<Heartbeat> = {}): Rig {
     timers,
     wallClock: () => 1_000_000 + timers.now(),
     storage: new FakeStorage(),
+    session,
   });
   operator.connect();
   server.last.accept();

@@ -64,10 +64,11 @@ export function words(element: Element): string {
   return element.textContent.replace(/\s+/g, " ").trim();
 }
 
-/** Time as the screen draws it, moved by hand: stands in for animation frames and the clock that they are measured by. */
+/** Time as the screen draws it, moved by hand: stands in for frames, repeated timers and the clock that they are measured by. */
 export class Frames {
   private time = 0;
   private waiting = new Map<number, (at: number) => void>();
+  private repeated = new Map<number, () => void>();
   private count = 0;
 
   constructor() {
@@ -77,18 +78,34 @@ export class Frames {
       return this.count;
     };
     globalThis.cancelAnimationFrame = (id) => void this.waiting.delete(id);
+    globalThis.setInterval = ((run: () => void) => {
+      this.count += 1;
+      this.repeated.set(this.count, run);
+      return this.count;
+    }) as unknown as typeof setInterval;
+    globalThis.clearInterval = ((id: number) => void this.repeated.delete(id)) as typeof clearInterval;
     performance.now = () => this.time;
   }
 
-  /** Lets time pass in which the page is too busy to draw. */
+  /** Lets time pass in which the page is too busy to do anything. */
   stall(milliseconds: number): void {
     this.time += milliseconds;
   }
 
-  advance(milliseconds: number): void {
-    this.stall(milliseconds);
-    const due = [...this.waiting.values()];
-    this.waiting.clear();
+  /** Lets time pass in which the page draws and its timers run; `drawing` false: its timers alone. */
+  advance(milliseconds: number, drawing = true): void {
+    const end = this.time + milliseconds;
+    do {
+      this.time = Math.min(end, this.time + 50);
+      this.run(drawing);
+    } while (this.time < end);
+  }
+
+  /** Runs what is due at this moment. */
+  run(drawing = true): void {
+    const due = drawing ? [...this.waiting.values()] : [];
+    if (drawing) this.waiting.clear();
     for (const run of due) run(this.time);
+    for (const run of this.repeated.values()) run();
   }
 }

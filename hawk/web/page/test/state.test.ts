@@ -2,12 +2,14 @@ import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 import { deflateSync } from "node:zlib";
 import { DaemonClock } from "../src/state/daemon-clock.ts";
-import { Flight, isFlying } from "../src/state/flight.ts";
+import { Flight, isFlying, type Sample } from "../src/state/flight.ts";
 import { MapStore } from "../src/state/map-store.ts";
+import { type Moment, PlotHistory } from "../src/state/plot-history.ts";
 import { readPreferences, writePreferences } from "../src/state/preferences.ts";
 import { cellAt, inflateTile } from "../src/state/tile-data.ts";
 import { FakeStorage } from "./fakes.ts";
 import { heartbeat, mapUpdate, stall, welcome } from "./make.ts";
+import { flying } from "./rig.ts";
 
 describe("the map", () => {
   it("takes stalls, changes and removals", () => {
@@ -54,6 +56,61 @@ describe("the map", () => {
     assert.equal(map.apply(mapUpdate({ Stalls: [stall(2)] })).reset, true);
     assert.deepEqual([...map.stalls.keys()], [2]);
     assert.equal(map.apply(mapUpdate({ Stalls: [stall(3)] })).reset, false);
+  });
+});
+
+describe("the plots over a reload", () => {
+  const moment = (seconds: number, theirs: number, rate = 1): Moment => ({ at: seconds, theirs, wall: 5_000_000 + seconds * 1000, rate });
+  const sample = (at: number, theirs: number): Sample => ({ at, theirs, height: 20.04, battery: 80 });
+
+  it("go on at their own ages, with a gap in which nothing was heard", () => {
+    const storage = new FakeStorage();
+    new PlotHistory(storage).keep([sample(98, 298), sample(99, 299), sample(100, 300)], moment(100, 300));
+    const reloaded = { ...moment(0, 305), wall: 5_105_000, at: 2 };
+    const read = new PlotHistory(storage).read(reloaded);
+    assert.deepEqual(read.map((each) => Math.round(each.at)), [-5, -4, -3, -3]);
+    assert.deepEqual(read.map((each) => each.height), [20, 20, 20, null], "the last one breaks the curve");
+  });
+
+  it("are those of the daemon's own clock, whose seconds may be shorter", () => {
+    const storage = new FakeStorage();
+    new PlotHistory(storage).keep([sample(100, 400)], moment(100, 400, 4));
+    const read = new PlotHistory(storage).read({ at: 1, theirs: 440, wall: 5_110_000, rate: 4 });
+    assert.equal(read[0]?.at, -9);
+  });
+
+  it("are not those of a daemon that began anew, nor of long ago, nor what cannot be read", () => {
+    const storage = new FakeStorage();
+    new PlotHistory(storage).keep([sample(100, 300)], moment(100, 300));
+    assert.deepEqual(new PlotHistory(storage).read({ at: 0, theirs: 5, wall: 5_105_000, rate: 1 }), [], "another start");
+    assert.deepEqual(new PlotHistory(storage).read({ at: 0, theirs: 3300, wall: 8_100_000, rate: 1 }), [], "50 minutes ago");
+    for (const text of ["{", "null", "3", '{"start": 1}', '{"start": 4800, "samples": [["x", 1, 2], 7, [1, 2]]}']) {
+      storage.setItem("hawk-plots", text);
+      assert.deepEqual(new PlotHistory(storage).read(moment(101, 301)), [], text);
+    }
+  });
+
+  it("are kept every ten seconds, and not where nothing can be kept", () => {
+    const storage = new FakeStorage();
+    const history = new PlotHistory(storage);
+    history.keep([sample(100, 300)], moment(100, 300));
+    history.keep([sample(100, 300), sample(105, 305)], moment(105, 305));
+    assert.equal(new PlotHistory(storage).read(moment(105, 305)).length, 2);
+    history.keep([sample(100, 300), sample(110, 310)], moment(110, 310));
+    assert.equal(new PlotHistory(storage).read(moment(110, 310)).length, 3);
+    const full = { getItem: () => null, setItem: () => assert.fail("full") };
+    new PlotHistory(full).keep([sample(1, 1)], moment(1, 1));
+  });
+
+  it("reach the page that was loaded again", () => {
+    const session = new FakeStorage();
+    const before = flying({}, session);
+    before.timers.advance(10_000);
+    before.hear({ Time: 110, "Relative Altitude": 12 });
+    const after = flying({ Time: 100 }, session);
+    assert.ok(after.operator.flight.samples.length >= 2);
+    const another = flying({ Time: 3 }, session);
+    assert.equal(another.operator.flight.samples.length, 1);
   });
 });
 

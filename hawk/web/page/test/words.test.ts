@@ -67,6 +67,14 @@ describe("the state in words", () => {
     assert.equal(stateWords(view({ heartbeat: exploring, cruise: 4 })).short, "47 % seen so far, 2 min to go");
   });
 
+  it("tells no time to go before there is a way to fly", () => {
+    for (const Remaining of [0, 2, null]) {
+      const beginning = heartbeat({ State: "Autonomous Explore", Explored: 0.79, Remaining });
+      assert.equal(stateWords(view({ heartbeat: beginning, cruise: 4 })).detail, "79 % seen of the lot found so far");
+      assert.equal(stateWords(view({ heartbeat: beginning, cruise: 4 })).short, "79 % seen so far");
+    }
+  });
+
   it("asks for attention for failed checks, trouble, the pilot and a silent autopilot", () => {
     const check = { Name: "GPS", Passed: false, Value: "", Consequence: "", Remedy: "", "Remedy Command": null };
     const failed = stateWords(view({ heartbeat: heartbeat({ State: "Idle", Armed: false, Checks: [check] }) }));
@@ -159,8 +167,10 @@ describe("other words", () => {
   it("say how sure a stall is", () => {
     const stall = { id: 1, north: 0, east: 0, angle: 0, width: 2, length: 5, state: "unknown" as const, taken: 0.38, seen: 4, lastSeen: 1 };
     const at = new Date(2026, 0, 1, 14, 33, 25).getTime();
-    assert.equal(stallDetail(stall, at), "Probably free (62 %). Seen 4 times, last at 14:33:25.");
-    assert.equal(stallDetail({ ...stall, state: "free", seen: 1 }, null), "Seen 1 time.");
+    assert.equal(stallDetail(stall, at), "Probably free (62 %). Seen in 4 pictures only, last at 14:33:25.");
+    assert.equal(stallDetail({ ...stall, state: "free", seen: 1 }, null), "Seen in 1 picture only.");
+    assert.equal(stallDetail({ ...stall, state: "free", seen: 525 }, at), "Last seen at 14:33:25.");
+    assert.equal(stallDetail({ ...stall, state: "free", seen: 525 }, null), "");
     assert.match(stallDetail({ ...stall, taken: 0.5, seen: 0 }, at), /As likely free as taken\. Not seen itself/);
   });
 

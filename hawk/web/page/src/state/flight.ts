@@ -10,9 +10,10 @@ export interface LogLine {
   details: string;
 }
 
-/** One point of the plots: seconds of this page, height in metres, battery in per cent. */
+/** One point of the plots: seconds of this page and of the daemon, height in metres, battery in per cent. */
 export interface Sample {
   at: number;
+  theirs: number;
   height: number | null;
   battery: number | null;
 }
@@ -109,7 +110,7 @@ export class Flight {
   private sample(heartbeat: Heartbeat, at: number): void {
     const last = this.samples.at(-1);
     if (last && at - last.at < 1) return;
-    const next = { at, height: heartbeat["Relative Altitude"], battery: heartbeat["Battery Percentage"] };
+    const next = { at, theirs: heartbeat.Time, height: heartbeat["Relative Altitude"], battery: heartbeat["Battery Percentage"] };
     this.samples = [...this.samples, next].slice(-SAMPLES);
   }
 }

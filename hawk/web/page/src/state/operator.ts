@@ -10,6 +10,7 @@ import { FenceEditing } from "./fence-edit.ts";
 import { Flight } from "./flight.ts";
 import { type MapChange, MapStore } from "./map-store.ts";
 import { Picture } from "./picture.ts";
+import { type Moment, PlotHistory } from "./plot-history.ts";
 import { type Preferences, readPreferences, writePreferences } from "./preferences.ts";
 import { RoutePlan } from "./route-plan.ts";
 
@@ -22,12 +23,14 @@ export interface Outside {
   storage: Pick<Storage, "getItem" | "setItem">;
   /** Speaks; absent where nobody listens. */
   say?: (text: string) => void;
+  /** Lasts as long as the browser's tab. */
+  session: Pick<Storage, "getItem" | "setItem">;
 }
 
 /** What the operator is asked to confirm in the bar. */
 export type Question =
   | { about: "move"; target: Point; kind?: MoveKind }
-  | { about: "Return To Launch" | "Land" | "Resume" };
+  | { about: "Arm" | "Takeoff" | "Autonomous Explore" | "Return To Launch" | "Land" | "Resume" };
 
 /** Cutting the motors: first a token is asked for, then it can be done. */
 export interface Cutting {
@@ -69,12 +72,15 @@ export class Operator extends EventTarget {
   /** Who took control while this operator was lost. */
   private taker: string | null = null;
 
+  private readonly history: PlotHistory;
+
   private readonly outside: Outside;
 
   constructor(outside: Outside) {
     super();
     this.outside = outside;
     this.preferences = readPreferences(outside.storage);
+    this.history = new PlotHistory(outside.session);
     this.socket = new ReconnectingSocket(outside.commandUrl, outside.open, outside.timers, {
       message: (data) => this.take(data),
       status: (status) => this.linkChanged(status),
@@ -180,6 +186,22 @@ export class Operator extends EventTarget {
     this.changed();
   }
 
+  /** A click on the map: a place to move to while one is asked for, or another one for the open question. Returns whether it was taken. */
+  pointAt(target: Point, isStall: boolean): boolean {
+    const taken = this.picking || (this.question?.about === "move" && !isStall);
+    if (taken) this.ask({ about: "move", target });
+    return taken;
+  }
+
+  /** Leaves the innermost thing that is asked. Returns whether there was one. */
+  leave(): boolean {
+    if (this.cutting) this.endCut();
+    else if (this.question) this.ask(null);
+    else if (this.picking) this.pick(false);
+    else return false;
+    return true;
+  }
+
   /** First step of cutting the motors: asks for the token. */
   async beginCut(): Promise<void> {
     const begun: Cutting = { step: "asking", token: null, problem: "" };
@@ -271,8 +293,11 @@ export class Operator extends EventTarget {
     const before = this.flight.heartbeat?.State;
     this.tellTaken(heartbeat["Control Taken By"]);
     this.daemonClock.add(at, heartbeat.Time);
+    const now: Moment = { at, theirs: heartbeat.Time, wall: this.outside.wallClock(), rate: this.daemonClock.rate };
+    if (this.flight.heartbeat === null) this.flight.samples = this.history.read(now);
     this.flight.hear(heartbeat, at);
     this.controlling.hear(heartbeat);
+    this.history.keep(this.flight.samples, now);
     if (before !== undefined && before !== heartbeat.State) this.question = null;
     if (this.cutting && heartbeat.Armed === false) this.endCut();
     this.fence.hear(heartbeat);

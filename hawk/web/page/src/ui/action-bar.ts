@@ -2,8 +2,9 @@ import { html, nothing, type TemplateResult } from "lit";
 import { customElement, property } from "lit/decorators.js";
 import type { Point } from "../protocol.ts";
 import { isFlying } from "../state/flight.ts";
-import { type Action, COMMANDS, control, guidedActions, safetyActions, watchingWords } from "../words/actions.ts";
+import { type Action, control, guidedActions, safetyActions, watchingWords } from "../words/actions.ts";
 import { linkOf, type View } from "../words/view.ts";
+import { begin } from "./begin.ts";
 import { cssVars } from "./css-vars.ts";
 import { Part } from "./element.ts";
 import { isTouch } from "./touch.ts";
@@ -58,7 +59,7 @@ export class ActionBar extends Part {
       ?disabled=${words.kind === "impossible" || words.kind === "failed" || (words.kind === "running" && action.name !== "move")}
       aria-pressed=${words.kind === "running" ? "true" : "false"}
       ${cssVars({ "--progress": `${Math.round((words.progress ?? 0) * 100)}%` })}
-      @click=${() => this.run(action)}
+      @click=${() => begin(this.model, action)}
     >
       <b>${words.label}</b><span class="sub">${words.note}</span>
     </button>`;
@@ -86,7 +87,7 @@ export class ActionBar extends Part {
       aria-label=${action.label}
       aria-description=${note}
       ?disabled=${disabled}
-      @click=${() => this.run(action)}
+      @click=${() => begin(this.model, action)}
     >
       ${action.label}<span class="sub">${note}</span>
     </button>`;
@@ -94,17 +95,6 @@ export class ActionBar extends Part {
 
   private landAllowed(view: View): string {
     return linkOf(view) === "live" && control(view) === "other" && isFlying(view.heartbeat) ? "Someone else has control" : "";
-  }
-
-  private run(action: Action): void {
-    if (action.name === "move") {
-      this.model.pick(!this.model.picking);
-      return;
-    }
-    const manual = this.model.view().heartbeat?.State === "Manual";
-    const type = COMMANDS[action.name];
-    if (type === "Resume" || (manual && (type === "Land" || type === "Return To Launch"))) this.model.ask({ about: type });
-    else void this.model.command({ Type: type }, action.label);
   }
 
   private more(): void {

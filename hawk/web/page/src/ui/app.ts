@@ -4,6 +4,7 @@ import { isFlying } from "../state/flight.ts";
 import type { Operator } from "../state/operator.ts";
 import { stateWords } from "../words/glance.ts";
 import { stallCount } from "./counts-card.ts";
+import { leaveByEscape } from "./escape.ts";
 import { icon } from "./icons.ts";
 import type { MapPanel } from "./map-panel.ts";
 import type { TabName } from "./tabs.ts";
@@ -40,6 +41,16 @@ export class App extends LitElement {
     new Watch(this, () => this.model);
     this.addEventListener("open-panel", (event) => this.open((event as CustomEvent<string>).detail));
     this.dark.addEventListener("change", () => this.dress());
+  }
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    document.addEventListener("keydown", this.key);
+  }
+
+  override disconnectedCallback(): void {
+    document.removeEventListener("keydown", this.key);
+    super.disconnectedCallback();
   }
 
   protected override createRenderRoot(): HTMLElement {
@@ -92,6 +103,8 @@ export class App extends LitElement {
         : html`<hawk-more .model=${this.model} @click=${() => (this.panel = "none")}></hawk-more>`}
     </div>`;
   }
+
+  private readonly key = (event: KeyboardEvent): void => leaveByEscape(event, this.model, () => (this.panel = "none"));
 
   private open(what: string): void {
     if (what === "swap") this.swapped = !this.swapped;

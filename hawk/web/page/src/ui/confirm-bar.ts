@@ -1,19 +1,29 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement, property } from "lit/decorators.js";
+import { keyed } from "lit/directives/keyed.js";
 import type { Point } from "../protocol.ts";
 import type { Question } from "../state/operator.ts";
+import { cannot } from "../words/actions.ts";
+import { askedWords, OVERRULING, type Simple } from "../words/asked.ts";
 import { consequence, type MoveKind, type MovePlan, planMove } from "../words/move.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
+import type { Slide } from "./slide.ts";
 import "./slide.ts";
-
-const OVERRULES = "The remote control is overruled.";
 
 /** Asks before the drone moves: what would happen, what it means, and a slide. Takes the place of the guided actions. */
 @customElement("hawk-confirm")
 export class ConfirmBar extends Part {
   @property({ attribute: false }) question!: Question;
   @property({ attribute: false }) classAt: (place: Point) => number = () => 0;
+
+  /** The button that asked is gone: by keyboard the slide comes next. */
+  override firstUpdated(): void {
+    const focus = document.activeElement;
+    if (focus !== null && focus !== document.body) return;
+    const slide = this.querySelector<Slide>("hawk-slide");
+    void slide?.updateComplete.then(() => slide.querySelector("button")?.focus());
+  }
 
   override render(): TemplateResult {
     const question = this.question;
@@ -48,16 +58,16 @@ export class ConfirmBar extends Part {
     </div>`;
   }
 
-  private simple(about: "Return To Launch" | "Land" | "Resume"): TemplateResult {
-    const words = {
-      "Return To Launch": ["Return home and land there?", OVERRULES, "Slide to return"],
-      Land: ["Land straight down?", OVERRULES, "Slide to land"],
-      Resume: ["Resume, taking over from the remote control?", "It stops and stays where it is.", "Slide to resume"],
-    }[about];
-    return this.frame(words[0] ?? "", words[1] ?? "", nothing, words[2] ?? "", () => {
+  private simple(about: Simple): TemplateResult {
+    const view = this.model.view();
+    const { question, second, slide, label } = askedWords(view, about);
+    const overrules = OVERRULING.has(about);
+    const reason = overrules ? "" : cannot(view, about);
+    const run = (): void => {
       this.model.ask(null);
-      void this.model.command({ Type: about, Confirmed: true }, about === "Resume" ? "Resume" : about === "Land" ? "Land" : "Return home");
-    });
+      void this.model.command(overrules ? { Type: about, Confirmed: true } : { Type: about }, label);
+    };
+    return this.frame(question, reason === "" ? second : `${reason}.`, nothing, slide, reason === "" ? run : null);
   }
 
   private frame(
@@ -71,7 +81,7 @@ export class ConfirmBar extends Part {
       <button class="cancel" aria-label="Cancel" @click=${() => this.model.ask(null)}>${icon("close")}<span>Cancel</span></button>
       <div class="txt"><b>${question}</b><span class="sub">${second}</span></div>
       ${choice}
-      <hawk-slide .text=${slide} ?disabled=${run === null} @confirmed=${() => run?.()}></hawk-slide>
+      ${keyed(this.question, html`<hawk-slide .text=${slide} ?disabled=${run === null} @confirmed=${() => run?.()}></hawk-slide>`)}
     </div>`;
   }
 

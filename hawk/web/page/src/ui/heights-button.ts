@@ -20,7 +20,7 @@ export class HeightsButton extends Part {
     return html`<button aria-label="Change heights" aria-description=${reason} ?disabled=${reason !== ""} @click=${() => this.open()}>
         <span class="two">Change heights${reason === "" ? nothing : html`<span class="sub">${reason}</span>`}</span>
       </button>
-      <dialog class="float" aria-label="Heights" @keydown=${(event: KeyboardEvent) => event.key === "Escape" && this.dialog.close()}>
+      <dialog class="float" aria-label="Heights" @keydown=${(event: KeyboardEvent) => this.key(event)}>
         <form @submit=${(event: Event) => void this.save(event)}>
           <h2>Heights</h2>
           <p class="sub">Metres above the place where it was armed.</p>
@@ -49,6 +49,12 @@ export class HeightsButton extends Part {
         />m
       </span>
     </label>`;
+  }
+
+  private key(event: KeyboardEvent): void {
+    if (event.key !== "Escape") return;
+    event.preventDefault();
+    this.dialog.close();
   }
 
   private open(): void {

@@ -1,21 +1,24 @@
 import { html, nothing, type PropertyValues, type TemplateResult } from "lit";
-import { customElement } from "lit/decorators.js";
+import { customElement, state } from "lit/decorators.js";
+import type { Cutting } from "../state/operator.ts";
 import * as format from "../words/format.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
 import { isPressKey, Press } from "./press.ts";
 
 const KEPT_MS = 1000;
+const MISSED = "The page was too busy to follow the press: press again.";
 
 /** Second step of cutting the motors: keep pressed for a second. Leaves the bar free: Hold and Land stay in reach. */
 @customElement("hawk-kill")
 export class KillDialog extends Part {
+  @state() private missed = false;
   private wasOpen = false;
-  private readonly press = new Press(
-    KEPT_MS,
-    (share) => this.querySelector<HTMLElement>(".red")?.style.setProperty("--progress", `${share * 100}%`),
-    () => void this.model.finishCut(),
-  );
+  private readonly press = new Press(KEPT_MS, {
+    progress: (share) => this.querySelector<HTMLElement>(".red")?.style.setProperty("--progress", `${share * 100}%`),
+    done: () => void this.model.finishCut(),
+    missed: () => (this.missed = true),
+  });
 
   override render(): TemplateResult | typeof nothing {
     const cutting = this.model.cutting;
@@ -25,12 +28,16 @@ export class KillDialog extends Part {
         class="kill"
         role="dialog"
         aria-label="Cut motors?"
-        @keydown=${(event: KeyboardEvent) => event.key === "Escape" && this.cancel()}
+        @keydown=${(event: KeyboardEvent) => {
+          if (event.key !== "Escape") return;
+          event.preventDefault();
+          this.cancel();
+        }}
       >
         <h2>${icon("warn")}Cut motors?</h2>
         <p>${this.consequence()}</p>
         <p class="sub">To stop it safely use Hold or Land.</p>
-        ${cutting.problem === "" ? nothing : html`<p class="problem" role="alert">${cutting.problem}</p>`}
+        ${this.problem(cutting)}
         <div class="row">
           <button class="cancel" @click=${() => this.cancel()}>Cancel</button>
           ${this.button(cutting.step === "ready")}
@@ -41,25 +48,41 @@ export class KillDialog extends Part {
   override updated(_changed: PropertyValues): void {
     const open = this.model.cutting !== null;
     if (open && !this.wasOpen) this.querySelector<HTMLElement>(".kill .cancel")?.focus();
-    if (!open && this.press.running) this.press.end();
+    if (this.model.cutting?.step !== "ready" && this.press.running) this.press.end();
+    if (!open) this.missed = false;
     this.wasOpen = open;
+  }
+
+  override disconnectedCallback(): void {
+    this.press.end();
+    super.disconnectedCallback();
+  }
+
+  private problem(cutting: Cutting): TemplateResult | typeof nothing {
+    const text = cutting.problem === "" && this.missed ? MISSED : cutting.problem;
+    return text === "" ? nothing : html`<p class="problem" role="alert">${text}</p>`;
+  }
+
+  private begin(event: Event): void {
+    this.missed = false;
+    this.press.begin(event);
   }
 
   private button(ready: boolean): TemplateResult {
     return html`<button
       class="red"
       ?disabled=${!ready}
-      @pointerdown=${(event: PointerEvent) => event.button === 0 && this.press.begin()}
-      @pointerup=${() => this.press.release()}
+      @pointerdown=${(event: PointerEvent) => event.button === 0 && this.begin(event)}
+      @pointerup=${(event: PointerEvent) => this.press.release(event)}
       @pointerleave=${() => this.press.end()}
       @pointercancel=${() => this.press.end()}
       @contextmenu=${(event: Event) => event.preventDefault()}
       @keydown=${(event: KeyboardEvent) => {
         if (!isPressKey(event)) return;
         event.preventDefault();
-        this.press.begin();
+        if (!event.repeat) this.begin(event);
       }}
-      @keyup=${() => this.press.release()}
+      @keyup=${(event: KeyboardEvent) => this.press.release(event)}
       @blur=${() => this.press.end()}
     >
       Keep pressed 1 s to cut

@@ -128,19 +128,13 @@ export class MapPanel extends Part {
   }
 
   private clicked(place: Point, stall: number | null): void {
-    const view = this.model.view();
-    if (this.model.picking || (stall === null && this.canMove(view))) {
-      this.selected = null;
-      this.model.ask({ about: "move", target: place });
-      return;
-    }
-    this.selected = stall === this.selected ? null : stall;
+    const taken = this.model.pointAt(place, stall !== null);
+    this.selected = taken || stall === this.selected ? null : stall;
   }
 
   /** By keyboard the middle of the map is chosen: arrows move the map, plus and minus zoom. */
   private readonly key = (event: KeyboardEvent): void => {
     if (this.model.fence.open) this.fence?.key(event);
-    if (event.key === "Escape" && this.model.picking) this.model.pick(false);
     if (event.key === "Enter" && this.model.picking && this.lot) this.clicked(this.lot.centre, null);
   };
 

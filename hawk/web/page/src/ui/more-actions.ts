@@ -1,6 +1,7 @@
 import { html, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
-import { type Action, COMMANDS, guidedActions } from "../words/actions.ts";
+import { type Action, guidedActions } from "../words/actions.ts";
+import { begin } from "./begin.ts";
 import { Part } from "./element.ts";
 import { isTouch } from "./touch.ts";
 
@@ -20,8 +21,6 @@ export class MoreActions extends Part {
 
   private run(action: Action): void {
     if (action.name === "move") this.model.pick(true);
-    else if (action.name === "resume") this.model.ask({ about: "Resume" });
-    else if (action.name === "home" && this.model.view().heartbeat?.State === "Manual") this.model.ask({ about: "Return To Launch" });
-    else void this.model.command({ Type: COMMANDS[action.name] }, action.label);
+    else begin(this.model, action);
   }
 }

@@ -84,5 +84,7 @@ export class Plot extends LitElement {
 function minutes(seconds: number): string {
   if (seconds === 0) return "now";
   const value = -seconds / 60;
-  return Number.isInteger(value) ? `−${value} min` : `−${Math.round(-seconds)} s`;
+  if (Number.isInteger(value)) return `−${value} min`;
+  const whole = Math.round(-seconds);
+  return whole === 0 ? "" : `−${whole} s`;
 }

@@ -1,11 +1,12 @@
-import { html, LitElement, type TemplateResult } from "lit";
-import { customElement, property, query } from "lit/decorators.js";
+import { html, LitElement, type PropertyValues, type TemplateResult } from "lit";
+import { customElement, property, query, state } from "lit/decorators.js";
 import { icon } from "./icons.ts";
 import { isPressKey, Press } from "./press.ts";
 
 /** Share of the track from which the slide is complete. */
 const ENOUGH = 0.92;
 const KEY_MS = 1000;
+const MISSED = "The page was busy: again";
 
 /** Slide to confirm; by keyboard Enter kept pressed for a second. Fires "confirmed". */
 @customElement("hawk-slide")
@@ -14,12 +15,13 @@ export class Slide extends LitElement {
   @property({ type: Boolean }) disabled = false;
   @query(".slide") private track!: HTMLButtonElement;
   @query(".thumb") private thumb!: HTMLElement;
+  @state() private missed = false;
   private from: number | null = null;
-  private readonly press = new Press(
-    KEY_MS,
-    (share) => this.place(share),
-    () => this.confirm(),
-  );
+  private readonly press = new Press(KEY_MS, {
+    progress: (share) => this.place(share),
+    done: () => this.confirm(),
+    missed: () => (this.missed = true),
+  });
 
   protected override createRenderRoot(): HTMLElement {
     return this;
@@ -37,20 +39,41 @@ export class Slide extends LitElement {
       @keydown=${(event: KeyboardEvent) => {
         if (!isPressKey(event) || this.disabled) return;
         event.preventDefault();
-        this.press.begin();
+        if (event.repeat) return;
+        this.missed = false;
+        this.press.begin(event);
       }}
-      @keyup=${() => this.press.release()}
+      @keyup=${(event: KeyboardEvent) => this.press.release(event)}
       @blur=${() => this.press.end()}
     >
-      <span class="fill"></span><span class="thumb">${icon("right")}</span><span class="word">${this.text}</span>
+      <span class="fill"></span><span class="thumb">${icon("right")}</span><span class="word">${this.missed ? MISSED : this.text}</span>
       <span id="slide-help" hidden>Slide to the right, or keep Enter pressed for a second</span>
     </button>`;
+  }
+
+  override updated(changed: PropertyValues<this>): void {
+    if (changed.has("disabled") && this.disabled) this.leave();
+  }
+
+  override disconnectedCallback(): void {
+    this.leave();
+    super.disconnectedCallback();
+  }
+
+  /** Ends what is under way: what it would confirm is gone. */
+  private leave(): void {
+    this.press.end();
+    if (this.from === null) return;
+    this.from = null;
+    this.track.classList.remove("held");
+    this.place(0);
   }
 
   private readonly begin = (event: PointerEvent): void => {
     if (this.disabled || event.button !== 0) return;
     this.track.setPointerCapture(event.pointerId);
     this.track.classList.add("held");
+    this.missed = false;
     this.from = event.clientX;
   };
 
@@ -77,6 +100,6 @@ export class Slide extends LitElement {
   }
 
   private confirm(): void {
-    this.dispatchEvent(new Event("confirmed"));
+    if (!this.disabled) this.dispatchEvent(new Event("confirmed"));
   }
 }

@@ -101,9 +101,9 @@ function move(view: View, touch: boolean): Action {
   const ways = [option(view, "Autonomous Move"), option(view, "Compulsive Move")];
   const possible = ways.some((way) => way.Possible);
   const reason = ways.find((way) => way.Reason !== "")?.Reason ?? "";
-  const action = build(view, "move", "Move", touch ? "Tap the map" : "Click the map", possible, reason);
+  const action = build(view, "move", "Move", touch ? "Then tap the map" : "Then click the map", possible, reason);
   const moving = view.heartbeat?.State === "Autonomous Move" || view.heartbeat?.State === "Compulsive Move";
-  return moving && action.kind === "possible" ? { ...action, kind: "running", note: touch ? "Tap a new place" : "Click a new place" } : action;
+  return moving && action.kind === "possible" ? { ...action, kind: "running", note: "To a new place" } : action;
 }
 
 function home(view: View): Action {

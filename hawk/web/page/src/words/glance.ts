@@ -86,8 +86,7 @@ function active(view: View, heartbeat: Heartbeat): StateWords {
   const title = armed ? "Armed" : isGivenBack(heartbeat) ? "Nobody has control" : stateTitle(heartbeat.State);
   const seen = seenPercent(heartbeat);
   if (heartbeat.State !== "Autonomous Explore" || seen === null) return same(tone, title, `${heartbeat.Detail}${oldPicture(view)}`);
-  const left = heartbeat.Remaining;
-  const toGo = left !== null && view.cruise !== null ? format.duration(left / view.cruise) : null;
+  const toGo = timeToGo(view, heartbeat);
   return {
     tone,
     title,
@@ -99,6 +98,14 @@ function active(view: View, heartbeat: Heartbeat): StateWords {
 function oldPicture(view: View): string {
   const age = view.pictureAge;
   return age !== null && age > OLD_S ? ` Picture ${format.age(age)} old.` : "";
+}
+
+/** How long the rest takes; null while no route is planned or the drone's speed is not known. */
+function timeToGo(view: View, heartbeat: Heartbeat): string | null {
+  const left = heartbeat.Remaining;
+  if (left === null || view.cruise === null) return null;
+  const seconds = left / view.cruise;
+  return seconds < 1 ? null : format.duration(seconds);
 }
 
 /** Trouble turns any mark into the triangle. */

@@ -1,14 +1,24 @@
 import type { Stall } from "../state/map-store.ts";
 import * as format from "./format.ts";
 
-/** What is known of one stall: how sure, how often and when it was seen. */
+/** Seen in this number of pictures or more, a stall is known well. */
+const OFTEN = 10;
+
+/** What is known of one stall: how sure, when it was seen, and that it was seen seldom. */
 export function stallDetail(stall: Stall, lastSeenAt: number | null): string {
   const taken = stall.taken === null ? null : Math.round(stall.taken * 100);
   const sure = taken === null ? "" : stall.state === "unknown" ? unsure(taken) : "";
-  const times = stall.seen === null ? "" : stall.seen === 0 ? "Not seen itself, found from its row" : `Seen ${format.count(stall.seen, "time", "times")}`;
-  const last = lastSeenAt === null || stall.seen === 0 ? "" : `last at ${format.clock(lastSeenAt)}`;
+  const times = seenWords(stall.seen);
+  const last = lastSeenAt === null || stall.seen === 0 ? "" : `${times === "" ? "Last seen" : "last"} at ${format.clock(lastSeenAt)}`;
   const seen = [times, last].filter((part) => part !== "").join(", ");
   return [sure, seen === "" ? "" : `${seen}.`].filter((part) => part !== "").join(" ");
+}
+
+/** The number of pictures, for a stall that was seen seldom. */
+function seenWords(pictures: number | null): string {
+  if (pictures === null || pictures >= OFTEN) return "";
+  if (pictures === 0) return "Not seen itself, found from its row";
+  return `Seen in ${format.count(pictures, "picture", "pictures")} only`;
 }
 
 function unsure(taken: number): string {

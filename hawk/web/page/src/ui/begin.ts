@@ -1,0 +1,25 @@
+import type { Operator } from "../state/operator.ts";
+import { type Action, COMMANDS } from "../words/actions.ts";
+
+/** Starts the motors or makes the drone fly somewhere: one click is not enough. */
+const ASKED = new Set(["Arm", "Takeoff", "Autonomous Explore", "Resume"]);
+/** Asked only while a pilot flies, who would be overruled. */
+const OVERRULING = new Set(["Land", "Return To Launch"]);
+
+/** Begins an action of the bar: asks first, or sends its command. */
+export function begin(model: Operator, action: Action): void {
+  if (action.name === "move") {
+    model.pick(!model.picking);
+    return;
+  }
+  const type = COMMANDS[action.name];
+  const manual = model.view().heartbeat?.State === "Manual";
+  if (isAsked(type, manual)) model.ask({ about: type });
+  else void model.command({ Type: type }, action.label);
+}
+
+type Asked = "Arm" | "Takeoff" | "Autonomous Explore" | "Resume" | "Land" | "Return To Launch";
+
+function isAsked(type: string, manual: boolean): type is Asked {
+  return ASKED.has(type) || (manual && OVERRULING.has(type));
+}

@@ -1,0 +1,135 @@
+"""The page over a made-up drone, in every size: what keeps the flight safe is in reach, and the map is to be seen."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from collections.abc import AsyncIterator, Awaitable, Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.async_api import Browser, Page, expect
+
+from tests.e2e.hands import button, press, shows, state_is
+
+pytestmark = pytest.mark.e2e
+
+FAKE_DRONE = Path(__file__).resolve().parents[2] / "hawk" / "web" / "page" / "dev" / "fake_drone.py"
+SIZES = ((640, 360), (667, 375), (390, 844), (360, 640), (1024, 600), (1440, 900))
+"""Width and height: 1280 × 720 at 200 % zoom, a phone on its side, two phones, a small laptop, a desk."""
+LEAST_MAP = 0.35
+"""Of the window's shorter side."""
+SAFETY = {"hold": "button.hold", "land": "button.land", "cut": "button.cut"}
+HOME = {"home": '.guided [data-action="home"]'}
+
+MEASURE = """(selectors) => {
+  const shown = (selector) => [...document.querySelectorAll(selector)].find((each) => each.getClientRects().length > 0);
+  const problems = [];
+  for (const [name, selector] of Object.entries(selectors)) {
+    const element = shown(selector);
+    if (!element) { problems.push(`${name} is not there`); continue; }
+    const { left, top, right, bottom } = element.getBoundingClientRect();
+    if (left < 0 || top < 0 || right > innerWidth || bottom > innerHeight) problems.push(`${name} leaves the window`);
+    for (const [x, y] of [[left, top], [right, top], [left, bottom], [right, bottom]]) {
+      const within = [x + (x === left ? 12 : -12), y + (y === top ? 12 : -12)];
+      if (!element.contains(document.elementFromPoint(...within))) problems.push(`${name} is covered`);
+    }
+  }
+  for (const word of document.querySelectorAll(".guided .act b, .safety button, .cut, .slide .word")) {
+    const isCut = word.clientWidth > 0 && word.scrollWidth > word.clientWidth + 1;
+    if (isCut) problems.push(`"${word.innerText}" is cut off`);
+  }
+  const state = [...document.querySelectorAll(".cell.state .sub")].find((each) => each.getClientRects().length > 0);
+  if (state.scrollHeight > state.clientHeight + 1) problems.push(`"${state.innerText}" is cut off`);
+  const map = document.querySelector(".map").getBoundingClientRect();
+  const confirm = shown(".confirm")?.getBoundingClientRect();
+  const beside = !confirm || confirm.left >= map.right || confirm.right <= map.left;
+  if (!beside && confirm.top < map.bottom && confirm.bottom > map.top) problems.push("the question covers the map");
+  return { problems, map: Math.min(map.width, map.height) / Math.min(innerWidth, innerHeight) };
+}"""
+
+
+@pytest.fixture
+async def fake() -> AsyncIterator[Callable[[str], Awaitable[tuple[asyncio.subprocess.Process, str]]]]:
+    """Start the made-up drone in a scene; return its process and the page's address."""
+    started: list[asyncio.subprocess.Process] = []
+
+    async def start(scene: str) -> tuple[asyncio.subprocess.Process, str]:
+        process = await asyncio.create_subprocess_exec(
+            sys.executable, str(FAKE_DRONE), scene, "--port", "0", stdout=asyncio.subprocess.PIPE
+        )
+        started.append(process)
+        assert process.stdout is not None
+        return process, (await asyncio.wait_for(process.stdout.readline(), 60)).decode().strip()
+
+    yield start
+    for process in started:
+        if process.returncode is None:
+            process.kill()
+        await process.wait()
+
+
+async def test_safety_actions_and_map_in_every_size(browser: Browser, fake: Any, screenshots: Path) -> None:
+    page = await browser.new_page(viewport={"width": 1440, "height": 900})
+    _, ground = await fake("ready")
+    await page.goto(ground)
+    await press(page, "Take control", 20)
+    await expect(button(page, "Arm")).to_be_enabled()
+    await everything_is_in_reach(page, "idle", SAFETY, screenshots)
+    drone, air = await fake("still")
+    await page.set_viewport_size({"width": 1440, "height": 900})
+    await page.goto(air)
+    await press(page, "Take control", 20)
+    await shows(page, "to go")
+    await everything_is_in_reach(page, "exploring", SAFETY | HOME, screenshots)
+    await press(page, "Hold", 5)
+    await state_is(page, "Holding")
+    before = await everything_is_in_reach(page, "hover", SAFETY | HOME, screenshots)
+    await page.set_viewport_size({"width": 1440, "height": 900})
+    await press(page, "Move", 5)
+    await page.locator(".ol").click(position={"x": 500, "y": 300})
+    await expect(page.locator("hawk-slide button")).to_be_enabled()
+    asked = await everything_is_in_reach(page, "move", SAFETY | {"slide": "hawk-slide button"}, screenshots)
+    assert asked == before, "a question moves Hold or Land"
+    await page.keyboard.press("Escape")
+    await expect(page.locator("hawk-confirm")).to_have_count(0)
+    drone.kill()
+    await shows(page, "No word from the drone for", 20)
+    await everything_is_in_reach(page, "lost", SAFETY | HOME, screenshots)
+
+
+async def everything_is_in_reach(page: Page, state: str, selectors: dict[str, str], screenshots: Path) -> list[Any]:
+    """Look at every size; return where Hold and Land are in each."""
+    found, places = {}, []
+    for width, height in SIZES:
+        await page.set_viewport_size({"width": width, "height": height})
+        await page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+        await page.screenshot(path=screenshots / f"{state}-{width}x{height}.png")
+        measured = await page.evaluate(MEASURE, selectors)
+        problems = measured["problems"]
+        places.append([await page.locator(SAFETY[each]).bounding_box() for each in ("hold", "land")])
+        if measured["map"] < LEAST_MAP:
+            problems.append(f"the map has {measured['map']:.2f} of the shorter side")
+        if problems:
+            found[f"{state} {width}x{height}"] = sorted(set(problems))
+    assert found == {}
+    return places
+
+
+async def test_a_short_press_on_a_busy_page_does_not_cut_the_motors(browser: Browser, fake: Any) -> None:
+    page = await browser.new_page(viewport={"width": 1440, "height": 900})
+    _, air = await fake("still")
+    await page.goto(air)
+    await press(page, "Take control", 20)
+    await press(page, "Cut motors", 5)
+    cut = button(page, "Keep pressed 1 s to cut")
+    await expect(cut).to_be_enabled()
+    await cut.hover()
+    await page.mouse.down()
+    await page.evaluate("setTimeout(() => { const end = Date.now() + 1500; while (Date.now() < end); }, 50)")
+    await asyncio.sleep(0.2)
+    await page.mouse.up()
+    await shows(page, "too busy to follow the press")
+    await state_is(page, "Exploring")
+    await expect(page.get_by_text("Motors cut by you")).to_have_count(0)
