@@ -88,10 +88,12 @@ class Performance:
 
     def frame_received(self) -> None:
         """Count a picture of the camera."""
+        self._forget()
         self._received.append(self._clock())
 
     def frame_published(self, captured: float, timings: tuple[tuple[str, float], ...]) -> None:
         """Take the capture time (daemon's clock) and milliseconds by step of a frame that is published now."""
+        self._forget()
         now = self._clock()
         self._fused.append((now, (now - captured) * 1e3, timings))
 
@@ -137,6 +139,7 @@ class Performance:
         return {name: percentile(values, 50) or 0.0 for name, values in steps.items()}
 
     def _forget(self) -> None:
+        """Drop what is older than the window: nobody may ever ask for a summary."""
         start = self._clock() - WINDOW_S
         while self._received and self._received[0] < start:
             self._received.popleft()

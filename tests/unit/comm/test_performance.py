@@ -95,3 +95,14 @@ async def test_the_running_loop_is_sampled() -> None:
     task.cancel()
     await asyncio.gather(task, return_exceptions=True)
     assert lag.summary().max_ms == pytest.approx(20.0)
+
+
+def test_a_day_in_which_nobody_asks_holds_a_minute() -> None:
+    clock = ManualClock()
+    performance = Performance(clock, LoopLag())
+    for _ in range(20_000):
+        clock.advance(1.0)
+        performance.frame_received()
+        performance.frame_published(clock(), (("vision", 30.0),))
+    assert len(performance._fused) <= 61
+    assert len(performance._received) <= 61
