@@ -4,6 +4,7 @@ import type { Operator } from "../state/operator.ts";
 /** Draws its component again when the model changes, unless nobody sees it. */
 export class Watch implements ReactiveController {
   private watched: Operator | null = null;
+  private connected = false;
 
   private readonly host: ReactiveControllerHost;
   private readonly model: () => Operator;
@@ -18,11 +19,14 @@ export class Watch implements ReactiveController {
   }
 
   hostConnected(): void {
+    this.connected = true;
     document.addEventListener("visibilitychange", this.update);
     this.host.requestUpdate();
   }
 
+  /** An update that was asked for before it was disconnected still comes: it must not be kept by the model then. */
   hostUpdate(): void {
+    if (!this.connected) return;
     const model = this.model();
     if (model === this.watched) return;
     this.watched?.removeEventListener("change", this.update);
@@ -31,6 +35,7 @@ export class Watch implements ReactiveController {
   }
 
   hostDisconnected(): void {
+    this.connected = false;
     document.removeEventListener("visibilitychange", this.update);
     this.watched?.removeEventListener("change", this.update);
     this.watched = null;
