@@ -205,6 +205,8 @@ class ExploreScene:
     scouting: InformationField | None = None
     share: Grid | None = None
     lot_known: bool = True
+    is_told: bool = False
+    """True when an operator told what to survey: see `hawk.algo.path_plan.told`."""
 
     @property
     def field(self) -> InformationField:
