@@ -17,6 +17,7 @@ from hawk.comm.messages import (
     Hold,
     ReturnToLaunch,
     SetFailsafes,
+    SetOutline,
     Takeoff,
 )
 from hawk.comm.status import Heartbeat
@@ -68,18 +69,24 @@ class SurveyLimits:
 class SurveyPlan:
     """Plan of a survey. ``heights``: None keeps the drone's present heights.
 
-    ``continues``: fly only when there is a map of an earlier survey.
+    ``continues``: fly only when there is a map of an earlier survey. ``outline``: the area to survey; None leaves what
+    the drone has.
     """
 
     heights: HeightParameters | None = None
     set_failsafes: bool = False
     continues: bool = False
+    outline: SetOutline | None = None
     limits: SurveyLimits = SurveyLimits()
 
 
 @dataclass(frozen=True, slots=True)
 class SurveyOutcome:
-    """Outcome of a survey. ``duration_s`` from take-off to motors off, ``distance_m`` as the drone measured it."""
+    """Outcome of a survey. ``duration_s`` from take-off to motors off, ``distance_m`` as the drone measured it.
+
+    ``outline_m2`` is the area of the outline inside the fence, ``outline_outside_m2`` outside it, ``outline_unseen_m2``
+    what no picture could reach, square metres; None without an outline.
+    """
 
     status: SurveyStatus
     reason: str
@@ -88,6 +95,9 @@ class SurveyOutcome:
     duration_s: float | None
     distance_m: float | None
     explored: float | None
+    outline_m2: float | None = None
+    outline_outside_m2: float | None = None
+    outline_unseen_m2: float | None = None
 
 
 class SurveyOperator:
@@ -133,6 +143,11 @@ class SurveyOperator:
         self._hand.phase = "Checking"
         if self._plan.heights is not None:
             await self._configure(self._plan.heights)
+        if self._plan.outline is not None:
+            await self._hand.order(self._plan.outline)
+            await self._hand.until(
+                lambda b: b.outline_area is not None, self._limits.arm_s, "The outline was not taken"
+            )
         await self._pass_checks()
 
     async def _configure(self, heights: HeightParameters) -> None:
@@ -190,12 +205,13 @@ class SurveyOperator:
         )
 
     async def _survey(self) -> None:
-        """Find the lot and explore it; search again where it was lost from sight."""
+        """Find the lot and explore it; search again where it was lost from sight. An outline needs no search."""
         search = LotSearch(self._hand, self._limits.look_s, self._limits.move_s)
         explored = False
         while True:
             try:
-                await search.find()
+                if (await self._hand.beat()).outline_area is None:
+                    await search.find()
             except SurveyError as error:
                 if not explored or error.status is not SurveyStatus.NO_LOT:
                     raise
@@ -272,6 +288,9 @@ class SurveyOperator:
             duration_s=None if self._took_off_at is None else max(0.0, beat.time - self._took_off_at),
             distance_m=beat.distance_flown,
             explored=beat.explored,
+            outline_m2=beat.outline_area,
+            outline_outside_m2=beat.outline_outside,
+            outline_unseen_m2=beat.outline_unseen,
         )
 
 
