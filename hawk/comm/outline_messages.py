@@ -35,9 +35,9 @@ class SetOutline(Command):
 
     type: Literal["Set Outline"] = "Set Outline"
     polygons: Annotated[list[Corners], Field(min_length=1)]
-    """What lies in one of them belongs to the outline."""
+    """Places in one of them belong to the outline."""
     holes: list[Corners] = Field(default_factory=list)
-    """What lies in one of them does not."""
+    """Places in one of them do not."""
 
     @field_validator("polygons", "holes", mode="before")
     @classmethod

@@ -17,9 +17,9 @@ from hawk.algo.path_plan.field import guessed, information_field, scouting_field
 from hawk.algo.path_plan.footprint import Footprint
 from hawk.algo.path_plan.lot_ground import FenceGuard
 from hawk.algo.path_plan.lot_route import RouteKeeper
+from hawk.algo.path_plan.outlined import OutlinedGround
 from hawk.algo.path_plan.overview import ExploreScene, GroundPart, Overview, near_tiles, with_margin
 from hawk.algo.path_plan.settings import PathPlanSettings
-from hawk.algo.path_plan.told import ToldGround
 from hawk.algo.topic_interface import AlgorithmTopicInterface
 from hawk.model import (
     DesiredPose,
@@ -58,8 +58,8 @@ class PathPlanApp:
     ) -> None:
         """``footprint`` returns the ground that a swath's picture shows; None: a rectangle that the drone turns."""
         self._settings = settings or PathPlanSettings()
-        self._told_settings = self._settings.for_told_ground()
-        self._told: ToldGround | None = None
+        self._outlined_settings = self._settings.for_outlined_ground()
+        self._outlined: OutlinedGround | None = None
         self._footprint = footprint or (lambda swath: Footprint.of(swath, self._settings, self._lean.share))
         self._overview = Overview()
         self._lean = LeanWatch(self._settings)
@@ -136,16 +136,16 @@ class PathPlanApp:
         return Plan(replace(path, verdict=verdict, asked=asked), Health())
 
     def _take_outline(self, frame: FrameInput) -> None:
-        """Begin the exploration anew when what an operator told has changed."""
-        before = None if self._told is None else self._told.ground
+        """Begin the exploration again when the outline of an operator has changed."""
+        before = None if self._outlined is None else self._outlined.ground
         if frame.asked_ground != before:
-            self._told = None if frame.asked_ground is None else ToldGround(frame.asked_ground)
+            self._outlined = None if frame.asked_ground is None else OutlinedGround(frame.asked_ground)
             self._explorer, self._overview = None, Overview()
 
     @property
     def _exploring(self) -> PathPlanSettings:
-        """Settings of the exploration: told ground has its own."""
-        return self._settings if self._told is None else self._told_settings
+        """Settings of the exploration; an outline has its own."""
+        return self._settings if self._outlined is None else self._outlined_settings
 
     def _verdict(
         self, frame: FrameInput, lot_map: LotMap, place: DesiredPose | None, routes: RouteKeeper
@@ -169,7 +169,7 @@ class PathPlanApp:
         if scene is None:
             return PathPlan(explore=ExploreStatus(reason="nothing is mapped yet"))
         plan = explorer.plan(scene)
-        status = self._told_status(plan.status, lot_map)
+        status = self._outlined_status(plan.status, lot_map)
         if plan.target is None:
             return PathPlan(explore=status)
         target, heading = _point(plan.target), plan.heading
@@ -181,30 +181,30 @@ class PathPlanApp:
         route = tuple(_point(p) for p in on[:_SHOWN])
         return PathPlan(target, height, yaw, route, status, speed=self._readable.limit(swath.depth))
 
-    def _told_status(self, status: ExploreStatus, lot_map: LotMap) -> ExploreStatus:
+    def _outlined_status(self, status: ExploreStatus, lot_map: LotMap) -> ExploreStatus:
         """Add what is asked for, and at the end what of it was not looked at."""
-        if self._told is None:
+        if self._outlined is None:
             return status
-        unseen = self._told.unseen_m2(lot_map) if status.done else None
-        return replace(status, asked_m2=self._told.area_m2, unseen_m2=unseen)
+        unseen = self._outlined.unseen_m2(lot_map) if status.done else None
+        return replace(status, asked_m2=self._outlined.area_m2, unseen_m2=unseen)
 
     def _scene(self, pose: MapPose, frame: FrameInput, swath: Swath, lot_map: LotMap) -> ExploreScene | None:
         """Return the scene of the exploration, None before the first frame is mapped."""
-        extent, told = lot_map.known_extent(), self._told
+        extent, outlined = lot_map.known_extent(), self._outlined
         if extent is None:
             return None
-        if told is not None and told.extent is not None:
-            extent = np.concatenate([extent, told.extent])
+        if outlined is not None and outlined.extent is not None:
+            extent = np.concatenate([extent, outlined.extent])
         place, overview, settings = (pose.north, pose.east), self._overview, self._exploring
         near = near_tiles(overview.whole(extent), place)
         block = overview.missing(place, near)
         layers, fenced = self._layers(lot_map, near)
-        lot_known = told is not None or lot_map.lot_area_m2() > 0
+        lot_known = outlined is not None or lot_map.lot_area_m2() > 0
         if not lot_known:
             layers = guessed(layers, place)
         scouting = None
         area = max(overview.lot_m2, float(layers.lot.sum()) * layers.window.cell_m**2)
-        if told is None and area < settings.small_lot_pictures * swath.width * swath.depth:
+        if outlined is None and area < settings.small_lot_pictures * swath.width * swath.depth:
             scouting = scouting_field(layers, fenced, settings.scout_near_lot_m)
         rest = None if block is None else information_field(*self._layers(lot_map, block), settings.near_lot_m)
         return ExploreScene(
@@ -219,20 +219,20 @@ class PathPlanApp:
             self._unclear(lot_map),
             scouting,
             lot_known=lot_known,
-            is_told=told is not None,
+            is_outlined=outlined is not None,
         )
 
     def _unclear(self, lot_map: LotMap) -> dict[int, Place]:
-        """Return the places of stalls with unknown state, of told ground only those on it."""
+        """Return the places of stalls with unknown state, with an outline only those in it."""
         places = {i: (stall.north, stall.east) for i, stall in lot_map.unclear_stalls().items()}
-        told = self._told
-        return places if told is None else {i: place for i, place in places.items() if told.contains(place)}
+        outlined = self._outlined
+        return places if outlined is None else {i: place for i, place in places.items() if outlined.contains(place)}
 
     def _layers(self, lot_map: LotMap, tiles: Window) -> tuple[CoarseLayers, Mask]:
         """Return the map about some tiles, and 1 where the fence allows the drone to be."""
         window = with_margin(tiles)
         layers = lot_map.coarse(window)
-        return layers if self._told is None else self._told.on(layers), self._guard.mask(window)
+        return layers if self._outlined is None else self._outlined.on(layers), self._guard.mask(window)
 
     @property
     def _initialised(self) -> tuple[LotMap, AlgorithmTopicInterface]:

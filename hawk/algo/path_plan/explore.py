@@ -21,7 +21,7 @@ from hawk.algo.path_plan.tour import Course, Outlook, Terms, as_place
 from hawk.model import ExploreStatus
 
 _NO_LOT: Final = "no lot is known yet"
-_NOTHING_TOLD: Final = "nothing of the outline can be seen from inside the fence"
+_NOTHING_SEEN: Final = "nothing of the outline can be seen from inside the fence"
 _STANDS_M_S: Final = 1.0  # slower, the drone has to speed up for whatever leg comes next
 
 
@@ -80,11 +80,11 @@ class Explorer:
         return self._leg(scene, is_looking=ExplorePhase.LOOK_AROUND in (begun_in, self._phase))
 
     def _without_lot(self, scene: ExploreScene) -> Exploration:
-        """Hold: a lot may come in sight. Of told ground without anything to see nothing is left."""
-        if not scene.is_told:
+        """Hold: a lot may come in sight. An outline without anything to see is done."""
+        if not scene.is_outlined:
             return Exploration(None, (), ExploreStatus(reason=_NO_LOT, lot_known=scene.lot_known))
         self._quiet = self._quiet + 1 if scene.overview.is_complete else 0
-        return Exploration(None, (), ExploreStatus(self._quiet >= self._settings.quiet_plans, reason=_NOTHING_TOLD))
+        return Exploration(None, (), ExploreStatus(self._quiet >= self._settings.quiet_plans, reason=_NOTHING_SEEN))
 
     def _leg(self, scene: ExploreScene, *, is_looking: bool) -> Exploration:
         """Fly to the first waypoint, or give it up; without any count the plans until the exploration is done."""

@@ -77,8 +77,8 @@ class PathPlanSettings:
     second_looks: int = 12
     """Most unclear stalls that are flown to once more."""
 
-    def for_told_ground(self) -> PathPlanSettings:
-        """Return the settings for ground that an operator told: nothing is looked for beside it, and no cell is spared.
+    def for_outlined_ground(self) -> PathPlanSettings:
+        """Return the settings for the outline of an operator: nothing is looked for beside it, and no cell is spared.
 
         Corners and waypoints cost nothing but their path, and the drone may leave the ground for a while: measured by
         ``python -m benchmarks.exploration``.
@@ -89,7 +89,7 @@ class PathPlanSettings:
             turn_m=0.0,
             leg_m=0.0,
             near_lot_m=25.0,
-            first_spare=0.05,
+            first_spare=0.01,
             last_spare=0.0,
             last_short_by=10_000.0,
             last_least_gain_m2=0.0,

@@ -21,7 +21,7 @@ LOOKED_AT: Final = 0.5
 _BLOCK: Final = 128  # cells a side of the blocks in which a large outline is read
 
 
-class ToldGround:
+class OutlinedGround:
     """The cells (of `COARSE_M`) with their centre in the asked ground."""
 
     def __init__(self, ground: AskedGround) -> None:
@@ -56,13 +56,13 @@ class ToldGround:
 
     def on(self, layers: CoarseLayers) -> CoarseLayers:
         """Return the map's layers with this ground as the lot, and everything outside it as seen."""
-        told = self.mask(layers.window).astype(np.float32)
-        looked_at = told * (layers.well >= LOOKED_AT)
+        outlined = self.mask(layers.window).astype(np.float32)
+        looked_at = outlined * (layers.well >= LOOKED_AT)
         return replace(
             layers,
-            lot=told,
-            likely=told,
-            seen=np.maximum(layers.seen, 1 - told),
+            lot=outlined,
+            likely=outlined,
+            seen=np.maximum(layers.seen, 1 - outlined),
             well=np.maximum(layers.well, looked_at),
         )
 
@@ -70,9 +70,9 @@ class ToldGround:
         """Return the area of the cells that were not looked at, square metres."""
         left = 0
         for block in self._blocks():
-            told = self.mask(block) > 0
-            if told.any():
-                left += int(np.count_nonzero(told & (known.coarse(block).well < LOOKED_AT)))
+            outlined = self.mask(block) > 0
+            if outlined.any():
+                left += int(np.count_nonzero(outlined & (known.coarse(block).well < LOOKED_AT)))
         return left * COARSE_M**2
 
     def _blocks(self) -> Iterator[Window]:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hawk.algo.frame import FrameInput
 from hawk.algo.ground import COARSE_M, Window
 from hawk.algo.path_plan.app import PathPlanApp
-from hawk.algo.path_plan.told import ToldGround, cells_inside
+from hawk.algo.path_plan.outlined import OutlinedGround, cells_inside
 from hawk.model import AskedGround, MapPoint, Stall, StallState
 from tests.unit.algo.synthetic import frame_at, pose_at
 from tests.unit.path_plan.flight import LEVEL, Flight, KnownMap, fence_around, fly
@@ -45,32 +45,32 @@ def test_a_cell_belongs_to_the_ground_when_its_centre_lies_inside(
 
 
 def test_a_cell_has_the_same_answer_in_every_window() -> None:
-    told = ToldGround(asked(shapely.box(-31.3, -17.9, 22.2, 40.1).difference(shapely.box(-5, -5, 9, 9))))
+    outlined = OutlinedGround(asked(shapely.box(-31.3, -17.9, 22.2, 40.1).difference(shapely.box(-5, -5, 9, 9))))
     whole = Window(-60, -60, 120, 120, COARSE_M)
     for part in (Window(-10, -10, 30, 20, COARSE_M), Window(50, 50, 40, 40, COARSE_M), Window(-90, 0, 40, 9, COARSE_M)):
         wider = whole.joined(part)
-        assert (told.mask(wider)[wider.part(part)] == told.mask(part)).all()
-    assert told.area_m2 == pytest.approx(told.ground.area, rel=0.02)
+        assert (outlined.mask(wider)[wider.part(part)] == outlined.mask(part)).all()
+    assert outlined.area_m2 == pytest.approx(outlined.ground.area, rel=0.02)
 
 
 def test_outside_everything_counts_as_seen_and_inside_as_lot_until_half_of_a_cell_was_seen_well() -> None:
-    told = ToldGround(asked(shapely.box(-16.0, -16.0, 16.0, 16.0)))
+    outlined = OutlinedGround(asked(shapely.box(-16.0, -16.0, 16.0, 16.0)))
     known = KnownMap(shapely.box(40.0, 40.0, 60.0, 60.0), 80.0)
     known.look(pose_at(0.0, 0.0))
-    layers = told.on(known.coarse(Window(-40, -40, 80, 80, COARSE_M)))
-    inside = told.mask(layers.window) > 0
+    layers = outlined.on(known.coarse(Window(-40, -40, 80, 80, COARSE_M)))
+    inside = outlined.mask(layers.window) > 0
     assert (layers.lot == inside).all()
     assert (layers.seen[~inside] == 1).all()
     seen = known.coarse(layers.window).well >= 0.5
     assert (layers.well[inside & seen] == 1).all()
-    assert told.unseen_m2(known) == pytest.approx(float((inside & ~seen).sum()) * COARSE_M**2)
+    assert outlined.unseen_m2(known) == pytest.approx(float((inside & ~seen).sum()) * COARSE_M**2)
 
 
 def test_without_pieces_there_is_no_ground() -> None:
-    told = ToldGround(AskedGround((), 0.0, 500.0))
-    assert told.extent is None
-    assert told.area_m2 == 0.0
-    assert not told.contains((0.0, 0.0))
+    outlined = OutlinedGround(AskedGround((), 0.0, 500.0))
+    assert outlined.extent is None
+    assert outlined.area_m2 == 0.0
+    assert not outlined.contains((0.0, 0.0))
 
 
 def explored(lot: shapely.Geometry, ground: shapely.Geometry, margin: float = 30.0) -> tuple[Flight, KnownMap]:
@@ -88,7 +88,7 @@ def test_every_cell_of_the_outline_is_looked_at_and_nothing_beside_it_though_it_
     assert end.unseen_m2 == 0.0
     assert end.asked_m2 == pytest.approx(ground.area, rel=0.02)
     assert max(place[1] for place in flight.places) < 45.0
-    assert ToldGround(asked(ground)).unseen_m2(known) == 0.0
+    assert OutlinedGround(asked(ground)).unseen_m2(known) == 0.0
 
 
 @pytest.mark.flight
@@ -97,11 +97,11 @@ def test_ground_without_any_lot_is_seen_whole() -> None:
     flight, known = explored(lot, ground)
     assert flight.done
     assert all(plan.explore.lot_known for plan in flight.plans)
-    assert ToldGround(asked(ground)).unseen_m2(known) == 0.0
+    assert OutlinedGround(asked(ground)).unseen_m2(known) == 0.0
 
 
 @pytest.mark.flight
-def test_an_outline_beyond_the_fence_widens_it_not_and_what_was_not_seen_is_told() -> None:
+def test_an_outline_beyond_the_fence_widens_it_not_and_what_was_not_seen_is_outlined() -> None:
     """The planner is given ground that nobody cut off at the fence."""
     lot = shapely.box(-30.0, -30.0, 30.0, 30.0)
     ground = shapely.box(-30.0, -30.0, 30.0, 120.0)
