@@ -57,7 +57,7 @@ def run_seed(setup: Setup, seed: int, tours: TourCache) -> SeedRun:
     flights = {PLANNER: fly(lot, setup, PlannerPilot(is_disc=setup.is_disc))}
     if not setup.is_disc:
         flights[KNOWN_LOT] = fly_known_lot(lot, setup)
-        flights[OUTLINE] = fly(lot, setup, PlannerPilot(ground=lot.outline))
+        flights[OUTLINE] = fly_outline(lot, setup)
     for name, pilot in BASELINES.items():
         flights[name] = fly(lot, setup, pilot(setup), to_the_end=False)
     return SeedRun(lot, setup.bound(lot.area), tours.tour(lot, setup), flights)
@@ -68,3 +68,8 @@ def fly_known_lot(lot: Lot, setup: Setup) -> Flown:
     return fly(
         lot, setup, PlannerPilot(settings=KNOWN_LOT_SETTINGS), errors=False, to_the_end=False, survey=KnownLotMap
     )
+
+
+def fly_outline(lot: Lot, setup: Setup) -> Flown:
+    """Fly the planner over the lot's own outline, with errors of position and map, until it is done by itself."""
+    return fly(lot, setup, PlannerPilot(ground=lot.outline))
