@@ -140,7 +140,8 @@ def test_every_promised_figure_is_there(small: SeedRun) -> None:
     keys = {figure.key for figure in figures([small], [small])}
     promised = {
         "way_over_oracle_median", "way_over_oracle_p90", "way_over_nearest_frontier_median", "way_over_bound_median",
-        "told_over_oracle_median", "told_over_oracle_p90", "way_over_oracle_0_3_ha_median", "outline_over_oracle_0_3_ha_median", "outline_whole_0_3_ha_median",
+        "told_over_oracle_median", "told_over_oracle_p90", "way_over_oracle_0_3_ha_median",
+        "outline_over_oracle_median", "outline_over_oracle_0_3_ha_median", "outline_whole_0_3_ha_median",
         "plan_ms_p99", "excursions", "coverage_min", "oracle_over_bound_median", "nearest_frontier_over_bound_median",
     }  # fmt: skip
     assert promised <= keys
