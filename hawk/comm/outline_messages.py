@@ -36,7 +36,7 @@ class SetOutline(Command):
     type: Literal["Set Outline"] = "Set Outline"
     polygons: Annotated[list[Corners], Field(min_length=1)]
     """Places in one of them belong to the outline."""
-    holes: list[Corners] = Field(default_factory=list)
+    holes: list[Corners] = Field(default_factory=list, validate_default=True)
     """Places in one of them do not."""
 
     @field_validator("polygons", "holes", mode="before")

@@ -39,6 +39,7 @@ EXPLORE_ATTEMPTS: Final = 3
 AGAIN_S: Final = 5.0
 """Seconds between two attempts to begin the return home."""
 SUCCESS: Final = "The whole lot was seen."
+OUTLINE_SEEN: Final = "The outline was seen."
 SPIRAL_STEP_M: Final = 10.0
 SPIRAL_LENGTH_M: Final = 60.0
 """Length of the spiral: legs of 10, 10, 20 and 20 m, flown at Max."""
@@ -121,6 +122,8 @@ class SurveyOperator:
             await self._prepare()
             await self._take_off()
             await self._survey()
+            unseen = (await self._hand.beat()).outline_unseen
+            reason = f"{OUTLINE_SEEN} {unseen:.0f} m² of it could not be reached." if unseen else SUCCESS
         except SurveyError as error:
             status, reason = error.status, str(error)
         except (LinkLostError, FailedToSend) as error:
