@@ -266,7 +266,7 @@ async def test_at_the_end_what_was_left_out_is_told_with_its_size(flying: Rig, u
     flying.expect(S.HOVER)
     said = next(line for line in flying.log if line.startswith("Explored"))
     assert said.startswith(words)
-    assert said.endswith("m² outside the fence were left out.")
+    assert said.endswith("m² outside the fence were left out. Holding.")
     assert status_of(flying).perception.outline_unseen == unseen
     assert status_of(flying).operation.user_error is UserError.NONE
 
