@@ -105,6 +105,7 @@ def load_settings(options: argparse.Namespace) -> Config:
         ("web", "host", options.host),
         ("web", "port", options.port),
         ("fence", "file", options.fence),
+        ("flight", "outline_file", options.outline),
         ("autopilot", "url", options.autopilot),
         ("camera", "url", options.camera),
         ("store", "directory", options.store),
@@ -122,6 +123,7 @@ def _add_daemon_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--camera", metavar="URL", help="URL of the camera")
     parser.add_argument("--store", type=Path, metavar="DIR", help="folder for parameters, journal and recordings")
     parser.add_argument("--fence", type=Path, metavar="FILE", help="GeoJSON polygon that the drone must not leave")
+    parser.add_argument("--outline", type=Path, metavar="FILE", help="GeoJSON polygons of the area to survey")
     simulated = parser.add_argument_group("simulation", "fly a simulated drone instead of a real one")
     simulated.add_argument("--sim", action="store_true", help="start hawk-sim and fly it")
     simulated.add_argument("--seed", type=int, default=1, metavar="N", help="world to draw (default 1)")

@@ -158,6 +158,7 @@ class FlightSettings(Section):
     arrival_radius_m: float = Field(default=1.5, ge=0.5, le=10)
     maximum_wind_m_s: float = Field(default=10.0, ge=1, le=25)
     explore_cm_per_pixel: float | None = Field(default=None, ge=0.5, le=10)
+    outline_file: Path | None = None
     explore_lost_lot_s: float = Field(default=10.0, ge=1, le=120)
     battery_reserve_percent: float = Field(default=20.0, ge=5, le=80)
     battery_arm_percent: float = Field(default=30.0, ge=5, le=100)

@@ -181,7 +181,12 @@ class Daemon:
                 flight=self._kept.flight,
                 keep_flight=self._journal.set_flight,
                 survey=SurveyMemory(
-                    self._kept.left, self._kept.drains, self._journal.set_left, self._journal.set_drains
+                    self._kept.left,
+                    self._kept.drains,
+                    self._journal.set_left,
+                    self._journal.set_drains,
+                    self._kept.outline,
+                    self._journal.set_outline,
                 ),
                 speed=self.clock.speed,
             ),
@@ -422,6 +427,7 @@ class Daemon:
             fence=self.topics.fence_pub.value,
             home=self.topics.home_pub.value,
             asked=self.topics.asked_place_pub.value,
+            asked_ground=self.manager.outlines.ground(self.autopilot.datum, self.topics.fence_pub.value),
             map_problem=self.autopilot.telemetry.map_problem(self.clock()),
             ground=ground_below(self.vehicle.terrain.fresh(FRESH_S)),
         )

@@ -23,6 +23,9 @@ CELL_M = 0.10
 TILE_M = TILE_CELLS * CELL_M
 """Side of a map tile, metres."""
 
+Ring = tuple[tuple[float, float], ...]
+"""Corners of a closed line in order, the first one not repeated: (north, east), or (latitude, longitude)."""
+
 
 class UserError(IntEnum):
     """User Error of the specification, section 4."""
@@ -265,6 +268,31 @@ class Fence:
 
 
 @dataclass(frozen=True, slots=True)
+class Outline:
+    """Area that an operator asks to survey: what lies in a polygon and in no hole.
+
+    Rings are WGS-84 corners (latitude, longitude) in degrees, in order, not closed. Without polygons there is no
+    outline.
+    """
+
+    polygons: tuple[Ring, ...] = ()
+    holes: tuple[Ring, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class AskedGround:
+    """The part of an outline that lies inside the fence, map frame.
+
+    ``pieces`` do not overlap; each is its outer ring, then its holes, rings as in `Fence`. ``area`` is theirs,
+    ``outside`` that of the outline outside the fence, square metres.
+    """
+
+    pieces: tuple[tuple[Ring, ...], ...]
+    area: float
+    outside: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
 class CameraModel:
     """Pinhole camera with radial-tangential distortion (ROS ``plumb_bob``) and its mount.
 
@@ -435,7 +463,8 @@ class OccupancyMap:
 class ExploreStatus:
     """Progress of the exploration: ``seen`` is the share (0..1) of the known lot that has been seen well.
 
-    ``lot_known`` is False while it still searches around something that looks like a lot.
+    ``lot_known`` is False while it still searches around something that looks like a lot. With an outline it is the
+    lot: ``asked_m2`` is its area inside the fence, ``unseen_m2`` what was not looked at when it is done, square metres.
     """
 
     done: bool = False
@@ -443,6 +472,8 @@ class ExploreStatus:
     remaining_m: float | None = None
     reason: str = ""
     lot_known: bool = True
+    asked_m2: float | None = None
+    unseen_m2: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ import shapely.affinity
 from numpy.random import Generator
 
 from hawk.ddc.geofence import polygon_fence
-from hawk.model import Fence
+from hawk.model import AskedGround, Fence
 
 FENCE_MARGIN_M: Final = 5.0
 """Our own limit lies inside the autopilot's by this, as config.toml has it."""
@@ -43,6 +43,15 @@ class Lot:
     def area(self) -> float:
         """Square metres, islands left out."""
         return float(self.shape.area)
+
+    @property
+    def outline(self) -> AskedGround:
+        """The lot as an owner who knows it draws it; it lies inside every fence here."""
+        pieces = [(part.exterior, *part.interiors) for part in shapely.get_parts(self.shape)]
+        rings = tuple(
+            tuple(tuple((float(n), float(e)) for n, e in ring.coords[:-1]) for ring in piece) for piece in pieces
+        )
+        return AskedGround(rings, self.area)
 
 
 def draw_lot(seed: int, area_m2: float, kind: str) -> Lot:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final, Protocol
 
 import cv2
@@ -20,7 +20,7 @@ from hawk.algo.path_plan.field import InformationField, information_field
 from hawk.algo.path_plan.lot_ground import FenceGuard
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.topic_interface import AlgorithmTopicInterface
-from hawk.model import ExploreStatus, MapPoint, MapPose, PathPlan
+from hawk.model import AskedGround, ExploreStatus, MapPoint, MapPose, PathPlan
 
 Place = tuple[float, float]
 ARRIVAL_M: Final = 1.5
@@ -38,10 +38,13 @@ _LATTICE: Final = 3  # coarse cells between two candidates of gain by distance
 
 class PlannerPilot:
     """The Path Plan App as the flight has it; ``is_disc``: what counts as seen is a disc, and it knows that.
-    ``settings`` None: its own.
+    ``settings`` None: its own. ``ground``: what an operator asked to survey, None without an outline.
     """
 
-    def __init__(self, *, is_disc: bool = False, settings: PathPlanSettings | None = None) -> None:
+    def __init__(
+        self, *, is_disc: bool = False, settings: PathPlanSettings | None = None, ground: AskedGround | None = None
+    ) -> None:
+        self._ground = ground
         self._app = PathPlanApp(settings, footprint=_disc if is_disc else None)
         self._interface = AlgorithmTopicInterface()
         self._known: SurveyedMap | None = None
@@ -51,7 +54,7 @@ class PlannerPilot:
         if known is not self._known:
             self._known = known
             self._app.init(known, self._interface)
-        self._interface.begin(frame)
+        self._interface.begin(replace(frame, asked_ground=self._ground))
         self._app.process()
         return self._app.get_local_pose()
 

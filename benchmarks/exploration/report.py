@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from benchmarks.exploration.flight import Flown
-from benchmarks.exploration.runs import BASELINES, KNOWN_LOT, NEAREST, PLANNER, SeedRun
+from benchmarks.exploration.runs import BASELINES, KNOWN_LOT, NEAREST, OUTLINE, PLANNER, SeedRun
 from benchmarks.figures import Figure, Limit
 
 _TARGETS: Final[dict[str, Limit]] = {
@@ -63,6 +63,8 @@ def _of_flown(runs: Sequence[SeedRun]) -> list[Figure]:
         *_spread("way_over_oracle", "way by oracle", _ratios(ways, oracle)),
         *_by_size(runs),
         *_spread("told_over_oracle", "lot known, way by oracle", _ratios(_ways(runs, KNOWN_LOT), oracle)),
+        *_spread("outline_over_oracle", "outline, way by oracle", _ratios(_ways(runs, OUTLINE), oracle)),
+        *_outline_by_size(runs),
         *_spread("way_over_nearest_frontier", "way by nearest frontier", _ratios(ways, nearest)),
     ]
     for name in BASELINES:
@@ -87,6 +89,20 @@ def _by_size(runs: Sequence[SeedRun]) -> list[Figure]:
     for hectares, those in sorted(ratios.items()):
         name = f"{hectares:g}".replace(".", "_")
         found += _spread(f"way_over_oracle_{name}_ha", f"way by oracle, {hectares:g} ha", those)
+    return found
+
+
+def _outline_by_size(runs: Sequence[SeedRun]) -> list[Figure]:
+    found = []
+    for hectares in sorted({round(run.lot.area / 1e4, 1) for run in runs}):
+        those = [run for run in runs if round(run.lot.area / 1e4, 1) == hectares]
+        best = [run.best_way for run in those]
+        name = f"{hectares:g}".replace(".", "_")
+        found += _spread(
+            f"outline_over_oracle_{name}_ha", f"outline, {hectares:g} ha", _ratios(_ways(those, OUTLINE), best)
+        )
+        whole = [run.flights[OUTLINE].whole_way for run in those]
+        found += _spread(f"outline_whole_{name}_ha", f"outline, to its end, {hectares:g} ha", _ratios(whole, best))
     return found
 
 

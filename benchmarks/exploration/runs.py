@@ -21,6 +21,8 @@ KNOWN_LOT: Final = "told"
 """The planner over a known lot, without errors: the price of its search alone."""
 KNOWN_LOT_SETTINGS: Final = PathPlanSettings(first_spare=0.05, border=0.0, turn_m=0.0, leg_m=0.0, near_lot_m=25.0)
 """Settings for a known lot: nothing is looked for beside it, and it may be left for a while."""
+OUTLINE: Final = "outline"
+"""The planner as the flight has it with an outline: the lot as it is, positions and map with their errors."""
 NEAREST: Final = "nearest_frontier"
 BASELINES: Final[Mapping[str, Callable[[Setup], Pilot]]] = {
     NEAREST: lambda _: RulePilot(NearestFrontier()),
@@ -55,6 +57,7 @@ def run_seed(setup: Setup, seed: int, tours: TourCache) -> SeedRun:
     flights = {PLANNER: fly(lot, setup, PlannerPilot(is_disc=setup.is_disc))}
     if not setup.is_disc:
         flights[KNOWN_LOT] = fly_known_lot(lot, setup)
+        flights[OUTLINE] = fly_outline(lot, setup)
     for name, pilot in BASELINES.items():
         flights[name] = fly(lot, setup, pilot(setup), to_the_end=False)
     return SeedRun(lot, setup.bound(lot.area), tours.tour(lot, setup), flights)
@@ -65,3 +68,8 @@ def fly_known_lot(lot: Lot, setup: Setup) -> Flown:
     return fly(
         lot, setup, PlannerPilot(settings=KNOWN_LOT_SETTINGS), errors=False, to_the_end=False, survey=KnownLotMap
     )
+
+
+def fly_outline(lot: Lot, setup: Setup) -> Flown:
+    """Fly the planner over the lot's own outline, with errors of position and map, until it is done by itself."""
+    return fly(lot, setup, PlannerPilot(ground=lot.outline))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 from hawk.model import (
+    AskedGround,
     CameraModel,
     DesiredPose,
     Fence,
@@ -45,6 +46,8 @@ class FrameInput:
     asked: DesiredPose | None = None
     map_problem: str = ""
     """Why nothing may be mapped by this pose; empty when it may be."""
+    asked_ground: AskedGround | None = None
+    """Ground inside the fence that an operator asked to survey; None: the lot is found by looking."""
     ground: float = 0.0
     """Height of the ground below at the exposure, metres above the arm place; 0 where no rangefinder measures it."""
 

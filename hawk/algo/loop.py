@@ -13,7 +13,17 @@ from typing import TYPE_CHECKING, TypeVar
 from hawk.algo.frame import FrameInput
 from hawk.algo.topic_interface import AlgorithmTopics
 from hawk.comm.drone_camera import CameraFrame
-from hawk.model import CameraModel, DesiredPose, Fence, Health, HeightParameters, MapPoint, StateName, VehiclePose
+from hawk.model import (
+    AskedGround,
+    CameraModel,
+    DesiredPose,
+    Fence,
+    Health,
+    HeightParameters,
+    MapPoint,
+    StateName,
+    VehiclePose,
+)
 from hawk.process import WORKER_NICENESS, set_niceness
 from hawk.supervision import Supervisor
 
@@ -38,6 +48,7 @@ class Situation:
     fence: Fence | None
     home: MapPoint | None
     asked: DesiredPose | None = None
+    asked_ground: AskedGround | None = None
     map_problem: str = ""
     ground: float = 0.0
 
@@ -149,6 +160,7 @@ class AlgorithmLoop:
             fence=situation.fence,
             home=situation.home,
             asked=situation.asked,
+            asked_ground=situation.asked_ground,
             map_problem=situation.map_problem,
             ground=situation.ground,
         )

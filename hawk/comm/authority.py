@@ -53,6 +53,8 @@ RIGHTS: Final[Mapping[str, Right]] = {
     "Set Fence": Right.CONTROL,
     "Clear Fence": Right.CONTROL,
     "Check Fence": Right.ANYONE,
+    "Set Outline": Right.CONTROL,
+    "Clear Outline": Right.CONTROL,
 }
 
 TAKE_CONTROL_FIRST: Final = "Take control first."

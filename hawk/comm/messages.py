@@ -14,6 +14,11 @@ from pydantic import BaseModel, Field, TypeAdapter, ValidationError, ValidationI
 
 from hawk.comm.control_messages import Control as Control
 from hawk.comm.control_messages import OperatorName as OperatorName
+from hawk.comm.corners import LEAST_CORNERS as LEAST_CORNERS
+from hawk.comm.corners import MOST_CORNERS as MOST_CORNERS
+from hawk.comm.corners import Corners
+from hawk.comm.outline_messages import ClearOutline as ClearOutline
+from hawk.comm.outline_messages import SetOutline as SetOutline
 from hawk.comm.status import Command as Command
 from hawk.comm.status import FenceCorner, Finite, Heartbeat, Height, Metres, Point
 from hawk.comm.status import Outgoing as Outgoing
@@ -23,9 +28,6 @@ MAX_MESSAGE_BYTES = 16 * 1024
 
 LONGEST_NAME = 60
 """Characters of a name that a refusal repeats."""
-LEAST_CORNERS = 3
-MOST_CORNERS = 69
-"""Corners of a fence without zones that ArduCopter stores on boards with 16 kB for parameters."""
 MOST_ZONES = 12
 MOST_ZONED_CORNERS = 66
 """Corners of a fence and its zones together that ArduCopter stores with `MOST_ZONES` zones."""
@@ -148,9 +150,6 @@ class SetFailsafes(Command):
     type: Literal["Set Failsafes"] = "Set Failsafes"
 
 
-Corners = Annotated[list[FenceCorner], Field(min_length=LEAST_CORNERS, max_length=MOST_CORNERS)]
-
-
 def zones_problem(corners: int, zones: Sequence[int]) -> str:
     """Return why the autopilot cannot store zones with these numbers of corners beside a fence's; empty if it can."""
     if len(zones) > MOST_ZONES:
@@ -245,6 +244,8 @@ AnyCommand = Annotated[
     | SetFence
     | ClearFence
     | CheckFence
+    | SetOutline
+    | ClearOutline
     | OperatorHeartbeat
     | OperatorName
     | Control

@@ -149,6 +149,18 @@ class FenceSetup(Outgoing):
     """Reason why the stored fence cannot be used (no Arm until it is drawn again or deleted); else empty."""
 
 
+class OutlineSetup(Outgoing):
+    """The area that Explore is to survey."""
+
+    source: Literal["none", "set", "file"]
+    """None: the lot is found by looking; set by an operator; the configured file."""
+    polygons: list[list[FenceCorner]]
+    holes: list[list[FenceCorner]]
+    """Parts of the polygons that do not belong to it."""
+    area: Finite
+    """Of the whole, also outside the fence, square metres."""
+
+
 # -- parts of the status, the same for every client -------------------------------------------------------------------
 
 
@@ -204,8 +216,9 @@ class VehicleStatus(Outgoing):
     """Charge that the rest of the survey needs, percent."""
     battery_left: Known = None
     """Charge that is left after both, percent; negative where it does not suffice."""
-    survey_basis: Literal["planner", "map", "fence"] | None = None
-    """Source of the need: the planner's distance, an earlier survey's map, the fence's area (an upper bound)."""
+    survey_basis: Literal["planner", "map", "outline", "fence"] | None = None
+    """Source of the need: the planner's distance, an earlier survey's map, the outline's area, the fence's area (an
+    upper bound)."""
     survey_share: Known = None
     """Share (0..1) of the rest of the survey that the battery allows."""
     satellites: int | None = None
@@ -260,6 +273,10 @@ class SiteStatus(Outgoing):
     ceiling: Known = None
     heights: tuple[Finite, Finite, Finite] = (15.0, 35.0, 60.0)
     """Min, Des, Max."""
+    outline_area: Known = None
+    """Square metres of the outline inside the fence; null without one."""
+    outline_outside: Known = None
+    """Square metres of the outline that the fence leaves out; null without one."""
 
 
 class TravelStatus(Outgoing):
@@ -291,6 +308,8 @@ class PerceptionStatus(Outgoing):
     explored: Known = None
     """Share of the lot, 0 to 1."""
     explore_done: bool = False
+    outline_unseen: Known = None
+    """Square metres of the outline that no picture could reach, once Explore is done; null before, and without one."""
     remaining: Known = None
     """Metres left to fly."""
 
@@ -324,6 +343,8 @@ class DroneStatus:
     parts: PartsStatus = field(default_factory=PartsStatus)
     fence_setup: FenceSetup | None = None
     """The same object until it changes: a client receives each once."""
+    outline_setup: OutlineSetup | None = None
+    """As for the fence."""
     log: tuple[LogEntry, ...] = ()
     """The last entries (bounded), rising by `LogEntry.number`: a client receives those above its last number."""
     trail: tuple[MapPoint, ...] = ()
@@ -399,6 +420,8 @@ class ClientHeartbeat(Outgoing):
     """True when the trail begins again with these points: forget earlier ones."""
     fence_setup: FenceSetup | None
     """The fence that the next Arm puts in force; null when it has not changed."""
+    outline_setup: OutlineSetup | None
+    """The area that Explore is to survey; null when it has not changed."""
     controller: str | None
     """Session that has control."""
     controller_lost: bool

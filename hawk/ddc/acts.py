@@ -10,7 +10,7 @@ from hawk.ddc.facts import Answer, Facts
 from hawk.ddc.fence import FencePlan, Standpoint
 from hawk.ddc.motion import Goal
 from hawk.ddc.orders import Level, Transition
-from hawk.model import CopterMode, DesiredPose, Fence, GlobalPose, HeightParameters, StateName, UserError
+from hawk.model import CopterMode, DesiredPose, Fence, GlobalPose, HeightParameters, Outline, StateName, UserError
 
 # -- requests: acts that are answered ---------------------------------------------------------------------------------
 
@@ -248,6 +248,13 @@ class UseHeights:
 
 
 @dataclass(frozen=True, slots=True)
+class UseOutline:
+    """Survey this outline from the next Explore on, and journal it; None: find the lot by looking."""
+
+    outline: Outline | None
+
+
+@dataclass(frozen=True, slots=True)
 class SetDatum:
     """Set the origin of the map frame."""
 
@@ -305,6 +312,7 @@ Act = (
     | Desire
     | AskPlace
     | UseHeights
+    | UseOutline
     | SetDatum
     | PutFenceInForce
     | ForgetAskedModes

@@ -14,6 +14,7 @@ from hawk.comm.messages import (
     CheckFence,
     ClearFence,
     ClearKill,
+    ClearOutline,
     Command,
     CompulsiveMove,
     Configure,
@@ -31,9 +32,10 @@ from hawk.comm.messages import (
     RouteRequest,
     SetFailsafes,
     SetFence,
+    SetOutline,
 )
 from hawk.comm.status import ClientId
-from hawk.ddc.acts import Acts, Desire, JudgeFence, Log, Record, Reply, ShowUserError
+from hawk.ddc.acts import Acts, Desire, JudgeFence, Log, Record, Reply, ShowUserError, UseOutline
 from hawk.ddc.facts import VERDICT_AGE_S, Facts
 from hawk.ddc.failsafes import return_altitude
 from hawk.ddc.fence import Standpoint, plan_of
@@ -41,6 +43,8 @@ from hawk.ddc.judge import UNHEARD, Case, Refusal, command_type, is_sent_unheard
 from hawk.ddc.kill import TOKEN_VALID_S, KillSwitch, KillTokens
 from hawk.ddc.operator import SOME_OPERATOR
 from hawk.ddc.orders import ArmOrder, ConfigureOrder, FenceOrder, MoveOrder, Order, ToLand, ToReturn, Transition, Wish
+from hawk.ddc.outline import outline_of
+from hawk.ddc.outline_rules import taken_words
 from hawk.ddc.parameters import ParameterReader
 from hawk.ddc.route_requests import NOT_JUDGED, RouteRequests, verdict_refusal
 from hawk.model import DesiredPose, HeightParameters, UserError
@@ -179,6 +183,13 @@ class CommandDesk:
             case SetFailsafes():
                 self._reader.set_failsafes()
                 return Ruling(accepted, (NO_USER_ERROR,))
+            case SetOutline():
+                outline = outline_of(command)
+                taken = Log("ok", taken_words(outline, facts, case.settings))
+                return Ruling(accepted, (NO_USER_ERROR, UseOutline(outline), taken))
+            case ClearOutline():
+                gone = Log("ok", "The outline was removed; Explore finds the lot by looking.")
+                return Ruling(accepted, (NO_USER_ERROR, UseOutline(None), gone))
             case AutonomousMove():
                 return Ruling(acts=self.inquiries.open(client, command, _move_order(command, facts), facts))
         if is_sent_unheard(facts, command_type(command)):

@@ -16,6 +16,7 @@ from hawk.ddc.energy import Reserve
 from hawk.ddc.fence import FencePlan
 from hawk.ddc.operator import NO_OPERATOR
 from hawk.ddc.operator import OperatorFacts as OperatorFacts
+from hawk.ddc.outline import OutlineFacts
 from hawk.ddc.remote_control import NO_REMOTE_CONTROL, RemoteControlFacts
 from hawk.ddc.remote_id import NO_REMOTE_ID, RemoteIdFacts
 from hawk.ddc.survey_need import SurveyNeed
@@ -221,6 +222,8 @@ class LimitFacts:
     """Our ceiling of the planned fence, metres above the arm place."""
     held: Fence | None = None
     """The fence that the autopilot holds, as read back from it; None while that is not known."""
+    outline: OutlineFacts | None = None
+    """Size of the area that Explore is to survey; None: the lot is found by looking."""
 
 
 @dataclass(frozen=True, slots=True)

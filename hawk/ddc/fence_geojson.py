@@ -80,7 +80,7 @@ def _outline(content: Any) -> Outline:
     ceiling = properties.get("ceiling_m")
     if ceiling is not None and not (_is_finite_number(ceiling) and ceiling > 0):
         raise FenceError(f"ceiling_m: must be metres above 0, not {ceiling!r}")
-    outer, *inner = (_checked_ring(ring, f"coordinates[{number}]") for number, ring in enumerate(rings))
+    outer, *inner = (checked_ring(ring, f"coordinates[{number}]") for number, ring in enumerate(rings))
     zones = [*inner, *_separate_zones(polygons)]
     problem = zones_problem(len(outer), [len(zone) for zone in zones])
     if problem:
@@ -96,7 +96,7 @@ def _separate_zones(polygons: Sequence[tuple[dict[str, Any], dict[str, Any]]]) -
             rings = _rings(geometry)
             if len(rings) != 1:
                 raise FenceError(f"features[{number}]: an exclusion zone is one ring without holes: draw it so")
-            found.append(_checked_ring(rings[0], f"features[{number}] coordinates[0]"))
+            found.append(checked_ring(rings[0], f"features[{number}] coordinates[0]"))
     return found
 
 
@@ -118,7 +118,12 @@ def _rings(geometry: dict[str, Any]) -> list[Any]:
     return rings if isinstance(rings, list) else []
 
 
-def _checked_ring(ring: Any, name: str) -> Ring:
+def checked_ring(ring: Any, name: str) -> Ring:
+    """Return a GeoJSON ring as (latitude, longitude) corners, not closed.
+
+    Raises:
+        FenceError: Names the corner and the fault.
+    """
     vertices: list[tuple[float, float]] = []
     for number, place in enumerate(ring if isinstance(ring, list) else ()):
         if not (isinstance(place, list) and len(place) >= 2 and all(_is_finite_number(v) for v in place[:2])):

@@ -18,6 +18,7 @@ from hawk.comm.messages import (
     ReturnToLaunch,
     RouteRequest,
     SetFence,
+    SetOutline,
 )
 from hawk.comm.status import CheckItem, ClientId, CommandOption, KillState
 from hawk.ddc.facts import Facts
@@ -25,6 +26,7 @@ from hawk.ddc.fence import fence_refusal
 from hawk.ddc.geofence import contains, path_is_inside, path_words, place_words
 from hawk.ddc.home import home_words
 from hawk.ddc.orders import Rank
+from hawk.ddc.outline_rules import NOTHING_INSIDE, outline_refusal
 from hawk.ddc.parameter_values import FailsafeCheck, Values
 from hawk.ddc.params import ParameterError, check_heights
 from hawk.ddc.preflight import failsafe_checks, preflight_items
@@ -70,6 +72,8 @@ Clear Kill         | yes    saving    disarm air     air   air     air    air   
 Set Failsafes      | yes    saving    before before  before before before before before before before pilot
 Set Fence          | yes    saving    disarm land    land  land    land   land   land   land   land pilot
 Clear Fence        | yes    saving    disarm land    land  land    land   land   land   land   land pilot
+Set Outline        | yes    saving    yes    yes     yes   explores yes   yes    yes    yes    lost pilot
+Clear Outline      | yes    saving    yes    yes     yes   explores yes   yes    yes    yes    lost pilot
 """
 """A word is a reason of `_REASONS`; "yes": accepted if no condition refuses it."""
 
@@ -96,6 +100,7 @@ _REASONS: Mapping[str, str] = {
     "air": "In the air: land first.",
     "off!": "The motors are off.",
     "ours": "Nobody else flies.",
+    "explores": "Exploring: Hold first.",
     "before": "Only before flight, disarmed.",
 }
 
@@ -111,7 +116,7 @@ def _read_table() -> dict[str, dict[StateName, str]]:
 TABLE: Mapping[str, Mapping[StateName, str]] = _read_table()
 """Type of a command -> state -> "yes" or the word of a reason."""
 
-NEEDS_LINK = frozenset(TABLE) - {"Configure", "Kill Request", "Kill", "Clear Kill"}
+NEEDS_LINK = frozenset(TABLE) - {"Configure", "Kill Request", "Kill", "Clear Kill", "Set Outline", "Clear Outline"}
 """Commands that need the autopilot to hear."""
 
 
@@ -275,6 +280,9 @@ def _content(case: Case, command: Command) -> Refusal | None:
         case SetFence():
             reason = fence_refusal(command, case.settings, heights)
             return Refusal(reason) if reason else None
+        case SetOutline():
+            reason = outline_refusal(command, facts, case.settings)
+            return Refusal(reason) if reason else None
         case AutonomousMove() | CompulsiveMove():
             place = place_of(command, facts)
             reachable = place_refusal if isinstance(command, AutonomousMove) else move_refusal
@@ -348,7 +356,9 @@ def _takeoff(case: Case) -> Refusal | None:
 
 
 def _explore(case: Case) -> Refusal | None:
-    refused = _autonomous_move(case)
+    refused, outline = _autonomous_move(case), case.facts.limits.outline
+    if refused is None and outline is not None:
+        return Refusal(NOTHING_INSIDE) if outline.area <= 0.0 else None
     if refused is None and not case.facts.sight.lot:
         return Refusal("No lot in sight: move over the lot first.", UserError.NO_LOT_DETECTED)
     return refused
@@ -409,6 +419,10 @@ def _set_failsafes(case: Case) -> Refusal | None:
     return Refusal("Being set: wait a moment.") if case.bench.is_setting else None
 
 
+def _clear_outline(case: Case) -> Refusal | None:
+    return None if case.facts.limits.outline is not None else Refusal("No outline is set.")
+
+
 def _clear_fence(case: Case) -> Refusal | None:
     is_drawn = case.facts.limits.plan.source == "drawn" or case.facts.limits.plan_problem != ""
     return None if is_drawn else Refusal("No fence is drawn: the standard one is used.")
@@ -428,4 +442,5 @@ _CONDITIONS: Mapping[str, Callable[[Case], Refusal | None]] = {
     "Clear Kill": _clear_kill,
     "Set Failsafes": _set_failsafes,
     "Clear Fence": _clear_fence,
+    "Clear Outline": _clear_outline,
 }

@@ -23,6 +23,7 @@ from hawk.ddc.flight_log import FlightLog, Trail
 from hawk.ddc.judge import Case, command_type, options
 from hawk.ddc.kill import KillTokens
 from hawk.ddc.orders import Cause, CauseKind
+from hawk.ddc.outline_keeper import OutlineKeeper
 from hawk.ddc.params import ParameterStore
 from hawk.ddc.performer import Performer, Tools
 from hawk.ddc.replay import Recorder
@@ -32,7 +33,7 @@ from hawk.ddc.senses import Senses, Sources
 from hawk.ddc.service_interface import DdcServiceInterface, ReqFailed
 from hawk.ddc.settings import ManagerSetup
 from hawk.ddc.states.base import State
-from hawk.ddc.status import Reporter
+from hawk.ddc.status import Reporter, Setups
 from hawk.ddc.survey_watch import SurveyWatch
 from hawk.ddc.topic_interface import DdcTopicInterface
 from hawk.model import CopterMode, FlightSoFar, Health, HeightParameters, LandedState, StateName
@@ -68,6 +69,7 @@ class OperationsManager:
         self._ways_home: set[asyncio.Task[None]] = set()
         self._trail = Trail(self._keep_flight)
         self.fences = FenceKeeper(setup.settings, setup.directory)
+        self.outlines = OutlineKeeper(setup.settings.flight.outline_file, setup.survey)
         self.outcomes = Outcomes()
         self.log = FlightLog(setup.clock, setup.utc)
         self.requests = Requests(setup.clock, self._request_ended)
@@ -77,7 +79,7 @@ class OperationsManager:
         """Ticks that are progress for the watchdog: see `hawk.ddc.failing`."""
         self._store, self._heights, self._heights_problem = _read_heights(setup)
         self._performer = Performer(self._tools())
-        self._reporter = Reporter(self.log, self._trail, self.outcomes, lambda: self.fences.setup, self.status)
+        self._reporter = Reporter(self.log, self._trail, self.outcomes, self._setups, self.status)
         self._senses = Senses(self._sources())
         tokens = KillTokens(setup.new_token)
         self._decider = Decider(setup.settings, tokens, setup.clock(), continues_survey=setup.continues_survey)
@@ -95,8 +97,9 @@ class OperationsManager:
             self.log.add(
                 "warning", "The stored heights cannot be used; the configured ones are.", self._heights_problem
             )
-        if self.fences.notice is not None:
-            self.log.add(*self.fences.notice)
+        for notice in (self.fences.notice, self.outlines.notice):
+            if notice is not None:
+                self.log.add(*notice)
         self._stop_hearing = self._topics.vehicle.status_text.listen(self.log.hear)
 
     def process(self) -> None:
@@ -274,6 +277,7 @@ class OperationsManager:
             heights=self._store,
             fences=self.fences,
             fence_checks=FenceChecks(self._setup.settings, self._socket.reply),
+            outlines=self.outlines,
             record=self._record,
             count_start=self._begin_in_air,
             outcomes=self.outcomes,
@@ -287,12 +291,17 @@ class OperationsManager:
             service=self._service,
             desk=self._setup.desk,
             fences=self.fences,
+            outlines=self.outlines,
             log=self.log,
             requests=self.requests,
             outcomes=self.outcomes,
             settings=self._setup.settings,
             survey=SurveyWatch(self._setup.settings, self._setup.survey, continues_survey=self._setup.continues_survey),
         )
+
+    def _setups(self) -> Setups:
+        """Return the planned fence and the outline as operators see them."""
+        return Setups(self.fences.setup, self.outlines.setup)
 
     def _begin_in_air(self) -> int:
         known = flight_goes_on(self._setup.flight, self._setup.utc().timestamp(), self._setup.speed)

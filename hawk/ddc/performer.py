@@ -43,12 +43,14 @@ from hawk.ddc.acts import (
     TakeOff,
     UploadFence,
     UseHeights,
+    UseOutline,
 )
 from hawk.ddc.fence import FencePlan
 from hawk.ddc.fence_checks import FenceChecks
 from hawk.ddc.fence_file import FenceKeeper
 from hawk.ddc.flight_log import FlightLog
 from hawk.ddc.motion import Goal
+from hawk.ddc.outline_keeper import OutlineKeeper
 from hawk.ddc.params import ParameterStore
 from hawk.ddc.requests import Outcomes, Requests
 from hawk.ddc.service_interface import DdcServiceInterface, Sender, TargetRefused
@@ -68,6 +70,7 @@ class Tools:
     heights: ParameterStore
     fences: FenceKeeper
     fence_checks: FenceChecks
+    outlines: OutlineKeeper
     record: Callable[[str, dict[str, Any]], None]
     count_start: Callable[[], int]
     """Journals a start in the air, restores the flight, and returns the number of starts."""
@@ -145,6 +148,8 @@ class Performer:
                 tools.topics.asked_place_pub.publish(pose)
             case UseHeights(heights):
                 tools.topics.heights_pub.publish(heights)
+            case UseOutline(outline):
+                tools.outlines.use(outline)
             case PutFenceInForce(fence):
                 tools.topics.fence_pub.publish(fence)
                 self._executor.submit(fence_path.prepare, fence)  # before the first path is asked for, in the air

@@ -35,6 +35,8 @@ from hawk.ddc.flight_log import FlightLog
 from hawk.ddc.geofence import BREACH_TOLERANCE_M, area, outside_by, to_map
 from hawk.ddc.home import HomeWatch, home_health
 from hawk.ddc.home_path import HomePath, mean_speed
+from hawk.ddc.outline import OutlineFacts
+from hawk.ddc.outline_keeper import OutlineKeeper
 from hawk.ddc.remote_control import SWITCH_CHANNEL, RemoteControlWatch, remote_control_health
 from hawk.ddc.remote_id import remote_id_facts, remote_id_health
 from hawk.ddc.requests import Outcomes, Requests
@@ -66,6 +68,7 @@ class Sources:
     service: DdcServiceInterface
     desk: OperatorDesk
     fences: FenceKeeper
+    outlines: OutlineKeeper
     log: FlightLog
     requests: Requests
     outcomes: Outcomes
@@ -216,7 +219,11 @@ class Senses:
             plan_problem=fences.problem,
             planned_ceiling=fences.plan.ceiling - self._from.settings.fence.ceiling_margin_m,
             held=self._from.service.held_fence,
+            outline=self._outline(),
         )
+
+    def _outline(self) -> OutlineFacts | None:
+        return self._from.outlines.facts(self._from.service.datum, self._from.topics.fence_pub.value)
 
     def _parameters(self) -> tuple[tuple[str, float], ...]:
         told = self._from.service.parameters
@@ -325,7 +332,7 @@ class Senses:
 
     def _watch_survey(self, now: float) -> None:
         topics = self._from.topics
-        info, utc = topics.get_battery_info(), self._from.utc().timestamp()
+        info, utc, outline = topics.get_battery_info(), self._from.utc().timestamp(), self._outline()
         self._from.survey.look(
             Sighting(
                 now=now,
@@ -339,6 +346,7 @@ class Senses:
                 plan=topics.get_path_plan(),
                 lot_area=topics.get_occupancy_map().lot_area_m2,
                 heights=topics.get_heights(),
+                outline_area=None if outline is None else outline.area,
                 fence_area=self._fence_area,
             )
         )

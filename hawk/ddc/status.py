@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import lru_cache
 
@@ -12,6 +13,7 @@ from hawk.comm.status import (
     FenceSetup,
     HealthItem,
     OperationStatus,
+    OutlineSetup,
     PartsStatus,
     PerceptionStatus,
     Point,
@@ -33,6 +35,14 @@ HEARTBEAT_S = 0.2
 """Interval of the statuses: 5 Hz."""
 
 
+@dataclass(frozen=True, slots=True)
+class Setups:
+    """Planned fence and outline as operators see them; each the same object until it changes."""
+
+    fence: FenceSetup
+    outline: OutlineSetup
+
+
 class Reporter:
     """Publishes statuses. Home and the trail follow every tick."""
 
@@ -41,14 +51,14 @@ class Reporter:
         log: FlightLog,
         trail: Trail,
         outcomes: Outcomes,
-        setup: Callable[[], FenceSetup],
+        setups: Callable[[], Setups],
         topic: Topic[DroneStatus],
     ) -> None:
-        """``setup`` returns the planned fence as operators see it."""
+        """``setups`` returns what an operator planned."""
         self._log = log
         self._trail = trail
         self._outcomes = outcomes
-        self._setup = setup
+        self._setups = setups
         self._topic = topic
         self._sequence = 0
         self._next = -math.inf
@@ -70,7 +80,7 @@ class Reporter:
         self._topic.publish(self._status(case, own))
 
     def _status(self, case: Case, own: Health) -> DroneStatus:
-        facts = case.facts
+        facts, setups = case.facts, self._setups()
         self._sequence += 1
         utc = datetime.fromtimestamp(facts.utc, UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
         return DroneStatus(
@@ -82,7 +92,8 @@ class Reporter:
             travel=self._travel(case),
             perception=perception_status(facts),
             parts=parts_status(facts, own),
-            fence_setup=self._setup(),
+            fence_setup=setups.fence,
+            outline_setup=setups.outline,
             log=self._log.entries,
             trail=self._trail.points,
             trail_id=self._trail.identity,
@@ -166,7 +177,7 @@ def pose_status(facts: Facts) -> PoseStatus:
 def site_status(case: Case) -> SiteStatus:
     """Return home, map origin and the limits of the flight."""
     limits, position = case.facts.limits, case.facts.position
-    fence, datum, heights = limits.fence, position.datum, limits.heights
+    fence, datum, heights, outline = limits.fence, position.datum, limits.heights, limits.outline
     return SiteStatus(
         home=None if position.home is None else Point.of(position.home),
         datum=None if datum is None else (datum.latitude, datum.longitude),
@@ -176,6 +187,8 @@ def site_status(case: Case) -> SiteStatus:
         fence_zone_limits=() if fence is None else tuple(_ring(zone) for zone in fence.autopilot_zones),
         ceiling=case.facts.ceiling(case.state.on_ground),
         heights=(heights.minimum, heights.desired, heights.maximum),
+        outline_area=None if outline is None else round(outline.area, 1),
+        outline_outside=None if outline is None else round(outline.outside, 1),
     )
 
 
@@ -193,6 +206,7 @@ def perception_status(facts: Facts) -> PerceptionStatus:
         unknown=sight.counts.unknown,
         explored=None if plan is None else plan.explore.seen,
         explore_done=plan is not None and plan.explore.done,
+        outline_unseen=None if plan is None or facts.limits.outline is None else plan.explore.unseen_m2,
         remaining=None if plan is None else plan.explore.remaining_m,
     )
 

@@ -12,8 +12,8 @@ from typing import Final, Literal
 
 from hawk.ddc.energy import CLIMB_M_S, SAFETY_FACTOR, seconds_home
 
-Basis = Literal["planner", "map", "fence"]
-"""Source of an estimate: the planner's distance in flight, an earlier survey's map, the fence's area."""
+Basis = Literal["planner", "map", "outline", "fence"]
+"""Source of an estimate: the planner's distance in flight, an earlier survey's map, the area of outline or fence."""
 
 GOOD_SHARE: Final = 0.85
 """Middle share of the picture that counts as seen, the planner's `PathPlanSettings.good_share`."""
@@ -75,7 +75,7 @@ class SurveyNeed:
 
     basis: Basis
     area: float
-    """Of the lot (map), of the fence (fence), or of the lot found so far (planner)."""
+    """Of the lot (map), of outline or fence (by their names), or of the lot found so far (planner)."""
     seconds: float
     """Time of the rest of the survey, without take-off and the flight home."""
     percent: float
@@ -165,6 +165,11 @@ def check_words(need: SurveyNeed) -> str:
         if need.is_enough:
             return f"enough, even for {lot}: {part}{drain}"
         return f"enough for about {tens(need.share)} % of {lot}: {part}{drain}"
+    if need.basis == "outline":
+        whole = f"the outline ({hectares(need.area)})"
+        if need.is_enough:
+            return f"enough for {whole}: {part}{drain}"
+        return f"enough for about {tens(need.share)} % of {whole}: continue after a battery swap; {part}{drain}"
     if need.is_enough:
         return f"enough for the rest of the survey: {part}{drain}"
     return f"enough for about {tens(need.share)} % of the rest: continue after a battery swap; {part}{drain}"

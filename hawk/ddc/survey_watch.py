@@ -24,6 +24,8 @@ _LOGGER = logging.getLogger(__name__)
 
 LOOK_S: Final = 0.5
 """Seconds between two estimates."""
+SAME_OUTLINE: Final = 0.1
+"""Areas of one outline differ by less, as a share: cells, and the fence of another arm place."""
 KEEP_S: Final = 2.0
 """The rest of the survey is journalled this often while it explores, seconds."""
 
@@ -47,6 +49,8 @@ class Sighting:
     lot_area: float
     """Of the map, square metres."""
     heights: HeightParameters
+    outline_area: float | None
+    """Of the outline inside the fence, square metres; None without one."""
     fence_area: Callable[[], float | None]
     """Area of the fence in force or planned, square metres; None while there is none."""
 
@@ -112,7 +116,8 @@ class SurveyWatch:
             return
         done_before = self._left is not None and self._left.done
         explore = plan.explore
-        self._left = SurveyLeft(explore.seen, seen.lot_area, explore.remaining_m or 0.0, explore.done, flown)
+        area = seen.lot_area if explore.asked_m2 is None else explore.asked_m2
+        self._left = SurveyLeft(explore.seen, area, explore.remaining_m or 0.0, explore.done, flown)
         if seen.now - self._kept >= KEEP_S or explore.done != done_before:
             self._kept = seen.now
             self._memory.keep_left(self._left)
@@ -142,13 +147,15 @@ class SurveyWatch:
     def _rest(self, seen: Sighting, manner: Manner) -> tuple[Basis, float, float] | None:
         """Return source, area and distance of the rest of the survey; None while nothing is known of it."""
         left = self._left
-        if left is not None:
+        if left is not None and (seen.exploring or _is_about(left, seen.outline_area)):
             unseen = manner.distance(left.lot_area * (1.0 - left.seen))
             if seen.exploring:
                 return "planner", left.lot_area, 0.0 if left.done else left.remaining_m
             return "map", left.lot_area, 0.0 if left.done else max(left.remaining_m, unseen)
         if self._continues and seen.lot_area > 0.0:
             return "map", seen.lot_area, manner.distance(seen.lot_area)
+        if seen.outline_area is not None:
+            return "outline", seen.outline_area, manner.distance(seen.outline_area)
         area = seen.fence_area()
         return None if area is None else ("fence", area, manner.distance(area))
 
@@ -157,6 +164,11 @@ class SurveyWatch:
         known = seen.drain if seen.airborne and seen.drain is not None else known_drain(self._drains, seen.utc)
         drain = ASSUMED_DRAIN if known is None else max(known, ASSUMED_DRAIN / 3)
         return Battery(charge, self._settings.flight.battery_reserve_percent, drain, known is not None)
+
+
+def _is_about(left: SurveyLeft, outline_area: float | None) -> bool:
+    """Return True when an exploration's rest is that of this outline: another outline is another survey."""
+    return outline_area is None or abs(left.lot_area - outline_area) <= SAME_OUTLINE * outline_area
 
 
 def _says_what_is_left(plan: PathPlan) -> bool:

@@ -21,7 +21,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import IO
 
-from hawk.model import ArmPlace, FlightDrain, FlightSoFar, GlobalPose, Health, SurveyLeft
+from hawk.model import ArmPlace, FlightDrain, FlightSoFar, GlobalPose, Health, Outline, SurveyLeft
 from hawk.store.journal_state import (
     ARM_PLACE,
     DATUM,
@@ -29,6 +29,7 @@ from hawk.store.journal_state import (
     FLIGHT,
     LEFT,
     MAP,
+    OUTLINE,
     START,
     JournalState,
     check,
@@ -112,6 +113,10 @@ class FlightJournal:
     def set_left(self, left: SurveyLeft) -> None:
         """Keep what the survey has left to fly."""
         self._put_json(LEFT, asdict(left))
+
+    def set_outline(self, outline: Outline) -> None:
+        """Keep the outline of the survey; one without polygons was cleared."""
+        self._put_json(OUTLINE, asdict(outline))
 
     def set_drains(self, drains: Sequence[FlightDrain]) -> None:
         """Keep the drain of the last flights; a new survey keeps it too."""

@@ -18,7 +18,7 @@ from typing import TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
-from hawk.model import ArmPlace, FlightDrain, FlightSoFar, GlobalPose, SurveyLeft
+from hawk.model import ArmPlace, FlightDrain, FlightSoFar, GlobalPose, Outline, SurveyLeft
 
 T = TypeVar("T")
 
@@ -37,6 +37,7 @@ DATUM = "datum"
 ARM_PLACE = "arm_place"
 FLIGHT = "flight"
 LEFT = "left"
+OUTLINE = "outline"
 DRAINS = "drains"
 SURVEY = re.compile(r"(\d{6})-[\w-]+")
 SEGMENT = re.compile(r"(\d{6})\.journal")
@@ -53,6 +54,8 @@ class JournalState:
     """The current flight; None on the ground."""
     left: SurveyLeft | None = None
     """Rest of the survey after its last exploration; None before the first."""
+    outline: Outline | None = None
+    """Outline of the survey as an operator set it; without polygons when it was cleared, None when it was never set."""
     drains: tuple[FlightDrain, ...] = ()
     """Drain of the last flights, of any survey, oldest first."""
     map_parts: Mapping[str, bytes] = field(default_factory=dict, repr=False)
@@ -170,13 +173,15 @@ def read_survey(survey: Path) -> tuple[dict[str, bytes], JournalState]:
     flight, flight_problem = _parse(FlightSoFar, values.get(FLIGHT))
     left, left_problem = _parse(SurveyLeft, values.get(LEFT))
     drains, drains_problem = _parse(tuple[FlightDrain, ...], values.get(DRAINS))
-    problems = (problem, datum_problem, place_problem, flight_problem, left_problem, drains_problem)
+    outline, outline_problem = _parse(Outline, values.get(OUTLINE))
+    problems = (problem, datum_problem, place_problem, flight_problem, left_problem, drains_problem, outline_problem)
     return values, JournalState(
         survey_id=survey.name,
         datum=datum,
         arm_place=place,
         flight=flight,
         left=left,
+        outline=outline,
         drains=drains or (),
         map_parts={key.removeprefix(MAP): value for key, value in values.items() if key.startswith(MAP)},
         starts_in_air=tuple(sorted(start_times(values))),

@@ -27,7 +27,7 @@ from hawk.comm.messages import (
     OperatorHeartbeat,
     Welcome,
 )
-from hawk.comm.status import FenceSetup, Heartbeat, LogEntry, MapUpdate, Point, StallUpdate
+from hawk.comm.status import FenceSetup, Heartbeat, LogEntry, MapUpdate, OutlineSetup, Point, StallUpdate
 from hawk.model import TILE_CELLS, Cell, GlobalPose, Stall, StallState, TileKey
 from hawk.survey.survey_map import SurveyMap
 
@@ -75,6 +75,8 @@ class DroneClient:
         """Path flown."""
         self.fence_setup: FenceSetup | None = None
         """The fence that the next Arm puts in force."""
+        self.outline_setup: OutlineSetup | None = None
+        """The area that Explore is to survey."""
 
     @property
     def is_connected(self) -> bool:
@@ -217,6 +219,7 @@ class DroneClient:
             self.trail.clear()
         self.trail.extend(beat.trail)
         self.fence_setup = beat.fence_setup or self.fence_setup
+        self.outline_setup = beat.outline_setup or self.outline_setup
         for waiter in tuple(self._waiters):
             if not waiter.done():
                 waiter.set_result(beat)

@@ -17,6 +17,7 @@ from hawk.comm.messages import (
     Hold,
     ReturnToLaunch,
     SetFailsafes,
+    SetOutline,
     Takeoff,
 )
 from hawk.comm.status import Heartbeat
@@ -38,6 +39,7 @@ EXPLORE_ATTEMPTS: Final = 3
 AGAIN_S: Final = 5.0
 """Seconds between two attempts to begin the return home."""
 SUCCESS: Final = "The whole lot was seen."
+OUTLINE_SEEN: Final = "The outline was seen."
 SPIRAL_STEP_M: Final = 10.0
 SPIRAL_LENGTH_M: Final = 60.0
 """Length of the spiral: legs of 10, 10, 20 and 20 m, flown at Max."""
@@ -68,18 +70,24 @@ class SurveyLimits:
 class SurveyPlan:
     """Plan of a survey. ``heights``: None keeps the drone's present heights.
 
-    ``continues``: fly only when there is a map of an earlier survey.
+    ``continues``: fly only when there is a map of an earlier survey. ``outline``: the area to survey; None leaves what
+    the drone has.
     """
 
     heights: HeightParameters | None = None
     set_failsafes: bool = False
     continues: bool = False
+    outline: SetOutline | None = None
     limits: SurveyLimits = SurveyLimits()
 
 
 @dataclass(frozen=True, slots=True)
 class SurveyOutcome:
-    """Outcome of a survey. ``duration_s`` from take-off to motors off, ``distance_m`` as the drone measured it."""
+    """Outcome of a survey. ``duration_s`` from take-off to motors off, ``distance_m`` as the drone measured it.
+
+    ``outline_m2`` is the area of the outline inside the fence, ``outline_outside_m2`` outside it, ``outline_unseen_m2``
+    what no picture could reach, square metres; None without an outline.
+    """
 
     status: SurveyStatus
     reason: str
@@ -88,6 +96,9 @@ class SurveyOutcome:
     duration_s: float | None
     distance_m: float | None
     explored: float | None
+    outline_m2: float | None = None
+    outline_outside_m2: float | None = None
+    outline_unseen_m2: float | None = None
 
 
 class SurveyOperator:
@@ -111,6 +122,8 @@ class SurveyOperator:
             await self._prepare()
             await self._take_off()
             await self._survey()
+            unseen = (await self._hand.beat()).outline_unseen
+            reason = f"{OUTLINE_SEEN} {unseen:.0f} m² of it could not be reached." if unseen else SUCCESS
         except SurveyError as error:
             status, reason = error.status, str(error)
         except (LinkLostError, FailedToSend) as error:
@@ -133,6 +146,11 @@ class SurveyOperator:
         self._hand.phase = "Checking"
         if self._plan.heights is not None:
             await self._configure(self._plan.heights)
+        if self._plan.outline is not None:
+            await self._hand.order(self._plan.outline)
+            await self._hand.until(
+                lambda b: b.outline_area is not None, self._limits.arm_s, "The outline was not taken"
+            )
         await self._pass_checks()
 
     async def _configure(self, heights: HeightParameters) -> None:
@@ -190,12 +208,13 @@ class SurveyOperator:
         )
 
     async def _survey(self) -> None:
-        """Find the lot and explore it; search again where it was lost from sight."""
+        """Find the lot and explore it; search again where it was lost from sight. An outline needs no search."""
         search = LotSearch(self._hand, self._limits.look_s, self._limits.move_s)
         explored = False
         while True:
             try:
-                await search.find()
+                if (await self._hand.beat()).outline_area is None:
+                    await search.find()
             except SurveyError as error:
                 if not explored or error.status is not SurveyStatus.NO_LOT:
                     raise
@@ -272,6 +291,9 @@ class SurveyOperator:
             duration_s=None if self._took_off_at is None else max(0.0, beat.time - self._took_off_at),
             distance_m=beat.distance_flown,
             explored=beat.explored,
+            outline_m2=beat.outline_area,
+            outline_outside_m2=beat.outline_outside,
+            outline_unseen_m2=beat.outline_unseen,
         )
 
 

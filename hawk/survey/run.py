@@ -19,7 +19,11 @@ from rich.console import Console
 from rich.progress import BarColumn, TaskID, TextColumn, TimeElapsedColumn
 
 from hawk.comm.base_socket import ConnectionTimeout
+from hawk.comm.outline_messages import SetOutline
 from hawk.comm.status import Heartbeat
+from hawk.config import ConfigError
+from hawk.ddc.outline import OutlineError, corners_of
+from hawk.ddc.outline_geojson import read_survey_outline
 from hawk.model import GlobalPose
 from hawk.simulation import SimulationOptions
 from hawk.stall_exports import stalls_csv, stalls_geojson, to_global
@@ -48,6 +52,7 @@ class SurveyOptions:
     token: str | None
     config: Path | None
     fence: Path | None
+    outline: Path | None
     truth: Path | None
     set_failsafes: bool
     continues: bool
@@ -57,18 +62,19 @@ class SurveyOptions:
 
 async def run_survey(options: SurveyOptions) -> int:
     """Fly one survey; return the exit status (docs/survey.md)."""
+    outline = None if options.outline is None else outline_command(options.outline)
     options.out.mkdir(parents=True, exist_ok=True)
     stack: SimulatedStack | None = None
     try:
         if options.simulation is None:
             truth = None if options.truth is None else read_truth(options.truth)
-            return await _fly(options, options.url or "", None, truth)
+            return await _fly(options, options.url or "", None, truth, outline)
         folder = options.out / "run"
         if not options.continues:
             put_aside(folder / "store")
         stack = SimulatedStack(options.simulation, folder, options.config, options.fence)
         ready = await stack.start()
-        return await _fly(options, ready.url, stack, stack.truth)
+        return await _fly(options, ready.url, stack, stack.truth, outline)
     except (StackError, TruthError, ConnectionTimeout, LinkLostError) as error:
         print(f"hawk-drone survey: {error}", file=sys.stderr)
         return SurveyStatus.FAILED
@@ -77,12 +83,33 @@ async def run_survey(options: SurveyOptions) -> int:
             await stack.stop()
 
 
-async def _fly(options: SurveyOptions, url: str, stack: SimulatedStack | None, truth: GroundTruth | None) -> int:
+def outline_command(file: Path) -> SetOutline:
+    """Return the command for the outline of a GeoJSON file.
+
+    Raises:
+        ConfigError: The file cannot be used; the text names what is wrong.
+    """
+    try:
+        outline = read_survey_outline(file)
+    except OutlineError as error:
+        raise ConfigError(f"--outline: {error}") from error
+    return SetOutline(polygons=corners_of(outline.polygons), holes=corners_of(outline.holes))
+
+
+async def _fly(
+    options: SurveyOptions,
+    url: str,
+    stack: SimulatedStack | None,
+    truth: GroundTruth | None,
+    outline: SetOutline | None,
+) -> int:
     address = urlsplit(url if "//" in url else f"//{url}")
     async with DroneClient(address.hostname or "127.0.0.1", address.port or 3000, token=options.token) as drone:
         watch = FenceWatch(stack)
         limits = replace(SurveyLimits(), explore_s=options.timeout_s)
-        plan = SurveyPlan(set_failsafes=options.set_failsafes, continues=options.continues, limits=limits)
+        plan = SurveyPlan(
+            set_failsafes=options.set_failsafes, continues=options.continues, outline=outline, limits=limits
+        )
         with SurveyProgress(quiet=options.quiet) as bar:
 
             def show(phase: str, beat: Heartbeat) -> None:
@@ -167,6 +194,9 @@ def _report(
         "way_m": outcome.distance_m,
         "explored": outcome.explored,
         "lot_area_m2": None,
+        "outline_m2": outcome.outline_m2,
+        "outline_outside_m2": outcome.outline_outside_m2,
+        "outline_unseen_m2": outcome.outline_unseen_m2,
         **report.counts(survey),
     }
     if status is not None:

@@ -8,7 +8,7 @@ from collections import deque
 from dataclasses import dataclass, field
 from typing import Final
 
-from hawk.comm.status import ClientHeartbeat, ClientId, DroneStatus, FenceSetup, LogEntry, Point
+from hawk.comm.status import ClientHeartbeat, ClientId, DroneStatus, FenceSetup, LogEntry, OutlineSetup, Point
 from hawk.model import OccupancyMap
 from hawk.web.map_view import MapView
 from hawk.web.sessions import ControlView
@@ -30,6 +30,7 @@ class ClientView:
     _trail: int = 0
     _trail_id: int | None = None
     _fence: FenceSetup | None = None
+    _outline: OutlineSetup | None = None
 
     def heartbeat(self, status: DroneStatus, current: OccupancyMap | None, control: ControlView) -> str:
         """Return the client's Heartbeat as JSON and mark its content as sent."""
@@ -40,6 +41,7 @@ class ClientView:
             trail=trail,
             trail_start=start,
             fence_setup=self._next_fence(status),
+            outline_setup=self._next_outline(status),
             controller=control.controller,
             controller_lost=control.controller_lost,
             in_control=control.in_control,
@@ -62,6 +64,12 @@ class ClientView:
             return None
         self._fence = status.fence_setup
         return self._fence
+
+    def _next_outline(self, status: DroneStatus) -> OutlineSetup | None:
+        if status.outline_setup is self._outline:
+            return None
+        self._outline = status.outline_setup
+        return self._outline
 
     def _next_trail(self, status: DroneStatus) -> tuple[bool, list[Point]]:
         start = status.trail_id != self._trail_id or len(status.trail) < self._trail

@@ -7,6 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Final
 
+import numpy as np
+
 from hawk.algo.frame import AlgoError, FrameInput
 from hawk.algo.ground import CoarseLayers, LotMap, Mask, Place, Window
 from hawk.algo.path_plan.camera import LeanWatch, ReadableSpeed, Swath, exploring_height
@@ -15,6 +17,7 @@ from hawk.algo.path_plan.field import guessed, information_field, scouting_field
 from hawk.algo.path_plan.footprint import Footprint
 from hawk.algo.path_plan.lot_ground import FenceGuard
 from hawk.algo.path_plan.lot_route import RouteKeeper
+from hawk.algo.path_plan.outlined import OutlinedGround
 from hawk.algo.path_plan.overview import ExploreScene, GroundPart, Overview, near_tiles, with_margin
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.topic_interface import AlgorithmTopicInterface
@@ -55,6 +58,8 @@ class PathPlanApp:
     ) -> None:
         """``footprint`` returns the ground that a swath's picture shows; None: a rectangle that the drone turns."""
         self._settings = settings or PathPlanSettings()
+        self._outlined_settings = self._settings.for_outlined_ground()
+        self._outlined: OutlinedGround | None = None
         self._footprint = footprint or (lambda swath: Footprint.of(swath, self._settings, self._lean.share))
         self._overview = Overview()
         self._lean = LeanWatch(self._settings)
@@ -115,19 +120,32 @@ class PathPlanApp:
             return Plan.failed("the pose of the frame is not finite: no plan is made")
         if frame.fence != self._guard.fence:
             self._guard, self._overview = FenceGuard(frame.fence), Overview()
+        self._take_outline(frame)
         self._readable.take(frame.captured)
         asked = self._verdict(frame, lot_map, frame.asked, self._asked_routes)
         verdict = self._verdict(frame, lot_map, frame.desired, self._routes)
         if frame.state is not StateName.AUTONOMOUS_EXPLORE:
             self._explorer = None
         elif self._explorer is None:
-            self._explorer, self._overview = Explorer(self._settings), Overview()
+            self._explorer, self._overview = Explorer(self._exploring), Overview()
         if self._explorer is not None and frame.pose is not None:
             path = self._explored(self._explorer, frame, frame.pose, lot_map)
             self._explored_so_far = path.explore
         else:
             path = replace(_move(frame, verdict), explore=self._explored_so_far)
         return Plan(replace(path, verdict=verdict, asked=asked), Health())
+
+    def _take_outline(self, frame: FrameInput) -> None:
+        """Begin the exploration again when the outline of an operator has changed."""
+        before = None if self._outlined is None else self._outlined.ground
+        if frame.asked_ground != before:
+            self._outlined = None if frame.asked_ground is None else OutlinedGround(frame.asked_ground)
+            self._explorer, self._overview = None, Overview()
+
+    @property
+    def _exploring(self) -> PathPlanSettings:
+        """Settings of the exploration; an outline has its own."""
+        return self._settings if self._outlined is None else self._outlined_settings
 
     def _verdict(
         self, frame: FrameInput, lot_map: LotMap, place: DesiredPose | None, routes: RouteKeeper
@@ -151,8 +169,9 @@ class PathPlanApp:
         if scene is None:
             return PathPlan(explore=ExploreStatus(reason="nothing is mapped yet"))
         plan = explorer.plan(scene)
+        status = self._outlined_status(plan.status, lot_map)
         if plan.target is None:
-            return PathPlan(explore=plan.status)
+            return PathPlan(explore=status)
         target, heading = _point(plan.target), plan.heading
         if heading is None and math.dist(plan.target, scene.place) > _YAW_FROM_M:
             # the wide side of the picture lies across the path
@@ -160,23 +179,32 @@ class PathPlanApp:
         yaw = pose.yaw if heading is None else math.remainder(heading - frame.camera.mount_yaw, math.tau)
         on = plan.route if plan.target == plan.route[0] else (plan.target, *plan.route)
         route = tuple(_point(p) for p in on[:_SHOWN])
-        return PathPlan(target, height, yaw, route, plan.status, speed=self._readable.limit(swath.depth))
+        return PathPlan(target, height, yaw, route, status, speed=self._readable.limit(swath.depth))
+
+    def _outlined_status(self, status: ExploreStatus, lot_map: LotMap) -> ExploreStatus:
+        """Add what is asked for, and at the end what of it was not looked at."""
+        if self._outlined is None:
+            return status
+        unseen = self._outlined.unseen_m2(lot_map) if status.done else None
+        return replace(status, asked_m2=self._outlined.area_m2, unseen_m2=unseen)
 
     def _scene(self, pose: MapPose, frame: FrameInput, swath: Swath, lot_map: LotMap) -> ExploreScene | None:
         """Return the scene of the exploration, None before the first frame is mapped."""
-        extent = lot_map.known_extent()
+        extent, outlined = lot_map.known_extent(), self._outlined
         if extent is None:
             return None
-        place, overview, settings = (pose.north, pose.east), self._overview, self._settings
+        if outlined is not None and outlined.extent is not None:
+            extent = np.concatenate([extent, outlined.extent])
+        place, overview, settings = (pose.north, pose.east), self._overview, self._exploring
         near = near_tiles(overview.whole(extent), place)
         block = overview.missing(place, near)
         layers, fenced = self._layers(lot_map, near)
-        lot_known = lot_map.lot_area_m2() > 0
+        lot_known = outlined is not None or lot_map.lot_area_m2() > 0
         if not lot_known:
             layers = guessed(layers, place)
         scouting = None
         area = max(overview.lot_m2, float(layers.lot.sum()) * layers.window.cell_m**2)
-        if area < settings.small_lot_pictures * swath.width * swath.depth:
+        if outlined is None and area < settings.small_lot_pictures * swath.width * swath.depth:
             scouting = scouting_field(layers, fenced, settings.scout_near_lot_m)
         rest = None if block is None else information_field(*self._layers(lot_map, block), settings.near_lot_m)
         return ExploreScene(
@@ -188,15 +216,23 @@ class PathPlanApp:
             frame.speed,
             self._footprint(swath),
             self._guard,
-            {i: (stall.north, stall.east) for i, stall in lot_map.unclear_stalls().items()},
+            self._unclear(lot_map),
             scouting,
             lot_known=lot_known,
+            is_outlined=outlined is not None,
         )
+
+    def _unclear(self, lot_map: LotMap) -> dict[int, Place]:
+        """Return the places of stalls with unknown state, with an outline only those in it."""
+        places = {i: (stall.north, stall.east) for i, stall in lot_map.unclear_stalls().items()}
+        outlined = self._outlined
+        return places if outlined is None else {i: place for i, place in places.items() if outlined.contains(place)}
 
     def _layers(self, lot_map: LotMap, tiles: Window) -> tuple[CoarseLayers, Mask]:
         """Return the map about some tiles, and 1 where the fence allows the drone to be."""
         window = with_margin(tiles)
-        return lot_map.coarse(window), self._guard.mask(window)
+        layers = lot_map.coarse(window)
+        return layers if self._outlined is None else self._outlined.on(layers), self._guard.mask(window)
 
     @property
     def _initialised(self) -> tuple[LotMap, AlgorithmTopicInterface]:

@@ -21,6 +21,7 @@ from hawk.algo.path_plan.tour import Course, Outlook, Terms, as_place
 from hawk.model import ExploreStatus
 
 _NO_LOT: Final = "no lot is known yet"
+_NOTHING_SEEN: Final = "nothing of the outline can be seen from inside the fence"
 _STANDS_M_S: Final = 1.0  # slower, the drone has to speed up for whatever leg comes next
 
 
@@ -69,7 +70,7 @@ class Explorer:
         """Return the next place to fly to."""
         scene = self._learned(self._given_up.without(scene))
         if scene.overview.lot_m2 <= 0:
-            return Exploration(None, (), ExploreStatus(reason=_NO_LOT, lot_known=scene.lot_known))
+            return self._without_lot(scene)
         scene = self._looking_around(scene)
         turn = self._turn(scene)
         if turn is not None:
@@ -77,6 +78,13 @@ class Explorer:
         begun_in = self._phase
         self._route = self._tour(scene) or self._last_looks(scene)
         return self._leg(scene, is_looking=ExplorePhase.LOOK_AROUND in (begun_in, self._phase))
+
+    def _without_lot(self, scene: ExploreScene) -> Exploration:
+        """Hold: a lot may come in sight. An outline without anything to see is done."""
+        if not scene.is_outlined:
+            return Exploration(None, (), ExploreStatus(reason=_NO_LOT, lot_known=scene.lot_known))
+        self._quiet = self._quiet + 1 if scene.overview.is_complete else 0
+        return Exploration(None, (), ExploreStatus(self._quiet >= self._settings.quiet_plans, reason=_NOTHING_SEEN))
 
     def _leg(self, scene: ExploreScene, *, is_looking: bool) -> Exploration:
         """Fly to the first waypoint, or give it up; without any count the plans until the exploration is done."""
@@ -156,8 +164,10 @@ class Explorer:
 
     def _share(self, scene: ExploreScene, field: InformationField) -> Grid:
         settings = self._settings
-        ends = 0.0 if self._phase is ExplorePhase.FIRST_PASS else settings.open_end_m2 + self._spare(scene)
-        return share_of(field, scene.footprint, settings.least_gain_m2, settings.border, ends)
+        if self._phase is ExplorePhase.FIRST_PASS:
+            return share_of(field, scene.footprint, settings.least_gain_m2, settings.border)
+        ends = settings.open_end_m2 + self._spare(scene) if settings.open_end_m2 > 0 else 0.0
+        return share_of(field, scene.footprint, settings.last_least_gain_m2, settings.border, ends)
 
     def _spare(self, scene: ExploreScene) -> float:
         """Return the area that the tour may leave out, square metres."""

@@ -205,6 +205,8 @@ class ExploreScene:
     scouting: InformationField | None = None
     share: Grid | None = None
     lot_known: bool = True
+    is_outlined: bool = False
+    """True when an operator gave an outline: see `hawk.algo.path_plan.outlined`."""
 
     @property
     def field(self) -> InformationField:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,8 +57,13 @@ class PathPlanSettings:
     """The same for metres flown."""
     least_gain_m2: float = 15.0
     """Least expected new lot (a stall) in one patch that is worth flying to."""
+    last_least_gain_m2: float = 15.0
+    """The same after the first pass."""
     open_end_m2: float = 30.0
-    """Worth, beyond the spare area, of a stretch of unseen ground along known lot in the second pass: maybe a lane."""
+    """Worth, beyond the spare area, of a stretch of unseen ground along known lot in the second pass: maybe a lane.
+
+    0: open ends are no lanes.
+    """
     small_lot_pictures: float = 1.5
     """Number of pictures that a lot must fill to be the whole; the drone looks around a smaller one."""
     scout_near_lot_m: float = 25.0
@@ -71,3 +76,22 @@ class PathPlanSettings:
     """Distance at which the drone has looked at an unclear stall again."""
     second_looks: int = 12
     """Most unclear stalls that are flown to once more."""
+
+    def for_outlined_ground(self) -> PathPlanSettings:
+        """Return the settings for the outline of an operator: nothing is looked for beside it, and no cell is spared.
+
+        Corners and waypoints cost nothing but their path, and the drone may leave the ground for a while: measured by
+        ``python -m benchmarks.exploration``.
+        """
+        return replace(
+            self,
+            border=0.0,
+            turn_m=0.0,
+            leg_m=0.0,
+            near_lot_m=25.0,
+            first_spare=0.01,
+            last_spare=0.0,
+            last_short_by=10_000.0,
+            last_least_gain_m2=0.0,
+            open_end_m2=0.0,
+        )

@@ -9,10 +9,11 @@ from hawk.ddc.facts import Facts
 from hawk.ddc.geofence import path_is_inside, path_words
 from hawk.ddc.motion import Carrot, Goal, RoamingWatch
 from hawk.ddc.orders import ToHover
+from hawk.ddc.outline import OutlineFacts, area_words
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import AirborneState, ModeKeeper
 from hawk.ddc.words import direction, metres, sentence
-from hawk.model import CopterMode, MapPoint, MapPose, PathPlan, StateName, UserError
+from hawk.model import CopterMode, ExploreStatus, MapPoint, MapPose, PathPlan, StateName, UserError
 
 SETTLE_S = 0.5
 """A plan of a frame from before the state began cannot say that nothing is left, seconds."""
@@ -71,6 +72,17 @@ class Travelling:
         return aside <= radius and abs(goal.height - pose.height) <= radius
 
 
+def outline_words(explore: ExploreStatus, outline: OutlineFacts | None) -> str:
+    """Return in words what was seen of an outline, and the size of what was left out and why."""
+    unseen, asked = explore.unseen_m2 or 0.0, explore.asked_m2 or 0.0
+    words = "Explored: the outline is seen whole." if unseen <= 0.0 else "Explored: the rest cannot be reached."
+    parts = [f"{area_words(asked - unseen)} of {area_words(asked)} seen", f"{area_words(unseen)} not reached"]
+    words += f" {', '.join(parts)}." if unseen > 0.0 else ""
+    if outline is not None and outline.outside >= 1.0:
+        words += f" {area_words(outline.outside)} outside the fence were left out."
+    return words
+
+
 class AutonomousExplore(AirborneState):
     """Follows the planner to the most new information until nothing is left; its height bounded by Min and Max."""
 
@@ -103,13 +115,15 @@ class AutonomousExplore(AirborneState):
         plan = facts.sight.plan
         if plan is None:
             return "Waiting for a plan."
+        if plan.explore.asked_m2 is not None:
+            return f"{plan.explore.seen * 100:.0f} % seen of the outline."
         if not plan.explore.lot_known:
             return "Looking for the lot."
         return f"{plan.explore.seen * 100:.0f} % seen of the lot found so far."
 
     def process(self, facts: Facts) -> Acts:
         """Follow the plan."""
-        if facts.sight.lot:
+        if facts.sight.lot or facts.limits.outline is not None:  # an outline is seen whole, lot or not
             self._lot_seen = facts.now
         place = facts.place
         if place is None:
@@ -126,6 +140,8 @@ class AutonomousExplore(AirborneState):
             error = ShowUserError(UserError.NO_LOT_DETECTED, "No lot in sight.")
             return Step(ToHover("No lot in sight for too long.", level="warning"), (error,))
         if plan is not None and plan.explore.done and facts.sight.plan_time >= self.entered + SETTLE_S:
+            if plan.explore.asked_m2 is not None:
+                return Step(ToHover(outline_words(plan.explore, facts.limits.outline), level="ok"))
             if plan.explore.lot_known:
                 return Step(ToHover("Explored. Nothing left to see.", level="ok"))
             error = ShowUserError(UserError.NO_LOT_DETECTED, "No lot was found here.")

@@ -57,7 +57,8 @@ def _make(transition: Transition, facts: Facts, settings: DdcSettings) -> tuple[
         case ToHover(reason, goal, passive, level):
             return Hover(now, settings, reason, goal, passive), (Log(level, f"{reason} Holding.".strip()),)
         case ToExplore():
-            return AutonomousExplore(now, settings), (Log("info", "Lot found. Exploring."),)
+            begun = "Lot found. Exploring." if facts.limits.outline is None else "Exploring the outline."
+            return AutonomousExplore(now, settings), (Log("info", begun),)
         case ToMove(move):
             kind = AutonomousMove if move.autonomous else CompulsiveMove
             return kind(now, move, settings), _move_messages(move, facts)

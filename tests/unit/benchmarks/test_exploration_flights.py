@@ -20,7 +20,7 @@ from benchmarks.exploration.oracle import best_tour
 from benchmarks.exploration.pilots import MExplore, NearestFrontier, PlannerPilot, RulePilot, TourPilot
 from benchmarks.exploration.polish import OracleTour
 from benchmarks.exploration.report import figures, rows, way_over_oracle
-from benchmarks.exploration.runs import KNOWN_LOT, NEAREST, PLANNER, SeedRun, fly_known_lot
+from benchmarks.exploration.runs import KNOWN_LOT, NEAREST, OUTLINE, PLANNER, SeedRun, fly_known_lot, fly_outline
 from benchmarks.exploration.setups import Setup, flown
 from benchmarks.exploration.tour_cache import TourCache
 from benchmarks.exploration.tour_flights import TourFlights
@@ -69,6 +69,7 @@ def _everyone_s() -> SeedRun:
     setup = flown()
     lot = setup.lot(3)
     flights = {PLANNER: fly(lot, setup, PlannerPilot()), KNOWN_LOT: fly_known_lot(lot, setup)}
+    flights[OUTLINE] = fly_outline(lot, setup)
     for name, rule in (
         (NEAREST, NearestFrontier()),
         ("m_explore", MExplore()),
@@ -128,11 +129,19 @@ def test_who_was_told_the_lot_sees_enough_of_it_and_ends_there(small: SeedRun) -
     assert told.excursions == 0
 
 
+def test_with_an_outline_every_place_of_it_is_seen_inside_the_fence(small: SeedRun) -> None:
+    flight = small.flights[OUTLINE]
+    assert flight.end == "done"
+    assert flight.coverage >= 0.99
+    assert flight.excursions == 0
+
+
 def test_every_promised_figure_is_there(small: SeedRun) -> None:
     keys = {figure.key for figure in figures([small], [small])}
     promised = {
         "way_over_oracle_median", "way_over_oracle_p90", "way_over_nearest_frontier_median", "way_over_bound_median",
         "told_over_oracle_median", "told_over_oracle_p90", "way_over_oracle_0_3_ha_median",
+        "outline_over_oracle_median", "outline_over_oracle_0_3_ha_median", "outline_whole_0_3_ha_median",
         "plan_ms_p99", "excursions", "coverage_min", "oracle_over_bound_median", "nearest_frontier_over_bound_median",
     }  # fmt: skip
     assert promised <= keys

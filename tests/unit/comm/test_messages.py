@@ -1,11 +1,12 @@
 from __future__ import annotations
 
 import json
+import re
 from typing import Any
 
 import pytest
 
-from hawk.comm.messages import Ack, BadMessageError, CheckFence, Hold, SetFence, parse_command
+from hawk.comm.messages import Ack, BadMessageError, CheckFence, Hold, SetFence, SetOutline, parse_command
 
 
 @pytest.mark.parametrize(
@@ -130,3 +131,37 @@ def test_a_refusal_names_the_key_and_what_to_do(text: str, words: str) -> None:
         parse_command(text)
     assert str(refused.value).startswith(words)
     assert len(str(refused.value)) < 200
+
+
+def outline(polygons: Any, **more: Any) -> str:
+    return json.dumps({"Type": "Set Outline", "Polygons": polygons, **more})
+
+
+def ring(count: int) -> list[dict[str, float]]:
+    return [{"Latitude": 43.0 + number * 1e-4, "Longitude": -79.0} for number in range(count)]
+
+
+def test_an_outline_has_polygons_and_may_have_holes() -> None:
+    taken = parse_command(outline([ring(3), ring(69)], Holes=[ring(4)]))
+    assert isinstance(taken, SetOutline)
+    assert [len(each) for each in (*taken.polygons, *taken.holes)] == [3, 69, 4]
+    assert len(outline([ring(50)] * 4).encode()) < 16 * 1024  # as many corners as there may be
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        (outline([]), "Polygons: "),
+        (outline([ring(2)]), "Polygons: polygon 1 has 2 corners: draw 3 to 69"),
+        (outline([ring(3), ring(70)]), "Polygons: polygon 2 has 70 corners: draw 3 to 69"),
+        (outline([ring(3)], Holes=[ring(1)]), "Holes: hole 1 has 1 corners: draw 3 to 69"),
+        (outline([ring(3)] * 13), "an outline has at most 12 polygons, this one has 13"),
+        (outline([ring(50)] * 5), "an outline has at most 200 corners, this one has 250"),
+        (outline([[{"Latitude": 91, "Longitude": 0}] * 3]), "Polygons.0.0.Latitude: "),
+        ('{"Type": "Set Outline", "Polygons": [[{"Latitude": NaN, "Longitude": 0}]]}', "Polygons"),
+        ('{"Type": "Set Outline"}', "Polygons: missing"),
+    ],
+)
+def test_an_outline_that_is_none_is_refused_with_its_field(text: str, fault: str) -> None:
+    with pytest.raises(BadMessageError, match=re.escape(fault)):
+        parse_command(text)

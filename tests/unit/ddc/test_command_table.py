@@ -13,6 +13,7 @@ from hawk.comm.messages import (
     AutonomousMove,
     ClearFence,
     ClearKill,
+    ClearOutline,
     Command,
     CompulsiveMove,
     Configure,
@@ -26,6 +27,7 @@ from hawk.comm.messages import (
     ReturnToLaunch,
     SetFailsafes,
     SetFence,
+    SetOutline,
     Takeoff,
 )
 from hawk.comm.status import FenceCorner
@@ -54,6 +56,8 @@ COMMANDS: dict[str, Command] = {
     "Set Failsafes": SetFailsafes(),
     "Set Fence": SetFence(corners=FENCE, ceiling=80),
     "Clear Fence": ClearFence(),
+    "Set Outline": SetOutline(polygons=[FENCE]),
+    "Clear Outline": ClearOutline(),
 }
 """Kill itself, which needs a token, has a test of its own."""
 
@@ -79,6 +83,9 @@ ACCEPTED: dict[str, set[StateName]] = {
     "Set Failsafes": {StateName.IDLE},
     "Set Fence": {StateName.IDLE},
     "Clear Fence": set(),
+    "Set Outline": set(StateName)
+    - {StateName.CONFIGURE, StateName.AUTONOMOUS_EXPLORE, StateName.COMMUNICATION_LOST, StateName.MANUAL},
+    "Clear Outline": set(),
 }
 
 LEADS_TO: dict[str, StateName] = {

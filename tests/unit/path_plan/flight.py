@@ -17,7 +17,7 @@ from hawk.algo.ground import CoarseLayers, Window
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.topic_interface import AlgorithmTopicInterface
-from hawk.model import Fence, Inbound, MapPose, PathPlan, Stall
+from hawk.model import AskedGround, Fence, Inbound, MapPose, PathPlan, Stall
 from tests.unit.algo.synthetic import CAMERA, frame_at, ground_affine
 
 _FINE_M = 0.8
@@ -113,11 +113,12 @@ def fly(
     app: PathPlanApp | None = None,
     most_s: float = 900,
     known: KnownMap | None = None,
+    ground: AskedGround | None = None,
 ) -> Flight:
     """Fly hawk-sim's body, with a camera that is kept level, until the planner is done. Nothing but the planner keeps
     it inside the fence.
 
-    ``known`` is what an earlier flight saw.
+    ``known`` is what an earlier flight saw, ``ground`` what an operator asked to survey.
     """
     known = known or KnownMap(lot, max(map(abs, lot.bounds)) + 80)
     interface = AlgorithmTopicInterface()
@@ -130,7 +131,7 @@ def fly(
         goal = goal_of(waiting, pose, goal)
         known.look(pose)
         frame = frame_at(pose, len(flight.plans), fence=fence, interval=_FRAME_S)
-        interface.begin(replace(frame, speed=drone.speed))
+        interface.begin(replace(frame, speed=drone.speed, asked_ground=ground))
         app.process()
         waiting = app.get_local_pose()
         flight.plans.append(waiting)

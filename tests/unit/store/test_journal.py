@@ -14,13 +14,14 @@ from typing import IO, Any
 
 import pytest
 
-from hawk.model import ArmPlace, FlightDrain, FlightSoFar, GlobalPose, SurveyLeft
+from hawk.model import ArmPlace, FlightDrain, FlightSoFar, GlobalPose, Outline, SurveyLeft
 from hawk.store.journal import FlightJournal
 from hawk.store.journal_state import JournalState, pack, read_survey, surveys_of
 
 DATUM = GlobalPose(43.2609, -79.9192, 100.25)
 PLACE = ArmPlace(43.26, -79.92, 101.5, 1.25, -2.5, 0.125, 1_800_000_000)
 FLIGHT = FlightSoFar(312.5, 850.25, 1_800_000_400.5)
+OUTLINE = Outline((((43.25, -79.5), (43.25, -79.25), (43.5, -79.25)),), ())
 LEFT = SurveyLeft(0.75, 4_200.5, 130.25, flown_s=61.5)
 DRAIN = FlightDrain(0.125, 240.0, 1_800_000_300.0)
 Make = Callable[..., FlightJournal]
@@ -60,11 +61,12 @@ async def test_everything_that_was_put_is_there_again(make: Make, tmp_path: Path
     journal.set_flight(FLIGHT)
     journal.set_left(LEFT)
     journal.set_drains([DRAIN])
+    journal.set_outline(OUTLINE)
     journal.put_map({"grid/0,0": b"tile", "stall/7": b"stall"})
     assert await journal.flush()
     state = read_journal(folder(tmp_path))
     assert (state.datum, state.arm_place, state.flight) == (DATUM, PLACE, FLIGHT)
-    assert (state.left, state.drains) == (LEFT, (DRAIN,))
+    assert (state.left, state.drains, state.outline) == (LEFT, (DRAIN,), OUTLINE)
     assert state.map_parts == {"grid/0,0": b"tile", "stall/7": b"stall"}
     assert (state.lost_bytes, state.problem) == (0, "")
     assert state.survey_id == journal.survey_id
@@ -108,6 +110,7 @@ async def test_a_new_survey_is_empty_and_the_old_one_is_kept(make: Make, tmp_pat
     journal.set_datum(DATUM)
     journal.set_left(LEFT)
     journal.set_drains([DRAIN])
+    journal.set_outline(OUTLINE)
     journal.put_map({"old": b"1"})
     old = journal.survey_id
     new = journal.new_survey()
@@ -117,7 +120,11 @@ async def test_a_new_survey_is_empty_and_the_old_one_is_kept(make: Make, tmp_pat
     assert journal.survey_id == new
     state = read_journal(folder(tmp_path))
     assert (state.survey_id, state.datum, dict(state.map_parts)) == (new, None, {"new": b"1"})
-    assert (state.left, state.drains) == (None, (DRAIN,))  # the battery is the same, the lot is not
+    assert (state.left, state.outline, state.drains) == (
+        None,
+        None,
+        (DRAIN,),
+    )  # the battery stays
     (kept,) = (folder(tmp_path) / old).iterdir()
     assert b"old" in kept.read_bytes()
 

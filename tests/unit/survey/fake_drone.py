@@ -17,6 +17,7 @@ from hawk.comm.messages import (
     Disarm,
     ReturnToLaunch,
     SetFailsafes,
+    SetOutline,
     Takeoff,
 )
 from hawk.comm.status import (
@@ -65,6 +66,8 @@ class FakeDrone:
     on_beat: Callable[[FakeDrone], None] = lambda _: None
     lot_area: float = 0.0
     """Of the map, square metres: that of an earlier flight before take-off."""
+    outline_unseen: float | None = None
+    """What of an outline it cannot reach, square metres."""
     # -- what it is ------------------------------------------------------------
     time: float = 0.0
     state: StateName = StateName.IDLE
@@ -82,6 +85,7 @@ class FakeDrone:
     orders: list[Command] = field(default_factory=list)
     heartbeat: Heartbeat | None = None
     control: bool = False
+    outline: SetOutline | None = None
 
     async def ask(self, command: Command) -> Ack:
         await asyncio.sleep(0)
@@ -114,9 +118,10 @@ class FakeDrone:
                 landed="ON_GROUND" if self.height == 0 else "IN_AIR",
             ),
             pose=PoseStatus(relative_altitude=self.height, north=self.north, east=self.east),
-            site=SiteStatus(heights=self.heights),
+            site=SiteStatus(heights=self.heights, outline_area=None if self.outline is None else 1000.0),
             perception=PerceptionStatus(
                 explore_done=self.done,
+                outline_unseen=self.outline_unseen if self.done else None,
                 park_lot_detected=self.height > 0 and self.searched >= self.lot_seen_after,
                 explored=0.5,
                 lot_area=self.lot_area,
@@ -160,6 +165,8 @@ class FakeDrone:
             self.control = command.action == "Request"
         elif isinstance(command, Configure):
             self.heights = (command.min, command.des, command.max)
+        elif isinstance(command, SetOutline):
+            self.outline = command
         elif isinstance(command, SetFailsafes):
             self.failsafes_set = self.failsafes_settable
         elif isinstance(command, Arm):

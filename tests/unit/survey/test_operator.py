@@ -15,9 +15,10 @@ from hawk.comm.messages import (
     Disarm,
     ReturnToLaunch,
     SetFailsafes,
+    SetOutline,
     Takeoff,
 )
-from hawk.comm.status import Heartbeat
+from hawk.comm.status import FenceCorner, Heartbeat
 from hawk.model import HeightParameters, StateName, UserError
 from hawk.survey.handset import SurveyStatus
 from hawk.survey.operator import (
@@ -172,6 +173,35 @@ async def test_a_lot_found_on_the_spiral_is_explored() -> None:
     drone = FakeDrone(lot_seen_after=15.0)
     assert (await fly(drone)).status is SurveyStatus.DONE
     assert 1 < len(drone.told(CompulsiveMove)) < 5
+
+
+OUTLINE = SetOutline(polygons=[[FenceCorner(latitude=lat, longitude=0.0) for lat in (0.0, 1e-3, 2e-3)]])
+
+
+async def test_an_outline_is_given_before_arm_and_no_lot_is_looked_for() -> None:
+    drone = FakeDrone(lot_seen_after=math.inf)
+    outcome = await fly(drone, replace(PLAN, outline=OUTLINE))
+    assert outcome.status is SurveyStatus.DONE
+    assert outcome.reason == "The whole lot was seen."
+    assert outcome.outline_m2 == 1000.0
+    kinds = [type(command) for command in drone.orders]
+    assert kinds.index(Control) < kinds.index(SetOutline) < kinds.index(Arm)
+    assert CompulsiveMove not in kinds
+
+
+async def test_an_outline_that_is_refused_keeps_the_drone_on_the_ground() -> None:
+    drone = FakeDrone(refusals={"Set Outline": "Polygon 1: the sides 1-2 and 3-4 cross."})
+    outcome = await fly(drone, replace(PLAN, outline=OUTLINE))
+    assert outcome.status is SurveyStatus.FAILED
+    assert "the sides 1-2 and 3-4 cross" in outcome.reason
+    assert not drone.told(Arm)
+
+
+async def test_what_of_an_outline_was_not_reached_is_said() -> None:
+    outcome = await fly(FakeDrone(outline_unseen=120.0), replace(PLAN, outline=OUTLINE))
+    assert outcome.status is SurveyStatus.DONE
+    assert outcome.reason == "The outline was seen. 120 m² of it could not be reached."
+    assert outcome.outline_unseen_m2 == 120.0
 
 
 async def test_places_outside_the_fence_are_left_out_of_the_spiral() -> None:

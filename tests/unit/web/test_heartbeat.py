@@ -15,6 +15,7 @@ from hawk.comm.status import (
     Heartbeat,
     LogEntry,
     OperationStatus,
+    OutlineSetup,
     PartsStatus,
     Point,
     PoseStatus,
@@ -44,7 +45,11 @@ def entry(number: int) -> LogEntry:
 def test_every_part_of_the_status_is_in_the_heartbeat() -> None:
     told = beat(ClientView(), DroneStatus())
     assert set(told) == {wire_key(name) for name in Heartbeat.model_fields}
-    parts = [f.name for f in fields(DroneStatus) if f.name not in ("fence_setup", "log", "trail", "trail_id")]
+    parts = [
+        f.name
+        for f in fields(DroneStatus)
+        if f.name not in ("fence_setup", "outline_setup", "log", "trail", "trail_id")
+    ]
     names = [name for part in parts for name in type(getattr(DroneStatus(), part)).model_fields]
     assert sorted(names) == sorted(set(SharedHeartbeat.model_fields) - {"type"})
 
@@ -112,6 +117,18 @@ def test_the_fence_that_the_next_arm_takes_comes_once_after_each_change_to_each_
     assert beat(one, DroneStatus(fence_setup=first))["Fence Setup"] is None
     assert beat(other, DroneStatus(fence_setup=first))["Fence Setup"]["Ceiling"] == 80.0
     assert beat(one, DroneStatus(fence_setup=second))["Fence Setup"]["Problem"] == "cannot be read"
+
+
+def test_the_outline_comes_once_after_each_change_to_each_client() -> None:
+    one, other = ClientView(), ClientView()
+    first = OutlineSetup(
+        source="set", polygons=[[FenceCorner(latitude=43.0, longitude=-79.0)] * 3], holes=[], area=80.0
+    )
+    second = OutlineSetup(source="none", polygons=[], holes=[], area=0.0)
+    assert beat(one, DroneStatus(outline_setup=first))["Outline Setup"]["Area"] == 80.0
+    assert beat(one, DroneStatus(outline_setup=first))["Outline Setup"] is None
+    assert beat(other, DroneStatus(outline_setup=first))["Outline Setup"]["Source"] == "set"
+    assert beat(one, DroneStatus(outline_setup=second))["Outline Setup"]["Polygons"] == []
 
 
 def test_log_entries_come_once_and_in_order() -> None:

@@ -42,6 +42,12 @@ export interface ClearKillCommand {
   Id?: string | number | null;
 }
 
+/** Drop the outline: the next Explore finds the lot by looking. Not while it explores. */
+export interface ClearOutlineCommand {
+  Type: "Clear Outline";
+  Id?: string | number | null;
+}
+
 /** Fly to any place inside the fence. */
 export interface CompulsiveMoveCommand {
   Type: "Compulsive Move";
@@ -157,6 +163,14 @@ export interface SetFenceCommand {
   Zones?: FenceCorner[][];
 }
 
+/** Survey this area: the next Explore sees every place of it inside the fence, and nothing else. */
+export interface SetOutlineCommand {
+  Type: "Set Outline";
+  Id?: string | number | null;
+  Polygons: FenceCorner[][];
+  Holes?: FenceCorner[][];
+}
+
 /** Climb to the desired height. */
 export interface TakeoffCommand {
   Type: "Takeoff";
@@ -170,6 +184,7 @@ export type Command =
   | CheckFenceCommand
   | ClearFenceCommand
   | ClearKillCommand
+  | ClearOutlineCommand
   | CompulsiveMoveCommand
   | ConfigureCommand
   | ControlCommand
@@ -186,6 +201,7 @@ export type Command =
   | RouteRequestCommand
   | SetFailsafesCommand
   | SetFenceCommand
+  | SetOutlineCommand
   | TakeoffCommand;
 
 /** Answer to one command, to the client that sent it. */
@@ -261,6 +277,7 @@ export interface Heartbeat {
   Trail: Point[];
   "Trail Start": boolean;
   "Fence Setup": FenceSetup | null;
+  "Outline Setup": OutlineSetup | null;
   Controller: string | null;
   "Controller Lost": boolean;
   "In Control": boolean;
@@ -294,7 +311,7 @@ export interface Heartbeat {
   "Battery Needed Home": number | null;
   "Battery Needed Survey": number | null;
   "Battery Left": number | null;
-  "Survey Basis": "planner" | "map" | "fence" | null;
+  "Survey Basis": "planner" | "map" | "outline" | "fence" | null;
   "Survey Share": number | null;
   Satellites: number | null;
   "Relative Altitude": number | null;
@@ -321,6 +338,8 @@ export interface Heartbeat {
   "Fence Zone Limits": Point[][];
   Ceiling: number | null;
   Heights: [number, number, number];
+  "Outline Area": number | null;
+  "Outline Outside": number | null;
   Target: Point | null;
   Route: Point[];
   "Flight Time": number | null;
@@ -335,6 +354,7 @@ export interface Heartbeat {
   Unknown: number;
   Explored: number | null;
   "Explore Done": boolean;
+  "Outline Unseen": number | null;
   Remaining: number | null;
   Health: HealthItem[];
   "Health Status": number;
@@ -372,6 +392,14 @@ export interface MosaicVersion {
   Row: number;
   Column: number;
   Version: number;
+}
+
+/** The area that Explore is to survey. */
+export interface OutlineSetup {
+  Source: "none" | "set" | "file";
+  Polygons: FenceCorner[][];
+  Holes: FenceCorner[][];
+  Area: number;
 }
 
 /** A place in the map frame, metres. */
