@@ -262,6 +262,11 @@ class PutFenceInForce:
 
 
 @dataclass(frozen=True, slots=True)
+class BeginSurvey:
+    """Begin another survey with an empty map and no datum."""
+
+
+@dataclass(frozen=True, slots=True)
 class ForgetAskedModes:
     """No mode change is ours until a mode is asked for again."""
 
@@ -306,6 +311,7 @@ Act = (
     | AskPlace
     | UseHeights
     | SetDatum
+    | BeginSurvey
     | PutFenceInForce
     | ForgetAskedModes
     | SetVoice

@@ -70,6 +70,7 @@ Clear Kill         | yes    saving    disarm air     air   air     air    air   
 Set Failsafes      | yes    saving    before before  before before before before before before before pilot
 Set Fence          | yes    saving    disarm land    land  land    land   land   land   land   land pilot
 Clear Fence        | yes    saving    disarm land    land  land    land   land   land   land   land pilot
+New Survey         | yes    saving    disarm land    land  land    land   land   land   land   land pilot
 """
 """A word is a reason of `_REASONS`; "yes": accepted if no condition refuses it."""
 
@@ -414,6 +415,14 @@ def _clear_fence(case: Case) -> Refusal | None:
     return None if is_drawn else Refusal("No fence is drawn: the standard one is used.")
 
 
+def _new_survey(case: Case) -> Refusal | None:
+    sight = case.facts.sight
+    if case.facts.vehicle.armed:
+        return Refusal("Armed: disarm first.")
+    is_empty = sight.lot_area <= 0.0 and sight.counts.total == 0
+    return Refusal("The map is empty: the next flight begins it.") if is_empty else None
+
+
 _CONDITIONS: Mapping[str, Callable[[Case], Refusal | None]] = {
     "Arm": _arm,
     "Takeoff": _takeoff,
@@ -428,4 +437,5 @@ _CONDITIONS: Mapping[str, Callable[[Case], Refusal | None]] = {
     "Clear Kill": _clear_kill,
     "Set Failsafes": _set_failsafes,
     "Clear Fence": _clear_fence,
+    "New Survey": _new_survey,
 }

@@ -22,6 +22,7 @@ from hawk.comm.messages import (
     KillRequest,
     KillToken,
     Land,
+    NewSurvey,
     Resume,
     ReturnToLaunch,
     SetFailsafes,
@@ -54,6 +55,7 @@ COMMANDS: dict[str, Command] = {
     "Set Failsafes": SetFailsafes(),
     "Set Fence": SetFence(corners=FENCE, ceiling=80),
     "Clear Fence": ClearFence(),
+    "New Survey": NewSurvey(),
 }
 """Kill itself, which needs a token, has a test of its own."""
 
@@ -79,6 +81,7 @@ ACCEPTED: dict[str, set[StateName]] = {
     "Set Failsafes": {StateName.IDLE},
     "Set Fence": {StateName.IDLE},
     "Clear Fence": set(),
+    "New Survey": set(),
 }
 
 LEADS_TO: dict[str, StateName] = {
