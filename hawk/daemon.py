@@ -42,7 +42,7 @@ from hawk.ddc.settings import DdcSettings, ManagerSetup
 from hawk.ddc.survey_memory import SurveyMemory
 from hawk.ddc.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.map_keeper import MapKeeper
-from hawk.model import ArmPlace, Health, StateName, VehicleState
+from hawk.model import ArmPlace, Health, OccupancyMap, PathPlan, StateName, VehicleState
 from hawk.process import LOOP_NICENESS, SystemdNotifier, Ticker, Watchdog, set_niceness, set_session_niceness
 from hawk.program_log import STANDARD_OUTPUT, LineWriter, ProgramLog
 from hawk.simulation import Simulation, SimulationAddress, SimulationOptions
@@ -178,6 +178,7 @@ class Daemon:
                 record=self._recording.record,
                 count_start=self._starts.found_in_air,
                 continues_survey=bool(self._kept.map_parts),
+                begin_survey=self._begin_another_survey,
                 flight=self._kept.flight,
                 keep_flight=self._journal.set_flight,
                 survey=SurveyMemory(
@@ -443,6 +444,22 @@ class Daemon:
             survey = self._journal.new_survey()
             kept = self._kept
             self._kept = JournalState(survey_id=survey, starts_in_air=kept.starts_in_air, drains=kept.drains)
+
+    def _begin_another_survey(self) -> None:
+        if self._map_keeper is not None:
+            switching = self._map_keeper.switch(self._switch_survey)
+            self._tasks.append(asyncio.create_task(switching, name="another survey"))
+
+    async def _switch_survey(self) -> None:
+        """Begin an empty map and a journal of its own; the page sees the empty map at once."""
+        assert self._algorithms is not None  # noqa: S101 - the map keeper came after it
+        survey = self._journal.new_survey()
+        outlines = self.manager.outlines
+        if outlines.outline is not None and outlines.setup.source == "set":
+            self._journal.set_outline(outlines.outline)
+        await self._algorithms.begin_survey(survey)
+        self.inputs.occupancy_map.publish(OccupancyMap(map_id=survey))
+        self.inputs.path_plan.publish(PathPlan())
 
     def _keep_arm_place(self, place: ArmPlace) -> None:
         self._journal.set_arm_place(place)

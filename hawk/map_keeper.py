@@ -29,6 +29,7 @@ class MapKeeper:
         self._put = put
         self._interval = interval_s
         self._version = 0
+        self._lock = asyncio.Lock()
 
     async def run(self) -> None:
         """Keep the map until cancelled; a failure is logged and tried again."""
@@ -41,6 +42,23 @@ class MapKeeper:
 
     async def keep(self) -> None:
         """Put what changed since the last time."""
+        async with self._lock:
+            await self._keep()
+
+    async def switch(self, begin: Callable[[], Awaitable[None]]) -> None:
+        """Keep the last changes, let ``begin`` begin another map and journal, and keep all of it from then on.
+
+        Raises what ``begin`` raises. What cannot be kept of the old map is logged.
+        """
+        async with self._lock:
+            try:
+                await self._keep()
+            except Exception:
+                _LOG.exception("the last changes of the map were not journalled")
+            await begin()
+            self._version = 0
+
+    async def _keep(self) -> None:
         delta = await self._changes_since(self._version)
         if delta.parts:
             self._put(delta.parts)

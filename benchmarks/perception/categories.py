@@ -85,11 +85,11 @@ def categories(looked: Looked) -> Categories:
             Category.UNMARKED: _each(boxes, lambda k: not is_marked(bright, boxes, k)),
         }
 
-    of_labels = seen(labels) | {
-        Category.ROW_END: rows.is_end[kept], Category.PHASE: half_off.any(axis=1)[kept], Category.LONG: long_labels
+    of_labels: Flags = seen(labels) | {
+        Category.ROW_END: rows.is_end[kept], Category.PHASE: np.asarray(half_off.any(axis=1))[kept], Category.LONG: long_labels
     }  # fmt: skip
-    of_finds = seen(finds) | {
-        Category.ROW_END: rows.at_end(finds), Category.PHASE: half_off.any(axis=0), Category.LONG: long_finds
+    of_finds: Flags = seen(finds) | {
+        Category.ROW_END: rows.at_end(finds), Category.PHASE: np.asarray(half_off.any(axis=0)), Category.LONG: long_finds
     }  # fmt: skip
     return Categories(_in_order(of_labels), _in_order(of_finds), pairs)
 

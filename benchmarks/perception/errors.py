@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -91,12 +91,17 @@ def errors_of(looked: Looked, found: Categories) -> Errors:
 def _rows(looked: Looked, found: Categories) -> dict[str, Row]:
     errors = errors_of(looked, found)
     everything = (np.ones(len(errors.missed), np.bool_), np.ones(len(errors.false), np.bool_))
-    nothing = tuple(
-        ~np.any([*flags.values()], axis=0) if flags else mask
-        for flags, mask in zip((found.labels, found.finds), everything, strict=True)
-    )
-    chosen = {ALL: everything, **{c: (found.labels[c], found.finds[c]) for c in Category}, NONE: nothing}
+    nothing = _in_none(found.labels, everything[0]), _in_none(found.finds, everything[1])
+    chosen: dict[str, tuple[Mask, Mask]] = {
+        ALL: everything,
+        **{c: (found.labels[c], found.finds[c]) for c in Category},
+        NONE: nothing,
+    }
     return {name: _row(errors, *masks) for name, masks in chosen.items()}
+
+
+def _in_none(flags: Mapping[Category, Mask], everything: Mask) -> Mask:
+    return np.asarray(~np.any([*flags.values()], axis=0)) if flags else everything
 
 
 def _row(errors: Errors, labels: Mask, finds: Mask) -> Row:

@@ -125,7 +125,7 @@ def _missing(place: Place, image: NDArray[np.uint8]) -> Mask:
 def _unpainted(image: NDArray[np.uint8], green: Colours, shade: Mask) -> Colours:
     """Return green without what is brighter than the shade nearby: lines do not make its ground uneven."""
     level = _mean_around(green, shade, float(green[shade].mean()) if shade.any() else 0.0)
-    return np.minimum(image[..., 1].astype(np.float32), _PAINT * level)
+    return np.asarray(np.minimum(image[..., 1].astype(np.float32), _PAINT * level), np.float32)
 
 
 def _deviation(values: NDArray[np.uint8] | Colours, side_m: float) -> Colours:
@@ -155,7 +155,7 @@ def _closed(mask: Mask, diameter_m: float) -> Mask:
     return ~_opened(~mask, diameter_m)
 
 
-def _within(values: Colours, limits: tuple[float, float]) -> Mask:
+def _within(values: NDArray[np.floating], limits: tuple[float, float]) -> Mask:
     return np.asarray((values > limits[0]) & (values < limits[1]))
 
 

@@ -80,7 +80,8 @@ def _profiles(bright: NDArray[np.float32], boxes: Boxes, number: int, side: int)
     ) / GROUND_M - 0.5
     flat = points.reshape(len(places) * 5, -1, 2).astype(np.float32)
     sampled = cv2.remap(bright, flat[..., 0], flat[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    return sampled.reshape(len(places), 5, -1).mean(axis=1).astype(np.float64), offsets
+    profile = np.asarray(sampled.reshape(len(places), 5, -1).mean(axis=1), np.float64)
+    return profile, np.asarray(offsets, np.float64)
 
 
 def _straightened(profile: Floats, ridge: Floats, best: int, aside: int) -> Floats:

@@ -116,6 +116,10 @@ class AlgorithmLoop:
         kept = list(deltas)
         return await self._on_worker(lambda: self._manager.mapper_app.restore(kept))
 
+    async def begin_survey(self, map_id: str) -> None:
+        """Begin an empty map under another id, between two frames."""
+        await self._on_worker(lambda: self._manager.begin_survey(map_id))
+
     async def _on_worker(self, work: Callable[[], T]) -> T:
         return await asyncio.get_running_loop().run_in_executor(self._executor, work)
 

@@ -64,6 +64,11 @@ class AlgorithmManagerApp:
         """The mapper, for journal and restart. To be used on the worker thread only."""
         return self._mapper_app
 
+    def begin_survey(self, map_id: str) -> None:
+        """Begin an empty map under another id. To be used on the worker thread only."""
+        self._mapper_app.begin(map_id)
+        self._path_plan_app.begin()
+
     def process(self) -> None:
         """Run all three on the topic interface's frame, then publish (specification: process).
 

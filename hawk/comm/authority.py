@@ -52,6 +52,7 @@ RIGHTS: Final[Mapping[str, Right]] = {
     "Set Failsafes": Right.CONTROL,
     "Set Fence": Right.CONTROL,
     "Clear Fence": Right.CONTROL,
+    "New Survey": Right.CONTROL,
     "Check Fence": Right.ANYONE,
     "Set Outline": Right.CONTROL,
     "Clear Outline": Right.CONTROL,

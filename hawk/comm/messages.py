@@ -206,6 +206,12 @@ class ClearFence(Command):
     type: Literal["Clear Fence"] = "Clear Fence"
 
 
+class NewSurvey(Command):
+    """Begin another survey with an empty map. The earlier one stays stored. On the ground only."""
+
+    type: Literal["New Survey"] = "New Survey"
+
+
 class CheckFence(_Fence):
     """Check this fence (answered by FenceCheck); changes nothing and needs no control."""
 
@@ -243,6 +249,7 @@ AnyCommand = Annotated[
     | SetFailsafes
     | SetFence
     | ClearFence
+    | NewSurvey
     | CheckFence
     | SetOutline
     | ClearOutline

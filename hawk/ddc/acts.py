@@ -269,6 +269,11 @@ class PutFenceInForce:
 
 
 @dataclass(frozen=True, slots=True)
+class BeginSurvey:
+    """Begin another survey with an empty map and no datum."""
+
+
+@dataclass(frozen=True, slots=True)
 class ForgetAskedModes:
     """No mode change is ours until a mode is asked for again."""
 
@@ -314,6 +319,7 @@ Act = (
     | UseHeights
     | UseOutline
     | SetDatum
+    | BeginSurvey
     | PutFenceInForce
     | ForgetAskedModes
     | SetVoice

@@ -25,6 +25,7 @@ from hawk.comm.messages import (
     KillToken,
     Land,
     MapResync,
+    NewSurvey,
     OperatorHeartbeat,
     OperatorName,
     Outgoing,
@@ -35,7 +36,17 @@ from hawk.comm.messages import (
     SetOutline,
 )
 from hawk.comm.status import ClientId
-from hawk.ddc.acts import Acts, Desire, JudgeFence, Log, Record, Reply, ShowUserError, UseOutline
+from hawk.ddc.acts import (
+    Acts,
+    BeginSurvey,
+    Desire,
+    JudgeFence,
+    Log,
+    Record,
+    Reply,
+    ShowUserError,
+    UseOutline,
+)
 from hawk.ddc.facts import VERDICT_AGE_S, Facts
 from hawk.ddc.failsafes import return_altitude
 from hawk.ddc.fence import Standpoint, plan_of
@@ -180,6 +191,9 @@ class CommandDesk:
             case ClearKill():
                 self._kill_switch.clear()
                 return Ruling(accepted, (NO_USER_ERROR, Log("info", "The cut of the motors was cleared.")))
+            case NewSurvey():
+                words = Log("info", "A new survey begins.", "The earlier one stays stored.")
+                return Ruling(accepted, (*self._begin(), BeginSurvey(), words))
             case SetFailsafes():
                 self._reader.set_failsafes()
                 return Ruling(accepted, (NO_USER_ERROR,))

@@ -13,7 +13,7 @@ from functools import partial
 from hawk.comm.messages import Ack, Command, Outgoing
 from hawk.comm.status import ClientId
 from hawk.ddc import guard
-from hawk.ddc.acts import Acts, EnterState, ForgetAskedModes, Log, Record, Step
+from hawk.ddc.acts import Acts, BeginSurvey, EnterState, ForgetAskedModes, Log, Record, Step
 from hawk.ddc.command_desk import CommandDesk, Ruling, answer_record
 from hawk.ddc.facts import Facts, VehicleEvent
 from hawk.ddc.failsafe_watch import FailsafeWatch
@@ -111,6 +111,8 @@ class Decider:
     def _rule(self, facts: Facts, client: ClientId, command: Command) -> Ruling:
         ruling = self._desk.rule(client, command, self.case(facts))
         self._carry_out(ruling, facts)
+        if any(isinstance(act, BeginSurvey) for act in ruling.acts):
+            self._continues_survey, self._survey = False, SurveyNotice(continues_survey=False)
         if isinstance(ruling.answer, Ack):
             self._do((answer_record(client, command, ruling.answer),))
         return ruling

@@ -74,6 +74,7 @@ Set Fence          | yes    saving    disarm land    land  land    land   land  
 Clear Fence        | yes    saving    disarm land    land  land    land   land   land   land   land pilot
 Set Outline        | yes    saving    yes    yes     yes   explores yes   yes    yes    yes    lost pilot
 Clear Outline      | yes    saving    yes    yes     yes   explores yes   yes    yes    yes    lost pilot
+New Survey         | yes    saving    disarm land    land  land    land   land   land   land   land pilot
 """
 """A word is a reason of `_REASONS`; "yes": accepted if no condition refuses it."""
 
@@ -428,6 +429,14 @@ def _clear_fence(case: Case) -> Refusal | None:
     return None if is_drawn else Refusal("No fence is drawn: the standard one is used.")
 
 
+def _new_survey(case: Case) -> Refusal | None:
+    sight = case.facts.sight
+    if case.facts.vehicle.armed:
+        return Refusal("Armed: disarm first.")
+    is_empty = sight.lot_area <= 0.0 and sight.counts.total == 0
+    return Refusal("The map is empty: the next flight begins it.") if is_empty else None
+
+
 _CONDITIONS: Mapping[str, Callable[[Case], Refusal | None]] = {
     "Arm": _arm,
     "Takeoff": _takeoff,
@@ -443,4 +452,5 @@ _CONDITIONS: Mapping[str, Callable[[Case], Refusal | None]] = {
     "Set Failsafes": _set_failsafes,
     "Clear Fence": _clear_fence,
     "Clear Outline": _clear_outline,
+    "New Survey": _new_survey,
 }

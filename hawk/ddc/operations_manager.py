@@ -80,6 +80,7 @@ class OperationsManager:
         self._store, self._heights, self._heights_problem = _read_heights(setup)
         self._performer = Performer(self._tools())
         self._reporter = Reporter(self.log, self._trail, self.outcomes, self._setups, self.status)
+        self._survey = SurveyWatch(setup.settings, setup.survey, continues_survey=setup.continues_survey)
         self._senses = Senses(self._sources())
         tokens = KillTokens(setup.new_token)
         self._decider = Decider(setup.settings, tokens, setup.clock(), continues_survey=setup.continues_survey)
@@ -280,6 +281,7 @@ class OperationsManager:
             outlines=self.outlines,
             record=self._record,
             count_start=self._begin_in_air,
+            begin_survey=self._begin_survey,
             outcomes=self.outcomes,
         )
 
@@ -296,7 +298,7 @@ class OperationsManager:
             requests=self.requests,
             outcomes=self.outcomes,
             settings=self._setup.settings,
-            survey=SurveyWatch(self._setup.settings, self._setup.survey, continues_survey=self._setup.continues_survey),
+            survey=self._survey,
         )
 
     def _setups(self) -> Setups:
@@ -308,6 +310,11 @@ class OperationsManager:
         if known is not None:
             self._trail.resume(*known, self._setup.clock())
         return self._setup.count_start()
+
+    def _begin_survey(self) -> None:
+        self._service.set_datum(None)
+        self._survey.begin()
+        self._setup.begin_survey()
 
     def _keep_flight(self, flown: tuple[float, float] | None) -> None:
         flight = None if flown is None else FlightSoFar(*flown, at=self._setup.utc().timestamp())

@@ -15,6 +15,7 @@ from hawk.ddc.acts import (
     Acts,
     Ask,
     AskPlace,
+    BeginSurvey,
     CompareFence,
     CountStart,
     CutMotors,
@@ -74,6 +75,7 @@ class Tools:
     record: Callable[[str, dict[str, Any]], None]
     count_start: Callable[[], int]
     """Journals a start in the air, restores the flight, and returns the number of starts."""
+    begin_survey: Callable[[], None]
     outcomes: Outcomes = field(default_factory=Outcomes)
 
 
@@ -155,6 +157,8 @@ class Performer:
                 self._executor.submit(fence_path.prepare, fence)  # before the first path is asked for, in the air
             case SetDatum(datum):
                 tools.service.set_datum(datum)
+            case BeginSurvey():
+                tools.begin_survey()
             case ForgetAskedModes():
                 tools.service.forget_asked_modes()
             case SetVoice(speaks):

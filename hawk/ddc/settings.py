@@ -92,6 +92,8 @@ class ManagerSetup:
     new_token: Callable[[], str] | None = None
     continues_survey: bool = False
     """The map of an earlier run was restored."""
+    begin_survey: Callable[[], None] = field(default=lambda: None)
+    """Begins another survey: an empty map and a journal of its own."""
     flight: FlightSoFar | None = None
     """The flight in which an earlier run ended."""
     keep_flight: Callable[[FlightSoFar | None], None] = field(default=lambda _flight: None)

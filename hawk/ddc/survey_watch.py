@@ -84,6 +84,12 @@ class SurveyWatch:
         self.need = None
         self._short = Stopwatch()
 
+    def begin(self) -> None:
+        """Forget what the last survey left: another one begins. The drain of the last flights stays."""
+        self._continues, self._left, self.need = False, None, None
+        self._short = Stopwatch()
+        self._looked = self._kept = self._explored_until = -math.inf
+
     def look(self, seen: Sighting) -> None:
         """Take the readings of a tick."""
         self._measure(seen)

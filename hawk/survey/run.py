@@ -217,8 +217,8 @@ def _say(folder: Path, outcome: SurveyOutcome, values: dict[str, Any]) -> None:
         f"Results in {folder}"
     )
     if "stall_f1" in values:
-        keys = ("stall_f1", "stall_precision", "stall_recall", "recall_whole", "state_accuracy", "lot_iou", "lot_seen")
-        keys += ("stalls_seen", "stall_recall_seen")
+        keys = ["stall_f1", "stall_precision", "stall_recall", "recall_whole", "state_accuracy", "lot_iou", "lot_seen"]
+        keys += ["stalls_seen", "stall_recall_seen"]
         print(", ".join(f"{key} {values[key]:.3f}" for key in keys) + f", excursions {values.get('excursions')}")
 
 

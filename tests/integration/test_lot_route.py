@@ -20,10 +20,11 @@ from hawk.algo.ground import Window
 from hawk.algo.mapper import delta
 from hawk.algo.mapper.evidence import EVIDENCE_M
 from hawk.algo.mapper.grid import EvidenceGrid, EvidenceTile
-from hawk.comm.messages import Ack, AutonomousMove, Disarm, RouteAnswer, RouteRequest
+from hawk.comm.messages import Ack, AutonomousMove, Disarm, NewSurvey, RouteAnswer, RouteRequest
 from hawk.comm.status import Heartbeat, Point
 from hawk.model import Cell, StateName, UserError
 from hawk.store.journal import FlightJournal
+from hawk.survey.stack import SimulatedStack
 from tests.integration.daemon_support import LOW, Operator, end_daemon, operator, over_a_picture
 
 pytestmark = [pytest.mark.integration, pytest.mark.asyncio(loop_scope="module")]
@@ -45,6 +46,16 @@ class Flight:
     refused_beat: Heartbeat
     beats: list[Heartbeat]
     arrived: Heartbeat
+
+
+@dataclass(frozen=True)
+class Another:
+    """Heartbeats and map ids about a new survey after the flight: before it, after it, and armed after a restart."""
+
+    before: tuple[Heartbeat, str | None]
+    after: tuple[Heartbeat, str | None]
+    restarted: tuple[Heartbeat, str | None]
+    surveys: list[str]
 
 
 def lot_parts() -> dict[str, bytes]:
@@ -72,7 +83,7 @@ async def put_into_journal(folder: Path) -> None:
 
 
 @pytest_asyncio.fixture(loop_scope="module", scope="module")
-async def flight(tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Flight]:
+async def flown(tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[tuple[Flight, Another]]:
     folder = tmp_path_factory.mktemp("route")
     stack = over_a_picture(folder, UNSEEING)
     try:
@@ -87,11 +98,38 @@ async def flight(tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Flig
         async with operator(url) as pilot:
             await pilot.take_off()
             await pilot.until(lambda b: (b.lot_area or 0.0) > 1000.0)
-            flown = await fly(pilot)
+            flight = await fly(pilot)
             await pilot.come_home()
+        another = await begin_another(stack, url, folder)
     finally:
         await stack.stop()
-    yield flown
+    yield flight, another
+
+
+@pytest.fixture
+def flight(flown: tuple[Flight, Another]) -> Flight:
+    return flown[0]
+
+
+@pytest.fixture
+def another(flown: tuple[Flight, Another]) -> Another:
+    return flown[1]
+
+
+async def begin_another(stack: SimulatedStack, url: str, folder: Path) -> Another:
+    """Begin a new survey on the ground, end the daemon, and arm with the next one."""
+    async with operator(url) as pilot:
+        await pilot.take_control()
+        before = await pilot.until(lambda b: (b.lot_area or 0.0) > 1000.0), pilot.drone.map.map_id
+        await pilot.order(NewSurvey())
+        after = await pilot.until(lambda b: not b.lot_area and b.datum is None), pilot.drone.map.map_id
+    await end_daemon(stack)
+    await stack.start_daemon()
+    async with operator(url) as pilot:
+        await pilot.arm()
+        restarted = await pilot.until(lambda b: b.datum is not None and b.home is not None), pilot.drone.map.map_id
+    surveys = sorted(path.name for path in (folder / "run" / "store" / "journal").iterdir())
+    return Another(before, after, restarted, surveys)
 
 
 async def fly(pilot: Operator) -> Flight:
@@ -162,3 +200,17 @@ async def test_a_place_off_the_lot_is_refused_with_user_error_1(flight: Flight) 
     assert flight.refused_beat.user_error == UserError.DESIRED_LOCATION_OUT_OF_BOUNDS
     assert flight.refused_beat.state == StateName.HOVER
     assert flight.told_off_lot.refused == flight.refused.reason
+
+
+async def test_a_new_survey_empties_the_map_and_keeps_the_earlier_one_on_disk(another: Another) -> None:
+    (_, former), (after, current) = another.before, another.after
+    assert former != current
+    assert (after.free, after.taken, after.lot_area) == (0, 0, 0.0)
+    assert len(another.surveys) >= 2, "each has a journal of its own"
+
+
+async def test_after_a_restart_the_earlier_survey_does_not_come_back(another: Another) -> None:
+    restarted, map_id = another.restarted
+    assert map_id != another.before[1]
+    assert not restarted.lot_area
+    assert restarted.state == StateName.ARM

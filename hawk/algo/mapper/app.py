@@ -125,6 +125,10 @@ class MapperApp:
         self._core = core
         return problems
 
+    def begin(self, map_id: str) -> None:
+        """Begin an empty map under another id."""
+        self._core = MapCore(self._settings, map_id)
+
     def _fused(self) -> Fused:
         return Fused(self._core.index, self._core.registration.shift, self._health)
 

@@ -115,6 +115,12 @@ class PathPlanApp:
         self._last = Plan.failed(reason)
         return self._last
 
+    def begin(self) -> None:
+        """Forget what was explored: the map begins empty."""
+        self._overview, self._explorer, self._explored_so_far = Overview(), None, ExploreStatus()
+        self._routes, self._asked_routes = (RouteKeeper(self._settings.near_lot_m) for _ in range(2))
+        self._last = Plan(PathPlan(), Health())
+
     def _planned(self, frame: FrameInput, lot_map: LotMap) -> Plan:
         if frame.pose is not None and not frame.pose.is_finite():
             return Plan.failed("the pose of the frame is not finite: no plan is made")

@@ -228,3 +228,15 @@ async def test_closing_ends_the_thread_and_twice_is_harmless() -> None:
     await rig.loop.close()
     await rig.loop.close()
     assert name not in {thread.name for thread in threading.enumerate()}
+
+
+async def test_another_survey_begins_with_an_empty_map_between_two_frames(rig: Rig) -> None:
+    before = await rig.put(1.0)
+    before = await rig.put(2.0)
+    assert before.occupancy_map.counts.total > 0
+    await rig.loop.begin_survey("second")
+    assert (await rig.loop.changes_since(0)).version == 0
+    rig.problem = "not mapped"
+    after = await rig.put(3.0)
+    assert (before.occupancy_map.map_id, after.occupancy_map.map_id) == ("first", "second")
+    assert (after.occupancy_map.counts.total, len(after.occupancy_map.stalls)) == (0, 0)

@@ -43,3 +43,32 @@ async def test_a_failure_is_told_and_tried_again(caplog: pytest.LogCaptureFixtur
         task.cancel()
         await asyncio.gather(task, return_exceptions=True)
     assert "could not be journalled" in caplog.text
+
+
+async def test_another_map_is_kept_from_its_beginning_and_nothing_of_the_old_one_goes_into_its_journal() -> None:
+    put: list[Mapping[str, bytes]] = []
+    source, begun = Map(), asyncio.Event()
+    keeper = MapKeeper(source.changes_since, put.append)
+
+    async def begin() -> None:
+        begun.set()
+        for _ in range(3):
+            await asyncio.sleep(0)  # a turn of `run` comes meanwhile
+        assert len(put) == 1, "the old map's last changes, before the new journal"
+
+    switching = asyncio.create_task(keeper.switch(begin))
+    await begun.wait()
+    meanwhile = asyncio.create_task(keeper.keep())
+    await asyncio.gather(switching, meanwhile)
+    assert source.asked == [0, 0], "all of the new map is asked for"
+
+
+async def test_an_old_map_that_cannot_be_kept_does_not_hold_up_the_new_one(caplog: pytest.LogCaptureFixture) -> None:
+    begun: list[bool] = []
+
+    async def begin() -> None:
+        begun.append(True)
+
+    await MapKeeper(Map(failing=True).changes_since, lambda _: None).switch(begin)
+    assert begun == [True]
+    assert "not journalled" in caplog.text

@@ -531,6 +531,7 @@ class Rig:
     ) -> None:
         self.clock = ManualClock(START)
         self.kept_flights: list[FlightSoFar | None] = []
+        self.surveys_begun = 0
         self.autopilot = FakeAutopilot(self.clock, parameters)
         self.desk = FakeDesk()
         self.socket = FakeSocket()
@@ -555,6 +556,7 @@ class Rig:
                 count_start=lambda: starts,
                 new_token=lambda: next(tokens),
                 continues_survey=continues_survey,
+                begin_survey=self._begin_survey,
                 utc=lambda: datetime.fromtimestamp(UTC_START + self.clock() - START, UTC),
                 flight=flight,
                 keep_flight=self.kept_flights.append,
@@ -574,6 +576,9 @@ class Rig:
 
     def record(self, kind: str, payload: dict[str, Any]) -> None:
         self.records.append((kind, payload))
+
+    def _begin_survey(self) -> None:
+        self.surveys_begun += 1
 
     @property
     def ticked(self) -> bool:

@@ -23,6 +23,7 @@ from hawk.comm.messages import (
     KillRequest,
     KillToken,
     Land,
+    NewSurvey,
     Resume,
     ReturnToLaunch,
     SetFailsafes,
@@ -58,6 +59,7 @@ COMMANDS: dict[str, Command] = {
     "Clear Fence": ClearFence(),
     "Set Outline": SetOutline(polygons=[FENCE]),
     "Clear Outline": ClearOutline(),
+    "New Survey": NewSurvey(),
 }
 """Kill itself, which needs a token, has a test of its own."""
 
@@ -86,6 +88,7 @@ ACCEPTED: dict[str, set[StateName]] = {
     "Set Outline": set(StateName)
     - {StateName.CONFIGURE, StateName.AUTONOMOUS_EXPLORE, StateName.COMMUNICATION_LOST, StateName.MANUAL},
     "Clear Outline": set(),
+    "New Survey": set(),
 }
 
 LEADS_TO: dict[str, StateName] = {

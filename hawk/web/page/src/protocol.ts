@@ -112,6 +112,12 @@ export interface MapResyncCommand {
   Id?: string | number | null;
 }
 
+/** Begin another survey with an empty map. The earlier one stays stored. On the ground only. */
+export interface NewSurveyCommand {
+  Type: "New Survey";
+  Id?: string | number | null;
+}
+
 /** The operator's sign of life. */
 export interface OperatorHeartbeatCommand {
   Type: "Heartbeat";
@@ -194,6 +200,7 @@ export type Command =
   | KillRequestCommand
   | LandCommand
   | MapResyncCommand
+  | NewSurveyCommand
   | OperatorHeartbeatCommand
   | OperatorNameCommand
   | ResumeCommand
