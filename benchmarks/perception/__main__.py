@@ -8,9 +8,9 @@ fewer than five stalls are left out. ``--regions``: as ``--lots``, without state
 names those that are streets, ``--ground KIND=PATTERN`` the kind of ground where the files have no ``ground``.
 ``--negatives``: pictures without any stall. ``--seeds``: single frames over drawn worlds.
 
-The measures are those of `hawk.survey.scoring`; labels that a picture's edge or missing ground cuts are counted neither
-way. In JSON the figures of tiles have no prefix, those of places ``lots_``, those of regions ``regions_``, those of
-frames over drawn worlds ``frames_``, and those of lines alone ``classical_`` before all others.
+The measures are those of `hawk.survey.scoring`; labels that a picture's edge or missing ground cuts are counted as
+neither right nor wrong. In JSON the figures of tiles have no prefix, those of places ``lots_``, those of regions
+``regions_``, those of frames over drawn worlds ``frames_``, and those of lines alone ``classical_`` before all others.
 
 ``python -m benchmarks.perception --video FILE --metres-per-pixel X``: a still camera straight above a lot.
 """

@@ -1,4 +1,4 @@
-"""What makes a stall hard: categories of labels and finds, decided by rules on the picture, the labels and the finds.
+"""Reasons why a stall is hard: categories of labels and finds, decided by rules on the picture, the labels and the finds.
 
 An error may fall into several categories, or into none. docs/results/perception.md says how each is decided and where
 the rules fail.
@@ -25,13 +25,13 @@ Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 TREE_OVER, TREE_NEAR_M, TREE_NEAR_M2 = 0.08, 1.5, 3.0
-"""A tree: its crown covers this share of the stall, or so many square metres within so many metres of it."""
+"""A tree: its crown covers this share of the stall, or N square metres within some metres of it."""
 SHADE = 0.4
 """Share of a stall in deep shade."""
 HARD_SHADOW, HARD_STRIP_M = 0.5, (-0.3, 0.7)
 """Share in shade of the strip along a side, from outside to inside of the stall, across which a shadow falls in."""
 LEAST_THROW_M, LEAST_CARS = 0.15, 5
-"""Shadows have a direction when those of so many cars are on average thrown so far."""
+"""Shadows have a direction when those of N cars are thrown this far on average."""
 LONG_M, COVERED = 7.5, 0.6
 """A long vehicle's stall: this long, or it covers this share of each of several stalls."""
 
@@ -86,11 +86,15 @@ def categories(looked: Looked) -> Categories:
         }
 
     of_labels: Flags = seen(labels) | {
-        Category.ROW_END: rows.is_end[kept], Category.PHASE: np.asarray(half_off.any(axis=1))[kept], Category.LONG: long_labels
-    }  # fmt: skip
+        Category.ROW_END: rows.is_end[kept],
+        Category.PHASE: np.asarray(half_off.any(axis=1))[kept],
+        Category.LONG: long_labels,
+    }
     of_finds: Flags = seen(finds) | {
-        Category.ROW_END: rows.at_end(finds), Category.PHASE: np.asarray(half_off.any(axis=0)), Category.LONG: long_finds
-    }  # fmt: skip
+        Category.ROW_END: rows.at_end(finds),
+        Category.PHASE: np.asarray(half_off.any(axis=0)),
+        Category.LONG: long_finds,
+    }
     return Categories(_in_order(of_labels), _in_order(of_finds), pairs)
 
 

@@ -1,4 +1,4 @@
-"""What a picture's colours say of the ground: lit ground, shade, deep shade, crowns of leaves.
+"""Ground by a picture's colours: lit ground, shade, deep shade, crowns of leaves.
 
 The sun is yellow and the sky is blue: ground in shade is darker than lit ground, bluer, and less red. Dark asphalt is
 dark but not that blue; dark cars reflect the sky and can be.
@@ -62,7 +62,7 @@ class GroundLight:
 
 
 def ground_light(place: Place, stalls: NDArray[np.float64]) -> GroundLight:
-    """Tell lit ground from shade and crowns; ``stalls`` (N, 4, 2) in metres say where ground for cars is."""
+    """Distinguish lit ground from shade and crowns; ``stalls`` (N, 4, 2) in metres say where ground for cars is."""
     factor = place.metres_per_pixel / GROUND_M
     method = cv2.INTER_AREA if factor < 1 else cv2.INTER_LINEAR
     image = np.asarray(cv2.resize(place.image, None, fx=factor, fy=factor, interpolation=method), np.uint8)

@@ -58,7 +58,7 @@ class Looked:
 def look(eye: Eye, places: Iterable[Place], *, scale: float = 1.0, verbose: bool = False) -> list[Looked]:
     """Look at every place; print a line for each where ``verbose``.
 
-    Labels that a picture's edge cuts count neither way (`benchmarks.perception.edges`).
+    Labels that a picture's edge cuts count as neither right nor wrong (`benchmarks.perception.edges`).
     """
     looked = []
     for place in places:

@@ -17,7 +17,7 @@ LINE = 0.07
 SHOWN = 0.5
 """Least share of a side along which the line shows, between cars and crowns."""
 REACH_M, ASIDE_M = 0.35, 0.3
-"""How far from the labelled side a line is looked for, and how far from the line its ground lies, metres."""
+"""Greatest distance of a line from the labelled side, and distance of its ground from the line, metres."""
 
 _STEP_M, _WINDOW_M, _PLACES, _MIDDLE = 0.05, 0.5, 16, 0.8
 _SLANT = 2

@@ -1,7 +1,7 @@
 """Regions without outlines of lots and without states: where stalls are found, by setting and by kind of ground.
 
 A region is a picture of a lot or of streets with labelled stalls; parts of the picture may be missing. Without an
-outline every unmatched find is a false alarm, because nothing tells stalls that nobody labelled: the true precision is
+outline every unmatched find is a false alarm, because nothing shows stalls that nobody labelled: the true precision is
 no lower.
 """
 

@@ -16,7 +16,7 @@ SAME_WAY = math.radians(20)
 STEP, ASIDE = (0.6, 1.5), 0.4
 """Neighbours lie one stall on along the row, in stalls, and at most this share of a stall aside of it."""
 BEYOND = 2.6
-"""A find lies beyond the end of a row within so many stalls of the last label's middle."""
+"""A find lies beyond the end of a row within N stalls of the last label's middle."""
 
 
 @dataclass(frozen=True, slots=True)

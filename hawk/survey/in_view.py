@@ -1,4 +1,4 @@
-"""How much of the true lot and of its stalls a survey ever had in view, and what it found of those stalls.
+"""Share of the true lot and of its stalls that a survey ever had in view, and what it found of those stalls.
 
 A stall that no picture showed is missed by the flight, not by vision. In view is what the survey's own map holds: cells
 that are not unknown, the constant part of the position error removed.

@@ -54,7 +54,7 @@ def fill(picture: Picture, x0: float, y0: float, x1: float, y1: float, colour: t
 
 
 def shade(picture: Picture, x0: float, y0: float, x1: float, y1: float) -> None:
-    """Lay a shadow: lines in it stay brighter than the ground."""
+    """Draw a shadow: lines in it stay brighter than the ground."""
     rows, columns = slice(round(y0 / SCALE), round(y1 / SCALE)), slice(round(x0 / SCALE), round(x1 / SCALE))
     part = picture[rows, columns]
     picture[rows, columns] = np.clip(part * (np.array(SHADE) / LIT), 0, 255).astype(np.uint8)

@@ -67,7 +67,7 @@ class FakeDrone:
     lot_area: float = 0.0
     """Of the map, square metres: that of an earlier flight before take-off."""
     outline_unseen: float | None = None
-    """What of an outline it cannot reach, square metres."""
+    """Area of an outline that it cannot reach, square metres."""
     # -- what it is ------------------------------------------------------------
     time: float = 0.0
     state: StateName = StateName.IDLE
