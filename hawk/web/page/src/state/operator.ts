@@ -30,7 +30,7 @@ export interface Outside {
 /** What the operator is asked to confirm in the bar. */
 export type Question =
   | { about: "move"; target: Point; kind?: MoveKind }
-  | { about: "Arm" | "Takeoff" | "Autonomous Explore" | "Return To Launch" | "Land" | "Resume" };
+  | { about: "Arm" | "Takeoff" | "Autonomous Explore" | "Return To Launch" | "Land" | "Resume" | "New Survey" };
 
 /** Cutting the motors: first a token is asked for, then it can be done. */
 export interface Cutting {

@@ -12,6 +12,7 @@ import { Watch } from "./watch.ts";
 import "./action-bar.ts";
 import "./control-note.ts";
 import "./counts-card.ts";
+import "./earlier-survey.ts";
 import "./glance-line.ts";
 import "./kill-dialog.ts";
 import "./link-banner.ts";
@@ -77,6 +78,7 @@ export class App extends LitElement {
       <div class="strips">
         <hawk-banner .model=${model}></hawk-banner>
         <hawk-control .model=${model}></hawk-control>
+        <hawk-earlier .model=${model}></hawk-earlier>
         <hawk-name .model=${model} .asks=${true}></hawk-name>
       </div>
       <main class=${main}>

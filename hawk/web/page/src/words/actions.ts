@@ -16,7 +16,7 @@ export interface Action {
   progress: number | null;
 }
 
-export type SimpleCommand = Exclude<Command["Type"], "Configure" | "Kill" | "Autonomous Move" | "Compulsive Move" | "Control" | "Name" | "Heartbeat" | "Set Fence" | "Check Fence" | "Route Request">;
+export type SimpleCommand = Exclude<Command["Type"], "Configure" | "Kill" | "Autonomous Move" | "Compulsive Move" | "Control" | "Name" | "Heartbeat" | "Set Fence" | "Check Fence" | "Set Outline" | "Route Request">;
 
 export const COMMANDS: Record<Exclude<ActionName, "move">, SimpleCommand> = {
   arm: "Arm",

@@ -30,6 +30,12 @@ const WORDS: Record<Simple, AskedWords> = {
   },
   "Return To Launch": { question: "Return home and land there?", second: OVERRULES, slide: "Slide to return", label: "Return home" },
   Land: { question: "Land straight down?", second: OVERRULES, slide: "Slide to land", label: "Land" },
+  "New Survey": {
+    question: "Begin a new survey?",
+    second: "The map begins empty. The last survey stays stored on the drone.",
+    slide: "Slide to begin",
+    label: "New survey",
+  },
   Resume: {
     question: "Resume, taking over from the remote control?",
     second: "It stops and stays where it is.",

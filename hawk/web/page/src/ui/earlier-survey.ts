@@ -1,0 +1,34 @@
+import { html, nothing, type TemplateResult } from "lit";
+import { customElement } from "lit/decorators.js";
+import { earlierSurvey } from "../words/earlier.ts";
+import { Part } from "./element.ts";
+import { icon } from "./icons.ts";
+
+/** The choice between the survey on the map and a new one, on the ground, until it is made. */
+@customElement("hawk-earlier")
+export class EarlierSurvey extends Part {
+  private kept = false;
+
+  override render(): TemplateResult | typeof nothing {
+    const view = this.model.view();
+    if (view.heartbeat && view.heartbeat.State !== "Idle") this.kept = false;
+    const words = earlierSurvey(view);
+    if (words === null || this.kept || this.model.question !== null) return nothing;
+    return html`<div class="banner earlier" role="region" aria-label="A survey is on the map">
+      ${icon("info")}
+      <div>
+        <div class="big">A survey is on the map</div>
+        <div>${words}</div>
+      </div>
+      <div class="act-side">
+        <button @click=${() => this.keep()}>Continue survey</button>
+        <button @click=${() => this.model.ask({ about: "New Survey" })}>New survey</button>
+      </div>
+    </div>`;
+  }
+
+  private keep(): void {
+    this.kept = true;
+    this.requestUpdate();
+  }
+}
