@@ -36,7 +36,7 @@ $(PAGE_STAMP): $(STAMP) $(PAGE_SOURCES)
 	touch $@
 
 run: setup
-	$(BIN)/hawk-drone --config config.toml --sim $(ARGS)
+	packaging/keep-running $(BIN)/hawk-drone --config config.toml --sim $(ARGS)
 
 browser:
 	packaging/ensure-browser

@@ -57,6 +57,7 @@ def make_parser() -> argparse.ArgumentParser:
     _add_daemon_options(run)
     run.add_argument("--ready-file", type=Path, metavar="FILE", help=argparse.SUPPRESS)
     run.add_argument("--attach-sim", metavar="URL", help=argparse.SUPPRESS)
+    run.add_argument("--again", action="store_true", help="after a fault: go on with its survey, also in a simulation")
     survey = commands.add_parser("survey", help="fly a whole survey: take off, explore, come home, write the results")
     survey.set_defaults(action=_survey)
     _add_daemon_options(survey)
@@ -170,7 +171,10 @@ def _run(options: argparse.Namespace) -> int:
     from hawk.daemon import DaemonOptions, run_daemon
 
     status = asyncio.run(
-        run_daemon(config, DaemonOptions(simulation, options.attach_sim, options.speed, options.ready_file))
+        run_daemon(
+            config,
+            DaemonOptions(simulation, options.attach_sim, options.speed, options.ready_file, is_again=options.again),
+        )
     )
     end_within(EXIT_S, sys.stderr)  # a thread that hangs in a library would keep the process
     return status

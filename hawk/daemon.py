@@ -83,6 +83,8 @@ class DaemonOptions:
     attached_simulation: str | None = None
     speed: float = 1.0
     ready_file: Path | None = None
+    is_again: bool = False
+    """An earlier run ended by a fault: its survey goes on, also over the same simulated world."""
 
     @property
     def is_simulation(self) -> bool:
@@ -434,8 +436,9 @@ class Daemon:
         )
 
     def _goes_on(self) -> bool:
-        """Return True when the journalled survey continues; a simulated world is new at each start."""
-        if self._options.simulation is not None or self._kept.datum is None:
+        """Return True when the journalled survey continues; a simulated world is new at each start, but for a fault."""
+        is_new_world = self._options.simulation is not None and not self._options.is_again
+        if is_new_world or self._kept.datum is None:
             return False
         return time.time() - self._kept.last_written < CONTINUE_S
 
