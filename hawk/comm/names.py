@@ -30,12 +30,12 @@ def cleaned(name: str) -> str:
         raise ValueError("has characters that cannot be shown: leave out line breaks and control characters")
     name = " ".join(unicodedata.normalize("NFC", name).split())
     if len(name) > LONGEST_PERSON:
-        raise ValueError(f"has {len(name)} characters: use at most {LONGEST_PERSON}")
+        raise ValueError(f"must have at most {LONGEST_PERSON} characters, not {len(name)}")
     marks = sum(unicodedata.category(each).startswith("M") for each in name)
     if not any(each.isalnum() for each in name) or marks > len(name) - marks:
-        raise ValueError("needs a letter or a digit, and no more accents than letters")
+        raise ValueError("must have a letter or a digit, and no more accents than letters")
     if _NUMBERED.fullmatch(_key(name)) or _key(name) in _TAKEN:
-        raise ValueError(f"{name} is a word of the log itself: choose another name")
+        raise ValueError(f"{name} is a word of the log itself: send another name")
     return name
 
 
