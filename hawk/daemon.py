@@ -438,7 +438,8 @@ class Daemon:
     def _goes_on(self) -> bool:
         """Return True when the journalled survey continues; a simulated world is new at each start, but for a fault."""
         is_new_world = self._options.simulation is not None and not self._options.is_again
-        if is_new_world or self._kept.datum is None:
+        is_begun = self._kept.datum is not None or self._kept.outline is not None
+        if is_new_world or not is_begun:
             return False
         return time.time() - self._kept.last_written < CONTINUE_S
 

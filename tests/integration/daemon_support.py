@@ -13,6 +13,7 @@ from hawk.comm.messages import Ack, Arm, Command, Control, ReturnToLaunch, SetFa
 from hawk.comm.status import HealthItem, Heartbeat
 from hawk.model import StateName
 from hawk.simulation import SimulationOptions
+from hawk.store.journal_state import JournalState, read_survey, surveys_of
 from hawk.survey.client import DroneClient
 from hawk.survey.handset import Handset, refusal_of
 from hawk.survey.stack import SimulatedStack
@@ -22,6 +23,8 @@ SPEED = 3.0
 SILENCE_S = 15.0
 """Real seconds without a heartbeat until a test gives up."""
 POLL_S = 0.05
+JOURNALLED_S = 5.0
+"""The journal promises half a second; this is for a slow disk, real seconds."""
 
 LOW_HEIGHTS = """
 [heights]
@@ -57,6 +60,13 @@ async def kill_daemon(stack: SimulatedStack) -> None:
     if stack.daemon is not None and stack.daemon.returncode is None:
         stack.daemon.kill()
         await stack.daemon.wait()
+
+
+async def until_journalled(store: Path, holds: Callable[[JournalState], bool]) -> None:
+    """Wait until the journal's newest survey holds something; nobody cuts the power within half a second."""
+    async with asyncio.timeout(JOURNALLED_S):
+        while not holds(read_survey(surveys_of(store / "journal")[-1])[1]):  # noqa: ASYNC110 - a disk sends no event
+            await asyncio.sleep(POLL_S)
 
 
 async def end_daemon(stack: SimulatedStack) -> int:

@@ -6,11 +6,9 @@ is off by more than half a stall's width. It is flown once; each test looks at a
 
 from __future__ import annotations
 
-import asyncio
 import math
 from collections.abc import AsyncIterator
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,12 +21,11 @@ from hawk.comm.status import Heartbeat
 from hawk.ddc.drain import LEAST_S
 from hawk.model import Stall, StateName
 from hawk.simulation import SimulationOptions
-from hawk.store.journal_state import read_survey, surveys_of
 from hawk.survey import report
 from hawk.survey.stack import SimulatedStack
 from hawk.survey.survey_map import SurveyMap
 from hawk.survey.truth import GroundTruth
-from tests.integration.daemon_support import POLL_S, Operator, operator, write_settings
+from tests.integration.daemon_support import Operator, operator, until_journalled, write_settings
 
 pytestmark = [pytest.mark.integration, pytest.mark.alone, pytest.mark.asyncio(loop_scope="module")]
 
@@ -49,8 +46,6 @@ HALF = 0.45
 LOW_PERCENT = 26.0
 """Charge that is soon needed for the flight home."""
 ATTEMPTS = 5
-ON_DISK_S = 5.0
-"""The journal promises half a second; this is for a slow disk, real seconds."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +92,7 @@ async def swap(tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Swap]:
     stack = SimulatedStack(FIRST, folder, write_settings(folder, SETTINGS), None)
     try:
         began, half = await until_low(stack, (await stack.start()).url)
-        await until_on_disk(folder / "store" / "journal")
+        await until_journalled(folder / "store", lambda kept: bool(kept.drains))
         ready = await stack.swap_battery(await beside(stack))
         await stack.inject({"gps_glitch": OFFSET_M})
         again = await until_explored(ready.url)
@@ -107,13 +102,6 @@ async def swap(tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Swap]:
         await stack.stop()
     assert truth is not None
     yield Swap(began, half, again, truth, status)
-
-
-async def until_on_disk(journal: Path) -> None:
-    """Wait until the drain of the flight is journalled; no person takes a battery out within half a second."""
-    async with asyncio.timeout(ON_DISK_S):
-        while not read_survey(surveys_of(journal)[-1])[1].drains:  # noqa: ASYNC110 - a file of another process
-            await asyncio.sleep(POLL_S)
 
 
 async def beside(stack: SimulatedStack) -> SimulationOptions:

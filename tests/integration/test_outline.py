@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import math
 from collections.abc import AsyncIterator
 from pathlib import Path
@@ -15,7 +14,7 @@ from hawk.comm.status import FenceCorner
 from hawk.ddc.geofence import ring_from_map
 from hawk.model import GlobalPose, StateName
 from hawk.survey.stack import SimulatedStack
-from tests.integration.daemon_support import Operator, kill_daemon, operator, over_a_picture
+from tests.integration.daemon_support import Operator, kill_daemon, operator, over_a_picture, until_journalled
 
 pytestmark = [pytest.mark.integration, pytest.mark.alone, pytest.mark.asyncio]
 
@@ -29,8 +28,6 @@ radius_m = 25.0
 """
 """The circle's own limit lies 20 m about the arm place."""
 REACH_M = 20.5
-ON_DISK_S = 1.0
-"""The journal promises half a second, real seconds."""
 NEAR_M, FAR_M, HALF_M = 8.0, 45.0, 8.0
 """The outline, from the arm place northwards, and half of its width: the fence cuts it off at 25 m."""
 
@@ -49,12 +46,12 @@ def northwards(place: GlobalPose) -> SetOutline:
 
 
 async def test_an_outline_without_a_lot_is_seen_whole_inside_the_fence_also_after_a_crash(
-    stack: tuple[SimulatedStack, str],
+    stack: tuple[SimulatedStack, str], tmp_path: Path
 ) -> None:
-    flown, url = stack
+    (flown, url), folder = stack, tmp_path / "run" / "store"
     async with operator(url) as pilot:
         await _give_outline(pilot)
-    await asyncio.sleep(ON_DISK_S)
+    await until_journalled(folder, lambda kept: kept.outline is not None)
     await kill_daemon(flown)
     async with operator((await flown.start_daemon()).url) as pilot:
         await pilot.until(lambda b: b.connected and b.outline_area is not None)
