@@ -2,7 +2,7 @@ import "./dom.ts";
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 import { type Speaker, Voice } from "../src/link/voice.ts";
-import type { Heartbeat } from "../src/protocol.ts";
+import type { FenceSetup, Heartbeat } from "../src/protocol.ts";
 import { Operator } from "../src/state/operator.ts";
 import { ControlNotePart } from "../src/ui/control-note.ts";
 import { OwnName } from "../src/ui/own-name.ts";
@@ -15,6 +15,20 @@ import { flying } from "./rig.ts";
 import { Stage } from "./stage.ts";
 
 const MINE: Partial<Heartbeat> = { Controller: "Ana", "Own Name": "Ana", "In Control": true };
+const GROUNDED: Partial<Heartbeat> = { State: "Idle", Armed: false, Landed: "ON_GROUND" };
+const CIRCLE: FenceSetup = {
+  Source: "circle",
+  Corners: [],
+  Zones: [],
+  Inner: [],
+  "Inner Zones": [],
+  Radius: 150,
+  Ceiling: 100,
+  Margin: 5,
+  "Ceiling Margin": 3,
+  "Highest Ceiling": 100,
+  Problem: "",
+};
 const WATCHING: Partial<Heartbeat> = { Controller: "Ana", "Own Name": "Ben", "In Control": false };
 
 describe("the question for control", () => {
@@ -198,7 +212,7 @@ describe("the name", () => {
   it("is asked for once, kept, and sent again with each connection", async () => {
     const storage = new FakeStorage();
     const { operator, server, timers } = opened({ storage });
-    server.last.say(heartbeat());
+    server.last.say(heartbeat(GROUNDED));
     const strip = new OwnName();
     strip.asks = true;
     const stage = new Stage(strip, operator);
@@ -222,7 +236,7 @@ describe("the name", () => {
 
   it("is optional", async () => {
     const { operator, server } = opened({});
-    server.last.say(heartbeat());
+    server.last.say(heartbeat(GROUNDED));
     const strip = new OwnName();
     strip.asks = true;
     const stage = new Stage(strip, operator);
@@ -234,12 +248,30 @@ describe("the name", () => {
 
   it("shows why the drone refused it", async () => {
     const { operator, server } = opened({});
-    server.last.say(heartbeat());
+    server.last.say(heartbeat(GROUNDED));
     operator.rename("Operator 7");
     const id = (JSON.parse(server.last.sent.at(-1) ?? "{}") as { Id?: string }).Id;
     server.last.say({ Type: "Ack", Id: id, Accepted: false, Reason: "Name: choose another name" });
     await settle();
     assert.equal(operator.toast?.text, "Name: choose another name");
+  });
+
+  it("is not asked for in flight or while the fence is drawn: the map needs the room", async () => {
+    const { operator, server } = opened({});
+    server.last.say(heartbeat({ ...GROUNDED, State: "Hover", Armed: true, Landed: "IN_AIR" }));
+    const strip = new OwnName();
+    strip.asks = true;
+    const stage = new Stage(strip, operator);
+    await stage.drawn();
+    assert.equal(stage.text, "");
+    server.last.say(heartbeat(GROUNDED));
+    await stage.drawn();
+    assert.match(stage.text, /What is your name/);
+    server.last.say(heartbeat({ ...GROUNDED, "Fence Setup": CIRCLE }));
+    operator.editFence();
+    assert.equal(operator.fence.open, true);
+    await stage.drawn();
+    assert.equal(stage.text, "");
   });
 });
 

@@ -1,5 +1,6 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement, property, query } from "lit/decorators.js";
+import { isFlying } from "../state/flight.ts";
 import { linkOf } from "../words/view.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
@@ -20,7 +21,8 @@ export class OwnName extends Part {
 
   private strip(): TemplateResult | typeof nothing {
     const view = this.model.view();
-    if (this.model.preferences.name !== null || linkOf(view) !== "live") return nothing;
+    const isWanted = this.model.preferences.name === null && linkOf(view) === "live";
+    if (!isWanted || this.model.fence.open || isFlying(view.heartbeat)) return nothing; // the map needs the room
     return html`<form class="banner name" aria-label="Your name" @submit=${this.save}>
       ${icon("person")}
       <div>
