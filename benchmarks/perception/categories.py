@@ -1,4 +1,4 @@
-"""Reasons why a stall is hard: categories of labels and finds, by rules on the picture, the labels and the finds.
+"""Reasons why a stall is hard: categories of labels and finds, by rules on the picture, labels and finds.
 
 An error may fall into several categories, or into none. docs/results/perception.md says how each is decided and where
 the rules fail.
