@@ -29,7 +29,7 @@ COVERED = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Counted:
-    """The part of a place that counts: findings and labels without those that are cut; ``cut`` (M,) says which labels were."""
+    """Findings and labels of a place without those that are cut; ``cut`` (M,) says which labels were."""
 
     result: Result
     truth: LabelledPlace
