@@ -44,7 +44,7 @@ browser:
 # While working: 2 minutes on 2 cores.
 check: lint fast
 
-# Everything: 13 minutes on 2 cores.
+# Everything: 22 minutes on 2 cores.
 test: setup lint page-check $(UNIT_KINDS) integration contract e2e
 
 lint: $(STAMP)
