@@ -55,7 +55,10 @@ def test_after_a_fault_it_runs_again_and_after_an_orderly_end_it_does_not(
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_the_program_in_order_and_starts_no_other(tmp_path: Path, number: signal.Signals) -> None:
-    with subprocess.Popen(command(tmp_path, "wait"), stdout=subprocess.PIPE, text=True) as process:
+    as_on_a_terminal = ["env", "--default-signal=INT"]  # a shell cannot trap what its parent ignored
+    with subprocess.Popen(
+        [*as_on_a_terminal, *command(tmp_path, "wait")], stdout=subprocess.PIPE, text=True
+    ) as process:
         assert process.stdout is not None
         assert process.stdout.readline() == "waiting\n"
         process.send_signal(number)
