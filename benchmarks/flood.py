@@ -20,6 +20,7 @@ from urllib.parse import urlsplit
 import aiohttp
 
 from benchmarks.figures import BenchmarkError, Figure, Limit, Reference
+from benchmarks.flood_viewers import Counts
 from benchmarks.processes import CpuTime, cpu_time
 from benchmarks.whole_daemon import QUIET_CORES
 from hawk.comm.messages import Arm, Control, SetFailsafes, Takeoff
@@ -45,13 +46,9 @@ CHECKED_S, CLIMBED_S = 120.0, 60.0
 
 
 @dataclass(slots=True)
-class Traffic:
+class Traffic(Counts):
     """Counts of all viewers, and the operator's waits in milliseconds."""
 
-    sent: int = 0
-    answered: int = 0
-    refused_as_too_many: int = 0
-    disconnected: int = 0
     waits_ms: list[float] = field(default_factory=list)
 
     def take(self, counts: Mapping[str, int]) -> None:

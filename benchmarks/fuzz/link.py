@@ -21,10 +21,12 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from benchmarks.fuzz.datagrams import AUTOPILOT, STRANGE_MODE, Datagrams, frame
 from benchmarks.fuzz.house import Faults
+from benchmarks.fuzz.run import FINDINGS
 from hawk.comm.autopilot import MavsdkAutopilot
 from hawk.comm.clock import Clock
 from hawk.comm.vehicle import VehicleTopics
 from hawk.config import AutopilotSettings
+from hawk.simulation import free_udp_port
 
 ROUND: Final = 64
 """Datagrams between two honest heartbeats; a socket's buffer holds them all."""
@@ -35,8 +37,6 @@ AGAIN_S: Final = 0.02
 SETTLED_S: Final = 30.0
 """Real seconds of honest messages alone after which the pose must be the honest one: the boot clock was lied to."""
 MAVSDK_LOG: Final = "hawk.comm.mavsdk"
-FINDINGS: Final = 20
-"""A run with this number of findings ends."""
 _FIRST_MODE: Final = 0x40000000
 """Honest heartbeats count from here; the fields of the fuzzed ones are elsewhere, up to one in 2³²."""
 _HONEST_S: Final = 0.1
@@ -72,7 +72,7 @@ class LinkRun:
     async def run(self, tell: Callable[[LinkResult], None] = lambda _: None) -> LinkResult:
         """Send everything; ``tell`` is called after each hundredth."""
         with _collected(self._faults), _sender() as autopilot, _sender() as stranger:
-            port = _free_port()
+            port = free_udp_port()
             topics = VehicleTopics.create(clock := Clock())
             link = MavsdkAutopilot(AutopilotSettings(url=f"udpin://127.0.0.1:{port}"), clock, topics)
             stop = topics.state.listen(self._note)
@@ -210,9 +210,3 @@ def _collected(faults: Faults) -> Iterator[None]:
     finally:
         sys.unraisablehook = before
         root.removeHandler(faults)
-
-
-def _free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])

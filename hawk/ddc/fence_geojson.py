@@ -8,16 +8,17 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from shapely import Polygon
 
 from hawk.comm.messages import LEAST_CORNERS, MOST_CORNERS, zones_problem
 from hawk.ddc.geofence import FenceError, Ring
 
+T = TypeVar("T")
 _ONE = 'must hold exactly one Polygon (WGS-84, longitude before latitude); others need the property "exclusion": true'
 
 
@@ -36,14 +37,23 @@ def read_outline(path: Path) -> Outline:
     Raises:
         FenceError: Names the file, the ring and the fault.
     """
+    return read_geojson(path, "fence file", _outline, FenceError)
+
+
+def read_geojson(path: Path, name: str, parse: Callable[[Any], T], kind: type[FenceError]) -> T:
+    """Return what ``parse`` makes of a JSON file; it raises FenceErrors without the file's name.
+
+    Raises:
+        FenceError: Of this ``kind``, with the ``name`` of such a file, its path and the fault.
+    """
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
-        raise FenceError(f"fence file {path}: cannot be read: {error}") from error
+        raise kind(f"{name} {path}: cannot be read: {error}") from error
     try:
-        return _outline(content)
+        return parse(content)
     except FenceError as error:
-        raise FenceError(f"fence file {path}: {error}") from error
+        raise kind(f"{name} {path}: {error}") from error
 
 
 def outline_geojson(ring: Ring, zones: Sequence[Ring], ceiling: float) -> str:

@@ -6,13 +6,12 @@ property ``"exclusion": true`` is a hole, as in a fence.
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 from hawk.comm.outline_messages import outline_problem
-from hawk.ddc.fence_geojson import checked_ring
-from hawk.ddc.geofence import FenceError, Ring
+from hawk.ddc.fence_geojson import checked_ring, read_geojson
+from hawk.ddc.geofence import Ring
 from hawk.ddc.outline import OutlineError, check_rings
 from hawk.model import Outline
 
@@ -25,15 +24,12 @@ def read_survey_outline(path: Path) -> Outline:
     Raises:
         OutlineError: Names the file, the ring and the fault.
     """
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
-        raise OutlineError(f"outline file {path}: cannot be read: {error}") from error
-    try:
-        outline = _outline(content)
-        check_rings(outline)
-    except FenceError as error:
-        raise OutlineError(f"outline file {path}: {error}") from error
+    return read_geojson(path, "outline file", _checked, OutlineError)
+
+
+def _checked(content: Any) -> Outline:
+    outline = _outline(content)
+    check_rings(outline)
     return outline
 
 

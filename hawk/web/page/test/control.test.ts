@@ -2,7 +2,7 @@ import "./dom.ts";
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 import { type Speaker, Voice } from "../src/link/voice.ts";
-import type { FenceSetup, Heartbeat } from "../src/protocol.ts";
+import type { Heartbeat } from "../src/protocol.ts";
 import { Operator } from "../src/state/operator.ts";
 import { ControlNotePart } from "../src/ui/control-note.ts";
 import { OwnName } from "../src/ui/own-name.ts";
@@ -10,25 +10,12 @@ import { banner } from "../src/words/banner.ts";
 import { controlNote, doneByAnother } from "../src/words/control.ts";
 import { stateWords } from "../src/words/glance.ts";
 import { FakeServer, FakeStorage, FakeTimers, settle } from "./fakes.ts";
-import { heartbeat, view, welcome } from "./make.ts";
+import { CIRCLE, heartbeat, view, welcome } from "./make.ts";
 import { flying } from "./rig.ts";
 import { Stage } from "./stage.ts";
 
 const MINE: Partial<Heartbeat> = { Controller: "Ana", "Own Name": "Ana", "In Control": true };
 const GROUNDED: Partial<Heartbeat> = { State: "Idle", Armed: false, Landed: "ON_GROUND" };
-const CIRCLE: FenceSetup = {
-  Source: "circle",
-  Corners: [],
-  Zones: [],
-  Inner: [],
-  "Inner Zones": [],
-  Radius: 150,
-  Ceiling: 100,
-  Margin: 5,
-  "Ceiling Margin": 3,
-  "Highest Ceiling": 100,
-  Problem: "",
-};
 const WATCHING: Partial<Heartbeat> = { Controller: "Ana", "Own Name": "Ben", "In Control": false };
 
 describe("the question for control", () => {

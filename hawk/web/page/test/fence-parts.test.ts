@@ -9,31 +9,18 @@ import { ChecksTab } from "../src/ui/checks-tab.ts";
 import { FenceButton } from "../src/ui/fence-button.ts";
 import { FenceTools } from "../src/ui/fence-tools.ts";
 import { settle } from "./fakes.ts";
-import { impossible, possible } from "./make.ts";
+import { CIRCLE, impossible, possible } from "./make.ts";
 import { flying, type Rig } from "./rig.ts";
 import { Stage, words } from "./stage.ts";
 
 const PLANE = new LocalPlane({ Latitude: 48, Longitude: 11 });
 const SQUARE = [[-50, -50], [50, -50], [50, 50], [-50, 50]].map(([North, East]) => PLANE.toEarth({ North: North!, East: East! }));
-const SETUP: FenceSetup = {
-  Source: "circle",
-  Corners: [],
-  Zones: [],
-  Inner: [],
-  "Inner Zones": [],
-  Radius: 150,
-  Ceiling: 100,
-  Margin: 5,
-  "Ceiling Margin": 3,
-  "Highest Ceiling": 100,
-  Problem: "",
-};
-const DRAWN: FenceSetup = { ...SETUP, Source: "drawn", Corners: SQUARE, Radius: null, Ceiling: 80 };
+const DRAWN: FenceSetup = { ...CIRCLE, Source: "drawn", Corners: SQUARE, Radius: null, Ceiling: 80 };
 const ON_GROUND: Partial<Heartbeat> = {
   State: "Idle",
   Armed: false,
   Landed: "ON_GROUND",
-  "Fence Setup": SETUP,
+  "Fence Setup": CIRCLE,
   Options: possible("Set Fence"),
 };
 

@@ -1,4 +1,4 @@
-import type { Heartbeat, MapUpdate, StallUpdate, Welcome } from "../src/protocol.ts";
+import type { FenceSetup, Heartbeat, MapUpdate, StallUpdate, Welcome } from "../src/protocol.ts";
 import type { View } from "../src/words/view.ts";
 
 export function heartbeat(changes: Partial<Heartbeat> = {}): Heartbeat {
@@ -157,3 +157,18 @@ export function stall(Id: number, changes: Partial<StallUpdate> = {}): StallUpda
 export function mapUpdate(changes: Partial<MapUpdate> = {}): MapUpdate {
   return { "Map Id": "a", Tiles: [], Stalls: [], Mosaic: [], Backlog: 0, ...changes };
 }
+
+/** The standard fence. */
+export const CIRCLE: FenceSetup = {
+  Source: "circle",
+  Corners: [],
+  Zones: [],
+  Inner: [],
+  "Inner Zones": [],
+  Radius: 150,
+  Ceiling: 100,
+  Margin: 5,
+  "Ceiling Margin": 3,
+  "Highest Ceiling": 100,
+  Problem: "",
+};

@@ -1,10 +1,9 @@
 import type { Operator } from "../state/operator.ts";
 import { type Action, COMMANDS } from "../words/actions.ts";
+import { OVERRULING, type Simple } from "../words/asked.ts";
 
 /** Starts the motors or makes the drone fly somewhere: one click is not enough. */
 const ASKED = new Set(["Arm", "Takeoff", "Autonomous Explore", "Resume"]);
-/** Asked only while a pilot flies, who would be overruled. */
-const OVERRULING = new Set(["Land", "Return To Launch"]);
 
 /** Begins an action of the bar: asks first, or sends its command. */
 export function begin(model: Operator, action: Action): void {
@@ -18,8 +17,7 @@ export function begin(model: Operator, action: Action): void {
   else void model.command({ Type: type }, action.label);
 }
 
-type Asked = "Arm" | "Takeoff" | "Autonomous Explore" | "Resume" | "Land" | "Return To Launch";
-
-function isAsked(type: string, manual: boolean): type is Asked {
-  return ASKED.has(type) || (manual && OVERRULING.has(type));
+/** Land and Return home are asked about only while a pilot flies, who would be overruled. */
+function isAsked(type: string, manual: boolean): type is Simple {
+  return ASKED.has(type) || (manual && OVERRULING.has(type as Simple));
 }
