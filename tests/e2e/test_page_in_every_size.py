@@ -82,6 +82,7 @@ async def test_safety_actions_and_map_in_every_size(browser: Browser, fake: Any,
     await page.goto(air)
     await press(page, "Take control", 20)
     await shows(page, "to go")
+    await expect(page.locator(HOME["home"])).to_be_visible()  # control has been given
     await everything_is_in_reach(page, "exploring", SAFETY | HOME, screenshots)
     await press(page, "Hold", 5)
     await state_is(page, "Holding")
