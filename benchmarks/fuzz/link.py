@@ -1,6 +1,9 @@
 """A run of fuzzed datagrams at the real link: gate, MAVSDK, telemetry. After each round an honest heartbeat is heard.
 
 A damaged frame may swallow what follows it, as in any MAVLink parser: the honest heartbeat is sent until it is heard.
+Its sequence number counts, as an autopilot's does, and its payload bears no start byte. The same bytes again and again
+could keep any parser out of step for ever: it takes a start byte in the payload or in the checksum for the start of a
+frame, which ends in the middle of a later heartbeat.
 """
 
 from __future__ import annotations
@@ -67,6 +70,7 @@ class LinkRun:
         self._faults = Faults()
         self._begun = time.monotonic()
         self._changed = asyncio.Event()
+        self._sequence = 0
         self.result = LinkResult()
 
     async def run(self, tell: Callable[[LinkResult], None] = lambda _: None) -> LinkResult:
@@ -124,12 +128,12 @@ class LinkRun:
 
     async def _is_heard(self, autopilot: socket.socket, topics: VehicleTopics) -> bool:
         """Send an honest heartbeat with a mode of its own; return True when it was heard."""
-        mode = _FIRST_MODE + self.result.honest
+        mode = _mode(self.result.honest)
         self.result.honest += 1
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(HEARD_S):
                 while topics.state.value is None or topics.state.value.custom_mode != mode:
-                    _send(autopilot, _heartbeat(mode))
+                    self._send_heartbeat(autopilot, mode)
                     self._changed.clear()
                     with contextlib.suppress(TimeoutError):
                         await asyncio.wait_for(self._changed.wait(), AGAIN_S)
@@ -156,7 +160,7 @@ class LinkRun:
     def _send_honest(self, autopilot: socket.socket) -> None:
         since_boot = int((time.monotonic() - self._begun) * 1000) + 60_000
         latitude, longitude, altitude = _PLACE
-        _send(autopilot, _heartbeat(0))
+        self._send_heartbeat(autopilot, 0)
         for message in (
             mavlink.MAVLink_attitude_message(since_boot, 0.01, 0.02, 0.3, 0.0, 0.0, 0.0),
             mavlink.MAVLink_local_position_ned_message(since_boot, *_LOCAL, 0.0, 0.0, 0.0),
@@ -166,6 +170,11 @@ class LinkRun:
             mavlink.MAVLink_extended_sys_state_message(0, 1),
         ):
             _send(autopilot, message.pack(mavlink.MAVLink(None, *AUTOPILOT)))
+
+    def _send_heartbeat(self, autopilot: socket.socket, mode: int) -> None:
+        payload = struct.pack("<IBBBBB", mode, 2, 3, 1, 4, 3)
+        _send(autopilot, frame(0, payload, AUTOPILOT, self._sequence))
+        self._sequence = (self._sequence + 1) % 256
 
     def _note(self, state: Any) -> None:
         self.result.states += 1
@@ -183,8 +192,9 @@ class LinkRun:
             self.result.findings.append(what)
 
 
-def _heartbeat(mode: int) -> bytes:
-    return frame(0, struct.pack("<IBBBBB", mode, 2, 3, 1, 4, 3), AUTOPILOT)
+def _mode(number: int) -> int:
+    """Return the mode of an honest heartbeat: seven bits a byte, so that none is a start byte of MAVLink."""
+    return _FIRST_MODE + sum((number >> 7 * place & 0x7F) << 8 * place for place in range(3))
 
 
 def _send(target: socket.socket, data: bytes) -> None:
