@@ -109,10 +109,11 @@ class Performer:
                 faults.append(Fault(error, isinstance(act, VITAL)))
         return faults
 
-    def close(self) -> None:
-        """End the threads that write files and check fences."""
+    async def close(self) -> None:
+        """End the threads that write files and check fences; wait for a file that is being written."""
         self._tools.fence_checks.close()
-        self._executor.shutdown(wait=False, cancel_futures=True)
+        await asyncio.get_running_loop().run_in_executor(self._executor, int)  # its one thread is done with the files
+        self._executor.shutdown(wait=False)
 
     def _perform(self, act: Act) -> None:
         tools = self._tools
