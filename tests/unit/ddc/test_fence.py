@@ -248,8 +248,10 @@ async def test_arm_waits_until_the_fence_is_kept(rig: Rig) -> None:
 
 
 async def test_the_end_of_the_program_waits_for_a_fence_that_is_being_saved(
-    rig: Rig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    rig = Rig(tmp_path)
+    await rig.run(2)
     begun, goes_on, store = asyncio.Event(), threading.Event(), rig.manager.fences.store
     loop = asyncio.get_running_loop()
 
