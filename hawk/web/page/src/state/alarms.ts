@@ -6,7 +6,7 @@ import { isFlying } from "./flight.ts";
 const LOW = 5;
 const WELL = 15;
 
-/** What must be heard by those who look elsewhere: a lost link, a low battery. Each is told once. */
+/** What must be heard by those who look elsewhere: a lost link, a low battery. Each is said once. */
 export class Alarms {
   private lost = false;
   private low = false;
