@@ -36,7 +36,7 @@ class FilmError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Film:
-    """What was written: pictures of the camera, those that could not be read, and seconds of film."""
+    """Contents of a film: pictures of the camera, those that could not be read, and seconds of film."""
 
     pictures: int
     unreadable: int

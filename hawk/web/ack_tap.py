@@ -2,18 +2,22 @@
 
 Each picture of each viewer is acknowledged by one short message. Through aiohttp's parser, queue and task it takes the
 loop about as long as sending the picture. Only a piece that is exactly one acknowledgement is taken; aiohttp reads
-every other one, with the same result.
+every other one, with the same result. One in a while is left to aiohttp, which pings and ends a connection that it does
+not hear.
 """
 
 from __future__ import annotations
 
 import json
 import re
+import time
 from collections.abc import Callable
 from typing import Final
 
 _USUAL: Final = re.compile(rb'\{"ack": ?([0-9]{1,10})\}')
 """An acknowledgement as JSON writers write it."""
+LEFT_S: Final = 2.0
+"""Real seconds after which an acknowledgement is left to aiohttp."""
 _WHOLE_TEXT: Final = 0x81
 _FINAL: Final = 0x80
 _MASKED: Final = 0x80
@@ -25,9 +29,11 @@ _HEAD_BYTES: Final = 2 + _MASK_BYTES
 class AckTap:
     """Takes what one connection receives; returns True when nobody else needs to see it."""
 
-    def __init__(self, acknowledged: Callable[[int], None]) -> None:
+    def __init__(self, acknowledged: Callable[[int], None], monotonic: Callable[[], float] = time.monotonic) -> None:
         """``acknowledged`` is called with the sequence of each acknowledgement taken."""
         self._acknowledged = acknowledged
+        self._monotonic = monotonic
+        self._left_at = monotonic()
         self._is_in_step = True
         """False once a piece was not one whole message: later pieces may begin anywhere."""
 
@@ -39,7 +45,9 @@ class AckTap:
             self._is_in_step = False
             return False
         found = _USUAL.fullmatch(_unmasked(data)) if data[0] == _WHOLE_TEXT else None
-        if found is None:
+        now = self._monotonic()
+        if found is None or now - self._left_at >= LEFT_S:
+            self._left_at = now
             return False
         self._acknowledged(int(found[1]))
         return True

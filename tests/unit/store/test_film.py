@@ -27,7 +27,7 @@ def jpeg(grey: int, width: int = 64) -> bytes:
 
 
 async def recorded(folder: Path, pictures: list[tuple[float, bytes]]) -> Path:
-    """Return a recording with these pictures, each recorded so many seconds after the one before."""
+    """Return a recording with these pictures, each recorded some seconds after the one before."""
     clock = ManualClock(10.0)
     recording = Recording(StoreSettings(directory=folder, minimum_free_mb=1), clock, {"seed": "1"})
     recording.begin()
