@@ -43,7 +43,7 @@ async def recorded(folder: Path, pictures: list[tuple[float, bytes]]) -> Path:
 def greys(film: Path) -> tuple[float, list[int]]:
     """Return the rate and the grey of each picture of a film."""
     reader = cv2.VideoCapture(str(film))
-    found = []
+    found: list[int] = []
     while True:
         is_there, picture = reader.read()
         if not is_there:
@@ -60,7 +60,8 @@ async def test_a_film_has_every_picture_in_its_order_and_time(tmp_path: Path) ->
     recording = await recorded(tmp_path, [(0.1, jpeg(grey)) for grey in shades])
     film = tmp_path / "film.avi"
     made = write_film(recording, film)
-    assert (made.pictures, made.unreadable, made.seconds) == (6, 0, pytest.approx(0.6))
+    assert (made.pictures, made.unreadable) == (6, 0)
+    assert made.seconds == pytest.approx(0.6)
     assert greys(film) == (10.0, shades)
     assert films(tmp_path) == ["film.avi"]
 

@@ -39,7 +39,8 @@ def test_an_acknowledgement_of_any_mask_is_taken(sequence: int, mask: bytes, spa
 
 
 def test_one_acknowledgement_in_a_while_is_left_to_aiohttp_so_that_it_hears_the_connection() -> None:
-    clock, taken = ManualClock(), []
+    clock = ManualClock()
+    taken: list[int] = []
     tap = AckTap(taken.append, clock)
     seen = []
     for number in range(100):
