@@ -32,7 +32,7 @@ from hawk.simulation import SimulationOptions
 from hawk.survey.client import LinkLostError
 from hawk.survey.handset import SurveyError
 from hawk.survey.stack import SimulatedStack, StackError
-from hawk.web.video import HEADER
+from hawk.web.video_wire import HEADER
 
 CLIENTS: Final = 16
 FRAME_TAKES_S: Final = 0.3

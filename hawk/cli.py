@@ -1,4 +1,4 @@
-"""The command ``hawk-drone``: runs the daemon, or flies a survey without a browser."""
+"""The command ``hawk-drone``: runs the daemon, flies a survey without a browser, or writes a film of a flight."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return the exit status."""
     given = list(sys.argv[1:] if arguments is None else arguments)
     parser = make_parser()
-    if not given or given[0] not in {"run", "survey", "-h", "--help", "--version"}:
+    if not given or given[0] not in {"run", "survey", "film", "-h", "--help", "--version"}:
         given.insert(0, "run")
     options = parser.parse_args(given)
     try:
@@ -62,6 +62,10 @@ def make_parser() -> argparse.ArgumentParser:
     survey.set_defaults(action=_survey)
     _add_daemon_options(survey)
     _add_survey_options(survey)
+    film = commands.add_parser("film", help="write the pictures of a recording as a film (AVI)")
+    film.set_defaults(action=_film)
+    film.add_argument("recording", type=Path, metavar="RECORDING", help="a file of STORE/recordings (.mcap)")
+    film.add_argument("film", type=Path, metavar="FILM", help="the file to write (.avi)")
     return parser
 
 
@@ -192,6 +196,20 @@ def _survey(options: argparse.Namespace) -> int:
     values = {each.name: getattr(options, each.name) for each in fields(SurveyOptions) if each.name != "simulation"}
     values["set_failsafes"] |= simulation is not None
     return asyncio.run(run_survey(SurveyOptions(simulation=simulation, **values)))
+
+
+def _film(options: argparse.Namespace) -> int:
+    from hawk.store.film import FilmError, write_film
+    from hawk.store.replay import RecordingError
+
+    try:
+        made = write_film(options.recording, options.film)
+    except (FilmError, RecordingError) as error:
+        print(f"hawk-drone film: {error}", file=sys.stderr)
+        return EXIT_FAILED
+    lost = f", {made.unreadable} could not be read" if made.unreadable else ""
+    print(f"{options.film}: {made.pictures} pictures, {made.seconds:.1f} s{lost}")
+    return 0
 
 
 if __name__ == "__main__":

@@ -23,10 +23,16 @@ class NoImage(Exception):  # noqa: N818 - the specification's name
     """
 
 
-def decode(data: bytes) -> NDArray[np.uint8]:
-    """Return a JPEG as (height, width, 3) BGR. Raises NoImage in place of OpenCV's own errors."""
+_REDUCED = {1: cv2.IMREAD_COLOR, 2: cv2.IMREAD_REDUCED_COLOR_2, 4: cv2.IMREAD_REDUCED_COLOR_4}
+
+
+def decode(data: bytes, reduction: int = 1) -> NDArray[np.uint8]:
+    """Return a JPEG as (height, width, 3) BGR. Raises NoImage in place of OpenCV's own errors.
+
+    ``reduction`` 2 and 4 give a half and a quarter of its width and height, for less time than the whole.
+    """
     try:
-        image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
+        image = cv2.imdecode(np.frombuffer(data, np.uint8), _REDUCED[reduction])
     except cv2.error as error:
         raise NoImage(f"the picture cannot be decoded: {error}") from error
     if image is None:

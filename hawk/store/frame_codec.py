@@ -47,6 +47,13 @@ def decode_frame(data: bytes, kind: type[T]) -> T:
         raise FrameFormatError(f"the frame is no {kind.__name__}: {error}") from error
 
 
+def picture_of(data: bytes) -> bytes:
+    """Return the picture of `encode_frame` alone. Raises FrameFormatError."""
+    if len(data) < _LENGTH.size or (end := _LENGTH.size + _LENGTH.unpack_from(data)[0]) > len(data):
+        raise FrameFormatError("the frame's header is torn")
+    return data[end:]
+
+
 def to_json(payload: Any) -> str:
     """Return a payload as JSON. JSON has no infinity: such numbers become "Infinity", "-Infinity" or "NaN"."""
     try:

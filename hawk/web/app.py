@@ -27,7 +27,6 @@ from hawk.web.listener import Listener
 from hawk.web.paced_log import PacedLog
 from hawk.web.security import RequestCheck, add_headers, check_binding
 from hawk.web.services import COUNTERS, SERVICES, Counters, WebServices
-from hawk.web.small_frames import SmallFrames
 from hawk.web.ws import SOCKETS, HeartbeatPace, command_socket, keeps_place
 
 LOG = logging.getLogger(__name__)
@@ -67,7 +66,7 @@ def create_app(services: WebServices, page: Page) -> web.Application:
     app[COUNTERS] = Counters()
     app.on_response_prepare.append(add_headers)
     app.on_shutdown.append(_close_sockets)
-    app.cleanup_ctx.extend((_heartbeats, _exporter, _small_frames))
+    app.cleanup_ctx.extend((_heartbeats, _exporter, _viewers))
     app.router.add_get("/ws", command_socket)
     app.router.add_get("/video", video.video_socket)
     app.router.add_get("/stream.mjpg", video.stream)
@@ -160,13 +159,15 @@ async def _exporter(app: web.Application) -> AsyncIterator[None]:
         yield
 
 
-async def _small_frames(app: web.Application) -> AsyncIterator[None]:
-    app[video.SMALL_FRAMES] = SmallFrames()
+async def _viewers(app: web.Application) -> AsyncIterator[None]:
+    viewers = app[video.VIEWERS] = video.make_viewers(app)
+    viewers.start()
     yield
-    app[video.SMALL_FRAMES].close()
+    viewers.close()
 
 
 async def _close_sockets(app: web.Application) -> None:
+    app[video.VIEWERS].end_streams()
     sockets: set[web.WebSocketResponse] = app[SOCKETS]
     closing = (s.close(code=WSCloseCode.GOING_AWAY, message=b"the drone's server stops") for s in set(sockets))
     await asyncio.gather(*closing, return_exceptions=True)

@@ -73,6 +73,8 @@ class Visit(asyncio.Protocol):
         self.is_known = False
         """True once a request of it has passed."""
         self.is_gone = False
+        self.tap: Callable[[bytes], bool] | None = None
+        """Sees what is received before aiohttp does; returns True for what aiohttp need not see."""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Come in."""
@@ -90,7 +92,8 @@ class Visit(asyncio.Protocol):
 
     def data_received(self, data: bytes) -> None:
         """Pass on."""
-        self._inner.data_received(data)
+        if self.tap is None or not self.tap(data):
+            self._inner.data_received(data)
 
     def eof_received(self) -> bool | None:
         """Pass on."""

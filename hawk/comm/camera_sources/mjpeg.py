@@ -20,6 +20,7 @@ MAX_PART = 8_000_000
 _MAX_HEADERS = 8192
 _HEAD = re.compile(rb"[^\n]*\n((?:[^\r\n][^\n]*\n)*)\r?\n")
 """The rest of the boundary's line, header lines, an empty line."""
+_LINE_END = b"\r\n"
 _SILENCE_S = 3.0
 """Real seconds without a byte after which the connection is given up."""
 _READ = 1 << 16
@@ -80,7 +81,8 @@ class MultipartParser:
             del self._buffer[: max(0, len(self._buffer) - len(self._mark))]
             return False
         del self._buffer[:start]
-        self._arrival = now if self._arrival is None else self._arrival
+        if self._arrival is None and len(self._buffer) > len(self._mark) + len(_LINE_END):
+            self._arrival = now  # a boundary alone may have ended the part before: nothing of this one is there yet
         end = len(self._mark) + _MAX_HEADERS
         head = _HEAD.match(self._buffer, len(self._mark), end)
         if head is None:
@@ -88,6 +90,7 @@ class MultipartParser:
                 return False
             self._lose(len(self._mark))
             return True
+        self._arrival = now if self._arrival is None else self._arrival
         headers = _headers(head[1])
         del self._buffer[: head.end()]
         text = headers.get("content-length", "")

@@ -45,6 +45,18 @@ def test_a_part_without_a_length_ends_at_the_next_boundary() -> None:
     assert bodies(parser, part(PICTURES[1], length=None)) == [PICTURES[0]]
 
 
+@pytest.mark.parametrize("line_end", [b"\r\n", b"\n"])
+def test_a_boundary_that_ends_a_part_is_not_the_arrival_of_the_next(line_end: bytes) -> None:
+    parser = MultipartParser(b"x")
+    head = line_end.join((b"Content-Type: image/jpeg", b"Content-Length: %d" % len(PICTURES[0]), b"", b""))
+    boundary = line_end + b"--x" + line_end
+    assert parser.feed(boundary[len(line_end) :], 0.5) == []
+    arrivals = [
+        found.arrival for now in (1.0, 2.0, 3.0) for found in parser.feed(head + PICTURES[0] + boundary, now)
+    ]  # fmt: skip
+    assert arrivals == [1.0, 2.0, 3.0]
+
+
 def test_headers_are_lower_case_and_arrival_is_that_of_the_first_bytes() -> None:
     parser = MultipartParser(MARK)
     data = part(PICTURES[0], stamp=12.5)

@@ -8,9 +8,9 @@ import pytest
 
 from hawk.config import WebSettings
 from hawk.model import AnnotatedFrame
-from hawk.web import video
+from hawk.web import viewers
 from hawk.web.services import COUNTERS
-from hawk.web.video import HEADER, pack
+from hawk.web.video_wire import HEADER, socket_frame
 from tests.unit.web.rig import PATIENCE_S, Rig, browser
 
 
@@ -38,8 +38,8 @@ async def quiet(socket: aiohttp.ClientWebSocketResponse, rig: Rig) -> None:
 
 def test_the_header_is_20_bytes_and_the_sequence_wraps() -> None:
     assert HEADER.size == 20
-    packed = pack(AnnotatedFrame(2**32 + 7, 0.25, b"jpeg"))
-    assert packed == b"HWK1" + struct.pack("<IdI", 7, 0.25, 0) + b"jpeg"
+    packed = socket_frame(AnnotatedFrame(2**32 + 7, 0.25, b"jpeg"))
+    assert packed == b"\x82\x18HWK1" + struct.pack("<IdI", 7, 0.25, 0) + b"jpeg"
 
 
 async def test_one_frame_in_flight_and_the_newest_after_it(rig: Rig) -> None:
@@ -58,7 +58,22 @@ async def test_one_frame_in_flight_and_the_newest_after_it(rig: Rig) -> None:
         assert (await read(socket))[0] == 5
 
 
-@pytest.mark.parametrize("word", ["x", "{}", "[]", '{"ack": "1"}', '{"ack": true}', '{"ack": 2}', "[" * 900, "null"])
+@pytest.mark.parametrize(
+    "word",
+    [
+        "x",
+        '{"ack":01}x',
+        '{"ack":-1}',
+        '{"ack":99999999999999999999}',
+        "{}",
+        "[]",
+        '{"ack": "1"}',
+        '{"ack": true}',
+        '{"ack": 2}',
+        "[" * 900,
+        "null",
+    ],
+)
 async def test_a_wrong_acknowledgement_frees_nothing_and_ends_nothing(rig: Rig, word: str) -> None:
     server = await rig.start()
     async with browser() as session, session.ws_connect(server.make_url("/video")) as socket:
@@ -149,7 +164,7 @@ async def test_a_writer_that_fails_ends_the_connection(rig: Rig, monkeypatch: py
     def fail(_frame: AnnotatedFrame) -> bytes:
         raise ValueError("broken")
 
-    monkeypatch.setattr("hawk.web.video.pack", fail)
+    monkeypatch.setattr("hawk.web.video.socket_frame", fail)
     server = await rig.start()
     async with browser() as session, session.ws_connect(server.make_url("/video")) as socket:
         rig.video.publish(frame(1))
@@ -160,7 +175,7 @@ async def test_a_writer_that_fails_ends_the_connection(rig: Rig, monkeypatch: py
 async def test_a_viewer_of_the_stream_that_does_not_read_is_disconnected(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(video, "ACK_TIMEOUT_S", 0.05)
+    monkeypatch.setattr(viewers, "ACK_TIMEOUT_S", 0.05)
     server = await rig.start()
     assert rig.app is not None
     counters = rig.app[COUNTERS]

@@ -10,6 +10,8 @@ const PATHS = {
   whole: svg`<path d="M4 9V4h5M15 4h5v5M20 15v5h-5M9 20H4v-5"/>`,
   swap: svg`<rect x="3" y="5" width="18" height="14" rx="1.5"/><rect x="12.5" y="11.5" width="6" height="4.5" fill="currentColor"/>`,
   full: svg`<path d="M14 4h6v6M20 4l-6.5 6.5M10 20H4v-6M4 20l6.5-6.5"/>`,
+  photo: svg`<path d="M3.5 7.5h4l1.5-2.5h6l1.5 2.5h4v11.5h-17z"/><circle cx="12" cy="13" r="3.5"/>`,
+  window: svg`<path d="M20 11V5H4v14h6"/><path d="M13 14.5h7.5v5H13z" fill="currentColor"/>`,
   close: svg`<path d="M5.5 5.5l13 13M18.5 5.5l-13 13"/>`,
   check: svg`<path d="M4.5 12.5l5 5L19.5 7"/>`,
   info: svg`<circle cx="12" cy="12" r="9"/><path d="M12 11v5.5M12 7.5v.2"/>`,

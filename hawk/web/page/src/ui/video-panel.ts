@@ -1,29 +1,36 @@
 import { html, nothing, type TemplateResult } from "lit";
-import { customElement, query } from "lit/decorators.js";
+import { customElement, query, state } from "lit/decorators.js";
 import { browserTimers, openBrowserSocket, socketUrl } from "../link/socket.ts";
 import { type VideoFrame, VideoLink } from "../link/video.ts";
 import * as format from "../words/format.ts";
+import { pictureWords, snapshotName } from "../words/picture.ts";
 import { OLD_S, type View } from "../words/view.ts";
 import { cssVars } from "./css-vars.ts";
 import { Part } from "./element.ts";
 import { icon, needle } from "./icons.ts";
+import { PictureWindow, pictureWindows } from "./picture-window.ts";
+import { saveFile } from "./save-file.ts";
 
-/** The live picture. Stops while the page is hidden, so that nobody pays for what nobody sees. */
+/** The live picture. Stops while nobody sees it: the page is hidden, and no small window shows it. */
 @customElement("hawk-video")
 export class VideoPanel extends Part {
   @query("canvas") private canvas!: HTMLCanvasElement;
+  @state() private small: PictureWindow | null = null;
+  open = openBrowserSocket;
   private link: VideoLink | null = null;
+  private newest: VideoFrame | null = null;
 
   override connectedCallback(): void {
     super.connectedCallback();
     const url = socketUrl("/video", location);
-    this.link = new VideoLink(url, openBrowserSocket, browserTimers, (frame) => this.show(frame));
+    this.link = new VideoLink(url, this.open, browserTimers, (frame) => this.show(frame));
     document.addEventListener("visibilitychange", this.visibility);
     this.visibility();
   }
 
   override disconnectedCallback(): void {
     document.removeEventListener("visibilitychange", this.visibility);
+    this.small?.close();
     this.link?.stop();
     super.disconnectedCallback();
   }
@@ -37,8 +44,18 @@ export class VideoPanel extends Part {
       <div class="buttons">
         <button aria-label="Swap map and video" @click=${() => this.tell("swap")}>${icon("swap")}</button>
         <button aria-label="Full screen" @click=${() => void this.fullScreen()}>${icon("full")}</button>
+        <span class="more">
+          <button aria-label="Save this picture" ?disabled=${this.newest === null} @click=${() => this.save()}>${icon("photo")}</button>
+          ${this.windowButton()}
+        </span>
       </div>
     </section>`;
+  }
+
+  private windowButton(): TemplateResult | typeof nothing {
+    if (pictureWindows() === null) return nothing;
+    const label = this.small ? "Close the small window" : "Show in a small window";
+    return html`<button aria-label=${label} aria-pressed=${this.small !== null} @click=${() => void this.smallWindow()}>${icon("window")}</button>`;
   }
 
   private tag(age: number | null, frozen: boolean): TemplateResult | typeof nothing {
@@ -68,20 +85,51 @@ export class VideoPanel extends Part {
     const picture = await createImageBitmap(new Blob([frame.jpeg as BlobPart], { type: "image/jpeg" }));
     if (this.canvas.width !== picture.width) this.canvas.width = picture.width;
     if (this.canvas.height !== picture.height) this.canvas.height = picture.height;
+    this.small?.draw(picture);
     this.canvas.getContext("bitmaprenderer")?.transferFromImageBitmap(picture);
-    const first = this.model.picture.shownAt === null;
+    const first = this.newest === null;
+    this.newest = frame;
     this.model.picture.shown(frame.captureTime, this.model.seconds());
+    this.small?.tell();
     if (first) this.requestUpdate();
   }
 
   private readonly visibility = (): void => {
-    if (document.hidden) this.link?.stop();
+    if (document.hidden && this.small === null) this.link?.stop();
     else this.link?.start();
   };
 
   private async fullScreen(): Promise<void> {
     if (document.fullscreenElement) await document.exitFullscreen();
     else await this.querySelector("section")?.requestFullscreen();
+  }
+
+  /** Saves the newest picture as it came from the drone. */
+  private save(): void {
+    if (this.newest === null) return;
+    const heartbeat = this.model.view().heartbeat;
+    const place = { latitude: heartbeat?.Latitude ?? null, longitude: heartbeat?.Longitude ?? null };
+    const taken = Date.now() - (this.age() ?? 0) * 1000;
+    saveFile(snapshotName(taken, place, this.simulated), this.newest.jpeg as BlobPart, "image/jpeg");
+  }
+
+  private async smallWindow(): Promise<void> {
+    const windows = pictureWindows();
+    if (this.small) this.small.close();
+    else if (windows) {
+      const age = (): { words: string; old: boolean } => {
+        const seconds = this.age();
+        return { words: pictureWords(seconds, this.simulated), old: seconds === null || seconds > OLD_S };
+      };
+      this.small = await PictureWindow.open(windows, age, () => {
+        this.small = null;
+        this.visibility();
+      });
+    }
+  }
+
+  private get simulated(): boolean {
+    return this.model.view().welcome?.Simulation === true;
   }
 
   private tell(what: string): void {

@@ -1,0 +1,1 @@
+"""Live pictures to many viewers: hawk's server beside µStreamer."""
