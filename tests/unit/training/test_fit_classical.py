@@ -88,7 +88,7 @@ def test_found_bays_are_right_where_a_stall_is() -> None:
     features, right = _score_lines(one, view)
     assert len(features) == len(right)
     assert set(right.tolist()) <= {0.0, 1.0}
-    bare = Scene(one.image, one.lot, one.car, one.cover, (), 0.1)
+    bare = replace(one, stalls=())
     without = _score_lines(bare, view)
     assert not without[1].any(), "without stalls no bay is right"
     np.testing.assert_array_equal(without[0], features)
