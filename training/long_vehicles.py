@@ -21,7 +21,7 @@ _BESIDE: Final = 1.15
 
 
 def park_long_vehicle(plan: SitePlan, rng: np.random.Generator) -> None:
-    """Put a long vehicle somewhere in the rows of a plan, in place of the cars that stand there; seldom find no room."""
+    """Put a long vehicle somewhere in the rows of a plan, in place of the cars there, unless it finds no room."""
     if not plan.stalls:
         return
     kind = _KINDS[int(rng.choice(len(_KINDS), p=_KINDS_SHARES))]

@@ -53,8 +53,9 @@ class StallNet(nn.Module):
 
 
 class StylePerturbation(nn.Module):
-    """Changes mean and deviation of each channel at random while training (Normalization Perturbation, Fan et al. 2022).
+    """Changes mean and deviation of each channel at random while training.
 
+    Source: Normalization Perturbation (Fan et al. 2022, arXiv 2211.04393).
     They carry a picture's style: the light, the camera, the ground. A network that leans on them is lost elsewhere.
     """
 

@@ -38,8 +38,9 @@ def shape_of(quads: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, Flo
 class TrainingScene:
     """A drawn scene as the trainer keeps it.
 
-    ``image`` is BGR uint8 (H, W, 3) at 0.1 m; ``labels`` uint8 (H, W, 3): lot, car, shade; ``quads`` (N, 4, 2) pixels, whole
-    numbers are pixel centres; ``taken`` (N,) and ``judged`` (N,): False where the picture does not show a stall.
+    ``image`` is BGR uint8 (H, W, 3) at 0.1 m; ``labels`` uint8 (H, W, 3): lot, car, shade; ``quads`` (N, 4, 2)
+    pixels, whole numbers are pixel centres; ``taken`` (N,) and ``judged`` (N,): False where the picture does not show
+    a stall.
     """
 
     image: NDArray[np.uint8]

@@ -31,8 +31,9 @@ class Material:
 
 
 def sample_material(rng: np.random.Generator, kind: str) -> Material:
-    """Draw a material of a kind: asphalt, concrete, pavers, clinker, grass grid, grass, dirt, bark, gravel, rock, water,
-    court or roof.
+    """Draw a material of a kind.
+
+    The kinds: asphalt, concrete, pavers, clinker, grass grid, grass, dirt, bark, gravel, rock, water, court, roof.
     """
     sampler = _SAMPLERS.get(kind)
     if sampler is None:

@@ -50,7 +50,7 @@ _TAKEN_LOOK = 2.2  # log-odds that one look may claim
 _TAKEN_LIMIT = 3.5  # a car that leaves is seen within two looks
 _CALL = 0.4  # log-odds from which a state is called
 _KEEP = 0.1  # and down to which it is kept
-_CHANGED = 0.9  # probability with which a look contradicts a called state
+_CHANGED = 0.9  # probability with which a look tells of another state
 _OVERLAP = 0.3
 _CLOSE_M = 2.2
 _ATTEND_STEP_M = 20.0  # distance flown until the rows about the drone are chosen again
@@ -170,10 +170,9 @@ class StallTracker:
         note_leans(rows, found.lean)
         gain = weight * _SCORE_GAIN * (found.score - _SCORE_ZERO)
         rows["exists"] = np.clip(rows["exists"] + gain, -_EXISTS_LIMIT, _EXISTS_LIMIT)
-        seen = np.where(_contradicts(rows, found), np.maximum(weight, look.change), weight) * np.clip(
-            found.visible, 0, 1
-        )
-        rows["taken"] = np.clip(rows["taken"] + seen * _taken_log_odds(found.taken), -_TAKEN_LIMIT, _TAKEN_LIMIT)
+        told = np.where(_tells_of_change(rows, found), np.maximum(weight, look.change), weight)
+        told *= np.clip(found.visible, 0, 1)
+        rows["taken"] = np.clip(rows["taken"] + told * _taken_log_odds(found.taken), -_TAKEN_LIMIT, _TAKEN_LIMIT)
         rows["looks"] += weight
         rows["seen"] += 1
         rows["last_seen"] = look.time
@@ -258,10 +257,10 @@ class StallTracker:
         return bool(row["confirmed"]), not row["inferred"], -int(row["id"])
 
 
-def _contradicts(rows: Rows, found: Detections) -> NDArray[np.bool_]:
-    """Return True (N,) for the stalls that a look shows clearly in the other state."""
-    came = (rows["state"] == FREE) & (found.taken >= _CHANGED)
-    left = (rows["state"] == TAKEN) & (found.taken <= 1 - _CHANGED)
+def _tells_of_change(rows: Rows, found: Detections) -> NDArray[np.bool_]:
+    """Return True (N,) for the stalls that a look shows clearly in another state than the called one."""
+    came = (rows["state"] != TAKEN) & (found.taken >= _CHANGED)
+    left = (rows["state"] != FREE) & (found.taken <= 1 - _CHANGED)
     return np.asarray(came | left)
 
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hawk.algo.mapper.novelty import MOST_STILL, TURN, Novelty
 from hawk.model import MapPose
 
-HERE = MapPose(0.0, 0.0, 30.0, 0.0)
+HERE = MapPose(0.0, 0.0, 30.0, 0.0, 0.0, 0.0)
 LOOK_M, STILL = 5.0, 0.02
 
 
@@ -57,4 +57,4 @@ def test_back_at_a_place_after_an_independent_look_it_counts_again() -> None:
 @given(st.lists(st.tuples(st.floats(-40, 40), st.floats(-40, 40), st.floats(-math.pi, math.pi)), max_size=60))
 def test_shares_are_between_nothing_and_a_whole_look(steps: list[tuple[float, float, float]]) -> None:
     made = Novelty(LOOK_M, STILL)
-    assert all(0.0 <= made.of(MapPose(n, e, 30.0, yaw)) <= 1.0 for n, e, yaw in steps)
+    assert all(0.0 <= made.of(MapPose(n, e, 30.0, 0.0, 0.0, yaw)) <= 1.0 for n, e, yaw in steps)
