@@ -84,7 +84,7 @@ integration: $(STAMP)
 contract: $(STAMP)
 	$(PYTEST) $(if $(findstring --autopilot,$(ARGS)),,--numprocesses 5 --dist loadscope) tests/contract $(ARGS)
 
-e2e: setup browser
+e2e: setup page-check browser
 	$(PYTEST) tests/e2e $(ARGS)
 
 # Every fault of docs/faults.md on the real programs; writes its table. Needs the machine to itself for 20 minutes.

@@ -172,7 +172,7 @@ class OperationsManager:
         for way in self._ways_home:
             way.cancel()
         await self.requests.close()
-        self._performer.close()
+        await self._performer.close()
 
     # -- steps of a tick -----------------------------------------------------------------------------------------
 

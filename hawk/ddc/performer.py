@@ -98,6 +98,7 @@ class Performer:
         self._tools = tools
         self._sender = Sender(StateName.IDLE, may_send_targets=False, holds=False)
         self._executor = ThreadPoolExecutor(max_workers=1, thread_name_prefix="hawk-parameters")
+        self._is_closed = False
 
     def perform(self, acts: Acts) -> list[Fault]:
         """Perform the acts; return the faults of those that failed."""
@@ -109,10 +110,14 @@ class Performer:
                 faults.append(Fault(error, isinstance(act, VITAL)))
         return faults
 
-    def close(self) -> None:
-        """End the threads that write files and check fences."""
+    async def close(self) -> None:
+        """End the threads that write files and check fences; wait for a file that is being written. Once is enough."""
         self._tools.fence_checks.close()
-        self._executor.shutdown(wait=False, cancel_futures=True)
+        if self._is_closed:
+            return
+        self._is_closed = True
+        await asyncio.get_running_loop().run_in_executor(self._executor, int)  # its one thread is done with the files
+        self._executor.shutdown(wait=False)
 
     def _perform(self, act: Act) -> None:
         tools = self._tools

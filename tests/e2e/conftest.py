@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
 import shutil
 import sys
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Awaitable, Callable
 from pathlib import Path
 
 import pytest
@@ -23,6 +24,7 @@ os.execv({CHROMIUM!r}, [{CHROMIUM!r}, *sys.argv[1:]])
 """Puts the browser where the simulator is: the operator's computer, too, is another one, which the daemon does not slow
 down. Without this vision goes before the browser where the daemon's session goes before others, and clicks take 4 s."""
 SPEED = 3.0
+FAKE_DRONE = Path(__file__).resolve().parents[2] / "hawk" / "web" / "page" / "dev" / "fake_drone.py"
 
 
 @pytest.fixture
@@ -49,6 +51,26 @@ async def stack(tmp_path: Path) -> AsyncIterator[SimulatedStack]:
     made = SimulatedStack(SimulationOptions(seed=1, speed=SPEED), tmp_path / "run", None, None)
     yield made
     await made.stop()
+
+
+@pytest.fixture
+async def fake() -> AsyncIterator[Callable[[str], Awaitable[tuple[asyncio.subprocess.Process, str]]]]:
+    """Start the made-up drone in a scene; return its process and the page's address."""
+    started: list[asyncio.subprocess.Process] = []
+
+    async def start(scene: str) -> tuple[asyncio.subprocess.Process, str]:
+        process = await asyncio.create_subprocess_exec(
+            sys.executable, str(FAKE_DRONE), scene, "--port", "0", stdout=asyncio.subprocess.PIPE
+        )
+        started.append(process)
+        assert process.stdout is not None
+        return process, (await asyncio.wait_for(process.stdout.readline(), 60)).decode().strip()
+
+    yield start
+    for process in started:
+        if process.returncode is None:
+            process.kill()
+        await process.wait()
 
 
 @pytest.fixture

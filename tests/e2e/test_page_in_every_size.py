@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import sys
-from collections.abc import AsyncIterator, Awaitable, Callable
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +13,6 @@ from tests.e2e.hands import button, press, shows, state_is
 
 pytestmark = pytest.mark.e2e
 
-FAKE_DRONE = Path(__file__).resolve().parents[2] / "hawk" / "web" / "page" / "dev" / "fake_drone.py"
 SIZES = ((640, 360), (667, 375), (390, 844), (360, 640), (1024, 600), (1440, 900))
 """Width and height: 1280 × 720 at 200 % zoom, a phone on its side, two phones, a small laptop, a desk."""
 LEAST_MAP = 0.35
@@ -48,26 +45,6 @@ MEASURE = """(selectors) => {
   if (!beside && confirm.top < map.bottom && confirm.bottom > map.top) problems.push("the question covers the map");
   return { problems, map: Math.min(map.width, map.height) / Math.min(innerWidth, innerHeight) };
 }"""
-
-
-@pytest.fixture
-async def fake() -> AsyncIterator[Callable[[str], Awaitable[tuple[asyncio.subprocess.Process, str]]]]:
-    """Start the made-up drone in a scene; return its process and the page's address."""
-    started: list[asyncio.subprocess.Process] = []
-
-    async def start(scene: str) -> tuple[asyncio.subprocess.Process, str]:
-        process = await asyncio.create_subprocess_exec(
-            sys.executable, str(FAKE_DRONE), scene, "--port", "0", stdout=asyncio.subprocess.PIPE
-        )
-        started.append(process)
-        assert process.stdout is not None
-        return process, (await asyncio.wait_for(process.stdout.readline(), 60)).decode().strip()
-
-    yield start
-    for process in started:
-        if process.returncode is None:
-            process.kill()
-        await process.wait()
 
 
 async def test_safety_actions_and_map_in_every_size(browser: Browser, fake: Any, screenshots: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import itertools
 import json
 import threading
@@ -244,6 +245,30 @@ async def test_arm_waits_until_the_fence_is_kept(rig: Rig) -> None:
     assert rig.command(Arm()).reason == "Saving: wait a moment."
     await saved(rig)
     rig.order(Arm())
+
+
+async def test_the_end_of_the_program_waits_for_a_fence_that_is_being_saved(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rig = Rig(tmp_path)
+    await rig.run(2)
+    begun, goes_on, store = asyncio.Event(), threading.Event(), rig.manager.fences.store
+    loop = asyncio.get_running_loop()
+
+    def slowly(plan: Any) -> None:
+        loop.call_soon_threadsafe(begun.set)
+        goes_on.wait(10)
+        store(plan)
+
+    monkeypatch.setattr(rig.manager.fences, "store", slowly)
+    rig.order(fence())
+    await rig.tick()
+    await begun.wait()
+    end = asyncio.create_task(rig.manager.close())
+    await asyncio.sleep(0)
+    goes_on.set()
+    await end
+    assert (tmp_path / FENCE_FILE).exists()
 
 
 async def test_a_pilot_who_arms_while_it_is_saved_flies_in_the_fence_in_force(rig: Rig) -> None:

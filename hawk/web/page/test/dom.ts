@@ -25,6 +25,7 @@ const NAMES = [
 const values: Record<string, unknown> = {
   ...Object.fromEntries(NAMES.map((name) => [name, page[name]])),
   window: page,
+  devicePixelRatio: 1,
   matchMedia: page.matchMedia.bind(page),
 };
 for (const [name, value] of Object.entries(values)) {

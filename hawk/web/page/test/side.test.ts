@@ -212,7 +212,7 @@ describe("the settings", () => {
     hand.dispatchEvent(new Event("change"));
     await stage.drawn();
     assert.deepEqual(rig.operator.preferences, { theme: "dark", leftHanded: true, name: null, sound: true });
-    assert.deepEqual([...stage.part.querySelectorAll<HTMLInputElement>("input[name=theme]")].map((input) => input.checked), [false, false, true]);
+    assert.deepEqual([...stage.part.querySelectorAll<HTMLInputElement>("input[name=theme]")].map((input) => input.checked), [false, false, true, false]);
   });
 
   it("give control back, and say whose it is", async () => {

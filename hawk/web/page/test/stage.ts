@@ -49,7 +49,7 @@ export class Stage<T extends LitElement & { model: Operator }> {
   /** Which buttons can be pressed, by name. */
   enabled(): string[] {
     const all = [...this.part.querySelectorAll("button")].filter((each) => !each.disabled);
-    return all.map((each) => each.getAttribute("aria-label") ?? words(each));
+    return all.map((each) => each.getAttribute("aria-label") ?? nameOf(each));
   }
 
   async press(name: string): Promise<void> {
@@ -58,6 +58,13 @@ export class Stage<T extends LitElement & { model: Operator }> {
     button.click();
     await this.drawn();
   }
+}
+
+/** A button's words without the note below them. */
+function nameOf(button: Element): string {
+  const copy = button.cloneNode(true) as Element;
+  for (const note of copy.querySelectorAll(".sub")) note.remove();
+  return words(copy);
 }
 
 export function words(element: Element): string {

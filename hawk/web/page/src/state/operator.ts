@@ -4,6 +4,7 @@ import type { OpenSocket, Timers } from "../link/socket.ts";
 import type { Command, Heartbeat, Incoming, Point } from "../protocol.ts";
 import type { MoveKind } from "../words/move.ts";
 import { linkOf, option, type View } from "../words/view.ts";
+import { Alarms } from "./alarms.ts";
 import { Controlling } from "./controlling.ts";
 import { DaemonClock } from "./daemon-clock.ts";
 import { FenceEditing } from "./fence-edit.ts";
@@ -73,6 +74,7 @@ export class Operator extends EventTarget {
   private taker: string | null = null;
 
   private readonly history: PlotHistory;
+  private readonly alarms = new Alarms();
 
   private readonly outside: Outside;
 
@@ -272,6 +274,7 @@ export class Operator extends EventTarget {
     }
     if (!lost && this.toldLost) this.note("ok", "Link is back.");
     this.toldLost = lost;
+    this.sayAlarms();
     this.changed();
   }
 
@@ -304,7 +307,12 @@ export class Operator extends EventTarget {
     if (!FENCE_STATES.has(heartbeat.State)) this.fence.pause("The fence is changed on the ground only, with the motors off.");
     const update = heartbeat["Occupancy Map"];
     if (update) this.dispatchEvent(new CustomEvent<MapChange>("map", { detail: this.map.apply(update) }));
+    this.sayAlarms();
     this.changed();
+  }
+
+  private sayAlarms(): void {
+    for (const text of this.alarms.look(this.view())) this.outside.say?.(text);
   }
 
   /** Reports once that control was taken while this operator was lost. */

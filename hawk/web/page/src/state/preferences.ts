@@ -1,4 +1,4 @@
-export type Theme = "auto" | "light" | "dark";
+export type Theme = "auto" | "light" | "dark" | "outdoor";
 
 export interface Preferences {
   theme: Theme;
@@ -21,7 +21,7 @@ export function readPreferences(storage: Storage): Preferences {
     if (typeof stored !== "object" || stored === null) return STANDARD;
     const { theme, leftHanded, name, sound } = stored as Partial<Preferences>;
     return {
-      theme: theme === "light" || theme === "dark" ? theme : "auto",
+      theme: theme === "light" || theme === "dark" || theme === "outdoor" ? theme : "auto",
       leftHanded: leftHanded === true,
       name: typeof name === "string" ? name : null,
       sound: sound !== false,

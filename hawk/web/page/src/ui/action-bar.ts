@@ -1,8 +1,10 @@
-import { html, nothing, type TemplateResult } from "lit";
+import { html, nothing, type PropertyValues, type TemplateResult } from "lit";
 import { customElement, property } from "lit/decorators.js";
+import { repeat } from "lit/directives/repeat.js";
 import type { Point } from "../protocol.ts";
 import { isFlying } from "../state/flight.ts";
 import { type Action, control, guidedActions, safetyActions, watchingWords } from "../words/actions.ts";
+import { isDone, nextStep } from "../words/next-step.ts";
 import { linkOf, type View } from "../words/view.ts";
 import { begin } from "./begin.ts";
 import { cssVars } from "./css-vars.ts";
@@ -15,11 +17,38 @@ import "./fence-bar.ts";
 @customElement("hawk-bar")
 export class ActionBar extends Part {
   @property({ attribute: false }) classAt: (place: Point) => number = () => 0;
+  /** The focus was on a button of the bar when that went or was shut. */
+  private focused = false;
+  /** The focus was put on Hold until there is a next step. */
+  private waits = false;
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    document.addEventListener("focusin", this.noteFocus);
+    document.addEventListener("pointerdown", this.noteFocus);
+  }
+
+  override disconnectedCallback(): void {
+    document.removeEventListener("focusin", this.noteFocus);
+    document.removeEventListener("pointerdown", this.noteFocus);
+    super.disconnectedCallback();
+  }
+
+  /** By keyboard one step follows the other: the focus goes where the next one is. */
+  override updated(_changed: PropertyValues): void {
+    const focus = document.activeElement;
+    const hold = this.querySelector<HTMLElement>(".hold:not(:disabled)");
+    const lost = focus === null || focus === document.body || focus.matches(":disabled");
+    if (!this.focused || this.model.question || !(lost || (this.waits && focus === hold))) return;
+    const next = this.querySelector<HTMLElement>(".act.primary:not(:disabled)");
+    this.waits = next === null;
+    (next ?? hold)?.focus();
+  }
 
   override render(): TemplateResult {
     const view = this.model.view();
     const { land, hold } = safetyActions(view);
-    return html`<footer class="bar">
+    return html`<footer class="bar" id="bar" tabindex="-1">
       ${this.first(view)}
       <div class="safety">
         ${this.safety(land, "land", this.landAllowed(view))} ${this.safety(hold, "hold", "")}
@@ -40,28 +69,31 @@ export class ActionBar extends Part {
   private guided(view: View): TemplateResult {
     const actions = guidedActions(view, isTouch());
     const key = keyActions(view, actions);
+    const next = nextStep(view, actions);
     return html`<div class="guided">
       <button class="act more" @click=${() => this.more()}><b>More actions</b></button>
-      ${actions.map((action) => this.action(action, key.indexOf(action)))}
+      ${repeat(
+        actions,
+        (action) => action.name, // the focus must not slip from Arm to Disarm
+        (action) => this.action(action, key.indexOf(action), stepClass(view, action, next)),
+      )}
     </div>`;
   }
 
   /** `rank`: 0 is shown even on the narrowest page, -1 only on wide ones. */
-  private action(action: Action, rank: number): TemplateResult {
+  private action(action: Action, rank: number, step = ""): TemplateResult {
     const picking = action.name === "move" && this.model.picking;
     const words = picking ? { ...action, kind: "running" as const, note: isTouch() ? "Now tap the map" : "Now click the map" } : action;
     const rankClass = rank === 0 ? "key first" : rank > 0 ? "key" : "";
     return html`<button
-      class="act ${words.kind} ${rankClass}"
+      class="act ${words.kind} ${rankClass} ${step}"
       data-action=${action.name}
-      aria-label=${words.label}
-      aria-description=${words.note}
       ?disabled=${words.kind === "impossible" || words.kind === "failed" || (words.kind === "running" && action.name !== "move")}
       aria-pressed=${words.kind === "running" ? "true" : "false"}
       ${cssVars({ "--progress": `${Math.round((words.progress ?? 0) * 100)}%` })}
       @click=${() => begin(this.model, action)}
     >
-      <b>${words.label}</b><span class="sub">${words.note}</span>
+      <b>${words.label}</b> <span class="sub">${words.note}</span>
     </button>`;
   }
 
@@ -84,12 +116,10 @@ export class ActionBar extends Part {
     const note = forbidden === "" || action.note === "No link" ? action.note : forbidden;
     return html`<button
       class=${name}
-      aria-label=${action.label}
-      aria-description=${note}
       ?disabled=${disabled}
       @click=${() => begin(this.model, action)}
     >
-      ${action.label}<span class="sub">${note}</span>
+      ${action.label} <span class="sub">${note}</span>
     </button>`;
   }
 
@@ -97,9 +127,20 @@ export class ActionBar extends Part {
     return linkOf(view) === "live" && control(view) === "other" && isFlying(view.heartbeat) ? "Someone else has control" : "";
   }
 
+  private readonly noteFocus = (event: Event): void => {
+    this.focused = event.target instanceof Node && this.contains(event.target);
+    if (!this.focused || !(event.target as Element).matches(".hold")) this.waits = false;
+  };
+
   private more(): void {
     this.dispatchEvent(new CustomEvent("open-panel", { detail: "actions", bubbles: true }));
   }
+}
+
+/** The next step is the primary button; steps that are done take little room. */
+function stepClass(view: View, action: Action, next: Action["name"] | null): string {
+  if (action.name === next) return "primary";
+  return action.kind === "impossible" && isDone(view, action.name) ? "done" : "";
 }
 
 /** The three actions that matter now, most important first. */

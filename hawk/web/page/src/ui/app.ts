@@ -6,6 +6,7 @@ import { stateWords } from "../words/glance.ts";
 import { stallCount } from "./counts-card.ts";
 import { leaveByEscape } from "./escape.ts";
 import { icon } from "./icons.ts";
+import { actOnKey } from "./keys.ts";
 import type { MapPanel } from "./map-panel.ts";
 import type { TabName } from "./tabs.ts";
 import { Watch } from "./watch.ts";
@@ -14,6 +15,7 @@ import "./control-note.ts";
 import "./counts-card.ts";
 import "./earlier-survey.ts";
 import "./glance-line.ts";
+import "./keys-list.ts";
 import "./kill-dialog.ts";
 import "./link-banner.ts";
 import "./map-panel.ts";
@@ -23,7 +25,8 @@ import "./survey-panel.ts";
 import "./tabs.ts";
 import "./video-panel.ts";
 
-type Panel = "none" | "menu" | "actions";
+type Panel = "none" | "menu" | "actions" | "keys";
+const PANEL_NAMES = { menu: "Menu", actions: "More actions", keys: "Keys" };
 
 /** The page: glance line, banner, map with video and side column, bar. */
 @customElement("hawk-app")
@@ -73,7 +76,8 @@ export class App extends LitElement {
     const model = this.model;
     const simulated = model.flight.welcome?.Simulation === true;
     const main = [this.swapped ? "swapped" : "", this.survey ? "surveyed" : "", model.fence.open ? "fencing" : ""].join(" ");
-    return html`${simulated ? html`<div class="simline"><b>SIMULATION</b> No real drone flies.</div>` : nothing}
+    return html`<nav class="skipping" aria-label="Skip"><a class="skip" href="#bar" @click=${(event: Event) => this.skip(event)}>Skip to the actions</a></nav>
+      ${simulated ? html`<div class="simline" role="region" aria-label="Simulation"><b>SIMULATION</b> No real drone flies.</div>` : nothing}
       <hawk-glance .model=${model}></hawk-glance>
       <div class="strips">
         <hawk-banner .model=${model}></hawk-banner>
@@ -98,15 +102,27 @@ export class App extends LitElement {
 
   private sheet(): TemplateResult | typeof nothing {
     if (this.panel === "none") return nothing;
-    return html`<div class="sheet" role="dialog" aria-label=${this.panel === "menu" ? "Menu" : "More actions"}>
+    return html`<div class="sheet" role="dialog" aria-label=${PANEL_NAMES[this.panel]}>
       <button class="plain close" aria-label="Close" @click=${() => (this.panel = "none")}>${icon("close")}</button>
-      ${this.panel === "menu"
-        ? html`<hawk-tabs .model=${this.model} .chosen=${this.tab}></hawk-tabs>`
-        : html`<hawk-more .model=${this.model} @click=${() => (this.panel = "none")}></hawk-more>`}
+      ${this.inSheet(this.panel)}
     </div>`;
   }
 
-  private readonly key = (event: KeyboardEvent): void => leaveByEscape(event, this.model, () => (this.panel = "none"));
+  private inSheet(panel: Exclude<Panel, "none">): TemplateResult {
+    if (panel === "menu") return html`<hawk-tabs .model=${this.model} .chosen=${this.tab}></hawk-tabs>`;
+    if (panel === "keys") return html`<hawk-keys .model=${this.model}></hawk-keys>`;
+    return html`<hawk-more .model=${this.model} @click=${() => (this.panel = "none")}></hawk-more>`;
+  }
+
+  private readonly key = (event: KeyboardEvent): void => {
+    leaveByEscape(event, this.model, () => (this.panel = "none"));
+    actOnKey(event, this.model, (deed) => this.open(deed));
+  };
+
+  private skip(event: Event): void {
+    event.preventDefault();
+    this.querySelector<HTMLElement>("hawk-bar button:not(:disabled)")?.focus();
+  }
 
   private open(what: string): void {
     if (what === "swap") this.swapped = !this.swapped;
@@ -114,7 +130,7 @@ export class App extends LitElement {
     else if (what === "close") this.survey = false;
     else if (what === "fence") this.editFence();
     else if (what === "settings" || what === "checks") this.openTab(what === "settings" ? "Settings" : "Checks");
-    else if (what === "menu" || what === "actions") this.panel = this.panel === what ? "none" : what;
+    else if (what === "menu" || what === "actions" || what === "keys") this.panel = this.panel === what ? "none" : what;
   }
 
   /** The fence is drawn on the map: what covers it or has made it small goes. */

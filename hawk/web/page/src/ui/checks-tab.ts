@@ -20,7 +20,7 @@ export class ChecksTab extends Part {
     const failed = checks.filter((check) => !check.Passed);
     const passed = checks.filter((check) => check.Passed);
     return html`<section class="checks" aria-label="Checks before flight">
-      <div class="scroll">
+      <div class="scroll" tabindex="0" role="region" aria-label="All checks">
         <div class="hd"><span class="h">Checks before flight</span><span class="sub">${summary(checks.length, passed.length)}</span></div>
         ${groups(failed).map((group) => this.failed(group))}
         <ul class="passed">

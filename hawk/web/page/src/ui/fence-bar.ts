@@ -28,8 +28,6 @@ export class FenceBar extends Part {
       >
       <button
         class="act save primary"
-        aria-label="Save fence"
-        aria-description=${words.reason}
         ?disabled=${words.reason !== ""}
         @click=${() => void fence.save()}
       >

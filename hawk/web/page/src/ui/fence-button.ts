@@ -15,7 +15,7 @@ export class FenceButton extends Part {
     return html`<div><b>${title}</b> <span class="sub">${line}</span></div>
       <div class="row">
         ${this.aside()}
-        <button aria-label="Edit fence" aria-description=${reason} ?disabled=${reason !== ""} @click=${() => this.edit()}>
+        <button ?disabled=${reason !== ""} @click=${() => this.edit()}>
           <span class="two">Edit fence${reason === "" ? nothing : html`<span class="sub">${reason}</span>`}</span>
         </button>
       </div>`;
@@ -26,7 +26,7 @@ export class FenceButton extends Part {
     const view = this.model.view();
     if (!option(view, "Clear Fence").Possible || control(view) !== "mine") return nothing;
     return html`<button
-      aria-label="Put the drawn fence aside"
+      aria-label="Put aside the drawn fence"
       @click=${() => void this.model.command({ Type: "Clear Fence" }, "Put the drawn fence aside")}
     >
       Put aside

@@ -21,7 +21,7 @@ export class FlightTab extends Part {
     if (!heartbeat) return html`<p class="empty sub">Nothing known yet.</p>`;
     const samples = this.model.flight.samples;
     const plots = this.plots(samples);
-    return html`<div class="scroll">
+    return html`<div tabindex="0" role="region" aria-label="Flight" class="scroll">
       ${mainFacts(view, heartbeat)} ${parts(heartbeat.Health.filter((item) => !item.Healthy))}
       <hawk-battery .model=${this.model}></hawk-battery>
       <hawk-plot label="Height, m" .series=${plots.height} .top=${topHeight(heartbeat.Heights[2])} .theme=${this.theme()}></hawk-plot>

@@ -14,6 +14,7 @@ export class GlanceLine extends Part {
     const view = this.model.view();
     const words = stateWords(view);
     return html`<header class="glance">
+      <h1 class="unseen">Parking Lot Hawk</h1>
       <div class="cell state">
         <i class="mark ${words.tone}"></i>
         <div>
@@ -34,7 +35,7 @@ export class GlanceLine extends Part {
   private chip(view: View): TemplateResult {
     const whose = control(view);
     const text = whose === "unknown" ? keptText(view) : CHIP[whose];
-    return html`<button class="who ${whose}" @click=${() => this.open("settings")}>
+    return html`<button class="who ${whose}" aria-label=${text} @click=${() => this.open("settings")}>
       ${icon("person")}<span class="t">${text}</span>
     </button>`;
   }
@@ -45,11 +46,9 @@ export class GlanceLine extends Part {
       class="cut"
       ?disabled=${reason !== ""}
       aria-haspopup="dialog"
-      aria-label="Cut motors"
-      aria-description=${reason === "" ? "In two steps" : reason}
       @click=${() => void this.model.beginCut()}
     >
-      Cut motors${reason === "" ? "" : html`<span class="sub">${reason}</span>`}
+      Cut motors${reason === "" ? "" : html` <span class="sub">${reason}</span>`}
     </button>`;
   }
 

@@ -17,7 +17,7 @@ export class HeightsButton extends Part {
 
   override render(): TemplateResult {
     const reason = cannot(this.model.view(), "Configure");
-    return html`<button aria-label="Change heights" aria-description=${reason} ?disabled=${reason !== ""} @click=${() => this.open()}>
+    return html`<button ?disabled=${reason !== ""} @click=${() => this.open()}>
         <span class="two">Change heights${reason === "" ? nothing : html`<span class="sub">${reason}</span>`}</span>
       </button>
       <dialog class="float" aria-label="Heights" @keydown=${(event: KeyboardEvent) => this.key(event)}>

@@ -15,9 +15,11 @@ export class MessagesTab extends Part {
   override render(): TemplateResult {
     const lines = this.model.flight.lines.slice(0, SHOWN);
     if (lines.length === 0) return html`<p class="empty sub">Nothing happened yet.</p>`;
-    return html`<ul class="log">
-      ${repeat(lines, (line) => line.key, row)}
-    </ul>`;
+    return html`<div class="scroll" role="log" aria-label="Messages" tabindex="0">
+      <ul class="log">
+        ${repeat(lines, (line) => line.key, row)}
+      </ul>
+    </div>`;
   }
 }
 

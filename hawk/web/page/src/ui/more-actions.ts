@@ -14,8 +14,8 @@ export class MoreActions extends Part {
 
   private row(action: Action): TemplateResult {
     const possible = action.kind === "possible" || (action.kind === "running" && action.name === "move");
-    return html`<button class="act ${action.kind}" aria-label=${action.label} aria-description=${action.note} ?disabled=${!possible} @click=${() => this.run(action)}>
-      <b>${action.label}</b><span class="sub">${action.note}</span>
+    return html`<button class="act ${action.kind}" ?disabled=${!possible} @click=${() => this.run(action)}>
+      <b>${action.label}</b> <span class="sub">${action.note}</span>
     </button>`;
   }
 

@@ -12,6 +12,7 @@ const THEMES: [Theme, string][] = [
   ["auto", "As this device"],
   ["light", "Light"],
   ["dark", "Dark"],
+  ["outdoor", "Outdoors"],
 ];
 
 /** Heights, fence, control, and how this page looks. */
@@ -20,7 +21,7 @@ export class SettingsTab extends Part {
   override render(): TemplateResult {
     const view = this.model.view();
     const { theme, leftHanded } = this.model.preferences;
-    return html`<div class="scroll settings">
+    return html`<div tabindex="0" role="region" aria-label="Settings" class="scroll settings">
       <section>${heights(view)}<hawk-heights-button .model=${this.model}></hawk-heights-button></section>
       <section><hawk-fence-button .model=${this.model}></hawk-fence-button></section>
       <section>${this.controlRow(view)}</section>
@@ -55,7 +56,7 @@ export class SettingsTab extends Part {
             .checked=${this.model.preferences.sound}
             @change=${(event: Event) => this.model.prefer({ sound: (event.target as HTMLInputElement).checked })}
           />
-          <span><b>Sound</b><span class="sub">Tone and voice when others act while you have control</span></span>
+          <span><b>Sound</b><span class="sub">Tone and voice: lost link, low battery, and others who act</span></span>
         </label>
       </section>
       <p class="sub">${view.welcome ? `Parking Lot Hawk ${view.welcome.Version}` : nothing} <a href="licences.txt" target="_blank">Licences</a></p>

@@ -6,8 +6,9 @@ import "./checks-tab.ts";
 import "./flight-tab.ts";
 import "./messages-tab.ts";
 import "./settings-tab.ts";
+import "./stalls-tab.ts";
 
-export type TabName = "Checks" | "Messages" | "Flight" | "Settings";
+export type TabName = "Checks" | "Messages" | "Flight" | "Stalls" | "Settings";
 
 /** Checks (on the ground), messages, flight and settings. */
 @customElement("hawk-tabs")
@@ -23,18 +24,33 @@ export class Tabs extends Part {
   }
 
   override render(): TemplateResult {
-    const names: TabName[] = this.grounded ? ["Checks", "Messages", "Flight", "Settings"] : ["Messages", "Flight", "Settings"];
+    const names: TabName[] = [...(this.grounded ? (["Checks"] as const) : []), "Messages", "Flight", "Stalls", "Settings"];
     const chosen = names.find((name) => name === this.chosen) ?? names[0];
     return html`<section class="card tabs">
-      <div class="tablist" role="tablist">
+      <div class="tablist" role="tablist" aria-label="About the flight" @keydown=${(event: KeyboardEvent) => this.step(event, names, chosen)}>
         ${names.map(
-          (name) => html`<button role="tab" aria-selected=${name === chosen} class=${name === chosen ? "on" : ""} @click=${() => (this.chosen = name)}>
+          (name) => html`<button
+            role="tab"
+            aria-selected=${name === chosen}
+            tabindex=${name === chosen ? 0 : -1}
+            class=${name === chosen ? "on" : ""}
+            @click=${() => (this.chosen = name)}
+          >
             ${name}
           </button>`,
         )}
       </div>
-      <div class="tabpanel" role="tabpanel">${this.panel(chosen)}</div>
+      <div class="tabpanel" role="tabpanel" aria-label=${chosen ?? nothing}>${this.panel(chosen)}</div>
     </section>`;
+  }
+
+  /** The arrow keys go from tab to tab, as the role demands. */
+  private step(event: KeyboardEvent, names: TabName[], chosen: TabName | undefined): void {
+    const by = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+    if (by === undefined || chosen === undefined) return;
+    this.chosen = names[(names.indexOf(chosen) + by + names.length) % names.length] ?? "";
+    event.preventDefault();
+    void this.updateComplete.then(() => this.querySelector<HTMLElement>(".tablist .on")?.focus());
   }
 
   private panel(name: TabName | undefined): TemplateResult | typeof nothing {
@@ -45,6 +61,8 @@ export class Tabs extends Part {
         return html`<hawk-messages .model=${this.model}></hawk-messages>`;
       case "Flight":
         return html`<hawk-flight .model=${this.model}></hawk-flight>`;
+      case "Stalls":
+        return html`<hawk-stalls .model=${this.model}></hawk-stalls>`;
       case "Settings":
         return html`<hawk-settings .model=${this.model}></hawk-settings>`;
       default:

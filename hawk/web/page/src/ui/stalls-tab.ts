@@ -1,0 +1,41 @@
+import { html, nothing, type TemplateResult } from "lit";
+import { customElement, state } from "lit/decorators.js";
+import * as format from "../words/format.ts";
+import { stallRows } from "../words/stall-rows.ts";
+import { Part } from "./element.ts";
+
+/** Lines that are added at a time. */
+const PAGE = 50;
+
+/** The lot's stalls as a table, for those who do not see the map. */
+@customElement("hawk-stalls")
+export class StallsTab extends Part {
+  @state() private shown = PAGE;
+
+  override render(): TemplateResult {
+    const { map, flight } = this.model;
+    if (map.stalls.size === 0) return html`<p class="empty sub">No stall was found yet.</p>`;
+    const rows = stallRows(map.stalls.values(), flight.heartbeat?.Home ?? null, (at) => this.timeOf(at));
+    return html`<div class="scroll" tabindex="0" role="region" aria-label="Stalls as a table">
+      <table class="stalls">
+        <caption class="sub">${format.count(rows.length, "stall", "stalls")}, free ones first, the nearest to home first</caption>
+        <thead>
+          <tr><th scope="col">Stall</th><th scope="col">State</th><th scope="col">Place</th><th scope="col">Seen</th></tr>
+        </thead>
+        <tbody>
+          ${rows.slice(0, this.shown).map(
+            (row) => html`<tr><th scope="row">${row.id}</th><td>${row.state}</td><td>${row.place}</td><td>${row.seen}</td></tr>`,
+          )}
+        </tbody>
+      </table>
+      ${rows.length > this.shown ? html`<button class="small" @click=${() => (this.shown += PAGE)}>Show more</button>` : nothing}
+    </div>`;
+  }
+
+  /** Time of day, milliseconds, of a time of the drone. */
+  private timeOf(at: number): number {
+    const view = this.model.view();
+    const heard = view.heartbeat?.Time ?? at;
+    return view.now - ((view.silence ?? 0) + (heard - at) / this.model.daemonClock.rate) * 1000;
+  }
+}

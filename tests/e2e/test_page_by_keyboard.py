@@ -1,0 +1,126 @@
+"""The page over a made-up drone, by keyboard alone, and judged by axe-core: every view, every theme."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.async_api import Browser, Page, expect
+
+from tests.e2e.hands import button, press, shows, state_is
+
+pytestmark = pytest.mark.e2e
+
+PAGE = Path(__file__).resolve().parents[2] / "hawk" / "web" / "page"
+AXE = PAGE / "node_modules" / "axe-core" / "axe.min.js"
+THEMES = ("light", "dark", "outdoor")
+TABS = ("Checks", "Messages", "Flight", "Stalls", "Settings")
+DESK, PHONE = {"width": 1440, "height": 900}, {"width": 390, "height": 844}
+RUN_AXE = """async () => {
+  const { violations } = await axe.run(document, { resultTypes: ["violations"] });
+  return violations.flatMap(({ id, help, nodes }) => nodes.map((node) => `${id}: ${help}: ${node.html.slice(0, 160)}`));
+}"""
+
+
+async def opened(browser: Browser, address: str, size: Any = DESK, theme: str = "light") -> Page:
+    page = await browser.new_page(viewport=size)
+    # the page's own policy allows no script but the page's: axe is read before that applies
+    await page.add_init_script(path=AXE)
+    await page.add_init_script(f"localStorage.setItem('hawk-page', JSON.stringify({{theme: '{theme}', name: 'ana'}}))")
+    await page.goto(address)
+    await expect(page.locator("hawk-glance").get_by_role("status")).not_to_be_empty()
+    return page
+
+
+async def faults(page: Page, view: str, screenshots: Path) -> dict[str, list[str]]:
+    await page.screenshot(path=screenshots / f"axe-{view}.png")
+    found = await page.evaluate(RUN_AXE)
+    return {view: found} if found else {}
+
+
+def told(found: dict[str, list[str]]) -> str:
+    return "\n".join(f"{view}: {one}" for view, all_of_it in found.items() for one in all_of_it)
+
+
+@pytest.mark.parametrize("theme", THEMES)
+async def test_axe_finds_nothing_on_any_view(browser: Browser, fake: Any, screenshots: Path, theme: str) -> None:
+    found: dict[str, list[str]] = {}
+    for scene in ("ground", "still"):
+        _, address = await fake(scene)
+        page = await opened(browser, address, theme=theme)
+        found |= await faults(page, f"{theme}-{scene}-watching", screenshots)
+        await press(page, "Take control", 20)
+        await expect(page.locator(".guided")).to_be_visible()
+        for name in TABS:
+            tab = page.get_by_role("tab", name=name)
+            if await tab.count():
+                await tab.click()
+                found |= await faults(page, f"{theme}-{scene}-{name}", screenshots)
+        await page.keyboard.press("?")
+        await expect(page.locator(".keylist")).to_be_visible()
+        found |= await faults(page, f"{theme}-{scene}-keys", screenshots)
+        await page.close()
+    assert not found, told(found)
+
+
+async def test_axe_finds_nothing_while_something_is_asked(browser: Browser, fake: Any, screenshots: Path) -> None:
+    _, address = await fake("still")
+    page = await opened(browser, address)
+    await press(page, "Take control", 20)
+    await press(page, "Cut motors", 5)
+    await expect(page.locator(".kill")).to_be_visible()
+    found = await faults(page, "cut-motors", screenshots)
+    await page.keyboard.press("Escape")
+    await page.keyboard.press("h")
+    await state_is(page, "Holding")
+    await press(page, "Move", 5)
+    await page.locator(".ol").click(position={"x": 500, "y": 300})
+    await expect(page.locator("hawk-slide button")).to_be_enabled()
+    found |= await faults(page, "move", screenshots)
+    await page.keyboard.press("Escape")
+    phone = await opened(browser, address, PHONE)
+    found |= await faults(phone, "phone", screenshots)
+    assert not found, told(found)
+
+
+async def test_a_flight_begins_by_keyboard_alone(browser: Browser, fake: Any) -> None:
+    _, address = await fake("ready")
+    page = await opened(browser, address)
+    await page.keyboard.press("Tab")
+    await expect(page.locator(".skip")).to_be_focused()
+    await page.keyboard.press("Enter")
+    await expect(button(page, "Take control")).to_be_focused()
+    await page.keyboard.press("Enter")
+    await expect(button(page, "Arm")).to_be_focused(timeout=20_000)
+    await page.keyboard.press("Enter")
+    for name in ("Take off", "Explore"):
+        await expect(page.locator("hawk-slide button")).to_be_focused()
+        await hold_enter(page)
+        await expect(button(page, name)).to_be_focused(timeout=20_000)
+        await page.keyboard.press("Enter")
+    await expect(page.locator("hawk-slide button")).to_be_focused()
+    await hold_enter(page)
+    await shows(page, "Exploring")
+    await page.keyboard.press("h")
+    await state_is(page, "Holding")
+
+
+async def hold_enter(page: Page) -> None:
+    """Keep Enter down until the slide has gone."""
+    await page.keyboard.down("Enter")
+    await expect(page.locator("hawk-confirm")).to_have_count(0, timeout=10_000)
+    await page.keyboard.up("Enter")
+
+
+async def test_letters_are_no_keys_while_somebody_types(browser: Browser, fake: Any) -> None:
+    _, address = await fake("still")
+    page = await opened(browser, address)
+    await press(page, "Take control", 20)
+    await page.get_by_role("tab", name="Settings").click()
+    name = page.get_by_role("textbox", name="Your name").locator("visible=true").first
+    await name.fill("")
+    await name.press_sequentially("h?e")
+    await expect(name).to_have_value("h?e")
+    await expect(page.locator(".keylist")).to_have_count(0)
+    await expect(page.locator("hawk-confirm")).to_have_count(0)
