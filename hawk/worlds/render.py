@@ -65,12 +65,12 @@ def draw_plan(plan: SitePlan, canvas: Canvas, sun: Sun, rng: np.random.Generator
     for block in plan.blocks:
         if canvas.touches(block.polygon, _margin(4.0, block.height, sun)):
             shadows.add_block(block.polygon, block.height)
-    shade = shadows.apply(rng=rng)
+    depth = shadows.apply(rng=rng)
     _draw_blocks(plan, canvas, shadows)
     if plan.lamps is not None:
         plan.lamps.light(canvas)
         layers = plan.lamps.light_layers(layers)
-    return Drawn(canvas.image, tuple(layers), shade)
+    return Drawn(canvas.image, tuple(layers), depth)
 
 
 def draw_surface(canvas: Canvas, surface: Surface, rng: np.random.Generator) -> Patch | None:

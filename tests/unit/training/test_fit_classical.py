@@ -103,7 +103,7 @@ def test_the_command_prints_both_fits(monkeypatch: pytest.MonkeyPatch, capsys: p
         asked.append(size)
         image = np.zeros((8, 8, 3), np.uint8)
         stall = SceneStall(np.zeros((4, 2)), False, False, False, True, 1.0, 0.0, "perpendicular")
-        return Scene(image, image[..., 0], image[..., 0], image[..., 0], (stall,), 0.1)
+        return Scene(image, image[..., 0], image[..., 0], image[..., 0], image[..., 0], (stall,), 0.1)
 
     monkeypatch.setattr(fit_classical, "draw_scene", draw)
     lines = iter(examples(seed, 60, np.array([0.3, 2.0, -1.0])) for seed in range(12))

@@ -188,7 +188,7 @@ def test_an_exported_network_is_taken_up_as_it_is_and_trains_on(tmp_path: Path) 
     load_onnx(second, tmp_path / "first.onnx", pictures)
     with torch.no_grad():
         np.testing.assert_allclose(second.eval()(pictures).numpy(), first(pictures).numpy(), atol=1e-4)
-        near = second.train()(pictures) - first(pictures)
+        near = second.train()(pictures)[:, :10] - first(pictures)
     assert float(near.abs().mean()) < 0.1 * float(first(pictures).detach().abs().mean())
     with pytest.raises(ResumeError, match="train from the beginning"):
         load_onnx(StallNet(), tmp_path / "first.onnx", pictures)
