@@ -39,7 +39,8 @@ class ShadowsAmong:
             vehicle, footprint, top = self._blocks[k]
             if vehicle is not of and top > height:
                 swept = np.concatenate([footprint, footprint + self._sun.cast(top - height)]).astype(np.float32)
-                gain[_inside(cv2.convexHull(swept)[:, 0], places)] = left
+                hull = np.asarray(cv2.convexHull(swept)[:, 0], np.float64)
+                gain[_inside(hull, places)] = left
         return gain
 
 
