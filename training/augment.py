@@ -9,11 +9,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from training.targets import TrainingScene, draw_targets
+from hawk.algo.vision.network import CELL_PIXELS
+from hawk.worlds.light import shade_gain
+from training.targets import CAR, PLACE_WEIGHT, SHADE, TrainingScene, draw_targets
 
 SCALE = (0.65, 1.5)
 """Range of the random scale: for stalls of unusual sizes and heights with an error."""
 _SHADOWS_SHARE = 0.3
+_SHADE = 0.4
+"""Ground in a deeper shade than this is in the shade."""
 
 
 def sample(
@@ -29,9 +33,17 @@ def sample(
     known = cv2.warpAffine(np.ones((height, width), np.uint8), to_crop, (side, side), flags=cv2.INTER_NEAREST)
     stalls = scene.quads @ to_crop[:, :2].T + to_crop[:, 2]
     target = draw_targets(np.asarray(labels, np.uint8), np.asarray(known, np.uint8), stalls, scene.taken, scene.judged)
-    cast = with_shadows(retextured(np.asarray(image, np.float32), rng), stalls[~scene.taken], rng)
-    lit = light(shaded(cast, rng), rng)
+    textured = retextured(np.asarray(image, np.float32), rng)
+    cast, outside = shadow_depth(stalls[~scene.taken], (side, side), rng), outside_shade((side, side), rng)
+    lit = light(in_shade(in_shade(textured, cast, rng), outside, rng), rng)
+    _add_shade(target, np.maximum(cast, outside))
     return np.ascontiguousarray(lit.transpose(2, 0, 1)) / np.float32(255) - np.float32(0.5), target
+
+
+def _add_shade(target: NDArray[np.float32], depth: NDArray[np.float32]) -> None:
+    """Mark ground in such a shade (H, W; 0..1) in the targets; cars stay cars."""
+    half = depth[::CELL_PIXELS, ::CELL_PIXELS] > _SHADE
+    target[SHADE][half & (target[CAR] == 0) & (target[PLACE_WEIGHT] > 0)] = 1
 
 
 def retextured(image: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np.float32]:
@@ -51,34 +63,31 @@ def retextured(image: NDArray[np.float32], rng: np.random.Generator) -> NDArray[
     return np.asarray(image, np.float32)
 
 
-def shaded(image: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np.float32]:
-    """Return a picture (H, W, 3) with the shade of something outside it on a part, cars included, or without.
+def outside_shade(shape: tuple[int, int], rng: np.random.Generator) -> NDArray[np.float32]:
+    """Return the depth (H, W; 0..1) of the shade of something outside a picture, cars included; often none.
 
     Half are the straight shadows of buildings, half the ragged ones of trees.
     """
+    height, width = shape
     if rng.random() > 0.35:
-        return image
-    height, width = image.shape[:2]
+        return np.zeros(shape, np.float32)
     if rng.random() < 0.5:
         turn, rows, columns = rng.uniform(0, 2 * math.pi), *np.indices((height, width), np.float32)
         field = (columns - rng.uniform(0.1, 0.9) * width) * math.cos(turn) + (rows - height / 2) * math.sin(turn)
     else:
         size = rng.uniform(20, 70)
         field = (_grain((height, width), size, rng) + 0.5 * _grain((height, width), size / 5, rng) - 0.6) * 8
-    depth = np.clip(0.5 + field / rng.uniform(1, 4), 0, 1) * rng.uniform(0.75, 1.0)
-    return _dimmed(image, depth, rng)
+    return np.asarray(np.clip(0.5 + field / rng.uniform(1, 4), 0, 1) * rng.uniform(0.75, 1.0), np.float32)
 
 
-def with_shadows(
-    image: NDArray[np.float32], free: NDArray[np.floating], rng: np.random.Generator
-) -> NDArray[np.float32]:
-    """Return a picture (H, W, 3) with shadows as of vans and lorries over some or none of the ``free`` stalls.
+def shadow_depth(free: NDArray[np.floating], shape: tuple[int, int], rng: np.random.Generator) -> NDArray[np.float32]:
+    """Return the depth (H, W; 0..1) of shadows as of vans and lorries over some or none of the ``free`` stalls.
 
     ``free`` is (N, 4, 2) pixels. A dark, even patch with straight edges is not yet a car.
     """
+    depth = np.zeros(shape, np.float32)
     if len(free) == 0 or rng.random() > _SHADOWS_SHARE:
-        return image
-    depth = np.zeros(image.shape[:2], np.float32)
+        return depth
     picked = rng.permutation(len(free))[: int(rng.integers(1, 6))]
     side = rng.random() < 0.5  # the sun stands on one side of all of them
     begin, slant = rng.uniform(-0.15, 0.2), rng.normal(0, 0.12)
@@ -90,14 +99,16 @@ def with_shadows(
         shares = np.array([(-0.05, begin), (reach, begin + slant), (reach, begin + slant + 0.9), (-0.05, begin + 0.9)])
         corners = origin + shares[:, :1] * across + shares[:, 1:] * along * rng.uniform(0.8, 1.05)
         cv2.fillConvexPoly(depth, np.round(corners * 16).astype(np.int32), 1.0, cv2.LINE_AA, 4)
-    depth = np.asarray(cv2.GaussianBlur(depth, (0, 0), rng.uniform(0.5, 1.5)), np.float32) * rng.uniform(0.75, 1.0)
-    return _dimmed(image, depth, rng)
+    return np.asarray(cv2.GaussianBlur(depth, (0, 0), rng.uniform(0.5, 1.5)), np.float32) * np.float32(
+        rng.uniform(0.75, 1.0)
+    )
 
 
-def _dimmed(image: NDArray[np.float32], depth: NDArray[np.floating], rng: np.random.Generator) -> NDArray[np.float32]:
+def in_shade(image: NDArray[np.float32], depth: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np.float32]:
     """Return a picture (H, W, 3) under shade of a depth (H, W; 0..1), which keeps some of the sky's blue."""
-    left, cold = rng.uniform(0.25, 0.7), rng.uniform(0, 0.6)
-    gain = np.array([min(1.0, left * (1 + cold)), left, left * (1 - 0.5 * cold)])
+    if not depth.any():
+        return image
+    gain = np.array(shade_gain(rng.uniform(0.25, 0.7), rng.uniform(0, 0.6)))
     return np.asarray(image * (1 - depth[..., None] * (1 - gain)), np.float32)
 
 

@@ -6,18 +6,24 @@ import torch
 from torch import Tensor
 from torch.nn.functional import binary_cross_entropy_with_logits
 
-from training.targets import CAR, CORE, CORE_WEIGHT, LENGTH, LOT, PLACE_WEIGHT, SINE, TAKEN
+from training.targets import CAR, CORE, CORE_WEIGHT, LENGTH, LOT, PLACE_WEIGHT, SHADE, SINE, TAKEN
 
 _DICE_PIXELS = 50.0
+_SHADE_SHARE = 0.3
+_CAR_IN_SHADE = 3.0
+"""A car that is only a shadow costs so many times as much."""
 
 
 def loss(answer: Tensor, target: Tensor) -> tuple[Tensor, dict[str, float]]:
-    """Return the loss of a batch, answers (B, 10, h, w) against targets (B, 12, h, w), and its parts by name."""
+    """Return the loss of a batch, answers (B, 11, h, w) against targets (B, 13, h, w), and its parts by name."""
     place, judged = target[:, PLACE_WEIGHT], target[:, CORE_WEIGHT]
-    weights = torch.stack([place, judged, place], 1)
+    shade = target[:, SHADE]
+    weights = torch.stack([place, judged, place * (1 + (_CAR_IN_SHADE - 1) * shade)], 1)
     truth, said = target[:, LOT : CAR + 1], answer[:, LOT : CAR + 1]
     crossed = (binary_cross_entropy_with_logits(said, truth, reduction="none") * weights).mean()
-    dice = _dice(torch.sigmoid(said) * weights, truth * weights)
+    counted = torch.stack([place, judged, place], 1)
+    dice = _dice(torch.sigmoid(said) * counted, truth * counted)
+    dark = (binary_cross_entropy_with_logits(answer[:, SHADE], shade, reduction="none") * place).mean()
     core = (target[:, CORE] * judged).unsqueeze(1)
     mass = core.sum() + _DICE_PIXELS
     apart = (answer[:, SINE : LENGTH + 1] - target[:, SINE : LENGTH + 1]).abs()
@@ -25,6 +31,7 @@ def loss(answer: Tensor, target: Tensor) -> tuple[Tensor, dict[str, float]]:
     taken = binary_cross_entropy_with_logits(answer[:, TAKEN], target[:, TAKEN], reduction="none")
     taken = (taken * core[:, 0]).sum() / mass
     total = crossed + 0.25 * dice[0] + 0.25 * (dice[1] + dice[2]) + 0.25 * geometry.sum() + 0.4 * taken
+    total = total + _SHADE_SHARE * dark
     parts = {
         "bce": crossed,
         "lot": dice[0],
@@ -32,6 +39,7 @@ def loss(answer: Tensor, target: Tensor) -> tuple[Tensor, dict[str, float]]:
         "car": dice[2],
         "geometry": geometry.sum(),
         "taken": taken,
+        "shade": dark,
     }
     return total, {name: float(part.detach()) for name, part in parts.items()}
 

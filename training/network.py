@@ -17,6 +17,8 @@ class StallNet(nn.Module):
     """U-Net (Ronneberger et al. 2015) of 3 x 3 convolutions with batch normalisation; about 540 000 parameters.
 
     Takes (B, 3, H, W), H and W multiples of 32; gives (B, CHANNELS, H/2, W/2) as `hawk.algo.vision.network` describes.
+    While training one more channel follows, the logit of shade on the ground, and the style of the shallow maps is
+    perturbed.
     """
 
     def __init__(self, widths: tuple[int, int, int, int, int] = WIDTHS) -> None:
@@ -32,11 +34,13 @@ class StallNet(nn.Module):
         self.up2 = nn.Sequential(_block(c + b, b, kernel=1), _block(b, b))
         self.up1 = nn.Sequential(_block(b + a, a + _EXTRA, kernel=1), _block(a + _EXTRA, a + _EXTRA))
         self.answer = nn.Conv2d(a + _EXTRA, CHANNELS, 1)
+        self.shade = nn.Conv2d(a + _EXTRA, 1, 1)
+        self.perturbed = StylePerturbation()
 
     def forward(self, picture: Tensor) -> Tensor:
         """Return the maps of a batch of pictures."""
-        half = self.down1(picture)
-        quarter = self.down2(half)
+        half = self.perturbed(self.down1(picture))
+        quarter = self.perturbed(self.down2(half))
         eighth = self.down3(quarter)
         sixteenth = self.down4(eighth)
         deepest = self.down5(sixteenth)
@@ -44,7 +48,29 @@ class StallNet(nn.Module):
         eighth = self.up3(torch.cat([_twice(sixteenth), eighth], 1))
         quarter = self.up2(torch.cat([_twice(eighth), quarter], 1))
         half = self.up1(torch.cat([_twice(quarter), half], 1))
-        return torch.as_tensor(self.answer(half))
+        answer = torch.as_tensor(self.answer(half))
+        return torch.cat([answer, self.shade(half)], 1) if self.training else answer
+
+
+class StylePerturbation(nn.Module):
+    """Changes mean and deviation of each channel at random while training.
+
+    Source: Normalization Perturbation (Fan et al. 2022, arXiv 2211.04393).
+    They carry a picture's style: the light, the camera, the ground. A network that leans on them is lost elsewhere.
+    """
+
+    SHARE = 0.5
+    DEVIATION = 0.35
+
+    def forward(self, maps: Tensor) -> Tensor:
+        """Return the maps (B, C, H, W); some of the batch's pictures in another style."""
+        if not self.training:
+            return maps
+        mean = maps.mean((2, 3), keepdim=True)
+        size = (maps.shape[0], maps.shape[1], 1, 1)
+        is_changed = (torch.rand(maps.shape[0], 1, 1, 1) < self.SHARE).to(maps.dtype)
+        apart, shift = (1 + is_changed * self.DEVIATION * torch.randn(size, dtype=maps.dtype) for _ in range(2))
+        return torch.as_tensor(apart * (maps - mean) + shift * mean)
 
 
 def set_memory_format(network: StallNet, memory_format: torch.memory_format) -> StallNet:

@@ -10,7 +10,7 @@ from multiprocessing.queues import Queue
 import cv2
 import numpy as np
 
-from training.scenes import Scene, draw_scene
+from training.scenes import Scene, SceneStall, draw_scene
 from training.targets import TrainingScene
 
 SIDE_PIXELS = 400
@@ -20,18 +20,20 @@ _WAITING = 24
 class ScenePool:
     """Newest scenes of drawing processes; beyond ``capacity`` a new scene replaces the oldest."""
 
-    def __init__(self, seed: int, capacity: int, painters: int = 1, side: int = SIDE_PIXELS) -> None:
+    def __init__(self, seed: int, capacity: int, painters: int = 1, side: int = SIDE_PIXELS, *, drawn: int = 0) -> None:
+        """Begin to draw. ``drawn`` scenes of the seed are left out: a training that goes on has seen them."""
         context = multiprocessing.get_context("spawn")
         self._queue: Queue[TrainingScene] = context.Queue(_WAITING)
         self._painters = [
             context.Process(
-                target=_paint, args=(self._queue, seed, k, painters, side), name=f"painter-{k}", daemon=True
+                target=_paint, args=(self._queue, seed, drawn + k, painters, side), name=f"painter-{k}", daemon=True
             )
             for k in range(painters)
         ]
         self._capacity = capacity
         self._scenes: list[TrainingScene] = []
-        self.drawn = 0
+        self.drawn = drawn
+        self._first = drawn
         for painter in self._painters:
             painter.start()
 
@@ -67,7 +69,7 @@ class ScenePool:
         if len(self._scenes) < self._capacity:
             self._scenes.append(scene)
         else:
-            self._scenes[self.drawn % self._capacity] = scene
+            self._scenes[(self.drawn - self._first) % self._capacity] = scene
         self.drawn += 1
 
     def close(self) -> None:
@@ -82,17 +84,21 @@ class ScenePool:
 def training_scene(scene: Scene) -> TrainingScene:
     """Return the training scene of a drawn scene.
 
-    Stalls that are hidden and that no row implies, or free without visible paint, are not judged: a picture does not
-    show them.
+    Stalls that are hidden and that no row implies, or free without visible paint and not between cars, are not judged:
+    a picture does not show them.
     """
     count = len(scene.stalls)
     return TrainingScene(
         image=scene.image,
-        labels=np.stack([scene.lot, scene.car], axis=-1),
+        labels=np.stack([scene.lot, scene.car, scene.shade], axis=-1),
         quads=np.array([s.quad for s in scene.stalls], np.float32).reshape(count, 4, 2),
         taken=np.array([s.taken for s in scene.stalls], np.bool_),
-        judged=np.array([(s.implied or not s.hidden) and (s.lines_visible or s.taken) for s in scene.stalls], np.bool_),
+        judged=np.array([_is_judged(stall) for stall in scene.stalls], np.bool_),
     )
+
+
+def _is_judged(stall: SceneStall) -> bool:
+    return (stall.implied or not stall.hidden) and (stall.lines_visible or stall.taken or stall.framed)
 
 
 def _paint(scenes: Queue[TrainingScene], seed: int, painter: int, painters: int, side: int) -> None:

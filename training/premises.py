@@ -1,4 +1,4 @@
-"""Places that look like parking lots: roofscapes, aprons, gardens, terraces, courts, solar fields."""
+"""Places that look like parking lots: roofscapes, aprons, gardens, terraces, courts, solar fields, canopies."""
 
 from __future__ import annotations
 
@@ -18,7 +18,9 @@ _Planner = Callable[[SitePlan, np.random.Generator, Axes, float], None]
 
 def plan_premises(plan: SitePlan, rng: np.random.Generator, axes: Axes, span: float) -> None:
     """Plan such a place from the edge of ``axes`` (u along it from its middle, ``span`` m to each side) towards v."""
-    kinds: tuple[_Planner, ...] = (_roofscape, _roofscape, _apron, _garden, _terrace, _courts, _solar_field)
+    kinds: tuple[_Planner, ...] = (
+        *(_roofscape, _roofscape, _apron, _garden, _terrace, _courts, _solar_field, _canopies),
+    )
     kinds[int(rng.integers(len(kinds)))](plan, rng, axes, span)
 
 
@@ -105,6 +107,21 @@ def _solar_field(plan: SitePlan, rng: np.random.Generator, axes: Axes, span: flo
     for v in np.arange(2, 40, depth + gap).tolist():
         for u in np.arange(-span, span, piece + rng.uniform(0.2, 1)).tolist():
             _block(plan, axes.at(u, v), axes.angle, (piece, depth), 1.2, colour)
+
+
+def _canopies(plan: SitePlan, rng: np.random.Generator, axes: Axes, span: float) -> None:
+    """Long roofs of glass or foil along a hall, with a bar every few steps: bays as wide as stalls, and none."""
+    fill_ground(plan, rng, axes, 0, ("pavers", "concrete", "asphalt"))
+    plan.buildings.append(Building(axes.moved(-span, 8), 2 * span, rng.uniform(10, 30), rng.uniform(4, 9)))
+    pitch, bar = rng.uniform(1.0, 3.2), rng.uniform(0.08, 0.25)
+    glass = Material("roof", grey(rng, 120, 225, 8), 0.015, 0.02, 0.05)
+    u = -span + rng.uniform(0, 8)
+    while u < span - 6:
+        length, depth = min(rng.uniform(8, 40), span - u), rng.uniform(2.5, 6)
+        plan.add_surface(Surface(axes.rect(u, 7.5 - depth, u + length, 7.5), glass))
+        for x in np.arange(u, u + length + 0.1, pitch).tolist():
+            plan.line(axes.at(x, 7.5 - depth), axes.at(x, 7.5), bar, int(rng.choice([1, 3])), rng.uniform(0.4, 1))
+        u += length + rng.uniform(2, 15)
 
 
 def _block(

@@ -28,7 +28,8 @@ def load_onnx(network: StallNet, path: Path, pictures: Tensor) -> None:
     Raises ResumeError when the file holds another network.
     """
     folded = _convolutions(path)
-    modules = [module for module in network.modules() if isinstance(module, nn.Conv2d)]
+    convolutions = (module for module in network.modules() if isinstance(module, nn.Conv2d))
+    modules = [module for module in convolutions if module is not network.shade]  # export leaves it out
     shapes = [tuple(module.weight.shape) for module in modules]
     if [weight.shape for weight, _ in folded] != shapes:
         raise ResumeError(f"{path}: its convolutions are not those of this network; train from the beginning")

@@ -15,19 +15,34 @@ from hawk.worlds.plan import PlannedStall, SitePlan
 from hawk.worlds.render import draw_plan
 from hawk.worlds.site import SiteSize
 from training.avenues import plant_avenue
+from training.long_vehicles import park_long_vehicle
+from training.paved import plan_paved_site
 from training.sites import plan_any_lot_site, plan_bare_site, plan_plain_site
+from training.streets import plan_street_site
 
 BARE_SHARE = 0.16
 """Share of the scenes that have no lot at all."""
 PLAIN_SHARE = 0.08
 """Share of the scenes with hardly anything around the lot."""
-AVENUE_SHARE = 0.25
+PAVED_SHARE = 0.14
+"""Share of the scenes with a lot without paint."""
+STREET_SHARE = 0.08
+"""Share of the scenes with a street of houses."""
+LONG_VEHICLE_SHARE = 0.3
+"""Share of the scenes with long vehicles in their rows."""
+AVENUE_SHARE = 0.35
 """Share of the scenes with a line of trees or a hedge at the heads of a row, besides the trees that all have."""
 HIDDEN_SHARE = 0.7
 """A stall is hidden when more of it than this is under crowns and roofs."""
 
 _VISIBLE_LEVELS = 9.0  # grey levels between paint and ground
-_SEEN_SHARE, _BESIDE = 0.5, 2.6
+_SEEN_SHARE, _BESIDE = 0.6, 2.6
+_BARE_TREES = 0.15
+"""Share of the scenes with painted lots whose trees have no leaves."""
+_FRAME_WIDTHS, _IN_ROW, _OWN = 2.5, 0.35, 0.5
+"""Cars that frame a stall: so many of its widths away at most, so many of its lengths out of line, not on it."""
+_SHADE = 0.5
+"""Ground in a deeper shadow than this is in the shade."""
 _SITES = (
     SiteSize(width=(16, 95), depth=(10, 72), second=0.12),
     SiteSize(width=(60, 150), depth=(45, 120), second=0.12),
@@ -53,6 +68,7 @@ class SceneStall:
     ``lines_visible``: at least one of its long lines is visible. ``paint``: share (0..1) of its paint that the better
     one kept. ``covered``: share (0..1) of the stall under crowns and roofs; ``hidden``: that share is too large.
     ``implied``: mostly crowns hide it, and the row shows it, because a stall within two or three widths is visible.
+    ``framed``: cars stand on both sides of it, so that they show it where no line does.
     """
 
     quad: Points
@@ -64,6 +80,7 @@ class SceneStall:
     covered: float
     kind: str
     implied: bool = False
+    framed: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,13 +88,14 @@ class Scene:
     """A drawn orthophoto, north of nothing: BGR uint8 (H, W, 3), with uint8 masks (H, W) of 0 and 1.
 
     ``lot`` is the lot (aisles, stalls, islands and the trees on them), ``car`` the visible part of vehicles, ``cover``
-    the ground under crowns and roofs.
+    the ground under crowns and roofs, ``shade`` the ground in shadow that nothing hides.
     """
 
     image: Bytes
     lot: Bytes
     car: Bytes
     cover: Bytes
+    shade: Bytes
     stalls: tuple[SceneStall, ...]
     metres_per_pixel: float
 
@@ -91,6 +109,10 @@ def draw_scene(
         raise ValueError("draw_scene: size_px must be at least 32 and metres_per_pixel above 0")
     plan = _plan(rng)
     plan.dim_cars = float(rng.choice([0.0, 0.15, 0.4]))
+    plan.bare = plan.bare or float(rng.random() < _BARE_TREES)
+    if rng.random() < LONG_VEHICLE_SHARE:
+        for _ in range(int(rng.integers(1, 5))):
+            park_long_vehicle(plan, rng)
     if rng.random() < AVENUE_SHARE:
         for _ in range(int(rng.integers(1, 4))):
             plant_avenue(plan, rng)
@@ -101,9 +123,10 @@ def draw_scene(
     image, car, cover, roofs = _composite(rng, canvas, drawn.ground, FacetSet(drawn.layers))
     contrast = float(np.abs(np.array(plan.palette[0]) - plan.asphalt.colour).max())
     shown = [stall for stall in plan.stalls if canvas.touches(stall.corners, 1.0)]
-    stalls = _implied([_scene_stall(canvas, stall, cover, contrast) for stall in shown], roofs)
+    stalls = _framed(_implied([_scene_stall(canvas, stall, cover, contrast) for stall in shown], roofs))
     picture = photograph(rng, image)
-    return Scene(picture, _lot_mask(canvas, plan), car, cover, stalls, metres_per_pixel)
+    shade = as_bytes((drawn.shade > _SHADE) & (car == 0) & (cover == 0))
+    return Scene(picture, _lot_mask(canvas, plan), car, cover, shade, stalls, metres_per_pixel)
 
 
 def sample_condition(rng: np.random.Generator) -> Condition:
@@ -117,6 +140,10 @@ def _plan(rng: np.random.Generator) -> SitePlan:
         return plan_bare_site(rng, (0.0, 0.0))
     if kind < BARE_SHARE + PLAIN_SHARE:
         return plan_plain_site(rng, (0.0, 0.0))
+    if kind < BARE_SHARE + PLAIN_SHARE + STREET_SHARE:
+        return plan_street_site(rng, (0.0, 0.0))
+    if kind < BARE_SHARE + PLAIN_SHARE + STREET_SHARE + PAVED_SHARE:
+        return plan_paved_site(rng, (0.0, 0.0), _SITES[int(rng.integers(len(_SITES)))])
     return plan_any_lot_site(rng, (0.0, 0.0), _SITES[int(rng.integers(len(_SITES)))])
 
 
@@ -194,6 +221,20 @@ def _implied(stalls: list[SceneStall], roofs: Bytes) -> tuple[SceneStall, ...]:
             stall = replace(stall, implied=is_beside and _share(roofs, stall.quad) < _SEEN_SHARE)
         marked.append(stall)
     return tuple(marked)
+
+
+def _framed(stalls: tuple[SceneStall, ...]) -> tuple[SceneStall, ...]:
+    """Mark free stalls without a visible line that stand between two cars of their row."""
+    cars = np.array([stall.quad.mean(0) for stall in stalls if stall.taken and not stall.hidden]).reshape(-1, 2)
+    return tuple(replace(stall, framed=_is_between(stall.quad, cars)) for stall in stalls)
+
+
+def _is_between(quad: Points, places: Points) -> bool:
+    """Return True when places (N, 2) are on both sides of a stall, within two and a half of its widths."""
+    across, along = quad[1] - quad[0], quad[3] - quad[0]
+    shares = np.linalg.solve(np.stack([across, along], axis=1), (places - quad.mean(0)).T).T
+    beside = shares[(np.abs(shares[:, 1]) < _IN_ROW) & (np.abs(shares[:, 0]) < _FRAME_WIDTHS)][:, 0]
+    return bool((beside > _OWN).any() and (beside < -_OWN).any())
 
 
 def _share(mask: Bytes, quad: Points) -> float:

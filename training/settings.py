@@ -55,6 +55,7 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--rate", type=_above_zero, default=2e-3, help="learning rate (default 0.002)")
     parser.add_argument("--float32", action="store_true", help="no bfloat16: slower, for processors without it")
     parser.add_argument("--keep", type=Path, help="also write torch's weights here")
+    parser.add_argument("--checkpoint", type=Path, help="keep the progress here, and go on from it")
     parser.add_argument(
         "--start-from", type=Path, help="torch weights (.pt) or an exported network (.onnx) to go on from"
     )

@@ -14,9 +14,11 @@ from hawk.algo.vision.seen import FloatArray
 
 LOT, CORE, CAR, SINE, COSINE, OFFSET_COLUMN, OFFSET_ROW, WIDTH, LENGTH, TAKEN = range(10)
 """Channels of the network's answer and of the targets."""
-PLACE_WEIGHT, CORE_WEIGHT = 10, 11
+SHADE = 10
+"""A channel that only training has: ground in shadow. What is shadow is no car."""
+PLACE_WEIGHT, CORE_WEIGHT = 11, 12
 """Further target channels: where anything is known (0/1), and where core and what hangs on it is judged (0/1)."""
-TARGET_CHANNELS = 12
+TARGET_CHANNELS = 13
 CELL_M = 0.2
 """Side of an output cell, metres."""
 
@@ -36,8 +38,9 @@ def shape_of(quads: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, Flo
 class TrainingScene:
     """A drawn scene as the trainer keeps it.
 
-    ``image`` is BGR uint8 (H, W, 3) at 0.1 m; ``labels`` uint8 (H, W, 2): lot, car; ``quads`` (N, 4, 2) pixels, whole
-    numbers are pixel centres; ``taken`` (N,) and ``judged`` (N,): False where the picture does not show a stall.
+    ``image`` is BGR uint8 (H, W, 3) at 0.1 m; ``labels`` uint8 (H, W, 3): lot, car, shade; ``quads`` (N, 4, 2)
+    pixels, whole numbers are pixel centres; ``taken`` (N,) and ``judged`` (N,): False where the picture does not show
+    a stall.
     """
 
     image: NDArray[np.uint8]
@@ -56,11 +59,11 @@ def draw_targets(
 ) -> NDArray[np.float32]:
     """Return (TARGET_CHANNELS, H/2, W/2) for a crop.
 
-    ``labels`` (H, W, 2) and ``known`` (H, W) are in pixels, as are the ``stalls`` (N, 4, 2) of the crop.
+    ``labels`` (H, W, 3) and ``known`` (H, W) are in pixels, as are the ``stalls`` (N, 4, 2) of the crop.
     """
     half = labels[::CELL_PIXELS, ::CELL_PIXELS]
     target = np.zeros((TARGET_CHANNELS, *half.shape[:2]), np.float32)
-    target[LOT], target[CAR] = half[..., 0], half[..., 1]
+    target[LOT], target[CAR], target[SHADE] = half[..., 0], half[..., 1], half[..., 2]
     target[PLACE_WEIGHT] = known[::CELL_PIXELS, ::CELL_PIXELS]
     target[CORE_WEIGHT] = target[PLACE_WEIGHT]
     if not len(stalls):

@@ -2,7 +2,8 @@
 
 With ``--steps`` the same seed gives the same weights on the same kind of machine: every scene comes at its step. With
 ``--minutes`` it ends in time, and the number of steps depends on the machine. The result is the mean of some states
-from the second half of the training: the last one alone is fitted too closely to the renderer.
+from the second half of the training: the last one alone is fitted too closely to the renderer. With ``--checkpoint
+FILE`` the same command goes on where it was ended; it draws new scenes then.
 """
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ import torch
 from torch import Tensor
 
 from training.augment import sample
-from training.average import State, average
+from training.average import average
+from training.checkpoint import CheckpointFile, Progress
 from training.export import export
 from training.loss import loss
 from training.network import StallNet, set_memory_format
@@ -36,6 +38,7 @@ def train(
     pool: ScenePool,
     keep: Callable[[StallNet], None] = lambda _: None,
     clock: Callable[[], float] = time.monotonic,
+    checkpoint: CheckpointFile | None = None,
 ) -> StallNet:
     """Train as planned.
 
@@ -45,16 +48,19 @@ def train(
         pool: the scenes.
         keep: gets the running mean of the weights (EMA) at every report.
         clock: seconds; decides the end where the plan has no steps.
+        checkpoint: where the training begins, if it holds anything; written at every report.
 
     Returns:
         The network with the mean of some states of that running mean.
     """
-    rng = np.random.default_rng((plan.seed, 1))
     network = set_memory_format(network, torch.channels_last).train()
-    mean, states = copy.deepcopy(network), list[State]()
+    mean = copy.deepcopy(network)
     optimiser = torch.optim.AdamW(network.parameters(), plan.rate, weight_decay=1e-4)
-    pool.take_until(plan.first_scenes)
-    start, step, share = clock(), 0, 0.0
+    progress = checkpoint.restore(network, mean, optimiser) if checkpoint else Progress()
+    states, step = progress.states, progress.step
+    rng = np.random.default_rng((plan.seed, 1, step) if step else (plan.seed, 1))
+    pool.take_until(progress.drawn + plan.first_scenes)
+    start, share = clock() - progress.seconds, 0.0
     while share < 1:
         share = (clock() - start) / (60 * plan.minutes) if plan.steps is None else (step + 1) / plan.steps
         for group in optimiser.param_groups:
@@ -78,6 +84,8 @@ def train(
         if step % plan.report_steps == 0:
             words = " ".join(f"{name} {value:.3f}" for name, value in parts.items())
             keep(mean)
+            if checkpoint:
+                checkpoint.save(Progress(step, clock() - start, pool.drawn, states), network, mean, optimiser)
             print(f"step {step} {clock() - start:.0f} s scenes {pool.drawn} {words}", flush=True)
     print(f"trained {step} steps of {plan.batch} on {pool.drawn} scenes", flush=True)
     mean.load_state_dict(average(states))
@@ -97,11 +105,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if options.keep:
             torch.save(weights.state_dict(), options.keep)
 
-    pool = ScenePool(plan.seed, plan.capacity, plan.painters, round(plan.side * _SCENE_OVER_CROP))
+    checkpoint = CheckpointFile(options.checkpoint) if options.checkpoint else None
+    drawn = checkpoint.drawn() if checkpoint else 0
+    pool = ScenePool(plan.seed, plan.capacity, plan.painters, round(plan.side * _SCENE_OVER_CROP), drawn=drawn)
     try:
         if options.start_from:
             _start_from(network, options.start_from, pool, plan)
-        trained = train(plan, network, pool, keep)
+        trained = train(plan, network, pool, keep, checkpoint=checkpoint)
     finally:
         pool.close()
     keep(trained)

@@ -21,6 +21,7 @@ from benchmarks.exploration.lots import Lot
 from benchmarks.exploration.setups import GOOD_SHARE, Setup
 from hawk.algo.ground import COARSE_M, CoarseLayers, Slices, Window
 from hawk.algo.mapper.core import MapperSettings
+from hawk.algo.mapper.novelty import Novelty
 from hawk.model import TILE_M, Inbound, MapPose, Stall
 
 FINE_M: Final = COARSE_M / 2
@@ -56,7 +57,8 @@ class SurveyedMap:
             name: np.zeros((rows, columns), np.float32) for name in ("lot", "seen", "well", "likely")
         }
         self._tiles: NDArray[np.float64] | None = None
-        self._last: MapPose | None = None
+        settings = MapperSettings()
+        self._novelty = Novelty(settings.look_m, settings.still_weight)
 
     def look(self, true: MapPose, believed: MapPose) -> None:
         """Take one picture from the true place; it is projected to the place where the drone believes to be."""
@@ -68,7 +70,7 @@ class SurveyedMap:
         self._well[part] |= within(good - origin, part)
         error = self.window.cells_of(np.array(true.north), np.array(true.east))
         error = np.round(error - self.window.cells_of(np.array(believed.north), np.array(believed.east))).astype(int)
-        self._fuse(part, seen, (int(error[1]), int(error[0])), self._weight(believed))
+        self._fuse(part, seen, (int(error[1]), int(error[0])), self._novelty.of(believed))
         self._summarise(part, (int(error[1]), int(error[0])))
         self._remember(whole)
 
@@ -100,15 +102,6 @@ class SurveyedMap:
     def unclear_stalls(self) -> Mapping[int, Stall]:
         """There are no stalls here: nothing is flown to for a second look."""
         return {}
-
-    def _weight(self, pose: MapPose) -> float:
-        last, self._last = self._last, pose
-        if last is None:
-            return 1.0
-        settings = MapperSettings()
-        turn = abs(math.remainder(pose.yaw - last.yaw, math.tau))
-        way = math.hypot(pose.north - last.north, pose.east - last.east)
-        return min(1.0, settings.still_weight + way / settings.look_m + turn / 0.6)
 
     def _fuse(self, part: Slices, seen: Mask, shift: tuple[int, int], weight: float) -> None:
         signal = 2 * _shifted(self._likely, part, shift) - 1

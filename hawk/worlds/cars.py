@@ -54,7 +54,14 @@ _SHAPES = {
     "van": Shape(5.5, 2.05, 2.4, (0.84, 0.92), (0.0, 0.0)),
     "lorry": Shape(7.8, 2.4, 3.1, (0.90, 0.95), (0.0, 0.0)),
     "motorcycle": Shape(2.1, 0.8, 1.1, (0.0, 0.0), (0.0, 0.0)),
+    "motorhome": Shape(6.9, 2.3, 2.9, (0.90, 0.95), (0.0, 0.0)),
+    "coach": Shape(12.2, 2.55, 3.3, (0.965, 0.985), (0.0, 0.0)),
+    "trailer": Shape(13.6, 2.55, 3.9, (0.0, 0.0), (0.0, 0.0)),
 }
+_CARGO = {"lorry": 0.76, "van": 0.82, "motorhome": 0.84, "coach": 0.96, "trailer": 1.0}
+"""Share of the length under the high part of a box-shaped vehicle."""
+LONG_KINDS = ("lorry", "motorhome", "coach", "trailer")
+"""Kinds that reach beyond a stall."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +101,7 @@ def draw_vehicle(rng: np.random.Generator, kind: str) -> VehicleModel:
     if kind == "motorcycle":
         return _motorcycle(rng, length, width, height)
     paint = _paint(rng, kind)
-    if kind in ("van", "lorry"):
+    if kind in _CARGO:
         return _box_vehicle(rng, kind, shape, length, width, height, paint)
     return _car(rng, kind, shape, length, width, height, paint)
 
@@ -113,6 +120,11 @@ def dimmed(rng: np.random.Generator, model: VehicleModel) -> VehicleModel:
     return replace(model, sprites=tuple(sprites))
 
 
+def length_m(kind: str) -> float:
+    """Return the usual length (metres) of a kind of vehicle."""
+    return _SHAPES[kind].length
+
+
 def footprint_m(vehicle: Vehicle) -> Points:
     """Return the four ground corners (metres) of a vehicle of its kind's usual size."""
     shape = _SHAPES[vehicle.kind]
@@ -128,7 +140,7 @@ def outline(x: float, y: float, heading: float, length: float, width: float) -> 
 
 
 def _paint(rng: np.random.Generator, kind: str) -> Floats:
-    if kind in ("van", "lorry") and rng.random() < 0.65:
+    if kind in _CARGO and rng.random() < 0.65:
         base = np.array((235.0, 235.0, 235.0))
     else:
         base = np.array(_PAINTS[int(rng.integers(len(_PAINTS)))], float)
@@ -190,8 +202,8 @@ def _box_vehicle(
     _shade(rng, body)
     _wedge(body, shape.screen[0], shape.screen[1], 0.40, 0.36, _glass(rng))
     low = Sprite(_with_alpha(body, _round(rows, columns, 0.14)), 0.9, 0.0)
-    share = 0.76 if kind == "lorry" else 0.82
-    cargo = paint if kind == "van" or rng.random() < 0.4 else _paint(rng, "van")
+    share = _CARGO[kind]
+    cargo = paint if kind not in ("lorry", "trailer") or rng.random() < 0.4 else _paint(rng, "van")
     sprites = [low]
     for level, shadow in ((0.45, 0.55), (0.7, 0.6), (1.0, 1.0)):
         top = _blank(rows, round(columns * share), cargo * np.float32(shadow))

@@ -31,7 +31,10 @@ class Material:
 
 
 def sample_material(rng: np.random.Generator, kind: str) -> Material:
-    """Draw a material of a kind: asphalt, concrete, pavers, grass, dirt, bark, gravel, rock, water, court or roof."""
+    """Draw a material of a kind.
+
+    The kinds: asphalt, concrete, pavers, clinker, grass grid, grass, dirt, bark, gravel, rock, water, court, roof.
+    """
     sampler = _SAMPLERS.get(kind)
     if sampler is None:
         raise ValueError(f"material: no kind {kind!r}; known are {', '.join(sorted(_SAMPLERS))}")
@@ -84,6 +87,20 @@ def _pavers(rng: np.random.Generator) -> Material:
     return Material("pavers", colour, 0.08, 0.03, 0.03, 0.02, float(rng.choice([0.4, 0.8, 1.2])))
 
 
+def _clinker(rng: np.random.Generator) -> Material:
+    """Baked bricks, from red over brown to grey; their joints are finer than a pixel."""
+    level = rng.uniform(85, 160)
+    red = rng.uniform(1.0, 1.28)
+    colour = (level * rng.uniform(0.82, 0.98), level, level * red)
+    return Material("clinker", colour, rng.uniform(0.04, 0.1), 0.035, 0.05, rng.uniform(0.005, 0.02))
+
+
+def _grass_grid(rng: np.random.Generator) -> Material:
+    """Concrete grids with grass in their holes."""
+    level, green = rng.uniform(90, 150), rng.uniform(1.0, 1.18)
+    return Material("grass grid", (level * 0.82, level * green, level), 0.11, 0.07, 0.1, rng.uniform(0.02, 0.05))
+
+
 def _grass(rng: np.random.Generator) -> Material:
     green = rng.uniform(65, 130)
     dry = rng.uniform(0.72, 1.22)
@@ -132,6 +149,8 @@ _SAMPLERS: dict[str, Callable[[np.random.Generator], Material]] = {
     "asphalt": _asphalt,
     "concrete": _concrete,
     "pavers": _pavers,
+    "clinker": _clinker,
+    "grass grid": _grass_grid,
     "grass": _grass,
     "dirt": _dirt,
     "bark": _bark,

@@ -199,6 +199,8 @@ class SitePlan:
     leaves: float = 0.0
     lamps: LampLight | None = None
     """Light of a place without sun."""
+    bare: float = 0.0
+    """Share of the trees without leaves."""
     dim_cars: float = 0.0
     """Share of the vehicles that are dark and show hardly any parts."""
 
@@ -206,17 +208,17 @@ class SitePlan:
         """Add a surface; it removes everything that stood on its ground before."""
         self.surfaces.append(surface)
         area = surface.polygon.astype(np.float32)
-        self.vehicles = [one for one in self.vehicles if not _inside(area, one.x, one.y)]
-        self.trees = [one for one in self.trees if not _inside(area, one.x, one.y)]
-        self.posts = [one for one in self.posts if not _inside(area, one.x, one.y)]
+        self.vehicles = [one for one in self.vehicles if not inside(area, one.x, one.y)]
+        self.trees = [one for one in self.trees if not inside(area, one.x, one.y)]
+        self.posts = [one for one in self.posts if not inside(area, one.x, one.y)]
         self.buildings = [one for one in self.buildings if not _buries(area, one)]
 
     def settle(self) -> None:
         """Remove vehicles and trees inside a building."""
         for building in self.buildings:
             area = building.polygon.astype(np.float32)
-            self.vehicles = [one for one in self.vehicles if not _inside(area, one.x, one.y)]
-            self.trees = [one for one in self.trees if not _inside(area, one.x, one.y)]
+            self.vehicles = [one for one in self.vehicles if not inside(area, one.x, one.y)]
+            self.trees = [one for one in self.trees if not inside(area, one.x, one.y)]
 
     def change(self, points: Points, gain: float, *, soften: float = 0.0, width: float | None = None) -> None:
         """Make ground darker or lighter (see Gain)."""
@@ -256,11 +258,12 @@ _BURIED = 0.3
 """A building goes when a surface covers more of it than this share."""
 
 
-def _inside(area: NDArray[np.float32], x: float, y: float) -> bool:
+def inside(area: NDArray[np.float32], x: float, y: float) -> bool:
+    """Return True for a place inside an outline (N, 2), or on it."""
     return cv2.pointPolygonTest(area, (x, y), measureDist=False) >= 0
 
 
 def _buries(area: NDArray[np.float32], building: Building) -> bool:
     shares = [(u, v) for u in (0.0, 0.25, 0.5, 0.75, 1.0) for v in (0.0, 0.5, 1.0)]
     places = [building.axes.at(u * building.width, v * building.depth) for u, v in shares]
-    return sum(_inside(area, *place) for place in places) > _BURIED * len(places)
+    return sum(inside(area, *place) for place in places) > _BURIED * len(places)

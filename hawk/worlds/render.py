@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 
 from hawk.worlds.buildings import draw_building
 from hawk.worlds.canvas import Bytes, Canvas, Floats, Patch, Points, as_bytes, as_floats, noise
-from hawk.worlds.cars import Sprite, VehicleModel, dimmed, draw_vehicle, outline
+from hawk.worlds.car_shadows import ShadowsAmong
+from hawk.worlds.cars import Sprite, VehicleModel, dimmed, draw_vehicle, length_m, outline
 from hawk.worlds.conditions import draw_leaves, draw_puddles, draw_snow
 from hawk.worlds.facets import HeightLayer, flat_layer
 from hawk.worlds.light import Shadows, Sun
 from hawk.worlds.materials import Colour, texture
 from hawk.worlds.plan import Gain, Post, SitePlan, Stroke, Surface, Vehicle
-from hawk.worlds.trees import draw_tree, leaf_colours
+from hawk.worlds.trees import draw_bare_tree, draw_tree, leaf_colours
 
 _FAR_M = 20.0
 """Things this far outside a canvas may still throw a shadow into it or lean into it."""
@@ -27,10 +28,14 @@ _FAR_M = 20.0
 
 @dataclass(frozen=True, slots=True)
 class Drawn:
-    """A drawn place: ``ground`` is BGR float32 (0..255) with shadows, ``layers`` are the things that stand on it."""
+    """A drawn place: ``ground`` is BGR float32 (0..255) with shadows, ``layers`` are the things that stand on it.
+
+    ``shade`` (0..1) is the depth of the shadows on the ground.
+    """
 
     ground: Floats
     layers: tuple[HeightLayer, ...]
+    shade: Floats
 
 
 def draw_plan(plan: SitePlan, canvas: Canvas, sun: Sun, rng: np.random.Generator) -> Drawn:
@@ -58,14 +63,14 @@ def draw_plan(plan: SitePlan, canvas: Canvas, sun: Sun, rng: np.random.Generator
         shadows.add_block(shade, 0.0, tall=True)
     layers = _draw_standing(plan, canvas, shadows, sun, rng)
     for block in plan.blocks:
-        if canvas.touches(block.polygon, 4):
+        if canvas.touches(block.polygon, _margin(4.0, block.height, sun)):
             shadows.add_block(block.polygon, block.height)
-    shadows.apply(rng=rng)
+    depth = shadows.apply(rng=rng)
     _draw_blocks(plan, canvas, shadows)
     if plan.lamps is not None:
         plan.lamps.light(canvas)
         layers = plan.lamps.light_layers(layers)
-    return Drawn(canvas.image, tuple(layers))
+    return Drawn(canvas.image, tuple(layers), depth)
 
 
 def draw_surface(canvas: Canvas, surface: Surface, rng: np.random.Generator) -> Patch | None:
@@ -137,35 +142,47 @@ def _draw_standing(
     layers: list[HeightLayer] = []
     mpp = canvas.metres_per_pixel
     for building in plan.buildings:
-        if canvas.touches(building.polygon, _FAR_M):
+        if canvas.touches(building.polygon, _margin(_FAR_M, building.height, sun)):
             if canvas.touches(building.polygon, 0.75 * building.height):  # as far as it leans in any picture
                 layers += draw_building(rng, building, sun, mpp)
             shadows.add_block(building.polygon, building.height, tall=True)
     leaves = leaf_colours(rng)
     for tree in plan.trees:
-        if canvas.touches(np.array([[tree.x, tree.y]]), tree.radius + _FAR_M / 2):
-            crown_layers, crown = draw_tree(rng, tree, leaves, sun, mpp)
+        if canvas.touches(np.array([[tree.x, tree.y]]), tree.radius + _margin(_FAR_M / 2, tree.height, sun)):
+            if plan.bare and rng.random() < plan.bare:
+                crown_layers, crown = draw_bare_tree(rng, tree, mpp)
+            else:
+                crown_layers, crown = draw_tree(rng, tree, leaves, sun, mpp)
             layers += crown_layers
             shadows.add_crown(tree.x, tree.y, tree.radius, tree.height, crown)
     for post in plan.posts:
         layers += _draw_post(post, canvas, shadows, sun)
+    return layers + _draw_vehicles(plan, canvas, shadows, sun, rng)
+
+
+def _draw_vehicles(
+    plan: SitePlan, canvas: Canvas, shadows: Shadows, sun: Sun, rng: np.random.Generator
+) -> list[HeightLayer]:
+    drawn: list[tuple[Vehicle, VehicleModel]] = []
     for vehicle in plan.vehicles:
-        if canvas.touches(np.array([[vehicle.x, vehicle.y]]), 6):
+        margin = max(6.0, length_m(vehicle.kind) / 2, _margin(0.0, 4.0, sun))
+        if canvas.touches(np.array([[vehicle.x, vehicle.y]]), margin):
             model = draw_vehicle(rng, vehicle.kind)
             if plan.dim_cars and rng.random() < plan.dim_cars:
                 model = dimmed(rng, model)
-            layers += _draw_vehicle(vehicle, model, canvas, shadows)
-    return layers
+            drawn.append((vehicle, model))
+            footprint = outline(vehicle.x, vehicle.y, vehicle.heading, model.length * 0.96, model.width * 0.94)
+            shadows.add_block(footprint, model.height * 0.85)
+            canvas.gain(canvas.patch(footprint, soften=0.12), 0.35)  # it is dark under a car
+    among = ShadowsAmong(drawn, sun)
+    return [
+        _sprite_layer(vehicle, model, sprite, shadows, among) for vehicle, model in drawn for sprite in model.sprites
+    ]
 
 
-def _draw_vehicle(vehicle: Vehicle, model: VehicleModel, canvas: Canvas, shadows: Shadows) -> list[HeightLayer]:
-    footprint = outline(vehicle.x, vehicle.y, vehicle.heading, model.length * 0.96, model.width * 0.94)
-    shadows.add_block(footprint, model.height * 0.85)
-    canvas.gain(canvas.patch(footprint, soften=0.12), 0.35)  # it is dark under a car
-    return [_sprite_layer(vehicle, model, sprite, shadows) for sprite in model.sprites]
-
-
-def _sprite_layer(vehicle: Vehicle, model: VehicleModel, sprite: Sprite, shadows: Shadows) -> HeightLayer:
+def _sprite_layer(
+    vehicle: Vehicle, model: VehicleModel, sprite: Sprite, shadows: Shadows, among: ShadowsAmong
+) -> HeightLayer:
     rows, columns = sprite.pixels.shape[:2]
     scale = model.length / max(1, model.sprites[0].pixels.shape[1])
     ahead = np.array([math.cos(vehicle.heading), math.sin(vehicle.heading)])
@@ -173,23 +190,29 @@ def _sprite_layer(vehicle: Vehicle, model: VehicleModel, sprite: Sprite, shadows
     layer = flat_layer(
         sprite.pixels, (centre[0], centre[1]), vehicle.heading, (columns * scale, rows * scale), sprite.height, "car"
     )
-    shade = _shade_over(layer, shadows, rows, columns)
+    places = _places_on(layer)
+    gain = as_floats(shadows.shade_at(places, sprite.height) * among.gain(vehicle, places, sprite.height))
+    shade = as_floats(cv2.resize(gain, (columns, rows), interpolation=cv2.INTER_LINEAR))
     shaded = sprite.pixels.copy()
     shaded[..., :3] = np.clip(shaded[..., :3] * shade, 0, 255).astype(np.uint8)
     return HeightLayer(layer.corners, shaded, "car", sprite.fine)
 
 
-def _shade_over(layer: HeightLayer, shadows: Shadows, rows: int, columns: int) -> Floats:
-    """Return the gain (rows, columns, 3) of shadows that fall on a flat layer, from a coarse grid of places."""
+def _places_on(layer: HeightLayer) -> Points:
+    """Return a coarse grid of places (6, 12, 2) on a flat layer, metres."""
     across, along = np.meshgrid(np.linspace(0, 1, 12), np.linspace(0, 1, 6))
     corner = layer.corners[0, :2]
     right, down = layer.corners[1, :2] - corner, layer.corners[3, :2] - corner
-    places = corner + across[..., None] * right + along[..., None] * down
-    return as_floats(cv2.resize(shadows.shade_at(places), (columns, rows), interpolation=cv2.INTER_LINEAR))
+    return np.asarray(corner + across[..., None] * right + along[..., None] * down)
+
+
+def _margin(usual: float, height: float, sun: Sun) -> float:
+    """Return the distance (metres) from the canvas within which a thing of a height is drawn for its shadow's sake."""
+    return max(usual, height * sun.reach) if sun.is_low else usual
 
 
 def _draw_post(post: Post, canvas: Canvas, shadows: Shadows, sun: Sun) -> list[HeightLayer]:
-    if not canvas.touches(np.array([[post.x, post.y]]), post.height * 2):
+    if not canvas.touches(np.array([[post.x, post.y]]), _margin(post.height * 2, post.height, sun)):
         return []
     shadows.add_pole(post.x, post.y, post.height, 0.2)
     canvas.cover(canvas.patch(outline(post.x, post.y, post.heading, 0.5, 0.5)), (170, 172, 172))

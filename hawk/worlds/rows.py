@@ -54,6 +54,9 @@ def plan_row(
         return 0
     first = cap + max(0.0, -shift)
     slots = [_Slot(axes, first + k * style.pitch, style.pitch, style.depth, shift) for k in range(count)]
+    if style.bays is not None:
+        outline = np.array([slots[0].at(0, 0), slots[-1].at(1, 0), slots[-1].at(1, 1), slots[0].at(0, 1)])
+        plan.add_surface(Surface(outline, style.bays))
     paint = _line_strengths(rng, count + 1, style)
     if ending == _ISLAND and style.bare_ends:
         paint[[0, -1]] *= rng.random(2) >= style.bare_ends
@@ -76,9 +79,12 @@ def plan_parallel_row(plan: SitePlan, rng: np.random.Generator, axes: Axes, leng
     """Plan kerbside stalls along ``axes.u`` (open side at v = 0); return their count."""
     pitch, depth = rng.uniform(6.0, 7.2), rng.uniform(2.1, PARALLEL_DEPTH_M)
     count = int(length / pitch)
+    paint = 0.0 if style.unpainted else 1.0
+    if style.bays is not None and count:
+        plan.add_surface(Surface(axes.rect(0, 0, count * pitch, depth), style.bays))
     for k in range(count + 1):
-        plan.line(axes.at(k * pitch, 0), axes.at(k * pitch, depth), style.line_width, 0, 1.0)
-    if count and rng.random() < 0.6:
+        plan.line(axes.at(k * pitch, 0), axes.at(k * pitch, depth), style.line_width, 0, paint)
+    if count and paint and rng.random() < 0.6:
         plan.line(axes.at(0, 0), axes.at(count * pitch, 0), style.line_width, 0, 0.9)
     for k in range(count):
         slot = _Slot(axes, k * pitch, pitch, depth, 0.0)
@@ -87,7 +93,7 @@ def plan_parallel_row(plan: SitePlan, rng: np.random.Generator, axes: Axes, leng
             x, y = slot.at(rng.uniform(0.44, 0.56), rng.uniform(0.42, 0.58))
             plan.vehicles.append(Vehicle(x, y, axes.angle + rng.normal(0, 0.03), sample_kind(rng, "stall")))
         corners = np.roll(slot.corners, 1, axis=0)
-        plan.stalls.append(PlannedStall(corners, "parallel", taken, worn=False, paint=1.0))
+        plan.stalls.append(PlannedStall(corners, "parallel", taken, worn=False, paint=paint))
     return count
 
 
@@ -126,6 +132,9 @@ def _line_strengths(rng: np.random.Generator, count: int, style: LotStyle) -> Po
 
 
 def _divider(plan: SitePlan, rng: np.random.Generator, slot: _Slot, style: LotStyle, strength: float) -> None:
+    if style.marks != "lines":
+        _mark(plan, rng, slot, style, strength)
+        return
     start, end = 0.0, rng.uniform(0.96, 1.0)
     if rng.random() < style.drop:
         start, end = (rng.uniform(0.2, 0.6), end) if rng.random() < 0.5 else (start, rng.uniform(0.4, 0.8))
@@ -139,6 +148,19 @@ def _divider(plan: SitePlan, rng: np.random.Generator, slot: _Slot, style: LotSt
     if style.tees:
         reach = 0.4 / slot.pitch
         plan.line(slot.at(-reach, 0), slot.at(reach, 0), style.line_width, 0, strength)
+
+
+def _mark(plan: SitePlan, rng: np.random.Generator, slot: _Slot, style: LotStyle, strength: float) -> None:
+    """Part two stalls by something shorter than a line."""
+    piece = rng.uniform(0.08, 0.14)
+    if style.marks == "blocks":
+        plan.line(slot.at(0, 1 - piece), slot.at(0, 1), style.line_width * 1.5, 0, strength)
+        return
+    for share, towards in ((0.0, piece), (1.0, 1 - piece)):
+        plan.line(slot.at(0, share), slot.at(0, towards), style.line_width, 0, strength)
+        if style.marks == "tees":
+            reach = 0.35 / slot.pitch
+            plan.line(slot.at(-reach, share), slot.at(reach, share), style.line_width, 0, strength)
 
 
 def _fill(plan: SitePlan, rng: np.random.Generator, slots: list[_Slot], paint: Points, style: LotStyle) -> int:

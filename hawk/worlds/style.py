@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from hawk.worlds.materials import Material, grey, sample_material
 
+Marks = Literal["lines", "tees", "corners", "blocks"]
 _LINE_COLOURS = ((235.0, 235.0, 235.0), (60.0, 190.0, 225.0), (220.0, 180.0, 120.0))
 _ISLAND_KINDS = ("grass", "concrete", "dirt", "bark", "grass", "pavers")
 
@@ -19,7 +21,9 @@ class LotStyle:
 
     ``skew`` leans the stalls away from square to the aisle. ``occupancy`` is the share taken; ``drop`` the share of
     lines that are missing or cut short, ``worn`` the share in worn stretches. ``ends`` weighs what closes a row:
-    nothing, island, hatching. ``unpainted`` lots have cars in rows and no lines. ``shelters`` is the share of slots
+    nothing, island, hatching. ``unpainted`` lots have cars in rows and no lines. ``marks`` are what parts two stalls:
+    lines, ``tees`` where they meet the aisle and the kerb, ``corners`` (their ends alone), or ``blocks`` at the closed
+    end. ``bays`` is the ground of the stalls where it is not the aisle's. ``shelters`` is the share of slots
     that a roof for shopping carts stands on. ``bare_ends`` is the share of rows' ends at islands where no line bounds
     the last stall: the kerb does.
     """
@@ -51,6 +55,8 @@ class LotStyle:
     unpainted: bool
     shelters: float = 0.0
     bare_ends: float = 0.0
+    marks: Marks = "lines"
+    bays: Material | None = None
 
     @property
     def pitch(self) -> float:

@@ -42,6 +42,41 @@ def draw_tree(
     return layers, crown
 
 
+def draw_bare_tree(rng: np.random.Generator, tree: Tree, metres_per_pixel: float) -> tuple[list[HeightLayer], Bytes]:
+    """Return the branches of a tree without leaves, lowest first, and the alpha of all of them (2 x radius wide)."""
+    size = max(6, round(2 * tree.radius / metres_per_pixel))
+    whole = _branches(rng, size)
+    bark = np.clip(np.array([88.0, 96.0, 102.0]) * rng.uniform(0.45, 1.05) + rng.normal(0, 6, 3), 12, 220)
+    layers = []
+    for height, share in ((0.55, 1.0), (0.85, 0.7)):
+        alpha = whole if share == 1.0 else _shrunk(rng, whole, share)
+        relief = 1 + noise(rng, size, size, [max(2.0, size / 8), 1.0], [0.12, 0.12])
+        picture = np.clip(relief[..., None] * bark * (0.85 if share == 1.0 else 1.1), 0, 255).astype(np.uint8)
+        pixels = np.dstack([picture, np.where(alpha > 127, 255, 0).astype(np.uint8)])
+        size_m = (2 * tree.radius, 2 * tree.radius)
+        layers.append(flat_layer(pixels, (tree.x, tree.y), 0.0, size_m, tree.height * height, "tree"))
+    return layers, whole
+
+
+def _branches(rng: np.random.Generator, size: int) -> Bytes:
+    """Return the alpha of branches that fork from the middle outwards, thinner at every fork."""
+    alpha = np.zeros((size, size), np.uint8)
+    reach = size / 2
+    first = int(rng.integers(5, 9))
+    spokes = np.arange(first) * 2 * np.pi / first
+    waiting = [(reach, reach, angle + rng.normal(0, 0.25), reach * rng.uniform(0.3, 0.45), 0) for angle in spokes]
+    while waiting:
+        x, y, angle, length, forks = waiting.pop()
+        end = (x + np.cos(angle) * length, y + np.sin(angle) * length)
+        thick = max(1, round(size / 40) - forks)
+        value = 255 if forks < 2 else int(rng.integers(60, 256))  # twigs are thinner than a pixel
+        cv2.line(alpha, (round(x), round(y)), (round(end[0]), round(end[1])), value, thick)
+        if forks < 4 and length > 1.5 and np.hypot(end[0] - reach, end[1] - reach) < reach:
+            turns = rng.normal((-0.5, 0.5), 0.2)
+            waiting += [(*end, angle + turn, length * rng.uniform(0.6, 0.85), forks + 1) for turn in turns]
+    return alpha
+
+
 def _crown(rng: np.random.Generator, size: int) -> Bytes:
     """Return the alpha of a crown: a ragged heap of leaf clumps."""
     alpha = np.zeros((size, size), np.uint8)

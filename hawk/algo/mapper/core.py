@@ -16,6 +16,7 @@ from hawk.algo.ground import Window
 from hawk.algo.mapper import delta
 from hawk.algo.mapper.evidence import EVIDENCE_M, CellEvidence, cell_evidence, moved, outline, quality_mask
 from hawk.algo.mapper.grid import EvidenceGrid, EvidenceTile
+from hawk.algo.mapper.novelty import Novelty
 from hawk.algo.mapper.published import Mosaic, StallIndex, TileEncoder
 from hawk.algo.mapper.register import Registration, Shift
 from hawk.algo.mapper.relocate import REACH_M, Relocation, Stalls, TooFewError
@@ -46,7 +47,7 @@ class MapperSettings:
     look_m: float = 5.0
     """Distance flown after which a frame is an independent look."""
     still_weight: float = 0.02
-    """Weight of a frame from the same place as the one before."""
+    """Weight of a frame from a place that was seen from already, until it adds nothing more (`Novelty`)."""
     anchor_m: float = 40.0
     """Distance flown since a stall was first found after which it holds the map in place: several passes show it."""
     max_shift_m: float = 2.0
@@ -83,6 +84,7 @@ class MapCore:
         self._mosaic = Mosaic()
         self.published = StallIndex()
         self._rows = RowFiller(settings.rows_reach_m)
+        self._novelty = Novelty(settings.look_m, settings.still_weight)
         self._last_pose: MapPose | None = None
         self._outlined: MapPose | None = None
         self._pictured: MapPose | None = None
@@ -111,7 +113,8 @@ class MapCore:
         if self._relocation is not None and self._is_waiting(self._relocation, found, seen):
             return
         self._version += 1
-        weight = self._weight(seen.pose)
+        self._fly_on(seen.pose)
+        weight = self._novelty.of(seen.pose)
         correction = self._register(found, seen)
         found = found.with_leans(self.registration.slip.leans)
         seen = _corrected(seen, correction)
@@ -228,16 +231,10 @@ class MapCore:
         else:
             raise ValueError("an unknown part")
 
-    def _weight(self, pose: MapPose) -> float:
-        """Return the frame's share of an independent look, by distance and turn since the last frame."""
+    def _fly_on(self, pose: MapPose) -> None:
         last, self._last_pose = self._last_pose, pose
-        if last is None:
-            return 1.0
-        flown = math.dist((pose.north, pose.east, pose.height), (last.north, last.east, last.height))
-        turn = abs(math.remainder(pose.yaw - last.yaw, math.tau))
-        self._flown_m += flown
-        settings = self._settings
-        return min(1.0, settings.still_weight + flown / settings.look_m + turn / 0.6)
+        if last is not None:
+            self._flown_m += math.dist((pose.north, pose.east, pose.height), (last.north, last.east, last.height))
 
     def _attend(self, seen: SeenGround) -> None:
         """Load the stalls about the picture."""
@@ -297,7 +294,7 @@ class MapCore:
             return np.asarray(inside & (evidence.mask[row, column] > 0))
 
         middle, radius = _extent(seen)
-        look = Look(found, weight, seen.captured, in_picture, self._version, self._flown_m)
+        look = Look(found, weight, seen.captured, in_picture, self._version, self._flown_m, self._settings.still_weight)
         self.tracker.fuse(look, self.tracker.near(*middle, radius + _REACH_M))
 
     def _show_stalls(self) -> None:

@@ -1,7 +1,8 @@
 """Stalls as objects that stay: association, fused geometry, existence, and taken or free.
 
 Frames taken from nearly the same place repeat each other, so that each frame has a weight (0..1, its share of an
-independent look); the first look at a stall has weight 1.
+independent look); the first look at a stall has weight 1. A frame of no weight finds no new stall and loses none: it
+only sees a car come or leave.
 """
 
 from __future__ import annotations
@@ -49,6 +50,7 @@ _TAKEN_LOOK = 2.2  # log-odds that one look may claim
 _TAKEN_LIMIT = 3.5  # a car that leaves is seen within two looks
 _CALL = 0.4  # log-odds from which a state is called
 _KEEP = 0.1  # and down to which it is kept
+_CHANGED = 0.9  # probability with which a look tells of another state
 _OVERLAP = 0.3
 _CLOSE_M = 2.2
 _ATTEND_STEP_M = 20.0  # distance flown until the rows about the drone are chosen again
@@ -62,7 +64,7 @@ _MOST_LEAN_LOOKS = 20.0
 @dataclass(frozen=True, slots=True)
 class Look:
     """One frame as the tracker sees it: stalls, weight as an independent look, time, what lies in the picture, the
-    map's version, and the metres flown so far.
+    map's version, the metres flown so far, and the weight of a car that came or left while nothing else was new.
     """
 
     found: Detections
@@ -71,6 +73,7 @@ class Look:
     in_picture: InPicture
     version: int
     flown_m: float = 0.0
+    change: float = 0.0
 
 
 class StallTracker:
@@ -130,7 +133,8 @@ class StallTracker:
         k, f = pair(geometry_of(before), (look.found.north, look.found.east, look.found.angle))
         self._hit(local[k], look.found.take(f), look)
         self._miss(np.delete(local, k), look)
-        self._birth(look.found.take(others(len(look.found), f)), look)
+        if look.weight > 0:
+            self._birth(look.found.take(others(len(look.found), f)), look)
         self._drop(look.version)
         self._merge(look)
         self.settle(look.version)
@@ -166,10 +170,9 @@ class StallTracker:
         note_leans(rows, found.lean)
         gain = weight * _SCORE_GAIN * (found.score - _SCORE_ZERO)
         rows["exists"] = np.clip(rows["exists"] + gain, -_EXISTS_LIMIT, _EXISTS_LIMIT)
-        whole = np.clip(found.visible, 0, 1)
-        rows["taken"] = np.clip(
-            rows["taken"] + weight * whole * _taken_log_odds(found.taken), -_TAKEN_LIMIT, _TAKEN_LIMIT
-        )
+        told = np.where(_tells_of_change(rows, found), np.maximum(weight, look.change), weight)
+        told *= np.clip(found.visible, 0, 1)
+        rows["taken"] = np.clip(rows["taken"] + told * _taken_log_odds(found.taken), -_TAKEN_LIMIT, _TAKEN_LIMIT)
         rows["looks"] += weight
         rows["seen"] += 1
         rows["last_seen"] = look.time
@@ -252,6 +255,13 @@ class StallTracker:
     def _standing(self, index: int) -> tuple[bool, bool, int]:
         row = self.rows[index]
         return bool(row["confirmed"]), not row["inferred"], -int(row["id"])
+
+
+def _tells_of_change(rows: Rows, found: Detections) -> NDArray[np.bool_]:
+    """Return True (N,) for the stalls that a look shows clearly in another state than the called one."""
+    came = (rows["state"] != TAKEN) & (found.taken >= _CHANGED)
+    left = (rows["state"] != FREE) & (found.taken <= 1 - _CHANGED)
+    return np.asarray(came | left)
 
 
 def note_leans(rows: Rows, leans: NDArray[np.float64]) -> None:

@@ -251,7 +251,7 @@ def test_a_stall_that_went_is_gone_after_a_restore() -> None:
     doomed = min(rig.map.stalls.values(), key=lambda s: math.hypot(s.north, s.east)).id
     keep = np.array([i for i, s in enumerate(rig.truth.stalls) if not _is_at(s, rig.map.stalls[doomed])])
     rig.vision.truth = Truth(rig.truth.lot, rig.truth.stalls[keep], rig.truth.taken[keep])
-    rig.fly(np.tile([0.0, 3.0], 30))
+    rig.fly(np.tile([0.0, 5.0], 30))
     assert doomed not in rig.map.stalls
     again = Rig()
     again.mapper.restore([first.parts, rig.mapper.changes_since(first.version).parts])

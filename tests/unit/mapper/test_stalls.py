@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hawk.algo.mapper.stalls import Look, StallTracker, call_state
+from hawk.algo.mapper.stalls import InPicture, Look, StallTracker, call_state
 from hawk.algo.mapper.table import FREE, TAKEN, UNKNOWN, Detections, corners_of
 from hawk.algo.vision.seen import StallSeen
 
@@ -31,9 +31,11 @@ class Flight:
         self.tracker = StallTracker()
         self.version = 0
 
-    def frame(self, *stalls: StallSeen, weight: float = 0.5, in_picture=everywhere) -> None:  # type: ignore[no-untyped-def]
+    def frame(
+        self, *stalls: StallSeen, weight: float = 0.5, change: float = 0.0, in_picture: InPicture = everywhere
+    ) -> None:
         self.version += 1
-        look = Look(Detections.of(stalls), weight, self.version * 0.1, in_picture, self.version)
+        look = Look(Detections.of(stalls), weight, self.version * 0.1, in_picture, self.version, change=change)
         self.tracker.fuse(look, np.arange(len(self.tracker.rows)))
 
     @property
@@ -187,3 +189,33 @@ def test_an_id_is_never_given_twice() -> None:
         flight.frame()
     flight.frame(seen())
     assert flight.tracker.rows["id"].tolist() == [2]
+
+
+def test_a_frame_that_shows_nothing_new_changes_no_count() -> None:
+    flight, rng = Flight(), np.random.default_rng(2)
+    for _ in range(3):
+        flight.frame(seen(taken=0.42), seen(east=2.6, taken=0.9), weight=0.5)
+    before = flight.tracker.confirmed.copy()
+    for _ in range(600):
+        flight.frame(
+            seen(taken=float(rng.uniform(0.3, 0.75))),
+            seen(east=2.6, taken=0.85),
+            seen(east=7.8, score=0.95),
+            weight=0.0,
+        )
+    after = flight.tracker.confirmed
+    assert after["id"].tolist() == before["id"].tolist()
+    assert after["state"].tolist() == before["state"].tolist()
+    for _ in range(50):
+        flight.frame(weight=0.0)
+    assert flight.tracker.confirmed["id"].tolist() == before["id"].tolist()
+
+
+def test_a_car_that_leaves_is_seen_by_a_drone_that_hovers() -> None:
+    flight = Flight()
+    for _ in range(10):
+        flight.frame(seen(taken=0.97), weight=0.5)
+    assert flight.tracker.confirmed["state"].tolist() == [TAKEN]
+    for _ in range(150):  # fifteen seconds
+        flight.frame(seen(taken=0.03), weight=0.0, change=0.02)
+    assert flight.tracker.confirmed["state"].tolist() == [FREE]

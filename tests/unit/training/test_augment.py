@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from training import augment
-from training.augment import SCALE, light, retextured, sample, shaded, with_shadows
+from training.augment import SCALE, in_shade, light, outside_shade, retextured, sample, shadow_depth
 from training.targets import (
     CAR,
     CORE,
@@ -30,7 +30,7 @@ SEEDS = st.integers(0, 10_000)
 def scene(side: int = 300) -> TrainingScene:
     """A lot on the left half, a bright car in the first of two stalls in its middle."""
     image = np.full((side, side, 3), 90, np.uint8)
-    labels = np.zeros((side, side, 2), np.uint8)
+    labels = np.zeros((side, side, 3), np.uint8)
     labels[:, : side // 2, 0] = 1
     quads = np.array(
         [[(100, 120), (126, 120), (126, 172), (100, 172)], [(126, 120), (152, 120), (152, 172), (126, 172)]], np.float32
@@ -97,7 +97,7 @@ def test_angles_turn_with_the_picture_and_sizes_with_its_scale(seed: int) -> Non
 def test_samples_have_the_size_and_the_range_of_the_network_s_input(seed: int, side: int) -> None:
     picture, target = sample(scene(), np.random.default_rng(seed), side)
     assert picture.shape == (3, side, side)
-    assert target.shape == (12, side // 2, side // 2)
+    assert target.shape == (13, side // 2, side // 2)
     assert picture.min() >= -0.5
     assert picture.max() <= 0.5
     assert np.isfinite(target).all()
@@ -161,14 +161,15 @@ def test_light_changes_brightness_in_both_directions_and_some_pictures_not_at_al
 def test_shade_and_shadows_never_brighten(seed: int) -> None:
     image = np.random.default_rng(1).uniform(0, 255, (80, 80, 3)).astype(np.float32)
     free = np.array([[(10.0, 10.0), (36.0, 10.0), (36.0, 62.0), (10.0, 62.0)]])
-    assert (shaded(image, np.random.default_rng(seed)) <= image + 1e-3).all()
-    assert (with_shadows(image, free, np.random.default_rng(seed)) <= image + 1e-3).all()
+    rng = np.random.default_rng(seed)
+    assert (in_shade(image, outside_shade((80, 80), rng), rng) <= image + 1e-3).all()
+    assert (in_shade(image, shadow_depth(free, (80, 80), rng), rng) <= image + 1e-3).all()
 
 
 @pytest.mark.parametrize("depth", [0.0, 0.5, 1.0])
 def test_dimming_goes_with_its_depth_and_keeps_the_blue(depth: float) -> None:
     for seed in range(10):
-        dim = augment._dimmed(level(100.0), np.full((64, 64), depth), np.random.default_rng(seed))
+        dim = in_shade(level(100.0), np.full((64, 64), depth, np.float32), np.random.default_rng(seed))
         blue, green, red = dim[0, 0]
         assert red <= green <= blue <= 100
         assert green == pytest.approx(100, abs=1e-3) if depth == 0 else green < 90

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -88,7 +90,7 @@ def test_found_bays_are_right_where_a_stall_is() -> None:
     features, right = _score_lines(one, view)
     assert len(features) == len(right)
     assert set(right.tolist()) <= {0.0, 1.0}
-    bare = Scene(one.image, one.lot, one.car, one.cover, (), 0.1)
+    bare = replace(one, stalls=())
     without = _score_lines(bare, view)
     assert not without[1].any(), "without stalls no bay is right"
     np.testing.assert_array_equal(without[0], features)
@@ -101,7 +103,7 @@ def test_the_command_prints_both_fits(monkeypatch: pytest.MonkeyPatch, capsys: p
         asked.append(size)
         image = np.zeros((8, 8, 3), np.uint8)
         stall = SceneStall(np.zeros((4, 2)), False, False, False, True, 1.0, 0.0, "perpendicular")
-        return Scene(image, image[..., 0], image[..., 0], image[..., 0], (stall,), 0.1)
+        return Scene(image, image[..., 0], image[..., 0], image[..., 0], image[..., 0], (stall,), 0.1)
 
     monkeypatch.setattr(fit_classical, "draw_scene", draw)
     lines = iter(examples(seed, 60, np.array([0.3, 2.0, -1.0])) for seed in range(12))

@@ -18,7 +18,15 @@ STALL = SceneStall(np.zeros((4, 2)), False, False, False, True, 1.0, 0.0, "perpe
 def drawn(*stalls: SceneStall) -> Scene:
     lot, car = np.ones((64, 80), np.uint8), np.zeros((64, 80), np.uint8)
     car[:10] = 1
-    return Scene(np.full((64, 80, 3), 7, np.uint8), lot, car, np.zeros((64, 80), np.uint8), stalls, 0.1)
+    return Scene(
+        np.full((64, 80, 3), 7, np.uint8),
+        lot,
+        car,
+        np.zeros((64, 80), np.uint8),
+        np.zeros((64, 80), np.uint8),
+        stalls,
+        0.1,
+    )
 
 
 def numbered(number: int) -> TrainingScene:
@@ -190,7 +198,7 @@ def test_a_stall_is_judged_when_the_picture_shows_it(stall: SceneStall, judged: 
 def test_a_training_scene_has_the_masks_and_states_of_its_scene() -> None:
     quad = np.arange(8.0).reshape(4, 2)
     kept = training_scene(drawn(replace(STALL, quad=quad, taken=True), STALL))
-    assert kept.labels.shape == (64, 80, 2)
+    assert kept.labels.shape == (64, 80, 3)
     assert kept.labels[..., 0].all()
     assert kept.labels[..., 1].sum() == 800
     assert kept.quads.dtype == np.float32

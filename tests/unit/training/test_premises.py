@@ -129,7 +129,7 @@ def _stall(x: float, covered: float) -> SceneStall:
 def test_hidden_stalls_are_implied_only_near_others_and_under_crowns() -> None:
     roofs = np.zeros((140, 300), np.uint8)
     roofs[:, 26:52] = 1
-    row = [_stall(0, 0.1), _stall(26, 0.9), _stall(52, 0.9), _stall(78, 0.9), _stall(104, 0.5)]
+    row = [_stall(0, 0.1), _stall(26, 0.9), _stall(52, 0.9), _stall(78, 0.9), _stall(104, 0.6)]
     marked = _implied(row, roofs)
     assert [stall.implied for stall in marked] == [False, False, True, False, False]
     assert not any(stall.implied for stall in _implied(row[1:], roofs)), "nobody shows"

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from hawk.algo.vision import decode, quads
 from hawk.algo.vision.network import maps_from_output
 from training import pool as pool_module
-from training.augment import light, retextured, sample, shaded, with_shadows
+from training.augment import in_shade, light, outside_shade, retextured, sample, shadow_depth
 from training.pool import ScenePool, training_scene
 from training.scenes import Scene, SceneStall, draw_scene
 from training.targets import (
@@ -46,7 +46,7 @@ def scene(count: int = 6, angle: float = 0.5) -> TrainingScene:
     centre = np.array([260.0, 130.0]) + np.arange(count)[:, None] * across
     boxes = quads.corners(centre[:, 0], centre[:, 1], np.full(count, angle), np.full(count, 26.0), np.full(count, 52.0))
     taken = np.arange(count) % 2 == 0
-    labels = np.zeros((400, 400, 2), np.uint8)
+    labels = np.zeros((400, 400, 3), np.uint8)
     labels[:, :200, 0] = 1
     image = np.full((400, 400, 3), 100, np.uint8)
     return TrainingScene(image, labels, boxes.astype(np.float32), taken, np.ones(count, np.bool_))
@@ -86,7 +86,7 @@ def test_a_stall_that_nobody_can_tell_is_not_judged() -> None:
 def test_a_scene_without_stalls_has_targets_too() -> None:
     empty = np.zeros((0, 4, 2))
     target = draw_targets(
-        np.ones((64, 64, 2), np.uint8), np.ones((64, 64), np.uint8), empty, np.zeros(0, np.bool_), np.zeros(0, np.bool_)
+        np.ones((64, 64, 3), np.uint8), np.ones((64, 64), np.uint8), empty, np.zeros(0, np.bool_), np.zeros(0, np.bool_)
     )
     assert target[LOT].all()
     assert not target[CORE].any()
@@ -132,7 +132,7 @@ def test_light_stays_within_the_range_of_a_picture() -> None:
 def test_a_drawn_scene_becomes_a_training_scene() -> None:
     drawn = next(s for s in (draw_scene(np.random.default_rng(k), 160) for k in range(20)) if s.stalls)
     kept = training_scene(drawn)
-    assert kept.labels.shape == (160, 160, 2)
+    assert kept.labels.shape == (160, 160, 3)
     assert len(kept.quads) == len(kept.taken) == len(kept.judged) == len(drawn.stalls)
     unseen = np.array([s.hidden and not s.implied for s in drawn.stalls])
     assert not kept.judged[unseen].any()
@@ -142,13 +142,13 @@ def test_a_stall_under_a_crown_is_judged_where_its_row_tells_of_it() -> None:
     stall = SceneStall(np.zeros((4, 2)), False, True, False, True, 1.0, 0.9, "perpendicular")
     stalls = (stall, replace(stall, implied=True), replace(stall, implied=True, lines_visible=False))
     blank = np.zeros((64, 64), np.uint8)
-    kept = training_scene(Scene(np.zeros((64, 64, 3), np.uint8), blank, blank, blank, stalls, 0.1))
+    kept = training_scene(Scene(np.zeros((64, 64, 3), np.uint8), blank, blank, blank, blank, stalls, 0.1))
     assert kept.judged.tolist() == [False, True, False]
 
 
 def test_shade_darkens_a_part_and_keeps_the_rest() -> None:
     image = np.full((96, 96, 3), 160, np.float32)
-    drawn = [shaded(image, np.random.default_rng(seed)) for seed in range(30)]
+    drawn = [in_shade(image, outside_shade((96, 96), rng), rng) for rng in map(np.random.default_rng, range(30))]
     assert all((one <= image + 0.01).all() for one in drawn)
     changed = [one for one in drawn if (one < 150).any()]
     assert 4 <= len(changed) <= 20
@@ -159,7 +159,8 @@ def test_shade_darkens_a_part_and_keeps_the_rest() -> None:
 def test_shadows_of_lorries_lie_over_free_stalls_alone() -> None:
     image = np.full((120, 200, 3), 160.0, np.float32)
     quads = np.array([[(x, 40.0), (x + 26, 40.0), (x + 26, 92.0), (x, 92.0)] for x in (20.0, 130.0)])
-    drawn = [with_shadows(image, quads, np.random.default_rng(seed)) for seed in range(60)]
+    rngs = [np.random.default_rng(seed) for seed in range(60)]
+    drawn = [in_shade(image, shadow_depth(quads, (120, 200), rng), rng) for rng in rngs]
     dark = [one[..., 1] < 150 for one in drawn]
     assert 8 <= sum(one.any() for one in dark) <= 30
     assert all((one <= image + 0.01).all() for one in drawn)
@@ -168,7 +169,7 @@ def test_shadows_of_lorries_lie_over_free_stalls_alone() -> None:
         beside[20:112, x - 8 : x + 34] = False
     assert not any((one & beside).any() for one in dark)
     assert max(one[50:80, 20:46].mean() for one in dark) > 0.9
-    assert np.array_equal(with_shadows(image, quads[:0], np.random.default_rng(0)), image)
+    assert not shadow_depth(quads[:0], (120, 200), np.random.default_rng(0)).any()
 
 
 @pytest.mark.slow

@@ -1,0 +1,77 @@
+"""Lots without white lines: bricks, slabs, gravel or grass grids, where stones, corners, blocks or only cars tell."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from hawk.worlds.materials import Material, grey, sample_material
+from hawk.worlds.plan import SitePlan
+from hawk.worlds.site import SiteSize, darkened, empty_plan, fill_lots, outlines, plan_sections, sides_of
+from hawk.worlds.style import LotStyle, Marks, sample_style
+from hawk.worlds.surroundings import plan_side
+
+_GROUNDS: Final = ("clinker", "clinker", "pavers", "gravel", "grass grid", "asphalt", "dirt")
+_BAYS: Final = ("clinker", "pavers", "grass grid", "gravel", "asphalt")
+_BAYS_SHARE: Final = 0.5
+"""Share of the lots whose stalls have another ground than their aisles."""
+_MARKS: Final[tuple[Marks, ...]] = ("lines", "tees", "corners", "blocks")
+_MARKS_SHARES: Final = (0.55, 0.15, 0.15, 0.15)
+_UNMARKED_SHARE: Final = 0.3
+"""Share of the lots in which nothing parts two stalls."""
+_BRIGHTEST: Final = 182.0
+_STONES_DARKER: Final = 0.6
+"""Share of the rows of stones that are darker than the ground."""
+_CONTRAST: Final = (14.0, 60.0)
+"""Levels between such stones and the ground."""
+
+
+def plan_paved_site(rng: np.random.Generator, centre: tuple[float, float], size: SiteSize) -> SitePlan:
+    """Plan a lot without paint about ``centre`` (metres), with its surroundings."""
+    plan = empty_plan(rng, centre, calm=False)
+    style = pave(plan, rng)
+    sections, links = plan_sections(rng, size)
+    lots = outlines(plan.axes, [*sections, *links])
+    sides = sides_of(plan.axes, sections)
+    for k in rng.permutation(4):
+        plan_side(plan, rng, *sides[k])
+    fill_lots(plan, rng, lots, sections, style)
+    return plan
+
+
+def pave(plan: SitePlan, rng: np.random.Generator) -> LotStyle:
+    """Give a plan ground and stones in place of asphalt and paint; return a style of stalls to go with them."""
+    plan.asphalt = darkened(sample_material(rng, str(rng.choice(_GROUNDS))), _BRIGHTEST)
+    bays: Material | None = None
+    if rng.random() < _BAYS_SHARE:
+        bays = darkened(sample_material(rng, str(rng.choice(_BAYS))), _BRIGHTEST)
+    stalls = bays or plan.asphalt
+    plan.palette[0] = plan.palette[1] = _stones(rng, float(np.mean(stalls.colour)))
+    plan.wear = rng.uniform(0.0, 0.4)
+    plan.bare = float(rng.choice([0.0, 0.5, 1.0]))
+    style = sample_style(rng)
+    return replace(
+        style,
+        width=rng.uniform(2.3, 2.6),
+        length=rng.uniform(4.8, 5.4),
+        skew=style.skew if rng.random() < 0.3 else 0.0,
+        line_width=rng.uniform(0.08, 0.2),
+        marks=_MARKS[int(rng.choice(len(_MARKS), p=_MARKS_SHARES))],
+        unpainted=bool(rng.random() < _UNMARKED_SHARE),
+        hairpin=False,
+        tees=False,
+        hatch=0.0,
+        accessible=0.1,
+        ends=(0.3, 0.7, 0.0),
+        bays=bays,
+        occupancy=rng.uniform(0.2, 0.95),
+    )
+
+
+def _stones(rng: np.random.Generator, ground: float) -> tuple[float, float, float]:
+    """Return the colour of stones in a ground of that brightness: some levels darker or lighter."""
+    apart = rng.uniform(*_CONTRAST) * (-1 if rng.random() < _STONES_DARKER else 1)
+    level = float(np.clip(ground + apart, 25, 245))
+    return grey(rng, level - 2, level + 2, 6)
