@@ -290,7 +290,9 @@ def test_a_pilot_takes_over_and_nothing_is_commanded_any_more() -> None:
     assert asked(program.tick(flying(1.05, CopterMode.LOITER)).acts) == []
 
 
-def test_a_change_to_another_state_keeps_the_modes_that_were_asked_for_in_mind_and_one_to_a_pilot_forgets_them() -> None:
+def test_a_change_to_another_state_keeps_the_modes_that_were_asked_for_in_mind_and_one_to_a_pilot_forgets_them() -> (
+    None
+):
     program = flies(S.AUTONOMOUS_EXPLORE)
     program._switch(ToReturn(), flying(1.0))
     assert ForgetAskedModes() not in program._taken(None).acts, "its own RTL would count as somebody else's"
