@@ -41,10 +41,10 @@ _LOGGER = logging.getLogger(__name__)
 class Decision:
     """Acts in their order, the answer to a command (None: it follows), and a fault of the program, in words."""
 
-    acts: Acts = ()
-    answer: Outgoing | None = None
-    fault: str = ""
-    is_sound: bool = True
+    acts: Acts
+    answer: Outgoing | None
+    fault: str
+    is_sound: bool
     """False for a tick in which a step failed that keeps the drone safe: autopilot's changes, Kill, guard, state."""
 
 

@@ -162,9 +162,7 @@ class Arm(State):
     identity = StateName.ARM
     on_ground = True
 
-    def __init__(
-        self, now: float, settings: DdcSettings, armed: bool = False, reason: str = "", checks: int = 0
-    ) -> None:
+    def __init__(self, now: float, settings: DdcSettings, armed: bool, reason: str, checks: int) -> None:
         """``checks``: the number of preflight checks that passed."""
         super().__init__(now)
         self._settings = settings

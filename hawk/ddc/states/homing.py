@@ -25,7 +25,7 @@ class Homing(AirborneState):
     own_rank: ClassVar[Rank]
     doing: ClassVar[str]
 
-    def __init__(self, now: float, cause: Cause | None = None, by_autopilot: bool = False) -> None:
+    def __init__(self, now: float, cause: Cause | None, by_autopilot: bool) -> None:
         super().__init__(now)
         self.cause = cause
         self.by_autopilot = by_autopilot
@@ -105,9 +105,9 @@ class ReturnToLaunch(Homing):
         self,
         now: float,
         settings: DdcSettings,
-        cause: Cause | None = None,
-        by_autopilot: bool = False,
-        straight: str = "",
+        cause: Cause | None,
+        by_autopilot: bool,
+        straight: str,
     ) -> None:
         """``straight``: why no path inside the fence is flown (`ToReturn`); empty: it may be."""
         super().__init__(now, cause, by_autopilot)
@@ -252,7 +252,7 @@ class Land(Homing):
     own_rank = Rank.LAND
     doing = "Landing"
 
-    def __init__(self, now: float, cause: Cause | None = None, by_autopilot: bool = False) -> None:
+    def __init__(self, now: float, cause: Cause | None, by_autopilot: bool) -> None:
         super().__init__(now, cause, by_autopilot)
         self._disarming = Inquiry()
 

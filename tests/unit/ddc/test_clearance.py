@@ -41,7 +41,7 @@ OTHERS: list[Callable[[], State]] = [
     lambda: Hover(0.0, SETTINGS),
     lambda: CommunicationLost(0.0, SETTINGS),
     lambda: Takeoff(0.0),
-    lambda: ReturnToLaunch(0.0, SETTINGS, Cause("", CauseKind.ALWAYS), False),
+    lambda: ReturnToLaunch(0.0, SETTINGS, Cause("", CauseKind.ALWAYS), False, ""),
     lambda: Land(0.0, Cause("", CauseKind.ALWAYS), False),
     lambda: Manual(0.0),
 ]

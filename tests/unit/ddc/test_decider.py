@@ -34,6 +34,7 @@ from hawk.ddc.orders import (
     CauseKind,
     MoveOrder,
     Rank,
+    ToArm,
     ToCommunicationLost,
     ToExplore,
     ToHover,
@@ -289,6 +290,39 @@ def test_a_pilot_takes_over_and_nothing_is_commanded_any_more() -> None:
     assert asked(program.tick(flying(1.05, CopterMode.LOITER)).acts) == []
 
 
+def test_a_change_to_another_state_keeps_the_modes_that_were_asked_for_in_mind_and_one_to_a_pilot_forgets_them() -> (
+    None
+):
+    program = flies(S.AUTONOMOUS_EXPLORE)
+    program._switch(ToReturn(), flying(1.0))
+    assert ForgetAskedModes() not in program._taken(None).acts, "its own RTL would count as somebody else's"
+    program._switch(ToManual(), flying(1.1, CopterMode.LOITER))
+    assert ForgetAskedModes() in program._taken(None).acts
+
+
+def test_an_arming_that_was_asked_for_is_not_given_up_by_one_of_before() -> None:
+    armed = flying(2.0)
+    armed = replace(armed, vehicle=replace(armed.vehicle, landed=LandedState.ON_GROUND))
+    for begins, given_up in ((True, False), (False, True)):
+        program = decider()
+        program._switch(ToIdle("Arming took too long.", gave_up_arming=True), on_ground(flying(1.0)))
+        if begins:
+            program._switch(ToArm(), on_ground(flying(1.1)))
+        program._switch(ToIdle(), on_ground(flying(1.2)))
+        program._taken(None)
+        assert (SetArmed(False) in asked(program.tick(armed).acts)) is given_up
+
+
+def test_only_an_arming_that_was_given_up_is_answered_by_a_disarm() -> None:
+    program = decider()
+    program._switch(ToIdle("The heights were not saved."), on_ground(flying(1.0)))
+    program._taken(None)
+    armed = flying(2.0)
+    armed = replace(armed, vehicle=replace(armed.vehicle, landed=LandedState.ON_GROUND))
+    assert SetArmed(False) not in asked(program.tick(armed).acts)
+    assert program.state.identity is S.ARM
+
+
 def test_an_armed_that_comes_after_it_was_given_up_is_answered_by_a_disarm() -> None:
     program = decider()
     program._switch(ToIdle("Arming took too long.", gave_up_arming=True), on_ground(flying(1.0)))
@@ -423,6 +457,30 @@ def test_a_tick_is_unsound_when_kill_fails_while_it_cuts(monkeypatch: pytest.Mon
     assert program.is_cutting
     monkeypatch.setattr(program._kill, "tick", _broken)
     assert not program.tick(flying(0.5)).is_sound
+
+
+def test_a_decision_is_sound_before_the_first_tick_and_has_no_fault() -> None:
+    decision = Decider(SETTINGS, KillTokens(), 0.0).command(flying(0.0), "ana", Hold())
+    assert decision.is_sound
+    assert decision.fault == ""
+
+
+def test_a_tick_in_which_a_task_cannot_be_ended_after_a_fault_is_unsound(monkeypatch: pytest.MonkeyPatch) -> None:
+    program = flies(S.AUTONOMOUS_EXPLORE)
+    monkeypatch.setattr(program._desk.routes, "tick", _broken)
+    monkeypatch.setattr("hawk.ddc.decider.make_state", _broken)
+    assert not program.tick(flying(0.5)).is_sound
+    assert program.state.identity is S.AUTONOMOUS_EXPLORE
+
+
+def test_a_command_that_fails_is_refused_with_the_fault(monkeypatch: pytest.MonkeyPatch) -> None:
+    program = flies(S.HOVER)
+    monkeypatch.setattr(program._desk, "rule", _broken)
+    decision = program.command(flying(0.5), "ana", ReturnToLaunch())
+    assert isinstance(decision.answer, Ack)
+    assert not decision.answer.accepted
+    assert decision.answer.reason == "Fault in the program: RuntimeError: boom."
+    assert program.state.identity is S.HOVER, "a state that is no task goes on"
 
 
 def test_a_route_and_a_waiting_command_that_fail_leave_the_tick_sound(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -282,3 +282,58 @@ def test_a_pause_between_two_ticks_is_no_long_fault() -> None:
     ticks = FailingTicks(1.0)
     ticks.note(0.0, is_sound=True, is_airborne=True)
     assert not ticks.note(5.0, is_sound=False, is_airborne=True).goes_home
+
+
+def failed(ticks: FailingTicks, *times: float, airborne: bool = True) -> list[bool]:
+    """Note failed ticks; return for each whether the drone is sent home."""
+    return [ticks.note(time, is_sound=False, is_airborne=airborne).goes_home for time in times]
+
+
+def test_in_the_air_it_is_sent_home_at_half_a_second_of_failed_ticks() -> None:
+    ticks = FailingTicks(1.0)
+    assert failed(ticks, 0.0, 0.125, 0.25, 0.375, 0.499, 0.5) == [False] * 5 + [True]
+
+
+def test_return_is_asked_for_again_after_two_seconds_and_at_their_end() -> None:
+    ticks = FailingTicks(1.0)
+    assert failed(ticks, 0.0, 0.25, 0.5, 0.75, 2.74, 2.75, 4.74, 4.75) == [False] * 3 + [True, False, True, False, True]
+    fast = FailingTicks(4.0)
+    assert failed(fast, 0.0, 1.0, 2.0, 3.0, 10.99, 11.0) == [False] * 3 + [True, False, True]
+
+
+def test_on_the_ground_failed_ticks_are_progress_until_ten_seconds_and_nobody_is_sent_home() -> None:
+    ticks = FailingTicks(1.0)
+    told = [ticks.note(n * 0.125, is_sound=False, is_airborne=False) for n in range(90)]
+    assert [verdict.is_progress for verdict in told] == [True] * 80 + [False] * 10
+    assert not any(verdict.goes_home for verdict in told)
+
+
+def test_a_pause_counts_as_a_fifth_of_a_second() -> None:
+    ticks = FailingTicks(1.0)
+    assert failed(ticks, 0.0, 5.0, 10.0, 15.0) == [False, False, False, True]
+
+
+def test_a_sound_tick_makes_up_for_half_a_failed_one() -> None:
+    ticks = FailingTicks(1.0)
+    failed(ticks, 0.0, 0.125)
+    states = []
+    for n in range(1, 4):
+        ticks.note(0.125 + n * 0.125, is_sound=True, is_airborne=True)
+        states.append(ticks.is_failing)
+    assert states == [True, False, False]
+    assert failed(ticks, 0.625, 0.75, 0.875) == [False] * 3, "sound ticks are not saved up, failed ones begin anew"
+    assert failed(ticks, 1.0) == [True]
+
+
+def test_a_fault_on_the_ground_is_made_up_for_in_twenty_seconds_at_most() -> None:
+    ticks = FailingTicks(1.0)
+    failed(ticks, *(n * 0.125 for n in range(200)), airborne=False)
+    told = [ticks.note(25.0 + n * 0.125, is_sound=True, is_airborne=False).is_progress for n in range(170)]
+    assert told.index(True) == pytest.approx(159, abs=1)
+
+
+def test_a_sum_that_is_not_failing_yet_has_failed_nothing() -> None:
+    ticks = FailingTicks(1.0)
+    assert not ticks.is_failing
+    assert ticks.note(0.0, is_sound=False, is_airborne=True).is_progress is False
+    assert ticks.note(0.05, is_sound=True, is_airborne=True).is_progress is True

@@ -8,10 +8,11 @@ import pytest
 
 from hawk.ddc.acts import STAY, Ask, CountStart, ForgetAskedModes, Log, SetArmed, Step
 from hawk.ddc.facts import Facts, VehicleEvent
-from hawk.ddc.follower import ABANDONED_S, DISARM_RETRY_S, VehicleFollower, state_from_autopilot
+from hawk.ddc.follower import VehicleFollower, state_from_autopilot
 from hawk.ddc.orders import (
     Cause,
     CauseKind,
+    ToArm,
     ToCommunicationLost,
     ToExplore,
     ToHover,
@@ -100,10 +101,10 @@ def test_an_arming_that_was_given_up_is_answered_by_a_disarm_for_fifteen_seconds
     follower.abandon_arming(10.0)
     first = follower.watch(armed_on_ground(11.0), idle)
     assert Ask(SetArmed(False), 11.0) in first.acts
-    assert follower.watch(armed_on_ground(11.0 + DISARM_RETRY_S - 0.01), idle) == STAY
-    assert follower.watch(armed_on_ground(11.0 + DISARM_RETRY_S), idle).acts
-    assert follower.watch(armed_on_ground(10.0 + ABANDONED_S), idle).acts
-    late = follower.watch(armed_on_ground(10.0 + ABANDONED_S + 0.01), idle)
+    assert follower.watch(armed_on_ground(12.99), idle) == STAY
+    assert follower.watch(armed_on_ground(13.0), idle).acts
+    assert follower.watch(armed_on_ground(25.0), idle).acts
+    late = follower.watch(armed_on_ground(25.01), idle)
     assert late.acts == ()
     assert late.transition is not None
 
@@ -194,3 +195,67 @@ def test_a_doubt_is_reported_with_what_follows_from_it() -> None:
         "It says both. It counts as in the air."
     ]
     assert texts(VehicleFollower().answer(VehicleEvent.DOUBTED, on_ground(facts), made(ToIdle()))) == ["It says both."]
+
+
+def test_an_arming_that_was_given_up_at_time_zero_counts_too() -> None:
+    follower = VehicleFollower()
+    follower.abandon_arming(0.0)
+    assert Ask(SetArmed(False), 0.5) in follower.watch(armed_on_ground(0.5), made(ToIdle())).acts
+
+
+def test_a_drone_that_is_armed_in_arm_is_not_disarmed_and_not_adopted() -> None:
+    follower = VehicleFollower()
+    follower.abandon_arming(10.0)
+    assert follower.watch(armed_on_ground(10.5), made(ToArm(armed=True))) == STAY
+
+
+def test_a_link_that_is_lost_forgets_the_modes_that_were_asked_for() -> None:
+    step = VehicleFollower().answer(VehicleEvent.LINK_LOST, without_link(flying(1.0)), made(ToExplore()))
+    assert step.transition is None
+    assert ForgetAskedModes() in step.acts
+    assert texts(step) == ["No word from the autopilot."]
+
+
+def test_a_link_that_is_back_is_told_and_the_state_goes_on_from_where_the_drone_is() -> None:
+    step = VehicleFollower().answer(VehicleEvent.LINK_BACK, flying(1.0), made(ToHover()))
+    assert (step.transition, step.restarts) == (None, True)
+    assert texts(step) == ["The autopilot is heard again."]
+    task = VehicleFollower().answer(VehicleEvent.LINK_BACK, flying(1.0), made(ToExplore()))
+    assert isinstance(task.transition, ToHover), "a task does not go on by itself"
+
+
+@pytest.mark.parametrize(("mode", "same"), [(M.RTL, ToReturn()), (M.LOITER, ToManual())])
+def test_a_link_that_is_back_keeps_the_state_that_the_autopilot_is_in(mode: CopterMode, same: Transition) -> None:
+    step = VehicleFollower().adopt(flying(1.0, mode), made(same), keeps_rank=True)
+    assert step.transition is None
+    assert step.restarts is isinstance(same, ToReturn)
+
+
+@pytest.mark.parametrize("transition", [ToManual(), ToExplore(), ToHover()])
+def test_only_what_ranks_between_a_lost_operator_and_a_landing_outlasts_a_hold(transition: Transition) -> None:
+    facts = flying(1.0)
+    step = VehicleFollower().adopt(facts, made(transition), keeps_rank=True)
+    assert isinstance(step.transition, ToHover) is not isinstance(transition, ToHover)
+
+
+def test_a_mode_of_somebody_else_replaces_the_state_whatever_its_rank() -> None:
+    step = VehicleFollower().answer(VehicleEvent.FOREIGN_MODE, flying(1.0), made(ToReturn()))
+    assert isinstance(step.transition, ToHover)
+
+
+def test_arm_goes_on_where_the_autopilot_stands_armed_in_guided() -> None:
+    assert VehicleFollower().adopt(armed_on_ground(1.0), made(ToArm())) == STAY
+    assert VehicleFollower().adopt(armed_on_ground(1.0), made(ToIdle())).transition == ToArm(armed=True)
+
+
+def test_a_start_with_an_armed_drone_on_the_ground_is_no_start_in_the_air() -> None:
+    follower = VehicleFollower()
+    step = follower.answer(VehicleEvent.FOUND, armed_on_ground(0.5), made(ToIdle()))
+    assert step.transition == ToArm(armed=True)
+    assert CountStart() not in step.acts
+    assert not follower.started_in_air
+    assert not VehicleFollower().started_in_air
+
+
+def test_a_count_of_starts_that_nobody_awaits_returns_nobody() -> None:
+    assert VehicleFollower().watch(counted(5), made(ToHover())) == STAY
