@@ -149,7 +149,9 @@ def test_what_is_told_is_the_states_mode_a_few_times(state: State, mode: CopterM
     assert voices == [False]
 
 
-@pytest.mark.parametrize("state", [ArmState(0.0, SETTINGS, armed=True), Returning(0.0, SETTINGS)], ids=["ground", "air"])
+@pytest.mark.parametrize(
+    "state", [ArmState(0.0, SETTINGS, armed=True), Returning(0.0, SETTINGS)], ids=["ground", "air"]
+)
 @pytest.mark.parametrize("armed", [True, False])
 def test_a_drone_that_stands_or_was_disarmed_is_told_nothing_however_long_it_is_silent(
     state: State, armed: bool
