@@ -41,6 +41,7 @@ _FIX_3D: Final = 3  # GPS_FIX_TYPE_3D_FIX
 _GEOFENCE: Final = 1 << 20  # MAV_SYS_STATUS_GEOFENCE
 _FRESH_S: Final = 1.0
 _GPS_FRESH_S: Final = 3.0
+_NOT_SHIFTED: Final = (0.0, 0.0)
 _STAMPED: Final = frozenset({"LOCAL_POSITION_NED", "ATTITUDE", "GLOBAL_POSITION_INT", "SYSTEM_TIME", "DISTANCE_SENSOR"})
 """Messages that carry time_boot_ms."""
 
@@ -76,7 +77,7 @@ class Telemetry:
         self._estimator = EstimatorReport()
         self._leaps = LeapWatch()
         self._terrain = TerrainWatch()
-        self._shift = (0.0, 0.0, 0.0)  # leaps of the estimate since the arm place: north, east, down (m)
+        self._shift = _NOT_SHIFTED  # leaps of the estimate since the arm place: north, east (m)
         self.texts = StatusTexts()
         self.state = VehicleState()
         """The autopilot's state as last heard."""
@@ -153,8 +154,7 @@ class Telemetry:
 
     def map_problem(self, now: float) -> str:
         """Return why nothing should be mapped by the position at ``now`` (seconds); empty when it may be."""
-        north, east, _ = self._shift
-        moved = math.hypot(north, east)
+        moved = math.hypot(*self._shift)
         if moved > MAP_SHIFT_M:
             return f"the position jumped by {moved:.0f} m against the map: nothing is mapped until it is back"
         fault = self._estimator_fault(now)
@@ -229,7 +229,7 @@ class Telemetry:
             self._topics.arm_place.publish(arm)
             self._leaps.settle()
             self._terrain.reset()
-            self._shift = (0.0, 0.0, 0.0)
+            self._shift = _NOT_SHIFTED
             return
         jump = self.tie.look(position, here)
         if jump is not None:
@@ -244,7 +244,7 @@ class Telemetry:
         metres = math.hypot(north, east, down)
         if metres <= JUMP_M:
             return
-        self._shift = (self._shift[0] + north, self._shift[1] + east, self._shift[2] + down)
+        self._shift = (self._shift[0] + north, self._shift[1] + east)
         self._terrain.reset()
         _LOG.warning("The position estimate jumped by %.1f m", metres)
         position = self._buffer.latest_position
@@ -309,7 +309,7 @@ class Telemetry:
         _LOG.warning("The autopilot has booted")
         self._global = self._gps = self._fence_on = None
         self._buffer.clear()
-        self._estimator, self._leaps, self._shift = EstimatorReport(), LeapWatch(), (0.0, 0.0, 0.0)
+        self._estimator, self._leaps, self._shift = EstimatorReport(), LeapWatch(), _NOT_SHIFTED
         self._terrain.reset()
         self.tie.rebooted()
         self._publish_state(replace(self.state, landed=LandedState.UNDEFINED, landed_time=self._clock()))

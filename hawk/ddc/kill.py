@@ -49,13 +49,20 @@ class KillTokens:
         return ""
 
 
+@dataclass(slots=True)
+class _Sending:
+    """A Kill that is repeated: when it began and went out last (seconds), and whether the drone was armed since."""
+
+    started: float
+    last_sent: float
+    was_armed: bool
+
+
 class KillSwitch:
     """Repetition of the command, and the lock on Arm afterwards. Nothing of it is stored."""
 
     def __init__(self) -> None:
-        self._started: float | None = None
-        self._last_sent = 0.0
-        self._was_armed = False
+        self._sending: _Sending | None = None
         self.state: KillState = "none"
         self.is_killed = False
         """True until the operator clears it: Arm is refused."""
@@ -63,15 +70,14 @@ class KillSwitch:
     @property
     def is_sending(self) -> bool:
         """True while the command is repeated."""
-        return self._started is not None
+        return self._sending is not None
 
     def begin(self, facts: Facts) -> Acts:
         """Begin to cut the motors; return the first command."""
         self.is_killed = True
         self.state = "sending"
-        self._started = facts.now
-        self._was_armed = facts.vehicle.armed
-        return self._repeat(facts.now)
+        self._sending = _Sending(facts.now, facts.now, facts.vehicle.armed)
+        return (Ask(CutMotors(), facts.now),)
 
     def tick(self, facts: Facts) -> Acts:
         """Return the command when it is due; `is_sending` ends when disarmed is seen, or after GIVE_UP_S.
@@ -81,16 +87,18 @@ class KillSwitch:
         A drone that did not seem armed may just be arming, which shows late: such a HEARTBEAT confirms only
         ARMED_SHOWS_S after the beginning.
         """
-        if self._started is None:
+        sending = self._sending
+        if sending is None:
             return ()
         now, vehicle, is_up = facts.now, facts.vehicle, facts.link.is_up
-        self._was_armed |= vehicle.armed
-        if is_up and not vehicle.armed and (self._was_armed or vehicle.time - self._started >= ARMED_SHOWS_S):
+        sending.was_armed |= vehicle.armed
+        if is_up and not vehicle.armed and (sending.was_armed or vehicle.time - sending.started >= ARMED_SHOWS_S):
             self._end("confirmed")
-        elif now - self._started >= GIVE_UP_S - 1e-6:
+        elif now - sending.started >= GIVE_UP_S - 1e-6:
             self._end("not confirmed")
-        elif now - self._last_sent >= REPEAT_S - 1e-6:
-            return self._repeat(now)
+        elif now - sending.last_sent >= REPEAT_S - 1e-6:
+            sending.last_sent = now
+            return (Ask(CutMotors(), now),)
         return ()
 
     def clear(self) -> None:
@@ -98,10 +106,6 @@ class KillSwitch:
         self.is_killed = False
         self.state = "none"
 
-    def _repeat(self, now: float) -> Acts:
-        self._last_sent = now
-        return (Ask(CutMotors(), now),)
-
     def _end(self, state: KillState) -> None:
-        self._started = None
+        self._sending = None
         self.state = state

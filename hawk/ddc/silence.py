@@ -5,6 +5,8 @@ Our heartbeats would keep its ground-station failsafe quiet for ever, so they ar
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from hawk.ddc.acts import STAY, Acts, Ask, Log, SendMode, SetVoice, Step
 from hawk.ddc.facts import Facts
 from hawk.ddc.orders import Cause, CauseKind, Rank, ToReturn
@@ -20,14 +22,21 @@ SENDINGS = 6
 """Number of messages with the same mode: one datagram may be lost."""
 
 
+@dataclass(slots=True)
+class _Telling:
+    """The messages with a state's mode: how many were sent, and when the last one, seconds."""
+
+    state: State
+    sent: int = 0
+    sent_at: float = float("-inf")
+
+
 class SilenceWatch:
     """Sends the mode of the state to an autopilot that is not heard, and holds our heartbeats back."""
 
     def __init__(self) -> None:
         self._is_silent = False
-        self._state: State | None = None
-        self._sent = 0
-        self._sent_at = float("-inf")
+        self._telling: _Telling | None = None
 
     def tick(self, facts: Facts, state: State) -> Step:
         """Return what the silence causes: messages without an answer, our own silence, Return To Launch."""
@@ -44,7 +53,7 @@ class SilenceWatch:
         return Step(acts=acts + self._send(facts, state))
 
     def _hear(self) -> Step:
-        self._state = None
+        self._telling = None
         if not self._is_silent:
             return STAY
         self._is_silent = False
@@ -59,11 +68,11 @@ class SilenceWatch:
 
     def _send(self, facts: Facts, state: State) -> Acts:
         """Return the state's mode as a message, every REPEAT_S from the state's beginning or the silence's."""
-        if state is not self._state:
-            self._state, self._sent, self._sent_at = state, 0, float("-inf")
-        mode = state.autopilot_mode
-        if mode is None or self._sent >= SENDINGS or facts.now - self._sent_at < REPEAT_S - 1e-6:
+        if self._telling is None or state is not self._telling.state:
+            self._telling = _Telling(state)
+        telling, mode = self._telling, state.autopilot_mode
+        if mode is None or telling.sent >= SENDINGS or facts.now - telling.sent_at < REPEAT_S - 1e-6:
             return ()
-        self._sent += 1
-        self._sent_at = facts.now
+        telling.sent += 1
+        telling.sent_at = facts.now
         return (Ask(SendMode(mode), facts.now),)

@@ -37,8 +37,7 @@ class LinkWatch:
         self._topics = topics
         self._service = service
         self._first_heard: float | None = None
-        self._found = False
-        self._linked = False
+        self._linked: bool | None = None  # None: not found yet
         self._mode: int | None = None
         self.mode_changed_at = float("-inf")
         """Time of the last change of the mode, seconds."""
@@ -46,12 +45,12 @@ class LinkWatch:
     @property
     def is_up(self) -> bool:
         """True when the autopilot was found and is heard."""
-        return self._found and self._linked
+        return self._linked is True
 
     def observe(self, vehicle: VehicleState, now: float) -> tuple[VehicleEvent, ...]:
         """Return the events since the last call, in order. ``vehicle``: the state that is believed."""
         healthy = self._topics.get_link_health().is_healthy
-        if not self._found:
+        if self._linked is None:
             return self._look_for_it(healthy, vehicle, now)
         events: list[VehicleEvent] = []
         if healthy != self._linked:
@@ -77,7 +76,7 @@ class LinkWatch:
         known = vehicle.landed is not LandedState.UNDEFINED or not vehicle.armed
         if not known and now - self._first_heard < LANDED_WAIT_S:
             return ()
-        self._found = self._linked = True
+        self._linked = True
         self._mode = vehicle.custom_mode
         return (VehicleEvent.FOUND,)
 

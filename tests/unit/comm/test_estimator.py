@@ -46,6 +46,7 @@ def diagnose(rig: Rig, **estimator: float | None) -> str:
         ({"flags": NO_GPS}, "no absolute position"),
         ({"flags": NO_AIDING}, "no absolute position"),
         ({"flags": 831 | 128}, "no absolute position"),
+        ({"flags": 831 - 16}, "no absolute position"),
         ({"flags": 1024}, "its estimator is not ready"),
         ({"velocity": 0.8}, ""),
         ({"velocity": 0.81}, "velocity variance 0.8, above 0.8"),
@@ -65,11 +66,11 @@ def test_silence_of_the_estimator_is_a_fault_before_its_first_report_and_after_i
     silent.take(silent.said.gps(), silent.said.system())
     assert silent.topics.diagnostics.value is not None
     assert silent.topics.diagnostics.value.estimator_fault == "no report of its estimator"
-    rig.advance(4.9)
+    rig.advance(5.0)
     rig.take(rig.said.gps(), rig.said.system())
     assert rig.topics.diagnostics.value is not None
     assert rig.topics.diagnostics.value.estimator_fault == ""
-    rig.advance(0.2)
+    rig.advance(0.01)
     rig.take(rig.said.gps(), rig.said.system())
     assert rig.topics.diagnostics.value.estimator_fault == "no report of its estimator"
 
@@ -236,6 +237,50 @@ def test_samples_a_second_apart_are_not_compared_and_a_repeated_one_is_ignored()
     assert not watch.look(EkfPosition(1.0, 50.0, 0.0, 0.0, 0.0, 0.0, 0.0))
     assert not watch.look(EkfPosition(1.1, 25.0, 0.0, 0.0, 0.0, 0.0, 0.0))
     assert watch.look(EkfPosition(1.2, 50.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+
+
+def standing(time: float, north: float) -> EkfPosition:
+    """A sample that says that the drone stands."""
+    return EkfPosition(time, north, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(("metres", "leaps"), [(1.0, False), (-1.0, False), (1.01, True), (-1.01, True)])
+def test_more_than_a_metre_is_a_leap(metres: float, leaps: bool) -> None:
+    watch = LeapWatch()
+    watch.look(standing(0.0, 0.0))
+    assert watch.look(standing(0.5, metres)) is leaps
+    assert watch.settle() == ((metres, 0.0, 0.0) if leaps else (0.0, 0.0, 0.0))
+    assert watch.settle() == (0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(("apart", "compared"), [(0.99, True), (1.0, False)])
+def test_samples_less_than_a_second_apart_are_compared(apart: float, compared: bool) -> None:
+    watch = LeapWatch()
+    watch.look(standing(0.0, 0.0))
+    assert watch.look(standing(apart, 25.0)) is compared
+
+
+def creeping(step_m: float, steps: int) -> LeapWatch:
+    """A watch that saw a position move every half second, until that many steps were done."""
+    watch = LeapWatch()
+    for index in range(steps + 1):
+        assert not watch.look(standing(0.5 * index, step_m * index))
+    return watch
+
+
+def test_an_estimate_creeps_by_more_than_three_metres_within_two_seconds() -> None:
+    assert not creeping(0.75, 4).creeps, "3.0 m"
+    assert creeping(0.76, 4).creeps
+    watch = creeping(0.7, 5)
+    assert watch.creeps, "a step of two seconds ago counts: 3.5 m"
+    watch.look(standing(3.0, 3.5))
+    assert not watch.creeps, "one of 2.5 s ago does not: 2.8 m"
+
+
+def test_after_a_gap_it_does_not_creep() -> None:
+    watch = creeping(0.76, 4)
+    watch.look(standing(3.0, 3.04))
+    assert not watch.creeps
 
 
 def test_a_boot_makes_the_report_void(rig: Rig) -> None:

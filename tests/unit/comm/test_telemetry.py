@@ -642,9 +642,52 @@ def test_half_a_text_is_not_published(rig: Rig) -> None:
 def test_the_link_is_lost_after_two_point_six_seconds_and_silence_counts_from_the_heartbeat(rig: Rig) -> None:
     assert rig.telemetry.silence(99.0) == 0.0
     rig.take(rig.said.heartbeat())
-    assert rig.telemetry.silence(50.0 + LINK_LOST_S) == pytest.approx(LINK_LOST_S)
-    assert rig.telemetry.check_link(50.0 + LINK_LOST_S - 1e-6)
-    assert not rig.telemetry.check_link(50.0 + LINK_LOST_S + 1e-6)
+    assert rig.telemetry.silence(52.6) == pytest.approx(2.6)
+    assert rig.telemetry.check_link(52.6 - 1e-6)
+    assert not rig.telemetry.check_link(52.6 + 1e-6)
+
+
+def test_on_a_faster_clock_the_link_is_lost_after_the_same_real_seconds(rig: Rig) -> None:
+    rig.clock.speed = 10.0
+    rig.take(rig.said.heartbeat())
+    assert rig.telemetry.check_link(50.0 + 26.0 - 1e-6)
+    assert not rig.telemetry.check_link(50.0 + 26.0 + 1e-6)
+
+
+def test_the_autopilots_newest_time_is_in_milliseconds_and_zero_before_it_is_known(rig: Rig) -> None:
+    assert rig.telemetry.boot_ms == 0
+    rig.fly(0.5)
+    assert rig.telemetry.boot_ms == pytest.approx(100_500, abs=1)
+
+
+@pytest.mark.parametrize(
+    ("latitude", "longitude", "known"), [(0, 0, False), (1, 0, True), (0, 1, True), (-1, 0, True), (0, -1, True)]
+)
+def test_only_zero_and_zero_is_no_position_yet(rig: Rig, latitude: int, longitude: int, known: bool) -> None:
+    for _ in range(8):
+        rig.advance()
+        name, fields = rig.said.world()
+        rig.take(rig.said.attitude(), (name, fields | {"lat": latitude, "lon": longitude}), rig.said.local())
+    assert (rig.topics.pose.value is not None) is known
+
+
+@pytest.mark.parametrize(("metres", "maps"), [(1.9, True), (-1.9, True), (2.2, False), (-2.2, False)])
+@pytest.mark.parametrize("is_restored", [False, True])
+def test_a_position_that_leapt_by_more_than_two_metres_is_not_mapped(
+    rig: Rig, metres: float, maps: bool, is_restored: bool
+) -> None:
+    if is_restored:
+        boot_id = round(WALL - 100.0)
+        rig.telemetry.restore_arm_place(ArmPlace(LATITUDE, LONGITUDE, ALTITUDE, 0.0, 0.0, 0.0, boot_id))
+        rig.take(rig.said.heartbeat(armed=True), rig.said.landed(IN_AIR))
+        rig.fly(1.0)
+    else:
+        rig.arm_here()
+        rig.take(rig.said.landed(IN_AIR))
+        rig.fly(1.0)
+    rig.fly(1.0, ekf=(metres, 0.0, 0.0), north=metres)
+    rig.take(rig.said.estimator())
+    assert (rig.telemetry.map_problem(rig.clock()) == "") is maps
 
 
 def test_a_stream_is_asked_for_again_once_a_second_while_it_is_silent(rig: Rig) -> None:

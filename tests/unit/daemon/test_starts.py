@@ -61,6 +61,24 @@ async def test_without_a_flight_under_way_only_a_drone_found_in_the_air_counts(t
     assert await run(tmp_path, late + 2.0, None) is RestartRule.RETURN_HOME
 
 
+@pytest.mark.parametrize(
+    ("times", "counts"), [((1001.0, 1030.0, 1060.9), [1, 2, 3]), ((1001.0, 1030.0, 1061.0), [1, 2, 2])]
+)
+async def test_a_start_found_in_the_air_tells_how_many_there_were_within_a_minute(
+    tmp_path: Path, times: tuple[float, ...], counts: list[int]
+) -> None:
+    told: list[int] = []
+    for at in times:
+        await run(tmp_path, at, FLIGHT if at == times[0] else None, lambda starts: told.append(starts.found_in_air()))
+    assert told == counts
+
+
+@pytest.mark.parametrize(("again", "rule"), [(1060.9, RestartRule.RETURN_HOME), (1061.0, RestartRule.ADOPT)])
+async def test_a_start_counts_for_a_minute(tmp_path: Path, again: float, rule: RestartRule) -> None:
+    await run(tmp_path, 1001.0, FLIGHT)
+    assert await run(tmp_path, again, None) is rule
+
+
 async def test_starts_of_more_than_a_minute_ago_are_forgiven(tmp_path: Path) -> None:
     for n in range(3):
         await run(tmp_path, 1001.0 + n, FLIGHT if n == 0 else None)

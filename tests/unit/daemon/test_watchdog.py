@@ -1,11 +1,13 @@
 from __future__ import annotations
 
+import contextlib
 import io
 import os
 import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -164,6 +166,25 @@ def test_a_socket_that_went_away_does_not_end_the_flight(tmp_path: Path) -> None
     notifier = SystemdNotifier({"NOTIFY_SOCKET": os.fspath(tmp_path / "gone")})
     notifier.notify("WATCHDOG=1")
     notifier.close()
+
+
+def test_a_socket_that_nobody_reads_does_not_hold_the_loop_up(tmp_path: Path) -> None:
+    path = os.fspath(tmp_path / "notify")
+    with (
+        socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener,
+        socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as other,
+    ):
+        listener.bind(path)
+        other.setblocking(False)
+        with contextlib.suppress(BlockingIOError):
+            while True:
+                other.sendto(b"WATCHDOG=1", path)
+        notifier = SystemdNotifier({"NOTIFY_SOCKET": path})
+        sending = threading.Thread(target=notifier.notify, args=("WATCHDOG=1",), daemon=True)
+        sending.start()
+        sending.join(5.0)
+        assert not sending.is_alive()
+        notifier.close()
 
 
 def test_an_abstract_socket_is_addressed_by_a_zero_byte() -> None:

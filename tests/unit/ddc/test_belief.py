@@ -300,6 +300,36 @@ def test_a_fall_confirms_that_the_motors_are_off() -> None:
     assert believed.vehicle.landed is LandedState.UNDEFINED, "it falls yet"
 
 
+@pytest.mark.parametrize(
+    ("climb", "is_fall"), [(-4.01, True), (-4.0, False), (0.0, False), (4.01, False), (None, False)]
+)
+def test_a_drone_that_sinks_faster_than_any_mode_falls(climb: float | None, is_fall: bool) -> None:
+    assert Motion(30.0, climb).is_fall is is_fall
+    believed = flown().update(said(11.0, armed=False, landed=GROUND), Motion(30.0, climb), 1.0, 11.0)
+    assert believed.vehicle.armed is not is_fall
+
+
+@pytest.mark.parametrize(("published", "counts"), [(19.0, True), (18.99, False)])
+def test_an_arm_place_of_a_second_before_armed_is_of_this_flight(published: float, counts: bool) -> None:
+    watch = GroundWatch()
+    watch.update(said(0.0, armed=False, landed=GROUND), DOWN, -math.inf, 0.0)
+    believed = watch.update(said(20.0, armed=True, landed=GROUND), UP, published, 20.0)
+    assert believed.vehicle.landed is (LandedState.UNDEFINED if counts else GROUND)
+
+
+def test_of_a_drone_that_was_armed_before_its_first_word_every_arm_place_counts() -> None:
+    believed = GroundWatch().update(said(50.0, armed=True, landed=GROUND), UP, 0.0, 50.0)
+    assert believed.vehicle.landed is LandedState.UNDEFINED
+
+
+def test_a_doubt_is_timed_from_its_beginning_and_the_next_one_begins_anew() -> None:
+    watch = flown()
+    words = ((11.0, AIR), (12.0, GROUND), (14.5, GROUND), (15.0, AIR), (16.0, GROUND), (16.5, GROUND))
+    beliefs = [watch.update(said(now, armed=True, landed=landed), UP, 1.0, now) for now, landed in words]
+    assert [bool(belief.ground.doubt) for belief in beliefs] == [False, True, True, False, True, True]
+    assert [belief.ground.doubted_s for belief in beliefs] == [0.0, 0.0, 2.5, 0.0, 0.0, 0.5]
+
+
 def test_the_first_word_is_believed() -> None:
     for armed in (True, False):
         believed = GroundWatch().update(said(5.0, armed=armed, landed=AIR), UP, -math.inf, 5.0)

@@ -35,6 +35,12 @@ def test_one_that_is_wrong_from_the_beginning_is_reported_and_one_that_is_not_re
     assert watch.tick(flying(1.3), (WRONG,)) == ()
 
 
+def test_one_that_is_not_read_hides_no_other() -> None:
+    other = FailsafeCheck("Battery failsafe", False, "off", "The drone falls", "Set failsafes.")
+    found = FailsafeWatch().tick(flying(1.0), (UNREAD, other, RIGHT))
+    assert texts(found) == [("warning", "Battery failsafe: off. No new task until it is right.")]
+
+
 def test_the_remedy_is_set_failsafes_only_where_that_helps() -> None:
     (settable,) = FailsafeWatch().tick(flying(1.0), (WRONG,))
     (switched,) = FailsafeWatch().tick(flying(1.0), (SWITCHED,))

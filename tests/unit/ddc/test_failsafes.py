@@ -141,6 +141,82 @@ def test_a_threshold_beyond_its_bounds_does_not_pass(name: str, value: float) ->
     assert check.can_be_set is (name not in (*THRESHOLD_NAMES, "RALLY_TOTAL"))
 
 
+WORDS: dict[str, dict[int, str]] = {
+    "FS_GCS_ENABLE": {0: "off", 2: "goes on in Auto", 7: "stops and stays in the air"},
+    "FS_THR_ENABLE": {0: "off", 2: "goes on in Auto", 7: "stops and stays in the air"},
+    "FS_EKF_ACTION": {0: "only reports", 2: "drifts without a position in AltHold"},
+    "FENCE_TYPE": {0: "no fence"},
+    "FENCE_ACTION": {0: "only reports"},
+    "FENCE_ENABLE": {0: "off"},
+    "BATT_FS_LOW_ACT": {0: "off", 5: "cuts the motors", 7: "stops and stays in the air"},
+    "BATT_FS_CRT_ACT": {5: "cuts the motors", 7: "stops and stays in the air"},
+}
+
+
+@pytest.mark.parametrize(("name", "value"), [(name, value) for name, words in WORDS.items() for value in words])
+def test_a_wrong_value_is_told_in_words(name: str, value: int) -> None:
+    (check,) = failed({**SAFE, name: float(value)})
+    assert check.value == f"{WORDS[name][value]} ({name} {value})"
+
+
+def test_what_is_right_is_told_in_words() -> None:
+    assert [(check.name, check.value) for check in check_failsafes(SAFE | {"FS_GCS_ENABLE": 5.0}, VIEW)][:5] == [
+        ("Ground-station failsafe", "lands, watches this station (245)"),
+        ("Pilot keeps control", "yes"),
+        ("Remote-control failsafe", "returns home"),
+        ("Position failsafe", "lands"),
+        ("Fence in the autopilot", "on, returns home"),
+    ]
+
+
+def test_set_failsafes_writes_these_values_in_this_order_where_nothing_is_right() -> None:
+    wanted = wanted_values({}, 245)
+    assert wanted == {
+        "MAV_GCS_SYSID": 245.0,
+        "FS_OPTIONS": 16.0,
+        "FS_GCS_ENABLE": 1.0,
+        "FS_GCS_TIMEOUT": 5.0,
+        "FS_THR_ENABLE": 1.0,
+        "FS_EKF_ACTION": 1.0,
+        "FS_EKF_THRESH": 0.8,
+        "BATT_FS_LOW_ACT": 2.0,
+        "BATT_FS_CRT_ACT": 1.0,
+        "FENCE_TYPE": 5.0,
+        "FENCE_ACTION": 1.0,
+        "FENCE_ENABLE": 1.0,
+    }
+    assert list(wanted)[-1] == "FENCE_ENABLE", "the fence is enabled last"
+
+
+@pytest.mark.parametrize("value", [0.0, 1.0, 2.0, 7.0])
+@pytest.mark.parametrize("needed", [True, False])
+def test_only_without_a_remote_control_its_failsafe_may_be_off(value: float, needed: bool) -> None:
+    values = {**SAFE, "FS_THR_ENABLE": value, "FENCE_ENABLE": 0.0}
+    check = check_failsafes(values, AutopilotView(245, (3,), fence_on=True, needs_remote_control=needed))[2]
+    is_off = value == 0.0 and not needed
+    assert check.passed is (is_off or value == 1.0)
+    assert (check.value == "off, no remote control is required") is is_off
+    wanted = wanted_values(values, 245, needs_remote_control=needed)
+    assert ("FS_THR_ENABLE" in wanted) is not check.passed
+    assert wanted["FENCE_ENABLE"] == 1.0, "what comes after it is written"
+
+
+def test_a_remote_control_is_needed_unless_it_is_said_that_it_is_not() -> None:
+    values = {**SAFE, "FS_THR_ENABLE": 0.0}
+    assert not check_failsafes(values, AutopilotView(245, (3,), fence_on=True))[2].passed
+    assert wanted_values(values, 245) == {"FS_THR_ENABLE": 1.0}
+
+
+def test_with_the_older_name_of_the_station_the_end_of_the_range_is_not_read() -> None:
+    assert HIGHEST_ID_NAME in watched_names({"MAV_GCS_SYSID": 245.0})
+    assert HIGHEST_ID_NAME not in watched_names({"SYSID_MYGCS": 245.0})
+
+
+def test_the_option_of_the_pilot_is_bit_four() -> None:
+    for options, passes in ((0.0, False), (15.0, False), (16.0, True), (47.0, False), (48.0, True)):
+        assert check_failsafes({**SAFE, "FS_OPTIONS": options}, VIEW)[1].passed is passes
+
+
 def test_terminate_does_not_return_home() -> None:
     (check,) = failed({**SAFE, "BATT_FS_LOW_ACT": 5.0})
     assert check.value == "cuts the motors (BATT_FS_LOW_ACT 5)"
@@ -328,6 +404,11 @@ def written(**values: float) -> dict[str, float]:
     [
         ({}, (3,), None),
         ({"BATT_LOW_VOLT": 0.0}, (3,), "off"),
+        ({"BATT_LOW_VOLT": 1.0}, (3,), "0.33 V a cell of 3"),
+        ({"BATT_LOW_VOLT": 0.5}, (3,), "0.17 V a cell of 3"),
+        ({"BATT_LOW_VOLT": 0.0, "BATT_LOW_MAH": 1.0}, (3,), "too late"),
+        ({"BATT_LOW_VOLT": 0.0, "BATT_LOW_MAH": 1.0, "BATT_CAPACITY": 1.0}, (3,), "would return at once"),
+        ({"BATT_LOW_VOLT": 0.0, "BATT_LOW_MAH": 0.5, "BATT_CAPACITY": 1.0}, (3,), None),
         ({"BATT_LOW_VOLT": 3.3 * 4}, (4,), None),
         ({"BATT_LOW_VOLT": 13.1}, (4,), "3.27 V a cell of 4"),
         ({"BATT_LOW_VOLT": 15.6}, (4,), None),

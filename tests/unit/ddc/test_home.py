@@ -13,7 +13,7 @@ from hawk.comm.topic import Stamped
 from hawk.ddc.acts import Ask, SetHome, SetMode
 from hawk.ddc.energy import seconds_home
 from hawk.ddc.facts import HOME_TOLERANCE_M, Facts, HomeFacts
-from hawk.ddc.home import HOLDS_S, HomeWatch, astray, home_health, returning
+from hawk.ddc.home import HomeWatch, astray, home_health, returning
 from hawk.ddc.orders import Cause, CauseKind, ToLand, ToReturn
 from hawk.model import ArmPlace, CopterMode, GlobalPose
 from hawk.model import StateName as S
@@ -58,7 +58,7 @@ async def test_a_home_that_was_moved_in_flight_is_set_back_to_the_arm_place(flyi
     assert flying.autopilot.asked("set_home") == [GlobalPose(PLACE.latitude, PLACE.longitude, PLACE.altitude)]
     assert away(flying) < 0.01
     flying.expect(S.HOVER)
-    await flying.run(HOLDS_S + 0.1)
+    await flying.run(3.1)
     assert flying.log[-1] == "Home is at the arm place again."
     await flying.run(5)
     assert flying.autopilot.count("set_home") == 1
@@ -376,8 +376,8 @@ class TestWatch:
         assert self.look(watch, 0.0, 13.0).moved_s == pytest.approx(1.0)
         assert self.look(watch, 300.0, 14.0).moved_s == pytest.approx(2.0)
         assert self.look(watch, 0.0, 15.0).moved_s == pytest.approx(3.0)
-        assert self.look(watch, 0.0, 15.0 + HOLDS_S - 0.1).moved_s is not None
-        assert self.look(watch, 0.0, 15.0 + HOLDS_S).moved_s is None
+        assert self.look(watch, 0.0, 17.9).moved_s == pytest.approx(5.9)
+        assert self.look(watch, 0.0, 18.0).moved_s is None
 
     @pytest.mark.parametrize(
         ("metres", "up", "moved", "inside"),

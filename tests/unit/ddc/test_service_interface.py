@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from types import SimpleNamespace
 
 import pytest
 
@@ -251,6 +252,40 @@ async def test_failsafes_are_read_back(rig: Rig, monkeypatch: pytest.MonkeyPatch
         await rig.service.set_failsafes({"FENCE_ACTION": 3})
 
 
+async def test_a_failsafe_is_read_five_times_a_second_for_three_seconds(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pauses: list[float] = []
+
+    async def forget(name: str, value: float) -> None:
+        """Take a value and keep the old one."""
+
+    async def sleep(seconds: float) -> None:
+        pauses.append(seconds)
+
+    monkeypatch.setattr(rig.autopilot, "set_parameter", forget)
+    monkeypatch.setattr("hawk.ddc.service_interface.time", SimpleNamespace(monotonic=lambda: 0.2 * len(pauses)))
+    monkeypatch.setattr("hawk.ddc.service_interface.asyncio", SimpleNamespace(sleep=sleep))
+    with pytest.raises(ReqFailed, match="FENCE_ACTION: set to 3"):
+        await rig.service.set_failsafes({"FENCE_ACTION": 3})
+    assert pauses == [0.2] * 15
+
+
+@pytest.mark.parametrize(("found", "passes"), [(60.5, True), (59.5, True), (60.51, False), (59.49, False)])
+async def test_a_return_altitude_may_read_back_half_a_metre_off(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch, found: float, passes: bool
+) -> None:
+    async def other(_: float) -> float:
+        return found
+
+    monkeypatch.setattr(rig.autopilot, "set_rtl_altitude", other)
+    if passes:
+        await rig.service.set_rtl_alt(60.0)
+    else:
+        with pytest.raises(ReqFailed, match="return altitude"):
+            await rig.service.set_rtl_alt(60.0)
+
+
 async def test_a_failsafe_that_reads_as_the_old_value_for_a_moment_is_read_again(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -273,7 +308,10 @@ async def test_a_mode_is_ours_for_two_seconds_after_the_request(rig: Rig) -> Non
     assert rig.service.asked_for(CopterMode.RTL)
     assert not rig.service.asked_for(CopterMode.LAND)
     assert not rig.service.asked_for(None)
-    rig.clock.advance(2.01)
+    asked = rig.clock()
+    rig.clock.now = asked + 2.0
+    assert rig.service.asked_for(CopterMode.RTL)
+    rig.clock.now = asked + 2.01
     assert not rig.service.asked_for(CopterMode.RTL)
     await rig.service.set_mode(CopterMode.RTL)
     rig.service.forget_asked_modes()

@@ -10,7 +10,7 @@ import pytest
 from hawk.ddc.facts import VehicleEvent
 from hawk.ddc.service_interface import DdcServiceInterface
 from hawk.ddc.topic_interface import DdcTopicInterface
-from hawk.ddc.watches import LANDED_WAIT_S, Jumps, LinkWatch, Stopwatch
+from hawk.ddc.watches import Jumps, LinkWatch, Stopwatch
 from hawk.model import CopterMode, Health, LandedState, VehicleState
 
 
@@ -57,13 +57,21 @@ def test_of_two_jumps_the_larger_counts_once_whatever_its_sign() -> None:
     assert jumps.take() == 0.0
 
 
+@pytest.mark.parametrize("metres", [0.3, -0.3])
+def test_the_first_jump_counts_however_small_it_is(metres: float) -> None:
+    jumps = Jumps()
+    jumps.note(metres)
+    assert jumps.take() == 0.3
+    assert Jumps().take() == 0.0
+
+
 def test_an_armed_drone_without_a_landed_state_is_found_after_a_while_only() -> None:
     watch = Ends().watch()
     unknown = state(landed=LandedState.UNDEFINED)
     assert watch.observe(unknown, 10.0) == ()
-    assert watch.observe(unknown, 10.0 + LANDED_WAIT_S - 0.01) == ()
+    assert watch.observe(unknown, 11.49) == ()
     assert [watch.is_up] == [False]
-    assert watch.observe(unknown, 10.0 + LANDED_WAIT_S) == (VehicleEvent.FOUND,)
+    assert watch.observe(unknown, 11.5) == (VehicleEvent.FOUND,)
     assert watch.is_up
 
 
