@@ -20,9 +20,10 @@ from aiohttp import WSCloseCode, WSMsgType, hdrs, web
 
 from hawk.model import AnnotatedFrame
 from hawk.supervision import until_first_ends
+from hawk.web.access import OPEN, access_of
 from hawk.web.services import COUNTERS, SERVICES, WebServices
 from hawk.web.small_frames import LinkPace, SmallFrames
-from hawk.web.ws import PING_INTERVAL_S, limit_buffers, places, registered
+from hawk.web.ws import NOBODY, PING_INTERVAL_S, limit_buffers, places, registered
 
 HEADER: Final = struct.Struct("<4sIdI")
 """Magic, sequence (mod 2**32), capture time (seconds of the daemon's clock), flags (0). Little-endian, 20 bytes."""
@@ -53,7 +54,7 @@ async def video_socket(request: web.Request) -> web.StreamResponse:
     with _counted(request.app):
         await response.prepare(request)
         limit_buffers(request)
-        with registered(request.app, response):
+        with registered(request, response):
             connection = VideoConnection(services, response, request.app)
             await connection.run()
     return response
@@ -112,21 +113,26 @@ async def stream(request: web.Request) -> web.StreamResponse:
         sent: AnnotatedFrame | None = None
         pace, loop = LinkPace(is_acknowledged=False), asyncio.get_running_loop()
         try:
-            while True:
-                sent = await newer_frame(services, sent)
-                fitting = await fitting_frame(request.app, sent, pace)
-                begun = loop.time()
-                async with asyncio.timeout(ACK_TIMEOUT_S):
-                    await response.write(part(fitting))
-                    count_frame(request.app, sent)
-                    await has_left(request)
-                pace.arrived(loop.time(), loop.time() - begun, len(sent.jpeg) / len(fitting.jpeg))
+            with request.app[OPEN].kept(access_of(request) or NOBODY, lambda: _cut(request)):
+                while True:
+                    sent = await newer_frame(services, sent)
+                    fitting = await fitting_frame(request.app, sent, pace)
+                    begun = loop.time()
+                    async with asyncio.timeout(ACK_TIMEOUT_S):
+                        await response.write(part(fitting))
+                        count_frame(request.app, sent)
+                        await has_left(request)
+                    pace.arrived(loop.time(), loop.time() - begun, len(sent.jpeg) / len(fitting.jpeg))
         except TimeoutError:  # a viewer that does not read keeps no place
-            if request.transport is not None:
-                request.transport.abort()
+            _cut(request)
         except ConnectionError:
             pass
     return response
+
+
+def _cut(request: web.Request) -> None:
+    if request.transport is not None:
+        request.transport.abort()
 
 
 async def snapshot(request: web.Request) -> web.StreamResponse:
