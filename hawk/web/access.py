@@ -13,6 +13,7 @@ from hawk.comm.authority import Role
 from hawk.web.logins import Login, Logins
 from hawk.web.tokens import Tokens
 
+
 @dataclass(frozen=True, slots=True)
 class Access:
     """The role of a request, and what proved it."""

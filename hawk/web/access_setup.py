@@ -25,7 +25,7 @@ def make_access(services: WebServices) -> tuple[AccessBook, AccessKeeper]:
 
     folder = services.folder
     tokens = joined(Tokens() if folder is None else read_tokens(folder / TOKEN_FILE))
-    check_binding(services.web, tokens, folder or Path("var"))
+    check_binding(services.web, tokens, (folder or Path("var")).resolve())
     logins = Logins(services.web, services.monotonic, services.cookie_secret)
     desk = services.side.desk
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import asyncio
 import hashlib
 import logging
 import math
 import ssl
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -71,6 +73,14 @@ def load_tls(settings: WebSettings) -> Tls | None:
     if found.ends is None:
         LOG.warning("web.tls_certificate: %s is not valid yet by this computer's clock", certificate)
     return found
+
+
+async def watch_certificate(tls: Tls, wall: Callable[[], float], report: Callable[[str], None]) -> None:
+    """Report a certificate that will end, at once and then once a day, until cancelled."""
+    while True:
+        if words := tls.warning(wall()):
+            report(words)
+        await asyncio.sleep(DAY_S)
 
 
 def _refuse_open_key(key: Path) -> None:

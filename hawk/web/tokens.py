@@ -10,7 +10,6 @@ import hashlib
 import hmac
 import json
 import logging
-import os
 import secrets
 import stat
 from collections.abc import Mapping
@@ -20,7 +19,7 @@ from pathlib import Path
 from typing import Final
 
 from hawk.comm.authority import Role
-from hawk.web.private_files import write_private
+from hawk.web.private_files import leave_to_owner, write_private
 
 LOG = logging.getLogger(__name__)
 
@@ -118,7 +117,7 @@ def rotate(path: Path, role: Role) -> str:
     }
     path.parent.mkdir(parents=True, exist_ok=True)
     write_private(path, json.dumps({"version": 1, "tokens": written}, indent=2).encode())
-    _leave_to_owner(path)
+    leave_to_owner(path)
     return token
 
 
@@ -147,10 +146,3 @@ def _read(value: Mapping[str, str]) -> HashedToken:
     if len(digest) != hashlib.sha256().digest_size:
         raise ValueError("a hash is cut off")
     return HashedToken(bytes.fromhex(value["salt"]), digest, str(value.get("made", "")))
-
-
-def _leave_to_owner(path: Path) -> None:
-    """Leave a file that root wrote to the user whose folder it is in: the daemon reads it."""
-    if os.geteuid() == 0:
-        owner = path.parent.stat()
-        os.chown(path, owner.st_uid, owner.st_gid)

@@ -2,7 +2,7 @@ import { html, nothing, type TemplateResult } from "lit";
 import { customElement, property } from "lit/decorators.js";
 import type { Point } from "../protocol.ts";
 import { isFlying } from "../state/flight.ts";
-import { type Action, control, guidedActions, safetyActions, watchingWords } from "../words/actions.ts";
+import { type Action, control, guidedActions, isViewer, safetyActions, VIEWER_WORDS, watchingWords } from "../words/actions.ts";
 import { linkOf, type View } from "../words/view.ts";
 import { begin } from "./begin.ts";
 import { cssVars } from "./css-vars.ts";
@@ -18,6 +18,7 @@ export class ActionBar extends Part {
 
   override render(): TemplateResult {
     const view = this.model.view();
+    if (isViewer(view)) return viewing();
     const { land, hold } = safetyActions(view);
     return html`<footer class="bar">
       ${this.first(view)}
@@ -100,6 +101,13 @@ export class ActionBar extends Part {
   private more(): void {
     this.dispatchEvent(new CustomEvent("open-panel", { detail: "actions", bubbles: true }));
   }
+}
+
+/** The whole bar of a viewer. */
+function viewing(): TemplateResult {
+  return html`<footer class="bar">
+    <div class="watching"><div class="txt"><b>${VIEWER_WORDS.title}</b><span class="sub">${VIEWER_WORDS.text}</span></div></div>
+  </footer>`;
 }
 
 /** The three actions that matter now, most important first. */
