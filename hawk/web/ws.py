@@ -286,14 +286,12 @@ def registered(
 
 
 async def _end_access(request: web.Request, response: web.WebSocketResponse) -> None:
-    """Close a socket whose login or token has ended, also one that is not read."""
+    """Close a socket whose login or token has ended; cut one that is not read."""
     transport = request.transport
     try:
         async with asyncio.timeout(END_S):
             await response.close(code=ACCESS_ENDED, message=b"log in again")
     except (TimeoutError, ConnectionError):
-        pass
-    finally:
         if transport is not None:
             transport.abort()
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
-from contextlib import AsyncExitStack
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +12,8 @@ import pytest
 from hawk.comm.authority import ANSWERED_BY_THE_WEB_SERVER, RIGHTS, VIEWER_MAY, VIEWERS_COMMAND_NOTHING, Role
 from hawk.comm.authority import role_refusal as refusal
 from hawk.config import WebSettings
-from hawk.web.tokens import TOKEN_FILE, rotate
 from tests.unit.web.rig import Rig, Visitor, browser
+from tests.unit.web.stand import Stand
 
 CORNERS = [{"Latitude": 60.0, "Longitude": 24.0 + n / 1000} for n in range(3)]
 CONTENT: dict[str, dict[str, Any]] = {
@@ -35,47 +33,6 @@ COMMANDS = [
       if kind not in VIEWER_MAY and kind != "Control"),
     *({"Type": "Control", "Action": action} for action in CONTROL),
 ]  # fmt: skip
-
-
-class Stand:
-    """A server with both roles, and clients of it."""
-
-    def __init__(self, rig: Rig, folder: Path) -> None:
-        self.rig = rig
-        self.tokens = {role: rotate(folder / TOKEN_FILE, role) for role in Role}
-        self._open = AsyncExitStack()
-        self._pages: list[Visitor] = []
-
-    async def browser(self, role: Role | None = None, **options: Any) -> aiohttp.ClientSession:
-        """A browser that is logged in."""
-        assert self.rig.server is not None
-        session = await self._open.enter_async_context(browser(**options))
-        if role is not None:
-            await session.get(self.rig.server.make_url(f"/?token={self.tokens[role]}"))
-        return session
-
-    async def tool(self, role: Role, **headers: str) -> aiohttp.ClientSession:
-        """A program with the token in the header."""
-        return await self.browser(headers={"Authorization": f"Bearer {self.tokens[role]}", **headers})
-
-    async def page(self, session: aiohttp.ClientSession, **options: Any) -> Visitor:
-        assert self.rig.server is not None
-        found = Visitor(await session.ws_connect(self.rig.server.make_url("/ws"), **options))
-        found.welcome = await found.next("Welcome")
-        self._pages.append(found)  # one that nobody refers to would be collected
-        return found
-
-    async def close(self) -> None:
-        await self._open.aclose()
-
-
-@pytest.fixture
-async def stand(rig: Rig, tmp_path: Path) -> AsyncIterator[Stand]:
-    made = Stand(rig, tmp_path)
-    rig.folder, rig.web = tmp_path, WebSettings()
-    await rig.start()
-    yield made
-    await made.close()
 
 
 # -- every command ----------------------------------------------------------------------------------------------------
