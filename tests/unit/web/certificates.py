@@ -51,9 +51,9 @@ def make_pair(
     openssl("req", "-new", "-key", key, "-subj", f"/CN={name}", "-out", request)
     now = datetime.now(UTC)
     dates = ("-startdate", _stamp(now - timedelta(days=age_days)), "-enddate", _stamp(now + timedelta(days=days)))
-    signer = ("-selfsign", "-keyfile", key) if authority is None else ("-cert", authority.certificate)
+    signer: list[str | Path] = ["-selfsign", "-keyfile", key]
     if authority is not None:
-        signer += ("-keyfile", authority.key)
+        signer = ["-cert", authority.certificate, "-keyfile", authority.key]
     kind = "authority" if name == "authority" else "page"
     openssl("ca", "-batch", "-notext", "-config", settings, *signer, *dates, "-extensions", kind,
             "-in", request, "-out", made)  # fmt: skip
