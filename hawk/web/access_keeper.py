@@ -25,6 +25,8 @@ LOOK_S: Final = 1.0
 """Real seconds between two looks at the token file and at the logins."""
 WRITE_S: Final = 60.0
 """Real seconds after which the ages of the logins are written again."""
+WRITE_TIMEOUT_S: Final = 2.0
+"""Real seconds for which a log-out and the end of the program wait for the disk."""
 _LARGEST_BYTES: Final = 1024 * 1024
 
 _Mark = tuple[int, int, int] | None
@@ -57,7 +59,7 @@ class AccessKeeper:
         self.connections = connections
         self._joined = joined
         self._wall = wall
-        self._seen = None if self._tokens is None else _mark(self._tokens)
+        self._seen: _Mark = None  # the first look reads the file again: it may have changed since it was read
         self._written = book.logins.changes
         self._executor = ThreadPoolExecutor(1, thread_name_prefix="web-access")
 
@@ -105,9 +107,10 @@ class AccessKeeper:
         if path is None:
             return
         try:
-            await self._elsewhere(lambda: write_private(path, text.encode()))
-        except OSError as error:
-            LOG.warning("%s cannot be written: %s", path, error)
+            async with asyncio.timeout(WRITE_TIMEOUT_S):
+                await self._elsewhere(lambda: write_private(path, text.encode()))
+        except (OSError, TimeoutError) as error:
+            LOG.warning("%s cannot be written: %s", path, error or "the disk does not answer")
 
     def close(self) -> None:
         """End the thread."""
@@ -122,8 +125,10 @@ class AccessKeeper:
         except TokensError as error:
             LOG.error("%s; the tokens before it stay valid", error)
             return
-        self._book.tokens = self._joined(kept)
-        LOG.info("the tokens have changed: %s", ", ".join(role.value for role in kept.by_role))
+        tokens = self._joined(kept)
+        if tokens != self._book.tokens:
+            self._book.tokens = tokens
+            LOG.info("the tokens have changed: %s", ", ".join(role.value for role in kept.by_role))
 
     async def _elsewhere(self, work: Callable[[], _T]) -> _T:
         return await asyncio.get_running_loop().run_in_executor(self._executor, work)

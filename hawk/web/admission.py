@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from typing import Final
+from urllib.parse import urlencode
 
 from aiohttp import hdrs, web
-from yarl import URL
 
 from hawk.comm.authority import Role
 from hawk.web.access import ACCESS, OPEN_TO_ALL, Access, AccessBook
@@ -144,7 +144,7 @@ class Admission:
 def _to_page(request: web.Request) -> web.Response:
     """Return the redirect to the page: always to this server, whatever the address asks for."""
     query = [(name, value) for name, value in request.query.items() if name != TOKEN_PARAMETER]
-    location = str(URL(PAGE).with_query(query)) if _is_page(request) and query else PAGE
+    location = f"{PAGE}?{urlencode(query)}" if _is_page(request) and query else PAGE
     return web.Response(status=303, headers={hdrs.LOCATION: location})
 
 

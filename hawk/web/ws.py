@@ -238,7 +238,11 @@ def keeps_place(request: web.Request) -> bool:
 
 def places(request: web.Request) -> int:
     """Return how many connections of one kind may be open for this client to open another."""
-    return request.app[SERVICES].web.maximum_clients + (KEPT_PLACES if keeps_place(request) else 0)
+    limit = request.app[SERVICES].web.maximum_clients
+    access = access_of(request)
+    if access is not None and access.role is Role.VIEWER:
+        return max(1, limit - KEPT_PLACES)  # viewers leave some to operators
+    return limit + (KEPT_PLACES if keeps_place(request) else 0)
 
 
 def refuse_crowd(request: web.Request) -> None:
@@ -246,7 +250,7 @@ def refuse_crowd(request: web.Request) -> None:
     services = request.app[SERVICES]
     if len(services.side.hub) >= places(request):
         raise web.HTTPServiceUnavailable(
-            text=f"{services.web.maximum_clients} pages are open already; close one (web.maximum_clients)",
+            text=f"{len(services.side.hub)} pages are open already; close one (web.maximum_clients)",
             headers={hdrs.RETRY_AFTER: "5"},
         )
 

@@ -12,6 +12,7 @@ import pytest
 from hawk.comm.authority import ANSWERED_BY_THE_WEB_SERVER, RIGHTS, VIEWER_MAY, VIEWERS_COMMAND_NOTHING, Role
 from hawk.comm.authority import role_refusal as refusal
 from hawk.config import WebSettings
+from hawk.web.services import KEPT_PLACES
 from tests.unit.web.rig import Rig, Visitor, browser
 from tests.unit.web.stand import Stand
 
@@ -153,4 +154,18 @@ async def test_a_viewer_gets_no_place_that_is_kept_for_the_operator_in_control(r
         await stand.page(await stand.tool(Role.VIEWER, Cookie=stolen))
     assert refused.value.status == 503
     await stand.page(await stand.tool(Role.OPERATOR, Cookie=stolen))
+    await stand.close()
+
+
+async def test_viewers_leave_places_to_operators(rig: Rig, tmp_path: Path) -> None:
+    stand = Stand(rig, tmp_path)
+    rig.folder, rig.web = tmp_path, WebSettings(maximum_clients=6)
+    await rig.start()
+    viewer = await stand.browser(Role.VIEWER)
+    for _ in range(6 - KEPT_PLACES):
+        await stand.page(viewer)
+    with pytest.raises(aiohttp.WSServerHandshakeError):
+        await stand.page(viewer)
+    for _ in range(KEPT_PLACES):
+        await stand.page(await stand.browser(Role.OPERATOR))
     await stand.close()
