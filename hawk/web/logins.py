@@ -52,7 +52,7 @@ class Logins:
         self._secret = secret
         self._logins: dict[str, Login] = {}
         self.has_control: Callable[[Login], bool] = lambda _: False
-        """Whether the session of a login is in control of the drone."""
+        """Returns True for a login whose session is in control of the drone."""
         self.changes = 0
         """Rises with each login that begins or ends."""
 

@@ -121,7 +121,7 @@ class RequestCheck:
     def _check_origin(request: web.Request) -> None:
         """Refuse a foreign Origin: browsers send it with every WebSocket and POST, tools send none.
 
-        With TLS a page without TLS is foreign too: somebody on the way could have written it.
+        With TLS a page without TLS is foreign too: somebody on the path could have written it.
         """
         if request.method in SAFE_METHODS and hdrs.UPGRADE not in request.headers:
             return
@@ -136,7 +136,7 @@ def headers_adder(tls: Tls | None) -> Callable[[web.Request, web.StreamResponse]
     """Return the signal ``on_response_prepare``.
 
     A certificate of an authority is remembered by the browser as HTTPS only (HSTS, RFC 6797); a self-signed one is not,
-    because a browser then offers no way past its warning.
+    because a browser then offers no exception from its warning.
     """
 
     async def add(request: web.Request, response: web.StreamResponse) -> None:

@@ -28,7 +28,7 @@ _ROUNDS: Final = 8
 
 @dataclass(frozen=True, slots=True)
 class Tls:
-    """What the listener needs, and what is known of the certificate."""
+    """Context of the listener, and the facts of its certificate."""
 
     context: ssl.SSLContext
     fingerprint: str

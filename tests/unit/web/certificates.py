@@ -42,7 +42,7 @@ def openssl(*arguments: str | Path) -> None:
 def make_pair(
     folder: Path, name: str = "localhost", *, days: float = 300, age_days: float = 1, authority: Pair | None = None
 ) -> Pair:
-    """Return a certificate that ends in so many days from now and began so many days ago."""
+    """Return a certificate that ends ``days`` from now and began ``age_days`` ago."""
     folder.mkdir(parents=True, exist_ok=True)
     settings, key, request, made = (folder / each for each in ("ca.cnf", "key.pem", "request.pem", "certificate.pem"))
     settings.write_text(SETTINGS.format(folder=folder))

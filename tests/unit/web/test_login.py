@@ -384,7 +384,7 @@ async def test_a_new_token_ends_what_the_old_one_began_and_nothing_else(stand: S
 
 
 async def test_a_command_that_comes_after_the_end_of_its_access_is_not_taken(stand: Stand) -> None:
-    """It may be on its way while the connection is being closed."""
+    """It may arrive while the connection is being closed."""
     assert stand.rig.app is not None
     page = await stand.page(await stand.browser(Role.OPERATOR))
     assert (await page.take_control())["Accepted"]

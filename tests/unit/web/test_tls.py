@@ -118,7 +118,7 @@ async def test_the_browser_may_speak_tls_only(server: WebServer, pair: Pair) -> 
 
 
 async def test_a_page_without_tls_is_a_foreign_page(server: WebServer, pair: Pair) -> None:
-    """Somebody on the way can write such a page; the page of this server has https in its origin."""
+    """Somebody on the path can write such a page; the page of this server has https in its origin."""
     own = f"127.0.0.1:{server.port}"
     async with secure(pair) as session:
         for origin, status in ((f"http://{own}", 403), (f"https://{own}", 101)):

@@ -77,7 +77,7 @@ export class SettingsTab extends Part {
     if (isViewer(view)) return html`<div><b>${VIEWER_WORDS.title}</b><span class="sub">${VIEWER_WORDS.text}</span></div>`;
     const whose = control(view);
     if (whose === "mine") {
-      return html`<div><b>You have control</b><span class="sub">Others watch; anyone may Hold.</span></div>
+      return html`<div><b>You have control</b><span class="sub">Others watch; every operator may Hold.</span></div>
         <button @click=${() => void this.model.releaseControl()}>Give back control</button>`;
     }
     return html`<div><b>${WHOSE[whose]}</b><span class="sub">Take it in the bar at the bottom.</span></div>`;

@@ -51,7 +51,7 @@ export function control(view: View): Whose {
   return heartbeat["Controller Lost"] ? "lost" : "other";
 }
 
-/** Whether this page may only watch, whoever has control. */
+/** Whether this page may only watch. */
 export function isViewer(view: View): boolean {
   return view.welcome?.Role === "viewer";
 }
