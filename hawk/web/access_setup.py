@@ -30,7 +30,7 @@ def make_access(services: WebServices) -> tuple[AccessBook, AccessKeeper]:
     desk = services.side.desk
 
     def has_control(login: Login) -> bool:
-        return desk.keeps_place(logins.control_secret(login))
+        return desk.keeps_login(logins.control_secret(login))
 
     logins.has_control = has_control
     book = AccessBook(tokens, logins)

@@ -26,6 +26,9 @@ SESSION_LIMIT: Final = 1000
 """Sessions kept; beyond it the longest absent one without control is removed."""
 RENAME_S: Final = 2.0
 """Seconds between two names of a session."""
+LONGEST_FLIGHT_S: Final = 3600.0
+"""Seconds after its last sign of life for which a lost session keeps its login whatever its age: a flight is over by
+then."""
 _SECRET: Final = re.compile(r"[A-Za-z0-9_-]{43}")
 
 
@@ -111,6 +114,12 @@ class ControlDesk:
         session = self._lease() or self._lapsed
         given = secret if secret is not None and _SECRET.fullmatch(secret) else ""
         return session is not None and hmac.compare_digest(given, session.secret)
+
+    def keeps_login(self, secret: str) -> bool:
+        """Return True for the session in control, and for a lost one long enough for it to come back in flight."""
+        if not self.keeps_place(secret):
+            return False
+        return self._lease() is not None or self._clock() - self._sessions[secret].last_sign <= LONGEST_FLIGHT_S
 
     def role(self, client: ClientId) -> Role:
         """Return the role of a connection; one that is not known commands nothing."""

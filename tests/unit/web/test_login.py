@@ -22,6 +22,7 @@ from hawk.web.door import FIRST_REQUEST_S, Places
 from hawk.web.guesses import FIRST_WAIT_S, FREE_GUESSES
 from hawk.web.login_page import WRONG
 from hawk.web.logins import HOUR_S, LOGIN_LIMIT, Logins
+from hawk.web.sessions import LONGEST_FLIGHT_S
 from hawk.web.tokens import TOKEN_FILE, Tokens, rotate
 from hawk.web.ws import ACCESS_ENDED
 from tests.manual_clock import ManualClock
@@ -459,6 +460,20 @@ async def test_the_one_in_control_is_not_logged_out_by_time_but_when_it_gives_co
     assert (await page.ask(Type="Control", Action="Release"))["Accepted"]
     await stand.look()
     assert await end_of(page) == ACCESS_ENDED
+
+
+async def test_a_lost_operators_login_is_kept_for_the_length_of_a_flight_only(stand: Stand) -> None:
+    lost, replaced = await stand.browser(Role.OPERATOR), await stand.browser(Role.OPERATOR)
+    page = await stand.page(lost)
+    assert (await page.take_control())["Accepted"]
+    await page.socket.close()
+    await stand.rig.nobody_connected()
+    stand.rig.real.advance(400 * HOUR_S)
+    stand.rig.clock.advance(LONGEST_FLIGHT_S)
+    assert await stand.status(lost) == 200, "it finds its drone again"
+    assert await stand.status(replaced) == 401
+    stand.rig.clock.advance(1.0)
+    assert await stand.status(lost) == 401
 
 
 # -- the table --------------------------------------------------------------------------------------------------------
