@@ -12,7 +12,10 @@ import pytest
 from hawk.comm.authority import ANSWERED_BY_THE_WEB_SERVER, RIGHTS, VIEWER_MAY, VIEWERS_COMMAND_NOTHING, Role
 from hawk.comm.authority import role_refusal as refusal
 from hawk.config import WebSettings
+from hawk.web.app import WebServer
+from hawk.web.door import Places
 from hawk.web.services import KEPT_PLACES
+from hawk.web.tokens import TOKEN_FILE, rotate
 from tests.unit.web.rig import Rig, Visitor, browser
 from tests.unit.web.stand import Stand
 
@@ -169,3 +172,28 @@ async def test_viewers_leave_places_to_operators(rig: Rig, tmp_path: Path) -> No
     for _ in range(KEPT_PLACES):
         await stand.page(await stand.browser(Role.OPERATOR))
     await stand.close()
+
+
+async def test_a_viewer_with_the_cookie_of_control_is_not_answered_when_too_much_is_asked(
+    rig: Rig, tmp_path: Path
+) -> None:
+    rig.folder, rig.web = tmp_path, WebSettings(port=0)
+    tokens = {role: rotate(tmp_path / TOKEN_FILE, role) for role in Role}
+    server = WebServer(rig.services(), rig.page)
+    await server.start()
+
+    async def status(role: Role, cookie: str) -> int:
+        headers = {"Authorization": f"Bearer {tokens[role]}", "Cookie": cookie}
+        async with browser(headers=headers) as tool, tool.get(f"{server.url}api/session") as response:
+            return response.status
+
+    try:
+        async with browser(headers={"Authorization": f"Bearer {tokens[Role.OPERATOR]}"}) as tool:
+            operator = Visitor(await tool.ws_connect(f"{server.url}ws"))
+            assert (await operator.take_control())["Accepted"]
+            stolen = operator.socket._response.headers["Set-Cookie"].partition(";")[0]
+            server.door.places = Places(waiting=12, waiting_of_one=6, answered=1)
+            assert [await status(role, stolen) for role in (Role.VIEWER, Role.OPERATOR)] == [503, 200]
+            await operator.socket.close()
+    finally:
+        await server.close()
