@@ -1,4 +1,4 @@
-"""The command ``hawk-drone``: runs the daemon, flies a survey without a browser, or writes a film of a flight."""
+"""The command ``hawk-drone``: runs the daemon, flies a survey, writes a film of a flight, makes tokens and certificates."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from hawk.access_commands import COMMANDS, add_access_commands
 from hawk.config import Config, ConfigError, load_config
 from hawk.process import end_within
 from hawk.simulation import (
@@ -35,7 +36,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return the exit status."""
     given = list(sys.argv[1:] if arguments is None else arguments)
     parser = make_parser()
-    if not given or given[0] not in {"run", "survey", "film", "-h", "--help", "--version"}:
+    if not given or given[0] not in {"run", "survey", "film", *COMMANDS, "-h", "--help", "--version"}:
         given.insert(0, "run")
     options = parser.parse_args(given)
     try:
@@ -66,6 +67,7 @@ def make_parser() -> argparse.ArgumentParser:
     film.set_defaults(action=_film)
     film.add_argument("recording", type=Path, metavar="RECORDING", help="a file of STORE/recordings (.mcap)")
     film.add_argument("film", type=Path, metavar="FILM", help="the file to write (.avi)")
+    add_access_commands(commands)
     return parser
 
 
@@ -150,7 +152,10 @@ def _add_daemon_options(parser: argparse.ArgumentParser) -> None:
 def _add_survey_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for the results")
     parser.add_argument("--url", metavar="URL", help="fly the drone of a daemon that runs already")
-    parser.add_argument("--token", help="token of that daemon")
+    parser.add_argument("--token", help="the operator's token of that daemon")
+    parser.add_argument(
+        "--certificate", type=Path, metavar="FILE", help="trust this certificate of that daemon alone (self-signed)"
+    )
     parser.add_argument(
         "--continue",
         dest="continues",

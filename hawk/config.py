@@ -240,10 +240,23 @@ class WebSettings(Section):
     host: str = "127.0.0.1"
     port: int = Field(default=3000, ge=0, le=65535)
     token: str | None = Field(default=None, min_length=16)
+    session_idle_h: float = Field(default=12.0, ge=0.25, le=168)
+    session_limit_h: float = Field(default=168.0, ge=1, le=720)
+    tls_certificate: Path | None = None
+    tls_key: Path | None = None
     allowed_hosts: tuple[str, ...] = ()
     maximum_clients: int = Field(default=20, ge=1, le=1000)
     video_width: int = Field(default=960, ge=160, le=1920)
     video_quality: int = Field(default=75, ge=20, le=95)
+
+    @model_validator(mode="after")
+    def _fit_together(self) -> WebSettings:
+        if (self.tls_certificate is None) != (self.tls_key is None):
+            there, missing = ("tls_key", "tls_certificate") if self.tls_key else ("tls_certificate", "tls_key")
+            raise ValueError(f"{missing} is missing: {there} needs it")
+        if self.session_idle_h > self.session_limit_h:
+            raise ValueError("session_idle_h must not be more than session_limit_h")
+        return self
 
 
 class StoreSettings(Section):
@@ -343,7 +356,7 @@ def _explain(error: ValidationError, path: Path | None, text: str) -> str:
             message = f"is not a setting; see config.toml for those that are{_similar(keys)}"
         elif problem["type"] == "missing":
             message = "is missing"
-        elif keys[-1:] != ["token"]:  # a secret, even a part of one, is not repeated
+        elif keys not in (["web"], ["web", "token"]):  # a secret, even a part of one, is not repeated
             if problem["type"] in _OUT_OF_BOUNDS and (found := bounds(*keys[:2])) is not None:
                 message = f"must lie between {found[0]:.10g} and {found[1]:.10g}"
             message = f"{message} (found {problem['input']!r})"

@@ -55,6 +55,8 @@ from hawk.web.app import WebServer
 from hawk.web.private_files import cookie_secret, shown_address
 from hawk.web.security import InsecureBindingError
 from hawk.web.services import OperatorSide, WebServices
+from hawk.web.tls import Tls, load_tls, watch_certificate
+from hawk.web.tokens import TokensError
 
 if TYPE_CHECKING:
     from hawk.algo.manager import AlgorithmManagerApp
@@ -102,6 +104,7 @@ async def run_daemon(config: Config, options: DaemonOptions) -> int:
 
 
 async def _run_with_log(config: Config, options: DaemonOptions, log: ProgramLog) -> int:
+    tls = load_tls(config.web)  # before anything starts
     simulation = None
     if options.simulation is not None:
         simulation = Simulation(options.simulation)
@@ -109,9 +112,9 @@ async def _run_with_log(config: Config, options: DaemonOptions, log: ProgramLog)
     set_niceness(LOOP_NICENESS)  # after the simulator has started: it stands for another computer
     set_session_niceness(LOOP_NICENESS)
     try:
-        daemon = Daemon(config, options, log)
+        daemon = Daemon(config, options, log, tls)
         return await daemon.run()
-    except (FenceError, InsecureBindingError) as error:
+    except (FenceError, InsecureBindingError, TokensError) as error:
         raise ConfigError(str(error)) from error
     finally:
         if simulation is not None:
@@ -121,9 +124,10 @@ async def _run_with_log(config: Config, options: DaemonOptions, log: ProgramLog)
 class Daemon:
     """Every part of the drone's side. Nothing is opened before `run`."""
 
-    def __init__(self, config: Config, options: DaemonOptions, log: ProgramLog) -> None:
-        """Build what needs no link. Raises ConfigError, FenceError, InsecureBindingError."""
+    def __init__(self, config: Config, options: DaemonOptions, log: ProgramLog, tls: Tls | None = None) -> None:
+        """Build what needs no link. Raises ConfigError, FenceError, InsecureBindingError, TokensError."""
         self._config = config
+        self._tls = tls
         self._options = options
         self._log = log
         self._stopping = asyncio.Event()
@@ -234,6 +238,8 @@ class Daemon:
             simulation=self._options.is_simulation,
             queues=lambda: {"journal": self._journal.waiting, "recording": self._recording.waiting},
             cookie_secret=cookie_secret(self._config.store.directory),
+            folder=self._config.store.directory,
+            tls=self._tls,
             camera_fov_deg=self._config.camera.horizontal_fov_deg,
             loop_lag=self._lag.summary,
             performance=lambda: asdict(self.performance.summary()),
@@ -270,6 +276,8 @@ class Daemon:
         try:
             self._own("loop-lag", self._lag.run)
             self._own("monitor", self._monitor)
+            if (tls := self._tls) is not None:
+                self._own("certificate", lambda: watch_certificate(tls, time.time, self._report_certificate))
             await self._web.start()
             self._announce()
             await self._open_autopilot()
@@ -484,6 +492,10 @@ class Daemon:
         folder = self._config.store.directory
         address = shown_address(self._web.url, self._web.page_url, folder, on_terminal=sys.stdout.isatty())
         self._output.put(f"hawk: open {address}{'  (SIMULATION)' if self._options.is_simulation else ''}")
+        if self._web.asks_for_token and self._web.page_url == self._web.url:
+            self._output.put("hawk: log in with the token of a role; hawk-drone tokens rotate operator makes another")
+        if self._tls is not None:
+            self._output.put(f"hawk: certificate SHA-256 {self._tls.fingerprint}")
         if self._options.ready_file is not None:
             partial = self._options.ready_file.with_suffix(".partial")
             partial.write_text(json.dumps({"url": self._web.url, "first_tick_s": self._first_tick_s}))
@@ -504,6 +516,10 @@ class Daemon:
             leave_at_once(f"{HANGING_CALLS} calls hang in MAVSDK in the air, the last one in {name}: the program ends")
         self._publish_own_health()
         self.manager.log.add("error", "A request hangs in MAVSDK.", name)
+
+    def _report_certificate(self, words: str) -> None:
+        _LOG.warning("%s", words)
+        self.manager.log.add("warning", words, "")
 
     def _publish_own_health(self) -> None:
         self.inputs.requests_health.publish(self.autopilot.calls.health)

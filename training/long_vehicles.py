@@ -17,7 +17,7 @@ _KINDS: Final = ("motorhome", "lorry", "coach", "trailer")
 _KINDS_SHARES: Final = (0.35, 0.3, 0.15, 0.2)
 _MARGIN_M: Final = 0.4
 _BESIDE: Final = 1.15
-"""Stalls of one row are at most so many of their widths apart."""
+"""Stalls of one row are at most this number of their widths apart."""
 
 
 def park_long_vehicle(plan: SitePlan, rng: np.random.Generator) -> None:

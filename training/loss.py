@@ -11,7 +11,7 @@ from training.targets import CAR, CORE, CORE_WEIGHT, LENGTH, LOT, PLACE_WEIGHT, 
 _DICE_PIXELS = 50.0
 _SHADE_SHARE = 0.3
 _CAR_IN_SHADE = 3.0
-"""A car that is only a shadow costs so many times as much."""
+"""Factor on the cost of a car that is only a shadow."""
 
 
 def loss(answer: Tensor, target: Tensor) -> tuple[Tensor, dict[str, float]]:

@@ -40,7 +40,7 @@ _SEEN_SHARE, _BESIDE = 0.6, 2.6
 _BARE_TREES = 0.15
 """Share of the scenes with painted lots whose trees have no leaves."""
 _FRAME_WIDTHS, _IN_ROW, _OWN = 2.5, 0.35, 0.5
-"""Cars that frame a stall: so many of its widths away at most, so many of its lengths out of line, not on it."""
+"""Cars that frame a stall: widths away at most, lengths out of line at most, widths off its middle at least."""
 _SHADE = 0.5
 """Ground in a deeper shadow than this is in the shade."""
 _SITES = (

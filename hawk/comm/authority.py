@@ -1,14 +1,23 @@
-"""Authority over the drone: which command a client may send, given who has control.
+"""Authority over the drone: which command a client may send, given its role and who has control.
 
-The web server authenticates sessions and answers `ANSWERED_BY_THE_WEB_SERVER`; it passes every other command on with
-the client's id. The operations manager asks `authority_refusal` before anything else about a command.
+The web server authenticates sessions and asks `role_refusal` before anything else about a command: it is the one place
+where a viewer's commands end. It answers `ANSWERED_BY_THE_WEB_SERVER` and passes every other command on with the
+client's id. The operations manager asks `authority_refusal` before anything else about a command.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from enum import Enum
+from enum import Enum, StrEnum
 from typing import Final
+
+
+class Role(StrEnum):
+    """The use that a token allows."""
+
+    VIEWER = "viewer"
+    """Sees everything, commands nothing."""
+    OPERATOR = "operator"
 
 
 class Right(Enum):
@@ -58,6 +67,10 @@ RIGHTS: Final[Mapping[str, Right]] = {
     "Clear Outline": Right.CONTROL,
 }
 
+VIEWER_MAY: Final = frozenset({"Heartbeat", "Map Resync"})
+"""Types of a viewer's messages that are taken: a sign of life, and the question for the whole map."""
+VIEWERS_COMMAND_NOTHING: Final = "You are a viewer: viewers command nothing. Log in as operator to do that."
+
 TAKE_CONTROL_FIRST: Final = "Take control first."
 SOMEONE_ELSE: Final = "Someone else has control."
 CONTROLLER_LOST: Final = "The operator in control is lost: take control first."
@@ -66,6 +79,11 @@ _REFUSALS: Final[Mapping[Tenure, str]] = {
     Tenure.HELD: SOMEONE_ELSE,
     Tenure.LOST: CONTROLLER_LOST,
 }
+
+
+def role_refusal(kind: str, role: Role) -> str:
+    """Return why a client of this role may never send this type of command; empty when its role allows it."""
+    return "" if role is Role.OPERATOR or kind in VIEWER_MAY else VIEWERS_COMMAND_NOTHING
 
 
 def authority_refusal(kind: str, *, has_control: bool, control: Tenure, homing: bool) -> str:

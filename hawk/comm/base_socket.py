@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import hmac
+import ssl
 from typing import Final
 
 import aiohttp
@@ -37,9 +38,13 @@ class SocketClosedError(ConnectionError):
 class BaseSocket:
     """The client's role. Cookies outlive the connection, so a session (and its control) is found again."""
 
-    def __init__(self, host: str, port: int, *, path: str = "/ws", token: str | None = None) -> None:
+    def __init__(
+        self, host: str, port: int, *, path: str = "/ws", token: str | None = None, tls: ssl.SSLContext | None = None
+    ) -> None:
+        """``tls``: certificates that are trusted, for a server with HTTPS; None: HTTP."""
         shown = f"[{host}]" if ":" in host else host
-        self.url = f"http://{shown}:{port}"
+        self.url = f"{'http' if tls is None else 'https'}://{shown}:{port}"
+        self._tls = tls
         self._path = path
         self._headers = {"Authorization": f"Bearer {token}"} if token else {}
         self._session: aiohttp.ClientSession | None = None
@@ -89,7 +94,10 @@ class BaseSocket:
         """Return the HTTP session that shares cookies and token with the WebSocket."""
         if self._session is None or self._session.closed:
             # Browsers keep cookies of bare addresses; aiohttp does so only with `unsafe`.
-            self._session = aiohttp.ClientSession(headers=self._headers, cookie_jar=aiohttp.CookieJar(unsafe=True))
+            connector = None if self._tls is None else aiohttp.TCPConnector(ssl=self._tls)
+            self._session = aiohttp.ClientSession(
+                headers=self._headers, cookie_jar=aiohttp.CookieJar(unsafe=True), connector=connector
+            )
         return self._session
 
     async def close(self) -> None:

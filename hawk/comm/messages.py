@@ -351,6 +351,9 @@ class Welcome(Outgoing):
 
     type: Literal["Welcome"] = "Welcome"
     session: str
+    role: Literal["viewer", "operator"]
+    login: bool
+    """True when there is a login that can be ended (POST /logout)."""
     version: str
     simulation: bool
     cell_size: Finite

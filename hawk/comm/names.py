@@ -12,7 +12,7 @@ from pydantic import AfterValidator, Field
 LONGEST_PERSON: Final = 24
 """Characters of a name: it stands in a line of the log and in a button's row."""
 _LONGEST_SENT: Final = 100
-_NUMBERED: Final = re.compile(r"operator\d*")
+_NUMBERED: Final = re.compile(r"(operator|viewer)\d*")
 _TAKEN: Final = frozenset(
     {"you", "nobody", "someoneelse", "theoperator", "anoperator", "pilot", "thepilot", "autopilot", "theautopilot"}
     | {"drone", "thedrone", "theprogram", "hawk"}

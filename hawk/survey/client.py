@@ -8,6 +8,7 @@ import binascii
 import contextlib
 import itertools
 import logging
+import ssl
 import zlib
 from collections.abc import Mapping
 from typing import Annotated, Any, Final, Self
@@ -56,8 +57,17 @@ class LinkLostError(ConnectionError):
 class DroneClient:
     """`start`, then commands and `next_heartbeat`, then `close`; or ``async with``. It reconnects by itself."""
 
-    def __init__(self, host: str, port: int, *, token: str | None = None, timeout_s: float = 5.0) -> None:
-        self._base = BaseSocket(host, port, token=token)
+    def __init__(
+        self,
+        host: str,
+        port: int,
+        *,
+        token: str | None = None,
+        timeout_s: float = 5.0,
+        tls: ssl.SSLContext | None = None,
+    ) -> None:
+        """``token``: of the role operator, or viewer to watch only. ``tls``: certificates that are trusted (HTTPS)."""
+        self._base = BaseSocket(host, port, token=token, tls=tls)
         self._socket = AsyncMessageSocket(self._base, timeout_s=timeout_s)
         self._numbers = itertools.count(1)
         self._answers: dict[str, asyncio.Future[Answer]] = {}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import signal
+import ssl
 import sys
 from dataclasses import dataclass, replace
 from itertools import count
@@ -50,6 +51,7 @@ class SurveyOptions:
     simulation: SimulationOptions | None
     url: str | None
     token: str | None
+    certificate: Path | None
     config: Path | None
     fence: Path | None
     outline: Path | None
@@ -83,6 +85,18 @@ async def run_survey(options: SurveyOptions) -> int:
             await stack.stop()
 
 
+def trusted(certificate: Path | None) -> ssl.SSLContext:
+    """Return the certificates that are trusted: those of the system, or this one alone, a self-signed one.
+
+    Raises:
+        ConfigError: The file cannot be used.
+    """
+    try:
+        return ssl.create_default_context(cafile=certificate)
+    except OSError as error:
+        raise ConfigError(f"--certificate: {certificate} cannot be used: {error}") from error
+
+
 def outline_command(file: Path) -> SetOutline:
     """Return the command for the outline of a GeoJSON file.
 
@@ -104,7 +118,12 @@ async def _fly(
     outline: SetOutline | None,
 ) -> int:
     address = urlsplit(url if "//" in url else f"//{url}")
-    async with DroneClient(address.hostname or "127.0.0.1", address.port or 3000, token=options.token) as drone:
+    async with DroneClient(
+        address.hostname or "127.0.0.1",
+        address.port or 3000,
+        token=options.token,
+        tls=trusted(options.certificate) if address.scheme == "https" else None,
+    ) as drone:
         watch = FenceWatch(stack)
         limits = replace(SurveyLimits(), explore_s=options.timeout_s)
         plan = SurveyPlan(

@@ -21,11 +21,17 @@ from urllib.parse import quote
 from aiohttp import WSCloseCode, hdrs, web
 
 from hawk.web import api, video
+from hawk.web.access import BOOK, OPEN
+from hawk.web.access_keeper import KEEPER, keep_access
+from hawk.web.access_setup import make_access
+from hawk.web.admission import Admission
 from hawk.web.door import DOOR, Door, Places, attend, descriptor_limit
 from hawk.web.guesses import GUESSES, TokenGuesses
 from hawk.web.listener import Listener
+from hawk.web.login_page import PUBLIC, LoginPage
+from hawk.web.logins import HOUR_S
 from hawk.web.paced_log import PacedLog
-from hawk.web.security import RequestCheck, add_headers, check_binding
+from hawk.web.security import RequestCheck, headers_adder
 from hawk.web.services import COUNTERS, SERVICES, Counters, WebServices
 from hawk.web.ws import SOCKETS, HeartbeatPace, command_socket, keeps_place
 
@@ -54,24 +60,33 @@ NOT_BUILT: Final = """<!doctype html>
 
 
 def create_app(services: WebServices, page: Page) -> web.Application:
-    """Return the application. Raises InsecureBindingError off loopback without a token."""
-    check_binding(services.web)
+    """Return the application. Raises InsecureBindingError off loopback without a token, TokensError."""
     guesses = TokenGuesses(services.monotonic)
-    check = RequestCheck(services.web, services.cookie_secret, guesses, PacedLog(LOG, services.monotonic), keeps_place)
-    app = web.Application(middlewares=[check.middleware, attend(keeps_place)], client_max_size=REQUEST_LIMIT_BYTES)
+    book, keeper = make_access(services)
+    log = PacedLog(LOG, services.monotonic)
+    admission = Admission(book, guesses, log, keeps_place, services.web.session_limit_h * HOUR_S)
+    login_page = LoginPage(admission)
+    check = RequestCheck(services.web, admission, login_page)
+    app = web.Application(
+        middlewares=[check.middleware, attend(keeps_place, PUBLIC)], client_max_size=REQUEST_LIMIT_BYTES
+    )
     app[SERVICES] = services
     app[DOOR] = Door(Places.within(descriptor_limit(), services.web.maximum_clients), services.monotonic)
     app[GUESSES] = guesses
+    app[BOOK] = book
+    app[OPEN] = keeper.connections
+    app[KEEPER] = keeper
     app[SOCKETS] = set()
     app[COUNTERS] = Counters()
-    app.on_response_prepare.append(add_headers)
+    app.on_response_prepare.append(headers_adder(services.tls))
     app.on_shutdown.append(_close_sockets)
-    app.cleanup_ctx.extend((_heartbeats, _exporter, _viewers))
+    app.cleanup_ctx.extend((_heartbeats, _exporter, _viewers, keep_access))
     app.router.add_get("/ws", command_socket)
     app.router.add_get("/video", video.video_socket)
     app.router.add_get("/stream.mjpg", video.stream)
     app.router.add_get("/snapshot.jpg", video.snapshot)
     api.add_routes(app)
+    login_page.add_routes(app)
     app.router.add_get("/{path:.*}", page.handle)
     return app
 
@@ -80,12 +95,14 @@ class WebServer:
     """`start`, then `port` and `url`, then `close`."""
 
     def __init__(self, services: WebServices, page: Page | None = None) -> None:
-        """Reads the page: make it before the loop is busy. Raises InsecureBindingError."""
+        """Reads the page and the tokens: make it before the loop is busy. Raises InsecureBindingError, TokensError."""
         self._settings = services.web
+        self._tls = services.tls
         page = page or Page.load()
         if not page.is_built:
             LOG.warning("the operator page is not built; run: make page")
         app = create_app(services, page)
+        self._book = app[BOOK]
         self.door = app[DOOR]
         """Connections that it has."""
         self._log = PacedLog(LOG, services.monotonic)
@@ -108,7 +125,7 @@ class WebServer:
         await self._runner.setup()
         make = self._runner.server
         assert make is not None  # noqa: S101 - it was set up
-        self._listener = Listener(self.door, make, self._log)
+        self._listener = Listener(self.door, make, self._log, None if self._tls is None else self._tls.context)
         try:
             await self._listener.start(self._settings.host, self._settings.port)
         except OSError:
@@ -122,12 +139,19 @@ class WebServer:
         host = {"0.0.0.0": "127.0.0.1", "::": "[::1]"}.get(self._settings.host, self._settings.host)  # noqa: S104
         if ":" in host and not host.startswith("["):
             host = f"[{host}]"
-        return f"http://{host}:{self.port}/"
+        return f"{'http' if self._tls is None else 'https'}://{host}:{self.port}/"
+
+    @property
+    def asks_for_token(self) -> bool:
+        """True when somebody who opens the page has to log in."""
+        return bool(self._book.tokens)
 
     @property
     def page_url(self) -> str:
-        """Address to open, with the token when there is one."""
-        return self.url if self._settings.token is None else f"{self.url}?token={quote(self._settings.token, safe='')}"
+        """Address to open, with the configured token when there is one: others are kept as hashes only."""
+        token = self._settings.token
+        is_in_use = token is not None and self._book.tokens.role_of(token) is not None
+        return self.url if token is None or not is_in_use else f"{self.url}?token={quote(token, safe='')}"
 
     async def close(self) -> None:
         """Close every connection and stop listening."""

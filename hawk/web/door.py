@@ -67,6 +67,7 @@ class Visit(asyncio.Protocol):
         self._inner = inner
         self._transport: asyncio.Transport | None = None
         self._unsent = 0
+        self._abandon: Callable[[], None] | None = None
         self.address = ""
         self.since = 0.0
         """Time at which it began to wait."""
@@ -76,13 +77,20 @@ class Visit(asyncio.Protocol):
         self.tap: Callable[[bytes], bool] | None = None
         """Sees what is received before aiohttp does; returns True for what aiohttp need not see."""
 
+    def arrive(self, host: str | None, abandon: Callable[[], None]) -> None:
+        """Come in before the TLS handshake, which ``abandon`` ends."""
+        self.address = network_of(host)
+        self._abandon = abandon
+        self._door.enter(self)
+
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Come in."""
         self._transport = cast(asyncio.Transport, transport)
         peer = transport.get_extra_info("peername")
-        self.address = network_of(peer[0] if peer else None)
         self._inner.connection_made(transport)
-        self._door.enter(self)
+        if self._abandon is None:
+            self.address = network_of(peer[0] if peer else None)
+            self._door.enter(self)
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Leave."""
@@ -121,6 +129,8 @@ class Visit(asyncio.Protocol):
         """Close the connection at once."""
         if self._transport is not None:
             self._transport.abort()
+        elif self._abandon is not None:
+            self._abandon()
 
 
 class Door:
@@ -210,13 +220,19 @@ class Door:
 DOOR = web.AppKey("door", Door)
 
 
-def attend(keeps_place: Callable[[web.Request], bool]) -> Middleware:
-    """Return the middleware behind `RequestCheck`. ``keeps_place``: a request of the operator in control."""
+def attend(keeps_place: Callable[[web.Request], bool], public: frozenset[str] = frozenset()) -> Middleware:
+    """Return the middleware behind `RequestCheck`.
+
+    Args:
+        keeps_place: Returns True for a request of the operator in control.
+        public: Paths that are answered to everybody: their connections wait on, so that a form that is sent slowly
+            takes no place from the pages.
+    """
 
     @web.middleware
     async def middleware(request: web.Request, handler: Handler) -> web.StreamResponse:
         visit = None if request.transport is None else request.transport.get_protocol()
-        if not isinstance(visit, Visit):
+        if not isinstance(visit, Visit) or request.path in public:
             return await handler(request)
         door = request.app[DOOR]
         if door.is_full and not keeps_place(request):

@@ -81,3 +81,11 @@ def network_of(host: str | None) -> str:
             return str(address.ipv4_mapped)
         return str(ipaddress.ip_network((address, 64), strict=False).network_address)
     return str(address)
+
+
+def is_loopback_peer(host: str | None) -> bool:
+    """Return True for a request from this computer."""
+    try:
+        return ipaddress.ip_address(network_of(host)).is_loopback
+    except ValueError:
+        return False

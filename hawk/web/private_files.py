@@ -1,4 +1,4 @@
-"""Small files that only this user may read: the page's address with its token, and the secret behind its cookie."""
+"""Small files that only this user may read: tokens, logins, keys, and the page's address with its token."""
 
 from __future__ import annotations
 
@@ -22,6 +22,13 @@ def write_private(path: Path, data: bytes) -> None:
     with os.fdopen(os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:
         file.write(data)
     partial.replace(path)
+
+
+def leave_to_owner(path: Path) -> None:
+    """Leave a file that root wrote to the user whose folder it is in: the daemon reads it. Raises OSError."""
+    if os.geteuid() == 0:
+        owner = path.parent.stat()
+        os.chown(path, owner.st_uid, owner.st_gid)
 
 
 def cookie_secret(folder: Path) -> bytes:

@@ -1,4 +1,4 @@
-"""Access to the server: host names, origins, the token, and the headers that restrict a browser.
+"""Access to the server: host names, origins, and the headers that restrict a browser.
 
 Only this server's own page may reach the drone. The Origin check stops a page from elsewhere. The Host check stops DNS
 rebinding: a bare address cannot be rebound, and every name has to be ours.
@@ -6,38 +6,52 @@ rebinding: a bare address cannot be rebound, and every name has to be ours.
 
 from __future__ import annotations
 
-import hashlib
-import hmac
 import ipaddress
-import math
 import re
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
+from http import HTTPStatus
+from pathlib import Path
 from typing import Final
 from urllib.parse import urlsplit
 
 from aiohttp import HttpVersion10, HttpVersion11, hdrs, web
 from aiohttp.typedefs import Handler
 
+from hawk.comm.authority import Role
 from hawk.config import WebSettings
-from hawk.web.guesses import TokenGuesses, network_of
-from hawk.web.paced_log import PacedLog
+from hawk.web.admission import TOKEN_PARAMETER, Admission
+from hawk.web.login_page import PUBLIC, WRONG, LoginPage
+from hawk.web.tls import Tls
+from hawk.web.tokens import TOKEN_FILE, Tokens
 
 SAFE_METHODS: Final = frozenset({hdrs.METH_GET, hdrs.METH_HEAD, hdrs.METH_OPTIONS})
 _HOST: Final = re.compile(r"[A-Za-z0-9._:%\[\]-]+")
 """Characters of host names, addresses and ports."""
-TOKEN_PARAMETER: Final = "token"  # noqa: S105 - the parameter's name
+HSTS_S: Final = 30 * 86_400
+"""Seconds for which a browser asks this host by HTTPS only, once it saw a certificate of an authority."""
 
 
 class InsecureBindingError(Exception):
-    """The address can be reached by others and there is no token."""
+    """The address can be reached by others and there is no operator's token."""
 
 
-def check_binding(settings: WebSettings) -> None:
-    """Refuse to serve beyond loopback without a token. Raises InsecureBindingError naming the remedy."""
-    if settings.token is None and not is_loopback(settings.host):
+def check_binding(settings: WebSettings, tokens: Tokens, folder: Path) -> None:
+    """Refuse to serve beyond loopback without an operator's token. Raises InsecureBindingError naming the remedy.
+
+    Args:
+        settings: Address of the server.
+        tokens: The tokens of all roles.
+        folder: Folder of the token file.
+    """
+    command = f"hawk-drone tokens rotate operator --store {folder}"
+    if Role.OPERATOR in tokens.by_role:
+        return
+    if tokens:
+        raise InsecureBindingError(f"{folder / TOKEN_FILE}: has no operator's token; make one with: {command}")
+    if not is_loopback(settings.host):
         raise InsecureBindingError(
-            f"web.host: {settings.host!r} can be reached from other machines and web.token is not set; "
-            "set web.token to a secret of at least 16 characters, or web.host to 127.0.0.1"
+            f"web.host: {settings.host!r} can be reached from other machines and there is no operator's token; make "
+            f"one with: {command} (or set web.token, or web.host to 127.0.0.1)"
         )
 
 
@@ -47,37 +61,20 @@ def is_loopback(host: str) -> bool:
     return host.lower() == "localhost" or (address is not None and address.is_loopback)
 
 
-def cookie_name(request: web.BaseRequest, purpose: str) -> str:
-    """Return a cookie name of this server alone: cookies are shared by all ports of a host."""
-    return f"hawk_{purpose}_{_port(request.headers.get(hdrs.HOST, ''))}"
-
-
 class RequestCheck:
     """Checks every request before it reaches a handler."""
 
-    def __init__(
-        self,
-        settings: WebSettings,
-        cookie_secret: bytes,
-        guesses: TokenGuesses,
-        log: PacedLog,
-        keeps_place: Callable[[web.Request], bool],
-    ) -> None:
+    def __init__(self, settings: WebSettings, admission: Admission, login_page: LoginPage) -> None:
         """Keep what is compared.
 
         Args:
-            settings: Address, token and names of this server.
-            cookie_secret: Key of the cookie: who guesses tokens cannot make one, so it is looked at in any case.
-            guesses: Wrong tokens so far.
-            log: Log of wrong tokens.
-            keeps_place: Returns True for the operator in control, whose token is looked at in any case.
+            settings: Address and names of this server.
+            admission: Looks at cookies and tokens.
+            login_page: Shown in place of the page to one who is not logged in.
         """
         self._names = {"localhost", settings.host.lower(), *(name.lower() for name in settings.allowed_hosts)}
-        self._token = settings.token
-        self._cookie_secret = cookie_secret
-        self._guesses = guesses
-        self._log = log
-        self._keeps_place = keeps_place
+        self._admission = admission
+        self._login_page = login_page
 
     @web.middleware
     async def middleware(self, request: web.Request, handler: Handler) -> web.StreamResponse:
@@ -86,11 +83,26 @@ class RequestCheck:
             self._check_version(request)
             self._check_host(request)
             self._check_origin(request)
-            answer = self._check_token(request)
+            answer = None if request.path in PUBLIC else self._admit(request)
         except web.HTTPException as refusal:
             refusal.force_close()
             raise
         return answer if answer is not None else await handler(request)
+
+    def _admit(self, request: web.Request) -> web.StreamResponse | None:
+        """Return None for a request that may go on, else its answer; a browser is shown the login page."""
+        try:
+            return self._admission.admit(request)
+        except (web.HTTPUnauthorized, web.HTTPTooManyRequests) as refusal:
+            is_page = request.method == hdrs.METH_GET and request.path == "/"
+            if not is_page or "text/html" not in request.headers.get(hdrs.ACCEPT, ""):
+                raise
+            message = WRONG if request.query.get(TOKEN_PARAMETER) else ""
+            if refusal.status == HTTPStatus.TOO_MANY_REQUESTS:
+                message = refusal.text or ""
+            answer = self._login_page.answer(request, refusal.status, message)
+            answer.force_close()
+            return answer
 
     @staticmethod
     def _check_version(request: web.Request) -> None:
@@ -107,72 +119,39 @@ class RequestCheck:
 
     @staticmethod
     def _check_origin(request: web.Request) -> None:
-        """Refuse a foreign Origin: browsers send it with every WebSocket and POST, tools send none."""
+        """Refuse a foreign Origin: browsers send it with every WebSocket and POST, tools send none.
+
+        With TLS a page without TLS is foreign too: somebody on the path could have written it.
+        """
         if request.method in SAFE_METHODS and hdrs.UPGRADE not in request.headers:
             return
         for origin in request.headers.getall(hdrs.ORIGIN, []):
             parts = urlsplit(origin)
-            if parts.scheme not in ("http", "https") or parts.netloc.lower() != request.headers[hdrs.HOST].lower():
+            schemes = ("https",) if request.secure else ("http", "https")
+            if parts.scheme not in schemes or parts.netloc.lower() != request.headers[hdrs.HOST].lower():
                 raise web.HTTPForbidden(text="Origin: only the page of this server may do that")
 
-    def _check_token(self, request: web.Request) -> web.StreamResponse | None:
-        """Return None when the request may go on, else the answer. Raises 401 and 429."""
-        if self._token is None:
-            return None
-        cookie = request.cookies.get(cookie_name(request, "token"))
-        if cookie is not None and _same(cookie, self._cookie_value()):
-            return self._without_token(request) if TOKEN_PARAMETER in request.query and _is_page(request) else None
-        scheme, _, bearer = request.headers.get(hdrs.AUTHORIZATION, "").partition(" ")
-        given = [bearer.strip()] if scheme.lower() == "bearer" else []
-        given += [request.query[TOKEN_PARAMETER]] if request.query.get(TOKEN_PARAMETER) else []
-        if not given or not self._is_right(request, given):
-            raise web.HTTPUnauthorized(
-                text="This drone asks for a token: open the address that it printed when it started "
-                "(http://HOST:PORT/?token=...), or send the header Authorization: Bearer TOKEN.",
-                headers={hdrs.WWW_AUTHENTICATE: 'Bearer realm="hawk"'},
-            )
-        return self._without_token(request) if TOKEN_PARAMETER in request.query and _is_page(request) else None
 
-    def _is_right(self, request: web.Request, given: list[str]) -> bool:
-        """Look at the tokens of a request, unless its address guessed too often. Raises 429."""
-        assert self._token is not None  # noqa: S101 - narrows for the type checker
-        address = network_of(request.remote)
-        wait = self._guesses.wait_s(address)
-        if wait > 0 and not self._keeps_place(request):
-            raise web.HTTPTooManyRequests(
-                text=f"Too many wrong tokens came from your address: wait {math.ceil(wait)} s, send the right one.",
-                headers={hdrs.RETRY_AFTER: str(math.ceil(wait))},
-            )
-        if any(_same(each, self._token) for each in given):
-            self._guesses.right(address)
-            return True
-        self._log.warning("wrong token from %s, its %d.", address, self._guesses.wrong(address))
-        return False
+def headers_adder(tls: Tls | None) -> Callable[[web.Request, web.StreamResponse], Awaitable[None]]:
+    """Return the signal ``on_response_prepare``.
 
-    def _without_token(self, request: web.Request) -> web.StreamResponse:
-        """Send the browser to the same place without the token in the address, which ends up in histories."""
-        query = {name: value for name, value in request.query.items() if name != TOKEN_PARAMETER}
-        response = web.Response(status=303, headers={hdrs.LOCATION: str(request.rel_url.with_query(query))})
-        set_strict_cookie(request, response, "token", self._cookie_value())
-        return response
+    A certificate of an authority is remembered by the browser as HTTPS only (HSTS, RFC 6797); a self-signed one is not,
+    because a browser then offers no exception from its warning.
+    """
 
-    def _cookie_value(self) -> str:
-        """Return a keyed hash of the token: it proves the token, and stays the same after a restart."""
-        assert self._token is not None  # noqa: S101 - narrows for the type checker
-        return hmac.new(self._cookie_secret, self._token.encode(), hashlib.sha256).hexdigest()
+    async def add(request: web.Request, response: web.StreamResponse) -> None:
+        await add_headers(request, response)
+        if tls is not None and not tls.is_self_signed:
+            response.headers.setdefault("Strict-Transport-Security", f"max-age={HSTS_S}")
 
-
-def set_strict_cookie(request: web.BaseRequest, response: web.StreamResponse, purpose: str, value: str) -> None:
-    """Set a cookie that no script can read and no other site can send."""
-    response.set_cookie(
-        cookie_name(request, purpose), value, httponly=True, samesite="Strict", path="/", secure=request.secure
-    )
+    return add
 
 
 async def add_headers(request: web.Request, response: web.StreamResponse) -> None:
-    """Signal ``on_response_prepare``: headers of every answer."""
+    """Add the headers of every answer."""
     host = request.headers.get(hdrs.HOST, "")
-    sockets = f" ws://{host} wss://{host}" if _hostname(host) else ""
+    plain = "" if request.secure else f" ws://{host}"
+    sockets = f"{plain} wss://{host}" if _hostname(host) else ""
     response.headers.setdefault(
         "Content-Security-Policy",
         "default-src 'self'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
@@ -187,14 +166,6 @@ async def add_headers(request: web.Request, response: web.StreamResponse) -> Non
     response.headers.setdefault(hdrs.CACHE_CONTROL, "no-store")
 
 
-def _same(given: str, wanted: str) -> bool:
-    return hmac.compare_digest(given.encode("utf-8", "surrogateescape"), wanted.encode())
-
-
-def _is_page(request: web.Request) -> bool:
-    return request.method == hdrs.METH_GET and request.path == "/"
-
-
 def _hostname(host: str) -> str | None:
     """Return the name in a Host header in lower case, None when the header is malformed."""
     try:
@@ -204,13 +175,6 @@ def _hostname(host: str) -> str | None:
         return None
     plain = parts.path == parts.query == parts.fragment == "" and _HOST.fullmatch(host) is not None
     return (parts.hostname or None) if plain else None
-
-
-def _port(host: str) -> int:
-    try:
-        return urlsplit(f"//{host}").port or 80
-    except ValueError:
-        return 80
 
 
 def _address(name: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:

@@ -6,11 +6,12 @@ import secrets
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Final
 
 from aiohttp import web
 
-from hawk.comm.authority import ANSWERED_BY_THE_WEB_SERVER
+from hawk.comm.authority import ANSWERED_BY_THE_WEB_SERVER, role_refusal
 from hawk.comm.clock import Clock
 from hawk.comm.message_socket import Gate, ServerMessageSocket
 from hawk.comm.messages import Ack, Command, Control, MapResync, OperatorName, Outgoing
@@ -21,6 +22,7 @@ from hawk.config import OperatorSettings, WebSettings
 from hawk.model import AnnotatedFrame, OccupancyMap
 from hawk.web.clients import ClientHub
 from hawk.web.sessions import ControlDesk
+from hawk.web.tls import Tls
 
 
 @dataclass(slots=True)
@@ -72,7 +74,13 @@ class WebServices:
     queues: Callable[[], Mapping[str, int]] = dict
     """Items that wait in queues of other parts, by name."""
     cookie_secret: bytes = field(default_factory=lambda: secrets.token_bytes(32), repr=False)
-    """Key of the cookie that proves the token; the same after a restart when it is kept."""
+    """Key of what is derived from logins and from `WebSettings.token`; the same after a restart when it is kept."""
+    folder: Path | None = None
+    """Folder of the token file and of the kept logins; None: `WebSettings.token` alone, and nothing is kept."""
+    tls: Tls | None = None
+    """Certificate and key; None: plain HTTP."""
+    wall: Callable[[], float] = time.time
+    """Seconds since 1970: how long the daemon was away, for the logins that it kept."""
     monotonic: Callable[[], float] = time.monotonic
     """Real seconds: rates on the wire are real at any speed of the clock."""
     reads_per_s: float | None = None
@@ -90,9 +98,11 @@ COUNTERS = web.AppKey("counters", Counters)
 
 
 def _session_gate(desk: ControlDesk, hub: ClientHub) -> Gate:
-    """Return the answers to the commands that concern the session only; every other command passes."""
+    """Return the answers to commands that a role does not allow, and that concern the session only; others pass."""
 
     def answer(client: ClientId, command: Command) -> Outgoing | None:
+        if refused := role_refusal(command.type, desk.role(client)):
+            return Ack(id=command.id, accepted=False, reason=refused)
         desk.sign_of_life(client)
         if command.type not in UNASKED:
             desk.acted(client)

@@ -14,7 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final
 
-from hawk.comm.authority import SOMEONE_ELSE, Tenure
+from hawk.comm.authority import SOMEONE_ELSE, Role, Tenure
 from hawk.comm.names import distinct
 from hawk.comm.status import ClientId
 from hawk.config import OperatorSettings
@@ -26,6 +26,9 @@ SESSION_LIMIT: Final = 1000
 """Sessions kept; beyond it the longest absent one without control is removed."""
 RENAME_S: Final = 2.0
 """Seconds between two names of a session."""
+LONGEST_FLIGHT_S: Final = 3600.0
+"""Seconds after its last sign of life for which a lost session keeps its login whatever its age: a flight is over by
+then."""
 _SECRET: Final = re.compile(r"[A-Za-z0-9_-]{43}")
 
 
@@ -35,6 +38,7 @@ class Session:
 
     name: str
     secret: str = field(repr=False)
+    role: Role = Role.OPERATOR
     number: str = ""
     """The name of those who give none."""
     given: str = ""
@@ -84,11 +88,12 @@ class ControlDesk:
 
     # -- sessions -----------------------------------------------------------------------------------------------------
 
-    def connect(self, client: ClientId, secret: str | None) -> Session:
-        """Add a connection; without a cookie of ours it gets a new session."""
-        if secret is None or not _SECRET.fullmatch(secret):
+    def connect(self, client: ClientId, secret: str | None, role: Role = Role.OPERATOR) -> Session:
+        """Add a connection; without a cookie of ours, or with that of another role, it gets a new session."""
+        found = self._sessions.get(secret or "")
+        if secret is None or not _SECRET.fullmatch(secret) or (found is not None and found.role is not role):
             secret = secrets.token_urlsafe(32)  # 256 random bits
-        session = self._sessions.get(secret) or self._create(secret)
+        session = self._sessions.get(secret) or self._create(secret, role)
         if session.connections == 0:
             session.name = self._distinct(session)  # somebody may have taken the name in the meantime
         session.connections += 1
@@ -109,6 +114,17 @@ class ControlDesk:
         session = self._lease() or self._lapsed
         given = secret if secret is not None and _SECRET.fullmatch(secret) else ""
         return session is not None and hmac.compare_digest(given, session.secret)
+
+    def keeps_login(self, secret: str) -> bool:
+        """Return True for the session in control, and for a lost one long enough for it to come back in flight."""
+        if not self.keeps_place(secret):
+            return False
+        return self._lease() is not None or self._clock() - self._sessions[secret].last_sign <= LONGEST_FLIGHT_S
+
+    def role(self, client: ClientId) -> Role:
+        """Return the role of a connection; one that is not known commands nothing."""
+        session = self._clients.get(client)
+        return Role.VIEWER if session is None else session.role
 
     def sign_of_life(self, client: ClientId) -> None:
         """Note that the client sent something."""
@@ -279,11 +295,11 @@ class ControlDesk:
             self._holder, self._lapsed = None, self._holder
         return self._holder
 
-    def _create(self, secret: str) -> Session:
+    def _create(self, secret: str, role: Role) -> Session:
         absent = [s for s in self._sessions.values() if s.connections == 0 and s is not self._holder]
         if len(self._sessions) >= SESSION_LIMIT and absent:
             del self._sessions[min(absent, key=lambda s: s.last_sign).secret]
         self._count += 1
-        number = f"Operator {self._count}"
-        session = self._sessions[secret] = Session(number, secret, number)
+        number = f"{role.capitalize()} {self._count}"
+        session = self._sessions[secret] = Session(number, secret, role, number)
         return session

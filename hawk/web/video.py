@@ -15,12 +15,13 @@ from aiohttp import WSCloseCode, WSMsgType, hdrs, web
 
 from hawk.model import AnnotatedFrame
 from hawk.supervision import until_first_ends
+from hawk.web.access import OPEN, access_of
 from hawk.web.ack_tap import AckTap, acknowledged_sequence
 from hawk.web.door import Visit
 from hawk.web.services import COUNTERS, SERVICES
 from hawk.web.video_wire import BOUNDARY, chunked_part, marked_sequence, opening, part, plain_socket_frame, socket_frame
 from hawk.web.viewers import End, Viewer, Viewers
-from hawk.web.ws import PING_INTERVAL_S, limit_buffers, places, registered
+from hawk.web.ws import NOBODY, PING_INTERVAL_S, limit_buffers, places, registered
 
 READ_LIMIT_BYTES: Final = 1024
 VIEWERS: Final = web.AppKey("viewers", Viewers)
@@ -46,7 +47,7 @@ async def video_socket(request: web.Request) -> web.StreamResponse:
     with _counted(request.app):
         await response.prepare(request)
         limit_buffers(request)
-        with registered(request.app, response):
+        with registered(request, response):
             if request.transport is not None:
                 wire = plain_socket_frame if is_plain else socket_frame
                 viewer = Viewer(request.transport, wire, is_closed=lambda: response.closed)
@@ -93,11 +94,17 @@ async def stream(request: web.Request) -> web.StreamResponse:
             await response.write(opening())
             is_chunked = response.headers.get(hdrs.TRANSFER_ENCODING) == "chunked"
             viewer = Viewer(request.transport, chunked_part if is_chunked else part, is_acknowledged=False)
-            with request.app[VIEWERS].watching(viewer):
+            kept = request.app[OPEN].kept(access_of(request) or NOBODY, lambda: _cut(request))
+            with kept, request.app[VIEWERS].watching(viewer):
                 why = await asyncio.shield(viewer.ended)
-            if why in (End.OVERDUE, End.FAILED) and request.transport is not None:
-                request.transport.abort()  # a viewer that does not read keeps no place
+            if why in (End.OVERDUE, End.FAILED):
+                _cut(request)  # a viewer that does not read keeps no place
     return response
+
+
+def _cut(request: web.Request) -> None:
+    if request.transport is not None:
+        request.transport.abort()
 
 
 async def snapshot(request: web.Request) -> web.StreamResponse:

@@ -8,16 +8,18 @@ import itertools
 import logging
 import socket
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Final
 
 from aiohttp import WSCloseCode, WSMsgType, hdrs, web
 
+from hawk.comm.authority import Role
 from hawk.comm.messages import Ack, Welcome
 from hawk.model import CELL_M, TILE_CELLS
 from hawk.supervision import until_first_ends
+from hawk.web.access import BOOK, OPEN, Access, access_of
 from hawk.web.clients import Client
-from hawk.web.security import cookie_name, set_strict_cookie
+from hawk.web.cookies import cookie_name, set_strict_cookie
 from hawk.web.services import COUNTERS, KEPT_PLACES, SERVICES, Counters, WebServices
 
 LOG = logging.getLogger(__name__)
@@ -39,6 +41,11 @@ READS_AT_ONCE: Final = 50
 """Messages that are read at once after a pause; fewer than the answers that may wait for a client."""
 FLOOD_S: Final = 2.0
 """A client that sends faster for this time is disconnected, real seconds: what waits in its buffers grows old."""
+ACCESS_ENDED: Final = 4401
+"""Close code when the login or its token has ended: the page shows the login page (RFC 6455, section 7.4.2)."""
+END_S: Final = 2.0
+"""Real seconds in which a client receives the end of its access; then the connection is cut."""
+NOBODY: Final = Access(Role.VIEWER)
 FLOODED: Final = f"Too many messages: send at most {READS_PER_S:.0f} a second."
 
 SOCKETS: web.AppKey[set[web.WebSocketResponse]] = web.AppKey("sockets", set)
@@ -48,19 +55,23 @@ async def command_socket(request: web.Request) -> web.StreamResponse:
     """Serve one client until it goes."""
     services = request.app[SERVICES]
     refuse_crowd(request)
-    secret = request.cookies.get(cookie_name(request, "session"))
+    access = access_of(request) or NOBODY
     client = services.side.hub.add()
-    session = services.side.desk.connect(client.id, secret)
+    session = services.side.desk.connect(client.id, control_secret(request), access.role)
     try:
         response = web.WebSocketResponse(
             heartbeat=PING_INTERVAL_S, autoping=False, max_msg_size=READ_LIMIT_BYTES, compress=False, timeout=1.0
         )
-        set_strict_cookie(request, response, "session", session.secret)
+        if access.login is None:
+            set_strict_cookie(request, response, "session", session.secret)
         await response.prepare(request)
         limit_buffers(request)
-        client.put(_welcome(services, session.name).to_json())
-        connection = CommandConnection(services, client, response, request.app[COUNTERS])
-        with registered(request.app, response):
+        client.put(_welcome(services, session.name, access).to_json())
+        book = request.app[BOOK]
+        connection = CommandConnection(
+            services, client, response, request.app[COUNTERS], has_access=lambda: book.holds(access)
+        )
+        with registered(request, response, lambda: services.side.desk.release(client.id)):
             await connection.run()
     finally:
         services.side.desk.disconnect(client.id)
@@ -100,7 +111,10 @@ class CommandConnection:
         client: Client,
         response: web.WebSocketResponse,
         counters: Counters,
+        has_access: Callable[[], bool] = lambda: True,
     ) -> None:
+        """``has_access``: False once its login or token has ended; nothing that it sends is taken then."""
+        self._has_access = has_access
         self._services = services
         self._client = client
         self._socket = response
@@ -116,6 +130,8 @@ class CommandConnection:
 
     async def _read(self) -> None:
         async for message in self._socket:
+            if not self._has_access():
+                break
             if message.type is WSMsgType.TEXT:
                 self._take(message.data)
             elif message.type is WSMsgType.BINARY:
@@ -204,14 +220,29 @@ class HeartbeatPace:
             self._services.side.hub.heartbeat()
 
 
+def control_secret(request: web.Request) -> str | None:
+    """Return the key of the session of control: that of the login; without one, what the cookie says."""
+    access = access_of(request)
+    if access is not None and access.login is not None:
+        return request.app[BOOK].logins.control_secret(access.login)
+    return request.cookies.get(cookie_name(request, "session"))
+
+
 def keeps_place(request: web.Request) -> bool:
     """Return True when the operator in control asks: it gets in when the server is full."""
-    return request.app[SERVICES].side.desk.keeps_place(request.cookies.get(cookie_name(request, "session")))
+    access = access_of(request)
+    if access is not None and access.role is not Role.OPERATOR:
+        return False
+    return request.app[SERVICES].side.desk.keeps_place(control_secret(request))
 
 
 def places(request: web.Request) -> int:
     """Return how many connections of one kind may be open for this client to open another."""
-    return request.app[SERVICES].web.maximum_clients + (KEPT_PLACES if keeps_place(request) else 0)
+    limit = request.app[SERVICES].web.maximum_clients
+    access = access_of(request)
+    if access is not None and access.role is Role.VIEWER:
+        return max(1, limit - KEPT_PLACES)  # viewers leave some to operators
+    return limit + (KEPT_PLACES if keeps_place(request) else 0)
 
 
 def refuse_crowd(request: web.Request) -> None:
@@ -219,7 +250,7 @@ def refuse_crowd(request: web.Request) -> None:
     services = request.app[SERVICES]
     if len(services.side.hub) >= places(request):
         raise web.HTTPServiceUnavailable(
-            text=f"{services.web.maximum_clients} pages are open already; close one (web.maximum_clients)",
+            text=f"{len(services.side.hub)} pages are open already; close one (web.maximum_clients)",
             headers={hdrs.RETRY_AFTER: "5"},
         )
 
@@ -236,18 +267,44 @@ def limit_buffers(request: web.Request) -> None:
 
 
 @contextlib.contextmanager
-def registered(app: web.Application, response: web.WebSocketResponse) -> Iterator[None]:
-    """Keep the socket among those that are closed when the server stops."""
+def registered(
+    request: web.Request, response: web.WebSocketResponse, at_end: Callable[[], object] = lambda: None
+) -> Iterator[None]:
+    """Keep the socket among those that are closed when the server stops, or when its access ends.
+
+    ``at_end`` is called when its access ends, before it is closed.
+    """
+    app = request.app
+    closing: set[asyncio.Task[None]] = set()
+
+    def end() -> None:
+        at_end()
+        closing.add(asyncio.create_task(_end_access(request, response), name="web-end-access"))
+
     app[SOCKETS].add(response)
     try:
-        yield
+        with app[OPEN].kept(access_of(request) or NOBODY, end):
+            yield
     finally:
         app[SOCKETS].discard(response)
 
 
-def _welcome(services: WebServices, name: str) -> Welcome:
+async def _end_access(request: web.Request, response: web.WebSocketResponse) -> None:
+    """Close a socket whose login or token has ended; cut one that is not read."""
+    transport = request.transport
+    try:
+        async with asyncio.timeout(END_S):
+            await response.close(code=ACCESS_ENDED, message=b"log in again")
+    except (TimeoutError, ConnectionError):
+        if transport is not None:
+            transport.abort()
+
+
+def _welcome(services: WebServices, name: str, access: Access) -> Welcome:
     return Welcome(
         session=name,
+        role=access.role.value,
+        login=access.login is not None,
         version=services.version,
         simulation=services.simulation,
         cell_size=CELL_M,

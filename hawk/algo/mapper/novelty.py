@@ -1,4 +1,4 @@
-"""How much a frame shows that the frames before it did not."""
+"""Shares of an independent look: a frame counts by the ground and the sides that earlier frames did not show."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from hawk.model import MapPose
 TURN: Final = 0.6
 """Turn on the spot, radians, after which a frame is an independent look: most of the picture shows other ground."""
 MOST_STILL: Final = 0.5
-"""What all frames from one place together add to the first look: they average its noise, and see nothing new."""
+"""Sum of all frames from one place after the first: they average its noise, and see nothing new."""
 
 
 class Novelty:

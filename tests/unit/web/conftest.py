@@ -1,12 +1,15 @@
 from __future__ import annotations
 
 from collections.abc import AsyncIterator
+from pathlib import Path
 from typing import Any
 
 import aiohttp
 import pytest
 
+from hawk.config import WebSettings
 from tests.unit.web.rig import Connect, Rig, Visitor
+from tests.unit.web.stand import Stand
 
 
 @pytest.fixture
@@ -40,3 +43,13 @@ async def connect(rig: Rig) -> AsyncIterator[Connect]:
         await page.socket.close()
     for session in sessions:
         await session.close()
+
+
+@pytest.fixture
+async def stand(rig: Rig, tmp_path: Path) -> AsyncIterator[Stand]:
+    """A server with tokens of both roles in its folder."""
+    made = Stand(rig, tmp_path)
+    rig.folder, rig.web = tmp_path, WebSettings()
+    await rig.start()
+    yield made
+    await made.close()

@@ -24,6 +24,7 @@ from hawk.model import AnnotatedFrame, OccupancyMap
 from hawk.web.app import Page, create_app
 from hawk.web.services import OperatorSide, WebServices
 from hawk.web.sessions import ControlDesk
+from hawk.web.tls import Tls
 from tests.manual_clock import ManualClock
 from tests.unit.comm.waiting import until
 
@@ -68,6 +69,9 @@ class Rig:
     page: Page = field(default_factory=lambda: Page.load(Path("nowhere")))
     simulation: bool = True
     cookie_secret: bytes = b"s" * 32
+    folder: Path | None = None
+    tls: Tls | None = None
+    wall: ManualClock = field(default_factory=lambda: ManualClock(1.8e9))
 
     def __post_init__(self) -> None:
         self.side = OperatorSide.create(self.clock, self.operator)
@@ -96,6 +100,9 @@ class Rig:
             counters=lambda: {"camera_pictures_damaged": 7},
             queues=lambda: {"journal": 5},
             monotonic=self.real,
+            folder=self.folder,
+            tls=self.tls,
+            wall=self.wall,
         )
 
     async def start(self) -> TestServer:

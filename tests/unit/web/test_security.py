@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import asyncio
+from pathlib import Path
 from typing import Any
 
 import aiohttp
@@ -20,6 +21,7 @@ from hawk.web.guesses import (
 )
 from hawk.web.paced_log import LINES
 from hawk.web.security import InsecureBindingError, check_binding, is_loopback
+from hawk.web.tokens import Tokens
 from tests.manual_clock import ManualClock
 from tests.unit.web.rig import Rig, browser
 
@@ -53,7 +55,7 @@ async def socket_status(rig: Rig, path: str = "/ws", **options: Any) -> int:
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "127.8.8.8", "::1", "localhost", "LOCALHOST"])
 def test_loopback_needs_no_token(host: str) -> None:
-    check_binding(WebSettings(host=host))
+    check_binding(WebSettings(host=host), Tokens(), Path("var"))
 
 
 @pytest.mark.parametrize("host", ["0.0.0.0", "::", "", "192.168.1.100", "drone.local", "localhost.example.org"])
@@ -194,16 +196,17 @@ async def test_a_tool_may_bring_the_token_in_the_address(guarded: Rig) -> None:
     assert await status_of(guarded, f"/api/schema.json?token={TOKEN}") == 200
 
 
-async def test_the_cookie_outlives_a_restart_of_the_server(guarded: Rig) -> None:
+async def test_the_cookie_outlives_a_restart_of_the_server(guarded: Rig, tmp_path: Path) -> None:
+    guarded.folder = tmp_path
     server = await guarded.start()
     async with browser() as session, session.get(server.make_url(f"/?token={TOKEN}")) as response:
         value = session.cookie_jar.filter_cookies(response.url).popitem()[1].value
     await server.close()
     for secret, status in ((guarded.cookie_secret, 200), (b"another" * 5, 401)):
-        again = Rig(web=WebSettings(token=TOKEN), cookie_secret=secret)
+        again = Rig(web=WebSettings(token=TOKEN), cookie_secret=secret, folder=tmp_path)
         second = await again.start()
         try:
-            assert await status_of(again, headers={"Cookie": f"hawk_token_{second.port}={value}"}) == status
+            assert await status_of(again, headers={"Cookie": f"hawk_login_{second.port}={value}"}) == status
         finally:
             await second.close()
 

@@ -17,7 +17,25 @@ const operator: Operator = new Operator({
   storage: localStorage,
   say: (text) => voice.say(text),
   session: sessionStorage,
+  logIn,
+  checkLogin: () => void checkLogin(),
+  logOut: () => void logOut(),
 });
+
+function logIn(): void {
+  location.replace("/login");
+}
+
+async function checkLogin(): Promise<void> {
+  const status = await fetch("/api/session", { cache: "no-store" }).then((answer) => answer.status, () => 0);
+  if (status === 401) logIn();
+}
+
+async function logOut(): Promise<void> {
+  const left = await fetch("/logout", { method: "POST" }).then((answer) => answer.ok || answer.status === 401, () => false);
+  if (left) logIn();
+  else operator.tell({ level: "error", text: "Log out: the drone did not answer. Try again." });
+}
 
 for (const app of document.querySelectorAll("hawk-app")) {
   if (app instanceof App) app.model = operator;

@@ -453,6 +453,8 @@ export interface TileUpdate {
 export interface Welcome {
   Type: "Welcome";
   Session: string;
+  Role: "viewer" | "operator";
+  Login: boolean;
   Version: string;
   Simulation: boolean;
   "Cell Size": number;

@@ -98,6 +98,8 @@ export function welcome(changes: Partial<Welcome> = {}): Welcome {
   return {
     Type: "Welcome",
     Session: "one",
+    Role: "operator",
+    Login: false,
     Version: "0.1.0",
     Simulation: false,
     "Cell Size": 0.1,

@@ -5,12 +5,19 @@ export type LinkStatus = "connecting" | "open" | "waiting" | "closed";
 /** Waits between attempts, milliseconds; the last one repeats. */
 export const BACKOFF_MS: readonly number[] = [250, 500, 1000, 2000, 4000];
 
+/** The server's close code when the login or its token has ended. */
+export const ACCESS_ENDED = 4401;
+
 /** A socket that says nothing for so long is given up and opened again. */
 export const SILENCE_MS = 4000;
 
 export interface ReconnectHandlers {
   message(data: string | ArrayBuffer): void;
   status(status: LinkStatus): void;
+  /** The server closed the connection because the login has ended. */
+  ended?(): void;
+  /** An attempt failed before the connection was open. */
+  refused?(): void;
 }
 
 /** Keeps one WebSocket open: tries again after each loss, and drops one that has gone silent. */
@@ -59,8 +66,11 @@ export class ReconnectingSocket {
       this.watchSilence();
       this.handlers.message(event.data as string | ArrayBuffer);
     };
-    socket.onclose = () => {
-      if (socket === this.socket) this.retry();
+    socket.onclose = (event: CloseEvent) => {
+      if (socket !== this.socket) return;
+      if (event.code === ACCESS_ENDED) this.handlers.ended?.();
+      else if (this.status === "connecting") this.handlers.refused?.();
+      this.retry();
     };
     this.socket = socket;
     this.watchSilence();

@@ -71,9 +71,9 @@ export class Controlling {
   }
 
   /** Another connection: what was before it says nothing about what happens now. */
-  greet(): void {
+  greet(isOperator: boolean): void {
     this.before = null;
-    if (this.parts.name()) void this.introduce();
+    if (isOperator && this.parts.name()) void this.introduce();
   }
 
   hear(now: Heartbeat): void {

@@ -24,6 +24,12 @@ export interface Outside {
   storage: Pick<Storage, "getItem" | "setItem">;
   /** Speaks; absent where nobody listens. */
   say?: (text: string) => void;
+  /** Shows the login page: the login has ended. */
+  logIn?: () => void;
+  /** Looks whether the login still holds: a browser does not say why a connection was refused. */
+  checkLogin?: () => void;
+  /** Ends the login. */
+  logOut?: () => void;
   /** Lasts as long as the browser's tab. */
   session: Pick<Storage, "getItem" | "setItem">;
 }
@@ -86,6 +92,8 @@ export class Operator extends EventTarget {
     this.socket = new ReconnectingSocket(outside.commandUrl, outside.open, outside.timers, {
       message: (data) => this.take(data),
       status: (status) => this.linkChanged(status),
+      ended: () => outside.logIn?.(),
+      refused: () => outside.checkLogin?.(),
     });
     this.commands = new Commands((text) => this.socket.send(text), outside.timers);
     this.routePlan = new RoutePlan((command) => this.commands.send(command), () => this.changed());
@@ -109,6 +117,10 @@ export class Operator extends EventTarget {
 
   connect(): void {
     this.socket.connect();
+  }
+
+  logOut(): void {
+    this.outside.logOut?.();
   }
 
   /** Sends the operator's sign of life. Not a command: nobody waits for its answer. */
@@ -286,7 +298,7 @@ export class Operator extends EventTarget {
       this.flight.greet(message);
       this.map.expectAll();
       this.daemonClock.reset(message.Speed);
-      this.controlling.greet();
+      this.controlling.greet(message.Role === "operator");
       this.changed();
     } else this.commands.answer(message);
   }

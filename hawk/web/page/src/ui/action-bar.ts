@@ -3,7 +3,7 @@ import { customElement, property } from "lit/decorators.js";
 import { repeat } from "lit/directives/repeat.js";
 import type { Point } from "../protocol.ts";
 import { isFlying } from "../state/flight.ts";
-import { type Action, control, guidedActions, safetyActions, watchingWords } from "../words/actions.ts";
+import { type Action, control, guidedActions, isViewer, safetyActions, VIEWER_WORDS, watchingWords } from "../words/actions.ts";
 import { isDone, nextStep } from "../words/next-step.ts";
 import { linkOf, type View } from "../words/view.ts";
 import { begin } from "./begin.ts";
@@ -47,6 +47,7 @@ export class ActionBar extends Part {
 
   override render(): TemplateResult {
     const view = this.model.view();
+    if (isViewer(view)) return viewing();
     const { land, hold } = safetyActions(view);
     return html`<footer class="bar" id="bar" tabindex="-1">
       ${this.first(view)}
@@ -141,6 +142,13 @@ export class ActionBar extends Part {
 function stepClass(view: View, action: Action, next: Action["name"] | null): string {
   if (action.name === next) return "primary";
   return action.kind === "impossible" && isDone(view, action.name) ? "done" : "";
+}
+
+/** The whole bar of a viewer. */
+function viewing(): TemplateResult {
+  return html`<footer class="bar">
+    <div class="watching"><div class="txt"><b>${VIEWER_WORDS.title}</b><span class="sub">${VIEWER_WORDS.text}</span></div></div>
+  </footer>`;
 }
 
 /** The three actions that matter now, most important first. */

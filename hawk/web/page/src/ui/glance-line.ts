@@ -1,6 +1,6 @@
-import { html, type TemplateResult } from "lit";
+import { html, nothing, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
-import { control } from "../words/actions.ts";
+import { control, isViewer } from "../words/actions.ts";
 import { type GlanceValue, glanceValues, stateWords } from "../words/glance.ts";
 import { isFlying } from "../state/flight.ts";
 import { linkOf, type View } from "../words/view.ts";
@@ -27,7 +27,7 @@ export class GlanceLine extends Part {
       <div class="right">
         ${view.welcome?.Simulation ? html`<span class="simtag">SIMULATION</span>` : ""} ${this.chip(view)}
         <button class="plain menu" aria-label="Menu" @click=${() => this.open("menu")}>${icon("menu")}</button>
-        ${this.cutButton(view)}
+        ${isViewer(view) ? nothing : this.cutButton(view)}
       </div>
     </header>`;
   }

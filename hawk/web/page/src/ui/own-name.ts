@@ -1,6 +1,7 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement, property, query } from "lit/decorators.js";
 import { isFlying } from "../state/flight.ts";
+import { isViewer } from "../words/actions.ts";
 import { linkOf } from "../words/view.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
@@ -16,6 +17,7 @@ export class OwnName extends Part {
   @query("input") private field!: HTMLInputElement;
 
   override render(): TemplateResult | typeof nothing {
+    if (isViewer(this.model.view())) return nothing; // its name would stand beside nothing
     return this.asks ? this.strip() : this.row();
   }
 

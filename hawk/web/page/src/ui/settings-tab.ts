@@ -1,7 +1,7 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
 import type { Theme } from "../state/preferences.ts";
-import { control } from "../words/actions.ts";
+import { control, isViewer, VIEWER_WORDS } from "../words/actions.ts";
 import * as format from "../words/format.ts";
 import type { View } from "../words/view.ts";
 import { Part } from "./element.ts";
@@ -59,18 +59,35 @@ export class SettingsTab extends Part {
           <span><b>Sound</b><span class="sub">Tone and voice: lost link, low battery, and others who act</span></span>
         </label>
       </section>
+      ${view.welcome?.Login ? this.logOutRow(view) : nothing}
       <p class="sub">${view.welcome ? `Parking Lot Hawk ${view.welcome.Version}` : nothing} <a href="licences.txt" target="_blank">Licences</a></p>
     </div>`;
   }
 
+  private logOutRow(view: View): TemplateResult {
+    const reason = logOutReason(view);
+    return html`<section>
+      <div><b>Logged in as ${view.welcome?.Role}</b><span class="sub">On this browser</span></div>
+      <button aria-label="Log out" aria-description=${reason} ?disabled=${reason !== ""} @click=${() => this.model.logOut()}>
+        <span class="two">Log out${reason === "" ? nothing : html`<span class="sub">${reason}</span>`}</span>
+      </button>
+    </section>`;
+  }
+
   private controlRow(view: View): TemplateResult {
+    if (isViewer(view)) return html`<div><b>${VIEWER_WORDS.title}</b><span class="sub">${VIEWER_WORDS.text}</span></div>`;
     const whose = control(view);
     if (whose === "mine") {
-      return html`<div><b>You have control</b><span class="sub">Others watch; anyone may Hold.</span></div>
+      return html`<div><b>You have control</b><span class="sub">Others watch; every operator may Hold.</span></div>
         <button @click=${() => void this.model.releaseControl()}>Give back control</button>`;
     }
     return html`<div><b>${WHOSE[whose]}</b><span class="sub">Take it in the bar at the bottom.</span></div>`;
   }
+}
+
+/** The one in control gives it back first: log-out ends the link, and the drone would hold and come home. */
+function logOutReason(view: View): string {
+  return control(view) === "mine" ? "Give back control first" : "";
 }
 
 const WHOSE = {

@@ -51,6 +51,13 @@ export function control(view: View): Whose {
   return heartbeat["Controller Lost"] ? "lost" : "other";
 }
 
+/** Whether this page may only watch. */
+export function isViewer(view: View): boolean {
+  return view.welcome?.Role === "viewer";
+}
+
+export const VIEWER_WORDS = { title: "You are watching as a viewer.", text: "A viewer sees everything and commands nothing." };
+
 /** What is said of control to those who watch. */
 export function watchingWords(view: View, whose: "free" | "lost" | "other"): { title: string; text: string } {
   if (whose === "free") return { title: "Nobody has control.", text: "Take control to fly. You can watch without." };
@@ -63,6 +70,7 @@ export function watchingWords(view: View, whose: "free" | "lost" | "other"): { t
 /** Why a command would not be taken from this operator now; empty when it would. */
 export function cannot(view: View, command: Command["Type"]): string {
   if (linkOf(view) !== "live") return "No link";
+  if (isViewer(view)) return "You are a viewer";
   const offered = option(view, command);
   if (!offered.Possible) return offered.Reason.replace(/\.$/, "") || "Not possible here";
   return control(view) === "mine" ? "" : "Not in control";
