@@ -1,4 +1,5 @@
 import type { Point } from "../protocol.ts";
+import type { Layers } from "../state/preferences.ts";
 import type { Rectangle } from "./geometry.ts";
 
 /** Where the drone is drawn. */
@@ -48,3 +49,17 @@ export const EMPTY_SCENE: Scene = {
   lost: null,
   selected: null,
 };
+
+/**
+ * Leaves out what is switched off. While a place to fly to is chosen or a fence is drawn, the fence is there whatever is
+ * switched off: it says where the drone may be.
+ */
+export function withLayers(scene: Scene, layers: Layers, choosing: boolean): Scene {
+  const fence = layers.fence || choosing ? {} : { fence: [], limit: [], zones: [], zoneLimits: [] };
+  return {
+    ...scene,
+    ...fence,
+    trail: layers.trail ? scene.trail : [],
+    selected: layers.stalls ? scene.selected : null,
+  };
+}

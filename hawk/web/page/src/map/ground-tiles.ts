@@ -32,6 +32,7 @@ export class GroundTiles {
   private generation = 0;
   private palette: Palette | null = null;
   private scratch: HTMLCanvasElement | null = null;
+  private pictured = true;
 
   private readonly grid: Grid;
   private readonly changed: () => void;
@@ -52,6 +53,14 @@ export class GroundTiles {
 
   recolour(palette: Palette): void {
     this.palette = palette;
+    for (const tile of this.tiles.values()) tile.stale = true;
+    this.changed();
+  }
+
+  /** Whether the pictures are drawn, or the classes of the cells alone. */
+  showPictures(pictured: boolean): void {
+    if (pictured === this.pictured) return;
+    this.pictured = pictured;
     for (const tile of this.tiles.values()) tile.stale = true;
     this.changed();
   }
@@ -147,7 +156,7 @@ export class GroundTiles {
     tile.stale = false;
     context.clearRect(0, 0, size, size);
     if (tile.classes) context.putImageData(new ImageData(classPixels(tile.classes, palette), size), 0, 0);
-    if (tile.picture) context.drawImage((tile.seen ??= seenPart(tile.picture, size)), 0, 0);
+    if (tile.picture && this.pictured) context.drawImage((tile.seen ??= seenPart(tile.picture, size)), 0, 0);
     if (!tile.classes) return;
     this.scratch ??= newCanvas(size);
     this.scratch.getContext("2d")?.putImageData(new ImageData(veilPixels(tile.classes, palette), size), 0, 0);

@@ -5,6 +5,7 @@ import Projection from "ol/proj/Projection.js";
 import View from "ol/View.js";
 import type { Point } from "../protocol.ts";
 import type { MapChange, MapStore, Stall } from "../state/map-store.ts";
+import type { Layers } from "../state/preferences.ts";
 import { drawScene } from "./draw-scene.ts";
 import { FenceEditor, type FenceEditorEvents, type Ring } from "./fence-editor.ts";
 import { EMPTY_SCENE, type Scene } from "./flight-scene.ts";
@@ -110,6 +111,12 @@ export class LotMap {
     this.ground.changed();
     this.editor?.recolour(palette);
     this.drawOverlay();
+  }
+
+  /** Shows or hides what lies under the flight. */
+  showLayers({ stalls, picture }: Layers): void {
+    this.stalls.layer.setVisible(stalls);
+    this.tiles.showPictures(picture);
   }
 
   /** Opens the fence editor; null closes it. The map keeps still under the corners: it follows nothing from then on. */

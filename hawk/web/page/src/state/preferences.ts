@@ -1,5 +1,12 @@
 export type Theme = "auto" | "light" | "dark";
 
+/** What can be left out of the map. */
+export const LAYERS = ["stalls", "picture", "fence", "trail"] as const;
+export type Layer = (typeof LAYERS)[number];
+/** Which layers are drawn. */
+export type Layers = Readonly<Record<Layer, boolean>>;
+export const ALL_LAYERS: Layers = { stalls: true, picture: true, fence: true, trail: true };
+
 export interface Preferences {
   theme: Theme;
   leftHanded: boolean;
@@ -7,24 +14,26 @@ export interface Preferences {
   name: string | null;
   /** Tone and voice report what others do. */
   sound: boolean;
+  layers: Layers;
 }
 
 type Storage = Pick<globalThis.Storage, "getItem" | "setItem">;
 
 const KEY = "hawk-page";
-const STANDARD: Preferences = { theme: "auto", leftHanded: false, name: null, sound: true };
+const STANDARD: Preferences = { theme: "auto", leftHanded: false, name: null, sound: true, layers: ALL_LAYERS };
 
 /** Reads the preferences that this browser stored; those that cannot be read have their defaults. */
 export function readPreferences(storage: Storage): Preferences {
   try {
     const stored: unknown = JSON.parse(storage.getItem(KEY) ?? "{}");
     if (typeof stored !== "object" || stored === null) return STANDARD;
-    const { theme, leftHanded, name, sound } = stored as Partial<Preferences>;
+    const { theme, leftHanded, name, sound, layers } = stored as Partial<Preferences>;
     return {
       theme: theme === "light" || theme === "dark" ? theme : "auto",
       leftHanded: leftHanded === true,
       name: typeof name === "string" ? name : null,
       sound: sound !== false,
+      layers: readLayers(layers),
     };
   } catch {
     return STANDARD;
@@ -38,4 +47,10 @@ export function writePreferences(storage: Storage, preferences: Preferences): vo
   } catch {
     return;
   }
+}
+
+/** A layer that is not known to be off is on. */
+function readLayers(stored: unknown): Layers {
+  const known: Partial<Record<Layer, unknown>> = typeof stored === "object" && stored !== null ? stored : {};
+  return Object.fromEntries(LAYERS.map((layer) => [layer, known[layer] !== false])) as Record<Layer, boolean>;
 }

@@ -2,7 +2,7 @@ import { html, nothing, type PropertyValues, type TemplateResult } from "lit";
 import { customElement, query, state } from "lit/decorators.js";
 import { FenceOnMap } from "../map/fence-on-map.ts";
 import { dronePlace, shownFence } from "../map/fence-shown.ts";
-import { EMPTY_SCENE, type Scene } from "../map/flight-scene.ts";
+import { EMPTY_SCENE, type Scene, withLayers } from "../map/flight-scene.ts";
 import { scaleBar } from "../map/geometry.ts";
 import { LotMap, type Looking } from "../map/lot-map.ts";
 import type { Point, Welcome } from "../protocol.ts";
@@ -17,10 +17,14 @@ import { STALL_WORDS, stallCount } from "./counts-card.ts";
 import { Part } from "./element.ts";
 import type { FenceToolEvent } from "./fence-tools.ts";
 import { icon, needle } from "./icons.ts";
+import type { MapTool, MapToolEvent } from "./map-tools.ts";
 import { swatch } from "./swatch.ts";
 import "./fence-tools.ts";
+import "./map-tools.ts";
 
 const STANDARD_GRID = { cells: 256, cellSize: 0.1 };
+/** One press of a zoom button. */
+const ZOOM = 1.6;
 
 /** The map with its tools, scale, legend, and what is said about places on it. */
 @customElement("hawk-map")
@@ -74,7 +78,9 @@ export class MapPanel extends Part {
     }
     const view = this.model.view();
     this.fence?.update();
-    this.lot?.setScene(this.scene(view));
+    const { layers } = this.model.preferences;
+    this.lot?.showLayers(layers);
+    this.lot?.setScene(withLayers(this.scene(view), layers, this.choosing()));
     this.lookAtFlight(view);
     this.placeMarks();
   }
@@ -119,6 +125,11 @@ export class MapPanel extends Part {
     };
   }
 
+  /** Whether a place to fly to, or a fence, is being chosen on the map. */
+  private choosing(): boolean {
+    return this.model.picking || this.model.question?.about === "move" || this.model.fence.open;
+  }
+
   /** The route over the lot belongs to the Autonomous Move; any other goes straight. */
   private plannedRoute(view: View): readonly Point[] {
     const { question, routePlan } = this.model;
@@ -152,17 +163,14 @@ export class MapPanel extends Part {
   }
 
   private tools(): TemplateResult {
-    const tool = (label: string, name: "plus" | "minus" | "follow" | "whole", run: () => void, on?: boolean): TemplateResult =>
-      html`<button aria-label=${label} title=${label} aria-pressed=${on ?? nothing} class=${on ? "on" : ""} @click=${run}>${icon(name)}</button>`;
-    return html`<div class="tools">
-      <div class="group zoom">
-        ${tool("Zoom in", "plus", () => this.lot?.zoom(1.6))} ${tool("Zoom out", "minus", () => this.lot?.zoom(1 / 1.6))}
-      </div>
-      <div class="group">
-        ${tool("Follow the drone", "follow", () => this.lot?.look("follow"), this.looking === "follow")}
-        ${tool("Whole lot", "whole", () => this.lot?.look("whole"), this.looking === "whole")}
-      </div>
-    </div>`;
+    const use = (event: MapToolEvent): void => this.useTool(event.detail);
+    return html`<hawk-map-tools .model=${this.model} .looking=${this.looking} @map-tool=${use}></hawk-map-tools>`;
+  }
+
+  private useTool(tool: MapTool): void {
+    if (tool === "in") this.lot?.zoom(ZOOM);
+    else if (tool === "out") this.lot?.zoom(1 / ZOOM);
+    else this.lot?.look(tool);
   }
 
   private foot(): TemplateResult {
@@ -188,7 +196,7 @@ export class MapPanel extends Part {
 
   private stallCard(view: View): TemplateResult | typeof nothing {
     const stall = this.selected === null ? undefined : this.model.map.stalls.get(this.selected);
-    if (!stall || this.model.question) return nothing;
+    if (!stall || this.model.question || !this.model.preferences.layers.stalls) return nothing;
     const target = { North: stall.north, East: stall.east };
     const word = STALL_WORDS[stall.state];
     return html`<div class="pop stall" data-mark="stall">

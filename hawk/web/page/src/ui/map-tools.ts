@@ -1,0 +1,83 @@
+import { html, nothing, type TemplateResult } from "lit";
+import { customElement, property, query, state } from "lit/decorators.js";
+import type { Looking } from "../map/lot-map.ts";
+import { type Layer, LAYERS } from "../state/preferences.ts";
+import { LAYER_WORDS } from "../words/layers.ts";
+import { Part } from "./element.ts";
+import { icon, type IconName } from "./icons.ts";
+
+/** What the map does itself. */
+export type MapTool = "in" | "out" | "follow" | "whole";
+export type MapToolEvent = CustomEvent<MapTool>;
+
+/** The tools at the map's edge, and the panel in which its layers are chosen. */
+@customElement("hawk-map-tools")
+export class MapTools extends Part {
+  @property() looking: Looking = "whole";
+  @state() private open = false;
+  @query(".layers input") private first!: HTMLInputElement;
+  @query(".opens") private opener!: HTMLButtonElement;
+
+  override render(): TemplateResult {
+    const look = (label: string, name: "follow" | "whole"): TemplateResult =>
+      this.tool(label, name, () => this.ask(name), this.looking === name);
+    return html`<div class="tools" @keydown=${this.key}>
+      <div class="group zoom">
+        ${this.tool("Zoom in", "plus", () => this.ask("in"))} ${this.tool("Zoom out", "minus", () => this.ask("out"))}
+      </div>
+      <div class="group">${look("Follow the drone", "follow")} ${look("Whole lot", "whole")}</div>
+      <div class="group">${this.layersButton()}</div>
+      ${this.open ? this.layers() : nothing}
+    </div>`;
+  }
+
+  private tool(label: string, name: IconName, run: () => void, on?: boolean): TemplateResult {
+    return html`<button aria-label=${label} title=${label} aria-pressed=${on ?? nothing} class=${on ? "on" : ""} @click=${run}>
+      ${icon(name)}
+    </button>`;
+  }
+
+  private layersButton(): TemplateResult {
+    const { open } = this;
+    return html`<button
+      aria-label="Layers"
+      title="Layers"
+      aria-expanded=${open}
+      class="opens ${open ? "on" : ""}"
+      @click=${() => this.show(!open)}
+    >
+      ${icon("layers")}
+    </button>`;
+  }
+
+  private layers(): TemplateResult {
+    return html`<fieldset class="layers">
+      <legend>Shown on the map</legend>
+      ${LAYERS.map((layer) => this.layer(layer))}
+    </fieldset>`;
+  }
+
+  private layer(layer: Layer): TemplateResult {
+    const { layers } = this.model.preferences;
+    const choose = (event: Event): void => {
+      this.model.prefer({ layers: { ...layers, [layer]: (event.target as HTMLInputElement).checked } });
+    };
+    return html`<label><input type="checkbox" name=${layer} .checked=${layers[layer]} @change=${choose} />${LAYER_WORDS[layer]}</label>`;
+  }
+
+  /** Opens or closes the panel; the focus goes along. */
+  private show(open: boolean): void {
+    this.open = open;
+    void this.updateComplete.then(() => (open ? this.first : this.opener).focus());
+  }
+
+  private readonly key = (event: KeyboardEvent): void => {
+    if (event.key !== "Escape" || !this.open) return;
+    event.preventDefault();
+    this.show(false);
+  };
+
+  private ask(tool: MapTool): void {
+    this.dispatchEvent(new CustomEvent("map-tool", { detail: tool, bubbles: true }));
+  }
+}
