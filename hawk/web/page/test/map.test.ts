@@ -38,9 +38,9 @@ describe("geometry", () => {
 
   it("has a round scale bar that fits", () => {
     for (const resolution of [0.021, 0.13, 0.3, 1.7]) {
-      const { metres, pixels } = scaleBar(resolution, 120);
+      const { length, pixels } = scaleBar(resolution, 120);
       assert.ok(pixels <= 120 && pixels > 40, `${pixels}`);
-      assert.match(String(metres), /^[0.]*[125]0*$/);
+      assert.match(String(length), /^[0.]*[125]0*$/);
     }
   });
 });

@@ -178,8 +178,8 @@ describe("the fence editor with zones", () => {
     assert.equal(begun.reason, "Zone not closed yet", "a zone that is half drawn is not saved without it");
     fence.drawing(2);
     assert.match(fenceWords(fence, SETUP, READY, false).line, /A zone needs at least 3/);
-    assert.equal(fenceSummary(SETUP).title, "Fence of 4 corners, 2 zones");
-    assert.equal(fenceSummary({ ...SETUP, Zones: [ROOF] }).title, "Fence of 4 corners, 1 zone");
+    assert.equal(fenceSummary(SETUP, "metres").title, "Fence of 4 corners, 2 zones");
+    assert.equal(fenceSummary({ ...SETUP, Zones: [ROOF] }, "metres").title, "Fence of 4 corners, 1 zone");
   });
 
   it("has a tool for it, which is on while a zone is drawn", async () => {

@@ -39,6 +39,7 @@ export class FenceOnMap {
     if (!this.editor || !draft) return;
     this.editor.removing = removing;
     this.editor.zone(zoning);
+    this.editor.measureIn(this.model.preferences.units);
     const plane = this.model.flight.plane;
     if (draft.corners === this.corners && draft.zones === this.zones && plane === this.plane) return;
     this.corners = draft.corners;

@@ -48,10 +48,10 @@ export function turn(from: number, to: number, share: number): number {
   return from + difference * share;
 }
 
-/** A round number of metres whose bar is at most `longest` pixels long. */
-export function scaleBar(resolution: number, longest: number): { metres: number; pixels: number } {
+/** A round length whose bar is at most `longest` pixels long; `resolution` is length a pixel. */
+export function scaleBar(resolution: number, longest: number): { length: number; pixels: number } {
   const most = resolution * longest;
   const power = 10 ** Math.floor(Math.log10(most));
   const step = [5, 2, 1].find((each) => each * power <= most) ?? 1;
-  return { metres: step * power, pixels: (step * power) / resolution };
+  return { length: step * power, pixels: (step * power) / resolution };
 }

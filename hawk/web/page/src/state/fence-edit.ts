@@ -182,7 +182,7 @@ export class FenceEditing {
     const number = this.asked;
     const [draft, ceiling] = [this.draft, this.draft?.ceilingMetres];
     if (!draft?.isDrawn) this.verdict = { about: "nothing" };
-    else if (ceiling == null) this.verdict = { about: "problem", text: "Ceiling: give a number of metres above 0." };
+    else if (ceiling == null) this.verdict = { about: "problem", text: "Ceiling: give a number above 0." };
     else {
       this.verdict = { about: "asking" };
       const command: Command = { Type: "Check Fence", ...drawn(draft), Ceiling: ceiling };

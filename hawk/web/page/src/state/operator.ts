@@ -128,6 +128,7 @@ export class Operator extends EventTarget {
       landedAt: this.flight.landedAt,
       cruise: this.flight.cruise,
       pictureAge: this.picture.age(this.seconds()),
+      units: this.preferences.units,
     };
   }
 

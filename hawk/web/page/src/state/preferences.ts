@@ -1,3 +1,5 @@
+import type { Units } from "../words/units.ts";
+
 export type Theme = "auto" | "light" | "dark";
 
 /** What can be left out of the map. */
@@ -15,25 +17,30 @@ export interface Preferences {
   /** Tone and voice report what others do. */
   sound: boolean;
   layers: Layers;
+  units: Units;
+  /** The map turns with the drone's nose, which is always up. */
+  droneUp: boolean;
 }
 
 type Storage = Pick<globalThis.Storage, "getItem" | "setItem">;
 
 const KEY = "hawk-page";
-const STANDARD: Preferences = { theme: "auto", leftHanded: false, name: null, sound: true, layers: ALL_LAYERS };
+export const STANDARD: Preferences = { theme: "auto", leftHanded: false, name: null, sound: true, layers: ALL_LAYERS, units: "metres", droneUp: false };
 
 /** Reads the preferences that this browser stored; those that cannot be read have their defaults. */
 export function readPreferences(storage: Storage): Preferences {
   try {
     const stored: unknown = JSON.parse(storage.getItem(KEY) ?? "{}");
     if (typeof stored !== "object" || stored === null) return STANDARD;
-    const { theme, leftHanded, name, sound, layers } = stored as Partial<Preferences>;
+    const { theme, leftHanded, name, sound, layers, units, droneUp } = stored as Partial<Preferences>;
     return {
       theme: theme === "light" || theme === "dark" ? theme : "auto",
       leftHanded: leftHanded === true,
       name: typeof name === "string" ? name : null,
       sound: sound !== false,
       layers: readLayers(layers),
+      units: units === "feet" ? "feet" : "metres",
+      droneUp: droneUp === true,
     };
   } catch {
     return STANDARD;

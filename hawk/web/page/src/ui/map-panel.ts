@@ -12,6 +12,7 @@ import { control } from "../words/actions.ts";
 import * as format from "../words/format.ts";
 import { planMove } from "../words/move.ts";
 import { stallDetail } from "../words/stall.ts";
+import { SCALES } from "../words/units.ts";
 import { linkOf, option, type View } from "../words/view.ts";
 import { STALL_WORDS, stallCount } from "./counts-card.ts";
 import { Part } from "./element.ts";
@@ -263,10 +264,11 @@ export class MapPanel extends Part {
   /** Puts what belongs to a place where that place is on the screen. */
   private placeMarks(): void {
     if (!this.lot) return;
-    const { metres, pixels } = scaleBar(this.lot.resolution, 120);
+    const { units } = this.model.preferences;
+    const { length, pixels } = scaleBar(this.lot.resolution / SCALES[units].metres, 120);
     this.querySelector<HTMLElement>(".scale")?.style.setProperty("width", `${Math.round(pixels)}px`);
     const words = this.querySelector<HTMLElement>(".metres");
-    if (words) words.textContent = metres < 1 ? `${metres * 100} cm` : `${metres} m`;
+    if (words) words.textContent = `${Number(length.toFixed(2))} ${SCALES[units].symbol}`;
     for (const mark of this.querySelectorAll<HTMLElement>("[data-mark]")) this.placeMark(mark);
   }
 

@@ -7,6 +7,7 @@ import type { View } from "../words/view.ts";
 import { Part } from "./element.ts";
 import "./fence-button.ts";
 import "./own-name.ts";
+import "./units-setting.ts";
 
 const THEMES: [Theme, string][] = [
   ["auto", "As this device"],
@@ -38,6 +39,7 @@ export class SettingsTab extends Part {
           </div>
         </fieldset>
       </section>
+      <section><hawk-units .model=${this.model}></hawk-units></section>
       <section>
         <label class="toggle">
           <input
@@ -85,7 +87,7 @@ export function heights(view: View): TemplateResult {
     return html`<div><b>Heights</b><span class="sub">not known yet</span></div>`;
   }
   return html`<div>
-    <b>Flies at ${format.height(des)}</b>
-    <span class="sub">never below ${format.height(min)} or above ${format.height(max)}</span>
+    <b>Flies at ${format.height(des, view.units)}</b>
+    <span class="sub">never below ${format.height(min, view.units)} or above ${format.height(max, view.units)}</span>
   </div>`;
 }
