@@ -11,6 +11,8 @@ export interface Surface {
   palette: Palette;
   /** Metres a pixel. */
   resolution: number;
+  /** Radians clockwise by which north is turned. */
+  rotation: number;
   pixel: (coordinate: readonly [number, number]) => Pixel;
 }
 
@@ -231,7 +233,7 @@ const ARROW: readonly Pixel[] = [
 ];
 
 function drawDrone(surface: Surface, [x, y]: Pixel, yaw: number, reach: number | null): void {
-  const { context, resolution } = surface;
+  const { context, resolution, rotation } = surface;
   if (reach !== null) drawReach(context, [x, y], Math.max(26, reach / resolution));
   context.beginPath();
   context.arc(x, y, 19, 0, 2 * Math.PI);
@@ -240,7 +242,7 @@ function drawDrone(surface: Surface, [x, y]: Pixel, yaw: number, reach: number |
   stroke(context, reach === null ? { colour: "#fff", width: 3 } : { colour: "#fff", width: 3, dash: [6, 4] });
   context.save();
   context.translate(x, y);
-  context.rotate(yaw);
+  context.rotate(yaw + rotation);
   path(context, ARROW, true);
   context.lineJoin = "round";
   if (reach === null) {

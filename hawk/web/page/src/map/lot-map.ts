@@ -9,12 +9,15 @@ import type { Layers } from "../state/preferences.ts";
 import { drawScene } from "./draw-scene.ts";
 import { FenceEditor, type FenceEditorEvents, type Ring } from "./fence-editor.ts";
 import { EMPTY_SCENE, type Scene } from "./flight-scene.ts";
-import { corners, covers, type Extent, extentOf, toCoordinate, turn } from "./geometry.ts";
+import { corners, covers, type Extent, extentOf, onScreen, type Sight, toCoordinate, toPixel, turn } from "./geometry.ts";
+import { Glide } from "./glide.ts";
 import { GroundLayer, resize } from "./ground-layer.ts";
 import { GroundTiles } from "./ground-tiles.ts";
 import { readPalette } from "./palette.ts";
 import { StallsLayer } from "./stalls-layer.ts";
 
+/** What is up on the screen: north, or the drone's nose. */
+export type Up = "north" | "drone";
 export type Looking = "follow" | "whole" | "free";
 
 export interface LotMapEvents {
@@ -26,15 +29,15 @@ export interface LotMapEvents {
 }
 
 const HALF_WORLD_M = 5000;
-/** Heartbeats come every 200 ms; the drone's mark glides from one place to the next in so long. */
-const GLIDE_MS = 200;
-const GLIDE_STEP_MS = 100;
 /** Ground redraws are gathered for so long. */
 const REDRAW_MS = 400;
 const FOLLOW_RESOLUTION = 0.14;
 const EASE_MS = 150;
 /** A whole lot that takes up less of the view than this is brought nearer. */
 const LEAST_FILLED = 0.7;
+const LEAST_TURN_RAD = 0.005;
+/** A finger or mouse button leaves. */
+const ENDED = ["pointerup", "pointercancel"] as const;
 
 /** The map: a metre grid of its own (east, north), drawn when something changes and not otherwise. */
 export class LotMap {
@@ -47,11 +50,13 @@ export class LotMap {
   private readonly stalls: StallsLayer;
   private readonly overlay = document.createElement("canvas");
   private scene: Scene = EMPTY_SCENE;
-  private shown: Scene["drone"] = null;
   /** What is to come into view once the map has a size: on a phone it may be hidden behind a panel. */
   private wanted: Extent | null = null;
-  private glide: { from: Scene["drone"]; began: number } | null = null;
-  private glideTimer = 0;
+  private readonly glide = new Glide(() => this.glided());
+  private up: Up = "north";
+  /** Something is pointed at on the map: it does not turn under the finger. */
+  private held = false;
+  private readonly pointers = new Set<number>();
   private redrawTimer = 0;
   private lot: Extent | null = null;
   private editor: FenceEditor | null = null;
@@ -77,7 +82,7 @@ export class LotMap {
       minResolution: 0.02,
       maxResolution: 2,
       constrainResolution: false,
-      enableRotation: false,
+      constrainRotation: false,
     });
     this.tiles = new GroundTiles(grid, () => this.redrawSoon());
     this.ground = new GroundLayer(this.tiles);
@@ -99,7 +104,8 @@ export class LotMap {
 
   dispose(): void {
     this.sizeWatch.disconnect();
-    clearTimeout(this.glideTimer);
+    this.glide.stop();
+    for (const ended of ENDED) window.removeEventListener(ended, this.released);
     clearTimeout(this.redrawTimer);
     this.map.setTarget(undefined);
   }
@@ -117,6 +123,16 @@ export class LotMap {
   showLayers({ stalls, picture }: Layers): void {
     this.stalls.layer.setVisible(stalls);
     this.tiles.showPictures(picture);
+  }
+
+  /** Chooses what is up, north or the drone's nose; while `held` the map does not turn. */
+  turnWith(up: Up, held: boolean): void {
+    const changed = up !== this.up;
+    this.up = up;
+    this.held = held;
+    this.glide.turning = up === "drone";
+    if (changed && up === "north") this.view.animate({ rotation: 0, duration: this.still.matches ? 0 : EASE_MS });
+    else this.turn();
   }
 
   /** Opens the fence editor; null closes it. The map keeps still under the corners: it follows nothing from then on. */
@@ -137,7 +153,7 @@ export class LotMap {
   private showWanted(): void {
     const size = this.map.getSize();
     if (!this.wanted || !size?.[0] || !size[1]) return;
-    const inView = covers(this.view.calculateExtent(size) as Extent, this.wanted);
+    const inView = covers([0, 0, size[0], size[1]], onScreen(this.sight, this.wanted));
     if (!inView) this.view.fit(this.wanted, { padding: [76, 68, 60, 68], size });
     this.wanted = null;
   }
@@ -164,10 +180,11 @@ export class LotMap {
   setScene(scene: Scene): void {
     const before = this.scene;
     this.scene = scene;
-    this.startGlide(before);
+    this.glide.to(scene.drone, this.resolution, this.still.matches || document.hidden);
+    this.turn();
     this.keepInView();
     const same = before.planned === scene.planned && before.selected === scene.selected && before.lost === scene.lost;
-    if (!this.glide || !same) this.drawOverlay();
+    if (!this.glide.isGliding || !same) this.drawOverlay();
   }
 
   classAt(place: Point): number {
@@ -202,6 +219,18 @@ export class LotMap {
     return this.view.getResolution() ?? 0.3;
   }
 
+  /** Radians clockwise by which north is turned on the screen. */
+  get rotation(): number {
+    return this.view.getRotation();
+  }
+
+  private get sight(): Sight {
+    const [width, height] = this.map.getSize() ?? [];
+    const [east, north] = this.view.getCenter() ?? [];
+    const center: [number, number] = [east ?? 0, north ?? 0];
+    return { width: width ?? 0, height: height ?? 0, center, resolution: this.resolution, rotation: this.rotation };
+  }
+
   private listen(): void {
     this.map.on("postrender", () => {
       this.drawOverlay();
@@ -209,11 +238,29 @@ export class LotMap {
     });
     this.map.on("pointerdrag", () => this.leave());
     this.element.addEventListener("wheel", () => this.leave(), { passive: true });
+    this.element.addEventListener("pointerdown", ({ pointerId }) => this.pointers.add(pointerId));
+    for (const ended of ENDED) window.addEventListener(ended, this.released);
     this.map.on("click", (event: MapBrowserEvent) => {
       const [east, north] = event.coordinate;
       if (east === undefined || north === undefined || this.editor) return;
       this.events.clicked({ North: north, East: east }, this.stallAt(event.pixel));
     });
+  }
+
+  private readonly released = ({ pointerId }: PointerEvent): void => void this.pointers.delete(pointerId);
+
+  /** Turns the map after the drone's nose, unless someone's finger is on it. */
+  private turn(): void {
+    const drone = this.glide.shown;
+    if (this.up === "north" || this.held || this.pointers.size > 0 || !drone) return;
+    const wanted = turn(0, -drone.yaw, 1);
+    if (Math.abs(turn(0, wanted - this.rotation, 1)) > LEAST_TURN_RAD) this.view.setRotation(wanted);
+  }
+
+  private glided(): void {
+    this.turn();
+    this.drawOverlay();
+    this.events.moved();
   }
 
   private stallAt(pixel: number[]): number | null {
@@ -252,52 +299,18 @@ export class LotMap {
     resize(this.overlay, width, height, ratio);
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.clearRect(0, 0, width, height);
-    const resolution = this.resolution;
-    const [centreEast, centreNorth] = this.view.getCenter() ?? [0, 0];
-    const pixel = ([east, north]: readonly [number, number]): [number, number] => [
-      width / 2 + (east - (centreEast ?? 0)) / resolution,
-      height / 2 - (north - (centreNorth ?? 0)) / resolution,
-    ];
-    drawScene({ context, palette, resolution, pixel }, { ...this.scene, drone: this.shown });
+    const { sight } = this;
+    const pixel = (place: readonly [number, number]): [number, number] => toPixel(sight, place);
+    const { resolution, rotation } = sight;
+    drawScene({ context, palette, resolution, rotation, pixel }, { ...this.scene, drone: this.glide.shown });
   }
-
-  private startGlide(before: Scene): void {
-    const target = this.scene.drone;
-    if (this.still.matches || document.hidden || !this.shown || !target || !before.drone) {
-      this.shown = target;
-      this.glide = null;
-      return;
-    }
-    const pixels = Math.hypot(target.north - this.shown.north, target.east - this.shown.east) / this.resolution;
-    const turned = Math.abs(turn(0, target.yaw - this.shown.yaw, 1));
-    if (pixels < 0.5 && turned < 0.02) return;
-    this.glide = { from: this.shown, began: performance.now() };
-    if (this.glideTimer === 0) this.glideTimer = window.setTimeout(this.glideStep, GLIDE_STEP_MS);
-  }
-
-  private readonly glideStep = (): void => {
-    this.glideTimer = 0;
-    const target = this.scene.drone;
-    if (!this.glide?.from || !target) return;
-    const { from, began } = this.glide;
-    const share = Math.min(1, (performance.now() - began) / GLIDE_MS);
-    this.shown = {
-      north: from.north + (target.north - from.north) * share,
-      east: from.east + (target.east - from.east) * share,
-      yaw: turn(from.yaw, target.yaw, share),
-    };
-    this.drawOverlay();
-    this.events.moved();
-    if (share < 1) this.glideTimer = window.setTimeout(this.glideStep, GLIDE_STEP_MS);
-    else this.glide = null;
-  };
 
   private keepInView(): void {
     if (this.looking === "follow") this.centreOnDrone(false);
     if (this.looking !== "whole") return;
     const wanted = this.whole();
     const size = this.map.getSize();
-    if (wanted && size && !fills(this.view.calculateExtent(size) as Extent, wanted)) this.fitWhole();
+    if (wanted && size && !fills(this.sight, wanted)) this.fitWhole();
   }
 
   /** Brings the drone to the middle; unless asked to, only when it has come near the edge. */
@@ -335,10 +348,12 @@ export class LotMap {
   }
 }
 
-/** Whether a view shows all of an extent, and not much else. */
-function fills(view: Extent, wanted: Extent): boolean {
-  const share = Math.max((wanted[2] - wanted[0]) / (view[2] - view[0]), (wanted[3] - wanted[1]) / (view[3] - view[1]));
-  return covers(view, wanted) && share > LEAST_FILLED;
+/** Whether all of an extent is shown, and not much else. */
+function fills(sight: Sight, wanted: Extent): boolean {
+  const { width, height } = sight;
+  const shown = onScreen(sight, wanted);
+  const share = Math.max((shown[2] - shown[0]) / width, (shown[3] - shown[1]) / height);
+  return covers([0, 0, width, height], shown) && share > LEAST_FILLED;
 }
 
 /** Room around places when there is nothing else to show. */

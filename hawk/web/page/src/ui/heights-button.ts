@@ -16,7 +16,7 @@ export class HeightsButton extends Part {
   @state() private problem = "";
   /** What was typed is in these: they may be chosen anew while the dialog is open. */
   private units: Units = "metres";
-  private before: readonly number[] = [];
+  private inForce: readonly number[] = [];
   @query("dialog") private dialog!: HTMLDialogElement;
 
   override render(): TemplateResult {
@@ -63,9 +63,9 @@ export class HeightsButton extends Part {
 
   private open(): void {
     const { heartbeat, units } = this.model.view();
-    this.before = heartbeat?.Heights ?? [];
+    this.inForce = heartbeat?.Heights ?? [];
     this.units = units;
-    const offered = (index: number): string => (this.before[index] === undefined ? "" : typed(this.before[index], units));
+    const offered = (index: number): string => (this.inForce[index] === undefined ? "" : typed(this.inForce[index], units));
     this.values = { Min: offered(0), Des: offered(1), Max: offered(2) };
     this.problem = "";
     this.dialog.show();
@@ -74,7 +74,7 @@ export class HeightsButton extends Part {
   private async save(event: Event): Promise<void> {
     event.preventDefault();
     const number = (field: Field, index: number): number =>
-      metresKept(this.values[field], this.before[index] ?? null, this.units) ?? Number.NaN;
+      metresKept(this.values[field], this.inForce[index] ?? null, this.units) ?? Number.NaN;
     const [Min, Des, Max] = [number("Min", 0), number("Des", 1), number("Max", 2)];
     this.problem = heightsProblem(Min, Des, Max, this.model.view().heartbeat?.Ceiling ?? null, this.units);
     if (this.problem !== "") return;

@@ -17,7 +17,7 @@ import { linkOf, option, type View } from "../words/view.ts";
 import { STALL_WORDS, stallCount } from "./counts-card.ts";
 import { Part } from "./element.ts";
 import type { FenceToolEvent } from "./fence-tools.ts";
-import { icon, needle } from "./icons.ts";
+import { icon } from "./icons.ts";
 import type { MapTool, MapToolEvent } from "./map-tools.ts";
 import { swatch } from "./swatch.ts";
 import "./fence-tools.ts";
@@ -81,6 +81,7 @@ export class MapPanel extends Part {
     this.fence?.update();
     const { layers } = this.model.preferences;
     this.lot?.showLayers(layers);
+    this.lot?.turnWith(this.model.preferences.droneUp ? "drone" : "north", this.choosing());
     this.lot?.setScene(withLayers(this.scene(view), layers, this.choosing()));
     this.lookAtFlight(view);
     this.placeMarks();
@@ -175,7 +176,7 @@ export class MapPanel extends Part {
   }
 
   private foot(): TemplateResult {
-    return html`<div class="mapfoot"><span class="up">${needle("North is up")}N</span><span class="scale"></span><span class="metres"></span></div>`;
+    return html`<div class="mapfoot"><span class="scale"></span><span class="metres"></span></div>`;
   }
 
   private legend(view: View): TemplateResult | typeof nothing {
@@ -269,6 +270,7 @@ export class MapPanel extends Part {
     this.querySelector<HTMLElement>(".scale")?.style.setProperty("width", `${Math.round(pixels)}px`);
     const words = this.querySelector<HTMLElement>(".metres");
     if (words) words.textContent = `${Number(length.toFixed(2))} ${SCALES[units].symbol}`;
+    this.querySelector<HTMLElement>(".compass")?.style.setProperty("--turn", `${this.lot.rotation}rad`);
     for (const mark of this.querySelectorAll<HTMLElement>("[data-mark]")) this.placeMark(mark);
   }
 

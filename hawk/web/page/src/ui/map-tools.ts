@@ -4,7 +4,7 @@ import type { Looking } from "../map/lot-map.ts";
 import { type Layer, LAYERS } from "../state/preferences.ts";
 import { LAYER_WORDS } from "../words/layers.ts";
 import { Part } from "./element.ts";
-import { icon, type IconName } from "./icons.ts";
+import { icon, type IconName, needle } from "./icons.ts";
 
 /** What the map does itself. */
 export type MapTool = "in" | "out" | "follow" | "whole";
@@ -26,7 +26,7 @@ export class MapTools extends Part {
         ${this.tool("Zoom in", "plus", () => this.ask("in"))} ${this.tool("Zoom out", "minus", () => this.ask("out"))}
       </div>
       <div class="group">${look("Follow the drone", "follow")} ${look("Whole lot", "whole")}</div>
-      <div class="group">${this.layersButton()}</div>
+      <div class="group">${this.compass()} ${this.layersButton()}</div>
       ${this.open ? this.layers() : nothing}
     </div>`;
   }
@@ -34,6 +34,20 @@ export class MapTools extends Part {
   private tool(label: string, name: IconName, run: () => void, on?: boolean): TemplateResult {
     return html`<button aria-label=${label} title=${label} aria-pressed=${on ?? nothing} class=${on ? "on" : ""} @click=${run}>
       ${icon(name)}
+    </button>`;
+  }
+
+  /** Its needle points north on the map. */
+  private compass(): TemplateResult {
+    const { droneUp } = this.model.preferences;
+    return html`<button
+      aria-label="Turn the map with the drone"
+      title=${droneUp ? "The drone's nose is up. Press for north up" : "North is up. Press to turn the map with the drone"}
+      aria-pressed=${droneUp}
+      class="compass ${droneUp ? "on" : ""}"
+      @click=${() => this.model.prefer({ droneUp: !droneUp })}
+    >
+      ${needle("North on the map")}<span>N</span>
     </button>`;
   }
 
