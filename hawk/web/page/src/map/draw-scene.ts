@@ -1,9 +1,10 @@
 import type { Point } from "../protocol.ts";
+import { drawMeasure } from "./draw-measure.ts";
 import { corners, toCoordinate } from "./geometry.ts";
 import type { Palette } from "./palette.ts";
 import type { DroneMark, Scene } from "./flight-scene.ts";
 
-type Pixel = [number, number];
+export type Pixel = [number, number];
 
 /** A canvas, and how places become pixels on it. */
 export interface Surface {
@@ -37,22 +38,23 @@ export function drawScene(surface: Surface, scene: Scene): void {
   if (scene.selected) drawSelected(surface, corners(scene.selected).map(surface.pixel));
   if (scene.home) drawHome(surface, surface.pixel(toCoordinate(scene.home)));
   if (scene.planned && scene.drone) drawPlanned(surface, scene, scene.drone);
+  if (scene.measured) drawMeasure(surface, scene.measured);
   if (drone && scene.drone) drawDrone(surface, drone, scene.drone.yaw, scene.lost?.reach ?? null);
 }
 
-function path(context: CanvasRenderingContext2D, pixels: readonly Pixel[], close = false): void {
+export function path(context: CanvasRenderingContext2D, pixels: readonly Pixel[], close = false): void {
   context.beginPath();
   pixels.forEach(([x, y], index) => (index === 0 ? context.moveTo(x, y) : context.lineTo(x, y)));
   if (close) context.closePath();
 }
 
-interface Line {
+export interface Line {
   colour: string;
   width: number;
   dash?: number[];
 }
 
-function stroke(context: CanvasRenderingContext2D, { colour, width, dash = [] }: Line): void {
+export function stroke(context: CanvasRenderingContext2D, { colour, width, dash = [] }: Line): void {
   context.strokeStyle = colour;
   context.lineWidth = width;
   context.setLineDash(dash);

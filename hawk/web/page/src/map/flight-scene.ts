@@ -1,5 +1,6 @@
 import type { Point } from "../protocol.ts";
 import type { Layers } from "../state/preferences.ts";
+import type { MeasureMark } from "./draw-measure.ts";
 import type { Rectangle } from "./geometry.ts";
 
 /** Where the drone is drawn. */
@@ -31,6 +32,7 @@ export interface Scene {
   /** The drone was last seen so: drawn hollow, with a ring as far as it can be by now (metres). */
   lost: { reach: number } | null;
   selected: Rectangle | null;
+  measured: MeasureMark | null;
 }
 
 export const EMPTY_SCENE: Scene = {
@@ -48,6 +50,7 @@ export const EMPTY_SCENE: Scene = {
   plannedRoute: [],
   lost: null,
   selected: null,
+  measured: null,
 };
 
 /**

@@ -150,6 +150,11 @@ export class LotMap {
     this.showWanted();
   }
 
+  /** Stays where it is, following nothing. */
+  stay(): void {
+    this.leave();
+  }
+
   private showWanted(): void {
     const size = this.map.getSize();
     if (!this.wanted || !size?.[0] || !size[1]) return;

@@ -8,6 +8,7 @@ import { Controlling } from "./controlling.ts";
 import { DaemonClock } from "./daemon-clock.ts";
 import { FenceEditing } from "./fence-edit.ts";
 import { Flight } from "./flight.ts";
+import { Measure } from "./measure.ts";
 import { type MapChange, MapStore } from "./map-store.ts";
 import { Picture } from "./picture.ts";
 import { type Moment, PlotHistory } from "./plot-history.ts";
@@ -60,6 +61,7 @@ export class Operator extends EventTarget {
   cutting: Cutting | null = null;
   toast: Toast | null = null;
   readonly fence: FenceEditing;
+  readonly measure = new Measure(() => this.changed());
   readonly controlling: Controlling;
   /** The route to the place that is asked about, where the drone plans one. */
   readonly routePlan: RoutePlan;
@@ -156,6 +158,7 @@ export class Operator extends EventTarget {
     if (!setup || !FENCE_STATES.has(this.flight.heartbeat?.State ?? "")) return;
     this.question = null;
     this.picking = false;
+    this.measure.end();
     this.fence.begin(setup);
   }
 
@@ -167,7 +170,15 @@ export class Operator extends EventTarget {
     await this.controlling.release();
   }
 
+  /** Begins to measure, in place of what else the map is pointed at for. */
+  beginMeasure(): void {
+    if (this.fence.open) return;
+    if (this.picking || this.question?.about === "move") this.ask(null);
+    this.measure.begin();
+  }
+
   ask(question: Question | null): void {
+    if (question?.about === "move") this.measure.end();
     this.question = question;
     this.picking = false;
     if (question?.about === "move" && option(this.view(), "Autonomous Move").Possible) void this.routePlan.ask(question.target);
@@ -182,6 +193,7 @@ export class Operator extends EventTarget {
   }
 
   pick(picking: boolean): void {
+    if (picking) this.measure.end();
     this.picking = picking;
     this.question = null;
     this.changed();
@@ -199,6 +211,7 @@ export class Operator extends EventTarget {
     if (this.cutting) this.endCut();
     else if (this.question) this.ask(null);
     else if (this.picking) this.pick(false);
+    else if (this.measure.open) this.measure.end();
     else return false;
     return true;
   }

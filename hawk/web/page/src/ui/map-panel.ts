@@ -22,10 +22,13 @@ import type { MapTool, MapToolEvent } from "./map-tools.ts";
 import { swatch } from "./swatch.ts";
 import "./fence-tools.ts";
 import "./map-tools.ts";
+import "./measure-bar.ts";
 
 const STANDARD_GRID = { cells: 256, cellSize: 0.1 };
 /** One press of a zoom button. */
 const ZOOM = 1.6;
+/** So near the first place a measured ring is closed. */
+const CLOSING_PX = 16;
 
 /** The map with its tools, scale, legend, and what is said about places on it. */
 @customElement("hawk-map")
@@ -36,6 +39,7 @@ export class MapPanel extends Part {
   private lot: LotMap | null = null;
   private fence: FenceOnMap | null = null;
   private wasFlying = false;
+  private measuring = false;
   private theme = "";
 
   override firstUpdated(): void {
@@ -64,10 +68,11 @@ export class MapPanel extends Part {
   override render(): TemplateResult {
     const view = this.model.view();
     const fencing = this.model.fence.open;
-    return html`<section class="map ${this.model.picking ? "picking" : ""} ${fencing ? "picking fencing" : ""}" aria-label="Map">
+    const measuring = this.model.measure.open;
+    return html`<section class="map ${this.model.picking ? "picking" : ""} ${measuring ? "picking measuring" : ""} ${fencing ? "picking fencing" : ""}" aria-label="Map">
       <div class="ol" tabindex="0" role="application" aria-label="Map of the lot" @keydown=${this.key}></div>
       ${fencing ? this.fenceTools() : nothing} ${this.tools()} ${this.foot()} ${this.legend(view)} ${this.pill(view)} ${this.stallCard(view)} ${this.lastSeen(view)}
-      ${this.notice(view)}
+      ${this.notice(view)} <hawk-measure .model=${this.model}></hawk-measure>
     </section>`;
   }
 
@@ -81,7 +86,10 @@ export class MapPanel extends Part {
     this.fence?.update();
     const { layers } = this.model.preferences;
     this.lot?.showLayers(layers);
-    this.lot?.turnWith(this.model.preferences.droneUp ? "drone" : "north", this.choosing());
+    const { measure, preferences } = this.model;
+    if (measure.open && !this.measuring) this.lot?.stay();
+    this.measuring = measure.open;
+    this.lot?.turnWith(preferences.droneUp ? "drone" : "north", this.choosing() || measure.open);
     this.lot?.setScene(withLayers(this.scene(view), layers, this.choosing()));
     this.lookAtFlight(view);
     this.placeMarks();
@@ -124,6 +132,7 @@ export class MapPanel extends Part {
       plannedRoute: this.plannedRoute(view),
       lost: lost ? { reach: reach(view) } : null,
       selected: stall ?? null,
+      measured: this.model.measure.open ? { ...this.model.measure.drawn, units: this.model.preferences.units } : null,
     };
   }
 
@@ -141,6 +150,10 @@ export class MapPanel extends Part {
   }
 
   private clicked(place: Point, stall: number | null): void {
+    if (this.model.measure.open) {
+      this.model.measure.add(place, CLOSING_PX * (this.lot?.resolution ?? 0));
+      return;
+    }
     const taken = this.model.pointAt(place, stall !== null);
     this.selected = taken || stall === this.selected ? null : stall;
   }
@@ -148,7 +161,9 @@ export class MapPanel extends Part {
   /** By keyboard the middle of the map is chosen: arrows move the map, plus and minus zoom. */
   private readonly key = (event: KeyboardEvent): void => {
     if (this.model.fence.open) this.fence?.key(event);
-    if (event.key === "Enter" && this.model.picking && this.lot) this.clicked(this.lot.centre, null);
+    const { picking, measure } = this.model;
+    if (event.key === "Enter" && (picking || measure.open) && this.lot) this.clicked(this.lot.centre, null);
+    if (event.key === "Backspace" && measure.open) measure.back();
   };
 
   private canMove(view: View): boolean {

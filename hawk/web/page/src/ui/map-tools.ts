@@ -26,7 +26,7 @@ export class MapTools extends Part {
         ${this.tool("Zoom in", "plus", () => this.ask("in"))} ${this.tool("Zoom out", "minus", () => this.ask("out"))}
       </div>
       <div class="group">${look("Follow the drone", "follow")} ${look("Whole lot", "whole")}</div>
-      <div class="group">${this.compass()} ${this.layersButton()}</div>
+      <div class="group">${this.compass()} ${this.measureButton("roomy")} ${this.layersButton()}</div>
       ${this.open ? this.layers() : nothing}
     </div>`;
   }
@@ -51,6 +51,26 @@ export class MapTools extends Part {
     </button>`;
   }
 
+  /** On small pages it has no room beside the map, and is in the panel. */
+  private measureButton(place: "roomy" | "wide"): TemplateResult {
+    const { measure, fence } = this.model;
+    const begin = (): void => {
+      this.open = false;
+      if (measure.open) measure.end();
+      else this.model.beginMeasure();
+    };
+    return html`<button
+      aria-label="Measure"
+      title="Measure"
+      aria-pressed=${measure.open}
+      ?disabled=${fence.open}
+      class="${place} ${measure.open ? "on" : ""}"
+      @click=${begin}
+    >
+      ${icon("measure")}${place === "wide" ? html`<span>Measure</span>` : nothing}
+    </button>`;
+  }
+
   private layersButton(): TemplateResult {
     const { open } = this;
     return html`<button
@@ -67,7 +87,7 @@ export class MapTools extends Part {
   private layers(): TemplateResult {
     return html`<fieldset class="layers">
       <legend>Shown on the map</legend>
-      ${LAYERS.map((layer) => this.layer(layer))}
+      ${LAYERS.map((layer) => this.layer(layer))} ${this.measureButton("wide")}
     </fieldset>`;
   }
 
