@@ -1,5 +1,6 @@
 import type { Point } from "../protocol.ts";
 import { drawMeasure } from "./draw-measure.ts";
+import { drawTrail } from "./draw-trail.ts";
 import { corners, toCoordinate } from "./geometry.ts";
 import type { Palette } from "./palette.ts";
 import type { DroneMark, Scene } from "./flight-scene.ts";
@@ -102,26 +103,6 @@ function drawHatching(context: CanvasRenderingContext2D, ring: readonly Pixel[])
     context.moveTo(sum - bottom, bottom);
     context.lineTo(sum - top, top);
   }
-}
-
-function drawTrail({ context }: Surface, trail: Pixel[]): void {
-  if (trail.length < 2) return;
-  path(context, thinned(trail));
-  context.lineJoin = context.lineCap = "round";
-  stroke(context, { colour: DARK, width: 5 });
-  stroke(context, { colour: "#fff", width: 2.5 });
-  context.lineCap = "butt";
-}
-
-/** Leaves out points that are less than two pixels from the last one. */
-function thinned(pixels: Pixel[]): Pixel[] {
-  let last: Pixel = [Infinity, Infinity];
-  return pixels.filter((pixel, index) => {
-    const near = Math.abs(pixel[0] - last[0]) + Math.abs(pixel[1] - last[1]) < 2;
-    if (near && index < pixels.length - 1) return false;
-    last = pixel;
-    return true;
-  });
 }
 
 function drawRoute(surface: Surface, drone: Pixel | null, route: Pixel[], target: Pixel | undefined): void {
