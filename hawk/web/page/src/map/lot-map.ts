@@ -35,6 +35,8 @@ const FOLLOW_RESOLUTION = 0.14;
 const EASE_MS = 150;
 /** A whole lot that takes up less of the view than this is brought nearer. */
 const LEAST_FILLED = 0.7;
+/** A click so near to a stall is on it. */
+const HIT_PX = 2;
 const LEAST_TURN_RAD = 0.005;
 /** A finger or mouse button leaves. */
 const ENDED = ["pointerup", "pointercancel"] as const;
@@ -86,10 +88,10 @@ export class LotMap {
     });
     this.tiles = new GroundTiles(grid, () => this.redrawSoon());
     this.ground = new GroundLayer(this.tiles);
-    this.stalls = new StallsLayer(window.devicePixelRatio);
+    this.stalls = new StallsLayer();
     this.map = new OlMap({
       target: element,
-      layers: [this.ground, this.stalls.layer],
+      layers: [this.ground, this.stalls],
       view: this.view,
       controls: [],
       interactions: defaultInteractions({ altShiftDragRotate: false, pinchRotate: false }),
@@ -121,7 +123,7 @@ export class LotMap {
 
   /** Shows or hides what lies under the flight. */
   showLayers({ stalls, picture }: Layers): void {
-    this.stalls.layer.setVisible(stalls);
+    this.stalls.setVisible(stalls);
     this.tiles.showPictures(picture);
   }
 
@@ -173,11 +175,8 @@ export class LotMap {
     }
     for (const { key, version, data } of change.tiles) void this.tiles.takeClasses(key, version, data);
     for (const { key, version } of change.pictures) this.tiles.takePicture(key, version);
-    for (const id of change.removed) this.stalls.remove(id);
-    for (const id of change.stalls) {
-      const stall = store.stalls.get(id);
-      if (stall) this.stalls.put(stall);
-    }
+    this.stalls.remove(change.removed);
+    this.stalls.put(change.stalls.flatMap((id) => store.stalls.get(id) ?? []));
     if (change.stalls.length > 0) this.lot = extentOf([...store.stalls.values()].flatMap(corners));
   }
 
@@ -248,7 +247,8 @@ export class LotMap {
     this.map.on("click", (event: MapBrowserEvent) => {
       const [east, north] = event.coordinate;
       if (east === undefined || north === undefined || this.editor) return;
-      this.events.clicked({ North: north, East: east }, this.stallAt(event.pixel));
+      const shown = this.stalls.getVisible();
+      this.events.clicked({ North: north, East: east }, shown ? this.stalls.stallAt(north, east, HIT_PX * this.resolution) : null);
     });
   }
 
@@ -266,12 +266,6 @@ export class LotMap {
     this.turn();
     this.drawOverlay();
     this.events.moved();
-  }
-
-  private stallAt(pixel: number[]): number | null {
-    const options = { layerFilter: (layer: unknown) => layer === this.stalls.layer, hitTolerance: 2 };
-    const id = this.map.forEachFeatureAtPixel(pixel, (feature) => feature.getId(), options);
-    return typeof id === "number" ? id : null;
   }
 
   /** The operator moved the map: it stays where it was put. */
