@@ -17,18 +17,33 @@ describe("the soft edge of what was seen", () => {
     const around = (side: Side) => (side[1] > 0 ? filled(0) : side[1] < 0 ? filled(2) : halved(40));
     const shown = softened(seenWithRim(SIZE, around), SIZE);
     const row = [...(shown ?? []).slice(20 * SIZE, 21 * SIZE)];
-    assert.deepEqual([row[45], row[40], row[39 - SOFT], row[0]], [0, 0, 255, 255]);
-    assert.ok((row[39] ?? 255) < 8, `${row[39]} at the last cell that was seen`);
+    assert.deepEqual([row[45], row[40], row[40 - SOFT], row[0]], [0, 0, 255, 255]);
+    assert.ok((row[39] ?? 255) < 16, `${row[39]} at the last cell that was seen`);
     for (let column = 39 - SOFT; column < 40; column += 1) assert.ok((row[column] ?? 0) >= (row[column + 1] ?? 0));
     const steps = row.slice(0, -1).map((value, column) => Math.abs(value - (row[column + 1] ?? 0)));
     assert.ok(Math.max(...steps) <= 255 / (SOFT / 2), "no stair");
   });
 
+  it("shows nothing of a notch that was not seen, though most around it was", () => {
+    const cells = filled(2);
+    const [row, column] = [30, 30];
+    cells[row * SIZE + column] = 0;
+    const shown = softened(seenWithRim(SIZE, (side) => (side[0] === 0 && side[1] === 0 ? cells : filled(2))), SIZE);
+    const at = (down: number, right: number) => shown?.[(row + down) * SIZE + column + right] ?? -1;
+    assert.equal(at(0, 0), 0);
+    for (const steps of [1, 3, SOFT]) {
+      const around = [at(0, steps), at(0, -steps), at(steps, 0), at(-steps, 0)];
+      assert.deepEqual(around, around.map(() => around[0]), "alike on all sides");
+    }
+    assert.ok(at(0, 1) < at(1, 1) && at(1, 1) < at(0, 2));
+    assert.equal(at(SOFT, 0), 255);
+  });
+
   it("does not show where two tiles meet that were both seen", () => {
     const shown = softened(seenWithRim(SIZE, (side) => (side[0] >= 0 && side[1] >= 0 ? filled(2) : null)), SIZE);
     assert.equal(shown?.[SIZE * SIZE - 1], 255);
-    assert.equal(shown[0], 0);
-    assert.ok((shown[(SIZE - 1) * SIZE] ?? 255) < 8);
+    assert.ok((shown[0] ?? 255) < 16);
+    assert.ok((shown[(SIZE - 1) * SIZE] ?? 255) < 16);
   });
 
   it("takes each neighbour's nearest strip as the rim", () => {

@@ -18,13 +18,13 @@ export interface Piece {
 export function fading(trail: readonly Pixel[], resolution: number): Piece[] {
   const pieces: Piece[] = [];
   let since = 0;
-  let piece: Piece | null = null;
   for (let index = trail.length - 1; index > 0; index -= 1) {
     const [here, before] = [trail[index], trail[index - 1]];
     if (!here || !before) break;
     const share = shareAt(since);
-    if (piece?.share === share) piece.from = index - 1;
-    else pieces.push((piece = { from: index - 1, to: index, share }));
+    const last = pieces.at(-1);
+    if (last?.share === share) last.from = index - 1;
+    else pieces.push({ from: index - 1, to: index, share });
     since += Math.hypot(here[0] - before[0], here[1] - before[1]) * resolution;
   }
   return pieces.toReversed();

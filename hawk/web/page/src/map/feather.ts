@@ -34,37 +34,51 @@ function part(step: number, size: number): [from: number, count: number, into: n
 }
 
 /**
- * How much of each cell is shown, 0 to 255: nothing up to the edge of what was seen, all of it from SOFT cells inside on.
- * Null where everything is shown.
+ * How much of each cell is shown, 0 to 255: nothing of one that was not seen, more the farther from the next such cell, all
+ * from SOFT cells on. Null where everything is shown.
  */
 export function softened(seen: Uint8Array, size: number): Uint8Array | null {
-  if (seen.every((cell) => cell === 1)) return null;
+  if (!seen.includes(0)) return null;
   const wide = size + 2 * SOFT;
-  const window = 2 * SOFT + 1;
-  const across = new Uint8Array(wide * size);
-  for (let row = 0; row < wide; row += 1) {
-    let sum = 0;
-    for (let column = 0; column < wide; column += 1) {
-      sum += seen[row * wide + column] ?? 0;
-      if (column >= window) sum -= seen[row * wide + column - window] ?? 0;
-      if (column >= window - 1) across[row * size + column - window + 1] = sum;
-    }
-  }
+  const away = distances(seen, wide);
   const shown = new Uint8Array(size * size);
-  for (let column = 0; column < size; column += 1) {
-    let sum = 0;
-    for (let row = 0; row < wide; row += 1) {
-      sum += across[row * size + column] ?? 0;
-      if (row >= window) sum -= across[(row - window) * size + column] ?? 0;
-      if (row >= window - 1) shown[(row - window + 1) * size + column] = RAMP[sum] ?? 255;
-    }
+  for (let row = 0; row < size; row += 1) {
+    const from = (row + SOFT) * wide + SOFT;
+    for (let column = 0; column < size; column += 1) shown[row * size + column] = RAMP[away[from + column] ?? 0] ?? 255;
   }
   return shown;
 }
 
-/** Half of the window is seen at a straight edge, all of it SOFT cells inside. */
-const RAMP = Uint8Array.from({ length: (2 * SOFT + 1) ** 2 + 1 }, (_, sum) => {
-  const share = Math.max(0, (2 * sum) / (2 * SOFT + 1) ** 2 - 1);
+/** Steps to a neighbour and to one across a corner; their ratio is near to that of the lengths. */
+const STRAIGHT = 3;
+const ACROSS = 4;
+
+/** How far each cell is from the next one that was not seen, in thirds of a cell, by two passes over the square. */
+function distances(seen: Uint8Array, wide: number): Uint8Array {
+  const most = SOFT * STRAIGHT;
+  const away = Uint8Array.from(seen, (cell) => (cell === 0 ? 0 : most));
+  const relax = (at: number, step: -1 | 1): void => {
+    const column = at % wide;
+    let least = away[at] ?? 0;
+    if (least === 0) return;
+    const near = (from: number, length: number): void => {
+      const way = (away[from] ?? most) + length;
+      if (way < least) least = way;
+    };
+    const [first, last] = [column === 0, column === wide - 1];
+    if (!(step > 0 ? first : last)) near(at - step, STRAIGHT);
+    near(at - step * wide, STRAIGHT);
+    if (!first) near(at - step * wide - 1, ACROSS);
+    if (!last) near(at - step * wide + 1, ACROSS);
+    away[at] = least;
+  };
+  for (let at = 0; at < away.length; at += 1) relax(at, 1);
+  for (let at = away.length - 1; at >= 0; at -= 1) relax(at, -1);
+  return away;
+}
+
+const RAMP = Uint8Array.from({ length: SOFT * STRAIGHT + 1 }, (_, way) => {
+  const share = way / (SOFT * STRAIGHT);
   return Math.round(255 * share * share * (3 - 2 * share));
 });
 

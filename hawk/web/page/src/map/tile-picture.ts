@@ -52,8 +52,8 @@ function largePatches(black: Float32Array, blocks: number, hasUnseenIn: (block: 
 function patchOf(black: Float32Array, blocks: number, start: number, visited: Uint8Array): number[] {
   const patch = [start];
   visited[start] = 1;
-  for (let index = 0; index < patch.length; index += 1) {
-    for (const next of around(patch[index] ?? 0, blocks)) {
+  for (const block of patch) {
+    for (const next of around(block, blocks)) {
       if (black[next] !== 1 || visited[next] === 1) continue;
       visited[next] = 1;
       patch.push(next);
