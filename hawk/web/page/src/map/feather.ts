@@ -53,28 +53,27 @@ export function softened(seen: Uint8Array, size: number): Uint8Array | null {
 const STRAIGHT = 3;
 const ACROSS = 4;
 
-/** How far each cell is from the next one that was not seen, in thirds of a cell, by two passes over the square. */
+/** How far each cell is from the next one that was not seen, in thirds of a cell, by one pass down and one up. */
 function distances(seen: Uint8Array, wide: number): Uint8Array {
   const most = SOFT * STRAIGHT;
   const away = Uint8Array.from(seen, (cell) => (cell === 0 ? 0 : most));
-  const relax = (at: number, step: -1 | 1): void => {
-    const column = at % wide;
-    let least = away[at] ?? 0;
-    if (least === 0) return;
-    const near = (from: number, length: number): void => {
-      const way = (away[from] ?? most) + length;
-      if (way < least) least = way;
-    };
-    const [first, last] = [column === 0, column === wide - 1];
-    if (!(step > 0 ? first : last)) near(at - step, STRAIGHT);
-    near(at - step * wide, STRAIGHT);
-    if (!first) near(at - step * wide - 1, ACROSS);
-    if (!last) near(at - step * wide + 1, ACROSS);
-    away[at] = least;
-  };
-  for (let at = 0; at < away.length; at += 1) relax(at, 1);
-  for (let at = away.length - 1; at >= 0; at -= 1) relax(at, -1);
+  for (let row = 1; row < wide; row += 1) {
+    for (let at = row * wide + 1; at < (row + 1) * wide - 1; at += 1) relax(away, at, -1, -wide);
+  }
+  for (let row = wide - 2; row >= 0; row -= 1) {
+    for (let at = (row + 1) * wide - 2; at > row * wide; at -= 1) relax(away, at, 1, wide);
+  }
   return away;
+}
+
+/** Takes a shorter way over one of the four neighbours that were looked at before. */
+function relax(away: Uint8Array, at: number, beside: number, row: number): void {
+  const now = away[at] ?? 0;
+  if (now === 0) return;
+  const straight = Math.min(away[at + beside] ?? 0, away[at + row] ?? 0) + STRAIGHT;
+  const across = Math.min(away[at + row - 1] ?? 0, away[at + row + 1] ?? 0) + ACROSS;
+  const least = Math.min(straight, across);
+  if (least < now) away[at] = least;
 }
 
 const RAMP = Uint8Array.from({ length: SOFT * STRAIGHT + 1 }, (_, way) => {
