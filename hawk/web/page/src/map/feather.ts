@@ -56,7 +56,8 @@ const ACROSS = 4;
 /** How far each cell is from the next one that was not seen, in thirds of a cell, by one pass down and one up. */
 function distances(seen: Uint8Array, wide: number): Uint8Array {
   const most = SOFT * STRAIGHT;
-  const away = Uint8Array.from(seen, (cell) => (cell === 0 ? 0 : most));
+  const away = new Uint8Array(seen.length);
+  for (let at = 0; at < away.length; at += 1) away[at] = seen[at] === 0 ? 0 : most;
   for (let row = 1; row < wide; row += 1) {
     for (let at = row * wide + 1; at < (row + 1) * wide - 1; at += 1) relax(away, at, -1, -wide);
   }

@@ -1,5 +1,6 @@
 import { type TileKey, tileName } from "../state/map-store.ts";
 import { cellAt, inflateTile } from "../state/tile-data.ts";
+import type { Extent } from "./geometry.ts";
 import type { Palette } from "./palette.ts";
 import { changedSides, fade, seenWithRim, type Side, softened } from "./feather.ts";
 import { classPixels, leaveOutBlack, veilPixels } from "./tile-picture.ts";
@@ -105,6 +106,19 @@ export class GroundTiles {
       if (tile.stale) this.compose(tile);
       if (tile.canvas) paint(tile.canvas, east, north, side);
     }
+  }
+
+  /** Draws the pictures in an extent, metres right (east) and down (south) of the origin. Returns whether there was one. */
+  drawPictures(context: CanvasRenderingContext2D, [west, south, east, north]: Extent): boolean {
+    const side = this.grid.cells * this.grid.cellSize;
+    let drawn = false;
+    for (const { key, picture } of this.tiles.values()) {
+      const [left, top] = [key.column * side, -key.row * side];
+      if (!picture || left > east || left + side < west || top < south || top - side > north) continue;
+      context.drawImage(picture, left, -top, side, side);
+      drawn = true;
+    }
+    return drawn;
   }
 
   private tile(key: TileKey): GroundTile {

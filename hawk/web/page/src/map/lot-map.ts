@@ -14,6 +14,7 @@ import { Glide } from "./glide.ts";
 import { GroundLayer, resize } from "./ground-layer.ts";
 import { GroundTiles } from "./ground-tiles.ts";
 import { readPalette } from "./palette.ts";
+import { cropExtent, upright } from "./stall-crop.ts";
 import { StallsLayer } from "./stalls-layer.ts";
 
 /** What is up on the screen: north, or the drone's nose. */
@@ -189,6 +190,17 @@ export class LotMap {
     this.keepInView();
     const same = before.planned === scene.planned && before.selected === scene.selected && before.lost === scene.lost;
     if (!this.glide.isGliding || !same) this.drawOverlay();
+  }
+
+  /** Draws what the drone saw of a stall, upright. Returns whether it has a picture of it. */
+  drawStall(stall: Stall, canvas: HTMLCanvasElement): boolean {
+    const context = canvas.getContext("2d");
+    if (!context) return false;
+    const { width, height } = canvas;
+    context.resetTransform();
+    context.clearRect(0, 0, width, height);
+    context.setTransform(...upright(stall, width, height));
+    return this.tiles.drawPictures(context, cropExtent(stall));
   }
 
   classAt(place: Point): number {

@@ -30,7 +30,7 @@ export interface Outside {
 
 /** What the operator is asked to confirm in the bar. */
 export type Question =
-  | { about: "move"; target: Point; kind?: MoveKind }
+  | { about: "move"; target: Point; kind?: MoveKind; /** To look at this stall again. */ stall?: number }
   | { about: "Arm" | "Takeoff" | "Autonomous Explore" | "Return To Launch" | "Land" | "Resume" | "New Survey" };
 
 /** Cutting the motors: first a token is asked for, then it can be done. */

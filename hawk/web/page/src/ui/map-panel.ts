@@ -8,13 +8,11 @@ import { LotMap, type Looking } from "../map/lot-map.ts";
 import type { Point, Welcome } from "../protocol.ts";
 import { isFlying } from "../state/flight.ts";
 import type { MapChange, Stall } from "../state/map-store.ts";
-import { control } from "../words/actions.ts";
 import * as format from "../words/format.ts";
 import { planMove } from "../words/move.ts";
-import { stallDetail } from "../words/stall.ts";
 import { SCALES } from "../words/units.ts";
-import { linkOf, option, type View } from "../words/view.ts";
-import { STALL_WORDS, stallCount } from "./counts-card.ts";
+import { linkOf, type View } from "../words/view.ts";
+import { stallCount } from "./counts-card.ts";
 import { Part } from "./element.ts";
 import type { FenceToolEvent } from "./fence-tools.ts";
 import { icon } from "./icons.ts";
@@ -23,6 +21,7 @@ import { swatch } from "./swatch.ts";
 import "./fence-tools.ts";
 import "./map-tools.ts";
 import "./measure-bar.ts";
+import "./stall-card.ts";
 
 const STANDARD_GRID = { cells: 256, cellSize: 0.1 };
 /** One press of a zoom button. */
@@ -71,7 +70,7 @@ export class MapPanel extends Part {
     const measuring = this.model.measure.open;
     return html`<section class="map ${this.model.picking ? "picking" : ""} ${measuring ? "picking measuring" : ""} ${fencing ? "picking fencing" : ""}" aria-label="Map">
       <div class="ol" tabindex="0" role="application" aria-label="Map of the lot" @keydown=${this.key}></div>
-      ${fencing ? this.fenceTools() : nothing} ${this.tools()} ${this.foot()} ${this.legend(view)} ${this.pill(view)} ${this.stallCard(view)} ${this.lastSeen(view)}
+      ${fencing ? this.fenceTools() : nothing} ${this.tools()} ${this.foot()} ${this.legend(view)} ${this.pill(view)} ${this.stallCard()} ${this.lastSeen(view)}
       ${this.notice(view)} <hawk-measure .model=${this.model}></hawk-measure>
     </section>`;
   }
@@ -166,11 +165,6 @@ export class MapPanel extends Part {
     if (event.key === "Backspace" && measure.open) measure.back();
   };
 
-  private canMove(view: View): boolean {
-    const offered = option(view, "Autonomous Move").Possible || option(view, "Compulsive Move").Possible;
-    return offered && control(view) === "mine";
-  }
-
   private fenceTools(): TemplateResult {
     return html`<hawk-fence-tools
       .model=${this.model}
@@ -211,27 +205,10 @@ export class MapPanel extends Part {
     return html`<div class="pill" data-mark="target">${plan.insideFence ? plan.pill : plan.outside}</div>`;
   }
 
-  private stallCard(view: View): TemplateResult | typeof nothing {
-    const stall = this.selected === null ? undefined : this.model.map.stalls.get(this.selected);
-    if (!stall || this.model.question || !this.model.preferences.layers.stalls) return nothing;
-    const target = { North: stall.north, East: stall.east };
-    const word = STALL_WORDS[stall.state];
-    return html`<div class="pop stall" data-mark="stall">
-      <button class="plain close" aria-label="Close" @click=${() => (this.selected = null)}>${icon("close")}</button>
-      <div class="h">Stall ${stall.id}</div>
-      <div class="kind">${swatch(stall.state)} ${word.charAt(0).toUpperCase() + word.slice(1)}</div>
-      <div class="sub">${stallDetail(stall, this.lastSeenAt(stall, view))}</div>
-      ${this.canMove(view)
-        ? html`<button @click=${() => this.model.ask({ about: "move", target })}>Move here</button>`
-        : nothing}
-    </div>`;
-  }
-
-  /** Time of day, milliseconds, at which a stall was last seen. */
-  private lastSeenAt(stall: Stall, view: View): number | null {
-    const theirs = this.model.daemonClock.at(this.model.seconds());
-    if (stall.lastSeen === null || theirs === null) return null;
-    return view.now - ((theirs - stall.lastSeen) / this.model.daemonClock.rate) * 1000;
+  private stallCard(): TemplateResult {
+    const draw = (stall: Stall, canvas: HTMLCanvasElement): boolean => this.lot?.drawStall(stall, canvas) ?? false;
+    const chosen = this.model.preferences.layers.stalls ? this.selected : null;
+    return html`<hawk-stall .model=${this.model} .chosen=${chosen} .draw=${draw} @stall-closed=${() => (this.selected = null)}></hawk-stall>`;
   }
 
   private lastSeen(view: View): TemplateResult | typeof nothing {

@@ -11,6 +11,8 @@ export interface MovePlan {
   metres: number;
   seconds: number | null;
   question: string;
+  /** How far, where to and how high: the question without its verb. */
+  journey: string;
   /** Distance and time, for the pill beside the target. */
   pill: string;
   insideFence: boolean;
@@ -43,6 +45,7 @@ export function planMove(view: View, target: Point, cell: number, route: Planned
   const insideFence = outside === "";
   const here = { North: heartbeat.North, East: heartbeat.East };
   const leaves = insideFence ? whyNotStraight(heartbeat, here, target) : "";
+  const journey = `${format.distance(metres, view.units)} ${format.direction(north, east)}${staying(heartbeat, view.units)}`;
   const ways = [
     way(view, "Autonomous Move", "Inside the lot", outside, cell === CELL.nonLot ? "Not a place inside the lot" : route.reason.replace(/^X, Y: /, "")),
     way(view, "Compulsive Move", "Anywhere inside the fence", outside, leaves),
@@ -52,7 +55,8 @@ export function planMove(view: View, target: Point, cell: number, route: Planned
   return {
     metres,
     seconds,
-    question: `Move ${format.distance(metres, view.units)} ${format.direction(north, east)}${staying(heartbeat, view.units)}?`,
+    question: `Move ${journey}?`,
+    journey,
     pill: seconds === null ? format.distance(metres, view.units) : `${format.distance(metres, view.units)}, ${format.duration(seconds)}`,
     insideFence,
     outside,
