@@ -3,6 +3,7 @@ import type { FrameState } from "ol/Map.js";
 import { type Extent, type Sight, sightExtent, toPixel } from "./geometry.ts";
 import type { GroundTiles } from "./ground-tiles.ts";
 import type { Palette } from "./palette.ts";
+import { northUp, WideCanvas } from "./wide-canvas.ts";
 
 const GRID_M = 20;
 /** Tiles overlap by so much: their soft edges would let the ground shine through. */
@@ -12,61 +13,40 @@ const OVERLAP_PX = 0.5;
 export class GroundLayer extends Layer {
   palette: Palette | null = null;
   private frame: FrameState | null = null;
-  private readonly canvas = document.createElement("canvas");
-  /** OpenLayers draws the next layer into a bare canvas below it: this one is wiped on its own, so it is not bare. */
-  private readonly holder = document.createElement("div");
-
+  private readonly wide = new WideCanvas("ground", (context, sight) => this.paint(context, sight));
   private readonly tiles: GroundTiles;
 
   constructor(tiles: GroundTiles) {
     super({});
     this.tiles = tiles;
-    this.holder.className = "ground";
-    this.holder.append(this.canvas);
   }
 
   override render(frame: FrameState | null): HTMLElement {
     this.frame = frame;
-    this.repaint();
-    return this.holder;
+    if (frame) this.wide.show(frame);
+    return this.wide.holder;
   }
 
   /** Draws this layer alone, as the view was last: what lies over it need not be drawn again. */
   repaint(): void {
-    const frame = this.frame;
-    const context = this.canvas.getContext("2d");
-    if (!frame || !context || !this.palette) return;
-    const ratio = frame.pixelRatio;
-    const [width, height] = [frame.size[0] ?? 0, frame.size[1] ?? 0];
-    resize(this.canvas, width, height, ratio);
-    context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    context.clearRect(0, 0, width, height);
-    const sight = sightOf(frame);
+    this.wide.touch();
+    if (this.frame) this.wide.show(this.frame);
+  }
+
+  private paint(context: CanvasRenderingContext2D, sight: Sight): void {
+    if (!this.palette) return;
     const shown = sightExtent(sight);
+    const { resolution } = sight;
     northUp(context, sight);
     drawGrid(context, shown, sight, this.palette.grid);
     context.imageSmoothingQuality = "medium";
     const inSight = (east: number, north: number, side: number): boolean =>
       east + side > shown[0] && north > shown[1] && east < shown[2] && north - side < shown[3];
-    const { resolution } = sight;
     this.tiles.draw(inSight, (picture, east, north, side) => {
       const length = side / resolution + 2 * OVERLAP_PX;
       context.drawImage(picture, east / resolution - OVERLAP_PX, -north / resolution - OVERLAP_PX, length, length);
     });
   }
-}
-
-/** What OpenLayers is about to show. */
-export function sightOf({ size, viewState }: FrameState): Sight {
-  const { center, resolution, rotation } = viewState;
-  return { width: size[0] ?? 0, height: size[1] ?? 0, center: [center[0] ?? 0, center[1] ?? 0], resolution, rotation };
-}
-
-/** From here on one draws in pixels right (east) and down (south) of the map's origin, whichever way the map is turned. */
-export function northUp(context: CanvasRenderingContext2D, { width, height, center, resolution, rotation }: Sight): void {
-  context.translate(width / 2, height / 2);
-  context.rotate(rotation);
-  context.translate(-center[0] / resolution, center[1] / resolution);
 }
 
 function drawGrid(context: CanvasRenderingContext2D, [west, south, east, north]: Extent, sight: Sight, colour: string): void {
@@ -87,13 +67,4 @@ function drawGrid(context: CanvasRenderingContext2D, [west, south, east, north]:
   context.strokeStyle = colour;
   context.lineWidth = 1;
   context.stroke();
-}
-
-/** Gives a canvas the size of its place, at the screen's own resolution. */
-export function resize(canvas: HTMLCanvasElement, width: number, height: number, ratio: number): void {
-  const [across, down] = [Math.round(width * ratio), Math.round(height * ratio)];
-  if (canvas.width !== across) canvas.width = across;
-  if (canvas.height !== down) canvas.height = down;
-  canvas.style.width = `${width}px`;
-  canvas.style.height = `${height}px`;
 }

@@ -11,11 +11,12 @@ import { FenceEditor, type FenceEditorEvents, type Ring } from "./fence-editor.t
 import { EMPTY_SCENE, type Scene } from "./flight-scene.ts";
 import { corners, covers, type Extent, extentOf, onScreen, type Sight, toCoordinate, toPixel, turn } from "./geometry.ts";
 import { Glide } from "./glide.ts";
-import { GroundLayer, resize } from "./ground-layer.ts";
+import { GroundLayer } from "./ground-layer.ts";
 import { GroundTiles } from "./ground-tiles.ts";
 import { readPalette } from "./palette.ts";
 import { cropExtent, upright } from "./stall-crop.ts";
 import { StallsLayer } from "./stalls-layer.ts";
+import { resize } from "./wide-canvas.ts";
 
 /** What is up on the screen: north, or the drone's nose. */
 export type Up = "north" | "drone";
@@ -117,7 +118,7 @@ export class LotMap {
     const palette = readPalette(this.element);
     this.ground.palette = palette;
     this.tiles.recolour(palette);
-    this.ground.changed();
+    this.ground.repaint();
     this.editor?.recolour(palette);
     this.drawOverlay();
   }

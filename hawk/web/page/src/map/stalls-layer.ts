@@ -1,12 +1,11 @@
 import Layer from "ol/layer/Layer.js";
 import type { FrameState } from "ol/Map.js";
-import ViewHint from "ol/ViewHint.js";
 import type { Stall } from "../state/map-store.ts";
 import { drawMarks, drawStalls } from "./draw-stalls.ts";
 import { type Sight, sightExtent, toPixel } from "./geometry.ts";
-import { northUp, resize, sightOf } from "./ground-layer.ts";
 import { StallIndex, type StallSquare } from "./stall-index.ts";
 import { detailAt } from "./stall-style.ts";
+import { isMoving, northUp, WideCanvas } from "./wide-canvas.ts";
 
 /** A square as it was drawn. */
 interface Kept {
@@ -28,31 +27,28 @@ const SPARE = 48;
 export class StallsLayer extends Layer {
   private readonly index = new StallIndex();
   private readonly kept = new Map<StallSquare, Kept>();
-  private readonly canvas = document.createElement("canvas");
-  private readonly holder = document.createElement("div");
+  private readonly wide = new WideCanvas("stalls", (context, sight, frame) => this.paint(context, sight, frame));
 
   constructor() {
     super({});
-    this.holder.className = "stalls";
-    this.holder.append(this.canvas);
   }
 
   clear(): void {
     this.index.clear();
     this.kept.clear();
-    this.changed();
+    this.drawAgain();
   }
 
   put(stalls: Iterable<Stall>): void {
     let changed = false;
     for (const stall of stalls) changed = this.index.put(stall) || changed;
-    if (changed) this.changed();
+    if (changed) this.drawAgain();
   }
 
   remove(ids: Iterable<number>): void {
     let changed = false;
     for (const id of ids) changed = this.index.remove(id) || changed;
-    if (changed) this.changed();
+    if (changed) this.drawAgain();
   }
 
   /** The stall at a place, or so near to it (metres). */
@@ -61,18 +57,18 @@ export class StallsLayer extends Layer {
   }
 
   override render(frame: FrameState | null): HTMLElement {
-    const context = this.canvas.getContext("2d");
-    if (frame && context) this.paint(context, frame);
-    return this.holder;
+    if (frame) this.wide.show(frame);
+    return this.wide.holder;
   }
 
-  private paint(context: CanvasRenderingContext2D, frame: FrameState): void {
-    const sight = sightOf(frame);
+  private drawAgain(): void {
+    this.wide.touch();
+    this.changed();
+  }
+
+  private paint(context: CanvasRenderingContext2D, sight: Sight, frame: FrameState): void {
     const ratio = frame.pixelRatio;
-    resize(this.canvas, sight.width, sight.height, ratio);
-    context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    context.clearRect(0, 0, sight.width, sight.height);
-    const moving = (frame.viewHints[ViewHint.ANIMATING] ?? 0) > 0 || (frame.viewHints[ViewHint.INTERACTING] ?? 0) > 0;
+    const moving = isMoving(frame);
     const squares = this.index.within(sightExtent(sight));
     context.save();
     northUp(context, sight);
