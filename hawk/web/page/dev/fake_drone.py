@@ -24,6 +24,7 @@ from hawk.comm.clock import Clock
 from hawk.comm.messages import (
     Ack,
     AutonomousMove,
+    ClearOutline,
     Command,
     CompulsiveMove,
     Configure,
@@ -33,6 +34,7 @@ from hawk.comm.messages import (
     Outgoing,
     RouteAnswer,
     RouteRequest,
+    SetOutline,
 )
 from hawk.comm.performance import LagSummary
 from hawk.comm.status import (
@@ -42,6 +44,7 @@ from hawk.comm.status import (
     HealthItem,
     LogEntry,
     OperationStatus,
+    OutlineSetup,
     PartsStatus,
     PerceptionStatus,
     Point,
@@ -158,6 +161,9 @@ def draw_car(picture: Picture, stall: Stall, rng: np.random.Generator) -> None:
 COLOURS = {StallState.FREE: (255, 200, 120), StallState.TAKEN: (0, 110, 255), StallState.UNKNOWN: (255, 255, 255)}
 
 
+NO_OUTLINE = OutlineSetup(source="none", polygons=[], holes=[], area=0.0)
+
+
 class FakeDrone:
     """Moves, sees and answers."""
 
@@ -179,6 +185,7 @@ class FakeDrone:
         self.versions: dict[TileKey, int] = {}
         self.tiles: dict[TileKey, EncodedTile] = {}
         self.mosaic: dict[TileKey, EncodedTile] = {}
+        self.outline = NO_OUTLINE
         self.explored, self.done, self.path_length, self.sequence, self.started = 0.0, False, 0.0, 0, clock()
         self.stage()
         if count is not None:
@@ -314,6 +321,11 @@ class FakeDrone:
         self.target = MapPoint(-38, -12) if kind == "Return To Launch" else None
         if isinstance(command, AutonomousMove | CompulsiveMove):
             self.target = MapPoint(command.x, command.y)
+        if isinstance(command, SetOutline):
+            polygons, holes = command.polygons, command.holes
+            self.outline = OutlineSetup(source="set", polygons=polygons, holes=holes, area=5000.0)
+        elif isinstance(command, ClearOutline):
+            self.outline = NO_OUTLINE
         self.say("ok", f"{kind}.")
 
     def tick(self, seconds: float) -> None:
@@ -419,7 +431,7 @@ class FakeDrone:
                 taken=counts.taken, unknown=counts.unknown, vision_rate=8.1, camera_age=0.1,
             ),
             parts=PartsStatus(health=tuple(self.health())),
-            log=tuple(self.log), trail=tuple(self.trail),
+            log=tuple(self.log), trail=tuple(self.trail), outline_setup=self.outline,
         )  # fmt: skip
 
     def health(self) -> list[HealthItem]:

@@ -15,6 +15,7 @@ const SCENE: Scene = {
   limit: [PLACE],
   zones: [[PLACE]],
   zoneLimits: [[PLACE]],
+  outline: [[PLACE]],
   trail: [PLACE],
   home: PLACE,
   drone: { north: 0, east: 0, yaw: 0 },
@@ -30,6 +31,7 @@ describe("what is left out of the map", () => {
     const bare = { ...SCENE, fence: [], limit: [], zones: [], zoneLimits: [] };
     assert.deepEqual(withLayers(SCENE, { ...ALL_LAYERS, fence: false }, false), bare);
     assert.deepEqual(withLayers(SCENE, { ...ALL_LAYERS, trail: false }, false), { ...SCENE, trail: [] });
+    assert.deepEqual(withLayers(SCENE, { ...ALL_LAYERS, outline: false }, false), { ...SCENE, outline: [] });
     assert.deepEqual(withLayers(SCENE, { ...ALL_LAYERS, stalls: false }, false), { ...SCENE, selected: null });
   });
 
@@ -38,7 +40,7 @@ describe("what is left out of the map", () => {
   });
 
   it("is never the drone or its home", () => {
-    const off = { stalls: false, picture: false, fence: false, trail: false };
+    const off = { stalls: false, picture: false, fence: false, outline: false, trail: false };
     const { drone, home } = withLayers(SCENE, off, false);
     assert.deepEqual({ drone, home }, { drone: SCENE.drone, home: PLACE });
   });

@@ -33,6 +33,7 @@ export function drawScene(surface: Surface, scene: Scene): void {
   for (const zone of scene.zones) drawFence(surface, pixels(zone));
   drawLimit(surface, pixels(scene.limit));
   drawFence(surface, pixels(scene.fence));
+  drawOutline(surface, scene.outline.map(pixels));
   drawTrail(surface, drone && !scene.lost ? [...pixels(scene.trail), drone] : pixels(scene.trail));
   if (!scene.planned) drawRoute(surface, drone, pixels(scene.route), scene.target ? pixels([scene.target])[0] : undefined);
   drawFootprint(surface, pixels(scene.footprint));
@@ -67,6 +68,23 @@ function drawFence({ context, palette }: Surface, fence: Pixel[]): void {
   if (fence.length < 3) return;
   path(context, fence, true);
   stroke(context, { colour: palette.fence, width: 2, dash: [2.5, 4.5] });
+}
+
+/** The area to explore is a plan: a thin line in its colour, and a little of it over what lies inside. */
+function drawOutline({ context, palette }: Surface, rings: Pixel[][]): void {
+  if (rings.length === 0) return;
+  context.beginPath();
+  for (const ring of rings) {
+    ring.forEach(([x, y], index) => (index === 0 ? context.moveTo(x, y) : context.lineTo(x, y)));
+    context.closePath();
+  }
+  context.globalAlpha = 0.06;
+  context.fillStyle = palette.plan;
+  context.fill("evenodd");
+  context.globalAlpha = 1;
+  context.lineJoin = "round";
+  stroke(context, { colour: palette.planCase, width: 4 });
+  stroke(context, { colour: palette.plan, width: 2 });
 }
 
 /** Beyond this line the autopilot itself acts. */

@@ -19,6 +19,8 @@ export interface Scene {
   /** Our lines around the exclusion zones, and the zones themselves. */
   zones: readonly (readonly Point[])[];
   zoneLimits: readonly (readonly Point[])[];
+  /** The area that Explore surveys, and what is cut out of it. */
+  outline: readonly (readonly Point[])[];
   trail: readonly Point[];
   route: readonly Point[];
   target: Point | null;
@@ -40,6 +42,7 @@ export const EMPTY_SCENE: Scene = {
   limit: [],
   zones: [],
   zoneLimits: [],
+  outline: [],
   trail: [],
   route: [],
   target: null,
@@ -62,6 +65,7 @@ export function withLayers(scene: Scene, layers: Layers, choosing: boolean): Sce
   return {
     ...scene,
     ...fence,
+    outline: layers.outline ? scene.outline : [],
     trail: layers.trail ? scene.trail : [],
     selected: layers.stalls ? scene.selected : null,
   };

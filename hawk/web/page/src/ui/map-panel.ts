@@ -1,7 +1,7 @@
 import { html, nothing, type PropertyValues, type TemplateResult } from "lit";
 import { customElement, query, state } from "lit/decorators.js";
 import { FenceOnMap } from "../map/fence-on-map.ts";
-import { dronePlace, shownFence } from "../map/fence-shown.ts";
+import { dronePlace, shownFence, shownOutline } from "../map/fence-shown.ts";
 import { EMPTY_SCENE, type Scene, withLayers } from "../map/flight-scene.ts";
 import { scaleBar } from "../map/geometry.ts";
 import { LotMap, type Looking } from "../map/lot-map.ts";
@@ -66,7 +66,7 @@ export class MapPanel extends Part {
 
   override render(): TemplateResult {
     const view = this.model.view();
-    const fencing = this.model.fence.open;
+    const fencing = this.model.drawing !== null;
     const measuring = this.model.measure.open;
     return html`<section class="map ${this.model.picking ? "picking" : ""} ${measuring ? "picking measuring" : ""} ${fencing ? "picking fencing" : ""}" aria-label="Map">
       <div class="ol" tabindex="0" role="application" aria-label="Map of the lot" @keydown=${this.key}></div>
@@ -121,6 +121,7 @@ export class MapPanel extends Part {
       limit: fence.limit,
       zones: fence.zones,
       zoneLimits: fence.zoneLimits,
+      outline: this.model.outline.open ? [] : shownOutline(this.model.outline.setup, plane),
       trail: this.model.flight.trail,
       route: lost ? [] : heartbeat.Route,
       target: lost ? null : heartbeat.Target,
@@ -137,7 +138,7 @@ export class MapPanel extends Part {
 
   /** Whether a place to fly to, or a fence, is being chosen on the map. */
   private choosing(): boolean {
-    return this.model.picking || this.model.question?.about === "move" || this.model.fence.open;
+    return this.model.picking || this.model.question?.about === "move" || this.model.drawing !== null;
   }
 
   /** The route over the lot belongs to the Autonomous Move; any other goes straight. */
@@ -159,7 +160,7 @@ export class MapPanel extends Part {
 
   /** By keyboard the middle of the map is chosen: arrows move the map, plus and minus zoom. */
   private readonly key = (event: KeyboardEvent): void => {
-    if (this.model.fence.open) this.fence?.key(event);
+    if (this.model.drawing !== null) this.fence?.key(event);
     const { picking, measure } = this.model;
     if (event.key === "Enter" && (picking || measure.open) && this.lot) this.clicked(this.lot.centre, null);
     if (event.key === "Backspace" && measure.open) measure.back();
@@ -228,7 +229,7 @@ export class MapPanel extends Part {
         <button class="plain" aria-label="Close" @click=${() => this.model.dismissToast()}>${icon("close")}</button>
       </div>`;
     }
-    if (this.model.fence.open) return nothing;
+    if (this.model.drawing !== null) return nothing;
     if (heartbeat && heartbeat["User Error"] !== 0) {
       return html`<div class="toast warning" role="alert">${icon("warn")}<span>${heartbeat["User Error Text"]}</span></div>`;
     }

@@ -53,7 +53,7 @@ export class MapTools extends Part {
 
   /** On small pages it has no room beside the map, and is in the panel. */
   private measureButton(place: "roomy" | "wide"): TemplateResult {
-    const { measure, fence } = this.model;
+    const { measure, drawing } = this.model;
     const begin = (): void => {
       this.open = false;
       if (measure.open) measure.end();
@@ -63,7 +63,7 @@ export class MapTools extends Part {
       aria-label="Measure"
       title="Measure"
       aria-pressed=${measure.open}
-      ?disabled=${fence.open}
+      ?disabled=${drawing !== null}
       class="${place} ${measure.open ? "on" : ""}"
       @click=${begin}
     >

@@ -6,6 +6,7 @@ import * as format from "../words/format.ts";
 import type { View } from "../words/view.ts";
 import { Part } from "./element.ts";
 import "./fence-button.ts";
+import "./outline-button.ts";
 import "./own-name.ts";
 import "./units-setting.ts";
 
@@ -24,6 +25,7 @@ export class SettingsTab extends Part {
     return html`<div class="scroll settings">
       <section>${heights(view)}<hawk-heights-button .model=${this.model}></hawk-heights-button></section>
       <section><hawk-fence-button .model=${this.model}></hawk-fence-button></section>
+      <section><hawk-outline-button .model=${this.model}></hawk-outline-button></section>
       <section>${this.controlRow(view)}</section>
       <section><hawk-name .model=${this.model}></hawk-name></section>
       <section>

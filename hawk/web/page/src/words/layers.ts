@@ -5,5 +5,6 @@ export const LAYER_WORDS: Record<Layer, string> = {
   stalls: "Stalls",
   picture: "Picture of the ground",
   fence: "Fence and zones",
+  outline: "Area to explore",
   trail: "Where it flew",
 };
