@@ -91,7 +91,7 @@ describe("the stall's card", () => {
     bar.classAt = () => CELL.taken;
     const asked = new Stage(bar, rig.operator);
     await asked.drawn();
-    assert.match(asked.text, /Look at stall 7 again, 38 m east, staying at 35 m\?/);
+    assert.match(asked.text, /Look at stall 7 again\? ?Fly 38 m east, staying at 35 m\. /);
     asked.find("hawk-slide").dispatchEvent(new CustomEvent("confirmed"));
     await asked.drawn();
     const { Type, X, Y, Frame } = rig.sent().at(-1)!;

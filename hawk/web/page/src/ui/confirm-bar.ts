@@ -39,8 +39,9 @@ export class ConfirmBar extends Part {
     const way = plan.ways.find((each) => each.kind === kind);
     const run = way?.possible ? () => void this.go(target, way.kind) : null;
     const second = way?.possible ? consequence(view, plan, way.kind, route) : (way?.reason ?? plan.refusal);
-    const asked = stall === undefined ? plan.question : `Look at stall ${stall} again, ${plan.journey}?`;
-    return this.frame(asked, second, this.ways(plan, kind), "Slide to move", run);
+    const asked = stall === undefined ? plan.question : `Look at stall ${stall} again?`;
+    const line = stall === undefined ? second : `Fly ${plan.journey}. ${second}`;
+    return this.frame(asked, line, this.ways(plan, kind), "Slide to move", run);
   }
 
   private ways(plan: MovePlan, kind: MoveKind | null): TemplateResult {
