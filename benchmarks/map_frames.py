@@ -65,7 +65,7 @@ MOVE: Final = """async ({ seconds, step, turning }) => {
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """How the map is looked at: presses of Zoom in after Whole lot (below 0: Zoom out), and whether it is turned."""
+    """One look at the map: presses of Zoom in after Whole lot (below 0: Zoom out), and whether it is turned."""
 
     key: str
     text: str
@@ -149,7 +149,7 @@ async def _shown(stalls: int, *, gpu: bool) -> AsyncIterator[Page]:
 
 
 def _watch_stalls(page: Page, count: int) -> asyncio.Event:
-    """Return an event that is set when the page was told of so many stalls."""
+    """Return an event that is set when the page knows this number of stalls."""
     known: set[int] = set()
     all_known = asyncio.Event()
 

@@ -87,7 +87,7 @@ class FakeStall:
 
 
 def make_stalls(rng: np.random.Generator, count: int | None) -> list[FakeStall]:
-    """Return rows of stalls of a lot that lies a little askew; a count makes a field of so many."""
+    """Return rows of stalls of a lot that lies a little askew; a count makes a field of that number."""
     turn = math.radians(24)
     found: list[FakeStall] = []
     for u, v in lot_places() if count is None else field_places(count):
@@ -108,7 +108,7 @@ def lot_places() -> list[tuple[float, float]]:
 
 
 def field_places(count: int) -> list[tuple[float, float]]:
-    """Return the middles of so many stalls in rows close to each other."""
+    """Return the middles of ``count`` stalls in rows close to each other."""
     columns = math.ceil(math.sqrt(count * 5.8 / 2.6))
     rows = math.ceil(count / columns)
     cells = [(row, column) for row in range(rows) for column in range(columns)][:count]

@@ -4,7 +4,7 @@ import type { Units } from "../words/units.ts";
 import { path, type Pixel, stroke, type Surface } from "./draw-scene.ts";
 import { toCoordinate } from "./geometry.ts";
 
-/** A line that is measured, and how its lengths are told. */
+/** A line that is measured, and how its lengths are written. */
 export interface MeasureMark extends Measured {
   units: Units;
 }

@@ -1,6 +1,6 @@
 import { path, type Pixel, stroke, type Surface } from "./draw-scene.ts";
 
-/** The last metres of the way are drawn in full, and those before fade until only so much of them is left. */
+/** The last metres flown are drawn in full, and those before fade until only so much of them is left. */
 const FULL_M = 100;
 const FADED_M = 700;
 const LEAST = 0.25;
@@ -14,7 +14,7 @@ export interface Piece {
   share: number;
 }
 
-/** The trail in pieces, oldest first: the longer ago, counted by the way flown since, the fainter. */
+/** The trail in pieces, oldest first: the longer ago, counted by the distance flown since, the fainter. */
 export function fading(trail: readonly Pixel[], resolution: number): Piece[] {
   const pieces: Piece[] = [];
   let since = 0;

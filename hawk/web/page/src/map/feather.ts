@@ -1,4 +1,4 @@
-/** What was seen fades in over so many cells inside its edge: there the picture is half black and full of stairs. */
+/** What was seen fades in over this number of cells inside its edge: there the picture is half black and full of stairs. */
 export const SOFT = 8;
 
 /** One of the eight tiles around a tile: rows down and columns right. */
@@ -67,7 +67,7 @@ function distances(seen: Uint8Array, wide: number): Uint8Array {
   return away;
 }
 
-/** Takes a shorter way over one of the four neighbours that were looked at before. */
+/** Takes a shorter path over one of the four neighbours that were looked at before. */
 function relax(away: Uint8Array, at: number, beside: number, row: number): void {
   const now = away[at] ?? 0;
   if (now === 0) return;

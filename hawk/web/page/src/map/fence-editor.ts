@@ -130,7 +130,7 @@ export class FenceEditor {
     if (this.begun >= 3) this.draw.finishDrawing();
   }
 
-  /** In which units the sides tell their lengths. */
+  /** Units of the lengths at the sides. */
   measureIn(units: Units): void {
     if (units === this.units) return;
     this.units = units;

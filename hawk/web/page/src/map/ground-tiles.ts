@@ -162,7 +162,7 @@ export class GroundTiles {
     }
   }
 
-  /** The edge of what was seen lies at the border of a tile: the tile beside it is softened anew. */
+  /** The edge of what was seen lies at the border of a tile: the tile beside it is softened again. */
   private touch(key: TileKey, side: Side): void {
     const tile = this.beside(key, side);
     if (tile) tile.stale = true;

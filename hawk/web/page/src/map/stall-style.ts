@@ -4,7 +4,7 @@ import type { Rectangle } from "./geometry.ts";
 
 /**
  * How stalls look: free light and plain, taken dark and hatched, unclear dark with dashes and a question mark. A car is to
- * be seen beneath each, and free and taken differ in brightness, so that they are told apart in grey, too.
+ * be seen beneath each, and free and taken differ in brightness, so that they are distinct in grey, too.
  */
 export interface Fill {
   colour: Rgb;
@@ -21,7 +21,7 @@ export const LINES: Record<StallState, string> = { free: "#e3f1ff", taken: "#e05
 export const HATCH: Fill = { colour: [255, 106, 20], alpha: 0.9 };
 /** Part of the ground that the lines of the hatching cover. */
 export const HATCH_SHARE = 0.24;
-/** Between two lines of the hatching: metres, and on the screen at least and at most so many pixels. */
+/** Between two lines of the hatching: metres, and on the screen at least and at most this number of pixels. */
 const HATCH_M = 0.55;
 const HATCH_PX = [5, 24] as const;
 

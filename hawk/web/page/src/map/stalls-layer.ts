@@ -17,7 +17,7 @@ interface Kept {
 
 /** A larger picture of a square is not kept: so near there are few stalls, which are drawn one by one. Pixels a side. */
 const LARGEST_PX = 1400;
-/** So many pictures are kept at most beside those that are shown. */
+/** The number of pictures that are kept at most beside those that are shown. */
 const SPARE = 48;
 
 /**
@@ -90,7 +90,7 @@ export class StallsLayer extends Layer {
     context.drawImage(canvas, extent[0] / resolution, -extent[3] / resolution, side, side);
   }
 
-  /** The picture that is kept, drawn anew where it is no longer right. One that is only of another size will do while the map moves. */
+  /** The picture that is kept, drawn again where it is no longer right. One that is only of another size will do while the map moves. */
   private picture(square: StallSquare, resolution: number, { ratio, moving }: { ratio: number; moving: boolean }): Kept {
     const kept = this.kept.get(square);
     if (kept?.version === square.version && kept.ratio === ratio && (kept.resolution === resolution || moving)) return kept;

@@ -76,7 +76,7 @@ export class WideCanvas {
   }
 }
 
-/** From here on one draws in pixels right (east) and down (south) of the map's origin, whichever way the map is turned. */
+/** From here on one draws in pixels right (east) and down (south) of the map's origin, however the map is turned. */
 export function northUp(context: CanvasRenderingContext2D, { width, height, center, resolution, rotation }: Sight): void {
   context.translate(width / 2, height / 2);
   context.rotate(rotation);

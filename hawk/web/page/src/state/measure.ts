@@ -8,7 +8,7 @@ export interface Measured {
 
 const NOTHING: Measured = { points: [], closed: false };
 
-/** The measuring tool: a line over the map, or a ring. It tells nothing to the drone. */
+/** The measuring tool: a line over the map, or a ring. The drone learns nothing of it. */
 export class Measure {
   open = false;
   drawn: Measured = NOTHING;
@@ -79,7 +79,7 @@ function meet([a, b]: [Point, Point], [c, d]: [Point, Point]): boolean {
   return turnOf(a, b, c) * turnOf(a, b, d) < 0 && turnOf(c, d, a) * turnOf(c, d, b) < 0;
 }
 
-/** Above 0 where the way over three places turns to one side, below 0 to the other. */
+/** Above 0 where the path over three places turns to one side, below 0 to the other. */
 function turnOf(a: Point, b: Point, c: Point): number {
   return (b.North - a.North) * (c.East - a.East) - (b.East - a.East) * (c.North - a.North);
 }

@@ -14,7 +14,7 @@ const LABELS: Record<Field, string> = { Min: "Never below (Min)", Des: "Flies at
 export class HeightsButton extends Part {
   @state() private values: Record<Field, string> = { Min: "", Des: "", Max: "" };
   @state() private problem = "";
-  /** What was typed is in these: they may be chosen anew while the dialog is open. */
+  /** What was typed is in these: others may be chosen while the dialog is open. */
   private units: Units = "metres";
   private inForce: readonly number[] = [];
   @query("dialog") private dialog!: HTMLDialogElement;

@@ -7,7 +7,7 @@ import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
 import { swatch } from "./swatch.ts";
 
-/** What is known of the stall that was clicked: its picture, how sure it is, and a way to look again. */
+/** What is known of the stall that was clicked: its picture, how sure it is, and a button to look again. */
 @customElement("hawk-stall")
 export class StallCard extends Part {
   /** Number of the stall; null for none. */

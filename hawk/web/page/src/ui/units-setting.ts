@@ -8,7 +8,7 @@ const UNITS: [Units, string][] = [
   ["feet", "Feet"],
 ];
 
-/** In which units this page tells and takes lengths. */
+/** Units in which this page shows and takes lengths. */
 @customElement("hawk-units")
 export class UnitsSetting extends Part {
   override render(): TemplateResult {

@@ -1,4 +1,4 @@
-/** In which lengths, speeds and areas are told and typed. The drone's own messages are always metric. */
+/** Units in which lengths, speeds and areas are shown and typed. The drone's own messages are always metric. */
 export type Units = "metres" | "feet";
 
 interface Scale {
@@ -7,7 +7,7 @@ interface Scale {
   metres: number;
   speed: { symbol: string; metresPerSecond: number };
   area: { symbol: string; squareMetres: number };
-  /** From a tenth of it on, areas are told in it. */
+  /** From a tenth of it on, areas are given in it. */
   land: { symbol: string; squareMetres: number };
 }
 

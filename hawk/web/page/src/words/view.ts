@@ -19,7 +19,7 @@ export interface View {
   cruise: number | null;
   /** Age of the camera's picture that is shown, seconds; null before the first. */
   pictureAge: number | null;
-  /** In which lengths are told. */
+  /** Units in which lengths are shown. */
   units: Units;
 }
 
