@@ -20,7 +20,7 @@ from urllib.parse import quote
 
 from aiohttp import WSCloseCode, hdrs, web
 
-from hawk.web import api, video
+from hawk.web import api, background, video
 from hawk.web.door import DOOR, Door, Places, attend, descriptor_limit
 from hawk.web.guesses import GUESSES, TokenGuesses
 from hawk.web.listener import Listener
@@ -73,6 +73,7 @@ def create_app(services: WebServices, page: Page) -> web.Application:
     app.router.add_get("/stream.mjpg", video.stream)
     app.router.add_get("/snapshot.jpg", video.snapshot)
     api.add_routes(app)
+    background.add_routes(app)
     app.router.add_get("/{path:.*}", page.handle)
     return app
 
