@@ -40,7 +40,7 @@ describe("what is left out of the map", () => {
   });
 
   it("is never the drone or its home", () => {
-    const off = { stalls: false, picture: false, fence: false, outline: false, trail: false };
+    const off = { stalls: false, picture: false, fence: false, outline: false, trail: false, background: false };
     const { drone, home } = withLayers(SCENE, off, false);
     assert.deepEqual({ drone, home }, { drone: SCENE.drone, home: PLACE });
   });

@@ -1,5 +1,6 @@
 import Layer from "ol/layer/Layer.js";
 import type { FrameState } from "ol/Map.js";
+import type { Background } from "./background.ts";
 import { type Extent, type Sight, sightExtent, toPixel } from "./geometry.ts";
 import type { GroundTiles } from "./ground-tiles.ts";
 import type { Palette } from "./palette.ts";
@@ -9,16 +10,18 @@ const GRID_M = 20;
 /** Tiles overlap by so much: their soft edges would let the ground shine through. */
 const OVERLAP_PX = 0.5;
 
-/** The lowest layer: a grid of 20 m, and what the drone saw of the ground. */
+/** The lowest layer: a grid of 20 m, a background where there is one, and what the drone saw of the ground. */
 export class GroundLayer extends Layer {
   palette: Palette | null = null;
   private frame: FrameState | null = null;
   private readonly wide = new WideCanvas("ground", (context, sight) => this.paint(context, sight));
   private readonly tiles: GroundTiles;
+  private readonly background: Background;
 
-  constructor(tiles: GroundTiles) {
+  constructor(tiles: GroundTiles, background: Background) {
     super({});
     this.tiles = tiles;
+    this.background = background;
   }
 
   override render(frame: FrameState | null): HTMLElement {
@@ -40,6 +43,7 @@ export class GroundLayer extends Layer {
     northUp(context, sight);
     drawGrid(context, shown, sight, this.palette.grid);
     context.imageSmoothingQuality = "medium";
+    this.background.draw(context, shown, resolution);
     const inSight = (east: number, north: number, side: number): boolean =>
       east + side > shown[0] && north > shown[1] && east < shown[2] && north - side < shown[3];
     this.tiles.draw(inSight, (picture, east, north, side) => {

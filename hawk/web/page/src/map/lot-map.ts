@@ -6,6 +6,8 @@ import View from "ol/View.js";
 import type { Point } from "../protocol.ts";
 import type { MapChange, MapStore, Stall } from "../state/map-store.ts";
 import type { Layers } from "../state/preferences.ts";
+import type { LocalPlane } from "../fence/plane.ts";
+import { Background } from "./background.ts";
 import { drawScene } from "./draw-scene.ts";
 import { FenceEditor, type FenceEditorEvents, type Ring } from "./fence-editor.ts";
 import { EMPTY_SCENE, type Scene } from "./flight-scene.ts";
@@ -51,6 +53,7 @@ export class LotMap {
   private readonly view: View;
   private readonly tiles: GroundTiles;
   private readonly ground: GroundLayer;
+  private readonly background = new Background(() => this.redrawSoon());
   private readonly stalls: StallsLayer;
   private readonly overlay = document.createElement("canvas");
   private scene: Scene = EMPTY_SCENE;
@@ -89,7 +92,7 @@ export class LotMap {
       constrainRotation: false,
     });
     this.tiles = new GroundTiles(grid, () => this.redrawSoon());
-    this.ground = new GroundLayer(this.tiles);
+    this.ground = new GroundLayer(this.tiles, this.background);
     this.stalls = new StallsLayer();
     this.map = new OlMap({
       target: element,
@@ -104,6 +107,7 @@ export class LotMap {
     this.sizeWatch = new ResizeObserver(() => this.sized());
     this.sizeWatch.observe(element);
     this.recolour();
+    void this.background.load();
   }
 
   dispose(): void {
@@ -124,9 +128,17 @@ export class LotMap {
   }
 
   /** Shows or hides what lies under the flight. */
-  showLayers({ stalls, picture }: Layers): void {
+  showLayers({ stalls, picture, background }: Layers, plane: LocalPlane | null): void {
     this.stalls.setVisible(stalls);
     this.tiles.showPictures(picture);
+    if (background === this.background.visible && plane === this.background.plane) return;
+    Object.assign(this.background, { visible: background, plane });
+    this.redrawSoon();
+  }
+
+  /** Whether there is a picture of the ground besides the drone's. */
+  get hasBackground(): boolean {
+    return this.background.zooms.length > 0;
   }
 
   /** Chooses what is up, north or the drone's nose; while `held` the map does not turn. */

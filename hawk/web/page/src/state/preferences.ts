@@ -3,11 +3,11 @@ import type { Units } from "../words/units.ts";
 export type Theme = "auto" | "light" | "dark";
 
 /** What can be left out of the map. */
-export const LAYERS = ["stalls", "picture", "fence", "outline", "trail"] as const;
+export const LAYERS = ["stalls", "picture", "fence", "outline", "trail", "background"] as const;
 export type Layer = (typeof LAYERS)[number];
 /** Which layers are drawn. */
 export type Layers = Readonly<Record<Layer, boolean>>;
-export const ALL_LAYERS: Layers = { stalls: true, picture: true, fence: true, outline: true, trail: true };
+export const ALL_LAYERS: Layers = { stalls: true, picture: true, fence: true, outline: true, trail: true, background: true };
 
 export interface Preferences {
   theme: Theme;

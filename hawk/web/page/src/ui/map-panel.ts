@@ -84,7 +84,7 @@ export class MapPanel extends Part {
     const view = this.model.view();
     this.fence?.update();
     const { layers } = this.model.preferences;
-    this.lot?.showLayers(layers);
+    this.lot?.showLayers(layers, this.model.flight.plane);
     const { measure, preferences } = this.model;
     if (measure.open && !this.measuring) this.lot?.stay();
     this.measuring = measure.open;
@@ -176,7 +176,7 @@ export class MapPanel extends Part {
 
   private tools(): TemplateResult {
     const use = (event: MapToolEvent): void => this.useTool(event.detail);
-    return html`<hawk-map-tools .model=${this.model} .looking=${this.looking} @map-tool=${use}></hawk-map-tools>`;
+    return html`<hawk-map-tools .model=${this.model} .looking=${this.looking} .background=${this.lot?.hasBackground ?? false} @map-tool=${use}></hawk-map-tools>`;
   }
 
   private useTool(tool: MapTool): void {

@@ -14,6 +14,8 @@ export type MapToolEvent = CustomEvent<MapTool>;
 @customElement("hawk-map-tools")
 export class MapTools extends Part {
   @property() looking: Looking = "whole";
+  /** Whether the drone's computer has a background of its own. */
+  @property({ attribute: false }) background = false;
   @state() private open = false;
   @query(".layers input") private first!: HTMLInputElement;
   @query(".opens") private opener!: HTMLButtonElement;
@@ -87,7 +89,7 @@ export class MapTools extends Part {
   private layers(): TemplateResult {
     return html`<fieldset class="layers">
       <legend>Shown on the map</legend>
-      ${LAYERS.map((layer) => this.layer(layer))} ${this.measureButton("wide")}
+      ${LAYERS.filter((layer) => layer !== "background" || this.background).map((layer) => this.layer(layer))} ${this.measureButton("wide")}
     </fieldset>`;
   }
 

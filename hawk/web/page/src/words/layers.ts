@@ -7,4 +7,5 @@ export const LAYER_WORDS: Record<Layer, string> = {
   fence: "Fence and zones",
   outline: "Area to explore",
   trail: "Where it flew",
+  background: "Background",
 };
