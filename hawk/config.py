@@ -248,6 +248,7 @@ class WebSettings(Section):
     maximum_clients: int = Field(default=20, ge=1, le=1000)
     video_width: int = Field(default=960, ge=160, le=1920)
     video_quality: int = Field(default=75, ge=20, le=95)
+    background_tiles: Path | None = None
 
     @model_validator(mode="after")
     def _fit_together(self) -> WebSettings:

@@ -20,7 +20,7 @@ from urllib.parse import quote
 
 from aiohttp import WSCloseCode, hdrs, web
 
-from hawk.web import api, video
+from hawk.web import api, background, video
 from hawk.web.access import BOOK, OPEN
 from hawk.web.access_keeper import KEEPER, keep_access
 from hawk.web.access_setup import make_access
@@ -87,6 +87,7 @@ def create_app(services: WebServices, page: Page) -> web.Application:
     app.router.add_get("/snapshot.jpg", video.snapshot)
     api.add_routes(app)
     login_page.add_routes(app)
+    background.add_routes(app)
     app.router.add_get("/{path:.*}", page.handle)
     return app
 

@@ -24,6 +24,7 @@ from hawk.comm.clock import Clock
 from hawk.comm.messages import (
     Ack,
     AutonomousMove,
+    ClearOutline,
     Command,
     CompulsiveMove,
     Configure,
@@ -33,6 +34,7 @@ from hawk.comm.messages import (
     Outgoing,
     RouteAnswer,
     RouteRequest,
+    SetOutline,
 )
 from hawk.comm.performance import LagSummary
 from hawk.comm.status import (
@@ -42,6 +44,7 @@ from hawk.comm.status import (
     HealthItem,
     LogEntry,
     OperationStatus,
+    OutlineSetup,
     PartsStatus,
     PerceptionStatus,
     Point,
@@ -83,22 +86,33 @@ class FakeStall:
     shown: bool = False
 
 
-def make_stalls(rng: np.random.Generator) -> list[FakeStall]:
-    """Return rows of stalls of a lot that lies a little askew."""
+def make_stalls(rng: np.random.Generator, count: int | None) -> list[FakeStall]:
+    """Return rows of stalls of a lot that lies a little askew; a count makes a field of that number."""
     turn = math.radians(24)
     found: list[FakeStall] = []
-    for row in range(8):
-        for column in range(22):
-            if (row, column // 4) in {(2, 3), (5, 0), (0, 5)}:
-                continue
-            u, v = (column - 10.5) * 2.6, (row - 3.5) * 8.4 + (2.4 if row % 2 else -0.6)
-            east = u * math.cos(turn) + v * math.sin(turn)
-            north = -u * math.sin(turn) + v * math.cos(turn)
-            taken = float(rng.choice([0.03, 0.97, 0.45], p=[0.55, 0.4, 0.05]))
-            state = StallState.FREE if taken < 0.2 else StallState.TAKEN if taken > 0.8 else StallState.UNKNOWN
-            number = len(found) + 1
-            found.append(FakeStall(Stall(number, north, east, turn, 2.5, 5.0, taken, state, 0.9, 4, 0.0, 1)))
+    for u, v in lot_places() if count is None else field_places(count):
+        east = u * math.cos(turn) + v * math.sin(turn)
+        north = -u * math.sin(turn) + v * math.cos(turn)
+        taken = float(rng.choice([0.03, 0.97, 0.45], p=[0.55, 0.4, 0.05]))
+        state = StallState.FREE if taken < 0.2 else StallState.TAKEN if taken > 0.8 else StallState.UNKNOWN
+        number = len(found) + 1
+        found.append(FakeStall(Stall(number, north, east, turn, 2.5, 5.0, taken, state, 0.9, 4, 0.0, 1)))
     return found
+
+
+def lot_places() -> list[tuple[float, float]]:
+    """Return the middles of the stalls of a lot with aisles and a few gaps, metres along and across its rows."""
+    gaps = {(2, 3), (5, 0), (0, 5)}
+    cells = [(row, column) for row in range(8) for column in range(22) if (row, column // 4) not in gaps]
+    return [((column - 10.5) * 2.6, (row - 3.5) * 8.4 + (2.4 if row % 2 else -0.6)) for row, column in cells]
+
+
+def field_places(count: int) -> list[tuple[float, float]]:
+    """Return the middles of ``count`` stalls in rows close to each other."""
+    columns = math.ceil(math.sqrt(count * 5.8 / 2.6))
+    rows = math.ceil(count / columns)
+    cells = [(row, column) for row in range(rows) for column in range(columns)][:count]
+    return [((column - (columns - 1) / 2) * 2.6, (row - (rows - 1) / 2) * 5.8) for row, column in cells]
 
 
 def to_pixel(north: float, east: float) -> tuple[int, int]:
@@ -119,7 +133,9 @@ def draw_ground(stalls: list[FakeStall], rng: np.random.Generator) -> tuple[Pict
     noise = cv2.resize(rng.normal(0, 1, (size // 8, size // 8)).astype(np.float32), (size, size))
     grass = np.array([70, 105, 88], np.float32) + noise[..., None] * 12
     classes = np.full((size, size), 1, np.uint8)
-    outline = cv2.boxPoints(((size / 2, size / 2), (680.0, 760.0), 24.0)).astype(np.int32)
+    places = np.array([(each.stall.east, -each.stall.north) for each in stalls], np.float32) * PIXELS_PER_M + size / 2
+    (middle, (across, down), angle) = cv2.minAreaRect(places)
+    outline = cv2.boxPoints((middle, (across + 110, down + 110), angle)).astype(np.int32)
     cv2.fillPoly(classes, [outline], 2)
     asphalt = np.array([112, 114, 116], np.float32) + noise[..., None] * 5
     picture = np.where((classes == 2)[..., None], asphalt, grass)
@@ -145,13 +161,16 @@ def draw_car(picture: Picture, stall: Stall, rng: np.random.Generator) -> None:
 COLOURS = {StallState.FREE: (255, 200, 120), StallState.TAKEN: (0, 110, 255), StallState.UNKNOWN: (255, 255, 255)}
 
 
+NO_OUTLINE = OutlineSetup(source="none", polygons=[], holes=[], area=0.0)
+
+
 class FakeDrone:
     """Moves, sees and answers."""
 
-    def __init__(self, scene: str, clock: Clock, side: OperatorSide) -> None:
+    def __init__(self, scene: str, clock: Clock, side: OperatorSide, count: int | None = None) -> None:
         rng = np.random.default_rng(4)
         self.clock, self.side, self.scene = clock, side, scene
-        self.stalls = make_stalls(rng)
+        self.stalls = make_stalls(rng, count)
         self.ground, self.classes = draw_ground(self.stalls, rng)
         self.seen = np.zeros(self.classes.shape, np.bool_)
         self.north, self.east, self.yaw, self.height = -38.0, -12.0, 0.4, 0.0
@@ -166,8 +185,11 @@ class FakeDrone:
         self.versions: dict[TileKey, int] = {}
         self.tiles: dict[TileKey, EncodedTile] = {}
         self.mosaic: dict[TileKey, EncodedTile] = {}
+        self.outline = NO_OUTLINE
         self.explored, self.done, self.path_length, self.sequence, self.started = 0.0, False, 0.0, 0, clock()
         self.stage()
+        if count is not None:
+            self.see_all()
 
     def stage(self) -> None:
         """Bring the drone to where the scene begins."""
@@ -210,6 +232,16 @@ class FakeDrone:
                 each.shown = True
                 each.stall = dataclasses.replace(each.stall, last_seen=self.clock())
         self.explored = sum(each.shown for each in self.stalls) / len(self.stalls)
+
+    def see_all(self) -> None:
+        """Know the whole lot at once."""
+        self.seen[:] = True
+        for row in range(-5, 5):
+            for column in range(-5, 5):
+                self.encode(row, column)
+        for each in self.stalls:
+            each.shown = True
+        self.explored, self.done = 1.0, True
 
     def changed_tiles(self, before: NDArray[np.bool_]) -> list[TileKey]:
         """Return the tiles in which more was seen."""
@@ -289,6 +321,11 @@ class FakeDrone:
         self.target = MapPoint(-38, -12) if kind == "Return To Launch" else None
         if isinstance(command, AutonomousMove | CompulsiveMove):
             self.target = MapPoint(command.x, command.y)
+        if isinstance(command, SetOutline):
+            polygons, holes = command.polygons, command.holes
+            self.outline = OutlineSetup(source="set", polygons=polygons, holes=holes, area=5000.0)
+        elif isinstance(command, ClearOutline):
+            self.outline = NO_OUTLINE
         self.say("ok", f"{kind}.")
 
     def tick(self, seconds: float) -> None:
@@ -394,7 +431,7 @@ class FakeDrone:
                 taken=counts.taken, unknown=counts.unknown, vision_rate=8.1, camera_age=0.1,
             ),
             parts=PartsStatus(health=tuple(self.health())),
-            log=tuple(self.log), trail=tuple(self.trail),
+            log=tuple(self.log), trail=tuple(self.trail), outline_setup=self.outline,
         )  # fmt: skip
 
     def health(self) -> list[HealthItem]:
@@ -455,11 +492,12 @@ async def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
     parser.add_argument("scene", nargs="?", default="explore")
     parser.add_argument("--port", type=int, default=3999)
+    parser.add_argument("--stalls", type=int, help="a field of so many stalls, all of them known from the beginning")
     parser.add_argument("--real", action="store_true", help="do not say SIMULATION")
     options = parser.parse_args()
     clock = Clock()
     side = OperatorSide.create(clock, OperatorSettings())
-    drone = FakeDrone(options.scene, clock, side)
+    drone = FakeDrone(options.scene, clock, side, options.stalls)
     side.socket.attach(drone.handle_now)
     status: Topic[DroneStatus] = Topic("status", clock)
     occupancy: Topic[OccupancyMap] = Topic("map", clock)

@@ -208,7 +208,7 @@ describe("the stalls as a table", () => {
         ],
       }),
     });
-    const rows = stallRows(rig.operator.map.stalls.values(), { North: 0, East: 0 }, (at) => at);
+    const rows = stallRows(rig.operator.map.stalls.values(), { North: 0, East: 0 }, (at) => at, "metres");
     assert.deepEqual(rows.map((row) => row.id), [3, 2, 4, 1]);
     assert.equal(rows[0]?.place, "12 m west of home");
     assert.equal(rows[2]?.seen, "not seen itself");

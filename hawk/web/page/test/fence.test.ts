@@ -412,10 +412,10 @@ describe("the words about the fence", () => {
   });
 
   it("sum up which fence counts", () => {
-    assert.equal(fenceSummary(null).line, "not known yet");
-    assert.deepEqual(fenceSummary(setup()), { title: "Fence of 4 corners", line: "drawn, up to 80 m" });
-    assert.equal(fenceSummary(setup({ Source: "file" })).line, "from the settings, up to 80 m");
-    assert.deepEqual(fenceSummary(CIRCLE), { title: "Fence: circle of 150 m", line: "around where it is armed, up to 100 m" });
-    assert.equal(fenceSummary(setup({ Problem: "cannot be read" })).line, "cannot be read");
+    assert.equal(fenceSummary(null, "metres").line, "not known yet");
+    assert.deepEqual(fenceSummary(setup(), "metres"), { title: "Fence of 4 corners", line: "drawn, up to 80 m" });
+    assert.equal(fenceSummary(setup({ Source: "file" }), "metres").line, "from the settings, up to 80 m");
+    assert.deepEqual(fenceSummary(CIRCLE, "metres"), { title: "Fence: circle of 150 m", line: "around where it is armed, up to 100 m" });
+    assert.equal(fenceSummary(setup({ Problem: "cannot be read" }), "metres").line, "cannot be read");
   });
 });

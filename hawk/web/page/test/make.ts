@@ -125,6 +125,7 @@ export function view(changes: Partial<View> = {}): View {
     landedAt: null,
     cruise: null,
     pictureAge: null,
+    units: "metres",
     ...changes,
   };
 }

@@ -1,8 +1,9 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
+import { SOFT } from "../src/map/feather.ts";
 import { corners, covers, extentOf, scaleBar, turn } from "../src/map/geometry.ts";
 import { rgb } from "../src/map/palette.ts";
-import { classPixels, clearUnseen, veilPixels } from "../src/map/tile-picture.ts";
+import { classPixels, leaveOutBlack, veilPixels } from "../src/map/tile-picture.ts";
 import { CELL } from "../src/state/tile-data.ts";
 
 const palette = {
@@ -38,9 +39,9 @@ describe("geometry", () => {
 
   it("has a round scale bar that fits", () => {
     for (const resolution of [0.021, 0.13, 0.3, 1.7]) {
-      const { metres, pixels } = scaleBar(resolution, 120);
+      const { length, pixels } = scaleBar(resolution, 120);
       assert.ok(pixels <= 120 && pixels > 40, `${pixels}`);
-      assert.match(String(metres), /^[0.]*[125]0*$/);
+      assert.match(String(length), /^[0.]*[125]0*$/);
     }
   });
 });
@@ -57,19 +58,38 @@ describe("a tile's picture", () => {
     assert.deepEqual([pixels[7], pixels[11]], [0, 0]);
   });
 
-  it("is transparent where the camera never was, and keeps dark cars", () => {
-    const size = 32;
-    const pixels = new Uint8ClampedArray(size * size * 4).fill(255);
-    const paint = (left: number, top: number, width: number, height: number): void => {
-      for (let row = top; row < top + height; row += 1) {
-        for (let column = left; column < left + width; column += 1) pixels.set([3, 3, 3, 255], (row * size + column) * 4);
-      }
-    };
-    const alpha = (column: number, row: number) => pixels[(row * size + column) * 4 + 3];
-    paint(0, 0, 11, 32);
-    paint(26, 26, 3, 2);
-    clearUnseen(pixels, size);
-    assert.deepEqual([alpha(2, 2), alpha(10, 2), alpha(11, 2)], [0, 0, 255]);
-    assert.equal(alpha(27, 27), 255);
+  const size = 64;
+  const wide = size + 2 * SOFT;
+  const everything = () => new Uint8Array(wide * wide).fill(1);
+  const grey = () => new Uint8ClampedArray(size * size * 4).fill(200);
+  const blacken = (pixels: Uint8ClampedArray, left: number, top: number, width: number, height: number): void => {
+    for (let row = top; row < top + height; row += 1) {
+      for (let column = left; column < left + width; column += 1) pixels.set([3, 3, 3, 255], (row * size + column) * 4);
+    }
+  };
+  const cell = (seen: Uint8Array, column: number, row: number) => seen[(row + SOFT) * wide + column + SOFT];
+
+  it("leaves out black that the camera never saw, to the pixel, and nothing beside it", () => {
+    const [pixels, seen] = [grey(), everything()];
+    blacken(pixels, 0, 0, 35, size);
+    leaveOutBlack(pixels, size, seen, true);
+    assert.deepEqual([cell(seen, 2, 2), cell(seen, 34, 2), cell(seen, 35, 2)], [0, 0, 1]);
+  });
+
+  it("keeps a black car in the midst of what was seen, and knows none before the cells are there", () => {
+    for (const [known, kept] of [[true, 1], [false, 0]] as const) {
+      const [pixels, seen] = [grey(), everything()];
+      blacken(pixels, 16, 8, 18, 45);
+      leaveOutBlack(pixels, size, seen, known);
+      assert.equal(cell(seen, 20, 20), kept);
+    }
+  });
+
+  it("leaves out even a small black patch where the cells say that nothing was seen", () => {
+    const [pixels, seen] = [grey(), everything()];
+    blacken(pixels, 16, 16, 16, 16);
+    seen[(20 + SOFT) * wide + 20 + SOFT] = 0;
+    leaveOutBlack(pixels, size, seen, true);
+    assert.deepEqual([cell(seen, 17, 17), cell(seen, 40, 40)], [0, 1]);
   });
 });

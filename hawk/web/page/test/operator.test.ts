@@ -1,6 +1,7 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 import type { MapChange } from "../src/state/map-store.ts";
+import { STANDARD } from "../src/state/preferences.ts";
 import { settle } from "./fakes.ts";
 import { heartbeat, mapUpdate, stall, welcome } from "./make.ts";
 import { flying } from "./rig.ts";
@@ -72,7 +73,7 @@ describe("the operator", () => {
   it("keeps preferences", () => {
     const { operator } = flying();
     operator.prefer({ leftHanded: true });
-    assert.deepEqual(operator.preferences, { theme: "auto", leftHanded: true, name: null, sound: true });
+    assert.deepEqual(operator.preferences, { ...STANDARD, leftHanded: true });
   });
 });
 

@@ -94,7 +94,7 @@ function surface(): { surface: Surface; lines: { colour: string; pixels: number[
     get: (kept, name) => kept[String(name)] ?? (() => undefined),
   }) as unknown as CanvasRenderingContext2D;
   const palette = { fog: "", grid: "", fence: "fence", zone: "zone", plan: "plan", planCase: "case", asphalt: "", ground: "", veil: "" };
-  return { surface: { context, palette, resolution: 1, pixel: ([east, north]) => [east, -north] }, lines };
+  return { surface: { context, palette, resolution: 1, rotation: 0, pixel: ([east, north]) => [east, -north] }, lines };
 }
 
 function scene(changes: Partial<Scene>): Scene {

@@ -4,6 +4,7 @@ import { describe, it } from "node:test";
 import type { Heartbeat } from "../src/protocol.ts";
 import { ChecksTab } from "../src/ui/checks-tab.ts";
 import { CountsCard } from "../src/ui/counts-card.ts";
+import { STANDARD } from "../src/state/preferences.ts";
 import { HeightsButton } from "../src/ui/heights-button.ts";
 import { LinkBanner } from "../src/ui/link-banner.ts";
 import { SettingsTab } from "../src/ui/settings-tab.ts";
@@ -211,7 +212,7 @@ describe("the settings", () => {
     hand.checked = true;
     hand.dispatchEvent(new Event("change"));
     await stage.drawn();
-    assert.deepEqual(rig.operator.preferences, { theme: "dark", leftHanded: true, name: null, sound: true });
+    assert.deepEqual(rig.operator.preferences, { ...STANDARD, theme: "dark", leftHanded: true });
     assert.deepEqual([...stage.part.querySelectorAll<HTMLInputElement>("input[name=theme]")].map((input) => input.checked), [false, false, true, false]);
   });
 

@@ -5,7 +5,7 @@ import { DaemonClock } from "../src/state/daemon-clock.ts";
 import { Flight, isFlying, type Sample } from "../src/state/flight.ts";
 import { MapStore } from "../src/state/map-store.ts";
 import { type Moment, PlotHistory } from "../src/state/plot-history.ts";
-import { readPreferences, writePreferences } from "../src/state/preferences.ts";
+import { readPreferences, STANDARD, writePreferences } from "../src/state/preferences.ts";
 import { cellAt, inflateTile } from "../src/state/tile-data.ts";
 import { FakeStorage } from "./fakes.ts";
 import { heartbeat, mapUpdate, stall, welcome } from "./make.ts";
@@ -219,18 +219,19 @@ describe("the flight", () => {
 describe("preferences", () => {
   it("come back as they were stored", () => {
     const storage = new FakeStorage();
-    assert.deepEqual(readPreferences(storage), { theme: "auto", leftHanded: false, name: null, sound: true });
-    writePreferences(storage, { theme: "dark", leftHanded: true, name: "Ana", sound: false });
-    assert.deepEqual(readPreferences(storage), { theme: "dark", leftHanded: true, name: "Ana", sound: false });
+    assert.deepEqual(readPreferences(storage), STANDARD);
+    const chosen = { ...STANDARD, theme: "dark", leftHanded: true, name: "Ana", sound: false, units: "feet", droneUp: true } as const;
+    writePreferences(storage, chosen);
+    assert.deepEqual(readPreferences(storage), chosen);
   });
 
   it("are as standard when nothing sensible is stored or nothing can be", () => {
     for (const stored of ["{", "null", '{"theme":"pink","leftHanded":"yes"}', "7"]) {
       const storage = new FakeStorage();
       storage.setItem("hawk-page", stored);
-      assert.deepEqual(readPreferences(storage), { theme: "auto", leftHanded: false, name: null, sound: true });
+      assert.deepEqual(readPreferences(storage), STANDARD);
     }
     const full = { getItem: () => null, setItem: () => assert.fail("full") };
-    assert.doesNotThrow(() => writePreferences(full, { theme: "light", leftHanded: false, name: null, sound: true }));
+    assert.doesNotThrow(() => writePreferences(full, STANDARD));
   });
 });

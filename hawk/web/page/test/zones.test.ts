@@ -178,8 +178,8 @@ describe("the fence editor with zones", () => {
     assert.equal(begun.reason, "Zone not closed yet", "a zone that is half drawn is not saved without it");
     fence.drawing(2);
     assert.match(fenceWords(fence, SETUP, READY, false).line, /A zone needs at least 3/);
-    assert.equal(fenceSummary(SETUP).title, "Fence of 4 corners, 2 zones");
-    assert.equal(fenceSummary({ ...SETUP, Zones: [ROOF] }).title, "Fence of 4 corners, 1 zone");
+    assert.equal(fenceSummary(SETUP, "metres").title, "Fence of 4 corners, 2 zones");
+    assert.equal(fenceSummary({ ...SETUP, Zones: [ROOF] }, "metres").title, "Fence of 4 corners, 1 zone");
   });
 
   it("has a tool for it, which is on while a zone is drawn", async () => {
@@ -233,7 +233,7 @@ describe("zones on the map", () => {
     };
     const context = new Proxy(calls, { get: (kept, name) => kept[String(name)] ?? (() => undefined) }) as unknown as CanvasRenderingContext2D;
     const palette = { fog: "", grid: "", fence: "fence", zone: "zone", plan: "", planCase: "case", asphalt: "", ground: "", veil: "" };
-    const surface: Surface = { context, palette, resolution: 1, pixel: ([east, north]) => [east, 100 - north] };
+    const surface: Surface = { context, palette, resolution: 1, rotation: 0, pixel: ([east, north]) => [east, 100 - north] };
     const corners = [[20, 20], [60, 20], [60, 80], [20, 80]].map(([North, East]) => ({ North: North!, East: East! }));
     const huge = [[-9e6, -9e6], [9e6, -9e6], [9e6, 9e6], [-9e6, 9e6]].map(([North, East]) => ({ North: North!, East: East! }));
     drawScene(surface, { ...EMPTY_SCENE, zoneLimits: [corners], zones: [corners] });

@@ -14,7 +14,10 @@ export class FenceFileError extends Error {}
 /** A fence is a few kilobytes; what is larger is something else. */
 export const LARGEST_FILE = 1_000_000;
 
-const ONE_POLYGON = "The file must hold exactly one polygon. Save the fence alone, as GeoJSON.";
+/** What a file holds, in words. */
+type Kind = "fence" | "outline";
+
+const onePolygon = (kind: Kind): string => `The file must hold exactly one polygon. Save the ${kind} alone, as GeoJSON.`;
 
 interface Polygon {
   rings: unknown[][];
@@ -25,12 +28,12 @@ interface Polygon {
  * Reads GeoJSON (RFC 7946) with one Polygon in it, whose interior rings are exclusion zones. Beside it there may be
  * Polygons with the property "exclusion": true, which are zones, too. Raises FenceFileError.
  */
-export function readFence(text: string): FenceFile {
-  const content = parse(text);
+export function readFence(text: string, kind: Kind = "fence"): FenceFile {
+  const content = parse(text, kind);
   const features: unknown[] = isObject(content) && Array.isArray(content.features) ? content.features : [content];
-  const polygons = features.map(polygon);
+  const polygons = features.map((feature) => polygon(feature, kind));
   const [fence, second] = polygons.filter((each) => each.properties.exclusion !== true);
-  if (!fence || second) throw new FenceFileError(ONE_POLYGON);
+  if (!fence || second) throw new FenceFileError(onePolygon(kind));
   const apart = polygons.filter((each) => each.properties.exclusion === true);
   if (apart.some((each) => each.rings.length !== 1)) throw new FenceFileError("An exclusion zone must be one ring without holes.");
   const [outer = [], ...inner] = fence.rings;
@@ -43,10 +46,10 @@ export function readFence(text: string): FenceFile {
 }
 
 /** Writes a Feature; its rings are closed, the outer one runs counterclockwise, those of zones clockwise. */
-export function writeFence(fence: FenceFile): string {
+export function writeFence(fence: FenceFile, kind: Kind = "fence"): string {
   const feature = {
     type: "Feature",
-    properties: { name: "fence", ceiling_m: fence.ceiling },
+    properties: kind === "fence" ? { name: kind, ceiling_m: fence.ceiling } : { name: kind },
     geometry: { type: "Polygon", coordinates: [positions(fence.corners, false), ...fence.zones.map((zone) => positions(zone, true))] },
   };
   return `${JSON.stringify(feature, null, 1)}\n`;
@@ -58,9 +61,9 @@ function positions(ring: readonly FenceCorner[], clockwise: boolean): number[][]
   return [...found, ...found.slice(0, 1)];
 }
 
-function polygon(feature: unknown): Polygon {
+function polygon(feature: unknown, kind: Kind): Polygon {
   const geometry = isObject(feature) && isObject(feature.geometry) ? feature.geometry : feature;
-  if (!isObject(feature) || !isObject(geometry) || geometry.type !== "Polygon") throw new FenceFileError(ONE_POLYGON);
+  if (!isObject(feature) || !isObject(geometry) || geometry.type !== "Polygon") throw new FenceFileError(onePolygon(kind));
   const rings: unknown = geometry.coordinates;
   if (!Array.isArray(rings) || rings.length === 0 || !rings.every((ring) => Array.isArray(ring))) {
     throw new FenceFileError("The polygon has no ring of corners.");
@@ -68,11 +71,11 @@ function polygon(feature: unknown): Polygon {
   return { rings, properties: isObject(feature.properties) ? feature.properties : {} };
 }
 
-function parse(text: string): unknown {
+function parse(text: string, kind: Kind): unknown {
   try {
     return JSON.parse(text);
   } catch {
-    throw new FenceFileError("The file is not GeoJSON. Save the fence as GeoJSON.");
+    throw new FenceFileError(`The file is not GeoJSON. Save the ${kind} as GeoJSON.`);
   }
 }
 

@@ -1,9 +1,11 @@
 import type { Point } from "../protocol.ts";
+import { drawMeasure } from "./draw-measure.ts";
+import { drawTrail } from "./draw-trail.ts";
 import { corners, toCoordinate } from "./geometry.ts";
 import type { Palette } from "./palette.ts";
 import type { DroneMark, Scene } from "./flight-scene.ts";
 
-type Pixel = [number, number];
+export type Pixel = [number, number];
 
 /** A canvas, and how places become pixels on it. */
 export interface Surface {
@@ -11,6 +13,8 @@ export interface Surface {
   palette: Palette;
   /** Metres a pixel. */
   resolution: number;
+  /** Radians clockwise by which north is turned. */
+  rotation: number;
   pixel: (coordinate: readonly [number, number]) => Pixel;
 }
 
@@ -29,28 +33,30 @@ export function drawScene(surface: Surface, scene: Scene): void {
   for (const zone of scene.zones) drawFence(surface, pixels(zone));
   drawLimit(surface, pixels(scene.limit));
   drawFence(surface, pixels(scene.fence));
+  drawOutline(surface, scene.outline.map(pixels));
   drawTrail(surface, drone && !scene.lost ? [...pixels(scene.trail), drone] : pixels(scene.trail));
   if (!scene.planned) drawRoute(surface, drone, pixels(scene.route), scene.target ? pixels([scene.target])[0] : undefined);
   drawFootprint(surface, pixels(scene.footprint));
   if (scene.selected) drawSelected(surface, corners(scene.selected).map(surface.pixel));
   if (scene.home) drawHome(surface, surface.pixel(toCoordinate(scene.home)));
   if (scene.planned && scene.drone) drawPlanned(surface, scene, scene.drone);
+  if (scene.measured) drawMeasure(surface, scene.measured);
   if (drone && scene.drone) drawDrone(surface, drone, scene.drone.yaw, scene.lost?.reach ?? null);
 }
 
-function path(context: CanvasRenderingContext2D, pixels: readonly Pixel[], close = false): void {
+export function path(context: CanvasRenderingContext2D, pixels: readonly Pixel[], close = false): void {
   context.beginPath();
   pixels.forEach(([x, y], index) => (index === 0 ? context.moveTo(x, y) : context.lineTo(x, y)));
   if (close) context.closePath();
 }
 
-interface Line {
+export interface Line {
   colour: string;
   width: number;
   dash?: number[];
 }
 
-function stroke(context: CanvasRenderingContext2D, { colour, width, dash = [] }: Line): void {
+export function stroke(context: CanvasRenderingContext2D, { colour, width, dash = [] }: Line): void {
   context.strokeStyle = colour;
   context.lineWidth = width;
   context.setLineDash(dash);
@@ -62,6 +68,23 @@ function drawFence({ context, palette }: Surface, fence: Pixel[]): void {
   if (fence.length < 3) return;
   path(context, fence, true);
   stroke(context, { colour: palette.fence, width: 2, dash: [2.5, 4.5] });
+}
+
+/** The area to explore is a plan: a thin line in its colour, and a little of it over what lies inside. */
+function drawOutline({ context, palette }: Surface, rings: Pixel[][]): void {
+  if (rings.length === 0) return;
+  context.beginPath();
+  for (const ring of rings) {
+    ring.forEach(([x, y], index) => (index === 0 ? context.moveTo(x, y) : context.lineTo(x, y)));
+    context.closePath();
+  }
+  context.globalAlpha = 0.06;
+  context.fillStyle = palette.plan;
+  context.fill("evenodd");
+  context.globalAlpha = 1;
+  context.lineJoin = "round";
+  stroke(context, { colour: palette.planCase, width: 4 });
+  stroke(context, { colour: palette.plan, width: 2 });
 }
 
 /** Beyond this line the autopilot itself acts. */
@@ -98,26 +121,6 @@ function drawHatching(context: CanvasRenderingContext2D, ring: readonly Pixel[])
     context.moveTo(sum - bottom, bottom);
     context.lineTo(sum - top, top);
   }
-}
-
-function drawTrail({ context }: Surface, trail: Pixel[]): void {
-  if (trail.length < 2) return;
-  path(context, thinned(trail));
-  context.lineJoin = context.lineCap = "round";
-  stroke(context, { colour: DARK, width: 5 });
-  stroke(context, { colour: "#fff", width: 2.5 });
-  context.lineCap = "butt";
-}
-
-/** Leaves out points that are less than two pixels from the last one. */
-function thinned(pixels: Pixel[]): Pixel[] {
-  let last: Pixel = [Infinity, Infinity];
-  return pixels.filter((pixel, index) => {
-    const near = Math.abs(pixel[0] - last[0]) + Math.abs(pixel[1] - last[1]) < 2;
-    if (near && index < pixels.length - 1) return false;
-    last = pixel;
-    return true;
-  });
 }
 
 function drawRoute(surface: Surface, drone: Pixel | null, route: Pixel[], target: Pixel | undefined): void {
@@ -231,7 +234,7 @@ const ARROW: readonly Pixel[] = [
 ];
 
 function drawDrone(surface: Surface, [x, y]: Pixel, yaw: number, reach: number | null): void {
-  const { context, resolution } = surface;
+  const { context, resolution, rotation } = surface;
   if (reach !== null) drawReach(context, [x, y], Math.max(26, reach / resolution));
   context.beginPath();
   context.arc(x, y, 19, 0, 2 * Math.PI);
@@ -240,7 +243,7 @@ function drawDrone(surface: Surface, [x, y]: Pixel, yaw: number, reach: number |
   stroke(context, reach === null ? { colour: "#fff", width: 3 } : { colour: "#fff", width: 3, dash: [6, 4] });
   context.save();
   context.translate(x, y);
-  context.rotate(yaw);
+  context.rotate(yaw + rotation);
   path(context, ARROW, true);
   context.lineJoin = "round";
   if (reach === null) {

@@ -19,6 +19,8 @@ import Fill from "ol/style/Fill.js";
 import Stroke from "ol/style/Stroke.js";
 import Style from "ol/style/Style.js";
 import Text from "ol/style/Text.js";
+import * as format from "../words/format.ts";
+import type { Units } from "../words/units.ts";
 import type { Palette } from "./palette.ts";
 
 /** Corners in order, not closed: east, north in metres. */
@@ -46,6 +48,7 @@ const LABELLED_PX = 56;
 /** Draws and changes a polygon and exclusion zones in it on the map, by mouse, finger or, corner by corner, from outside. */
 export class FenceEditor {
   removing = false;
+  private units: Units = "metres";
 
   private readonly map: OlMap;
   private readonly events: FenceEditorEvents;
@@ -125,6 +128,13 @@ export class FenceEditor {
   /** Closes the ring that is being drawn. */
   finish(): void {
     if (this.begun >= 3) this.draw.finishDrawing();
+  }
+
+  /** Units of the lengths at the sides. */
+  measureIn(units: Units): void {
+    if (units === this.units) return;
+    this.units = units;
+    this.recolour(this.palette);
   }
 
   recolour(palette: Palette): void {
@@ -245,7 +255,7 @@ export class FenceEditor {
       if (metres / resolution < LABELLED_PX) return [];
       const middle = [((here[0] ?? 0) + (there[0] ?? 0)) / 2, ((here[1] ?? 0) + (there[1] ?? 0)) / 2];
       const text = new Text({
-        text: `${Math.round(metres)} m`,
+        text: format.length(metres, this.units),
         font: "600 13px system-ui, sans-serif",
         fill: new Fill({ color: colour }),
         stroke: new Stroke({ color: this.palette.planCase, width: 4 }),

@@ -1,6 +1,7 @@
 import type { Zones } from "../fence/draft.ts";
 import type { LocalPlane } from "../fence/plane.ts";
 import type { FenceCorner } from "../protocol.ts";
+import type { Drawing } from "../state/drawing.ts";
 import type { Operator } from "../state/operator.ts";
 import type { FenceEditor, Ring } from "./fence-editor.ts";
 import { draftFence, dronePlace, type ShownFence } from "./fence-shown.ts";
@@ -19,6 +20,8 @@ export class FenceOnMap {
   private corners: readonly FenceCorner[] | null = null;
   private zones: Zones | null = null;
   private plane: LocalPlane | null = null;
+  /** What the open editor draws. */
+  private edited: Drawing | null = null;
 
   constructor(lot: LotMap, model: Operator) {
     this.lot = lot;
@@ -27,18 +30,19 @@ export class FenceOnMap {
 
   /** What is to be drawn beside the editor's own line; null while nothing is drawn: the fence that counts stays. */
   shown(): ShownFence | null {
-    if (!this.editor || this.model.fence.draft?.isDrawn !== true) return null;
-    const { verdict } = this.model.fence;
+    const { open, draft, verdict } = this.model.fence;
+    if (!this.editor || !open || draft?.isDrawn !== true) return null;
     return draftFence(verdict.about === "good" ? verdict.check : null, this.plane);
   }
 
   /** Opens, closes and fills the editor as the model says. */
   update(): void {
-    const { open, draft, removing, zoning } = this.model.fence;
-    if (open !== (this.editor !== null)) this.toggle(open);
+    if (this.model.drawing !== this.edited) this.toggle(this.model.drawing);
+    const { draft = null, removing = false, zoning = false } = this.edited ?? {};
     if (!this.editor || !draft) return;
     this.editor.removing = removing;
     this.editor.zone(zoning);
+    this.editor.measureIn(this.model.preferences.units);
     const plane = this.model.flight.plane;
     if (draft.corners === this.corners && draft.zones === this.zones && plane === this.plane) return;
     this.corners = draft.corners;
@@ -62,15 +66,16 @@ export class FenceOnMap {
   /** By keyboard: Enter sets a corner in the middle of the map, Backspace takes the last one back. */
   key(event: KeyboardEvent): void {
     if (event.key === "Enter") this.editor?.add(toCoordinate(this.lot.centre));
-    else if (event.key === "Backspace" && this.model.fence.begun > 0) this.editor?.takeBack();
-    else if (event.key === "z" && (event.ctrlKey || event.metaKey)) this.model.fence.undo();
+    else if (event.key === "Backspace" && (this.edited?.begun ?? 0) > 0) this.editor?.takeBack();
+    else if (event.key === "z" && (event.ctrlKey || event.metaKey)) this.edited?.undo();
   }
 
-  private toggle(open: boolean): void {
+  private toggle(edited: Drawing | null): void {
     const drawn = (ring: Ring, zones: readonly Ring[]): void => this.drawn(ring, zones);
-    this.editor = this.lot.editFence(open ? { drawn, drawing: (corners) => this.model.fence.drawing(corners) } : null);
+    this.edited = edited;
+    this.editor = this.lot.editFence(edited ? { drawn, drawing: (corners) => edited.drawing(corners) } : null);
     this.corners = this.zones = null;
-    if (!open) return;
+    if (!edited) return;
     this.plane = this.model.flight.plane;
     const ring = this.ring();
     const drone = this.model.flight.heartbeat && dronePlace(this.model.flight.heartbeat, this.plane);
@@ -84,12 +89,12 @@ export class FenceOnMap {
     const onEarth = (places: Ring): FenceCorner[] => places.map(([East, North]) => plane.toEarth({ North, East }));
     this.corners = onEarth(ring);
     this.zones = zones.map(onEarth);
-    this.model.fence.draw(this.corners, undefined, this.zones);
+    this.edited?.draw(this.corners, undefined, this.zones);
   }
 
-  /** A square in the middle of the map: the fence, or a zone of it. */
+  /** A square in the middle of the map: what is drawn, or a zone of it. */
   private square(): void {
-    const { zoning } = this.model.fence;
+    const zoning = this.edited?.zoning === true;
     const square = squareAround(toCoordinate(this.lot.centre), zoning ? ZONE_SQUARE_M : SQUARE_M);
     const ring = zoning ? this.ring() : square;
     const zones = zoning ? [...this.zoneRings(), square] : [];
@@ -98,11 +103,11 @@ export class FenceOnMap {
   }
 
   private ring(): Ring {
-    return this.onMap(this.model.fence.draft?.corners ?? []);
+    return this.onMap(this.edited?.draft?.corners ?? []);
   }
 
   private zoneRings(): Ring[] {
-    return (this.model.fence.draft?.zones ?? []).map((zone) => this.onMap(zone));
+    return (this.edited?.draft?.zones ?? []).map((zone) => this.onMap(zone));
   }
 
   private onMap(corners: readonly FenceCorner[]): Ring {

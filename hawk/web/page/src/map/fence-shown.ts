@@ -1,5 +1,5 @@
 import type { LocalPlane } from "../fence/plane.ts";
-import type { FenceCheck, FenceCorner, FenceSetup, Heartbeat, Point } from "../protocol.ts";
+import type { FenceCheck, FenceCorner, FenceSetup, Heartbeat, OutlineSetup, Point } from "../protocol.ts";
 
 /** The fence on the map: our line, inside which the drone stays, and the autopilot's around it. */
 export interface ShownFence {
@@ -50,6 +50,11 @@ export function dronePlace(heartbeat: Heartbeat, plane: LocalPlane | null): Poin
   if (North !== null && East !== null) return { North, East };
   if (!plane || Latitude === null || Longitude === null) return null;
   return plane.toMap({ Latitude, Longitude });
+}
+
+/** The area to explore: its polygons and what is cut out of them. */
+export function shownOutline(setup: OutlineSetup | null, plane: LocalPlane | null): readonly (readonly Point[])[] {
+  return setup && plane ? [...setup.Polygons, ...setup.Holes].map((ring) => onMap(ring, plane)) : [];
 }
 
 function onMap(corners: readonly FenceCorner[], plane: LocalPlane): Point[] {

@@ -1,4 +1,6 @@
 import type { Point } from "../protocol.ts";
+import type { Layers } from "../state/preferences.ts";
+import type { MeasureMark } from "./draw-measure.ts";
 import type { Rectangle } from "./geometry.ts";
 
 /** Where the drone is drawn. */
@@ -17,6 +19,8 @@ export interface Scene {
   /** Our lines around the exclusion zones, and the zones themselves. */
   zones: readonly (readonly Point[])[];
   zoneLimits: readonly (readonly Point[])[];
+  /** The area that Explore surveys, and what is cut out of it. */
+  outline: readonly (readonly Point[])[];
   trail: readonly Point[];
   route: readonly Point[];
   target: Point | null;
@@ -30,6 +34,7 @@ export interface Scene {
   /** The drone was last seen so: drawn hollow, with a ring as far as it can be by now (metres). */
   lost: { reach: number } | null;
   selected: Rectangle | null;
+  measured: MeasureMark | null;
 }
 
 export const EMPTY_SCENE: Scene = {
@@ -37,6 +42,7 @@ export const EMPTY_SCENE: Scene = {
   limit: [],
   zones: [],
   zoneLimits: [],
+  outline: [],
   trail: [],
   route: [],
   target: null,
@@ -47,4 +53,20 @@ export const EMPTY_SCENE: Scene = {
   plannedRoute: [],
   lost: null,
   selected: null,
+  measured: null,
 };
+
+/**
+ * Leaves out what is switched off. While a place to fly to is chosen or a fence is drawn, the fence is there whatever is
+ * switched off: it says where the drone may be.
+ */
+export function withLayers(scene: Scene, layers: Layers, choosing: boolean): Scene {
+  const fence = layers.fence || choosing ? {} : { fence: [], limit: [], zones: [], zoneLimits: [] };
+  return {
+    ...scene,
+    ...fence,
+    outline: layers.outline ? scene.outline : [],
+    trail: layers.trail ? scene.trail : [],
+    selected: layers.stalls ? scene.selected : null,
+  };
+}

@@ -48,10 +48,46 @@ export function turn(from: number, to: number, share: number): number {
   return from + difference * share;
 }
 
-/** A round number of metres whose bar is at most `longest` pixels long. */
-export function scaleBar(resolution: number, longest: number): { metres: number; pixels: number } {
+/** A round length whose bar is at most `longest` pixels long; `resolution` is length a pixel. */
+export function scaleBar(resolution: number, longest: number): { length: number; pixels: number } {
   const most = resolution * longest;
   const power = 10 ** Math.floor(Math.log10(most));
   const step = [5, 2, 1].find((each) => each * power <= most) ?? 1;
-  return { metres: step * power, pixels: (step * power) / resolution };
+  return { length: step * power, pixels: (step * power) / resolution };
+}
+
+/** What part of the map is shown: pixels of the page, metres a pixel, radians clockwise by which north is turned. */
+export interface Sight {
+  width: number;
+  height: number;
+  center: Coordinate;
+  resolution: number;
+  rotation: number;
+}
+
+/** Where a place is shown, pixels right and down. */
+export function toPixel({ width, height, center, resolution, rotation }: Sight, [east, north]: readonly [number, number]): Coordinate {
+  const [right, down] = [(east - center[0]) / resolution, (center[1] - north) / resolution];
+  const [sine, cosine] = [Math.sin(rotation), Math.cos(rotation)];
+  return [width / 2 + right * cosine - down * sine, height / 2 + right * sine + down * cosine];
+}
+
+/** The place that is shown at a pixel. */
+export function toPlace({ width, height, center, resolution, rotation }: Sight, [x, y]: readonly [number, number]): Coordinate {
+  const [across, below] = [(x - width / 2) * resolution, (y - height / 2) * resolution];
+  const [sine, cosine] = [Math.sin(rotation), Math.cos(rotation)];
+  return [center[0] + across * cosine + below * sine, center[1] + across * sine - below * cosine];
+}
+
+/** The smallest extent that holds everything that is shown. */
+export function sightExtent(sight: Sight): Extent {
+  const { width, height } = sight;
+  const shown = [[0, 0], [width, 0], [width, height], [0, height]] as const;
+  return extentOf(shown.map((corner) => toPlace(sight, corner))) ?? [0, 0, 0, 0];
+}
+
+/** Which part of the screen an extent takes up, pixels. */
+export function onScreen(sight: Sight, [west, south, east, north]: Extent): Extent {
+  const shown = [[west, south], [east, south], [east, north], [west, north]] as const;
+  return extentOf(shown.map((corner) => toPixel(sight, corner))) ?? [0, 0, 0, 0];
 }

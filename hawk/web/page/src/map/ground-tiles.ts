@@ -1,7 +1,9 @@
 import { type TileKey, tileName } from "../state/map-store.ts";
 import { cellAt, inflateTile } from "../state/tile-data.ts";
+import type { Extent } from "./geometry.ts";
 import type { Palette } from "./palette.ts";
-import { classPixels, clearUnseen, veilPixels } from "./tile-picture.ts";
+import { changedSides, fade, seenWithRim, type Side, softened } from "./feather.ts";
+import { classPixels, leaveOutBlack, veilPixels } from "./tile-picture.ts";
 
 export interface Grid {
   cells: number;
@@ -14,8 +16,6 @@ interface GroundTile {
   classVersion: number;
   picture: ImageBitmap | null;
   pictureVersion: number;
-  /** The picture without what was never seen, or null when there is another picture. */
-  seen: HTMLCanvasElement | null;
   /** Composed from both. */
   canvas: HTMLCanvasElement | null;
   /** It must be composed again before it is drawn. */
@@ -32,6 +32,7 @@ export class GroundTiles {
   private generation = 0;
   private palette: Palette | null = null;
   private scratch: HTMLCanvasElement | null = null;
+  private pictured = true;
 
   private readonly grid: Grid;
   private readonly changed: () => void;
@@ -56,6 +57,14 @@ export class GroundTiles {
     this.changed();
   }
 
+  /** Whether the pictures are drawn, or the classes of the cells alone. */
+  showPictures(pictured: boolean): void {
+    if (pictured === this.pictured) return;
+    this.pictured = pictured;
+    for (const tile of this.tiles.values()) tile.stale = true;
+    this.changed();
+  }
+
   /** Takes a changed tile of classes; one that cannot be read is left as it was. */
   async takeClasses(key: TileKey, version: number, data: string): Promise<void> {
     const generation = this.generation;
@@ -64,8 +73,10 @@ export class GroundTiles {
     try {
       const classes = await inflateTile(data, this.grid.cells);
       if (generation !== this.generation || tile.classVersion !== version) return;
+      const sides = changedSides(tile.classes, classes, this.grid.cells);
       tile.classes = classes;
       tile.stale = true;
+      for (const side of sides) this.touch(key, side);
       this.changed();
     } catch (error) {
       console.warn("map tile", tileName(key), error);
@@ -97,11 +108,24 @@ export class GroundTiles {
     }
   }
 
+  /** Draws the pictures in an extent, metres right (east) and down (south) of the origin. Returns whether there was one. */
+  drawPictures(context: CanvasRenderingContext2D, [west, south, east, north]: Extent): boolean {
+    const side = this.grid.cells * this.grid.cellSize;
+    let drawn = false;
+    for (const { key, picture } of this.tiles.values()) {
+      const [left, top] = [key.column * side, -key.row * side];
+      if (!picture || left > east || left + side < west || top < south || top - side > north) continue;
+      context.drawImage(picture, left, -top, side, side);
+      drawn = true;
+    }
+    return drawn;
+  }
+
   private tile(key: TileKey): GroundTile {
     const name = tileName(key);
     let tile = this.tiles.get(name);
     if (!tile) {
-      const none = { classes: null, classVersion: -1, picture: null, pictureVersion: -1, seen: null, canvas: null };
+      const none = { classes: null, classVersion: -1, picture: null, pictureVersion: -1, canvas: null };
       tile = { key, ...none, stale: false };
       this.tiles.set(name, tile);
     }
@@ -131,39 +155,60 @@ export class GroundTiles {
       const tile = this.tile(key);
       if (version < tile.pictureVersion) return;
       tile.picture?.close();
-      Object.assign(tile, { picture, pictureVersion: version, seen: null, stale: true });
+      Object.assign(tile, { picture, pictureVersion: version, stale: true });
       this.changed();
     } catch (error) {
       console.warn("map picture", tileName(key), error);
     }
   }
 
+  /** The edge of what was seen lies at the border of a tile: the tile beside it is softened again. */
+  private touch(key: TileKey, side: Side): void {
+    const tile = this.beside(key, side);
+    if (tile) tile.stale = true;
+  }
+
+  private beside({ row, column }: TileKey, [down, right]: Side): GroundTile | undefined {
+    return this.tiles.get(tileName({ row: row + down, column: column + right }));
+  }
+
   private compose(tile: GroundTile): void {
     const palette = this.palette;
-    const size = this.grid.cells;
+    const { cells: size } = this.grid;
     tile.canvas ??= newCanvas(size);
     const context = tile.canvas.getContext("2d");
     if (!palette || !context) return;
     tile.stale = false;
     context.clearRect(0, 0, size, size);
-    if (tile.classes) context.putImageData(new ImageData(classPixels(tile.classes, palette), size), 0, 0);
-    if (tile.picture) context.drawImage((tile.seen ??= seenPart(tile.picture, size)), 0, 0);
-    if (!tile.classes) return;
-    this.scratch ??= newCanvas(size);
-    this.scratch.getContext("2d")?.putImageData(new ImageData(veilPixels(tile.classes, palette), size), 0, 0);
+    const seen = seenWithRim(size, (side) => (side[0] === 0 && side[1] === 0 ? tile.classes : (this.beside(tile.key, side)?.classes ?? null)));
+    const shown = softened(seen, size);
+    const add = (pixels: Uint8ClampedArray<ArrayBuffer>): void => {
+      fade(pixels, shown);
+      this.paint(context, new ImageData(pixels, size));
+    };
+    if (tile.classes) add(classPixels(tile.classes, palette));
+    if (tile.picture && this.pictured) this.paint(context, seenPart(tile.picture, size, seen, tile.classes !== null));
+    if (tile.classes) add(veilPixels(tile.classes, palette));
+  }
+
+  /** Draws pixels over what is there: a canvas takes them only in place of it. */
+  private paint(context: CanvasRenderingContext2D, pixels: ImageData): void {
+    this.scratch ??= newCanvas(this.grid.cells);
+    this.scratch.getContext("2d")?.putImageData(pixels, 0, 0);
     context.drawImage(this.scratch, 0, 0);
   }
 }
 
-function seenPart(picture: ImageBitmap, size: number): HTMLCanvasElement {
-  const canvas = newCanvas(size);
-  const context = canvas.getContext("2d", { willReadFrequently: true });
-  if (!context) return canvas;
+/** The picture as far as it shows what was seen, softened at its edge. Changes `seen`. */
+function seenPart(picture: ImageBitmap, size: number, seen: Uint8Array, known: boolean): ImageData {
+  const context = newCanvas(size).getContext("2d", { willReadFrequently: true });
+  if (!context) return new ImageData(size, size);
   context.drawImage(picture, 0, 0, size, size);
   const pixels = context.getImageData(0, 0, size, size);
-  clearUnseen(pixels.data, size);
-  context.putImageData(pixels, 0, 0);
-  return canvas;
+  if (!known) seen.fill(1);
+  leaveOutBlack(pixels.data, size, seen, known);
+  fade(pixels.data, softened(seen, size));
+  return pixels;
 }
 
 function newCanvas(size: number): HTMLCanvasElement {

@@ -5,15 +5,23 @@ import Projection from "ol/proj/Projection.js";
 import View from "ol/View.js";
 import type { Point } from "../protocol.ts";
 import type { MapChange, MapStore, Stall } from "../state/map-store.ts";
+import type { Layers } from "../state/preferences.ts";
+import type { LocalPlane } from "../fence/plane.ts";
+import { Background } from "./background.ts";
 import { drawScene } from "./draw-scene.ts";
 import { FenceEditor, type FenceEditorEvents, type Ring } from "./fence-editor.ts";
 import { EMPTY_SCENE, type Scene } from "./flight-scene.ts";
-import { corners, covers, type Extent, extentOf, toCoordinate, turn } from "./geometry.ts";
-import { GroundLayer, resize } from "./ground-layer.ts";
+import { corners, covers, type Extent, extentOf, onScreen, type Sight, toCoordinate, toPixel, turn } from "./geometry.ts";
+import { Glide } from "./glide.ts";
+import { GroundLayer } from "./ground-layer.ts";
 import { GroundTiles } from "./ground-tiles.ts";
 import { readPalette } from "./palette.ts";
+import { cropExtent, upright } from "./stall-crop.ts";
 import { StallsLayer } from "./stalls-layer.ts";
+import { resize } from "./wide-canvas.ts";
 
+/** What is up on the screen: north, or the drone's nose. */
+export type Up = "north" | "drone";
 export type Looking = "follow" | "whole" | "free";
 
 export interface LotMapEvents {
@@ -25,15 +33,17 @@ export interface LotMapEvents {
 }
 
 const HALF_WORLD_M = 5000;
-/** Heartbeats come every 200 ms; the drone's mark glides from one place to the next in so long. */
-const GLIDE_MS = 200;
-const GLIDE_STEP_MS = 100;
 /** Ground redraws are gathered for so long. */
 const REDRAW_MS = 400;
 const FOLLOW_RESOLUTION = 0.14;
 const EASE_MS = 150;
 /** A whole lot that takes up less of the view than this is brought nearer. */
 const LEAST_FILLED = 0.7;
+/** A click so near to a stall is on it. */
+const HIT_PX = 2;
+const LEAST_TURN_RAD = 0.005;
+/** A finger or mouse button leaves. */
+const ENDED = ["pointerup", "pointercancel"] as const;
 
 /** The map: a metre grid of its own (east, north), drawn when something changes and not otherwise. */
 export class LotMap {
@@ -43,14 +53,17 @@ export class LotMap {
   private readonly view: View;
   private readonly tiles: GroundTiles;
   private readonly ground: GroundLayer;
+  private readonly background = new Background(() => this.redrawSoon());
   private readonly stalls: StallsLayer;
   private readonly overlay = document.createElement("canvas");
   private scene: Scene = EMPTY_SCENE;
-  private shown: Scene["drone"] = null;
   /** What is to come into view once the map has a size: on a phone it may be hidden behind a panel. */
   private wanted: Extent | null = null;
-  private glide: { from: Scene["drone"]; began: number } | null = null;
-  private glideTimer = 0;
+  private readonly glide = new Glide(() => this.glided());
+  private up: Up = "north";
+  /** Something is pointed at on the map: it does not turn under the finger. */
+  private held = false;
+  private readonly pointers = new Set<number>();
   private redrawTimer = 0;
   private lot: Extent | null = null;
   private editor: FenceEditor | null = null;
@@ -76,14 +89,14 @@ export class LotMap {
       minResolution: 0.02,
       maxResolution: 2,
       constrainResolution: false,
-      enableRotation: false,
+      constrainRotation: false,
     });
     this.tiles = new GroundTiles(grid, () => this.redrawSoon());
-    this.ground = new GroundLayer(this.tiles);
-    this.stalls = new StallsLayer(window.devicePixelRatio);
+    this.ground = new GroundLayer(this.tiles, this.background);
+    this.stalls = new StallsLayer();
     this.map = new OlMap({
       target: element,
-      layers: [this.ground, this.stalls.layer],
+      layers: [this.ground, this.stalls],
       view: this.view,
       controls: [],
       interactions: defaultInteractions({ altShiftDragRotate: false, pinchRotate: false }),
@@ -94,11 +107,13 @@ export class LotMap {
     this.sizeWatch = new ResizeObserver(() => this.sized());
     this.sizeWatch.observe(element);
     this.recolour();
+    void this.background.load();
   }
 
   dispose(): void {
     this.sizeWatch.disconnect();
-    clearTimeout(this.glideTimer);
+    this.glide.stop();
+    for (const ended of ENDED) window.removeEventListener(ended, this.released);
     clearTimeout(this.redrawTimer);
     this.map.setTarget(undefined);
   }
@@ -107,9 +122,33 @@ export class LotMap {
     const palette = readPalette(this.element);
     this.ground.palette = palette;
     this.tiles.recolour(palette);
-    this.ground.changed();
+    this.ground.repaint();
     this.editor?.recolour(palette);
     this.drawOverlay();
+  }
+
+  /** Shows or hides what lies under the flight. */
+  showLayers({ stalls, picture, background }: Layers, plane: LocalPlane | null): void {
+    this.stalls.setVisible(stalls);
+    this.tiles.showPictures(picture);
+    if (background === this.background.visible && plane === this.background.plane) return;
+    Object.assign(this.background, { visible: background, plane });
+    this.redrawSoon();
+  }
+
+  /** Whether there is a picture of the ground besides the drone's. */
+  get hasBackground(): boolean {
+    return this.background.zooms.length > 0;
+  }
+
+  /** Chooses what is up, north or the drone's nose; while `held` the map does not turn. */
+  turnWith(up: Up, held: boolean): void {
+    const changed = up !== this.up;
+    this.up = up;
+    this.held = held;
+    this.glide.turning = up === "drone";
+    if (changed && up === "north") this.view.animate({ rotation: 0, duration: this.still.matches ? 0 : EASE_MS });
+    else this.turn();
   }
 
   /** Opens the fence editor; null closes it. The map keeps still under the corners: it follows nothing from then on. */
@@ -127,10 +166,15 @@ export class LotMap {
     this.showWanted();
   }
 
+  /** Stays where it is, following nothing. */
+  stay(): void {
+    this.leave();
+  }
+
   private showWanted(): void {
     const size = this.map.getSize();
     if (!this.wanted || !size?.[0] || !size[1]) return;
-    const inView = covers(this.view.calculateExtent(size) as Extent, this.wanted);
+    const inView = covers([0, 0, size[0], size[1]], onScreen(this.sight, this.wanted));
     if (!inView) this.view.fit(this.wanted, { padding: [76, 68, 60, 68], size });
     this.wanted = null;
   }
@@ -145,11 +189,8 @@ export class LotMap {
     }
     for (const { key, version, data } of change.tiles) void this.tiles.takeClasses(key, version, data);
     for (const { key, version } of change.pictures) this.tiles.takePicture(key, version);
-    for (const id of change.removed) this.stalls.remove(id);
-    for (const id of change.stalls) {
-      const stall = store.stalls.get(id);
-      if (stall) this.stalls.put(stall);
-    }
+    this.stalls.remove(change.removed);
+    this.stalls.put(change.stalls.flatMap((id) => store.stalls.get(id) ?? []));
     if (change.stalls.length > 0) this.lot = extentOf([...store.stalls.values()].flatMap(corners));
   }
 
@@ -157,10 +198,22 @@ export class LotMap {
   setScene(scene: Scene): void {
     const before = this.scene;
     this.scene = scene;
-    this.startGlide(before);
+    this.glide.to(scene.drone, this.resolution, this.still.matches || document.hidden);
+    this.turn();
     this.keepInView();
     const same = before.planned === scene.planned && before.selected === scene.selected && before.lost === scene.lost;
-    if (!this.glide || !same) this.drawOverlay();
+    if (!this.glide.isGliding || !same) this.drawOverlay();
+  }
+
+  /** Draws what the drone saw of a stall, upright. Returns whether it has a picture of it. */
+  drawStall(stall: Stall, canvas: HTMLCanvasElement): boolean {
+    const context = canvas.getContext("2d");
+    if (!context) return false;
+    const { width, height } = canvas;
+    context.resetTransform();
+    context.clearRect(0, 0, width, height);
+    context.setTransform(...upright(stall, width, height));
+    return this.tiles.drawPictures(context, cropExtent(stall));
   }
 
   classAt(place: Point): number {
@@ -195,6 +248,18 @@ export class LotMap {
     return this.view.getResolution() ?? 0.3;
   }
 
+  /** Radians clockwise by which north is turned on the screen. */
+  get rotation(): number {
+    return this.view.getRotation();
+  }
+
+  private get sight(): Sight {
+    const [width, height] = this.map.getSize() ?? [];
+    const [east, north] = this.view.getCenter() ?? [];
+    const center: [number, number] = [east ?? 0, north ?? 0];
+    return { width: width ?? 0, height: height ?? 0, center, resolution: this.resolution, rotation: this.rotation };
+  }
+
   private listen(): void {
     this.map.on("postrender", () => {
       this.drawOverlay();
@@ -202,17 +267,30 @@ export class LotMap {
     });
     this.map.on("pointerdrag", () => this.leave());
     this.element.addEventListener("wheel", () => this.leave(), { passive: true });
+    this.element.addEventListener("pointerdown", ({ pointerId }) => this.pointers.add(pointerId));
+    for (const ended of ENDED) window.addEventListener(ended, this.released);
     this.map.on("click", (event: MapBrowserEvent) => {
       const [east, north] = event.coordinate;
       if (east === undefined || north === undefined || this.editor) return;
-      this.events.clicked({ North: north, East: east }, this.stallAt(event.pixel));
+      const shown = this.stalls.getVisible();
+      this.events.clicked({ North: north, East: east }, shown ? this.stalls.stallAt(north, east, HIT_PX * this.resolution) : null);
     });
   }
 
-  private stallAt(pixel: number[]): number | null {
-    const options = { layerFilter: (layer: unknown) => layer === this.stalls.layer, hitTolerance: 2 };
-    const id = this.map.forEachFeatureAtPixel(pixel, (feature) => feature.getId(), options);
-    return typeof id === "number" ? id : null;
+  private readonly released = ({ pointerId }: PointerEvent): void => void this.pointers.delete(pointerId);
+
+  /** Turns the map after the drone's nose, unless someone's finger is on it. */
+  private turn(): void {
+    const drone = this.glide.shown;
+    if (this.up === "north" || this.held || this.pointers.size > 0 || !drone) return;
+    const wanted = turn(0, -drone.yaw, 1);
+    if (Math.abs(turn(0, wanted - this.rotation, 1)) > LEAST_TURN_RAD) this.view.setRotation(wanted);
+  }
+
+  private glided(): void {
+    this.turn();
+    this.drawOverlay();
+    this.events.moved();
   }
 
   /** The operator moved the map: it stays where it was put. */
@@ -245,52 +323,18 @@ export class LotMap {
     resize(this.overlay, width, height, ratio);
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.clearRect(0, 0, width, height);
-    const resolution = this.resolution;
-    const [centreEast, centreNorth] = this.view.getCenter() ?? [0, 0];
-    const pixel = ([east, north]: readonly [number, number]): [number, number] => [
-      width / 2 + (east - (centreEast ?? 0)) / resolution,
-      height / 2 - (north - (centreNorth ?? 0)) / resolution,
-    ];
-    drawScene({ context, palette, resolution, pixel }, { ...this.scene, drone: this.shown });
+    const { sight } = this;
+    const pixel = (place: readonly [number, number]): [number, number] => toPixel(sight, place);
+    const { resolution, rotation } = sight;
+    drawScene({ context, palette, resolution, rotation, pixel }, { ...this.scene, drone: this.glide.shown });
   }
-
-  private startGlide(before: Scene): void {
-    const target = this.scene.drone;
-    if (this.still.matches || document.hidden || !this.shown || !target || !before.drone) {
-      this.shown = target;
-      this.glide = null;
-      return;
-    }
-    const pixels = Math.hypot(target.north - this.shown.north, target.east - this.shown.east) / this.resolution;
-    const turned = Math.abs(turn(0, target.yaw - this.shown.yaw, 1));
-    if (pixels < 0.5 && turned < 0.02) return;
-    this.glide = { from: this.shown, began: performance.now() };
-    if (this.glideTimer === 0) this.glideTimer = window.setTimeout(this.glideStep, GLIDE_STEP_MS);
-  }
-
-  private readonly glideStep = (): void => {
-    this.glideTimer = 0;
-    const target = this.scene.drone;
-    if (!this.glide?.from || !target) return;
-    const { from, began } = this.glide;
-    const share = Math.min(1, (performance.now() - began) / GLIDE_MS);
-    this.shown = {
-      north: from.north + (target.north - from.north) * share,
-      east: from.east + (target.east - from.east) * share,
-      yaw: turn(from.yaw, target.yaw, share),
-    };
-    this.drawOverlay();
-    this.events.moved();
-    if (share < 1) this.glideTimer = window.setTimeout(this.glideStep, GLIDE_STEP_MS);
-    else this.glide = null;
-  };
 
   private keepInView(): void {
     if (this.looking === "follow") this.centreOnDrone(false);
     if (this.looking !== "whole") return;
     const wanted = this.whole();
     const size = this.map.getSize();
-    if (wanted && size && !fills(this.view.calculateExtent(size) as Extent, wanted)) this.fitWhole();
+    if (wanted && size && !fills(this.sight, wanted)) this.fitWhole();
   }
 
   /** Brings the drone to the middle; unless asked to, only when it has come near the edge. */
@@ -328,10 +372,12 @@ export class LotMap {
   }
 }
 
-/** Whether a view shows all of an extent, and not much else. */
-function fills(view: Extent, wanted: Extent): boolean {
-  const share = Math.max((wanted[2] - wanted[0]) / (view[2] - view[0]), (wanted[3] - wanted[1]) / (view[3] - view[1]));
-  return covers(view, wanted) && share > LEAST_FILLED;
+/** Whether all of an extent is shown, and not much else. */
+function fills(sight: Sight, wanted: Extent): boolean {
+  const { width, height } = sight;
+  const shown = onScreen(sight, wanted);
+  const share = Math.max((shown[2] - shown[0]) / width, (shown[3] - shown[1]) / height);
+  return covers([0, 0, width, height], shown) && share > LEAST_FILLED;
 }
 
 /** Room around places when there is nothing else to show. */

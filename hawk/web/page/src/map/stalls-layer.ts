@@ -1,111 +1,119 @@
-import Feature from "ol/Feature.js";
-import Polygon from "ol/geom/Polygon.js";
-import VectorLayer from "ol/layer/Vector.js";
-import VectorSource from "ol/source/Vector.js";
-import Fill from "ol/style/Fill.js";
-import Stroke from "ol/style/Stroke.js";
-import Style from "ol/style/Style.js";
-import Text from "ol/style/Text.js";
-import type { Stall, StallState } from "../state/map-store.ts";
-import { corners } from "./geometry.ts";
+import Layer from "ol/layer/Layer.js";
+import type { FrameState } from "ol/Map.js";
+import type { Stall } from "../state/map-store.ts";
+import { drawMarks, drawStalls } from "./draw-stalls.ts";
+import { type Sight, sightExtent, toPixel } from "./geometry.ts";
+import { StallIndex, type StallSquare } from "./stall-index.ts";
+import { detailAt } from "./stall-style.ts";
+import { isMoving, northUp, WideCanvas } from "./wide-canvas.ts";
 
-/** Above this number of metres a pixel, lines are thin and question marks are left out. */
-const FAR = 0.19;
+/** A square as it was drawn. */
+interface Kept {
+  canvas: HTMLCanvasElement;
+  resolution: number;
+  ratio: number;
+  version: number;
+}
 
-type Styles = Record<StallState, Style>;
+/** A larger picture of a square is not kept: so near there are few stalls, which are drawn one by one. Pixels a side. */
+const LARGEST_PX = 1400;
+/** The number of pictures that are kept at most beside those that are shown. */
+const SPARE = 48;
 
-/** Stalls as vector shapes. Their symbols differ in more than colour: plain, hatched, dashed with a question mark. */
-export class StallsLayer {
-  readonly layer: VectorLayer;
-  private readonly source = new VectorSource();
-  private readonly near: Styles;
-  private readonly far: Styles;
+/**
+ * Stalls, drawn square by square into pictures that are kept: while the map is moved or turned no stall is drawn again,
+ * and while it is zoomed the pictures are stretched until it stands still.
+ */
+export class StallsLayer extends Layer {
+  private readonly index = new StallIndex();
+  private readonly kept = new Map<StallSquare, Kept>();
+  private readonly wide = new WideCanvas("stalls", (context, sight, frame) => this.paint(context, sight, frame));
 
-  constructor(pixelRatio: number) {
-    this.near = styles(pixelRatio, 1.5, true);
-    this.far = styles(pixelRatio, 1, false);
-    this.layer = new VectorLayer({
-      source: this.source,
-      style: (feature, resolution) =>
-        (resolution > FAR ? this.far : this.near)[feature.get("state") as StallState],
-    });
+  constructor() {
+    super({});
   }
 
   clear(): void {
-    this.source.clear(true);
+    this.index.clear();
+    this.kept.clear();
+    this.drawAgain();
   }
 
-  /** Puts or changes a stall; a shape that did not change is not drawn again. */
-  put(stall: Stall): void {
-    const ring = [...corners(stall)];
-    const old = this.source.getFeatureById(stall.id);
-    if (!old) {
-      const feature = new Feature({ geometry: new Polygon([ring]), state: stall.state });
-      feature.setId(stall.id);
-      this.source.addFeature(feature);
+  put(stalls: Iterable<Stall>): void {
+    let changed = false;
+    for (const stall of stalls) changed = this.index.put(stall) || changed;
+    if (changed) this.drawAgain();
+  }
+
+  remove(ids: Iterable<number>): void {
+    let changed = false;
+    for (const id of ids) changed = this.index.remove(id) || changed;
+    if (changed) this.drawAgain();
+  }
+
+  /** The stall at a place, or so near to it (metres). */
+  stallAt(north: number, east: number, tolerance: number): number | null {
+    return this.index.at(north, east, tolerance)?.id ?? null;
+  }
+
+  override render(frame: FrameState | null): HTMLElement {
+    if (frame) this.wide.show(frame);
+    return this.wide.holder;
+  }
+
+  private drawAgain(): void {
+    this.wide.touch();
+    this.changed();
+  }
+
+  private paint(context: CanvasRenderingContext2D, sight: Sight, frame: FrameState): void {
+    const ratio = frame.pixelRatio;
+    const moving = isMoving(frame);
+    const squares = this.index.within(sightExtent(sight));
+    context.save();
+    northUp(context, sight);
+    for (const square of squares) this.paintSquare(context, square, sight, { ratio, moving });
+    context.restore();
+    if (detailAt(sight.resolution).marked) drawMarks(context, unclear(squares, sight));
+    this.forget(squares);
+  }
+
+  private paintSquare(context: CanvasRenderingContext2D, square: StallSquare, sight: Sight, how: { ratio: number; moving: boolean }): void {
+    const { resolution } = sight;
+    const { extent, stalls } = square;
+    const side = (extent[2] - extent[0]) / resolution;
+    if (side * how.ratio > LARGEST_PX) {
+      drawStalls(context, stalls.values(), { west: 0, north: 0, resolution, ratio: how.ratio }, detailAt(resolution));
       return;
     }
-    const geometry = old.getGeometry();
-    if (geometry instanceof Polygon && !sameRing(geometry, ring)) geometry.setCoordinates([ring]);
-    if (old.get("state") !== stall.state) old.set("state", stall.state);
+    const { canvas } = this.picture(square, resolution, how);
+    context.drawImage(canvas, extent[0] / resolution, -extent[3] / resolution, side, side);
   }
 
-  remove(id: number): void {
-    const feature = this.source.getFeatureById(id);
-    if (feature) this.source.removeFeature(feature);
+  /** The picture that is kept, drawn again where it is no longer right. One that is only of another size will do while the map moves. */
+  private picture(square: StallSquare, resolution: number, { ratio, moving }: { ratio: number; moving: boolean }): Kept {
+    const kept = this.kept.get(square);
+    if (kept?.version === square.version && kept.ratio === ratio && (kept.resolution === resolution || moving)) return kept;
+    const canvas = kept?.canvas ?? document.createElement("canvas");
+    const [west, , east, north] = square.extent;
+    canvas.width = canvas.height = Math.ceil(((east - west) / resolution) * ratio);
+    const context = canvas.getContext("2d");
+    const fit = (canvas.width * resolution) / (east - west);
+    context?.setTransform(fit, 0, 0, fit, 0, 0);
+    if (context) drawStalls(context, square.stalls.values(), { west, north, resolution, ratio }, detailAt(resolution));
+    const drawn = { canvas, resolution, ratio, version: square.version };
+    this.kept.set(square, drawn);
+    return drawn;
+  }
+
+  private forget(shown: readonly StallSquare[]): void {
+    if (this.kept.size <= shown.length + SPARE) return;
+    const needed = new Set(shown);
+    for (const square of this.kept.keys()) if (!needed.has(square)) this.kept.delete(square);
   }
 }
 
-function sameRing(geometry: Polygon, ring: number[][]): boolean {
-  const flat = geometry.getFlatCoordinates();
-  return ring.every((corner, index) => flat[index * 2] === corner[0] && flat[index * 2 + 1] === corner[1]);
-}
-
-function styles(pixelRatio: number, line: number, marks: boolean): Styles {
-  const question = new Text({
-    text: "?",
-    font: "700 14px system-ui, sans-serif",
-    fill: new Fill({ color: "#fff" }),
-    stroke: new Stroke({ color: "rgba(16,22,28,.8)", width: 2 }),
-    overflow: true,
-  });
-  const dashes = new Stroke({ color: "#fff", width: line, lineDash: [4, 3] });
-  return {
-    free: new Style({
-      fill: new Fill({ color: "rgba(47,143,255,.46)" }),
-      stroke: new Stroke({ color: "#e3f1ff", width: line }),
-      zIndex: 1,
-    }),
-    taken: new Style({
-      fill: new Fill({ color: hatch(pixelRatio) }),
-      stroke: new Stroke({ color: "#e05a00", width: line }),
-      zIndex: 2,
-    }),
-    unknown: new Style({
-      fill: new Fill({ color: "rgba(16,22,28,.45)" }),
-      stroke: dashes,
-      zIndex: 3,
-      ...(marks ? { text: question } : {}),
-    }),
-  };
-}
-
-/** Orange stripes at 45°, on a dark ground that makes them readable over any car. */
-function hatch(pixelRatio: number): CanvasPattern | string {
-  const size = Math.round(6 * pixelRatio);
-  const canvas = document.createElement("canvas");
-  canvas.width = canvas.height = size;
-  const context = canvas.getContext("2d");
-  if (!context) return "rgba(255,122,26,.5)";
-  context.fillStyle = "rgba(16,22,28,.12)";
-  context.fillRect(0, 0, size, size);
-  context.strokeStyle = "#ff7a1a";
-  context.lineWidth = 1.6 * pixelRatio;
-  context.beginPath();
-  for (const shift of [-size, 0, size]) {
-    context.moveTo(shift - 1, size + 1);
-    context.lineTo(shift + size + 1, -1);
-  }
-  context.stroke();
-  return context.createPattern(canvas, "repeat") ?? "rgba(255,122,26,.5)";
+function unclear(squares: readonly StallSquare[], sight: Sight): (readonly [number, number])[] {
+  const all = squares.flatMap((square) => [...square.stalls.values()]);
+  return all.filter((stall) => stall.state === "unknown").map((stall) => toPixel(sight, [stall.east, stall.north]));
 }

@@ -1,7 +1,8 @@
-import { FenceDraft, type Zones } from "../fence/draft.ts";
+import { FenceDraft } from "../fence/draft.ts";
 import { type FenceFile, FenceFileError, readFence, writeFence } from "../fence/geojson.ts";
 import type { Answer } from "../link/commands.ts";
 import type { Timers } from "../link/socket.ts";
+import { Drawing } from "./drawing.ts";
 import type { Command, FenceCheck, FenceCorner, FenceSetup, Heartbeat } from "../protocol.ts";
 
 /** After a change the drone is asked so much later: a corner that is dragged changes with every frame. */
@@ -25,16 +26,7 @@ export interface FenceHooks {
 }
 
 /** The fence editor: what is drawn, what the drone says about it, and keeping it. */
-export class FenceEditing {
-  draft: FenceDraft | null = null;
-  /** True while the editor is open; a draft survives when the editor closes because the drone took off. */
-  open = false;
-  /** Corners of a ring that is not closed yet. */
-  begun = 0;
-  /** Whether a corner that is pointed at is removed. */
-  removing = false;
-  /** Whether the ring that is drawn next is an exclusion zone. */
-  zoning = false;
+export class FenceEditing extends Drawing {
   saving = false;
   verdict: Verdict = { about: "nothing" };
 
@@ -45,40 +37,13 @@ export class FenceEditing {
   private beats: number | null = null;
 
   constructor(hooks: FenceHooks) {
+    super();
     this.hooks = hooks;
   }
 
   /** Opens the editor with what was left unsaved, else with the fence that the drone keeps (a circle is not edited). */
   begin(setup: FenceSetup): void {
-    this.open = true;
-    this.begun = 0;
-    this.removing = this.zoning = false;
-    this.draft ??= new FenceDraft(setup.Corners, setup.Ceiling, setup.Zones);
-    this.ask();
-  }
-
-  /** Closes the editor; what was drawn is given up. */
-  cancel(): void {
-    this.close();
-    this.draft = null;
-    this.hooks.changed();
-  }
-
-  /** Closes the editor because the fence cannot be changed now; what was drawn is kept until the next `begin`. */
-  pause(reason: string): void {
-    if (!this.open) return;
-    const kept = this.draft?.isChanged === true;
-    this.close();
-    if (!kept) this.draft = null;
-    this.hooks.tell(kept ? `${reason} What was drawn is kept.` : reason, "warning");
-  }
-
-  /** A drawing without zones keeps those that are there; one without corners has none. */
-  draw(corners: readonly FenceCorner[], ceiling?: string, zones?: Zones): void {
-    this.draft?.draw(corners, ceiling, zones);
-    this.begun = 0;
-    this.zoning = false;
-    if (!this.draft?.isDrawn) this.removing = false;
+    this.start(new FenceDraft(setup.Corners, setup.Ceiling, setup.Zones));
     this.ask();
   }
 
@@ -87,36 +52,8 @@ export class FenceEditing {
     this.ask();
   }
 
-  undo(): void {
-    this.draft?.undo();
-    this.begun = 0;
-    this.zoning = false;
-    this.ask();
-  }
-
-  /** Number of corners of the ring that is being drawn. */
-  drawing(begun: number): void {
-    if (begun === this.begun) return;
-    this.begun = begun;
-    this.hooks.changed();
-  }
-
-  remove(removing: boolean): void {
-    this.removing = removing;
-    this.zoning = false;
-    this.hooks.changed();
-  }
-
-  /** Begins an exclusion zone, or gives up the one that is being drawn. */
-  zone(zoning: boolean): void {
-    this.zoning = zoning && this.draft?.isDrawn === true;
-    this.removing = false;
-    this.begun = 0;
-    this.hooks.changed();
-  }
-
   /** Takes a file's fence over; a file without one is reported and changes nothing. */
-  import(text: string): boolean {
+  override import(text: string): boolean {
     try {
       const file = readFence(text);
       this.draw(file.corners, file.ceiling === null ? undefined : String(file.ceiling), file.zones);
@@ -129,7 +66,7 @@ export class FenceEditing {
   }
 
   /** GeoJSON of what is drawn; null while there is nothing. */
-  export(): string | null {
+  override export(): string | null {
     const draft = this.draft;
     if (!draft?.isDrawn) return null;
     const zones = draft.zones.map((zone) => [...zone]);
@@ -167,13 +104,23 @@ export class FenceEditing {
     this.hooks.changed();
   }
 
-  private close(): void {
-    this.open = false;
-    this.removing = this.zoning = false;
-    this.begun = 0;
+  protected override close(): void {
+    super.close();
     this.asked += 1;
     this.cancelAsk?.();
     this.verdict = { about: "nothing" };
+  }
+
+  protected override redrawn(): void {
+    this.ask();
+  }
+
+  protected override changed(): void {
+    this.hooks.changed();
+  }
+
+  protected override tell(text: string, level: "info" | "warning"): void {
+    this.hooks.tell(text, level);
   }
 
   private ask(): void {
@@ -182,7 +129,7 @@ export class FenceEditing {
     const number = this.asked;
     const [draft, ceiling] = [this.draft, this.draft?.ceilingMetres];
     if (!draft?.isDrawn) this.verdict = { about: "nothing" };
-    else if (ceiling == null) this.verdict = { about: "problem", text: "Ceiling: give a number of metres above 0." };
+    else if (ceiling == null) this.verdict = { about: "problem", text: "Ceiling: give a number above 0." };
     else {
       this.verdict = { about: "asking" };
       const command: Command = { Type: "Check Fence", ...drawn(draft), Ceiling: ceiling };

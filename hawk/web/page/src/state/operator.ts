@@ -7,9 +7,12 @@ import { linkOf, option, type View } from "../words/view.ts";
 import { Alarms } from "./alarms.ts";
 import { Controlling } from "./controlling.ts";
 import { DaemonClock } from "./daemon-clock.ts";
+import type { Drawing } from "./drawing.ts";
 import { FenceEditing } from "./fence-edit.ts";
 import { Flight } from "./flight.ts";
+import { Measure } from "./measure.ts";
 import { type MapChange, MapStore } from "./map-store.ts";
+import { OutlineEditing } from "./outline-edit.ts";
 import { Picture } from "./picture.ts";
 import { type Moment, PlotHistory } from "./plot-history.ts";
 import { type Preferences, readPreferences, writePreferences } from "./preferences.ts";
@@ -36,7 +39,7 @@ export interface Outside {
 
 /** What the operator is asked to confirm in the bar. */
 export type Question =
-  | { about: "move"; target: Point; kind?: MoveKind }
+  | { about: "move"; target: Point; kind?: MoveKind; /** To look at this stall again. */ stall?: number }
   | { about: "Arm" | "Takeoff" | "Autonomous Explore" | "Return To Launch" | "Land" | "Resume" | "New Survey" };
 
 /** Cutting the motors: first a token is asked for, then it can be done. */
@@ -67,6 +70,8 @@ export class Operator extends EventTarget {
   cutting: Cutting | null = null;
   toast: Toast | null = null;
   readonly fence: FenceEditing;
+  readonly outline: OutlineEditing;
+  readonly measure = new Measure(() => this.changed());
   readonly controlling: Controlling;
   /** The route to the place that is asked about, where the drone plans one. */
   readonly routePlan: RoutePlan;
@@ -113,6 +118,17 @@ export class Operator extends EventTarget {
       tell: (text, level) => this.tell({ level, text }),
       timers: outside.timers,
     });
+    this.outline = new OutlineEditing({
+      command: (command, what) => this.command(command, what),
+      changed: () => this.changed(),
+      tell: (text, level) => this.tell({ level, text }),
+      storage: outside.storage,
+    });
+  }
+
+  /** What is being drawn on the map: the fence, or the area to explore. */
+  get drawing(): Drawing | null {
+    return this.fence.open ? this.fence : this.outline.open ? this.outline : null;
   }
 
   connect(): void {
@@ -142,6 +158,7 @@ export class Operator extends EventTarget {
       landedAt: this.flight.landedAt,
       cruise: this.flight.cruise,
       pictureAge: this.picture.age(this.seconds()),
+      units: this.preferences.units,
     };
   }
 
@@ -166,10 +183,27 @@ export class Operator extends EventTarget {
   /** Opens the fence editor in place of whatever else is asked. */
   editFence(): void {
     const setup = this.flight.fenceSetup;
-    if (!setup || !FENCE_STATES.has(this.flight.heartbeat?.State ?? "")) return;
+    if (!setup || !this.canDraw()) return;
+    this.leaveMap();
+    this.fence.begin(setup);
+  }
+
+  /** Opens the editor of the area to explore. */
+  editOutline(): void {
+    if (!this.outline.setup || !this.canDraw()) return;
+    this.leaveMap();
+    this.outline.begin();
+  }
+
+  private canDraw(): boolean {
+    return this.drawing === null && FENCE_STATES.has(this.flight.heartbeat?.State ?? "");
+  }
+
+  /** Nothing is asked, and the map is pointed at for nothing. */
+  private leaveMap(): void {
     this.question = null;
     this.picking = false;
-    this.fence.begin(setup);
+    this.measure.end();
   }
 
   async takeControl(): Promise<void> {
@@ -180,7 +214,15 @@ export class Operator extends EventTarget {
     await this.controlling.release();
   }
 
+  /** Begins to measure, in place of what else the map is pointed at for. */
+  beginMeasure(): void {
+    if (this.drawing) return;
+    if (this.picking || this.question?.about === "move") this.ask(null);
+    this.measure.begin();
+  }
+
   ask(question: Question | null): void {
+    if (question?.about === "move") this.measure.end();
     this.question = question;
     this.picking = false;
     if (question?.about === "move" && option(this.view(), "Autonomous Move").Possible) void this.routePlan.ask(question.target);
@@ -195,6 +237,7 @@ export class Operator extends EventTarget {
   }
 
   pick(picking: boolean): void {
+    if (picking) this.measure.end();
     this.picking = picking;
     this.question = null;
     this.changed();
@@ -212,6 +255,7 @@ export class Operator extends EventTarget {
     if (this.cutting) this.endCut();
     else if (this.question) this.ask(null);
     else if (this.picking) this.pick(false);
+    else if (this.measure.open) this.measure.end();
     else return false;
     return true;
   }
@@ -316,7 +360,11 @@ export class Operator extends EventTarget {
     if (before !== undefined && before !== heartbeat.State) this.question = null;
     if (this.cutting && heartbeat.Armed === false) this.endCut();
     this.fence.hear(heartbeat);
-    if (!FENCE_STATES.has(heartbeat.State)) this.fence.pause("The fence is changed on the ground only, with the motors off.");
+    if (heartbeat["Outline Setup"]) this.outline.hear(heartbeat["Outline Setup"]);
+    if (!FENCE_STATES.has(heartbeat.State)) {
+      this.fence.pause("The fence is changed on the ground only, with the motors off.");
+      this.outline.pause("The area to explore is drawn on the ground only, with the motors off.");
+    }
     const update = heartbeat["Occupancy Map"];
     if (update) this.dispatchEvent(new CustomEvent<MapChange>("map", { detail: this.map.apply(update) }));
     this.sayAlarms();

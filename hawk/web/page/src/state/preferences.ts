@@ -1,4 +1,13 @@
+import type { Units } from "../words/units.ts";
+
 export type Theme = "auto" | "light" | "dark" | "outdoor";
+
+/** What can be left out of the map. */
+export const LAYERS = ["stalls", "picture", "fence", "outline", "trail", "background"] as const;
+export type Layer = (typeof LAYERS)[number];
+/** Which layers are drawn. */
+export type Layers = Readonly<Record<Layer, boolean>>;
+export const ALL_LAYERS: Layers = { stalls: true, picture: true, fence: true, outline: true, trail: true, background: true };
 
 export interface Preferences {
   theme: Theme;
@@ -7,24 +16,31 @@ export interface Preferences {
   name: string | null;
   /** Tone and voice report what others do. */
   sound: boolean;
+  layers: Layers;
+  units: Units;
+  /** The map turns with the drone's nose, which is always up. */
+  droneUp: boolean;
 }
 
 type Storage = Pick<globalThis.Storage, "getItem" | "setItem">;
 
 const KEY = "hawk-page";
-const STANDARD: Preferences = { theme: "auto", leftHanded: false, name: null, sound: true };
+export const STANDARD: Preferences = { theme: "auto", leftHanded: false, name: null, sound: true, layers: ALL_LAYERS, units: "metres", droneUp: false };
 
 /** Reads the preferences that this browser stored; those that cannot be read have their defaults. */
 export function readPreferences(storage: Storage): Preferences {
   try {
     const stored: unknown = JSON.parse(storage.getItem(KEY) ?? "{}");
     if (typeof stored !== "object" || stored === null) return STANDARD;
-    const { theme, leftHanded, name, sound } = stored as Partial<Preferences>;
+    const { theme, leftHanded, name, sound, layers, units, droneUp } = stored as Partial<Preferences>;
     return {
       theme: theme === "light" || theme === "dark" || theme === "outdoor" ? theme : "auto",
       leftHanded: leftHanded === true,
       name: typeof name === "string" ? name : null,
       sound: sound !== false,
+      layers: readLayers(layers),
+      units: units === "feet" ? "feet" : "metres",
+      droneUp: droneUp === true,
     };
   } catch {
     return STANDARD;
@@ -38,4 +54,10 @@ export function writePreferences(storage: Storage, preferences: Preferences): vo
   } catch {
     return;
   }
+}
+
+/** A layer that is not known to be off is on. */
+function readLayers(stored: unknown): Layers {
+  const known: Partial<Record<Layer, unknown>> = typeof stored === "object" && stored !== null ? stored : {};
+  return Object.fromEntries(LAYERS.map((layer) => [layer, known[layer] !== false])) as Record<Layer, boolean>;
 }

@@ -12,6 +12,7 @@ import { Part } from "./element.ts";
 import { isTouch } from "./touch.ts";
 import "./confirm-bar.ts";
 import "./fence-bar.ts";
+import "./outline-bar.ts";
 
 /** The bar: guided actions, what is being confirmed, or who has control; Land and Hold always at its outer end. */
 @customElement("hawk-bar")
@@ -59,6 +60,7 @@ export class ActionBar extends Part {
 
   private first(view: View): TemplateResult {
     if (this.model.fence.open) return html`<hawk-fence-bar .model=${this.model}></hawk-fence-bar>`;
+    if (this.model.outline.open) return html`<hawk-outline-bar .model=${this.model}></hawk-outline-bar>`;
     const question = this.model.question;
     if (question) {
       return html`<hawk-confirm .model=${this.model} .question=${question} .classAt=${this.classAt}></hawk-confirm>`;

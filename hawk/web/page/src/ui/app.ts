@@ -75,7 +75,7 @@ export class App extends LitElement {
   override render(): TemplateResult {
     const model = this.model;
     const simulated = model.flight.welcome?.Simulation === true;
-    const main = [this.swapped ? "swapped" : "", this.survey ? "surveyed" : "", model.fence.open ? "fencing" : ""].join(" ");
+    const main = [this.swapped ? "swapped" : "", this.survey ? "surveyed" : "", model.drawing ? "fencing" : ""].join(" ");
     return html`<nav class="skipping" aria-label="Skip"><a class="skip" href="#bar" @click=${(event: Event) => this.skip(event)}>Skip to the actions</a></nav>
       ${simulated ? html`<div class="simline" role="region" aria-label="Simulation"><b>SIMULATION</b> No real drone flies.</div>` : nothing}
       <hawk-glance .model=${model}></hawk-glance>
@@ -128,17 +128,18 @@ export class App extends LitElement {
     if (what === "swap") this.swapped = !this.swapped;
     else if (what === "survey") this.survey = true;
     else if (what === "close") this.survey = false;
-    else if (what === "fence") this.editFence();
+    else if (what === "fence" || what === "outline") this.draw(what);
     else if (what === "settings" || what === "checks") this.openTab(what === "settings" ? "Settings" : "Checks");
     else if (what === "menu" || what === "actions" || what === "keys") this.panel = this.panel === what ? "none" : what;
   }
 
-  /** The fence is drawn on the map: what covers it or has made it small goes. */
-  private editFence(): void {
+  /** Fence and outline are drawn on the map: what covers it or has made it small goes. */
+  private draw(what: "fence" | "outline"): void {
     this.panel = "none";
     this.survey = false;
     this.swapped = false;
-    this.model.editFence();
+    if (what === "fence") this.model.editFence();
+    else this.model.editOutline();
   }
 
   private openTab(tab: TabName): void {

@@ -27,10 +27,10 @@ export class ConfirmBar extends Part {
 
   override render(): TemplateResult {
     const question = this.question;
-    return question.about === "move" ? this.move(question.target, question.kind) : this.simple(question.about);
+    return question.about === "move" ? this.move(question) : this.simple(question.about);
   }
 
-  private move(target: Point, chosen: MoveKind | undefined): TemplateResult {
+  private move({ target, kind: chosen, stall }: Extract<Question, { about: "move" }>): TemplateResult {
     const view = this.model.view();
     const route = this.model.routePlan;
     const plan = planMove(view, target, this.classAt(target), route);
@@ -39,7 +39,9 @@ export class ConfirmBar extends Part {
     const way = plan.ways.find((each) => each.kind === kind);
     const run = way?.possible ? () => void this.go(target, way.kind) : null;
     const second = way?.possible ? consequence(view, plan, way.kind, route) : (way?.reason ?? plan.refusal);
-    return this.frame(plan.question, second, this.ways(plan, kind), "Slide to move", run);
+    const asked = stall === undefined ? plan.question : `Look at stall ${stall} again?`;
+    const line = stall === undefined ? second : `Fly ${plan.journey}. ${second}`;
+    return this.frame(asked, line, this.ways(plan, kind), "Slide to move", run);
   }
 
   private ways(plan: MovePlan, kind: MoveKind | null): TemplateResult {

@@ -3,12 +3,11 @@ import { customElement } from "lit/decorators.js";
 import type { StallState } from "../state/map-store.ts";
 import { isFlying } from "../state/flight.ts";
 import * as format from "../words/format.ts";
+import { STALL_WORDS } from "../words/stall.ts";
 import { linkOf, type View } from "../words/view.ts";
 import { seenPercent } from "../words/glance.ts";
 import { Part } from "./element.ts";
 import { swatch } from "./swatch.ts";
-
-export const STALL_WORDS: Record<StallState, string> = { free: "free", taken: "taken", unknown: "unclear" };
 
 /** How many stalls of each kind, with the map's symbols as a legend. */
 @customElement("hawk-counts")

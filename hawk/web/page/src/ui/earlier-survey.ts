@@ -13,7 +13,7 @@ export class EarlierSurvey extends Part {
     const view = this.model.view();
     if (view.heartbeat && view.heartbeat.State !== "Idle") this.kept = false;
     const words = earlierSurvey(view);
-    if (words === null || this.kept || this.model.question !== null || this.model.fence.open) return nothing;
+    if (words === null || this.kept || this.model.question !== null || this.model.drawing !== null) return nothing;
     return html`<div class="banner earlier" role="region" aria-label="A survey is on the map">
       ${icon("info")}
       <div>

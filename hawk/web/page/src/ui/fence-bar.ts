@@ -1,6 +1,7 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
 import { fenceWords } from "../words/fence.ts";
+import { metresOf, SCALES, typed, type Units } from "../words/units.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
 import { isTouch } from "./touch.ts";
@@ -8,9 +9,13 @@ import { isTouch } from "./touch.ts";
 /** The fence editor's part of the bar: what is said about the fence, its ceiling, and keeping it. */
 @customElement("hawk-fence-bar")
 export class FenceBar extends Part {
+  /** What was typed in feet, and the metres that the drawing keeps of it. */
+  private typed = { text: "", kept: "" };
+
   override render(): TemplateResult | typeof nothing {
     const { fence, flight } = this.model;
     if (!fence.open) return nothing;
+    const { units } = this.model.preferences;
     const words = fenceWords(fence, flight.fenceSetup, this.model.view(), isTouch());
     return html`<div class="confirm fence" role="group" aria-label="Edit the fence">
       <button class="cancel" aria-label="Cancel" @click=${() => fence.cancel()}>${icon("close")}<span>Cancel</span></button>
@@ -21,10 +26,10 @@ export class FenceBar extends Part {
         ><span class="t">Ceiling</span>
         <input
           inputmode="decimal"
-          aria-label="Ceiling, metres above where it is armed"
-          .value=${fence.draft?.ceiling ?? ""}
-          @input=${(event: Event) => fence.typeCeiling((event.target as HTMLInputElement).value)}
-        />m</label
+          aria-label="Ceiling, ${units} above where it is armed"
+          .value=${this.ceiling(units)}
+          @input=${(event: Event) => this.typeCeiling((event.target as HTMLInputElement).value, units)}
+        />${SCALES[units].symbol}</label
       >
       <button
         class="act save primary"
@@ -34,5 +39,20 @@ export class FenceBar extends Part {
         <b>Save fence</b>${words.reason === "" ? nothing : html`<span class="sub">${words.reason}</span>`}
       </button>
     </div>`;
+  }
+
+  /** The drawing keeps metres. */
+  private ceiling(units: Units): string {
+    const { draft } = this.model.fence;
+    if (!draft || units === "metres") return draft?.ceiling ?? "";
+    if (draft.ceiling === this.typed.kept) return this.typed.text;
+    return draft.ceilingMetres === null ? draft.ceiling : typed(draft.ceilingMetres, units);
+  }
+
+  private typeCeiling(text: string, units: Units): void {
+    const metres = metresOf(text, units);
+    const kept = units === "metres" || metres === null ? text : String(metres);
+    this.typed = { text, kept };
+    this.model.fence.typeCeiling(kept);
   }
 }

@@ -10,7 +10,7 @@ import { Part } from "./element.ts";
 export class FenceButton extends Part {
   override render(): TemplateResult {
     const setup = this.model.flight.fenceSetup;
-    const { title, line } = fenceSummary(setup);
+    const { title, line } = fenceSummary(setup, this.model.preferences.units);
     const reason = setup ? cannot(this.model.view(), "Set Fence") : "Not known yet";
     return html`<div><b>${title}</b> <span class="sub">${line}</span></div>
       <div class="row">

@@ -1,6 +1,7 @@
 import { html, type TemplateResult } from "lit";
 import { customElement, query } from "lit/decorators.js";
 import { LARGEST_FILE } from "../fence/geojson.ts";
+import type { Drawing } from "../state/drawing.ts";
 import { Part } from "./element.ts";
 import { icon, type IconName } from "./icons.ts";
 
@@ -23,31 +24,41 @@ export class FenceTools extends Part {
   @query("input") private file!: HTMLInputElement;
 
   override render(): TemplateResult {
-    return html`<div class="fencetools" role="toolbar" aria-label="Fence tools">
+    return html`<div class="fencetools" role="toolbar" aria-label=${this.model.outline.open ? "Outline tools" : "Fence tools"}>
       ${this.tools().map((each) => this.tool(each))}
-      <input type="file" accept=".geojson,.json,application/geo+json,application/json" hidden aria-label="Fence file" @change=${() => void this.read()} />
+      <input type="file" accept=".geojson,.json,application/geo+json,application/json" hidden aria-label=${this.model.outline.open ? "Outline file" : "Fence file"} @change=${() => void this.read()} />
     </div>`;
   }
 
   private tools(): Tool[] {
-    const { fence } = this.model;
-    const drawn = fence.draft?.isDrawn === true;
-    const begun = fence.begun > 0;
-    const whole = drawn && !fence.zoning;
-    const undo = begun ? () => this.ask("back") : () => fence.undo();
+    const { edited } = this;
+    const drawn = edited.draft?.isDrawn === true;
+    const begun = edited.begun > 0;
+    const whole = drawn && !edited.zoning;
+    const undo = begun ? () => this.ask("back") : () => edited.undo();
     const shape: Tool = whole
-      ? { label: "Remove", aloud: "Remove corners", name: "minus", possible: true, run: () => fence.remove(!fence.removing), on: fence.removing }
+      ? { label: "Remove", aloud: "Remove corners", name: "minus", possible: true, run: () => edited.remove(!edited.removing), on: edited.removing }
       : begun
-        ? { label: "Close", aloud: "Close the ring", name: "check", possible: fence.begun >= 3, run: () => this.ask("close") }
+        ? { label: "Close", aloud: "Close the ring", name: "check", possible: edited.begun >= 3, run: () => this.ask("close") }
         : { label: "Square", name: "square", possible: true, run: () => this.ask("square") };
     return [
-      { label: "Undo", name: "undo", possible: begun || fence.draft?.canUndo === true, run: undo },
+      { label: "Undo", name: "undo", possible: begun || edited.draft?.canUndo === true, run: undo },
       shape,
-      { label: "Add zone", aloud: "Add an exclusion zone", name: "zone", possible: drawn, run: () => fence.zone(!fence.zoning), on: fence.zoning },
-      { label: "Clear", name: "clear", possible: drawn || begun, run: () => fence.draw([]) },
+      { ...this.cut(), name: "zone", possible: drawn, run: () => edited.zone(!edited.zoning), on: edited.zoning },
+      { label: "Clear", name: "clear", possible: drawn || begun, run: () => edited.draw([]) },
       { label: "Import", name: "upload", possible: true, run: () => this.file.click() },
       { label: "Export", name: "download", possible: drawn, run: () => this.export() },
     ];
+  }
+
+  /** What is cut out of the fence is a zone that the drone keeps out of, and out of the outline a part that it does not look at. */
+  private cut(): Pick<Tool, "label" | "aloud"> {
+    if (this.model.outline.open) return { label: "Add hole", aloud: "Add a part that is not explored" };
+    return { label: "Add zone", aloud: "Add an exclusion zone" };
+  }
+
+  private get edited(): Drawing {
+    return this.model.drawing ?? this.model.fence;
   }
 
   private tool({ label, aloud = label, name, possible, run, on = false }: Tool): TemplateResult {
@@ -64,17 +75,17 @@ export class FenceTools extends Part {
     const file = this.file.files?.[0];
     this.file.value = "";
     if (!file) return;
-    if (file.size > LARGEST_FILE) this.model.tell({ level: "warning", text: "The file is too large for a fence." });
-    else if (this.model.fence.import(await file.text())) this.dispatchEvent(new CustomEvent("fence-imported", { bubbles: true }));
+    if (file.size > LARGEST_FILE) this.model.tell({ level: "warning", text: "The file is too large for an area." });
+    else if (this.edited.import(await file.text())) this.dispatchEvent(new CustomEvent("fence-imported", { bubbles: true }));
   }
 
   private export(): void {
-    const text = this.model.fence.export();
+    const text = this.edited.export();
     if (text === null) return;
     const address = URL.createObjectURL(new Blob([text], { type: "application/geo+json" }));
     const link = document.createElement("a");
     link.href = address;
-    link.download = "fence.geojson";
+    link.download = this.model.outline.open ? "outline.geojson" : "fence.geojson";
     link.click();
     URL.revokeObjectURL(address);
   }

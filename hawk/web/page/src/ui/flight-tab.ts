@@ -4,41 +4,45 @@ import type { HealthItem, Heartbeat } from "../protocol.ts";
 import type { Sample } from "../state/flight.ts";
 import * as format from "../words/format.ts";
 import { healthSummary, partName } from "../words/health.ts";
+import { heightsOf, topHeight } from "../words/plot.ts";
+import { SCALES, type Units } from "../words/units.ts";
 import { ageNow, STALE_S, type View } from "../words/view.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
 import "./battery-bar.ts";
-import { type Series, topHeight } from "./plot.ts";
+import type { Series } from "./plot.ts";
+import "./plot.ts";
 
 /** Mode, place, speed, health of each part, and how height and battery went. */
 @customElement("hawk-flight")
 export class FlightTab extends Part {
-  private plotted: { at: number; height: Series; battery: Series } | null = null;
+  private plotted: { at: number; units: Units; height: Series; battery: Series } | null = null;
 
   override render(): TemplateResult {
     const view = this.model.view();
     const heartbeat = view.heartbeat;
     if (!heartbeat) return html`<p class="empty sub">Nothing known yet.</p>`;
     const samples = this.model.flight.samples;
-    const plots = this.plots(samples);
+    const plots = this.plots(samples, view.units);
     return html`<div tabindex="0" role="region" aria-label="Flight" class="scroll">
       ${mainFacts(view, heartbeat)} ${parts(heartbeat.Health.filter((item) => !item.Healthy))}
       <hawk-battery .model=${this.model}></hawk-battery>
-      <hawk-plot label="Height, m" .series=${plots.height} .top=${topHeight(heartbeat.Heights[2])} .theme=${this.theme()}></hawk-plot>
+      <hawk-plot label="Height, ${SCALES[view.units].symbol}" .series=${plots.height} .top=${topHeight(heartbeat.Heights[2], view.units)} .theme=${this.theme()}></hawk-plot>
       <hawk-plot label="Battery, %" .series=${plots.battery} .top=${100} .theme=${this.theme()}></hawk-plot>
       ${moreFacts(view, heartbeat)} ${parts(heartbeat.Health.filter((item) => item.Healthy))}
     </div>`;
   }
 
   /** Series change only with a new sample, about once a second. */
-  private plots(samples: Sample[]): { height: Series; battery: Series } {
+  private plots(samples: Sample[], units: Units): { height: Series; battery: Series } {
     const now = samples.at(-1)?.at ?? 0;
-    if (this.plotted?.at === now) return this.plotted;
+    if (this.plotted?.at === now && this.plotted.units === units) return this.plotted;
     const recent = samples.filter((sample) => now - sample.at <= 600);
     const seconds = recent.map((sample) => sample.at - now);
     this.plotted = {
       at: now,
-      height: [seconds, recent.map((sample) => sample.height)],
+      units,
+      height: [seconds, heightsOf(recent, units)],
       battery: [seconds, recent.map((sample) => sample.battery)],
     };
     return this.plotted;
@@ -68,10 +72,10 @@ function poseClass(view: View, heartbeat: Heartbeat): string {
 
 function mainFacts(view: View, heartbeat: Heartbeat): TemplateResult {
   const { North, East, Home } = heartbeat;
-  const fromHome = North !== null && East !== null && Home ? format.offset(North - Home.North, East - Home.East) : "–";
+  const fromHome = North !== null && East !== null && Home ? format.offset(North - Home.North, East - Home.East, view.units) : "–";
   const stale = poseClass(view, heartbeat);
   return html`<dl class="pairs">
-    ${fact("Autopilot", heartbeat["Ardupilot State"] ?? "–", "")} ${fact("Speed", format.speed(heartbeat.Speed), stale)}
+    ${fact("Autopilot", heartbeat["Ardupilot State"] ?? "–", "")} ${fact("Speed", format.speed(heartbeat.Speed, view.units), stale)}
     ${fact("From home", fromHome, stale)} ${fact("Parts", healthSummary(heartbeat.Health), "")}
   </dl>`;
 }
@@ -81,9 +85,9 @@ function moreFacts(view: View, heartbeat: Heartbeat): TemplateResult {
   const { Satellites, Voltage, "Vision Rate": rate } = heartbeat;
   return html`<dl class="pairs list">
     ${fact("Place", format.place(heartbeat.Latitude, heartbeat.Longitude), stale)}
-    ${fact("From where it was armed", place(heartbeat["Local Position X"], heartbeat["Local Position Y"]), stale)}
-    ${aboveGround(heartbeat["Height Above Ground"], stale)} ${fact("Climbing", format.speed(heartbeat.Climb), stale)}
-    ${fact("Wind", format.wind(heartbeat["Wind Speed"], heartbeat["Wind From"]), stale)}
+    ${fact("From where it was armed", place(heartbeat["Local Position X"], heartbeat["Local Position Y"], view.units), stale)}
+    ${aboveGround(heartbeat["Height Above Ground"], view.units, stale)} ${fact("Climbing", format.speed(heartbeat.Climb, view.units), stale)}
+    ${fact("Wind", format.wind(heartbeat["Wind Speed"], heartbeat["Wind From"], view.units), stale)}
     ${fact("GPS", Satellites === null ? "–" : format.count(Satellites, "satellite", "satellites"), "")}
     ${fact("Battery voltage", Voltage === null ? "–" : `${Voltage.toFixed(1)} V`, "")}
     ${fact("Pictures looked through", rate === null ? "–" : `${rate.toFixed(1)} a second`, "")}
@@ -91,12 +95,12 @@ function moreFacts(view: View, heartbeat: Heartbeat): TemplateResult {
 }
 
 /** Only with a rangefinder: every other height counts above the arm place. */
-function aboveGround(metres: number | null, stale: string): TemplateResult | typeof nothing {
-  return metres === null ? nothing : fact("Height above ground", format.height(metres), stale);
+function aboveGround(metres: number | null, units: Units, stale: string): TemplateResult | typeof nothing {
+  return metres === null ? nothing : fact("Height above ground", format.height(metres, units), stale);
 }
 
-function place(x: number | null, y: number | null): string {
-  return x === null || y === null ? "–" : format.offset(x, y);
+function place(x: number | null, y: number | null, units: Units): string {
+  return x === null || y === null ? "–" : format.offset(x, y, units);
 }
 
 function fact(name: string, value: string, className: string): TemplateResult {

@@ -2,6 +2,7 @@ import { html, nothing, type TemplateResult } from "lit";
 import { customElement, query, state } from "lit/decorators.js";
 import { cannot } from "../words/actions.ts";
 import { heightsProblem } from "../words/heights.ts";
+import { metresKept, SCALES, typed, type Units } from "../words/units.ts";
 import { Part } from "./element.ts";
 
 type Field = "Min" | "Des" | "Max";
@@ -13,6 +14,9 @@ const LABELS: Record<Field, string> = { Min: "Never below (Min)", Des: "Flies at
 export class HeightsButton extends Part {
   @state() private values: Record<Field, string> = { Min: "", Des: "", Max: "" };
   @state() private problem = "";
+  /** What was typed is in these: others may be chosen while the dialog is open. */
+  private units: Units = "metres";
+  private inForce: readonly number[] = [];
   @query("dialog") private dialog!: HTMLDialogElement;
 
   override render(): TemplateResult {
@@ -23,7 +27,7 @@ export class HeightsButton extends Part {
       <dialog class="float" aria-label="Heights" @keydown=${(event: KeyboardEvent) => this.key(event)}>
         <form @submit=${(event: Event) => void this.save(event)}>
           <h2>Heights</h2>
-          <p class="sub">Metres above the place where it was armed.</p>
+          <p class="sub">${this.units === "feet" ? "Feet" : "Metres"} above the place where it was armed.</p>
           ${(Object.keys(LABELS) as Field[]).map((field) => this.field(field))}
           <p class="problem" role="alert">${this.problem}</p>
           <div class="row">
@@ -46,7 +50,7 @@ export class HeightsButton extends Part {
             this.values = { ...this.values, [field]: (event.target as HTMLInputElement).value };
             this.problem = "";
           }}
-        />m
+        />${SCALES[this.units].symbol}
       </span>
     </label>`;
   }
@@ -58,17 +62,21 @@ export class HeightsButton extends Part {
   }
 
   private open(): void {
-    const [min, des, max] = this.model.view().heartbeat?.Heights ?? [];
-    this.values = { Min: String(min ?? ""), Des: String(des ?? ""), Max: String(max ?? "") };
+    const { heartbeat, units } = this.model.view();
+    this.inForce = heartbeat?.Heights ?? [];
+    this.units = units;
+    const offered = (index: number): string => (this.inForce[index] === undefined ? "" : typed(this.inForce[index], units));
+    this.values = { Min: offered(0), Des: offered(1), Max: offered(2) };
     this.problem = "";
     this.dialog.show();
   }
 
   private async save(event: Event): Promise<void> {
     event.preventDefault();
-    const number = (field: Field): number => Number(this.values[field].trim().replace(",", ".") || Number.NaN);
-    const [Min, Des, Max] = [number("Min"), number("Des"), number("Max")];
-    this.problem = heightsProblem(Min, Des, Max, this.model.view().heartbeat?.Ceiling ?? null);
+    const number = (field: Field, index: number): number =>
+      metresKept(this.values[field], this.inForce[index] ?? null, this.units) ?? Number.NaN;
+    const [Min, Des, Max] = [number("Min", 0), number("Des", 1), number("Max", 2)];
+    this.problem = heightsProblem(Min, Des, Max, this.model.view().heartbeat?.Ceiling ?? null, this.units);
     if (this.problem !== "") return;
     if (await this.model.command({ Type: "Configure", Min, Des, Max }, "Change heights")) this.dialog.close();
     else this.problem = this.model.toast?.text ?? "Not stored.";

@@ -90,8 +90,9 @@ export class KillDialog extends Part {
   }
 
   private consequence(): string {
-    const metres = this.model.view().heartbeat?.["Relative Altitude"] ?? null;
-    const from = metres === null ? "" : ` from ${format.height(metres)}`;
+    const view = this.model.view();
+    const metres = view.heartbeat?.["Relative Altitude"] ?? null;
+    const from = metres === null ? "" : ` from ${format.height(metres, view.units)}`;
     return `The drone falls${from} at once. Only if it is about to hurt someone.`;
   }
 

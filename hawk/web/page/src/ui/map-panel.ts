@@ -1,26 +1,33 @@
 import { html, nothing, type PropertyValues, type TemplateResult } from "lit";
 import { customElement, query, state } from "lit/decorators.js";
 import { FenceOnMap } from "../map/fence-on-map.ts";
-import { dronePlace, shownFence } from "../map/fence-shown.ts";
-import { EMPTY_SCENE, type Scene } from "../map/flight-scene.ts";
+import { dronePlace, shownFence, shownOutline } from "../map/fence-shown.ts";
+import { EMPTY_SCENE, type Scene, withLayers } from "../map/flight-scene.ts";
 import { scaleBar } from "../map/geometry.ts";
 import { LotMap, type Looking } from "../map/lot-map.ts";
 import type { Point, Welcome } from "../protocol.ts";
 import { isFlying } from "../state/flight.ts";
 import type { MapChange, Stall } from "../state/map-store.ts";
-import { control } from "../words/actions.ts";
 import * as format from "../words/format.ts";
 import { planMove } from "../words/move.ts";
-import { stallDetail } from "../words/stall.ts";
-import { linkOf, option, type View } from "../words/view.ts";
-import { STALL_WORDS, stallCount } from "./counts-card.ts";
+import { SCALES } from "../words/units.ts";
+import { linkOf, type View } from "../words/view.ts";
+import { stallCount } from "./counts-card.ts";
 import { Part } from "./element.ts";
 import type { FenceToolEvent } from "./fence-tools.ts";
-import { icon, needle } from "./icons.ts";
+import { icon } from "./icons.ts";
+import type { MapTool, MapToolEvent } from "./map-tools.ts";
 import { swatch } from "./swatch.ts";
 import "./fence-tools.ts";
+import "./map-tools.ts";
+import "./measure-bar.ts";
+import "./stall-card.ts";
 
 const STANDARD_GRID = { cells: 256, cellSize: 0.1 };
+/** One press of a zoom button. */
+const ZOOM = 1.6;
+/** So near the first place a measured ring is closed. */
+const CLOSING_PX = 16;
 
 /** The map with its tools, scale, legend, and what is said about places on it. */
 @customElement("hawk-map")
@@ -31,6 +38,7 @@ export class MapPanel extends Part {
   private lot: LotMap | null = null;
   private fence: FenceOnMap | null = null;
   private wasFlying = false;
+  private measuring = false;
   private theme = "";
 
   override firstUpdated(): void {
@@ -58,11 +66,12 @@ export class MapPanel extends Part {
 
   override render(): TemplateResult {
     const view = this.model.view();
-    const fencing = this.model.fence.open;
-    return html`<section class="map ${this.model.picking ? "picking" : ""} ${fencing ? "picking fencing" : ""}" aria-label="Map">
+    const fencing = this.model.drawing !== null;
+    const measuring = this.model.measure.open;
+    return html`<section class="map ${this.model.picking ? "picking" : ""} ${measuring ? "picking measuring" : ""} ${fencing ? "picking fencing" : ""}" aria-label="Map">
       <div class="ol" tabindex="0" role="application" aria-label="Map of the lot" @keydown=${this.key}></div>
-      ${fencing ? this.fenceTools() : nothing} ${this.tools()} ${this.foot()} ${this.legend(view)} ${this.pill(view)} ${this.stallCard(view)} ${this.lastSeen(view)}
-      ${this.notice(view)}
+      ${fencing ? this.fenceTools() : nothing} ${this.tools()} ${this.foot()} ${this.legend(view)} ${this.pill(view)} ${this.stallCard()} ${this.lastSeen(view)}
+      ${this.notice(view)} <hawk-measure .model=${this.model}></hawk-measure>
     </section>`;
   }
 
@@ -74,7 +83,13 @@ export class MapPanel extends Part {
     }
     const view = this.model.view();
     this.fence?.update();
-    this.lot?.setScene(this.scene(view));
+    const { layers } = this.model.preferences;
+    this.lot?.showLayers(layers, this.model.flight.plane);
+    const { measure, preferences } = this.model;
+    if (measure.open && !this.measuring) this.lot?.stay();
+    this.measuring = measure.open;
+    this.lot?.turnWith(preferences.droneUp ? "drone" : "north", this.choosing() || measure.open);
+    this.lot?.setScene(withLayers(this.scene(view), layers, this.choosing()));
     this.lookAtFlight(view);
     this.placeMarks();
   }
@@ -106,6 +121,7 @@ export class MapPanel extends Part {
       limit: fence.limit,
       zones: fence.zones,
       zoneLimits: fence.zoneLimits,
+      outline: this.model.outline.open ? [] : shownOutline(this.model.outline.setup, plane),
       trail: this.model.flight.trail,
       route: lost ? [] : heartbeat.Route,
       target: lost ? null : heartbeat.Target,
@@ -116,7 +132,13 @@ export class MapPanel extends Part {
       plannedRoute: this.plannedRoute(view),
       lost: lost ? { reach: reach(view) } : null,
       selected: stall ?? null,
+      measured: this.model.measure.open ? { ...this.model.measure.drawn, units: this.model.preferences.units } : null,
     };
+  }
+
+  /** Whether a place to fly to, or a fence, is being chosen on the map. */
+  private choosing(): boolean {
+    return this.model.picking || this.model.question?.about === "move" || this.model.drawing !== null;
   }
 
   /** The route over the lot belongs to the Autonomous Move; any other goes straight. */
@@ -128,20 +150,21 @@ export class MapPanel extends Part {
   }
 
   private clicked(place: Point, stall: number | null): void {
+    if (this.model.measure.open) {
+      this.model.measure.add(place, CLOSING_PX * (this.lot?.resolution ?? 0));
+      return;
+    }
     const taken = this.model.pointAt(place, stall !== null);
     this.selected = taken || stall === this.selected ? null : stall;
   }
 
   /** By keyboard the middle of the map is chosen: arrows move the map, plus and minus zoom. */
   private readonly key = (event: KeyboardEvent): void => {
-    if (this.model.fence.open) this.fence?.key(event);
-    if (event.key === "Enter" && this.model.picking && this.lot) this.clicked(this.lot.centre, null);
+    if (this.model.drawing !== null) this.fence?.key(event);
+    const { picking, measure } = this.model;
+    if (event.key === "Enter" && (picking || measure.open) && this.lot) this.clicked(this.lot.centre, null);
+    if (event.key === "Backspace" && measure.open) measure.back();
   };
-
-  private canMove(view: View): boolean {
-    const offered = option(view, "Autonomous Move").Possible || option(view, "Compulsive Move").Possible;
-    return offered && control(view) === "mine";
-  }
 
   private fenceTools(): TemplateResult {
     return html`<hawk-fence-tools
@@ -152,21 +175,18 @@ export class MapPanel extends Part {
   }
 
   private tools(): TemplateResult {
-    const tool = (label: string, name: "plus" | "minus" | "follow" | "whole", run: () => void, on?: boolean): TemplateResult =>
-      html`<button aria-label=${label} title=${label} aria-pressed=${on ?? nothing} class=${on ? "on" : ""} @click=${run}>${icon(name)}</button>`;
-    return html`<div class="tools">
-      <div class="group zoom">
-        ${tool("Zoom in", "plus", () => this.lot?.zoom(1.6))} ${tool("Zoom out", "minus", () => this.lot?.zoom(1 / 1.6))}
-      </div>
-      <div class="group">
-        ${tool("Follow the drone", "follow", () => this.lot?.look("follow"), this.looking === "follow")}
-        ${tool("Whole lot", "whole", () => this.lot?.look("whole"), this.looking === "whole")}
-      </div>
-    </div>`;
+    const use = (event: MapToolEvent): void => this.useTool(event.detail);
+    return html`<hawk-map-tools .model=${this.model} .looking=${this.looking} .background=${this.lot?.hasBackground ?? false} @map-tool=${use}></hawk-map-tools>`;
+  }
+
+  private useTool(tool: MapTool): void {
+    if (tool === "in") this.lot?.zoom(ZOOM);
+    else if (tool === "out") this.lot?.zoom(1 / ZOOM);
+    else this.lot?.look(tool);
   }
 
   private foot(): TemplateResult {
-    return html`<div class="mapfoot"><span class="up">${needle("North is up")}N</span><span class="scale"></span><span class="metres"></span></div>`;
+    return html`<div class="mapfoot"><span class="scale"></span><span class="metres"></span></div>`;
   }
 
   private legend(view: View): TemplateResult | typeof nothing {
@@ -186,27 +206,10 @@ export class MapPanel extends Part {
     return html`<div class="pill" data-mark="target">${plan.insideFence ? plan.pill : plan.outside}</div>`;
   }
 
-  private stallCard(view: View): TemplateResult | typeof nothing {
-    const stall = this.selected === null ? undefined : this.model.map.stalls.get(this.selected);
-    if (!stall || this.model.question) return nothing;
-    const target = { North: stall.north, East: stall.east };
-    const word = STALL_WORDS[stall.state];
-    return html`<div class="pop stall" data-mark="stall">
-      <button class="plain close" aria-label="Close" @click=${() => (this.selected = null)}>${icon("close")}</button>
-      <div class="h">Stall ${stall.id}</div>
-      <div class="kind">${swatch(stall.state)} ${word.charAt(0).toUpperCase() + word.slice(1)}</div>
-      <div class="sub">${stallDetail(stall, this.lastSeenAt(stall, view))}</div>
-      ${this.canMove(view)
-        ? html`<button @click=${() => this.model.ask({ about: "move", target })}>Move here</button>`
-        : nothing}
-    </div>`;
-  }
-
-  /** Time of day, milliseconds, at which a stall was last seen. */
-  private lastSeenAt(stall: Stall, view: View): number | null {
-    const theirs = this.model.daemonClock.at(this.model.seconds());
-    if (stall.lastSeen === null || theirs === null) return null;
-    return view.now - ((theirs - stall.lastSeen) / this.model.daemonClock.rate) * 1000;
+  private stallCard(): TemplateResult {
+    const draw = (stall: Stall, canvas: HTMLCanvasElement): boolean => this.lot?.drawStall(stall, canvas) ?? false;
+    const chosen = this.model.preferences.layers.stalls ? this.selected : null;
+    return html`<hawk-stall .model=${this.model} .chosen=${chosen} .draw=${draw} @stall-closed=${() => (this.selected = null)}></hawk-stall>`;
   }
 
   private lastSeen(view: View): TemplateResult | typeof nothing {
@@ -226,7 +229,7 @@ export class MapPanel extends Part {
         <button class="plain" aria-label="Close" @click=${() => this.model.dismissToast()}>${icon("close")}</button>
       </div>`;
     }
-    if (this.model.fence.open) return nothing;
+    if (this.model.drawing !== null) return nothing;
     if (heartbeat && heartbeat["User Error"] !== 0) {
       return html`<div class="toast warning" role="alert">${icon("warn")}<span>${heartbeat["User Error Text"]}</span></div>`;
     }
@@ -255,10 +258,12 @@ export class MapPanel extends Part {
   /** Puts what belongs to a place where that place is on the screen. */
   private placeMarks(): void {
     if (!this.lot) return;
-    const { metres, pixels } = scaleBar(this.lot.resolution, 120);
+    const { units } = this.model.preferences;
+    const { length, pixels } = scaleBar(this.lot.resolution / SCALES[units].metres, 120);
     this.querySelector<HTMLElement>(".scale")?.style.setProperty("width", `${Math.round(pixels)}px`);
     const words = this.querySelector<HTMLElement>(".metres");
-    if (words) words.textContent = metres < 1 ? `${metres * 100} cm` : `${metres} m`;
+    if (words) words.textContent = `${Number(length.toFixed(2))} ${SCALES[units].symbol}`;
+    this.querySelector<HTMLElement>(".compass")?.style.setProperty("--turn", `${this.lot.rotation}rad`);
     for (const mark of this.querySelectorAll<HTMLElement>("[data-mark]")) this.placeMark(mark);
   }
 

@@ -24,7 +24,7 @@ export class OwnName extends Part {
   private strip(): TemplateResult | typeof nothing {
     const view = this.model.view();
     const isWanted = this.model.preferences.name === null && linkOf(view) === "live";
-    if (!isWanted || this.model.fence.open || isFlying(view.heartbeat)) return nothing; // the map needs the room
+    if (!isWanted || this.model.drawing !== null || isFlying(view.heartbeat)) return nothing; // the map needs the room
     return html`<form class="banner name" aria-label="Your name" @submit=${this.save}>
       ${icon("person")}
       <div>

@@ -4,11 +4,6 @@ import uPlot from "uplot";
 
 export type Series = [number[], (number | null)[]];
 
-/** Upper end of a plot of heights, metres. */
-export function topHeight(highest: number | undefined): number {
-  return Math.max(15, Math.ceil((highest ?? 60) / 15) * 15);
-}
-
 const HEIGHT = 108;
 const FONT = "12px system-ui, sans-serif";
 

@@ -6,7 +6,9 @@ import * as format from "../words/format.ts";
 import type { View } from "../words/view.ts";
 import { Part } from "./element.ts";
 import "./fence-button.ts";
+import "./outline-button.ts";
 import "./own-name.ts";
+import "./units-setting.ts";
 
 const THEMES: [Theme, string][] = [
   ["auto", "As this device"],
@@ -24,6 +26,7 @@ export class SettingsTab extends Part {
     return html`<div tabindex="0" role="region" aria-label="Settings" class="scroll settings">
       <section>${heights(view)}<hawk-heights-button .model=${this.model}></hawk-heights-button></section>
       <section><hawk-fence-button .model=${this.model}></hawk-fence-button></section>
+      <section><hawk-outline-button .model=${this.model}></hawk-outline-button></section>
       <section>${this.controlRow(view)}</section>
       <section><hawk-name .model=${this.model}></hawk-name></section>
       <section>
@@ -39,6 +42,7 @@ export class SettingsTab extends Part {
           </div>
         </fieldset>
       </section>
+      <section><hawk-units .model=${this.model}></hawk-units></section>
       <section>
         <label class="toggle">
           <input
@@ -103,7 +107,7 @@ export function heights(view: View): TemplateResult {
     return html`<div><b>Heights</b><span class="sub">not known yet</span></div>`;
   }
   return html`<div>
-    <b>Flies at ${format.height(des)}</b>
-    <span class="sub">never below ${format.height(min)} or above ${format.height(max)}</span>
+    <b>Flies at ${format.height(des, view.units)}</b>
+    <span class="sub">never below ${format.height(min, view.units)} or above ${format.height(max, view.units)}</span>
   </div>`;
 }

@@ -15,7 +15,7 @@ export class StallsTab extends Part {
   override render(): TemplateResult {
     const { map, flight } = this.model;
     if (map.stalls.size === 0) return html`<p class="empty sub">No stall was found yet.</p>`;
-    const rows = stallRows(map.stalls.values(), flight.heartbeat?.Home ?? null, (at) => this.timeOf(at));
+    const rows = stallRows(map.stalls.values(), flight.heartbeat?.Home ?? null, (at) => this.timeOf(at), this.model.preferences.units);
     return html`<div class="scroll" tabindex="0" role="region" aria-label="Stalls as a table">
       <table class="stalls">
         <caption class="sub">${format.count(rows.length, "stall", "stalls")}, free ones first, the nearest to home first</caption>

@@ -3,18 +3,22 @@ import { customElement } from "lit/decorators.js";
 import type { StallState } from "../state/map-store.ts";
 import * as format from "../words/format.ts";
 import { seenPercent } from "../words/glance.ts";
+import { heightsOf, topHeight } from "../words/plot.ts";
+import { STALL_WORDS } from "../words/stall.ts";
+import { SCALES, type Units } from "../words/units.ts";
 import type { View } from "../words/view.ts";
-import { STALL_WORDS, stallCount } from "./counts-card.ts";
+import { stallCount } from "./counts-card.ts";
 import { cssVars } from "./css-vars.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
-import { type Series, topHeight } from "./plot.ts";
+import type { Series } from "./plot.ts";
+import "./plot.ts";
 import { swatch } from "./swatch.ts";
 
 /** What the survey found, once the drone is down again. */
 @customElement("hawk-survey")
 export class SurveyPanel extends Part {
-  private plotted: { now: number; height: Series; battery: Series } | null = null;
+  private plotted: { now: number; units: Units; height: Series; battery: Series } | null = null;
 
   override render(): TemplateResult {
     const view = this.model.view();
@@ -49,8 +53,8 @@ export class SurveyPanel extends Part {
         <a class="button" href="api/stalls.geojson" download>${icon("download")}<span><b>Stalls for maps</b><span class="sub">GeoJSON</span></span></a>
       </section>
       <section class="facts">
-        ${fact(this.model.flight.airTime, format.longDuration, "in the air")} ${fact(heartbeat?.["Distance Flown"], format.distance, "flown")}
-        ${fact(heartbeat?.["Lot Area"], format.area, "lot found")}
+        ${fact(this.model.flight.airTime, format.longDuration, "in the air")} ${fact(heartbeat?.["Distance Flown"], (metres) => format.distance(metres, view.units), "flown")}
+        ${fact(heartbeat?.["Lot Area"], (squareMetres) => format.area(squareMetres, view.units), "lot found")}
         ${fact(heartbeat ? seenPercent(heartbeat) : null, format.percent, "of it seen")}
       </section>
       <section class="plots">${this.plots(view)}</section>
@@ -60,14 +64,15 @@ export class SurveyPanel extends Part {
   private plots(view: View): TemplateResult {
     const samples = this.model.flight.samples;
     const now = samples.at(-1)?.at ?? 0;
-    if (this.plotted?.now !== now) {
+    const { units } = view;
+    if (this.plotted?.now !== now || this.plotted.units !== units) {
       const seconds = samples.map((sample) => sample.at - now);
-      const height: Series = [seconds, samples.map((sample) => sample.height)];
-      this.plotted = { now, height, battery: [seconds, samples.map((sample) => sample.battery)] };
+      const height: Series = [seconds, heightsOf(samples, units)];
+      this.plotted = { now, units, height, battery: [seconds, samples.map((sample) => sample.battery)] };
     }
     const theme = document.documentElement.dataset.theme ?? "";
-    const top = topHeight(view.heartbeat?.Heights[2]);
-    return html`<hawk-plot label="Height, m" .series=${this.plotted.height} .top=${top} .theme=${theme}></hawk-plot>
+    const top = topHeight(view.heartbeat?.Heights[2], units);
+    return html`<hawk-plot label="Height, ${SCALES[units].symbol}" .series=${this.plotted.height} .top=${top} .theme=${theme}></hawk-plot>
       <hawk-plot label="Battery, %" .series=${this.plotted.battery} .top=${100} .theme=${theme}></hawk-plot>`;
   }
 

@@ -93,7 +93,7 @@ function resume(view: View): Action {
 
 function takeoff(view: View): Action {
   const desired = view.heartbeat?.Heights[1];
-  const note = desired === undefined ? "To the set height" : `To ${format.height(desired)}`;
+  const note = desired === undefined ? "To the set height" : `To ${format.height(desired, view.units)}`;
   const action = offered(view, "takeoff", "Take off", note);
   return view.heartbeat?.State === "Takeoff" ? running(view, action, climbProgress(view)) : action;
 }
@@ -169,5 +169,5 @@ function homeNote(view: View): string {
   if (North === null || East === null || !Home) return "And land there";
   const metres = Math.hypot(North - Home.North, East - Home.East);
   const time = view.cruise === null ? "" : `, ${format.duration(metres / view.cruise)}`;
-  return `${format.distance(metres)}${time}`;
+  return `${format.distance(metres, view.units)}${time}`;
 }

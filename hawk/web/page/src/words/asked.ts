@@ -47,5 +47,5 @@ const WORDS: Record<Simple, AskedWords> = {
 export function askedWords(view: View, about: Simple): AskedWords {
   const words = WORDS[about];
   const height = view.heartbeat?.Heights[1];
-  return about === "Takeoff" && height !== undefined ? { ...words, question: `Take off to ${format.height(height)}?` } : words;
+  return about === "Takeoff" && height !== undefined ? { ...words, question: `Take off to ${format.height(height, view.units)}?` } : words;
 }

@@ -8,5 +8,5 @@ export function earlierSurvey(view: View): string | null {
   if (heartbeat?.State !== "Idle" || linkOf(view) !== "live" || control(view) !== "mine" || !option(view, "New Survey").Possible) return null;
   const stalls = format.count(heartbeat.Free + heartbeat.Taken + heartbeat.Unknown, "stall", "stalls");
   const area = heartbeat["Lot Area"];
-  return `${stalls}${area ? ` on ${format.area(area)}` : ""}. The next flight goes on with it.`;
+  return `${stalls}${area ? ` on ${format.area(area, view.units)}` : ""}. The next flight goes on with it.`;
 }

@@ -2,6 +2,7 @@ import type { FenceSetup } from "../protocol.ts";
 import type { FenceEditing } from "../state/fence-edit.ts";
 import { cannot } from "./actions.ts";
 import * as format from "./format.ts";
+import type { Units } from "./units.ts";
 import { linkOf, type View } from "./view.ts";
 
 export interface FenceWords {
@@ -30,22 +31,22 @@ export function fenceWords(editing: FenceEditing, setup: FenceSetup | null, view
   }
   if (verdict.about !== "good") return { title: `Fence of ${corners}`, line: "Being checked.", level: "", reason: "Being checked" };
   const { check } = verdict;
-  const title = `Fence ${extent(check["North South"], check["East West"])}, ${corners}`;
+  const title = `Fence ${extent(check["North South"], check["East West"], view.units)}, ${corners}`;
   const waits = editing.saving ? "Being saved" : draft.isChanged ? "" : "Nothing changed";
   const done = { title, reason: reason || waits };
   if (editing.removing) return { ...done, line: removal(draft.zones.length, touch), level: "" };
   const [note] = check.Notes;
-  return { ...done, line: note ?? inside(setup, draft.ceilingMetres), level: note === undefined ? "" : "warning" };
+  return { ...done, line: note ?? inside(setup, draft.ceilingMetres, view.units), level: note === undefined ? "" : "warning" };
 }
 
 /** Which fence the next Arm puts in force, in a title and a line. */
-export function fenceSummary(setup: FenceSetup | null): { title: string; line: string } {
+export function fenceSummary(setup: FenceSetup | null, units: Units): { title: string; line: string } {
   if (!setup) return { title: "Fence", line: "not known yet" };
   if (setup.Problem !== "") return { title: "The drawn fence cannot be used", line: setup.Problem };
-  const ceiling = `up to ${format.height(setup.Ceiling)}`;
+  const ceiling = `up to ${format.height(setup.Ceiling, units)}`;
   if (setup.Source === "drawn") return { title: `Fence of ${outline(setup)}`, line: `drawn, ${ceiling}` };
   if (setup.Source === "file") return { title: `Fence of ${outline(setup)}`, line: `from the settings, ${ceiling}` };
-  return { title: `Fence: circle of ${format.distance(setup.Radius ?? 0)}`, line: `around where it is armed, ${ceiling}` };
+  return { title: `Fence: circle of ${format.distance(setup.Radius ?? 0, units)}`, line: `around where it is armed, ${ceiling}` };
 }
 
 function drawing(begun: number, touch: boolean): FenceWords {
@@ -79,12 +80,12 @@ function zones(count: number): string {
   return count === 0 ? "" : `, ${format.count(count, "zone", "zones")}`;
 }
 
-function extent(north: number | null, east: number | null): string {
-  return north === null || east === null ? "" : `${Math.round(east)} × ${Math.round(north)} m`;
+function extent(north: number | null, east: number | null, units: Units): string {
+  return north === null || east === null ? "" : format.extent(east, north, units);
 }
 
-function inside(setup: FenceSetup | null, ceiling: number | null): string {
+function inside(setup: FenceSetup | null, ceiling: number | null, units: Units): string {
   if (!setup || ceiling === null) return "";
-  const top = format.height(ceiling - setup["Ceiling Margin"]);
-  return `The drone stays ${Number(setup.Margin.toFixed(1))} m inside it, at the dotted line, and below ${top}.`;
+  const top = format.height(ceiling - setup["Ceiling Margin"], units);
+  return `The drone stays ${format.margin(setup.Margin, units)} inside it, at the dotted line, and below ${top}.`;
 }

@@ -1,14 +1,32 @@
+import { SCALES, type Units } from "./units.ts";
+
 const NONE = "–";
 
-/** Height in metres: tenths below 10 m. */
-export function height(metres: number | null): string {
+/** Height: tenths below 10. */
+export function height(metres: number | null, units: Units): string {
   if (metres === null) return NONE;
-  const tenths = Math.abs(metres) < 9.95;
-  return `${trim(metres, tenths ? 1 : 0)} m`;
+  const value = metres / SCALES[units].metres;
+  return `${trim(value, Math.abs(value) < 9.95 ? 1 : 0)} ${SCALES[units].symbol}`;
 }
 
-export function distance(metres: number): string {
-  return metres < 9.5 ? `${trim(metres, 1)} m` : `${Math.round(metres)} m`;
+export function distance(metres: number, units: Units): string {
+  const value = metres / SCALES[units].metres;
+  return `${trim(value, value < 9.5 ? 1 : 0)} ${SCALES[units].symbol}`;
+}
+
+/** A length to the whole unit. */
+export function length(metres: number, units: Units): string {
+  return `${Math.round(metres / SCALES[units].metres)} ${SCALES[units].symbol}`;
+}
+
+/** A length as it was set, to a tenth where it has one. */
+export function margin(metres: number, units: Units): string {
+  return `${Number((metres / SCALES[units].metres).toFixed(1))} ${SCALES[units].symbol}`;
+}
+
+/** Two sides: "150 × 146 m". */
+export function extent(one: number, other: number, units: Units): string {
+  return `${Math.round(one / SCALES[units].metres)} × ${length(other, units)}`;
 }
 
 /** A span: seconds below 90 s, then minutes. */
@@ -36,14 +54,18 @@ export function percent(value: number | null): string {
   return value === null ? NONE : `${Math.round(value)} %`;
 }
 
-export function speed(metresPerSecond: number | null): string {
-  return metresPerSecond === null ? NONE : `${trim(metresPerSecond, 1)} m/s`;
+export function speed(metresPerSecond: number | null, units: Units): string {
+  if (metresPerSecond === null) return NONE;
+  const { symbol, metresPerSecond: one } = SCALES[units].speed;
+  return `${trim(metresPerSecond / one, 1)} ${symbol}`;
 }
 
-/** Area in words of its size: square metres, or hectares from a tenth on. */
-export function area(squareMetres: number | null): string {
+/** Area in words of its size: square metres or feet, or hectares or acres from a tenth on. */
+export function area(squareMetres: number | null, units: Units): string {
   if (squareMetres === null) return NONE;
-  return squareMetres < 1000 ? `${Math.round(squareMetres)} m²` : `${trim(squareMetres / 10_000, squareMetres < 20_000 ? 2 : 1)} ha`;
+  const { area: small, land } = SCALES[units];
+  const lands = squareMetres / land.squareMetres;
+  return lands < 0.1 ? `${Math.round(squareMetres / small.squareMetres)} ${small.symbol}` : `${trim(lands, lands < 2 ? 2 : 1)} ${land.symbol}`;
 }
 
 export function count(value: number, one: string, many: string): string {
@@ -65,10 +87,10 @@ export function place(latitude: number | null, longitude: number | null): string
   return `${one(latitude, "N", "S")}, ${one(longitude, "E", "W")}`;
 }
 
-/** Metres east and north: "60 m E, 59 m N". */
-export function offset(north: number, east: number): string {
+/** How far east and north: "60 m E, 59 m N". */
+export function offset(north: number, east: number, units: Units): string {
   const part = (value: number, plus: string, minus: string): string =>
-    `${Math.round(Math.abs(value))} m ${value < 0 ? minus : plus}`;
+    `${length(Math.abs(value), units)} ${value < 0 ? minus : plus}`;
   return `${part(east, "E", "W")}, ${part(north, "N", "S")}`;
 }
 
@@ -81,9 +103,9 @@ export function direction(north: number, east: number): string {
 }
 
 /** Wind: "5.2 m/s from the west"; `from` in radians clockwise from north. */
-export function wind(metresPerSecond: number | null, from: number | null): string {
+export function wind(metresPerSecond: number | null, from: number | null, units: Units): string {
   if (metresPerSecond === null || from === null) return NONE;
-  return `${speed(metresPerSecond)} from the ${direction(Math.cos(from), Math.sin(from))}`;
+  return `${speed(metresPerSecond, units)} from the ${direction(Math.cos(from), Math.sin(from))}`;
 }
 
 function trim(value: number, digits: number): string {

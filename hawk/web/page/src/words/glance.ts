@@ -143,7 +143,7 @@ function batteryValue(view: View): GlanceValue {
 function heightValue(view: View): GlanceValue {
   const metres = view.heartbeat?.["Relative Altitude"] ?? null;
   const old = oldAge(ageNow(view, view.heartbeat?.["Pose Age"] ?? null), STALE_S);
-  return { name: "height", value: format.height(metres), age: metres === null ? "" : old, label: "height", staleLabel: "", trouble: false };
+  return { name: "height", value: format.height(metres, view.units), age: metres === null ? "" : old, label: "height", staleLabel: "", trouble: false };
 }
 
 function linkValue(view: View): GlanceValue {

@@ -1,6 +1,7 @@
 import type { Heartbeat, Point } from "../protocol.ts";
 import { CELL } from "../state/tile-data.ts";
 import * as format from "./format.ts";
+import type { Units } from "./units.ts";
 import { option, type View } from "./view.ts";
 
 /** Inside the lot (the drone refuses other places), or anywhere inside the fence. */
@@ -10,6 +11,8 @@ export interface MovePlan {
   metres: number;
   seconds: number | null;
   question: string;
+  /** How far, where to and how high: the question without its verb. */
+  journey: string;
   /** Distance and time, for the pill beside the target. */
   pill: string;
   insideFence: boolean;
@@ -42,6 +45,7 @@ export function planMove(view: View, target: Point, cell: number, route: Planned
   const insideFence = outside === "";
   const here = { North: heartbeat.North, East: heartbeat.East };
   const leaves = insideFence ? whyNotStraight(heartbeat, here, target) : "";
+  const journey = `${format.distance(metres, view.units)} ${format.direction(north, east)}${staying(heartbeat, view.units)}`;
   const ways = [
     way(view, "Autonomous Move", "Inside the lot", outside, cell === CELL.nonLot ? "Not a place inside the lot" : route.reason.replace(/^X, Y: /, "")),
     way(view, "Compulsive Move", "Anywhere inside the fence", outside, leaves),
@@ -51,8 +55,9 @@ export function planMove(view: View, target: Point, cell: number, route: Planned
   return {
     metres,
     seconds,
-    question: `Move ${format.distance(metres)} ${format.direction(north, east)}${staying(heartbeat)}?`,
-    pill: seconds === null ? format.distance(metres) : `${format.distance(metres)}, ${format.duration(seconds)}`,
+    question: `Move ${journey}?`,
+    journey,
+    pill: seconds === null ? format.distance(metres, view.units) : `${format.distance(metres, view.units)}, ${format.duration(seconds)}`,
     insideFence,
     outside,
     ways,
@@ -65,7 +70,7 @@ export function planMove(view: View, target: Point, cell: number, route: Planned
 export function consequence(view: View, plan: MovePlan, kind: MoveKind, route: PlannedRoute = NO_ROUTE): string {
   if (!plan.insideFence) return `${plan.outside}. Choose a place inside the dotted line${plan.outside === IN_ZONE ? " and out of zones" : ""}.`;
   const parts = plan.seconds === null ? [] : [`${format.duration(plan.seconds)}.`];
-  const length = route.metres === null ? "" : `, ${format.distance(route.metres)} on the way`;
+  const length = route.metres === null ? "" : `, ${format.distance(route.metres, view.units)} on the way`;
   parts.push(kind === "Autonomous Move" ? `Stays inside the lot${length}.` : "Inside the fence, lot or not.");
   if (view.heartbeat?.State === "Autonomous Explore") parts.push("Exploring stops.");
   return parts.join(" ");
@@ -88,12 +93,12 @@ function way(view: View, kind: MoveKind, label: string, outside: string, wrongPl
 }
 
 /** Moves stay at the present height, but never below Min. */
-function staying(heartbeat: Heartbeat): string {
+function staying(heartbeat: Heartbeat, units: Units): string {
   const height = heartbeat["Relative Altitude"];
   const lowest = heartbeat.Heights[0];
   if (height === null) return "";
-  if (height < lowest - 0.5) return `, climbing to ${format.height(lowest)}`;
-  return `, staying at ${format.height(height)}`;
+  if (height < lowest - 0.5) return `, climbing to ${format.height(lowest, units)}`;
+  return `, staying at ${format.height(height, units)}`;
 }
 
 /** Even-odd rule. */

@@ -1,5 +1,6 @@
 import type { LinkStatus } from "../link/reconnect.ts";
 import type { CommandOption, Heartbeat, Welcome } from "../protocol.ts";
+import type { Units } from "./units.ts";
 
 /** Everything that the words depend on, at one moment. */
 export interface View {
@@ -18,6 +19,8 @@ export interface View {
   cruise: number | null;
   /** Age of the camera's picture that is shown, seconds; null before the first. */
   pictureAge: number | null;
+  /** Units in which lengths are shown. */
+  units: Units;
 }
 
 /** Older than this, a value is shown as stale; the pose comes several times a second, the battery about once. */

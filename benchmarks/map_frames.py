@@ -1,0 +1,181 @@
+"""Frames a second of the operator page's map while it is moved, over many stalls.
+
+``python -m benchmarks.map_frames [--stalls 2100] [--seconds 4] [--gpu] [--json FILE]``
+
+The real page over a made-up drone that knows a field of stalls, in Chromium without a window. Each case moves the map
+with the pointer by a few pixels a frame, from within the page, and counts the frames that the browser draws; it draws
+60 a second at most. The last case turns the map, as it does while the drone's nose is up. Without ``--gpu`` the
+processor draws everything.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import contextlib
+import json
+import sys
+from collections.abc import AsyncIterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from playwright.async_api import Page, async_playwright
+
+from benchmarks.figures import BenchmarkError, Figure, Limit, Section, tell
+from benchmarks.whole_daemon import CHROMIUM
+
+ROOT: Final = Path(__file__).resolve().parent.parent
+FAKE_DRONE: Final = ROOT / "hawk" / "web" / "page" / "dev" / "fake_drone.py"
+LEAST_FPS: Final = {False: 40.0, True: 58.0}
+"""Without and with a GPU; 60 is what the screen shows, and a frame may be missed."""
+LOAD_S: Final = 120.0
+STEP_PX: Final = 7
+
+MOVE: Final = """async ({ seconds, step, turning }) => {
+  const map = document.querySelector(".ol-viewport");
+  const box = map.getBoundingClientRect();
+  const tell = (target, type, x, buttons) => target.dispatchEvent(new PointerEvent(type, {
+    bubbles: true, pointerId: 1, isPrimary: true, pointerType: "mouse", button: 0, buttons,
+    clientX: x, clientY: box.top + box.height / 2 }));
+  const middle = box.left + box.width / 2;
+  const app = document.querySelector("hawk-app");
+  const frame = () => new Promise((resolve) => requestAnimationFrame(resolve));
+  const times = [];
+  let [x, way] = [middle, step];
+  if (!turning) tell(map, "pointerdown", x, 1);
+  const began = await frame();
+  while (performance.now() - began < seconds * 1000) {
+    times.push(await frame());
+    if (turning) {
+      app.model.flight.heartbeat.Yaw += 0.05;
+      app.model.dispatchEvent(new Event("change"));
+      continue;
+    }
+    if (Math.abs(x + way - middle) > 500) way = -way;
+    x += way;
+    tell(document, "pointermove", x, 1);
+  }
+  if (!turning) tell(document, "pointerup", x, 0);
+  return times;
+}"""
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One look at the map: presses of Zoom in after Whole lot (below 0: Zoom out), and whether it is turned."""
+
+    key: str
+    text: str
+    zoom: int
+    turning: bool = False
+
+
+CASES: Final = (
+    Case("far", "whole field and around, moved", -2),
+    Case("whole", "whole field, moved", 0),
+    Case("near", "some rows, moved", 2),
+    Case("nearest", "a few stalls, moved", 5),
+    Case("turned", "whole field, turned with the drone", 0, turning=True),
+)
+
+
+def figures_of(case: Case, times: Sequence[float], limit: float | None) -> list[Figure]:
+    """Return frames a second and the frames that came late, from the times (milliseconds) of a case's frames.
+
+    Raises:
+        BenchmarkError: The browser drew too few frames to say anything.
+    """
+    if len(times) < 10:
+        raise BenchmarkError(f"{case.text}: {len(times)} frames")
+    intervals = [later - earlier for earlier, later in pairwise(times)]
+    rate = 1e3 * len(intervals) / sum(intervals)
+    lowest = None if limit is None else Limit(lowest=limit)
+    return [
+        Figure(f"{case.key}_fps", f"{case.text}: frames", rate, "1/s", limit=lowest),
+        Figure(f"{case.key}_frame_ms_p95", "time between two of them, p95", float(np.percentile(intervals, 95)), "ms"),
+        Figure(f"{case.key}_frame_ms_max", "longest", max(intervals), "ms"),
+    ]
+
+
+async def measure(stalls: int, seconds: float, *, gpu: bool) -> list[Figure]:
+    """Measure every case, one after the other."""
+    figures: list[Figure] = []
+    async with _shown(stalls, gpu=gpu) as page:
+        for case in CASES:
+            times = await _case(page, case, seconds)
+            figures += figures_of(case, times, None if case.turning else LEAST_FPS[gpu])
+    return figures
+
+
+async def _case(page: Page, case: Case, seconds: float) -> list[float]:
+    name = "Zoom in" if case.zoom > 0 else "Zoom out"
+    await page.get_by_role("button", name="Whole lot").click()
+    for _ in range(abs(case.zoom)):
+        await page.wait_for_timeout(300)
+        await page.get_by_role("button", name=name).click()
+    if case.turning:
+        await page.get_by_role("button", name="Turn the map with the drone").click()
+    await page.wait_for_timeout(1500)
+    return list(await page.evaluate(MOVE, {"seconds": seconds, "step": STEP_PX, "turning": case.turning}))
+
+
+@contextlib.asynccontextmanager
+async def _shown(stalls: int, *, gpu: bool) -> AsyncIterator[Page]:
+    """Show the page over a made-up drone until it knows every stall and has their pictures."""
+    command = (sys.executable, str(FAKE_DRONE), "still", "--port", "0", "--stalls", str(stalls))
+    drone = await asyncio.create_subprocess_exec(*command, cwd=ROOT, stdout=asyncio.subprocess.PIPE)
+    try:
+        assert drone.stdout is not None
+        url = (await asyncio.wait_for(drone.stdout.readline(), LOAD_S)).decode().strip()
+        flags = ["--headless=new", "--no-sandbox", "--disable-quic"]
+        async with async_playwright() as playwright:
+            browser = await playwright.chromium.launch(
+                executable_path=CHROMIUM, args=[*flags, "--enable-gpu" if gpu else "--disable-gpu"]
+            )
+            page = await browser.new_page(viewport={"width": 1440, "height": 900})
+            known = _watch_stalls(page, stalls)
+            await page.goto(url)
+            await asyncio.wait_for(known.wait(), LOAD_S)
+            await page.wait_for_load_state("networkidle")
+            yield page
+            await browser.close()
+    finally:
+        if drone.returncode is None:
+            drone.kill()
+        await drone.wait()
+
+
+def _watch_stalls(page: Page, count: int) -> asyncio.Event:
+    """Return an event that is set when the page knows this number of stalls."""
+    known: set[int] = set()
+    all_known = asyncio.Event()
+
+    def take(payload: str | bytes) -> None:
+        message: dict[str, Any] = json.loads(payload) if isinstance(payload, str) else {}
+        known.update(each["Id"] for each in (message.get("Occupancy Map") or {}).get("Stalls", ()))
+        if len(known) >= count:
+            all_known.set()
+
+    page.on("websocket", lambda socket: socket.on("framereceived", take))
+    return all_known
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Measure and print the table; return 1 when a limit is missed."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
+    parser.add_argument("--stalls", type=int, default=2100)
+    parser.add_argument("--seconds", type=float, default=4.0, help="of each case")
+    parser.add_argument("--gpu", action="store_true", help="let the browser draw with the graphics card")
+    parser.add_argument("--json", type=Path, default=None)
+    options = parser.parse_args(arguments)
+    figures = asyncio.run(measure(options.stalls, options.seconds, gpu=options.gpu))
+    section = Section(f"map, {options.stalls} stalls, {'GPU' if options.gpu else 'no GPU'}", figures)
+    tell([section], options.json, stalls=options.stalls, gpu=options.gpu)
+    return 0 if all(figure.passed is not False for figure in figures) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,82 @@
+"""A picture of the ground under the page's map, from a folder on this computer; nothing is fetched from elsewhere.
+
+The folder holds square tiles as ``{zoom}/{x}/{y}.png`` (or ``.jpg``, ``.jpeg``, ``.webp``), numbered as in XYZ or
+"slippy map" tiles: Web Mercator, y from the north. QGIS writes such a folder with "Generate XYZ tiles (Directory)".
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Final
+
+from aiohttp import hdrs, web
+
+from hawk.web.services import SERVICES
+
+DEEPEST_ZOOM: Final = 23
+"""A tile of 256 pixels there shows five metres: 2 cm a pixel at the equator."""
+SUFFIXES: Final = {".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jpeg", ".webp": "image/webp"}
+CACHING: Final = "private, max-age=3600"
+LARGEST_TILE_BYTES: Final = 2_000_000
+"""A tile of 512 pixels without any loss has 0.8 MB."""
+_READER = web.AppKey("background_reader", ThreadPoolExecutor)
+
+
+def add_routes(app: web.Application) -> None:
+    """Add every route of this module, and the thread that reads the files."""
+    app.cleanup_ctx.append(_reader)
+    app.router.add_get("/api/background.json", background)
+    app.router.add_get(r"/api/background/{zoom:\d{1,2}}/{x:\d{1,8}}/{y:\d{1,8}}", tile)
+
+
+async def background(request: web.Request) -> web.StreamResponse:
+    """Zooms of which there are tiles, lowest first; none without the setting."""
+    folder = request.app[SERVICES].web.background_tiles
+    reader = request.app[_READER]
+    zooms = [] if folder is None else await asyncio.get_running_loop().run_in_executor(reader, zooms_in, folder)
+    return web.json_response({"Zooms": zooms}, headers={hdrs.CACHE_CONTROL: "no-cache"})
+
+
+async def tile(request: web.Request) -> web.StreamResponse:
+    """One tile. Its path is made of three numbers, so that no request leaves the folder."""
+    folder = request.app[SERVICES].web.background_tiles
+    zoom, x, y = (int(request.match_info[name]) for name in ("zoom", "x", "y"))
+    if folder is None:
+        raise web.HTTPNotFound(text="No background tiles are set: [web] background_tiles.")
+    loop = asyncio.get_running_loop()
+    found = await loop.run_in_executor(request.app[_READER], read_tile, folder, zoom, x, y)
+    if found is None:
+        raise web.HTTPNotFound(text=f"There is no background tile {zoom}/{x}/{y}.")
+    content_type, data = found
+    return web.Response(body=data, content_type=content_type, headers={hdrs.CACHE_CONTROL: CACHING})
+
+
+def zooms_in(folder: Path) -> list[int]:
+    """Return the zooms of a folder; empty when it cannot be read."""
+    try:
+        names = [each.name for each in folder.iterdir() if each.is_dir()]
+    except OSError:
+        return []
+    return sorted({int(name) for name in names if name.isascii() and name.isdigit() and int(name) <= DEEPEST_ZOOM})
+
+
+def read_tile(folder: Path, zoom: int, x: int, y: int) -> tuple[str, bytes] | None:
+    """Return type and bytes of a tile; None when it is not there, cannot be read, or is too large for a tile."""
+    stem = folder / str(zoom) / str(x)
+    for suffix, content_type in SUFFIXES.items():
+        try:
+            with (stem / f"{y}{suffix}").open("rb") as file:
+                data = file.read(LARGEST_TILE_BYTES + 1)
+        except OSError:
+            continue
+        return (content_type, data) if len(data) <= LARGEST_TILE_BYTES else None
+    return None
+
+
+async def _reader(app: web.Application) -> AsyncIterator[None]:
+    with ThreadPoolExecutor(1, thread_name_prefix="background") as executor:
+        app[_READER] = executor
+        yield

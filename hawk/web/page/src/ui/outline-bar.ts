@@ -1,0 +1,31 @@
+import { html, nothing, type TemplateResult } from "lit";
+import { customElement } from "lit/decorators.js";
+import { outlineWords } from "../words/outline.ts";
+import { Part } from "./element.ts";
+import { icon } from "./icons.ts";
+import { isTouch } from "./touch.ts";
+
+/** The bar while the area to explore is drawn: what is said about it, and setting it. */
+@customElement("hawk-outline-bar")
+export class OutlineBar extends Part {
+  override render(): TemplateResult | typeof nothing {
+    const { outline, flight } = this.model;
+    if (!outline.open) return nothing;
+    const words = outlineWords(outline, flight.plane, this.model.view(), isTouch());
+    return html`<div class="confirm fence" role="group" aria-label="Draw the area to explore">
+      <button class="cancel" aria-label="Cancel" @click=${() => outline.cancel()}>${icon("close")}<span>Cancel</span></button>
+      <div class="txt" role="status">
+        <b>${words.title}</b><span class="sub ${words.level}">${words.line}</span>
+      </div>
+      <button
+        class="act save primary"
+        aria-label="Set outline"
+        aria-description=${words.reason}
+        ?disabled=${words.reason !== ""}
+        @click=${() => void outline.save()}
+      >
+        <b>Set outline</b>${words.reason === "" ? nothing : html`<span class="sub">${words.reason}</span>`}
+      </button>
+    </div>`;
+  }
+}

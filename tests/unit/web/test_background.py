@@ -1,0 +1,76 @@
+"""The picture of the ground under the map: from a folder of tiles, and from nowhere else."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from aiohttp import web
+
+from hawk.web.background import LARGEST_TILE_BYTES, add_routes, read_tile, zooms_in
+from tests.unit.web.rig import Rig, browser
+
+
+async def get(rig: Rig, path: str) -> tuple[int, bytes, str]:
+    server = rig.server or await rig.start()
+    async with browser() as session, session.get(server.make_url(path)) as response:
+        return response.status, await response.read(), response.content_type
+
+
+@pytest.fixture
+def tiles(tmp_path: Path) -> Path:
+    folder = tmp_path / "tiles"
+    for name in ("18/139/90.png", "17/69/45.jpg"):
+        (folder / name).parent.mkdir(parents=True)
+        (folder / name).write_bytes(name.encode())
+    (folder / "readme").mkdir()
+    (folder / "99").mkdir()
+    (folder / "16").write_text("no folder")
+    (tmp_path / "secret.png").write_text("secret")
+    return folder
+
+
+async def test_a_tile_is_served_as_what_it_is(rig: Rig, tiles: Path) -> None:
+    rig.web = rig.web.model_copy(update={"background_tiles": tiles})
+    assert await get(rig, "/api/background/18/139/90") == (200, b"18/139/90.png", "image/png")
+    assert await get(rig, "/api/background/17/69/45") == (200, b"17/69/45.jpg", "image/jpeg")
+    status, body, _ = await get(rig, "/api/background.json")
+    assert (status, body) == (200, b'{"Zooms": [17, 18]}')
+
+
+async def test_without_the_setting_there_is_none(rig: Rig) -> None:
+    assert (await get(rig, "/api/background.json"))[1] == b'{"Zooms": []}'
+    assert (await get(rig, "/api/background/18/139/90"))[0] == 404
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["18/139/91", "18/../../secret", "18/..%2F..%2Fsecret/90", "-1/139/90", "18/139/90.png", "18/139/999999999"],
+)
+async def test_nothing_but_a_tile_is_served(rig: Rig, tiles: Path, path: str) -> None:
+    rig.web = rig.web.model_copy(update={"background_tiles": tiles})
+    status, body, _ = await get(rig, f"/api/background/{path}")
+    assert status == 404
+    assert body != b"secret"
+
+
+def test_a_folder_that_is_not_there_has_no_zooms(tmp_path: Path) -> None:
+    assert zooms_in(tmp_path / "gone") == []
+    assert read_tile(tmp_path / "gone", 1, 2, 3) is None
+
+
+def test_what_is_too_large_for_a_tile_is_none(tiles: Path) -> None:
+    path = tiles / "18" / "139" / "90.png"
+    path.write_bytes(b"0" * LARGEST_TILE_BYTES)
+    assert read_tile(tiles, 18, 139, 90) is not None
+    path.write_bytes(b"0" * (LARGEST_TILE_BYTES + 1))
+    assert read_tile(tiles, 18, 139, 90) is None
+
+
+def test_the_routes_take_numbers_only() -> None:
+    app = web.Application()
+    add_routes(app)
+    assert [r.resource.canonical for r in app.router.routes() if r.resource and r.method == "GET"] == [
+        "/api/background.json",
+        "/api/background/{zoom}/{x}/{y}",
+    ]
