@@ -1,4 +1,4 @@
-"""The command ``hawk-drone``: runs the daemon, flies a survey, writes a film of a flight, makes tokens and certificates."""
+"""The command ``hawk-drone``: runs the daemon, flies a survey, writes a film, makes tokens and certificates."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Lots without white lines: bricks, slabs, gravel or grass grids, where stones, corners, blocks or only cars part the stalls."""
+"""Lots without white lines: bricks, slabs, gravel or grass grids; stones, corners, blocks or cars part the stalls."""
 
 from __future__ import annotations
 

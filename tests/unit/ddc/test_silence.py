@@ -24,6 +24,10 @@ from tests.unit.ddc.written_facts import flying as flying_facts
 UNHEARD = "Sent without an answer: no word from the autopilot."
 
 
+def returning(by_autopilot: bool = False) -> Returning:
+    return Returning(0.0, SETTINGS, None, by_autopilot, "")
+
+
 async def lose_downlink(rig: Rig, seconds: float = SILENCE_S + 0.2) -> None:
     """Hear nothing any more; what is sent still arrives. The rig's link counts as lost at once."""
     rig.autopilot.connected = False
@@ -131,9 +135,9 @@ async def test_a_short_gap_changes_nothing(flying: Rig) -> None:
 @pytest.mark.parametrize(
     ("state", "mode"),
     [
-        (Returning(0.0, SETTINGS), CopterMode.RTL),
-        (Landing(0.0), CopterMode.LAND),
-        (Returning(0.0, SETTINGS, by_autopilot=True), None),
+        (returning(), CopterMode.RTL),
+        (Landing(0.0, None, False), CopterMode.LAND),
+        (returning(by_autopilot=True), None),
         (Manual(0.0), None),
     ],
     ids=["return", "landing", "the autopilot's own", "pilot"],
@@ -149,9 +153,7 @@ def test_what_is_told_is_the_states_mode_a_few_times(state: State, mode: CopterM
     assert voices == [False]
 
 
-@pytest.mark.parametrize(
-    "state", [ArmState(0.0, SETTINGS, armed=True), Returning(0.0, SETTINGS)], ids=["ground", "air"]
-)
+@pytest.mark.parametrize("state", [ArmState(0.0, SETTINGS, True, "", 0), returning()], ids=["ground", "air"])
 @pytest.mark.parametrize("armed", [True, False])
 def test_a_drone_that_stands_or_was_disarmed_is_told_nothing_however_long_it_is_silent(
     state: State, armed: bool
@@ -163,7 +165,7 @@ def test_a_drone_that_stands_or_was_disarmed_is_told_nothing_however_long_it_is_
 
 @pytest.mark.parametrize(("age", "voices"), [(2.99, []), (3.0, [False])])
 def test_our_heartbeats_are_held_back_after_three_seconds(age: float, voices: list[bool]) -> None:
-    step = SilenceWatch().tick(unheard(9.0, age), Returning(0.0, SETTINGS))
+    step = SilenceWatch().tick(unheard(9.0, age), returning())
     assert [act.speaks for act in step.acts if isinstance(act, SetVoice)] == voices
     assert told(step.acts) == [CopterMode.RTL], "the state's mode is told from the beginning"
 
@@ -176,7 +178,7 @@ def test_a_task_becomes_a_return_after_three_seconds(age: float, returns: bool) 
 
 
 def test_a_mode_is_told_six_times_half_a_second_apart_and_again_in_the_next_silence() -> None:
-    watch, state, times = SilenceWatch(), Returning(0.0, SETTINGS), list[float]()
+    watch, state, times = SilenceWatch(), returning(), list[float]()
 
     def silence(begin: float) -> None:
         for tick in range(80):
@@ -196,8 +198,8 @@ def test_a_mode_is_told_six_times_half_a_second_apart_and_again_in_the_next_sile
 
 def test_each_state_of_one_silence_tells_its_own_mode_at_once() -> None:
     watch = SilenceWatch()
-    assert told(watch.tick(unheard(9.0, 4.0), Returning(0.0, SETTINGS)).acts) == [CopterMode.RTL]
-    assert told(watch.tick(unheard(9.1, 4.1), Landing(9.1)).acts) == [CopterMode.LAND]
+    assert told(watch.tick(unheard(9.0, 4.0), returning()).acts) == [CopterMode.RTL]
+    assert told(watch.tick(unheard(9.1, 4.1), Landing(9.1, None, False)).acts) == [CopterMode.LAND]
 
 
 # -- the operator's commands ------------------------------------------------------------------------------------------
