@@ -87,6 +87,7 @@ async def test_axe_finds_nothing_while_something_is_asked(browser: Browser, fake
 async def test_a_flight_begins_by_keyboard_alone(browser: Browser, fake: Any) -> None:
     _, address = await fake("ready")
     page = await opened(browser, address)
+    await expect(button(page, "Take control")).to_be_visible()
     await page.keyboard.press("Tab")
     await expect(page.locator(".skip")).to_be_focused()
     await page.keyboard.press("Enter")

@@ -201,7 +201,7 @@ describe("the outline's parts of the page", () => {
     await rig.answer(true);
     rig.hear({ "Outline Setup": NONE, Options: possible("Set Outline") });
     await stage.drawn();
-    assert.deepEqual(stage.enabled(), ["Take the last outline again", "Draw outline"]);
+    assert.deepEqual(stage.enabled(), ["Last outline: take it again", "Draw outline"]);
   });
 
   it("are not offered without control", async () => {

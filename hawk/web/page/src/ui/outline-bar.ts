@@ -19,8 +19,6 @@ export class OutlineBar extends Part {
       </div>
       <button
         class="act save primary"
-        aria-label="Set outline"
-        aria-description=${words.reason}
         ?disabled=${words.reason !== ""}
         @click=${() => void outline.save()}
       >

@@ -16,12 +16,12 @@ export class OutlineButton extends Part {
     return html`<div><b>${title}</b> <span class="sub">${line}</span></div>
       <div class="row">
         ${outline.last && cannot(view, "Set Outline") === ""
-          ? html`<button aria-label="Take the last outline again" @click=${() => void outline.takeLast()}>Last outline</button>`
+          ? html`<button aria-label="Last outline: take it again" @click=${() => void outline.takeLast()}>Last outline</button>`
           : nothing}
         ${cannot(view, "Clear Outline") === ""
           ? html`<button aria-label="Remove the outline" @click=${() => void outline.clear()}>Remove</button>`
           : nothing}
-        <button aria-label=${label} aria-description=${reason} ?disabled=${reason !== ""} @click=${() => this.edit()}>
+        <button ?disabled=${reason !== ""} @click=${() => this.edit()}>
           <span class="two">${label}${reason === "" ? nothing : html`<span class="sub">${reason}</span>`}</span>
         </button>
       </div>`;

@@ -72,7 +72,7 @@ export class SettingsTab extends Part {
     const reason = logOutReason(view);
     return html`<section>
       <div><b>Logged in as ${view.welcome?.Role}</b><span class="sub">On this browser</span></div>
-      <button aria-label="Log out" aria-description=${reason} ?disabled=${reason !== ""} @click=${() => this.model.logOut()}>
+      <button ?disabled=${reason !== ""} @click=${() => this.model.logOut()}>
         <span class="two">Log out${reason === "" ? nothing : html`<span class="sub">${reason}</span>`}</span>
       </button>
     </section>`;

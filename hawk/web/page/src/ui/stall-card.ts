@@ -48,7 +48,7 @@ export class StallCard extends Part {
     if (reason === null) return nothing;
     const ask = (): void =>
       this.model.ask({ about: "move", target: { North: stall.north, East: stall.east }, kind: "Autonomous Move", stall: stall.id });
-    return html`<button aria-label="Look again" aria-description=${reason} ?disabled=${reason !== ""} @click=${ask}>
+    return html`<button ?disabled=${reason !== ""} @click=${ask}>
       <span class="two">Look again${reason === "" ? nothing : html`<span class="sub">${reason}</span>`}</span>
     </button>`;
   }
