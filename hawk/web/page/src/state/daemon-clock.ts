@@ -22,4 +22,10 @@ export class DaemonClock {
     if (this.samples.length === 0) return null;
     return Math.max(...this.samples.map((sample) => sample.theirs + (ours - sample.ours) * this.rate));
   }
+
+  /** Time of day, milliseconds, of the daemon's time `theirs`, when it is `wall` at `ours`; null before the first heartbeat. */
+  timeOfDay(theirs: number, ours: number, wall: number): number | null {
+    const now = this.at(ours);
+    return now === null ? null : wall - ((now - theirs) / this.rate) * 1000;
+  }
 }

@@ -55,9 +55,7 @@ export class StallCard extends Part {
 
   /** Time of day, milliseconds, at which a stall was last seen. */
   private lastSeenAt(stall: Stall, view: View): number | null {
-    const theirs = this.model.daemonClock.at(this.model.seconds());
-    if (stall.lastSeen === null || theirs === null) return null;
-    return view.now - ((theirs - stall.lastSeen) / this.model.daemonClock.rate) * 1000;
+    return stall.lastSeen === null ? null : this.model.daemonClock.timeOfDay(stall.lastSeen, this.model.seconds(), view.now);
   }
 
   private close(): void {

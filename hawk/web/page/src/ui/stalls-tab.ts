@@ -15,27 +15,22 @@ export class StallsTab extends Part {
   override render(): TemplateResult {
     const { map, flight } = this.model;
     if (map.stalls.size === 0) return html`<p class="empty sub">No stall was found yet.</p>`;
-    const rows = stallRows(map.stalls.values(), flight.heartbeat?.Home ?? null, (at) => this.timeOf(at), this.model.preferences.units);
+    const { now, units } = this.model.view();
+    const timeOf = (at: number): number | null => this.model.daemonClock.timeOfDay(at, this.model.seconds(), now);
+    const rows = stallRows(map.stalls.values(), flight.heartbeat?.Home ?? null, timeOf, units, this.shown);
     return html`<div class="scroll" tabindex="0" role="region" aria-label="Stalls as a table">
       <table class="stalls">
-        <caption class="sub">${format.count(rows.length, "stall", "stalls")}, free ones first, the nearest to home first</caption>
+        <caption class="sub">${format.count(map.stalls.size, "stall", "stalls")}, free ones first, the nearest to home first</caption>
         <thead>
           <tr><th scope="col">Stall</th><th scope="col">State</th><th scope="col">Place</th><th scope="col">Seen</th></tr>
         </thead>
         <tbody>
-          ${rows.slice(0, this.shown).map(
+          ${rows.map(
             (row) => html`<tr><th scope="row">${row.id}</th><td>${row.state}</td><td>${row.place}</td><td>${row.seen}</td></tr>`,
           )}
         </tbody>
       </table>
-      ${rows.length > this.shown ? html`<button class="small" @click=${() => (this.shown += PAGE)}>Show more</button>` : nothing}
+      ${map.stalls.size > this.shown ? html`<button class="small" @click=${() => (this.shown += PAGE)}>Show more</button>` : nothing}
     </div>`;
-  }
-
-  /** Time of day, milliseconds, of a time of the drone. */
-  private timeOf(at: number): number {
-    const view = this.model.view();
-    const heard = view.heartbeat?.Time ?? at;
-    return view.now - ((view.silence ?? 0) + (heard - at) / this.model.daemonClock.rate) * 1000;
   }
 }

@@ -1,5 +1,6 @@
-import type { Stall } from "../state/map-store.ts";
+import type { Stall, StallState } from "../state/map-store.ts";
 import * as format from "./format.ts";
+import { STALL_WORDS } from "./stall.ts";
 import type { Units } from "./units.ts";
 
 export interface StallRow {
@@ -9,28 +10,36 @@ export interface StallRow {
   seen: string;
 }
 
-const WORDS = { free: "Free", taken: "Taken", unknown: "Unclear" };
+const ORDER: StallState[] = ["free", "unknown", "taken"];
 
-/** Stalls as lines of a table, free ones first, then by their distance from home. `timeOf`: time of day of the drone's time. */
-export function stallRows(stalls: Iterable<Stall>, home: { North: number; East: number } | null, timeOf: (at: number) => number, units: Units): StallRow[] {
+/** Stalls as lines of a table, free ones first, then by their distance from home, `most` of them. `timeOf`: time of day of the drone's time. */
+export function stallRows(
+  stalls: Iterable<Stall>,
+  home: { North: number; East: number } | null,
+  timeOf: (at: number) => number | null,
+  units: Units,
+  most = Infinity,
+): StallRow[] {
   const from = home ?? { North: 0, East: 0 };
   const away = (stall: Stall): number => Math.hypot(stall.north - from.North, stall.east - from.East);
   const sorted = [...stalls].sort((a, b) => rank(a) - rank(b) || away(a) - away(b) || a.id - b.id);
-  return sorted.map((stall) => ({
+  return sorted.slice(0, most).map((stall) => ({
     id: stall.id,
-    state: WORDS[stall.state],
-    place: `${format.distance(away(stall), units)} ${direction(stall.north - from.North, stall.east - from.East)} of home`,
-    seen: stall.lastSeen === null || stall.seen === 0 ? "not seen itself" : format.clock(timeOf(stall.lastSeen)),
+    state: capital(STALL_WORDS[stall.state]),
+    place: `${format.distance(away(stall), units)} ${format.direction(stall.north - from.North, stall.east - from.East)} of home`,
+    seen: seenAt(stall, timeOf),
   }));
 }
 
 function rank(stall: Stall): number {
-  return ["free", "unknown", "taken"].indexOf(stall.state);
+  return ORDER.indexOf(stall.state);
 }
 
-const DIRECTIONS = ["north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west"];
+function seenAt(stall: Stall, timeOf: (at: number) => number | null): string {
+  const at = stall.lastSeen === null || stall.seen === 0 ? null : timeOf(stall.lastSeen);
+  return at === null ? "not seen itself" : format.clock(at);
+}
 
-function direction(north: number, east: number): string {
-  const eighth = Math.round((Math.atan2(east, north) / Math.PI) * 4);
-  return DIRECTIONS[(eighth + 8) % 8] ?? "north";
+function capital(word: string): string {
+  return word.charAt(0).toUpperCase() + word.slice(1);
 }
