@@ -70,22 +70,13 @@ def _pocket(plan: SitePlan, rng: np.random.Generator, axes: Axes, kind: str, sty
     count = int(rng.integers(*_POCKET_STALLS))
     fill = replace(style, occupancy=float(np.clip(style.occupancy + rng.normal(0, 0.25), 0, 1)))
     if kind == "parallel":
-        length = (1 + count // 3) * 7.2
-        found = plan.stalls[:]
-        plan_parallel_row(plan, rng, _paved(plan, axes, length, PARALLEL_DEPTH_M, ground), length, fill)
+        length, depth, plan_stalls = (1 + count // 3) * 7.2, PARALLEL_DEPTH_M, plan_parallel_row
     else:
-        length = count * style.pitch + abs(style.shift) + 0.05
-        found = plan.stalls[:]
-        plan_row(plan, rng, _paved(plan, axes, length, style.depth, ground), length, fill)
-    corners = [stall.corners for stall in plan.stalls[len(found) :]]
-    if corners:
-        plan.lots.append(axes.rect(0, 0, length, PARALLEL_DEPTH_M if kind == "parallel" else style.depth))
-    return length
-
-
-def _paved(plan: SitePlan, axes: Axes, length: float, depth: float, ground: Material) -> Axes:
+        length, depth, plan_stalls = count * style.pitch + abs(style.shift) + 0.05, style.depth, plan_row
     plan.add_surface(Surface(axes.rect(0, -0.2, length, depth), ground))
-    return axes
+    if plan_stalls(plan, rng, axes, length, fill):
+        plan.lots.append(axes.rect(0, 0, length, depth))
+    return length
 
 
 def _green(plan: SitePlan, rng: np.random.Generator, axes: Axes, gap: float, depth: float) -> None:

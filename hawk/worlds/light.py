@@ -92,9 +92,10 @@ class Shadows:
 
     def add_crown(self, x: float, y: float, radius: float, height: float, crown: Bytes) -> None:
         """Add the shadow of a crown, whose square alpha is 2 x radius wide, and of its trunk."""
-        span = (_CROWN_STAMPS[-1] - _CROWN_STAMPS[0]) * height * self._sun.reach
-        count = min(_MOST_STAMPS, math.ceil(span / (0.7 * radius)) + 1)
-        shares = list(_CROWN_STAMPS) if not self._sun.is_low else np.linspace(0.4, 0.95, count).tolist()
+        shares: Sequence[float] = _CROWN_STAMPS
+        if self._sun.is_low:
+            span = (_CROWN_STAMPS[-1] - _CROWN_STAMPS[0]) * height * self._sun.reach
+            shares = np.linspace(0.4, 0.95, min(_MOST_STAMPS, math.ceil(span / (0.7 * radius)) + 1)).tolist()
         for share in shares:
             centre = np.array([x, y]) + self._sun.cast(height * share)
             self._stamp(centre, radius * (1.1 - 0.3 * abs(share - 0.6)), crown)
