@@ -271,20 +271,32 @@ class MapCore:
         extent = np.vstack([outline(lot), *(outline(lot) + REACH_M, outline(lot) - REACH_M)])
         window = Window.around(extent, EVIDENCE_M)
         well = self.grid.layer(window, "well") > 0
+        known = Stalls(np.stack([rows["north"], rows["east"]], -1), angle_of(rows), probability(rows["taken"]))
         try:
             step = relocation.look(
-                Stalls(np.stack([rows["north"], rows["east"]], -1), angle_of(rows), probability(rows["taken"])),
+                known,
                 Stalls(np.stack([sure.north, sure.east], -1), sure.angle, sure.taken),
                 lambda places: _at(usable, lot.pixel_points(places)),
                 lambda places: _at(well, window.cells_of(places[:, 0], places[:, 1])),
             )
         except TooFewError:
-            return False
+            everything = found.moved(correction)
+            return relocation.is_doubtful(known.places, np.stack([everything.north, everything.east], -1))
         if step is not None:
-            self.registration.relocate(step)
+            self._relocate(step)
         if relocation.is_over:
             self._relocation = None
         return not relocation.is_over
+
+    def _relocate(self, step: NDArray[np.float64]) -> None:
+        """Move the drone, and what this flight has found already, to their place on the earlier map.
+
+        The evidence of ground stays where it was put: later frames outweigh it.
+        """
+        self.registration.relocate(step)
+        version = self._version + 1  # that of the frame which is fused next
+        index = self.tracker.move_younger(self._earlier_m, step, version)
+        self._encoder.mark_around(self.published.update(self.tracker.rows, index, [], version))
 
     def _fuse_stalls(self, found: Detections, evidence: CellEvidence, weight: float, seen: SeenGround) -> None:
         def in_picture(points: NDArray[np.float64]) -> NDArray[np.bool_]:

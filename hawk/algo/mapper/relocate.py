@@ -6,6 +6,7 @@ taken, distinguish the shifts: cars stay while a battery is swapped. The frames 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
@@ -54,7 +55,7 @@ class Relocation:
         north, east = np.meshgrid(steps, steps, indexing="ij")
         self._shifts = np.column_stack([north.ravel(), east.ravel()])
         self._scores = -0.5 * (self._shifts**2).sum(1) / _USUAL_M**2
-        self._frames = 0
+        self._frames = self._doubts = 0
         self.is_over = False
         """True when a shift was found, or none is better than the others."""
 
@@ -82,6 +83,18 @@ class Relocation:
             return _refined(self._shifts[best], known, found)
         self.is_over = self._frames >= _MOST_FRAMES
         return None
+
+    def is_doubtful(self, known: Floats, found: Floats) -> bool:
+        """Return True for a frame of too few stalls of which one may be a known one: fused now, it would count twice.
+
+        Where it stays so, the frames after the first `_MOST_FRAMES` are not doubtful. ``known`` (N, 2) and ``found``
+        (M, 2) are places, as for `look`.
+        """
+        away, _ = cKDTree(known).query(found, distance_upper_bound=math.sqrt(2) * REACH_M)
+        if not np.isfinite(away).any():
+            return False
+        self._doubts += 1
+        return self._doubts <= _MOST_FRAMES
 
     def _fit(self, known: Stalls, found: Stalls, in_picture: Inside, was_seen: Inside) -> Floats:
         """Return how well each shift fits (S,): by the found stalls, and by the known ones that should be found."""

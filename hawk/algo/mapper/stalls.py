@@ -161,6 +161,19 @@ class StallTracker:
         self._far, self._attended = FarStalls(), None
         self.next_id = max(next_id, int(rows["id"].max(initial=0)) + 1)
 
+    def move_younger(self, flown_m: float, step: Floats, version: int) -> NDArray[np.intp]:
+        """Move the stalls that were found after ``flown_m`` by a step (2,) of metres north and east.
+
+        All rows are loaded until `attend` is called. Returns the indices of those that were moved.
+        """
+        self.rows = np.concatenate([self.rows, self._far.all()])
+        self._far, self._attended = FarStalls(), None
+        index = np.flatnonzero((self.rows["born"] > flown_m) & ~self.rows["inferred"])
+        for name, metres in zip(("north", "east"), step, strict=True):
+            self.rows[name][index] += metres
+        self.rows["touched"][index] = version
+        return index
+
     def _hit(self, index: NDArray[np.intp], found: Detections, look: Look) -> None:
         if len(index) == 0:
             return

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -109,3 +110,36 @@ def test_a_flight_that_begins_beside_the_map_is_mapped_at_once() -> None:
     again.truth = again.vision.truth = rows_lot(turn=0.3, middle=(200.0, 0.0))
     again.fly(PASS[:20], north=200.0)
     assert len(again.map.stalls) > known + 10
+
+
+@pytest.mark.flight
+@pytest.mark.parametrize("error", [(0.0, 1.9), (-1.6, 0.8)])
+def test_what_was_found_before_the_drone_met_the_earlier_map_moves_to_its_place_on_it(
+    error: tuple[float, float],
+) -> None:
+    again = flown_half(error)
+    before = dict(again.mapper.get_occupancy_map().stalls)
+    again.fly([*PASS[::-1], *PASS])
+    after = again.map.stalls
+    assert len(after) == len(again.truth.stalls)
+    assert before.keys() <= after.keys()
+    assert again.unmatched(after.values()) == 0
+
+
+@pytest.mark.flight
+def test_a_few_stalls_at_the_edge_of_the_earlier_map_are_not_counted_twice() -> None:
+    again = flown_half((0.0, 1.9))
+    known = again.mapper.get_occupancy_map().stalls
+    again.truth = again.vision.truth = replace(again.truth, stalls=again.truth.stalls[:3], taken=again.truth.taken[:3])
+    again.fly([-30.0] * 20)
+    assert again.mapper.get_occupancy_map().stalls.keys() == known.keys()
+
+
+def test_few_stalls_are_doubtful_near_known_ones_only_and_not_for_ever() -> None:
+    known = row(3, np.ones(3)).places
+    relocation = Relocation()
+    assert relocation.is_doubtful(known, known[:1] + (0.0, 2.0))
+    assert not relocation.is_doubtful(known, known[:1] + (0.0, 20.0))
+    assert not relocation.is_doubtful(known, known[:0])
+    assert not relocation.is_doubtful(known[:0], known)
+    assert not all(relocation.is_doubtful(known, known) for _ in range(50))

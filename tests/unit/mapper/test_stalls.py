@@ -219,3 +219,15 @@ def test_a_car_that_leaves_is_seen_by_a_drone_that_hovers() -> None:
     for _ in range(150):  # fifteen seconds
         flight.frame(seen(taken=0.03), weight=0.0, change=0.02)
     assert flight.tracker.confirmed["state"].tolist() == [FREE]
+
+
+def test_what_was_found_later_moves_whether_it_is_near_or_evicted() -> None:
+    tracker = StallTracker()
+    for flown, found in ((10.0, [seen(), seen(0.0, 500.0)]), (50.0, [seen(0.0, 100.0), seen(0.0, 700.0)])):
+        tracker.fuse(Look(Detections.of(found), 1.0, 0.0, nowhere, 1, flown), np.arange(0))
+    tracker.attend(0.0, 0.0, 10.0)
+    assert len(tracker.rows) < 4
+    index = tracker.move_younger(10.0, np.array([1.0, -2.0]), 7)
+    assert sorted(tracker.rows["east"].tolist()) == [0.0, 98.0, 500.0, 698.0]
+    assert tracker.rows["north"][index].tolist() == [1.0, 1.0]
+    assert tracker.rows["touched"][index].tolist() == [7, 7]
