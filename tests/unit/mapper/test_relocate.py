@@ -138,8 +138,8 @@ def test_a_few_stalls_at_the_edge_of_the_earlier_map_are_not_counted_twice() -> 
 def test_few_stalls_are_doubtful_near_known_ones_only_and_not_for_ever() -> None:
     known = row(3, np.ones(3)).places
     relocation = Relocation()
-    assert relocation.is_doubtful(known, known[:1] + (0.0, 2.0))
-    assert not relocation.is_doubtful(known, known[:1] + (0.0, 20.0))
+    assert relocation.is_doubtful(known, np.array([[0.0, 2.0]]))
+    assert not relocation.is_doubtful(known, np.array([[0.0, 20.0]]))
     assert not relocation.is_doubtful(known, known[:0])
     assert not relocation.is_doubtful(known[:0], known)
     assert not all(relocation.is_doubtful(known, known) for _ in range(50))
