@@ -237,6 +237,7 @@ class Daemon:
             version=version("hawk-drone"),
             simulation=self._options.is_simulation,
             queues=lambda: {"journal": self._journal.waiting, "recording": self._recording.waiting},
+            newest_recording=self._recording.newest,
             cookie_secret=cookie_secret(self._config.store.directory),
             folder=self._config.store.directory,
             tls=self._tls,

@@ -25,7 +25,7 @@ from hawk.model import TILE_CELLS, GlobalPose, StallState
 from hawk.survey import scoring
 from hawk.survey.report import compare, map_offset
 from hawk.survey.scoring import Finding, Tally, match, tally
-from hawk.survey.survey_map import SurveyMap
+from hawk.survey_map import SurveyMap
 from hawk.survey.truth import GroundTruth
 from hawk.worlds.world import World
 

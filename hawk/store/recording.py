@@ -41,6 +41,10 @@ _STOPPED = "Recording stopped"
 _JSON, _FRAME = "json", "hawk-frame"
 
 
+class NoRecordingError(Exception):
+    """There is no complete recording; the message says why."""
+
+
 @dataclass(frozen=True, slots=True)
 class _Item:
     topic: str
@@ -115,6 +119,16 @@ class Recording:
     def record_frame(self, frame: Any) -> None:
         """Record a frame of the algorithms: a frozen dataclass with a ``jpeg`` field, kept without loss."""
         self._put(FRAME_INPUT, frame, is_frame=True, size=_SMALL + len(frame.jpeg))
+
+    def newest(self) -> Path:
+        """Return the newest complete file, of an earlier run too. Reads the folder. Raises NoRecordingError."""
+        if self.recording or self._queue:
+            raise NoRecordingError("The recording is not complete yet.")
+        try:
+            return max(self._folder.glob("*.mcap"), key=lambda path: path.stat().st_mtime_ns)
+        except (ValueError, OSError):
+            reason = "There is no recording yet." if self._enabled else "Nothing is recorded: [store] record is false."
+            raise NoRecordingError(reason) from None
 
     @property
     def waiting(self) -> int:

@@ -30,7 +30,7 @@ from hawk.comm.messages import (
 )
 from hawk.comm.status import FenceSetup, Heartbeat, LogEntry, MapUpdate, OutlineSetup, Point, StallUpdate
 from hawk.model import TILE_CELLS, Cell, GlobalPose, Stall, StallState, TileKey
-from hawk.survey.survey_map import SurveyMap
+from hawk.survey_map import SurveyMap
 
 LOG = logging.getLogger(__name__)
 

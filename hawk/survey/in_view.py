@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from hawk.model import Cell
 from hawk.survey.scoring import match
-from hawk.survey.survey_map import SurveyMap
 from hawk.survey.truth import GroundTruth
+from hawk.survey_map import SurveyMap
 
 WHOLE = 0.98
 """Share of a stall's cells that were seen, from which the stall was in view."""

@@ -33,8 +33,8 @@ from hawk.survey.client import DroneClient, LinkLostError
 from hawk.survey.handset import SurveyStatus
 from hawk.survey.operator import SurveyLimits, SurveyOperator, SurveyOutcome, SurveyPlan
 from hawk.survey.stack import SimulatedStack, StackError
-from hawk.survey.survey_map import SurveyMap, map_picture
 from hawk.survey.truth import GroundTruth, TruthError, read_truth
+from hawk.survey_map import SurveyMap, map_picture
 
 LATE_FRAMES_LIMIT = 0.01
 """Greatest share of pictures drawn late by the simulator in a valid run."""

@@ -1,19 +1,14 @@
-"""HTTP for tools: the schema, the mosaic, exports of the present map, health and metrics."""
+"""HTTP for tools: the schema, the mosaic, the report, health and metrics."""
 
 from __future__ import annotations
 
-import asyncio
 import math
-from collections.abc import Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any, Final
 
 from aiohttp import hdrs, web
 
 from hawk.comm.messages import schema
-from hawk.model import GlobalPose, Stall
-from hawk.stall_exports import stalls_csv, stalls_geojson
 from hawk.web.door import DOOR
 from hawk.web.guesses import GUESSES
 from hawk.web.process_figures import process_figures
@@ -22,7 +17,6 @@ from hawk.web.services import COUNTERS, SERVICES, Counters, WebServices
 METRICS_CONTENT_TYPE: Final = "text/plain; version=0.0.4; charset=utf-8"
 STATUS_AGE_S: Final = 1.0
 """A status older than this (seconds of the daemon's clock) means that the state machine does not run."""
-EXPORTER = web.AppKey("exporter", ThreadPoolExecutor)
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,8 +33,6 @@ def add_routes(app: web.Application) -> None:
     """Add every route of this module."""
     app.router.add_get("/api/schema.json", message_schema)
     app.router.add_get(r"/api/mosaic/{row:-?\d{1,6}}/{column:-?\d{1,6}}.jpg", mosaic)
-    app.router.add_get("/api/stalls.csv", stalls_table)
-    app.router.add_get("/api/stalls.geojson", stalls_features)
     app.router.add_get("/api/report.json", report)
     app.router.add_get("/api/health", health)
     app.router.add_get("/api/performance", performance)
@@ -73,16 +65,6 @@ async def mosaic(request: web.Request) -> web.StreamResponse:
     return web.Response(body=tile.data, content_type="image/jpeg", headers=headers)
 
 
-async def stalls_table(request: web.Request) -> web.StreamResponse:
-    """Present stalls as CSV."""
-    return await _export(request, stalls_csv, "text/csv", "stalls.csv")
-
-
-async def stalls_features(request: web.Request) -> web.StreamResponse:
-    """Present stalls as GeoJSON."""
-    return await _export(request, stalls_geojson, "application/geo+json", "stalls.geojson")
-
-
 async def report(request: web.Request) -> web.StreamResponse:
     """Counts and progress of the present map."""
     return web.json_response(_report(request.app[SERVICES]))
@@ -110,21 +92,6 @@ async def metrics(request: web.Request) -> web.StreamResponse:
     """Prometheus text format."""
     text = metrics_text(request.app[SERVICES], request.app[COUNTERS], _access(request.app))
     return web.Response(text=text, headers={hdrs.CONTENT_TYPE: METRICS_CONTENT_TYPE})
-
-
-async def _export(
-    request: web.Request, make: Callable[[GlobalPose, Mapping[int, Stall]], str], content_type: str, name: str
-) -> web.Response:
-    """Make an export on a thread that no part of the flight uses."""
-    services = request.app[SERVICES]
-    status, current = services.status.value, services.occupancy_map.value
-    if status is None or status.site.datum is None:
-        raise web.HTTPConflict(text="There is no map yet: it gets its place on Earth when the drone is first armed.")
-    datum = GlobalPose(*status.site.datum, 0.0)
-    stalls = {} if current is None else current.stalls
-    text = await asyncio.get_running_loop().run_in_executor(request.app[EXPORTER], make, datum, stalls)
-    headers = {hdrs.CONTENT_DISPOSITION: f'attachment; filename="{name}"'}
-    return web.Response(text=text, content_type=content_type, charset="utf-8", headers=headers)
 
 
 def _report(services: WebServices) -> dict[str, Any]:

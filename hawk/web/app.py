@@ -12,7 +12,6 @@ import logging
 import mimetypes
 import re
 from collections.abc import AsyncIterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
@@ -20,7 +19,7 @@ from urllib.parse import quote
 
 from aiohttp import WSCloseCode, hdrs, web
 
-from hawk.web import api, background, video
+from hawk.web import api, background, downloads, video
 from hawk.web.access import BOOK, OPEN
 from hawk.web.access_keeper import KEEPER, keep_access
 from hawk.web.access_setup import make_access
@@ -80,12 +79,13 @@ def create_app(services: WebServices, page: Page) -> web.Application:
     app[COUNTERS] = Counters()
     app.on_response_prepare.append(headers_adder(services.tls))
     app.on_shutdown.append(_close_sockets)
-    app.cleanup_ctx.extend((_heartbeats, _exporter, _viewers, keep_access))
+    app.cleanup_ctx.extend((_heartbeats, _viewers, keep_access))
     app.router.add_get("/ws", command_socket)
     app.router.add_get("/video", video.video_socket)
     app.router.add_get("/stream.mjpg", video.stream)
     app.router.add_get("/snapshot.jpg", video.snapshot)
     api.add_routes(app)
+    downloads.add_routes(app)
     login_page.add_routes(app)
     background.add_routes(app)
     app.router.add_get("/{path:.*}", page.handle)
@@ -176,12 +176,6 @@ async def _heartbeats(app: web.Application) -> AsyncIterator[None]:
     stop = services.status.listen(HeartbeatPace(services).on_status)
     yield
     stop()
-
-
-async def _exporter(app: web.Application) -> AsyncIterator[None]:
-    with ThreadPoolExecutor(1, thread_name_prefix="web-export") as executor:
-        app[api.EXPORTER] = executor
-        yield
 
 
 async def _viewers(app: web.Application) -> AsyncIterator[None]:

@@ -20,6 +20,7 @@ from hawk.comm.status import ClientId, DroneStatus
 from hawk.comm.topic import Topic
 from hawk.config import OperatorSettings, WebSettings
 from hawk.model import AnnotatedFrame, OccupancyMap
+from hawk.store.recording import NoRecordingError
 from hawk.web.clients import ClientHub
 from hawk.web.sessions import ControlDesk
 from hawk.web.tls import Tls
@@ -52,6 +53,10 @@ class OperatorSide:
         return cls(hub, desk, ServerMessageSocket(hub.send_to, _session_gate(desk, hub)))
 
 
+def _no_recording() -> Path:
+    raise NoRecordingError("Nothing is recorded here.")
+
+
 @dataclass(frozen=True, slots=True)
 class WebServices:
     """Values that the server shows, and its settings."""
@@ -73,6 +78,8 @@ class WebServices:
     """Rising counts of other parts, by their name in ``/metrics``."""
     queues: Callable[[], Mapping[str, int]] = dict
     """Items that wait in queues of other parts, by name."""
+    newest_recording: Callable[[], Path] = _no_recording
+    """Returns the newest complete recording; reads the disk. Raises NoRecordingError."""
     cookie_secret: bytes = field(default_factory=lambda: secrets.token_bytes(32), repr=False)
     """Key of what is derived from logins and from `WebSettings.token`; the same after a restart when it is kept."""
     folder: Path | None = None

@@ -23,8 +23,8 @@ from hawk.model import Stall, StateName
 from hawk.simulation import SimulationOptions
 from hawk.survey import report
 from hawk.survey.stack import SimulatedStack
-from hawk.survey.survey_map import SurveyMap
 from hawk.survey.truth import GroundTruth
+from hawk.survey_map import SurveyMap
 from tests.integration.daemon_support import Operator, operator, until_journalled, write_settings
 
 pytestmark = [pytest.mark.integration, pytest.mark.alone, pytest.mark.asyncio(loop_scope="module")]

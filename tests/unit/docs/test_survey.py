@@ -11,8 +11,8 @@ import pytest
 from hawk.model import GlobalPose, StallState
 from hawk.survey import report
 from hawk.survey.handset import SurveyStatus
-from hawk.survey.survey_map import SurveyMap
 from hawk.survey.truth import GroundTruth
+from hawk.survey_map import SurveyMap
 
 DOCUMENT = (Path(__file__).parents[3] / "docs" / "survey.md").read_text(encoding="utf-8")
 

@@ -19,7 +19,7 @@ from mcap.reader import make_reader
 from hawk.algo.frame import FrameInput
 from hawk.config import StoreSettings
 from hawk.model import MapPoint, StateName
-from hawk.store.recording import FRAME_INPUT, Recording
+from hawk.store.recording import FRAME_INPUT, NoRecordingError, Recording
 from hawk.store.replay import RecordingError, read_frames, read_metadata, read_recording
 from tests.manual_clock import ManualClock
 from tests.unit.comm.waiting import until
@@ -309,3 +309,26 @@ def test_a_killed_process_loses_less_than_a_second(tmp_path: Path) -> None:
     kept = [one.payload()["n"] for one in read_recording(path)]
     assert kept == list(range(1, len(kept) + 1))
     assert {number for number, at in put if at < killed - 1.0} <= set(kept)
+
+
+async def test_the_newest_complete_recording_is_found_after_a_restart_too(make: Make, tmp_path: Path) -> None:
+    recording = make()
+    with pytest.raises(NoRecordingError, match="no recording yet"):
+        recording.newest()
+    recording.begin()
+    recording.record("tick", {"n": 1})
+    await until(lambda: recording.recording)
+    with pytest.raises(NoRecordingError, match="not complete yet"):
+        recording.newest()
+    recording.end()
+    await until(lambda: not recording.recording)
+    assert recording.newest() == written(recording)
+    later = tmp_path / "recordings" / "20260501T130000Z.mcap"
+    later.write_bytes(b"later")
+    os.utime(later, (4e9, 4e9))
+    assert make().newest() == later
+
+
+async def test_nothing_is_recorded_names_the_setting(make: Make) -> None:
+    with pytest.raises(NoRecordingError, match=r"\[store\] record is false"):
+        make(record=False).newest()

@@ -12,7 +12,7 @@ from shapely.geometry import shape
 
 from hawk.model import TILE_CELLS, Cell, GlobalPose, Stall, StallState
 from hawk.stall_exports import CSV_COLUMNS, stalls_csv, stalls_geojson
-from hawk.survey.survey_map import SurveyMap, map_picture
+from hawk.survey_map import SurveyMap, map_picture
 
 DATUM = GlobalPose(43.26, -79.92, 100.0)
 

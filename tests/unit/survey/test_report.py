@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from hawk.model import CELL_M, TILE_CELLS, Cell, GlobalPose, Stall, StallState
 from hawk.survey.report import compare, counts, finite, map_offset
-from hawk.survey.survey_map import SurveyMap
 from hawk.survey.truth import GroundTruth
+from hawk.survey_map import SurveyMap
 
 ORIGIN = GlobalPose(43.2609, -79.9192, 0.0)
 WIDTH, LENGTH = 2.6, 5.2

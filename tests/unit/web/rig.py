@@ -21,6 +21,7 @@ from hawk.comm.status import ClientId, DroneStatus, StatusStamp
 from hawk.comm.topic import Topic
 from hawk.config import OperatorSettings, WebSettings
 from hawk.model import AnnotatedFrame, OccupancyMap
+from hawk.store.recording import NoRecordingError
 from hawk.web.app import Page, create_app
 from hawk.web.services import OperatorSide, WebServices
 from hawk.web.sessions import ControlDesk
@@ -57,6 +58,10 @@ class FakeManager:
         return Ack(id=command.id, accepted=True)
 
 
+def _no_recording() -> Path:
+    raise NoRecordingError("Nothing is recorded here.")
+
+
 @dataclass
 class Rig:
     """A web server on the loop with everything around it in the hands of the test."""
@@ -72,6 +77,7 @@ class Rig:
     folder: Path | None = None
     tls: Tls | None = None
     wall: ManualClock = field(default_factory=lambda: ManualClock(1.8e9))
+    newest_recording: Callable[[], Path] = _no_recording
 
     def __post_init__(self) -> None:
         self.side = OperatorSide.create(self.clock, self.operator)
@@ -103,6 +109,7 @@ class Rig:
             folder=self.folder,
             tls=self.tls,
             wall=self.wall,
+            newest_recording=lambda: self.newest_recording(),
         )
 
     async def start(self) -> TestServer:

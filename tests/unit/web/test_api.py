@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-import csv
-import io
 import re
 from typing import Any
 
@@ -13,7 +11,6 @@ from hawk.comm.status import (
     OperationStatus,
     PartsStatus,
     PerceptionStatus,
-    SiteStatus,
     TravelStatus,
 )
 from hawk.model import AnnotatedFrame, Counts, EncodedTile, OccupancyMap, Stall, StallState, StateName
@@ -70,28 +67,6 @@ async def test_a_mosaic_tile_and_its_caching(rig: Rig) -> None:
 async def test_a_tile_that_is_not_there_is_404(rig: Rig, path: str) -> None:
     rig.map.publish(MAP)
     assert (await get(rig, path))[0] == 404
-
-
-async def test_exports_of_the_present_map(rig: Rig) -> None:
-    rig.map.publish(MAP)
-    rig.publish(DroneStatus(site=SiteStatus(datum=(43.0, -79.0))))
-    status, text, headers = await get(rig, "/api/stalls.csv")
-    rows = list(csv.DictReader(io.StringIO(text)))
-    assert (status, [row["state"] for row in rows]) == (200, ["free", "taken"])
-    assert "stalls.csv" in headers["Content-Disposition"]
-    status, text, headers = await get(rig, "/api/stalls.geojson")
-    assert status == 200
-    assert headers["Content-Type"].startswith("application/geo+json")
-    assert text.count('"Polygon"') == 2
-
-
-async def test_no_export_before_the_map_has_its_place_on_earth(rig: Rig) -> None:
-    rig.map.publish(MAP)
-    rig.publish(DroneStatus(site=SiteStatus(datum=None)))
-    for path in ("/api/stalls.csv", "/api/stalls.geojson"):
-        status, text, _ = await get(rig, path)
-        assert status == 409
-        assert "no map yet" in text
 
 
 async def test_the_report_tells_the_present_map(rig: Rig) -> None:

@@ -1,26 +1,61 @@
 import { html, nothing, type TemplateResult } from "lit";
-import { customElement } from "lit/decorators.js";
+import { customElement, state } from "lit/decorators.js";
 import { repeat } from "lit/directives/repeat.js";
 import type { LogLine } from "../state/flight.ts";
 import * as format from "../words/format.ts";
+import { type LogFilter, logName, logText, matching } from "../words/log-lines.ts";
 import { Part } from "./element.ts";
 import { icon, type IconName } from "./icons.ts";
+import { saveFile } from "./save-file.ts";
 
 const ICONS: Record<LogLine["level"], IconName> = { info: "info", ok: "check", warning: "warn", error: "warn" };
-const SHOWN = 60;
+/** Lines that are added at a time. */
+const PAGE = 60;
 
 /** What happened, newest first; the autopilot's own words behind Details. */
 @customElement("hawk-messages")
 export class MessagesTab extends Part {
+  @state() private filter: LogFilter = { text: "", troubles: false };
+  @state() private shown = PAGE;
+
   override render(): TemplateResult {
-    const lines = this.model.flight.lines.slice(0, SHOWN);
+    const { lines } = this.model.flight;
     if (lines.length === 0) return html`<p class="empty sub">Nothing happened yet.</p>`;
-    return html`<div class="scroll" role="log" aria-label="Messages" tabindex="0">
-      <ul class="log">
-        ${repeat(lines, (line) => line.key, row)}
-      </ul>
+    const found = matching(lines, this.filter);
+    return html`${this.tools(found)}
+      <div class="scroll" role="log" aria-label="Messages" tabindex="0">
+        ${found.length === 0 ? html`<p class="empty sub">No message is like this.</p>` : nothing}
+        <ul class="log">
+          ${repeat(found.slice(0, this.shown), (line) => line.key, row)}
+        </ul>
+        ${found.length > this.shown ? html`<button class="small" @click=${() => (this.shown += PAGE)}>Show more</button>` : nothing}
+      </div>`;
+  }
+
+  private tools(found: LogLine[]): TemplateResult {
+    const { text, troubles } = this.filter;
+    return html`<div class="log-tools" role="search" aria-label="Messages">
+      <input
+        type="search"
+        placeholder="Search messages"
+        aria-label="Search messages"
+        .value=${text}
+        @input=${(event: Event) => this.choose({ text: (event.target as HTMLInputElement).value })}
+      />
+      <button class=${troubles ? "small on" : "small"} aria-pressed=${troubles} @click=${() => this.choose({ troubles: !troubles })}>${icon("warn")}Warnings</button>
+      <button class="small" ?disabled=${found.length === 0} @click=${() => save(found)}>${icon("download")}Save</button>
     </div>`;
   }
+
+  private choose(change: Partial<LogFilter>): void {
+    this.filter = { ...this.filter, ...change };
+    this.shown = PAGE;
+  }
+}
+
+/** Saves the messages that are found, those that are not drawn too. */
+function save(found: LogLine[]): void {
+  saveFile(logName(found[0]?.time ?? ""), logText(found), "text/plain;charset=utf-8");
 }
 
 function row(line: LogLine): TemplateResult {

@@ -9,6 +9,7 @@ import { SCALES, type Units } from "../words/units.ts";
 import type { View } from "../words/view.ts";
 import { stallCount } from "./counts-card.ts";
 import { cssVars } from "./css-vars.ts";
+import "./downloads.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
 import type { Series } from "./plot.ts";
@@ -48,10 +49,7 @@ export class SurveyPanel extends Part {
           )}
         </div>
       </section>
-      <section class="downloads">
-        <a class="button" href="api/stalls.csv" download>${icon("download")}<span><b>Table</b><span class="sub">CSV</span></span></a>
-        <a class="button" href="api/stalls.geojson" download>${icon("download")}<span><b>Stalls for maps</b><span class="sub">GeoJSON</span></span></a>
-      </section>
+      <hawk-downloads .model=${this.model}></hawk-downloads>
       <section class="facts">
         ${fact(this.model.flight.airTime, format.longDuration, "in the air")} ${fact(heartbeat?.["Distance Flown"], (metres) => format.distance(metres, view.units), "flown")}
         ${fact(heartbeat?.["Lot Area"], (squareMetres) => format.area(squareMetres, view.units), "lot found")}

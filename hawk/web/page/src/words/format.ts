@@ -72,6 +72,15 @@ export function count(value: number, one: string, many: string): string {
   return `${value} ${value === 1 ? one : many}`;
 }
 
+/** Size of a file, in decimal units as in file managers. */
+export function bytes(size: number): string {
+  if (size < 1000) return `${size} B`;
+  const units = ["kB", "MB", "GB"];
+  const power = Math.min(Math.floor(Math.log10(size) / 3), units.length);
+  const value = size / 1000 ** power;
+  return `${trim(value, value < 10 ? 1 : 0)} ${units[power - 1]}`;
+}
+
 /** Time of day where this page is, from UTC in ISO 8601 or milliseconds. */
 export function clock(time: string | number): string {
   const date = new Date(time);

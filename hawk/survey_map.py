@@ -1,7 +1,8 @@
-"""The map of a finished survey, for exports and scoring, and its picture."""
+"""The map of a survey, for exports and scoring, and its picture: for the server and the headless survey."""
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -9,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.model import CELL_M, TILE_CELLS, TILE_M, Cell, Counts, GlobalPose, Stall, StallState, TileKey
+from hawk.model import CELL_M, TILE_CELLS, TILE_M, Cell, Counts, GlobalPose, OccupancyMap, Stall, StallState, TileKey
 
 _CELL_COLOURS = {Cell.UNKNOWN: (235, 231, 227), Cell.NON_LOT: (205, 205, 205), Cell.LOT: (150, 150, 150)}
 _FREE = (255, 143, 47)
@@ -44,6 +45,15 @@ class SurveyMap:
     stalls: Mapping[int, Stall]
     tiles: Mapping[TileKey, NDArray[np.uint8]]
     mosaic: Mapping[TileKey, bytes] = field(default_factory=dict, repr=False)
+
+    @classmethod
+    def of(cls, datum: GlobalPose, current: OccupancyMap) -> SurveyMap:
+        """Return the mapper's present map, its tiles unpacked."""
+        tiles = {
+            key: np.frombuffer(zlib.decompress(tile.data), np.uint8).reshape(TILE_CELLS, TILE_CELLS)
+            for key, tile in current.tiles.items()
+        }
+        return cls(datum, dict(current.stalls), tiles, {key: tile.data for key, tile in current.mosaic.items()})
 
     @property
     def counts(self) -> Counts:
