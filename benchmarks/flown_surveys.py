@@ -41,8 +41,8 @@ from hawk.survey.handset import Progress, SurveyStatus
 from hawk.survey.operator import SurveyOperator, SurveyPlan
 from hawk.survey.run import LATE_FRAMES_LIMIT, FenceWatch
 from hawk.survey.stack import SimulatedStack, StackError
-from hawk.survey_map import SurveyMap
 from hawk.survey.truth import GroundTruth
+from hawk.survey_map import SurveyMap
 
 DEFAULT_SEEDS: Final = "1-20"
 APART: Final = 0.10

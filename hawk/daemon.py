@@ -45,6 +45,7 @@ from hawk.map_keeper import MapKeeper
 from hawk.model import ArmPlace, Health, OccupancyMap, PathPlan, StateName, VehicleState
 from hawk.process import LOOP_NICENESS, SystemdNotifier, Ticker, Watchdog, set_niceness, set_session_niceness
 from hawk.program_log import STANDARD_OUTPUT, LineWriter, ProgramLog
+from hawk.settings_reference import reference_text, settings
 from hawk.simulation import Simulation, SimulationAddress, SimulationOptions
 from hawk.starts import Starts
 from hawk.store.journal import FlightJournal
@@ -237,6 +238,7 @@ class Daemon:
             version=version("hawk-drone"),
             simulation=self._options.is_simulation,
             queues=lambda: {"journal": self._journal.waiting, "recording": self._recording.waiting},
+            settings=settings(self._config, reference_text()),
             newest_recording=self._recording.newest,
             cookie_secret=cookie_secret(self._config.store.directory),
             folder=self._config.store.directory,

@@ -25,8 +25,8 @@ from hawk.model import TILE_CELLS, GlobalPose, StallState
 from hawk.survey import scoring
 from hawk.survey.report import compare, map_offset
 from hawk.survey.scoring import Finding, Tally, match, tally
-from hawk.survey_map import SurveyMap
 from hawk.survey.truth import GroundTruth
+from hawk.survey_map import SurveyMap
 from hawk.worlds.world import World
 
 ORIGIN = GlobalPose(43.2609, -79.9192, 0.0)

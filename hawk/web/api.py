@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, Final
 
 from aiohttp import hdrs, web
@@ -34,6 +34,7 @@ def add_routes(app: web.Application) -> None:
     app.router.add_get("/api/schema.json", message_schema)
     app.router.add_get(r"/api/mosaic/{row:-?\d{1,6}}/{column:-?\d{1,6}}.jpg", mosaic)
     app.router.add_get("/api/report.json", report)
+    app.router.add_get("/api/settings.json", all_settings)
     app.router.add_get("/api/health", health)
     app.router.add_get("/api/performance", performance)
     app.router.add_get("/metrics", metrics)
@@ -68,6 +69,15 @@ async def mosaic(request: web.Request) -> web.StreamResponse:
 async def report(request: web.Request) -> web.StreamResponse:
     """Counts and progress of the present map."""
     return web.json_response(_report(request.app[SERVICES]))
+
+
+async def all_settings(request: web.Request) -> web.StreamResponse:
+    """Every setting with its text, unit, bounds, default and present value."""
+    shown = [
+        {name.capitalize(): value for name, value in asdict(setting).items()}
+        for setting in request.app[SERVICES].settings
+    ]
+    return web.json_response({"Settings": shown}, headers={hdrs.CACHE_CONTROL: "no-cache"})
 
 
 async def health(request: web.Request) -> web.StreamResponse:

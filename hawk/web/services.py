@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import secrets
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
@@ -20,6 +20,7 @@ from hawk.comm.status import ClientId, DroneStatus
 from hawk.comm.topic import Topic
 from hawk.config import OperatorSettings, WebSettings
 from hawk.model import AnnotatedFrame, OccupancyMap
+from hawk.settings_reference import Setting
 from hawk.store.recording import NoRecordingError
 from hawk.web.clients import ClientHub
 from hawk.web.sessions import ControlDesk
@@ -78,6 +79,8 @@ class WebServices:
     """Rising counts of other parts, by their name in ``/metrics``."""
     queues: Callable[[], Mapping[str, int]] = dict
     """Items that wait in queues of other parts, by name."""
+    settings: Sequence[Setting] = ()
+    """All settings as they are shown, without secrets."""
     newest_recording: Callable[[], Path] = _no_recording
     """Returns the newest complete recording; reads the disk. Raises NoRecordingError."""
     cookie_secret: bytes = field(default_factory=lambda: secrets.token_bytes(32), repr=False)

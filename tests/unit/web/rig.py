@@ -19,8 +19,9 @@ from hawk.comm.messages import Ack, Command, KillRequest, KillToken, Outgoing
 from hawk.comm.performance import LagSummary
 from hawk.comm.status import ClientId, DroneStatus, StatusStamp
 from hawk.comm.topic import Topic
-from hawk.config import OperatorSettings, WebSettings
+from hawk.config import Config, OperatorSettings, WebSettings
 from hawk.model import AnnotatedFrame, OccupancyMap
+from hawk.settings_reference import reference_text, settings
 from hawk.store.recording import NoRecordingError
 from hawk.web.app import Page, create_app
 from hawk.web.services import OperatorSide, WebServices
@@ -109,6 +110,7 @@ class Rig:
             folder=self.folder,
             tls=self.tls,
             wall=self.wall,
+            settings=settings(Config(web=self.web), reference_text()),
             newest_recording=lambda: self.newest_recording(),
         )
 

@@ -13,6 +13,7 @@ from hawk.comm.status import (
     PerceptionStatus,
     TravelStatus,
 )
+from hawk.config import WebSettings
 from hawk.model import AnnotatedFrame, Counts, EncodedTile, OccupancyMap, Stall, StallState, StateName
 from tests.unit.web.rig import Connect, Rig, browser
 
@@ -156,3 +157,21 @@ async def test_metrics_leave_out_what_is_not_known(rig: Rig) -> None:
     assert "vision_rate" not in text
     assert "nan" not in text.lower()
     assert "hawk_status_age_seconds +Inf" in text
+
+
+async def test_all_settings_come_with_unit_bounds_and_value_and_without_the_token(rig: Rig) -> None:
+    rig.web = WebSettings(token="a-token-of-a-test-0123456789")
+    server = await rig.start()
+    async with (
+        browser() as session,
+        session.get(
+            server.make_url("/api/settings.json"), headers={"Authorization": "Bearer a-token-of-a-test-0123456789"}
+        ) as response,
+    ):
+        text = await response.text()
+        listed = {(each["Section"], each["Key"]): each for each in (await response.json())["Settings"]}
+    reserve = listed["flight", "battery_reserve_percent"]
+    assert (reserve["Value"], reserve["Unit"], reserve["Lowest"], reserve["Highest"]) == (20.0, "%", 5.0, 80.0)
+    assert "battery reserve on arrival" in reserve["Text"]
+    assert listed["web", "token"]["Value"] == "(set)"
+    assert "0123456789" not in text

@@ -16,7 +16,7 @@ import pytest
 
 from hawk.comm.authority import Role
 from hawk.comm.status import DroneStatus, SiteStatus, VehicleStatus
-from hawk.model import TILE_CELLS, Cell, EncodedTile, OccupancyMap
+from hawk.model import TILE_CELLS, Cell, EncodedTile, GlobalPose, OccupancyMap
 from hawk.store.recording import NoRecordingError
 from hawk.web import downloads
 from tests.unit.web.rig import Rig, browser
@@ -102,7 +102,12 @@ async def test_the_picture_shows_the_lot_and_its_stalls(rig: Rig) -> None:
 async def test_files_are_made_once_for_a_map_and_again_for_the_next(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     made: list[str] = []
     whole = downloads._made
-    monkeypatch.setattr(downloads, "_made", lambda kind, *rest: made.append(kind.name) or whole(kind, *rest))
+
+    def note(kind: downloads.FileKind, datum: GlobalPose, current: OccupancyMap) -> bytes:
+        made.append(kind.name)
+        return whole(kind, datum, current)
+
+    monkeypatch.setattr(downloads, "_made", note)
     rig.map.publish(replace(MAP, version=1))
     rig.publish(PLACED)
     await sizes(rig)

@@ -4,6 +4,7 @@ import type { Theme } from "../state/preferences.ts";
 import { control, isViewer, VIEWER_WORDS } from "../words/actions.ts";
 import * as format from "../words/format.ts";
 import type { View } from "../words/view.ts";
+import "./all-settings.ts";
 import { Part } from "./element.ts";
 import "./fence-button.ts";
 import "./outline-button.ts";
@@ -64,6 +65,7 @@ export class SettingsTab extends Part {
         </label>
       </section>
       ${view.welcome?.Login ? this.logOutRow(view) : nothing}
+      <section><hawk-all-settings .model=${this.model}></hawk-all-settings></section>
       <p class="sub">${view.welcome ? `Parking Lot Hawk ${view.welcome.Version}` : nothing} <a href="licences.txt" target="_blank">Licences</a></p>
     </div>`;
   }

@@ -1,0 +1,25 @@
+export type SettingValue = boolean | number | string | string[] | null;
+
+/** A setting of the drone's program, as it runs with it. Bounds are null for what is no number. */
+export interface Setting {
+  Section: string;
+  Key: string;
+  Text: string;
+  Unit: string;
+  Value: SettingValue;
+  Default: SettingValue;
+  Lowest: number | null;
+  Highest: number | null;
+}
+
+/** Asks the drone for its settings; null when it does not answer. */
+export async function fetchSettings(): Promise<Setting[] | null> {
+  try {
+    const response = await fetch("api/settings.json");
+    if (!response.ok) return null;
+    const answer = (await response.json()) as { Settings?: Setting[] } | null;
+    return Array.isArray(answer?.Settings) ? answer.Settings : null;
+  } catch {
+    return null;
+  }
+}

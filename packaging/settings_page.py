@@ -1,0 +1,81 @@
+"""Write the page of all settings from ``config.toml`` and their bounds.
+
+``python packaging/settings_page.py`` writes ``docs/settings.md``; ``--check`` fails when that is out of date.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from itertools import groupby
+from pathlib import Path
+
+from hawk.config import Config
+from hawk.settings_reference import Setting, Value, reference_text, settings
+
+TARGET = Path(__file__).resolve().parent.parent / "docs" / "settings.md"
+
+_HEADER = """# Settings
+
+Written by `packaging/settings_page.py` from `config.toml`: change that and run this again.
+
+A file (`hawk-drone run --config FILE`), then the environment (`HAWK_<SECTION>__<KEY>`, as `HAWK_WEB__PORT=3001`), then
+command-line options set them; the last wins. They are checked as a whole before anything starts. A setting that cannot
+be used is named with file, line, key and remedy, and the status is 2. The page shows all of them with their present
+values under **Settings**, programs find them at `/api/settings.json`. How to add one:
+[how-to/add-a-setting.md](how-to/add-a-setting.md).
+"""
+
+
+def page(found: Sequence[Setting]) -> str:
+    """Return the page (Markdown): a table for each section."""
+    blocks = [_HEADER]
+    for section, group in groupby(found, lambda each: each.section):
+        rows = [f"| `{each.key}` | {_value(each)} | {_bounds(each)} | {_cell(each.text)} |" for each in group]
+        blocks.append(
+            "\n".join([f"## {section}", "", "| key | default | bounds | meaning |", "|---|---|---|---|", *rows, ""])
+        )
+    return "\n".join(blocks)
+
+
+def _value(setting: Setting) -> str:
+    text = _text(setting.default)
+    return f"`{text}` {setting.unit}".rstrip() if text else "none"
+
+
+def _bounds(setting: Setting) -> str:
+    if setting.lowest is None or setting.highest is None:
+        return ""
+    return f"{setting.lowest:.10g} to {setting.highest:.10g} {setting.unit}".rstrip()
+
+
+def _text(value: Value) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, list):
+        return str(value)
+    return "" if value is None else str(value)
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|").replace("<", "\\<")
+
+
+def main() -> int:
+    """Write the page, or check it."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--check", action="store_true", help="fail when docs/settings.md is out of date")
+    options = parser.parse_args()
+    text = page(settings(Config(), reference_text()))
+    if not options.check:
+        TARGET.write_text(text, encoding="utf-8")
+        return 0
+    if not TARGET.is_file() or TARGET.read_text(encoding="utf-8") != text:
+        print("docs/settings.md is out of date: run python packaging/settings_page.py", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
