@@ -6,6 +6,9 @@ is open.
 
 from __future__ import annotations
 
+import logging
+from dataclasses import replace
+
 import cv2
 
 from hawk.algo.manager import AlgorithmManagerApp
@@ -15,8 +18,11 @@ from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.app import VisionApp, VisionSettings
 from hawk.algo.vision.camera_check import CameraCheck
+from hawk.algo.vision.network import VisionModelError
 from hawk.algo.vision.picture import PictureStyle
 from hawk.config import Config
+
+_LOG = logging.getLogger(__name__)
 
 
 def make_manager(config: Config, survey_id: str, *, is_simulation: bool) -> AlgorithmManagerApp:
@@ -39,5 +45,14 @@ def make_manager(config: Config, survey_id: str, *, is_simulation: bool) -> Algo
     planner = PathPlanApp(
         PathPlanSettings(cm_per_pixel=config.flight.explore_cm_per_pixel, exposure_s=config.camera.exposure_s)
     )
-    manager.init(interface, VisionApp(settings), mapper, planner, FrameCamera(interface))
+    manager.init(interface, _vision(settings), mapper, planner, FrameCamera(interface))
     return manager
+
+
+def _vision(settings: VisionSettings) -> VisionApp:
+    """Return vision. A network that cannot be used any more is replaced by the packaged one: the flight goes on."""
+    try:
+        return VisionApp(settings)
+    except VisionModelError as error:
+        _LOG.error("%s; the packaged network is used in its place", error)
+        return VisionApp(replace(settings, model=None))

@@ -74,10 +74,9 @@ def make_parser() -> argparse.ArgumentParser:
 def simulation_options(options: argparse.Namespace) -> SimulationOptions | None:
     """Return the simulation's options, None without --sim. Raises ConfigError naming an option that does not fit."""
     if not options.sim:
-        names = ("condition", "world", "metres_per_pixel", "start", "gnss_sigma", "wind", "noise_seed")
-        for name in (*names, "slope", "rangefinder"):
-            if getattr(options, name) is not None:
-                raise ConfigError(f"--{name.replace('_', '-')}: only together with --sim")
+        names = ["seed", "condition", "world", "metres_per_pixel", "start", "gnss_sigma", "wind", "noise_seed"]
+        names += ["slope", "rangefinder"] + (["truth"] if getattr(options, "url", None) is None else [])
+        _refuse(options, names, "only together with --sim")
         if options.speed != 1.0 and getattr(options, "attach_sim", None) is None:
             raise ConfigError("--speed: only together with --sim")
         return None
@@ -91,7 +90,15 @@ def simulation_options(options: argparse.Namespace) -> SimulationOptions | None:
     if not SLOWEST <= options.speed <= FASTEST:
         bounds = f"{SLOWEST:g} to {FASTEST:g}"
         raise ConfigError(f"--speed: must be {bounds} simulated seconds per second, not {options.speed}")
-    return SimulationOptions(**{each.name: getattr(options, each.name) for each in fields(SimulationOptions)})
+    given = {each.name: getattr(options, each.name) for each in fields(SimulationOptions)}
+    return SimulationOptions(**{name: value for name, value in given.items() if value is not None})
+
+
+def _refuse(options: argparse.Namespace, names: Sequence[str], remedy: str) -> None:
+    """Refuse options that would change nothing. Raises ConfigError naming the first that was given."""
+    for name in names:
+        if getattr(options, name) is not None:
+            raise ConfigError(f"--{name.replace('_', '-')}: {remedy}")
 
 
 def _check_condition(options: argparse.Namespace) -> None:
@@ -133,7 +140,7 @@ def _add_daemon_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--outline", type=Path, metavar="FILE", help="GeoJSON polygons of the area to survey")
     simulated = parser.add_argument_group("simulation", "fly a simulated drone instead of a real one")
     simulated.add_argument("--sim", action="store_true", help="start hawk-sim and fly it")
-    simulated.add_argument("--seed", type=int, default=1, metavar="N", help="world to draw (default 1)")
+    simulated.add_argument("--seed", type=int, metavar="N", help="world to draw (default 1)")
     simulated.add_argument("--condition", metavar="NAME", help="day, night, snow ... over a drawn world")
     simulated.add_argument("--world", type=Path, metavar="FILE", help="fly over this picture instead")
     simulated.add_argument("--metres-per-pixel", type=float, metavar="X", help="scale of that picture")
@@ -195,6 +202,12 @@ def _survey(options: argparse.Namespace) -> int:
         raise ConfigError("--url: is needed without --sim (the page's address of the daemon that flies the drone)")
     if simulation is not None and options.url is not None:
         raise ConfigError("--url: not together with --sim, which starts a daemon of its own")
+    if options.url is None:
+        remedy = "not for a simulated survey: drone, camera, port and store are its own, and all is written below --out"
+        _refuse(options, ("host", "port", "autopilot", "camera", "store"), remedy)
+    else:
+        remedy = "a setting of the daemon at --url: give it to that daemon"
+        _refuse(options, ("config", "host", "port", "autopilot", "camera", "store", "fence"), remedy)
     load_settings(options)  # a wrong setting shows here, before anything is started
     from hawk.survey.run import SurveyOptions, run_survey
 

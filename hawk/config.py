@@ -11,6 +11,7 @@ import ipaddress
 import os
 import re
 import tomllib
+import typing
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -321,7 +322,8 @@ def load_config(
     for name in sorted(name for name in environment if name.startswith(ENVIRONMENT_PREFIX)):
         section, _, key = name.removeprefix(ENVIRONMENT_PREFIX).lower().partition("__")
         if key:
-            _section(values, section)[key] = environment[name]
+            value = environment[name]
+            _section(values, section)[key] = value.replace(",", " ").split() if _is_list(section, key) else value
     for section, settings in (overrides or {}).items():
         _section(values, section).update(settings)
     try:
@@ -338,6 +340,13 @@ def bounds(section: str, key: str) -> tuple[float, float] | None:
     lowest = next((float(limit.ge) for limit in limits if hasattr(limit, "ge")), None)
     highest = next((float(limit.le) for limit in limits if hasattr(limit, "le")), None)
     return None if lowest is None or highest is None else (lowest, highest)
+
+
+def _is_list(section: str, key: str) -> bool:
+    """Return True for a setting that is a list: in the environment its parts stand between commas or spaces."""
+    model = Config.model_fields[section].annotation if section in Config.model_fields else None
+    field = getattr(model, "model_fields", {}).get(key)
+    return field is not None and typing.get_origin(field.annotation) in (tuple, list)
 
 
 def _section(values: dict[str, Any], name: str) -> dict[str, Any]:

@@ -47,6 +47,7 @@ from hawk.process import LOOP_NICENESS, SystemdNotifier, Ticker, Watchdog, set_n
 from hawk.program_log import STANDARD_OUTPUT, LineWriter, ProgramLog
 from hawk.settings_reference import reference_text, settings
 from hawk.simulation import Simulation, SimulationAddress, SimulationOptions
+from hawk.start_checks import check_model, listening_problem, make_store
 from hawk.starts import Starts
 from hawk.store.journal import FlightJournal
 from hawk.store.journal_state import JournalState
@@ -114,6 +115,8 @@ async def _run_with_log(config: Config, options: DaemonOptions, log: ProgramLog)
     set_session_niceness(LOOP_NICENESS)
     try:
         daemon = Daemon(config, options, log, tls)
+        if not daemon.flew_lately:
+            check_model(config.vision)
         return await daemon.run()
     except (FenceError, InsecureBindingError, TokensError) as error:
         raise ConfigError(str(error)) from error
@@ -139,7 +142,7 @@ class Daemon:
         self._first_tick_s: float | None = None
         self._output = LineWriter(STANDARD_OUTPUT)
         load_calibration(config.camera)
-        config.store.directory.mkdir(parents=True, exist_ok=True)
+        make_store(config.store.directory)
         self.clock = Clock(options.speed)
         self._watchdog = Watchdog(
             config.watchdog.timeout_s, SystemdNotifier(), sys.stderr, enabled=config.watchdog.enabled
@@ -264,6 +267,11 @@ class Daemon:
             "speed": str(self.clock.speed),
         }
 
+    @property
+    def flew_lately(self) -> bool:
+        """True when the journal knows of a flight under way: this start must act at once."""
+        return self._starts.flew_lately
+
     # -- running -----------------------------------------------------------------------------------------------------
 
     async def run(self) -> int:
@@ -281,19 +289,24 @@ class Daemon:
             self._own("monitor", self._monitor)
             if (tls := self._tls) is not None:
                 self._own("certificate", lambda: watch_certificate(tls, time.time, self._report_certificate))
-            await self._web.start()
+            await self._serve()
             self._announce()
             await self._open_autopilot()
             await self._start_algorithms()
             await self._stopping.wait()
             await self.manager.shutdown_in_air()
             self._starts.ended_in_order()
-        except OSError as error:
-            raise ConfigError(f"web.port: {error}; name a free one") from error
         finally:
             ticker.stop()
             await self._close()
         return 0
+
+    async def _serve(self) -> None:
+        """Serve the page. Raises ConfigError naming the setting at which the system takes offence."""
+        try:
+            await self._web.start()
+        except OSError as error:
+            raise ConfigError(listening_problem(error, self._config.web)) from error
 
     def _lose_terminal(self) -> None:
         """Go on flying without a terminal; on the ground end in order."""

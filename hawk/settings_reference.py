@@ -67,7 +67,8 @@ def reference_text() -> str:
 def texts(reference: str) -> dict[tuple[str, str], str]:
     """Return the comment above each setting, by section and key; settings without one share that of the line before."""
     found: dict[tuple[str, str], str] = {}
-    section, comment, last = "", [], ""
+    section, last = "", ""
+    comment: list[str] = []
     for line in reference.splitlines():
         if header := _HEADER.fullmatch(line):
             section, comment, last = header[1], [], ""

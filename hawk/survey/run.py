@@ -7,6 +7,7 @@ import json
 import signal
 import ssl
 import sys
+import tempfile
 from dataclasses import dataclass, replace
 from itertools import count
 from pathlib import Path
@@ -36,6 +37,8 @@ from hawk.survey.stack import SimulatedStack, StackError
 from hawk.survey.truth import GroundTruth, TruthError, read_truth
 from hawk.survey_map import SurveyMap, map_picture
 
+DEFAULT_PORT = 3000
+"""Port of the page where --url names none, as in the settings."""
 LATE_FRAMES_LIMIT = 0.01
 """Greatest share of pictures drawn late by the simulator in a valid run."""
 
@@ -65,24 +68,58 @@ class SurveyOptions:
 async def run_survey(options: SurveyOptions) -> int:
     """Fly one survey; return the exit status (docs/survey.md)."""
     outline = None if options.outline is None else outline_command(options.outline)
-    options.out.mkdir(parents=True, exist_ok=True)
+    address = None if options.url is None else address_of(options.url)
+    _make_folder(options.out)
     stack: SimulatedStack | None = None
     try:
-        if options.simulation is None:
+        if address is not None:
             truth = None if options.truth is None else read_truth(options.truth)
-            return await _fly(options, options.url or "", None, truth, outline)
+            return await _fly(options, address, None, truth, outline)
+        assert options.simulation is not None  # noqa: S101 - the command line refuses neither and both
         folder = options.out / "run"
         if not options.continues:
             put_aside(folder / "store")
         stack = SimulatedStack(options.simulation, folder, options.config, options.fence)
         ready = await stack.start()
-        return await _fly(options, ready.url, stack, stack.truth, outline)
+        return await _fly(options, address_of(ready.url), stack, stack.truth, outline)
     except (StackError, TruthError, ConnectionTimeout, LinkLostError) as error:
         print(f"hawk-drone survey: {error}", file=sys.stderr)
         return SurveyStatus.FAILED
     finally:
         if stack is not None:
             await stack.stop()
+
+
+@dataclass(frozen=True, slots=True)
+class Address:
+    """Address of a daemon's page."""
+
+    host: str
+    port: int
+    is_secure: bool
+
+
+def address_of(url: str) -> Address:
+    """Return the address of ``http://HOST:PORT/``, also without scheme or port (3000). Raises ConfigError."""
+    try:
+        parts = urlsplit(url if "//" in url else f"//{url}")
+        host, port = parts.hostname, parts.port
+    except ValueError as error:
+        raise ConfigError(f"--url: {url!r} is no address: {error}; write http://HOST:PORT/") from error
+    if not host or parts.scheme not in ("", "http", "https"):
+        raise ConfigError(f"--url: {url!r} is no address of a page; write http://HOST:PORT/ or https://HOST:PORT/")
+    return Address(host, port or DEFAULT_PORT, parts.scheme == "https")
+
+
+def _make_folder(out: Path) -> None:
+    """Make the folder of the results, before anything flies. Raises ConfigError."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=out):
+            pass
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise ConfigError(f"--out: {out} cannot be used: {reason}; name a folder that this user may write") from error
 
 
 def trusted(certificate: Path | None) -> ssl.SSLContext:
@@ -112,17 +149,16 @@ def outline_command(file: Path) -> SetOutline:
 
 async def _fly(
     options: SurveyOptions,
-    url: str,
+    address: Address,
     stack: SimulatedStack | None,
     truth: GroundTruth | None,
     outline: SetOutline | None,
 ) -> int:
-    address = urlsplit(url if "//" in url else f"//{url}")
     async with DroneClient(
-        address.hostname or "127.0.0.1",
-        address.port or 3000,
+        address.host,
+        address.port,
         token=options.token,
-        tls=trusted(options.certificate) if address.scheme == "https" else None,
+        tls=trusted(options.certificate) if address.is_secure else None,
     ) as drone:
         watch = FenceWatch(stack)
         limits = replace(SurveyLimits(), explore_s=options.timeout_s)
@@ -239,6 +275,12 @@ def _say(folder: Path, outcome: SurveyOutcome, values: dict[str, Any]) -> None:
         keys = ["stall_f1", "stall_precision", "stall_recall", "recall_whole", "state_accuracy", "lot_iou", "lot_seen"]
         keys += ["stalls_seen", "stall_recall_seen"]
         print(", ".join(f"{key} {values[key]:.3f}" for key in keys) + f", excursions {values.get('excursions')}")
+    if values.get("run_is_valid") is False:
+        print(
+            f"VOID: {values['late_frames']:.0%} of the simulator's pictures came late or not at all, at most "
+            f"{LATE_FRAMES_LIMIT:.0%} may: this computer is too busy for --speed; the figures above count for nothing.",
+            file=sys.stderr,
+        )
 
 
 class SurveyProgress:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import json
+import struct
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -228,6 +230,24 @@ _LARGEST_PX = 20000
 _FINEST_M, _COARSEST_M = 0.005, 1.0
 
 
+def _size_of(data: bytes) -> tuple[int, int] | None:
+    """Return width and height that a picture's header claims; None when it has none that can be read."""
+    import imagesize  # comes with the simulator
+
+    try:
+        width, height = imagesize.get(io.BytesIO(data))
+    except (ValueError, struct.error):
+        return None
+    return None if width < 0 else (int(width), int(height))
+
+
+def _check_size(path: Path, size: tuple[int, int] | None) -> None:
+    """Refuse a picture that is too small or too large (width, height; None: not known). Raises WorldError."""
+    if size is not None and not (min(size) >= 16 and max(size) <= _LARGEST_PX):
+        given = f"{size[0]} x {size[1]}"
+        raise WorldError(f"world {path}: must be 16 to {_LARGEST_PX} pixels a side, not {given}; resize it")
+
+
 def picture_world(path: str | Path, metres_per_pixel: float, truth_path: str | Path | None = None) -> World:
     """Make a world of an orthophoto (PNG, JPEG, TIFF; north up) and, if there is one, its truth.
 
@@ -243,13 +263,11 @@ def picture_world(path: str | Path, metres_per_pixel: float, truth_path: str | P
         data = np.frombuffer(path.read_bytes(), np.uint8)
     except OSError as error:
         raise WorldError(f"world {path}: cannot be read ({error.strerror}); name a picture that exists") from error
+    _check_size(path, _size_of(data.tobytes()))  # before it takes gigabytes
     ground = cv2.imdecode(data, cv2.IMREAD_COLOR) if data.size else None
     if ground is None:
         raise WorldError(f"world {path}: is not a picture that can be read; use PNG, JPEG or TIFF")
-    if max(ground.shape[:2]) > _LARGEST_PX or min(ground.shape[:2]) < 16:
-        raise WorldError(
-            f"world {path}: must be 16 to {_LARGEST_PX} pixels a side, not {ground.shape[1::-1]}; resize it"
-        )
+    _check_size(path, ground.shape[1::-1])
     truth = load_truth(truth_path) if truth_path is not None else Truth()
     return World(
         name=path.stem,

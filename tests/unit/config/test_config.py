@@ -130,3 +130,16 @@ def test_a_wrong_token_is_not_repeated() -> None:
     with pytest.raises(ConfigError, match=r"web\.token: .*16 characters") as refused:
         load_config(None, {"HAWK_WEB__TOKEN": "half a secret"})
     assert "half" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "hosts"),
+    [
+        ("a.example", ("a.example",)),
+        ("a.example,b.example", ("a.example", "b.example")),
+        (" a.example  b.example ", ("a.example", "b.example")),
+        ("", ()),
+    ],
+)
+def test_a_list_in_the_environment_has_its_parts_between_commas_or_spaces(text: str, hosts: tuple[str, ...]) -> None:
+    assert load_config(None, {"HAWK_WEB__ALLOWED_HOSTS": text}).web.allowed_hosts == hosts

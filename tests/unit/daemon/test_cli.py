@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import argparse
+import errno
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -8,7 +10,11 @@ from pathlib import Path
 import pytest
 
 from hawk.cli import load_settings, main, make_parser, simulation_options
-from hawk.config import ConfigError
+from hawk.comm.authority import Role
+from hawk.config import ConfigError, WebSettings
+from hawk.start_checks import listening_problem
+from hawk.survey.run import Address, address_of
+from hawk.web.tokens import TOKEN_FILE, rotate
 
 
 def options(*arguments: str) -> argparse.Namespace:
@@ -37,7 +43,18 @@ def test_a_wrong_config_file_names_the_key_and_the_line_and_ends_with_status_2(
         (["run", "--sim", "--speed", "nan"], "--speed: must be 0.5 to 4"),
         (["run", "--sim", "--world", "absent.png", "--metres-per-pixel", "0.1"], "--world: absent.png is not a file"),
         (["run", "--sim", "--world", "absent.png"], "--metres-per-pixel: is needed"),
+        (["run", "--seed", "3"], "--seed: only together with --sim"),
+        (["run", "--truth", "t.json"], "--truth: only together with --sim"),
         (["survey", "--out", "o"], "--url: is needed without --sim"),
+        (["survey", "--out", "o", "--seed", "1", "--url", "http://x"], "--seed: only together with --sim"),
+        (["survey", "--out", "o", "--url", "http://x:port"], "--url: 'http://x:port' is no address"),
+        (["survey", "--out", "o", "--url", "http://x:70000"], "--url: 'http://x:70000' is no address"),
+        (["survey", "--out", "o", "--url", "ftp://x"], "write http://HOST:PORT/"),
+        (["survey", "--out", "o", "--url", "http://"], "write http://HOST:PORT/"),
+        (["survey", "--out", "o", "--url", "http://[::1"], "--url: 'http://[::1' is no address"),
+        (["run", "--store", "/dev/null"], "store.directory: /dev/null cannot be used"),
+        (["run", "--store", "/dev/null/store"], "name a folder that this user may write"),
+        (["survey", "--out", "/dev/null", "--url", "http://x"], "--out: /dev/null cannot be used"),
         (["survey", "--out", "o", "--sim", "--url", "http://x"], "--url: not together with --sim"),
     ],
 )
@@ -46,6 +63,95 @@ def test_options_that_do_not_fit_are_named_and_end_with_status_2(
 ) -> None:
     assert main(arguments) == 2
     assert named in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("beside", [["--url", "http://127.0.0.1:1"], ["--sim"]])
+@pytest.mark.parametrize(
+    "given",
+    [
+        ("--store", "s"),
+        ("--port", "3001"),
+        ("--host", "::1"),
+        ("--autopilot", "udpin://127.0.0.1:1"),
+        ("--camera", "file:///x"),
+    ],
+)
+def test_survey_refuses_what_it_would_not_use(
+    given: tuple[str, str], beside: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["survey", "--out", str(tmp_path / "o"), *beside, *given]) == 2
+    assert f"{given[0]}: " in capsys.readouterr().err
+    assert not (tmp_path / "o").exists()
+
+
+@pytest.mark.parametrize("given", [("--config", "c.toml"), ("--fence", "f.geojson")])
+def test_survey_at_a_running_daemon_refuses_that_daemons_settings(
+    given: tuple[str, str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["survey", "--out", "o", "--url", "http://x", *given]) == 2
+    assert f"{given[0]}: a setting of the daemon at --url" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("url", "address"),
+    [
+        ("http://drone.local:3000/", Address("drone.local", 3000, False)),
+        ("https://drone.local", Address("drone.local", 3000, True)),
+        ("drone.local:8080", Address("drone.local", 8080, False)),
+        ("http://[::1]:4000/?x=1", Address("::1", 4000, False)),
+    ],
+)
+def test_the_address_of_a_page(url: str, address: Address) -> None:
+    assert address_of(url) == address
+
+
+def started(*arguments: str) -> subprocess.CompletedProcess[str]:
+    """A daemon of its own process that is expected to end by itself."""
+    command = [sys.executable, "-m", "hawk.cli", "run", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+
+
+@pytest.mark.parametrize(("content", "named"), [(None, "cannot be read"), (b"no network", "is not an ONNX file")])
+def test_a_network_that_cannot_be_used_ends_the_start_before_the_page_is_announced(
+    content: bytes | None, named: str, tmp_path: Path
+) -> None:
+    model, settings = tmp_path / "lot.onnx", tmp_path / "c.toml"
+    if content is not None:
+        model.write_bytes(content)
+    settings.write_text(f"[vision]\nmodel = '{model}'\n")
+    ended = started("--config", str(settings), "--store", str(tmp_path / "store"), "--port", "0")
+    assert ended.returncode == 2
+    assert f"hawk-drone: vision.model: {model}" in ended.stderr
+    assert named in ended.stderr
+    assert "Traceback" not in ended.stderr
+    assert "http" not in ended.stdout
+
+
+@pytest.mark.parametrize(
+    ("error", "named"),
+    [
+        (OSError(errno.EADDRINUSE, "Address already in use"), "web.port: port 3000 of 192.0.2.1 is in use"),
+        (OSError(errno.EADDRNOTAVAIL, "Cannot assign requested address"), "web.host: '192.0.2.1' is no address"),
+        (socket.gaierror(-2, "Name or service not known"), "web.host: '192.0.2.1' is no address"),
+        (OSError(errno.EACCES, "Permission denied"), "web.port: port 3000 is not for this user"),
+        (OSError(errno.ENOBUFS, "No buffer space available"), "cannot be served: No buffer space"),
+    ],
+)
+def test_what_keeps_the_page_from_being_served_is_named(error: OSError, named: str) -> None:
+    assert named in listening_problem(error, WebSettings(host="192.0.2.1"))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [(["--host", "192.0.2.1"], "web.host: '192.0.2.1' is no address of this computer"), ([], "is in use")],
+)
+def test_a_wrong_host_and_a_port_in_use_are_different_things(arguments: list[str], named: str, tmp_path: Path) -> None:
+    rotate(tmp_path / TOKEN_FILE, Role.OPERATOR)  # without a token no other host is served
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        ended = started("--store", str(tmp_path), "--port", str(taken.getsockname()[1]), *arguments)
+    assert ended.returncode == 2
+    assert named in ended.stderr
+    assert "Traceback" not in ended.stderr
 
 
 def test_the_command_line_overrides_the_file(tmp_path: Path) -> None:

@@ -1,4 +1,5 @@
 import json
+import struct
 from pathlib import Path
 
 import cv2
@@ -120,6 +121,25 @@ def test_picture_world(tmp_path: Path, suffix: str) -> None:
     assert len(world.stalls) == 1
     assert world.start() == (4.0, 5.0)
     assert picture_world(path, 0.1).stalls == ()
+
+
+@pytest.mark.parametrize("kind", [".png", ".tif"])
+def test_a_picture_that_is_too_large_is_refused_by_its_header(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / f"huge{kind}"
+    size = 30_000
+    if kind == ".png":
+        path.write_bytes(b"\x89PNG\r\n\x1a\n\x00\x00\x00\rIHDR" + struct.pack(">IIBBBBB", size, size, 8, 2, 0, 0, 0))
+    else:
+        cv2.imwrite(str(path), np.zeros((16, 20_001, 3), np.uint8))
+
+    def decoded(*_: object) -> None:
+        pytest.fail("it was decoded")
+
+    monkeypatch.setattr(cv2, "imdecode", decoded)
+    with pytest.raises(WorldError, match=r"must be 16 to 20000 pixels a side, not (30000 x 30000|20001 x 16); resize"):
+        picture_world(path, 0.1)
 
 
 def test_bad_pictures_say_what_is_wrong(tmp_path: Path) -> None:
