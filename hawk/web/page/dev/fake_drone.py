@@ -55,7 +55,7 @@ from hawk.comm.status import (
     VehicleStatus,
 )
 from hawk.comm.topic import Topic
-from hawk.config import OperatorSettings, WebSettings
+from hawk.config import Config, OperatorSettings, WebSettings
 from hawk.ddc.judge import TABLE, table_reason
 from hawk.model import (
     AnnotatedFrame,
@@ -68,6 +68,7 @@ from hawk.model import (
     StateName,
     TileKey,
 )
+from hawk.settings_reference import reference_text, settings
 from hawk.web.app import WebServer
 from hawk.web.services import OperatorSide, WebServices
 
@@ -505,7 +506,7 @@ async def main() -> None:
     services = WebServices(
         clock=clock, web=WebSettings(port=options.port), operator=OperatorSettings(), side=side, status=status,
         occupancy_map=occupancy, video=video, version="0.1.0", simulation=not options.real, camera_fov_deg=70.0,
-        loop_lag=lambda: LagSummary(0, 0, 0, 0),
+        loop_lag=lambda: LagSummary(0, 0, 0, 0), settings=settings(Config(), reference_text()),
     )  # fmt: skip
     server = WebServer(services)
     await server.start()

@@ -53,9 +53,9 @@ function row(words: SettingWords): TemplateResult {
   return html`<div>
     <dt>${words.name}</dt>
     <dd>
-      <b>${words.value}</b>${words.changed ? html` <span class="changed">changed</span>` : nothing}
-      <span class="sub">${words.bounds}</span>
-      <span class="sub text">${words.text}</span>
+      <b>${words.value}${words.changed ? html` <span class="changed">changed</span>` : nothing}</b>
+      ${words.bounds === "" ? nothing : html`<span class="sub">${words.bounds}</span>`}
+      <span class="sub">${words.text}</span>
     </dd>
   </div>`;
 }
