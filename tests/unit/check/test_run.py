@@ -182,7 +182,7 @@ def test_the_command_line_gives_status_and_settings(
     asked: list[Config] = []
     result = [ALL]
 
-    def make(options: object) -> list[CheckResult]:
+    def make(options: object, _end_s: float) -> list[CheckResult]:
         asked.append(commands.load_settings(options))  # type: ignore[arg-type]
         return result[0]
 
