@@ -94,7 +94,7 @@ class AutopilotTools:
 
 @dataclass(slots=True)
 class _Heard:
-    """What is not on a topic: the newest HEARTBEAT, and the firmware's version when MAVSDK asked for it."""
+    """Facts that are on no topic: the newest HEARTBEAT, and the firmware's version when MAVSDK asked for it."""
 
     beat: Mapping[str, Any] = field(default_factory=dict)
     version: tuple[int, int, int] | None = None

@@ -31,7 +31,7 @@ Bind = Callable[[Kind, str, int], None]
 
 @dataclass(frozen=True, slots=True)
 class NetworkTools:
-    """What the checks ask this computer: each can be replaced in a test."""
+    """Questions to this computer; each can be replaced in a test."""
 
     bind: Bind
     processes: Processes
