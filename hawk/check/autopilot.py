@@ -62,16 +62,15 @@ class ReadingLink(Link):
     """A link by which nothing can be changed: it sends requests for parameters and for message rates only."""
 
     def send(self, name: str, fields: Mapping[str, Any]) -> None:
-        """Send a request for a parameter. Raises AutopilotError for anything else."""
-        if name != "PARAM_REQUEST_READ":
+        """Send a request for a parameter or for a message's rate. Raises AutopilotError for anything else."""
+        is_rate = name == "COMMAND_LONG" and fields.get("command") == MavCommand.SET_MESSAGE_INTERVAL
+        if name != "PARAM_REQUEST_READ" and not is_rate:
             raise AutopilotError(f"{name}: a check only reads: not sent")
         super().send(name, fields)
 
-    def command(self, command: int, parameters: Sequence[float] = ()) -> int:
-        """Ask for a message's rate. Raises AutopilotError for anything else."""
-        if command != MavCommand.SET_MESSAGE_INTERVAL:
-            raise AutopilotError(f"Command {command}: a check only reads: not sent")
-        return super().command(command, parameters)
+    def command(self, command: int, parameters: Sequence[float] = ()) -> int:  # noqa: ARG002 - as `Link` has it
+        """Raise AutopilotError: a check only reads."""
+        raise AutopilotError(f"Command {command}: a check only reads: not sent")
 
     def upload_fence(self, rings: FenceRings) -> None:  # noqa: ARG002 - as `Link` has it
         """Raise AutopilotError: a check only reads."""

@@ -58,6 +58,7 @@ class FakeVehicle:
     ) -> None:
         self.values = dict(values)
         self.is_heard, self.is_armed = is_heard, is_armed
+        self.settle_s = 0.05
         self.hearing: Hearing = NOBODY
         self.beat = beat or {}
         self.problems: list[str] = []
@@ -69,7 +70,7 @@ class FakeVehicle:
         return self.links[-1]
 
     def tools(self, proc: Path) -> AutopilotTools:
-        return AutopilotTools(self._make, Processes(proc), find_s=1.0, settle_s=0.05, parameter_answer_s=0.01)
+        return AutopilotTools(self._make, Processes(proc), find_s=1.0, settle_s=self.settle_s, parameter_answer_s=0.01)
 
     def _make(self, url: str, system_id: int, clock: Clock, on_message: OnMessage, expected: Expected) -> FakeLink:
         link = FakeReadingLink(url, system_id, clock, on_message, expected)

@@ -18,6 +18,7 @@ from hawk.config import Config
 from hawk.model import CopterMode, GlobalPose
 from tests.unit.check.fakes import GOOD, FakeReadingLink, FakeVehicle, write_process
 
+RC_CHANNELS = 65  # message id
 CONFIG = Config.model_validate({"remote_control": {"required": False}})
 
 
@@ -42,12 +43,15 @@ async def test_an_autopilot_whose_failsafes_are_right_passes(tmp_path: Path) -> 
 
 async def test_it_only_reads(tmp_path: Path) -> None:
     """Neither a right autopilot nor one whose failsafes are all wrong gets anything but requests."""
-    for values in (GOOD, dict.fromkeys(GOOD, 0.0), {}):
+    for values in (GOOD, dict.fromkeys(GOOD, 0.0)):
         vehicle = FakeVehicle(values)
+        vehicle.settle_s = 1.0  # time to ask for the streams
         await look(vehicle, tmp_path)
-        assert {name for name, _ in vehicle.link.sent} == {"PARAM_REQUEST_READ"}
-        assert {command for command, _ in vehicle.link.commanded} <= {int(MavCommand.SET_MESSAGE_INTERVAL)}
-        assert vehicle.link.fences == []
+        assert {name for name, _ in vehicle.link.sent} == {"PARAM_REQUEST_READ", "COMMAND_LONG"}
+        rates = vehicle.link.named("COMMAND_LONG")
+        assert {fields["command"] for fields in rates} == {int(MavCommand.SET_MESSAGE_INTERVAL)}
+        assert RC_CHANNELS in {fields["param1"] for fields in rates}
+        assert (vehicle.link.commanded, vehicle.link.fences) == ([], [])
 
 
 @pytest.mark.parametrize(
