@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from hawk.access_commands import COMMANDS, add_access_commands
+from hawk.check.commands import CHECK_COMMANDS, add_check_commands
 from hawk.config import Config, ConfigError, load_config
 from hawk.process import end_within
 from hawk.simulation import (
@@ -36,7 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return the exit status."""
     given = list(sys.argv[1:] if arguments is None else arguments)
     parser = make_parser()
-    if not given or given[0] not in {"run", "survey", "film", *COMMANDS, "-h", "--help", "--version"}:
+    if not given or given[0] not in {"run", "survey", "film", *COMMANDS, *CHECK_COMMANDS, "-h", "--help", "--version"}:
         given.insert(0, "run")
     options = parser.parse_args(given)
     try:
@@ -68,6 +69,7 @@ def make_parser() -> argparse.ArgumentParser:
     film.add_argument("recording", type=Path, metavar="RECORDING", help="a file of STORE/recordings (.mcap)")
     film.add_argument("film", type=Path, metavar="FILM", help="the file to write (.avi)")
     add_access_commands(commands)
+    add_check_commands(commands)
     return parser
 
 

@@ -1,0 +1,153 @@
+"""Checks of the computer: the disk of the store, and the clock."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final
+
+from hawk.check.result import CheckResult, failed, passed, warning
+from hawk.config import StoreSettings
+
+PROBE_BYTES: Final = 4_000_000
+SLOW_BYTES_S: Final = 2_000_000.0
+"""Below this speed of a written and synchronised file, bytes a second, a recording may lose messages."""
+HOUR_S: Final = 3600.0
+RELEASED: Final = datetime(2026, 11, 24, tzinfo=UTC)
+"""Day of the last release (CHANGELOG.md): no right clock shows an earlier one."""
+_TIMEDATECTL_S: Final = 3.0
+_MB: Final = 1_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class DiskReading:
+    """The store's disk. ``problem``: why it cannot be written, empty when it can. Bytes, and bytes a second."""
+
+    folder: Path
+    free: int = 0
+    write_speed: float = 0.0
+    problem: str = ""
+    is_new: bool = False
+    """The folder does not exist yet; the daemon makes it."""
+    owner: int | None = None
+    """User who owns the folder."""
+
+
+def read_disk(
+    folder: Path,
+    free_bytes: Callable[[Path], int] = lambda path: shutil.disk_usage(path).free,
+    monotonic: Callable[[], float] = time.monotonic,
+) -> DiskReading:
+    """Write, synchronise and remove a small file; return what was found. A missing folder is not made.
+
+    The daemon's user makes it: a folder that root makes, the daemon cannot write.
+    """
+    place = folder
+    while not place.exists() and place != place.parent:
+        place = place.parent
+    is_new = place != folder
+    try:
+        free, owner = free_bytes(place), place.stat().st_uid
+        if is_new:
+            problem = "" if os.access(place, os.W_OK | os.X_OK) else f"{place} cannot be written by this user"
+            return DiskReading(folder, free, 0.0, problem, is_new=True, owner=owner)
+        return DiskReading(folder, free, _write(folder, monotonic), owner=owner)
+    except OSError as error:
+        return DiskReading(folder, problem=f"{folder}: {error.strerror or error}", is_new=is_new)
+
+
+def _write(folder: Path, monotonic: Callable[[], float]) -> float:
+    """Return the speed of a synchronised write, bytes a second. Raises OSError."""
+    probe = folder / f".check-{os.getpid()}"
+    begun = monotonic()
+    try:
+        with probe.open("xb") as file:
+            file.write(bytes(PROBE_BYTES))
+            file.flush()
+            os.fsync(file.fileno())
+    finally:
+        probe.unlink(missing_ok=True)
+    return PROBE_BYTES / max(monotonic() - begun, 1e-6)
+
+
+def disk_results(
+    reading: DiskReading, store: StoreSettings, picture_bytes_s: float | None, user: int
+) -> list[CheckResult]:
+    """Judge the disk.
+
+    Args:
+        reading: The disk.
+        store: Settings of the store.
+        picture_bytes_s: Bytes a second that the camera sends, of which a recording keeps as many at most; None where
+            no picture was received.
+        user: Number of the user who checks.
+    """
+    if reading.problem:
+        remedy = f"Give the folder to the daemon's user: chown hawk {reading.folder}; or name another store.directory."
+        return [failed("Store", f"The store cannot be written: {reading.problem}.", remedy)]
+    return [_folder(reading, user), _room(reading, store, picture_bytes_s)]
+
+
+def _folder(reading: DiskReading, user: int) -> CheckResult:
+    if user == 0 and reading.owner != 0:
+        value = f"{reading.folder} belongs to another user, and root can write everything."
+        return warning("Store", value, "Check as the daemon's user: sudo -u hawk hawk-drone check.")
+    if reading.is_new:
+        return passed("Store", f"{reading.folder} does not exist yet; the daemon can make it.")
+    speed = f"{reading.write_speed / _MB:.1f} MB/s"
+    if reading.write_speed < SLOW_BYTES_S:
+        value = f"{reading.folder} can be written, but slowly: {speed}."
+        return warning("Store", value, "Use a faster card or disk: recordings may lose messages.")
+    return passed("Store", f"{reading.folder} can be written, {speed}.")
+
+
+def _room(reading: DiskReading, store: StoreSettings, picture_bytes_s: float | None) -> CheckResult:
+    free, least = reading.free / _MB, float(store.minimum_free_mb)
+    remedy = "Make room: old recordings are in the store's folder recordings."
+    if free <= least:
+        value = f"{free:.0f} MB are free, recording stops at {least:.0f} MB (store.minimum_free_mb)."
+        return failed("Disk space", value, remedy)
+    if not store.record:
+        return passed("Disk space", f"{free:.0f} MB are free; nothing is recorded (store.record).")
+    if picture_bytes_s is None:
+        return passed("Disk space", f"{free:.0f} MB are free; what a flight needs is known with pictures only.")
+    hours = (free - least) * _MB / max(picture_bytes_s * HOUR_S, 1.0)
+    value = f"{free:.0f} MB are free: {hours:.1f} hours of recording at most {picture_bytes_s / _MB:.1f} MB/s."
+    return passed("Disk space", value) if hours >= 1.0 else warning("Disk space", value, remedy)
+
+
+def program_date(module: Path = Path(__file__)) -> datetime:
+    """Return the time that no right clock is before: the release, or the time this program's files were written."""
+    try:
+        return max(RELEASED, datetime.fromtimestamp(module.stat().st_mtime, UTC))
+    except OSError:
+        return RELEASED
+
+
+def is_synchronized() -> bool | None:
+    """Return what systemd says of the clock's synchronisation; None where it says nothing. Blocks for 3 s at most."""
+    if shutil.which("timedatectl") is None:
+        return None
+    command = ["timedatectl", "show", "--property=NTPSynchronized", "--value"]
+    try:
+        ended = subprocess.run(command, capture_output=True, text=True, timeout=_TIMEDATECTL_S, check=False)
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    return {"yes": True, "no": False}.get(ended.stdout.strip())
+
+
+def clock_result(now: datetime, not_before: datetime, synchronized: bool | None) -> CheckResult:
+    """Judge the system's clock: recordings, logins and certificates need it."""
+    shown = now.strftime("%Y-%m-%d %H:%M:%S UTC")
+    remedy = "Let the computer reach a time server once (timedatectl set-ntp true), or set it: sudo date -s."
+    if now < not_before:
+        return failed("Clock", f"It is {shown} here, before this program was written ({not_before:%Y-%m-%d}).", remedy)
+    if synchronized is False:
+        return warning("Clock", f"It is {shown} here; no time server has confirmed it.", remedy)
+    return passed("Clock", f"It is {shown} here{', by a time server' if synchronized else ''}.")
