@@ -27,27 +27,32 @@ export class Plot extends LitElement {
       <div class="plot" role="img" aria-label=${this.label}></div>`;
   }
 
-  override firstUpdated(): void {
-    this.sizes.observe(this.holder);
+  override connectedCallback(): void {
+    super.connectedCallback();
+    this.requestUpdate();
   }
 
+  /** An update that was asked for before it was disconnected still comes: the window would keep a plot made then. */
   override updated(changed: PropertyValues<this>): void {
-    if (changed.has("theme") || changed.has("top")) {
-      this.plot?.destroy();
-      this.plot = null;
-    }
+    if (!this.isConnected) return;
+    if (changed.has("theme") || changed.has("top")) this.unmake();
     if (!this.plot) this.make();
     else this.plot.setData(this.series);
   }
 
   override disconnectedCallback(): void {
-    this.sizes.disconnect();
-    this.plot?.destroy();
-    this.plot = null;
+    this.unmake();
     super.disconnectedCallback();
   }
 
+  private unmake(): void {
+    this.sizes.disconnect();
+    this.plot?.destroy();
+    this.plot = null;
+  }
+
   private make(): void {
+    this.sizes.observe(this.holder);
     const style = getComputedStyle(this);
     const colour = (name: string): string => style.getPropertyValue(name).trim();
     const axis = { stroke: colour("--text2"), font: FONT, ticks: { show: false } };
