@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import importlib.util
 import re
+import runpy
 from pathlib import Path
 
 import cv2
@@ -14,13 +14,9 @@ COMMAND = ROOT / "packaging" / "page_pictures.py"
 
 
 def test_every_view_of_the_command_is_shown_once_and_no_other() -> None:
-    spec = importlib.util.spec_from_file_location("page_pictures", COMMAND)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    views = runpy.run_path(str(COMMAND), run_name="page_pictures")["VIEWS"]
     shown = re.findall(r"images/view-([\w-]+)\.jpg", TEXT)
-    assert sorted(shown) == sorted(view.name for view in module.VIEWS)
+    assert sorted(shown) == sorted(view.name for view in views)
 
 
 def test_every_picture_is_there_and_of_its_size() -> None:
