@@ -9,11 +9,11 @@ from collections.abc import Sequence
 from dataclasses import fields
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 from hawk.access_commands import COMMANDS, add_access_commands
 from hawk.check.commands import CHECK_COMMANDS, add_check_commands
-from hawk.config import Config, ConfigError, load_config
+from hawk.config import ConfigError
+from hawk.option_settings import load_settings
 from hawk.process import end_within
 from hawk.simulation import (
     FASTEST,
@@ -112,23 +112,6 @@ def _check_condition(options: argparse.Namespace) -> None:
         raise ConfigError("--condition: only for drawn worlds; not together with --world")
     if options.condition not in list(Condition):
         raise ConfigError(f"--condition: must be one of {', '.join(Condition)}, not {options.condition}")
-
-
-def load_settings(options: argparse.Namespace) -> Config:
-    """Return the settings with the command line's options applied. Raises ConfigError."""
-    overrides: dict[str, dict[str, Any]] = {}
-    for section, key, value in (
-        ("web", "host", options.host),
-        ("web", "port", options.port),
-        ("fence", "file", options.fence),
-        ("flight", "outline_file", options.outline),
-        ("autopilot", "url", options.autopilot),
-        ("camera", "url", options.camera),
-        ("store", "directory", options.store),
-    ):
-        if value is not None:
-            overrides.setdefault(section, {})[key] = value
-    return load_config(options.config, overrides=overrides)
 
 
 def _add_daemon_options(parser: argparse.ArgumentParser) -> None:

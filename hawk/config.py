@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic.fields import FieldInfo
 
 ENVIRONMENT_PREFIX = "HAWK_"
 """``HAWK_WEB__PORT=3001`` sets ``port`` of section ``web``."""
@@ -332,10 +333,16 @@ def load_config(
         raise ConfigError(_explain(error, path, text)) from None
 
 
+def section_fields(section: str) -> Mapping[str, FieldInfo]:
+    """Return the fields of a section by key; none of one that is not known."""
+    model = Config.model_fields[section].annotation if section in Config.model_fields else None
+    found: Mapping[str, FieldInfo] = getattr(model, "model_fields", {})
+    return found
+
+
 def bounds(section: str, key: str) -> tuple[float, float] | None:
     """Return the lowest and the highest value of a setting, both allowed; None for one that has no such bounds."""
-    settings = Config.model_fields[section].annotation
-    field = getattr(settings, "model_fields", {}).get(key)
+    field = section_fields(section).get(key)
     limits: list[Any] = [] if field is None else field.metadata
     lowest = next((float(limit.ge) for limit in limits if hasattr(limit, "ge")), None)
     highest = next((float(limit.le) for limit in limits if hasattr(limit, "le")), None)
@@ -344,8 +351,7 @@ def bounds(section: str, key: str) -> tuple[float, float] | None:
 
 def _is_list(section: str, key: str) -> bool:
     """Return True for a setting that is a list: in the environment its parts stand between commas or spaces."""
-    model = Config.model_fields[section].annotation if section in Config.model_fields else None
-    field = getattr(model, "model_fields", {}).get(key)
+    field = section_fields(section).get(key)
     return field is not None and typing.get_origin(field.annotation) in (tuple, list)
 
 
@@ -378,12 +384,8 @@ def _explain(error: ValidationError, path: Path | None, text: str) -> str:
 
 def _similar(keys: list[str]) -> str:
 
-    fields = Config.model_fields
-    if len(keys) > 1 and keys[0] in fields:
-        section = fields[keys[0]].annotation
-        names = list(getattr(section, "model_fields", {}))
-    else:
-        names = list(fields)
+    is_key = len(keys) > 1 and keys[0] in Config.model_fields
+    names = list(section_fields(keys[0]) if is_key else Config.model_fields)
     near = difflib.get_close_matches(keys[-1], names, n=1)
     return f" (did you mean {near[0]}?)" if near else ""
 

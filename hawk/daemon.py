@@ -47,7 +47,7 @@ from hawk.process import LOOP_NICENESS, SystemdNotifier, Ticker, Watchdog, set_n
 from hawk.program_log import STANDARD_OUTPUT, LineWriter, ProgramLog
 from hawk.settings_reference import reference_text, settings
 from hawk.simulation import Simulation, SimulationAddress, SimulationOptions
-from hawk.start_checks import check_model, listening_problem, make_store
+from hawk.start_checks import check_model, listening_problem, make_folder
 from hawk.starts import Starts
 from hawk.store.journal import FlightJournal
 from hawk.store.journal_state import JournalState
@@ -142,7 +142,7 @@ class Daemon:
         self._first_tick_s: float | None = None
         self._output = LineWriter(STANDARD_OUTPUT)
         load_calibration(config.camera)
-        make_store(config.store.directory)
+        make_folder("store.directory", config.store.directory)
         self.clock = Clock(options.speed)
         self._watchdog = Watchdog(
             config.watchdog.timeout_s, SystemdNotifier(), sys.stderr, enabled=config.watchdog.enabled

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from hawk.config import Config, bounds
+from hawk.config import Config, bounds, section_fields
 
 Value = bool | int | float | str | list[str] | None
 
@@ -72,7 +72,7 @@ def texts(reference: str) -> dict[tuple[str, str], str]:
     for line in reference.splitlines():
         if header := _HEADER.fullmatch(line):
             section, comment, last = header[1], [], ""
-        elif section and (setting := _SETTING.fullmatch(line)) and setting[1] in _keys(section):
+        elif section and (setting := _SETTING.fullmatch(line)) and setting[1] in section_fields(section):
             last = " ".join(comment) or last
             found[section, setting[1]] = last
             comment = []
@@ -86,18 +86,15 @@ def texts(reference: str) -> dict[tuple[str, str], str]:
 def settings(config: Config, reference: str) -> list[Setting]:
     """Return all settings in the order of the configuration. Secrets and passwords are not in it."""
     comments, defaults = texts(reference), Config()
-    return [_setting(section, key, comments, config, defaults) for section, _ in defaults for key in _keys(section)]
+    return [
+        _setting(section, key, comments, config, defaults) for section, _ in defaults for key in section_fields(section)
+    ]
 
 
 def _setting(section: str, key: str, comments: dict[tuple[str, str], str], config: Config, defaults: Config) -> Setting:
     lowest, highest = bounds(section, key) or (None, None)
     value, default = (_shown(section, key, getattr(getattr(each, section), key)) for each in (config, defaults))
     return Setting(section, key, comments.get((section, key), ""), _unit(section, key), value, default, lowest, highest)
-
-
-def _keys(section: str) -> list[str]:
-    model = Config.model_fields[section].annotation if section in Config.model_fields else None
-    return list(getattr(model, "model_fields", {}))
 
 
 def _unit(section: str, key: str) -> str:

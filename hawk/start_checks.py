@@ -10,14 +10,14 @@ from pathlib import Path
 from hawk.config import ConfigError, VisionSettings, WebSettings
 
 
-def make_store(directory: Path) -> None:
-    """Make the folder of the store, and try to write into it. Raises ConfigError naming the setting."""
+def make_folder(setting: str, directory: Path) -> None:
+    """Make a folder, and try to write into it. Raises ConfigError naming the setting or option."""
     try:
         directory.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=directory):
             pass
     except OSError as error:
-        reason = f"store.directory: {directory} cannot be used: {error.strerror or error}"
+        reason = f"{setting}: {directory} cannot be used: {error.strerror or error}"
         raise ConfigError(f"{reason}; name a folder that this user may write") from error
 
 

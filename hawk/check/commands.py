@@ -15,7 +15,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from hawk.config import Config, ConfigError, StoreSettings, load_config
+from hawk.config import Config, ConfigError, StoreSettings
+from hawk.option_settings import load_settings
 
 if TYPE_CHECKING:
     from hawk.check.result import CheckResult
@@ -46,22 +47,6 @@ def add_check_commands(commands: Any) -> None:
 def _add_settings(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--config", type=Path, metavar="FILE", help="settings (TOML); without it every default")
     parser.add_argument("--store", type=Path, metavar="DIR", help="folder of the daemon's files")
-
-
-def load_settings(options: argparse.Namespace) -> Config:
-    """Return the settings with the command line's options applied. Raises ConfigError."""
-    overrides: dict[str, dict[str, Any]] = {}
-    for section, key, name in (
-        ("web", "host", "host"),
-        ("web", "port", "port"),
-        ("autopilot", "url", "autopilot"),
-        ("camera", "url", "camera"),
-        ("store", "directory", "store"),
-    ):
-        value = getattr(options, name, None)
-        if value is not None:
-            overrides.setdefault(section, {})[key] = value
-    return load_config(options.config, overrides=overrides)
 
 
 def _check(options: argparse.Namespace) -> int:

@@ -7,7 +7,6 @@ import json
 import signal
 import ssl
 import sys
-import tempfile
 from dataclasses import dataclass, replace
 from itertools import count
 from pathlib import Path
@@ -29,6 +28,7 @@ from hawk.ddc.outline_geojson import read_survey_outline
 from hawk.model import GlobalPose
 from hawk.simulation import SimulationOptions
 from hawk.stall_exports import stalls_csv, stalls_geojson, to_global
+from hawk.start_checks import make_folder
 from hawk.survey import report
 from hawk.survey.client import DroneClient, LinkLostError
 from hawk.survey.handset import SurveyStatus
@@ -69,7 +69,7 @@ async def run_survey(options: SurveyOptions) -> int:
     """Fly one survey; return the exit status (docs/survey.md)."""
     outline = None if options.outline is None else outline_command(options.outline)
     address = None if options.url is None else address_of(options.url)
-    _make_folder(options.out)
+    make_folder("--out", options.out)
     stack: SimulatedStack | None = None
     try:
         if address is not None:
@@ -109,17 +109,6 @@ def address_of(url: str) -> Address:
     if not host or parts.scheme not in ("", "http", "https"):
         raise ConfigError(f"--url: {url!r} is no address of a page; write http://HOST:PORT/ or https://HOST:PORT/")
     return Address(host, port or DEFAULT_PORT, parts.scheme == "https")
-
-
-def _make_folder(out: Path) -> None:
-    """Make the folder of the results, before anything flies. Raises ConfigError."""
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=out):
-            pass
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise ConfigError(f"--out: {out} cannot be used: {reason}; name a folder that this user may write") from error
 
 
 def trusted(certificate: Path | None) -> ssl.SSLContext:

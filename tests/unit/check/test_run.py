@@ -27,6 +27,7 @@ from hawk.check.result import CheckResult, Look, Outcome, all_passed, failed, no
 from hawk.check.run import Tools, check_all
 from hawk.comm.clock import Clock
 from hawk.config import Config, ConfigError
+from hawk.option_settings import load_settings
 from tests.unit.check.fakes import GOOD, FakeVehicle, Pictures
 from tests.unit.comm.pictures import picture
 
@@ -183,7 +184,7 @@ def test_the_command_line_gives_status_and_settings(
     result = [ALL]
 
     def make(options: object, _end_s: float) -> list[CheckResult]:
-        asked.append(commands.load_settings(options))  # type: ignore[arg-type]
+        asked.append(load_settings(options))  # type: ignore[arg-type]
         return result[0]
 
     monkeypatch.setattr(commands, "make_checks", make)

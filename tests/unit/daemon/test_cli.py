@@ -9,9 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from hawk.cli import load_settings, main, make_parser, simulation_options
+from hawk.cli import main, make_parser, simulation_options
 from hawk.comm.authority import Role
 from hawk.config import ConfigError, WebSettings
+from hawk.option_settings import load_settings
 from hawk.start_checks import listening_problem
 from hawk.survey.run import Address, address_of
 from hawk.web.tokens import TOKEN_FILE, rotate
