@@ -1,3 +1,5 @@
+import { fetchJson } from "./fetch-json.ts";
+
 /** A file of the survey's result. `bytes` is null while it cannot be downloaded, for the reason given. */
 export interface Download {
   name: string;
@@ -7,13 +9,7 @@ export interface Download {
 
 /** Asks the drone for its files; null when it does not answer. */
 export async function fetchDownloads(): Promise<Map<string, Download> | null> {
-  try {
-    const response = await fetch("api/downloads.json", { cache: "no-store" });
-    if (!response.ok) return null;
-    return readDownloads(await response.json());
-  } catch {
-    return null;
-  }
+  return readDownloads(await fetchJson("api/downloads.json"));
 }
 
 function readDownloads(answer: unknown): Map<string, Download> | null {

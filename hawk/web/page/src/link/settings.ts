@@ -1,3 +1,5 @@
+import { fetchJson } from "./fetch-json.ts";
+
 export type SettingValue = boolean | number | string | string[] | null;
 
 /** A setting of the drone's program, as it runs with it. Bounds are null for what is no number. */
@@ -14,12 +16,6 @@ export interface Setting {
 
 /** Asks the drone for its settings; null when it does not answer. */
 export async function fetchSettings(): Promise<Setting[] | null> {
-  try {
-    const response = await fetch("api/settings.json");
-    if (!response.ok) return null;
-    const answer = (await response.json()) as { Settings?: Setting[] } | null;
-    return Array.isArray(answer?.Settings) ? answer.Settings : null;
-  } catch {
-    return null;
-  }
+  const answer = (await fetchJson("api/settings.json")) as { Settings?: Setting[] } | null;
+  return Array.isArray(answer?.Settings) ? answer.Settings : null;
 }
