@@ -3,10 +3,10 @@
 ``python -m benchmarks.soak --minutes 120 --speed 4 [--seed 1] [--out DIR] [--json FILE]``
 
 A daemon flies surveys of a simulated drone, one after another, with a fresh battery each, and one page in a headless
-browser shows video and map. Ctrl-C ends it early; what was sampled is judged all the same. Every minute one line is
-printed: memory of the daemon, heap of the page after a garbage collection, tasks, threads, open files, sockets and
-queues. At the end the slopes after the warm-up are printed, and what is more than it was. Recordings are deleted after
-each flight: two hours of them are 20 GB. Status 1 when a limit is missed.
+browser shows video and map. Ctrl-C ends it early; what was sampled is judged all the same. Sampled four times a
+minute, and printed once: memory of the daemon, heap of the page after a garbage collection, tasks, threads, open files,
+sockets and queues. At the end the slopes after the warm-up are printed, and what is more than it was. Recordings are
+deleted after each flight: two hours of them are 20 GB. Status 1 when a limit is missed.
 """
 
 from __future__ import annotations
@@ -45,9 +45,12 @@ from hawk.survey.operator import SurveyOperator, SurveyPlan
 from hawk.survey.stack import SimulatedStack, StackError
 
 EXIT_FAILED: Final = 1
-SAMPLE_S: Final = 60.0
-WARM_UP_MIN: Final = 20.0
-"""The first survey fills map and mosaic, and the allocator's pools; of a shorter run it is a third."""
+SAMPLE_S: Final = 15.0
+LINE_EVERY: Final = 4
+"""Samples for one printed line."""
+WARM_UP_MIN: Final = 30.0
+"""The page keeps half an hour of its plots; map, mosaic and the allocator's pools are full before. Of a shorter run it
+is a third."""
 LEAST_MIN: Final = 40.0
 """Minutes after the warm-up below which a slope says nothing: one flight more or less is more than the limit."""
 MEMORY_SLOPE: Final = 1.0
@@ -213,8 +216,9 @@ async def _sample_on(
         if flying.done():
             flying.result()
         sample = await _look(elapsed / 60, url, session, heap)
+        if len(samples) % LINE_EVERY == 0:
+            print(_line(sample, flights), flush=True)
         samples.append(sample)
-        print(_line(sample, flights), flush=True)
         with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(ended.wait(), max(0.0, min(SAMPLE_S, minutes * 60 - (time.monotonic() - begun))))
     return samples

@@ -54,13 +54,13 @@ TEST_FOLDERS: Final = ("tests/unit/ddc", "tests/unit/comm", "tests/unit/daemon")
 
 _OWN: Final[dict[str, tuple[str, ...]]] = {
     "hawk/ddc/states/base.py": ("states_by_facts", "decider"),
-    "hawk/ddc/states/explore.py": ("states_by_facts", "decider"),
+    "hawk/ddc/states/explore.py": ("explore_by_facts", "decider"),
     "hawk/ddc/states/factory.py": ("states_by_facts", "decider"),
-    "hawk/ddc/states/ground.py": ("states_by_facts", "decider"),
-    "hawk/ddc/states/homing.py": ("states_by_facts", "decider"),
-    "hawk/ddc/states/hover.py": ("states_by_facts", "decider"),
-    "hawk/ddc/states/moves.py": ("states_by_facts", "decider"),
-    "hawk/ddc/states/takeoff.py": ("states_by_facts", "decider"),
+    "hawk/ddc/states/ground.py": ("ground_by_facts", "decider"),
+    "hawk/ddc/states/homing.py": ("homing_by_facts", "decider"),
+    "hawk/ddc/states/hover.py": ("holding_by_facts", "decider"),
+    "hawk/ddc/states/moves.py": ("moves_by_facts", "decider"),
+    "hawk/ddc/states/takeoff.py": ("ground_by_facts", "decider"),
     "hawk/ddc/follower.py": ("follower", "decider"),
     "hawk/ddc/guard.py": ("decider", "guard"),
     "hawk/ddc/judge.py": ("judge", "decider"),
@@ -68,6 +68,7 @@ _OWN: Final[dict[str, tuple[str, ...]]] = {
     "hawk/ddc/failing.py": ("failing_ticks",),
     "hawk/ddc/failsafe_watch.py": ("failsafe_watch",),
     "hawk/ddc/target_gate.py": ("target_gate", "service_interface"),
+    "hawk/comm/telemetry.py": ("telemetry", "telemetry_places"),
     "hawk/process.py": ("watchdog", "ticker", "priority"),
     "hawk/ddc/watches.py": ("watches",),
 }

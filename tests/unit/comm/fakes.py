@@ -15,6 +15,7 @@ from hawk.comm.vehicle import AutopilotError
 
 LATITUDE, LONGITUDE, ALTITUDE = 43.2609, -79.9192, 100.0
 METRE_NORTH = 1 / 111_097.0  # degrees of latitude at LATITUDE
+METRE_EAST = 1 / 81_196.0  # degrees of longitude at LATITUDE
 
 
 class Said:
@@ -46,11 +47,11 @@ class Said:
     def attitude(self, roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.5) -> tuple[str, dict[str, Any]]:
         return "ATTITUDE", {"time_boot_ms": self.ms, "roll": roll, "pitch": pitch, "yaw": yaw}
 
-    def world(self, north: float = 0.0, up: float = 0.0) -> tuple[str, dict[str, Any]]:
+    def world(self, north: float = 0.0, up: float = 0.0, east: float = 0.0) -> tuple[str, dict[str, Any]]:
         return "GLOBAL_POSITION_INT", {
             "time_boot_ms": self.ms,
             "lat": round((LATITUDE + north * METRE_NORTH) * 1e7),
-            "lon": round(LONGITUDE * 1e7),
+            "lon": round((LONGITUDE + east * METRE_EAST) * 1e7),
             "alt": round((ALTITUDE + up) * 1000),
             "relative_alt": round(up * 1000),
         }

@@ -2,69 +2,15 @@ from __future__ import annotations
 
 import logging
 import math
-from typing import Any
 
 import pytest
 
-from hawk.comm.mavlink_link import Message, SensorHealth
+from hawk.comm.mavlink_link import Message
 from hawk.comm.streams import RateKeeper, wanted_streams
-from hawk.comm.telemetry import LINK_LOST_S, Telemetry
-from hawk.comm.vehicle import VehicleTopics
+from hawk.comm.telemetry import LINK_LOST_S
 from hawk.model import ArmPlace, CopterMode, GlobalPose, LandedState, StatusText, VehiclePose
-from tests.manual_clock import ManualClock
-from tests.unit.comm.fakes import ALTITUDE, LATITUDE, LONGITUDE, METRE_NORTH, Said
-
-WALL = 1_800_000_000.0
-ON_GROUND, IN_AIR = 1, 2
-
-
-class Rig:
-    """Telemetry with a clock that is moved by hand; the autopilot's messages arrive without delay."""
-
-    def __init__(self) -> None:
-        self.clock = ManualClock(50.0)
-        self.topics = VehicleTopics.create(self.clock)
-        self.rates = RateKeeper(wanted_streams(20.0))
-        self.health = SensorHealth(True, True, True, True)
-        self.wall = WALL
-        self.boots = 0
-        self.telemetry = Telemetry(
-            self.clock, self.topics, self.rates, lambda: self.health, lambda: self.wall, self.count_boot
-        )
-        self.said = Said()
-        self.places: list[ArmPlace] = []
-        self.jumps: list[float] = []
-        self.topics.arm_place.listen(self.places.append)
-        self.topics.frame_jump.listen(self.jumps.append)
-
-    def count_boot(self) -> None:
-        self.boots += 1
-
-    def take(self, *messages: tuple[str, dict[str, Any]]) -> None:
-        for name, fields in messages:
-            self.telemetry.handle(Message(name, fields, self.clock()))
-
-    def origin(self) -> GlobalPose | None:
-        return self.telemetry.tie.fence_origin
-
-    def advance(self, seconds: float = 0.05) -> None:
-        self.clock.advance(seconds)
-        self.said.boot += seconds
-        self.wall += seconds
-
-    def fly(
-        self, seconds: float, ekf: tuple[float, float, float] = (0.0, 0.0, 0.0), north: float = 0.0, up: float = 0.0
-    ) -> None:
-        """Stand still somewhere for a while, saying so."""
-        for _ in range(round(seconds / 0.05)):
-            self.advance()
-            self.take(self.said.attitude(), self.said.local(*ekf), self.said.world(north, up))
-
-    def arm_here(self, ekf: tuple[float, float, float] = (0.0, 0.0, 0.0), north: float = 0.0) -> None:
-        self.take(self.said.heartbeat(), self.said.landed(ON_GROUND))
-        self.fly(0.3, ekf, north)
-        self.take(self.said.heartbeat(armed=True))
-        self.fly(0.3, ekf, north)
+from tests.unit.comm.fakes import ALTITUDE, LATITUDE, LONGITUDE, METRE_NORTH
+from tests.unit.comm.telemetry_rig import IN_AIR, ON_GROUND, WALL, Rig
 
 
 @pytest.fixture

@@ -1,0 +1,90 @@
+"""A single state by facts alone: makes it, changes its facts, and reads its acts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from hawk.ddc.acts import (
+    Acts,
+    Ask,
+    Log,
+    SendTarget,
+)
+from hawk.ddc.facts import Answer, Facts
+from hawk.ddc.motion import Goal
+from hawk.ddc.orders import (
+    MoveOrder,
+    ToCommunicationLost,
+    ToExplore,
+    ToHover,
+    ToLand,
+    ToManual,
+    ToMove,
+    ToReturn,
+    ToTakeoff,
+    Transition,
+)
+from hawk.ddc.settings import DdcSettings
+from hawk.ddc.states.base import State
+from hawk.ddc.states.factory import make_state
+from hawk.model import (
+    CopterMode,
+    HeightParameters,
+    MapPoint,
+    Route,
+)
+from tests.unit.ddc.written_facts import SETTINGS, flying, on_ground, pose
+
+HEIGHTS = HeightParameters(15, 35, 60)
+MOVE = MoveOrder(MapPoint(40.0, 0.0), 30.0, 0.0, False, 0)
+STRAIGHT = Route((MapPoint(0.0, 0.0), MapPoint(40.0, 0.0)), (0.0, 0.0))
+LOT_MOVE = replace(MOVE, autonomous=True, number=3, route=STRAIGHT)
+IN_THE_AIR: tuple[Transition, ...] = (
+    ToTakeoff(),
+    ToHover(),
+    ToExplore(),
+    ToMove(MOVE),
+    ToReturn(),
+    ToLand(),
+    ToCommunicationLost(),
+    ToManual(),
+)
+
+
+def made(transition: Transition, now: float = 0.0, settings: DdcSettings = SETTINGS) -> State:
+    return make_state(transition, flying(now), settings)[0]
+
+
+def standing(now: float, armed: bool = False, mode: int = CopterMode.GUIDED) -> Facts:
+    facts = on_ground(flying(now, mode))
+    return replace(facts, vehicle=replace(facts.vehicle, armed=armed))
+
+
+def answered(facts: Facts, *answers: tuple[str, float, str], words: str = "") -> Facts:
+    """Write answers down: name, time of the request, status."""
+    given = tuple(Answer(name, at, status, words) for name, at, status in answers)  # type: ignore[arg-type]
+    return replace(facts, answers=given)
+
+
+def at(facts: Facts, north: float = 0.0, east: float = 0.0, height: float = 30.0) -> Facts:
+    return replace(facts, position=replace(facts.position, pose=pose(facts.now, north, east, height)))
+
+
+def without_pose(facts: Facts) -> Facts:
+    return replace(facts, position=replace(facts.position, age=0.6))
+
+
+def without_operator(facts: Facts) -> Facts:
+    return replace(facts, operator=replace(facts.operator, is_present=False))
+
+
+def requests(acts: Acts) -> list[object]:
+    return [act.request for act in acts if isinstance(act, Ask)]
+
+
+def targets(acts: Acts) -> list[Goal]:
+    return [act.goal for act in acts if isinstance(act, SendTarget)]
+
+
+def texts(acts: Acts) -> list[str]:
+    return [act.text for act in acts if isinstance(act, Log)]
