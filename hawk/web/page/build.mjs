@@ -1,11 +1,14 @@
 // Bundles the operator page into ../static (or the folder given as first argument).
 import { build } from "esbuild";
 import { cp, mkdir, readFile, readdir, rm, writeFile } from "node:fs/promises";
-import { dirname, join, resolve } from "node:path";
+import { basename, dirname, join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
+import { gzipSync } from "node:zlib";
 
 const here = dirname(fileURLToPath(import.meta.url));
 const out = resolve(process.argv[2] ?? join(here, "..", "static"));
+/** Bytes of everything that the browser loads, compressed. */
+const LARGEST_GZIP = 250_000;
 
 const shared = {
   absWorkingDir: here,
@@ -23,11 +26,37 @@ await mkdir(out, { recursive: true });
 const results = await Promise.all([
   build({ ...shared, entryPoints: ["src/main.ts"], outfile: join(out, "app.js") }),
   build({ ...shared, entryPoints: ["src/link/life-worker.ts"], outfile: join(out, "life-worker.js") }),
-  build({ ...shared, entryPoints: ["src/styles/app.css"], outfile: join(out, "app.css") }),
+  build({
+    ...shared,
+    entryPoints: ["src/styles/app.css"],
+    outfile: join(out, "app.css"),
+    loader: { ".woff2": "file" },
+    assetNames: "[name]-[hash]",
+  }),
 ]);
 await cp(join(here, "public"), out, { recursive: true });
+await preloadFonts(results.flatMap((result) => Object.keys(result.metafile.outputs)));
 const inputs = results.flatMap((result) => Object.keys(result.metafile.inputs));
+await checkSize();
 await writeFile(join(out, "licences.txt"), await licences(inputs));
+
+/** Over a weak link the page must come quickly. Fails when it grew too large. */
+async function checkSize() {
+  const files = await readdir(out);
+  const sizes = await Promise.all(files.map(async (file) => gzipSync(await readFile(join(out, file)), { level: 9 }).length));
+  const total = sizes.reduce((sum, size) => sum + size, 0);
+  if (total > LARGEST_GZIP) throw new Error(`The page has ${total} bytes (gzip), at most ${LARGEST_GZIP} are allowed.`);
+  console.log(`page: ${(total / 1000).toFixed(1)} kB (gzip)`);
+}
+
+/** The browser asks for the fonts at once, not when it has read the style sheet: nothing moves when they come. */
+async function preloadFonts(outputs) {
+  const names = outputs.filter((name) => name.endsWith(".woff2")).map((name) => basename(name));
+  const links = names.map((name) => `<link rel="preload" href="${name}" as="font" type="font/woff2" crossorigin />`);
+  const index = join(out, "index.html");
+  const text = await readFile(index, "utf8");
+  await writeFile(index, text.replace('<link rel="stylesheet"', `${links.join("\n    ")}\n    <link rel="stylesheet"`));
+}
 
 /** Text of the licence of every package that the bundle took code from. */
 async function licences(files) {

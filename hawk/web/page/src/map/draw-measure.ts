@@ -1,3 +1,4 @@
+import { FONT_FAMILY } from "../font.ts";
 import { type Measured } from "../state/measure.ts";
 import * as format from "../words/format.ts";
 import type { Units } from "../words/units.ts";
@@ -44,7 +45,7 @@ function drawPlace(context: CanvasRenderingContext2D, [x, y]: Pixel): void {
 }
 
 function drawLabel(context: CanvasRenderingContext2D, [x, y]: Pixel, words: string): void {
-  context.font = "600 13px system-ui, sans-serif";
+  context.font = `600 13px ${FONT_FAMILY}`;
   context.textAlign = "center";
   context.textBaseline = "middle";
   context.strokeStyle = "#fff";

@@ -1,3 +1,4 @@
+import { FONT_FAMILY } from "../font.ts";
 import type { Stall, StallState } from "../state/map-store.ts";
 import { corners } from "./geometry.ts";
 import { css, type Detail, FILLS, HATCH, HATCH_SHARE, hatchPeriod, inset, LINES } from "./stall-style.ts";
@@ -82,7 +83,7 @@ function hatchCanvas(size: number): HTMLCanvasElement {
 
 /** A question mark in the middle of each unclear stall, upright on the screen. */
 export function drawMarks(context: CanvasRenderingContext2D, places: readonly (readonly [number, number])[]): void {
-  context.font = "700 14px system-ui, sans-serif";
+  context.font = `700 14px ${FONT_FAMILY}`;
   context.textAlign = "center";
   context.textBaseline = "middle";
   context.lineWidth = 2;

@@ -19,6 +19,7 @@ import Fill from "ol/style/Fill.js";
 import Stroke from "ol/style/Stroke.js";
 import Style from "ol/style/Style.js";
 import Text from "ol/style/Text.js";
+import { FONT_FAMILY } from "../font.ts";
 import * as format from "../words/format.ts";
 import type { Units } from "../words/units.ts";
 import type { Palette } from "./palette.ts";
@@ -256,7 +257,7 @@ export class FenceEditor {
       const middle = [((here[0] ?? 0) + (there[0] ?? 0)) / 2, ((here[1] ?? 0) + (there[1] ?? 0)) / 2];
       const text = new Text({
         text: format.length(metres, this.units),
-        font: "600 13px system-ui, sans-serif",
+        font: `600 13px ${FONT_FAMILY}`,
         fill: new Fill({ color: colour }),
         stroke: new Stroke({ color: this.palette.planCase, width: 4 }),
       });

@@ -1,11 +1,12 @@
 import { html, LitElement, type PropertyValues, type TemplateResult } from "lit";
 import { customElement, property, query } from "lit/decorators.js";
 import uPlot from "uplot";
+import { FONT_FAMILY } from "../font.ts";
 
 export type Series = [number[], (number | null)[]];
 
 const HEIGHT = 108;
-const FONT = "12px system-ui, sans-serif";
+const FONT = `12px ${FONT_FAMILY}`;
 
 /** One curve over the last minutes. Seconds before now on the x axis. */
 @customElement("hawk-plot")
