@@ -1,8 +1,8 @@
 """Build a release: ``python packaging/release.py --sign KEY`` (or ``--unsigned``, to try it).
 
-Wheel and source archive, and the Debian package where ``make deb`` builds one, go to ``dist/VERSION`` with ``SHA256SUMS``
-and its OpenPGP signature. Refused are a tree with changes, a commit without the tag ``vVERSION`` or with another
-version's, and a version that the change log does not have.
+Wheel and source archive, and the Debian package where ``make deb`` builds one, go to ``dist/VERSION`` with
+``SHA256SUMS`` and its OpenPGP signature. Refused are a tree with changes, a commit without the tag ``vVERSION`` or with
+another version's, and a version that the change log does not have.
 """
 
 from __future__ import annotations

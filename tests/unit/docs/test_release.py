@@ -85,7 +85,7 @@ def test_a_version_without_a_section_in_the_change_log_is_refused(project: Path)
     (project / "CHANGELOG.md").write_text("# Changelog\n\n## 1.4.01\n")
     git(project, "commit", "--all", "--quiet", "--message", "second")
     git(project, "tag", "--force", "v1.4.0")
-    with pytest.raises(release.ReleaseError, match="has no section 1.4.0"):
+    with pytest.raises(release.ReleaseError, match=r"has no section 1\.4\.0"):
         release.release(project, None, build)
 
 

@@ -37,7 +37,7 @@ def test_the_words_are_said(words: str, sources: str) -> None:
 
 
 def test_every_refusal_of_a_state_is_explained() -> None:
-    """Those of commands that only programs send, and of commands that ask for what is already so, explain themselves."""
+    """Some explain themselves: of commands that only programs send, or that ask for what is so already."""
     judge = (ROOT / "hawk" / "ddc" / "judge.py").read_text(encoding="utf-8")
     said = re.findall(r'^    "\w+!?": "([^"]+ first\.)",$', judge, re.MULTILINE)
     known = {"Armed: disarm first.", "Flying: land first.", "Landing: Hold first.", "In the air: land first."}
