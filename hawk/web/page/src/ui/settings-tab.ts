@@ -66,7 +66,7 @@ export class SettingsTab extends Part {
       </section>
       ${view.welcome?.Login ? this.logOutRow(view) : nothing}
       <section><hawk-all-settings .model=${this.model}></hawk-all-settings></section>
-      <p class="sub">${view.welcome ? `Parking Lot Hawk ${view.welcome.Version}` : nothing} <a href="licences.txt" target="_blank">Licences</a></p>
+      ${about(view)}
     </div>`;
   }
 
@@ -102,6 +102,14 @@ const WHOSE = {
   other: "Someone else has control",
   unknown: "Control is not known",
 };
+
+function about(view: View): TemplateResult {
+  return html`<p class="sub">
+    ${view.welcome ? `Parking Lot Hawk ${view.welcome.Version}` : nothing}
+    <a href="docs/" target="_blank">Documentation</a>
+    <a href="licences.txt" target="_blank">Licences</a>
+  </p>`;
+}
 
 export function heights(view: View): TemplateResult {
   const [min, des, max] = view.heartbeat?.Heights ?? [];

@@ -1,0 +1,38 @@
+"""What the start pages and the troubleshooting call by a bold name is on the page, or is a check."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[3]
+DOCS = ROOT / "docs"
+PAGES = [*DOCS.glob("first-flight-*.md"), DOCS / "troubleshooting.md", DOCS / "safety.md", DOCS / "page.md"]
+STRESSED = re.compile(r".*[.,].*|not connected")
+"""Bold for another reason: a sentence, a figure, a warning."""
+NAMES = sorted(
+    {
+        name
+        for page in PAGES
+        for name in re.findall(r"\*\*([^*]+)\*\*", page.read_text(encoding="utf-8"))
+        if not STRESSED.fullmatch(name)
+    }
+)
+
+
+@pytest.fixture(scope="module")
+def shown() -> str:
+    """Return the sources of what is shown: the page's, and the checks'."""
+    files = [*(ROOT / "hawk" / "web" / "page" / "src").rglob("*.ts"), *(ROOT / "hawk" / "ddc").glob("*.py")]
+    return "\n".join(path.read_text(encoding="utf-8") for path in files)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_it_is_shown_under_that_name(name: str, shown: str) -> None:
+    assert re.search(rf"[\"'`>]{re.escape(name)}[\"'`<$]", shown), name
+
+
+def test_there_are_some() -> None:
+    assert {"Set failsafes", "Take control", "GPS"} <= set(NAMES)
