@@ -25,7 +25,7 @@ import time
 from collections.abc import AsyncIterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from statistics import fmean
+from statistics import fmean, median
 from typing import Any, Final
 from urllib.parse import urlsplit
 
@@ -64,8 +64,8 @@ AGAIN_S: Final = 5.0
 COUNTS: Final = ("tasks", "threads", "open_files", "open_sockets", "queued")
 _WIDTHS: Final = (5, 7, 5, 7, 6)
 FLAT: Final = {"tasks": 1.0, "threads": 0.0, "open_files": 1.0, "open_sockets": 1.0, "queued": 64.0}
-"""By how much the greatest count of the last third may be above that of the first third after the warm-up: a look at
-the metrics is itself a task and a socket, and a queue holds what came within its last write."""
+"""By how much the median of the last third may be above that of the first third after the warm-up: a look at the metrics
+is itself a task and a socket, and a queue holds what came within its last write."""
 _LINE: Final = re.compile(
     r"^ *([\d.]+) +([\d.]+) +([\d.]+)" + r" +(\d+)" * len(COUNTS) + r" +(\d+) \+ (\d+) failed$", re.M
 )
@@ -209,12 +209,15 @@ def floor(samples: Sequence[Sample]) -> list[Sample]:
 
 
 def growth(samples: Sequence[Sample], name: str) -> float | None:
-    """Return by how much the greatest count of the last third is above that of the first; None with too few samples."""
+    """Return by how much the median count of the last third is above that of the first; None with too few samples.
+
+    A thread or a socket that is there for one sample and gone in the next is not left behind.
+    """
     third = len(samples) // 3
     if third == 0:
         return None
     counts = [sample.counts[name] for sample in samples]
-    return max(counts[-third:]) - max(counts[:third])
+    return median(counts[-third:]) - median(counts[:third])
 
 
 def read_lines(text: str) -> tuple[list[Sample], Flights]:

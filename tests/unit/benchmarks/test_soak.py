@@ -99,6 +99,13 @@ def test_what_a_run_has_printed_can_be_judged_again() -> None:
         read_lines("minute  memory")
 
 
+def test_a_thread_that_is_left_is_found_and_one_that_is_there_for_a_moment_is_not() -> None:
+    passing = by_key(run(120, threads=lambda m: 14.0 + (m in (100, 110))))
+    assert passing["soak_threads_growth"].value == 0.0
+    left = by_key(run(120, threads=lambda m: 14.0 + (m > 75)))
+    assert left["soak_threads_growth"].passed is False
+
+
 def test_a_short_run_is_not_judged() -> None:
     found = by_key(run(5, memory=lambda m: 100.0 + 50 * m))
     assert found["soak_memory_slope"].passed is None
