@@ -64,8 +64,8 @@ AGAIN_S: Final = 5.0
 COUNTS: Final = ("tasks", "threads", "open_files", "open_sockets", "queued")
 _WIDTHS: Final = (5, 7, 5, 7, 6)
 FLAT: Final = {"tasks": 1.0, "threads": 0.0, "open_files": 1.0, "open_sockets": 1.0, "queued": 64.0}
-"""By how much the median of the last third may be above that of the first third after the warm-up: a look at the metrics
-is itself a task and a socket, and a queue holds what came within its last write."""
+"""By how much the median of the last third may be above that of the first third after the warm-up: a look at the
+metrics is itself a task and a socket, and a queue holds what came within its last write."""
 _LINE: Final = re.compile(
     r"^ *([\d.]+) +([\d.]+) +([\d.]+)" + r" +(\d+)" * len(COUNTS) + r" +(\d+) \+ (\d+) failed$", re.M
 )
