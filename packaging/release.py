@@ -79,9 +79,9 @@ def build_packages(root: Path, target: Path) -> None:
     if not re.search(r"^deb:", (root / "Makefile").read_text(encoding="utf-8"), re.MULTILINE):
         return
     _run(root, ["make", "deb"], environment)
-    packages = list((root / "dist").glob("*.deb"))
+    packages = list((root / "dist").glob(f"*_{target.name}_*.deb"))
     if not packages:
-        raise ReleaseError("make deb left no package in dist: see its output")
+        raise ReleaseError(f"make deb left no package of {target.name} in dist: see its output")
     for package in packages:
         package.rename(target / package.name)
 

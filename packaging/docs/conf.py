@@ -24,6 +24,7 @@ html_favicon = "../../hawk/web/page/public/icon.svg"
 html_static_path = ["static"]
 templates_path = ["templates"]
 html_css_files = ["hawk.css"]
+html_search_scorer = str(Path(__file__).with_name("search_scorer.js"))
 html_theme_options: dict[str, list[str]] = {"top_of_page_buttons": []}
 html_copy_source = False
 html_show_sourcelink = False

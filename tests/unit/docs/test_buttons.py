@@ -1,4 +1,4 @@
-"""What the start pages and the troubleshooting call by a bold name is on the page, or is a check."""
+"""Bold names on the start pages, in troubleshooting and safety are those of the page or of a check."""
 
 from __future__ import annotations
 

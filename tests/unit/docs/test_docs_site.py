@@ -34,6 +34,12 @@ FIRST = """# First flight
 ![A picture](images/page.png)
 
 [settings](../config.toml), [deep](deep/page.md#a-heading), [out](https://example.org), [here](#first-flight)
+
+    make docs
+
+| key | meaning |
+|---|---|
+| a | b |
 """
 
 
@@ -110,6 +116,7 @@ def test_a_site_is_built_checked_and_not_built_again(project: Path) -> None:
     text = (site / "first.html").read_text()
     assert "hawk 1.4.0" in text
     assert 'href="deep/page.html#a-heading"' in text
+    assert all(better in text for better in docs_site.IMPROVED.values())
     assert gzip.decompress((site / "first.html.gz").read_bytes()).decode() == text
     assert docs_check.check(site) == []
     assert (site / "searchindex.js").is_file()

@@ -106,6 +106,30 @@ def test_an_earlier_build_is_not_mixed_in(project: Path) -> None:
         release.release(project, None, build)
 
 
+@pytest.mark.parametrize("left", ["hawk-drone_1.4.0_arm64.deb", "hawk-drone_1.3.9_arm64.deb"])
+def test_the_debian_package_of_this_version_belongs_to_it(
+    project: Path, monkeypatch: pytest.MonkeyPatch, left: str
+) -> None:
+    (project / "Makefile").write_text(f"deb:\n\ttouch dist/{left}\n")
+    git(project, "commit", "--all", "--quiet", "--message", "packages")
+    git(project, "tag", "--force", "v1.4.0")
+    run = release._run
+
+    def hatchling_is_fast(folder: Path, command: list[str], environment: dict[str, str] | None = None) -> None:
+        if "hatchling" in command:
+            build(folder, Path(command[-1]))
+        else:
+            run(folder, command, environment)
+
+    monkeypatch.setattr(release, "_run", hatchling_is_fast)
+    if "1.4.0" in left:
+        assert left in {path.name for path in release.release(project, None, release.build_packages)}
+        assert left in (project / "dist" / "1.4.0" / "SHA256SUMS").read_text()
+    else:
+        with pytest.raises(release.ReleaseError, match=r"left no package of 1\.4\.0"):
+            release.release(project, None, release.build_packages)
+
+
 # -- the signature ----------------------------------------------------------------------------------------------------
 
 
