@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+import zipfile
 from pathlib import Path
 from typing import Final
 
@@ -58,7 +59,7 @@ def assemble(wheels: Path, out: Path, final: Path, arch: str) -> list[str]:
         try:
             with WheelFile.open(wheel) as source:
                 install(source, destination, {"INSTALLER": b"hawk-drone\n"})
-        except (InstallerError, OSError, ValueError) as error:
+        except (InstallerError, zipfile.BadZipFile, OSError, ValueError) as error:
             raise AssemblyError(f"{wheel.name}: {error}") from error
     if not (out / "bin" / COMMAND).is_file():
         raise AssemblyError(f"{wheels}: no wheel brings the command {COMMAND}; is the program's own wheel there?")
