@@ -131,6 +131,7 @@ def _ground(options: argparse.Namespace) -> None:
 
 def _install(options: argparse.Namespace) -> None:
     give_way()
+    os.umask(0o022)  # the daemon's user reads it, whatever root's mask is
     outside = _outside(options)
     removed = install(Versions(options.root), options.package, options.version, outside)
     if removed:

@@ -75,6 +75,17 @@ def test_nothing_is_switched_while_a_daemon_says_that_it_flies(
     word.close()
 
 
+def test_the_daemon_s_user_may_read_a_version_that_a_careful_root_installed(tmp_path: Path) -> None:
+    before = os.umask(0o077)
+    try:
+        kept = installed(tmp_path, "0.1.0")
+    finally:
+        os.umask(before)
+    made = [kept.root, kept.root / "lib", *kept.folder("0.1.0").rglob("__pycache__")]
+    assert len(made) > 2
+    assert [path for path in made if path.stat().st_mode & 0o055 != 0o055] == []
+
+
 def test_without_the_debian_package_the_commands_say_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for command in ("rollback", "versions"):
         assert run(tmp_path, command) == 1
