@@ -105,7 +105,7 @@ ardupilot:
 
 # The Debian packages (dist/), tried in clean Debian roots: as root on Debian 12, with a network, some twenty minutes.
 # ARGS="-k life" tries less; DEB_TOOLS= leaves the tools as they are.
-DEB_TOOLS ?= debhelper dpkg-dev iproute2 lintian mmdebstrap python3-installer qemu-user-static systemd zstd
+DEB_TOOLS ?= debhelper dpkg-dev iproute2 lintian mmdebstrap python3-installer qemu-user-static
 BUILD_DEB := $(BIN)/python packaging/deb/build_deb.py
 deb: setup
 	test -z "$(DEB_TOOLS)" || packaging/apt-install $(DEB_TOOLS)
