@@ -30,6 +30,8 @@ class CleanRoot:
         """Make it from mmdebstrap's archive."""
         folder.mkdir()
         subprocess.run([*CALM, "tar", "-C", str(folder), "-xf", str(archive)], check=True, timeout=600)
+        for name in ("proc", "run"):  # a root that was only unpacked lacks them
+            (folder / name).mkdir(exist_ok=True)
         return cls(folder)
 
     def command(self, *arguments: str) -> list[str]:

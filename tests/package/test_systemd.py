@@ -46,6 +46,10 @@ def executable(system: SystemdRoot) -> str:
     return system.run("cat", f"/proc/{process(system)}/cmdline").split("\0")[0]
 
 
+def signal(system: SystemdRoot, name: str) -> None:
+    system.run("systemctl", "kill", "--kill-whom=main", f"--signal={name}", UNIT)
+
+
 def wait_for(system: SystemdRoot, name: str, value: str) -> None:
     until = time.monotonic() + WAIT_S
     while (found := system.shown(name)) != value:
@@ -103,9 +107,9 @@ def test_a_rollback_restarts_it_with_the_version_before(system: SystemdRoot, ver
 
 def test_a_daemon_that_runs_and_hangs_counts_as_armed(system: SystemdRoot, version: str) -> None:
     pid = process(system)
-    system.run("kill", "-STOP", str(pid))
+    signal(system, "STOP")
     refused = system.run("hawk-drone", "rollback", version, fails=True)
-    system.run("kill", "-CONT", str(pid))
+    signal(system, "CONT")
     assert "it counts as armed" in refused
     assert process(system) == pid
 
@@ -114,7 +118,7 @@ def test_a_crash_of_a_version_that_was_ready_starts_the_same_again(system: Syste
     """As in the air: five crashes in a row leave the version alone."""
     for _ in range(5):
         before = process(system)
-        system.run("kill", "-KILL", str(before))
+        signal(system, "KILL")
         until = time.monotonic() + WAIT_S
         while process(system) in (0, before) or system.shown("ActiveState") != "active":
             assert time.monotonic() < until
