@@ -21,8 +21,6 @@ from typing import Final
 _LOG = logging.getLogger(__name__)
 
 FILE: Final = "flight"
-FRESH_S: Final = 2.0
-"""An older word of a daemon that runs says nothing, real seconds; the daemon writes four times a second."""
 _LENGTH: Final = 128
 """Bytes of the file: a fixed length, so that a shorter word leaves nothing of a longer one."""
 

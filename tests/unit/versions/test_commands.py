@@ -71,8 +71,8 @@ def test_nothing_is_switched_while_a_daemon_says_that_it_flies(
         assert "armed" in capsys.readouterr().err
     assert kept.current == "0.2.0"
     word.say(may_fly=False)
-    assert run(tmp_path, "ground") == 0
     word.close()
+    assert run(tmp_path, "ground") == 0
 
 
 def test_the_daemon_s_user_may_read_a_version_that_a_careful_root_installed(tmp_path: Path) -> None:
@@ -145,3 +145,8 @@ def test_debian_s_python_runs_it_without_any_other_package(tmp_path: Path) -> No
     command = [sys.executable, "-I", "-S", "-B", "-c", code, "ground", "--runtime", str(tmp_path / "run")]
     ended = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False, env=dict(os.environ))
     assert (ended.returncode, ended.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("hook", ["ready", "ended"])
+def test_the_hooks_do_nothing_where_no_version_is_in_force(tmp_path: Path, hook: str) -> None:
+    assert run(tmp_path, hook) == 0

@@ -7,13 +7,13 @@ from typing import Any
 import pytest
 
 from hawk.versions import guard
-from hawk.versions.flight_word import FRESH_S, FlightWord, Heard, Word
+from hawk.versions.flight_word import FlightWord, Heard, Word
 from hawk.versions.guard import ARMED, ASKED_S, ENDED_ARMED, SILENT, Refusal, judge, look
 from tests.manual_clock import ManualClock
 
 NOW = 100.0
 GROUND, FLYING = Word(may_fly=False, at_s=NOW), Word(may_fly=True, at_s=NOW)
-OLD = Word(may_fly=False, at_s=NOW - FRESH_S - 0.1)
+OLD, OLD_FLYING = Word(may_fly=False, at_s=NOW - 0.1), Word(may_fly=True, at_s=NOW - 100.0)
 
 
 @pytest.mark.parametrize(
@@ -23,6 +23,7 @@ OLD = Word(may_fly=False, at_s=NOW - FRESH_S - 0.1)
         (GROUND, True, False, None),  # started by hand
         (FLYING, True, True, ARMED),
         (OLD, True, True, SILENT),
+        (OLD_FLYING, True, True, ARMED),
         (None, True, True, SILENT),
         (GROUND, False, True, SILENT),  # it starts, or it never said anything
         (None, False, True, SILENT),
@@ -55,7 +56,7 @@ def test_a_daemon_that_hangs_is_asked_for_seconds_and_counts_as_armed(tmp_path: 
     waiting = Waiting()
     word = FlightWord(tmp_path, waiting.clock)
     word.say(may_fly=False)
-    waiting.clock.advance(FRESH_S + 1.0)
+    waiting.clock.advance(0.1)  # it said so a moment ago, and not since it was asked
     refusal = look(tmp_path, unit_runs=lambda: True, monotonic=waiting.clock, sleep=waiting.sleep)
     assert refusal is SILENT
     assert waiting.slept == pytest.approx(ASKED_S, abs=0.2)
@@ -66,7 +67,7 @@ def test_a_daemon_that_speaks_again_is_heard(tmp_path: Path) -> None:
     waiting = Waiting()
     word = FlightWord(tmp_path, waiting.clock)
     word.say(may_fly=False)
-    waiting.clock.advance(FRESH_S + 1.0)
+    waiting.clock.advance(100.0)
 
     def sleep(seconds: float) -> None:
         waiting.sleep(seconds)
