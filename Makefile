@@ -1,4 +1,4 @@
-# make setup | run | check | test | docs | bench | faults | ardupilot: each does all the set-up that it needs.
+# make setup | run | check | test | docs | deb | bench | faults | ardupilot: each does all the set-up that it needs.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -18,7 +18,7 @@ UNIT_KINDS := $(if $(COVERAGE),coverage slow,unit)
 # Without compiled files every process would compile and rewrite its modules and tests again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup run check test bench bench-small faults ardupilot lint fast unit coverage mutants slow integration contract e2e page page-check docs browser clean
+.PHONY: setup run check test deb bench bench-small faults ardupilot lint fast unit coverage mutants slow integration contract e2e page page-check docs browser clean
 
 setup: $(STAMP) page
 
@@ -110,6 +110,19 @@ ardupilot:
 	@test -n "$(ARDUPILOT)" || { echo "make ardupilot: $(ARDUPILOT_MISSING)" >&2; exit 2; }
 	@$(MAKE) --no-print-directory setup
 	$(BIN)/python -m faults.ardupilot --program "$(ARDUPILOT)" $(ARDUPILOT_OPTIONS) --write docs/ardupilot.md $(ARGS)
+
+# The Debian packages (dist/), tried in clean Debian roots: as root on Debian 12, with a network, some twenty minutes.
+# ARGS="-k life" tries less; DEB_TOOLS= leaves the tools as they are.
+DEB_TOOLS ?= debhelper dpkg-dev iproute2 lintian mmdebstrap python3-installer qemu-user-static
+BUILD_DEB := $(BIN)/python packaging/deb/build_deb.py
+deb: setup
+	test -z "$(DEB_TOOLS)" || packaging/apt-install $(DEB_TOOLS)
+	$(BIN)/python -m pip install --quiet 'uv>=0.9'
+	$(BIN)/python packaging/docs_site.py
+	$(BUILD_DEB) --arch amd64 --version 0.1.0 --out build/deb/before
+	$(BUILD_DEB) --arch amd64
+	$(BUILD_DEB) --arch arm64
+	$(PYTEST) tests/package $(ARGS)
 
 bench: setup browser
 	$(BIN)/python -m benchmarks $(ARGS)

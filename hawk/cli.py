@@ -1,4 +1,4 @@
-"""The command ``hawk-drone``: runs the daemon, flies a survey, writes a film, makes tokens and certificates."""
+"""The command ``hawk-drone``: runs the daemon, flies a survey, writes a film, makes tokens, goes back a version."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from dataclasses import fields
 from importlib.metadata import version
 from pathlib import Path
 
-from hawk.access_commands import COMMANDS, add_access_commands
+from hawk.access_commands import COMMANDS as ACCESS_COMMANDS
+from hawk.access_commands import add_access_commands
 from hawk.background.commands import COMMAND as MAKE_BACKGROUND
 from hawk.background.commands import add_background_command
 from hawk.check.commands import CHECK_COMMANDS, add_check_commands
@@ -26,11 +27,11 @@ from hawk.simulation import (
     SimulationOptions,
     simulator_installed,
 )
+from hawk.versions.commands import VERSION_COMMANDS, add_version_commands
 
+COMMANDS = {"run", "survey", "film", MAKE_BACKGROUND} | ACCESS_COMMANDS | CHECK_COMMANDS | VERSION_COMMANDS
 EXIT_USAGE = 2
 """Exit status for wrong options and wrong settings, as argparse has it."""
-NAMES = {"run", "survey", "film", *COMMANDS, *CHECK_COMMANDS, MAKE_BACKGROUND, "-h", "--help", "--version"}
-"""First words of a command line that are no option of ``run``."""
 EXIT_FAILED = 1
 """Exit status when the simulation could not start."""
 EXIT_S = 5.0
@@ -41,17 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return the exit status."""
     given = list(sys.argv[1:] if arguments is None else arguments)
     parser = make_parser()
-    if not given or given[0] not in {
-        "run",
-        "survey",
-        "film",
-        *COMMANDS,
-        *CHECK_COMMANDS,
-        MAKE_BACKGROUND,
-        "-h",
-        "--help",
-        "--version",
-    }:
+    if not given or given[0] not in COMMANDS | {"-h", "--help", "--version"}:
         given.insert(0, "run")
     options = parser.parse_args(given)
     try:
@@ -85,6 +76,7 @@ def make_parser() -> argparse.ArgumentParser:
     add_access_commands(commands)
     add_check_commands(commands)
     add_background_command(commands)
+    add_version_commands(commands)
     return parser
 
 

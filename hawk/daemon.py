@@ -53,6 +53,7 @@ from hawk.store.journal import FlightJournal
 from hawk.store.journal_state import JournalState
 from hawk.store.recording import Recording
 from hawk.supervision import Supervisor, leave_at_once
+from hawk.versions.flight_word import FlightWord
 from hawk.web.app import WebServer
 from hawk.web.private_files import cookie_secret, shown_address
 from hawk.web.security import InsecureBindingError
@@ -151,6 +152,8 @@ class Daemon:
         self.performance = Performance(self.clock, self._lag)
         self._journal = FlightJournal(config.store.directory / "journal")
         self._recording = Recording(config.store, self.clock, self._metadata())
+        runtime = os.environ.get("RUNTIME_DIRECTORY")  # systemd.exec(5)
+        self._flight_word = FlightWord(Path(runtime) if runtime else None)
         self._make_vehicle()
         self._make_operations()
         self._make_results()
@@ -384,6 +387,7 @@ class Daemon:
         parent, problem = os.getppid(), ""
         hearing = self.autopilot.hearing
         while True:
+            self._flight_word.say(may_fly=self._may_fly())
             await asyncio.sleep(MONITOR_S)
             if self._options.attached_simulation is not None and os.getppid() != parent:
                 _LOG.warning("the program that started this simulation has ended")
@@ -432,6 +436,7 @@ class Daemon:
         await self._recording.close()
         await self._journal.close()
         self._output.close()
+        self._flight_word.close()
 
     async def _keep_last_map(self) -> None:
         if self._map_keeper is None:
@@ -495,6 +500,8 @@ class Daemon:
             self._journal.set_datum(self.autopilot.datum)
 
     def _record_flights(self, state: VehicleState) -> None:
+        if state.armed:
+            self._flight_word.say(may_fly=True)  # at once: no version is switched from now on
         if state.connected and not state.armed:
             self._starts.found_disarmed()
         if state.connected:

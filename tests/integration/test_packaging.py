@@ -13,9 +13,13 @@ from pathlib import Path
 
 import pytest
 
+from hawk.versions.guard import RUNTIME_FOLDER
+
 ROOT = Path(__file__).resolve().parents[2]
 UNIT = ROOT / "packaging" / "systemd" / "hawk-drone.service"
-COMMAND = "/opt/hawk/.venv/bin/hawk-drone"
+COMMAND = "/opt/hawk/current/bin/hawk-drone"
+EXPOSURE = 1.5
+"""Of `systemd-analyze security`, 0 to 10; what is left are the network, devices, and its user's groups."""
 
 
 @pytest.fixture(scope="module")
@@ -76,10 +80,31 @@ def test_the_service_is_watched_started_again_at_once_and_never_simulated() -> N
     assert "--sim" not in UNIT.read_text()
 
 
+def test_the_package_s_hooks_stop_no_daemon_and_its_word_outlives_it() -> None:
+    """They run as root (+); one that fails, or is not there without the package, has no effect (-)."""
+    unit = configparser.RawConfigParser(strict=False)
+    unit.optionxform = str  # type: ignore[assignment, method-assign]
+    unit.read_string(UNIT.read_text())
+    service = unit["Service"]
+    assert service["ExecStartPost"] == "-+/usr/lib/hawk-drone/service-hook ready"
+    assert service["ExecStopPost"] == "-+/usr/lib/hawk-drone/service-hook ended"
+    assert (service["RuntimeDirectory"], service["RuntimeDirectoryPreserve"]) == (RUNTIME_FOLDER.name, "yes")
+
+
+@pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="systemd-analyze is not installed")
+def test_the_service_is_confined() -> None:
+    command = ["systemd-analyze", "security", "--offline=yes", "--no-pager", str(UNIT)]
+    analyzed = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True).stdout
+    found = re.search(r"Overall exposure level for \S+: ([\d.]+)", analyzed)
+    assert found is not None, analyzed
+    assert float(found.group(1)) <= EXPOSURE, analyzed
+
+
 @pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="systemd-analyze is not installed")
 def test_the_service_is_understood_by_systemd(tmp_path: Path) -> None:
     unit = tmp_path / UNIT.name
-    unit.write_text(UNIT.read_text().replace(COMMAND, sys.executable))  # it verifies that the command is there
+    text = UNIT.read_text().replace("/usr/lib/hawk-drone/service-hook", sys.executable)
+    unit.write_text(text.replace(COMMAND, sys.executable))  # it verifies that the commands are there
     verified = subprocess.run(
         ["systemd-analyze", "verify", "--man=no", str(unit)], capture_output=True, text=True, timeout=60, check=False
     )

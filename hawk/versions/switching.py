@@ -1,0 +1,127 @@
+"""Puts versions in force: at an upgrade, by a person's rollback, and by itself after starts that failed."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from hawk.versions.guard import UNIT, Refusal, look, systemd_runs
+from hawk.versions.kept import VersionError, Versions
+
+FAILED_STARTS: Final = 3
+"""Starts that fail before a version was ever ready; then the version before is in force again."""
+IN_ORDER: Final = "success"
+"""SERVICE_RESULT of a service that was stopped (systemd.exec(5))."""
+RESTART_S: Final = 120.0
+"""Real seconds for systemd to end the old daemon and start the new one."""
+
+
+class Refused(Exception):  # noqa: N818 - it is no error: the drone may fly
+    """No version may be switched now; the text has the reason and the remedy."""
+
+    def __init__(self, refusal: Refusal) -> None:
+        super().__init__(f"{refusal.reason} {refusal.remedy}")
+
+
+def give_way() -> None:
+    """Give this process the processor when nobody else wants it: the drone may fly."""
+    os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
+
+
+def restart_service() -> None:
+    """Start the service again if it runs. Raises VersionError where systemd cannot do so."""
+    if not systemd_runs():
+        return
+    for command in (["systemctl", "daemon-reload"], ["systemctl", "try-restart", UNIT]):
+        try:
+            done = subprocess.run(command, capture_output=True, text=True, timeout=RESTART_S, check=False)
+        except (OSError, subprocess.TimeoutExpired) as error:
+            raise VersionError(f"`{' '.join(command)}` failed: {error}") from error
+        if done.returncode != 0:
+            reason = done.stderr.strip() or f"status {done.returncode}"
+            raise VersionError(f"`{' '.join(command)}` failed: {reason}; see journalctl --unit={UNIT}")
+
+
+@dataclass(frozen=True, slots=True)
+class Outside:
+    """Everything outside the folder of versions; replaced in tests."""
+
+    look: Callable[[], Refusal | None] = look
+    restart: Callable[[], None] = restart_service
+
+
+def require_ground(outside: Outside) -> None:
+    """Raise Refused while the drone may fly."""
+    refusal = outside.look()
+    if refusal is not None:
+        raise Refused(refusal)
+
+
+def install(versions: Versions, package: Path, version: str, outside: Outside) -> list[str]:
+    """Put the version of the package's files in force; return the versions that were removed.
+
+    The version that was in force stays as the previous one. A daemon that runs is not restarted. When the drone may
+    fly, nothing is changed. Raises Refused, VersionError, OSError.
+    """
+    fresh = versions.prepare(package, version)
+    before = versions.current
+    previous = versions.previous if before in (None, version) else before
+    require_ground(outside)
+    versions.put(fresh, version)
+    versions.switch(version, None if previous == version else previous)
+    return versions.prune()
+
+
+def roll_back(versions: Versions, wanted: str | None, outside: Outside) -> str:
+    """Put the previous version in force, or the wanted one; return its name. Raises Refused, VersionError."""
+    before = versions.current
+    target = wanted or versions.previous
+    if target is None:
+        others = [version for version in versions.kept if version != before]
+        remedy = f"go forward by: hawk-drone rollback {others[-1]}" if others else "install one by apt"
+        raise VersionError(f"no version is kept that was in force before {before or 'this one'}; {remedy}")
+    if target == before:
+        raise VersionError(f"version {target} is in force already")
+    if target not in versions.kept:
+        raise VersionError(f"version {target} is not kept; kept: {', '.join(versions.kept) or 'none'}")
+    require_ground(outside)
+    versions.switch(target, before if wanted else None)
+    outside.restart()
+    return target
+
+
+def note_ready(versions: Versions) -> None:
+    """Note that the daemon of the version in force is ready."""
+    version = versions.current
+    if version is not None and not versions.was_ready(version):
+        versions.note_ready(version)
+
+
+def note_end(versions: Versions, result: str) -> str | None:
+    """Look at an end of the daemon; return what was done about it, None for nothing.
+
+    A version that was ever ready is not left: what ends in flight is no failed start. A version that was left is not
+    gone back to, so two that do not start do not alternate.
+
+    Args:
+        versions: The folder of versions.
+        result: SERVICE_RESULT (systemd.exec(5)).
+    """
+    version = versions.current
+    if version is None or result == IN_ORDER or versions.was_ready(version):
+        return None
+    failures = versions.note_failed_start(version)
+    if failures < FAILED_STARTS:
+        return f"version {version} failed to start ({result}), {failures} of {FAILED_STARTS}"
+    previous = versions.previous
+    if previous is None or versions.has_failed(previous):
+        if failures == FAILED_STARTS:
+            return f"version {version} failed to start {failures} times; no version before it is kept to go back to"
+        return None
+    versions.note_failed(version)
+    versions.switch(previous, None)
+    return f"version {version} failed to start {failures} times; version {previous} is in force again"

@@ -1,0 +1,98 @@
+"""Assemble a virtual environment from wheels, for a path and a processor that need not be this machine's.
+
+``assemble_venv.py --wheels DIR --out DIR --final PATH --arch amd64|arm64``. Nothing is downloaded and nothing of the
+wheels is run, so the environment for ARM64 is assembled on any machine. Its commands start the Python of ``PATH``,
+where the package puts it (`hawk.versions.kept`); the links to Python are made there.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import zipfile
+from pathlib import Path
+from typing import Final
+
+from installer import install
+from installer.destinations import SchemeDictionaryDestination
+from installer.exceptions import InstallerError
+from installer.sources import WheelFile
+
+MACHINES: Final = {"amd64": "x86_64", "arm64": "aarch64"}
+"""Debian's names of processors, and those of wheels."""
+COMMAND: Final = "hawk-drone"
+"""The one command that is kept; those of other packages need what is not installed here."""
+PYTHON: Final = "python3.11"
+SETTINGS: Final = f"""\
+home = /usr/bin
+include-system-site-packages = false
+version = 3.11
+executable = /usr/bin/{PYTHON}
+"""
+
+
+class AssemblyError(Exception):
+    """The wheels do not fit; the text names the one."""
+
+
+def assemble(wheels: Path, out: Path, final: Path, arch: str) -> list[str]:
+    """Install every wheel of a folder; return the file names.
+
+    Args:
+        wheels: Folder of wheels, all dependencies included.
+        out: Folder to make.
+        final: Path that the environment will have.
+        arch: Debian's name of the processor.
+
+    Raises:
+        AssemblyError: A wheel is for another processor, or broken, or the program's own is missing.
+    """
+    found = sorted(wheels.glob("*.whl"))
+    for wheel in found:
+        check_platform(wheel.name, arch)
+    packages = out / "lib" / PYTHON / "site-packages"
+    scheme = {"purelib": packages, "platlib": packages, "headers": out / "include", "scripts": out / "bin", "data": out}
+    destination = SchemeDictionaryDestination(
+        {name: str(path) for name, path in scheme.items()}, interpreter=str(final / "bin" / PYTHON), script_kind="posix"
+    )
+    for wheel in found:
+        try:
+            with WheelFile.open(wheel) as source:
+                install(source, destination, {"INSTALLER": b"hawk-drone\n"})
+        except (InstallerError, zipfile.BadZipFile, OSError, ValueError) as error:
+            raise AssemblyError(f"{wheel.name}: {error}") from error
+    if not (out / "bin" / COMMAND).is_file():
+        raise AssemblyError(f"{wheels}: no wheel brings the command {COMMAND}; is the program's own wheel there?")
+    for script in (out / "bin").iterdir():
+        if script.name != COMMAND:
+            script.unlink()
+    (out / "pyvenv.cfg").write_text(SETTINGS, "ascii")
+    return [wheel.name for wheel in found]
+
+
+def check_platform(name: str, arch: str) -> None:
+    """Raise AssemblyError for a wheel of another processor, by its file name (PEP 427)."""
+    platforms = name.removesuffix(".whl").rpartition("-")[2].split(".")
+    if not any(platform == "any" or platform.endswith(MACHINES[arch]) for platform in platforms):
+        raise AssemblyError(f"{name}: is not for {arch}")
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Assemble; return the exit status."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
+    parser.add_argument("--wheels", type=Path, required=True, metavar="DIR")
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR")
+    parser.add_argument("--final", type=Path, required=True, metavar="PATH")
+    parser.add_argument("--arch", choices=list(MACHINES), required=True)
+    options = parser.parse_args(arguments)
+    try:
+        installed = assemble(options.wheels, options.out, options.final, options.arch)
+    except AssemblyError as error:
+        print(f"assemble_venv: {error}", file=sys.stderr)
+        return 1
+    print(f"{options.out}: {len(installed)} wheels")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

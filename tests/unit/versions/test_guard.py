@@ -1,0 +1,123 @@
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hawk.versions import guard
+from hawk.versions.flight_word import FlightWord, Heard, Word
+from hawk.versions.guard import ARMED, ASKED_S, ENDED_ARMED, SILENT, Refusal, judge, look
+from tests.manual_clock import ManualClock
+
+NOW = 100.0
+GROUND, FLYING = Word(may_fly=False, at_s=NOW), Word(may_fly=True, at_s=NOW)
+OLD, OLD_FLYING = Word(may_fly=False, at_s=NOW - 0.1), Word(may_fly=True, at_s=NOW - 100.0)
+
+
+@pytest.mark.parametrize(
+    ("word", "is_held", "unit_runs", "expected"),
+    [
+        (GROUND, True, True, None),
+        (GROUND, True, False, None),  # started by hand
+        (FLYING, True, True, ARMED),
+        (OLD, True, True, SILENT),
+        (OLD_FLYING, True, True, ARMED),
+        (None, True, True, SILENT),
+        (GROUND, False, True, SILENT),  # it starts, or it never said anything
+        (None, False, True, SILENT),
+        (FLYING, False, True, ENDED_ARMED),
+        (FLYING, False, False, ENDED_ARMED),
+        (GROUND, False, False, None),
+        (OLD, False, False, None),
+        (None, False, False, None),
+    ],
+)
+def test_only_a_daemon_that_says_ground_now_or_does_not_run_lets_a_version_go(
+    word: Word | None, is_held: bool, unit_runs: bool, expected: Refusal | None
+) -> None:
+    assert judge(Heard(word, is_held), NOW, unit_runs=unit_runs) is expected
+
+
+class Waiting:
+    """A clock that sleeping moves."""
+
+    def __init__(self) -> None:
+        self.clock = ManualClock()
+        self.slept = 0.0
+
+    def sleep(self, seconds: float) -> None:
+        self.clock.advance(seconds)
+        self.slept += seconds
+
+
+def test_a_daemon_that_hangs_is_asked_for_seconds_and_counts_as_armed(tmp_path: Path) -> None:
+    waiting = Waiting()
+    word = FlightWord(tmp_path, waiting.clock)
+    word.say(may_fly=False)
+    waiting.clock.advance(0.1)  # it said so a moment ago, and not since it was asked
+    refusal = look(tmp_path, unit_runs=lambda: True, monotonic=waiting.clock, sleep=waiting.sleep)
+    assert refusal is SILENT
+    assert waiting.slept == pytest.approx(ASKED_S, abs=0.2)
+    word.close()
+
+
+def test_a_daemon_that_speaks_again_is_heard(tmp_path: Path) -> None:
+    waiting = Waiting()
+    word = FlightWord(tmp_path, waiting.clock)
+    word.say(may_fly=False)
+    waiting.clock.advance(100.0)
+
+    def sleep(seconds: float) -> None:
+        waiting.sleep(seconds)
+        word.say(may_fly=False)
+
+    assert look(tmp_path, unit_runs=lambda: True, monotonic=waiting.clock, sleep=sleep) is None
+    word.close()
+
+
+def test_an_armed_drone_is_not_waited_for(tmp_path: Path) -> None:
+    waiting = Waiting()
+    word = FlightWord(tmp_path, waiting.clock)
+    word.say(may_fly=True)
+    assert look(tmp_path, unit_runs=lambda: True, monotonic=waiting.clock, sleep=waiting.sleep) is ARMED
+    assert waiting.slept == 0.0
+    word.close()
+
+
+def test_a_word_that_cannot_be_read_is_a_refusal(tmp_path: Path) -> None:
+    (tmp_path / "flight").symlink_to("flight")  # a loop: reading it fails for root too
+    refusal = look(tmp_path, unit_runs=lambda: False)
+    assert refusal is not None
+    assert str(tmp_path) in refusal.reason
+
+
+@pytest.mark.parametrize(
+    ("state", "runs"),
+    [("active\n", True), ("activating\n", True), ("deactivating\n", True), ("inactive\n", False), ("failed\n", False)],
+)
+def test_the_unit_runs_unless_systemd_says_that_it_ended(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, state: str, runs: bool
+) -> None:
+    monkeypatch.setattr(guard, "SYSTEMD_FOLDER", tmp_path)
+    monkeypatch.setattr(
+        "hawk.versions.guard.subprocess.run", lambda *_a, **_k: subprocess.CompletedProcess([], 0, state, "")
+    )
+    assert guard.service_runs() is runs
+
+
+def test_a_systemd_that_does_not_answer_counts_as_a_daemon_that_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def hang(*_arguments: Any, **_named: Any) -> None:
+        raise subprocess.TimeoutExpired("systemctl", 10)
+
+    monkeypatch.setattr(guard, "SYSTEMD_FOLDER", tmp_path)
+    monkeypatch.setattr("hawk.versions.guard.subprocess.run", hang)
+    assert guard.service_runs()
+
+
+def test_without_systemd_no_unit_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(guard, "SYSTEMD_FOLDER", tmp_path / "none")
+    assert not guard.service_runs()
