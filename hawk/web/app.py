@@ -253,8 +253,8 @@ class Page:
 
 def _asset(path: Path) -> Asset:
     kind, _ = mimetypes.guess_type(path.name)
-    kind = {".js": "text/javascript", ".mjs": "text/javascript", ".map": "application/json"}.get(path.suffix, kind)
-    kind = kind or "application/octet-stream"
+    kinds = {".js": "text/javascript", ".mjs": "text/javascript", ".map": "application/json", ".ftl": "text/plain"}
+    kind = kinds.get(path.suffix, kind) or "application/octet-stream"
     if kind.startswith("text/"):
         kind += "; charset=utf-8"
     compressed = path.with_name(path.name + ".br")

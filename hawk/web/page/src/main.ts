@@ -1,6 +1,7 @@
 import { browserTimers, openBrowserSocket, socketUrl } from "./link/socket.ts";
 import { Voice } from "./link/voice.ts";
 import { Operator } from "./state/operator.ts";
+import { PageLanguage } from "./state/page-language.ts";
 import { App } from "./ui/app.ts";
 
 /** How often the page looks at the time while nothing arrives: values must turn old within a second. */
@@ -21,6 +22,25 @@ const operator: Operator = new Operator({
   checkLogin: () => void checkLogin(),
   logOut: () => void logOut(),
 });
+
+const language = new PageLanguage({
+  languages: () => navigator.languages,
+  read: readMessages,
+  changed: (name) => {
+    document.documentElement.lang = name;
+    operator.drawAgain();
+  },
+});
+const followLanguage = (): void => void language.follow(operator.preferences.language);
+operator.addEventListener("change", followLanguage);
+window.addEventListener("languagechange", followLanguage);
+followLanguage();
+
+async function readMessages(file: string): Promise<string> {
+  const answer = await fetch(new URL(file, document.baseURI));
+  if (!answer.ok) throw new Error(`${answer.status} ${answer.statusText}`);
+  return await answer.text();
+}
 
 function logIn(): void {
   location.replace("/login");

@@ -319,6 +319,11 @@ export class Operator extends EventTarget {
     this.changed();
   }
 
+  /** Something that is no part of the model has changed all that is shown. */
+  drawAgain(): void {
+    this.changed();
+  }
+
   /** Looks at the time: values grow old without any message. */
   tick(): void {
     const lost = linkOf(this.view()) === "lost";

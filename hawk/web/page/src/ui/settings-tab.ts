@@ -7,6 +7,7 @@ import type { View } from "../words/view.ts";
 import "./all-settings.ts";
 import { Part } from "./element.ts";
 import "./fence-button.ts";
+import "./language-setting.ts";
 import "./outline-button.ts";
 import "./own-name.ts";
 import "./units-setting.ts";
@@ -44,6 +45,7 @@ export class SettingsTab extends Part {
         </fieldset>
       </section>
       <section><hawk-units .model=${this.model}></hawk-units></section>
+      <section><hawk-language .model=${this.model}></hawk-language></section>
       <section>
         <label class="toggle">
           <input
