@@ -3,6 +3,7 @@ import { Voice } from "./link/voice.ts";
 import { Operator } from "./state/operator.ts";
 import { PageLanguage } from "./state/page-language.ts";
 import { App } from "./ui/app.ts";
+import { say } from "./words/say.ts";
 
 /** How often the page looks at the time while nothing arrives: values must turn old within a second. */
 const TICK_MS = 400;
@@ -54,7 +55,7 @@ async function checkLogin(): Promise<void> {
 async function logOut(): Promise<void> {
   const left = await fetch("/logout", { method: "POST" }).then((answer) => answer.ok || answer.status === 401, () => false);
   if (left) logIn();
-  else operator.tell({ level: "error", text: "Log out: the drone did not answer. Try again." });
+  else operator.tell({ level: "error", text: say("log-out-unanswered") });
 }
 
 for (const app of document.querySelectorAll("hawk-app")) {

@@ -570,8 +570,6 @@ all-checks = All checks
 checks-not-known = not known yet
 checks-all-passed = all { $checks } passed
 checks-some-passed = { $passed } of { $checks } passed
-# $check and $value are the drone's own words.
-check-value = { $check }: { $value }
 remedy-failsafes = Set failsafes
 remedy-kill = Allow arming again
 remedy-fence = Draw the fence
@@ -699,7 +697,7 @@ fence-saved = The fence is saved. The next Arm uploads it.
 fence-not-saved = The fence was not saved.
 fence-not-checked = It could not be checked.
 fence-on-ground-only = The fence is changed on the ground only, with the motors off.
-fence-on-ground-only-kept = The fence is changed on the ground only, with the motors off. What was drawn is kept.
+drawing-kept = What was drawn is kept.
 
 ## Tools while a fence or an outline is drawn, short
 
@@ -804,7 +802,6 @@ set-outline-what = Set the outline
 outline-is-set = The outline is set. The next Explore sees all of it inside the fence.
 outline-is-removed = The outline is removed. The next Explore finds the lot by looking.
 outline-paused = The area to explore is drawn on the ground only, with the motors off.
-outline-paused-kept = The area to explore is drawn on the ground only, with the motors off. What was drawn is kept.
 
 ## Map
 

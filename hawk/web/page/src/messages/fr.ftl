@@ -566,7 +566,6 @@ all-checks = Tous les contrôles
 checks-not-known = pas encore connus
 checks-all-passed = { $checks } sur { $checks } réussis
 checks-some-passed = { $passed } sur { $checks } réussis
-check-value = { $check } : { $value }
 remedy-failsafes = Régler les sécurités
 remedy-kill = Permettre d'armer
 remedy-fence = Tracer la géobarrière
@@ -692,7 +691,7 @@ fence-saved = La géobarrière est enregistrée. Le prochain Armer l'envoie.
 fence-not-saved = La géobarrière n'est pas enregistrée.
 fence-not-checked = Le contrôle n'a pas pu se faire.
 fence-on-ground-only = La géobarrière se modifie au sol seulement, moteurs arrêtés.
-fence-on-ground-only-kept = La géobarrière se modifie au sol seulement, moteurs arrêtés. Le tracé est gardé.
+drawing-kept = Le tracé est gardé.
 
 ## Outils de tracé
 
@@ -796,7 +795,6 @@ set-outline-what = Définir le contour
 outline-is-set = Le contour est défini. Le prochain Explorer le voit tout entier dans la géobarrière.
 outline-is-removed = Le contour est supprimé. Le prochain Explorer cherche lui-même le parking.
 outline-paused = L'aire à explorer se trace au sol seulement, moteurs arrêtés.
-outline-paused-kept = L'aire à explorer se trace au sol seulement, moteurs arrêtés. Le tracé est gardé.
 
 ## Carte
 

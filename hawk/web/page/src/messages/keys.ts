@@ -366,7 +366,6 @@ export interface Messages {
   "checks-not-known": Record<string, never>;
   "checks-all-passed": { checks: string | number };
   "checks-some-passed": { passed: string | number; checks: string | number };
-  "check-value": { check: string | number; value: string | number };
   "remedy-failsafes": Record<string, never>;
   "remedy-kill": Record<string, never>;
   "remedy-fence": Record<string, never>;
@@ -430,7 +429,7 @@ export interface Messages {
   "fence-not-saved": Record<string, never>;
   "fence-not-checked": Record<string, never>;
   "fence-on-ground-only": Record<string, never>;
-  "fence-on-ground-only-kept": Record<string, never>;
+  "drawing-kept": Record<string, never>;
   "fence-tools": Record<string, never>;
   "outline-tools": Record<string, never>;
   "fence-file": Record<string, never>;
@@ -491,7 +490,6 @@ export interface Messages {
   "outline-is-set": Record<string, never>;
   "outline-is-removed": Record<string, never>;
   "outline-paused": Record<string, never>;
-  "outline-paused-kept": Record<string, never>;
   "map": Record<string, never>;
   "map-of-lot": Record<string, never>;
   "zoom-in": Record<string, never>;

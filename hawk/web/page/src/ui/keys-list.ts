@@ -1,19 +1,19 @@
 import { html, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
-import { KEYS, OTHER_KEYS } from "../words/keys.ts";
+import { keyRows } from "../words/keys.ts";
+import { say } from "../words/say.ts";
 import { Part } from "./element.ts";
 
 /** The keys that the page knows. */
 @customElement("hawk-keys")
 export class KeysList extends Part {
   override render(): TemplateResult {
-    const rows = [...KEYS.map(({ key, label }) => [key.toUpperCase(), label]), ...OTHER_KEYS];
-    return html`<div class="scroll keylist" tabindex="0" role="region" aria-label="All keys">
-      <h2>Keys</h2>
+    return html`<div class="scroll keylist" tabindex="0" role="region" aria-label=${say("all-keys")}>
+      <h2>${say("keys")}</h2>
       <dl>
-        ${rows.map(([key, label]) => html`<div><dt><kbd>${key}</kbd></dt><dd>${label}</dd></div>`)}
+        ${keyRows().map(([key, label]) => html`<div><dt><kbd>${key}</kbd></dt><dd>${label}</dd></div>`)}
       </dl>
-      <p class="sub">Off while you type.</p>
+      <p class="sub">${say("keys-note")}</p>
     </div>`;
   }
 }

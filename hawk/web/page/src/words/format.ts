@@ -92,10 +92,6 @@ export function bytes(size: number): string {
   return say("file-size", { unit: units[power - 1] ?? "GB", value: number(value, value < 10 ? 1 : 0) });
 }
 
-export function count(value: number, one: string, many: string): string {
-  return `${value} ${value === 1 ? one : many}`;
-}
-
 /** Time of day where this page is, from UTC in ISO 8601 or milliseconds. */
 export function clock(time: string | number): string {
   const date = new Date(time);

@@ -48,6 +48,11 @@ export function pointer(touch: boolean): "finger" | "mouse" {
   return touch ? "finger" : "mouse";
 }
 
+/** Whole sentences, one after the other; those that are empty are left out. */
+export function sentences(...parts: string[]): string {
+  return parts.filter((part) => part !== "").join(" ");
+}
+
 /** A word that stands alone, with a large first letter. */
 export function capital(word: string): string {
   return word.charAt(0).toLocaleUpperCase(spoken.name) + word.slice(1);
