@@ -32,7 +32,7 @@ export function language(): LanguageName {
   return spoken.name;
 }
 
-/** A number in the digits of the language, with at most so many decimals and at least so many zeros; never a zero below 0. */
+/** A number in the digits of the language, with at most `decimals` and at least `least` of them; never a zero below 0. */
 export function number(value: number, decimals = 0, least = decimals): string {
   const rounded = Number(value.toFixed(decimals));
   return numberFormat(least, decimals).format(rounded === 0 ? 0 : rounded);
