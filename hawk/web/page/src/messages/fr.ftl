@@ -11,7 +11,7 @@
 ###   explore, survey     explorer (exploration), relevé
 ###   resume              reprendre (après un vol à la radiocommande)
 ###   cut the motors      couper les moteurs
-###   control             les commandes : avoir, demander, prendre, rendre les commandes
+###   control             les commandes : avoir, demander, prendre, donner ; sur un bouton court, rendre la main
 ###   operator, viewer    opérateur, observateur
 ###   lot, stall          parking, place (libre, occupée, incertaine)
 ###   fence, zone         géobarrière, zone d'exclusion
@@ -145,7 +145,7 @@ on-the-ground = Au sol
 not-possible = Impossible ici
 not-in-control = Pas aux commandes
 you-are-viewer = Vous êtes observateur
-not-known-yet = Pas encore connu
+not-known-yet = Rien de reçu encore
 
 ## Qui a les commandes
 
@@ -168,7 +168,7 @@ keep = Garder
 give-control = Donner les commandes
 keep-control = Garder les commandes
 give-back = Rendre
-give-back-control = Rendre les commandes
+give-back-control = Rendre la main
 you-have-control = Vous commandez
 nobody-has-control = Personne ne commande
 operator-lost = Opérateur perdu
@@ -284,6 +284,7 @@ state-move = Déplacement
 state-home = Retour au départ
 state-land = Atterrissage
 state-operator-lost = Opérateur perdu
+state-free = Sans opérateur
 state-manual = Vol manuel
 not-connected = Non connecté
 waiting-for-drone = En attente du drone
@@ -396,6 +397,9 @@ continue-survey = Poursuivre le relevé
 free = libre
 taken = occupée
 unknown = incertaine
+legend-free = libres
+legend-taken = occupées
+legend-unknown = incertaines
 stalls = Places
 unclear-probably-free = incertaine, sans doute libre
 unclear-probably-taken = incertaine, sans doute occupée
@@ -883,7 +887,7 @@ waiting-for-camera = En attente de la caméra
 messages = Messages
 nothing-happened = Rien ne s'est encore passé.
 no-message-like-this = Aucun message ne correspond.
-search-messages = Chercher un message
+search-messages = Chercher
 warnings = Alertes
 save = Enregistrer
 details = Détails

@@ -166,6 +166,7 @@ export interface Messages {
   "state-home": Record<string, never>;
   "state-land": Record<string, never>;
   "state-operator-lost": Record<string, never>;
+  "state-free": Record<string, never>;
   "state-manual": Record<string, never>;
   "not-connected": Record<string, never>;
   "waiting-for-drone": Record<string, never>;
@@ -254,6 +255,9 @@ export interface Messages {
   "free": Record<string, never>;
   "taken": Record<string, never>;
   "unknown": Record<string, never>;
+  "legend-free": Record<string, never>;
+  "legend-taken": Record<string, never>;
+  "legend-unknown": Record<string, never>;
   "stalls": Record<string, never>;
   "unclear-probably-free": Record<string, never>;
   "unclear-probably-taken": Record<string, never>;

@@ -4,7 +4,6 @@ import type { StallState } from "../state/map-store.ts";
 import { isFlying } from "../state/flight.ts";
 import * as format from "../words/format.ts";
 import { number, say } from "../words/say.ts";
-import { stallWords } from "../words/stall.ts";
 import { linkOf, type View } from "../words/view.ts";
 import { seenPercent } from "../words/glance.ts";
 import { Part } from "./element.ts";
@@ -39,7 +38,7 @@ export function stallCount(view: View): number {
 function count(state: StallState, stalls: number): TemplateResult {
   return html`<div class="ct" data-count=${state}>
     ${swatch(state)}
-    <div><b>${number(stalls)}</b><span class="sub">${stallWords(state)}</span></div>
+    <div><b>${number(stalls)}</b><span class="sub">${say(`legend-${state}`)}</span></div>
   </div>`;
 }
 

@@ -84,7 +84,7 @@ function grounded(view: View, heartbeat: Heartbeat): StateWords {
 function active(view: View, heartbeat: Heartbeat): StateWords {
   const tone = toned(view, heartbeat, "fine");
   const armed = heartbeat.State === "Arm" && heartbeat.Armed === true;
-  const title = armed ? say("state-armed") : isGivenBack(heartbeat) ? say("nobody-has-control") : stateTitle(heartbeat.State);
+  const title = armed ? say("state-armed") : isGivenBack(heartbeat) ? say("state-free") : stateTitle(heartbeat.State);
   const seen = seenPercent(heartbeat);
   if (heartbeat.State !== "Autonomous Explore" || seen === null) return same(tone, title, `${heartbeat.Detail}${oldPicture(view)}`);
   const percent = format.percent(seen);
