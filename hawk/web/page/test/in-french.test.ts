@@ -30,6 +30,7 @@ import { OwnName } from "../src/ui/own-name.ts";
 import { SettingsTab } from "../src/ui/settings-tab.ts";
 import { StallCard } from "../src/ui/stall-card.ts";
 import { StallsTab } from "../src/ui/stalls-tab.ts";
+import { say } from "../src/words/say.ts";
 import { FakeServer, settle } from "./fakes.ts";
 import { inFrench } from "./french.ts";
 import { CIRCLE, impossible, mapUpdate, possible, stall, welcome } from "./make.ts";
@@ -275,6 +276,23 @@ describe("in French", () => {
     labels[2]?.querySelector("input")?.dispatchEvent(new Event("change"));
     assert.deepEqual(rig.operator.preferences, { ...STANDARD, language: "fr" });
   });
+});
+
+describe("a name that is read aloud", () => {
+  const NAMED = [
+    ["tool-remove", "tool-remove-aloud"],
+    ["tool-close", "close-ring"],
+    ["tool-zone", "tool-zone-aloud"],
+    ["tool-hole", "tool-hole-aloud"],
+    ["put-aside", "put-aside-label"],
+    ["last-outline", "last-outline-label"],
+    ["remove", "remove-outline"],
+  ] as const;
+
+  it("begins with the words on the button, for those who speak to their computer", () =>
+    inFrench(() => {
+      for (const [shown, aloud] of NAMED) assert.ok(say(aloud).startsWith(say(shown)), say(aloud));
+    }));
 });
 
 describe("the sources", () => {
