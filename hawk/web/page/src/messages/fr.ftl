@@ -297,7 +297,7 @@ cutting-motors-text = Envoyée jusqu'à l'arrêt des moteurs
 cut-not-confirmed = Coupure non confirmée
 cut-not-confirmed-text = Les moteurs tournent peut-être encore
 motors-cut = Moteurs coupés
-motors-cut-text = À lever pour armer de nouveau
+motors-cut-text = Levez la coupure pour armer de nouveau
 fix-to-arm =
     { $checks ->
         [one] { $checks } contrôle échoué. Corrigez-le pour armer.
@@ -571,7 +571,7 @@ checks-not-known = pas encore connus
 checks-all-passed = { $checks } sur { $checks } réussis
 checks-some-passed = { $passed } sur { $checks } réussis
 remedy-failsafes = Régler les sécurités
-remedy-kill = Permettre d'armer
+remedy-kill = Autoriser l'armement
 remedy-fence = Tracer la géobarrière
 show-checks = Voir les contrôles
 
@@ -653,14 +653,14 @@ draw-fence-few =
     }
 draw-close =
     { $pointer ->
-        [finger] { $corners } sommets posés. Touchez de nouveau le premier, ou Fermer.
-       *[mouse] { $corners } sommets posés. Cliquez de nouveau le premier, ou Fermer.
+        [finger] { $corners } sommets posés. Touchez de nouveau le premier, ou le bouton Fermer.
+       *[mouse] { $corners } sommets posés. Cliquez de nouveau le premier, ou le bouton Fermer.
     }
 draw-zone = Tracez une zone où le drone n'entre pas
 draw-zone-begin =
     { $pointer ->
-        [finger] Touchez ses sommets, dans la géobarrière. Zone de nouveau l'abandonne.
-       *[mouse] Cliquez ses sommets, dans la géobarrière. Zone de nouveau l'abandonne.
+        [finger] Touchez ses sommets, dans la géobarrière. Le bouton Zone l'abandonne.
+       *[mouse] Cliquez ses sommets, dans la géobarrière. Le bouton Zone l'abandonne.
     }
 draw-zone-few =
     { $corners ->
@@ -775,8 +775,8 @@ draw-area-begin =
     }
 draw-hole-begin =
     { $pointer ->
-        [finger] Touchez ses sommets sur la carte, l'un après l'autre. Trou de nouveau l'abandonne.
-       *[mouse] Cliquez ses sommets sur la carte, l'un après l'autre. Trou de nouveau l'abandonne.
+        [finger] Touchez ses sommets sur la carte, l'un après l'autre. Le bouton Trou l'abandonne.
+       *[mouse] Cliquez ses sommets sur la carte, l'un après l'autre. Le bouton Trou l'abandonne.
     }
 draw-ring-few =
     { $corners ->
@@ -956,7 +956,7 @@ key-survey = Voir le relevé
 key-keys = Afficher ces touches
 key-escape = Quitter la question
 key-tab = Au bouton suivant
-key-enter = L'appuyer ; maintenu sur une glissière : la glisser
+key-enter = L'appuyer ; maintenue sur une glissière : la glisser
 escape-key = Échap
 tab-key = Tab
 enter-key = Entrée
