@@ -41,7 +41,7 @@ from hawk.algo.vision.seen import Seen
 from hawk.model import TILE_M, CameraModel, DesiredPose, HeightParameters, MapPoint, MapPose, OccupancyMap, StateName
 from hawk.store.journal import FlightJournal
 from hawk.web.clients import ClientView
-from hawk.web.sessions import ControlView
+from hawk.web.session import ControlView
 
 STAGES: Final = (1.0, 10.0, 30.0, 100.0)
 FRAMES: Final = 160

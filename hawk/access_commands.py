@@ -20,7 +20,7 @@ def add_access_commands(commands: Any) -> None:
     """Add both commands to the subparsers of the command line."""
     tokens = commands.add_parser("tokens", help="make a new token for a role: the old one and its logins end")
     tokens.add_argument("work", choices=("rotate",), help="make a new token and print it once")
-    tokens.add_argument("role", choices=[role.value for role in Role])
+    tokens.add_argument("role", choices=[role.value for role in Role], help="the role that proves itself by it")
     tokens.set_defaults(action_of=_rotate)
     certificate = commands.add_parser("make-certificate", help="make a self-signed certificate for the page (HTTPS)")
     certificate.add_argument(

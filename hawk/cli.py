@@ -11,6 +11,8 @@ from importlib.metadata import version
 from pathlib import Path
 
 from hawk.access_commands import COMMANDS, add_access_commands
+from hawk.background.commands import COMMAND as MAKE_BACKGROUND
+from hawk.background.commands import add_background_command
 from hawk.check.commands import CHECK_COMMANDS, add_check_commands
 from hawk.config import ConfigError
 from hawk.option_settings import load_settings
@@ -27,6 +29,8 @@ from hawk.simulation import (
 
 EXIT_USAGE = 2
 """Exit status for wrong options and wrong settings, as argparse has it."""
+NAMES = {"run", "survey", "film", *COMMANDS, *CHECK_COMMANDS, MAKE_BACKGROUND, "-h", "--help", "--version"}
+"""First words of a command line that are no option of ``run``."""
 EXIT_FAILED = 1
 """Exit status when the simulation could not start."""
 EXIT_S = 5.0
@@ -37,7 +41,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return the exit status."""
     given = list(sys.argv[1:] if arguments is None else arguments)
     parser = make_parser()
-    if not given or given[0] not in {"run", "survey", "film", *COMMANDS, *CHECK_COMMANDS, "-h", "--help", "--version"}:
+    if not given or given[0] not in {
+        "run",
+        "survey",
+        "film",
+        *COMMANDS,
+        *CHECK_COMMANDS,
+        MAKE_BACKGROUND,
+        "-h",
+        "--help",
+        "--version",
+    }:
         given.insert(0, "run")
     options = parser.parse_args(given)
     try:
@@ -70,6 +84,7 @@ def make_parser() -> argparse.ArgumentParser:
     film.add_argument("film", type=Path, metavar="FILM", help="the file to write (.avi)")
     add_access_commands(commands)
     add_check_commands(commands)
+    add_background_command(commands)
     return parser
 
 

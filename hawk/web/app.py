@@ -6,24 +6,21 @@ The page is served from memory: nothing is read while the drone flies, and no fi
 from __future__ import annotations
 
 import asyncio
-import gzip
-import hashlib
 import logging
-import mimetypes
-import re
 from collections.abc import AsyncIterator
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 from urllib.parse import quote
 
-from aiohttp import WSCloseCode, hdrs, web
+from aiohttp import WSCloseCode, web
 
 from hawk.web import api, background, downloads, video
 from hawk.web.access import BOOK, OPEN
 from hawk.web.access_keeper import KEEPER, keep_access
 from hawk.web.access_setup import make_access
 from hawk.web.admission import Admission
+from hawk.web.assets import Asset, make_asset, page_asset
+from hawk.web.documentation import Documentation
 from hawk.web.door import DOOR, Door, Places, attend, descriptor_limit
 from hawk.web.guesses import GUESSES, TokenGuesses
 from hawk.web.listener import Listener
@@ -43,9 +40,6 @@ SHUTDOWN_S: Final = 1.0
 REQUEST_LIMIT_BYTES: Final = 64 * 1024
 PAGE_DIRECTORY: Final = Path(__file__).parent / "static"
 INDEX: Final = "index.html"
-WORTH_COMPRESSING: Final = re.compile(r"text/.*|application/(javascript|json|manifest\+json)|image/svg\+xml")
-HASHED: Final = re.compile(r"[-.][A-Za-z0-9_-]{8,}\.\w+$")
-"""Bundlers name files by their content, so such a file never changes."""
 
 NOT_BUILT: Final = """<!doctype html>
 <html lang="en"><meta charset="utf-8"><title>hawk: the page is not built</title>
@@ -58,7 +52,7 @@ NOT_BUILT: Final = """<!doctype html>
 """
 
 
-def create_app(services: WebServices, page: Page) -> web.Application:
+def create_app(services: WebServices, page: Page, documentation: Documentation | None = None) -> web.Application:
     """Return the application. Raises InsecureBindingError off loopback without a token, TokensError."""
     guesses = TokenGuesses(services.monotonic)
     book, keeper = make_access(services)
@@ -88,6 +82,7 @@ def create_app(services: WebServices, page: Page) -> web.Application:
     downloads.add_routes(app)
     login_page.add_routes(app)
     background.add_routes(app)
+    (documentation or Documentation.load()).add_routes(app)
     app.router.add_get("/{path:.*}", page.handle)
     return app
 
@@ -192,37 +187,6 @@ async def _close_sockets(app: web.Application) -> None:
     await asyncio.gather(*closing, return_exceptions=True)
 
 
-@dataclass(frozen=True, slots=True)
-class Asset:
-    """A file of the page in each of its encodings ("identity", "gzip", "br")."""
-
-    content_type: str
-    etag: str
-    immutable: bool
-    encodings: dict[str, bytes] = field(repr=False)
-
-    def response(self, request: web.Request) -> web.Response:
-        """Return the answer to a request: 304 when the browser has the file."""
-        headers = {
-            hdrs.ETAG: self.etag,
-            hdrs.VARY: hdrs.ACCEPT_ENCODING,
-            hdrs.CACHE_CONTROL: "public, max-age=31536000, immutable" if self.immutable else "no-cache",
-        }
-        if self.etag in request.headers.get(hdrs.IF_NONE_MATCH, ""):
-            return web.Response(status=304, headers=headers)
-        encoding = self._choose(request.headers.get(hdrs.ACCEPT_ENCODING, ""))
-        if encoding != "identity":
-            headers[hdrs.CONTENT_ENCODING] = encoding
-        headers[hdrs.CONTENT_TYPE] = self.content_type
-        return web.Response(body=self.encodings[encoding], headers=headers)
-
-    def _choose(self, accepted: str) -> str:
-        for encoding in ("br", "gzip"):
-            if encoding in self.encodings and re.search(rf"\b{encoding}\b(?!\s*;\s*q=0(\.0*)?\s*(,|$))", accepted):
-                return encoding
-        return "identity"
-
-
 class Page:
     """All files of the built page by path."""
 
@@ -233,9 +197,9 @@ class Page:
     def load(cls, directory: Path = PAGE_DIRECTORY) -> Page:
         """Read the page (before the loop runs); without a built page, a note on how to build it."""
         files = sorted(p for p in directory.rglob("*") if p.is_file() and p.suffix not in (".br", ".gz"))
-        assets = {path.relative_to(directory).as_posix(): _asset(path) for path in files}
+        assets = {path.relative_to(directory).as_posix(): page_asset(path) for path in files}
         if INDEX not in assets:
-            assets = {INDEX: _make("text/html; charset=utf-8", NOT_BUILT.encode(), immutable=False, br=None)}
+            assets = {INDEX: make_asset("text/html; charset=utf-8", NOT_BUILT.encode())}
         return cls(assets)
 
     @property
@@ -249,23 +213,3 @@ class Page:
         if asset is None:
             raise web.HTTPNotFound(text="There is nothing at this address.")
         return asset.response(request)
-
-
-def _asset(path: Path) -> Asset:
-    kind, _ = mimetypes.guess_type(path.name)
-    kinds = {".js": "text/javascript", ".mjs": "text/javascript", ".map": "application/json", ".ftl": "text/plain"}
-    kind = kinds.get(path.suffix, kind) or "application/octet-stream"
-    if kind.startswith("text/"):
-        kind += "; charset=utf-8"
-    compressed = path.with_name(path.name + ".br")
-    br = compressed.read_bytes() if compressed.is_file() else None
-    return _make(kind, path.read_bytes(), immutable=HASHED.search(path.name) is not None, br=br)
-
-
-def _make(content_type: str, body: bytes, *, immutable: bool, br: bytes | None) -> Asset:
-    encodings = {"identity": body}
-    if WORTH_COMPRESSING.match(content_type):
-        encodings["gzip"] = gzip.compress(body, 9, mtime=0)
-        if br is not None:
-            encodings["br"] = br
-    return Asset(content_type, f'"{hashlib.sha256(body).hexdigest()[:32]}"', immutable, encodings)

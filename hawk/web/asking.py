@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import Final
 from weakref import WeakKeyDictionary
 
-if TYPE_CHECKING:
-    from hawk.web.sessions import Session
+from hawk.web.session import Session
 
 ANSWER_S: Final = 20.0
 """Seconds without an answer, and without a command of the one in control, after which the asker may take control."""

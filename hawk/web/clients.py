@@ -11,7 +11,7 @@ from typing import Final
 from hawk.comm.status import ClientHeartbeat, ClientId, DroneStatus, FenceSetup, LogEntry, OutlineSetup, Point
 from hawk.model import OccupancyMap
 from hawk.web.map_view import MapView
-from hawk.web.sessions import ControlView
+from hawk.web.session import ControlView
 
 OUTBOX_LIMIT: Final = 64
 """Answers that wait for one client; a client that reads none of them is disconnected."""

@@ -32,6 +32,10 @@ HSTS_S: Final = 30 * 86_400
 """Seconds for which a browser asks this host by HTTPS only, once it saw a certificate of an authority."""
 
 
+DOCS: Final = "/docs"
+"""Address of the documentation: a browser without a login is shown the login page there, as at the page's."""
+
+
 class InsecureBindingError(Exception):
     """The address can be reached by others and there is no operator's token."""
 
@@ -95,7 +99,7 @@ class RequestCheck:
         try:
             return self._admission.admit(request)
         except (web.HTTPUnauthorized, web.HTTPTooManyRequests) as refusal:
-            is_page = request.method == hdrs.METH_GET and request.path == "/"
+            is_page = request.method == hdrs.METH_GET and (request.path == "/" or request.path.startswith(DOCS))
             if not is_page or "text/html" not in request.headers.get(hdrs.ACCEPT, ""):
                 raise
             message = WRONG if request.query.get(TOKEN_PARAMETER) else ""

@@ -7,11 +7,9 @@ from __future__ import annotations
 
 import hmac
 import logging
-import math
 import re
 import secrets
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import Final
 
 from hawk.comm.authority import SOMEONE_ELSE, Role, Tenure
@@ -19,6 +17,7 @@ from hawk.comm.names import distinct
 from hawk.comm.status import ClientId
 from hawk.config import OperatorSettings
 from hawk.web.asking import Asking
+from hawk.web.session import ControlView, Session
 
 LOG = logging.getLogger(__name__)
 
@@ -30,45 +29,6 @@ LONGEST_FLIGHT_S: Final = 3600.0
 """Seconds after its last sign of life for which a lost session keeps its login whatever its age: a flight is over by
 then."""
 _SECRET: Final = re.compile(r"[A-Za-z0-9_-]{43}")
-
-
-@dataclass(slots=True, eq=False, weakref_slot=True)
-class Session:
-    """``name`` is shown to everyone; ``secret`` is the cookie and known to its owner only."""
-
-    name: str
-    secret: str = field(repr=False)
-    role: Role = Role.OPERATOR
-    number: str = ""
-    """The name of those who give none."""
-    given: str = ""
-    """The name that was given; ``name`` may have a number behind it."""
-    renamed: float = -math.inf
-    last_sign: float = -math.inf
-    connections: int = 0
-    successor: Session | None = field(default=None, repr=False)
-    """The session that took control while this one was lost."""
-
-
-@dataclass(frozen=True, slots=True)
-class ControlView:
-    """Control as one client sees it.
-
-    ``controller`` is the name of the session that has control, ``taken_by`` of the one that took it from this client's
-    session while that was lost and has it still.
-    """
-
-    controller: str | None = None
-    in_control: bool = False
-    controller_lost: bool = False
-    taken_by: str | None = None
-    name: str = ""
-    """Of this client's session."""
-    asked_by: str | None = None
-    free_in: float | None = None
-    """Seconds until the session that asks may take control."""
-    kept: bool = False
-    """This client's session asked, and control was kept."""
 
 
 class ControlDesk:

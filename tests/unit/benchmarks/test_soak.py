@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
-from benchmarks.figures import Figure
+from benchmarks.figures import BenchmarkError, Figure
 from benchmarks.soak import (
     COUNTS,
     LEAST_MIN,
@@ -17,9 +17,11 @@ from benchmarks.soak import (
     after_warm_up,
     ended_by_hand,
     figures,
+    floor,
     growth,
     make_parser,
     problem,
+    read_lines,
     read_metrics,
     slope,
 )
@@ -63,6 +65,45 @@ def test_memory_and_heap_may_grow_by_one_per_cent_an_hour(per_hour: float, passe
 def test_a_leak_of_two_a_minute_is_found(name: str) -> None:
     found = by_key(run(120, **{name: lambda minute: 20.0 + 2 * minute}))
     assert found[f"soak_{name}_growth"].passed is False
+
+
+def test_the_heap_of_a_drone_in_flight_is_no_growth_and_does_not_hide_one() -> None:
+    """Two of three samples are taken in flight, later ones ever oftener."""
+
+    def in_flight(minute: float) -> float:
+        return 1.5 * (int(minute * 7) % 3 > 0) * (1 + minute / 60)
+
+    assert by_key(run(120, heap=lambda m: 5.0 + in_flight(m)))["soak_heap_slope"].passed is True
+    leaking = by_key(run(120, heap=lambda m: 5.0 * (1 + 0.012 * (m - 75) / 60) + in_flight(m)))
+    assert leaking["soak_heap_slope"].passed is False
+
+
+def test_of_each_five_minutes_the_least_heap_counts() -> None:
+    heaps = [9, 8, 5, 8, 9, 9, 4, 9, 9, 9, 1]
+    assert [sample.heap_mb for sample in floor(run(10, heap=lambda m: float(heaps[int(m)])))] == [5.0, 4.0]
+    assert floor([]) == []
+
+
+def test_what_a_run_has_printed_can_be_judged_again() -> None:
+    lines = [
+        "minute  memory   heap  tasks  threads  files  sockets  queued  flights",
+        "   0.0   183.7   2.63     27       12     24       16       0    0 + 0 failed",
+        "  61.0   284.5  14.30     28       14     25       16      18  101 + 2 failed",
+        "soak: VOID: nothing of this is a sample",
+    ]
+    samples, flights = read_lines("\n".join(lines))
+    assert samples[1] == Sample(61.0, 284.5, 14.3, dict(zip(COUNTS, (28.0, 14.0, 25.0, 16.0, 18.0), strict=True)))
+    assert [sample.minute for sample in samples] == [0.0, 61.0]
+    assert (flights.finished, flights.failed) == (101, ["2 flights failed"])
+    with pytest.raises(BenchmarkError, match="no line of a soak"):
+        read_lines("minute  memory")
+
+
+def test_a_thread_that_is_left_is_found_and_one_that_is_there_for_a_moment_is_not() -> None:
+    passing = by_key(run(120, threads=lambda m: 14.0 + (m in (100, 110))))
+    assert passing["soak_threads_growth"].value == 0.0
+    left = by_key(run(120, threads=lambda m: 14.0 + (m > 75)))
+    assert left["soak_threads_growth"].passed is False
 
 
 def test_a_short_run_is_not_judged() -> None:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hawk.comm.estimator import LEAP_M, LeapWatch
 from hawk.comm.frames import EkfPosition
 from hawk.comm.streams import wanted_streams
-from tests.unit.comm.test_telemetry import IN_AIR, Rig
+from tests.unit.comm.telemetry_rig import IN_AIR, Rig
 
 GLITCHING = 33599
 """Flags of a real ArduCopter while it refuses a GPS that is 25 m off."""

@@ -10,7 +10,7 @@ import pytest
 from hawk.comm.remote_control import RemoteControl, RemoteControlReports
 from hawk.comm.topic import Topic
 from tests.manual_clock import ManualClock
-from tests.unit.comm.test_telemetry import Rig
+from tests.unit.comm.telemetry_rig import Rig
 
 RECEIVER = 1 << 16
 

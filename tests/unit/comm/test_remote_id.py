@@ -26,7 +26,7 @@ from hawk.config import RemoteIdSettings
 from hawk.model import ArmPlace, GlobalPose, VehiclePose, VehicleState
 from hawk.supervision import Supervisor
 from tests.manual_clock import ManualClock
-from tests.unit.comm.test_telemetry import Rig
+from tests.unit.comm.telemetry_rig import Rig
 
 UTC = EPOCH + 250_000_000.5
 HERE = GlobalPose(60.1699, 24.9384, 12.0)

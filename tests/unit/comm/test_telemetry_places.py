@@ -1,4 +1,4 @@
-"""What a place is made of: which messages it needs, how old they may be, how a leap moves it, and its numbers."""
+"""A place as telemetry makes it: which messages it needs, how old they may be, how a leap moves it, and its numbers."""
 
 from __future__ import annotations
 

@@ -501,3 +501,20 @@ def test_only_what_is_wrong_is_written_and_other_options_are_kept() -> None:
     assert wanted_values(SAFE | {"FS_OPTIONS": 3.0}, 245) == {"FS_OPTIONS": 19.0}
     assert wanted_values(SAFE | {"SYSID_MYGCS": 255.0}, 245) == {"SYSID_MYGCS": 245.0}
     assert wanted_values(SAFE | {"FS_GCS_ENABLE": 0.0}, 245) == {"FS_GCS_ENABLE": 1.0}
+
+
+def test_options_that_were_not_read_are_taken_for_none() -> None:
+    unread = {name: value for name, value in SAFE.items() if name != "FS_OPTIONS"}
+    assert wanted_values(unread, 245) == {"FS_OPTIONS": 16.0}
+
+
+@pytest.mark.parametrize("highest", [None, 0.0])
+def test_a_station_without_a_range_is_named_alone(highest: float | None) -> None:
+    values = SAFE_47 | {"MAV_GCS_SYSID": 0.0, "MAV_GCS_SYSID_HI": highest}
+    assert check_failsafes(values, VIEW)[0].value == "watches station 0, this is 245"
+
+
+def test_a_return_altitude_in_centimetres_is_given_in_metres() -> None:
+    assert return_altitude({"RTL_ALT": 1500.0}) == 15.0
+    assert return_altitude({"RTL_ALT_M": 12.0, "RTL_ALT": 1500.0}) == 12.0
+    assert return_altitude({}) is None

@@ -47,7 +47,7 @@ from tests.unit.ddc.by_facts import (
     without_operator,
     without_pose,
 )
-from tests.unit.ddc.written_facts import SETTINGS, flying, of_kind
+from tests.unit.ddc.written_facts import DATUM, SETTINGS, flying, of_kind
 
 # -- Configure ---------------------------------------------------------------------------------------------------------
 
@@ -265,3 +265,42 @@ def test_a_take_off_that_stays_on_the_ground_ends_after_eight_seconds() -> None:
     assert late.transition == ToArm(armed=True, reason="It did not take off.")
     off = state.transition_next_state(answered(standing(8.05), pending))
     assert off.transition == ToIdle("It did not take off.")
+
+
+def test_arming_that_takes_too_long_says_why_guided_was_refused_or_what_the_link_says() -> None:
+    state = made(ToArm())
+    state.enter(standing(0.0))
+    fence = ("upload fence", 0.0, "done")
+    state.process(answered(standing(1.0, mode=CopterMode.LOITER), fence))
+    refused = answered(standing(1.1, mode=CopterMode.LOITER), fence, ("mode GUIDED", 1.0, "failed"), words="no GPS")
+    state.process(refused)
+    late = state.transition_next_state(replace(refused, now=20.05))
+    assert late.transition == ToIdle("Arming took too long. no GPS", gave_up_arming=True)
+    silent = made(ToArm())
+    silent.enter(standing(0.0))
+    waiting = answered(standing(20.05), ("upload fence", 0.0, "pending"))
+    waiting = replace(waiting, link=replace(waiting.link, words="Compass not healthy"))
+    step = silent.transition_next_state(waiting)
+    assert step.transition == ToIdle("Arming took too long. Compass not healthy", gave_up_arming=True)
+
+
+def test_the_fence_lies_about_the_drone_on_the_map_of_the_datum() -> None:
+    facts = standing(0.0)
+    datum = replace(DATUM, latitude=DATUM.latitude - 0.001)
+    facts = replace(facts, position=replace(facts.position, datum=datum))
+    ((upload,),) = [requests(made(ToArm()).enter(facts))]
+    assert isinstance(upload, UploadFence)
+    norths = [north for north, _ in upload.fence.polygon]
+    assert (min(norths) + max(norths)) / 2 == pytest.approx(111.1, abs=1.0), "the drone stands 0.001 degrees north"
+
+
+@pytest.mark.parametrize(("controller", "words"), [("Ana", "Ana"), ("", "the operator")])
+def test_whoever_stops_arming_or_armed_is_named(controller: str, words: str) -> None:
+    facts = standing(0.1)
+    facts = replace(facts, operator=replace(facts.operator, controller=controller))
+    step = made(ToArm()).transition_next_state(facts, Disarm())
+    assert step.transition == ToIdle(f"Arming was stopped by {words}.", gave_up_arming=True)
+    state = made(ToArm(checks=3, by=controller))
+    state.enter(standing(0.0))
+    state.process(answered(standing(1.0), ("upload fence", 0.0, "done")))
+    assert texts(state.process(standing(1.1, armed=True))) == [f"Armed by {words}. 3 checks passed."]

@@ -195,16 +195,16 @@ def test_a_drone_that_drifts_outside_is_led_to_another_place_that_is_nearer_by_m
     assert led_to(holding).east == pytest.approx(east if is_new else 0.0, abs=0.01)
 
 
-def test_a_drone_that_is_back_inside_recovers_no_longer() -> None:
-    for end in ("inside", "restart"):
-        state = made(ToHover())
-        state.process(outside(0.05, 165.0))
-        assert state.rank is Rank.FENCE
-        if end == "restart":
-            state.restart()
-        else:
-            state.process(flying(0.1))
-        assert state.rank is Rank.TASK
+@pytest.mark.parametrize("is_new_position", [False, True])
+def test_a_drone_that_is_back_inside_recovers_no_longer(is_new_position: bool) -> None:
+    state = made(ToHover())
+    state.process(outside(0.05, 165.0))
+    ranks = [state.rank]
+    if is_new_position:
+        state.restart()
+    else:
+        state.process(flying(0.1))
+    assert [*ranks, state.rank] == [Rank.FENCE, Rank.TASK]
 
 
 def test_a_drone_that_left_again_after_a_restart_is_led_to_the_place_nearest_then() -> None:

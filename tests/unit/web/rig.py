@@ -24,6 +24,7 @@ from hawk.model import AnnotatedFrame, OccupancyMap
 from hawk.settings_reference import reference_text, settings
 from hawk.store.recording import NoRecordingError
 from hawk.web.app import Page, create_app
+from hawk.web.documentation import Documentation
 from hawk.web.services import OperatorSide, WebServices
 from hawk.web.sessions import ControlDesk
 from hawk.web.tls import Tls
@@ -73,6 +74,7 @@ class Rig:
     operator: OperatorSettings = field(default_factory=OperatorSettings)
     manager: FakeManager = field(default_factory=FakeManager)
     page: Page = field(default_factory=lambda: Page.load(Path("nowhere")))
+    documentation: Documentation = field(default_factory=lambda: Documentation.load(Path("nowhere")))
     simulation: bool = True
     cookie_secret: bytes = b"s" * 32
     folder: Path | None = None
@@ -115,7 +117,7 @@ class Rig:
         )
 
     async def start(self) -> TestServer:
-        self.app = create_app(self.services(), self.page)
+        self.app = create_app(self.services(), self.page, self.documentation)
         self.server = TestServer(self.app)
         await self.server.start_server()
         return self.server

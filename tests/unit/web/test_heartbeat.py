@@ -26,7 +26,7 @@ from hawk.comm.status import (
 )
 from hawk.model import HealthStatus, MapPoint, OccupancyMap, StateName, UserError
 from hawk.web.clients import LOG_LIMIT, TRAIL_LIMIT, ClientView
-from hawk.web.sessions import ControlView
+from hawk.web.session import ControlView
 
 CONTROL = ControlView("Operator 1", in_control=True)
 

@@ -108,6 +108,13 @@ describe("keys", () => {
     assert.equal(new Set(keys).size, keys.length);
     for (const { key } of KEYS) assert.ok(keys.includes(key.toUpperCase()), key);
   });
+
+  it("have the documentation of this version below them", async () => {
+    const stage = new Stage(new KeysList(), flying().operator);
+    await stage.drawn();
+    assert.equal(stage.find("a").getAttribute("href"), "docs/");
+    assert.match(stage.text, /Documentation of Parking Lot Hawk \S+/);
+  });
 });
 
 describe("the next step", () => {

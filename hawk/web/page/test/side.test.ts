@@ -237,6 +237,14 @@ describe("the settings", () => {
     assert.match(stage.text, /Control is not known/);
   });
 
+  it("lead to the documentation, with the version beside it", async () => {
+    const stage = new Stage(new SettingsTab(), flying().operator);
+    await stage.drawn();
+    assert.match(stage.text, /Parking Lot Hawk \S+\s*Documentation\s*Licences/);
+    const link = [...stage.part.querySelectorAll("a")].find((each) => each.textContent === "Documentation");
+    assert.deepEqual([link?.getAttribute("href"), link?.getAttribute("target")], ["docs/", "_blank"]);
+  });
+
   it("tell the heights in force", async () => {
     const rig = flying();
     const stage = new Stage(new SettingsTab(), rig.operator);

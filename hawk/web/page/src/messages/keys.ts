@@ -586,6 +586,8 @@ export interface Messages {
   "log-out": Record<string, never>;
   "version": { version: string | number };
   "licences": Record<string, never>;
+  "documentation": Record<string, never>;
+  "documentation-of": { version: string | number };
   "your-name": Record<string, never>;
   "name-question": Record<string, never>;
   "name-note": Record<string, never>;

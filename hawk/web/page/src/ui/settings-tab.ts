@@ -64,7 +64,7 @@ export class SettingsTab extends Part {
       </section>
       ${view.welcome?.Login ? this.logOutRow(view) : nothing}
       <section><hawk-all-settings .model=${this.model}></hawk-all-settings></section>
-      <p class="sub">${view.welcome ? say("version", { version: view.welcome.Version }) : nothing} <a href="licences.txt" target="_blank">${say("licences")}</a></p>
+      ${about(view)}
     </div>`;
   }
 
@@ -103,6 +103,14 @@ const WHOSE = {
   other: "someone-has-control",
   unknown: "control-not-known",
 } as const;
+
+function about(view: View): TemplateResult {
+  return html`<p class="sub">
+    ${view.welcome ? say("version", { version: view.welcome.Version }) : nothing}
+    <a href="docs/" hreflang="en" target="_blank">${say("documentation")}</a>
+    <a href="licences.txt" target="_blank">${say("licences")}</a>
+  </p>`;
+}
 
 export function heights(view: View): TemplateResult {
   const [min, des, max] = view.heartbeat?.Heights ?? [];

@@ -1,0 +1,212 @@
+"""A whole survey by a daemon in the small box: start, loop, heartbeats, frames and memory, and what came of it."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import re
+import time
+from collections.abc import AsyncIterator
+from dataclasses import dataclass, field
+from importlib.metadata import PackageNotFoundError, distribution
+from pathlib import Path
+from typing import Any, Final
+from urllib.parse import urlsplit
+
+import aiohttp
+
+from benchmarks.figures import BenchmarkError, Figure, Limit, Reference
+from benchmarks.probe import Probe
+from benchmarks.small.box import Box
+from benchmarks.small.lot import SCALE, DrawnLot
+from hawk.comm.performance import WINDOW_S
+from hawk.simulation import SimulationOptions
+from hawk.survey.client import DroneClient
+from hawk.survey.handset import SurveyStatus
+from hawk.survey.operator import SurveyOperator, SurveyPlan
+from hawk.survey.run import LATE_FRAMES_LIMIT
+from hawk.survey.stack import Ready, SimulatedStack, StackError
+
+LAG_MS: Final = 20.0
+JITTER_MS: Final = 20.0
+"""Above that of an idle timer on another core."""
+START_S: Final = 3.0
+MEMORY_MIB: Final = 400.0
+SURVEY_S: Final = 1500.0
+SAMPLE_S: Final = 1.0
+_MIB: Final = 2**20
+
+
+class BoxedStack(SimulatedStack):
+    """A simulated drone outside of the box, and its daemon within it."""
+
+    def __init__(self, options: SimulationOptions, folder: Path, box: Box) -> None:
+        super().__init__(options, folder, None, None)
+        self._box = box
+        self.page_s = 0.0
+        """Real seconds from the start of the daemon's process to the page in a client's hands."""
+
+    async def start_daemon(self) -> Ready:
+        """Start the daemon and fetch its page."""
+        began = time.monotonic()
+        ready = await super().start_daemon()
+        async with aiohttp.ClientSession() as session, session.get(ready.url) as response:
+            response.raise_for_status()
+            await response.read()
+        self.page_s = time.monotonic() - began
+        return ready
+
+    def _daemon_command(self, ready: Path) -> list[str]:
+        return [*self._box.prefix, *super()._daemon_command(ready)]
+
+
+@dataclass(slots=True)
+class Readings:
+    """All that was read during a flight. ``lags_ms``: p99 of the loop's lag, a value for each whole minute."""
+
+    page_s: float = 0.0
+    lags_ms: list[float] = field(default_factory=list)
+    anonymous: list[int] = field(default_factory=list)
+    peak: int | None = None
+    vision_fps: list[float] = field(default_factory=list)
+    camera_fps: float = 0.0
+    late_frames: float | None = None
+    idle: dict[str, Any] = field(default_factory=dict)
+    heartbeats: dict[str, Any] = field(default_factory=dict)
+    outcome: str = ""
+    is_done: bool = False
+    seconds: float = 0.0
+
+
+async def measure(lot: DrawnLot, box: Box, folder: Path) -> tuple[list[Figure], str]:
+    """Fly over the whole lot; return the figures, and why they are void if they are. Raises BenchmarkError."""
+    options = SimulationOptions(world=lot.picture, metres_per_pixel=SCALE, truth=lot.truth, speed=1.0)
+    stack = BoxedStack(options, folder, box)
+    readings = Readings()
+    try:
+        ready = await stack.start()
+        readings.page_s = stack.page_s
+        async with _probes(ready.url, readings):
+            await _fly(stack, ready, box, readings)
+        readings.peak = box.peak_bytes()
+    except (StackError, aiohttp.ClientError, ConnectionError) as error:
+        raise BenchmarkError(f"{error} (logs in {folder})") from error
+    finally:
+        await stack.stop()
+    return figures(readings, lot), problem(readings)
+
+
+def figures(read: Readings, lot: DrawnLot) -> list[Figure]:
+    """Return the figures of a flight."""
+    idle_jitter, idle_lag = read.idle.get("jitter_p99_ms"), read.idle.get("lag_p99_ms")
+    mib = [value / _MIB for value in read.anonymous]
+    return [
+        Figure("small_start_s", "start of the daemon to the page", read.page_s, "s", limit=Limit(highest=START_S)),
+        Figure(
+            "small_lag_p99_ms", "loop lag, p99 of the worst minute", max(read.lags_ms, default=None), "ms",
+            Reference("idle loop on another core", idle_lag), Limit(highest=LAG_MS),
+        ),
+        Figure("small_heartbeat_hz", "heartbeats", read.heartbeats.get("rate_hz"), "1/s", limit=Limit(4.9, 5.1)),
+        Figure(
+            "small_heartbeat_jitter_p99_ms", "heartbeat jitter, p99", read.heartbeats.get("jitter_p99_ms"), "ms",
+            Reference("idle timer on another core", idle_jitter), Limit(highest=(idle_jitter or 0.0) + JITTER_MS),
+        ),
+        Figure(
+            "small_vision_fps", "frames fused, least", min(read.vision_fps, default=None), "1/s",
+            Reference("camera", read.camera_fps),
+        ),
+        Figure(
+            "small_memory_mib", "memory of its processes, most", max(mib, default=None), "MiB",
+            limit=Limit(highest=MEMORY_MIB),
+        ),
+        Figure(
+            "small_memory_all_mib", "with the files that it read, most",
+            None if read.peak is None else read.peak / _MIB, "MiB",
+        ),
+        Figure("small_survey_done", "survey done", float(read.is_done), limit=Limit(lowest=1.0)),
+        Figure("small_survey_s", "from the checks to motors off", read.seconds, "s"),
+        Figure("small_lot_ha", "lot", lot.hectares, "ha"),
+        Figure("small_lot_stalls", "stalls in it", float(lot.stalls)),
+        Figure("small_installed_mb", "installed, without Python", installed_bytes("hawk-drone") / 1e6, "MB"),
+    ]  # fmt: skip
+
+
+def problem(read: Readings) -> str:
+    """Return why the figures do not count, or why the survey was not done; empty when all is well."""
+    if read.late_frames is None or read.late_frames > LATE_FRAMES_LIMIT:
+        return "VOID: the simulator drew more than 1 % of its pictures late"
+    return "" if read.is_done else f"the survey was not done: {read.outcome}"
+
+
+def installed_bytes(name: str, seen: set[str] | None = None) -> int:
+    """Return the bytes of a package's files and of all that it needs to run, extras left out."""
+    seen = set() if seen is None else seen
+    if name.lower() in seen:
+        return 0
+    seen.add(name.lower())
+    try:
+        found = distribution(name)
+    except PackageNotFoundError:
+        return 0
+    total = sum(_size(Path(str(file.locate()))) for file in found.files or ())
+    needed = [text for text in found.requires or () if "extra ==" not in text]
+    return total + sum(installed_bytes(re.split(r"[^\w.-]", text, maxsplit=1)[0], seen) for text in needed)
+
+
+def _size(path: Path) -> int:
+    try:
+        return path.stat().st_size
+    except OSError:
+        return 0
+
+
+@contextlib.asynccontextmanager
+async def _probes(url: str, readings: Readings) -> AsyncIterator[None]:
+    idle, heartbeats = Probe("idle"), Probe("heartbeats", url)
+    try:
+        await idle.start()
+        await heartbeats.start()
+        yield
+        readings.idle, readings.heartbeats = await idle.finish(), await heartbeats.finish()
+    finally:
+        await idle.close()
+        await heartbeats.close()
+
+
+async def _fly(stack: SimulatedStack, ready: Ready, box: Box, readings: Readings) -> None:
+    address = urlsplit(ready.url)
+    before = await stack.status()
+    began = time.monotonic()
+    async with (
+        aiohttp.ClientSession(timeout=aiohttp.ClientTimeout(total=10)) as session,
+        DroneClient(address.hostname or "127.0.0.1", address.port or 3000) as drone,
+    ):
+        watch = asyncio.create_task(_watch(session, ready.url, box, readings), name="small-watch")
+        try:
+            outcome = await asyncio.wait_for(SurveyOperator(drone, SurveyPlan(set_failsafes=True)).run(), SURVEY_S)
+        except TimeoutError:
+            raise BenchmarkError(f"the survey took more than {SURVEY_S:.0f} s") from None
+        finally:
+            watch.cancel()
+            await asyncio.gather(watch, return_exceptions=True)
+    readings.seconds = time.monotonic() - began
+    readings.outcome, readings.is_done = outcome.reason, outcome.status is SurveyStatus.DONE
+    after = await stack.status()
+    due, late, drawn = (after[key] - before[key] for key in ("frames_due", "frames_late", "frames_drawn"))
+    readings.late_frames = late / due if due else None
+    readings.camera_fps = drawn / readings.seconds
+
+
+async def _watch(session: aiohttp.ClientSession, url: str, box: Box, readings: Readings) -> None:
+    """Read memory every second, and the daemon's own account of each whole minute."""
+    next_minute = time.monotonic() + WINDOW_S
+    while True:
+        readings.anonymous.append(box.anonymous_bytes())
+        if time.monotonic() >= next_minute:
+            next_minute += WINDOW_S
+            async with session.get(f"{url}api/performance") as response:
+                values = await response.json()
+            for values_of, key in ((readings.lags_ms, "loop_lag_p99_ms"), (readings.vision_fps, "vision_fps")):
+                if values.get(key) is not None:
+                    values_of.append(float(values[key]))
+        await asyncio.sleep(SAMPLE_S)

@@ -1,0 +1,101 @@
+"""The documentation under ``/docs/``: a built site, as ``make docs`` leaves it; it works offline.
+
+The names of its files are read at the start, and a request finds its file among them, so that no request leaves the
+folder. The files are read when they are asked for, on a thread of their own: the site costs the flight no memory.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Final
+
+from aiohttp import hdrs, web
+
+from hawk.web.assets import ASK_AGAIN, Asset, content_type_of, etag_of
+
+DOCS_DIRECTORY: Final = Path(__file__).parent / "docs_site"
+PREFIX: Final = "/docs/"
+INDEX: Final = "index.html"
+NOT_BUILT: Final = (
+    "The documentation is not built. Build it with: make docs (or python packaging/docs_site.py), then start again. "
+    "The same pages are Markdown files in the folder docs of the source."
+)
+FOR_GOOD: Final = "private, max-age=31536000, immutable"
+NOTHING_HERE: Final = "There is no page at this address: /docs/ is the first page of the documentation."
+_READER = web.AppKey("documentation_reader", ThreadPoolExecutor)
+
+
+class Documentation:
+    """The files of the site by their address below ``/docs/``."""
+
+    def __init__(self, files: dict[str, Path]) -> None:
+        self._files = files
+
+    @classmethod
+    def load(cls, directory: Path = DOCS_DIRECTORY) -> Documentation:
+        """List the files of the site; none where it was not built."""
+        found = (path for path in directory.rglob("*") if path.suffix != ".gz" and path.is_file())
+        return cls({path.relative_to(directory).as_posix(): path for path in found if not path.name.startswith(".")})
+
+    @property
+    def is_built(self) -> bool:
+        """True when there is a first page."""
+        return INDEX in self._files
+
+    def add_routes(self, app: web.Application) -> None:
+        """Add the routes of the site, and the thread that reads its files."""
+        app.cleanup_ctx.append(_reader)
+        app.router.add_get("/docs", to_first_page)
+        app.router.add_get("/docs/{path:.*}", self.handle)
+
+    async def handle(self, request: web.Request) -> web.StreamResponse:
+        """Serve a file of the site; 404 with the remedy where it was not built."""
+        name = request.match_info["path"] or INDEX
+        path = self._files.get(name)
+        if path is None:
+            raise web.HTTPNotFound(text=NOTHING_HERE if self.is_built else NOT_BUILT, headers=_headers(request))
+        # the site's own pages ask for a script or style with a checksum of its content
+        caching = (
+            FOR_GOOD.replace("public", "private") if name.startswith("_static/") and "v" in request.query else ASK_AGAIN
+        )
+        asset = await asyncio.get_running_loop().run_in_executor(request.app[_READER], read_asset, path, caching)
+        if asset is None:
+            raise web.HTTPNotFound(text=NOT_BUILT, headers=_headers(request))
+        response = asset.response(request)
+        response.headers.update(_headers(request))
+        return response
+
+
+async def to_first_page(_: web.Request) -> web.StreamResponse:
+    """Redirect to the folder: the links of its pages are relative."""
+    return web.Response(status=308, headers={hdrs.LOCATION: PREFIX})
+
+
+def read_asset(path: Path, caching: str) -> Asset | None:
+    """Return a file with its gzip form beside it; None when it cannot be read any more."""
+    compressed = path.with_name(f"{path.name}.gz")
+    try:
+        encodings = {"identity": path.read_bytes()}
+        if compressed.is_file():
+            encodings["gzip"] = compressed.read_bytes()
+    except OSError:
+        return None
+    return Asset(content_type_of(path.name), etag_of(encodings["identity"]), caching, encodings)
+
+
+def _headers(request: web.Request) -> dict[str, str]:
+    """Return the policy of these pages: their own files and nothing else, so that none of them reaches the drone."""
+    site = f"{'https' if request.secure else 'http'}://{request.headers[hdrs.HOST]}{PREFIX}"
+    return {
+        "Content-Security-Policy": f"default-src 'none'; script-src {site}; style-src {site}; img-src {site} data:; "
+        f"connect-src {site}; form-action {site}; base-uri 'none'; frame-ancestors 'none'"
+    }
+
+
+async def _reader(app: web.Application) -> AsyncIterator[None]:
+    with ThreadPoolExecutor(1, thread_name_prefix="documentation") as executor:
+        app[_READER] = executor
+        yield

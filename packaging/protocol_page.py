@@ -1,0 +1,226 @@
+"""Write the reference of the protocol from the messages and the examples of ``docs/examples``.
+
+``python packaging/protocol_page.py`` writes ``docs/protocol.md``; ``--check`` fails when that is out of date. Tests
+send the examples: a command to the parser, a request to the web server.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import inspect
+import json
+import sys
+import textwrap
+from collections.abc import Iterator, Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any, Final
+
+from hawk.comm.authority import ANSWERED_BY_THE_WEB_SERVER, RIGHTS, VIEWER_MAY
+from hawk.comm.messages import schema
+from hawk.comm.status import Model, wire_key
+
+DOCS: Final = Path(__file__).resolve().parent.parent / "docs"
+TARGET: Final = DOCS / "protocol.md"
+MESSAGES: Final = DOCS / "examples" / "messages.json"
+REQUESTS: Final = DOCS / "examples" / "http.json"
+PARTS: Final = "Parts of messages"
+
+_HEADER: Final = """# Protocol
+
+Written by `packaging/protocol_page.py` from the pydantic models of `hawk/comm/messages.py` and the examples in
+`docs/examples`: change those and run this again. Tests send every example.
+
+The operator's page, [the Python client](python-client.md) and other programs use the same addresses. Where the daemon
+has tokens, a program sends the header `Authorization: Bearer TOKEN` with each request and with the opening of a
+WebSocket ([access.md](access.md)). JSON schema of all messages: `/api/schema.json`.
+"""
+_RULES: Final = """## WebSocket
+
+`ws://DRONE:3000/ws` (`wss:` with a certificate) carries one JSON object a message, in both directions.
+
+- The drone sends **Welcome** first, then a **Heartbeat** five times a second.
+- A client sends commands. Each is answered once, by **Ack** or by an answer of its own kind, with the command's `Id`
+  (a string of 64 characters at most, or a number; any value of yours).
+- A client without a sign of life (any command, or `Heartbeat` once a second) for `operator.operator_timeout_s` loses
+  control, and the drone holds, then returns home.
+- Unknown keys, numbers as text, NaN and infinity are errors. A refusal names the key and the remedy.
+- A message has 16 kB at most. 50 messages a second are read; a client that sends faster for 2 s is disconnected.
+- Units: metres, seconds, radians, metres a second, percent; degrees for latitude and longitude (WGS-84). `North` and
+  `East` are in the map frame, heights above the arm place ([frames](architecture.md#frames-of-reference)). `null` is a
+  value that is not known.
+- Close code 4401: the login or its token has ended.
+
+Live pictures have WebSockets and addresses of their own: [video.md](video.md).
+"""
+
+
+def page() -> str:
+    """Return the page (Markdown)."""
+    messages, examples = schema(), json.loads(MESSAGES.read_text(encoding="utf-8"))
+    sent = messages["toDrone"]["$defs"]
+    commands = {name: model for name, model in sent.items() if "Type" in model["properties"]}
+    received = messages["fromDrone"]
+    parts = {name: model for name, model in sent.items() if name not in commands}
+    for model in received.values():
+        parts |= model.get("$defs", {})
+    sent_as, received_as = ({each["Type"]: each for each in examples[key]} for key in ("toDrone", "fromDrone"))
+    blocks = [_HEADER, *_http(json.loads(REQUESTS.read_text(encoding="utf-8"))), _RULES]
+    blocks += ["## To the drone\n", "`Id` may be left out of every command.\n"]
+    for name, model in sorted(commands.items(), key=lambda each: _type_of(each[1])):
+        blocks += _message(name, model, sent_as[_type_of(model)], who=_who(_type_of(model)))
+    blocks.append("## From the drone\n")
+    for name, model in sorted(received.items(), key=lambda each: _type_of(each[1])):
+        blocks += _message(name, model, received_as[_type_of(model)])
+    blocks.append(f"## {PARTS}\n")
+    for name, model in sorted(parts.items()):
+        blocks += [f"### {name}\n", f"{_summary(model)}\n", *_table(name, model)]
+    return "\n".join(blocks)
+
+
+def _http(requests: list[dict[str, Any]]) -> Iterator[str]:
+    yield "## HTTP\n"
+    yield "| request | for | gives |\n|---|---|---|"
+    for each in requests:
+        yield f"| `{each['method']} {each['route']}` | {each['for']} | {each['text']} |"
+    yield ""
+    for each in requests:
+        if not any(key in each for key in ("body", "lines")):
+            continue
+        yield f"Example: `{each['method']} {each['path']}`, status {each['status']}, `{each['type']}`:\n"
+        lines = each["lines"] if "lines" in each else compact(each["body"]).split("\n")
+        yield "\n".join([f"```{'json' if 'body' in each else 'text'}", *lines, "```", ""])
+
+
+def _message(name: str, model: Mapping[str, Any], example: Mapping[str, Any], who: str = "") -> Iterator[str]:
+    yield f"### {_type_of(model)}\n"
+    yield f"{_summary(model)}\n"
+    if who:
+        yield f"Taken from: {who}.\n"
+    yield from _table(name, model)
+    yield f"```json\n{compact(example)}\n```\n"
+
+
+def _table(name: str, model: Mapping[str, Any]) -> Iterator[str]:
+    texts, needed = field_texts(name), set(model.get("required", ()))
+    is_sent = "Id" in model["properties"] and "Id" not in needed
+    rows = [
+        f"| `{key}` | {_type(value)} | {_cell(texts.get(key, ''))}{_default(value) if key not in needed else ''} |"
+        for key, value in model["properties"].items()
+        if key != "Type" and not (is_sent and key == "Id")
+    ]
+    if rows:
+        yield "\n".join(["| key | type | meaning |", "|---|---|---|", *rows, ""])
+
+
+def _default(value: Mapping[str, Any]) -> str:
+    default = value.get("default")
+    return f" Default: `{json.dumps(default)}`." if default not in (None, "", [], {}) else ""
+
+
+def _type(value: Mapping[str, Any]) -> str:
+    """Return the words for the type of a property of a JSON schema, with its bounds."""
+    if "$ref" in value:
+        name = str(value["$ref"]).rsplit("/", 1)[-1]
+        return f"[{name}](#{name.lower()})"
+    if "enum" in value:
+        return ", ".join(f"`{json.dumps(each)}`" for each in value["enum"])
+    if "anyOf" in value:
+        return " or ".join(dict.fromkeys(_type(each) for each in value["anyOf"]))
+    if "prefixItems" in value:
+        return f"[{', '.join(_type(each) for each in value['prefixItems'])}]"
+    if value.get("type") == "array":
+        return f"list of {_type(value['items'])}{_bounds(value, 'Items')}"
+    return f"{value['type']}{_bounds(value, 'Length')}"
+
+
+def _bounds(value: Mapping[str, Any], kind: str) -> str:
+    least, most = value.get(f"min{kind}"), value.get(f"max{kind}")
+    if least is None and most is None:
+        least, most, above = value.get("minimum"), value.get("maximum"), value.get("exclusiveMinimum")
+        bounds = [f"{least:g} to {most:g}"] if least is not None and most is not None else []
+        bounds += [f"above {above:g} to {most:g}"] if above is not None else []
+        return f", {bounds[0]}" if bounds else ""
+    noun = "characters" if kind == "Length" else "items"
+    return f", {least or 0} to {most} {noun}" if most is not None else f", {least} {noun} or more"
+
+
+@cache
+def _models() -> dict[str, type[Model]]:
+    """Return every class of messages by its name."""
+    found: dict[str, type[Model]] = {}
+    waiting: list[type[Model]] = [Model]
+    while waiting:
+        below = waiting.pop().__subclasses__()
+        found |= {each.__name__: each for each in below}
+        waiting += below
+    return found
+
+
+def field_texts(name: str) -> dict[str, str]:
+    """Return the texts below the fields of a message's class and its bases, by key."""
+    found: dict[str, str] = {}
+    for owner in reversed(_models()[name].__mro__):
+        if owner is Model or not issubclass(owner, Model):
+            continue
+        body = ast.parse(textwrap.dedent(inspect.getsource(owner))).body[0]
+        assert isinstance(body, ast.ClassDef)  # noqa: S101 - narrows for the type checker
+        for node, after in zip(body.body, body.body[1:], strict=False):
+            if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+                is_text = isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant)
+                if is_text and isinstance(after.value.value, str):  # type: ignore[attr-defined]
+                    found[wire_key(node.target.id)] = " ".join(after.value.value.split())  # type: ignore[attr-defined]
+    return found
+
+
+def _who(kind: str) -> str:
+    if kind in VIEWER_MAY:
+        return "every client, viewers included"
+    if kind in ANSWERED_BY_THE_WEB_SERVER:
+        return "every operator"
+    return RIGHTS[kind].value.replace("anyone", "every operator", 1)
+
+
+def _type_of(model: Mapping[str, Any]) -> str:
+    return str(model["properties"]["Type"]["const"])
+
+
+def _summary(model: Mapping[str, Any]) -> str:
+    return " ".join(str(model.get("description", "")).replace("``", "`").split())
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|").replace("<", "\\<").replace("``", "`")
+
+
+def compact(value: Any, indent: int = 0) -> str:
+    """Return JSON with one item a line where a line of 100 characters does not hold all of them."""
+    line = json.dumps(value, ensure_ascii=False)
+    if len(line) + indent <= 100 or not isinstance(value, dict | list):
+        return line
+    pad, deeper = " " * (indent + 2), indent + 2
+    if isinstance(value, dict):
+        items = [f"{pad}{json.dumps(key)}: {compact(each, deeper)}" for key, each in value.items()]
+    else:
+        items = [f"{pad}{compact(each, deeper)}" for each in value]
+    first, last = ("{", "}") if isinstance(value, dict) else ("[", "]")
+    return "\n".join([first, ",\n".join(items), " " * indent + last])
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Write the page, or check it; return the exit status."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
+    parser.add_argument("--check", action="store_true", help="fail when docs/protocol.md is out of date")
+    text = page()
+    if not parser.parse_args(arguments).check:
+        TARGET.write_text(text, encoding="utf-8")
+        return 0
+    if not TARGET.is_file() or TARGET.read_text(encoding="utf-8") != text:
+        print("docs/protocol.md is out of date: run python packaging/protocol_page.py", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,83 @@
+"""The programs of docs/python-client.md are run against the real web server."""
+
+from __future__ import annotations
+
+import asyncio
+import re
+from collections.abc import AsyncIterator
+from inspect import getmembers, isfunction
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hawk.comm.messages import Control
+from hawk.comm.status import DroneStatus, OperationStatus, PerceptionStatus
+from hawk.model import OccupancyMap, Stall, StallState, StateName
+from hawk.survey.client import DroneClient
+from tests.unit.web.rig import Rig
+
+TEXT = (Path(__file__).parents[3] / "docs" / "python-client.md").read_text(encoding="utf-8")
+PROGRAMS = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)
+STALL = Stall(17, 21.4, -3.1, 1.57, 2.5, 5.0, 0.04, StallState.FREE, 0.97, 9, 207.9, 4)
+
+
+def program(function: str) -> Any:
+    """Return a function of the page's programs."""
+    (source,) = (each for each in PROGRAMS if f"async def {function}(" in each)
+    found: dict[str, Any] = {"__name__": "program"}
+    exec(compile(source, "docs/python-client.md", "exec"), found)  # noqa: S102 - our own page
+    return found[function]
+
+
+@pytest.fixture
+async def rig() -> AsyncIterator[Rig]:
+    made = Rig()
+    await made.start()
+    made.map.publish(OccupancyMap(stalls={17: STALL}, map_id="m"))
+
+    async def tick() -> None:
+        states = [StateName.HOVER, StateName.HOVER, StateName.IDLE]
+        while True:
+            made.serve_commands()
+            state = states[min(len(made.side.hub) and made.sequence // 20, 2)]
+            perception = PerceptionStatus(free=1)
+            made.tell(DroneStatus(operation=OperationStatus(state=state, detail="Holds."), perception=perception))
+            await asyncio.sleep(0.001)
+
+    task = asyncio.create_task(tick(), name="tick")
+    yield made
+    task.cancel()
+    await asyncio.gather(task, return_exceptions=True)
+    assert made.server is not None
+    await made.server.close()
+
+
+async def test_watching_prints_what_the_drone_does_and_its_stalls(rig: Rig, capsys: pytest.CaptureFixture[str]) -> None:
+    assert rig.server is not None
+    await program("watch")("127.0.0.1", rig.server.port)
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[-2:] == ["Idle Holds. 1 free, 0 taken", "17 free 21.4 m north, -3.1 m east"]
+
+
+async def test_a_program_takes_control_and_holds(rig: Rig) -> None:
+    assert rig.server is not None
+    assert await program("stop")("127.0.0.1", rig.server.port) == "holds; the motors could be cut"
+    assert [command.type for _, command in rig.manager.urgent] == ["Hold", "Kill Request"]
+    assert rig.side.desk.controlling_clients() == frozenset(), "control was given back"
+
+
+async def test_it_says_why_it_was_refused(rig: Rig) -> None:
+    assert rig.server is not None
+    assert rig.server.port is not None
+    async with DroneClient("127.0.0.1", rig.server.port) as other:
+        await other.order(Control(action="Request"))
+        said = await program("stop")("127.0.0.1", rig.server.port)
+        assert said.startswith("refused: Someone else has control.")
+
+
+def test_every_public_name_of_the_client_is_on_the_page() -> None:
+    methods = {name for name, _ in getmembers(DroneClient, isfunction) if not name.startswith("_")}
+    made = DroneClient("127.0.0.1", 1)
+    values = {name for name in vars(made) if not name.startswith("_")}
+    assert methods | values | {"is_connected"} <= set(re.findall(r"[a-z_]+", TEXT))
