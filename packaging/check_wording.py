@@ -1,7 +1,7 @@
 """Keep private words out of docstrings, comments and documents: ``python packaging/check_wording.py [--room PATH]``.
 
-Checked are Python docstrings and comments, comments of TOML and TypeScript, and Markdown. Code between backticks and
-quotations between double quotes are left alone. The exit status is 1 when something was found.
+Checked are Python docstrings and comments, comments of TOML, TypeScript and Fluent, and Markdown. Code between
+backticks and quotations between double quotes are left alone. The exit status is 1 when something was found.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ ROOT: Final = Path(__file__).resolve().parent.parent
 NOT_YET_CLEAN: Final[tuple[str, ...]] = ()
 """Rooms that the check skips unless ``--room`` names them. It shrinks, never grows."""
 
-SUFFIXES: Final = {".py", ".md", ".toml", ".ts"}
+SUFFIXES: Final = {".py", ".md", ".toml", ".ts", ".ftl"}
 
 REPLACEMENTS: Final = {
     r"lays?|laid": "project, place, store",
@@ -101,6 +101,10 @@ def prose(path: Path, source: str) -> Iterator[Text]:
         case ".ts":
             for found in _TYPESCRIPT_COMMENT.finditer(source):
                 yield Text(source.count("\n", 0, found.start()) + 1, found.group())
+        case ".ftl":
+            for number, line in enumerate(source.splitlines(), 1):
+                if line.startswith("#"):
+                    yield Text(number, line)
 
 
 def checked_files(root: Path, rooms: list[str]) -> list[Path]:

@@ -50,8 +50,8 @@ def content_type_of(name: str) -> str:
     """Return the content type of a file by its name, with the character set of texts."""
     kind, _ = mimetypes.guess_type(name)
     suffix = Path(name).suffix
-    kind = {".js": "text/javascript", ".mjs": "text/javascript", ".map": "application/json"}.get(suffix, kind)
-    kind = kind or "application/octet-stream"
+    kinds = {".js": "text/javascript", ".mjs": "text/javascript", ".map": "application/json", ".ftl": "text/plain"}
+    kind = kinds.get(suffix, kind) or "application/octet-stream"
     return f"{kind}; charset=utf-8" if kind.startswith("text/") else kind
 
 

@@ -6,6 +6,7 @@ The page has no script: it works with a password manager, and under the strict C
 from __future__ import annotations
 
 import html
+from dataclasses import asdict
 from http import HTTPStatus
 from pathlib import Path
 from string import Template
@@ -19,6 +20,7 @@ from hawk.web.access import OPEN, access_of
 from hawk.web.access_keeper import KEEPER
 from hawk.web.admission import BEARER, Admission
 from hawk.web.guesses import is_loopback_peer
+from hawk.web.login_words import INCOMPLETE, WRONG, login_words
 
 FOLDER: Final = Path(__file__).parent / "login"
 PUBLIC: Final = frozenset({"/login", "/login.css"})
@@ -31,8 +33,6 @@ FORM_HEADERS: Final = {
     "frame-ancestors 'none'",
     hdrs.CACHE_CONTROL: "no-store",
 }
-WRONG: Final = "This is not the token of that role."
-OPEN_LINE: Final = "This connection is not encrypted: others on this network can read the token."
 
 
 class LoginPage:
@@ -60,12 +60,15 @@ class LoginPage:
     def answer(
         self, request: web.Request, status: int = 200, message: str = "", role: str = "operator"
     ) -> web.Response:
-        """Return the form with a message above it."""
+        """Return the form in the browser's language, with a message above it."""
+        words = login_words(request.headers.get(hdrs.ACCEPT_LANGUAGE, ""))
+        said, language = words.message(message)
         is_open_line = not request.secure and not is_loopback_peer(request.remote)
         text = self._page.substitute(
-            message=f'<p class="bad" role="alert">{html.escape(message)}</p>' if message else "",
-            note=f'<p class="warn">{OPEN_LINE}</p>' if is_open_line else "",
-            role=html.escape(role),
+            {name: html.escape(value) for name, value in asdict(words).items()},
+            message=f'<p class="bad" role="alert" lang="{language}">{html.escape(said)}</p>' if message else "",
+            note=f'<p class="warn">{html.escape(words.open_line)}</p>' if is_open_line else "",
+            typed_role=html.escape(role),
         )
         answer = web.Response(status=status, text=text, content_type="text/html", headers=FORM_HEADERS)
         if status == HTTPStatus.UNAUTHORIZED:
@@ -84,7 +87,7 @@ class LoginPage:
             return web.Response(status=303, headers={hdrs.LOCATION: "/"})
         role, token = await _form(request)
         if role is None or not token:
-            return self.answer(request, 400, "Write operator or viewer as the role, and its token.")
+            return self.answer(request, 400, INCOMPLETE)
         try:
             found = self._admission.prove(request, [token], only=role)
         except web.HTTPTooManyRequests as refusal:

@@ -20,7 +20,8 @@ from aiohttp.typedefs import Handler
 from hawk.comm.authority import Role
 from hawk.config import WebSettings
 from hawk.web.admission import TOKEN_PARAMETER, Admission
-from hawk.web.login_page import PUBLIC, WRONG, LoginPage
+from hawk.web.login_page import PUBLIC, LoginPage
+from hawk.web.login_words import WRONG
 from hawk.web.tls import Tls
 from hawk.web.tokens import TOKEN_FILE, Tokens
 

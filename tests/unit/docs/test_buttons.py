@@ -24,14 +24,16 @@ NAMES = sorted(
 
 @pytest.fixture(scope="module")
 def shown() -> str:
-    """Return the sources of what is shown: the page's, and the checks'."""
-    files = [*(ROOT / "hawk" / "web" / "page" / "src").rglob("*.ts"), *(ROOT / "hawk" / "ddc").glob("*.py")]
+    """Return the sources of what is shown: the page's English messages, and the checks."""
+    messages = ROOT / "hawk" / "web" / "page" / "src" / "messages" / "en.ftl"
+    files = [messages, *(ROOT / "hawk" / "ddc").glob("*.py")]
     return "\n".join(path.read_text(encoding="utf-8") for path in files)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_it_is_shown_under_that_name(name: str, shown: str) -> None:
-    assert re.search(rf"[\"'`>]{re.escape(name)}[\"'`<$]", shown), name
+    words = re.escape(name)
+    assert re.search(rf"[\"'`]{words}[\"'`]|^[a-z-]+ = {words}$", shown, re.MULTILINE), name
 
 
 def test_there_are_some() -> None:

@@ -57,6 +57,10 @@ def test_comments_of_toml_and_typescript_are_read() -> None:
     assert [line for line, _ in found("a.ts", source)] == [1, 3]
 
 
+def test_comments_of_messages_are_read_and_the_messages_are_not() -> None:
+    assert [line for line, _ in found("en.ftl", "# the way\nstraight = The straight way\n## told\n")] == [1, 3]
+
+
 def test_code_quotations_and_terms_are_free() -> None:
     assert not found("page.md", 'The key `way`, the words "on the way", a request under way.\n')
     assert not found("module.py", '"""The specification says "until told otherwise"; ``way`` is metres."""\n')

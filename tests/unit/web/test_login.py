@@ -20,7 +20,7 @@ from hawk.web.access_keeper import KEEPER, LOGIN_FILE
 from hawk.web.app import WebServer
 from hawk.web.door import FIRST_REQUEST_S, Places
 from hawk.web.guesses import FIRST_WAIT_S, FREE_GUESSES
-from hawk.web.login_page import WRONG
+from hawk.web.login_words import WRONG
 from hawk.web.logins import HOUR_S, LOGIN_LIMIT, Logins
 from hawk.web.sessions import LONGEST_FLIGHT_S
 from hawk.web.tokens import TOKEN_FILE, Tokens, rotate

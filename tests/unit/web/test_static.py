@@ -18,6 +18,7 @@ def built(rig: Rig, tmp_path: Path) -> Rig:
     (tmp_path / "assets" / "main-Ab3dE6gH.js").write_bytes(SCRIPT)
     (tmp_path / "assets" / "main-Ab3dE6gH.js.br").write_bytes(b"brotli")
     (tmp_path / "worker.js").write_bytes(SCRIPT)
+    (tmp_path / "fr-Ab3dE6gH.ftl").write_text("land = Atterrir à la verticale\n" * 100, encoding="utf-8")
     (tmp_path / "icon.png").write_bytes(b"\x89PNG")
     rig.page = Page.load(tmp_path)
     return rig
@@ -42,6 +43,15 @@ async def test_what_is_named_by_its_content_is_kept_for_good(built: Rig) -> None
             assert response.content_type == "text/javascript"
         async with session.get(server.make_url("/worker.js")) as response:
             assert response.headers["Cache-Control"] == "no-cache"
+
+
+async def test_messages_of_a_language_are_text_and_compressed(built: Rig) -> None:
+    server = await built.start()
+    async with browser() as session, session.get(server.make_url("/fr-Ab3dE6gH.ftl")) as response:
+        assert response.headers["Content-Type"] == "text/plain; charset=utf-8"
+        assert response.headers["Content-Encoding"] == "gzip"
+        assert "immutable" in response.headers["Cache-Control"]
+        assert "Atterrir à la verticale" in await response.text()
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,9 @@
 import { browserTimers, openBrowserSocket, socketUrl } from "./link/socket.ts";
 import { Voice } from "./link/voice.ts";
 import { Operator } from "./state/operator.ts";
+import { PageLanguage } from "./state/page-language.ts";
 import { App } from "./ui/app.ts";
+import { say } from "./words/say.ts";
 
 /** How often the page looks at the time while nothing arrives: values must turn old within a second. */
 const TICK_MS = 400;
@@ -22,6 +24,25 @@ const operator: Operator = new Operator({
   logOut: () => void logOut(),
 });
 
+const language = new PageLanguage({
+  languages: () => navigator.languages,
+  read: readMessages,
+  changed: (name) => {
+    document.documentElement.lang = name;
+    operator.drawAgain();
+  },
+});
+const followLanguage = (): void => void language.follow(operator.preferences.language);
+operator.addEventListener("change", followLanguage);
+window.addEventListener("languagechange", followLanguage);
+followLanguage();
+
+async function readMessages(file: string): Promise<string> {
+  const answer = await fetch(new URL(file, document.baseURI));
+  if (!answer.ok) throw new Error(`${answer.status} ${answer.statusText}`);
+  return await answer.text();
+}
+
 function logIn(): void {
   location.replace("/login");
 }
@@ -34,7 +55,7 @@ async function checkLogin(): Promise<void> {
 async function logOut(): Promise<void> {
   const left = await fetch("/logout", { method: "POST" }).then((answer) => answer.ok || answer.status === 401, () => false);
   if (left) logIn();
-  else operator.tell({ level: "error", text: "Log out: the drone did not answer. Try again." });
+  else operator.tell({ level: "error", text: say("log-out-unanswered") });
 }
 
 for (const app of document.querySelectorAll("hawk-app")) {

@@ -3,6 +3,15 @@ import { readFileSync } from "node:fs";
 import { fileURLToPath } from "node:url";
 import { transformSync } from "esbuild";
 
+/** Messages as build.mjs bundles them: the English text itself, of any other language the address. */
+registerHooks({
+  load(url, context, next) {
+    if (!url.endsWith(".ftl")) return next(url, context);
+    const content = url.endsWith("/en.ftl") ? readFileSync(fileURLToPath(url), "utf8") : url;
+    return { format: "module", source: `export default ${JSON.stringify(content)};`, shortCircuit: true };
+  },
+});
+
 /** Components use decorators, which Node cannot strip as it strips types: the page's own bundler translates them. */
 registerHooks({
   load(url, context, next) {

@@ -1,4 +1,5 @@
 import type { FenceCorner } from "../protocol.ts";
+import { say } from "../words/say.ts";
 
 /** A fence as a file holds it; the ceiling is the autopilot's, metres above the arm place. */
 export interface FenceFile {
@@ -17,8 +18,6 @@ export const LARGEST_FILE = 1_000_000;
 /** What a file holds, in words. */
 type Kind = "fence" | "outline";
 
-const onePolygon = (kind: Kind): string => `The file must hold exactly one polygon. Save the ${kind} alone, as GeoJSON.`;
-
 interface Polygon {
   rings: unknown[][];
   properties: Record<string, unknown>;
@@ -33,14 +32,14 @@ export function readFence(text: string, kind: Kind = "fence"): FenceFile {
   const features: unknown[] = isObject(content) && Array.isArray(content.features) ? content.features : [content];
   const polygons = features.map((feature) => polygon(feature, kind));
   const [fence, second] = polygons.filter((each) => each.properties.exclusion !== true);
-  if (!fence || second) throw new FenceFileError(onePolygon(kind));
+  if (!fence || second) throw new FenceFileError(say("file-one-polygon", { kind }));
   const apart = polygons.filter((each) => each.properties.exclusion === true);
-  if (apart.some((each) => each.rings.length !== 1)) throw new FenceFileError("An exclusion zone must be one ring without holes.");
+  if (apart.some((each) => each.rings.length !== 1)) throw new FenceFileError(say("file-zone-holes"));
   const [outer = [], ...inner] = fence.rings;
   const ceiling = fence.properties.ceiling_m;
   return {
-    corners: corners(outer, "The polygon"),
-    zones: [...inner, ...apart.map((each) => each.rings[0] ?? [])].map((ring, index) => corners(ring, `Zone ${index + 1}`)),
+    corners: corners(outer, null),
+    zones: [...inner, ...apart.map((each) => each.rings[0] ?? [])].map((ring, index) => corners(ring, index + 1)),
     ceiling: typeof ceiling === "number" && ceiling > 0 ? ceiling : null,
   };
 }
@@ -63,10 +62,10 @@ function positions(ring: readonly FenceCorner[], clockwise: boolean): number[][]
 
 function polygon(feature: unknown, kind: Kind): Polygon {
   const geometry = isObject(feature) && isObject(feature.geometry) ? feature.geometry : feature;
-  if (!isObject(feature) || !isObject(geometry) || geometry.type !== "Polygon") throw new FenceFileError(onePolygon(kind));
+  if (!isObject(feature) || !isObject(geometry) || geometry.type !== "Polygon") throw new FenceFileError(say("file-one-polygon", { kind }));
   const rings: unknown = geometry.coordinates;
   if (!Array.isArray(rings) || rings.length === 0 || !rings.every((ring) => Array.isArray(ring))) {
-    throw new FenceFileError("The polygon has no ring of corners.");
+    throw new FenceFileError(say("file-no-ring"));
   }
   return { rings, properties: isObject(feature.properties) ? feature.properties : {} };
 }
@@ -75,23 +74,26 @@ function parse(text: string, kind: Kind): unknown {
   try {
     return JSON.parse(text);
   } catch {
-    throw new FenceFileError(`The file is not GeoJSON. Save the ${kind} as GeoJSON.`);
+    throw new FenceFileError(say("file-not-geojson", { kind }));
   }
 }
 
-function corners(ring: unknown[], name: string): FenceCorner[] {
-  const found = ring.map((position, index) => corner(position, `${name}: corner ${index + 1}`));
+/** `zone`: its number; null for the polygon itself. */
+function corners(ring: unknown[], zone: number | null): FenceCorner[] {
+  const found = ring.map((position, index) => corner(position, index + 1, zone));
   const [first, last] = [found[0], found.at(-1)];
   const closed = first && last && found.length > 1 && first.Latitude === last.Latitude && first.Longitude === last.Longitude;
   const open = closed ? found.slice(0, -1) : found;
-  if (open.length < 3) throw new FenceFileError(`${name} has ${open.length} corners. It needs at least 3.`);
+  const few = { corners: open.length };
+  if (open.length < 3) throw new FenceFileError(zone === null ? say("file-polygon-few", few) : say("file-zone-few", { zone, ...few }));
   return open;
 }
 
-function corner(position: unknown, name: string): FenceCorner {
+function corner(position: unknown, number: number, zone: number | null): FenceCorner {
   const [longitude, latitude] = Array.isArray(position) ? (position as unknown[]) : [];
   if (!isDegrees(longitude, 180) || !isDegrees(latitude, 90)) {
-    throw new FenceFileError(`${name} is no place on Earth. Longitude comes before latitude, in degrees (WGS-84).`);
+    const where = { corner: number };
+    throw new FenceFileError(zone === null ? say("file-polygon-no-place", where) : say("file-zone-no-place", { zone, ...where }));
   }
   return { Latitude: latitude, Longitude: longitude };
 }

@@ -1,10 +1,26 @@
 import type { Ack, Command, FenceCheck, KillToken, RouteAnswer } from "../protocol.ts";
+import { say } from "../words/say.ts";
 import type { Timers } from "./socket.ts";
 
 /** A command without an answer for this time is reported as unanswered. */
 export const ANSWER_MS = 5000;
 
-export type Answer = Ack | FenceCheck | KillToken | RouteAnswer;
+/** A refusal of this page's own: the drone did not answer. */
+export interface Unanswered extends Ack {
+  ByPage: true;
+}
+
+export type Answer = Ack | Unanswered | FenceCheck | KillToken | RouteAnswer;
+
+/** Reason of a refusal; empty where there is none. */
+export function reasonOf(answer: Answer): string {
+  return answer.Type === "Ack" ? answer.Reason : "";
+}
+
+/** Whether it is the drone that answered, in its own words. */
+export function isByDrone(answer: Answer): boolean {
+  return !("ByPage" in answer);
+}
 
 /** Sends commands and pairs each with its answer by Id. A command is never sent twice and never kept for later. */
 export class Commands {
@@ -27,11 +43,11 @@ export class Commands {
     this.count += 1;
     const id = `page-${this.count}`;
     if (!this.transmit(JSON.stringify({ ...command, Id: id }))) {
-      return Promise.resolve(refusal(id, "No link to the drone. Nothing was sent."));
+      return Promise.resolve(refusal(id, say("not-sent")));
     }
     return new Promise((resolve) => {
       const cancel = this.timers.after(ANSWER_MS, () =>
-        this.answer(refusal(id, "No answer. It is not known whether the drone took it.")),
+        this.answer(refusal(id, say("no-answer"))),
       );
       this.waiting.set(id, { settle: resolve, cancel });
     });
@@ -49,11 +65,11 @@ export class Commands {
   /** The link was lost: nobody will answer any more. */
   abandon(): void {
     for (const id of [...this.waiting.keys()]) {
-      this.answer(refusal(id, "The link was lost. It is not known whether the drone took it."));
+      this.answer(refusal(id, say("link-lost-before-answer")));
     }
   }
 }
 
-function refusal(id: string, reason: string): Ack {
-  return { Type: "Ack", Id: id, Accepted: false, Reason: reason };
+function refusal(id: string, reason: string): Unanswered {
+  return { Type: "Ack", Id: id, Accepted: false, Reason: reason, ByPage: true };
 }

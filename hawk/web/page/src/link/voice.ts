@@ -1,3 +1,5 @@
+import { language } from "../words/say.ts";
+
 /** What is needed of a browser to be heard; each may be absent. */
 export interface Speaker {
   speechSynthesis?: Pick<SpeechSynthesis, "speak" | "cancel">;
@@ -54,7 +56,7 @@ export class Voice {
     const { speechSynthesis: speech, SpeechSynthesisUtterance: Utterance } = this.speaker;
     if (!speech || !Utterance) return;
     const words = new Utterance(text);
-    words.lang = "en";
+    words.lang = language();
     speech.cancel();
     speech.speak(words);
   }

@@ -1,5 +1,6 @@
 import { linkOf, type View } from "../words/view.ts";
 import * as format from "../words/format.ts";
+import { say } from "../words/say.ts";
 import { isFlying } from "./flight.ts";
 
 /** Per cent above what the flight home needs from which the battery counts as low, and above which it counts as well again. */
@@ -22,8 +23,8 @@ export class Alarms {
     const lost = linkOf(view) === "lost" && isFlying(view.heartbeat);
     if (lost === this.lost) return [];
     this.lost = lost;
-    if (lost) return ["Link lost."];
-    return linkOf(view) === "live" ? ["Link is back."] : [];
+    if (lost) return [say("link-lost-note")];
+    return linkOf(view) === "live" ? [say("link-back-note")] : [];
   }
 
   private battery(view: View): string | null {
@@ -33,6 +34,6 @@ export class Alarms {
     if (charge - home > WELL) this.low = false;
     if (charge - home > LOW || this.low) return null;
     this.low = true;
-    return `Battery low: ${format.percent(charge)}. It soon returns home.`;
+    return say("battery-low", { percent: format.percent(charge) });
   }
 }

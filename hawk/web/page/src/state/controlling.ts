@@ -1,6 +1,7 @@
-import type { Answer } from "../link/commands.ts";
+import { type Answer, isByDrone } from "../link/commands.ts";
 import type { Command, ControlCommand, Heartbeat } from "../protocol.ts";
 import { doneByAnother } from "../words/control.ts";
+import { say } from "../words/say.ts";
 import { isFlying } from "./flight.ts";
 import type { Toast } from "./operator.ts";
 
@@ -34,16 +35,16 @@ export class Controlling {
     const heartbeat = this.parts.heartbeat();
     const { Controller = null, "Controller Lost": lost = false, "In Control": mine = false } = heartbeat ?? {};
     const due = heartbeat?.["Control Asked By"] === heartbeat?.["Own Name"] && heartbeat?.["Control Free In"] === 0;
-    if (Controller !== null && !lost && !mine && !due) await this.control("Ask", "Ask for control");
-    else await this.control("Request", "Take control");
+    if (Controller !== null && !lost && !mine && !due) await this.control("Ask", say("ask-for-control"));
+    else await this.control("Request", say("take-control"));
   }
 
   async withdraw(): Promise<void> {
-    await this.control("Withdraw", "Withdraw");
+    await this.control("Withdraw", say("withdraw"));
   }
 
   async answer(gives: boolean): Promise<void> {
-    await this.control(gives ? "Give" : "Keep", gives ? "Give control" : "Keep control");
+    await this.control(gives ? "Give" : "Keep", gives ? say("give-control") : say("keep-control"));
   }
 
   /** Gives control back: on the ground at once, in the air after a question. */
@@ -54,7 +55,7 @@ export class Controlling {
       return;
     }
     this.keep();
-    await this.control("Release", "Give back control");
+    await this.control("Release", say("give-back-control"));
   }
 
   /** Does not give control back after all. */
@@ -67,7 +68,7 @@ export class Controlling {
   async introduce(): Promise<void> {
     const name = this.parts.name() ?? "";
     const answer = await this.parts.send({ Type: "Name", Name: name === "" ? null : name });
-    if (answer.Type === "Ack" && !answer.Accepted) this.parts.tell({ level: "error", text: answer.Reason });
+    if (answer.Type === "Ack" && !answer.Accepted) this.parts.tell({ level: "error", text: answer.Reason, quoted: isByDrone(answer) ? answer.Reason : "" });
   }
 
   /** Another connection: what was before it says nothing about what happens now. */
@@ -84,14 +85,15 @@ export class Controlling {
     const mine = now["In Control"];
     const done = mine ? doneByAnother(before, now) : null;
     if (done !== null) this.report("warning", done);
-    if (mine && now["Control Asked By"] !== null && before["Control Asked By"] !== now["Control Asked By"]) {
-      this.report("warning", `${now["Control Asked By"]} asks for control.`);
+    const asker = now["Control Asked By"];
+    if (mine && asker !== null && before["Control Asked By"] !== asker) {
+      this.report("warning", say("asks-for-control", { name: asker }));
     }
-    if (mine && !before["In Control"]) this.report("info", "You have control.");
+    if (mine && !before["In Control"]) this.report("info", say("you-have-control-now"));
     if (!mine && before["In Control"] && now.Controller !== null && now["Control Taken By"] === null) {
-      this.report("info", `${now.Controller} has control.`);
+      this.report("info", say("other-has-control", { name: now.Controller }));
     }
-    if (now["Control Kept"] && !before["Control Kept"]) this.report("warning", `${now.Controller ?? "The operator"} keeps control.`);
+    if (now["Control Kept"] && !before["Control Kept"]) this.report("warning", keepsControl(now.Controller));
   }
 
   private async control(action: ControlCommand["Action"], what: string): Promise<void> {
@@ -103,4 +105,8 @@ export class Controlling {
     this.parts.note(level, text);
     this.parts.say(text);
   }
+}
+
+function keepsControl(name: string | null): string {
+  return name === null ? say("operator-keeps-control") : say("other-keeps-control", { name });
 }

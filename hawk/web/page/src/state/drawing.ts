@@ -1,5 +1,6 @@
 import type { FenceDraft, Zones } from "../fence/draft.ts";
 import type { FenceCorner } from "../protocol.ts";
+import { say, sentences } from "../words/say.ts";
 
 /** An area that is being drawn on the map, with zones cut out of it. What it is for, its own classes know. */
 export abstract class Drawing {
@@ -26,7 +27,7 @@ export abstract class Drawing {
     const kept = this.draft?.isChanged === true;
     this.close();
     if (!kept) this.draft = null;
-    this.tell(kept ? `${reason} What was drawn is kept.` : reason, "warning");
+    this.tell(sentences(reason, kept ? say("drawing-kept") : ""), "warning");
   }
 
   /** A drawing without zones keeps those that are there; one without corners has none. */

@@ -1,7 +1,8 @@
 import { FenceDraft } from "../fence/draft.ts";
 import { type FenceFile, FenceFileError, readFence, writeFence } from "../fence/geojson.ts";
-import type { Answer } from "../link/commands.ts";
+import { type Answer, isByDrone, reasonOf } from "../link/commands.ts";
 import type { Timers } from "../link/socket.ts";
+import { say } from "../words/say.ts";
 import { Drawing } from "./drawing.ts";
 import type { Command, FenceCheck, FenceCorner, FenceSetup, Heartbeat } from "../protocol.ts";
 
@@ -21,7 +22,8 @@ export type Verdict =
 export interface FenceHooks {
   send: (command: Command) => Promise<Answer>;
   changed: () => void;
-  tell: (text: string, level: "info" | "warning") => void;
+  /** `quoted`: what the drone said, in its own words. */
+  tell: (text: string, level: "info" | "warning", quoted?: string) => void;
   timers: Timers;
 }
 
@@ -31,6 +33,8 @@ export class FenceEditing extends Drawing {
   verdict: Verdict = { about: "nothing" };
 
   private readonly hooks: FenceHooks;
+  /** Whether a problem stands in the drone's own words. */
+  private isDroneProblem = false;
   private asked = 0;
   private cancelAsk: (() => void) | null = null;
   /** Heartbeats since the drone began to save; null while it does not. */
@@ -39,6 +43,12 @@ export class FenceEditing extends Drawing {
   constructor(hooks: FenceHooks) {
     super();
     this.hooks = hooks;
+  }
+
+  /** What the drone says of the drawing, in its own words. */
+  get quoted(): string[] {
+    if (this.verdict.about === "good") return this.verdict.check.Notes;
+    return this.verdict.about === "problem" && this.isDroneProblem ? [this.verdict.text] : [];
   }
 
   /** Opens the editor with what was left unsaved, else with the fence that the drone keeps (a circle is not edited). */
@@ -82,7 +92,7 @@ export class FenceEditing extends Drawing {
     this.hooks.changed();
     const answer = await this.hooks.send({ Type: "Set Fence", ...drawn(draft), Ceiling: ceiling });
     if (answer.Type === "Ack" && answer.Accepted) this.beats = 0;
-    else this.notSaved(answer.Type === "Ack" ? answer.Reason : "");
+    else this.notSaved(reasonOf(answer), isByDrone(answer));
   }
 
   /** The drone says that it plans with another fence once that is on its disk; until then the draft is kept. */
@@ -93,14 +103,14 @@ export class FenceEditing extends Drawing {
       this.beats = null;
       this.saving = false;
       this.cancel();
-      this.hooks.tell("The fence is saved. The next Arm uploads it.", "info");
-    } else if (heartbeat.State === "Idle" && this.beats > SETTLED) this.notSaved(heartbeat.Detail);
+      this.hooks.tell(say("fence-saved"), "info");
+    } else if (heartbeat.State === "Idle" && this.beats > SETTLED) this.notSaved(heartbeat.Detail, true);
   }
 
-  private notSaved(reason: string): void {
+  private notSaved(reason: string, byDrone: boolean): void {
     this.beats = null;
     this.saving = false;
-    this.hooks.tell(reason === "" ? "The fence was not saved." : reason, "warning");
+    this.hooks.tell(reason === "" ? say("fence-not-saved") : reason, "warning", byDrone ? reason : "");
     this.hooks.changed();
   }
 
@@ -128,8 +138,9 @@ export class FenceEditing extends Drawing {
     this.asked += 1;
     const number = this.asked;
     const [draft, ceiling] = [this.draft, this.draft?.ceilingMetres];
+    this.isDroneProblem = false;
     if (!draft?.isDrawn) this.verdict = { about: "nothing" };
-    else if (ceiling == null) this.verdict = { about: "problem", text: "Ceiling: give a number above 0." };
+    else if (ceiling == null) this.verdict = { about: "problem", text: say("ceiling-no-number") };
     else {
       this.verdict = { about: "asking" };
       const command: Command = { Type: "Check Fence", ...drawn(draft), Ceiling: ceiling };
@@ -142,9 +153,10 @@ export class FenceEditing extends Drawing {
   private async check(command: Command, number: number): Promise<void> {
     const answer = await this.hooks.send(command);
     if (number !== this.asked) return;
+    this.isDroneProblem = isByDrone(answer);
     if (answer.Type === "Fence Check") {
       this.verdict = answer.Problem === "" ? { about: "good", check: answer } : { about: "problem", text: answer.Problem };
-    } else this.verdict = { about: "problem", text: (answer.Type === "Ack" ? answer.Reason : "") || "It could not be checked." };
+    } else this.verdict = { about: "problem", text: reasonOf(answer) || say("fence-not-checked") };
     this.hooks.changed();
   }
 }

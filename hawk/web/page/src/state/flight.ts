@@ -8,6 +8,8 @@ export interface LogLine {
   level: LogEntry["Level"];
   text: string;
   details: string;
+  /** What the drone has worded of the text. */
+  quoted?: string;
 }
 
 /** One point of the plots: seconds of this page and of the daemon, height in metres, battery in per cent. */
@@ -75,9 +77,9 @@ export class Flight {
   }
 
   /** Adds a line of this page's own, such as a lost link. */
-  note(level: LogLine["level"], text: string, time: string, details = ""): void {
+  note(level: LogLine["level"], text: string, time: string, details = "", quoted = ""): void {
     this.localLines += 1;
-    this.addLines([{ key: `page-${this.localLines}`, time, level, text, details }]);
+    this.addLines([{ key: `page-${this.localLines}`, time, level, text, details, quoted }]);
   }
 
   private addLines(lines: LogLine[]): void {
@@ -122,6 +124,7 @@ function line(entry: LogEntry): LogLine {
     level: entry.Level,
     text: entry.Text,
     details: entry.Details,
+    quoted: entry.Text,
   };
 }
 

@@ -1,8 +1,9 @@
-import { Commands } from "../link/commands.ts";
+import { Commands, isByDrone, reasonOf } from "../link/commands.ts";
 import { type LinkStatus, ReconnectingSocket } from "../link/reconnect.ts";
 import type { OpenSocket, Timers } from "../link/socket.ts";
 import type { Command, Heartbeat, Incoming, Point } from "../protocol.ts";
 import type { MoveKind } from "../words/move.ts";
+import { say } from "../words/say.ts";
 import { linkOf, option, type View } from "../words/view.ts";
 import { Alarms } from "./alarms.ts";
 import { Controlling } from "./controlling.ts";
@@ -47,11 +48,15 @@ export interface Cutting {
   step: "asking" | "ready";
   token: string | null;
   problem: string;
+  /** The drone's own words in it. */
+  quoted?: string;
 }
 
 export interface Toast {
   text: string;
   level: "warning" | "error" | "info";
+  /** The drone's own words in it. */
+  quoted?: string;
 }
 
 const TOAST_MS = 8000;
@@ -115,7 +120,7 @@ export class Operator extends EventTarget {
     this.fence = new FenceEditing({
       send: (command) => this.commands.send(command),
       changed: () => this.changed(),
-      tell: (text, level) => this.tell({ level, text }),
+      tell: (text, level, quoted) => this.tell({ level, text, ...(quoted ? { quoted } : {}) }),
       timers: outside.timers,
     });
     this.outline = new OutlineEditing({
@@ -174,9 +179,10 @@ export class Operator extends EventTarget {
       this.dismissToast();
       return true;
     }
-    const reason = answer.Reason === "" ? "no reason given" : answer.Reason;
-    this.tell({ level: "error", text: `${what}: ${reason}` });
-    this.note("warning", `${what}: ${reason}`);
+    const text = say("refused", { what, reason: answer.Reason === "" ? say("no-reason") : answer.Reason });
+    const quoted = isByDrone(answer) ? answer.Reason : "";
+    this.tell({ level: "error", text, quoted });
+    this.note("warning", text, quoted);
     return false;
   }
 
@@ -273,7 +279,8 @@ export class Operator extends EventTarget {
       const validMs = (answer["Valid For"] / this.daemonClock.rate) * 1000;
       this.cancelToken = this.outside.timers.after(validMs, () => this.tokenExpired());
     } else {
-      this.cutting = { step: "asking", token: null, problem: (answer.Type === "Ack" && answer.Reason) || "The drone did not allow it." };
+      const problem = reasonOf(answer) || say("cut-not-allowed");
+      this.cutting = { step: "asking", token: null, problem, quoted: isByDrone(answer) ? problem : "" };
     }
     this.changed();
   }
@@ -282,7 +289,7 @@ export class Operator extends EventTarget {
   async finishCut(): Promise<void> {
     const token = this.cutting?.token;
     this.endCut();
-    if (token) await this.command({ Type: "Kill", Token: token }, "Cut motors");
+    if (token) await this.command({ Type: "Kill", Token: token }, say("cut-motors"));
   }
 
   endCut(): void {
@@ -319,16 +326,21 @@ export class Operator extends EventTarget {
     this.changed();
   }
 
+  /** Something that is no part of the model has changed all that is shown. */
+  drawAgain(): void {
+    this.changed();
+  }
+
   /** Looks at the time: values grow old without any message. */
   tick(): void {
     const lost = linkOf(this.view()) === "lost";
     if (lost && !this.toldLost) {
-      this.note("warning", "Link lost.");
+      this.note("warning", say("link-lost-note"));
       this.question = null;
       this.picking = false;
       if (this.cutting) this.endCut();
     }
-    if (!lost && this.toldLost) this.note("ok", "Link is back.");
+    if (!lost && this.toldLost) this.note("ok", say("link-back-note"));
     this.toldLost = lost;
     this.sayAlarms();
     this.changed();
@@ -362,8 +374,8 @@ export class Operator extends EventTarget {
     this.fence.hear(heartbeat);
     if (heartbeat["Outline Setup"]) this.outline.hear(heartbeat["Outline Setup"]);
     if (!FENCE_STATES.has(heartbeat.State)) {
-      this.fence.pause("The fence is changed on the ground only, with the motors off.");
-      this.outline.pause("The area to explore is drawn on the ground only, with the motors off.");
+      this.fence.pause(say("fence-on-ground-only"));
+      this.outline.pause(say("outline-paused"));
     }
     const update = heartbeat["Occupancy Map"];
     if (update) this.dispatchEvent(new CustomEvent<MapChange>("map", { detail: this.map.apply(update) }));
@@ -378,7 +390,7 @@ export class Operator extends EventTarget {
   /** Reports once that control was taken while this operator was lost. */
   private tellTaken(taker: string | null): void {
     if (taker !== null && taker !== this.taker) {
-      const text = `${taker} took control: you were lost, or did not answer.`;
+      const text = say("took-control", { name: taker });
       this.tell({ level: "warning", text });
       this.note("warning", text);
     }
@@ -391,12 +403,12 @@ export class Operator extends EventTarget {
   }
 
   private tokenExpired(): void {
-    this.cutting = { step: "asking", token: null, problem: "That took too long. Cancel and begin again." };
+    this.cutting = { step: "asking", token: null, problem: say("cut-too-long") };
     this.changed();
   }
 
-  private note(level: "ok" | "warning" | "info", text: string): void {
-    this.flight.note(level, text, new Date(this.outside.wallClock()).toISOString());
+  private note(level: "ok" | "warning" | "info", text: string, quoted = ""): void {
+    this.flight.note(level, text, new Date(this.outside.wallClock()).toISOString(), "", quoted);
   }
 
   private changed(): void {

@@ -1,6 +1,7 @@
 import { FenceDraft } from "../fence/draft.ts";
 import { FenceFileError, readFence, writeFence } from "../fence/geojson.ts";
 import type { Command, FenceCorner, OutlineSetup } from "../protocol.ts";
+import { say } from "../words/say.ts";
 import { Drawing } from "./drawing.ts";
 
 /** The rings of an outline, as the drone takes them. */
@@ -77,8 +78,8 @@ export class OutlineEditing extends Drawing {
   }
 
   async clear(): Promise<void> {
-    const done = await this.hooks.command({ Type: "Clear Outline" }, "Remove the outline");
-    if (done) this.hooks.tell("The outline is removed. The next Explore finds the lot by looking.", "info");
+    const done = await this.hooks.command({ Type: "Clear Outline" }, say("remove-outline"));
+    if (done) this.hooks.tell(say("outline-is-removed"), "info");
   }
 
   override import(text: string): boolean {
@@ -112,8 +113,8 @@ export class OutlineEditing extends Drawing {
   }
 
   private async set(rings: OutlineRings): Promise<boolean> {
-    const taken = await this.hooks.command({ Type: "Set Outline", ...rings }, "Set the outline");
-    if (taken) this.hooks.tell("The outline is set. The next Explore sees all of it inside the fence.", "info");
+    const taken = await this.hooks.command({ Type: "Set Outline", ...rings }, say("set-outline-what"));
+    if (taken) this.hooks.tell(say("outline-is-set"), "info");
     return taken;
   }
 }

@@ -1,6 +1,10 @@
+import { isLanguage, type LanguageName } from "../words/languages.ts";
 import type { Units } from "../words/units.ts";
 
 export type Theme = "auto" | "light" | "dark" | "outdoor";
+
+/** Auto: the first of the browser's languages that the page speaks. */
+export type LanguageChoice = "auto" | LanguageName;
 
 /** What can be left out of the map. */
 export const LAYERS = ["stalls", "picture", "fence", "outline", "trail", "background"] as const;
@@ -18,6 +22,7 @@ export interface Preferences {
   sound: boolean;
   layers: Layers;
   units: Units;
+  language: LanguageChoice;
   /** The map turns with the drone's nose, which is always up. */
   droneUp: boolean;
 }
@@ -25,14 +30,23 @@ export interface Preferences {
 type Storage = Pick<globalThis.Storage, "getItem" | "setItem">;
 
 const KEY = "hawk-page";
-export const STANDARD: Preferences = { theme: "auto", leftHanded: false, name: null, sound: true, layers: ALL_LAYERS, units: "metres", droneUp: false };
+export const STANDARD: Preferences = {
+  theme: "auto",
+  leftHanded: false,
+  name: null,
+  sound: true,
+  layers: ALL_LAYERS,
+  units: "metres",
+  language: "auto",
+  droneUp: false,
+};
 
 /** Reads the preferences that this browser stored; those that cannot be read have their defaults. */
 export function readPreferences(storage: Storage): Preferences {
   try {
     const stored: unknown = JSON.parse(storage.getItem(KEY) ?? "{}");
     if (typeof stored !== "object" || stored === null) return STANDARD;
-    const { theme, leftHanded, name, sound, layers, units, droneUp } = stored as Partial<Preferences>;
+    const { theme, leftHanded, name, sound, layers, units, language, droneUp } = stored as Partial<Preferences>;
     return {
       theme: theme === "light" || theme === "dark" || theme === "outdoor" ? theme : "auto",
       leftHanded: leftHanded === true,
@@ -40,6 +54,7 @@ export function readPreferences(storage: Storage): Preferences {
       sound: sound !== false,
       layers: readLayers(layers),
       units: units === "feet" ? "feet" : "metres",
+      language: isLanguage(language) ? language : "auto",
       droneUp: droneUp === true,
     };
   } catch {

@@ -1,5 +1,6 @@
-import type { Answer } from "../link/commands.ts";
+import { type Answer, isByDrone, reasonOf } from "../link/commands.ts";
 import type { Command, Point } from "../protocol.ts";
+import { say } from "../words/say.ts";
 
 export type RouteState = "none" | "asking" | "known" | "refused";
 
@@ -10,6 +11,8 @@ export class RoutePlan {
   metres: number | null = null;
   /** Reason why there is no route. */
   reason = "";
+  /** The same, where the drone has worded it, without the fields that it names first. */
+  quoted = "";
 
   private asked = 0;
   private readonly send: (command: Command) => Promise<Answer>;
@@ -32,8 +35,9 @@ export class RoutePlan {
       this.metres = answer.Length;
     } else {
       this.state = "refused";
-      const reason = answer.Type === "Route" ? answer.Refused : answer.Type === "Ack" ? answer.Reason : null;
-      this.reason = reason ?? "There is no way there.";
+      const reason = answer.Type === "Route" ? answer.Refused : answer.Type === "Ack" ? reasonOf(answer) : null;
+      this.reason = reason ?? say("no-route");
+      this.quoted = reason !== null && isByDrone(answer) ? reason.replace(/^X, Y: /, "") : "";
     }
     this.changed();
   }
@@ -44,6 +48,6 @@ export class RoutePlan {
     this.state = "none";
     this.points = [];
     this.metres = null;
-    this.reason = "";
+    this.reason = this.quoted = "";
   }
 }

@@ -3,12 +3,14 @@ import { customElement, property } from "lit/decorators.js";
 import { repeat } from "lit/directives/repeat.js";
 import type { Point } from "../protocol.ts";
 import { isFlying } from "../state/flight.ts";
-import { type Action, control, guidedActions, isViewer, safetyActions, VIEWER_WORDS, watchingWords } from "../words/actions.ts";
+import { type Action, control, guidedActions, isViewer, safetyActions, viewerWords, watchingWords } from "../words/actions.ts";
 import { isDone, nextStep } from "../words/next-step.ts";
+import { pointer, say } from "../words/say.ts";
 import { linkOf, type View } from "../words/view.ts";
 import { begin } from "./begin.ts";
 import { cssVars } from "./css-vars.ts";
 import { Part } from "./element.ts";
+import { noted } from "./quoting.ts";
 import { isTouch } from "./touch.ts";
 import "./confirm-bar.ts";
 import "./fence-bar.ts";
@@ -74,7 +76,7 @@ export class ActionBar extends Part {
     const key = keyActions(view, actions);
     const next = nextStep(view, actions);
     return html`<div class="guided">
-      <button class="act more" @click=${() => this.more()}><b>More actions</b></button>
+      <button class="act more" @click=${() => this.more()}><b>${say("more-actions")}</b></button>
       ${repeat(
         actions,
         (action) => action.name, // the focus must not slip from Arm to Disarm
@@ -86,7 +88,7 @@ export class ActionBar extends Part {
   /** `rank`: 0 is shown even on the narrowest page, -1 only on wide ones. */
   private action(action: Action, rank: number, step = ""): TemplateResult {
     const picking = action.name === "move" && this.model.picking;
-    const words = picking ? { ...action, kind: "running" as const, note: isTouch() ? "Now tap the map" : "Now click the map" } : action;
+    const words = picking ? { ...action, kind: "running" as const, note: say("move-now", { pointer: pointer(isTouch()) }) } : action;
     const rankClass = rank === 0 ? "key first" : rank > 0 ? "key" : "";
     return html`<button
       class="act ${words.kind} ${rankClass} ${step}"
@@ -96,7 +98,7 @@ export class ActionBar extends Part {
       ${cssVars({ "--progress": `${Math.round((words.progress ?? 0) * 100)}%` })}
       @click=${() => begin(this.model, action)}
     >
-      <b>${words.label}</b> <span class="sub">${words.note}</span>
+      <b>${words.label}</b> <span class="sub">${noted(this.model.view(), words.note)}</span>
     </button>`;
   }
 
@@ -109,25 +111,25 @@ export class ActionBar extends Part {
       <div class="txt"><b>${title}</b><span class="sub">${text}</span></div>
       ${open && flying && home ? this.action(home, 0) : nothing}
       <button class="act ask ${open ? "primary" : ""}" @click=${() => void this.model.takeControl()}>
-        <b>${open ? "Take control" : "Ask for control"}</b>
+        <b>${open ? say("take-control") : say("ask-for-control")}</b>
       </button>
     </div>`;
   }
 
   private safety(action: Action, name: "land" | "hold", forbidden: string): TemplateResult {
     const disabled = action.kind === "impossible" || forbidden !== "";
-    const note = forbidden === "" || action.note === "No link" ? action.note : forbidden;
+    const note = forbidden === "" || action.note === say("no-link") ? action.note : forbidden;
     return html`<button
       class=${name}
       ?disabled=${disabled}
       @click=${() => begin(this.model, action)}
     >
-      ${action.label} <span class="sub">${note}</span>
+      ${action.label} <span class="sub">${noted(this.model.view(), note)}</span>
     </button>`;
   }
 
   private landAllowed(view: View): string {
-    return linkOf(view) === "live" && control(view) === "other" && isFlying(view.heartbeat) ? "Someone else has control" : "";
+    return linkOf(view) === "live" && control(view) === "other" && isFlying(view.heartbeat) ? say("someone-has-control") : "";
   }
 
   private readonly noteFocus = (event: Event): void => {
@@ -148,8 +150,9 @@ function stepClass(view: View, action: Action, next: Action["name"] | null): str
 
 /** The whole bar of a viewer. */
 function viewing(): TemplateResult {
+  const { title, text } = viewerWords();
   return html`<footer class="bar">
-    <div class="watching"><div class="txt"><b>${VIEWER_WORDS.title}</b><span class="sub">${VIEWER_WORDS.text}</span></div></div>
+    <div class="watching"><div class="txt"><b>${title}</b><span class="sub">${text}</span></div></div>
   </footer>`;
 }
 

@@ -1,8 +1,10 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement, state } from "lit/decorators.js";
 import { fetchSettings, type Setting } from "../link/settings.ts";
+import { say } from "../words/say.ts";
 import { settingGroups, type SettingWords } from "../words/settings.ts";
 import { Part } from "./element.ts";
+import { english } from "./quoting.ts";
 
 /** All settings that the drone's program runs with, to read: a file on the drone sets them before it starts. */
 @customElement("hawk-all-settings")
@@ -14,27 +16,27 @@ export class AllSettings extends Part {
 
   override render(): TemplateResult {
     return html`<details class="all-settings" @toggle=${this.opened}>
-      <summary>All settings of the drone's program</summary>
+      <summary>${say("all-settings")}</summary>
       ${this.settings === null ? this.waiting() : this.list(this.settings)}
     </details>`;
   }
 
   private waiting(): TemplateResult {
-    return html`<p class="sub" role="status">${this.failed ? "The drone does not answer. Close this and open it again." : "Asking the drone"}</p>`;
+    return html`<p class="sub" role="status">${this.failed ? say("settings-unanswered") : say("settings-asking")}</p>`;
   }
 
   private list(settings: Setting[]): TemplateResult {
     const groups = settingGroups(settings, this.search);
-    return html`<p class="sub">They are read when the program starts: from config.toml, or HAWK_SECTION__KEY in its environment.</p>
+    return html`<p class="sub">${say("settings-note")}</p>
       <input
         type="search"
-        placeholder="Search settings"
-        aria-label="Search settings"
+        placeholder=${say("search-settings")}
+        aria-label=${say("search-settings")}
         .value=${this.search}
         @input=${(event: Event) => (this.search = (event.target as HTMLInputElement).value)}
       />
-      ${groups.length === 0 ? html`<p class="sub">No setting is like this.</p>` : nothing}
-      ${groups.map(([section, words]) => html`<h3>${section}</h3><dl>${words.map(row)}</dl>`)}`;
+      ${groups.length === 0 ? html`<p class="sub">${say("no-setting-like-this")}</p>` : nothing}
+      ${groups.map(([section, words]) => html`<h3>${english(section)}</h3><dl>${words.map(row)}</dl>`)}`;
   }
 
   private readonly opened = (event: Event): void => {
@@ -51,11 +53,11 @@ export class AllSettings extends Part {
 
 function row(words: SettingWords): TemplateResult {
   return html`<div>
-    <dt>${words.name}</dt>
+    <dt>${english(words.name)}</dt>
     <dd>
-      <b>${words.value}${words.changed ? html` <span class="changed">changed</span>` : nothing}</b>
+      <b>${words.value}${words.changed ? html` <span class="changed">${say("setting-changed")}</span>` : nothing}</b>
       ${words.bounds === "" ? nothing : html`<span class="sub">${words.bounds}</span>`}
-      <span class="sub">${words.text}</span>
+      <span class="sub">${english(words.text)}</span>
     </dd>
   </div>`;
 }

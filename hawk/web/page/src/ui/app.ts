@@ -3,6 +3,7 @@ import { customElement, query, state } from "lit/decorators.js";
 import { isFlying } from "../state/flight.ts";
 import type { Operator } from "../state/operator.ts";
 import { stateWords } from "../words/glance.ts";
+import { say } from "../words/say.ts";
 import { stallCount } from "./counts-card.ts";
 import { leaveByEscape } from "./escape.ts";
 import { icon } from "./icons.ts";
@@ -26,7 +27,7 @@ import "./tabs.ts";
 import "./video-panel.ts";
 
 type Panel = "none" | "menu" | "actions" | "keys";
-const PANEL_NAMES = { menu: "Menu", actions: "More actions", keys: "Keys" };
+const PANEL_NAMES = { menu: "menu", actions: "more-actions", keys: "keys" } as const;
 
 /** The page: glance line, banner, map with video and side column, bar. */
 @customElement("hawk-app")
@@ -68,16 +69,15 @@ export class App extends LitElement {
     const landed = view.landedAt !== this.landedAt && view.landedAt !== null;
     if (landed && stallCount(view) > 0 && view.heartbeat?.Killed !== true) this.survey = true; // after a cut its remedy stays in sight
     this.landedAt = view.landedAt;
-    const simulated = view.welcome?.Simulation ? " (simulation)" : "";
-    document.title = `${stateWords(view).title} – Parking Lot Hawk${simulated}`;
+    document.title = say(view.welcome?.Simulation ? "title-simulation" : "title", { state: stateWords(view).title });
   }
 
   override render(): TemplateResult {
     const model = this.model;
     const simulated = model.flight.welcome?.Simulation === true;
     const main = [this.swapped ? "swapped" : "", this.survey ? "surveyed" : "", model.drawing ? "fencing" : ""].join(" ");
-    return html`<nav class="skipping" aria-label="Skip"><a class="skip" href="#bar" @click=${(event: Event) => this.skip(event)}>Skip to the actions</a></nav>
-      ${simulated ? html`<div class="simline" role="region" aria-label="Simulation"><b>SIMULATION</b> No real drone flies.</div>` : nothing}
+    return html`<nav class="skipping" aria-label=${say("skip")}><a class="skip" href="#bar" @click=${(event: Event) => this.skip(event)}>${say("skip-to-actions")}</a></nav>
+      ${simulated ? html`<div class="simline" role="region" aria-label=${say("simulation")}><b>${say("simulation-mark")}</b> ${say("no-real-drone")}</div>` : nothing}
       <hawk-glance .model=${model}></hawk-glance>
       <div class="strips">
         <hawk-banner .model=${model}></hawk-banner>
@@ -102,8 +102,8 @@ export class App extends LitElement {
 
   private sheet(): TemplateResult | typeof nothing {
     if (this.panel === "none") return nothing;
-    return html`<div class="sheet" role="dialog" aria-label=${PANEL_NAMES[this.panel]}>
-      <button class="plain close" aria-label="Close" @click=${() => (this.panel = "none")}>${icon("close")}</button>
+    return html`<div class="sheet" role="dialog" aria-label=${say(PANEL_NAMES[this.panel])}>
+      <button class="plain close" aria-label=${say("close")} @click=${() => (this.panel = "none")}>${icon("close")}</button>
       ${this.inSheet(this.panel)}
     </div>`;
   }

@@ -2,6 +2,7 @@ import { html, nothing, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
 import { type BatteryPart, batteryWords } from "../words/battery.ts";
 import * as format from "../words/format.ts";
+import { say } from "../words/say.ts";
 import { ageNow, BATTERY_STALE_S } from "../words/view.ts";
 import { cssVars } from "./css-vars.ts";
 import { Part } from "./element.ts";
@@ -17,11 +18,11 @@ export class BatteryBar extends Part {
     if (!heartbeat || !words) return nothing;
     const age = ageNow(view, heartbeat["Battery Age"]);
     const stale = age !== null && age > BATTERY_STALE_S;
-    return html`<section class="battery ${stale ? "stale" : ""}" aria-label="Battery for the survey">
+    return html`<section class="battery ${stale ? "stale" : ""}" aria-label=${say("battery-for-survey")}>
       <div class="hd">
-        <b>Battery ${format.percent(heartbeat["Battery Percentage"])}</b>
+        <b>${say("battery-charge", { percent: format.percent(heartbeat["Battery Percentage"]) })}</b>
         <span class=${words.short ? "short" : "sub"}>${words.short ? icon("warn") : nothing}${words.verdict}</span>
-        ${stale ? html`<span class="age">${format.age(age)} old</span>` : nothing}
+        ${stale ? html`<span class="age">${say("age", { age: format.age(age) })}</span>` : nothing}
       </div>
       <div class="charge" role="img" aria-label=${words.spoken}>
         ${words.parts.map((part) => html`<i class=${part.name} ${cssVars({ "--share": String(part.shown) })}></i>`)}

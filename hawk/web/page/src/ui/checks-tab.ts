@@ -2,13 +2,17 @@ import { html, nothing, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
 import type { CheckItem } from "../protocol.ts";
 import { cannot } from "../words/actions.ts";
+import { say, sentences } from "../words/say.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
+import { checkWords, english, noted } from "./quoting.ts";
 import { heights } from "./settings-tab.ts";
 import "./fence-button.ts";
 import "./heights-button.ts";
 
-const REMEDIES = { "Set Failsafes": "Set failsafes", "Clear Kill": "Allow arming again", "Set Fence": "Draw the fence" } as const;
+const REMEDIES = { "Set Failsafes": "remedy-failsafes", "Clear Kill": "remedy-kill", "Set Fence": "remedy-fence" } as const;
+/** The same in the words of the drone's program. */
+const DRONE_REMEDIES = ["Set failsafes.", "Allow arming again.", "Draw the fence."];
 type Remedy = keyof typeof REMEDIES;
 
 /** Checks before flight: failed ones first, each with its consequence and one remedy. */
@@ -19,12 +23,12 @@ export class ChecksTab extends Part {
     const checks = view.heartbeat?.Checks ?? [];
     const failed = checks.filter((check) => !check.Passed);
     const passed = checks.filter((check) => check.Passed);
-    return html`<section class="checks" aria-label="Checks before flight">
-      <div class="scroll" tabindex="0" role="region" aria-label="All checks">
-        <div class="hd"><span class="h">Checks before flight</span><span class="sub">${summary(checks.length, passed.length)}</span></div>
+    return html`<section class="checks" aria-label=${say("checks-before-flight")}>
+      <div class="scroll" tabindex="0" role="region" aria-label=${say("all-checks")}>
+        <div class="hd"><span class="h">${say("checks-before-flight")}</span><span class="sub">${summary(checks.length, passed.length)}</span></div>
         ${groups(failed).map((group) => this.failed(group))}
         <ul class="passed">
-          ${passed.map((check) => html`<li>${icon("check")}<span>${check.Name}</span><span>${check.Value}</span></li>`)}
+          ${passed.map((check) => html`<li>${icon("check")}<span>${english(check.Name)}</span><span>${english(check.Value)}</span></li>`)}
         </ul>
       </div>
       <div class="ft">${heights(view)}<hawk-heights-button .model=${this.model}></hawk-heights-button></div>
@@ -36,8 +40,8 @@ export class ChecksTab extends Part {
     const remedy = group[0]?.["Remedy Command"] ?? null;
     return html`<div class="fix">
       ${group.map(
-        (check) => html`<div class="h">${icon("cross")}${check.Name}: ${check.Value}</div>
-          <p>${check.Consequence}${remedy === null && check.Remedy !== "" ? ` ${check.Remedy}` : ""}</p>`,
+        (check) => html`<div class="h">${icon("cross")}${checkWords(check)}</div>
+          <p>${english(sentences(check.Consequence, remedy === null ? check.Remedy : ""))}</p>`,
       )}
       ${remedy === null ? nothing : this.remedy(remedy, group)}
     </div>`;
@@ -45,23 +49,23 @@ export class ChecksTab extends Part {
 
   private remedy(remedy: Remedy, group: CheckItem[]): TemplateResult {
     const reason = cannot(this.model.view(), remedy);
-    const words = [...new Set(group.map((check) => check.Remedy).filter((text) => text !== "" && text !== `${REMEDIES[remedy]}.`))];
-    return html`${words.map((text) => html`<p class="sub">${text}</p>`)}
+    const words = [...new Set(group.map((check) => check.Remedy).filter((text) => text !== "" && !DRONE_REMEDIES.includes(text)))];
+    return html`${words.map((text) => html`<p class="sub">${english(text)}</p>`)}
       <button class="primary" ?disabled=${reason !== ""} aria-description=${reason} @click=${() => this.mend(remedy)}>
-        ${REMEDIES[remedy]}
+        ${say(REMEDIES[remedy])}
       </button>
-      ${reason === "" ? nothing : html`<span class="sub">${reason}</span>`}`;
+      ${reason === "" ? nothing : html`<span class="sub">${noted(this.model.view(), reason)}</span>`}`;
   }
 
   private mend(remedy: Remedy): void {
     if (remedy === "Set Fence") this.dispatchEvent(new CustomEvent("open-panel", { detail: "fence", bubbles: true }));
-    else void this.model.command({ Type: remedy }, REMEDIES[remedy]);
+    else void this.model.command({ Type: remedy }, say(REMEDIES[remedy]));
   }
 }
 
 function summary(all: number, passed: number): string {
-  if (all === 0) return "not known yet";
-  return all === passed ? `all ${all} passed` : `${passed} of ${all} passed`;
+  if (all === 0) return say("checks-not-known");
+  return all === passed ? say("checks-all-passed", { checks: all }) : say("checks-some-passed", { checks: all, passed });
 }
 
 /** Checks that the same command mends stand together; all others alone. */

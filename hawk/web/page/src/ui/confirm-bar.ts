@@ -5,9 +5,11 @@ import type { Point } from "../protocol.ts";
 import type { Question } from "../state/operator.ts";
 import { cannot } from "../words/actions.ts";
 import { askedWords, OVERRULING, type Simple } from "../words/asked.ts";
+import { say, sentences } from "../words/say.ts";
 import { consequence, type MoveKind, type MovePlan, planMove } from "../words/move.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
+import { noted } from "./quoting.ts";
 import type { Slide } from "./slide.ts";
 import "./slide.ts";
 
@@ -34,18 +36,18 @@ export class ConfirmBar extends Part {
     const view = this.model.view();
     const route = this.model.routePlan;
     const plan = planMove(view, target, this.classAt(target), route);
-    if (!plan) return this.frame("Where the drone is, is not known.", "Wait for its position.", nothing, "Slide to move", null);
+    if (!plan) return this.frame(say("place-not-known"), say("wait-for-position"), nothing, say("move-slide"), null);
     const kind = chosen ?? plan.suggested;
     const way = plan.ways.find((each) => each.kind === kind);
     const run = way?.possible ? () => void this.go(target, way.kind) : null;
     const second = way?.possible ? consequence(view, plan, way.kind, route) : (way?.reason ?? plan.refusal);
-    const asked = stall === undefined ? plan.question : `Look at stall ${stall} again?`;
-    const line = stall === undefined ? second : `Fly ${plan.journey}. ${second}`;
-    return this.frame(asked, line, this.ways(plan, kind), "Slide to move", run);
+    const asked = stall === undefined ? plan.question : say("look-again-question", { stall });
+    const line = stall === undefined ? second : sentences(plan.flown, second);
+    return this.frame(asked, line, this.ways(plan, kind), say("move-slide"), run);
   }
 
   private ways(plan: MovePlan, kind: MoveKind | null): TemplateResult {
-    return html`<div class="segments ways" role="radiogroup" aria-label="Where it may fly">
+    return html`<div class="segments ways" role="radiogroup" aria-label=${say("where-may-fly")}>
       ${plan.ways.map(
         (way) => html`<label class=${way.kind === kind ? "on" : ""} title=${way.reason}>
           <input
@@ -80,8 +82,8 @@ export class ConfirmBar extends Part {
     run: (() => void) | null,
   ): TemplateResult {
     return html`<div class="confirm" role="group" aria-label=${question}>
-      <button class="cancel" aria-label="Cancel" @click=${() => this.model.ask(null)}>${icon("close")}<span>Cancel</span></button>
-      <div class="txt"><b>${question}</b><span class="sub">${second}</span></div>
+      <button class="cancel" aria-label=${say("cancel")} @click=${() => this.model.ask(null)}>${icon("close")}<span>${say("cancel")}</span></button>
+      <div class="txt"><b>${question}</b><span class="sub">${noted(this.model.view(), second, this.model.routePlan.quoted)}</span></div>
       ${choice}
       ${keyed(this.question, html`<hawk-slide .text=${slide} ?disabled=${run === null} @confirmed=${() => run?.()}></hawk-slide>`)}
     </div>`;
@@ -89,6 +91,6 @@ export class ConfirmBar extends Part {
 
   private async go(target: Point, kind: MoveKind): Promise<void> {
     this.model.ask(null);
-    await this.model.command({ Type: kind, X: target.North, Y: target.East, Frame: "Map" }, "Move");
+    await this.model.command({ Type: kind, X: target.North, Y: target.East, Frame: "Map" }, say("move"));
   }
 }

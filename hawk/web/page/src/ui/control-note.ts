@@ -1,6 +1,7 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
 import { type ControlNote, controlNote } from "../words/control.ts";
+import { say } from "../words/say.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
 
@@ -24,16 +25,16 @@ export class ControlNotePart extends Part {
     const { controlling } = this.model;
     switch (kind) {
       case "asked":
-        return html`<button @click=${() => void controlling.answer(true)}>Give</button>
-          <button @click=${() => void controlling.answer(false)}>Keep</button>`;
+        return html`<button @click=${() => void controlling.answer(true)}>${say("give")}</button>
+          <button @click=${() => void controlling.answer(false)}>${say("keep")}</button>`;
       case "asking":
-        return html`<button @click=${() => void controlling.withdraw()}>Withdraw</button>`;
+        return html`<button @click=${() => void controlling.withdraw()}>${say("withdraw")}</button>`;
       case "free":
-        return html`<button @click=${() => void controlling.request()}>Take control now</button>
-          <button @click=${() => void controlling.withdraw()}>Withdraw</button>`;
+        return html`<button @click=${() => void controlling.request()}>${say("take-control-now")}</button>
+          <button @click=${() => void controlling.withdraw()}>${say("withdraw")}</button>`;
       case "releasing":
-        return html`<button @click=${() => void controlling.release()}>Give back</button>
-          <button @click=${() => controlling.keep()}>Keep control</button>`;
+        return html`<button @click=${() => void controlling.release()}>${say("give-back")}</button>
+          <button @click=${() => controlling.keep()}>${say("keep-control")}</button>`;
     }
   }
 }

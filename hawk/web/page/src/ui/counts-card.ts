@@ -3,7 +3,7 @@ import { customElement } from "lit/decorators.js";
 import type { StallState } from "../state/map-store.ts";
 import { isFlying } from "../state/flight.ts";
 import * as format from "../words/format.ts";
-import { STALL_WORDS } from "../words/stall.ts";
+import { number, say } from "../words/say.ts";
 import { linkOf, type View } from "../words/view.ts";
 import { seenPercent } from "../words/glance.ts";
 import { Part } from "./element.ts";
@@ -16,11 +16,11 @@ export class CountsCard extends Part {
     const view = this.model.view();
     const heartbeat = view.heartbeat;
     if (!heartbeat || stallCount(view) === 0) return nothing;
-    return html`<section class="card counts" aria-label="Stalls">
+    return html`<section class="card counts" aria-label=${say("stalls")}>
       ${count("free", heartbeat.Free)} ${count("taken", heartbeat.Taken)} ${count("unknown", heartbeat.Unknown)}
       <span class="sub w">
         <span>${summary(view)}</span>
-        ${isFlying(heartbeat) ? nothing : html`<button class="small" @click=${() => this.showSurvey()}>Show survey</button>`}
+        ${isFlying(heartbeat) ? nothing : html`<button class="small" @click=${() => this.showSurvey()}>${say("show-survey")}</button>`}
       </span>
     </section>`;
   }
@@ -35,19 +35,19 @@ export function stallCount(view: View): number {
   return heartbeat ? heartbeat.Free + heartbeat.Taken + heartbeat.Unknown : 0;
 }
 
-function count(state: StallState, number: number): TemplateResult {
+function count(state: StallState, stalls: number): TemplateResult {
   return html`<div class="ct" data-count=${state}>
     ${swatch(state)}
-    <div><b>${number}</b><span class="sub">${STALL_WORDS[state]}</span></div>
+    <div><b>${number(stalls)}</b><span class="sub">${say(`legend-${state}`)}</span></div>
   </div>`;
 }
 
 function summary(view: View): string {
   if (linkOf(view) === "lost" && view.silence !== null) {
-    return `Counted up to ${format.clock(view.now - view.silence * 1000)}`;
+    return say("counted-up-to", { time: format.clock(view.now - view.silence * 1000) });
   }
   const seen = view.heartbeat ? seenPercent(view.heartbeat) : null;
-  const found = `${format.count(stallCount(view), "stall", "stalls")} found`;
-  if (view.heartbeat?.["Explore Done"]) return `${found}, whole lot seen`;
-  return seen === null ? found : `${found}, ${seen} % seen of the lot found so far`;
+  const stalls = stallCount(view);
+  if (view.heartbeat?.["Explore Done"]) return say("stalls-found-all", { stalls });
+  return seen === null ? say("stalls-found", { stalls }) : say("stalls-found-seen", { stalls, percent: format.percent(seen) });
 }

@@ -2,15 +2,17 @@ import { html, type TemplateResult } from "lit";
 import { customElement, state } from "lit/decorators.js";
 import { type Download, fetchDownloads } from "../link/downloads.ts";
 import * as format from "../words/format.ts";
+import { say } from "../words/say.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
+import { english } from "./quoting.ts";
 
-const FILES: [name: string, title: string, kind: string][] = [
-  ["stalls.csv", "Table", "CSV"],
-  ["stalls.geojson", "Stalls for maps", "GeoJSON"],
-  ["lot.jpg", "Picture of the lot", "JPEG"],
-  ["recording.mcap", "Recording", "MCAP"],
-];
+const FILES = [
+  ["stalls.csv", "file-table", "CSV"],
+  ["stalls.geojson", "file-stalls", "GeoJSON"],
+  ["lot.jpg", "file-picture", "JPEG"],
+  ["recording.mcap", "file-recording", "MCAP"],
+] as const;
 
 /** The survey's result as files, with their sizes. */
 @customElement("hawk-downloads")
@@ -19,7 +21,7 @@ export class Downloads extends Part {
   private askedFor = "";
 
   override render(): TemplateResult {
-    return html`<section class="downloads" aria-label="Downloads">${FILES.map(([name, title, kind]) => this.file(name, title, kind))}</section>`;
+    return html`<section class="downloads" aria-label=${say("downloads")}>${FILES.map(([name, title, kind]) => this.file(name, say(title), kind))}</section>`;
   }
 
   /** Asks again when another flight has ended or the map has changed; in flight it changes all the time. */
@@ -36,9 +38,9 @@ export class Downloads extends Part {
   private file(name: string, title: string, kind: string): TemplateResult {
     const known = this.files?.get(name);
     if (known?.bytes === null) {
-      return html`<div class="button off">${icon("download")}<span><b>${title}</b><span class="sub">${known.reason}</span></span></div>`;
+      return html`<div class="button off">${icon("download")}<span><b>${title}</b><span class="sub">${english(known.reason)}</span></span></div>`;
     }
-    const size = known === undefined ? kind : `${kind}, ${format.bytes(known.bytes)}`;
+    const size = known === undefined ? kind : say("file-kind-size", { kind, size: format.bytes(known.bytes) });
     return html`<a class="button" href="api/${name}" download>${icon("download")}<span><b>${title}</b><span class="sub">${size}</span></span></a>`;
   }
 }

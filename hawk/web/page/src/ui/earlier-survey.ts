@@ -1,6 +1,7 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
 import { earlierSurvey } from "../words/earlier.ts";
+import { say } from "../words/say.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
 
@@ -14,15 +15,15 @@ export class EarlierSurvey extends Part {
     if (view.heartbeat && view.heartbeat.State !== "Idle") this.kept = false;
     const words = earlierSurvey(view);
     if (words === null || this.kept || this.model.question !== null || this.model.drawing !== null) return nothing;
-    return html`<div class="banner earlier" role="region" aria-label="A survey is on the map">
+    return html`<div class="banner earlier" role="region" aria-label=${say("survey-on-map")}>
       ${icon("info")}
       <div>
-        <div class="big">A survey is on the map</div>
+        <div class="big">${say("survey-on-map")}</div>
         <div>${words}</div>
       </div>
       <div class="act-side">
-        <button @click=${() => this.keep()}>Continue survey</button>
-        <button @click=${() => this.model.ask({ about: "New Survey" })}>New survey</button>
+        <button @click=${() => this.keep()}>${say("continue-survey")}</button>
+        <button @click=${() => this.model.ask({ about: "New Survey" })}>${say("new-survey")}</button>
       </div>
     </div>`;
   }

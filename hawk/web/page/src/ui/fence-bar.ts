@@ -1,9 +1,11 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
 import { fenceWords } from "../words/fence.ts";
+import { say } from "../words/say.ts";
 import { metresOf, SCALES, typed, type Units } from "../words/units.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
+import { noted, quoting } from "./quoting.ts";
 import { isTouch } from "./touch.ts";
 
 /** The fence editor's part of the bar: what is said about the fence, its ceiling, and keeping it. */
@@ -17,16 +19,16 @@ export class FenceBar extends Part {
     if (!fence.open) return nothing;
     const { units } = this.model.preferences;
     const words = fenceWords(fence, flight.fenceSetup, this.model.view(), isTouch());
-    return html`<div class="confirm fence" role="group" aria-label="Edit the fence">
-      <button class="cancel" aria-label="Cancel" @click=${() => fence.cancel()}>${icon("close")}<span>Cancel</span></button>
+    return html`<div class="confirm fence" role="group" aria-label=${say("edit-the-fence")}>
+      <button class="cancel" aria-label=${say("cancel")} @click=${() => fence.cancel()}>${icon("close")}<span>${say("cancel")}</span></button>
       <div class="txt" role="status">
-        <b>${words.title}</b><span class="sub ${words.level}">${words.line}</span>
+        <b>${words.title}</b><span class="sub ${words.level}">${quoting(words.line, fence.quoted)}</span>
       </div>
       <label class="number"
-        ><span class="t">Ceiling</span>
+        ><span class="t">${say("ceiling")}</span>
         <input
           inputmode="decimal"
-          aria-label="Ceiling, ${units} above where it is armed"
+          aria-label=${say("ceiling-label", { units })}
           .value=${this.ceiling(units)}
           @input=${(event: Event) => this.typeCeiling((event.target as HTMLInputElement).value, units)}
         />${SCALES[units].symbol}</label
@@ -36,7 +38,7 @@ export class FenceBar extends Part {
         ?disabled=${words.reason !== ""}
         @click=${() => void fence.save()}
       >
-        <b>Save fence</b>${words.reason === "" ? nothing : html`<span class="sub">${words.reason}</span>`}
+        <b>${say("save-fence")}</b>${words.reason === "" ? nothing : html`<span class="sub">${noted(this.model.view(), words.reason)}</span>`}
       </button>
     </div>`;
   }

@@ -2,8 +2,10 @@ import { html, nothing, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
 import { cannot, control } from "../words/actions.ts";
 import { fenceSummary } from "../words/fence.ts";
+import { say } from "../words/say.ts";
 import { option } from "../words/view.ts";
 import { Part } from "./element.ts";
+import { noted, quoting } from "./quoting.ts";
 
 /** The fence in force, and the button of its editor. */
 @customElement("hawk-fence-button")
@@ -11,12 +13,12 @@ export class FenceButton extends Part {
   override render(): TemplateResult {
     const setup = this.model.flight.fenceSetup;
     const { title, line } = fenceSummary(setup, this.model.preferences.units);
-    const reason = setup ? cannot(this.model.view(), "Set Fence") : "Not known yet";
-    return html`<div><b>${title}</b> <span class="sub">${line}</span></div>
+    const reason = setup ? cannot(this.model.view(), "Set Fence") : say("not-known-yet");
+    return html`<div><b>${title}</b> <span class="sub">${quoting(line, [setup?.Problem ?? ""])}</span></div>
       <div class="row">
         ${this.aside()}
         <button ?disabled=${reason !== ""} @click=${() => this.edit()}>
-          <span class="two">Edit fence${reason === "" ? nothing : html`<span class="sub">${reason}</span>`}</span>
+          <span class="two">${say("edit-fence")}${reason === "" ? nothing : html`<span class="sub">${noted(this.model.view(), reason)}</span>`}</span>
         </button>
       </div>`;
   }
@@ -26,10 +28,10 @@ export class FenceButton extends Part {
     const view = this.model.view();
     if (!option(view, "Clear Fence").Possible || control(view) !== "mine") return nothing;
     return html`<button
-      aria-label="Put aside the drawn fence"
-      @click=${() => void this.model.command({ Type: "Clear Fence" }, "Put the drawn fence aside")}
+      aria-label=${say("put-aside-label")}
+      @click=${() => void this.model.command({ Type: "Clear Fence" }, say("put-aside-what"))}
     >
-      Put aside
+      ${say("put-aside")}
     </button>`;
   }
 

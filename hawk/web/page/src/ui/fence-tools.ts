@@ -2,6 +2,7 @@ import { html, type TemplateResult } from "lit";
 import { customElement, query } from "lit/decorators.js";
 import { LARGEST_FILE } from "../fence/geojson.ts";
 import type { Drawing } from "../state/drawing.ts";
+import { say } from "../words/say.ts";
 import { Part } from "./element.ts";
 import { icon, type IconName } from "./icons.ts";
 
@@ -24,9 +25,9 @@ export class FenceTools extends Part {
   @query("input") private file!: HTMLInputElement;
 
   override render(): TemplateResult {
-    return html`<div class="fencetools" role="toolbar" aria-label=${this.model.outline.open ? "Outline tools" : "Fence tools"}>
+    return html`<div class="fencetools" role="toolbar" aria-label=${say(this.model.outline.open ? "outline-tools" : "fence-tools")}>
       ${this.tools().map((each) => this.tool(each))}
-      <input type="file" accept=".geojson,.json,application/geo+json,application/json" hidden aria-label=${this.model.outline.open ? "Outline file" : "Fence file"} @change=${() => void this.read()} />
+      <input type="file" accept=".geojson,.json,application/geo+json,application/json" hidden aria-label=${say(this.model.outline.open ? "outline-file" : "fence-file")} @change=${() => void this.read()} />
     </div>`;
   }
 
@@ -37,24 +38,24 @@ export class FenceTools extends Part {
     const whole = drawn && !edited.zoning;
     const undo = begun ? () => this.ask("back") : () => edited.undo();
     const shape: Tool = whole
-      ? { label: "Remove", aloud: "Remove corners", name: "minus", possible: true, run: () => edited.remove(!edited.removing), on: edited.removing }
+      ? { label: say("tool-remove"), aloud: say("tool-remove-aloud"), name: "minus", possible: true, run: () => edited.remove(!edited.removing), on: edited.removing }
       : begun
-        ? { label: "Close", aloud: "Close the ring", name: "check", possible: edited.begun >= 3, run: () => this.ask("close") }
-        : { label: "Square", name: "square", possible: true, run: () => this.ask("square") };
+        ? { label: say("tool-close"), aloud: say("close-ring"), name: "check", possible: edited.begun >= 3, run: () => this.ask("close") }
+        : { label: say("tool-square"), name: "square", possible: true, run: () => this.ask("square") };
     return [
-      { label: "Undo", name: "undo", possible: begun || edited.draft?.canUndo === true, run: undo },
+      { label: say("tool-undo"), name: "undo", possible: begun || edited.draft?.canUndo === true, run: undo },
       shape,
       { ...this.cut(), name: "zone", possible: drawn, run: () => edited.zone(!edited.zoning), on: edited.zoning },
-      { label: "Clear", name: "clear", possible: drawn || begun, run: () => edited.draw([]) },
-      { label: "Import", name: "upload", possible: true, run: () => this.file.click() },
-      { label: "Export", name: "download", possible: drawn, run: () => this.export() },
+      { label: say("tool-clear"), name: "clear", possible: drawn || begun, run: () => edited.draw([]) },
+      { label: say("tool-import"), name: "upload", possible: true, run: () => this.file.click() },
+      { label: say("tool-export"), name: "download", possible: drawn, run: () => this.export() },
     ];
   }
 
   /** What is cut out of the fence is a zone that the drone keeps out of, and out of the outline a part that it does not look at. */
   private cut(): Pick<Tool, "label" | "aloud"> {
-    if (this.model.outline.open) return { label: "Add hole", aloud: "Add a part that is not explored" };
-    return { label: "Add zone", aloud: "Add an exclusion zone" };
+    if (this.model.outline.open) return { label: say("tool-hole"), aloud: say("tool-hole-aloud") };
+    return { label: say("tool-zone"), aloud: say("tool-zone-aloud") };
   }
 
   private get edited(): Drawing {
@@ -75,7 +76,7 @@ export class FenceTools extends Part {
     const file = this.file.files?.[0];
     this.file.value = "";
     if (!file) return;
-    if (file.size > LARGEST_FILE) this.model.tell({ level: "warning", text: "The file is too large for an area." });
+    if (file.size > LARGEST_FILE) this.model.tell({ level: "warning", text: say("file-too-large") });
     else if (this.edited.import(await file.text())) this.dispatchEvent(new CustomEvent("fence-imported", { bubbles: true }));
   }
 

@@ -5,11 +5,13 @@ import type { Sample } from "../state/flight.ts";
 import * as format from "../words/format.ts";
 import { healthSummary, partName } from "../words/health.ts";
 import { heightsOf, topHeight } from "../words/plot.ts";
+import { number, say } from "../words/say.ts";
 import { SCALES, type Units } from "../words/units.ts";
 import { ageNow, STALE_S, type View } from "../words/view.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
 import "./battery-bar.ts";
+import { english } from "./quoting.ts";
 import type { Series } from "./plot.ts";
 import "./plot.ts";
 
@@ -21,14 +23,14 @@ export class FlightTab extends Part {
   override render(): TemplateResult {
     const view = this.model.view();
     const heartbeat = view.heartbeat;
-    if (!heartbeat) return html`<p class="empty sub">Nothing known yet.</p>`;
+    if (!heartbeat) return html`<p class="empty sub">${say("nothing-known-yet")}</p>`;
     const samples = this.model.flight.samples;
     const plots = this.plots(samples, view.units);
-    return html`<div tabindex="0" role="region" aria-label="Flight" class="scroll">
+    return html`<div tabindex="0" role="region" aria-label=${say("flight")} class="scroll">
       ${mainFacts(view, heartbeat)} ${parts(heartbeat.Health.filter((item) => !item.Healthy))}
       <hawk-battery .model=${this.model}></hawk-battery>
-      <hawk-plot label="Height, ${SCALES[view.units].symbol}" .series=${plots.height} .top=${topHeight(heartbeat.Heights[2], view.units)} .theme=${this.theme()}></hawk-plot>
-      <hawk-plot label="Battery, %" .series=${plots.battery} .top=${100} .theme=${this.theme()}></hawk-plot>
+      <hawk-plot label=${say("plot-height", { unit: SCALES[view.units].symbol })} .series=${plots.height} .top=${topHeight(heartbeat.Heights[2], view.units)} .theme=${this.theme()}></hawk-plot>
+      <hawk-plot label=${say("plot-battery")} .series=${plots.battery} .top=${100} .theme=${this.theme()}></hawk-plot>
       ${moreFacts(view, heartbeat)} ${parts(heartbeat.Health.filter((item) => item.Healthy))}
     </div>`;
   }
@@ -55,11 +57,11 @@ export class FlightTab extends Part {
 
 function parts(items: HealthItem[]): TemplateResult | typeof nothing {
   if (items.length === 0) return nothing;
-  return html`<ul class="parts" aria-label="Health of each part">
+  return html`<ul class="parts" aria-label=${say("health-of-parts")}>
     ${items.map(
       (item) => html`<li class=${item.Healthy ? "ok" : "bad"}>
         ${icon(item.Healthy ? "check" : "warn")}<span>${partName(item)}</span>
-        <span class="sub">${item.Healthy ? "working" : item.Reason}</span>
+        <span class="sub">${item.Healthy ? say("part-working") : english(item.Reason)}</span>
       </li>`,
     )}
   </ul>`;
@@ -75,8 +77,8 @@ function mainFacts(view: View, heartbeat: Heartbeat): TemplateResult {
   const fromHome = North !== null && East !== null && Home ? format.offset(North - Home.North, East - Home.East, view.units) : "–";
   const stale = poseClass(view, heartbeat);
   return html`<dl class="pairs">
-    ${fact("Autopilot", heartbeat["Ardupilot State"] ?? "–", "")} ${fact("Speed", format.speed(heartbeat.Speed, view.units), stale)}
-    ${fact("From home", fromHome, stale)} ${fact("Parts", healthSummary(heartbeat.Health), "")}
+    ${fact(say("fact-autopilot"), heartbeat["Ardupilot State"] ?? "–", "")} ${fact(say("fact-speed"), format.speed(heartbeat.Speed, view.units), stale)}
+    ${fact(say("fact-from-home"), fromHome, stale)} ${fact(say("fact-parts"), healthSummary(heartbeat.Health), "")}
   </dl>`;
 }
 
@@ -84,19 +86,19 @@ function moreFacts(view: View, heartbeat: Heartbeat): TemplateResult {
   const stale = poseClass(view, heartbeat);
   const { Satellites, Voltage, "Vision Rate": rate } = heartbeat;
   return html`<dl class="pairs list">
-    ${fact("Place", format.place(heartbeat.Latitude, heartbeat.Longitude), stale)}
-    ${fact("From where it was armed", place(heartbeat["Local Position X"], heartbeat["Local Position Y"], view.units), stale)}
-    ${aboveGround(heartbeat["Height Above Ground"], view.units, stale)} ${fact("Climbing", format.speed(heartbeat.Climb, view.units), stale)}
-    ${fact("Wind", format.wind(heartbeat["Wind Speed"], heartbeat["Wind From"], view.units), stale)}
-    ${fact("GPS", Satellites === null ? "–" : format.count(Satellites, "satellite", "satellites"), "")}
-    ${fact("Battery voltage", Voltage === null ? "–" : `${Voltage.toFixed(1)} V`, "")}
-    ${fact("Pictures looked through", rate === null ? "–" : `${rate.toFixed(1)} a second`, "")}
+    ${fact(say("fact-place"), format.place(heartbeat.Latitude, heartbeat.Longitude), stale)}
+    ${fact(say("fact-from-armed"), place(heartbeat["Local Position X"], heartbeat["Local Position Y"], view.units), stale)}
+    ${aboveGround(heartbeat["Height Above Ground"], view.units, stale)} ${fact(say("fact-climbing"), format.speed(heartbeat.Climb, view.units), stale)}
+    ${fact(say("fact-wind"), format.wind(heartbeat["Wind Speed"], heartbeat["Wind From"], view.units), stale)}
+    ${fact(say("fact-gps"), Satellites === null ? "–" : say("satellites", { satellites: Satellites }), "")}
+    ${fact(say("fact-voltage"), format.volts(Voltage), "")}
+    ${fact(say("fact-pictures"), rate === null ? "–" : say("each-second", { value: number(rate, 1) }), "")}
   </dl>`;
 }
 
 /** Only with a rangefinder: every other height counts above the arm place. */
 function aboveGround(metres: number | null, units: Units, stale: string): TemplateResult | typeof nothing {
-  return metres === null ? nothing : fact("Height above ground", format.height(metres, units), stale);
+  return metres === null ? nothing : fact(say("fact-above-ground"), format.height(metres, units), stale);
 }
 
 function place(x: number | null, y: number | null, units: Units): string {

@@ -3,9 +3,11 @@ import { customElement } from "lit/decorators.js";
 import { control, isViewer } from "../words/actions.ts";
 import { type GlanceValue, glanceValues, stateWords } from "../words/glance.ts";
 import { isFlying } from "../state/flight.ts";
+import { say } from "../words/say.ts";
 import { linkOf, type View } from "../words/view.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
+import { noted } from "./quoting.ts";
 
 /** The line that is read at a glance: state, free stalls, battery, height, link; at its end Cut motors. */
 @customElement("hawk-glance")
@@ -19,14 +21,14 @@ export class GlanceLine extends Part {
         <i class="mark ${words.tone}"></i>
         <div>
           <b role="status">${words.title}</b>
-          <span class="sub wide">${words.detail}</span><span class="sub narrow">${words.short}</span>
+          <span class="sub wide">${noted(view, words.detail)}</span><span class="sub narrow">${noted(view, words.short)}</span>
         </div>
       </div>
       <div class="strip">${glanceValues(view).map(cell)}</div>
       <span class="grow"></span>
       <div class="right">
-        ${view.welcome?.Simulation ? html`<span class="simtag">SIMULATION</span>` : ""} ${this.chip(view)}
-        <button class="plain menu" aria-label="Menu" @click=${() => this.open("menu")}>${icon("menu")}</button>
+        ${view.welcome?.Simulation ? html`<span class="simtag">${say("simulation-mark")}</span>` : ""} ${this.chip(view)}
+        <button class="plain menu" aria-label=${say("menu")} @click=${() => this.open("menu")}>${icon("menu")}</button>
         ${isViewer(view) ? nothing : this.cutButton(view)}
       </div>
     </header>`;
@@ -34,7 +36,7 @@ export class GlanceLine extends Part {
 
   private chip(view: View): TemplateResult {
     const whose = control(view);
-    const text = whose === "unknown" ? keptText(view) : CHIP[whose];
+    const text = whose === "unknown" ? keptText(view) : say(CHIP[whose]);
     return html`<button class="who ${whose}" aria-label=${text} @click=${() => this.open("settings")}>
       ${icon("person")}<span class="t">${text}</span>
     </button>`;
@@ -48,7 +50,7 @@ export class GlanceLine extends Part {
       aria-haspopup="dialog"
       @click=${() => void this.model.beginCut()}
     >
-      Cut motors${reason === "" ? "" : html` <span class="sub">${reason}</span>`}
+      ${say("cut-motors")}${reason === "" ? "" : html` <span class="sub">${reason}</span>`}
     </button>`;
   }
 
@@ -58,21 +60,21 @@ export class GlanceLine extends Part {
 }
 
 const CHIP = {
-  mine: "You have control",
-  free: "Nobody has control",
-  lost: "Operator lost",
-  other: "Someone else has control",
-};
+  mine: "you-have-control",
+  free: "nobody-has-control",
+  lost: "operator-lost",
+  other: "someone-has-control",
+} as const;
 
 function keptText(view: View): string {
-  return view.heartbeat?.["In Control"] ? "You had control" : "No control";
+  return view.heartbeat?.["In Control"] ? say("you-had-control") : say("no-control");
 }
 
 /** Why the motors cannot be cut; nothing if they can. */
 function cutReason(view: View): string {
-  if (linkOf(view) === "never" || view.link !== "open") return "No link";
-  if (control(view) === "other") return "Someone else has control";
-  return isFlying(view.heartbeat) || view.heartbeat?.Armed !== false ? "" : "On the ground";
+  if (linkOf(view) === "never" || view.link !== "open") return say("no-link");
+  if (control(view) === "other") return say("someone-has-control");
+  return isFlying(view.heartbeat) || view.heartbeat?.Armed !== false ? "" : say("on-the-ground");
 }
 
 function cell(value: GlanceValue): TemplateResult {

@@ -2,18 +2,22 @@ import { html, nothing, type TemplateResult } from "lit";
 import { customElement, query, state } from "lit/decorators.js";
 import { cannot } from "../words/actions.ts";
 import { heightsProblem } from "../words/heights.ts";
+import { say } from "../words/say.ts";
 import { metresKept, SCALES, typed, type Units } from "../words/units.ts";
 import { Part } from "./element.ts";
+import { noted, quoting } from "./quoting.ts";
 
 type Field = "Min" | "Des" | "Max";
 
-const LABELS: Record<Field, string> = { Min: "Never below (Min)", Des: "Flies at (Des)", Max: "Never above (Max)" };
+const LABELS = { Min: "lowest-label", Des: "desired-label", Max: "highest-label" } as const;
 
 /** Opens the dialog in which the three heights are set. */
 @customElement("hawk-heights-button")
 export class HeightsButton extends Part {
   @state() private values: Record<Field, string> = { Min: "", Des: "", Max: "" };
   @state() private problem = "";
+  /** The drone's own words in it. */
+  private quoted = "";
   /** What was typed is in these: others may be chosen while the dialog is open. */
   private units: Units = "metres";
   private inForce: readonly number[] = [];
@@ -22,17 +26,17 @@ export class HeightsButton extends Part {
   override render(): TemplateResult {
     const reason = cannot(this.model.view(), "Configure");
     return html`<button ?disabled=${reason !== ""} @click=${() => this.open()}>
-        <span class="two">Change heights${reason === "" ? nothing : html`<span class="sub">${reason}</span>`}</span>
+        <span class="two">${say("change-heights")}${reason === "" ? nothing : html`<span class="sub">${noted(this.model.view(), reason)}</span>`}</span>
       </button>
-      <dialog class="float" aria-label="Heights" @keydown=${(event: KeyboardEvent) => this.key(event)}>
+      <dialog class="float" aria-label=${say("heights")} @keydown=${(event: KeyboardEvent) => this.key(event)}>
         <form @submit=${(event: Event) => void this.save(event)}>
-          <h2>Heights</h2>
-          <p class="sub">${this.units === "feet" ? "Feet" : "Metres"} above the place where it was armed.</p>
+          <h2>${say("heights")}</h2>
+          <p class="sub">${say("heights-unit", { units: this.units })}</p>
           ${(Object.keys(LABELS) as Field[]).map((field) => this.field(field))}
-          <p class="problem" role="alert">${this.problem}</p>
+          <p class="problem" role="alert">${quoting(this.problem, [this.quoted])}</p>
           <div class="row">
-            <button type="button" @click=${() => this.dialog.close()}>Cancel</button>
-            <button type="submit" class="primary">Save heights</button>
+            <button type="button" @click=${() => this.dialog.close()}>${say("cancel")}</button>
+            <button type="submit" class="primary">${say("save-heights")}</button>
           </div>
         </form>
       </dialog>`;
@@ -40,7 +44,7 @@ export class HeightsButton extends Part {
 
   private field(field: Field): TemplateResult {
     return html`<label class="number"
-      >${LABELS[field]}
+      >${say(LABELS[field])}
       <span>
         <input
           inputmode="decimal"
@@ -78,7 +82,10 @@ export class HeightsButton extends Part {
     const [Min, Des, Max] = [number("Min", 0), number("Des", 1), number("Max", 2)];
     this.problem = heightsProblem(Min, Des, Max, this.model.view().heartbeat?.Ceiling ?? null, this.units);
     if (this.problem !== "") return;
-    if (await this.model.command({ Type: "Configure", Min, Des, Max }, "Change heights")) this.dialog.close();
-    else this.problem = this.model.toast?.text ?? "Not stored.";
+    if (await this.model.command({ Type: "Configure", Min, Des, Max }, say("change-heights"))) this.dialog.close();
+    else {
+      this.quoted = this.model.toast?.quoted ?? "";
+      this.problem = this.model.toast?.text ?? say("heights-not-stored");
+    }
   }
 }

@@ -2,12 +2,13 @@ import { html, nothing, type PropertyValues, type TemplateResult } from "lit";
 import { customElement, state } from "lit/decorators.js";
 import type { Cutting } from "../state/operator.ts";
 import * as format from "../words/format.ts";
+import { say } from "../words/say.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
 import { isPressKey, Press } from "./press.ts";
+import { quoting } from "./quoting.ts";
 
 const KEPT_MS = 1000;
-const MISSED = "The page was too busy to follow the press: press again.";
 
 /** Second step of cutting the motors: keep pressed for a second. Leaves the bar free: Hold and Land stay in reach. */
 @customElement("hawk-kill")
@@ -27,19 +28,19 @@ export class KillDialog extends Part {
       <div
         class="kill"
         role="dialog"
-        aria-label="Cut motors?"
+        aria-label=${say("cut-question")}
         @keydown=${(event: KeyboardEvent) => {
           if (event.key !== "Escape") return;
           event.preventDefault();
           this.cancel();
         }}
       >
-        <h2>${icon("warn")}Cut motors?</h2>
+        <h2>${icon("warn")}${say("cut-question")}</h2>
         <p>${this.consequence()}</p>
-        <p class="sub">To stop it safely use Hold or Land.</p>
+        <p class="sub">${say("cut-instead")}</p>
         ${this.problem(cutting)}
         <div class="row">
-          <button class="cancel" @click=${() => this.cancel()}>Cancel</button>
+          <button class="cancel" @click=${() => this.cancel()}>${say("cancel")}</button>
           ${this.button(cutting.step === "ready")}
         </div>
       </div>`;
@@ -59,8 +60,8 @@ export class KillDialog extends Part {
   }
 
   private problem(cutting: Cutting): TemplateResult | typeof nothing {
-    const text = cutting.problem === "" && this.missed ? MISSED : cutting.problem;
-    return text === "" ? nothing : html`<p class="problem" role="alert">${text}</p>`;
+    const text = cutting.problem === "" && this.missed ? say("cut-missed") : cutting.problem;
+    return text === "" ? nothing : html`<p class="problem" role="alert">${quoting(text, [cutting.quoted ?? ""])}</p>`;
   }
 
   private begin(event: Event): void {
@@ -85,15 +86,14 @@ export class KillDialog extends Part {
       @keyup=${(event: KeyboardEvent) => this.press.release(event)}
       @blur=${() => this.press.end()}
     >
-      Keep pressed 1 s to cut
+      ${say("cut-press")}
     </button>`;
   }
 
   private consequence(): string {
     const view = this.model.view();
     const metres = view.heartbeat?.["Relative Altitude"] ?? null;
-    const from = metres === null ? "" : ` from ${format.height(metres, view.units)}`;
-    return `The drone falls${from} at once. Only if it is about to hurt someone.`;
+    return metres === null ? say("cut-falls") : say("cut-falls-from", { height: format.height(metres, view.units) });
   }
 
   private cancel(): void {

@@ -1,6 +1,7 @@
 import { html, nothing, svg, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
 import { type Banner, banner } from "../words/banner.ts";
+import { say } from "../words/say.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
 
@@ -18,7 +19,7 @@ export class LinkBanner extends Part {
       </div>
       <div class="act-side">
         ${words.timeline ? timeline(words.timeline) : nothing}
-        ${words.connect ? html`<button @click=${() => this.model.connect()}>Connect</button>` : nothing}
+        ${words.connect ? html`<button @click=${() => this.model.connect()}>${say("connect")}</button>` : nothing}
       </div>
     </div>`;
   }

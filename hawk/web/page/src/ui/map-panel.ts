@@ -10,12 +10,14 @@ import { isFlying } from "../state/flight.ts";
 import type { MapChange, Stall } from "../state/map-store.ts";
 import * as format from "../words/format.ts";
 import { planMove } from "../words/move.ts";
+import { number, say } from "../words/say.ts";
 import { SCALES } from "../words/units.ts";
 import { linkOf, type View } from "../words/view.ts";
 import { stallCount } from "./counts-card.ts";
 import { Part } from "./element.ts";
 import type { FenceToolEvent } from "./fence-tools.ts";
 import { icon } from "./icons.ts";
+import { checkWords, english, quoting } from "./quoting.ts";
 import type { MapTool, MapToolEvent } from "./map-tools.ts";
 import { swatch } from "./swatch.ts";
 import "./fence-tools.ts";
@@ -68,8 +70,8 @@ export class MapPanel extends Part {
     const view = this.model.view();
     const fencing = this.model.drawing !== null;
     const measuring = this.model.measure.open;
-    return html`<section class="map ${this.model.picking ? "picking" : ""} ${measuring ? "picking measuring" : ""} ${fencing ? "picking fencing" : ""}" aria-label="Map">
-      <div class="ol" tabindex="0" role="application" aria-label="Map of the lot" @keydown=${this.key}></div>
+    return html`<section class="map ${this.model.picking ? "picking" : ""} ${measuring ? "picking measuring" : ""} ${fencing ? "picking fencing" : ""}" aria-label=${say("map")}>
+      <div class="ol" tabindex="0" role="application" aria-label=${say("map-of-lot")} @keydown=${this.key}></div>
       ${fencing ? this.fenceTools() : nothing} ${this.tools()} ${this.foot()} ${this.legend(view)} ${this.pill(view)} ${this.stallCard()} ${this.lastSeen(view)}
       ${this.notice(view)} <hawk-measure .model=${this.model}></hawk-measure>
     </section>`;
@@ -193,8 +195,8 @@ export class MapPanel extends Part {
     const heartbeat = view.heartbeat;
     if (!heartbeat || stallCount(view) === 0) return nothing;
     return html`<div class="legend">
-      ${swatch("free")}<span>${heartbeat.Free}</span>${swatch("taken")}<span>${heartbeat.Taken}</span>
-      ${swatch("unknown")}<span>${heartbeat.Unknown}</span>
+      ${swatch("free")}<span>${number(heartbeat.Free)}</span>${swatch("taken")}<span>${number(heartbeat.Taken)}</span>
+      ${swatch("unknown")}<span>${number(heartbeat.Unknown)}</span>
     </div>`;
   }
 
@@ -215,8 +217,8 @@ export class MapPanel extends Part {
   private lastSeen(view: View): TemplateResult | typeof nothing {
     if (linkOf(view) !== "lost" || !isFlying(view.heartbeat)) return nothing;
     return html`<div class="pop seen" data-mark="drone">
-      <div class="h">Last seen here ${format.age(view.silence ?? 0)} ago</div>
-      <div class="sub">The ring: as far as it can be by now</div>
+      <div class="h">${say("last-seen-here", { age: format.age(view.silence ?? 0) })}</div>
+      <div class="sub">${say("ring-of-reach")}</div>
     </div>`;
   }
 
@@ -225,24 +227,24 @@ export class MapPanel extends Part {
     const heartbeat = view.heartbeat;
     if (toast) {
       return html`<div class="toast ${toast.level}" role="alert">
-        ${icon(toast.level === "info" ? "check" : "warn")}<span>${toast.text}</span>
-        <button class="plain" aria-label="Close" @click=${() => this.model.dismissToast()}>${icon("close")}</button>
+        ${icon(toast.level === "info" ? "check" : "warn")}<span>${quoting(toast.text, [toast.quoted ?? ""])}</span>
+        <button class="plain" aria-label=${say("close")} @click=${() => this.model.dismissToast()}>${icon("close")}</button>
       </div>`;
     }
     if (this.model.drawing !== null) return nothing;
     if (heartbeat && heartbeat["User Error"] !== 0) {
-      return html`<div class="toast warning" role="alert">${icon("warn")}<span>${heartbeat["User Error Text"]}</span></div>`;
+      return html`<div class="toast warning" role="alert">${icon("warn")}<span>${english(heartbeat["User Error Text"])}</span></div>`;
     }
     const failed = heartbeat?.Checks.filter((check) => !check.Passed) ?? [];
     if (failed[0] && !this.sideShown()) {
-      const text = failed.length === 1 ? `${failed[0].Name}: ${failed[0].Value}` : `${failed.length} checks failed`;
+      const text = failed.length === 1 ? checkWords(failed[0]) : say("checks-failed", { checks: failed.length });
       return html`<div class="toast warning">
-        ${icon("warn")}<span>${text}</span><button @click=${() => this.openChecks()}>Show checks</button>
+        ${icon("warn")}<span>${text}</span><button @click=${() => this.openChecks()}>${say("show-checks")}</button>
       </div>`;
     }
     if (!heartbeat || stallCount(view) > 0 || isFlying(heartbeat)) return nothing;
     return html`<div class="toast quiet">
-      <span><b>No map yet</b><span class="sub">${emptyMapWords(this.model.flight.fenceSetup !== null)}</span></span>
+      <span><b>${say("no-map-yet")}</b><span class="sub">${say(this.model.flight.fenceSetup === null ? "map-begins" : "map-fills")}</span></span>
     </div>`;
   }
 
@@ -262,7 +264,7 @@ export class MapPanel extends Part {
     const { length, pixels } = scaleBar(this.lot.resolution / SCALES[units].metres, 120);
     this.querySelector<HTMLElement>(".scale")?.style.setProperty("width", `${Math.round(pixels)}px`);
     const words = this.querySelector<HTMLElement>(".metres");
-    if (words) words.textContent = `${Number(length.toFixed(2))} ${SCALES[units].symbol}`;
+    if (words) words.textContent = format.scaleLength(length, units);
     this.querySelector<HTMLElement>(".compass")?.style.setProperty("--turn", `${this.lot.rotation}rad`);
     for (const mark of this.querySelectorAll<HTMLElement>("[data-mark]")) this.placeMark(mark);
   }
@@ -292,11 +294,6 @@ export class MapPanel extends Part {
     const heartbeat = this.model.flight.heartbeat;
     return heartbeat && dronePlace(heartbeat, this.model.flight.plane);
   }
-}
-
-function emptyMapWords(fenced: boolean): string {
-  const fence = "The dotted line is the fence: the drone stays inside.";
-  return fenced ? `It fills as the drone flies. ${fence}` : "It begins where the drone is armed, and fills as it flies.";
 }
 
 /** How far it can have flown since it was last heard, metres. */

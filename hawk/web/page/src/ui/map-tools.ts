@@ -2,7 +2,8 @@ import { html, nothing, type TemplateResult } from "lit";
 import { customElement, property, query, state } from "lit/decorators.js";
 import type { Looking } from "../map/lot-map.ts";
 import { type Layer, LAYERS } from "../state/preferences.ts";
-import { LAYER_WORDS } from "../words/layers.ts";
+import { layerWords } from "../words/layers.ts";
+import { say } from "../words/say.ts";
 import { Part } from "./element.ts";
 import { icon, type IconName, needle } from "./icons.ts";
 
@@ -25,9 +26,9 @@ export class MapTools extends Part {
       this.tool(label, name, () => this.ask(name), this.looking === name);
     return html`<div class="tools" @keydown=${this.key}>
       <div class="group zoom">
-        ${this.tool("Zoom in", "plus", () => this.ask("in"))} ${this.tool("Zoom out", "minus", () => this.ask("out"))}
+        ${this.tool(say("zoom-in"), "plus", () => this.ask("in"))} ${this.tool(say("zoom-out"), "minus", () => this.ask("out"))}
       </div>
-      <div class="group">${look("Follow the drone", "follow")} ${look("Whole lot", "whole")}</div>
+      <div class="group">${look(say("follow-drone"), "follow")} ${look(say("whole-lot"), "whole")}</div>
       <div class="group">${this.compass()} ${this.measureButton("roomy")} ${this.layersButton()}</div>
       ${this.open ? this.layers() : nothing}
     </div>`;
@@ -43,13 +44,13 @@ export class MapTools extends Part {
   private compass(): TemplateResult {
     const { droneUp } = this.model.preferences;
     return html`<button
-      aria-label="Turn the map with the drone"
-      title=${droneUp ? "The drone's nose is up. Press for north up" : "North is up. Press to turn the map with the drone"}
+      aria-label=${say("turn-with-drone")}
+      title=${droneUp ? say("drone-up") : say("north-up")}
       aria-pressed=${droneUp}
       class="compass ${droneUp ? "on" : ""}"
       @click=${() => this.model.prefer({ droneUp: !droneUp })}
     >
-      ${needle("North on the map")}<span>N</span>
+      ${needle(say("north-on-map"))}<span>${say("north-letter")}</span>
     </button>`;
   }
 
@@ -62,22 +63,22 @@ export class MapTools extends Part {
       else this.model.beginMeasure();
     };
     return html`<button
-      aria-label="Measure"
-      title="Measure"
+      aria-label=${say("measure")}
+      title=${say("measure")}
       aria-pressed=${measure.open}
       ?disabled=${drawing !== null}
       class="${place} ${measure.open ? "on" : ""}"
       @click=${begin}
     >
-      ${icon("measure")}${place === "wide" ? html`<span>Measure</span>` : nothing}
+      ${icon("measure")}${place === "wide" ? html`<span>${say("measure")}</span>` : nothing}
     </button>`;
   }
 
   private layersButton(): TemplateResult {
     const { open } = this;
     return html`<button
-      aria-label="Layers"
-      title="Layers"
+      aria-label=${say("layers")}
+      title=${say("layers")}
       aria-expanded=${open}
       class="opens ${open ? "on" : ""}"
       @click=${() => this.show(!open)}
@@ -88,7 +89,7 @@ export class MapTools extends Part {
 
   private layers(): TemplateResult {
     return html`<fieldset class="layers">
-      <legend>Shown on the map</legend>
+      <legend>${say("shown-on-map")}</legend>
       ${LAYERS.filter((layer) => layer !== "background" || this.background).map((layer) => this.layer(layer))} ${this.measureButton("wide")}
     </fieldset>`;
   }
@@ -98,7 +99,7 @@ export class MapTools extends Part {
     const choose = (event: Event): void => {
       this.model.prefer({ layers: { ...layers, [layer]: (event.target as HTMLInputElement).checked } });
     };
-    return html`<label><input type="checkbox" name=${layer} .checked=${layers[layer]} @change=${choose} />${LAYER_WORDS[layer]}</label>`;
+    return html`<label><input type="checkbox" name=${layer} .checked=${layers[layer]} @change=${choose} />${layerWords(layer)}</label>`;
   }
 
   /** Opens or closes the panel; the focus goes along. */

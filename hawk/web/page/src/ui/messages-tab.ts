@@ -4,8 +4,10 @@ import { repeat } from "lit/directives/repeat.js";
 import type { LogLine } from "../state/flight.ts";
 import * as format from "../words/format.ts";
 import { type LogFilter, logName, logText, matching } from "../words/log-lines.ts";
+import { say } from "../words/say.ts";
 import { Part } from "./element.ts";
 import { icon, type IconName } from "./icons.ts";
+import { english, quoting } from "./quoting.ts";
 import { saveFile } from "./save-file.ts";
 
 const ICONS: Record<LogLine["level"], IconName> = { info: "info", ok: "check", warning: "warn", error: "warn" };
@@ -20,30 +22,30 @@ export class MessagesTab extends Part {
 
   override render(): TemplateResult {
     const { lines } = this.model.flight;
-    if (lines.length === 0) return html`<p class="empty sub">Nothing happened yet.</p>`;
+    if (lines.length === 0) return html`<p class="empty sub">${say("nothing-happened")}</p>`;
     const found = matching(lines, this.filter);
     return html`${this.tools(found)}
-      <div class="scroll" role="log" aria-label="Messages" tabindex="0">
-        ${found.length === 0 ? html`<p class="empty sub">No message is like this.</p>` : nothing}
+      <div class="scroll" role="log" aria-label=${say("messages")} tabindex="0">
+        ${found.length === 0 ? html`<p class="empty sub">${say("no-message-like-this")}</p>` : nothing}
         <ul class="log">
           ${repeat(found.slice(0, this.shown), (line) => line.key, row)}
         </ul>
-        ${found.length > this.shown ? html`<button class="small" @click=${() => (this.shown += PAGE)}>Show more</button>` : nothing}
+        ${found.length > this.shown ? html`<button class="small" @click=${() => (this.shown += PAGE)}>${say("show-more")}</button>` : nothing}
       </div>`;
   }
 
   private tools(found: LogLine[]): TemplateResult {
     const { text, troubles } = this.filter;
-    return html`<div class="log-tools" role="search" aria-label="Messages">
+    return html`<div class="log-tools" role="search" aria-label=${say("messages")}>
       <input
         type="search"
-        placeholder="Search messages"
-        aria-label="Search messages"
+        placeholder=${say("search-messages")}
+        aria-label=${say("search-messages")}
         .value=${text}
         @input=${(event: Event) => this.choose({ text: (event.target as HTMLInputElement).value })}
       />
-      <button class=${troubles ? "small on" : "small"} aria-pressed=${troubles} @click=${() => this.choose({ troubles: !troubles })}>${icon("warn")}Warnings</button>
-      <button class="small" ?disabled=${found.length === 0} @click=${() => save(found)}>${icon("download")}Save</button>
+      <button class=${troubles ? "small on" : "small"} aria-pressed=${troubles} @click=${() => this.choose({ troubles: !troubles })}>${icon("warn")}${say("warnings")}</button>
+      <button class="small" ?disabled=${found.length === 0} @click=${() => save(found)}>${icon("download")}${say("save")}</button>
     </div>`;
   }
 
@@ -62,12 +64,12 @@ function row(line: LogLine): TemplateResult {
   return html`<li class=${line.level}>
     <time datetime=${line.time}>${format.clock(line.time)}</time>${icon(ICONS[line.level])}
     <div>
-      ${line.text}
+      ${quoting(line.text, [line.quoted ?? ""])}
       ${line.details === ""
         ? nothing
         : html`<details>
-            <summary>Details</summary>
-            <span class="sub">${line.details}</span>
+            <summary>${say("details")}</summary>
+            <span class="sub">${english(line.details)}</span>
           </details>`}
     </div>
   </li>`;

@@ -3,6 +3,7 @@ import { customElement } from "lit/decorators.js";
 import { type Action, guidedActions } from "../words/actions.ts";
 import { begin } from "./begin.ts";
 import { Part } from "./element.ts";
+import { noted } from "./quoting.ts";
 import { isTouch } from "./touch.ts";
 
 /** All guided actions one under the other, for a page too low to hold them in its bar. */
@@ -15,7 +16,7 @@ export class MoreActions extends Part {
   private row(action: Action): TemplateResult {
     const possible = action.kind === "possible" || (action.kind === "running" && action.name === "move");
     return html`<button class="act ${action.kind}" ?disabled=${!possible} @click=${() => this.run(action)}>
-      <b>${action.label}</b> <span class="sub">${action.note}</span>
+      <b>${action.label}</b> <span class="sub">${noted(this.model.view(), action.note)}</span>
     </button>`;
   }
 

@@ -1,8 +1,10 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
 import { outlineWords } from "../words/outline.ts";
+import { say } from "../words/say.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
+import { noted } from "./quoting.ts";
 import { isTouch } from "./touch.ts";
 
 /** The bar while the area to explore is drawn: what is said about it, and setting it. */
@@ -12,8 +14,8 @@ export class OutlineBar extends Part {
     const { outline, flight } = this.model;
     if (!outline.open) return nothing;
     const words = outlineWords(outline, flight.plane, this.model.view(), isTouch());
-    return html`<div class="confirm fence" role="group" aria-label="Draw the area to explore">
-      <button class="cancel" aria-label="Cancel" @click=${() => outline.cancel()}>${icon("close")}<span>Cancel</span></button>
+    return html`<div class="confirm fence" role="group" aria-label=${say("draw-area")}>
+      <button class="cancel" aria-label=${say("cancel")} @click=${() => outline.cancel()}>${icon("close")}<span>${say("cancel")}</span></button>
       <div class="txt" role="status">
         <b>${words.title}</b><span class="sub ${words.level}">${words.line}</span>
       </div>
@@ -22,7 +24,7 @@ export class OutlineBar extends Part {
         ?disabled=${words.reason !== ""}
         @click=${() => void outline.save()}
       >
-        <b>Set outline</b>${words.reason === "" ? nothing : html`<span class="sub">${words.reason}</span>`}
+        <b>${say("set-outline")}</b>${words.reason === "" ? nothing : html`<span class="sub">${noted(this.model.view(), words.reason)}</span>`}
       </button>
     </div>`;
   }

@@ -2,6 +2,7 @@ import { html, nothing, type TemplateResult } from "lit";
 import { customElement, property, query } from "lit/decorators.js";
 import { isFlying } from "../state/flight.ts";
 import { isViewer } from "../words/actions.ts";
+import { say } from "../words/say.ts";
 import { linkOf } from "../words/view.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
@@ -25,31 +26,31 @@ export class OwnName extends Part {
     const view = this.model.view();
     const isWanted = this.model.preferences.name === null && linkOf(view) === "live";
     if (!isWanted || this.model.drawing !== null || isFlying(view.heartbeat)) return nothing; // the map needs the room
-    return html`<form class="banner name" aria-label="Your name" @submit=${this.save}>
+    return html`<form class="banner name" aria-label=${say("your-name")} @submit=${this.save}>
       ${icon("person")}
       <div>
-        <div class="big">What is your name?</div>
-        <div>The others read it beside what you do. It is optional.</div>
+        <div class="big">${say("name-question")}</div>
+        <div>${say("name-note")}</div>
       </div>
       <div class="act-side">
-        ${this.input("")}<button type="submit">Save</button>
-        <button type="button" @click=${() => this.model.rename("")}>Not now</button>
+        ${this.input("")}<button type="submit">${say("save")}</button>
+        <button type="button" @click=${() => this.model.rename("")}>${say("not-now")}</button>
       </div>
     </form>`;
   }
 
   private row(): TemplateResult {
     const shown = this.model.view().heartbeat?.["Own Name"];
-    return html`<form class="own-name" aria-label="Your name" @submit=${this.save}>
-      <label><b>Your name</b><span class="sub">${shown ? `The others read: ${shown}` : "The others read it beside what you do"}</span>
+    return html`<form class="own-name" aria-label=${say("your-name")} @submit=${this.save}>
+      <label><b>${say("your-name")}</b><span class="sub">${shown ? say("others-read", { name: shown }) : say("others-read-it")}</span>
         ${this.input(this.model.preferences.name ?? "")}
       </label>
-      <button type="submit">Save</button>
+      <button type="submit">${say("save")}</button>
     </form>`;
   }
 
   private input(value: string): TemplateResult {
-    return html`<input type="text" name="name" aria-label="Your name" autocomplete="nickname" maxlength=${LONGEST_NAME} .defaultValue=${value} />`;
+    return html`<input type="text" name="name" aria-label=${say("your-name")} autocomplete="nickname" maxlength=${LONGEST_NAME} .defaultValue=${value} />`;
   }
 
   private readonly save = (event: Event): void => {

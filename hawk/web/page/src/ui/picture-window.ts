@@ -1,3 +1,5 @@
+import { language, say } from "../words/say.ts";
+
 /** What this page needs of the browser's Document Picture-in-Picture; few browsers have it, over HTTPS or on localhost. */
 export interface PictureWindows {
   requestWindow(options: { width: number; height: number }): Promise<Window>;
@@ -29,10 +31,11 @@ export class PictureWindow {
     this.window = window;
     this.age = age;
     const page = window.document;
-    page.title = "Live picture";
+    page.title = say("live-picture");
+    page.documentElement.lang = language();
     this.canvas = page.createElement("canvas");
     this.canvas.setAttribute("role", "img");
-    this.canvas.setAttribute("aria-label", "Camera picture, straight down, stalls outlined");
+    this.canvas.setAttribute("aria-label", say("camera-picture"));
     this.tag = page.createElement("span");
     Object.assign(page.body.style, { margin: "0", background: "#0b0f13", overflow: "hidden" });
     Object.assign(this.canvas.style, { width: "100vw", height: "100vh", objectFit: "contain", display: "block" });

@@ -2,6 +2,7 @@ import { html, LitElement, type PropertyValues, type TemplateResult } from "lit"
 import { customElement, property, query } from "lit/decorators.js";
 import uPlot from "uplot";
 import { FONT_FAMILY } from "../font.ts";
+import { say } from "../words/say.ts";
 
 export type Series = [number[], (number | null)[]];
 
@@ -83,9 +84,9 @@ export class Plot extends LitElement {
 }
 
 function minutes(seconds: number): string {
-  if (seconds === 0) return "now";
+  if (seconds === 0) return say("plot-now");
   const value = -seconds / 60;
-  if (Number.isInteger(value)) return `−${value} min`;
+  if (Number.isInteger(value)) return say("minutes", { value: `−${value}` });
   const whole = Math.round(-seconds);
-  return whole === 0 ? "" : `−${whole} s`;
+  return whole === 0 ? "" : say("seconds", { value: `−${whole}` });
 }

@@ -1,12 +1,12 @@
 import { html, LitElement, type PropertyValues, type TemplateResult } from "lit";
 import { customElement, property, query, state } from "lit/decorators.js";
+import { say } from "../words/say.ts";
 import { icon } from "./icons.ts";
 import { isPressKey, Press } from "./press.ts";
 
 /** Share of the track from which the slide is complete. */
 const ENOUGH = 0.92;
 const KEY_MS = 1000;
-const MISSED = "The page was busy: again";
 
 /** Slide to confirm; by keyboard Enter kept pressed for a second. Fires "confirmed". */
 @customElement("hawk-slide")
@@ -46,8 +46,8 @@ export class Slide extends LitElement {
       @keyup=${(event: KeyboardEvent) => this.press.release(event)}
       @blur=${() => this.press.end()}
     >
-      <span class="fill"></span><span class="thumb">${icon("right")}</span><span class="word">${this.missed ? MISSED : this.text}</span>
-      <span id="slide-help" hidden>Slide to the right, or keep Enter pressed for a second</span>
+      <span class="fill"></span><span class="thumb">${icon("right")}</span><span class="word">${this.missed ? say("slide-missed") : this.text}</span>
+      <span id="slide-help" hidden>${say("slide-help")}</span>
     </button>`;
   }
 

@@ -1,10 +1,12 @@
 import { html, nothing, type PropertyValues, type TemplateResult } from "lit";
 import { customElement, property, query } from "lit/decorators.js";
 import type { Stall } from "../state/map-store.ts";
+import { capital, say } from "../words/say.ts";
 import { likelihood, lookAgain, stallDetail } from "../words/stall.ts";
 import type { View } from "../words/view.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
+import { noted } from "./quoting.ts";
 import { swatch } from "./swatch.ts";
 
 /** What is known of the stall that was clicked: its picture, how sure it is, and a button to look again. */
@@ -27,11 +29,11 @@ export class StallCard extends Part {
     const words = likelihood(stall);
     const detail = stallDetail(stall, this.lastSeenAt(stall, view));
     return html`<div class="pop stall" data-mark="stall">
-      <canvas width="120" height="192" role="img" aria-label="Picture of stall ${stall.id}"></canvas>
+      <canvas width="120" height="192" role="img" aria-label=${say("stall-picture", { stall: stall.id })}></canvas>
       <div>
-        <button class="plain close" aria-label="Close" @click=${() => this.close()}>${icon("close")}</button>
-        <div class="h">Stall ${stall.id}</div>
-        <div class="kind">${swatch(stall.state)} ${words.charAt(0).toUpperCase() + words.slice(1)}</div>
+        <button class="plain close" aria-label=${say("close")} @click=${() => this.close()}>${icon("close")}</button>
+        <div class="h">${say("stall-number", { stall: stall.id })}</div>
+        <div class="kind">${swatch(stall.state)} ${capital(words)}</div>
         <div class="sub">${detail}</div>
         ${this.again(stall, view)}
       </div>
@@ -49,7 +51,7 @@ export class StallCard extends Part {
     const ask = (): void =>
       this.model.ask({ about: "move", target: { North: stall.north, East: stall.east }, kind: "Autonomous Move", stall: stall.id });
     return html`<button ?disabled=${reason !== ""} @click=${ask}>
-      <span class="two">Look again${reason === "" ? nothing : html`<span class="sub">${reason}</span>`}</span>
+      <span class="two">${say("look-again")}${reason === "" ? nothing : html`<span class="sub">${noted(view, reason)}</span>`}</span>
     </button>`;
   }
 

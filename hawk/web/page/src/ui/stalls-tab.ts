@@ -1,11 +1,12 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement, state } from "lit/decorators.js";
-import * as format from "../words/format.ts";
+import { say } from "../words/say.ts";
 import { stallRows } from "../words/stall-rows.ts";
 import { Part } from "./element.ts";
 
 /** Lines that are added at a time. */
 const PAGE = 50;
+const COLUMNS = ["column-stall", "column-state", "column-place", "column-seen"] as const;
 
 /** The lot's stalls as a table, for those who do not see the map. */
 @customElement("hawk-stalls")
@@ -14,15 +15,15 @@ export class StallsTab extends Part {
 
   override render(): TemplateResult {
     const { map, flight } = this.model;
-    if (map.stalls.size === 0) return html`<p class="empty sub">No stall was found yet.</p>`;
+    if (map.stalls.size === 0) return html`<p class="empty sub">${say("no-stall-yet")}</p>`;
     const { now, units } = this.model.view();
     const timeOf = (at: number): number | null => this.model.daemonClock.timeOfDay(at, this.model.seconds(), now);
     const rows = stallRows(map.stalls.values(), flight.heartbeat?.Home ?? null, timeOf, units, this.shown);
-    return html`<div class="scroll" tabindex="0" role="region" aria-label="Stalls as a table">
+    return html`<div class="scroll" tabindex="0" role="region" aria-label=${say("stalls-as-table")}>
       <table class="stalls">
-        <caption class="sub">${format.count(map.stalls.size, "stall", "stalls")}, free ones first, the nearest to home first</caption>
+        <caption class="sub">${say("stalls-caption", { stalls: map.stalls.size })}</caption>
         <thead>
-          <tr><th scope="col">Stall</th><th scope="col">State</th><th scope="col">Place</th><th scope="col">Seen</th></tr>
+          <tr>${COLUMNS.map((column) => html`<th scope="col">${say(column)}</th>`)}</tr>
         </thead>
         <tbody>
           ${rows.map(
@@ -30,7 +31,7 @@ export class StallsTab extends Part {
           )}
         </tbody>
       </table>
-      ${map.stalls.size > this.shown ? html`<button class="small" @click=${() => (this.shown += PAGE)}>Show more</button>` : nothing}
+      ${map.stalls.size > this.shown ? html`<button class="small" @click=${() => (this.shown += PAGE)}>${say("show-more")}</button>` : nothing}
     </div>`;
   }
 }

@@ -4,7 +4,7 @@ import type { StallState } from "../state/map-store.ts";
 import * as format from "../words/format.ts";
 import { seenPercent } from "../words/glance.ts";
 import { heightsOf, topHeight } from "../words/plot.ts";
-import { STALL_WORDS } from "../words/stall.ts";
+import { number, say } from "../words/say.ts";
 import { SCALES, type Units } from "../words/units.ts";
 import type { View } from "../words/view.ts";
 import { stallCount } from "./counts-card.ts";
@@ -30,30 +30,30 @@ export class SurveyPanel extends Part {
       ["taken", heartbeat?.Taken ?? 0],
       ["unknown", heartbeat?.Unknown ?? 0],
     ];
-    return html`<section class="card survey" aria-label="Survey">
+    return html`<section class="card survey" aria-label=${say("survey")}>
       <section>
         <div class="rh">
           <span class="sub">${headline(view)}</span>
-          <button class="plain" aria-label="Close survey" @click=${() => this.close()}>${icon("close")}</button>
+          <button class="plain" aria-label=${say("close-survey")} @click=${() => this.close()}>${icon("close")}</button>
         </div>
-        <div class="hero">${heartbeat?.Free ?? 0} free <small>of ${format.count(all, "stall", "stalls")}</small></div>
+        <div class="hero">${say("hero-free", { free: heartbeat?.Free ?? 0 })} <small>${say("hero-of", { stalls: all })}</small></div>
         <div class="stack" aria-hidden="true">
-          ${counts.filter(([, number]) => number > 0).map(([state, number]) => html`<i class=${state} ${cssVars({ "--share": String(number) })}></i>`)}
+          ${counts.filter(([, stalls]) => stalls > 0).map(([state, stalls]) => html`<i class=${state} ${cssVars({ "--share": String(stalls) })}></i>`)}
         </div>
         <div class="keys">
           ${counts.map(
-            ([state, number]) => html`<div class="ct" data-count=${state}>
+            ([state, stalls]) => html`<div class="ct" data-count=${state}>
               ${swatch(state)}
-              <div><b>${number}</b><span class="sub">${STALL_WORDS[state]}, ${format.percent((100 * number) / Math.max(1, all))}</span></div>
+              <div><b>${number(stalls)}</b><span class="sub">${say(`${state}-share`, { percent: format.percent((100 * stalls) / Math.max(1, all)) })}</span></div>
             </div>`,
           )}
         </div>
       </section>
       <hawk-downloads .model=${this.model}></hawk-downloads>
       <section class="facts">
-        ${fact(this.model.flight.airTime, format.longDuration, "in the air")} ${fact(heartbeat?.["Distance Flown"], (metres) => format.distance(metres, view.units), "flown")}
-        ${fact(heartbeat?.["Lot Area"], (squareMetres) => format.area(squareMetres, view.units), "lot found")}
-        ${fact(heartbeat ? seenPercent(heartbeat) : null, format.percent, "of it seen")}
+        ${fact(this.model.flight.airTime, format.longDuration, say("in-the-air"))} ${fact(heartbeat?.["Distance Flown"], (metres) => format.distance(metres, view.units), say("flown"))}
+        ${fact(heartbeat?.["Lot Area"], (squareMetres) => format.area(squareMetres, view.units), say("lot-found"))}
+        ${fact(heartbeat ? seenPercent(heartbeat) : null, format.percent, say("of-it-seen"))}
       </section>
       <section class="plots">${this.plots(view)}</section>
     </section>`;
@@ -70,8 +70,8 @@ export class SurveyPanel extends Part {
     }
     const theme = document.documentElement.dataset.theme ?? "";
     const top = topHeight(view.heartbeat?.Heights[2], units);
-    return html`<hawk-plot label="Height, ${SCALES[units].symbol}" .series=${this.plotted.height} .top=${top} .theme=${theme}></hawk-plot>
-      <hawk-plot label="Battery, %" .series=${this.plotted.battery} .top=${100} .theme=${theme}></hawk-plot>`;
+    return html`<hawk-plot label=${say("plot-height", { unit: SCALES[units].symbol })} .series=${this.plotted.height} .top=${top} .theme=${theme}></hawk-plot>
+      <hawk-plot label=${say("plot-battery")} .series=${this.plotted.battery} .top=${100} .theme=${theme}></hawk-plot>`;
   }
 
   private close(): void {
@@ -80,8 +80,9 @@ export class SurveyPanel extends Part {
 }
 
 function headline(view: View): string {
-  const landed = view.landedAt === null ? "Survey so far" : `Landed at ${format.clock(view.landedAt)}`;
-  return view.heartbeat?.["Explore Done"] ? `${landed}, whole lot seen` : landed;
+  const isDone = view.heartbeat?.["Explore Done"] === true;
+  if (view.landedAt === null) return say(isDone ? "survey-so-far-all" : "survey-so-far");
+  return say(isDone ? "landed-at-all" : "landed-at", { time: format.clock(view.landedAt) });
 }
 
 function fact(value: number | null | undefined, words: (value: number) => string, label: string): TemplateResult {

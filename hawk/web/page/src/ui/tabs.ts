@@ -1,6 +1,7 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement, property, state } from "lit/decorators.js";
 import { isFlying } from "../state/flight.ts";
+import { say } from "../words/say.ts";
 import { Part } from "./element.ts";
 import "./checks-tab.ts";
 import "./flight-tab.ts";
@@ -9,6 +10,8 @@ import "./settings-tab.ts";
 import "./stalls-tab.ts";
 
 export type TabName = "Checks" | "Messages" | "Flight" | "Stalls" | "Settings";
+
+const LABELS = { Checks: "checks", Messages: "messages", Flight: "flight", Stalls: "stalls", Settings: "settings" } as const;
 
 /** Checks (on the ground), messages, flight and settings. */
 @customElement("hawk-tabs")
@@ -27,7 +30,7 @@ export class Tabs extends Part {
     const names: TabName[] = [...(this.grounded ? (["Checks"] as const) : []), "Messages", "Flight", "Stalls", "Settings"];
     const chosen = names.find((name) => name === this.chosen) ?? names[0];
     return html`<section class="card tabs">
-      <div class="tablist" role="tablist" aria-label="About the flight" @keydown=${(event: KeyboardEvent) => this.step(event, names, chosen)}>
+      <div class="tablist" role="tablist" aria-label=${say("about-flight")} @keydown=${(event: KeyboardEvent) => this.step(event, names, chosen)}>
         ${names.map(
           (name) => html`<button
             role="tab"
@@ -36,11 +39,11 @@ export class Tabs extends Part {
             class=${name === chosen ? "on" : ""}
             @click=${() => (this.chosen = name)}
           >
-            ${name}
+            ${say(LABELS[name])}
           </button>`,
         )}
       </div>
-      <div class="tabpanel" role="tabpanel" aria-label=${chosen ?? nothing}>${this.panel(chosen)}</div>
+      <div class="tabpanel" role="tabpanel" aria-label=${chosen ? say(LABELS[chosen]) : nothing}>${this.panel(chosen)}</div>
     </section>`;
   }
 

@@ -1,12 +1,10 @@
 import { html, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
+import { say } from "../words/say.ts";
 import type { Units } from "../words/units.ts";
 import { Part } from "./element.ts";
 
-const UNITS: [Units, string][] = [
-  ["metres", "Metres"],
-  ["feet", "Feet"],
-];
+const UNITS: Units[] = ["metres", "feet"];
 
 /** Units in which this page shows and takes lengths. */
 @customElement("hawk-units")
@@ -14,16 +12,16 @@ export class UnitsSetting extends Part {
   override render(): TemplateResult {
     const { units } = this.model.preferences;
     return html`<fieldset>
-      <legend>Units</legend>
+      <legend>${say("units")}</legend>
       <div class="segments">
         ${UNITS.map(
-          ([value, text]) => html`<label class=${units === value ? "on" : ""}>
+          (value) => html`<label class=${units === value ? "on" : ""}>
             <input type="radio" name="units" .checked=${units === value} @change=${() => this.model.prefer({ units: value })} />
-            ${text}
+            ${say(`units-${value}`)}
           </label>`,
         )}
       </div>
-      <span class="sub">The drone's own messages stay in metres.</span>
+      <span class="sub">${say("units-note")}</span>
     </fieldset>`;
   }
 }

@@ -4,10 +4,12 @@ import { browserTimers, openBrowserSocket, socketUrl } from "../link/socket.ts";
 import { type VideoFrame, VideoLink } from "../link/video.ts";
 import * as format from "../words/format.ts";
 import { pictureWords, snapshotName } from "../words/picture.ts";
+import { say } from "../words/say.ts";
 import { OLD_S, type View } from "../words/view.ts";
 import { cssVars } from "./css-vars.ts";
 import { Part } from "./element.ts";
 import { icon, needle } from "./icons.ts";
+import { english } from "./quoting.ts";
 import { PictureWindow, pictureWindows } from "./picture-window.ts";
 import { saveFile } from "./save-file.ts";
 
@@ -38,14 +40,14 @@ export class VideoPanel extends Part {
   override render(): TemplateResult {
     const age = this.age();
     const frozen = age !== null && age > OLD_S;
-    return html`<section class="video ${frozen ? "frozen" : ""} ${age === null ? "none" : ""}" aria-label="Live video">
-      <canvas width="16" height="9" role="img" aria-label="Camera picture, straight down, stalls outlined"></canvas>
+    return html`<section class="video ${frozen ? "frozen" : ""} ${age === null ? "none" : ""}" aria-label=${say("live-video")}>
+      <canvas width="16" height="9" role="img" aria-label=${say("camera-picture")}></canvas>
       ${this.tag(age, frozen)} ${this.north()} ${this.over(age, frozen)}
       <div class="buttons">
-        <button aria-label="Swap map and video" @click=${() => this.tell("swap")}>${icon("swap")}</button>
-        <button aria-label="Full screen" @click=${() => void this.fullScreen()}>${icon("full")}</button>
+        <button aria-label=${say("swap-map-video")} @click=${() => this.tell("swap")}>${icon("swap")}</button>
+        <button aria-label=${say("full-screen")} @click=${() => void this.fullScreen()}>${icon("full")}</button>
         <span class="more">
-          <button aria-label="Save this picture" ?disabled=${this.newest === null} @click=${() => this.save()}>${icon("photo")}</button>
+          <button aria-label=${say("save-picture")} ?disabled=${this.newest === null} @click=${() => this.save()}>${icon("photo")}</button>
           ${this.windowButton()}
         </span>
       </div>
@@ -54,27 +56,25 @@ export class VideoPanel extends Part {
 
   private windowButton(): TemplateResult | typeof nothing {
     if (pictureWindows() === null) return nothing;
-    const label = this.small ? "Close the small window" : "Show in a small window";
+    const label = this.small ? say("close-small-window") : say("small-window");
     return html`<button aria-label=${label} aria-pressed=${this.small !== null} @click=${() => void this.smallWindow()}>${icon("window")}</button>`;
   }
 
   private tag(age: number | null, frozen: boolean): TemplateResult | typeof nothing {
     if (age === null) return nothing;
-    const simulated = this.model.view().welcome?.Simulation ? "Simulation, " : "";
-    if (frozen) return html`<span class="tag">${simulated === "" ? "Frozen" : `${simulated}frozen`}</span>`;
-    const live = simulated === "" ? "Live, " : "Simulation, ";
-    return html`<span class="tag"><i></i>${live}${format.age(age)}</span>`;
+    if (frozen) return html`<span class="tag">${this.simulated ? say("simulation-frozen") : say("frozen")}</span>`;
+    return html`<span class="tag"><i></i>${pictureWords(age, this.simulated)}</span>`;
   }
 
   private north(): TemplateResult | typeof nothing {
     const yaw = this.model.view().heartbeat?.Yaw ?? null;
     if (yaw === null || this.model.picture.shownAt === null) return nothing;
-    return html`<span class="north" ${cssVars({ "--turn": `${-yaw}rad` })}>${needle("North in the picture")}N</span>`;
+    return html`<span class="north" ${cssVars({ "--turn": `${-yaw}rad` })}>${needle(say("north-in-picture"))}${say("north-letter")}</span>`;
   }
 
   private over(age: number | null, frozen: boolean): TemplateResult | typeof nothing {
-    if (age === null) return overlay("No picture yet", cameraWords(this.model.view()));
-    return frozen ? overlay(`Picture is ${format.age(age)} old`, "No new picture arrives") : nothing;
+    if (age === null) return overlay(say("no-picture-yet"), cameraWords(this.model.view()));
+    return frozen ? overlay(say("picture-is-old", { age: format.age(age) }), say("no-new-picture")) : nothing;
   }
 
   private age(): number | null {
@@ -137,12 +137,12 @@ export class VideoPanel extends Part {
   }
 }
 
-function overlay(title: string, text: string): TemplateResult {
+function overlay(title: string, text: string | TemplateResult): TemplateResult {
   return html`<div class="over"><b>${title}</b><span>${text}</span></div>`;
 }
 
-function cameraWords(view: View): string {
+function cameraWords(view: View): string | TemplateResult {
   const camera = view.heartbeat?.Health.find((item) => item.Name === "camera");
-  if (camera && !camera.Healthy) return camera.Reason;
-  return view.heartbeat ? "Waiting for the camera" : "Not connected to the drone";
+  if (camera && !camera.Healthy) return english(camera.Reason);
+  return view.heartbeat ? say("waiting-for-camera") : say("never-connected-title");
 }

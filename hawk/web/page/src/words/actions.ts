@@ -1,6 +1,7 @@
 import type { Command } from "../protocol.ts";
 import { isFlying } from "../state/flight.ts";
 import * as format from "./format.ts";
+import { pointer, say } from "./say.ts";
 import { linkOf, option, type View } from "./view.ts";
 
 export type ActionName = "arm" | "takeoff" | "explore" | "move" | "home" | "land" | "hold" | "disarm" | "resume";
@@ -56,88 +57,91 @@ export function isViewer(view: View): boolean {
   return view.welcome?.Role === "viewer";
 }
 
-export const VIEWER_WORDS = { title: "You are watching as a viewer.", text: "A viewer sees everything and commands nothing." };
+/** What is said to a viewer. */
+export function viewerWords(): { title: string; text: string } {
+  return { title: say("viewer-title"), text: say("viewer-text") };
+}
 
 /** What is said of control to those who watch. */
 export function watchingWords(view: View, whose: "free" | "lost" | "other"): { title: string; text: string } {
-  if (whose === "free") return { title: "Nobody has control.", text: "Take control to fly. You can watch without." };
-  if (whose === "lost") return { title: "The operator in control is lost.", text: "Take control to fly. Return home and Land are free to all." };
+  if (whose === "free") return { title: say("free-title"), text: say("free-text") };
+  if (whose === "lost") return { title: say("lost-title"), text: say("lost-text") };
   const taker = view.heartbeat?.["Control Taken By"] ?? null;
-  if (taker !== null) return { title: `${taker} has control.`, text: "It was taken: you were lost, or did not answer. You can Hold the drone at any time." };
-  return { title: "You are watching. Someone else has control.", text: "You can Hold the drone at any time." };
+  if (taker !== null) return { title: say("taken-title", { name: taker }), text: say("taken-text") };
+  return { title: say("watching-title"), text: say("watching-text") };
 }
 
 /** Why a command would not be taken from this operator now; empty when it would. */
 export function cannot(view: View, command: Command["Type"]): string {
-  if (linkOf(view) !== "live") return "No link";
-  if (isViewer(view)) return "You are a viewer";
+  if (linkOf(view) !== "live") return say("no-link");
+  if (isViewer(view)) return say("you-are-viewer");
   const offered = option(view, command);
-  if (!offered.Possible) return offered.Reason.replace(/\.$/, "") || "Not possible here";
-  return control(view) === "mine" ? "" : "Not in control";
+  if (!offered.Possible) return offered.Reason.replace(/\.$/, "") || say("not-possible");
+  return control(view) === "mine" ? "" : say("not-in-control");
 }
 
 function armOrDisarm(view: View): Action {
-  if (option(view, "Disarm").Possible) return offered(view, "disarm", "Disarm", "Stop the motors");
+  if (option(view, "Disarm").Possible) return offered(view, "disarm", say("disarm"), say("disarm-note"));
   const failed = view.heartbeat?.Checks.filter((check) => !check.Passed).length ?? 0;
   const flying = view.heartbeat?.Armed === true;
   const checks = view.heartbeat?.Checks.length ?? 0;
-  const action = offered(view, "arm", "Arm", checks > 0 ? `${checks} checks passed` : "Start the motors");
+  const action = offered(view, "arm", say("arm"), checks > 0 ? say("checks-passed", { checks }) : say("arm-note"));
   if (action.kind !== "impossible" || linkOf(view) !== "live") return action;
-  if (flying) return { ...action, note: "Already armed" };
-  return failed > 0 ? { ...action, kind: "failed", note: `${format.count(failed, "check", "checks")} failed` } : action;
+  if (flying) return { ...action, note: say("already-armed") };
+  return failed > 0 ? { ...action, kind: "failed", note: say("checks-failed", { checks: failed }) } : action;
 }
 
 function resume(view: View): Action {
-  return offered(view, "resume", "Resume", "Take over from the pilot");
+  return offered(view, "resume", say("resume"), say("resume-note"));
 }
 
 function takeoff(view: View): Action {
   const desired = view.heartbeat?.Heights[1];
-  const note = desired === undefined ? "To the set height" : `To ${format.height(desired, view.units)}`;
-  const action = offered(view, "takeoff", "Take off", note);
+  const note = desired === undefined ? say("takeoff-note") : say("takeoff-to", { height: format.height(desired, view.units) });
+  const action = offered(view, "takeoff", say("takeoff"), note);
   return view.heartbeat?.State === "Takeoff" ? running(view, action, climbProgress(view)) : action;
 }
 
 function explore(view: View): Action {
-  const action = offered(view, "explore", "Explore", "See the whole lot");
+  const action = offered(view, "explore", say("explore"), say("explore-note"));
   const heartbeat = view.heartbeat;
   if (heartbeat?.State !== "Autonomous Explore") return action;
-  return running(view, action, heartbeat.Explored, " so far");
+  return running(view, action, heartbeat.Explored, "running-explored");
 }
 
 function move(view: View, touch: boolean): Action {
   const ways = [option(view, "Autonomous Move"), option(view, "Compulsive Move")];
   const possible = ways.some((way) => way.Possible);
   const reason = ways.find((way) => way.Reason !== "")?.Reason ?? "";
-  const action = build(view, "move", "Move", touch ? "Then tap the map" : "Then click the map", possible, reason);
+  const action = build(view, "move", say("move"), say("move-note", { pointer: pointer(touch) }), possible, reason);
   const moving = view.heartbeat?.State === "Autonomous Move" || view.heartbeat?.State === "Compulsive Move";
-  return moving && action.kind === "possible" ? { ...action, kind: "running", note: "To a new place" } : action;
+  return moving && action.kind === "possible" ? { ...action, kind: "running", note: say("move-running") } : action;
 }
 
 function home(view: View): Action {
-  const action = offered(view, "home", "Return home", homeNote(view));
+  const action = offered(view, "home", say("home"), homeNote(view));
   if (view.heartbeat?.State === "Return To Launch") return running(view, action, null);
-  if (linkOf(view) === "lost" && isFlying(view.heartbeat)) return { ...action, note: "No link: does it itself" };
+  if (linkOf(view) === "lost" && isFlying(view.heartbeat)) return { ...action, note: say("home-without-link") };
   return action;
 }
 
 function land(view: View): Action {
-  const action = offered(view, "land", "Land", "Straight down");
-  return view.heartbeat?.State === "Land" && action.kind !== "possible" ? { ...action, note: grounded(view) ?? "Landing" } : action;
+  const action = offered(view, "land", say("land"), say("land-note"));
+  return view.heartbeat?.State === "Land" && action.kind !== "possible" ? { ...action, note: grounded(view) ?? say("land-running") } : action;
 }
 
 /** Hold is offered whenever there is an open socket and the drone is not on the ground. */
 function hold(view: View): Action {
   const { Possible, Reason } = option(view, "Hold");
-  const note = Possible || Reason === "" ? "Stop and stay" : Reason.replace(/\.$/, "");
-  const action = build(view, "hold", "Hold", note, true, "");
-  if (view.link !== "open" || !view.heartbeat) return { ...action, kind: "impossible", note: "No link" };
+  const note = Possible || Reason === "" ? say("hold-note") : Reason.replace(/\.$/, "");
+  const action = build(view, "hold", say("hold"), note, true, "");
+  if (view.link !== "open" || !view.heartbeat) return { ...action, kind: "impossible", note: say("no-link") };
   const ground = grounded(view);
   return ground === null ? action : { ...action, kind: "impossible", note: ground };
 }
 
 function grounded(view: View): string | null {
-  return isFlying(view.heartbeat) ? null : "On the ground";
+  return isFlying(view.heartbeat) ? null : say("on-the-ground");
 }
 
 function offered(view: View, name: Exclude<ActionName, "move">, label: string, note: string): Action {
@@ -147,14 +151,19 @@ function offered(view: View, name: Exclude<ActionName, "move">, label: string, n
 
 function build(view: View, name: ActionName, label: string, note: string, possible: boolean, reason: string): Action {
   const base = { name, label, progress: null };
-  if (view.link !== "open" || linkOf(view) !== "live") return { ...base, kind: "impossible", note: "No link" };
+  if (view.link !== "open" || linkOf(view) !== "live") return { ...base, kind: "impossible", note: say("no-link") };
   if (possible) return { ...base, kind: "possible", note };
-  return { ...base, kind: "impossible", note: reason === "" ? "Not possible here" : reason.replace(/\.$/, "") };
+  return { ...base, kind: "impossible", note: reason === "" ? say("not-possible") : reason.replace(/\.$/, "") };
 }
 
-function running(view: View, action: Action, progress: number | null, of = ""): Action {
+function running(
+  view: View,
+  action: Action,
+  progress: number | null,
+  key: "running-percent" | "running-explored" = "running-percent",
+): Action {
   if (linkOf(view) !== "live") return action;
-  const note = progress === null ? "Running" : `Running, ${Math.round(progress * 100)} %${of}`;
+  const note = progress === null ? say("running") : say(key, { percent: format.percent(progress * 100) });
   return { ...action, kind: "running", note, progress };
 }
 
@@ -166,8 +175,8 @@ function climbProgress(view: View): number | null {
 
 function homeNote(view: View): string {
   const { North, East, Home } = view.heartbeat ?? { North: null, East: null, Home: null };
-  if (North === null || East === null || !Home) return "And land there";
+  if (North === null || East === null || !Home) return say("home-note");
   const metres = Math.hypot(North - Home.North, East - Home.East);
-  const time = view.cruise === null ? "" : `, ${format.duration(metres / view.cruise)}`;
-  return `${format.distance(metres, view.units)}${time}`;
+  const distance = format.distance(metres, view.units);
+  return view.cruise === null ? distance : say("home-way", { distance, time: format.duration(metres / view.cruise) });
 }

@@ -1,5 +1,6 @@
 import type { Question } from "../state/operator.ts";
 import * as format from "./format.ts";
+import { say } from "./say.ts";
 import type { View } from "./view.ts";
 
 /** What is asked for by its name alone. */
@@ -17,35 +18,31 @@ export interface AskedWords {
 /** Asked because a pilot would be overruled: sent as confirmed. */
 export const OVERRULING = new Set<Simple>(["Return To Launch", "Land", "Resume"]);
 
-const OVERRULES = "The remote control is overruled.";
-
-const WORDS: Record<Simple, AskedWords> = {
-  Arm: { question: "Start the motors?", second: "Keep clear of the propellers.", slide: "Slide to arm", label: "Arm" },
-  Takeoff: { question: "Take off?", second: "Straight up from where it stands.", slide: "Slide to take off", label: "Take off" },
-  "Autonomous Explore": {
-    question: "Explore the whole lot?",
-    second: "It flies by itself inside the fence. Hold stops it.",
-    slide: "Slide to explore",
-    label: "Explore",
-  },
-  "Return To Launch": { question: "Return home and land there?", second: OVERRULES, slide: "Slide to return", label: "Return home" },
-  Land: { question: "Land straight down?", second: OVERRULES, slide: "Slide to land", label: "Land" },
-  "New Survey": {
-    question: "Begin a new survey?",
-    second: "The map begins empty. The last survey stays stored on the drone.",
-    slide: "Slide to begin",
-    label: "New survey",
-  },
-  Resume: {
-    question: "Resume, taking over from the remote control?",
-    second: "It stops and stays where it is.",
-    slide: "Slide to resume",
-    label: "Resume",
-  },
-};
-
 export function askedWords(view: View, about: Simple): AskedWords {
-  const words = WORDS[about];
+  switch (about) {
+    case "Arm":
+      return { question: say("arm-question"), second: say("arm-meaning"), slide: say("arm-slide"), label: say("arm") };
+    case "Takeoff":
+      return { question: takeoff(view), second: say("takeoff-meaning"), slide: say("takeoff-slide"), label: say("takeoff") };
+    case "Autonomous Explore":
+      return { question: say("explore-question"), second: say("explore-meaning"), slide: say("explore-slide"), label: say("explore") };
+    case "Return To Launch":
+      return { question: say("home-question"), second: say("overrules"), slide: say("home-slide"), label: say("home") };
+    case "Land":
+      return { question: say("land-question"), second: say("overrules"), slide: say("land-slide"), label: say("land") };
+    case "New Survey":
+      return {
+        question: say("new-survey-question"),
+        second: say("new-survey-meaning"),
+        slide: say("new-survey-slide"),
+        label: say("new-survey"),
+      };
+    case "Resume":
+      return { question: say("resume-question"), second: say("resume-meaning"), slide: say("resume-slide"), label: say("resume") };
+  }
+}
+
+function takeoff(view: View): string {
   const height = view.heartbeat?.Heights[1];
-  return about === "Takeoff" && height !== undefined ? { ...words, question: `Take off to ${format.height(height, view.units)}?` } : words;
+  return height === undefined ? say("takeoff-question") : say("takeoff-question-to", { height: format.height(height, view.units) });
 }

@@ -2,6 +2,7 @@ import type { Heartbeat } from "../protocol.ts";
 import { isFlying } from "../state/flight.ts";
 import * as format from "./format.ts";
 import { isGivenBack } from "./glance.ts";
+import { say, sentences } from "./say.ts";
 import { autopilotLost, linkOf, type View } from "./view.ts";
 
 /** A point on the banner's time line; `at` in seconds after the link was lost. */
@@ -35,21 +36,20 @@ export function banner(view: View): Banner | null {
 
 function neverConnected(view: View): Banner | null {
   if (view.link === "open") return null;
-  const text = "Is it switched on and in reach? This page keeps trying by itself.";
-  return { ...plain("Not connected to the drone", text), connect: view.link !== "connecting" || view.attempts > 1 };
+  return { ...plain(say("never-connected-title"), say("never-connected-text")), connect: view.link !== "connecting" || view.attempts > 1 };
 }
 
 function linkLost(view: View, heartbeat: Heartbeat): Banner {
   const silence = view.silence ?? 0;
-  const title = `No word from the drone for ${format.age(silence)}`;
+  const title = say("no-word-title", { age: format.age(silence) });
   const base = { ...plain(title, bySettings(view, heartbeat)), connect: true };
   const returns = returnAfter(view, heartbeat);
   if (!returns) return base;
   const left = returns.home - silence;
   const marks = [
-    { label: "lost", at: 0 },
-    { label: "holds", at: returns.hold },
-    { label: left > 0 ? "returns home at the latest in" : "returned home", at: returns.home },
+    { label: say("mark-lost"), at: 0 },
+    { label: say("mark-holds"), at: returns.hold },
+    { label: left > 0 ? say("mark-returns-in") : say("mark-returned"), at: returns.home },
   ];
   return { ...base, timeline: { marks, now: silence, countdown: left > 0 ? format.duration(left) : "" } };
 }
@@ -63,49 +63,36 @@ function returnAfter(view: View, heartbeat: Heartbeat): { hold: number; home: nu
 
 /** The page cannot know whether only its own link is gone or the drone's computer, for which the autopilot waits less. */
 function bySettings(view: View, heartbeat: Heartbeat): string {
-  const remote = "To take over, use the remote control.";
-  if (!isFlying(heartbeat)) return "It was on the ground when it was last heard.";
-  if (heartbeat.State === "Return To Launch") return `By its settings it goes on home and lands there. ${remote}`;
-  if (heartbeat.State === "Land") return `By its settings it goes on landing. ${autopilotActs("acts")} ${remote}`;
-  if (heartbeat.State === "Manual") return "It was flown with the remote control when it was last heard.";
+  const remote = say("use-remote");
+  if (!isFlying(heartbeat)) return say("was-on-ground");
+  if (heartbeat.State === "Return To Launch") return sentences(say("goes-on-home"), remote);
+  if (heartbeat.State === "Land") return sentences(say("goes-on-landing"), say("autopilot-acts"), remote);
+  if (heartbeat.State === "Manual") return say("was-flown-by-hand");
   const returns = returnAfter(view, heartbeat);
-  if (!returns) return `Another operator had control, or it was already waiting: it goes on by its settings. ${remote}`;
-  const lostAt = view.now - (view.silence ?? 0) * 1000;
+  if (!returns) return sentences(say("goes-on-otherwise"), remote);
   const silence = view.silence ?? 0;
-  const homeAt = format.clock(lostAt + returns.home * 1000);
-  if (silence >= returns.home) {
-    return `By its settings it is on its way home since ${homeAt} and lands there. ${autopilotActs("acted sooner")} ${remote}`;
-  }
-  const holds =
-    silence >= returns.hold
-      ? "By its settings it now holds its place."
-      : `By its settings it goes on until ${format.clock(lostAt + returns.hold * 1000)}, then holds its place.`;
-  return `${holds} At ${homeAt} it returns home and lands. ${autopilotActs("acts sooner")} ${remote}`;
-}
-
-function autopilotActs(when: string): string {
-  return `If its computer stopped, the autopilot ${when} by its own failsafe.`;
+  const clockAt = (seconds: number): string => format.clock(view.now + (seconds - silence) * 1000);
+  const homeAt = clockAt(returns.home);
+  if (silence >= returns.home) return sentences(say("on-way-home", { time: homeAt }), say("autopilot-acted-sooner"), remote);
+  const holds = silence >= returns.hold ? say("holds-now") : say("holds-at", { time: clockAt(returns.hold) });
+  return sentences(holds, say("returns-at", { time: homeAt }), say("autopilot-acts-sooner"), remote);
 }
 
 function silentAutopilot(heartbeat: Heartbeat): Banner {
-  const text = isFlying(heartbeat)
-    ? "By its settings the autopilot returns home when it hears nothing. To take over, use the remote control."
-    : "Is the autopilot switched on and its cable in place? The drone's computer keeps trying.";
-  return plain("The drone's computer does not hear the autopilot", text);
+  return plain(say("autopilot-lost-title"), isFlying(heartbeat) ? say("autopilot-lost-flying") : say("autopilot-lost-ground"));
 }
 
 function operatorLost(view: View, heartbeat: Heartbeat): Banner {
   const left = heartbeat["Return In"];
   const remaining = left === null ? null : left - (view.silence ?? 0);
-  const home =
-    remaining === null ? "Then it returns home and lands." : `In ${format.duration(remaining)} it returns home and lands.`;
-  const mine = heartbeat["In Control"] ? "" : " Take control to go on.";
-  return plain(isGivenBack(heartbeat) ? "Nobody has control" : "The operator was lost", `It holds its place. ${home}${mine}`);
+  const home = remaining === null ? say("then-returns") : say("returns-in", { time: format.duration(remaining) });
+  const mine = heartbeat["In Control"] ? "" : say("take-control-to-go-on");
+  const title = isGivenBack(heartbeat) ? say("nobody-has-control") : say("operator-was-lost");
+  return plain(title, sentences(say("holds-its-place"), home, mine));
 }
 
 function cutNotConfirmed(): Banner {
-  const text = "The drone did not say that the motors are off. Cut motors again if it is still needed.";
-  return { ...plain("Cutting the motors is not confirmed", text), tone: "bad" };
+  return { ...plain(say("cut-unconfirmed-title"), say("cut-unconfirmed-text")), tone: "bad" };
 }
 
 function plain(title: string, text: string): Banner {

@@ -1,5 +1,6 @@
 import type { Heartbeat } from "../protocol.ts";
 import * as format from "./format.ts";
+import { say } from "./say.ts";
 
 /** A part of the battery, per cent of a full one. */
 export interface BatteryPart {
@@ -28,28 +29,28 @@ export function batteryWords(heartbeat: Heartbeat): BatteryWords | null {
   const survey = heartbeat["Battery Needed Survey"];
   const parts = partsOf(charge, home, survey);
   const verdict = verdictOf(heartbeat);
-  const list = parts.map((part) => `${part.label.toLowerCase()} ${format.percent(part.percent)}`).join(", ");
+  const list = parts.map((part) => say(`battery-spoken-${part.name}`, { percent: format.percent(part.percent) })).join(", ");
   const short = parts.some((part) => part.name === "missing");
-  return { verdict, short, parts, spoken: `Battery ${format.percent(charge)}: ${list}. ${verdict}.` };
+  return { verdict, short, parts, spoken: say("battery-spoken", { percent: format.percent(charge), parts: list, verdict }) };
 }
 
 /** The flight home comes first: the drone returns when no more than that is left. */
 function partsOf(charge: number, home: number, survey: number | null): BatteryPart[] {
   const left = charge - home - (survey ?? 0);
-  const parts: BatteryPart[] = [{ name: "home", label: "Home", percent: home, shown: Math.min(home, charge) }];
+  const parts: BatteryPart[] = [{ name: "home", label: say("battery-home"), percent: home, shown: Math.min(home, charge) }];
   if (survey !== null) {
-    parts.push({ name: "survey", label: "Survey", percent: survey, shown: Math.min(survey, Math.max(0, charge - home)) });
+    parts.push({ name: "survey", label: say("battery-survey"), percent: survey, shown: Math.min(survey, Math.max(0, charge - home)) });
   }
-  if (left >= 0) parts.push({ name: "left", label: "Left", percent: left, shown: left });
-  else parts.push({ name: "missing", label: "Missing", percent: -left, shown: Math.min(-left, 100 - charge) });
+  if (left >= 0) parts.push({ name: "left", label: say("battery-left"), percent: left, shown: left });
+  else parts.push({ name: "missing", label: say("battery-missing"), percent: -left, shown: Math.min(-left, 100 - charge) });
   return parts;
 }
 
 function verdictOf(heartbeat: Heartbeat): string {
   const { "Battery Needed Survey": survey, "Battery Left": left, "Survey Basis": basis, "Survey Share": share } = heartbeat;
-  if (survey === null || left === null || share === null) return "What the survey needs is not known";
-  if (survey === 0) return "Nothing is left of the survey";
-  const lot = basis === "fence" ? "a lot as large as the fence" : "the rest of the survey";
-  if (left >= 0) return `Enough for ${lot}`;
-  return `Enough for about ${Math.floor(share * 10) * 10} % of ${lot}`;
+  if (survey === null || left === null || share === null) return say("battery-not-known");
+  if (survey === 0) return say("battery-nothing-left");
+  if (left >= 0) return basis === "fence" ? say("battery-enough-fence") : say("battery-enough-survey");
+  const percent = format.percent(Math.floor(share * 10) * 10);
+  return basis === "fence" ? say("battery-part-fence", { percent }) : say("battery-part-survey", { percent });
 }

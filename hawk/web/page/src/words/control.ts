@@ -1,6 +1,7 @@
 import { isFlying } from "../state/flight.ts";
 import type { Heartbeat } from "../protocol.ts";
 import * as format from "./format.ts";
+import { say } from "./say.ts";
 import { linkOf, type View } from "./view.ts";
 
 /** What this page asks or reports about control, beside the bar. */
@@ -27,25 +28,30 @@ export function controlNote(view: View, releasing: boolean): ControlNote | null 
     return releasing && isFlying(heartbeat) ? release(view) : null;
   }
   if (asker === null || left === null || asker !== heartbeat["Own Name"]) return null;
-  const title = `${heartbeat.Controller ?? "Nobody"} was asked for control.`;
-  if (left > 0) return { kind: "asking", title, text: `Without an answer you can take control in ${seconds(left)}.` };
-  return { kind: "free", title: `${heartbeat.Controller ?? "Nobody"} does not answer.`, text: "You can take control. The drone goes on with what it does." };
+  const name = heartbeat.Controller;
+  if (left > 0) {
+    const title = name === null ? say("free-title") : say("was-asked", { name });
+    return { kind: "asking", title, text: say("you-can-take-in", { time: seconds(left) }) };
+  }
+  const title = name === null ? say("free-title") : say("does-not-answer", { name });
+  return { kind: "free", title, text: say("you-can-take-now") };
 }
 
 function asked(asker: string, left: number): ControlNote {
-  const text = left > 0 ? `Without an answer ${asker} can take control in ${seconds(left)}.` : `Without an answer ${asker} can take control now.`;
-  return { kind: "asked", title: `${asker} asks for control.`, text };
+  const name = asker;
+  const text = left > 0 ? say("other-can-take-in", { name, time: seconds(left) }) : say("other-can-take-now", { name });
+  return { kind: "asked", title: say("asks-for-control", { name }), text };
 }
 
 function release(view: View): ControlNote {
-  const hold = view.welcome ? ` for ${format.duration(view.welcome["Operator Hold"] / view.welcome.Speed)}` : "";
-  const text = `It stops and holds${hold}, then returns home and lands, unless somebody takes control.`;
-  return { kind: "releasing", title: "Give back control in the air?", text };
+  const time = view.welcome && format.duration(view.welcome["Operator Hold"] / view.welcome.Speed);
+  const text = time === null ? say("release-text") : say("release-text-for", { time });
+  return { kind: "releasing", title: say("release-title"), text };
 }
 
 /** Never rounded down to 0 while there is time left. */
 function seconds(left: number): string {
-  return `${Math.ceil(left)} s`;
+  return format.wholeSeconds(Math.ceil(left));
 }
 
 /** What somebody else made the drone do between two heartbeats, in a sentence; null when nobody else did. */
@@ -53,10 +59,14 @@ export function doneByAnother(before: Heartbeat | null, now: Heartbeat): string 
   const by = now["Asked By"];
   if (!before || by === null || by === now["Own Name"]) return null;
   if (before.State === now.State && before["Asked By"] === by) return null;
-  const words: Record<string, string> = {
-    Hover: `Stopped by ${by}.`,
-    "Return To Launch": `Returning home, asked by ${by}.`,
-    Land: `Landing, asked by ${by}.`,
-  };
-  return words[now.State] ?? null;
+  switch (now.State) {
+    case "Hover":
+      return say("stopped-by", { name: by });
+    case "Return To Launch":
+      return say("returning-by", { name: by });
+    case "Land":
+      return say("landing-by", { name: by });
+    default:
+      return null;
+  }
 }

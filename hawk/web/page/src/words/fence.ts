@@ -2,6 +2,7 @@ import type { FenceSetup } from "../protocol.ts";
 import type { FenceEditing } from "../state/fence-edit.ts";
 import { cannot } from "./actions.ts";
 import * as format from "./format.ts";
+import { pointer, say } from "./say.ts";
 import type { Units } from "./units.ts";
 import { linkOf, type View } from "./view.ts";
 
@@ -22,17 +23,17 @@ export function fenceWords(editing: FenceEditing, setup: FenceSetup | null, view
   if (editing.zoning) return zoning(editing.begun, touch);
   const reason = cannot(view, "Set Fence");
   const verdict = editing.verdict;
-  const corners = `${format.count(draft.corners.length, "corner", "corners")}${zones(draft.zones.length)}`;
-  if (linkOf(view) !== "live") {
-    return { title: `Fence of ${corners}`, line: "No link: it cannot be checked or saved.", level: "bad", reason: "No link" };
-  }
+  const counts = { corners: draft.corners.length, zones: draft.zones.length };
+  const unsized = say("fence-of", counts);
+  if (linkOf(view) !== "live") return { title: unsized, line: say("fence-no-link"), level: "bad", reason: say("no-link") };
   if (verdict.about === "problem") {
-    return { title: "This fence cannot be saved", line: verdict.text, level: "bad", reason: "Put right what is said" };
+    return { title: say("fence-cannot-save"), line: verdict.text, level: "bad", reason: say("put-right") };
   }
-  if (verdict.about !== "good") return { title: `Fence of ${corners}`, line: "Being checked.", level: "", reason: "Being checked" };
+  if (verdict.about !== "good") return { title: unsized, line: say("being-checked-line"), level: "", reason: say("being-checked") };
   const { check } = verdict;
-  const title = `Fence ${extent(check["North South"], check["East West"], view.units)}, ${corners}`;
-  const waits = editing.saving ? "Being saved" : draft.isChanged ? "" : "Nothing changed";
+  const extent = extentOf(check["North South"], check["East West"], view.units);
+  const title = extent === null ? unsized : say("fence-sized", { extent, ...counts });
+  const waits = editing.saving ? say("being-saved") : draft.isChanged ? "" : say("nothing-changed");
   const done = { title, reason: reason || waits };
   if (editing.removing) return { ...done, line: removal(draft.zones.length, touch), level: "" };
   const [note] = check.Notes;
@@ -41,51 +42,41 @@ export function fenceWords(editing: FenceEditing, setup: FenceSetup | null, view
 
 /** Which fence the next Arm puts in force, in a title and a line. */
 export function fenceSummary(setup: FenceSetup | null, units: Units): { title: string; line: string } {
-  if (!setup) return { title: "Fence", line: "not known yet" };
-  if (setup.Problem !== "") return { title: "The drawn fence cannot be used", line: setup.Problem };
-  const ceiling = `up to ${format.height(setup.Ceiling, units)}`;
-  if (setup.Source === "drawn") return { title: `Fence of ${outline(setup)}`, line: `drawn, ${ceiling}` };
-  if (setup.Source === "file") return { title: `Fence of ${outline(setup)}`, line: `from the settings, ${ceiling}` };
-  return { title: `Fence: circle of ${format.distance(setup.Radius ?? 0, units)}`, line: `around where it is armed, ${ceiling}` };
+  if (!setup) return { title: say("fence"), line: say("fence-not-known") };
+  if (setup.Problem !== "") return { title: say("fence-unusable"), line: setup.Problem };
+  const ceiling = format.height(setup.Ceiling, units);
+  if (setup.Source === "circle") {
+    const radius = format.distance(setup.Radius ?? 0, units);
+    return { title: say("fence-circle", { radius }), line: say("fence-circle-up-to", { ceiling }) };
+  }
+  const title = say("fence-of", { corners: setup.Corners.length, zones: setup.Zones.length });
+  return { title, line: setup.Source === "drawn" ? say("fence-drawn-up-to", { ceiling }) : say("fence-file-up-to", { ceiling }) };
 }
 
 function drawing(begun: number, touch: boolean): FenceWords {
-  const point = touch ? "Tap" : "Click";
-  const common = { title: "Draw the fence", level: "" as const, reason: "Not closed yet" };
-  if (begun === 0) return { ...common, line: `${point} its corners on the map, one after the other. Or import a file.` };
-  const set = format.count(begun, "corner", "corners");
-  if (begun < 3) return { ...common, line: `${set} set. A fence needs at least 3.` };
-  return { ...common, line: `${set} set. ${point} the first one again, or Close.` };
+  const common = { title: say("draw-fence"), level: "" as const, reason: say("not-closed-yet") };
+  if (begun === 0) return { ...common, line: say("draw-fence-begin", { pointer: pointer(touch) }) };
+  if (begun < 3) return { ...common, line: say("draw-fence-few", { corners: begun }) };
+  return { ...common, line: say("draw-close", { corners: begun, pointer: pointer(touch) }) };
 }
 
 function zoning(begun: number, touch: boolean): FenceWords {
-  const point = touch ? "Tap" : "Click";
-  const common = { title: "Draw a zone that the drone keeps out of", level: "" as const, reason: "Zone not closed yet" };
-  if (begun === 0) return { ...common, line: `${point} its corners, inside the fence. Add zone again gives it up.` };
-  const set = format.count(begun, "corner", "corners");
-  if (begun < 3) return { ...common, line: `${set} set. A zone needs at least 3.` };
-  return { ...common, line: `${set} set. ${point} the first one again, or Close.` };
+  const common = { title: say("draw-zone"), level: "" as const, reason: say("zone-not-closed-yet") };
+  if (begun === 0) return { ...common, line: say("draw-zone-begin", { pointer: pointer(touch) }) };
+  if (begun < 3) return { ...common, line: say("draw-zone-few", { corners: begun }) };
+  return { ...common, line: say("draw-close", { corners: begun, pointer: pointer(touch) }) };
 }
 
 function removal(zoneCount: number, touch: boolean): string {
-  const point = touch ? "Tap" : "Click";
-  return `${point} the corners that are to go${zoneCount === 0 ? "" : ", or into a zone to remove it"}.`;
+  return say(zoneCount === 0 ? "remove-corners-line" : "remove-zones-line", { pointer: pointer(touch) });
 }
 
-function outline(setup: FenceSetup): string {
-  return `${format.count(setup.Corners.length, "corner", "corners")}${zones(setup.Zones.length)}`;
-}
-
-function zones(count: number): string {
-  return count === 0 ? "" : `, ${format.count(count, "zone", "zones")}`;
-}
-
-function extent(north: number | null, east: number | null, units: Units): string {
-  return north === null || east === null ? "" : format.extent(east, north, units);
+function extentOf(north: number | null, east: number | null, units: Units): string | null {
+  return north === null || east === null ? null : format.extent(east, north, units);
 }
 
 function inside(setup: FenceSetup | null, ceiling: number | null, units: Units): string {
   if (!setup || ceiling === null) return "";
-  const top = format.height(ceiling - setup["Ceiling Margin"], units);
-  return `The drone stays ${format.margin(setup.Margin, units)} inside it, at the dotted line, and below ${top}.`;
+  const height = format.height(ceiling - setup["Ceiling Margin"], units);
+  return say("stays-inside", { margin: format.margin(setup.Margin, units), height });
 }

@@ -1,5 +1,6 @@
 import type { Heartbeat } from "../protocol.ts";
 import * as format from "./format.ts";
+import { language, number, say } from "./say.ts";
 import { ageNow, autopilotLost, BATTERY_STALE_S, linkOf, OLD_S, oldestAge, STALE_S, type View } from "./view.ts";
 
 export type Tone = "fine" | "warn" | "idle";
@@ -23,24 +24,24 @@ export interface GlanceValue {
   trouble: boolean;
 }
 
-const TITLES: Record<string, string> = {
-  Idle: "On the ground",
-  Configure: "Storing heights",
-  Arm: "Arming",
-  Takeoff: "Taking off",
-  Hover: "Holding",
-  "Autonomous Explore": "Exploring",
-  "Autonomous Move": "Moving",
-  "Compulsive Move": "Moving",
-  "Return To Launch": "Returning home",
-  Land: "Landing",
-  CommunicationLost: "Operator lost",
-  Manual: "Flown by hand",
-};
+const TITLES = {
+  Idle: "state-idle",
+  Configure: "state-configure",
+  Arm: "state-arm",
+  Takeoff: "state-takeoff",
+  Hover: "state-hover",
+  "Autonomous Explore": "state-explore",
+  "Autonomous Move": "state-move",
+  "Compulsive Move": "state-move",
+  "Return To Launch": "state-home",
+  Land: "state-land",
+  CommunicationLost: "state-operator-lost",
+  Manual: "state-manual",
+} as const;
 
 /** A state in the words of the page. */
 export function stateTitle(state: string): string {
-  return TITLES[state] ?? state;
+  return Object.hasOwn(TITLES, state) ? say(TITLES[state as keyof typeof TITLES]) : state;
 }
 
 /** Per cent seen of the lot found so far, which grows with the survey; null when it is not known, as it is when stalls were found and yet nothing counts as seen. */
@@ -52,14 +53,14 @@ export function seenPercent(heartbeat: Heartbeat): number | null {
 
 export function stateWords(view: View): StateWords {
   const heartbeat = view.heartbeat;
-  if (!heartbeat) return same("warn", "Not connected", view.link === "open" ? "Waiting for the drone" : "Looking for the drone");
+  if (!heartbeat) return same("warn", say("not-connected"), view.link === "open" ? say("waiting-for-drone") : say("looking-for-drone"));
   if (linkOf(view) === "lost") {
-    const was = stateTitle(heartbeat.State).toLowerCase();
-    return same("warn", "No link", `was ${was} ${format.age(view.silence ?? 0)} ago`);
+    const state = stateTitle(heartbeat.State).toLocaleLowerCase(language());
+    return same("warn", say("no-link"), say("was-in-state", { state, age: format.age(view.silence ?? 0) }));
   }
-  if (autopilotLost(view)) return same("warn", "Autopilot silent", "The drone's computer does not hear it");
-  if (heartbeat["Kill State"] === "sending") return same("warn", "Cutting motors", "Sent until the motors are off");
-  if (heartbeat["Kill State"] === "not confirmed") return same("warn", "Cut not confirmed", "The motors may still run");
+  if (autopilotLost(view)) return same("warn", say("autopilot-silent"), say("autopilot-silent-text"));
+  if (heartbeat["Kill State"] === "sending") return same("warn", say("cutting-motors"), say("cutting-motors-text"));
+  if (heartbeat["Kill State"] === "not confirmed") return same("warn", say("cut-not-confirmed"), say("cut-not-confirmed-text"));
   return heartbeat.State === "Idle" ? grounded(view, heartbeat) : active(view, heartbeat);
 }
 
@@ -69,35 +70,33 @@ export function isGivenBack(heartbeat: Heartbeat): boolean {
 }
 
 function grounded(view: View, heartbeat: Heartbeat): StateWords {
-  if (heartbeat.Killed) return same("warn", "Motors cut", "Clear it to arm again");
+  if (heartbeat.Killed) return same("warn", say("motors-cut"), say("motors-cut-text"));
   const failed = heartbeat.Checks.filter((check) => !check.Passed).length;
   if (failed > 0) {
-    const short = `${format.count(failed, "check", "checks")} failed`;
-    return { tone: "warn", title: TITLES.Idle ?? "", detail: `${short}. Fix ${failed === 1 ? "it" : "them"} to arm.`, short };
+    const detail = say("fix-to-arm", { checks: failed });
+    return { tone: "warn", title: say("state-idle"), detail, short: say("checks-failed", { checks: failed }) };
   }
-  if (view.landedAt !== null) return same("idle", "Landed", `Motors off since ${format.clock(view.landedAt)}`);
+  if (view.landedAt !== null) return same("idle", say("landed"), say("motors-off-since", { time: format.clock(view.landedAt) }));
   const passed = heartbeat.Checks.length;
-  return same(toned(view, heartbeat, "idle"), TITLES.Idle ?? "", passed > 0 ? `${passed} checks passed` : heartbeat.Detail);
+  return same(toned(view, heartbeat, "idle"), say("state-idle"), passed > 0 ? say("checks-passed", { checks: passed }) : heartbeat.Detail);
 }
 
 function active(view: View, heartbeat: Heartbeat): StateWords {
   const tone = toned(view, heartbeat, "fine");
   const armed = heartbeat.State === "Arm" && heartbeat.Armed === true;
-  const title = armed ? "Armed" : isGivenBack(heartbeat) ? "Nobody has control" : stateTitle(heartbeat.State);
+  const title = armed ? say("state-armed") : isGivenBack(heartbeat) ? say("state-free") : stateTitle(heartbeat.State);
   const seen = seenPercent(heartbeat);
   if (heartbeat.State !== "Autonomous Explore" || seen === null) return same(tone, title, `${heartbeat.Detail}${oldPicture(view)}`);
-  const toGo = timeToGo(view, heartbeat);
-  return {
-    tone,
-    title,
-    detail: `${seen} % seen of the lot found so far${toGo ? `, about ${toGo} to go` : ""}${oldPicture(view)}`,
-    short: `${seen} % seen so far${toGo ? `, ${toGo} to go` : ""}${oldPicture(view)}`,
-  };
+  const percent = format.percent(seen);
+  const time = timeToGo(view, heartbeat);
+  const detail = time === null ? say("seen-so-far", { percent }) : say("seen-so-far-to-go", { percent, time });
+  const short = time === null ? say("seen-short", { percent }) : say("seen-short-to-go", { percent, time });
+  return { tone, title, detail: `${detail}${oldPicture(view)}`, short: `${short}${oldPicture(view)}` };
 }
 
 function oldPicture(view: View): string {
   const age = view.pictureAge;
-  return age !== null && age > OLD_S ? ` Picture ${format.age(age)} old.` : "";
+  return age !== null && age > OLD_S ? ` ${say("picture-old", { age: format.age(age) })}` : "";
 }
 
 /** How long the rest takes; null while no route is planned or the drone's speed is not known. */
@@ -127,8 +126,8 @@ function freeValue(view: View): GlanceValue {
   const heartbeat = view.heartbeat;
   const known = heartbeat !== null && heartbeat.Free + heartbeat.Taken + heartbeat.Unknown > 0;
   const lost = linkOf(view) === "lost" && view.silence !== null;
-  const label = lost && known ? `free, at ${format.clock(view.now - (view.silence ?? 0) * 1000)}` : "free stalls";
-  return { name: "free", value: known ? String(heartbeat.Free) : "–", age: "", label, staleLabel: "", trouble: false };
+  const label = lost && known ? say("free-at", { time: format.clock(view.now - (view.silence ?? 0) * 1000) }) : say("free-stalls");
+  return { name: "free", value: known ? number(heartbeat.Free) : "–", age: "", label, staleLabel: "", trouble: false };
 }
 
 function batteryValue(view: View): GlanceValue {
@@ -136,28 +135,32 @@ function batteryValue(view: View): GlanceValue {
   const left = view.heartbeat?.["Battery Time Left"] ?? null;
   const old = oldAge(ageNow(view, view.heartbeat?.["Battery Age"] ?? null), BATTERY_STALE_S);
   const value = left !== null ? format.timeLeft(left) : format.percent(level);
-  const label = left !== null && level !== null ? `battery, ${format.percent(level)}` : "battery";
-  return { name: "battery", value, age: level === null ? "" : old, label, staleLabel: left === null ? "" : `, ${format.percent(level)}`, trouble: false };
+  const percent = format.percent(level);
+  const label = left !== null && level !== null ? say("battery-percent", { percent }) : say("battery");
+  const staleLabel = left === null ? "" : say("then-percent", { percent });
+  return { name: "battery", value, age: level === null ? "" : old, label, staleLabel, trouble: false };
 }
 
 function heightValue(view: View): GlanceValue {
   const metres = view.heartbeat?.["Relative Altitude"] ?? null;
   const old = oldAge(ageNow(view, view.heartbeat?.["Pose Age"] ?? null), STALE_S);
-  return { name: "height", value: format.height(metres, view.units), age: metres === null ? "" : old, label: "height", staleLabel: "", trouble: false };
+  const value = format.height(metres, view.units);
+  return { name: "height", value, age: metres === null ? "" : old, label: say("height"), staleLabel: "", trouble: false };
 }
 
 function linkValue(view: View): GlanceValue {
   const base = { name: "link" as const, age: "", staleLabel: "" };
-  if (linkOf(view) === "never") return { ...base, value: "–", label: "no link", trouble: true };
+  if (linkOf(view) === "never") return { ...base, value: "–", label: say("link-none"), trouble: true };
   const silence = view.silence ?? 0;
-  if (linkOf(view) === "lost") return { ...base, value: format.age(silence), label: "link lost", trouble: true };
+  if (linkOf(view) === "lost") return { ...base, value: format.age(silence), label: say("link-lost"), trouble: true };
   const vehicle = ageNow(view, view.heartbeat?.["Link Age"] ?? null) ?? silence;
   const worst = Math.max(silence, autopilotLost(view) ? vehicle : Math.min(vehicle, 1));
-  if (autopilotLost(view)) return { ...base, value: format.age(worst), label: "autopilot silent", trouble: true };
-  if (vehicle > OLD_S) return { ...base, value: format.age(vehicle), label: "autopilot, slow", trouble: true };
-  return { ...base, value: format.age(Math.max(silence, view.gap)), label: silence > STALE_S ? "link, slow" : "link, good", trouble: silence > STALE_S };
+  if (autopilotLost(view)) return { ...base, value: format.age(worst), label: say("link-autopilot-silent"), trouble: true };
+  if (vehicle > OLD_S) return { ...base, value: format.age(vehicle), label: say("link-autopilot-slow"), trouble: true };
+  const slow = silence > STALE_S;
+  return { ...base, value: format.age(Math.max(silence, view.gap)), label: slow ? say("link-slow") : say("link-good"), trouble: slow };
 }
 
 function oldAge(seconds: number | null, limit: number): string {
-  return seconds !== null && seconds > limit ? `${format.age(seconds)} old` : "";
+  return seconds !== null && seconds > limit ? say("age", { age: format.age(seconds) }) : "";
 }

@@ -1,11 +1,7 @@
 import type { Layer } from "../state/preferences.ts";
+import { say } from "./say.ts";
 
-/** What each layer of the map is called. */
-export const LAYER_WORDS: Record<Layer, string> = {
-  stalls: "Stalls",
-  picture: "Picture of the ground",
-  fence: "Fence and zones",
-  outline: "Area to explore",
-  trail: "Where it flew",
-  background: "Background",
-};
+/** Name of a layer of the map. */
+export function layerWords(layer: Layer): string {
+  return say(`layer-${layer}`);
+}

@@ -1,5 +1,6 @@
 import { areaOf, lengthOf, type Measured } from "../state/measure.ts";
 import * as format from "./format.ts";
+import { pointer, say } from "./say.ts";
 import type { Units } from "./units.ts";
 
 export interface MeasureWords {
@@ -10,16 +11,15 @@ export interface MeasureWords {
 
 /** What was measured so far. */
 export function measureWords(drawn: Measured, units: Units, touch: boolean): MeasureWords {
-  const point = touch ? "Tap" : "Click";
+  const by = { pointer: pointer(touch) };
   const { points, closed } = drawn;
-  if (points.length === 0) return { title: "Measure", line: `${point} two or more places.` };
-  if (points.length === 1) return { title: "Measure", line: `${point} the next place.` };
+  if (points.length === 0) return { title: say("measure"), line: say("measure-begin", by) };
+  if (points.length === 1) return { title: say("measure"), line: say("measure-next", by) };
   const length = format.distance(lengthOf(drawn), units);
   if (!closed) {
-    const more = points.length < 3 ? `${point} more places to go on.` : `${point} the first place to close it and see the area.`;
-    return { title: length, line: more };
+    return { title: length, line: points.length < 3 ? say("measure-go-on", by) : say("measure-close", by) };
   }
   const area = areaOf(drawn);
-  const title = area === null ? `${length} around` : `${format.area(area, units)}, ${length} around`;
-  return { title, line: area === null ? "Its sides cross: it has no one area." : `${point} to begin again.` };
+  if (area === null) return { title: say("measure-around", { length }), line: say("measure-crosses") };
+  return { title: say("measure-area-around", { area: format.area(area, units), length }), line: say("measure-again", by) };
 }

@@ -1,6 +1,7 @@
 import type { Heartbeat, Point } from "../protocol.ts";
 import { CELL } from "../state/tile-data.ts";
 import * as format from "./format.ts";
+import { say, sentences } from "./say.ts";
 import type { Units } from "./units.ts";
 import { option, type View } from "./view.ts";
 
@@ -11,13 +12,15 @@ export interface MovePlan {
   metres: number;
   seconds: number | null;
   question: string;
-  /** How far, where to and how high: the question without its verb. */
-  journey: string;
+  /** The same in a sentence, when a stall is looked at again. */
+  flown: string;
   /** Distance and time, for the pill beside the target. */
   pill: string;
   insideFence: boolean;
   /** Why the place is not inside; empty when it is. */
   outside: string;
+  /** What to choose in its place; empty when it is inside. */
+  choose: string;
   ways: { kind: MoveKind; label: string; possible: boolean; reason: string }[];
   suggested: MoveKind | null;
   /** Reason why the suggested kind is not possible; empty when it is. */
@@ -30,7 +33,6 @@ export interface PlannedRoute {
   reason: string;
 }
 
-const IN_ZONE = "In a zone or its margin";
 const NO_ROUTE: PlannedRoute = { metres: null, reason: "" };
 
 /** What a move to a place on the map would be; null while the drone's own place is not known. */
@@ -41,25 +43,28 @@ export function planMove(view: View, target: Point, cell: number, route: Planned
   const east = target.East - heartbeat.East;
   const metres = Math.hypot(north, east);
   const seconds = view.cruise === null ? null : metres / view.cruise;
-  const outside = whyOutside(heartbeat, target);
-  const insideFence = outside === "";
+  const inside = whereInside(heartbeat, target);
+  const insideFence = inside === "inside";
+  const outside = insideFence ? "" : say(inside);
   const here = { North: heartbeat.North, East: heartbeat.East };
   const leaves = insideFence ? whyNotStraight(heartbeat, here, target) : "";
-  const journey = `${format.distance(metres, view.units)} ${format.direction(north, east)}${staying(heartbeat, view.units)}`;
+  const distance = format.distance(metres, view.units);
+  const journey = { distance, to: format.direction(north, east), ...staying(heartbeat, view.units) };
   const ways = [
-    way(view, "Autonomous Move", "Inside the lot", outside, cell === CELL.nonLot ? "Not a place inside the lot" : route.reason.replace(/^X, Y: /, "")),
-    way(view, "Compulsive Move", "Anywhere inside the fence", outside, leaves),
+    way(view, "Autonomous Move", say("inside-lot"), outside, cell === CELL.nonLot ? say("no-place-in-lot") : route.reason.replace(/^X, Y: /, "")),
+    way(view, "Compulsive Move", say("inside-fence"), outside, leaves),
   ];
   const lot = cell === CELL.lot || cell === CELL.free || cell === CELL.taken;
   const order = lot ? ways : ways.toReversed();
   return {
     metres,
     seconds,
-    question: `Move ${journey}?`,
-    journey,
-    pill: seconds === null ? format.distance(metres, view.units) : `${format.distance(metres, view.units)}, ${format.duration(seconds)}`,
+    question: say("move-question", journey),
+    flown: say("look-again-line", journey),
+    pill: seconds === null ? distance : say("move-pill", { distance, time: format.duration(seconds) }),
     insideFence,
     outside,
+    choose: insideFence ? "" : say(inside === "in-zone" ? "choose-out-of-zone" : "choose-inside"),
     ways,
     suggested: order.find((each) => each.possible)?.kind ?? null,
     refusal: order.some((each) => each.possible) ? "" : (order[0]?.reason ?? ""),
@@ -68,22 +73,24 @@ export function planMove(view: View, target: Point, cell: number, route: Planned
 
 /** The second line of the confirm bar. */
 export function consequence(view: View, plan: MovePlan, kind: MoveKind, route: PlannedRoute = NO_ROUTE): string {
-  if (!plan.insideFence) return `${plan.outside}. Choose a place inside the dotted line${plan.outside === IN_ZONE ? " and out of zones" : ""}.`;
-  const parts = plan.seconds === null ? [] : [`${format.duration(plan.seconds)}.`];
-  const length = route.metres === null ? "" : `, ${format.distance(route.metres, view.units)} on the way`;
-  parts.push(kind === "Autonomous Move" ? `Stays inside the lot${length}.` : "Inside the fence, lot or not.");
-  if (view.heartbeat?.State === "Autonomous Explore") parts.push("Exploring stops.");
-  return parts.join(" ");
+  if (!plan.insideFence) return plan.choose;
+  const time = plan.seconds === null ? "" : say("takes", { time: format.duration(plan.seconds) });
+  const stops = view.heartbeat?.State === "Autonomous Explore" ? say("exploring-stops") : "";
+  return sentences(time, kind === "Autonomous Move" ? staysInLot(view, route) : say("stays-in-fence"), stops);
 }
 
-function whyOutside(heartbeat: Heartbeat, target: Point): string {
-  if (heartbeat.Fence.length >= 3 && !contains(heartbeat.Fence, target)) return "Outside the fence";
-  return heartbeat["Fence Zones"].some((zone) => contains(zone, target)) ? IN_ZONE : "";
+function staysInLot(view: View, { metres }: PlannedRoute): string {
+  return metres === null ? say("stays-in-lot") : say("stays-in-lot-way", { distance: format.distance(metres, view.units) });
+}
+
+function whereInside(heartbeat: Heartbeat, target: Point): "inside" | "outside-fence" | "in-zone" {
+  if (heartbeat.Fence.length >= 3 && !contains(heartbeat.Fence, target)) return "outside-fence";
+  return heartbeat["Fence Zones"].some((zone) => contains(zone, target)) ? "in-zone" : "inside";
 }
 
 function whyNotStraight(heartbeat: Heartbeat, here: Point, target: Point): string {
-  if (crosses(heartbeat.Fence, here, target)) return "The straight way there leaves the fence";
-  return heartbeat["Fence Zones"].some((zone) => crosses(zone, here, target)) ? "The straight way there crosses a zone" : "";
+  if (crosses(heartbeat.Fence, here, target)) return say("leaves-fence");
+  return heartbeat["Fence Zones"].some((zone) => crosses(zone, here, target)) ? say("crosses-zone") : "";
 }
 
 function way(view: View, kind: MoveKind, label: string, outside: string, wrongPlace: string): MovePlan["ways"][number] {
@@ -93,12 +100,12 @@ function way(view: View, kind: MoveKind, label: string, outside: string, wrongPl
 }
 
 /** Moves stay at the present height, but never below Min. */
-function staying(heartbeat: Heartbeat, units: Units): string {
+function staying(heartbeat: Heartbeat, units: Units): { then: "climbing" | "staying" | "unknown"; height: string } {
   const height = heartbeat["Relative Altitude"];
   const lowest = heartbeat.Heights[0];
-  if (height === null) return "";
-  if (height < lowest - 0.5) return `, climbing to ${format.height(lowest, units)}`;
-  return `, staying at ${format.height(height, units)}`;
+  if (height === null) return { then: "unknown", height: "" };
+  if (height < lowest - 0.5) return { then: "climbing", height: format.height(lowest, units) };
+  return { then: "staying", height: format.height(height, units) };
 }
 
 /** Even-odd rule. */

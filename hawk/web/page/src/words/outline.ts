@@ -6,6 +6,7 @@ import type { OutlineEditing } from "../state/outline-edit.ts";
 import { cannot } from "./actions.ts";
 import type { FenceWords } from "./fence.ts";
 import * as format from "./format.ts";
+import { pointer, say } from "./say.ts";
 import type { Units } from "./units.ts";
 import { linkOf, type View } from "./view.ts";
 
@@ -14,36 +15,37 @@ const ON_GROUND = new Set(["Idle", "Configure"]);
 
 /** Why the outline cannot be drawn now; empty when it can. */
 export function cannotDraw(view: View, setup: OutlineSetup | null): string {
-  if (!setup) return "Not known yet";
+  if (!setup) return say("not-known-yet");
   const reason = cannot(view, "Set Outline");
   if (reason !== "") return reason;
-  if (!ON_GROUND.has(view.heartbeat?.State ?? "")) return "On the ground only, with the motors off";
-  return setup.Polygons.length > 1 ? "It has several polygons: remove it first" : "";
+  if (!ON_GROUND.has(view.heartbeat?.State ?? "")) return say("outline-on-ground-only");
+  return setup.Polygons.length > 1 ? say("outline-several") : "";
 }
 
 /** The area that the next Explore surveys, in a title and a line. */
 export function outlineSummary(setup: OutlineSetup | null, units: Units): { title: string; line: string } {
-  if (!setup) return { title: "Area to explore", line: "not known yet" };
-  if (setup.Source === "none") return { title: "Explores the lot that it finds", line: "no outline is set" };
-  const rings = `${format.count(setup.Polygons.length, "polygon", "polygons")}${holes(setup.Holes.length)}`;
-  const from = setup.Source === "file" ? "from the settings" : "set for this survey";
-  return { title: `Explores an outline of ${format.area(setup.Area, units)}`, line: `${rings}, ${from}` };
+  if (!setup) return { title: say("area-to-explore"), line: say("outline-not-known") };
+  if (setup.Source === "none") return { title: say("explores-found-lot"), line: say("no-outline") };
+  const rings = { polygons: setup.Polygons.length, holes: setup.Holes.length };
+  const line = setup.Source === "file" ? say("outline-from-file", rings) : say("outline-set", rings);
+  return { title: say("explores-outline", { area: format.area(setup.Area, units) }), line };
 }
 
 /** The words of the bar while the outline is drawn. */
 export function outlineWords(editing: OutlineEditing, plane: LocalPlane | null, view: View, touch: boolean): FenceWords {
   const { draft } = editing;
-  if (!draft?.isDrawn) return ring("Draw the area to explore", editing.begun, touch, "Or import a file.");
-  if (editing.zoning) return ring("Draw a part that is not explored", editing.begun, touch, "Add hole again gives it up.");
+  if (!draft?.isDrawn) return ring("draw-area", editing.begun, touch);
+  if (editing.zoning) return ring("draw-hole", editing.begun, touch);
   const size = plane ? sizeOf(draft, plane) : null;
-  const named = `Outline${size === null ? "" : ` of ${format.area(size, view.units)}`}, ${format.count(draft.corners.length, "corner", "corners")}${holes(draft.zones.length)}`;
-  if (linkOf(view) !== "live") return { title: named, line: "No link: it cannot be set.", level: "bad", reason: "No link" };
+  const counts = { corners: draft.corners.length, holes: draft.zones.length };
+  const named = size === null ? say("outline-of", counts) : say("outline-sized", { area: format.area(size, view.units), ...counts });
+  if (linkOf(view) !== "live") return { title: named, line: say("outline-no-link"), level: "bad", reason: say("no-link") };
   if (plane && size === null) {
-    return { title: "This outline cannot be set", line: "Two of its sides cross: move a corner.", level: "bad", reason: "Put right what is said" };
+    return { title: say("outline-cannot-set"), line: say("outline-crosses"), level: "bad", reason: say("put-right") };
   }
-  const waits = editing.saving ? "Being set" : draft.isChanged ? "" : "Nothing changed";
+  const waits = editing.saving ? say("being-set") : draft.isChanged ? "" : say("nothing-changed");
   const reason = cannot(view, "Set Outline") || waits;
-  return { title: named, line: "The next Explore sees all of it inside the fence, and nothing else.", level: "", reason };
+  return { title: named, line: say("outline-meaning"), level: "", reason };
 }
 
 /** Square metres of what is drawn less its holes; null where sides cross. */
@@ -55,14 +57,9 @@ export function sizeOf(draft: Pick<FenceDraft, "corners" | "zones">, plane: Loca
   return Math.max(0, whole - cut.reduce<number>((sum, each) => sum + (each ?? 0), 0));
 }
 
-function ring(title: string, begun: number, touch: boolean, otherwise: string): FenceWords {
-  const point = touch ? "Tap" : "Click";
-  const common = { title, level: "" as const, reason: "Not closed yet" };
-  if (begun === 0) return { ...common, line: `${point} its corners on the map, one after the other. ${otherwise}` };
-  const set = format.count(begun, "corner", "corners");
-  return { ...common, line: begun < 3 ? `${set} set. It needs at least 3.` : `${set} set. ${point} the first one again, or Close.` };
-}
-
-function holes(count: number): string {
-  return count === 0 ? "" : `, ${format.count(count, "hole", "holes")}`;
+function ring(what: "draw-area" | "draw-hole", begun: number, touch: boolean): FenceWords {
+  const common = { title: say(what), level: "" as const, reason: say("not-closed-yet") };
+  if (begun === 0) return { ...common, line: say(`${what}-begin`, { pointer: pointer(touch) }) };
+  if (begun < 3) return { ...common, line: say("draw-ring-few", { corners: begun }) };
+  return { ...common, line: say("draw-close", { corners: begun, pointer: pointer(touch) }) };
 }

@@ -1,11 +1,13 @@
 import * as format from "./format.ts";
+import { say } from "./say.ts";
 import { OLD_S } from "./view.ts";
 
 /** Age of the picture in a few words; null before the first. */
 export function pictureWords(age: number | null, simulated: boolean): string {
-  if (age === null) return "No picture yet";
-  if (age > OLD_S) return simulated ? `Simulation, ${format.age(age)} old` : `${format.age(age)} old`;
-  return simulated ? `Simulation, ${format.age(age)}` : `Live, ${format.age(age)}`;
+  if (age === null) return say("no-picture-yet");
+  const words = { age: format.age(age) };
+  if (age > OLD_S) return simulated ? say("simulation-age-old", words) : say("age", words);
+  return simulated ? say("simulation-age", words) : say("live-age", words);
 }
 
 /**

@@ -1,4 +1,5 @@
 import type { Setting, SettingValue } from "../link/settings.ts";
+import { say } from "./say.ts";
 
 /** A setting in words. `changed`: it is not the default. */
 export interface SettingWords {
@@ -14,7 +15,7 @@ export function settingWords(setting: Setting): SettingWords {
   return {
     name: Key,
     value: withUnit(valueWords(Value), Value === null ? "" : Unit),
-    bounds: Lowest === null || Highest === null ? "" : withUnit(`${Lowest} to ${Highest}`, Unit),
+    bounds: Lowest === null || Highest === null ? "" : withUnit(say("setting-bounds", { lowest: String(Lowest), highest: String(Highest) }), Unit),
     text: Text,
     changed: JSON.stringify(Value) !== JSON.stringify(Default),
   };
@@ -33,9 +34,9 @@ export function settingGroups(settings: readonly Setting[], search: string): [se
 }
 
 function valueWords(value: SettingValue): string {
-  if (value === null) return "not set";
-  if (Array.isArray(value)) return value.length === 0 ? "none" : value.join(", ");
-  return String(value);
+  if (value === null) return say("setting-not-set");
+  if (Array.isArray(value)) return value.length === 0 ? say("setting-none") : value.join(", ");
+  return String(value); // as it must be written in the file, in any language
 }
 
 function withUnit(text: string, unit: string): string {

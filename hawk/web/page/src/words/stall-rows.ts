@@ -1,6 +1,7 @@
 import type { Stall, StallState } from "../state/map-store.ts";
 import * as format from "./format.ts";
-import { STALL_WORDS } from "./stall.ts";
+import { capital, say } from "./say.ts";
+import { stallWords } from "./stall.ts";
 import type { Units } from "./units.ts";
 
 export interface StallRow {
@@ -25,8 +26,11 @@ export function stallRows(
   const sorted = [...stalls].sort((a, b) => rank(a) - rank(b) || away(a) - away(b) || a.id - b.id);
   return sorted.slice(0, most).map((stall) => ({
     id: stall.id,
-    state: capital(STALL_WORDS[stall.state]),
-    place: `${format.distance(away(stall), units)} ${format.direction(stall.north - from.North, stall.east - from.East)} of home`,
+    state: capital(stallWords(stall.state)),
+    place: say("from-home-by", {
+      distance: format.distance(away(stall), units),
+      to: format.direction(stall.north - from.North, stall.east - from.East),
+    }),
     seen: seenAt(stall, timeOf),
   }));
 }
@@ -37,9 +41,5 @@ function rank(stall: Stall): number {
 
 function seenAt(stall: Stall, timeOf: (at: number) => number | null): string {
   const at = stall.lastSeen === null || stall.seen === 0 ? null : timeOf(stall.lastSeen);
-  return at === null ? "not seen itself" : format.clock(at);
-}
-
-function capital(word: string): string {
-  return word.charAt(0).toUpperCase() + word.slice(1);
+  return at === null ? say("not-seen-itself") : format.clock(at);
 }

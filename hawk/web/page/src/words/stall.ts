@@ -2,6 +2,7 @@ import { isFlying } from "../state/flight.ts";
 import type { Stall, StallState } from "../state/map-store.ts";
 import { cannot, control } from "./actions.ts";
 import * as format from "./format.ts";
+import { say } from "./say.ts";
 import type { View } from "./view.ts";
 
 /** Seen in this number of pictures or more, a stall is known well. */
@@ -10,34 +11,30 @@ const OFTEN = 10;
 export const ALMOST_SURE = 0.9;
 export const PROBABLE = 0.6;
 
-export const STALL_WORDS: Record<StallState, string> = { free: "free", taken: "taken", unknown: "unclear" };
+export function stallWords(state: StallState): string {
+  return say(state);
+}
 
 /** How sure it is that a stall is free or taken, in words. */
 export function likelihood({ state, taken }: Pick<Stall, "state" | "taken">): string {
-  if (taken === null) return STALL_WORDS[state];
+  if (taken === null) return stallWords(state);
   const free = state === "free" || (state === "unknown" && taken < 0.5);
   const sure = free ? 1 - taken : taken;
-  const word = STALL_WORDS[free ? "free" : "taken"];
-  if (state === "unknown") return sure >= PROBABLE ? `unclear, probably ${word}` : "unclear";
-  return sure >= ALMOST_SURE ? `almost surely ${word}` : `probably ${word}`;
+  const kind = free ? "free" : "taken";
+  if (state === "unknown") return sure >= PROBABLE ? say(`unclear-probably-${kind}`) : stallWords(state);
+  return sure >= ALMOST_SURE ? say(`almost-surely-${kind}`) : say(`probably-${kind}`);
 }
 
 /** When a stall was seen, and that it was seen seldom. */
 export function stallDetail(stall: Stall, lastSeenAt: number | null): string {
-  const times = seenWords(stall.seen);
-  const last = lastSeenAt === null || stall.seen === 0 ? "" : `${times === "" ? "Last seen" : "last"} at ${format.clock(lastSeenAt)}`;
-  const seen = [times, last].filter((part) => part !== "").join(", ");
-  return seen === "" ? "" : `${seen}.`;
+  const { seen: pictures } = stall;
+  const time = lastSeenAt === null ? null : format.clock(lastSeenAt);
+  if (pictures === 0) return say("not-seen-from-row");
+  if (pictures !== null && pictures < OFTEN) return time === null ? say("seen-in", { pictures }) : say("seen-in-last", { pictures, time });
+  return time === null ? "" : say("last-seen", { time });
 }
 
 /** Why the drone cannot be sent to look at a stall again; empty when it can; null where that is not offered at all. */
 export function lookAgain(view: View): string | null {
   return isFlying(view.heartbeat) && control(view) === "mine" ? cannot(view, "Autonomous Move") : null;
-}
-
-/** The number of pictures, for a stall that was seen seldom. */
-function seenWords(pictures: number | null): string {
-  if (pictures === null || pictures >= OFTEN) return "";
-  if (pictures === 0) return "Not seen itself, found from its row";
-  return `Seen in ${format.count(pictures, "picture", "pictures")} only`;
 }

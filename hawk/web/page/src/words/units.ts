@@ -1,14 +1,16 @@
+import { typedNumber } from "./say.ts";
+
 /** Units in which lengths, speeds and areas are shown and typed. The drone's own messages are always metric. */
 export type Units = "metres" | "feet";
 
 interface Scale {
-  /** Of a length, and its metres. */
+  /** Of a length, beside a field in which it is typed. */
   symbol: string;
   metres: number;
-  speed: { symbol: string; metresPerSecond: number };
-  area: { symbol: string; squareMetres: number };
-  /** From a tenth of it on, areas are given in it. */
-  land: { symbol: string; squareMetres: number };
+  metresPerSecond: number;
+  squareMetres: number;
+  /** Square metres of the unit of large areas: from a tenth of it on, areas are given in it. */
+  largeSquareMetres: number;
 }
 
 /** The international foot, mile and acre. */
@@ -17,25 +19,19 @@ const MILE_M = 1609.344;
 const ACRE_M2 = 4046.8564224;
 
 export const SCALES: Record<Units, Scale> = {
-  metres: {
-    symbol: "m",
-    metres: 1,
-    speed: { symbol: "m/s", metresPerSecond: 1 },
-    area: { symbol: "m²", squareMetres: 1 },
-    land: { symbol: "ha", squareMetres: 10_000 },
-  },
+  metres: { symbol: "m", metres: 1, metresPerSecond: 1, squareMetres: 1, largeSquareMetres: 10_000 },
   feet: {
     symbol: "ft",
     metres: FOOT_M,
-    speed: { symbol: "mph", metresPerSecond: MILE_M / 3600 },
-    area: { symbol: "ft²", squareMetres: FOOT_M ** 2 },
-    land: { symbol: "acres", squareMetres: ACRE_M2 },
+    metresPerSecond: MILE_M / 3600,
+    squareMetres: FOOT_M ** 2,
+    largeSquareMetres: ACRE_M2,
   },
 };
 
 /** A length as it is offered for typing: without its unit, to the centimetre or a tenth of a foot. */
 export function typed(metres: number, units: Units): string {
-  return String(Number((metres / SCALES[units].metres).toFixed(units === "metres" ? 2 : 1)));
+  return typedNumber(metres / SCALES[units].metres, units === "metres" ? 2 : 1);
 }
 
 /** Metres of a length that was typed; null for what is no number above 0. Feet are taken to the centimetre. */

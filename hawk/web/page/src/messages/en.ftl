@@ -1,0 +1,975 @@
+### The words of the operator page in English, in Fluent's syntax (https://projectfluent.org/fluent/guide).
+###
+### A line "key = words" is one message. { $name } is a value that the page puts in: a number with its unit, a name, or a
+### time. A value before "->" chooses between the lines below it: by number (one, other), or by one of the names given.
+### Sentences of the drone's program (messages, checks, reasons) come from the drone and stand in no file of the page.
+
+## Numbers and units
+
+# $value: a number in the language's own digits.
+length =
+    { $units ->
+        [feet] { $value } ft
+       *[metres] { $value } m
+    }
+speed =
+    { $units ->
+        [feet] { $value } mph
+       *[metres] { $value } m/s
+    }
+area =
+    { $units ->
+        [feet] { $value } ft²
+       *[metres] { $value } m²
+    }
+# Larger areas.
+large-area =
+    { $units ->
+        [feet] { $value } acres
+       *[metres] { $value } ha
+    }
+# Two sides of an area, the second with its unit: 150 × 146 m
+extent = { $one } × { $other }
+seconds = { $value } s
+minutes = { $value } min
+minutes-seconds = { $minutes } min { $seconds } s
+percent = { $value } %
+volts = { $value } V
+# Sizes of files.
+file-size =
+    { $unit ->
+        [B] { $value } B
+        [kB] { $value } kB
+        [MB] { $value } MB
+       *[GB] { $value } GB
+    }
+latitude =
+    { $side ->
+        [north] { $degrees }° N
+       *[south] { $degrees }° S
+    }
+longitude =
+    { $side ->
+        [east] { $degrees }° E
+       *[west] { $degrees }° W
+    }
+place = { $latitude }, { $longitude }
+# So far east or west of a place.
+offset-east =
+    { $side ->
+        [east] { $length } E
+       *[west] { $length } W
+    }
+offset-north =
+    { $side ->
+        [north] { $length } N
+       *[south] { $length } S
+    }
+offset = { $east }, { $north }
+wind =
+    { $from ->
+        [north] { $speed } from the north
+        [north-east] { $speed } from the north-east
+        [east] { $speed } from the east
+        [south-east] { $speed } from the south-east
+        [south] { $speed } from the south
+        [south-west] { $speed } from the south-west
+        [west] { $speed } from the west
+       *[north-west] { $speed } from the north-west
+    }
+# So old is a value: 6 s old
+age = { $age } old
+
+## Actions of the bar: the label of a button, short, and the note below it
+
+arm = Arm
+arm-note = Start the motors
+checks-passed =
+    { $checks ->
+        [one] 1 check passed
+       *[other] { $checks } checks passed
+    }
+already-armed = Already armed
+checks-failed =
+    { $checks ->
+        [one] 1 check failed
+       *[other] { $checks } checks failed
+    }
+disarm = Disarm
+disarm-note = Stop the motors
+resume = Resume
+resume-note = Take over from the pilot
+takeoff = Take off
+takeoff-note = To the set height
+takeoff-to = To { $height }
+explore = Explore
+explore-note = See the whole lot
+move = Move
+move-note =
+    { $pointer ->
+        [finger] Then tap the map
+       *[mouse] Then click the map
+    }
+move-now =
+    { $pointer ->
+        [finger] Now tap the map
+       *[mouse] Now click the map
+    }
+move-running = To a new place
+home = Return home
+home-note = And land there
+home-way = { $distance }, { $time }
+home-without-link = No link: does it itself
+land = Land
+land-note = Straight down
+land-running = Landing
+hold = Hold
+hold-note = Stop and stay
+running = Running
+running-percent = Running, { $percent }
+running-explored = Running, { $percent } so far
+more-actions = More actions
+
+# Why something cannot be done.
+no-link = No link
+on-the-ground = On the ground
+not-possible = Not possible here
+not-in-control = Not in control
+you-are-viewer = You are a viewer
+not-known-yet = Not known yet
+
+## Who has control
+
+viewer-title = You are watching as a viewer.
+viewer-text = A viewer sees everything and commands nothing.
+free-title = Nobody has control.
+free-text = Take control to fly. You can watch without.
+lost-title = The operator in control is lost.
+lost-text = Take control to fly. Return home and Land are free to all.
+taken-title = { $name } has control.
+taken-text = It was taken: you were lost, or did not answer. You can Hold the drone at any time.
+watching-title = You are watching. Someone else has control.
+watching-text = You can Hold the drone at any time.
+take-control = Take control
+ask-for-control = Ask for control
+take-control-now = Take control now
+withdraw = Withdraw
+give = Give
+keep = Keep
+give-control = Give control
+keep-control = Keep control
+give-back = Give back
+give-back-control = Give back control
+# Short, beside the symbol of a person.
+you-have-control = You have control
+nobody-has-control = Nobody has control
+operator-lost = Operator lost
+operator-in-control-lost = The operator in control is lost
+someone-has-control = Someone else has control
+control-not-known = Control is not known
+you-had-control = You had control
+no-control = No control
+you-have-control-text = Others watch; every operator may Hold.
+take-in-bar = Take it in the bar at the bottom.
+give-back-first = Give back control first
+
+# Questions for control. $name: an operator.
+was-asked = { $name } was asked for control.
+does-not-answer = { $name } does not answer.
+you-can-take-in = Without an answer you can take control in { $time }.
+you-can-take-now = You can take control. The drone goes on with what it does.
+asks-for-control = { $name } asks for control.
+other-can-take-in = Without an answer { $name } can take control in { $time }.
+other-can-take-now = Without an answer { $name } can take control now.
+release-title = Give back control in the air?
+release-text = It stops and holds, then returns home and lands, unless somebody takes control.
+release-text-for = It stops and holds for { $time }, then returns home and lands, unless somebody takes control.
+
+# What others did.
+stopped-by = Stopped by { $name }.
+returning-by = Returning home, asked by { $name }.
+landing-by = Landing, asked by { $name }.
+took-control = { $name } took control: you were lost, or did not answer.
+you-have-control-now = You have control.
+other-has-control = { $name } has control.
+other-keeps-control = { $name } keeps control.
+operator-keeps-control = The operator keeps control.
+
+## Questions in the bar: the question, what it means, the words on the slide
+
+slide-help = Slide to the right, or keep Enter pressed for a second
+slide-missed = The page was busy: again
+arm-question = Start the motors?
+arm-meaning = Keep clear of the propellers.
+arm-slide = Slide to arm
+takeoff-question = Take off?
+takeoff-question-to = Take off to { $height }?
+takeoff-meaning = Straight up from where it stands.
+takeoff-slide = Slide to take off
+explore-question = Explore the whole lot?
+explore-meaning = It flies by itself inside the fence. Hold stops it.
+explore-slide = Slide to explore
+home-question = Return home and land there?
+home-slide = Slide to return
+land-question = Land straight down?
+land-slide = Slide to land
+overrules = The remote control is overruled.
+new-survey = New survey
+new-survey-question = Begin a new survey?
+new-survey-meaning = The map begins empty. The last survey stays stored on the drone.
+new-survey-slide = Slide to begin
+resume-question = Resume, taking over from the remote control?
+resume-meaning = It stops and stays where it is.
+resume-slide = Slide to resume
+move-slide = Slide to move
+cancel = Cancel
+close = Close
+
+## Move
+
+# $to: direction on the compass. $then: whether it climbs or stays at its height, which is $height.
+journey =
+    { $to ->
+        [north] { $distance } north
+        [north-east] { $distance } north-east
+        [east] { $distance } east
+        [south-east] { $distance } south-east
+        [south] { $distance } south
+        [south-west] { $distance } south-west
+        [west] { $distance } west
+       *[north-west] { $distance } north-west
+    }{ $then ->
+        [climbing] , climbing to { $height }
+        [staying] , staying at { $height }
+       *[unknown] { "" }
+    }
+move-question = Move { journey }?
+# A stall is to be looked at again. The line says how the drone flies there.
+look-again-question = Look at stall { $stall } again?
+look-again-line = Fly { journey }.
+move-pill = { $distance }, { $time }
+inside-lot = Inside the lot
+inside-fence = Anywhere inside the fence
+where-may-fly = Where it may fly
+outside-fence = Outside the fence
+in-zone = In a zone or its margin
+leaves-fence = The straight way there leaves the fence
+crosses-zone = The straight way there crosses a zone
+no-place-in-lot = Not a place inside the lot
+no-route = There is no way there.
+choose-inside = Outside the fence. Choose a place inside the dotted line.
+choose-out-of-zone = In a zone or its margin. Choose a place inside the dotted line and out of zones.
+# $time: how long it flies.
+takes = { $time }.
+stays-in-lot = Stays inside the lot.
+stays-in-lot-way = Stays inside the lot, { $distance } on the way.
+stays-in-fence = Inside the fence, lot or not.
+exploring-stops = Exploring stops.
+place-not-known = Where the drone is, is not known.
+wait-for-position = Wait for its position.
+
+## The line at the top: state, free stalls, battery, height, link
+
+state-idle = On the ground
+state-configure = Storing heights
+state-arm = Arming
+state-armed = Armed
+state-takeoff = Taking off
+state-hover = Holding
+state-explore = Exploring
+state-move = Moving
+state-home = Returning home
+state-land = Landing
+state-operator-lost = Operator lost
+state-free = Nobody has control
+state-manual = Flown by hand
+not-connected = Not connected
+waiting-for-drone = Waiting for the drone
+looking-for-drone = Looking for the drone
+# $state: one of the states above, in small letters. $age: so long ago.
+was-in-state = was { $state } { $age } ago
+autopilot-silent = Autopilot silent
+autopilot-silent-text = The drone's computer does not hear it
+cutting-motors = Cutting motors
+cutting-motors-text = Sent until the motors are off
+cut-not-confirmed = Cut not confirmed
+cut-not-confirmed-text = The motors may still run
+motors-cut = Motors cut
+motors-cut-text = Clear it to arm again
+fix-to-arm =
+    { $checks ->
+        [one] 1 check failed. Fix it to arm.
+       *[other] { $checks } checks failed. Fix them to arm.
+    }
+landed = Landed
+motors-off-since = Motors off since { $time }
+seen-so-far = { $percent } seen of the lot found so far
+seen-so-far-to-go = { $percent } seen of the lot found so far, about { $time } to go
+# The same for a narrow page.
+seen-short = { $percent } seen so far
+seen-short-to-go = { $percent } seen so far, { $time } to go
+picture-old = Picture { $age } old.
+free-stalls = free stalls
+free-at = free, at { $time }
+battery = battery
+battery-percent = battery, { $percent }
+# After the age of an old value.
+then-percent = , { $percent }
+height = height
+link-none = no link
+link-lost = link lost
+link-slow = link, slow
+link-good = link, good
+link-autopilot-silent = autopilot silent
+link-autopilot-slow = autopilot, slow
+simulation-mark = SIMULATION
+simulation = Simulation
+no-real-drone = No real drone flies.
+menu = Menu
+skip = Skip
+skip-to-actions = Skip to the actions
+title = { $state } – Parking Lot Hawk
+title-simulation = { $state } – Parking Lot Hawk (simulation)
+
+## Cutting the motors
+
+cut-motors = Cut motors
+cut-question = Cut motors?
+cut-falls = The drone falls at once. Only if it is about to hurt someone.
+cut-falls-from = The drone falls from { $height } at once. Only if it is about to hurt someone.
+cut-instead = To stop it safely use Hold or Land.
+cut-press = Keep pressed 1 s to cut
+cut-missed = The page was too busy to follow the press: press again.
+cut-not-allowed = The drone did not allow it.
+cut-too-long = That took too long. Cancel and begin again.
+
+## The banner: what is wrong with the link, and what the drone does by its settings
+
+never-connected-title = Not connected to the drone
+never-connected-text = Is it switched on and in reach? This page keeps trying by itself.
+no-word-title = No word from the drone for { $age }
+was-on-ground = It was on the ground when it was last heard.
+was-flown-by-hand = It was flown with the remote control when it was last heard.
+use-remote = To take over, use the remote control.
+goes-on-home = By its settings it goes on home and lands there.
+goes-on-landing = By its settings it goes on landing.
+goes-on-otherwise = Another operator had control, or it was already waiting: it goes on by its settings.
+on-way-home = By its settings it is on its way home since { $time } and lands there.
+holds-now = By its settings it now holds its place.
+holds-at = By its settings it goes on until { $time }, then holds its place.
+returns-at = At { $time } it returns home and lands.
+autopilot-acts = If its computer stopped, the autopilot acts by its own failsafe.
+autopilot-acted-sooner = If its computer stopped, the autopilot acted sooner by its own failsafe.
+autopilot-acts-sooner = If its computer stopped, the autopilot acts sooner by its own failsafe.
+mark-lost = lost
+mark-holds = holds
+# A time follows: 12 s
+mark-returns-in = returns home at the latest in
+mark-returned = returned home
+connect = Connect
+autopilot-lost-title = The drone's computer does not hear the autopilot
+autopilot-lost-flying = By its settings the autopilot returns home when it hears nothing. To take over, use the remote control.
+autopilot-lost-ground = Is the autopilot switched on and its cable in place? The drone's computer keeps trying.
+operator-was-lost = The operator was lost
+holds-its-place = It holds its place.
+then-returns = Then it returns home and lands.
+returns-in = In { $time } it returns home and lands.
+take-control-to-go-on = Take control to go on.
+cut-unconfirmed-title = Cutting the motors is not confirmed
+cut-unconfirmed-text = The drone did not say that the motors are off. Cut motors again if it is still needed.
+
+## The survey on the map, before the next flight
+
+survey-on-map = A survey is on the map
+# $area: such as 1.2 ha
+earlier =
+    { $stalls ->
+        [one] 1 stall. The next flight goes on with it.
+       *[other] { $stalls } stalls. The next flight goes on with it.
+    }
+earlier-on =
+    { $stalls ->
+        [one] 1 stall on { $area }. The next flight goes on with it.
+       *[other] { $stalls } stalls on { $area }. The next flight goes on with it.
+    }
+continue-survey = Continue survey
+
+## Stalls
+
+free = free
+taken = taken
+unknown = unclear
+# Below numbers of stalls.
+legend-free = free
+legend-taken = taken
+legend-unknown = unclear
+stalls = Stalls
+unclear-probably-free = unclear, probably free
+unclear-probably-taken = unclear, probably taken
+almost-surely-free = almost surely free
+almost-surely-taken = almost surely taken
+probably-free = probably free
+probably-taken = probably taken
+not-seen-itself = not seen itself
+not-seen-from-row = Not seen itself, found from its row.
+seen-in =
+    { $pictures ->
+        [one] Seen in 1 picture only.
+       *[other] Seen in { $pictures } pictures only.
+    }
+seen-in-last =
+    { $pictures ->
+        [one] Seen in 1 picture only, last at { $time }.
+       *[other] Seen in { $pictures } pictures only, last at { $time }.
+    }
+last-seen = Last seen at { $time }.
+stall-number = Stall { $stall }
+stall-picture = Picture of stall { $stall }
+look-again = Look again
+# A stall's place, from home.
+from-home-by =
+    { $to ->
+        [north] { $distance } north of home
+        [north-east] { $distance } north-east of home
+        [east] { $distance } east of home
+        [south-east] { $distance } south-east of home
+        [south] { $distance } south of home
+        [south-west] { $distance } south-west of home
+        [west] { $distance } west of home
+       *[north-west] { $distance } north-west of home
+    }
+no-stall-yet = No stall was found yet.
+stalls-as-table = Stalls as a table
+stalls-caption =
+    { $stalls ->
+        [one] 1 stall, free ones first, the nearest to home first
+       *[other] { $stalls } stalls, free ones first, the nearest to home first
+    }
+column-stall = Stall
+column-state = State
+column-place = Place
+column-seen = Seen
+show-more = Show more
+show-survey = Show survey
+counted-up-to = Counted up to { $time }
+stalls-found =
+    { $stalls ->
+        [one] 1 stall found
+       *[other] { $stalls } stalls found
+    }
+stalls-found-all =
+    { $stalls ->
+        [one] 1 stall found, whole lot seen
+       *[other] { $stalls } stalls found, whole lot seen
+    }
+stalls-found-seen =
+    { $stalls ->
+        [one] 1 stall found, { $percent } seen of the lot found so far
+       *[other] { $stalls } stalls found, { $percent } seen of the lot found so far
+    }
+
+## The survey after landing
+
+survey = Survey
+survey-so-far = Survey so far
+survey-so-far-all = Survey so far, whole lot seen
+landed-at = Landed at { $time }
+landed-at-all = Landed at { $time }, whole lot seen
+close-survey = Close survey
+# Large: the number of free stalls. Small after it: of how many.
+hero-free = { $free } free
+hero-of =
+    { $stalls ->
+        [one] of 1 stall
+       *[other] of { $stalls } stalls
+    }
+free-share = free, { $percent }
+taken-share = taken, { $percent }
+unknown-share = unclear, { $percent }
+in-the-air = in the air
+flown = flown
+lot-found = lot found
+of-it-seen = of it seen
+downloads = Downloads
+file-table = Table
+file-stalls = Stalls for maps
+file-picture = Picture of the lot
+file-recording = Recording
+# $kind: CSV, JPEG
+file-kind-size = { $kind }, { $size }
+
+## Battery
+
+battery-for-survey = Battery for the survey
+battery-charge = Battery { $percent }
+battery-home = Home
+battery-survey = Survey
+battery-left = Left
+battery-missing = Missing
+# The whole bar in words, for screen readers: $parts are the four below.
+battery-spoken = Battery { $percent }: { $parts }. { $verdict }.
+battery-spoken-home = home { $percent }
+battery-spoken-survey = survey { $percent }
+battery-spoken-left = left { $percent }
+battery-spoken-missing = missing { $percent }
+battery-not-known = What the survey needs is not known
+battery-nothing-left = Nothing is left of the survey
+battery-enough-fence = Enough for a lot as large as the fence
+battery-enough-survey = Enough for the rest of the survey
+battery-part-fence = Enough for about { $percent } of a lot as large as the fence
+battery-part-survey = Enough for about { $percent } of the rest of the survey
+# Spoken aloud.
+battery-low = Battery low: { $percent }. It soon returns home.
+
+## The tab of the flight
+
+nothing-known-yet = Nothing known yet.
+flight = Flight
+health-of-parts = Health of each part
+part-link = Autopilot link
+part-position = Position
+part-ground = On the ground or not
+part-home = Home
+part-rangefinder = Rangefinder
+part-remote-control = Remote control
+part-remote-id = Remote ID
+part-vision = Finding stalls
+part-mapper = Map
+part-planner = Route
+part-camera = Camera
+part-recording = Recording
+part-requests = Requests to the autopilot
+part-tasks = Parts of the program
+part-loop = Computer
+part-working = working
+parts-working = all { $parts } working
+parts-in-trouble = { $bad } of { $parts } in trouble
+fact-autopilot = Autopilot
+fact-speed = Speed
+fact-from-home = From home
+fact-parts = Parts
+fact-place = Place
+fact-from-armed = From where it was armed
+fact-above-ground = Height above ground
+fact-climbing = Climbing
+fact-wind = Wind
+fact-gps = GPS
+satellites =
+    { $satellites ->
+        [one] 1 satellite
+       *[other] { $satellites } satellites
+    }
+fact-voltage = Battery voltage
+fact-pictures = Pictures looked through
+each-second = { $value } a second
+# Titles of plots with their unit.
+plot-height = Height, { $unit }
+plot-battery = Battery, %
+plot-now = now
+
+## Checks before flight
+
+checks = Checks
+checks-before-flight = Checks before flight
+all-checks = All checks
+checks-not-known = not known yet
+checks-all-passed = all { $checks } passed
+checks-some-passed = { $passed } of { $checks } passed
+remedy-failsafes = Set failsafes
+remedy-kill = Allow arming again
+remedy-fence = Draw the fence
+show-checks = Show checks
+
+## Heights
+
+heights = Heights
+heights-not-known = not known yet
+flies-at-height = Flies at { $height }
+never-below-or-above = never below { $lowest } or above { $highest }
+change-heights = Change heights
+heights-unit =
+    { $units ->
+        [feet] Feet above the place where it was armed.
+       *[metres] Metres above the place where it was armed.
+    }
+save-heights = Save heights
+heights-not-stored = Not stored.
+lowest-label = Never below (Min)
+desired-label = Flies at (Des)
+highest-label = Never above (Max)
+lowest-no-number =
+    { $units ->
+        [feet] Never below: give a number of feet above 0.
+       *[metres] Never below: give a number of metres above 0.
+    }
+desired-no-number =
+    { $units ->
+        [feet] Flies at: give a number of feet above 0.
+       *[metres] Flies at: give a number of metres above 0.
+    }
+highest-no-number =
+    { $units ->
+        [feet] Never above: give a number of feet above 0.
+       *[metres] Never above: give a number of metres above 0.
+    }
+desired-too-low = Flies at: { $height } is below the lowest height of { $lowest }.
+desired-too-high = Flies at: { $height } is above the highest height of { $highest }.
+highest-above-fence = Never above: the fence ends at { $ceiling }.
+
+## Fence
+
+fence = Fence
+# Parts of the titles of the fence.
+corners-and-zones =
+    { $corners ->
+        [one] 1 corner
+       *[other] { $corners } corners
+    }{ $zones ->
+        [0] { "" }
+        [one] , 1 zone
+       *[other] , { $zones } zones
+    }
+fence-of = Fence of { corners-and-zones }
+fence-sized = Fence { $extent }, { corners-and-zones }
+fence-not-known = not known yet
+fence-unusable = The drawn fence cannot be used
+fence-drawn-up-to = drawn, up to { $ceiling }
+fence-file-up-to = from the settings, up to { $ceiling }
+fence-circle = Fence: circle of { $radius }
+fence-circle-up-to = around where it is armed, up to { $ceiling }
+fence-no-link = No link: it cannot be checked or saved.
+fence-cannot-save = This fence cannot be saved
+put-right = Put right what is said
+being-checked = Being checked
+being-checked-line = Being checked.
+being-saved = Being saved
+nothing-changed = Nothing changed
+not-closed-yet = Not closed yet
+zone-not-closed-yet = Zone not closed yet
+draw-fence = Draw the fence
+draw-fence-begin =
+    { $pointer ->
+        [finger] Tap its corners on the map, one after the other. Or import a file.
+       *[mouse] Click its corners on the map, one after the other. Or import a file.
+    }
+draw-fence-few =
+    { $corners ->
+        [one] 1 corner set. A fence needs at least 3.
+       *[other] { $corners } corners set. A fence needs at least 3.
+    }
+# $corners is 3 or more.
+draw-close =
+    { $pointer ->
+        [finger] { $corners } corners set. Tap the first one again, or Close.
+       *[mouse] { $corners } corners set. Click the first one again, or Close.
+    }
+draw-zone = Draw a zone that the drone keeps out of
+draw-zone-begin =
+    { $pointer ->
+        [finger] Tap its corners, inside the fence. Add zone again gives it up.
+       *[mouse] Click its corners, inside the fence. Add zone again gives it up.
+    }
+draw-zone-few =
+    { $corners ->
+        [one] 1 corner set. A zone needs at least 3.
+       *[other] { $corners } corners set. A zone needs at least 3.
+    }
+remove-corners-line =
+    { $pointer ->
+        [finger] Tap the corners that are to go.
+       *[mouse] Click the corners that are to go.
+    }
+remove-zones-line =
+    { $pointer ->
+        [finger] Tap the corners that are to go, or into a zone to remove it.
+       *[mouse] Click the corners that are to go, or into a zone to remove it.
+    }
+stays-inside = The drone stays { $margin } inside it, at the dotted line, and below { $height }.
+edit-the-fence = Edit the fence
+edit-fence = Edit fence
+save-fence = Save fence
+ceiling = Ceiling
+ceiling-label =
+    { $units ->
+        [feet] Ceiling, feet above where it is armed
+       *[metres] Ceiling, metres above where it is armed
+    }
+ceiling-no-number = Ceiling: give a number above 0.
+put-aside = Put aside
+put-aside-label = Put aside the drawn fence
+put-aside-what = Put the drawn fence aside
+fence-saved = The fence is saved. The next Arm uploads it.
+fence-not-saved = The fence was not saved.
+fence-not-checked = It could not be checked.
+fence-on-ground-only = The fence is changed on the ground only, with the motors off.
+drawing-kept = What was drawn is kept.
+
+## Tools while a fence or an outline is drawn, short
+
+fence-tools = Fence tools
+outline-tools = Outline tools
+fence-file = Fence file
+outline-file = Outline file
+tool-remove = Remove
+tool-remove-aloud = Remove corners
+tool-close = Close
+close-ring = Close the ring
+tool-square = Square
+tool-undo = Undo
+tool-zone = Add zone
+tool-zone-aloud = Add an exclusion zone
+tool-hole = Add hole
+tool-hole-aloud = Add a part that is not explored
+tool-clear = Clear
+tool-import = Import
+tool-export = Export
+file-too-large = The file is too large for an area.
+
+# What is wrong with a file. $kind: what it should hold. $ring, $corner: their numbers.
+file-one-polygon =
+    { $kind ->
+        [fence] The file must hold exactly one polygon. Save the fence alone, as GeoJSON.
+       *[outline] The file must hold exactly one polygon. Save the outline alone, as GeoJSON.
+    }
+file-not-geojson =
+    { $kind ->
+        [fence] The file is not GeoJSON. Save the fence as GeoJSON.
+       *[outline] The file is not GeoJSON. Save the outline as GeoJSON.
+    }
+file-zone-holes = An exclusion zone must be one ring without holes.
+file-no-ring = The polygon has no ring of corners.
+file-polygon-few = The polygon has { $corners } corners. It needs at least 3.
+file-zone-few = Zone { $zone } has { $corners } corners. It needs at least 3.
+file-polygon-no-place = The polygon: corner { $corner } is no place on Earth. Longitude comes before latitude, in degrees (WGS-84).
+file-zone-no-place = Zone { $zone }: corner { $corner } is no place on Earth. Longitude comes before latitude, in degrees (WGS-84).
+
+## The area to explore
+
+outline-on-ground-only = On the ground only, with the motors off
+outline-several = It has several polygons: remove it first
+area-to-explore = Area to explore
+outline-not-known = not known yet
+explores-found-lot = Explores the lot that it finds
+no-outline = no outline is set
+explores-outline = Explores an outline of { $area }
+polygons-and-holes =
+    { $polygons ->
+        [one] 1 polygon
+       *[other] { $polygons } polygons
+    }{ $holes ->
+        [0] { "" }
+        [one] , 1 hole
+       *[other] , { $holes } holes
+    }
+outline-from-file = { polygons-and-holes }, from the settings
+outline-set = { polygons-and-holes }, set for this survey
+corners-and-holes =
+    { $corners ->
+        [one] 1 corner
+       *[other] { $corners } corners
+    }{ $holes ->
+        [0] { "" }
+        [one] , 1 hole
+       *[other] , { $holes } holes
+    }
+outline-sized = Outline of { $area }, { corners-and-holes }
+outline-of = Outline, { corners-and-holes }
+draw-area = Draw the area to explore
+draw-hole = Draw a part that is not explored
+draw-area-begin =
+    { $pointer ->
+        [finger] Tap its corners on the map, one after the other. Or import a file.
+       *[mouse] Click its corners on the map, one after the other. Or import a file.
+    }
+draw-hole-begin =
+    { $pointer ->
+        [finger] Tap its corners on the map, one after the other. Add hole again gives it up.
+       *[mouse] Click its corners on the map, one after the other. Add hole again gives it up.
+    }
+draw-ring-few =
+    { $corners ->
+        [one] 1 corner set. It needs at least 3.
+       *[other] { $corners } corners set. It needs at least 3.
+    }
+outline-no-link = No link: it cannot be set.
+outline-cannot-set = This outline cannot be set
+outline-crosses = Two of its sides cross: move a corner.
+being-set = Being set
+outline-meaning = The next Explore sees all of it inside the fence, and nothing else.
+set-outline = Set outline
+edit-outline = Edit outline
+draw-outline = Draw outline
+last-outline = Last outline
+last-outline-label = Last outline: take it again
+remove = Remove
+remove-outline = Remove the outline
+set-outline-what = Set the outline
+outline-is-set = The outline is set. The next Explore sees all of it inside the fence.
+outline-is-removed = The outline is removed. The next Explore finds the lot by looking.
+outline-paused = The area to explore is drawn on the ground only, with the motors off.
+
+## Map
+
+map = Map
+map-of-lot = Map of the lot
+zoom-in = Zoom in
+zoom-out = Zoom out
+follow-drone = Follow the drone
+whole-lot = Whole lot
+turn-with-drone = Turn the map with the drone
+drone-up = The drone's nose is up. Press for north up
+north-up = North is up. Press to turn the map with the drone
+north-on-map = North on the map
+# North, one letter.
+north-letter = N
+layers = Layers
+shown-on-map = Shown on the map
+layer-stalls = Stalls
+layer-picture = Picture of the ground
+layer-fence = Fence and zones
+layer-outline = Area to explore
+layer-trail = Where it flew
+layer-background = Background
+last-seen-here = Last seen here { $age } ago
+ring-of-reach = The ring: as far as it can be by now
+no-map-yet = No map yet
+map-fills = It fills as the drone flies. The dotted line is the fence: the drone stays inside.
+map-begins = It begins where the drone is armed, and fills as it flies.
+
+## Measuring on the map
+
+measure = Measure
+measure-begin =
+    { $pointer ->
+        [finger] Tap two or more places.
+       *[mouse] Click two or more places.
+    }
+measure-next =
+    { $pointer ->
+        [finger] Tap the next place.
+       *[mouse] Click the next place.
+    }
+measure-go-on =
+    { $pointer ->
+        [finger] Tap more places to go on.
+       *[mouse] Click more places to go on.
+    }
+measure-close =
+    { $pointer ->
+        [finger] Tap the first place to close it and see the area.
+       *[mouse] Click the first place to close it and see the area.
+    }
+measure-again =
+    { $pointer ->
+        [finger] Tap to begin again.
+       *[mouse] Click to begin again.
+    }
+measure-around = { $length } around
+measure-area-around = { $area }, { $length } around
+measure-crosses = Its sides cross: it has no one area.
+measure-back = Take the last place back
+measure-stop = Stop measuring
+
+## Live picture
+
+live-video = Live video
+camera-picture = Camera picture, straight down, stalls outlined
+live-picture = Live picture
+swap-map-video = Swap map and video
+full-screen = Full screen
+save-picture = Save this picture
+small-window = Show in a small window
+close-small-window = Close the small window
+north-in-picture = North in the picture
+live-age = Live, { $age }
+simulation-age = Simulation, { $age }
+simulation-age-old = Simulation, { $age } old
+frozen = Frozen
+simulation-frozen = Simulation, frozen
+no-picture-yet = No picture yet
+picture-is-old = Picture is { $age } old
+no-new-picture = No new picture arrives
+waiting-for-camera = Waiting for the camera
+
+## Messages
+
+messages = Messages
+nothing-happened = Nothing happened yet.
+no-message-like-this = No message is like this.
+search-messages = Search messages
+warnings = Warnings
+save = Save
+details = Details
+link-lost-note = Link lost.
+link-back-note = Link is back.
+# $what: what was asked of the drone. $reason: why it was refused, mostly the drone's own words.
+refused = { $what }: { $reason }
+no-reason = no reason given
+not-sent = No link to the drone. Nothing was sent.
+no-answer = No answer. It is not known whether the drone took it.
+link-lost-before-answer = The link was lost. It is not known whether the drone took it.
+log-out-unanswered = Log out: the drone did not answer. Try again.
+
+## Settings
+
+about-flight = About the flight
+settings = Settings
+appearance = Appearance
+theme-auto = As this device
+theme-light = Light
+theme-dark = Dark
+theme-outdoor = Outdoors
+units = Units
+units-metres = Metres
+units-feet = Feet
+units-note = The drone's own messages stay in metres.
+language = Language
+language-auto = As this browser
+language-note = The drone's own messages stay in English.
+left-handed = Left-handed
+left-handed-note = Hold and Land in the lower left corner
+sound = Sound
+sound-note = Tone and voice: lost link, low battery, and others who act
+logged-in-viewer = Logged in as viewer
+logged-in-operator = Logged in as operator
+on-this-browser = On this browser
+log-out = Log out
+version = Parking Lot Hawk { $version }
+licences = Licences
+documentation = Documentation
+documentation-of = Documentation of Parking Lot Hawk { $version }
+your-name = Your name
+name-question = What is your name?
+name-note = The others read it beside what you do. It is optional.
+others-read = The others read: { $name }
+others-read-it = The others read it beside what you do
+not-now = Not now
+all-settings = All settings of the drone's program
+settings-unanswered = The drone does not answer. Close this and open it again.
+settings-asking = Asking the drone
+settings-note = They are read when the program starts: from config.toml, or HAWK_SECTION__KEY in its environment.
+search-settings = Search settings
+no-setting-like-this = No setting is like this.
+setting-changed = changed
+setting-not-set = not set
+setting-none = none
+setting-bounds = { $lowest } to { $highest }
+
+## Keys
+
+keys = Keys
+all-keys = All keys
+keys-note = Off while you type.
+key-hold = Hold: stop and stay, at once
+key-move = Move: then click the map
+key-resume = Resume after a pilot flew
+key-swap = Video large, map small, and back
+key-survey = Show the survey
+key-keys = Show these keys
+key-escape = Leave what is asked
+key-tab = To the next button
+key-enter = Press it; kept pressed on a slide: slide it
+# Names of keys, as they stand on a keyboard.
+escape-key = Esc
+tab-key = Tab
+enter-key = Enter

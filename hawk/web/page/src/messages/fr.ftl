@@ -1,0 +1,964 @@
+### Les mots de la page en français. La syntaxe et la liste des messages sont celles de en.ftl.
+###
+### Espaces et apostrophes : on tape l'espace ordinaire avant ; : ! ? % et l'apostrophe droite, la page met les espaces
+### insécables et l'apostrophe courbe. Entre un nombre et son unité, { "\u00A0" } est l'espace insécable.
+###
+### Glossaire
+###   arm / disarm        armer / désarmer
+###   take off, land      décoller (décollage), atterrir (atterrissage)
+###   hold                vol stationnaire, « Stationnaire »
+###   home, return home   point de départ, retour au départ
+###   explore, survey     explorer (exploration), relevé
+###   resume              reprendre (après un vol à la radiocommande)
+###   cut the motors      couper les moteurs
+###   control             les commandes : avoir, demander, prendre, donner ; sur un bouton court, rendre la main
+###   operator, viewer    opérateur, observateur
+###   lot, stall          parking, place (libre, occupée, incertaine)
+###   fence, zone         géobarrière, zone d'exclusion
+###   ceiling, outline    plafond, contour (de l'aire à explorer)
+###   check               contrôle (avant vol)
+###   link, autopilot     liaison, autopilote
+###   place on the map    point, endroit (« place » est réservé au stationnement)
+
+## Nombres et unités
+
+length =
+    { $units ->
+        [feet] { $value }{ "\u00A0" }ft
+       *[metres] { $value }{ "\u00A0" }m
+    }
+speed =
+    { $units ->
+        [feet] { $value }{ "\u00A0" }mph
+       *[metres] { $value }{ "\u00A0" }m/s
+    }
+area =
+    { $units ->
+        [feet] { $value }{ "\u00A0" }ft²
+       *[metres] { $value }{ "\u00A0" }m²
+    }
+large-area =
+    { $units ->
+        [feet] { $value }{ "\u00A0" }acres
+       *[metres] { $value }{ "\u00A0" }ha
+    }
+extent = { $one }{ "\u00A0" }×{ "\u00A0" }{ $other }
+seconds = { $value }{ "\u00A0" }s
+minutes = { $value }{ "\u00A0" }min
+minutes-seconds = { $minutes }{ "\u00A0" }min { $seconds }{ "\u00A0" }s
+percent = { $value } %
+volts = { $value }{ "\u00A0" }V
+file-size =
+    { $unit ->
+        [B] { $value }{ "\u00A0" }o
+        [kB] { $value }{ "\u00A0" }ko
+        [MB] { $value }{ "\u00A0" }Mo
+       *[GB] { $value }{ "\u00A0" }Go
+    }
+latitude =
+    { $side ->
+        [north] { $degrees }°{ "\u00A0" }N
+       *[south] { $degrees }°{ "\u00A0" }S
+    }
+longitude =
+    { $side ->
+        [east] { $degrees }°{ "\u00A0" }E
+       *[west] { $degrees }°{ "\u00A0" }O
+    }
+place = { $latitude } ; { $longitude }
+offset-east =
+    { $side ->
+        [east] { $length }{ "\u00A0" }E
+       *[west] { $length }{ "\u00A0" }O
+    }
+offset-north =
+    { $side ->
+        [north] { $length }{ "\u00A0" }N
+       *[south] { $length }{ "\u00A0" }S
+    }
+offset = { $east }, { $north }
+wind =
+    { $from ->
+        [north] { $speed } du nord
+        [north-east] { $speed } du nord-est
+        [east] { $speed } de l'est
+        [south-east] { $speed } du sud-est
+        [south] { $speed } du sud
+        [south-west] { $speed } du sud-ouest
+        [west] { $speed } de l'ouest
+       *[north-west] { $speed } du nord-ouest
+    }
+age = il y a { $age }
+
+## Actions de la barre
+
+arm = Armer
+arm-note = Démarre les moteurs
+checks-passed =
+    { $checks ->
+        [one] { $checks } contrôle réussi
+       *[other] { $checks } contrôles réussis
+    }
+already-armed = Déjà armé
+checks-failed =
+    { $checks ->
+        [one] { $checks } contrôle échoué
+       *[other] { $checks } contrôles échoués
+    }
+disarm = Désarmer
+disarm-note = Arrête les moteurs
+resume = Reprendre
+resume-note = Reprend la main au pilote
+takeoff = Décoller
+takeoff-note = À la hauteur réglée
+takeoff-to = À { $height }
+explore = Explorer
+explore-note = Voir tout le parking
+move = Déplacer
+move-note =
+    { $pointer ->
+        [finger] Puis touchez la carte
+       *[mouse] Puis cliquez la carte
+    }
+move-now =
+    { $pointer ->
+        [finger] Touchez la carte
+       *[mouse] Cliquez la carte
+    }
+move-running = Vers un autre point
+home = Retour au départ
+home-note = Et y atterrir
+home-way = { $distance }, { $time }
+home-without-link = Sans liaison : de lui-même
+land = Atterrir
+land-note = À la verticale
+land-running = Atterrissage
+hold = Stationnaire
+hold-note = S'arrêter sur place
+running = En cours
+running-percent = En cours, { $percent }
+running-explored = En cours, { $percent } jusqu'ici
+more-actions = Autres actions
+
+no-link = Pas de liaison
+on-the-ground = Au sol
+not-possible = Impossible ici
+not-in-control = Pas aux commandes
+you-are-viewer = Vous êtes observateur
+not-known-yet = Rien de reçu encore
+
+## Qui a les commandes
+
+viewer-title = Vous êtes observateur.
+viewer-text = Un observateur voit tout et ne commande rien.
+free-title = Personne n'a les commandes.
+free-text = Prenez les commandes pour voler. Vous pouvez regarder sans.
+lost-title = L'opérateur aux commandes est perdu.
+lost-text = Prenez les commandes pour voler. Retour au départ et Atterrir sont ouverts à tous.
+taken-title = { $name } a les commandes.
+taken-text = Elles vous ont été prises : vous étiez perdu, ou sans réponse. Stationnaire vous reste ouvert à tout moment.
+watching-title = Vous regardez. Un autre a les commandes.
+watching-text = Stationnaire vous est ouvert à tout moment.
+take-control = Prendre les commandes
+ask-for-control = Demander les commandes
+take-control-now = Prendre les commandes
+withdraw = Renoncer
+give = Donner
+keep = Garder
+give-control = Donner les commandes
+keep-control = Garder les commandes
+give-back = Rendre
+give-back-control = Rendre la main
+you-have-control = Vous commandez
+nobody-has-control = Personne ne commande
+operator-lost = Opérateur perdu
+operator-in-control-lost = L'opérateur aux commandes est perdu
+someone-has-control = Un autre commande
+control-not-known = Commandes : état inconnu
+you-had-control = Vous commandiez
+no-control = Sans commandes
+you-have-control-text = Les autres regardent ; chaque opérateur peut mettre en vol stationnaire.
+take-in-bar = Prenez-les dans la barre du bas.
+give-back-first = Rendez d'abord les commandes
+
+was-asked = Les commandes sont demandées à { $name }.
+does-not-answer = { $name } ne répond pas.
+you-can-take-in = Sans réponse, vous pourrez prendre les commandes dans { $time }.
+you-can-take-now = Vous pouvez prendre les commandes. Le drone continue ce qu'il fait.
+asks-for-control = { $name } demande les commandes.
+other-can-take-in = Sans réponse, { $name } pourra prendre les commandes dans { $time }.
+other-can-take-now = Sans réponse, { $name } peut prendre les commandes maintenant.
+release-title = Rendre les commandes en vol ?
+release-text = Le drone reste en stationnaire, puis rentre et atterrit, sauf si quelqu'un prend les commandes.
+release-text-for = Le drone reste en stationnaire pendant { $time }, puis rentre et atterrit, sauf si quelqu'un prend les commandes.
+
+stopped-by = Arrêté par { $name }.
+returning-by = Retour au départ, demandé par { $name }.
+landing-by = Atterrissage, demandé par { $name }.
+took-control = { $name } a pris les commandes : vous étiez perdu, ou sans réponse.
+you-have-control-now = Vous avez les commandes.
+other-has-control = { $name } a les commandes.
+other-keeps-control = { $name } garde les commandes.
+operator-keeps-control = L'opérateur garde les commandes.
+
+## Questions dans la barre
+
+slide-help = Glissez vers la droite, ou maintenez Entrée pendant une seconde
+slide-missed = Page occupée : recommencez
+arm-question = Démarrer les moteurs ?
+arm-meaning = Tenez-vous loin des hélices.
+arm-slide = Glisser pour armer
+takeoff-question = Décoller ?
+takeoff-question-to = Décoller à { $height } ?
+takeoff-meaning = À la verticale de sa position.
+takeoff-slide = Glisser pour décoller
+explore-question = Explorer tout le parking ?
+explore-meaning = Il vole seul dans la géobarrière. Stationnaire l'arrête.
+explore-slide = Glisser pour explorer
+home-question = Retourner au départ et y atterrir ?
+home-slide = Glisser pour rentrer
+land-question = Atterrir à la verticale ?
+land-slide = Glisser pour atterrir
+overrules = La radiocommande perd la main.
+new-survey = Nouveau relevé
+new-survey-question = Commencer un nouveau relevé ?
+new-survey-meaning = La carte repart vide. Le dernier relevé reste enregistré sur le drone.
+new-survey-slide = Glisser pour commencer
+resume-question = Reprendre la main à la radiocommande ?
+resume-meaning = Il s'arrête et reste sur place.
+resume-slide = Glisser pour reprendre
+move-slide = Glisser pour déplacer
+cancel = Annuler
+close = Fermer
+
+## Déplacer
+
+journey =
+    { $to ->
+        [north] { $distance } vers le nord
+        [north-east] { $distance } vers le nord-est
+        [east] { $distance } vers l'est
+        [south-east] { $distance } vers le sud-est
+        [south] { $distance } vers le sud
+        [south-west] { $distance } vers le sud-ouest
+        [west] { $distance } vers l'ouest
+       *[north-west] { $distance } vers le nord-ouest
+    }{ $then ->
+        [climbing] , en montant à { $height }
+        [staying] , en restant à { $height }
+       *[unknown] { "" }
+    }
+move-question = Déplacer de { journey } ?
+look-again-question = Revoir la place { $stall } ?
+look-again-line = Vol de { journey }.
+move-pill = { $distance }, { $time }
+inside-lot = Dans le parking
+inside-fence = Partout dans la géobarrière
+where-may-fly = Où il peut voler
+outside-fence = Hors de la géobarrière
+in-zone = Dans une zone d'exclusion ou sa marge
+leaves-fence = La ligne droite sort de la géobarrière
+crosses-zone = La ligne droite traverse une zone d'exclusion
+no-place-in-lot = Ce point n'est pas dans le parking
+no-route = Aucun chemin n'y mène.
+choose-inside = Hors de la géobarrière. Choisissez un point à l'intérieur du pointillé.
+choose-out-of-zone = Dans une zone d'exclusion ou sa marge. Choisissez un point à l'intérieur du pointillé et hors des zones.
+takes = { $time }.
+stays-in-lot = Reste dans le parking.
+stays-in-lot-way = Reste dans le parking, { $distance } de trajet.
+stays-in-fence = Dans la géobarrière, parking ou non.
+exploring-stops = L'exploration s'arrête.
+place-not-known = La position du drone n'est pas connue.
+wait-for-position = Attendez sa position.
+
+## La ligne du haut
+
+state-idle = Au sol
+state-configure = Réglage des hauteurs
+state-arm = Armement
+state-armed = Armé
+state-takeoff = Décollage
+state-hover = Stationnaire
+state-explore = Exploration
+state-move = Déplacement
+state-home = Retour au départ
+state-land = Atterrissage
+state-operator-lost = Opérateur perdu
+state-free = Sans opérateur
+state-manual = Vol manuel
+not-connected = Non connecté
+waiting-for-drone = En attente du drone
+looking-for-drone = Recherche du drone
+was-in-state = { $state } il y a { $age }
+autopilot-silent = Autopilote muet
+autopilot-silent-text = L'ordinateur du drone ne l'entend pas
+cutting-motors = Coupure des moteurs
+cutting-motors-text = Envoyée jusqu'à l'arrêt des moteurs
+cut-not-confirmed = Coupure non confirmée
+cut-not-confirmed-text = Les moteurs tournent peut-être encore
+motors-cut = Moteurs coupés
+motors-cut-text = Levez la coupure pour armer de nouveau
+fix-to-arm =
+    { $checks ->
+        [one] { $checks } contrôle échoué. Corrigez-le pour armer.
+       *[other] { $checks } contrôles échoués. Corrigez-les pour armer.
+    }
+landed = Posé
+motors-off-since = Moteurs arrêtés depuis { $time }
+seen-so-far = { $percent } vus du parking trouvé jusqu'ici
+seen-so-far-to-go = { $percent } vus du parking trouvé jusqu'ici, encore { $time } environ
+seen-short = { $percent } vus jusqu'ici
+seen-short-to-go = { $percent } vus jusqu'ici, encore { $time }
+picture-old = Image d'il y a { $age }.
+free-stalls = places libres
+free-at = libres, à { $time }
+battery = batterie
+battery-percent = batterie, { $percent }
+then-percent = , { $percent }
+height = hauteur
+link-none = pas de liaison
+link-lost = liaison perdue
+link-slow = liaison lente
+link-good = liaison bonne
+link-autopilot-silent = autopilote muet
+link-autopilot-slow = autopilote lent
+simulation-mark = SIMULATION
+simulation = Simulation
+no-real-drone = Aucun drone réel ne vole.
+menu = Menu
+skip = Aller à
+skip-to-actions = Aller aux actions
+title = { $state } – Parking Lot Hawk
+title-simulation = { $state } – Parking Lot Hawk (simulation)
+
+## Couper les moteurs
+
+cut-motors = Couper moteurs
+cut-question = Couper les moteurs ?
+cut-falls = Le drone tombe aussitôt. Seulement s'il va blesser quelqu'un.
+cut-falls-from = Le drone tombe aussitôt de { $height }. Seulement s'il va blesser quelqu'un.
+cut-instead = Pour l'arrêter sans danger : Stationnaire ou Atterrir.
+cut-press = Maintenir 1 s pour couper
+cut-missed = La page était trop occupée pour suivre l'appui : recommencez.
+cut-not-allowed = Le drone ne l'a pas permis.
+cut-too-long = C'était trop long. Annulez et recommencez.
+
+## Le bandeau
+
+never-connected-title = Pas connecté au drone
+never-connected-text = Est-il allumé et à portée ? Cette page continue d'essayer.
+no-word-title = Sans nouvelles du drone depuis { $age }
+was-on-ground = Aux dernières nouvelles, il était au sol.
+was-flown-by-hand = Aux dernières nouvelles, il était piloté à la radiocommande.
+use-remote = Pour reprendre la main, utilisez la radiocommande.
+goes-on-home = Selon ses réglages, il poursuit son retour au départ et y atterrit.
+goes-on-landing = Selon ses réglages, il poursuit son atterrissage.
+goes-on-otherwise = Un autre opérateur avait les commandes, ou il attendait déjà : il continue selon ses réglages.
+on-way-home = Selon ses réglages, il rentre depuis { $time } et atterrit au point de départ.
+holds-now = Selon ses réglages, il est maintenant en stationnaire.
+holds-at = Selon ses réglages, il continue jusqu'à { $time }, puis reste en stationnaire.
+returns-at = À { $time }, il rentre et atterrit.
+autopilot-acts = Si son ordinateur s'est arrêté, l'autopilote agit selon sa propre sécurité.
+autopilot-acted-sooner = Si son ordinateur s'est arrêté, l'autopilote a agi plus tôt, selon sa propre sécurité.
+autopilot-acts-sooner = Si son ordinateur s'est arrêté, l'autopilote agit plus tôt, selon sa propre sécurité.
+mark-lost = perdue
+mark-holds = stationnaire
+mark-returns-in = retour au plus tard dans
+mark-returned = rentré
+connect = Connecter
+autopilot-lost-title = L'ordinateur du drone n'entend pas l'autopilote
+autopilot-lost-flying = Selon ses réglages, l'autopilote rentre au départ quand il n'entend rien. Pour reprendre la main, utilisez la radiocommande.
+autopilot-lost-ground = L'autopilote est-il allumé et son câble branché ? L'ordinateur du drone continue d'essayer.
+operator-was-lost = L'opérateur est perdu
+holds-its-place = Il reste en stationnaire.
+then-returns = Ensuite il rentre et atterrit.
+returns-in = Dans { $time }, il rentre et atterrit.
+take-control-to-go-on = Prenez les commandes pour continuer.
+cut-unconfirmed-title = La coupure des moteurs n'est pas confirmée
+cut-unconfirmed-text = Le drone n'a pas dit que les moteurs sont arrêtés. Coupez-les de nouveau s'il le faut encore.
+
+## Le relevé sur la carte
+
+survey-on-map = Un relevé est sur la carte
+earlier =
+    { $stalls ->
+        [one] { $stalls } place. Le prochain vol le poursuit.
+       *[other] { $stalls } places. Le prochain vol le poursuit.
+    }
+earlier-on =
+    { $stalls ->
+        [one] { $stalls } place sur { $area }. Le prochain vol le poursuit.
+       *[other] { $stalls } places sur { $area }. Le prochain vol le poursuit.
+    }
+continue-survey = Poursuivre le relevé
+
+## Places de stationnement
+
+free = libre
+taken = occupée
+unknown = incertaine
+legend-free = libres
+legend-taken = occupées
+legend-unknown = incertaines
+stalls = Places
+unclear-probably-free = incertaine, sans doute libre
+unclear-probably-taken = incertaine, sans doute occupée
+almost-surely-free = presque sûrement libre
+almost-surely-taken = presque sûrement occupée
+probably-free = sans doute libre
+probably-taken = sans doute occupée
+not-seen-itself = pas vue elle-même
+not-seen-from-row = Pas vue elle-même, déduite de sa rangée.
+seen-in =
+    { $pictures ->
+        [one] Vue sur { $pictures } image seulement.
+       *[other] Vue sur { $pictures } images seulement.
+    }
+seen-in-last =
+    { $pictures ->
+        [one] Vue sur { $pictures } image seulement, la dernière à { $time }.
+       *[other] Vue sur { $pictures } images seulement, la dernière à { $time }.
+    }
+last-seen = Vue pour la dernière fois à { $time }.
+stall-number = Place { $stall }
+stall-picture = Image de la place { $stall }
+look-again = Revoir
+from-home-by =
+    { $to ->
+        [north] { $distance } au nord du départ
+        [north-east] { $distance } au nord-est du départ
+        [east] { $distance } à l'est du départ
+        [south-east] { $distance } au sud-est du départ
+        [south] { $distance } au sud du départ
+        [south-west] { $distance } au sud-ouest du départ
+        [west] { $distance } à l'ouest du départ
+       *[north-west] { $distance } au nord-ouest du départ
+    }
+no-stall-yet = Aucune place trouvée pour l'instant.
+stalls-as-table = Tableau des places
+stalls-caption =
+    { $stalls ->
+        [one] { $stalls } place, les libres d'abord, puis les plus proches du départ
+       *[other] { $stalls } places, les libres d'abord, puis les plus proches du départ
+    }
+column-stall = Place
+column-state = État
+column-place = Position
+column-seen = Vue
+show-more = Afficher plus
+show-survey = Voir le relevé
+counted-up-to = Décompte arrêté à { $time }
+stalls-found =
+    { $stalls ->
+        [one] { $stalls } place trouvée
+       *[other] { $stalls } places trouvées
+    }
+stalls-found-all =
+    { $stalls ->
+        [one] { $stalls } place trouvée, tout le parking vu
+       *[other] { $stalls } places trouvées, tout le parking vu
+    }
+stalls-found-seen =
+    { $stalls ->
+        [one] { $stalls } place trouvée, { $percent } vus du parking trouvé jusqu'ici
+       *[other] { $stalls } places trouvées, { $percent } vus du parking trouvé jusqu'ici
+    }
+
+## Le relevé après l'atterrissage
+
+survey = Relevé
+survey-so-far = Relevé jusqu'ici
+survey-so-far-all = Relevé jusqu'ici, tout le parking vu
+landed-at = Posé à { $time }
+landed-at-all = Posé à { $time }, tout le parking vu
+close-survey = Fermer le relevé
+hero-free =
+    { $free ->
+        [one] { $free } libre
+       *[other] { $free } libres
+    }
+hero-of =
+    { $stalls ->
+        [one] sur { $stalls } place
+       *[other] sur { $stalls } places
+    }
+free-share = libres, { $percent }
+taken-share = occupées, { $percent }
+unknown-share = incertaines, { $percent }
+in-the-air = en vol
+flown = parcourus
+lot-found = de parking trouvé
+of-it-seen = en ont été vus
+downloads = Téléchargements
+file-table = Tableau
+file-stalls = Places pour SIG
+file-picture = Image du parking
+file-recording = Enregistrement
+file-kind-size = { $kind }, { $size }
+
+## Batterie
+
+battery-for-survey = Batterie pour le relevé
+battery-charge = Batterie { $percent }
+battery-home = Retour
+battery-survey = Relevé
+battery-left = Reste
+battery-missing = Manque
+battery-spoken = Batterie { $percent } : { $parts }. { $verdict }.
+battery-spoken-home = retour { $percent }
+battery-spoken-survey = relevé { $percent }
+battery-spoken-left = reste { $percent }
+battery-spoken-missing = manque { $percent }
+battery-not-known = Le besoin du relevé n'est pas connu
+battery-nothing-left = Il ne reste rien à relever
+battery-enough-fence = Assez pour un parking aussi grand que la géobarrière
+battery-enough-survey = Assez pour le reste du relevé
+battery-part-fence = Assez pour { $percent } environ d'un parking aussi grand que la géobarrière
+battery-part-survey = Assez pour { $percent } environ du reste du relevé
+battery-low = Batterie faible : { $percent }. Il rentre bientôt.
+
+## L'onglet du vol
+
+nothing-known-yet = Rien de connu pour l'instant.
+flight = Vol
+health-of-parts = État de chaque élément
+part-link = Liaison avec l'autopilote
+part-position = Position
+part-ground = Au sol ou non
+part-home = Point de départ
+part-rangefinder = Télémètre
+part-remote-control = Radiocommande
+part-remote-id = Identification à distance
+part-vision = Recherche des places
+part-mapper = Carte
+part-planner = Trajet
+part-camera = Caméra
+part-recording = Enregistrement
+part-requests = Requêtes à l'autopilote
+part-tasks = Parties du programme
+part-loop = Ordinateur
+part-working = fonctionne
+parts-working = { $parts } sur { $parts } fonctionnent
+parts-in-trouble = { $bad } sur { $parts } en panne
+fact-autopilot = Autopilote
+fact-speed = Vitesse
+fact-from-home = Depuis le départ
+fact-parts = Éléments
+fact-place = Position
+fact-from-armed = Depuis le point d'armement
+fact-above-ground = Hauteur au-dessus du sol
+fact-climbing = Montée
+fact-wind = Vent
+fact-gps = GPS
+satellites =
+    { $satellites ->
+        [one] { $satellites } satellite
+       *[other] { $satellites } satellites
+    }
+fact-voltage = Tension de la batterie
+fact-pictures = Images analysées
+each-second = { $value } par seconde
+plot-height = Hauteur, { $unit }
+plot-battery = Batterie, %
+plot-now = maintenant
+
+## Contrôles avant vol
+
+checks = Contrôles
+checks-before-flight = Contrôles avant vol
+all-checks = Tous les contrôles
+checks-not-known = pas encore connus
+checks-all-passed = { $checks } sur { $checks } réussis
+checks-some-passed = { $passed } sur { $checks } réussis
+remedy-failsafes = Régler les sécurités
+remedy-kill = Autoriser l'armement
+remedy-fence = Tracer la géobarrière
+show-checks = Voir les contrôles
+
+## Hauteurs
+
+heights = Hauteurs
+heights-not-known = pas encore connues
+flies-at-height = Vole à { $height }
+never-below-or-above = jamais sous { $lowest } ni au-dessus de { $highest }
+change-heights = Changer les hauteurs
+heights-unit =
+    { $units ->
+        [feet] Pieds au-dessus du point d'armement.
+       *[metres] Mètres au-dessus du point d'armement.
+    }
+save-heights = Enregistrer
+heights-not-stored = Pas enregistré.
+lowest-label = Jamais sous (Min)
+desired-label = Vole à (Des)
+highest-label = Jamais au-dessus (Max)
+lowest-no-number =
+    { $units ->
+        [feet] Jamais sous : donnez un nombre de pieds supérieur à 0.
+       *[metres] Jamais sous : donnez un nombre de mètres supérieur à 0.
+    }
+desired-no-number =
+    { $units ->
+        [feet] Vole à : donnez un nombre de pieds supérieur à 0.
+       *[metres] Vole à : donnez un nombre de mètres supérieur à 0.
+    }
+highest-no-number =
+    { $units ->
+        [feet] Jamais au-dessus : donnez un nombre de pieds supérieur à 0.
+       *[metres] Jamais au-dessus : donnez un nombre de mètres supérieur à 0.
+    }
+desired-too-low = Vole à : { $height } est sous la hauteur minimale de { $lowest }.
+desired-too-high = Vole à : { $height } est au-dessus de la hauteur maximale de { $highest }.
+highest-above-fence = Jamais au-dessus : la géobarrière s'arrête à { $ceiling }.
+
+## Géobarrière
+
+fence = Géobarrière
+corners-and-zones =
+    { $corners ->
+        [one] { $corners } sommet
+       *[other] { $corners } sommets
+    }{ $zones ->
+        [0] { "" }
+        [one] , { $zones } zone
+       *[other] , { $zones } zones
+    }
+fence-of = Géobarrière de { corners-and-zones }
+fence-sized = Géobarrière { $extent }, { corners-and-zones }
+fence-not-known = pas encore connue
+fence-unusable = La géobarrière tracée est inutilisable
+fence-drawn-up-to = tracée, jusqu'à { $ceiling }
+fence-file-up-to = des réglages, jusqu'à { $ceiling }
+fence-circle = Géobarrière : cercle de { $radius }
+fence-circle-up-to = autour du point d'armement, jusqu'à { $ceiling }
+fence-no-link = Pas de liaison : ni contrôle ni enregistrement.
+fence-cannot-save = Cette géobarrière ne peut pas être enregistrée
+put-right = Corrigez ce qui est dit
+being-checked = Contrôle en cours
+being-checked-line = Contrôle en cours.
+being-saved = Enregistrement en cours
+nothing-changed = Rien de changé
+not-closed-yet = Pas encore fermée
+zone-not-closed-yet = Zone pas encore fermée
+draw-fence = Tracer la géobarrière
+draw-fence-begin =
+    { $pointer ->
+        [finger] Touchez ses sommets sur la carte, l'un après l'autre. Ou importez un fichier.
+       *[mouse] Cliquez ses sommets sur la carte, l'un après l'autre. Ou importez un fichier.
+    }
+draw-fence-few =
+    { $corners ->
+        [one] { $corners } sommet posé. Il en faut au moins 3 à une géobarrière.
+       *[other] { $corners } sommets posés. Il en faut au moins 3 à une géobarrière.
+    }
+draw-close =
+    { $pointer ->
+        [finger] { $corners } sommets posés. Touchez de nouveau le premier, ou le bouton Fermer.
+       *[mouse] { $corners } sommets posés. Cliquez de nouveau le premier, ou le bouton Fermer.
+    }
+draw-zone = Tracez une zone où le drone n'entre pas
+draw-zone-begin =
+    { $pointer ->
+        [finger] Touchez ses sommets, dans la géobarrière. Le bouton Zone l'abandonne.
+       *[mouse] Cliquez ses sommets, dans la géobarrière. Le bouton Zone l'abandonne.
+    }
+draw-zone-few =
+    { $corners ->
+        [one] { $corners } sommet posé. Il en faut au moins 3 à une zone.
+       *[other] { $corners } sommets posés. Il en faut au moins 3 à une zone.
+    }
+remove-corners-line =
+    { $pointer ->
+        [finger] Touchez les sommets à supprimer.
+       *[mouse] Cliquez les sommets à supprimer.
+    }
+remove-zones-line =
+    { $pointer ->
+        [finger] Touchez les sommets à supprimer, ou une zone pour la supprimer.
+       *[mouse] Cliquez les sommets à supprimer, ou une zone pour la supprimer.
+    }
+stays-inside = Le drone reste { $margin } à l'intérieur, au pointillé, et sous { $height }.
+edit-the-fence = Modifier la géobarrière
+edit-fence = Modifier
+save-fence = Enregistrer
+ceiling = Plafond
+ceiling-label =
+    { $units ->
+        [feet] Plafond, pieds au-dessus du point d'armement
+       *[metres] Plafond, mètres au-dessus du point d'armement
+    }
+ceiling-no-number = Plafond : donnez un nombre supérieur à 0.
+put-aside = Écarter
+put-aside-label = Écarter la géobarrière tracée
+put-aside-what = Écarter la géobarrière tracée
+fence-saved = La géobarrière est enregistrée. Le prochain Armer l'envoie.
+fence-not-saved = La géobarrière n'est pas enregistrée.
+fence-not-checked = Le contrôle n'a pas pu se faire.
+fence-on-ground-only = La géobarrière se modifie au sol seulement, moteurs arrêtés.
+drawing-kept = Le tracé est gardé.
+
+## Outils de tracé
+
+fence-tools = Outils de géobarrière
+outline-tools = Outils de contour
+fence-file = Fichier de géobarrière
+outline-file = Fichier de contour
+tool-remove = Ôter
+tool-remove-aloud = Ôter des sommets
+tool-close = Fermer
+close-ring = Fermer le tracé
+tool-square = Carré
+tool-undo = Annuler
+tool-zone = Zone
+tool-zone-aloud = Zone d'exclusion : en ajouter une
+tool-hole = Trou
+tool-hole-aloud = Trou : ajouter une partie non explorée
+tool-clear = Effacer
+tool-import = Importer
+tool-export = Exporter
+file-too-large = Le fichier est trop gros pour une aire.
+
+file-one-polygon =
+    { $kind ->
+        [fence] Le fichier doit contenir exactement un polygone. Enregistrez la géobarrière seule, en GeoJSON.
+       *[outline] Le fichier doit contenir exactement un polygone. Enregistrez le contour seul, en GeoJSON.
+    }
+file-not-geojson =
+    { $kind ->
+        [fence] Le fichier n'est pas du GeoJSON. Enregistrez la géobarrière en GeoJSON.
+       *[outline] Le fichier n'est pas du GeoJSON. Enregistrez le contour en GeoJSON.
+    }
+file-zone-holes = Une zone d'exclusion doit être un seul anneau, sans trou.
+file-no-ring = Le polygone n'a pas d'anneau de sommets.
+file-polygon-few = Nombre de sommets du polygone : { $corners }. Il en faut au moins 3.
+file-zone-few = Nombre de sommets de la zone { $zone } : { $corners }. Il en faut au moins 3.
+file-polygon-no-place = Le polygone : le sommet { $corner } n'est pas un point de la Terre. La longitude vient avant la latitude, en degrés (WGS-84).
+file-zone-no-place = Zone { $zone } : le sommet { $corner } n'est pas un point de la Terre. La longitude vient avant la latitude, en degrés (WGS-84).
+
+## L'aire à explorer
+
+outline-on-ground-only = Au sol seulement, moteurs arrêtés
+outline-several = Il a plusieurs polygones : supprimez-le d'abord
+area-to-explore = Aire à explorer
+outline-not-known = pas encore connue
+explores-found-lot = Explore le parking qu'il trouve
+no-outline = aucun contour défini
+explores-outline = Explore un contour de { $area }
+polygons-and-holes =
+    { $polygons ->
+        [one] { $polygons } polygone
+       *[other] { $polygons } polygones
+    }{ $holes ->
+        [0] { "" }
+        [one] , { $holes } trou
+       *[other] , { $holes } trous
+    }
+outline-from-file = { polygons-and-holes }, des réglages
+outline-set = { polygons-and-holes }, défini pour ce relevé
+corners-and-holes =
+    { $corners ->
+        [one] { $corners } sommet
+       *[other] { $corners } sommets
+    }{ $holes ->
+        [0] { "" }
+        [one] , { $holes } trou
+       *[other] , { $holes } trous
+    }
+outline-sized = Contour de { $area }, { corners-and-holes }
+outline-of = Contour, { corners-and-holes }
+draw-area = Tracer l'aire à explorer
+draw-hole = Tracez une partie à ne pas explorer
+draw-area-begin =
+    { $pointer ->
+        [finger] Touchez ses sommets sur la carte, l'un après l'autre. Ou importez un fichier.
+       *[mouse] Cliquez ses sommets sur la carte, l'un après l'autre. Ou importez un fichier.
+    }
+draw-hole-begin =
+    { $pointer ->
+        [finger] Touchez ses sommets sur la carte, l'un après l'autre. Le bouton Trou l'abandonne.
+       *[mouse] Cliquez ses sommets sur la carte, l'un après l'autre. Le bouton Trou l'abandonne.
+    }
+draw-ring-few =
+    { $corners ->
+        [one] { $corners } sommet posé. Il en faut au moins 3.
+       *[other] { $corners } sommets posés. Il en faut au moins 3.
+    }
+outline-no-link = Pas de liaison : le contour ne peut pas être défini.
+outline-cannot-set = Ce contour ne peut pas être défini
+outline-crosses = Deux de ses côtés se croisent : déplacez un sommet.
+being-set = Envoi en cours
+outline-meaning = Le prochain Explorer voit tout ce contour dans la géobarrière, et rien d'autre.
+set-outline = Définir le contour
+edit-outline = Modifier le contour
+draw-outline = Tracer le contour
+last-outline = Dernier contour
+last-outline-label = Dernier contour : le reprendre
+remove = Supprimer
+remove-outline = Supprimer le contour
+set-outline-what = Définir le contour
+outline-is-set = Le contour est défini. Le prochain Explorer le voit tout entier dans la géobarrière.
+outline-is-removed = Le contour est supprimé. Le prochain Explorer cherche lui-même le parking.
+outline-paused = L'aire à explorer se trace au sol seulement, moteurs arrêtés.
+
+## Carte
+
+map = Carte
+map-of-lot = Carte du parking
+zoom-in = Agrandir
+zoom-out = Réduire
+follow-drone = Suivre le drone
+whole-lot = Tout le parking
+turn-with-drone = Tourner la carte avec le drone
+drone-up = Le nez du drone est en haut. Appuyez pour le nord en haut
+north-up = Le nord est en haut. Appuyez pour tourner la carte avec le drone
+north-on-map = Nord sur la carte
+north-letter = N
+layers = Couches
+shown-on-map = Affiché sur la carte
+layer-stalls = Places
+layer-picture = Image du sol
+layer-fence = Géobarrière et zones
+layer-outline = Aire à explorer
+layer-trail = Trajet parcouru
+layer-background = Fond de carte
+last-seen-here = Vu ici il y a { $age }
+ring-of-reach = Le cercle : où il peut être à présent
+no-map-yet = Pas encore de carte
+map-fills = Elle se remplit pendant le vol. Le pointillé est la géobarrière : le drone reste à l'intérieur.
+map-begins = Elle commence où le drone est armé, et se remplit pendant le vol.
+
+## Mesurer sur la carte
+
+measure = Mesurer
+measure-begin =
+    { $pointer ->
+        [finger] Touchez deux points ou plus.
+       *[mouse] Cliquez deux points ou plus.
+    }
+measure-next =
+    { $pointer ->
+        [finger] Touchez le point suivant.
+       *[mouse] Cliquez le point suivant.
+    }
+measure-go-on =
+    { $pointer ->
+        [finger] Touchez d'autres points pour continuer.
+       *[mouse] Cliquez d'autres points pour continuer.
+    }
+measure-close =
+    { $pointer ->
+        [finger] Touchez le premier point pour fermer et voir l'aire.
+       *[mouse] Cliquez le premier point pour fermer et voir l'aire.
+    }
+measure-again =
+    { $pointer ->
+        [finger] Touchez pour recommencer.
+       *[mouse] Cliquez pour recommencer.
+    }
+measure-around = { $length } de pourtour
+measure-area-around = { $area }, { $length } de pourtour
+measure-crosses = Ses côtés se croisent : il n'a pas d'aire unique.
+measure-back = Ôter le dernier point
+measure-stop = Ne plus mesurer
+
+## Image en direct
+
+live-video = Vidéo en direct
+camera-picture = Image de la caméra, à la verticale, places entourées
+live-picture = Image en direct
+swap-map-video = Échanger carte et vidéo
+full-screen = Plein écran
+save-picture = Enregistrer cette image
+small-window = Afficher dans une petite fenêtre
+close-small-window = Fermer la petite fenêtre
+north-in-picture = Nord dans l'image
+live-age = Direct, { $age }
+simulation-age = Simulation, { $age }
+simulation-age-old = Simulation, il y a { $age }
+frozen = Figée
+simulation-frozen = Simulation, figée
+no-picture-yet = Pas encore d'image
+picture-is-old = Image d'il y a { $age }
+no-new-picture = Aucune nouvelle image n'arrive
+waiting-for-camera = En attente de la caméra
+
+## Messages
+
+messages = Messages
+nothing-happened = Rien ne s'est encore passé.
+no-message-like-this = Aucun message ne correspond.
+search-messages = Chercher
+warnings = Alertes
+save = Enregistrer
+details = Détails
+link-lost-note = Liaison perdue.
+link-back-note = Liaison rétablie.
+refused = { $what } : { $reason }
+no-reason = sans raison donnée
+not-sent = Pas de liaison avec le drone. Rien n'a été envoyé.
+no-answer = Pas de réponse. On ne sait pas si le drone l'a reçu.
+link-lost-before-answer = La liaison s'est perdue. On ne sait pas si le drone l'a reçu.
+log-out-unanswered = Déconnexion : le drone n'a pas répondu. Réessayez.
+
+## Réglages
+
+about-flight = À propos du vol
+settings = Réglages
+appearance = Apparence
+theme-auto = Comme l'appareil
+theme-light = Clair
+theme-dark = Sombre
+theme-outdoor = Plein soleil
+units = Unités
+units-metres = Mètres
+units-feet = Pieds
+units-note = Les messages du drone restent en mètres.
+language = Langue
+language-auto = Comme le navigateur
+language-note = Les messages du drone restent en anglais.
+left-handed = Gaucher
+left-handed-note = Stationnaire et Atterrir dans le coin inférieur gauche
+sound = Son
+sound-note = Son et voix : liaison perdue, batterie faible, actions des autres
+logged-in-viewer = Connecté comme observateur
+logged-in-operator = Connecté comme opérateur
+on-this-browser = Sur ce navigateur
+log-out = Se déconnecter
+version = Parking Lot Hawk { $version }
+licences = Licences
+documentation = Documentation
+documentation-of = Documentation de Parking Lot Hawk { $version }
+your-name = Votre nom
+name-question = Quel est votre nom ?
+name-note = Les autres le lisent à côté de ce que vous faites. Il est facultatif.
+others-read = Les autres lisent : { $name }
+others-read-it = Les autres le lisent à côté de ce que vous faites
+not-now = Plus tard
+all-settings = Tous les réglages du programme du drone
+settings-unanswered = Le drone ne répond pas. Fermez et rouvrez cette liste.
+settings-asking = Demande au drone
+settings-note = Ils sont lus au démarrage du programme : dans config.toml, ou dans HAWK_SECTION__KEY de son environnement.
+search-settings = Chercher un réglage
+no-setting-like-this = Aucun réglage ne correspond.
+setting-changed = modifié
+setting-not-set = non défini
+setting-none = aucun
+setting-bounds = de { $lowest } à { $highest }
+
+## Touches
+
+keys = Touches
+all-keys = Toutes les touches
+keys-note = Inactives pendant la frappe.
+key-hold = Stationnaire : s'arrêter sur place, aussitôt
+key-move = Déplacer : puis cliquez la carte
+key-resume = Reprendre après un vol manuel
+key-swap = Vidéo en grand, carte en petit, et retour
+key-survey = Voir le relevé
+key-keys = Afficher ces touches
+key-escape = Quitter la question
+key-tab = Au bouton suivant
+key-enter = L'appuyer ; maintenue sur une glissière : la glisser
+escape-key = Échap
+tab-key = Tab
+enter-key = Entrée
