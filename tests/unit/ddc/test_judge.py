@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from hawk.comm.messages import Command, CompulsiveMove, Hold, Land, Resume, ReturnToLaunch, Takeoff
+from hawk.comm.messages import AutonomousExplore, Command, CompulsiveMove, Hold, Land, Resume, ReturnToLaunch, Takeoff
 from hawk.ddc.facts import Facts, HomeFacts
 from hawk.ddc.judge import (
     RESUME_WAIT_S,
@@ -19,6 +19,7 @@ from hawk.ddc.judge import (
     route_refusal,
 )
 from hawk.ddc.orders import Cause, CauseKind, ToArm, ToHover, ToIdle, ToManual, ToReturn, ToTakeoff, Transition
+from hawk.ddc.outline import OutlineFacts
 from hawk.ddc.states.factory import make_state
 from hawk.model import CopterMode, LandedState, MapPoint, Route, UserError
 from tests.unit.ddc.fakes import SAFE_PARAMETERS
@@ -158,3 +159,17 @@ def test_a_relative_move_starts_from_the_drone() -> None:
     away = replace(facts, position=replace(facts.position, pose=pose(1.0, 120.0, 0.0)))
     assert reason(away, ToHover(), CompulsiveMove(x=40, y=0, frame="Relative")).startswith("X, Y")
     assert reason(away, ToHover(), CompulsiveMove(x=40, y=0, frame="Map")) == ""
+
+
+def test_explore_needs_a_lot_in_sight_or_an_outline_with_ground_inside() -> None:
+    seen = flying(1.0)
+    blind = replace(seen, sight=replace(seen.sight, lot=False))
+    assert reason(seen, ToHover(), AutonomousExplore()) == ""
+    found = refusal(case(blind, ToHover()), "ana", AutonomousExplore())
+    assert found is not None
+    assert (found.reason, found.error) == ("No lot in sight: move over the lot first.", UserError.NO_LOT_DETECTED)
+    outlined = replace(blind, limits=replace(blind.limits, outline=OutlineFacts(900.0, 0.0)))
+    assert reason(outlined, ToHover(), AutonomousExplore()) == ""
+    empty = replace(seen, limits=replace(seen.limits, outline=OutlineFacts(0.0, 900.0)))
+    assert reason(empty, ToHover(), AutonomousExplore()) != ""
+    assert "position" in reason(without_pose(blind), ToHover(), AutonomousExplore()), "the position comes first"

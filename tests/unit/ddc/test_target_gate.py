@@ -80,6 +80,7 @@ def test_a_task_outside_the_fence_is_not_led_and_a_hold_is_led_back_never_out() 
     assert "outside the fence" in refused((109.0, 0.0, 30.0), outside, TASK)
     assert refused((109.0, 0.0, 30.0), outside, HOLDS) == ""
     assert refused((110.0, 0.0, 30.0), outside, HOLDS) == "", "no farther out"
+    assert refused((95.5, 0.0, 30.0), outside, HOLDS) == "", "half a metre outside of our limit is nearer too"
     assert "outside the fence" in refused((110.01, 0.0, 30.0), outside, HOLDS)
     assert "outside the fence" in refused((101.0, 0.0, 30.0), (90.0, 0.0, 30.0), HOLDS), "inside it is never led out"
 
