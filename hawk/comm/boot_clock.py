@@ -48,7 +48,7 @@ _DROPPED: Final = Reading(None)
 class BootClock:
     """Maps the autopilot's boot clock onto ours, by stamps of several kinds of messages."""
 
-    def __init__(self, speed: float = 1.0) -> None:
+    def __init__(self, speed: float) -> None:
         """``speed``: seconds of our clock per real second; real delays count that many times as long."""
         self._stretch = max(1.0, speed)
         self._known: _Track | None = None

@@ -54,7 +54,10 @@ def test_the_wheel_carries_the_network_and_every_module(wheel: zipfile.ZipFile) 
 
 def test_the_wheel_carries_nothing_that_a_user_does_not_need(wheel: zipfile.ZipFile) -> None:
     folders = {name.split("/")[0] for name in wheel.namelist()}
-    assert {folder for folder in folders if not folder.endswith(".dist-info")} == {"hawk"}
+    (shared,) = [folder for folder in folders if folder.endswith(".data")]
+    assert {folder for folder in folders if not folder.endswith(".dist-info")} == {"hawk", shared}
+    beside = {name.removeprefix(f"{shared}/data/share/").split("/")[0] for name in wheel.namelist() if shared in name}
+    assert beside == {"man", "bash-completion", "zsh"}
     assert not [name for name in wheel.namelist() if name.startswith("hawk/web/page/") or name.endswith(".pyc")]
 
 

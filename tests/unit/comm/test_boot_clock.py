@@ -30,13 +30,13 @@ def events(readings: list[Reading]) -> list[str]:
 
 @pytest.fixture
 def clock() -> BootClock:
-    made = BootClock()
+    made = BootClock(1.0)
     assert events(run(made, 0.0, 3.0)) == ["found"]
     return made
 
 
 def test_one_message_is_no_clock_and_one_kind_is_none() -> None:
-    clock = BootClock()
+    clock = BootClock(1.0)
     readings = [clock.take("ATTITUDE", 100.0 + n, float(n)) for n in range(20)]
     assert readings == [Reading(None)] * 20
     assert clock.to_ours(5.0) is None
@@ -47,7 +47,7 @@ def test_one_message_is_no_clock_and_one_kind_is_none() -> None:
 
 
 def test_the_first_stamp_may_be_corrupt() -> None:
-    clock = BootClock()
+    clock = BootClock(1.0)
     assert clock.take("ATTITUDE", 4_000_000.0, 0.0) == Reading(None)
     readings = run(clock, 0.0, 1.0)
     assert events(readings) == ["found"]
@@ -118,7 +118,7 @@ def test_while_the_old_clock_goes_on_there_is_no_boot(clock: BootClock) -> None:
 
 
 def test_a_clock_that_was_mapped_too_late_is_corrected() -> None:
-    clock = BootClock()
+    clock = BootClock(1.0)
     run(clock, 0.0, 1.0, delay=3.0)
     readings = run(clock, 5.0, 6.0)
     assert events(readings) == ["corrected"]
@@ -126,7 +126,7 @@ def test_a_clock_that_was_mapped_too_late_is_corrected() -> None:
 
 
 def test_in_a_fast_simulation_delays_count_so_many_times_as_long() -> None:
-    clock = BootClock(speed=4.0)
+    clock = BootClock(4.0)
     run(clock, 0.0, 1.0, delay=0.8)
     assert all(reading.time is not None for reading in run(clock, 1.0, 2.0, delay=0.0))
 
@@ -142,7 +142,7 @@ def test_whatever_the_network_does_there_is_no_boot_and_no_sample_of_the_past(
     delays: list[float], repeated: set[int], corrupt: dict[int, float], uptime: float, seed: int
 ) -> None:
     """Datagrams late by up to 3 s, repeated, reordered, a few corrupt: time never runs backwards in a kind."""
-    clock = BootClock()
+    clock = BootClock(1.0)
     run(clock, 0.0, 2.0, booted_at=-uptime)
     choose = random.Random(seed)
     arrivals: list[tuple[float, str, float]] = []
@@ -166,7 +166,7 @@ def test_whatever_the_network_does_there_is_no_boot_and_no_sample_of_the_past(
 
 @given(delays=st.lists(st.floats(0.0, 3.0), min_size=60, max_size=240), uptime=st.floats(5.0, 1e5))
 def test_a_link_that_delays_everything_is_no_boot(delays: list[float], uptime: float) -> None:
-    clock = BootClock()
+    clock = BootClock(1.0)
     run(clock, 0.0, 2.0, booted_at=-uptime)
     sent = [(2.0 + 0.02 * index, KINDS[index % 4], delay) for index, delay in enumerate(delays)]
     for arrival, kind, stamp in sorted((at + delay, kind, at + uptime) for at, kind, delay in sent):
@@ -175,7 +175,7 @@ def test_a_link_that_delays_everything_is_no_boot(delays: list[float], uptime: f
 
 @given(uptime=st.floats(5.0, 1e5), down=st.floats(0.6, 60.0), late=st.lists(st.floats(0.0, 1.0), max_size=10))
 def test_a_boot_is_found_though_old_datagrams_come_after_it(uptime: float, down: float, late: list[float]) -> None:
-    clock = BootClock()
+    clock = BootClock(1.0)
     run(clock, 0.0, 2.0, booted_at=-uptime)
     start = 2.0 + down
     old = sorted((start + delay, "ATTITUDE", uptime + 1.9 - delay) for delay in late)

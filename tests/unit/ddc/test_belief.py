@@ -252,6 +252,7 @@ def test_an_old_landed_is_unknown() -> None:
     believed = watch.update(said(12.1, armed=True, landed=GROUND, landed_time=10.0), DOWN, 1.0, 12.1)
     assert believed.vehicle.landed is LandedState.UNDEFINED
     assert believed.ground.doubt == "The autopilot does not say whether it is on the ground."
+    assert believed.ground.landed_age == pytest.approx(2.1)
 
 
 def test_an_old_landed_is_no_doubt_while_the_link_is_silent() -> None:
