@@ -48,8 +48,7 @@ def release(root: Path, key: str | None, build: Callable[[Path, Path], None]) ->
         raise ReleaseError(f"{target.relative_to(root)} is there already: remove it")
     target.mkdir(parents=True)
     build(root, target)
-    for wheel in _one_of_each(target, version):
-        check_wheel(wheel)
+    check_wheel(_wheel_beside_archive(target, version))
     (target / SUMS).write_text(checksums(target), encoding="ascii")
     if key is not None:
         sign(target / SUMS, key)
@@ -109,13 +108,13 @@ def sign(sums: Path, key: str) -> None:
     _run(sums.parent, ["gpg", "--batch", "--verify", str(signature), str(sums)])
 
 
-def _one_of_each(folder: Path, version: str) -> list[Path]:
+def _wheel_beside_archive(folder: Path, version: str) -> Path:
     """Return the wheel. Raises ReleaseError where wheel or source archive are missing, or of another version."""
     wheels = list(folder.glob(f"hawk_drone-{version}-*.whl"))
     archives = list(folder.glob(f"hawk_drone-{version}.tar.gz"))
     if len(wheels) != 1 or len(archives) != 1:
         raise ReleaseError(f"the build left no wheel and source archive of {version}: see its output")
-    return wheels
+    return wheels[0]
 
 
 def _git(root: Path, *arguments: str) -> str:

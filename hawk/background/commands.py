@@ -16,8 +16,9 @@ from rich.console import Console
 from rich.progress import track
 
 from hawk.background.geotiff import OPAQUE, GroundPicture, PictureError, open_picture
-from hawk.background.tiling import DEEPEST_ZOOM, Tile, count_tiles, tiles_of, zooms_for
+from hawk.background.tiling import Tile, count_tiles, tiles_of, zooms_for
 from hawk.config import ConfigError
+from hawk.web.background import DEEPEST_ZOOM
 
 COMMAND: Final = "make-background"
 MOST_TILES: Final = 200_000

@@ -7,11 +7,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
+from hawk.web.background import DEEPEST_ZOOM
+
 HALF_M: Final = math.pi * 6_378_137.0
 """Half the width of the world in Web Mercator, metres of the projection (EPSG:3857: a sphere with WGS-84's radius)."""
 TILE_PX: Final = 256
-DEEPEST_ZOOM: Final = 23
-"""As the page shows them (`hawk.web.background`)."""
 _COARSER: Final = 1.15
 """Tiles may be coarser than the picture by this factor: one zoom more takes four times the room."""
 

@@ -58,9 +58,7 @@ class Documentation:
         if path is None:
             raise web.HTTPNotFound(text=NOTHING_HERE if self.is_built else NOT_BUILT, headers=_headers(request))
         # the site's own pages ask for a script or style with a checksum of its content
-        caching = (
-            FOR_GOOD.replace("public", "private") if name.startswith("_static/") and "v" in request.query else ASK_AGAIN
-        )
+        caching = FOR_GOOD if name.startswith("_static/") and "v" in request.query else ASK_AGAIN
         asset = await asyncio.get_running_loop().run_in_executor(request.app[_READER], read_asset, path, caching)
         if asset is None:
             raise web.HTTPNotFound(text=NOT_BUILT, headers=_headers(request))

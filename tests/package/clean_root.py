@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import subprocess
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,6 +17,21 @@ CLEAN = {
     "LC_ALL": "C.UTF-8",
     "DEBIAN_FRONTEND": "noninteractive",
 }
+
+
+def printed(command: Sequence[str], environment: Mapping[str, str], *, fails: bool, timeout: float) -> str:
+    """Run a command; return what it printed. Its status must be 0, or another one if it ``fails``."""
+    done = subprocess.run(
+        command,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=timeout,
+        check=False,
+    )
+    assert (done.returncode != 0) is fails, f"{' '.join(command)}: status {done.returncode}\n{done.stdout}"
+    return done.stdout
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,17 +58,7 @@ class CleanRoot:
         self, *arguments: str, fails: bool = False, environment: Mapping[str, str] | None = None, timeout: float = 900
     ) -> str:
         """Run a command in it; return what it printed. Its status must be 0, or another one if it ``fails``."""
-        done = subprocess.run(
-            self.command(*arguments),
-            env={**CLEAN, **(environment or {})},
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            timeout=timeout,
-            check=False,
-        )
-        assert (done.returncode != 0) is fails, f"{' '.join(arguments)}: status {done.returncode}\n{done.stdout}"
-        return done.stdout
+        return printed(self.command(*arguments), {**CLEAN, **(environment or {})}, fails=fails, timeout=timeout)
 
     def path(self, name: str) -> Path:
         """Return a file of it, by its absolute name there."""

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.package.clean_root import CALM, CLEAN, CleanRoot
+from tests.package.clean_root import CALM, CLEAN, CleanRoot, printed
 
 BOOT_S = 300.0
 """Real seconds, on a busy machine."""
@@ -68,17 +68,7 @@ class SystemdRoot:
     def run(self, *arguments: str, fails: bool = False, timeout: float = 900) -> str:
         """Run a command under its systemd; return what it printed. Its status must be 0, or another if it ``fails``."""
         enter = ["nsenter", f"--target={self.init}", *SPACES]
-        done = subprocess.run(
-            [*CALM, *enter, *arguments],
-            env=CLEAN,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            timeout=timeout,
-            check=False,
-        )
-        assert (done.returncode != 0) is fails, f"{' '.join(arguments)}: status {done.returncode}\n{done.stdout}"
-        return done.stdout
+        return printed([*CALM, *enter, *arguments], CLEAN, fails=fails, timeout=timeout)
 
     def shown(self, name: str) -> str:
         """Return a property of the unit (systemctl show)."""
