@@ -3,6 +3,8 @@ from __future__ import annotations
 import builtins
 import math
 import stat
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +16,7 @@ from rasterio.crs import CRS
 from rasterio.transform import Affine, from_origin
 from rasterio.warp import transform as reproject
 
-from hawk.background import commands
+from hawk.background import tile_folder
 from hawk.background.geotiff import MISSING, PictureError, open_picture
 from hawk.background.tiling import TILE_PX, tile_side, zooms_for
 from hawk.cli import main
@@ -176,12 +178,12 @@ def test_zooms_that_there_are_not_are_refused(zooms: str, capsys: pytest.Capture
 
 
 def test_more_tiles_than_a_disk_takes_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(commands, "MOST_TILES", 10)
+    monkeypatch.setattr(tile_folder, "MOST_TILES", 10)
     with (
         open_picture(geotiff(tmp_path / "lot.tif")) as picture,
         pytest.raises(PictureError, match="tiles are too many, at most 10: name lower zooms"),
     ):
-        commands.write_tiles(picture, tmp_path / "tiles", zooms_for(picture.bounds, picture.metres_per_pixel))
+        tile_folder.write_tiles(picture, tmp_path / "tiles", zooms_for(picture.bounds, picture.metres_per_pixel))
 
 
 def test_without_rasterio_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -196,3 +198,8 @@ def test_without_rasterio_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) ->
     with pytest.raises(PictureError) as raised, open_picture(Path("lot.tif")):
         pass
     assert str(raised.value) == MISSING
+
+
+def test_a_command_line_that_makes_no_background_imports_nothing_that_reads_pictures() -> None:
+    look = "import sys, hawk.cli; print({'cv2', 'numpy', 'rich', 'aiohttp', 'rasterio'} & set(sys.modules))"
+    assert subprocess.run([sys.executable, "-c", look], capture_output=True, text=True, check=True).stdout == "set()\n"
