@@ -17,8 +17,8 @@ from hawk.comm.image import NoImage
 from hawk.config import CameraSettings, ConfigError
 from hawk.supervision import Supervisor
 
-FIRST_PICTURE_S: Final = 10.5
-"""Real seconds for the first picture: a source that is a program of its own is given up after 10 s."""
+FIRST_PICTURE_S: Final = 7.0
+"""Real seconds for the first picture: counting and the source's end must fit into `hawk.check.run.REST_S`, too."""
 COUNTED_S: Final = 3.0
 """Real seconds in which pictures are counted."""
 LEAST_HZ: Final = 3.0

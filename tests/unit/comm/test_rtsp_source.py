@@ -71,7 +71,7 @@ async def test_a_camera_that_is_not_there_is_gstreamer_s_own_error() -> None:
 
 
 class Film(RtspSource):
-    """What follows the decoder, behind a camera that GStreamer makes up."""
+    """The part behind the decoder, on a camera that GStreamer makes up."""
 
     def _elements(self) -> Sequence[str]:
         words = super()._elements()
