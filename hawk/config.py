@@ -119,6 +119,7 @@ class CameraSettings(Section):
     mount_roll_deg: Degrees = 0.0
     mount_pitch_deg: Degrees = 0.0
     mount_yaw_deg: Degrees = 0.0
+    gimbal: bool = False
     latency_s: float = Field(default=0.08, ge=0, le=5)
     exposure_s: float = Field(default=0.01, ge=0.00001, le=1)
     reconnect_s: Retry = 1.0
