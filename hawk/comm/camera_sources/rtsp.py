@@ -13,15 +13,13 @@ from hawk.comm.camera_sources.child import PATIENCE, Patience
 from hawk.comm.camera_sources.gstreamer import PROGRAM, GStreamerSource
 from hawk.comm.camera_sources.source import without_secrets
 
-RATE_HZ: Final = 15
-"""More pictures a second are dropped before they are encoded: the map needs fewer, and JPEG costs the drone's processor
-more than decoding does."""
 _PACKAGES: Final = (
     "install the Debian packages gstreamer1.0-tools, gstreamer1.0-plugins-good, gstreamer1.0-plugins-bad and "
     "gstreamer1.0-libav"
 )
 _NEWEST: Final = ("queue", "leaky=downstream", "max-size-buffers=1", "max-size-bytes=0", "max-size-time=0")
-"""A slow encoder skips pictures in place of falling behind."""
+"""A slow encoder skips pictures in place of falling behind. ``videorate`` would limit their number, but fails an
+assertion where a stream names no rate, as most RTSP streams do."""
 
 
 class RtspSource(GStreamerSource):
@@ -40,4 +38,4 @@ class RtspSource(GStreamerSource):
         """TCP: over a drone's radio a lost datagram breaks all pictures up to the next key frame."""
         quoted = self._url.replace("\\", "\\\\").replace('"', '\\"')
         source = ("rtspsrc", f'location="{quoted}"', "latency=0", "protocols=tcp", "!", "decodebin")
-        return (*source, "!", *_NEWEST, "!", "videorate", "drop-only=true", f"max-rate={RATE_HZ}")
+        return (*source, "!", *_NEWEST)

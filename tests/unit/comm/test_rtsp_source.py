@@ -2,18 +2,24 @@ from __future__ import annotations
 
 import asyncio
 import shutil
-from collections.abc import Sequence
+from collections.abc import AsyncIterator
 from contextlib import aclosing
 from pathlib import Path
 
 import pytest
 
-from hawk.comm.camera_sources.rtsp import RATE_HZ, RtspSource
+from hawk.comm.camera_sources.child import Patience
+from hawk.comm.camera_sources.rtsp import RtspSource
 from hawk.comm.camera_sources.source import CameraError, SourceFrame
 from hawk.comm.clock import Clock
+from hawk.comm.drone_camera import DroneCamera
+from hawk.comm.image import decode, jpeg_size
+from hawk.config import CameraSettings
 from tests.manual_clock import ManualClock
 from tests.unit.comm.children import SHORT, program, running
 from tests.unit.comm.pictures import picture
+from tests.unit.comm.rtsp_server import HEIGHT, WIDTH, RtspCamera
+from tests.unit.comm.waiting import until
 
 URL = 'rtsp://me:w"ord@127.0.0.1:1/main.264?channel=1&stream=0'
 JPEG = picture(64, 48, 100)
@@ -70,17 +76,42 @@ async def test_a_camera_that_is_not_there_is_gstreamer_s_own_error() -> None:
         await first(RtspSource(URL, ManualClock()), 1)
 
 
-class Film(RtspSource):
-    """The part behind the decoder, on a camera that GStreamer makes up."""
-
-    def _elements(self) -> Sequence[str]:
-        words = super()._elements()
-        camera = ["videotestsrc", "is-live=true", "!", "video/x-raw,width=64,height=48,framerate=60/1"]
-        return [*camera, *words[words.index("decodebin") + 1 :]]
+@pytest.fixture
+async def camera() -> AsyncIterator[RtspCamera]:
+    camera = RtspCamera()
+    yield camera
+    await camera.close()
 
 
 @needs_gstreamer
-async def test_pictures_of_a_fast_camera_are_dropped_down_to_the_rate() -> None:
-    found = await first(Film("rtsp://cam/", Clock()), RATE_HZ + 1)
-    took = found[-1].arrival - found[0].arrival
-    assert took > 0.7  # 60 a second would take 0.25 s, 15 a second 1 s
+async def test_a_real_stream_is_played_with_user_and_query(camera: RtspCamera) -> None:
+    port = await camera.start()
+    (frame, *_) = await first(RtspSource(f"rtsp://me:w%21rd@127.0.0.1:{port}/live?channel=1", Clock()), 2)
+    assert jpeg_size(frame.jpeg) == (WIDTH, HEIGHT)
+    assert float(decode(frame.jpeg).mean()) == pytest.approx(camera.grey, abs=4)
+    assert f"DESCRIBE rtsp://127.0.0.1:{port}/live?channel=1" in camera.paths
+
+
+@needs_gstreamer
+async def test_a_camera_that_falls_silent_or_is_switched_off_comes_back(camera: RtspCamera) -> None:
+    port = await camera.start()
+    settings = CameraSettings(url=f"rtsp://127.0.0.1:{port}/live", reconnect_s=0.05)
+    patience = Patience(first_s=20.0, silence_s=1.0, end_s=1.0)
+    received = DroneCamera(
+        settings, Clock(), make=lambda settings, clock: RtspSource(settings.url, clock, patience=patience)
+    )
+    received.init()
+    try:
+        async with asyncio.timeout(60):
+            await received.next_frame()
+            camera.is_silent = True
+            await until(lambda: sum(path.startswith("PLAY") for path in camera.paths) == 2, 30)
+            camera.is_silent = False
+            await received.next_frame()
+            await camera.close()  # switched off
+            await until(lambda: "Could not" in received.health.reason, 30)
+            await camera.start(port)
+            before = received.latest
+            await until(lambda: received.latest is not before, 30)
+    finally:
+        await received.close()
