@@ -114,6 +114,7 @@ async def test_passwords_of_a_pipeline_are_not_shown() -> None:
     assert "word" not in str(caught.value)
 
 
+@pytest.mark.slow
 async def test_a_pipeline_that_hangs_is_killed_and_started_again_and_one_that_fails_is_tried_for_ever(
     tmp_path: Path,
 ) -> None:
