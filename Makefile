@@ -1,4 +1,4 @@
-# make setup | run | check | test | docs | deb | bench | faults | ardupilot: each does all the set-up that it needs.
+# make setup | run | check | test | docs | deb | container | bench | faults | ardupilot: each does all the set-up that it needs.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -18,7 +18,7 @@ UNIT_KINDS := $(if $(COVERAGE),coverage slow,unit)
 # Without compiled files every process would compile and rewrite its modules and tests again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup run check test deb bench bench-small faults ardupilot lint fast unit coverage mutants slow integration contract e2e page page-check docs browser clean
+.PHONY: setup run check test deb container bench bench-small faults ardupilot lint fast unit coverage mutants slow integration contract e2e page page-check docs browser clean
 
 setup: $(STAMP) page
 
@@ -123,6 +123,12 @@ deb: setup
 	$(BUILD_DEB) --arch amd64
 	$(BUILD_DEB) --arch arm64
 	$(PYTEST) tests/package $(ARGS)
+
+# The container's image, by podman, docker or buildah. ARGS="--target blueos --arch arm64": docs/container.md, blueos.md.
+container: setup
+	$(BIN)/python -m pip install --quiet 'uv>=0.9'
+	$(BIN)/python packaging/docs_site.py
+	$(BIN)/python packaging/container/build_container.py $(ARGS)
 
 bench: setup browser
 	$(BIN)/python -m benchmarks $(ARGS)
