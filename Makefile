@@ -1,4 +1,4 @@
-# make setup | run | check | test | docs | deb | container | bench | faults | ardupilot: each does all the set-up that it needs.
+# make setup | run | check | test | docs | deb | container | bench | faults | ardupilot: each does its whole set-up.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -124,7 +124,7 @@ deb: setup
 	$(BUILD_DEB) --arch arm64
 	$(PYTEST) tests/package $(ARGS)
 
-# The container's image, by podman, docker or buildah. ARGS="--target blueos --arch arm64": docs/container.md, blueos.md.
+# The image by podman, docker or buildah (docs/container.md). ARGS="--target blueos --arch arm64" (docs/blueos.md).
 container: setup
 	$(BIN)/python -m pip install --quiet 'uv>=0.9'
 	$(BIN)/python packaging/docs_site.py

@@ -112,13 +112,17 @@ def settings(text: str, target: str) -> str:
     """Return ``config.toml`` with the values of a target. Raises ContainerError where one is not there as expected."""
     for name, before, after in SETTINGS[target]:
         section, _, key = name.partition(".")
-        value = before if before.startswith("[") else f'"{before}"'
-        pattern = rf"(^\[{section}\]$(?:\n(?!\[).*)*?\n{key} = ){re.escape(value)}$"
-        wanted = after if after.startswith("[") else f'"{after}"'
-        text, count = re.subn(pattern, lambda found, wanted=wanted: found[1] + wanted, text, flags=re.MULTILINE)
-        if count != 1:
-            raise ContainerError(f"config.toml: {name} is not {value}: see SETTINGS in {Path(__file__).name}")
+        pattern = rf"^\[{section}\]$(?:\n(?!\[).*)*?\n{key} = (?P<value>{re.escape(_toml(before))})$"
+        found = list(re.finditer(pattern, text, flags=re.MULTILINE))
+        if len(found) != 1:
+            raise ContainerError(f"config.toml: {name} is not {_toml(before)}: see SETTINGS in {Path(__file__).name}")
+        text = text[: found[0].start("value")] + _toml(after) + text[found[0].end("value") :]
     return text
+
+
+def _toml(value: str) -> str:
+    """Return a value as ``config.toml`` writes it: a list stands as it is."""
+    return value if value.startswith("[") else f'"{value}"'
 
 
 def run(command: Sequence[str]) -> str:

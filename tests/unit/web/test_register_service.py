@@ -18,11 +18,11 @@ from tests.unit.web.rig import Rig, browser
 from tests.unit.web.stand import Stand
 
 REDIRECTS = 10
-"""How many BlueOS's helper follows."""
+"""Redirects that BlueOS's helper follows."""
 
 
 class ServiceMetadata(BaseModel):
-    """What BlueOS reads (core/services/helper/main.py of bluerobotics/BlueOS)."""
+    """Keys that BlueOS reads (core/services/helper/main.py of bluerobotics/BlueOS)."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
