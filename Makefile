@@ -111,9 +111,10 @@ ardupilot:
 	@$(MAKE) --no-print-directory setup
 	$(BIN)/python -m faults.ardupilot --program "$(ARDUPILOT)" $(ARDUPILOT_OPTIONS) --write docs/ardupilot.md $(ARGS)
 
-# The Debian packages (dist/), tried in clean Debian roots: as root on Debian 12, with a network, some twenty minutes.
+# The Debian packages (dist/), tried in clean Debian roots: as root on Debian 12, with a network, some twenty minutes. The
+# tests build the container's image too, of the same wheels: six more.
 # ARGS="-k life" tries less; DEB_TOOLS= leaves the tools as they are.
-DEB_TOOLS ?= debhelper dpkg-dev iproute2 lintian mmdebstrap python3-installer qemu-user-static
+DEB_TOOLS ?= buildah debhelper dpkg-dev iproute2 lintian mmdebstrap python3-installer qemu-user-static
 BUILD_DEB := $(BIN)/python packaging/deb/build_deb.py
 deb: setup
 	test -z "$(DEB_TOOLS)" || packaging/apt-install $(DEB_TOOLS)

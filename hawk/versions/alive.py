@@ -3,18 +3,22 @@
 The health check of a container. It reads the daemon's word (`hawk.versions.flight_word`), which needs no token, no port
 and no certificate; ``/api/health`` needs a login, and is 503 as well for a camera that is missing, which a new start of
 the container does not bring back.
+
+``--on-the-ground``: status 0 when no version would be refused now (`hawk.versions.guard`): an engine that replaces a
+container does not ask.
 """
 
 from __future__ import annotations
 
+import argparse
 import os
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from hawk.versions.flight_word import hear
-from hawk.versions.guard import ASKED_S, RUNTIME_FOLDER
+from hawk.versions.guard import ASKED_S, RUNTIME_FOLDER, look
 
 
 def fault(folder: Path, now_s: float) -> str | None:
@@ -35,9 +39,18 @@ def fault(folder: Path, now_s: float) -> str | None:
     return None
 
 
-def main(environment: Mapping[str, str] = os.environ) -> int:
+def main(arguments: Sequence[str] | None = None, environment: Mapping[str, str] = os.environ) -> int:
     """Print the fault; return the exit status."""
-    found = fault(Path(environment.get("RUNTIME_DIRECTORY", RUNTIME_FOLDER)), time.monotonic())
+    parser = argparse.ArgumentParser(
+        prog="python -m hawk.versions.alive", description=(__doc__ or "").split("\n", 1)[0]
+    )
+    parser.add_argument("--on-the-ground", action="store_true", help="also: the drone is disarmed")
+    options = parser.parse_args(arguments)
+    folder = Path(environment.get("RUNTIME_DIRECTORY", RUNTIME_FOLDER))
+    found = fault(folder, time.monotonic())
+    if found is None and options.on_the_ground:
+        refusal = look(folder)
+        found = None if refusal is None else refusal.reason
     if found is not None:
         print(found, file=sys.stderr)
     return 0 if found is None else 1

@@ -34,7 +34,7 @@ SETTINGS: Final = {
     "blueos": (
         ("web.host", "127.0.0.1", "0.0.0.0"),  # noqa: S104 - BlueOS looks for such ports only
         ("autopilot.url", "udpin://127.0.0.1:14550", "tcpout://127.0.0.1:5777"),
-        ("web.allowed_hosts", "[]", '["blueos.local", "blueos-wifi.local", "blueos-hotspot.local"]'),
+        ("web.allowed_hosts", "[]", '["blueos.local", "blueos-avahi.local", "blueos-hotspot.local"]'),
     ),
 }
 """By target: setting, its value in ``config.toml``, and its value in the image. BlueOS's autopilot manager serves

@@ -54,10 +54,15 @@ class Limit(Strict):
     Hard: int
 
 
+class RestartPolicy(Strict):
+    Name: Literal["unless-stopped", "always"]
+
+
 class HostConfig(Strict):
     """Keys of Docker's API (POST /containers/create) that the extension may use: none that gives it more."""
 
     NetworkMode: Literal["host"]
+    RestartPolicy: RestartPolicy
     Binds: list[str]
     CapDrop: list[str]
     SecurityOpt: list[str]

@@ -49,14 +49,31 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
 
 def test_the_command_has_a_status(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     environment = {"RUNTIME_DIRECTORY": str(tmp_path)}
-    assert main(environment) == 1
+    assert main([], environment) == 1
     assert "no daemon runs" in capsys.readouterr().err
     word = FlightWord(tmp_path)
     word.say(may_fly=False)
     command = [sys.executable, "-I", "-m", "hawk.versions.alive"]
     try:
-        assert main(environment) == 0
+        assert main([], environment) == 0
         assert subprocess.run(command, env=environment, check=False).returncode == 0
     finally:
         word.close()
     assert subprocess.run(command, env=environment, capture_output=True, check=False).returncode == 1
+
+
+@pytest.mark.parametrize(("may_fly", "status"), [(True, 1), (False, 0)])
+def test_an_armed_drone_is_not_on_the_ground(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], may_fly: bool, status: int
+) -> None:
+    word = FlightWord(tmp_path, lambda: time.monotonic() + 1.0)  # said after it is asked
+    word.say(may_fly=may_fly)
+    try:
+        assert main(["--on-the-ground"], {"RUNTIME_DIRECTORY": str(tmp_path)}) == status
+    finally:
+        word.close()
+    assert ("armed" in capsys.readouterr().err) is may_fly
+
+
+def test_a_daemon_that_does_not_run_says_nothing_of_the_ground(tmp_path: Path) -> None:
+    assert main(["--on-the-ground"], {"RUNTIME_DIRECTORY": str(tmp_path)}) == 1
