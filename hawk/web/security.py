@@ -103,7 +103,7 @@ class RequestCheck:
         except (web.HTTPUnauthorized, web.HTTPTooManyRequests) as refusal:
             is_page = request.method == hdrs.METH_GET and (request.path == "/" or request.path.startswith(DOCS))
             if not is_page or "text/html" not in request.headers.get(hdrs.ACCEPT, ""):
-                if request.path == "/":
+                if is_page and request.path == "/" and refusal.status == HTTPStatus.UNAUTHORIZED:
                     # BlueOS looks for a page here before it asks for a name, and follows this whatever the status
                     refusal.headers[hdrs.LOCATION] = LOGIN
                 raise

@@ -145,6 +145,8 @@ async def test_no_program_takes_the_login_page_for_the_page(stand: Stand) -> Non
     async with browser() as session, session.get(stand.rig.server.make_url("/")) as response:
         assert (response.status, response.headers["Location"]) == (401, "/login")
         assert response.headers["WWW-Authenticate"]
+    async with browser() as session, session.post(stand.rig.server.make_url("/")) as response:
+        assert (response.status, "Location" in response.headers) == (401, False)
     async with aiohttp.ClientSession(headers={"Accept": "text/html"}) as session:
         for path in ("/", "/docs/", "/api/health"):
             async with session.get(stand.rig.server.make_url(path)) as response:
