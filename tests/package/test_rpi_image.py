@@ -43,8 +43,13 @@ def test_the_package_is_installed_and_its_service_enabled(root: CleanRoot) -> No
 
 
 def test_the_unit_is_valid_with_the_camera_s_devices(root: CleanRoot) -> None:
-    printed = root.run("systemd-analyze", "verify", "/lib/systemd/system/hawk-drone.service")
-    assert "camera.conf" not in printed
+    verify = ("systemd-analyze", "verify", "--man=no", "/lib/systemd/system/hawk-drone.service")
+    assert root.run(*verify) == ""
+    dropped = root.path("/etc/systemd/system/hawk-drone.service.d/camera.conf")
+    text = dropped.read_text()
+    dropped.write_text(text.replace("DeviceAllow", "DevicesAllowed"))  # so that the line above can fail
+    assert "camera.conf:2: Unknown key 'DevicesAllowed'" in root.run(*verify)
+    dropped.write_text(text)
     assert root.path("/boot/firmware/config.txt").read_text().endswith("[all]\ncamera_auto_detect=1\n")
 
 
