@@ -46,7 +46,7 @@ async def helper_asks(rig: Rig, path: str, **headers: str) -> tuple[int, str]:
     """Request as BlueOS's helper does: from 127.0.0.1, and after a Location whatever the status is."""
     assert rig.server is not None
     url = str(rig.server.make_url(path))
-    async with browser() as session:
+    async with browser(skip_auto_headers=("Accept",)) as session:
         for _ in range(REDIRECTS):
             async with session.get(url, headers=headers, allow_redirects=False) as response:
                 text = await response.text()
