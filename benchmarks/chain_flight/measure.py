@@ -127,10 +127,15 @@ class Result:
         return off <= FREE_STALLS or off <= FREE_SHARE * true
 
     @property
-    def free_in_range(self) -> bool:
-        """True when the count's interval holds the true number of free stalls; False without an interval."""
+    def free_range(self) -> tuple[int, int] | None:
+        """The interval about the count of free stalls, as it is published."""
         output = self.flown.output
-        bounds = free_interval(output.occupancy_map.counts, output.path_plan.explore.seen_share)
+        return free_interval(output.occupancy_map.counts, output.path_plan.explore.seen_share)
+
+    @property
+    def free_in_range(self) -> bool:
+        """True when the interval holds the true number of free stalls; False without an interval."""
+        bounds = self.free_range
         return bounds is not None and bounds[0] <= self.fused.tally.free_true <= bounds[1]
 
 
@@ -201,6 +206,7 @@ def _of_stalls(results: Sequence[Result]) -> list[Figure]:
     one, many = fused.tally, single.tally
     free_off = (one.free_found - one.free_true) / one.free_true if one.free_true else None
     seen = np.sum([result.recall_seen for result in results], axis=0)
+    widths = [bounds[1] - bounds[0] for result in results if (bounds := result.free_range) is not None]
 
     def beside(key: str, text: str, limit: Limit | None = None) -> list[Figure]:
         value, alone = getattr(one, key), getattr(many, key)
@@ -231,6 +237,7 @@ def _of_stalls(results: Sequence[Result]) -> list[Figure]:
             "chain_free_in_range", "flights whose interval holds the free count, share",
             fmean(r.free_in_range for r in results), limit=Limit(lowest=HELD_SHARE),
         ),
+        Figure("chain_free_range_width", "width of that interval, mean, stalls", fmean(widths) if widths else None),
         Figure(
             "chain_position_error_p95_m", "position error of centres, p95", fused.position_error, "m",
             Reference("single frames", single.position_error), Limit(highest=0.5),

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from benchmarks.figures import Figure
 from hawk.algo.frame import FrameOutput
 from hawk.algo.vision.seen import GroundImage, SeenGround, StallSeen
 from hawk.ddc.motion import Goal
-from hawk.model import Health, MapPose, OccupancyMap, PathPlan, StallState
+from hawk.model import Counts, ExploreStatus, Health, MapPose, OccupancyMap, PathPlan, StallState
 from hawk.survey import scoring
 from hawk.worlds.world import TrueStall, World
 
@@ -150,3 +151,28 @@ def test_the_section_is_part_of_all_benchmarks(monkeypatch: pytest.MonkeyPatch, 
 
 def test_errors_are_those_of_the_simulator_and_can_be_none() -> None:
     assert Errors() == Errors(gnss_m=1.0, height=1.0, compass=0.0)
+
+
+def test_the_interval_is_that_of_the_published_counts() -> None:
+    one = result("a", judged(20, 20, free=20), judged(15, 20, free=15))
+    assert one.free_range is None, "nothing was seen"
+    assert not one.free_in_range
+    held, missed = (
+        replace(
+            one,
+            flown=replace(
+                one.flown,
+                output=replace(
+                    one.flown.output,
+                    occupancy_map=OccupancyMap(counts=Counts(count, 0, 0, free_variance=1.0)),
+                    path_plan=PathPlan(explore=ExploreStatus(done=True, seen=1.0)),
+                ),
+            ),
+        )
+        for count in (18, 16)
+    )
+    assert (held.free_range, held.free_in_range) == ((15, 21), True)
+    assert (missed.free_range, missed.free_in_range) == ((13, 19), False)
+    found = by_key([held, missed])
+    assert (found["chain_free_in_range"].value, found["chain_free_in_range"].passed) == (0.5, False)
+    assert found["chain_free_range_width"].value == 6
