@@ -76,6 +76,7 @@ const SURVEYED: Partial<Heartbeat> = {
   Taken: 2,
   Unknown: 1,
   Explored: 0.47,
+  "Free Range": [2, 6],
   "Lot Area": 12_300,
   "Occupancy Map": mapUpdate({ Stalls: [stall(1), stall(2, { State: "taken", Seen: 0 }), stall(3, { State: "unknown", Taken: 0.4, North: -9 })] }),
 };

@@ -44,7 +44,7 @@ function count(state: StallState, stalls: number): TemplateResult {
 }
 
 /** The bounds of the number of free stalls, where they differ from it. */
-function between(view: View): TemplateResult | typeof nothing {
+export function between(view: View): TemplateResult | typeof nothing {
   const bounds = view.heartbeat?.["Free Range"];
   if (!bounds || bounds[0] === bounds[1] || linkOf(view) === "lost") return nothing;
   return html`<span data-between>${say("free-between", { low: bounds[0], high: bounds[1] })}</span>`;

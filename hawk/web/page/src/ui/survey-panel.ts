@@ -7,7 +7,7 @@ import { heightsOf, topHeight } from "../words/plot.ts";
 import { number, say } from "../words/say.ts";
 import { SCALES, type Units } from "../words/units.ts";
 import type { View } from "../words/view.ts";
-import { stallCount } from "./counts-card.ts";
+import { between, stallCount } from "./counts-card.ts";
 import { cssVars } from "./css-vars.ts";
 import "./downloads.ts";
 import { Part } from "./element.ts";
@@ -37,6 +37,7 @@ export class SurveyPanel extends Part {
           <button class="plain" aria-label=${say("close-survey")} @click=${() => this.close()}>${icon("close")}</button>
         </div>
         <div class="hero">${say("hero-free", { free: heartbeat?.Free ?? 0 })} <small>${say("hero-of", { stalls: all })}</small></div>
+        <div class="sub">${between(view)}</div>
         <div class="stack" aria-hidden="true">
           ${counts.filter(([, stalls]) => stalls > 0).map(([state, stalls]) => html`<i class=${state} ${cssVars({ "--share": String(stalls) })}></i>`)}
         </div>
