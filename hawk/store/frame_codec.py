@@ -54,6 +54,19 @@ def picture_of(data: bytes) -> bytes:
     return data[end:]
 
 
+def values_of(data: bytes) -> dict[str, Any]:
+    """Return the fields of `encode_frame` without the picture, as JSON keeps them. Raises FrameFormatError."""
+    if len(data) < _LENGTH.size or (end := _LENGTH.size + _LENGTH.unpack_from(data)[0]) > len(data):
+        raise FrameFormatError("the frame's header is torn")
+    try:
+        values = json.loads(data[_LENGTH.size : end])
+    except ValueError as error:
+        raise FrameFormatError(f"the frame's header is not JSON: {error}") from error
+    if not isinstance(values, dict):
+        raise FrameFormatError("the frame's header is no object")
+    return values
+
+
 def to_json(payload: Any) -> str:
     """Return a payload as JSON. JSON has no infinity: such numbers become "Infinity", "-Infinity" or "NaN"."""
     try:
