@@ -19,7 +19,7 @@ LARGEST_SPREADS: Final = {
 """A result that is less certain is not offered: seconds, and degrees. Half of 10 ms; angles that move the ground at a
 travel height of 35 m by a cell or two."""
 OFFERED_SPREADS: Final = 2.0
-"""A setting is offered when it differs from the present one by more than so many spreads."""
+"""A setting is offered when it differs from the present one by more than this number of spreads."""
 _PLACES: Final = {"latency_s": LATENCY, "mount_roll_deg": ROLL, "mount_pitch_deg": PITCH, "mount_yaw_deg": YAW}
 _DIGITS: Final = {"latency_s": 3}
 _NEEDED: Final = {

@@ -70,4 +70,32 @@ def _run(options: argparse.Namespace) -> int:
         return run_in_flight(config, recording, target, as_json=options.json)
     if options.json:
         raise ConfigError("--json: only together with --in-flight")
-    raise ConfigError("not yet")
+    if options.work == "board":
+        return _board(options)
+    from hawk.calibrate.camera_command import CameraPlan, run_camera
+
+    plan = CameraPlan(
+        options.out or config.store.directory / "camera.yaml",
+        options.replace,
+        target,
+        options.pictures,
+        options.preview,
+        options.time_limit,
+    )
+    return run_camera(config, plan)
+
+
+def _board(options: argparse.Namespace) -> int:
+    from hawk.calibrate.board import PAPERS, board_pdf
+
+    path = options.out or Path(f"board-{options.paper}.pdf")
+    if path.suffix.lower() != ".pdf":
+        raise ConfigError(f"--out: {path} must end in .pdf")
+    if path.exists() and not options.replace:
+        raise ConfigError(f"--out: {path} exists already: name another file, or give --replace")
+    try:
+        path.write_bytes(board_pdf(PAPERS[options.paper]))
+    except OSError as error:
+        raise ConfigError(f"--out: {path} cannot be written: {error.strerror or error}") from error
+    print(f"{path}: print it at 100 %, check that both rulers are 100 mm long, and glue it onto a flat plate.")
+    return 0

@@ -1,4 +1,4 @@
-"""Where a second picture shows ground that a first one saw, for many pairs of pictures at once.
+"""Projection of ground from a first picture into a second one, for many pairs of pictures at once.
 
 Frames and axes are those of `hawk.algo.vision.rectify`; poses are rows of north, east, height above the ground
 (metres), roll, pitch, yaw (radians).

@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 Grey = NDArray[np.uint8]
 
 MARGIN_S: Final = 0.8
-"""The track covers so many seconds around each picture: the largest error of the latency that is found."""
+"""Seconds that the track covers before and after each picture: the largest error of the latency that is found."""
 LONGEST_S: Final = 3.0
 """Between the pictures of a pair: over a longer time GNSS drifts as far as a slow drone flies."""
 POINTS: Final = 40
@@ -220,17 +220,17 @@ def match_pairs(flight: Flight, pairs: Sequence[Pair]) -> list[Matches]:
 def _refined(before: Grey, now: Grey, plane: Floats) -> tuple[Floats, Floats]:
     """Return points (N, 2) of the first picture and where the second shows them, pixels.
 
-    The first picture is laid upon the second by their plane, so that the method of Lucas and Kanade (1981) has to find
-    the last pixels only, without a turn.
+    The first picture is projected into the second by their plane: the method of Lucas and Kanade (1981) has to find the
+    last pixels only, without a turn.
     """
     size = (now.shape[1], now.shape[0])
     corners: Any = cv2.goodFeaturesToTrack(before, 6 * POINTS, 0.01, 10)
     if corners is None:
         return np.zeros((0, 2)), np.zeros((0, 2))
-    laid = cv2.warpPerspective(before, plane, size, flags=cv2.INTER_LINEAR)
+    projected = cv2.warpPerspective(before, plane, size, flags=cv2.INTER_LINEAR)
     start = cv2.perspectiveTransform(corners, plane)
     begin = np.asarray(start, np.float32)
-    end, status, _ = cv2.calcOpticalFlowPyrLK(laid, now, begin, begin.copy(), winSize=_WINDOW, maxLevel=1)
+    end, status, _ = cv2.calcOpticalFlowPyrLK(projected, now, begin, begin.copy(), winSize=_WINDOW, maxLevel=1)
     first, from_, to = (np.asarray(each, float).reshape(-1, 2) for each in (corners, start, end))
     inside = ((to > _BORDER) & (to < np.array(size) - _BORDER)).all(1)
     good = (status.ravel() > 0) & inside & (np.hypot(*(to - from_).T) < _MOVED)
