@@ -18,6 +18,9 @@ LARGEST_SPREADS: Final = {
 }
 """A result that is less certain is not offered: seconds, and degrees. Half of 10 ms; angles that move the ground at a
 travel height of 35 m by a cell or two."""
+MOST_ONE_HEADING: Final = 0.75
+"""Of `Estimate.one_heading`: two headings 90 degrees apart have 0.71. Along one heading, cars and trees that stand on
+one side of the picture look like a mount that leans; half a degree was seen in rendered flights."""
 OFFERED_SPREADS: Final = 2.0
 """A setting is offered when it differs from the present one by more than this number of spreads."""
 _PLACES: Final = {"latency_s": LATENCY, "mount_roll_deg": ROLL, "mount_pitch_deg": PITCH, "mount_yaw_deg": YAW}
@@ -67,6 +70,9 @@ def _advice(key: str, estimate: Estimate, flown_latency_s: float, present: float
     else:
         value, spread = math.degrees(value), math.degrees(spread)
     value = round(value, _DIGITS.get(key, 2))
+    leans = key in ("mount_roll_deg", "mount_pitch_deg")
+    if leans and estimate.one_heading > MOST_ONE_HEADING:
+        return Advice(key, value, spread, present, f"the nose pointed to one side: the flight needs {_NEEDED[key]}")
     return Advice(key, value, spread, present, _problem(key, value, spread))
 
 

@@ -3,7 +3,10 @@
 A point of the ground is seen in the first picture, is carried to the second by the drone's poses at both exposures, and
 is compared with what the second picture shows. Sought are the error of the exposures' times and the mount's angles.
 Errors of a pair alone are estimated with it: its movement, height and turn as the autopilot reports them, within what
-is usual for GNSS, barometer and compass. The ground is a plane that may lean a little.
+is usual for GNSS, barometer and compass. The ground is a plane that may lean a little; a point may stand above it, so
+that it says little along the line on which roofs and trees move. A constant error of the compass turns the drone's
+movement only, a turned mount also the movement of the picture when the drone leans: the compass is estimated too, so
+that its error does not look like the mount's.
 
 The method is that of Gauss and Newton with weights by Cauchy's function; a pair's own errors are eliminated first
 (Schur). The spread is the larger one of two: that of the normal equations, and that of White's "sandwich" over blocks
@@ -13,7 +16,7 @@ of 10 s, in which errors stay alike.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import Final
@@ -32,14 +35,15 @@ LATENCY, ROLL, PITCH, YAW = range(4)
 """Places of the results in an estimate."""
 _SLOPE, _COMPASS = slice(4, 6), 6
 _UNKNOWNS = 7  # the four results, the ground's slope to north and east, the compass's error
-_OWN = 5  # of a pair: movement north and east, height, climb (metres), turn (radians)
+_OWN, _HEIGHT = 5, 2  # of a pair: movement north and east, height, climb (metres), turn (radians)
 LEAST_PAIRS: Final = 20
 """Fewer pairs give no estimate."""
 BLOCK_S: Final = 10.0
 """Errors of GNSS stay alike for so long."""
 _LEAST_BLOCKS = 3
 
-_POINT_SIGMA = 1.5 / 460  # focal lengths: one and a half pixels of a picture 640 wide
+_POINT_SIGMA = 0.7 / 460  # focal lengths: 0.7 pixels of a picture 640 wide
+_STANDING_SIGMA = 4.0  # metres that a point may stand above the ground: roofs, trees
 _SLOPE_SIGMA = 0.02
 _COMPASS_SIGMA = math.radians(2.0)  # as in hawk.algo.mapper.register
 _HEIGHT_SIGMA = 2.0  # metres: barometer, and ground that is not level
@@ -67,11 +71,14 @@ class Estimate:
 
     ``values`` and ``spreads`` (4,): seconds by which the pictures were taken later than they are stamped; roll, pitch
     and yaw of the mount, radians. A spread is one standard deviation. ``pairs`` counts the pairs of pictures.
+    ``one_heading`` is 1 where the nose pointed to one side all the time, 0 where it pointed everywhere alike: the
+    length of the headings' mean.
     """
 
     values: tuple[float, float, float, float]
     spreads: tuple[float, float, float, float]
     pairs: int
+    one_heading: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,6 +141,7 @@ def estimate(track: Track, matches: Sequence[Matches], camera: CameraModel) -> E
         (float(sought[LATENCY]), float(sought[ROLL]), float(sought[PITCH]), yaw),
         (float(spreads[LATENCY]), float(spreads[ROLL]), float(spreads[PITCH]), float(spreads[YAW])),
         len(matches),
+        float(abs(np.exp(1j * track.at(problem.times[0])[:, 5]).mean())),
     )
 
 
@@ -175,11 +183,13 @@ def _normal(problem: _Problem, sought: Floats, own: Floats) -> tuple[Floats, Flo
     that is left after their elimination, and each pair's part of the gradient (P, 7).
     """
     count = len(own)
-    off = problem.residual(sought, own).reshape(count, -1)
-    sizes = np.hypot(off[:, 0::2], off[:, 1::2])
-    weight = np.repeat(1 / (1 + (sizes / _CAUCHY) ** 2), 2, axis=1)
     to_sought = _slopes(problem, sought, own, _STEPS, is_own=False)
     to_own = _slopes(problem, sought, own, _OWN_STEPS, is_own=True)
+    soft = _softened(to_own[..., _HEIGHT])
+    off = soft(problem.residual(sought, own).reshape(count, -1, 1))[..., 0]
+    to_sought, to_own = soft(to_sought), soft(to_own)
+    sizes = np.hypot(off[:, 0::2], off[:, 1::2])
+    weight = np.repeat(1 / (1 + (sizes / _CAUCHY) ** 2), 2, axis=1)
     usual = own / problem.own_sigma
     trust = 1 / (1 + (np.linalg.norm(usual, axis=1) / (2 * _CAUCHY)) ** 2)
     prior = trust[:, None] / problem.own_sigma**2
@@ -198,6 +208,25 @@ def _normal(problem: _Problem, sought: Floats, own: Floats) -> tuple[Floats, Flo
     step = -np.linalg.solve(information, scores.sum(0) + firm @ held)
     own_step = -np.linalg.solve(a, own_slope[..., None])[..., 0] - share @ step
     return step, own_step, information, scores
+
+
+def _softened(by_height: Floats) -> Callable[[Floats], Floats]:
+    """Return the weighing of residuals and derivatives (P, 2 K, N) that lets each point stand above the ground.
+
+    Roofs and trees move along one line, ``by_height`` (P, 2 K) for a metre: along it a point says less, across it as
+    much as any.
+    """
+    line = by_height.reshape(len(by_height), -1, 2)
+    size = np.linalg.norm(line, axis=2, keepdims=True)
+    along = line / np.maximum(size, 1e-12)
+    less = 1 - 1 / np.hypot(1.0, _STANDING_SIGMA * size)
+
+    def soften(values: Floats) -> Floats:
+        pairs = values.reshape(*line.shape, -1)
+        share = np.einsum("pkc,pkcn->pkn", along, pairs)
+        return np.asarray((pairs - (less * along)[..., None] * share[:, :, None, :]).reshape(values.shape))
+
+    return soften
 
 
 def _slopes(problem: _Problem, sought: Floats, own: Floats, steps: Floats, *, is_own: bool) -> Floats:

@@ -70,6 +70,7 @@ def test_a_flight_without_turns_and_leans_does_not_know_the_latency() -> None:
     straight.poses[:, 2], straight.poses[:, 3:] = 25.0, 0.0
     found = estimate(straight, seen(all_pairs(straight), straight, Errors(late=0.1)), CAMERA)
     latency, roll, _, yaw = advise(found, 0.08, CameraSettings())
+    assert found.one_heading == pytest.approx(1.0)
     assert "turns, starts and stops" in latency.problem
     assert roll.problem
     assert not latency.is_offered
@@ -118,8 +119,8 @@ def test_pairs_that_show_something_else_do_not_matter() -> None:
 ANGLE = math.radians(0.05)
 
 
-def result(late: float = 0.0, yaw: float = 0.0, spread: float = 0.001) -> Estimate:
-    return Estimate((late, 0.0, 0.0, math.radians(yaw)), (spread, ANGLE, ANGLE, ANGLE), 100)
+def result(late: float = 0.0, yaw: float = 0.0, spread: float = 0.001, one_heading: float = 0.5) -> Estimate:
+    return Estimate((late, 0.0, 0.0, math.radians(yaw)), (spread, ANGLE, ANGLE, ANGLE), 100, one_heading)
 
 
 def test_pictures_that_are_taken_later_than_stamped_have_a_shorter_latency() -> None:
@@ -151,3 +152,12 @@ def test_a_spread_above_the_limit_is_not_offered() -> None:
 def test_a_latency_below_zero_is_no_setting() -> None:
     latency = advise(result(late=0.2), 0.08, CameraSettings())[0]
     assert "lies outside 0 to 5" in latency.problem
+
+
+@pytest.mark.parametrize(("one_heading", "known"), [(0.71, True), (0.8, False)])
+def test_roll_and_pitch_need_more_than_one_heading(one_heading: float, known: bool) -> None:
+    latency, roll, pitch, yaw = advise(result(one_heading=one_heading), 0.08, CameraSettings())
+    assert not latency.problem
+    assert not yaw.problem
+    for each in (roll, pitch):
+        assert ("the nose pointed to one side" not in each.problem) is known
