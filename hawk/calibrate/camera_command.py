@@ -41,7 +41,7 @@ _SUFFIXES: Final = frozenset({".jpg", ".jpeg", ".png"})
 
 @dataclass(frozen=True, slots=True)
 class CameraPlan:
-    """Where the lens goes and where the pictures come from.
+    """Files of one calibration, and its limit of time.
 
     ``pictures`` None: the camera of the settings. ``apply_to``: settings file that gets the line ``calibration``.
     """

@@ -55,6 +55,7 @@ def add_calibrate_command(commands: Any) -> None:
         metavar="RECORDING",
         help="estimate latency and mount from this recording (default: the newest of the store)",
     )
+    flight.add_argument("--in-background", action="store_true", help=argparse.SUPPRESS)
     flight.add_argument("--json", action="store_true", help="print one JSON object and no table")
 
 
@@ -64,8 +65,10 @@ def _run(options: argparse.Namespace) -> int:
         raise ConfigError("--apply: name the settings file to change with --config")
     target = options.config if options.apply else None
     if options.in_flight is not None:
-        from hawk.calibrate.flight_command import run_in_flight
+        from hawk.calibrate.flight_command import give_way, run_in_flight
 
+        if options.in_background:
+            give_way()
         recording = None if options.in_flight == _NEWEST else options.in_flight
         return run_in_flight(config, recording, target, as_json=options.json)
     if options.json:

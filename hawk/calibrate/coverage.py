@@ -57,7 +57,7 @@ class View:
 
 @dataclass(frozen=True, slots=True)
 class Coverage:
-    """What the views show together. ``cells`` (rows, columns): corners by part of the picture."""
+    """Parts, tilts and distances that the views show. ``cells`` (rows, columns): corners by part of the picture."""
 
     cells: NDArray[np.int64] = field(repr=False)
     leans: tuple[bool, bool, bool, bool]
@@ -68,7 +68,7 @@ class Coverage:
 
     @property
     def missing(self) -> str:
-        """What to show next, in words; empty when everything is there."""
+        """Next view to show, in words; empty when everything is there."""
         if not self.views:
             return "hold the board into the picture, still and in even light"
         rows, columns = np.nonzero(self.cells < CELL_CORNERS)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import sys
@@ -16,9 +17,12 @@ from hawk.calibrate.in_flight import Estimate, NoEstimateError, estimate
 from hawk.calibrate.pairs import choose_pairs, match_pairs
 from hawk.calibrate.settings_file import write_settings
 from hawk.config import ENVIRONMENT_PREFIX, Config
+from hawk.process import set_niceness, set_session_niceness
 from hawk.store.replay import RecordingError
 
 _FAILED: Final = 1
+_LEAST: Final = 19  # niceness
+_OOM_SCORE: Final = Path("/proc/self/oom_score_adj")  # proc(5)
 
 
 def estimate_flight(recording: Path) -> tuple[Flight, Estimate]:
@@ -30,6 +34,17 @@ def estimate_flight(recording: Path) -> tuple[Flight, Estimate]:
     flight = read_flight(recording)
     pairs = choose_pairs(flight)
     return flight, estimate(flight.track, match_pairs(flight, pairs), flight.camera)
+
+
+def give_way(oom_score: Path = _OOM_SCORE) -> None:
+    """Let everything else go first: for the daemon's estimate after a landing. A program short of memory ends this one.
+
+    The daemon's own priority and protection (packaging/systemd) are inherited otherwise.
+    """
+    set_session_niceness(_LEAST)
+    set_niceness(_LEAST)
+    with contextlib.suppress(OSError):
+        oom_score.write_text("800")
 
 
 def run_in_flight(config: Config, recording: Path | None, apply_to: Path | None, *, as_json: bool) -> int:
