@@ -58,7 +58,7 @@ class CameraPlan:
 class Session:
     """The views of one calibration. Takes pictures one by one and tries the lens when everything is covered.
 
-    ``advice`` says what to show next, ``note`` why the last picture was not kept; ``lens`` is the accepted one.
+    ``note`` says why the last picture was not kept, ``silence`` why none comes; ``lens`` is the accepted one.
     """
 
     must_be_still: bool
@@ -66,6 +66,7 @@ class Session:
     lens: Lens | None = None
     problems: list[str] = field(default_factory=list)
     newest: View | None = None
+    silence: str = ""
     _finder: BoardFinder | None = None
     _collector: Collector | None = None
     _size: tuple[int, int] = (0, 0)
@@ -126,7 +127,8 @@ def run_camera(
         print("hawk-drone calibrate: ended; nothing is written.", file=sys.stderr)
         return _FAILED
     if session.lens is None:
-        for problem in session.problems or [f"views are missing: {session.there.missing}"]:
+        missing = session.silence or f"views are missing: {session.there.missing}"
+        for problem in session.problems or [missing]:
             print(f"hawk-drone calibrate: not accepted: {problem}.", file=sys.stderr)
         return _FAILED
     _write(session.lens, plan)
@@ -192,9 +194,10 @@ async def _from_camera(
                 try:
                     frame = await asyncio.wait_for(camera.next_frame(), _WAIT_S)
                 except TimeoutError:
-                    session.note = camera.health.reason
+                    session.note = session.silence = camera.health.reason
                     display.show(session, None)
                     continue
+                session.silence = ""
                 image = await loop.run_in_executor(worker, _taken, session, frame.jpeg)
                 display.show(session, image)
     finally:
@@ -241,7 +244,7 @@ class _Display:
         if self._live is not None:
             self._live.update(Text("\n".join(lines)), refresh=True)
         else:
-            said = f"{there.views} views, {there.share:.0%}; next: {there.missing or 'nothing'}"
+            said = session.silence or f"{there.views} views, {there.share:.0%}; next: {there.missing or 'nothing'}"
             if said != self._said:
                 self._said = said
                 print(said, flush=True)

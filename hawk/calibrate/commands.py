@@ -35,14 +35,13 @@ def add_calibrate_command(commands: Any) -> None:
     parser.add_argument("--replace", action="store_true", help="replace a file that is there")
     parser.add_argument("--apply", action="store_true", help="write the result into the settings file of --config")
     board = parser.add_argument_group("with the board")
-    board.add_argument("--paper", choices=("A4", "A3"), default="A4", help="paper of the board (default A4)")
+    board.add_argument("--paper", choices=("A4", "A3"), help="paper of the board (default A4)")
     board.add_argument("--camera", metavar="URL", help="URL of the camera")
     board.add_argument("--pictures", type=Path, metavar="DIR", help="use the pictures of this folder, not the camera")
     board.add_argument("--preview", type=Path, metavar="FILE", help="keep writing what the camera sees there (.jpg)")
     board.add_argument(
         "--time-limit",
         type=float,
-        default=_LONGEST_S,
         metavar="S",
         help=f"give up after so long (default {_LONGEST_S:g})",
     )
@@ -60,6 +59,7 @@ def add_calibrate_command(commands: Any) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
+    _refuse_what_changes_nothing(options)
     config = load_settings(options)
     if options.apply and options.config is None:
         raise ConfigError("--apply: name the settings file to change with --config")
@@ -71,8 +71,6 @@ def _run(options: argparse.Namespace) -> int:
             give_way()
         recording = None if options.in_flight == _NEWEST else options.in_flight
         return run_in_flight(config, recording, target, as_json=options.json)
-    if options.json:
-        raise ConfigError("--json: only together with --in-flight")
     if options.work == "board":
         return _board(options)
     from hawk.calibrate.camera_command import CameraPlan, run_camera
@@ -83,21 +81,41 @@ def _run(options: argparse.Namespace) -> int:
         target,
         options.pictures,
         options.preview,
-        options.time_limit,
+        options.time_limit or _LONGEST_S,
     )
     return run_camera(config, plan)
+
+
+def _refuse_what_changes_nothing(options: argparse.Namespace) -> None:
+    """Raise ConfigError naming the first option that the work has no use for."""
+    names: tuple[str, ...]
+    if options.in_flight is not None:
+        names, remedy = (
+            ("out", "replace", "paper", "camera", "pictures", "preview", "time_limit"),
+            "not with --in-flight",
+        )
+    elif options.work == "board":
+        names, remedy = ("json", "apply", "camera", "pictures", "preview", "time_limit"), "not for the board"
+    elif options.pictures is not None:
+        names, remedy = ("json", "paper", "camera", "preview", "time_limit"), "not with --pictures"
+    else:
+        names, remedy = ("json", "paper"), "only for another work: see hawk-drone calibrate --help"
+    for name in names:
+        if getattr(options, name):
+            raise ConfigError(f"--{name.replace('_', '-')}: {remedy}")
 
 
 def _board(options: argparse.Namespace) -> int:
     from hawk.calibrate.board import PAPERS, board_pdf
 
-    path = options.out or Path(f"board-{options.paper}.pdf")
+    paper = PAPERS[options.paper or "A4"]
+    path = options.out or Path(f"board-{paper.name}.pdf")
     if path.suffix.lower() != ".pdf":
         raise ConfigError(f"--out: {path} must end in .pdf")
     if path.exists() and not options.replace:
         raise ConfigError(f"--out: {path} exists already: name another file, or give --replace")
     try:
-        path.write_bytes(board_pdf(PAPERS[options.paper]))
+        path.write_bytes(board_pdf(paper))
     except OSError as error:
         raise ConfigError(f"--out: {path} cannot be written: {error.strerror or error}") from error
     print(f"{path}: print it at 100 %, check that both rulers are 100 mm long, and glue it onto a flat plate.")

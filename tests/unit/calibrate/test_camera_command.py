@@ -1,13 +1,15 @@
 from __future__ import annotations
 
 import asyncio
+import io
 from collections.abc import AsyncGenerator
 from pathlib import Path
 
 import cv2
 import pytest
+from rich.console import Console
 
-from hawk.calibrate.camera_command import CameraPlan, Session, run_camera
+from hawk.calibrate.camera_command import CameraPlan, Session, _Display, run_camera
 from hawk.calibrate.lens import LensError
 from hawk.cli import main
 from hawk.comm.calibration import load_calibration
@@ -64,7 +66,11 @@ def test_pictures_of_two_sizes_are_refused(pictures: list[Picture]) -> None:
         (["--out", "{there}"], "--out: {there} exists already: name another file, or give --replace"),
         (["--pictures", "{tmp}/none"], "--pictures: {tmp}/none cannot be read: No such file"),
         (["--pictures", "{tmp}"], "--pictures: {tmp} has no pictures"),
-        (["--json"], "--json: only together with --in-flight"),
+        (["--json"], "--json: only for another work"),
+        (["--paper", "A3"], "--paper: only for another work"),
+        (["board", "--apply"], "--apply: not for the board"),
+        (["--pictures", "{tmp}", "--camera", "file:///a.mp4"], "--camera: not with --pictures"),
+        (["--in-flight", "--out", "{tmp}/lens.yaml"], "--out: not with --in-flight"),
         (["--apply"], "--apply: name the settings file"),
     ],
 )
@@ -116,10 +122,21 @@ def test_views_that_are_shown_to_the_camera_give_the_file(
     assert preview.shape == (360, 640, 3)
 
 
+def test_a_terminal_shows_the_parts_in_place(pictures: list[Picture]) -> None:
+    session, screen = Session(must_be_still=False), io.StringIO()
+    session.take(pictures[4])
+    with _Display(Console(file=screen, force_terminal=True, width=100), None) as display:
+        display.show(session, pictures[4])
+    assert "next: move the board to the" in screen.getvalue()
+    assert "##" in screen.getvalue()
+
+
 def test_a_camera_that_is_not_there_ends_with_what_is_missing(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    plan = CameraPlan(tmp_path / "lens.yaml", limit_s=0.5)
+    plan = CameraPlan(tmp_path / "lens.yaml", limit_s=1.2)
     assert run_camera(Config(), plan, lambda *_: _Absent()) == 1
-    assert "not accepted: views are missing: hold the board into the picture" in capsys.readouterr().err
+    said = capsys.readouterr()
+    assert "not accepted: Camera: nothing at this address: plug it in" in said.err
+    assert "nothing at this address" in said.out
     assert not plan.out.exists()
