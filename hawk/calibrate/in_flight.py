@@ -56,9 +56,17 @@ _STEPS = np.array([2e-3, 1e-4, 1e-4, 1e-4, 1e-4, 1e-4, 1e-4])
 _OWN_STEPS = np.array([1e-3, 1e-3, 1e-2, 1e-3, 1e-4])
 _ROUNDS = 20
 _DONE = 1e-5
-_COARSE_S = np.arange(-0.6, 0.61, 0.1)
+_COARSE_S = np.arange(-1.4, 1.41, 0.1)
 _COARSE_POINTS = 5
 _COARSE_TURNS = np.radians(np.arange(-180, 180, 20))
+
+
+_USUAL = 4.0  # standard deviations of a pair's own errors
+_LEAST_USUAL = 0.5  # of all pairs; 1.0 in flights that fit, 0.04 where the times were off by 2.5 s
+_NO_FIT = (
+    f"the pictures do not fit the poses of this flight: set camera.latency_s to within {MARGIN_S:g} s, calibrate the "
+    "lens, and look at the compass; a mirrored or frozen picture does not fit either"
+)
 
 
 class NoEstimateError(Exception):
@@ -131,9 +139,12 @@ def estimate(track: Track, matches: Sequence[Matches], camera: CameraModel) -> E
         sought = sought + step
         own = own + own_step
         if not np.isfinite(sought).all() or abs(sought[LATENCY]) > MARGIN_S:
-            raise NoEstimateError("the pictures do not fit the poses of this flight: is the camera's lens calibrated?")
+            raise NoEstimateError(_NO_FIT)
         if np.abs(step).max() < _DONE:
             break
+    usual = np.linalg.norm(own / problem.own_sigma, axis=1) < _USUAL
+    if usual.mean() < _LEAST_USUAL:
+        raise NoEstimateError(_NO_FIT)
     _, _, information, scores = _normal(problem, sought, own)
     spreads = _spreads(information, scores, problem.times[0])
     yaw = math.remainder(float(sought[YAW]), math.tau)

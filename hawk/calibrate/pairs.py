@@ -20,7 +20,7 @@ from hawk.model import CameraModel
 Floats = NDArray[np.float64]
 Grey = NDArray[np.uint8]
 
-MARGIN_S: Final = 0.8
+MARGIN_S: Final = 1.5
 """Seconds that the track covers before and after each picture: the largest error of the latency that is found."""
 LONGEST_S: Final = 3.0
 """Between the pictures of a pair: over a longer time GNSS drifts as far as a slow drone flies."""

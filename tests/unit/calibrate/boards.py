@@ -44,19 +44,18 @@ class Studio:
         x, y = ((at + 0.5) / _FINER - 0.5 for at in (columns, rows))
         matrix = np.array([[camera.fx, 0, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1.0]])
         rays = cv2.undistortPoints(np.stack([x, y], -1).reshape(-1, 1, 2), matrix, np.array(camera.distortion))
-        self._rays = np.column_stack([rays.reshape(-1, 2), np.ones(rays.shape[0])]).astype(np.float32)
+        self._rays = np.asarray(rays, np.float32)
 
     def view(self, pose: Pose, *, noise: float = 2.0, seed: int = 0) -> Picture:
         """The page as the camera shows it, BGR."""
         turn = Rotation.from_euler("xyz", pose[:3], degrees=True).as_matrix()
         # a ray meets the board at place + turn (x, y, 0)
         plane = np.column_stack([turn[:, 0], turn[:, 1], np.array(pose[3:])])
-        on_board = self._rays @ np.linalg.inv(plane).T.astype(np.float32)
         scale = PAPERS["A4"].square * _PIXELS
-        middle = (np.array(self.page.shape[::-1], np.float32) - 1) / 2
-        at = on_board[:, :2] / on_board[:, 2:] * np.float32(scale) + middle
-        at[on_board[:, 2] <= 0] = -1e6
-        x, y = (np.ascontiguousarray(at[:, k].reshape(self._shape), np.float32) for k in range(2))
+        across, down = (np.array(self.page.shape[::-1]) - 1) / 2
+        to_page = np.array([[scale, 0, across], [0, scale, down], [0, 0, 1.0]]) @ np.linalg.inv(plane)
+        at = cv2.perspectiveTransform(self._rays, to_page).reshape(*self._shape, 2)
+        x, y = np.ascontiguousarray(at[..., 0]), np.ascontiguousarray(at[..., 1])
         wall = cv2.remap(self.page, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=(120,))
         size = (self.camera.width, self.camera.height)
         picture = cv2.GaussianBlur(cv2.resize(wall, size, interpolation=cv2.INTER_AREA), (0, 0), 0.6).astype(np.float32)

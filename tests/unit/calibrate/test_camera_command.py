@@ -131,6 +131,7 @@ def test_a_terminal_shows_the_parts_in_place(pictures: list[Picture]) -> None:
     assert "##" in screen.getvalue()
 
 
+@pytest.mark.slow
 def test_a_camera_that_is_not_there_ends_with_what_is_missing(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -100,6 +100,28 @@ def test_pairs_of_a_few_seconds_are_refused() -> None:
         estimate(true, matches, CAMERA)
 
 
+@pytest.mark.parametrize("late", [1.2, -1.2])
+def test_a_latency_that_is_off_by_more_than_a_second_is_found(late: float) -> None:
+    true = lanes(60, seed=1)
+    found = estimate(true, seen(all_pairs(true), true, Errors(late=late)), CAMERA)
+    assert found.values[0] == pytest.approx(late, abs=0.010)
+
+
+def test_pictures_of_another_time_are_refused() -> None:
+    true = lanes(60, seed=1)
+    matches = [m for m in seen(all_pairs(true), true, Errors(late=2.5)) if len(m.first) >= 10]
+    with pytest.raises(NoEstimateError, match=r"do not fit the poses of this flight: set camera\.latency_s"):
+        estimate(true, matches, CAMERA)
+
+
+def test_a_mirrored_camera_is_refused() -> None:
+    true = lanes(60, seed=2)
+    flip = np.array([-1.0, 1.0])
+    mirrored = [replace(m, first=m.first * flip, second=m.second * flip) for m in seen(all_pairs(true), true, Errors())]
+    with pytest.raises(NoEstimateError, match="a mirrored or frozen picture does not fit"):
+        estimate(true, mirrored, CAMERA)
+
+
 def test_pairs_that_show_something_else_do_not_matter() -> None:
     """A fifth of the pairs is a wrong match."""
     true = lanes(60, seed=5)
