@@ -50,7 +50,6 @@ class BoardFinder:
         if not done:
             return None
         normal = np.asarray(cv2.Rodrigues(turn)[0], float)[:, 2]
-        normal = normal if normal[2] > 0 else -normal
         lean = (-math.atan2(normal[0], normal[2]), -math.atan2(normal[1], normal[2]))
         middle = corners.mean(0) / self._size
         return View(corners, ids, (float(middle[0]), float(middle[1])), self._span(corners, ids), lean)

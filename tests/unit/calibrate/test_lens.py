@@ -60,6 +60,11 @@ def test_the_lens_bends_every_part_of_the_picture_as_the_true_one_within_half_a_
     assert np.abs(again - one).max() * TRUE.fx < 0.5
 
 
+def test_k3_is_left_out_where_its_spread_does_not_distinguish_it_from_zero(views: list[View]) -> None:
+    lens = calibrate(views, *SIZE)
+    assert (lens.values[8], lens.spreads[8]) == (0.0, 0.0)
+
+
 def test_a_view_that_does_not_fit_is_left_out(views: list[View]) -> None:
     rng = np.random.default_rng(1)
     moved = replace(views[3], corners=views[3].corners + rng.normal(0, 3.0, views[3].corners.shape))
