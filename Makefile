@@ -1,4 +1,4 @@
-# make setup | run | check | test | docs | deb | bench | faults | ardupilot: each does all the set-up that it needs.
+# make setup | run | check | test | docs | deb | container | bench | faults | ardupilot: each does its whole set-up.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -18,7 +18,7 @@ UNIT_KINDS := $(if $(COVERAGE),coverage slow,unit)
 # Without compiled files every process would compile and rewrite its modules and tests again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup run check test deb bench bench-small faults ardupilot lint fast unit coverage mutants slow integration contract e2e page page-check docs browser clean
+.PHONY: setup run check test deb container bench bench-small faults ardupilot lint fast unit coverage mutants slow integration contract e2e page page-check docs browser clean
 
 setup: $(STAMP) page
 
@@ -111,9 +111,10 @@ ardupilot:
 	@$(MAKE) --no-print-directory setup
 	$(BIN)/python -m faults.ardupilot --program "$(ARDUPILOT)" $(ARDUPILOT_OPTIONS) --write docs/ardupilot.md $(ARGS)
 
-# The Debian packages (dist/), tried in clean Debian roots: as root on Debian 12, with a network, some twenty minutes.
+# The Debian packages (dist/), tried in clean Debian roots: as root on Debian 12, with a network, some twenty minutes. The
+# tests build the container's image too, of the same wheels: six more.
 # ARGS="-k life" tries less; DEB_TOOLS= leaves the tools as they are.
-DEB_TOOLS ?= debhelper dpkg-dev iproute2 lintian mmdebstrap python3-installer qemu-user-static
+DEB_TOOLS ?= buildah debhelper dpkg-dev iproute2 lintian mmdebstrap python3-installer qemu-user-static
 BUILD_DEB := $(BIN)/python packaging/deb/build_deb.py
 deb: setup
 	test -z "$(DEB_TOOLS)" || packaging/apt-install $(DEB_TOOLS)
@@ -123,6 +124,12 @@ deb: setup
 	$(BUILD_DEB) --arch amd64
 	$(BUILD_DEB) --arch arm64
 	$(PYTEST) tests/package $(ARGS)
+
+# The image by podman, docker or buildah (docs/container.md). ARGS="--target blueos --arch arm64" (docs/blueos.md).
+container: setup
+	$(BIN)/python -m pip install --quiet 'uv>=0.9'
+	$(BIN)/python packaging/docs_site.py
+	$(BIN)/python packaging/container/build_container.py $(ARGS)
 
 bench: setup browser
 	$(BIN)/python -m benchmarks $(ARGS)

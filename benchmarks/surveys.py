@@ -30,6 +30,8 @@ LEAST_F1: Final = 0.85
 LEAST_RECALL_WHOLE: Final = 0.8
 COUNT_ERROR_SHARE: Final = 0.10
 COUNT_ERROR_STALLS: Final = 3.0
+HELD_SHARE: Final = 0.9
+"""Share of the surveys whose interval must hold the true number of free stalls."""
 ASPECT: Final = 720 / 1280
 
 
@@ -159,6 +161,10 @@ def figures(surveys: Sequence[Survey]) -> list[Figure]:
         Figure(
             "free_counts_right", "counts within max(10 %, 3 stalls)", float(sum(s.count_is_right for s in surveys)),
             limit=Limit(lowest=count),
+        ),
+        Figure(
+            "free_in_range", "counts whose interval holds the true number, share",
+            _mean(_values(surveys, "free_in_range")), limit=Limit(lowest=HELD_SHARE),
         ),
         Figure("excursions", "excursions, all seeds", sum(excursions) if excursions else None, limit=Limit(0, 0)),
         Figure("way_m", "way flown, mean", _mean([way for way, _ in ways]), "m"),

@@ -19,6 +19,8 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic.fields import FieldInfo
 
+from hawk.camera_address import RPICAM, V4L2, check_camera_address
+
 ENVIRONMENT_PREFIX = "HAWK_"
 """``HAWK_WEB__PORT=3001`` sets ``port`` of section ``web``."""
 
@@ -42,7 +44,7 @@ class Section(BaseModel):
 _OUT_OF_BOUNDS = frozenset({"greater_than_equal", "less_than_equal"})
 AUTOPILOT_KINDS = ("udpin://", "udpout://", "tcpin://", "tcpout://", "serial://", "serial_flowcontrol://")
 """Links that MAVSDK opens."""
-CAMERA_KINDS = ("http://", "https://", "v4l2://", "rtsp://", "rtsps://", "file://", "gst:")
+CAMERA_KINDS = ("http://", "https://", RPICAM, V4L2, "rtsp://", "rtsps://", "file://", "gst:")
 """Sources of pictures."""
 
 
@@ -111,12 +113,13 @@ class AutopilotSettings(Section):
 class CameraSettings(Section):
     """Source of the pictures, and the camera's optics and mount."""
 
-    url: Annotated[str, _address(*CAMERA_KINDS)] = "http://127.0.0.1:8090/stream"
+    url: Annotated[str, _address(*CAMERA_KINDS), AfterValidator(check_camera_address)] = "http://127.0.0.1:8090/stream"
     horizontal_fov_deg: float = Field(default=70.0, ge=5, le=170)
     calibration: Path | None = None
     mount_roll_deg: Degrees = 0.0
     mount_pitch_deg: Degrees = 0.0
     mount_yaw_deg: Degrees = 0.0
+    gimbal: bool = False
     latency_s: float = Field(default=0.08, ge=0, le=5)
     exposure_s: float = Field(default=0.01, ge=0.00001, le=1)
     reconnect_s: Retry = 1.0

@@ -20,7 +20,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hawk.algo.loop import AlgorithmLoop, Situation
+from hawk.algo.loop import AlgorithmLoop, Situation, fixed_mount
 from hawk.algo.topic_interface import AlgorithmTopics
 from hawk.comm.autopilot import MavsdkAutopilot, expected_autopilot
 from hawk.comm.calibration import load_calibration
@@ -165,7 +165,13 @@ class Daemon:
 
     def _make_vehicle(self) -> None:
         self.vehicle = VehicleTopics.create(self.clock)
-        self.autopilot = MavsdkAutopilot(self._config.autopilot, self.clock, self.vehicle, supervisor=self._supervisor)
+        self.autopilot = MavsdkAutopilot(
+            self._config.autopilot,
+            self.clock,
+            self.vehicle,
+            supervisor=self._supervisor,
+            has_gimbal=self._config.camera.gimbal,
+        )
         self.autopilot.calls.on_overdue = self._call_hangs
         stamped = self.autopilot.telemetry.from_boot if self._options.is_simulation else None
         self.camera = DroneCamera(self._config.camera, self.clock, stamped, supervisor=self._supervisor)
@@ -375,6 +381,7 @@ class Daemon:
             self.results,
             self._recording.record_frame,
             self._supervisor,
+            self.autopilot.telemetry.gimbal.aim if self._config.camera.gimbal else fixed_mount,
         )
         if self._kept.map_parts:
             for problem in await algorithms.restore_map([self._kept.map_parts]):

@@ -420,11 +420,12 @@ class EncodedTile:
 
 @dataclass(frozen=True, slots=True)
 class Counts:
-    """Stalls by state."""
+    """Stalls by state. ``free_variance`` is the variance of the number of free ones (`hawk.stall_count`)."""
 
     free: int = 0
     taken: int = 0
     unknown: int = 0
+    free_variance: float = 0.0
 
     @property
     def total(self) -> int:
@@ -474,6 +475,13 @@ class ExploreStatus:
     lot_known: bool = True
     asked_m2: float | None = None
     unseen_m2: float | None = None
+
+    @property
+    def seen_share(self) -> float:
+        """Share (0..1) of what is to be surveyed that was looked at: of the outline's whole area once it is done."""
+        if not self.asked_m2 or self.unseen_m2 is None:
+            return self.seen
+        return max(1 - self.unseen_m2 / self.asked_m2, 0.0)
 
 
 @dataclass(frozen=True, slots=True)

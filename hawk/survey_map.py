@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.model import CELL_M, TILE_CELLS, TILE_M, Cell, Counts, GlobalPose, OccupancyMap, Stall, StallState, TileKey
+from hawk.stall_count import variance_of
 
 _CELL_COLOURS = {Cell.UNKNOWN: (235, 231, 227), Cell.NON_LOT: (205, 205, 205), Cell.LOT: (150, 150, 150)}
 _FREE = (255, 143, 47)
@@ -59,7 +60,12 @@ class SurveyMap:
     def counts(self) -> Counts:
         """Stalls by state."""
         states = [stall.state for stall in self.stalls.values()]
-        return Counts(states.count(StallState.FREE), states.count(StallState.TAKEN), states.count(StallState.UNKNOWN))
+        return Counts(
+            states.count(StallState.FREE),
+            states.count(StallState.TAKEN),
+            states.count(StallState.UNKNOWN),
+            variance_of(self.stalls.values()),
+        )
 
     def cells(self) -> Raster:
         """Return all tiles as one picture of `Cell` values; a single unknown cell when nothing was seen."""

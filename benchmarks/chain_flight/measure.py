@@ -22,6 +22,7 @@ from benchmarks.perception.measures import Judged, calibration_error
 from hawk.algo.vision import decode, quads
 from hawk.algo.vision.seen import GroundImage
 from hawk.model import TILE_CELLS, GlobalPose, StallState
+from hawk.stall_count import free_interval
 from hawk.survey import scoring
 from hawk.survey.report import compare, map_offset
 from hawk.survey.scoring import Finding, Tally, match, tally
@@ -33,6 +34,7 @@ ORIGIN = GlobalPose(43.2609, -79.9192, 0.0)
 MINIMUM_SCORE = 0.5
 WHOLE = 0.98
 FREE_SHARE, FREE_STALLS = 0.05, 2
+HELD_SHARE = 0.9
 
 Floats = NDArray[np.float64]
 
@@ -123,6 +125,13 @@ class Result:
         """True when the count of free stalls is right to 5 % or 2 stalls."""
         off, true = self.fused.tally.free_count_error, self.fused.tally.free_true
         return off <= FREE_STALLS or off <= FREE_SHARE * true
+
+    @property
+    def free_in_range(self) -> bool:
+        """True when the count's interval holds the true number of free stalls; False without an interval."""
+        output = self.flown.output
+        bounds = free_interval(output.occupancy_map.counts, output.path_plan.explore.seen_share)
+        return bounds is not None and bounds[0] <= self.fused.tally.free_true <= bounds[1]
 
 
 def judge(name: str, world: World, truth: GroundTruth, flown: Flown, single: SingleFrames, model_way: float) -> Result:
@@ -217,6 +226,10 @@ def _of_stalls(results: Sequence[Result]) -> list[Figure]:
         Figure(
             "chain_free_counts_right", f"free stalls within {FREE_SHARE:.0%} or {FREE_STALLS} stalls",
             float(sum(r.free_is_right for r in results)), limit=Limit(lowest=len(results)),
+        ),
+        Figure(
+            "chain_free_in_range", "flights whose interval holds the free count, share",
+            fmean(r.free_in_range for r in results), limit=Limit(lowest=HELD_SHARE),
         ),
         Figure(
             "chain_position_error_p95_m", "position error of centres, p95", fused.position_error, "m",

@@ -53,6 +53,15 @@ class Situation:
     ground: float = 0.0
 
 
+Aim = Callable[[CameraModel, float, VehiclePose | None], tuple[CameraModel, str]]
+"""Returns the camera as it was mounted at a time, and why nothing can be mapped by it, else ""."""
+
+
+def fixed_mount(camera: CameraModel, _time: float, _pose: VehiclePose | None) -> tuple[CameraModel, str]:
+    """Return the camera as it is: its mount does not move."""
+    return camera, ""
+
+
 class AlgorithmLoop:
     """Owns the worker thread and the task that feeds it.
 
@@ -68,6 +77,7 @@ class AlgorithmLoop:
         topics: AlgorithmTopics,
         record: Callable[[FrameInput], None] = lambda _: None,
         supervisor: Supervisor | None = None,
+        aim: Aim = fixed_mount,
     ) -> None:
         """Take the parts; nothing runs before `start`.
 
@@ -79,6 +89,7 @@ class AlgorithmLoop:
             topics: Where results are published.
             record: Called on the loop with each frame that was processed.
             supervisor: Keeps the task running.
+            aim: Turns the camera by its gimbal, see `hawk.comm.gimbal.GimbalWatch.aim`.
         """
         self._manager = manager
         self._next_frame = next_frame
@@ -87,6 +98,7 @@ class AlgorithmLoop:
         self._topics = topics
         self._record = record
         self._supervisor = supervisor or Supervisor()
+        self._aim = aim
         self._executor = ThreadPoolExecutor(
             1, thread_name_prefix="hawk-vision", initializer=set_niceness, initargs=(WORKER_NICENESS,)
         )
@@ -151,11 +163,12 @@ class AlgorithmLoop:
         self._sequence += 1
         pose = self._pose_at(captured.captured)
         situation = self._situation()
+        camera, aim_problem = self._aim(situation.camera, captured.captured, pose)
         return FrameInput(
             sequence=self._sequence,
             captured=captured.captured,
             jpeg=captured.jpeg,
-            camera=situation.camera,
+            camera=camera,
             pose=None if pose is None else pose.map,
             speed=0.0 if pose is None else (pose.velocity[0] ** 2 + pose.velocity[1] ** 2) ** 0.5,
             state=situation.state,
@@ -165,6 +178,6 @@ class AlgorithmLoop:
             home=situation.home,
             asked=situation.asked,
             asked_ground=situation.asked_ground,
-            map_problem=situation.map_problem,
+            map_problem=situation.map_problem or aim_problem,
             ground=situation.ground,
         )

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from hawk.calibrate.flight import Flown
 from hawk.calibrate.in_flight import LATENCY, PITCH, ROLL, YAW, Estimate
 from hawk.config import CameraSettings, bounds
 
@@ -58,18 +59,23 @@ class Advice:
         return f"{self.key} = {self.value}"
 
 
-def advise(estimate: Estimate, flown_latency_s: float, present: CameraSettings) -> list[Advice]:
-    """Return each setting's advice. ``flown_latency_s`` is the latency by which the flight's pictures were timed."""
-    return [_advice(key, estimate, flown_latency_s, float(getattr(present, key))) for key in _PLACES]
+def advise(estimate: Estimate, flown: Flown, present: CameraSettings) -> list[Advice]:
+    """Return each setting's advice."""
+    return [_advice(key, estimate, flown, float(getattr(present, key))) for key in _PLACES]
 
 
-def _advice(key: str, estimate: Estimate, flown_latency_s: float, present: float) -> Advice:
+def _advice(key: str, estimate: Estimate, flown: Flown, present: float) -> Advice:
     value, spread = estimate.values[_PLACES[key]], estimate.spreads[_PLACES[key]]
     if key == "latency_s":  # taken later than stamped: the latency is shorter than it was set
-        value = flown_latency_s - value
+        value = flown.latency_s - value
     else:
         value, spread = math.degrees(value), math.degrees(spread)
     value = round(value, _DIGITS.get(key, 2))
+    if key == "latency_s" and flown.has_kernel_stamps:
+        problem = f"not used: the kernel stamps the pictures, {-estimate.values[LATENCY]:+.3f} s off by this flight"
+        return Advice(key, value, spread, present, problem)
+    if key != "latency_s" and flown.has_gimbal:
+        return Advice(key, value, spread, present, "the camera hangs on a gimbal, whose attitude is its mount")
     leans = key in ("mount_roll_deg", "mount_pitch_deg")
     if leans and estimate.one_heading > MOST_ONE_HEADING:
         return Advice(key, value, spread, present, f"the nose pointed to one side: the flight needs {_NEEDED[key]}")

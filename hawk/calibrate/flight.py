@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
+from scipy.spatial.transform import Rotation
 
+from hawk.algo.vision.rectify import rotation
+from hawk.camera_address import RPICAM, V4L2
 from hawk.model import GROUND_STATES, CameraModel, MapPose, StateName
 from hawk.store.frame_codec import FrameFormatError, picture_of, values_of
 from hawk.store.recording import FRAME_INPUT
@@ -131,18 +134,33 @@ class Look:
 
 
 @dataclass(frozen=True, slots=True)
+class Flown:
+    """Settings of the camera that a flight was flown with."""
+
+    latency_s: float
+    has_gimbal: bool = False
+    has_kernel_stamps: bool = False
+    """The kernel stamps the pictures: ``latency_s`` is not used."""
+
+
+@dataclass(frozen=True, slots=True)
 class Flight:
-    """A recorded flight. ``latency_s`` is the setting that it was flown with, ``camera`` has the mount's."""
+    """A recorded flight. ``camera`` has the mount's settings.
+
+    Where the camera hangs on a gimbal, the poses have the attitude of the gimbal in place of the drone's, and the mount
+    is level.
+    """
 
     path: Path
     camera: CameraModel
-    latency_s: float
+    flown: Flown
     track: Track
     looks: tuple[Look, ...] = field(repr=False)
 
 
 def read_flight(path: Path) -> Flight:
     """Read a recording. Raises FlightError, `hawk.store.replay.RecordingError`."""
+    flown = _flown(path)
     looks: list[Look] = []
     cameras: list[CameraModel] = []
     timed: list[tuple[float, MapPose]] = []
@@ -154,8 +172,9 @@ def read_flight(path: Path) -> Flight:
                 frame = frames.validate_python(values_of(recorded.data))
                 count += 1
                 if _is_of_use(frame) and frame.pose is not None:
-                    looks.append(Look(count - 1, frame.captured, frame.pose, frame.speed, frame.ground))
-                    cameras.append(frame.camera)
+                    pose, camera = _aimed(frame.pose, frame.camera) if flown.has_gimbal else (frame.pose, frame.camera)
+                    looks.append(Look(count - 1, frame.captured, pose, frame.speed, frame.ground))
+                    cameras.append(camera)
             elif recorded.topic == TICK:
                 timed += _poses(positions, recorded.payload())
         except (FrameFormatError, ValidationError) as error:
@@ -165,10 +184,19 @@ def read_flight(path: Path) -> Flight:
             f"{path}: has no pictures from {_LEAST_HEIGHT_M:g} m above the ground with a pose: name the recording of a "
             "flight that mapped"
         )
-    camera = cameras[-1]
-    kept = tuple(look for look, its in zip(looks, cameras, strict=True) if its == camera)
+    kept = tuple(look for look, its in zip(looks, cameras, strict=True) if its == cameras[-1])
     exact = Track.of([(look.captured, look.pose) for look in kept])
-    return Flight(path, camera, _latency(path), aligned(Track.of(timed), exact), kept)
+    track = exact if flown.has_gimbal else aligned(Track.of(timed), exact)
+    return Flight(path, cameras[-1], flown, track, kept)
+
+
+def _aimed(pose: MapPose, camera: CameraModel) -> tuple[MapPose, CameraModel]:
+    """Return the pose with the attitude by which the camera looks straight down, and the camera with a level mount."""
+    body = rotation(pose.roll, pose.pitch, pose.yaw)
+    turn = body @ rotation(camera.mount_roll, camera.mount_pitch, camera.mount_yaw)
+    yaw, pitch, roll = (float(angle) for angle in Rotation.from_matrix(turn).as_euler("ZYX"))
+    level = replace(camera, mount_roll=0.0, mount_pitch=0.0, mount_yaw=0.0)
+    return MapPose(pose.north, pose.east, pose.height, roll, pitch, yaw), level
 
 
 def pictures(path: Path, wanted: frozenset[int]) -> Iterator[tuple[int, bytes]]:
@@ -211,16 +239,19 @@ def _poses(positions: TypeAdapter[_Position], payload: dict[str, Any]) -> list[t
     return [(pose.time, pose.map)]
 
 
-def _latency(path: Path) -> float:
+def _flown(path: Path) -> Flown:
     text = read_metadata(path).get("configuration", "")
     try:
-        return _Settings.model_validate_json(text).camera.latency_s
+        camera = _Settings.model_validate_json(text).camera
     except ValidationError as error:
         raise FlightError(f"{path}: its metadata do not hold the setting camera.latency_s of the flight") from error
+    return Flown(camera.latency_s, camera.gimbal, camera.url.startswith((RPICAM, V4L2)))
 
 
 class _CameraPart(_Value):
+    url: str
     latency_s: float
+    gimbal: bool = False
 
 
 class _Settings(_Value):

@@ -59,7 +59,7 @@ def run_in_flight(config: Config, recording: Path | None, apply_to: Path | None,
     except (FlightError, RecordingError, NoEstimateError) as error:
         print(f"hawk-drone calibrate: {error}", file=sys.stderr)
         return _FAILED
-    advice = advise(found, flight.latency_s, config.camera)
+    advice = advise(found, flight.flown, config.camera)
     if as_json:
         print(json.dumps({"recording": str(path), "pairs": found.pairs, "settings": [_plain(each) for each in advice]}))
     else:

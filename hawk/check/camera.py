@@ -6,10 +6,9 @@ import asyncio
 import contextlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Final
-from urllib.parse import unquote, urlsplit
 
+from hawk.camera_address import RPICAM, V4L2, v4l2_camera
 from hawk.check.result import CheckResult, failed, on_thread, passed, warning
 from hawk.comm.camera_sources.source import CameraSource
 from hawk.comm.clock import Clock
@@ -19,7 +18,7 @@ from hawk.config import CameraSettings, ConfigError
 from hawk.supervision import Supervisor
 
 FIRST_PICTURE_S: Final = 7.0
-"""Real seconds for the first picture: OpenCV gives an RTSP camera 5 s to answer."""
+"""Real seconds for the first picture: counting and the source's end must fit into `hawk.check.run.REST_S`, too."""
 COUNTED_S: Final = 3.0
 """Real seconds in which pictures are counted."""
 LEAST_HZ: Final = 3.0
@@ -118,16 +117,18 @@ def without_camera(words: str) -> str:
 
 def remedy(settings: CameraSettings) -> str:
     """Return what to do about a camera without pictures, by the kind of its address."""
-    parts = urlsplit(settings.url) if not settings.url.startswith("gst:") else None
-    if parts is None:
+    url = settings.url
+    if url.startswith("gst:"):
         return "Try the pipeline by hand with gst-launch-1.0 and autovideosink in place of hawk."
-    if parts.scheme == "v4l2":
-        path = Path(unquote(parts.path))
+    if url.startswith(RPICAM):
+        return "See whether rpicam-hello --list-cameras names it; if not: the flat cable, its direction, config.txt."
+    if url.startswith(V4L2):
+        path = v4l2_camera(url).device
         if not path.exists():
             return "Plug the camera in; v4l2-ctl --list-devices names the devices."
         return f"Join the group video (sudo usermod -aG video hawk), and see who else uses it: fuser {path}."
-    if parts.scheme == "file":
+    if url.startswith("file:"):
         return "Name a film that exists and can be read."
-    if parts.scheme in ("http", "https"):
+    if url.startswith(("http:", "https:")):
         return "Start the camera's server (ustreamer), and open camera.url in a browser or with curl."
     return "Switch the camera on, check its address, user and password with another player (ffplay)."

@@ -77,6 +77,8 @@ class MavsdkAutopilot:
         parameter_answer_s: float = 0.5,
         supervisor: Supervisor | None = None,
         calls: Calls | None = None,
+        *,
+        has_gimbal: bool = False,
     ) -> None:
         """Make it; `start` begins.
 
@@ -89,11 +91,12 @@ class MavsdkAutopilot:
             parameter_answer_s: Real seconds until a request for a parameter is repeated (four times).
             supervisor: Keeps the tasks running.
             calls: Runs the calls into MAVSDK.
+            has_gimbal: Ask for the attitude of the camera's gimbal.
         """
         self.topics = topics
         self._settings = settings
         self._clock = clock
-        self._rates = RateKeeper(wanted_streams(settings.position_rate_hz))
+        self._rates = RateKeeper(wanted_streams(settings.position_rate_hz, has_gimbal=has_gimbal))
         self._inbox: Inbox[Message] | None = None
         self._link = make_link(settings.url, settings.system_id, clock, self._receive, expected_autopilot(settings))
         self.telemetry = Telemetry(clock, topics, self._rates, self._link.sensor_health, wall, self._on_reboot)

@@ -1,15 +1,19 @@
-"""Calls into MAVSDK, each on a thread of its own and with a deadline: one that hangs delays no other, nor the exit."""
+"""Calls into MAVSDK, each on a thread that does nothing else meanwhile, with a deadline.
+
+One that hangs delays no other, nor the exit.
+"""
 
 from __future__ import annotations
 
 import asyncio
+import functools
 import logging
-import threading
 import time
 from collections import deque
 from collections.abc import Callable
 from typing import Any, Final, TypeVar
 
+from hawk.comm.threads import Workers
 from hawk.comm.vehicle import AutopilotError
 from hawk.model import Health
 
@@ -30,8 +34,8 @@ class Calls:
     def __init__(
         self, prefix: str, deadline_s: float = DEADLINE_S, monotonic: Callable[[], float] = time.monotonic
     ) -> None:
-        """``prefix`` begins the threads' names."""
-        self._prefix = prefix
+        """``prefix`` is the threads' name."""
+        self._workers = Workers(prefix)
         self.deadline_s = deadline_s
         """For calls without a deadline of their own, real seconds."""
         self._monotonic = monotonic
@@ -66,7 +70,7 @@ class Calls:
         deadline_s: float | None = None,
         urgent: bool = False,
     ) -> T:
-        """Call on a new thread and return the result.
+        """Call on another thread and return the result.
 
         Args:
             name: For messages.
@@ -99,9 +103,7 @@ class Calls:
             else:
                 outcome.set_result(result)  # type: ignore[arg-type]
 
-        threading.Thread(
-            target=_work, args=(loop, end, function, arguments), name=f"{self._prefix}: {name}", daemon=True
-        ).start()
+        self._workers.begin(functools.partial(_work, loop, end, function, arguments))
         return await outcome
 
     async def finish(self, wait_s: float) -> bool:

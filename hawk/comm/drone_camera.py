@@ -12,15 +12,20 @@ import logging
 from collections.abc import Callable
 from contextlib import aclosing
 from dataclasses import dataclass, field
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hawk.camera_address import RPICAM, V4L2, rpicam_camera, v4l2_camera
 from hawk.comm.calibration import Calibration, load_calibration
 from hawk.comm.camera_sources.gstreamer import GStreamerSource
 from hawk.comm.camera_sources.mjpeg import HttpMjpegSource
 from hawk.comm.camera_sources.opencv import OpenCvSource
+from hawk.comm.camera_sources.rpicam import RpicamSource
+from hawk.comm.camera_sources.rtsp import RtspSource
 from hawk.comm.camera_sources.source import CameraError, CameraSource, SourceFrame
+from hawk.comm.camera_sources.v4l2 import V4l2Source
 from hawk.comm.clock import Clock, OffsetEstimator
 from hawk.comm.image import NoImage, decode, jpeg_size
 from hawk.config import CAMERA_KINDS, CameraSettings, ConfigError
@@ -29,6 +34,9 @@ from hawk.supervision import Supervisor
 
 _LOG = logging.getLogger(__name__)
 
+LONGEST_PAUSE_S: Final = 4.0
+"""Real seconds between two attempts at most, unless `[camera] reconnect_s` is longer: a camera that is plugged in again
+is seen soon."""
 STALE_S = 1.0
 """Seconds without a picture after which the camera is unhealthy and `get_image` has none."""
 
@@ -52,7 +60,13 @@ def make_source(settings: CameraSettings, clock: Clock) -> CameraSource:
         return HttpMjpegSource(url, clock)
     if url.startswith("gst:"):
         return GStreamerSource(url.removeprefix("gst:"), clock)
-    if url.startswith(("v4l2://", "rtsp://", "rtsps://", "file://")):
+    if url.startswith(("rtsp://", "rtsps://")):
+        return RtspSource(url, clock)
+    if url.startswith(RPICAM):
+        return RpicamSource(rpicam_camera(url), clock)
+    if url.startswith(V4L2):
+        return V4l2Source(v4l2_camera(url), clock)
+    if url.startswith("file://"):
         return OpenCvSource(url, clock)
     raise ConfigError(f"camera.url: {url!r} is no source of pictures: it must start with {', '.join(CAMERA_KINDS)}")
 
@@ -88,6 +102,7 @@ class DroneCamera:
         self._given = 0
         self._sequence = 0
         self._problem = "No picture yet"
+        self._reported = ""
         self._damaged = 0
         self._source: CameraSource | None = None
         self._arrived = asyncio.Event()
@@ -151,7 +166,12 @@ class DroneCamera:
             await self._source.close()
 
     async def _receive(self) -> None:
+        """Open the source for ever: after `reconnect_s`, after twice as long for each attempt without a picture."""
+        shortest = self._settings.reconnect_s
+        longest = max(shortest, LONGEST_PAUSE_S)
+        pause = shortest
         while True:
+            before = self._sequence
             try:
                 self._source = self._source or self._make(self._settings, self._clock)
                 async with aclosing(self._source.frames()) as frames:
@@ -162,7 +182,9 @@ class DroneCamera:
             except Exception as error:  # a broken source must not end the camera
                 _LOG.exception("The camera's source failed")
                 self._report(f"{type(error).__name__}: {error}")
-            await asyncio.sleep(self._settings.reconnect_s)
+            pause = shortest if self._sequence > before else pause
+            await asyncio.sleep(pause)
+            pause = min(2 * pause, longest)
 
     def _take(self, frame: SourceFrame) -> None:
         try:
@@ -171,12 +193,16 @@ class DroneCamera:
             self._damaged += 1
             return
         self._sequence += 1
-        self._problem = ""
+        if self._reported:
+            _LOG.info("Camera: pictures come again")
+        self._problem = self._reported = ""
         self.latest = CameraFrame(frame.jpeg, self._captured(frame), self._sequence, frame.arrival, width, height)
         self._arrived.set()
 
     def _captured(self, frame: SourceFrame) -> float:
         """Return the capture time on our clock; never after the picture's arrival."""
+        if frame.captured is not None:
+            return min(frame.captured, frame.arrival)
         if frame.stamp is None:
             return frame.arrival - self._settings.latency_s
         known = self._stamp_clock(frame.stamp) if self._stamp_clock is not None else None
@@ -184,6 +210,6 @@ class DroneCamera:
         return min(estimated if known is None else known, frame.arrival)
 
     def _report(self, problem: str) -> None:
-        if problem != self._problem:
+        if problem != self._reported:
             _LOG.warning("Camera: %s; trying again", problem)
-        self._problem = problem
+        self._problem = self._reported = problem

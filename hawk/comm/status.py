@@ -305,6 +305,9 @@ class PerceptionStatus(Outgoing):
     free: int = 0
     taken: int = 0
     unknown: int = 0
+    free_range: tuple[int, int] | None = None
+    """Least and greatest number of free stalls of the whole lot, which hold the true one in nine surveys of ten; null
+    while too little of the lot was seen."""
     explored: Known = None
     """Share of the lot, 0 to 1."""
     explore_done: bool = False

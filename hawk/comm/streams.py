@@ -25,8 +25,9 @@ class Stream:
         return 1e6 / self.hertz
 
 
-def wanted_streams(position_rate_hz: float) -> Mapping[str, Stream]:
+def wanted_streams(position_rate_hz: float, *, has_gimbal: bool = False) -> Mapping[str, Stream]:
     """Return the messages that the daemon needs, by name (ids of MAVLink common.xml)."""
+    gimbal = {"GIMBAL_DEVICE_ATTITUDE_STATUS": Stream(285, 10.0)} if has_gimbal else {}
     return {
         "LOCAL_POSITION_NED": Stream(32, position_rate_hz),
         "ATTITUDE": Stream(30, position_rate_hz),
@@ -39,6 +40,7 @@ def wanted_streams(position_rate_hz: float) -> Mapping[str, Stream]:
         "HOME_POSITION": Stream(242, 1.0),
         "RC_CHANNELS": Stream(65, 5.0),
         "DISTANCE_SENSOR": Stream(132, 10.0, ask_again_s=10.0),  # silent for ever where there is no rangefinder
+        **gimbal,
     }
 
 

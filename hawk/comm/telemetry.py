@@ -16,6 +16,7 @@ from hawk.comm.boot_clock import BootClock
 from hawk.comm.clock import Clock
 from hawk.comm.estimator import EstimatorReport, LeapWatch
 from hawk.comm.frames import JUMP_M, Attitude, EkfPosition, FrameJump, MapTie, PoseBuffer
+from hawk.comm.gimbal import GimbalWatch
 from hawk.comm.mavlink_link import Message, SensorHealth
 from hawk.comm.rangefinder import looks_down, read_distance
 from hawk.comm.remote_control import RemoteControlReports
@@ -42,7 +43,16 @@ _GEOFENCE: Final = 1 << 20  # MAV_SYS_STATUS_GEOFENCE
 _FRESH_S: Final = 1.0
 _GPS_FRESH_S: Final = 3.0
 _NOT_SHIFTED: Final = (0.0, 0.0)
-_STAMPED: Final = frozenset({"LOCAL_POSITION_NED", "ATTITUDE", "GLOBAL_POSITION_INT", "SYSTEM_TIME", "DISTANCE_SENSOR"})
+_STAMPED: Final = frozenset(
+    {
+        "LOCAL_POSITION_NED",
+        "ATTITUDE",
+        "GLOBAL_POSITION_INT",
+        "SYSTEM_TIME",
+        "DISTANCE_SENSOR",
+        "GIMBAL_DEVICE_ATTITUDE_STATUS",
+    }
+)
 """Messages that carry time_boot_ms."""
 
 MAP_SHIFT_M: Final = 2.0
@@ -78,6 +88,8 @@ class Telemetry:
         self._leaps = LeapWatch()
         self._terrain = TerrainWatch()
         self._shift = _NOT_SHIFTED  # leaps of the estimate since the arm place: north, east (m)
+        self.gimbal = GimbalWatch()
+        """The camera's gimbal, where the autopilot reports one."""
         self.texts = StatusTexts()
         self.state = VehicleState()
         """The autopilot's state as last heard."""
@@ -100,6 +112,7 @@ class Telemetry:
             "DISTANCE_SENSOR": self._on_distance,
             "STATUSTEXT": self._on_text,
             "RC_CHANNELS": self._remote_control.take_channels,
+            "GIMBAL_DEVICE_ATTITUDE_STATUS": self.gimbal.take,
             "OPEN_DRONE_ID_ARM_STATUS": self._remote_id.take_arm_status,
             "SYSTEM_TIME": lambda _fields, _time: None,
         }
@@ -296,6 +309,7 @@ class Telemetry:
             _LOG.warning("The autopilot's clock was mapped wrongly; poses begin anew")
             self._global = None
             self._buffer.clear()
+            self.gimbal.forget()
         elif reading.event:
             if reading.event == "booted":
                 self._rebooted()
@@ -311,6 +325,7 @@ class Telemetry:
         self._buffer.clear()
         self._estimator, self._leaps, self._shift = EstimatorReport(), LeapWatch(), _NOT_SHIFTED
         self._terrain.reset()
+        self.gimbal.forget()
         self.tie.rebooted()
         self._publish_state(replace(self.state, landed=LandedState.UNDEFINED, landed_time=self._clock()))
         self._rates.forget()

@@ -1,4 +1,6 @@
-"""Values handed between threads: to the loop (`Inbox`), from it (`LatestSender`); and a loop on a thread of its own."""
+"""Threads: values for the loop (`Inbox`) and from it (`LatestSender`), work that may hang (`Workers`), and a loop on a
+thread of its own.
+"""
 
 from __future__ import annotations
 
@@ -9,11 +11,15 @@ import time
 from collections import deque
 from collections.abc import Callable, Coroutine
 from concurrent.futures import Future
+from queue import Empty, SimpleQueue
 from typing import Any, Final, Generic, TypeVar
 
 _LOG = logging.getLogger(__name__)
 T = TypeVar("T")
 
+_Desk = SimpleQueue[Callable[[], None]]
+
+IDLE_S: Final = 30.0
 STOP_S: Final = 5.0
 """Real seconds that a loop on a thread may take to end."""
 
@@ -119,6 +125,45 @@ class LatestSender(Generic[T]):
             except Exception as error:  # the next one may get through
                 _LOG.warning("A target was not sent: %s", error)
             self._sending_since = None
+
+
+class Workers:
+    """Threads for work that may hang. Each does one piece at a time; none waits for another.
+
+    An idle thread is used again: ``Thread.start`` holds its caller until the new thread gets its turn, which took more
+    than a second on a computer that was too busy.
+    """
+
+    def __init__(self, name: str, idle_s: float = IDLE_S) -> None:
+        """``name`` is that of the threads; one that had nothing to do for ``idle_s`` real seconds ends."""
+        self._name = name
+        self._idle_s = idle_s
+        self._lock = threading.Lock()
+        self._idle: list[_Desk] = []
+
+    def begin(self, work: Callable[[], None]) -> None:
+        """Begin some work, which raises nothing."""
+        with self._lock:
+            desk = self._idle.pop() if self._idle else None
+        if desk is None:
+            desk = SimpleQueue()
+            threading.Thread(target=self._run, args=(desk,), name=self._name, daemon=True).start()
+        desk.put(work)
+
+    def _run(self, desk: _Desk) -> None:
+        while True:
+            try:
+                work = desk.get(timeout=self._idle_s)
+            except Empty:
+                with self._lock:
+                    if desk in self._idle:
+                        self._idle.remove(desk)
+                        return
+                continue  # work is on its path to this desk
+            work()
+            del work  # an idle thread keeps nothing alive
+            with self._lock:
+                self._idle.append(desk)
 
 
 class LoopThread:

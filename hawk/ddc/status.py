@@ -30,6 +30,7 @@ from hawk.ddc.geofence import Ring
 from hawk.ddc.judge import Case, options
 from hawk.ddc.requests import Outcomes
 from hawk.model import Health, HealthStatus, MapPoint
+from hawk.stall_count import free_interval
 
 HEARTBEAT_S = 0.2
 """Interval of the statuses: 5 Hz."""
@@ -204,6 +205,7 @@ def perception_status(facts: Facts) -> PerceptionStatus:
         free=sight.counts.free,
         taken=sight.counts.taken,
         unknown=sight.counts.unknown,
+        free_range=None if plan is None else free_interval(sight.counts, plan.explore.seen_share),
         explored=None if plan is None else plan.explore.seen,
         explore_done=plan is not None and plan.explore.done,
         outline_unseen=None if plan is None or facts.limits.outline is None else plan.explore.unseen_m2,

@@ -86,7 +86,7 @@ class SurveyOutcome:
     """Outcome of a survey. ``duration_s`` from take-off to motors off, ``distance_m`` as the drone measured it.
 
     ``outline_m2`` is the area of the outline inside the fence, ``outline_outside_m2`` outside it, ``outline_unseen_m2``
-    what no picture could reach, square metres; None without an outline.
+    what no picture could reach, square metres; None without an outline. ``free_range`` holds the number of free stalls.
     """
 
     status: SurveyStatus
@@ -99,6 +99,7 @@ class SurveyOutcome:
     outline_m2: float | None = None
     outline_outside_m2: float | None = None
     outline_unseen_m2: float | None = None
+    free_range: tuple[int, int] | None = None
 
 
 class SurveyOperator:
@@ -294,6 +295,7 @@ class SurveyOperator:
             outline_m2=beat.outline_area,
             outline_outside_m2=beat.outline_outside,
             outline_unseen_m2=beat.outline_unseen,
+            free_range=beat.free_range,
         )
 
 

@@ -30,6 +30,11 @@ def counts(survey: SurveyMap) -> dict[str, int]:
     return {"stalls": found.total, "free": found.free, "taken": found.taken, "unknown": found.unknown}
 
 
+def in_range(true_free: float, bounds: tuple[int, int] | None) -> bool | None:
+    """Return whether the interval holds the true number of free stalls; None without one."""
+    return None if bounds is None else bounds[0] <= true_free <= bounds[1]
+
+
 def lot_area(survey: SurveyMap) -> float:
     """Return the area of the lot that was found, square metres."""
     cells = survey.cells()

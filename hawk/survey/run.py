@@ -242,6 +242,7 @@ def _report(
         "outline_outside_m2": outcome.outline_outside_m2,
         "outline_unseen_m2": outcome.outline_unseen_m2,
         **report.counts(survey),
+        "free_range": outcome.free_range,
     }
     if status is not None:
         due, late = status["frames_due"], status["frames_late"]
@@ -250,15 +251,18 @@ def _report(
         values["run_is_valid"] = values["late_frames"] <= LATE_FRAMES_LIMIT
     if truth is not None and truth.origin is not None and (survey.tiles or survey.stalls):
         values |= report.compare(survey, truth)
+        values["free_in_range"] = report.in_range(values["true_free"], outcome.free_range)
     values["lot_area_m2"] = report.lot_area(survey)
     return values
 
 
 def _say(folder: Path, outcome: SurveyOutcome, values: dict[str, Any]) -> None:
     print(f"{outcome.reason}")
+    bounds = values["free_range"]
+    between = "" if bounds is None else f" (between {bounds[0]} and {bounds[1]})"
     print(
-        f"{values['stalls']} stalls: {values['free']} free, {values['taken']} taken, {values['unknown']} unclear. "
-        f"Results in {folder}"
+        f"{values['stalls']} stalls: {values['free']} free{between}, {values['taken']} taken, "
+        f"{values['unknown']} unclear. Results in {folder}"
     )
     if "stall_f1" in values:
         keys = ["stall_f1", "stall_precision", "stall_recall", "recall_whole", "state_accuracy", "lot_iou", "lot_seen"]

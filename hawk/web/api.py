@@ -117,6 +117,7 @@ def _report(services: WebServices) -> dict[str, Any]:
         "free": None if counts is None else counts.free,
         "taken": None if counts is None else counts.taken,
         "unknown": None if counts is None else counts.unknown,
+        "free_range": None if status is None else status.perception.free_range,
         "lot_area_m2": None if current is None else current.lot_area_m2,
         "explored": None if status is None else status.perception.explored,
         "explore_done": None if status is None else status.perception.explore_done,

@@ -86,6 +86,8 @@ def network_of(host: str | None) -> str:
 def is_loopback_peer(host: str | None) -> bool:
     """Return True for a request from this computer."""
     try:
-        return ipaddress.ip_address(network_of(host)).is_loopback
+        address = ipaddress.ip_address((host or "").partition("%")[0])
     except ValueError:
         return False
+    mapped = address.ipv4_mapped if isinstance(address, ipaddress.IPv6Address) else None
+    return (mapped or address).is_loopback

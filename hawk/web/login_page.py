@@ -23,7 +23,8 @@ from hawk.web.guesses import is_loopback_peer
 from hawk.web.login_words import INCOMPLETE, WRONG, login_words
 
 FOLDER: Final = Path(__file__).parent / "login"
-PUBLIC: Final = frozenset({"/login", "/login.css"})
+LOGIN: Final = "/login"
+PUBLIC: Final = frozenset({LOGIN, "/login.css"})
 """Paths that are answered without a token."""
 LARGEST_FORM_BYTES: Final = 4096
 FORM_HEADERS: Final = {
@@ -45,8 +46,8 @@ class LoginPage:
 
     def add_routes(self, app: web.Application) -> None:
         """Add the routes of this module."""
-        app.router.add_get("/login", self.show)
-        app.router.add_post("/login", self.log_in)
+        app.router.add_get(LOGIN, self.show)
+        app.router.add_post(LOGIN, self.log_in)
         app.router.add_get("/login.css", self.style)
         app.router.add_post("/logout", self.log_out)
         app.router.add_get("/api/session", session)

@@ -20,8 +20,9 @@ from aiohttp.typedefs import Handler
 from hawk.comm.authority import Role
 from hawk.config import WebSettings
 from hawk.web.admission import TOKEN_PARAMETER, Admission
-from hawk.web.login_page import PUBLIC, LoginPage
+from hawk.web.login_page import LOGIN, PUBLIC, LoginPage
 from hawk.web.login_words import WRONG
+from hawk.web.register_service import is_for_everybody_here
 from hawk.web.tls import Tls
 from hawk.web.tokens import TOKEN_FILE, Tokens
 
@@ -88,7 +89,8 @@ class RequestCheck:
             self._check_version(request)
             self._check_host(request)
             self._check_origin(request)
-            answer = None if request.path in PUBLIC else self._admit(request)
+            is_open = request.path in PUBLIC or is_for_everybody_here(request)
+            answer = None if is_open else self._admit(request)
         except web.HTTPException as refusal:
             refusal.force_close()
             raise
@@ -101,6 +103,9 @@ class RequestCheck:
         except (web.HTTPUnauthorized, web.HTTPTooManyRequests) as refusal:
             is_page = request.method == hdrs.METH_GET and (request.path == "/" or request.path.startswith(DOCS))
             if not is_page or "text/html" not in request.headers.get(hdrs.ACCEPT, ""):
+                if is_page and request.path == "/" and refusal.status == HTTPStatus.UNAUTHORIZED:
+                    # BlueOS looks for a page here before it asks for a name, and follows this whatever the status
+                    refusal.headers[hdrs.LOCATION] = LOGIN
                 raise
             message = WRONG if request.query.get(TOKEN_PARAMETER) else ""
             if refusal.status == HTTPStatus.TOO_MANY_REQUESTS:

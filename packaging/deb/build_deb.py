@@ -4,8 +4,9 @@
 2. The tree is copied, so that nothing is written into it; the program's own wheel is built there.
 3. dpkg-buildpackage assembles the package without a network (``debian/rules``).
 
-``--version V`` builds the same tree under another number, for the test of an upgrade. Folders: ``build/deb`` for wheels
-and trees, ``dist`` for the package.
+``--version V`` builds the same tree under another number, for the test of an upgrade. ``--wheels`` ends before the
+third step and prints the folder of wheels, for the container's image. Folders: ``build/deb`` for wheels and trees,
+``dist`` for the package.
 """
 
 from __future__ import annotations
@@ -33,6 +34,8 @@ LOCK_HOSTS: Final = frozenset({"pypi.org", "files.pythonhosted.org"})
 
 BUILT: Final = {Path("hawk/web/static"): "make page", Path("hawk/web/docs_site"): "make docs"}
 """Folders that the program's wheel carries and git does not know, with the command that builds each."""
+LIST: Final = "requirements.txt"
+"""The locked wheels with their hashes, beside them."""
 COMPRESSION: Final = "-Zxz -z2"
 """Debian's own format; Debian 12's lintian reads no zstd. A higher level takes longer, here and on the drone."""
 
@@ -54,19 +57,28 @@ def build(root: Path, arch: str, out: Path, version: str | None = None) -> Path:
         BuildError: A step failed.
     """
     version = version or project_version(root)
-    work = root / "build" / "deb"
-    wheels = download(root, arch, work / "wheels" / arch)
-    tree = stage(root, work / f"{version}-{arch}" / "hawk-drone", version)
-    own = work / f"{version}-{arch}" / "wheels"
-    gather(wheels, own)
-    pip = [sys.executable, "-m", "pip"]
-    run([*pip, "wheel", "--quiet", "--no-deps", "--no-build-isolation", f"--wheel-dir={own}", "."], tree)
-    environment = {**os.environ, "HAWK_WHEELS": str(own), "HAWK_DEB_OPTIONS": COMPRESSION}
+    tree, wheels = build_wheels(root, arch, version)
+    environment = {**os.environ, "HAWK_WHEELS": str(wheels), "HAWK_DEB_OPTIONS": COMPRESSION}
     command = ["dpkg-buildpackage", "--build=binary", "--no-sign", f"--host-arch={arch}", "--no-check-builddeps"]
     run(command, tree, environment)
     out.mkdir(parents=True, exist_ok=True)
     name = f"hawk-drone_{version}_{arch}.deb"
     return Path(shutil.move(tree.parent / name, out / name))
+
+
+def build_wheels(root: Path, arch: str, version: str) -> tuple[Path, Path]:
+    """Return a copy of the tree, and a folder with the locked wheels, their list and the program's own wheel.
+
+    Raises BuildError.
+    """
+    work = root / "build" / "deb"
+    locked = download(root, arch, work / "wheels" / arch)
+    tree = stage(root, work / f"{version}-{arch}" / "hawk-drone", version)
+    wheels = work / f"{version}-{arch}" / "wheels"
+    gather(locked, wheels)
+    pip = [sys.executable, "-m", "pip"]
+    run([*pip, "wheel", "--quiet", "--no-deps", "--no-build-isolation", f"--wheel-dir={wheels}", "."], tree)
+    return tree, wheels
 
 
 def project_version(root: Path) -> str:
@@ -98,7 +110,7 @@ def download(root: Path, arch: str, folder: Path) -> Path:
         return folder
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    listed = folder / "requirements.txt"
+    listed = folder / LIST
     listed.write_text(wanted, "utf-8")
     command = [sys.executable, "-m", "pip", "download", "--quiet", "--no-deps", "--require-hashes"]
     command += ["--only-binary=:all:", "--python-version=3.11", "--implementation=cp"]
@@ -139,10 +151,10 @@ def replace_once(path: Path, pattern: str, text: str) -> None:
 
 
 def gather(wheels: Path, own: Path) -> None:
-    """Link the downloaded wheels into the folder that gets the program's own."""
+    """Link the downloaded wheels and their list into the folder that gets the program's own."""
     own.mkdir(parents=True)
-    for wheel in wheels.glob("*.whl"):
-        os.link(wheel, own / wheel.name)
+    for file in (*wheels.glob("*.whl"), wheels / LIST):
+        os.link(file, own / file.name)
 
 
 def run(command: Sequence[str], folder: Path, environment: dict[str, str] | None = None) -> str:
@@ -160,8 +172,12 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--arch", choices=list(PLATFORMS), required=True)
     parser.add_argument("--out", type=Path, default=ROOT / "dist", metavar="DIR")
     parser.add_argument("--version", metavar="V", help="another version, for tests")
+    parser.add_argument("--wheels", action="store_true", help="no package: print the folder of its wheels")
     options = parser.parse_args(arguments)
     try:
+        if options.wheels:
+            print(build_wheels(ROOT, options.arch, options.version or project_version(ROOT))[1])
+            return 0
         path = build(ROOT, options.arch, options.out.resolve(), options.version)
     except BuildError as error:
         print(f"build_deb: {error}", file=sys.stderr)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -45,13 +46,14 @@ def package_arm64() -> Path:
     return built("dist/hawk-drone_*_arm64.deb")
 
 
-def archive(name: str, *options: str) -> Path:
-    """Return the archive of a root; mmdebstrap makes it once."""
+def archive(name: str, *options: str, needs: Sequence[str] = NEEDS) -> Path:
+    """Return the archive of a root with these packages; mmdebstrap makes it once."""
     path = WORK / "roots" / f"{name}.tar"
     if not path.exists():
         path.parent.mkdir(parents=True, exist_ok=True)
         partial = path.with_suffix(".partial.tar")
-        command = ["mmdebstrap", "--quiet", *options, f"--include={','.join(NEEDS)}", "bookworm", str(partial), MIRROR]
+        include = [f"--include={','.join(needs)}"] if needs else []
+        command = ["mmdebstrap", "--quiet", *options, *include, "bookworm", str(partial), MIRROR]
         subprocess.run([*CALM, *command], check=True, timeout=1800)
         partial.rename(path)
     return path

@@ -22,6 +22,7 @@ from hawk.algo.mapper.table import FREE, STATES, TAKEN, Rows, angle_of, corners_
 from hawk.algo.vision.seen import GroundImage
 from hawk.model import CELL_M, TILE_CELLS, TILE_M, Cell, Counts, EncodedTile, Stall, StallState, TileKey
 from hawk.sharded import Sharded
+from hawk.stall_count import free_variance
 
 _FINER = round(EVIDENCE_M / CELL_M)
 _REACH_M = 5.0  # half the diagonal of the longest stall
@@ -35,8 +36,10 @@ _LOADED = 24  # tiles kept as pixels
 _MOVED_M = 0.05
 _TURNED = 0.02
 _PROBABILITY = 0.05
+_SCORE = 0.02  # finer: the spread of the count rests on it
 _AGED_S = 2.0
 _SHARD = 128  # ids
+_FINE = 1_000_000
 
 Picture = NDArray[np.uint8]
 
@@ -235,6 +238,7 @@ class StallIndex:
         self.unclear: dict[int, Stall] = {}
         """Those whose state is not known."""
         self._counts = dict.fromkeys(StallState, 0)
+        self._variances = 0  # of the number of free ones, in parts of `_FINE`: whole numbers add up without drift
 
     def update(self, rows: Rows, index: NDArray[np.intp], gone: list[int], version: int) -> NDArray[np.float64]:
         """Bring rows ``index`` up to date and take out those that are gone; their versions are set in ``rows``.
@@ -260,18 +264,30 @@ class StallIndex:
 
     def counts(self) -> Counts:
         """Return how many there are of each state."""
-        return Counts(*(self._counts[s] for s in (StallState.FREE, StallState.TAKEN, StallState.UNKNOWN)))
+        of_each = self._counts
+        return Counts(
+            of_each[StallState.FREE],
+            of_each[StallState.TAKEN],
+            of_each[StallState.UNKNOWN],
+            self._variances / _FINE,
+        )
 
     def _count(self, lost: dict[int, Stall], news: dict[int, Stall]) -> None:
         for stall_id in lost.keys() | news.keys():
             known = self.stalls.get(stall_id)
             if known is not None:
                 self._counts[known.state] -= 1
+                self._variances -= _variance(known)
                 self.unclear.pop(stall_id, None)
         for stall_id, stall in news.items():
             self._counts[stall.state] += 1
+            self._variances += _variance(stall)
             if stall.state is StallState.UNKNOWN:
                 self.unclear[stall_id] = stall
+
+
+def _variance(stall: Stall) -> int:
+    return round(free_variance(stall.score, stall.taken) * _FINE)
 
 
 def _shown(rows: Rows) -> list[tuple[float, ...]]:
@@ -284,20 +300,24 @@ def _shown(rows: Rows) -> list[tuple[float, ...]]:
         probability(rows["taken"]),
         rows["state"],
         rows["last_seen"],
+        probability(rows["exists"]),
     )
     return list(zip(*(column.tolist() for column in columns), strict=True))
 
 
 def _differs(known: Stall, values: tuple[float, ...]) -> bool:
-    taken, last_seen = values[5], values[7]
+    taken, _, last_seen, score = values[5:]
     return (
-        _is_redrawn(known, values) or abs(taken - known.taken) > _PROBABILITY or last_seen - known.last_seen > _AGED_S
+        _is_redrawn(known, values)
+        or abs(taken - known.taken) > _PROBABILITY
+        or abs(score - known.score) > _SCORE
+        or last_seen - known.last_seen > _AGED_S
     )
 
 
 def _is_redrawn(known: Stall, values: tuple[float, ...]) -> bool:
     """Return True when the stall's drawing on the map changed."""
-    north, east, angle, width, length, _, state, _ = values
+    north, east, angle, width, length, _, state = values[:7]
     turned = abs((angle - known.angle + math.pi / 2) % math.pi - math.pi / 2)
     return (
         known.state is not STATES[int(state)]

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from abc import ABC, abstractmethod
 from collections.abc import AsyncGenerator
 from dataclasses import dataclass, field
+from typing import Final
 from urllib.parse import urlsplit
+
+_USER: Final = re.compile(r"://[^/\s@]+@")
+_PASSWORD: Final = re.compile(r"(?i)\b([\w-]*(?:pw|passw(?:or)?d|pwd|token|secret)\s*=\s*)(\"[^\"]*\"|[^\s&]+)")
 
 
 class CameraError(Exception):
@@ -14,13 +19,15 @@ class CameraError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class SourceFrame:
-    """A whole JPEG picture."""
+    """A whole JPEG picture. The source gives ``captured``, or ``stamp``, or neither."""
 
     jpeg: bytes = field(repr=False)
     arrival: float
     """Seconds of the daemon's clock."""
     stamp: float | None = None
     """Capture time in seconds of the source's own clock, when it sends one."""
+    captured: float | None = None
+    """Capture time in seconds of the daemon's clock, where the source knows it."""
 
 
 class CameraSource(ABC):
@@ -45,3 +52,8 @@ def without_secrets(url: str) -> str:
     except ValueError:
         return "an address that cannot be read"
     return f"{parts.scheme}://{parts.hostname or ''}{port}{parts.path}"
+
+
+def without_passwords(text: str) -> str:
+    """Return a program's words without the users of addresses and without values that are named as passwords."""
+    return _PASSWORD.sub(r"\1***", _USER.sub("://", text))

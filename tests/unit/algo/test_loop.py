@@ -8,13 +8,13 @@ from dataclasses import replace
 import pytest
 
 from hawk.algo.frame import FrameInput, FrameOutput
-from hawk.algo.loop import AlgorithmLoop, Situation
+from hawk.algo.loop import Aim, AlgorithmLoop, Situation, fixed_mount
 from hawk.algo.manager import AlgorithmManagerApp
 from hawk.algo.mapper.app import MapperApp
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.topic_interface import AlgorithmTopicInterface, AlgorithmTopics, FrameCamera
 from hawk.comm.drone_camera import CameraFrame
-from hawk.model import GlobalPose, Health, HeightParameters, MapPoint, StateName, VehiclePose
+from hawk.model import CameraModel, GlobalPose, Health, HeightParameters, MapPoint, StateName, VehiclePose
 from tests.unit.algo.synthetic import CAMERA, SyntheticVision, pose_at, rows_lot
 
 
@@ -73,8 +73,15 @@ class Rig:
         self.problem = ""
         self.ground = 0.0
         self.pose: Callable[[float], VehiclePose | None] = vehicle_pose
+        self.aim: Aim = fixed_mount
         self.loop = AlgorithmLoop(
-            self.manager, self.camera.next_frame, lambda t: self.pose(t), self.situation, self.topics, self.record
+            self.manager,
+            self.camera.next_frame,
+            lambda t: self.pose(t),
+            self.situation,
+            self.topics,
+            self.record,
+            aim=lambda camera, time, pose: self.aim(camera, time, pose),
         )
 
     def situation(self) -> Situation:
@@ -117,6 +124,30 @@ async def rig() -> AsyncIterator[Rig]:
     for _ in range(10):
         rig.manager.leave.release()
     await rig.loop.close()
+
+
+async def test_a_gimbal_turns_the_camera_of_its_picture(rig: Rig) -> None:
+    asked: list[tuple[float, VehiclePose | None]] = []
+
+    def aim(camera: CameraModel, time: float, pose: VehiclePose | None) -> tuple[CameraModel, str]:
+        asked.append((time, pose))
+        return replace(camera, mount_pitch=0.3), ""
+
+    rig.aim = aim
+    await rig.put(2.0)
+    assert rig.recorded[0].camera == replace(CAMERA, mount_pitch=0.3)
+    assert asked == [(2.0, vehicle_pose(2.0))]
+    assert rig.recorded[0].map_problem == ""
+
+
+async def test_without_the_gimbal_s_attitude_nothing_is_mapped_and_the_mapper_says_why(rig: Rig) -> None:
+    rig.aim = lambda camera, _time, _pose: (camera, "the gimbal's attitude is 3 s old: nothing is mapped")
+    output = await rig.put(2.0)
+    assert "3 s old" in output.mapper_health.reason
+    assert not output.occupancy_map.stalls
+    rig.problem = "the position jumped"
+    await rig.put(3.0)
+    assert rig.recorded[-1].map_problem == "the position jumped"
 
 
 async def test_a_frame_becomes_topics_and_is_recorded(rig: Rig) -> None:

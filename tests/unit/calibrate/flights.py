@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.calibrate.flight import Flight, Look, Track
+from hawk.calibrate.flight import Flight, Flown, Look, Track
 from hawk.calibrate.geometry import carried, mounted
 from hawk.calibrate.pairs import Matches, Pair, choose_pairs
 from hawk.model import CameraModel, MapPose
@@ -97,7 +97,7 @@ def flight(
     times = np.arange(track.times[0] + 0.1, track.times[-1] - 0.1, every_s)
     poses = [MapPose(*(float(value) for value in row)) for row in track.at(times)]
     looks = tuple(Look(k, float(t), p, 4.0, 0.0) for k, (t, p) in enumerate(zip(times, poses, strict=True)))
-    return Flight(path, camera, 0.08, track, looks)
+    return Flight(path, camera, Flown(0.08), track, looks)
 
 
 def seen(pairs: list[Pair], true: Track, errors: Errors, *, seed: int = 0, pixels: float = 0.3) -> list[Matches]:

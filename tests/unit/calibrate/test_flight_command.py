@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from hawk.algo.frame import FrameInput
-from hawk.calibrate.flight import FlightError, Track, aligned, newest_recording, read_flight
+from hawk.algo.vision.rectify import camera_to_ned
+from hawk.calibrate.flight import FlightError, Flown, Track, aligned, newest_recording, read_flight
 from hawk.calibrate.geometry import rotations
 from hawk.calibrate.pairs import choose_pairs
 from hawk.cli import main
@@ -51,9 +52,11 @@ def bent() -> tuple[CameraModel, tuple[NDArray[np.float32], NDArray[np.float32]]
     return wide, tuple(np.asarray(rays * wide.fx + (wide.cx, wide.cy), np.float32).transpose(2, 0, 1))
 
 
-async def write(folder: Path, track: Track, jpegs: dict[int, bytes], camera: CameraModel = LENS) -> None:
-    """Write a recording as the daemon does."""
-    metadata = {"configuration": Config().model_dump_json()}
+async def write(
+    folder: Path, track: Track, jpegs: dict[int, bytes], camera: CameraModel = LENS, **settings: object
+) -> None:
+    """Write a recording as the daemon does; ``settings`` of section ``[camera]``."""
+    metadata = {"configuration": Config.model_validate({"camera": settings}).model_dump_json()}
     recording = Recording(StoreSettings(directory=folder, minimum_free_mb=1), lambda: 0.0, metadata)
     recording.begin()
     late = Track(track.times + ATTITUDES_LATE_S, track.poses).at(track.times)
@@ -143,6 +146,25 @@ def test_a_flight_whose_pictures_cannot_be_read_says_so(tmp_path: Path, capsys: 
 def test_a_store_without_a_recording_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["calibrate", "--in-flight", "--store", str(tmp_path)]) == 1
     assert "store.directory" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("url", "stamped"), [("v4l2:///dev/video0", True), ("rpicam:0", True), ("rtsp://10.0.0.1/main", False)]
+)
+def test_the_flight_s_own_settings_are_read(tmp_path: Path, url: str, stamped: bool) -> None:
+    asyncio.run(write(tmp_path, lanes(5), {}, url=url, latency_s=0.2))
+    assert read_flight(newest_recording(tmp_path)).flown == Flown(0.2, has_kernel_stamps=stamped)
+
+
+def test_a_gimbal_s_attitude_takes_the_place_of_the_drone_s(tmp_path: Path) -> None:
+    """The camera looks where the drone's attitude and the gimbal's mount at that time point."""
+    mounted = replace(LENS, mount_roll=0.1, mount_pitch=-0.3, mount_yaw=0.6)
+    asyncio.run(write(tmp_path, lanes(5), {}, mounted, gimbal=True))
+    found = read_flight(newest_recording(tmp_path))
+    assert (found.camera.mount_roll, found.camera.mount_pitch, found.camera.mount_yaw) == (0, 0, 0)
+    before = flight(lanes(5), camera=mounted).looks[9].pose
+    assert camera_to_ned(found.camera, found.looks[9].pose) == pytest.approx(camera_to_ned(mounted, before))
+    assert found.track.lag == 0.0
 
 
 def test_apply_needs_a_settings_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -9,12 +9,15 @@ import pytest
 from hawk.algo.vision.motion import expected_motion
 from hawk.algo.vision.rectify import ground_homography, intrinsics
 from hawk.calibrate.advice import LARGEST_SPREADS, Advice, advise, table
+from hawk.calibrate.flight import Flown
 from hawk.calibrate.geometry import carried, motions, mounted
 from hawk.calibrate.in_flight import Estimate, NoEstimateError, estimate
 from hawk.calibrate.pairs import Matches
 from hawk.config import CameraSettings
 from hawk.model import MapPose
 from tests.unit.calibrate.flights import CAMERA, Errors, all_pairs, lanes, reported, seen
+
+FLOWN = Flown(0.08)
 
 
 def estimated(errors: Errors, *, seed: int = 0, compass: float = 0.0) -> Estimate:
@@ -69,7 +72,7 @@ def test_a_flight_without_turns_and_leans_does_not_know_the_latency() -> None:
     straight.poses[:, :2] = np.column_stack([4.0 * true.times, 0 * true.times])
     straight.poses[:, 2], straight.poses[:, 3:] = 25.0, 0.0
     found = estimate(straight, seen(all_pairs(straight), straight, Errors(late=0.1)), CAMERA)
-    latency, roll, _, yaw = advise(found, 0.08, CameraSettings())
+    latency, roll, _, yaw = advise(found, FLOWN, CameraSettings())
     assert found.one_heading == pytest.approx(1.0)
     assert "turns, starts and stops" in latency.problem
     assert roll.problem
@@ -81,7 +84,7 @@ def test_a_flight_that_only_turns_does_not_know_the_yaw() -> None:
     true = lanes(60, seed=4)
     true.poses[:, [0, 1, 3, 4]] = 0.0
     found = estimate(true, seen(all_pairs(true), true, Errors(late=0.1)), CAMERA)
-    latency, *_, yaw = advise(found, 0.08, CameraSettings())
+    latency, *_, yaw = advise(found, FLOWN, CameraSettings())
     assert latency.value == pytest.approx(-0.02, abs=0.01)
     assert "lanes of 20 m" in yaw.problem
 
@@ -146,40 +149,52 @@ def result(late: float = 0.0, yaw: float = 0.0, spread: float = 0.001, one_headi
 
 
 def test_pictures_that_are_taken_later_than_stamped_have_a_shorter_latency() -> None:
-    latency = advise(result(late=0.03), 0.08, CameraSettings(latency_s=0.08))[0]
+    latency = advise(result(late=0.03), FLOWN, CameraSettings(latency_s=0.08))[0]
     assert latency == Advice("latency_s", 0.05, 0.001, 0.08)
     assert latency.is_offered
     assert latency.line == "latency_s = 0.05"
 
 
 def test_the_flight_s_latency_counts_not_the_present_one() -> None:
-    latency = advise(result(late=0.03), 0.08, CameraSettings(latency_s=0.05))[0]
+    latency = advise(result(late=0.03), FLOWN, CameraSettings(latency_s=0.05))[0]
     assert latency.value == pytest.approx(0.05)
     assert not latency.is_offered
 
 
 def test_a_setting_within_two_spreads_is_not_offered() -> None:
-    near, far = (advise(result(yaw=yaw), 0.08, CameraSettings())[3] for yaw in (0.09, 0.11))
+    near, far = (advise(result(yaw=yaw), FLOWN, CameraSettings())[3] for yaw in (0.09, 0.11))
     assert not near.is_offered
     assert far.is_offered
 
 
 def test_a_spread_above_the_limit_is_not_offered() -> None:
-    latency = advise(result(late=0.05, spread=LARGEST_SPREADS["latency_s"] * 1.01), 0.08, CameraSettings())[0]
+    latency = advise(result(late=0.05, spread=LARGEST_SPREADS["latency_s"] * 1.01), FLOWN, CameraSettings())[0]
     assert not latency.is_offered
     assert "latency_s" in table([latency])[0]
     assert "not known: its spread is above 0.005" in table([latency])[0]
 
 
 def test_a_latency_below_zero_is_no_setting() -> None:
-    latency = advise(result(late=0.2), 0.08, CameraSettings())[0]
+    latency = advise(result(late=0.2), FLOWN, CameraSettings())[0]
     assert "lies outside 0 to 5" in latency.problem
 
 
 @pytest.mark.parametrize(("one_heading", "known"), [(0.71, True), (0.8, False)])
 def test_roll_and_pitch_need_more_than_one_heading(one_heading: float, known: bool) -> None:
-    latency, roll, pitch, yaw = advise(result(one_heading=one_heading), 0.08, CameraSettings())
+    latency, roll, pitch, yaw = advise(result(one_heading=one_heading), FLOWN, CameraSettings())
     assert not latency.problem
     assert not yaw.problem
     for each in (roll, pitch):
         assert ("the nose pointed to one side" not in each.problem) is known
+
+
+def test_a_latency_is_not_offered_where_the_kernel_stamps_the_pictures() -> None:
+    latency, *_, yaw = advise(result(late=0.03, yaw=2.0), Flown(0.08, has_kernel_stamps=True), CameraSettings())
+    assert latency.problem == "not used: the kernel stamps the pictures, -0.030 s off by this flight"
+    assert yaw.is_offered
+
+
+def test_a_gimbal_has_a_latency_but_no_mount() -> None:
+    latency, *angles = advise(result(late=0.03, yaw=2.0), Flown(0.08, has_gimbal=True), CameraSettings())
+    assert latency.is_offered
+    assert all("hangs on a gimbal" in each.problem for each in angles)

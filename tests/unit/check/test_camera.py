@@ -70,7 +70,8 @@ async def test_a_calibration_that_cannot_be_read_fails(tmp_path: Path) -> None:
     ("url", "words"),
     [
         ("v4l2:///dev/video97", "Plug the camera in"),
-        ("v4l2:///dev/null", "group video"),
+        ("v4l2:///dev/null?width=640&height=480", "fuser /dev/null."),
+        ("rpicam:0?width=1456&height=1088", "rpicam-hello --list-cameras"),
         ("http://127.0.0.1:8090/stream", "ustreamer"),
         ("rtsp://user:secret-word@10.0.0.2/live", "another player"),
         ("gst:v4l2src ! videoconvert", "gst-launch-1.0"),

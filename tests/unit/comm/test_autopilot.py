@@ -51,14 +51,18 @@ class FastClock(ManualClock):
 class Rig:
     """The real facade over a link without an autopilot."""
 
-    def __init__(self, clock: ManualClock | None = None, supervisor: Supervisor | None = None) -> None:
+    def __init__(
+        self, clock: ManualClock | None = None, supervisor: Supervisor | None = None, *, has_gimbal: bool = False
+    ) -> None:
         self.clock = clock or ManualClock(50.0)
         self.topics = VehicleTopics.create(self.clock)
         self.said = Said()
         self.link: FakeLink = FakeLink("", 0, self.clock, lambda _: None)
         self.memory = Memory(PARAMETERS)
         settings = AutopilotSettings(url="udpin://127.0.0.1:14550", system_id=245, connect_timeout_s=0.01)
-        self.autopilot = MavsdkAutopilot(settings, self.clock, self.topics, lambda: 1.8e9, self._make, 0.01, supervisor)
+        self.autopilot = MavsdkAutopilot(
+            settings, self.clock, self.topics, lambda: 1.8e9, self._make, 0.01, supervisor, has_gimbal=has_gimbal
+        )
 
     def _make(self, url: str, system_id: int, clock: Clock, on_message: OnMessage, expected: Expected) -> FakeLink:
         self.link = FakeLink(url, system_id, clock, on_message, expected)
@@ -192,6 +196,19 @@ async def test_rates_are_asked_for_when_the_autopilot_is_found(rig: Rig) -> None
     await until(lambda: len(rig.link.named("COMMAND_LONG")) >= 6)
     asked = {(fields["command"], fields["param1"]) for fields in rig.link.named("COMMAND_LONG")}
     assert {(511, 30.0), (511, 32.0), (511, 33.0), (511, 1.0)} <= asked
+
+
+@pytest.mark.parametrize("has_gimbal", [True, False])
+async def test_the_gimbal_s_attitude_is_asked_for_where_the_camera_hangs_on_one(has_gimbal: bool) -> None:
+    rig = Rig(has_gimbal=has_gimbal)
+    try:
+        await rig.connect()
+        expected = 10 + has_gimbal  # all but EXTENDED_SYS_STATE, which came already
+        await until(lambda: len(rig.link.named("COMMAND_LONG")) >= expected)
+        asked = {fields["param1"] for fields in rig.link.named("COMMAND_LONG")}
+        assert (285.0 in asked) is has_gimbal
+    finally:
+        await rig.autopilot.close()
 
 
 async def test_rates_are_asked_for_again_after_a_boot(rig: Rig) -> None:

@@ -8,9 +8,12 @@ import pytest
 from hawk.comm.camera_sources.gstreamer import GStreamerSource
 from hawk.comm.camera_sources.mjpeg import HttpMjpegSource
 from hawk.comm.camera_sources.opencv import OpenCvSource
+from hawk.comm.camera_sources.rpicam import RpicamSource
+from hawk.comm.camera_sources.rtsp import RtspSource
 from hawk.comm.camera_sources.source import CameraError, CameraSource, SourceFrame
+from hawk.comm.camera_sources.v4l2 import V4l2Source
 from hawk.comm.clock import Clock
-from hawk.comm.drone_camera import STALE_S, DroneCamera, make_source
+from hawk.comm.drone_camera import LONGEST_PAUSE_S, STALE_S, DroneCamera, make_source
 from hawk.comm.image import NoImage
 from hawk.config import CameraSettings, ConfigError
 from tests.manual_clock import ManualClock
@@ -144,6 +147,52 @@ async def test_a_known_clock_is_believed_but_never_after_the_arrival(rig: Rig) -
     assert rig.camera.latest.captured == 100.1
 
 
+async def test_a_capture_time_that_the_source_knows_is_believed_but_never_after_the_arrival(rig: Rig) -> None:
+    rig.make(CameraSettings(), stamped=True)
+    rig.camera.init()
+    rig.known = 50.0
+    await rig.feed(SourceFrame(PICTURE, 100.0, 5.0, 99.95))
+    assert rig.camera.latest is not None
+    assert rig.camera.latest.captured == 99.95
+    await rig.feed(SourceFrame(PICTURE, 100.1, 5.1, 100.2))
+    assert rig.camera.latest.captured == 100.1
+
+
+async def test_attempts_become_rarer_and_soon_again_after_a_picture(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    pauses: list[float] = []
+    sleep = asyncio.sleep
+
+    async def count(seconds: float) -> None:
+        if seconds >= 0.5:  # not those of the test's own waiting
+            pauses.append(seconds)
+        await sleep(0)
+
+    monkeypatch.setattr("hawk.comm.drone_camera.asyncio.sleep", count)
+    rig.make(CameraSettings(reconnect_s=0.5))
+    rig.source.queue = asyncio.Queue()
+    gone = CameraError("gone")
+    items: list[SourceFrame | Exception] = [*[gone] * 6, frame(), gone, gone]
+    for item in items:
+        rig.source.queue.put_nowait(item)
+    rig.camera.init()
+    await until(lambda: len(pauses) == 8)
+    assert pauses == [0.5, 1, 2, LONGEST_PAUSE_S, LONGEST_PAUSE_S, LONGEST_PAUSE_S, 0.5, 1]
+
+
+async def test_a_problem_is_logged_once_and_its_end_once(rig: Rig, caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level("INFO")
+    rig.camera.init()
+    gone = CameraError("cam: gone")
+    await rig.feed(gone, gone, CameraError("cam: busy"), frame(), gone)
+    await until(lambda: rig.source.opened == 5)
+    assert [record.getMessage() for record in caplog.records] == [
+        "Camera: cam: gone; trying again",
+        "Camera: cam: busy; trying again",
+        "Camera: pictures come again",
+        "Camera: cam: gone; trying again",
+    ]
+
+
 async def test_while_the_known_clock_is_not_known_the_stamp_is_estimated(rig: Rig) -> None:
     rig.make(CameraSettings(latency_s=0.05), stamped=True)
     rig.camera.init()
@@ -216,8 +265,10 @@ async def test_closing_ends_task_and_source_and_may_be_done_twice(rig: Rig) -> N
     [
         ("http://127.0.0.1:8090/stream", HttpMjpegSource),
         ("https://cam/stream", HttpMjpegSource),
-        ("v4l2:///dev/video0", OpenCvSource),
-        ("rtsp://cam/stream", OpenCvSource),
+        ("rpicam:0?width=1456&height=1088", RpicamSource),
+        ("v4l2:///dev/video0?width=1280&height=720", V4l2Source),
+        ("rtsp://cam/stream", RtspSource),
+        ("rtsps://cam/stream", RtspSource),
         ("file:///video.mp4", OpenCvSource),
         ("gst:videotestsrc", GStreamerSource),
     ],

@@ -2,16 +2,25 @@ from __future__ import annotations
 
 import asyncio
 import shutil
+import time
 from contextlib import aclosing
+from pathlib import Path
 
 import pytest
 
 from hawk.comm.camera_sources.gstreamer import GStreamerSource
-from hawk.comm.camera_sources.source import CameraError, SourceFrame
+from hawk.comm.camera_sources.source import CameraError, CameraSource, SourceFrame
+from hawk.comm.clock import Clock
+from hawk.comm.drone_camera import DroneCamera
 from hawk.comm.image import jpeg_size
+from hawk.config import CameraSettings
 from tests.manual_clock import ManualClock
+from tests.unit.comm.children import SHORT, program, running
+from tests.unit.comm.pictures import picture
+from tests.unit.comm.waiting import until
 
 TEST_PICTURE = "videotestsrc is-live=true ! video/x-raw,width=320,height=240,framerate=30/1"
+JPEG = picture(64, 48, 100)
 
 needs_gstreamer = pytest.mark.skipif(
     shutil.which("gst-launch-1.0") is None, reason="needs the Debian package gstreamer1.0-tools"
@@ -19,7 +28,7 @@ needs_gstreamer = pytest.mark.skipif(
 
 
 async def first(source: GStreamerSource, count: int) -> list[SourceFrame]:
-    found = []
+    found: list[SourceFrame] = []
     async with asyncio.timeout(20), aclosing(source.frames()) as frames:
         async for frame in frames:
             found.append(frame)
@@ -39,6 +48,15 @@ async def test_any_pipeline_gives_pictures() -> None:
 
 
 @needs_gstreamer
+async def test_a_source_that_is_not_live_is_paced_to_its_own_rate() -> None:
+    pipeline = "videotestsrc ! video/x-raw,width=64,height=48,framerate=25/1"
+    clock = Clock()
+    found = await first(GStreamerSource(pipeline, clock), 25)
+    # from the start of the process: 24 periods are 0.96 s, of which 0.2 s may come at once; never less
+    assert found[-1].arrival > 0.75
+
+
+@needs_gstreamer
 async def test_a_pipeline_that_ends_says_so() -> None:
     with pytest.raises(CameraError, match="the pipeline ended"):
         await first(GStreamerSource("videotestsrc num-buffers=2 ! video/x-raw,width=32,height=32", ManualClock()), 9)
@@ -48,6 +66,19 @@ async def test_a_pipeline_that_ends_says_so() -> None:
 async def test_an_element_that_is_not_there_names_the_packages() -> None:
     with pytest.raises(CameraError, match=r'no element "nosuchsource".*gstreamer1.0-plugins-good'):
         await first(GStreamerSource("nosuchsource ! videoconvert", ManualClock()), 1)
+
+
+@needs_gstreamer
+async def test_gstreamer_s_first_error_is_shown() -> None:
+    with pytest.raises(CameraError, match=r"ERROR: from element .*GstFileSrc.*: Resource not found\.$"):
+        await first(GStreamerSource("filesrc location=/there/is/none ! jpegdec", ManualClock()), 1)
+
+
+async def test_the_first_error_wins_over_what_follows(tmp_path: Path) -> None:
+    lines = r"""sys.exit("WARNING: from element a: slow\nERROR: from element b: the cause\nAdditional debug info:\n"
+        "file.c(1): f (): /b:\nFailed to connect\nERROR: pipeline doesn't want to preroll.")"""
+    with pytest.raises(CameraError, match=r"^gst:b: ERROR: from element b: the cause$"):
+        await first(GStreamerSource("b", ManualClock(), program(tmp_path, JPEG, lines)), 1)
 
 
 @needs_gstreamer
@@ -67,3 +98,46 @@ async def test_without_gstreamer_the_package_is_named() -> None:
 async def test_a_pipeline_that_is_none_is_an_error(pipeline: str) -> None:
     with pytest.raises(CameraError, match="gst:"):
         await first(GStreamerSource(pipeline, ManualClock()), 1)
+
+
+async def test_passwords_of_a_pipeline_are_not_shown() -> None:
+    source = GStreamerSource("rtspsrc user-pw=word location=rtsp://me:word@cam/", ManualClock(), "no-gst-launch")
+    with pytest.raises(CameraError, match="needs no-gst-launch") as caught:
+        await first(source, 1)
+    assert "word" not in str(caught.value)
+
+
+@pytest.mark.slow
+async def test_a_pipeline_that_hangs_is_killed_and_started_again_and_one_that_fails_is_tried_for_ever(
+    tmp_path: Path,
+) -> None:
+    lines = """
+if run == 0:
+    picture()
+    hang()
+if run < 4:
+    sys.exit("ERROR: from element src: Device '/dev/video0' is not there")
+while True:
+    picture()
+    time.sleep(0.02)
+"""
+    clock = Clock()
+    made = GStreamerSource("src", clock, program(tmp_path, JPEG, lines), SHORT)
+
+    def make(_settings: CameraSettings, _clock: Clock) -> CameraSource:
+        return made
+
+    camera = DroneCamera(CameraSettings(url="gst:src", reconnect_s=0.01), clock, make=make)
+    camera.init()
+    try:
+        async with asyncio.timeout(30):
+            await camera.next_frame()
+            started = time.monotonic()
+            await camera.next_frame()
+            assert time.monotonic() - started > 0.3  # the silence was waited for
+            assert camera.health.is_healthy
+            await until(lambda: camera.latest is not None and camera.latest.sequence > 4)
+    finally:
+        await camera.close()
+    assert (tmp_path / "runs").stat().st_size == 5
+    assert running(tmp_path) == []

@@ -34,7 +34,7 @@ async def read_all(source: OpenCvSource, into: list[SourceFrame]) -> None:
 
 
 def camera_threads() -> list[str]:
-    return [thread.name for thread in threading.enumerate() if thread.name == "camera-opencv"]
+    return [thread.name for thread in threading.enumerate() if thread.name == "camera-source"]
 
 
 async def test_a_film_is_played_to_its_end_and_says_so(video: str) -> None:
@@ -61,10 +61,9 @@ async def test_it_may_be_opened_again(video: str) -> None:
     assert camera_threads() == []
 
 
-@pytest.mark.parametrize("url", ["file:///there/is/no.mp4", "v4l2:///dev/video97"])
-async def test_what_cannot_be_opened_is_an_error_with_its_name(url: str) -> None:
-    source = OpenCvSource(url, ManualClock())
-    with pytest.raises(CameraError, match=f"{url}: there is no such"):
+async def test_what_cannot_be_opened_is_an_error_with_its_name() -> None:
+    source = OpenCvSource("file:///there/is/no.mp4", ManualClock())
+    with pytest.raises(CameraError, match=r"^file:///there/is/no.mp4: there is no such file$"):
         await read_all(source, [])
     await source.close()
 
@@ -79,4 +78,4 @@ async def test_a_file_that_is_no_film_is_an_error(tmp_path: Path) -> None:
 
 
 async def test_closing_before_anything_was_opened_does_nothing() -> None:
-    await OpenCvSource("v4l2:///dev/video97", ManualClock()).close()
+    await OpenCvSource("file:///there/is/no.mp4", ManualClock()).close()

@@ -3,7 +3,10 @@ from __future__ import annotations
 import asyncio
 import threading
 
-from hawk.comm.threads import Inbox, LatestSender
+import pytest
+
+from hawk.comm.threads import Inbox, LatestSender, Workers
+from tests.unit.comm.waiting import until
 
 WAIT_S = 5.0
 
@@ -155,3 +158,63 @@ def test_a_failure_does_not_end_the_thread() -> None:
     sender.put(1)
     assert done.wait(WAIT_S)
     sender.close()
+
+
+class Piece:
+    """Work that notes its thread and ends when it may."""
+
+    def __init__(self, may_end: bool = True) -> None:
+        self.may_end = threading.Event()
+        self.thread: threading.Thread | None = None
+        if may_end:
+            self.may_end.set()
+
+    def __call__(self) -> None:
+        self.thread = threading.current_thread()
+        assert self.may_end.wait(WAIT_S)
+
+    async def begun(self) -> threading.Thread:
+        await until(lambda: self.thread is not None)
+        assert self.thread is not None
+        return self.thread
+
+
+async def test_an_idle_thread_is_used_again_and_no_new_one_is_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    workers = Workers("test")
+    first = Piece()
+    workers.begin(first)
+    thread = await first.begun()
+    await until(lambda: bool(workers._idle))
+    with monkeypatch.context() as patch:
+        patch.setattr(threading.Thread, "start", lambda _: pytest.fail("a thread is started"))
+        second = Piece()
+        workers.begin(second)
+    assert await second.begun() is thread
+    assert thread.name == "test"
+    assert thread.daemon, "it does not hold the exit"
+
+
+async def test_work_does_not_wait_behind_other_work_that_hangs() -> None:
+    workers = Workers("test")
+    hanging = [Piece(may_end=False) for _ in range(3)]
+    for each in hanging:
+        workers.begin(each)
+    free = Piece()
+    workers.begin(free)
+    threads = {await each.begun() for each in (*hanging, free)}
+    assert len(threads) == 4
+    for each in hanging:
+        each.may_end.set()
+    await until(lambda: len(workers._idle) == 4)
+
+
+async def test_a_thread_that_has_nothing_to_do_ends_and_later_work_is_done() -> None:
+    workers = Workers("test", idle_s=0.01)
+    first = Piece()
+    workers.begin(first)
+    thread = await first.begun()
+    await until(lambda: not thread.is_alive())
+    assert not workers._idle
+    later = Piece()
+    workers.begin(later)
+    assert await later.begun() is not thread

@@ -56,7 +56,7 @@ STATUS = DroneStatus(
     operation=OperationStatus(state=StateName.HOVER),
     vehicle=VehicleStatus(armed=False),
     site=SiteStatus(datum=(60.1693, 24.9393)),
-    perception=PerceptionStatus(explored=0.62),
+    perception=PerceptionStatus(explored=0.62, free_range=(1, 2)),
     travel=TravelStatus(flight_time=96.2, distance_flown=213.0),
     parts=PartsStatus(health=(HealthItem(name="camera", healthy=False, reason="No picture for 3 s"),)),
 )

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hawk.model import CELL_M, TILE_CELLS, Cell, GlobalPose, Stall, StallState
-from hawk.survey.report import compare, counts, finite, map_offset
+from hawk.survey.report import compare, counts, finite, in_range, map_offset
 from hawk.survey.truth import GroundTruth
 from hawk.survey_map import SurveyMap
 
@@ -136,3 +136,8 @@ def test_the_offset_of_a_displaced_map_is_found(dx: float, dy: float) -> None:
 
 def test_a_few_stalls_are_no_ground_for_moving_a_map() -> None:
     assert map_offset(np.zeros((3, 2)), np.ones((3, 2))) == pytest.approx(np.zeros(2))
+
+
+def test_an_interval_holds_the_true_number_at_its_bounds_and_between() -> None:
+    assert [in_range(true, (66, 77)) for true in (65.0, 66.0, 70.0, 77.0, 78.0)] == [False, True, True, True, False]
+    assert in_range(70.0, None) is None

@@ -24,7 +24,7 @@ SCORE = dict.fromkeys(
     ),
     1.0,
 )
-COUNTS = {"stalls": 2, "free": 1, "taken": 1, "unknown": 0}
+COUNTS = {"stalls": 2, "free": 1, "taken": 1, "unknown": 0, "free_range": None}
 DONE = SurveyOutcome(SurveyStatus.DONE, "The whole lot was seen.", True, True, 120.0, 300.0, 1.0)
 
 
@@ -41,3 +41,10 @@ def test_a_valid_run_and_a_real_flight_have_no_such_warning(
 ) -> None:
     _say(Path("out"), DONE, {**COUNTS, **values})
     assert capsys.readouterr().err == ""
+
+
+def test_the_bounds_of_the_free_ones_stand_beside_their_number(capsys: pytest.CaptureFixture[str]) -> None:
+    _say(Path("out"), DONE, {**COUNTS, "free_range": (0, 3)})
+    assert "2 stalls: 1 free (between 0 and 3), 1 taken" in capsys.readouterr().out
+    _say(Path("out"), DONE, COUNTS)
+    assert "2 stalls: 1 free, 1 taken" in capsys.readouterr().out

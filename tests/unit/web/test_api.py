@@ -77,7 +77,7 @@ async def test_the_report_tells_the_present_map(rig: Rig) -> None:
     rig.publish(
         DroneStatus(
             operation=OperationStatus(state=StateName.HOVER),
-            perception=PerceptionStatus(explored=0.5),
+            perception=PerceptionStatus(explored=0.5, free_range=(1, 4)),
             travel=TravelStatus(distance_flown=12.0),
         )
     )
@@ -89,6 +89,7 @@ async def test_the_report_tells_the_present_map(rig: Rig) -> None:
         "free": 1,
         "taken": 1,
         "unknown": 0,
+        "free_range": [1, 4],
         "lot_area_m2": 120.0,
         "explored": 0.5,
         "way_m": 12.0,

@@ -69,6 +69,7 @@ from hawk.model import (
     TileKey,
 )
 from hawk.settings_reference import reference_text, settings
+from hawk.stall_count import free_interval
 from hawk.web.app import WebServer
 from hawk.web.services import OperatorSide, WebServices
 
@@ -429,7 +430,8 @@ class FakeDrone:
                 footprint=() if grounded else tuple(map(Point.of, self.footprint())),
                 explored=self.explored if known else None, explore_done=self.done,
                 remaining=None if self.done else 480 * (1 - self.explored), lot_area=5168.0, free=counts.free,
-                taken=counts.taken, unknown=counts.unknown, vision_rate=8.1, camera_age=0.1,
+                taken=counts.taken, unknown=counts.unknown,
+                free_range=free_interval(counts, self.explored) if known else None, vision_rate=8.1, camera_age=0.1,
             ),
             parts=PartsStatus(health=tuple(self.health())),
             log=tuple(self.log), trail=tuple(self.trail), outline_setup=self.outline,

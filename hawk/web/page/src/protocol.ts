@@ -359,6 +359,7 @@ export interface Heartbeat {
   Free: number;
   Taken: number;
   Unknown: number;
+  "Free Range": [number, number] | null;
   Explored: number | null;
   "Explore Done": boolean;
   "Outline Unseen": number | null;

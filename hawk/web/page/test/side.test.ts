@@ -68,6 +68,18 @@ describe("the counts", () => {
     assert.match(stage.text, /whole lot seen/);
   });
 
+  it("name the bounds of the free ones where they leave something open", async () => {
+    const rig = flying({ Free: 71, Taken: 40, Explored: 1, "Explore Done": true, "Free Range": [66, 77] });
+    const stage = new Stage(new CountsCard(), rig.operator);
+    await stage.drawn();
+    assert.match(stage.text, /In the whole lot 66 to 77 are free/);
+    for (const none of [null, [71, 71] as [number, number]]) {
+      rig.hear({ Free: 71, "Free Range": none });
+      await stage.drawn();
+      assert.doesNotMatch(stage.text, /are free/);
+    }
+  });
+
   it("tell until when they were counted once the link is lost", async () => {
     const rig = flying({ Free: 3 });
     const stage = new Stage(new CountsCard(), rig.operator);

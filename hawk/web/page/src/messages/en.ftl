@@ -451,6 +451,7 @@ column-place = Place
 column-seen = Seen
 show-more = Show more
 show-survey = Show survey
+free-between = In the whole lot { $low } to { $high } are free
 counted-up-to = Counted up to { $time }
 stalls-found =
     { $stalls ->

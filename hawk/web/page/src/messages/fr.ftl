@@ -447,6 +447,7 @@ column-place = Position
 column-seen = Vue
 show-more = Afficher plus
 show-survey = Voir le relevé
+free-between = Dans tout le parking, { $low } à { $high } sont libres
 counted-up-to = Décompte arrêté à { $time }
 stalls-found =
     { $stalls ->

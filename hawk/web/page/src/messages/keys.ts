@@ -283,6 +283,7 @@ export interface Messages {
   "column-seen": Record<string, never>;
   "show-more": Record<string, never>;
   "show-survey": Record<string, never>;
+  "free-between": { low: string | number; high: string | number };
   "counted-up-to": { time: string | number };
   "stalls-found": { stalls: number };
   "stalls-found-all": { stalls: number };

@@ -20,6 +20,7 @@ export class CountsCard extends Part {
       ${count("free", heartbeat.Free)} ${count("taken", heartbeat.Taken)} ${count("unknown", heartbeat.Unknown)}
       <span class="sub w">
         <span>${summary(view)}</span>
+        ${between(view)}
         ${isFlying(heartbeat) ? nothing : html`<button class="small" @click=${() => this.showSurvey()}>${say("show-survey")}</button>`}
       </span>
     </section>`;
@@ -40,6 +41,13 @@ function count(state: StallState, stalls: number): TemplateResult {
     ${swatch(state)}
     <div><b>${number(stalls)}</b><span class="sub">${say(`legend-${state}`)}</span></div>
   </div>`;
+}
+
+/** The bounds of the number of free stalls, where they differ from it. */
+function between(view: View): TemplateResult | typeof nothing {
+  const bounds = view.heartbeat?.["Free Range"];
+  if (!bounds || bounds[0] === bounds[1] || linkOf(view) === "lost") return nothing;
+  return html`<span data-between>${say("free-between", { low: bounds[0], high: bounds[1] })}</span>`;
 }
 
 function summary(view: View): string {
