@@ -1,4 +1,4 @@
-"""The command ``hawk-drone``: runs the daemon, flies a survey, writes a film, makes tokens, goes back a version."""
+"""The command ``hawk-drone``: runs the daemon, flies a survey, writes a film, calibrates the camera, makes tokens."""
 
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ from hawk.access_commands import COMMANDS as ACCESS_COMMANDS
 from hawk.access_commands import add_access_commands
 from hawk.background.commands import COMMAND as MAKE_BACKGROUND
 from hawk.background.commands import add_background_command
+from hawk.calibrate.commands import COMMAND as CALIBRATE
+from hawk.calibrate.commands import add_calibrate_command
 from hawk.check.commands import CHECK_COMMANDS, add_check_commands
 from hawk.config import ConfigError
 from hawk.option_settings import load_settings
@@ -29,7 +31,7 @@ from hawk.simulation import (
 )
 from hawk.versions.commands import VERSION_COMMANDS, add_version_commands
 
-COMMANDS = {"run", "survey", "film", MAKE_BACKGROUND} | ACCESS_COMMANDS | CHECK_COMMANDS | VERSION_COMMANDS
+COMMANDS = {"run", "survey", "film", MAKE_BACKGROUND, CALIBRATE} | ACCESS_COMMANDS | CHECK_COMMANDS | VERSION_COMMANDS
 EXIT_USAGE = 2
 """Exit status for wrong options and wrong settings, as argparse has it."""
 EXIT_FAILED = 1
@@ -75,6 +77,7 @@ def make_parser() -> argparse.ArgumentParser:
     film.add_argument("film", type=Path, metavar="FILM", help="the file to write (.avi)")
     add_access_commands(commands)
     add_check_commands(commands)
+    add_calibrate_command(commands)
     add_background_command(commands)
     add_version_commands(commands)
     return parser

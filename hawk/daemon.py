@@ -41,6 +41,7 @@ from hawk.ddc.service_interface import DdcServiceInterface
 from hawk.ddc.settings import DdcSettings, ManagerSetup
 from hawk.ddc.survey_memory import SurveyMemory
 from hawk.ddc.topic_interface import DdcInputs, DdcTopicInterface
+from hawk.flight_offer import FlightOffer
 from hawk.map_keeper import MapKeeper
 from hawk.model import ArmPlace, Health, OccupancyMap, PathPlan, StateName, VehicleState
 from hawk.process import LOOP_NICENESS, SystemdNotifier, Ticker, Watchdog, set_niceness, set_session_niceness
@@ -157,6 +158,7 @@ class Daemon:
         self._make_vehicle()
         self._make_operations()
         self._make_results()
+        self._make_flight_offer()
         self._web = WebServer(self._web_services())
 
     # -- building ----------------------------------------------------------------------------------------------------
@@ -387,6 +389,8 @@ class Daemon:
         algorithms.start()
         self._map_keeper = MapKeeper(algorithms.changes_since, self._journal.put_map)
         self._own("map-keeper", self._map_keeper.run)
+        if self._flight_offer is not None:
+            self._own("flight-offer", self._flight_offer.run)
 
     async def _monitor(self) -> None:
         """Publish the health of the parts without topics of their own."""
@@ -506,6 +510,16 @@ class Daemon:
         if self.autopilot.datum is not None:
             self._journal.set_datum(self.autopilot.datum)
 
+    def _make_flight_offer(self) -> None:
+        """After flights of a real drone only: a simulated camera stamps by the autopilot's clock."""
+        self._flight_offer: FlightOffer | None = None
+        if not self._options.is_simulation:
+            self._flight_offer = FlightOffer(
+                self._config.camera,
+                lambda: None if self._recording.recording or self._recording.waiting else self._recording.path,
+                lambda text, details: self.manager.log.add("info", text, details),
+            )
+
     def _record_flights(self, state: VehicleState) -> None:
         if state.armed:
             self._flight_word.say(may_fly=True)  # at once: no version is switched from now on
@@ -513,6 +527,8 @@ class Daemon:
             self._starts.found_disarmed()
         if state.connected:
             (self._recording.begin if state.armed else self._recording.end)()
+            if self._flight_offer is not None:
+                self._flight_offer.note(armed=state.armed)
 
     def _storage_health(self) -> Health:
         journal = self._journal.health

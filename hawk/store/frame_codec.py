@@ -49,9 +49,25 @@ def decode_frame(data: bytes, kind: type[T]) -> T:
 
 def picture_of(data: bytes) -> bytes:
     """Return the picture of `encode_frame` alone. Raises FrameFormatError."""
+    return data[_header_end(data) :]
+
+
+def values_of(data: bytes) -> dict[str, Any]:
+    """Return the fields of `encode_frame` without the picture, as JSON keeps them. Raises FrameFormatError."""
+    end = _header_end(data)
+    try:
+        values = json.loads(data[_LENGTH.size : end])
+    except ValueError as error:
+        raise FrameFormatError(f"the frame's header is not JSON: {error}") from error
+    if not isinstance(values, dict):
+        raise FrameFormatError("the frame's header is no object")
+    return values
+
+
+def _header_end(data: bytes) -> int:
     if len(data) < _LENGTH.size or (end := _LENGTH.size + _LENGTH.unpack_from(data)[0]) > len(data):
         raise FrameFormatError("the frame's header is torn")
-    return data[end:]
+    return int(end)
 
 
 def to_json(payload: Any) -> str:

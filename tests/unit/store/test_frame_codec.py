@@ -19,7 +19,7 @@ from hawk.model import (
     MapPose,
     StateName,
 )
-from hawk.store.frame_codec import FrameFormatError, decode_frame, encode_frame, to_plain
+from hawk.store.frame_codec import FrameFormatError, decode_frame, encode_frame, to_plain, values_of
 
 FRAME = FrameInput(
     sequence=7,
@@ -39,6 +39,22 @@ finite = st.floats(allow_nan=False, allow_infinity=False)
 
 def test_a_frame_comes_back_equal() -> None:
     assert decode_frame(encode_frame(FRAME), FrameInput) == FRAME
+
+
+def test_the_fields_are_read_without_the_picture() -> None:
+    values = values_of(encode_frame(FRAME))
+    assert values["captured"] == FRAME.captured
+    assert values["camera"]["fx"] == FRAME.camera.fx
+    assert "jpeg" not in values
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [(b"\x05", "torn"), (b"\x09\0\0\0{}", "torn"), (b"\x02\0\0\0{x", "not JSON"), (b"\x02\0\0\0[]", "no object")],
+)
+def test_fields_that_cannot_be_read_are_refused(data: bytes, words: str) -> None:
+    with pytest.raises(FrameFormatError, match=words):
+        values_of(data)
 
 
 def test_exclusion_zones_come_back_and_a_frame_from_before_them_is_read() -> None:

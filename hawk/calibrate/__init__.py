@@ -1,0 +1,1 @@
+"""Calibration: of the lens with a printed board, of latency and mount from a flight."""

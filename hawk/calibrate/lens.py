@@ -1,0 +1,133 @@
+"""The lens from views of the board: OpenCV's calibration (Zhang, 2000), its spread, and whether it is good enough."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from hawk.calibrate.coverage import View
+from hawk.calibrate.views import BoardFinder
+
+Floats = NDArray[np.float64]
+
+MOST_RMS: Final = 0.5
+"""Pixels between the corners as they are seen and as the lens shows them, root of the mean square."""
+MOST_FOCAL_SPREAD: Final = 0.002
+"""Share of the focal length, one standard deviation: a stall of 2.5 m is off by 5 mm."""
+MOST_CENTRE_SPREAD: Final = 0.002
+"""Share of the picture's width, one standard deviation."""
+NAMES: Final = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
+"""Parameters in OpenCV's order; pixels, and numbers without a unit."""
+_LEAST_VIEWS: Final = 6
+_OUTLIER: Final = 2.5  # times the median of the views' errors
+_OUTLIER_PX: Final = 0.3
+_MOST_LEFT_OUT: Final = 0.25
+_SURE: Final = 2.0  # spreads from zero
+
+
+class LensError(Exception):
+    """The views give no lens; the text says why, and the remedy."""
+
+
+@dataclass(frozen=True, slots=True)
+class Lens:
+    """A calibrated lens.
+
+    ``values`` and ``spreads`` (9,) by `NAMES`; a spread is one standard deviation, 0 for k3 where it is left out.
+    ``rms`` in pixels. ``left_out`` counts the views that do not fit the others.
+    """
+
+    width: int
+    height: int
+    values: tuple[float, ...]
+    spreads: tuple[float, ...]
+    rms: float
+    views: int
+    left_out: int = 0
+
+    @property
+    def problems(self) -> list[str]:
+        """Why it is not accepted, in sentences with their remedies; empty when it is."""
+        found = []
+        if not self.rms < MOST_RMS:
+            found.append(
+                f"the error is {self.rms:.2f} px, it must be below {MOST_RMS:g}: is the board flat, and the focus "
+                "fixed? Hold it still, in more light"
+            )
+        focal = max(s / v for s, v in zip(self.spreads[:2], self.values[:2], strict=True))
+        if not focal <= MOST_FOCAL_SPREAD:
+            found.append(
+                f"the focal length is uncertain by {focal:.2%}, at most {MOST_FOCAL_SPREAD:.1%} is allowed: show more "
+                "tilted boards"
+            )
+        centre = max(self.spreads[2:4]) / self.width
+        if not centre <= MOST_CENTRE_SPREAD:
+            found.append(
+                f"the centre is uncertain by {centre:.2%} of the width, at most {MOST_CENTRE_SPREAD:.1%} is allowed: "
+                "show more boards tilted and near"
+            )
+        return found
+
+
+@dataclass(frozen=True, slots=True)
+class _Fit:
+    rms: float
+    values: Floats = field(repr=False)
+    spreads: Floats = field(repr=False)
+    errors: Floats = field(repr=False)
+
+
+def calibrate(views: Sequence[View], width: int, height: int) -> Lens:
+    """Return the lens of views of one camera. Raises LensError.
+
+    The spreads count only where boards are tilted (`hawk.calibrate.coverage`): boards that are all parallel to the
+    picture leave the focal length open, and OpenCV's spread does not show it.
+
+    Views that do not fit the others are left out, a quarter of them at most. k3 is left out where it is within two
+    spreads of zero: it bends the corners of the picture.
+    """
+    finder = BoardFinder(width, height)
+    kept = list(views)
+    fit = _fit(finder, kept, width, height, 0)
+    while True:
+        worst = int(np.argmax(fit.errors))
+        limit = max(_OUTLIER_PX, _OUTLIER * float(np.median(fit.errors)))
+        if fit.errors[worst] <= limit or len(kept) <= max(_LEAST_VIEWS, (1 - _MOST_LEFT_OUT) * len(views)):
+            break
+        del kept[worst]
+        fit = _fit(finder, kept, width, height, 0)
+    if abs(fit.values[8]) < _SURE * fit.spreads[8]:
+        fit = _fit(finder, kept, width, height, cv2.CALIB_FIX_K3)
+    return Lens(
+        width,
+        height,
+        tuple(float(value) for value in fit.values),
+        tuple(float(value) for value in fit.spreads),
+        fit.rms,
+        len(kept),
+        len(views) - len(kept),
+    )
+
+
+def _fit(finder: BoardFinder, views: Sequence[View], width: int, height: int, flags: int) -> _Fit:
+    if len(views) < _LEAST_VIEWS:
+        raise LensError(f"{len(views)} views of the board, at least {_LEAST_VIEWS} are needed: show more of them")
+    boards = [finder.points(view).astype(np.float32) for view in views]
+    seen = [view.corners.astype(np.float32) for view in views]
+    guess, none = np.eye(3), np.zeros(5)
+    try:
+        found: Any = cv2.calibrateCameraExtended(boards, seen, (width, height), guess, none, flags=flags)
+    except cv2.error as error:
+        raise LensError(
+            f"the views give no lens ({error.err or error}): show the board tilted, in several parts"
+        ) from error
+    rms, matrix, distortion, _, _, spreads, _, errors = found
+    values = np.concatenate([np.asarray(matrix)[[0, 1, 0, 1], [0, 1, 2, 2]], np.ravel(distortion)[:5]])
+    if not (np.isfinite(values).all() and (values[:2] > 0).all()):
+        raise LensError("the views give no lens: show the board tilted, in several parts of the picture")
+    return _Fit(float(rms), values, np.ravel(spreads)[:9], np.ravel(errors))
