@@ -134,7 +134,7 @@ container: setup
 bench: setup browser
 	$(BIN)/python -m benchmarks $(ARGS)
 
-# The daemon on one core and 1 GiB, over three hectares: a quarter of an hour, as root, on a quiet machine.
+# The daemon on one core and 1 GiB, over three hectares: five minutes, as root, on a quiet machine.
 bench-small: setup
 	$(BIN)/python -m benchmarks.small $(ARGS)
 
