@@ -1,11 +1,12 @@
-"""Frames a second of the operator page's map while it is moved, over many stalls.
+"""The operator page over many stalls: its first paint, and frames a second of its map while it is moved.
 
 ``python -m benchmarks.map_frames [--stalls 2100] [--seconds 4] [--gpu] [--json FILE]``
 
 The real page over a made-up drone that knows a field of stalls, in Chromium without a window. Each case moves the map
 with the pointer by a few pixels a frame, from within the page, and counts the frames that the browser draws; it draws
 60 a second at most. The last case turns the map, as it does while the drone's nose is up. Without ``--gpu`` the
-processor draws everything.
+processor draws everything. The first paint is that of a browser that never saw the page (First Contentful Paint,
+https://w3c.github.io/paint-timing/), beside a page of one word.
 """
 
 from __future__ import annotations
@@ -19,12 +20,13 @@ from collections.abc import AsyncIterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
+from statistics import median
 from typing import Any, Final
 
 import numpy as np
-from playwright.async_api import Page, async_playwright
+from playwright.async_api import Browser, Page, ViewportSize, async_playwright
 
-from benchmarks.figures import BenchmarkError, Figure, Limit, Section, tell
+from benchmarks.figures import BenchmarkError, Figure, Limit, Reference, Section, tell
 from benchmarks.whole_daemon import CHROMIUM
 
 ROOT: Final = Path(__file__).resolve().parent.parent
@@ -33,6 +35,11 @@ LEAST_FPS: Final = {False: 40.0, True: 58.0}
 """Without and with a GPU; 60 is what the screen shows, and a frame may be missed."""
 LOAD_S: Final = 120.0
 STEP_PX: Final = 7
+FIRST_PAINT_MS: Final = 1000.0
+LOADS: Final = 5
+SIZE: Final = ViewportSize(width=1440, height=900)
+WORD: Final = "data:text/html,word"
+PAINTED: Final = "() => performance.getEntriesByName('first-contentful-paint')[0]?.startTime"
 
 MOVE: Final = """async ({ seconds, step, turning }) => {
   const map = document.querySelector(".ol-viewport");
@@ -100,10 +107,24 @@ def figures_of(case: Case, times: Sequence[float], limit: float | None) -> list[
     ]
 
 
+def paint_figures(page_ms: Sequence[float], word_ms: Sequence[float]) -> list[Figure]:
+    """Return the first paint, from the times (milliseconds) of several loads of the page and of a page of one word."""
+    reference = Reference("a page of one word", median(word_ms))
+    return [
+        Figure(
+            "first_paint_ms", "first paint, median", median(page_ms), "ms", reference, Limit(highest=FIRST_PAINT_MS)
+        ),
+        Figure("first_paint_ms_max", "first paint, longest", max(page_ms), "ms"),
+    ]
+
+
 async def measure(stalls: int, seconds: float, *, gpu: bool) -> list[Figure]:
-    """Measure every case, one after the other."""
-    figures: list[Figure] = []
-    async with _shown(stalls, gpu=gpu) as page:
+    """Measure the first paint and every case, one after the other."""
+    async with _drone(stalls) as url, _browser(gpu=gpu) as browser:
+        painted = [await _first_paint(browser, url) for _ in range(LOADS)]
+        of_a_word = [await _first_paint(browser, WORD) for _ in range(LOADS)]
+        figures = paint_figures(painted, of_a_word)
+        page = await _shown(browser, url, stalls)
         for case in CASES:
             times = await _case(page, case, seconds)
             figures += figures_of(case, times, None if case.turning else LEAST_FPS[gpu])
@@ -123,29 +144,49 @@ async def _case(page: Page, case: Case, seconds: float) -> list[float]:
 
 
 @contextlib.asynccontextmanager
-async def _shown(stalls: int, *, gpu: bool) -> AsyncIterator[Page]:
-    """Show the page over a made-up drone until it knows every stall and has their pictures."""
+async def _drone(stalls: int) -> AsyncIterator[str]:
+    """Run the made-up drone; gives the page's address."""
     command = (sys.executable, str(FAKE_DRONE), "still", "--port", "0", "--stalls", str(stalls))
     drone = await asyncio.create_subprocess_exec(*command, cwd=ROOT, stdout=asyncio.subprocess.PIPE)
     try:
         assert drone.stdout is not None
-        url = (await asyncio.wait_for(drone.stdout.readline(), LOAD_S)).decode().strip()
-        flags = ["--headless=new", "--no-sandbox", "--disable-quic"]
-        async with async_playwright() as playwright:
-            browser = await playwright.chromium.launch(
-                executable_path=CHROMIUM, args=[*flags, "--enable-gpu" if gpu else "--disable-gpu"]
-            )
-            page = await browser.new_page(viewport={"width": 1440, "height": 900})
-            known = _watch_stalls(page, stalls)
-            await page.goto(url)
-            await asyncio.wait_for(known.wait(), LOAD_S)
-            await page.wait_for_load_state("networkidle")
-            yield page
-            await browser.close()
+        yield (await asyncio.wait_for(drone.stdout.readline(), LOAD_S)).decode().strip()
     finally:
         if drone.returncode is None:
             drone.kill()
         await drone.wait()
+
+
+@contextlib.asynccontextmanager
+async def _browser(*, gpu: bool) -> AsyncIterator[Browser]:
+    flags = ["--headless=new", "--no-sandbox", "--disable-quic", "--enable-gpu" if gpu else "--disable-gpu"]
+    async with async_playwright() as playwright:
+        browser = await playwright.chromium.launch(executable_path=CHROMIUM, args=flags)
+        try:
+            yield browser
+        finally:
+            await browser.close()
+
+
+async def _first_paint(browser: Browser, url: str) -> float:
+    """Return the time (milliseconds) from the request to the first paint, without anything kept of an earlier visit."""
+    page = await browser.new_page(viewport=SIZE)
+    try:
+        await page.goto(url)
+        found = await page.wait_for_function(PAINTED, timeout=LOAD_S * 1e3)
+        return float(await found.json_value())
+    finally:
+        await page.close()
+
+
+async def _shown(browser: Browser, url: str, stalls: int) -> Page:
+    """Show the page until it knows every stall and has their pictures."""
+    page = await browser.new_page(viewport=SIZE)
+    known = _watch_stalls(page, stalls)
+    await page.goto(url)
+    await asyncio.wait_for(known.wait(), LOAD_S)
+    await page.wait_for_load_state("networkidle")
+    return page
 
 
 def _watch_stalls(page: Page, count: int) -> asyncio.Event:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from benchmarks.figures import BenchmarkError
-from benchmarks.map_frames import CASES, figures_of
+from benchmarks.map_frames import CASES, figures_of, paint_figures
 
 
 def test_frames_a_second_count_every_interval_and_are_held_against_the_limit() -> None:
@@ -34,3 +34,10 @@ def test_a_browser_that_drew_nothing_is_no_result() -> None:
 def test_every_case_has_figures_of_its_own() -> None:
     keys = [figure.key for case in CASES for figure in figures_of(case, [each * 16.0 for each in range(20)], None)]
     assert len(keys) == len(set(keys))
+
+
+def test_the_first_paint_is_the_median_of_the_loads_beside_a_page_of_one_word() -> None:
+    first, longest = paint_figures([900.0, 300.0, 400.0], [30.0, 50.0, 40.0])
+    assert (first.value, first.ratio, first.passed) == (400.0, 10.0, True)
+    assert longest.value == 900.0
+    assert paint_figures([1001.0], [40.0])[0].passed is False
