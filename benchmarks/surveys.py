@@ -22,6 +22,7 @@ from shapely.ops import unary_union
 from benchmarks.figures import BenchmarkError, Figure, Limit, number
 from benchmarks.pace import in_time
 from hawk.config import CameraSettings, HeightSettings
+from hawk.stall_count import HELD_SHARE
 from hawk.survey.run import LATE_FRAMES_LIMIT
 from hawk.survey.truth import GroundTruth, read_truth
 
@@ -30,8 +31,6 @@ LEAST_F1: Final = 0.85
 LEAST_RECALL_WHOLE: Final = 0.8
 COUNT_ERROR_SHARE: Final = 0.10
 COUNT_ERROR_STALLS: Final = 3.0
-HELD_SHARE: Final = 0.9
-"""Share of the surveys whose interval must hold the true number of free stalls."""
 ASPECT: Final = 720 / 1280
 
 

@@ -22,9 +22,9 @@ from benchmarks.perception.measures import Judged, calibration_error
 from hawk.algo.vision import decode, quads
 from hawk.algo.vision.seen import GroundImage
 from hawk.model import TILE_CELLS, GlobalPose, StallState
-from hawk.stall_count import free_interval
+from hawk.stall_count import HELD_SHARE, free_interval
 from hawk.survey import scoring
-from hawk.survey.report import compare, map_offset
+from hawk.survey.report import compare, in_range, map_offset
 from hawk.survey.scoring import Finding, Tally, match, tally
 from hawk.survey.truth import GroundTruth
 from hawk.survey_map import SurveyMap
@@ -34,7 +34,6 @@ ORIGIN = GlobalPose(43.2609, -79.9192, 0.0)
 MINIMUM_SCORE = 0.5
 WHOLE = 0.98
 FREE_SHARE, FREE_STALLS = 0.05, 2
-HELD_SHARE = 0.9
 
 Floats = NDArray[np.float64]
 
@@ -135,8 +134,7 @@ class Result:
     @property
     def free_in_range(self) -> bool:
         """True when the interval holds the true number of free stalls; False without an interval."""
-        bounds = self.free_range
-        return bounds is not None and bounds[0] <= self.fused.tally.free_true <= bounds[1]
+        return in_range(self.fused.tally.free_true, self.free_range) is True
 
 
 def judge(name: str, world: World, truth: GroundTruth, flown: Flown, single: SingleFrames, model_way: float) -> Result:

@@ -11,13 +11,12 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
-from scipy.spatial.transform import Rotation
 
-from hawk.algo.vision.rectify import rotation
 from hawk.camera_address import RPICAM, V4L2
 from hawk.model import GROUND_STATES, CameraModel, MapPose, StateName
+from hawk.rotation import angles, rotation
 from hawk.store.frame_codec import FrameFormatError, picture_of, values_of
-from hawk.store.recording import FRAME_INPUT
+from hawk.store.recording import FRAME_INPUT, newest_file
 from hawk.store.replay import RecordingError, read_metadata, read_recording
 
 Floats = NDArray[np.float64]
@@ -194,7 +193,7 @@ def _aimed(pose: MapPose, camera: CameraModel) -> tuple[MapPose, CameraModel]:
     """Return the pose with the attitude by which the camera looks straight down, and the camera with a level mount."""
     body = rotation(pose.roll, pose.pitch, pose.yaw)
     turn = body @ rotation(camera.mount_roll, camera.mount_pitch, camera.mount_yaw)
-    yaw, pitch, roll = (float(angle) for angle in Rotation.from_matrix(turn).as_euler("ZYX"))
+    roll, pitch, yaw = angles(turn)
     level = replace(camera, mount_roll=0.0, mount_pitch=0.0, mount_yaw=0.0)
     return MapPose(pose.north, pose.east, pose.height, roll, pitch, yaw), level
 
@@ -215,12 +214,12 @@ def pictures(path: Path, wanted: frozenset[int]) -> Iterator[tuple[int, bytes]]:
 
 def newest_recording(folder: Path) -> Path:
     """Return the newest recording of a store's folder. Raises FlightError."""
-    found = list((folder / "recordings").glob("*.mcap"))
-    if not found:
+    try:
+        return newest_file(folder / "recordings")
+    except ValueError:
         raise FlightError(
             f"store.directory: {folder / 'recordings'} has no recording: fly with [store] record = true, or name one"
-        )
-    return max(found, key=lambda path: path.stat().st_mtime_ns)
+        ) from None
 
 
 def _is_of_use(frame: _Frame) -> bool:

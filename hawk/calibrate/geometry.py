@@ -6,16 +6,14 @@ Frames and axes are those of `hawk.algo.vision.rectify`; poses are rows of north
 
 from __future__ import annotations
 
-from typing import Final
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from hawk.rotation import CAMERA_TO_BODY
+
 Floats = NDArray[np.float64]
 
-LOOKS_DOWN: Final = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-"""The camera's axes (x right, y down in the picture, z ahead) in the body's."""
 _STEP = 1e-3
 
 
@@ -26,7 +24,7 @@ def rotations(angles: Floats) -> Floats:
 
 def mounted(angles: Floats) -> Floats:
     """Return (3, 3): the camera's axes in the body's, of the mount's roll, pitch, yaw (3,), radians."""
-    return np.asarray(rotations(angles[None])[0] @ LOOKS_DOWN)
+    return np.asarray(rotations(angles[None])[0] @ CAMERA_TO_BODY)
 
 
 def carried(

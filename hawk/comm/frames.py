@@ -13,14 +13,14 @@ import math
 import operator
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final, TypeVar
+from typing import Final, Protocol, TypeVar
 
 import pymap3d
 
 from hawk.model import ArmPlace, GlobalPose, LandedState, LocalPose, MapPose
 
 _LOG = logging.getLogger(__name__)
-S = TypeVar("S", "EkfPosition", "Attitude")
+S = TypeVar("S", bound="Sample")
 
 REACH_S: Final = 0.3
 """A moment farther than this from every sample has no pose."""
@@ -37,6 +37,14 @@ _DISARMED_S: Final = 0.5
 _STILL_M_S: Final = 1.0
 _STANDS_BELOW_M: Final = 3.0
 _VECTOR: Final = operator.attrgetter("x", "y", "z", "vx", "vy", "vz")
+
+
+class Sample(Protocol):
+    """Anything with a moment of our clock, seconds."""
+
+    @property
+    def time(self) -> float:  # noqa: D102
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,13 +87,13 @@ class PoseBuffer:
         """Take a position; one that is not newer than the last is dropped (a repeated or overtaken datagram)."""
         if not self._positions or sample.time > self._positions[-1].time:
             self._positions.append(sample)
-            _forget(self._positions, sample.time - self._keep)
+            forget(self._positions, sample.time - self._keep)
 
     def add_attitude(self, sample: Attitude) -> None:
         """Take an attitude; one that is not newer than the last is dropped."""
         if not self._attitudes or sample.time > self._attitudes[-1].time:
             self._attitudes.append(sample)
-            _forget(self._attitudes, sample.time - self._keep)
+            forget(self._attitudes, sample.time - self._keep)
 
     def clear(self) -> None:
         """Forget all samples: their frame or their clock has changed."""
@@ -99,12 +107,12 @@ class PoseBuffer:
 
     def position_at(self, time: float) -> EkfPosition | None:
         """Return the position at that moment: linear between samples, by its velocity up to `REACH_S` beyond one."""
-        before, after = _neighbours(self._positions, time)
+        before, after = neighbours(self._positions, time)
         if before is not None and after is not None and after.time - before.time <= 2 * REACH_S:
             share = (time - before.time) / (after.time - before.time)
             pairs = zip(_VECTOR(before), _VECTOR(after), strict=True)
             return EkfPosition(time, *(a + (b - a) * share for a, b in pairs))
-        near = _nearest(before, after, time)
+        near = nearest(before, after, time)
         if near is None:
             return None
         dt = time - near.time
@@ -114,7 +122,7 @@ class PoseBuffer:
 
     def attitude_at(self, time: float) -> Attitude | None:
         """Return the attitude at that moment: every angle along the shorter arc, held up to `REACH_S` beyond one."""
-        before, after = _neighbours(self._attitudes, time)
+        before, after = neighbours(self._attitudes, time)
         if before is not None and after is not None and after.time - before.time <= 2 * REACH_S:
             share = (time - before.time) / (after.time - before.time)
             return Attitude(
@@ -123,7 +131,7 @@ class PoseBuffer:
                 _between(before.pitch, after.pitch, share),
                 _between(before.yaw, after.yaw, share),
             )
-        near = _nearest(before, after, time)
+        near = nearest(before, after, time)
         return None if near is None else Attitude(time, near.roll, near.pitch, near.yaw)
 
 
@@ -395,16 +403,19 @@ def _between(first: float, second: float, share: float) -> float:
     return wrap_angle(first + wrap_angle(second - first) * share)
 
 
-def _neighbours(samples: Sequence[S], time: float) -> tuple[S | None, S | None]:
+def neighbours(samples: Sequence[S], time: float) -> tuple[S | None, S | None]:
+    """Return the samples, oldest first, on both sides of a moment; None where there is none."""
     index = bisect.bisect_right(samples, time, key=lambda sample: sample.time)
     return (samples[index - 1] if index else None, samples[index] if index < len(samples) else None)
 
 
-def _nearest(before: S | None, after: S | None, time: float) -> S | None:
-    near = [sample for sample in (before, after) if sample is not None and abs(sample.time - time) <= REACH_S]
+def nearest(before: S | None, after: S | None, time: float, reach_s: float = REACH_S) -> S | None:
+    """Return the nearer one of two samples; None when both are farther away than ``reach_s`` seconds."""
+    near = [sample for sample in (before, after) if sample is not None and abs(sample.time - time) <= reach_s]
     return min(near, key=lambda sample: abs(sample.time - time)) if near else None
 
 
-def _forget(samples: list[S], before: float) -> None:
+def forget(samples: list[S], before: float) -> None:
+    """Drop the samples, oldest first, from before a moment."""
     index = bisect.bisect_left(samples, before, key=lambda sample: sample.time)
     del samples[:index]

@@ -13,9 +13,10 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hawk.comm.frames import forget, nearest, neighbours
 from hawk.model import CameraModel, VehiclePose
+from hawk.rotation import Matrix, angles, rotation
 
 FRESH_S: Final = 0.5
 """Seconds between a picture and the nearest reported attitude; beyond, where the camera looks is not known."""
@@ -26,8 +27,6 @@ _YAW_LOCK: Final = 16
 _YAW_IN_VEHICLE_FRAME: Final = 32
 _YAW_IN_EARTH_FRAME: Final = 64
 _LEAST_NORM: Final = 0.5
-
-Matrix = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,8 +53,7 @@ class GimbalWatch:
         if self._samples and time <= self._samples[-1].time:
             return  # a repeated or overtaken datagram
         self._samples.append(_Sample(time, quaternion / norm, yaw_counts_from_north(int(fields["flags"]))))
-        while self._samples[0].time < time - _KEEP_S:
-            self._samples.pop(0)
+        forget(self._samples, time - _KEEP_S)
 
     def forget(self) -> None:
         """Drop everything: the autopilot has booted."""
@@ -76,18 +74,16 @@ class GimbalWatch:
             return camera, ""
         to_ned = rotation_of(sample.quaternion)
         if not sample.from_north:
-            to_ned = _rotation(0.0, 0.0, pose.yaw) @ to_ned
+            to_ned = rotation(0.0, 0.0, pose.yaw) @ to_ned
         # a camera that looks straight down is a gimbal pitched by -90 degrees
-        down = _rotation(0.0, math.pi / 2, 0.0)
-        own = _rotation(camera.mount_roll, camera.mount_pitch, camera.mount_yaw)
-        mount = _rotation(pose.roll, pose.pitch, pose.yaw).T @ to_ned @ down @ own
-        roll, pitch, yaw = _angles(mount)
+        down = rotation(0.0, math.pi / 2, 0.0)
+        own = rotation(camera.mount_roll, camera.mount_pitch, camera.mount_yaw)
+        roll, pitch, yaw = angles(rotation(pose.roll, pose.pitch, pose.yaw).T @ to_ned @ down @ own)
         return replace(camera, mount_roll=roll, mount_pitch=pitch, mount_yaw=yaw), ""
 
     def _at(self, time: float) -> _Sample | None:
         """Return the attitude at that time: between two samples, or the nearest within FRESH_S."""
-        before = next((each for each in reversed(self._samples) if each.time <= time), None)
-        after = next((each for each in self._samples if each.time > time), None)
+        before, after = neighbours(self._samples, time)
         if before is not None and after is not None and before.from_north == after.from_north:
             span = after.time - before.time
             if span <= 2 * FRESH_S:
@@ -95,8 +91,7 @@ class GimbalWatch:
                 other = after.quaternion * (1.0 if before.quaternion @ after.quaternion >= 0 else -1.0)
                 between = before.quaternion * (1 - share) + other * share
                 return _Sample(time, between / np.linalg.norm(between), before.from_north)
-        near = [each for each in (before, after) if each is not None and abs(each.time - time) <= FRESH_S]
-        return min(near, key=lambda each: abs(each.time - time), default=None)
+        return nearest(before, after, time, FRESH_S)
 
     def _problem(self, time: float) -> str:
         if not self._samples:
@@ -126,29 +121,4 @@ def rotation_of(quaternion: Matrix) -> Matrix:
             [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
             [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
         ]
-    )
-
-
-def _rotation(roll: float, pitch: float, yaw: float) -> Matrix:
-    """Return Rz(yaw) Ry(pitch) Rx(roll), (3, 3), radians."""
-    halves = [(math.cos(angle / 2), math.sin(angle / 2)) for angle in (roll, pitch, yaw)]
-    (cr, sr), (cp, sp), (cy, sy) = halves
-    return rotation_of(
-        np.array(
-            [
-                cr * cp * cy + sr * sp * sy,
-                sr * cp * cy - cr * sp * sy,
-                cr * sp * cy + sr * cp * sy,
-                cr * cp * sy - sr * sp * cy,
-            ]
-        )
-    )
-
-
-def _angles(matrix: Matrix) -> tuple[float, float, float]:
-    """Return roll, pitch, yaw (radians) of a rotation Rz(yaw) Ry(pitch) Rx(roll)."""
-    return (
-        math.atan2(matrix[2, 1], matrix[2, 2]),
-        -math.asin(max(-1.0, min(1.0, matrix[2, 0]))),
-        math.atan2(matrix[1, 0], matrix[0, 0]),
     )

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.model import CameraModel
+from hawk.rotation import angles, rotation
 
 
 class SimulationClock:
@@ -210,18 +211,4 @@ def turned_camera(roll: float, pitch: float, yaw: float, turn: float) -> tuple[f
     """Return the attitude (roll, pitch, yaw) of a camera that is turned in a body of that attitude; all in radians."""
     if turn == 0.0:
         return roll, pitch, yaw
-    matrix = _rotation(roll, pitch, yaw) @ _rotation(0.0, 0.0, turn)
-    pitched = -math.asin(min(1.0, max(-1.0, float(matrix[2, 0]))))
-    return math.atan2(matrix[2, 1], matrix[2, 2]), pitched, math.atan2(matrix[1, 0], matrix[0, 0])
-
-
-def _rotation(roll: float, pitch: float, yaw: float) -> NDArray[np.float64]:
-    """Return Rz(yaw) Ry(pitch) Rx(roll): turns body FRD vectors into NED."""
-    cr, sr, cp, sp, cy, sy = (f(a) for a in (roll, pitch, yaw) for f in (math.cos, math.sin))
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
+    return angles(rotation(roll, pitch, yaw) @ rotation(0.0, 0.0, turn))

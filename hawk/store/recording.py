@@ -125,7 +125,7 @@ class Recording:
         if self.recording or self._queue:
             raise NoRecordingError("The recording is not complete yet.")
         try:
-            return max(self._folder.glob("*.mcap"), key=lambda path: path.stat().st_mtime_ns)
+            return newest_file(self._folder)
         except (ValueError, OSError):
             reason = "There is no recording yet." if self._enabled else "Nothing is recorded: [store] record is false."
             raise NoRecordingError(reason) from None
@@ -312,3 +312,8 @@ class _McapFile:
         """Close a file that cannot be written; its contents stay readable."""
         with contextlib.suppress(OSError, ValueError):
             self.stream.close()
+
+
+def newest_file(folder: Path) -> Path:
+    """Return the newest file of recordings in a folder. Raises ValueError when it has none, and OSError."""
+    return max(folder.glob("*.mcap"), key=lambda path: path.stat().st_mtime_ns)

@@ -72,22 +72,25 @@ GUESSES = web.AppKey("guesses", TokenGuesses)
 
 def network_of(host: str | None) -> str:
     """Return the address that counts as one guest: of IPv6 the first 64 bits, which one guest can vary within."""
-    try:
-        address = ipaddress.ip_address((host or "").partition("%")[0])
-    except ValueError:
+    address = _address(host)
+    if address is None:
         return host or ""
     if isinstance(address, ipaddress.IPv6Address):
-        if address.ipv4_mapped is not None:
-            return str(address.ipv4_mapped)
         return str(ipaddress.ip_network((address, 64), strict=False).network_address)
     return str(address)
 
 
 def is_loopback_peer(host: str | None) -> bool:
     """Return True for a request from this computer."""
+    address = _address(host)
+    return address is not None and address.is_loopback
+
+
+def _address(host: str | None) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
+    """Return the address, of IPv4 where it is mapped into IPv6; None for what is no address."""
     try:
         address = ipaddress.ip_address((host or "").partition("%")[0])
     except ValueError:
-        return False
+        return None
     mapped = address.ipv4_mapped if isinstance(address, ipaddress.IPv6Address) else None
-    return (mapped or address).is_loopback
+    return mapped or address

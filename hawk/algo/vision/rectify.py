@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from hawk.algo.vision.seen import FloatArray, GroundImage
 from hawk.model import CameraModel, MapPoint, MapPose
+from hawk.rotation import CAMERA_TO_BODY, rotation
 
 GROUND_M = 0.10
 """Side of a pixel of the rectified picture, metres."""
@@ -33,23 +34,10 @@ class RectifyError(ValueError):
     """The picture cannot be projected onto the ground; the text gives the reason."""
 
 
-def rotation(roll: float, pitch: float, yaw: float) -> FloatArray:
-    """Return Rz(yaw) Ry(pitch) Rx(roll), (3, 3): turns body FRD vectors into NED (radians)."""
-    cr, sr, cp, sp, cy, sy = (f(a) for a in (roll, pitch, yaw) for f in (math.cos, math.sin))
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
-
-
 def camera_to_ned(camera: CameraModel, pose: MapPose) -> FloatArray:
     """Return (3, 3): turns vectors of the camera (x right, y down in the picture, z ahead) into NED."""
-    camera_to_body = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     mount = rotation(camera.mount_roll, camera.mount_pitch, camera.mount_yaw)
-    return np.asarray(rotation(pose.roll, pose.pitch, pose.yaw) @ mount @ camera_to_body)
+    return np.asarray(rotation(pose.roll, pose.pitch, pose.yaw) @ mount @ CAMERA_TO_BODY)
 
 
 def intrinsics(camera: CameraModel) -> FloatArray:

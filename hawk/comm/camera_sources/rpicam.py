@@ -80,23 +80,9 @@ class RpicamSource(CameraSource):
 def rpicam_arguments(camera: RpicamCamera, metadata: str) -> list[str]:
     """Return the arguments of ``rpicam-vid``; ``metadata``: the path of the file for the metadata."""
     fixed = "--nopreview --timeout 0 --codec mjpeg --flush --output - --metadata-format txt --autofocus-mode manual"
-    values = {
-        "metadata": metadata,
-        "camera": camera.number,
-        "exposure": camera.exposure,
-        "quality": camera.quality,
-        "lens-position": camera.lens_position,
-        "width": camera.width,
-        "height": camera.height,
-        "framerate": camera.framerate,
-        "shutter": camera.shutter,
-        "gain": camera.gain,
-        "awb": camera.awb,
-        "denoise": camera.denoise,
-        "rotation": camera.rotation,
-        "tuning-file": camera.tuning_file,
-    }
-    given = [word for name, value in values.items() if value is not None for word in (f"--{name}", f"{value}")]
+    options = camera.model_dump(by_alias=True, exclude_none=True, exclude={"number"})  # they have rpicam-vid's names
+    values = {"metadata": metadata, "camera": camera.number, **options}
+    given = [word for name, value in values.items() for word in (f"--{name}", f"{value}")]
     return [*fixed.split(), *given]
 
 

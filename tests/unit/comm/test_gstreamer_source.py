@@ -1,15 +1,13 @@
 from __future__ import annotations
 
 import asyncio
-import shutil
 import time
-from contextlib import aclosing
 from pathlib import Path
 
 import pytest
 
 from hawk.comm.camera_sources.gstreamer import GStreamerSource
-from hawk.comm.camera_sources.source import CameraError, CameraSource, SourceFrame
+from hawk.comm.camera_sources.source import CameraError, CameraSource
 from hawk.comm.clock import Clock
 from hawk.comm.drone_camera import DroneCamera
 from hawk.comm.image import jpeg_size
@@ -17,30 +15,17 @@ from hawk.config import CameraSettings
 from tests.manual_clock import ManualClock
 from tests.unit.comm.children import SHORT, program, running
 from tests.unit.comm.pictures import picture
+from tests.unit.comm.sources import first_frames, needs_gstreamer
 from tests.unit.comm.waiting import until
 
 TEST_PICTURE = "videotestsrc is-live=true ! video/x-raw,width=320,height=240,framerate=30/1"
 JPEG = picture(64, 48, 100)
 
-needs_gstreamer = pytest.mark.skipif(
-    shutil.which("gst-launch-1.0") is None, reason="needs the Debian package gstreamer1.0-tools"
-)
-
-
-async def first(source: GStreamerSource, count: int) -> list[SourceFrame]:
-    found: list[SourceFrame] = []
-    async with asyncio.timeout(20), aclosing(source.frames()) as frames:
-        async for frame in frames:
-            found.append(frame)
-            if len(found) == count:
-                break
-    return found
-
 
 @needs_gstreamer
 async def test_any_pipeline_gives_pictures() -> None:
     source = GStreamerSource(TEST_PICTURE, ManualClock(4.0))
-    found = await first(source, 3)
+    found = await first_frames(source, 3)
     assert [jpeg_size(frame.jpeg) for frame in found] == [(320, 240)] * 3
     assert [frame.arrival for frame in found] == [4.0] * 3
     assert source.torn == 0
@@ -51,7 +36,7 @@ async def test_any_pipeline_gives_pictures() -> None:
 async def test_a_source_that_is_not_live_is_paced_to_its_own_rate() -> None:
     pipeline = "videotestsrc ! video/x-raw,width=64,height=48,framerate=25/1"
     clock = Clock()
-    found = await first(GStreamerSource(pipeline, clock), 25)
+    found = await first_frames(GStreamerSource(pipeline, clock), 25)
     # from the start of the process: 24 periods are 0.96 s, of which 0.2 s may come at once; never less
     assert found[-1].arrival > 0.75
 
@@ -59,51 +44,53 @@ async def test_a_source_that_is_not_live_is_paced_to_its_own_rate() -> None:
 @needs_gstreamer
 async def test_a_pipeline_that_ends_says_so() -> None:
     with pytest.raises(CameraError, match="the pipeline ended"):
-        await first(GStreamerSource("videotestsrc num-buffers=2 ! video/x-raw,width=32,height=32", ManualClock()), 9)
+        await first_frames(
+            GStreamerSource("videotestsrc num-buffers=2 ! video/x-raw,width=32,height=32", ManualClock()), 9
+        )
 
 
 @needs_gstreamer
 async def test_an_element_that_is_not_there_names_the_packages() -> None:
     with pytest.raises(CameraError, match=r'no element "nosuchsource".*gstreamer1.0-plugins-good'):
-        await first(GStreamerSource("nosuchsource ! videoconvert", ManualClock()), 1)
+        await first_frames(GStreamerSource("nosuchsource ! videoconvert", ManualClock()), 1)
 
 
 @needs_gstreamer
 async def test_gstreamer_s_first_error_is_shown() -> None:
     with pytest.raises(CameraError, match=r"ERROR: from element .*GstFileSrc.*: Resource not found\.$"):
-        await first(GStreamerSource("filesrc location=/there/is/none ! jpegdec", ManualClock()), 1)
+        await first_frames(GStreamerSource("filesrc location=/there/is/none ! jpegdec", ManualClock()), 1)
 
 
 async def test_the_first_error_wins_over_what_follows(tmp_path: Path) -> None:
     lines = r"""sys.exit("WARNING: from element a: slow\nERROR: from element b: the cause\nAdditional debug info:\n"
         "file.c(1): f (): /b:\nFailed to connect\nERROR: pipeline doesn't want to preroll.")"""
     with pytest.raises(CameraError, match=r"^gst:b: ERROR: from element b: the cause$"):
-        await first(GStreamerSource("b", ManualClock(), program(tmp_path, JPEG, lines)), 1)
+        await first_frames(GStreamerSource("b", ManualClock(), program(tmp_path, JPEG, lines)), 1)
 
 
 @needs_gstreamer
 async def test_nothing_is_run_by_a_shell() -> None:
     with pytest.raises(CameraError):
-        await first(GStreamerSource("videotestsrc num-buffers=1 ; touch /nowhere/file", ManualClock()), 99)
+        await first_frames(GStreamerSource("videotestsrc num-buffers=1 ; touch /nowhere/file", ManualClock()), 99)
 
 
 async def test_without_gstreamer_the_package_is_named() -> None:
     source = GStreamerSource(TEST_PICTURE, ManualClock(), program="no-gst-launch")
     with pytest.raises(CameraError, match=r"needs no-gst-launch, which is not installed: .*gstreamer1.0-tools"):
-        await first(source, 1)
+        await first_frames(source, 1)
 
 
 @needs_gstreamer
 @pytest.mark.parametrize("pipeline", ["", "  ", 'videotestsrc pattern="open'])
 async def test_a_pipeline_that_is_none_is_an_error(pipeline: str) -> None:
     with pytest.raises(CameraError, match="gst:"):
-        await first(GStreamerSource(pipeline, ManualClock()), 1)
+        await first_frames(GStreamerSource(pipeline, ManualClock()), 1)
 
 
 async def test_passwords_of_a_pipeline_are_not_shown() -> None:
     source = GStreamerSource("rtspsrc user-pw=word location=rtsp://me:word@cam/", ManualClock(), "no-gst-launch")
     with pytest.raises(CameraError, match="needs no-gst-launch") as caught:
-        await first(source, 1)
+        await first_frames(source, 1)
     assert "word" not in str(caught.value)
 
 

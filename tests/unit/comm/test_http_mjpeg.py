@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator
-from contextlib import aclosing
 
 import pytest
 from aiohttp import web
@@ -11,6 +10,7 @@ from hawk.comm.camera_sources.mjpeg import HttpMjpegSource
 from hawk.comm.camera_sources.source import CameraError, SourceFrame, without_secrets
 from tests.manual_clock import ManualClock
 from tests.unit.comm.pictures import StreamServer, Writer, forever, once, part, picture
+from tests.unit.comm.sources import first_frames
 
 PICTURE = picture()
 
@@ -30,13 +30,7 @@ async def serve(servers: list[StreamServer], writer: Writer) -> tuple[StreamServ
 
 
 async def first(source: HttpMjpegSource, count: int) -> list[SourceFrame]:
-    found = []
-    async with asyncio.timeout(5), aclosing(source.frames()) as frames:
-        async for frame in frames:
-            found.append(frame)
-            if len(found) == count:
-                break
-    return found
+    return await first_frames(source, count, within_s=5)
 
 
 async def test_pictures_come_with_arrival_and_stamp(servers: list[StreamServer]) -> None:

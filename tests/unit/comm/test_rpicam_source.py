@@ -2,20 +2,20 @@ from __future__ import annotations
 
 import asyncio
 import time
-from contextlib import aclosing
 from pathlib import Path
 
 import pytest
 
 from hawk.camera_address import rpicam_camera
 from hawk.comm.camera_sources.rpicam import RpicamSource, rpicam_arguments
-from hawk.comm.camera_sources.source import CameraError, CameraSource, SourceFrame
+from hawk.comm.camera_sources.source import CameraError, CameraSource
 from hawk.comm.clock import Clock
 from hawk.comm.drone_camera import DroneCamera
 from hawk.config import CameraSettings
 from tests.manual_clock import ManualClock
 from tests.unit.comm.children import SHORT, program, running
 from tests.unit.comm.pictures import picture
+from tests.unit.comm.sources import first_frames
 from tests.unit.comm.waiting import until
 
 JPEG = picture(64, 48, 100)
@@ -27,22 +27,12 @@ def source(folder: Path, lines: str, clock: Clock, url: str = "rpicam:") -> Rpic
     return RpicamSource(rpicam_camera(url), clock, program(folder, JPEG, lines, "rpicam"), SHORT)
 
 
-async def take(source: RpicamSource, count: int) -> list[SourceFrame]:
-    found: list[SourceFrame] = []
-    async with asyncio.timeout(20), aclosing(source.frames()) as frames:
-        async for frame in frames:
-            found.append(frame)
-            if len(found) == count:
-                break
-    return found
-
-
 async def test_pictures_are_stamped_by_the_sensor(tmp_path: Path) -> None:
     clock = Clock()
     lines = "now = time.clock_gettime_ns(time.CLOCK_MONOTONIC)\n"
     lines += "for age in (50, 250): picture(now - age * 1_000_000)\nhang()"
     before = clock()
-    first, second = await take(source(tmp_path, lines, clock), 2)
+    first, second = await first_frames(source(tmp_path, lines, clock), 2)
     assert first.jpeg == second.jpeg == JPEG
     assert first.captured is not None
     assert second.captured is not None
@@ -54,7 +44,7 @@ async def test_pictures_are_stamped_by_the_sensor(tmp_path: Path) -> None:
 
 
 async def test_a_picture_without_a_stamp_is_given_without(tmp_path: Path) -> None:
-    (frame,) = await take(source(tmp_path, "picture(None)\nhang()", ManualClock(7.0)), 1)
+    (frame,) = await first_frames(source(tmp_path, "picture(None)\nhang()", ManualClock(7.0)), 1)
     assert (frame.arrival, frame.stamp, frame.captured) == (7.0, None, None)
 
 
@@ -62,7 +52,7 @@ async def test_a_torn_picture_does_not_shift_the_stamps(tmp_path: Path) -> None:
     lines = "now = time.clock_gettime_ns(time.CLOCK_MONOTONIC)\n"
     lines += r"picture(now - 900_000_000, b'\xff\xd8 torn ')" + "\npicture(now - 100_000_000)\nhang()"
     torn = source(tmp_path, lines, Clock())
-    (frame,) = await take(torn, 1)
+    (frame,) = await first_frames(torn, 1)
     assert torn.torn == 1
     assert frame.stamp == pytest.approx(time.clock_gettime(time.CLOCK_MONOTONIC) - 0.1, abs=0.5)
 
@@ -70,20 +60,20 @@ async def test_a_torn_picture_does_not_shift_the_stamps(tmp_path: Path) -> None:
 async def test_its_first_error_is_the_message(tmp_path: Path) -> None:
     lines = "sys.exit('[0:00:01.5] [77] ERROR: *** no cameras available ***\\nERROR: later')"
     with pytest.raises(CameraError, match=r"^rpicam:0: ERROR: \*\*\* no cameras available \*\*\*$"):
-        await take(source(tmp_path, lines, ManualClock()), 1)
+        await first_frames(source(tmp_path, lines, ManualClock()), 1)
 
 
 async def test_pictures_without_metadata_are_an_error_not_a_wait(tmp_path: Path) -> None:
     lines = "picture(None)\nout.write(jpeg); out.flush()\nhang()"
     with pytest.raises(CameraError, match=r"no picture for 0.3 s"):
-        await take(source(tmp_path, lines, ManualClock()), 2)
+        await first_frames(source(tmp_path, lines, ManualClock()), 2)
     assert running(tmp_path) == []
 
 
 async def test_without_the_program_the_package_is_named() -> None:
     missing = RpicamSource(rpicam_camera("rpicam:"), ManualClock(), "no-rpicam-vid")
     with pytest.raises(CameraError, match=r"rpicam:0: needs no-rpicam-vid, which is not installed: .*rpicam-apps"):
-        await take(missing, 1)
+        await first_frames(missing, 1)
 
 
 async def test_a_camera_that_hangs_is_killed_and_started_again_and_one_that_is_unplugged_comes_back(

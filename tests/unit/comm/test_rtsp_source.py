@@ -1,16 +1,14 @@
 from __future__ import annotations
 
 import asyncio
-import shutil
 from collections.abc import AsyncIterator
-from contextlib import aclosing
 from pathlib import Path
 
 import pytest
 
 from hawk.comm.camera_sources.child import Patience
 from hawk.comm.camera_sources.rtsp import RtspSource
-from hawk.comm.camera_sources.source import CameraError, SourceFrame
+from hawk.comm.camera_sources.source import CameraError
 from hawk.comm.clock import Clock
 from hawk.comm.drone_camera import DroneCamera
 from hawk.comm.image import decode, jpeg_size
@@ -19,30 +17,17 @@ from tests.manual_clock import ManualClock
 from tests.unit.comm.children import SHORT, program, running
 from tests.unit.comm.pictures import picture
 from tests.unit.comm.rtsp_server import HEIGHT, WIDTH, RtspCamera
+from tests.unit.comm.sources import first_frames, needs_gstreamer
 from tests.unit.comm.waiting import until
 
 URL = 'rtsp://me:w"ord@127.0.0.1:1/main.264?channel=1&stream=0'
 JPEG = picture(64, 48, 100)
 
-needs_gstreamer = pytest.mark.skipif(
-    shutil.which("gst-launch-1.0") is None, reason="needs the Debian package gstreamer1.0-tools"
-)
-
-
-async def first(source: RtspSource, count: int) -> list[SourceFrame]:
-    found: list[SourceFrame] = []
-    async with asyncio.timeout(20), aclosing(source.frames()) as frames:
-        async for frame in frames:
-            found.append(frame)
-            if len(found) == count:
-                break
-    return found
-
 
 async def test_the_address_is_one_word_of_the_pipeline(tmp_path: Path) -> None:
     lines = "open(os.path.join(folder, 'arguments'), 'w').write('|'.join(arguments))\npicture()\nhang()"
     source = RtspSource(URL, ManualClock(4.0), program(tmp_path, JPEG, lines), SHORT)
-    (frame,) = await first(source, 1)
+    (frame,) = await first_frames(source, 1)
     assert (frame.jpeg, frame.arrival, frame.captured) == (JPEG, 4.0, None)
     words = (tmp_path / "arguments").read_text().split("|")
     assert 'location="rtsp://me:w\\"ord@127.0.0.1:1/main.264?channel=1&stream=0"' in words
@@ -54,7 +39,7 @@ async def test_a_camera_that_stops_is_ended_each_time_and_comes_back(tmp_path: P
     source = RtspSource(URL, ManualClock(), program(tmp_path, JPEG, "picture()\nhang()"), SHORT)
     for _ in range(2):
         with pytest.raises(CameraError, match=r"^rtsp://127.0.0.1:1/main.264: no picture for 0.3 s") as caught:
-            await first(source, 99)
+            await first_frames(source, 99)
         assert "ord" not in str(caught.value).replace(str(tmp_path), "")
         assert running(tmp_path) == []
     assert (tmp_path / "runs").stat().st_size == 2
@@ -62,19 +47,19 @@ async def test_a_camera_that_stops_is_ended_each_time_and_comes_back(tmp_path: P
 
 async def test_without_gstreamer_the_packages_are_named() -> None:
     with pytest.raises(CameraError, match=r"needs no-gst-launch, which is not installed: .*gstreamer1.0-libav"):
-        await first(RtspSource(URL, ManualClock(), "no-gst-launch"), 1)
+        await first_frames(RtspSource(URL, ManualClock(), "no-gst-launch"), 1)
 
 
 async def test_a_decoder_that_is_missing_names_the_packages(tmp_path: Path) -> None:
     lines = "sys.exit('ERROR: from element decodebin0: Your GStreamer installation is missing a plug-in.')"
     with pytest.raises(CameraError, match=r"missing a plug-in\. \(install .*gstreamer1.0-libav\)"):
-        await first(RtspSource(URL, ManualClock(), program(tmp_path, JPEG, lines)), 1)
+        await first_frames(RtspSource(URL, ManualClock(), program(tmp_path, JPEG, lines)), 1)
 
 
 @needs_gstreamer
 async def test_a_camera_that_is_not_there_is_gstreamer_s_own_error() -> None:
     with pytest.raises(CameraError, match=r"^rtsp://127.0.0.1:1/main.264: ERROR: from element .*rtspsrc0: Could not"):
-        await first(RtspSource(URL, ManualClock()), 1)
+        await first_frames(RtspSource(URL, ManualClock()), 1)
 
 
 @pytest.fixture
@@ -87,7 +72,7 @@ async def camera() -> AsyncIterator[RtspCamera]:
 @needs_gstreamer
 async def test_a_real_stream_is_played_with_user_and_query(camera: RtspCamera) -> None:
     port = await camera.start()
-    (frame, *_) = await first(RtspSource(f"rtsp://me:w%21rd@127.0.0.1:{port}/live?channel=1", Clock()), 2)
+    (frame, *_) = await first_frames(RtspSource(f"rtsp://me:w%21rd@127.0.0.1:{port}/live?channel=1", Clock()), 2)
     assert jpeg_size(frame.jpeg) == (WIDTH, HEIGHT)
     assert float(decode(frame.jpeg).mean()) == pytest.approx(camera.grey, abs=4)
     assert f"DESCRIBE rtsp://127.0.0.1:{port}/live?channel=1" in camera.paths

@@ -6,7 +6,6 @@ import struct
 import threading
 import time
 from collections.abc import Callable, Sequence
-from contextlib import aclosing
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +23,7 @@ from hawk.comm.image import decode
 from hawk.config import CameraSettings
 from tests.manual_clock import ManualClock
 from tests.unit.comm.pictures import picture
+from tests.unit.comm.sources import first_frames
 from tests.unit.comm.waiting import until
 
 JPEG = picture(64, 48, 100)
@@ -89,16 +89,10 @@ class Webcam:
 
 
 async def take(source: V4l2Source, count: int) -> list[SourceFrame]:
-    found: list[SourceFrame] = []
     try:
-        async with asyncio.timeout(20), aclosing(source.frames()) as frames:
-            async for frame in frames:
-                found.append(frame)
-                if len(found) == count:
-                    break
+        return await first_frames(source, count)
     finally:
         await source.close()
-    return found
 
 
 def camera_threads() -> list[str]:
