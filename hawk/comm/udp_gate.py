@@ -243,8 +243,8 @@ class UdpGate:
         return line
 
     def _feed(self, data: bytes) -> None:
-        self._fed_at = self._monotonic()
         _send(self._inside, data)
+        self._fed_at = self._monotonic()
 
     def _socket(self) -> socket.socket:
         opened = socket.socket(self._family, socket.SOCK_DGRAM)

@@ -187,7 +187,9 @@ def test_mavsdk_is_greeted_while_nothing_is_heard_so_that_it_goes_on_sending(rig
 def test_a_connection_that_was_opened_again_gets_the_same_autopilot(rig: Rig) -> None:
     autopilot = rig.keep()
     rig.inside.close()
+    rig.clock.now += 0.001
     autopilot.send(b"lost")
+    rig.until(lambda: rig.gate._fed_at == rig.clock.now)  # it must not reach the new connection
     rig.inside = rig.attach()
     rig.until(lambda: _passes(rig, autopilot))
     rig.answer(b"still you")
