@@ -357,11 +357,12 @@ class Verdict:
 
 
 class StallState(StrEnum):
-    """State of a stall."""
+    """State of a stall. SUGGESTED: no stall is marked, but a car stood there in several passes; it counts as none."""
 
     FREE = "free"
     TAKEN = "taken"
     UNKNOWN = "unknown"
+    SUGGESTED = "suggested"
 
 
 @dataclass(frozen=True, slots=True)
@@ -369,7 +370,8 @@ class Stall:
     """A stall on the map: an oriented rectangle with a permanent id.
 
     ``angle`` is the direction of the long side in [0, pi); ``taken`` the probability of being taken; ``score`` the
-    probability of being a stall at all; ``version`` rises when its shown content changes.
+    probability of being a stall at all; ``seen`` the number of frames that showed it, of passes for a suggested one;
+    ``version`` rises when its shown content changes.
     """
 
     id: int
@@ -426,10 +428,11 @@ class Counts:
     taken: int = 0
     unknown: int = 0
     free_variance: float = 0.0
+    suggested: int = 0
 
     @property
     def total(self) -> int:
-        """All stalls."""
+        """All stalls, without the suggested ones."""
         return self.free + self.taken + self.unknown
 
 

@@ -64,8 +64,14 @@ class SurveyMap:
             states.count(StallState.FREE),
             states.count(StallState.TAKEN),
             states.count(StallState.UNKNOWN),
-            variance_of(self.stalls.values()),
+            variance_of(self.marked),
+            states.count(StallState.SUGGESTED),
         )
+
+    @property
+    def marked(self) -> list[Stall]:
+        """The stalls by rising id, without the suggested ones."""
+        return [self.stalls[key] for key in sorted(self.stalls) if self.stalls[key].state is not StallState.SUGGESTED]
 
     def cells(self) -> Raster:
         """Return all tiles as one picture of `Cell` values; a single unknown cell when nothing was seen."""
@@ -99,7 +105,8 @@ class SurveyMap:
 def map_picture(survey: SurveyMap) -> NDArray[np.uint8]:
     """Return the map as a BGR picture, north up, 10 cm a pixel: the mosaic where there is one, stalls drawn over it.
 
-    Free is blue and plain, taken orange and hatched, unknown dark with a question mark: no state rests on colour alone.
+    Free is blue and plain, taken orange and hatched, unknown dark with a question mark, suggested only has corners: no
+    state rests on colour alone.
     """
     picture, cells = survey.picture()
     for cell, colour in _CELL_COLOURS.items():
@@ -113,6 +120,9 @@ def map_picture(survey: SurveyMap) -> NDArray[np.uint8]:
 
 def _draw(picture: NDArray[np.uint8], cells: Raster, stall: Stall) -> None:
     pixels = cells.to_pixels(stall.corners()).astype(np.int32)
+    if stall.state is StallState.SUGGESTED:
+        _draw_corners(picture, pixels)
+        return
     left, top = np.maximum(pixels.min(axis=0), 0)
     right, bottom = pixels.max(axis=0) + 1
     part = picture[top:bottom, left:right]
@@ -136,3 +146,10 @@ def _draw(picture: NDArray[np.uint8], cells: Raster, stall: Stall) -> None:
     if stall.state is StallState.UNKNOWN:
         centre = (int(pixels[:, 0].mean()) - 5, int(pixels[:, 1].mean()) + 5)
         cv2.putText(picture, "?", centre, cv2.FONT_HERSHEY_SIMPLEX, 0.5, (255, 255, 255), 1, cv2.LINE_AA)
+
+
+def _draw_corners(picture: NDArray[np.uint8], pixels: NDArray[np.int32]) -> None:
+    """Draw a quarter of each side from its ends: a suggested stall has no lines on the ground."""
+    for start, end in zip(pixels, np.roll(pixels, -1, axis=0), strict=True):
+        for near, far in ((start, end), (end, start)):
+            cv2.line(picture, near.tolist(), (near + (far - near) // 4).tolist(), (255, 255, 255), 1, cv2.LINE_AA)

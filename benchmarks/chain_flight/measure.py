@@ -140,7 +140,7 @@ class Result:
 def judge(name: str, world: World, truth: GroundTruth, flown: Flown, single: SingleFrames, model_way: float) -> Result:
     """Compare a flight's map with the truth; the constant part of the position error is taken out (`map_offset`)."""
     survey = survey_of(world, flown)
-    stalls = [survey.stalls[key] for key in sorted(survey.stalls)]
+    stalls = survey.marked
     x0, y0 = world.start()
     corners = np.array([stall.corners() for stall in stalls]).reshape(-1, 4, 2)
     found = np.stack([x0 + corners[..., 1], y0 - corners[..., 0]], axis=-1)

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from benchmarks.exploration.lots import Lot
 from benchmarks.exploration.setups import GOOD_SHARE, Setup
 from hawk.algo.ground import COARSE_M, CoarseLayers, Slices, Window
-from hawk.algo.mapper.core import MapperSettings
 from hawk.algo.mapper.novelty import Novelty
+from hawk.algo.mapper.settings import MapperSettings
 from hawk.model import TILE_M, Inbound, MapPose, Stall
 
 FINE_M: Final = COARSE_M / 2

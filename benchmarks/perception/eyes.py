@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import cv2
@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 
 from benchmarks.perception.lot_area import lot_area
 from benchmarks.perception.places import state_array
+from hawk.algo.ground import Window
+from hawk.algo.mapper.standing_cars import car_boxes
+from hawk.algo.mapper.suggestions import AROUND_M, LENGTH_M, WIDTH_M, on_stalls
 from hawk.algo.vision import decode, quads
 from hawk.algo.vision.classical import ClassicalFinder
 from hawk.algo.vision.decode import Stalls
@@ -35,13 +38,15 @@ _SAMPLES = 9
 @dataclass(frozen=True, slots=True)
 class Result:
     """Findings in a place: stalls in metres from its upper left corner (x right, y down), the probability (N,) that
-    each is taken, and the lot as a mask whose cells are ``lot_m`` metres a side.
+    each is taken, and the lot as a mask whose cells are ``lot_m`` metres a side. ``suggested`` are quads (M, 4, 2)
+    about the cars that stand where nothing was found, as the mapper would suggest them after several passes.
     """
 
     finding: Finding
     taken: FloatArray = field(repr=False)
     lot: NDArray[np.bool_] = field(repr=False)
     lot_m: float = LOT_M
+    suggested: FloatArray = field(default_factory=lambda: np.zeros((0, 4, 2)), repr=False)
 
 
 class Eye(Protocol):
@@ -64,7 +69,8 @@ class NetworkEye:
         maps = self._network.run(shown)
         stalls = decode.vote(maps, CELL_M)
         stalls = _stalls(_rows(stalls[stalls.score >= MINIMUM_SCORE], maps.core))
-        return _result(stalls, decode.occupancy(maps, stalls), maps.lot, shown.shape, scale)
+        result = _result(stalls, decode.occupancy(maps, stalls), maps.lot, shown.shape, scale)
+        return replace(result, suggested=_suggested(maps.car, stalls) / scale)
 
 
 class ClassicalEye:
@@ -83,6 +89,19 @@ class ClassicalEye:
         taken = np.where(rows.inferred, _inner_mean(found.car.values, rows.corners()), said)
         lot = np.asarray(found.lot.values, np.float32)
         return _result(stalls, taken, lot, picture.values.shape, scale)
+
+
+def _suggested(car: NDArray[np.float32], stalls: Stalls) -> FloatArray:
+    """Return quads (M, 4, 2) of (x, y) metres about the cars on no stall and in no aisle."""
+    cars = car_boxes(car, Window(0, 0, car.shape[0], car.shape[1], CELL_M))
+    places = np.column_stack([cars.east, -cars.north]) - (CELL_M - GROUND_M) / 2  # as in `_result`
+    angle = cars.angle - np.pi / 2
+    shape = [v * CELL_M for v in (stalls.column, stalls.row, stalls.width, stalls.length)]
+    known = (shape[0] + GROUND_M / 2, shape[1] + GROUND_M / 2, stalls.angle, shape[2], shape[3])
+    left = ~on_stalls(places, angle, cars.length, known)
+    length = np.maximum(cars.length + AROUND_M, LENGTH_M)
+    x, y = places[left].T
+    return quads.corners(x, y, angle[left], np.full(len(x), WIDTH_M), length[left])
 
 
 def north_up(image: NDArray[np.uint8], metres_per_pixel: float, *, scale: float = 1.0) -> GroundImage:

@@ -97,6 +97,24 @@ def pooled(looked: Sequence[Looked]) -> dict[str, float]:
         "lots_outlined": float(len(overlaps)),
         "labels": float(total.true),
         "labels_cut": float(sum(int(one.kept.cut.sum()) for one in looked)),
+        **_suggestions(looked),
+    }
+
+
+def _suggestions(looked: Sequence[Looked]) -> dict[str, float]:
+    """Return how many stalls are suggested, how many of those are labelled, and the recall with them."""
+    count = labelled = 0
+    for one in looked:
+        result, truth = one.kept.result, one.kept.truth
+        missed = np.ones(len(truth.stalls), np.bool_)
+        missed[match(result.finding.stalls, truth.stalls).true] = False
+        count += len(result.suggested)
+        labelled += len(match(result.suggested, truth.stalls[missed]))
+    total = sum((one.tally for one in looked), Tally())
+    return {
+        "suggested": float(count),
+        "suggested_labelled": float(labelled),
+        "recall_with_suggested": (total.matched + labelled) / total.true if total.true else math.nan,
     }
 
 

@@ -17,7 +17,17 @@ from benchmarks.figures import Figure, Section
 from benchmarks.perception.measures import Looked, pooled
 from benchmarks.perception.places import Place, read_lots
 
-SHOWN: Final = ("recall", "recall_whole", "precision", "f1", "labels", "labels_cut")
+SHOWN: Final = (
+    "recall",
+    "recall_whole",
+    "precision",
+    "f1",
+    "labels",
+    "labels_cut",
+    "suggested",
+    "suggested_labelled",
+    "recall_with_suggested",
+)
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.perception.eyes import north_up
-from hawk.algo.mapper.core import MapCore, MapperSettings
+from hawk.algo.mapper.core import MapCore
+from hawk.algo.mapper.settings import MapperSettings
 from hawk.algo.vision.seen import Finder, SeenGround
 from hawk.model import MapPose, StallState
 
@@ -43,6 +44,8 @@ def watch(finder: Finder, path: Path, metres_per_pixel: float) -> list[Steadines
         core.fuse(_seen(finder, image, metres_per_pixel, float(number)))
         core.encode(None)
         for stall in core.index.stalls.values():
+            if stall.state is StallState.SUGGESTED:
+                continue
             counted[stall.id] = counted.get(stall.id, 0) + 1
             if stall.state is StallState.UNKNOWN:
                 continue

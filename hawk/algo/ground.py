@@ -111,6 +111,11 @@ class Window:
         columns, rows = np.where(inside[:, None], cells, 0).T
         return rows, columns, inside
 
+    def values_at(self, layer: NDArray[Any], places: Floats) -> NDArray[Any]:
+        """Return the values (N,) of the window's cells ``layer`` at places (N, 2), 0 outside."""
+        rows, columns, inside = self.cells_at(places)
+        return np.where(inside, layer[rows, columns], 0)
+
     def centres(self, rows: NDArray[Any], columns: NDArray[Any]) -> tuple[Floats, Floats]:
         """Return (north, east) of the centres of cells, metres; fractions of cells are allowed."""
         return -(self.row + rows + 0.5) * self.cell_m, (self.column + columns + 0.5) * self.cell_m

@@ -305,6 +305,8 @@ class PerceptionStatus(Outgoing):
     free: int = 0
     taken: int = 0
     unknown: int = 0
+    suggested: int = 0
+    """Places without marks on which a car stood in several passes; they are none of the others."""
     free_range: tuple[int, int] | None = None
     """Least and greatest number of free stalls of the whole lot, which hold the true one in nine surveys of ten; null
     while too little of the lot was seen."""
@@ -387,9 +389,10 @@ class StallUpdate(Outgoing):
     angle: Finite | None = None
     width: Finite | None = None
     length: Finite | None = None
-    state: Literal["free", "taken", "unknown"] | None = None
+    state: Literal["free", "taken", "unknown", "suggested"] | None = None
     taken: Finite | None = None
     seen: int | None = None
+    """Frames that showed it; passes for a suggested one."""
     last_seen: Finite | None = None
     score: Finite | None = None
 

@@ -205,6 +205,7 @@ def perception_status(facts: Facts) -> PerceptionStatus:
         free=sight.counts.free,
         taken=sight.counts.taken,
         unknown=sight.counts.unknown,
+        suggested=sight.counts.suggested,
         free_range=None if plan is None else free_interval(sight.counts, plan.explore.seen_share),
         explored=None if plan is None else plan.explore.seen,
         explore_done=plan is not None and plan.explore.done,

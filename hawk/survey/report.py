@@ -27,7 +27,13 @@ _COARSE = 4
 def counts(survey: SurveyMap) -> dict[str, int]:
     """Return the stalls of a survey by state."""
     found = survey.counts
-    return {"stalls": found.total, "free": found.free, "taken": found.taken, "unknown": found.unknown}
+    return {
+        "stalls": found.total,
+        "free": found.free,
+        "taken": found.taken,
+        "unknown": found.unknown,
+        "suggested": found.suggested,
+    }
 
 
 def in_range(true_free: float, bounds: tuple[int, int] | None) -> bool | None:
@@ -51,7 +57,7 @@ def compare(survey: SurveyMap, truth: GroundTruth) -> dict[str, float]:
     found = _found(survey, truth)
     true_stalls = np.asarray(truth.stalls, float).reshape(-1, 4, 2)
     shift = map_offset(found.mean(axis=1), true_stalls.mean(axis=1))
-    states = [survey.stalls[key].state for key in sorted(survey.stalls)]
+    states = [stall.state for stall in survey.marked]
     real = scoring.LabelledPlace(
         true_stalls, np.array([state or StallState.UNKNOWN for state in truth.states], object), truth.lots
     )
@@ -110,8 +116,8 @@ def _measures(tally: Tally) -> dict[str, float]:
 
 
 def _found(survey: SurveyMap, truth: GroundTruth) -> NDArray[np.float64]:
-    """Return the found stalls as quads (N, 4, 2) in the truth's world, by rising id."""
-    quads = [survey.stalls[key].corners() for key in sorted(survey.stalls)]
+    """Return the found stalls as quads (N, 4, 2) in the truth's world, by rising id; suggested ones are none."""
+    quads = [stall.corners() for stall in survey.marked]
     if not quads:
         return np.zeros((0, 4, 2))
     return truth.to_world(np.concatenate(quads), survey.datum).reshape(-1, 4, 2)

@@ -9,6 +9,7 @@ from typing import Any, Final
 from aiohttp import hdrs, web
 
 from hawk.comm.messages import schema
+from hawk.model import StallState
 from hawk.web.door import DOOR
 from hawk.web.guesses import GUESSES
 from hawk.web.process_figures import process_figures
@@ -117,6 +118,7 @@ def _report(services: WebServices) -> dict[str, Any]:
         "free": None if counts is None else counts.free,
         "taken": None if counts is None else counts.taken,
         "unknown": None if counts is None else counts.unknown,
+        "suggested": None if counts is None else counts.suggested,
         "free_range": None if status is None else status.perception.free_range,
         "lot_area_m2": None if current is None else current.lot_area_m2,
         "explored": None if status is None else status.perception.explored,
@@ -172,8 +174,8 @@ def metrics_text(services: WebServices, counters: Counters, access: Access = Acc
         add("armed", "gauge", "1 when armed.", None if status.vehicle.armed is None else float(status.vehicle.armed))
         add("battery_percent", "gauge", "Battery left.", status.vehicle.battery_percentage)
         seen = status.perception
-        for state, count in (("free", seen.free), ("taken", seen.taken), ("unknown", seen.unknown)):
-            add("stalls", "gauge", "Stalls on the map.", count, f'{{state="{state}"}}')
+        for state in StallState:
+            add("stalls", "gauge", "Stalls on the map.", getattr(seen, state.value), f'{{state="{state.value}"}}')
         for item in status.parts.health:
             add("healthy", "gauge", "1 when the part is healthy.", float(item.healthy), f'{{part="{item.name}"}}')
     return "\n".join(lines) + "\n"

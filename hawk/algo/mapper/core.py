@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +21,12 @@ from hawk.algo.mapper.published import Mosaic, StallIndex, TileEncoder
 from hawk.algo.mapper.register import Registration, Shift
 from hawk.algo.mapper.relocate import REACH_M, Relocation, Stalls, TooFewError
 from hawk.algo.mapper.rowfill import RowFiller
+from hawk.algo.mapper.settings import MapperSettings
 from hawk.algo.mapper.shown import CLOSE_M, classify
 from hawk.algo.mapper.stalls import Look, StallTracker
-from hawk.algo.mapper.table import Detections, angle_of, corners_of, from_bytes, probability, to_bytes
+from hawk.algo.mapper.standing_cars import car_boxes
+from hawk.algo.mapper.suggestions import Sight, Suggestion, Suggestions
+from hawk.algo.mapper.table import Detections, angle_of, corners_of, from_bytes, geometry_of, probability, to_bytes
 from hawk.algo.vision.seen import SeenGround
 from hawk.model import TILE_M, Cell, Inbound, MapPose, OccupancyMap, Stall, TileKey
 
@@ -34,40 +37,6 @@ _WHOLE_M = 3.0  # a stall this far from the picture's edge is in it as a whole
 _BREAK_S = 60.0  # without a frame: the drone was on the ground, or its position was not trusted
 _DRAWN_M = 90.0  # from the drone: what others ask about (`stalls_near`)
 _TILE_REACH_M = TILE_M * math.sqrt(0.5) + 5.0  # and half the diagonal of the longest stall
-
-
-@dataclass(frozen=True, slots=True)
-class MapperSettings:
-    """Settings of the Mapper App."""
-
-    good_share: float = 0.85
-    """Middle share of the picture along each axis within which a place is seen well."""
-    edge_m: float = 0.6
-    """Border of the valid picture that is not used at all."""
-    look_m: float = 5.0
-    """Distance flown after which a frame is an independent look."""
-    still_weight: float = 0.02
-    """Weight of a frame from a place that was seen from already, until it adds nothing more (`Novelty`)."""
-    anchor_m: float = 40.0
-    """Distance flown since a stall was first found after which it holds the map in place: several passes show it."""
-    max_shift_m: float = 2.0
-    """Largest position error that registration takes out at once, about the last known error."""
-    tiles_per_frame: int = 3
-    """Tiles encoded at most in one frame."""
-    mosaic_tiles_per_frame: int = 1
-    """Mosaic tiles encoded at most in one frame."""
-    mosaic_step_m: float = 1.5
-    """Distance flown between two pictures that go into the mosaic."""
-    rows_frames: int = 6
-    """Frames between two completions of the rows near the drone."""
-    rows_reach_m: float = 28.0
-    """Radius about the middle of the picture within which rows are completed."""
-    outline_step_m: float = 2.0
-    """Distance flown between two updates of the lot's outline."""
-    outline_frames: int = 8
-    """Most frames between two updates of the lot's outline."""
-    outline_reach_m: float = 18.0
-    """Ground around the picture that is used for the outline; it is drawn up to ``CLOSE_M`` short of it."""
 
 
 class MapCore:
@@ -84,10 +53,12 @@ class MapCore:
         self._mosaic = Mosaic()
         self.published = StallIndex()
         self._rows = RowFiller(settings.rows_reach_m)
+        self.suggestions = Suggestions()
         self._novelty = Novelty(settings.look_m, settings.still_weight)
         self._last_pose: MapPose | None = None
         self._outlined: MapPose | None = None
         self._pictured: MapPose | None = None
+        self._looked_for_cars: MapPose | None = None
         self._flown_m = 0.0
         self._fused_at = math.inf
         self._relocation: Relocation | None = None
@@ -95,9 +66,10 @@ class MapCore:
         self._frame = self._outlined_at = self._rows_at = 0
         self._is_spent = False
         self._touched: set[TileKey] = set()
-        self._chores: list[Callable[[Window, SeenGround], bool]] = [
+        self._chores: list[Callable[[CellEvidence, SeenGround], bool]] = [
             self._outline,
             self._complete_rows,
+            self._suggest,
             self._picture,
             self._evict,
         ]
@@ -126,7 +98,7 @@ class MapCore:
         self._frame += 1
         self._is_spent = False
         for chore in self._chores:
-            if chore(evidence.window, seen):
+            if chore(evidence, seen):
                 self._chores.remove(chore)
                 self._chores.append(chore)
                 break
@@ -185,6 +157,8 @@ class MapCore:
                 parts[f"{delta.STALL}/{int(row['id'])}"] = to_bytes(row)
         for stall_id in self.tracker.gone.since(version):
             parts[f"{delta.STALL}/{stall_id}"] = b""
+        for number, suggestion in self.suggestions.changed_since(version):
+            parts[f"{delta.SUGGESTION}/{number}"] = b"" if suggestion is None else suggestion.to_bytes()
         shift = self.registration.shift
         meta = delta.MapMeta(self._map_id, self._version, self.tracker.next_id, (shift.north, shift.east, shift.turn))
         parts[delta.META] = meta.to_bytes()
@@ -207,6 +181,7 @@ class MapCore:
         self._begin_relocation()
         everything = np.arange(len(self.tracker.rows))
         self.published.update(self.tracker.rows, everything, [], self._version)
+        self._show_suggestions(-1)
         self._encoder.mark(set(self.grid.tiles))
         confirmed = self.tracker.confirmed
         while self._encoder.encode(self.grid, confirmed, 64, self._version, (0.0, 0.0)):
@@ -228,6 +203,9 @@ class MapCore:
         elif kind == delta.STALL:
             if data:
                 rows.append(from_bytes(data))
+        elif kind == delta.SUGGESTION:
+            if data:
+                self.suggestions.restore(Suggestion.from_bytes(data), self._version)
         else:
             raise ValueError("an unknown part")
 
@@ -297,16 +275,20 @@ class MapCore:
         version = self._version + 1  # that of the frame which is fused next
         index = self.tracker.move_younger(self._earlier_m, step, version)
         self._encoder.mark_around(self.published.update(self.tracker.rows, index, [], version))
+        self.suggestions.forget_younger(self._earlier_m, version)
+        self._show_suggestions(version - 1)
 
     def _fuse_stalls(self, found: Detections, evidence: CellEvidence, weight: float, seen: SeenGround) -> None:
-        def in_picture(points: NDArray[np.float64]) -> NDArray[np.bool_]:
-            cells = np.round(evidence.window.cells_of(points[:, 0], points[:, 1])).astype(int)
-            inside = np.all((cells >= 0) & (cells < (evidence.window.columns, evidence.window.rows)), axis=1)
-            column, row = np.where(inside[:, None], cells, 0).T
-            return np.asarray(inside & (evidence.mask[row, column] > 0))
-
         middle, radius = _extent(seen)
-        look = Look(found, weight, seen.captured, in_picture, self._version, self._flown_m, self._settings.still_weight)
+        look = Look(
+            found,
+            weight,
+            seen.captured,
+            evidence.in_picture,
+            self._version,
+            self._flown_m,
+            self._settings.still_weight,
+        )
         self.tracker.fuse(look, self.tracker.near(*middle, radius + _REACH_M))
 
     def _show_stalls(self) -> None:
@@ -315,7 +297,33 @@ class MapCore:
         changed = self.published.update(rows, fresh, self.tracker.take_gone(), self._version)
         self._encoder.mark_around(changed)
 
-    def _complete_rows(self, _: Window, seen: SeenGround) -> bool:
+    def _show_suggestions(self, since: int) -> None:
+        """Publish the suggested stalls that were looked at after a version."""
+        changed = self.suggestions.changed_since(since)
+        self.published.suggest({i: one.to_stall() if one is not None and one.is_shown else None for i, one in changed})
+
+    def _suggest(self, evidence: CellEvidence, seen: SeenGround) -> bool:
+        """Look for cars that stand where no stall is known."""
+        if not _is_farther(self._looked_for_cars, seen.pose, self._settings.cars_step_m):
+            return False
+        self._looked_for_cars = seen.pose
+        window, (middle, radius) = evidence.window, _extent(seen)
+        car = self.grid.layer(window, "car") * (evidence.mask > 0)
+        rows = self.tracker.rows[self.tracker.near(*middle, radius + _REACH_M)]
+        sight = Sight(
+            cars=car_boxes(car, window),
+            car_at=lambda places: window.values_at(car, places),
+            in_picture=evidence.in_picture,
+            stalls=geometry_of(rows[rows["confirmed"]]),
+            flown_m=self._flown_m,
+            time=seen.captured,
+            version=self._version,
+        )
+        self.tracker.next_id = self.suggestions.look(sight, middle, radius, self.tracker.next_id)
+        self._show_suggestions(self._version - 1)
+        return True
+
+    def _complete_rows(self, _: CellEvidence, seen: SeenGround) -> bool:
         if self._frame - self._rows_at < self._settings.rows_frames:
             return False
         self._rows_at = self._frame
@@ -323,9 +331,9 @@ class MapCore:
         self._rows.run(self.tracker, self.grid, _extent(seen)[0], self._version)
         return True
 
-    def _outline(self, window: Window, seen: SeenGround) -> bool:
+    def _outline(self, evidence: CellEvidence, seen: SeenGround) -> bool:
         """Update the lot's outline around the picture."""
-        settings = self._settings
+        settings, window = self._settings, evidence.window
         is_due = self._frame - self._outlined_at >= settings.outline_frames
         if not is_due and not _is_farther(self._outlined, seen.pose, settings.outline_step_m):
             return False
@@ -353,10 +361,10 @@ class MapCore:
                 self.grid.summarise(key)
                 self._touched.discard(key)
 
-    def _evict(self, _: Window, __: SeenGround) -> bool:
+    def _evict(self, _: CellEvidence, __: SeenGround) -> bool:
         return self.grid.evict() > 0
 
-    def _picture(self, _: Window, seen: SeenGround) -> bool:
+    def _picture(self, _: CellEvidence, seen: SeenGround) -> bool:
         if not _is_farther(self._pictured, seen.pose, self._settings.mosaic_step_m):
             return False
         self._pictured = seen.pose

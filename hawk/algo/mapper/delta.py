@@ -21,6 +21,7 @@ META = "meta"
 GRID = "grid"
 MOSAIC = "mosaic"
 STALL = "stall"
+SUGGESTION = "suggestion"
 
 
 @dataclass(frozen=True, slots=True)

@@ -100,6 +100,11 @@ class CellEvidence:
     car: Grid32
     mask: GridU8
 
+    def in_picture(self, places: Floats) -> NDArray[np.bool_]:
+        """Return True (N,) for the places (N, 2) of (north, east) that lie in the usable picture."""
+        rows, columns, inside = self.window.cells_at(places)
+        return np.asarray(inside & (self.mask[rows, columns] > 0))
+
 
 def transform_points(affine: Floats, points: Floats) -> Floats:
     """Apply a (2, 3) affine of the map plane to points (..., 2)."""

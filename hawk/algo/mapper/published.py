@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 import math
 import zlib
+from collections.abc import Mapping
 
 import cv2
 import numpy as np
@@ -262,6 +263,17 @@ class StallIndex:
         self.stalls = self.stalls.changed(news, lost)
         return np.array([stall.corners() for stall in redrawn]).reshape(-1, 4, 2)
 
+    def suggest(self, those: Mapping[int, Stall | None]) -> None:
+        """Bring suggested stalls up to date, by id; None: it is none, or none any more."""
+        lost = {i: self.stalls[i] for i, stall in those.items() if stall is None and i in self.stalls}
+        news = {i: stall for i, stall in those.items() if stall is not None and self._is_news(stall)}
+        self._count(lost, news)
+        self.stalls = self.stalls.changed(news, lost)
+
+    def _is_news(self, stall: Stall) -> bool:
+        known = self.stalls.get(stall.id)
+        return known is None or known.version != stall.version
+
     def counts(self) -> Counts:
         """Return how many there are of each state."""
         of_each = self._counts
@@ -270,6 +282,7 @@ class StallIndex:
             of_each[StallState.TAKEN],
             of_each[StallState.UNKNOWN],
             self._variances / _FINE,
+            of_each[StallState.SUGGESTED],
         )
 
     def _count(self, lost: dict[int, Stall], news: dict[int, Stall]) -> None:
@@ -287,7 +300,7 @@ class StallIndex:
 
 
 def _variance(stall: Stall) -> int:
-    return round(free_variance(stall.score, stall.taken) * _FINE)
+    return 0 if stall.state is StallState.SUGGESTED else round(free_variance(stall.score, stall.taken) * _FINE)
 
 
 def _shown(rows: Rows) -> list[tuple[float, ...]]:

@@ -174,6 +174,11 @@ class FarStalls:
         return _joined(list(self._rows.values()))
 
 
+def square_of(north: float, east: float) -> Square:
+    """Return the square in which a place lies."""
+    return math.floor(north / SQUARE_M), math.floor(east / SQUARE_M)
+
+
 def squares_about(north: float, east: float, reach: float) -> list[Square]:
     """Return the squares that come within reach (metres) of a place."""
     low, high = (math.floor((north + d) / SQUARE_M) for d in (-reach, reach))

@@ -30,6 +30,7 @@ FREE_BGR = (255, 143, 47)
 TAKEN_BGR = (26, 122, 255)
 TAKEN_HATCH_BGR = (0, 94, 224)
 UNKNOWN_BGR = (255, 255, 255)
+_DRAWN = (StallState.FREE, StallState.TAKEN, StallState.UNKNOWN)
 _FILL = 0.30
 _HATCH_STEPS = np.linspace(0.06, 0.94, 6)
 _HATCH_LEAN = 0.18
@@ -128,7 +129,7 @@ def _draw_stalls(
     pixels = project(quads.corners(*table.T), view, pose)
     inside = _drawable(pixels, canvas.shape)
     states = np.array([state_of(s) for s in stalls], dtype=object)
-    free, taken, unknown = (pixels[inside & (states == state)] for state in StallState)
+    free, taken, unknown = (pixels[inside & (states == state)] for state in _DRAWN)
     filled = canvas.copy()
     _fill(filled, free, FREE_BGR)
     _fill(filled, taken, TAKEN_BGR)

@@ -1,16 +1,19 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from benchmarks.perception import __main__ as command
+from benchmarks.perception.eyes import Result
 from benchmarks.perception.measures import look
 from benchmarks.perception.regions import Regions, ground_option, region_section
-from tests.unit.benchmarks.test_perception_edges import STALLS, Finder
+from tests.unit.benchmarks.test_perception_edges import STALLS, Finder, found
 
 
 def write_region(folder: Path, name: str, **more: str) -> None:
@@ -38,6 +41,23 @@ def test_regions_have_rows_of_lots_streets_and_grounds(tmp_path: Path) -> None:
     assert (values["regions_ground_pavers_labels"], values["regions_ground_brick_labels"]) == (9, 9)
     assert values["regions_streets_precision"] == 1.0
     assert "regions_all_lot_iou" not in values
+
+
+class Suggester(Finder):
+    """Finds all stalls but two, and suggests one of these and one beside them."""
+
+    def look(self, image: NDArray[np.uint8], metres_per_pixel: float, *, scale: float = 1.0) -> Result:
+        return replace(found(STALLS[3:]), suggested=np.stack([STALLS[1], STALLS[2] + (0.0, 40.0)]))
+
+
+def test_suggested_stalls_count_apart(tmp_path: Path) -> None:
+    write_region(tmp_path, "office")
+    looked = look(Suggester(STALLS), Regions(tmp_path).read())
+    values = {figure.key: figure.value for figure in region_section(Regions(tmp_path), looked).figures}
+    assert (values["regions_all_suggested"], values["regions_all_suggested_labelled"]) == (2, 1)
+    assert values["regions_all_recall"] == pytest.approx(7 / 9)
+    assert values["regions_all_recall_with_suggested"] == pytest.approx(8 / 9)
+    assert values["regions_all_precision"] == 1.0
 
 
 def test_a_pattern_that_fits_no_region_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

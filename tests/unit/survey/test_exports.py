@@ -29,12 +29,14 @@ def survey() -> SurveyMap:
         stall(7, -10.0, 12.0, StallState.FREE, 0.05),
         stall(2, -16.0, 12.0, StallState.TAKEN, 0.97),
         stall(3, -10.0, 20.0, StallState.UNKNOWN, 0.5),
+        stall(9, -16.0, 20.0, StallState.SUGGESTED, 1.0),
     ]
     return SurveyMap(DATUM, {s.id: s for s in stalls}, {(0, 0): tile, (0, 1): tile})
 
 
 def test_counts_and_extent(survey: SurveyMap) -> None:
     assert (survey.counts.free, survey.counts.taken, survey.counts.unknown, survey.counts.total) == (1, 1, 1, 3)
+    assert survey.counts.suggested == 1
     cells = survey.cells()
     assert cells.values.shape == (TILE_CELLS, 2 * TILE_CELLS)
     assert (cells.north, cells.east) == (0.0, 0.0)
@@ -51,7 +53,8 @@ def test_tiles_north_of_the_datum_lie_above_those_south_of_it() -> None:
 
 def test_csv_has_a_line_a_stall_in_the_order_of_ids(survey: SurveyMap) -> None:
     rows = list(csv.DictReader(io.StringIO(stalls_csv(survey.datum, survey.stalls))))
-    assert [row["id"] for row in rows] == ["2", "3", "7"]
+    assert [row["id"] for row in rows] == ["2", "3", "7", "9"]
+    assert [row["state"] for row in rows] == ["taken", "unknown", "free", "suggested"]
     assert tuple(rows[0]) == CSV_COLUMNS
     assert rows[2]["state"] == "free"
     assert float(rows[2]["direction_deg"]) == pytest.approx(30.0)
@@ -79,7 +82,9 @@ def test_picture_shows_every_state_differently_even_in_grey(survey: SurveyMap) -
         row, column = int(-s.north * 10), int(s.east * 10)
         return cv2.cvtColor(picture[row - 8 : row + 8, column - 8 : column + 8], cv2.COLOR_BGR2GRAY)
 
-    free, taken, unknown = patch(7), patch(2), patch(3)
+    free, taken, unknown, suggested = patch(7), patch(2), patch(3), patch(9)
+    assert suggested.std() == 0, "a suggested one has nothing but its corners"
+    assert cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)[160 - 30 : 160 + 30, 200 - 30 : 200 + 30].max() > 240
     assert taken.std() > 2 * free.std()
     assert unknown.mean() < free.mean() - 15
 

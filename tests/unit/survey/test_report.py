@@ -73,6 +73,15 @@ def test_missed_and_invented_stalls_and_wrong_counts_show() -> None:
     assert found["free_count_error"] == pytest.approx(0.2)
 
 
+def test_suggested_stalls_are_neither_found_nor_false() -> None:
+    plain = survey()
+    aside = Stall(900, 60.0, 0.0, 0.0, WIDTH, LENGTH, 1.0, StallState.SUGGESTED, 0.66, 2, 0.0, 1)
+    more = SurveyMap(ORIGIN, {900: aside, **plain.stalls}, plain.tiles)
+    assert compare(more, truth()) == compare(plain, truth())
+    assert counts(more) == {**counts(plain), "suggested": 1}
+    assert more.counts.free_variance == plain.counts.free_variance
+
+
 def test_unknown_is_wrong_in_state_and_missed_in_free_recall() -> None:
     seen = survey()
     stalls = dict(seen.stalls)
@@ -121,7 +130,7 @@ def test_a_survey_that_found_nothing_is_null_not_a_crash() -> None:
     assert found["stall_recall"] == 0.0
     assert found["stall_precision"] is None
     json.dumps(found, allow_nan=False)
-    assert counts(SurveyMap(ORIGIN, {}, {})) == {"stalls": 0, "free": 0, "taken": 0, "unknown": 0}
+    assert counts(SurveyMap(ORIGIN, {}, {})) == dict.fromkeys(("stalls", "free", "taken", "unknown", "suggested"), 0)
 
 
 @given(st.floats(-1.1, 1.1), st.floats(-1.1, 1.1))

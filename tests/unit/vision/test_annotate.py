@@ -54,11 +54,11 @@ def test_a_free_stall_is_filled_in_blue_where_it_is() -> None:
 def test_the_states_look_different_without_colour() -> None:
     shares = {StallState.FREE: 0.1, StallState.TAKEN: 0.9, StallState.UNKNOWN: 0.5}
     seen = {s: StallSeen(100, 50, 0.4, 2.6, 5.2, 0.9, taken, 1.0) for s, taken in shares.items()}
-    pictures = {s: drawn(seen[s]).mean(axis=2) for s in StallState}
+    pictures = {s: drawn(seen[s]).mean(axis=2) for s in shares}
     changed = {s: np.abs(p - 90) > 15 for s, p in pictures.items()}
     assert changed[StallState.UNKNOWN].sum() < 0.6 * changed[StallState.FREE].sum()  # dashes, no fill
     top, left = pixel(100, 50)
-    spread = {s: pictures[s][top - 20 : top + 20, left - 20 : left + 20].std() for s in StallState}
+    spread = {s: pictures[s][top - 20 : top + 20, left - 20 : left + 20].std() for s in shares}
     assert spread[StallState.TAKEN] > 2 * spread[StallState.FREE]  # hatching
 
 
@@ -75,6 +75,10 @@ def test_a_stall_of_one_frame_is_shown_by_its_probability() -> None:
 )
 def test_without_a_usable_pose_the_bare_picture_is_sent(pose: MapPose | None) -> None:
     assert np.abs(drawn(STALL, pose=pose) - 90).max() < 6
+
+
+def test_a_suggested_stall_is_on_the_map_only() -> None:
+    assert np.abs(drawn(replace(STALL, state=StallState.SUGGESTED)) - 90).mean() < 1
 
 
 def test_stalls_beside_and_behind_the_camera_do_no_harm() -> None:

@@ -89,6 +89,7 @@ async def test_the_report_tells_the_present_map(rig: Rig) -> None:
         "free": 1,
         "taken": 1,
         "unknown": 0,
+        "suggested": 0,
         "free_range": [1, 4],
         "lot_area_m2": 120.0,
         "explored": 0.5,

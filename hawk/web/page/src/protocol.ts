@@ -359,6 +359,7 @@ export interface Heartbeat {
   Free: number;
   Taken: number;
   Unknown: number;
+  Suggested: number;
   "Free Range": [number, number] | null;
   Explored: number | null;
   "Explore Done": boolean;
@@ -435,7 +436,7 @@ export interface StallUpdate {
   Angle: number | null;
   Width: number | null;
   Length: number | null;
-  State: "free" | "taken" | "unknown" | null;
+  State: "free" | "taken" | "unknown" | "suggested" | null;
   Taken: number | null;
   Seen: number | null;
   "Last Seen": number | null;

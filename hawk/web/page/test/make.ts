@@ -69,6 +69,7 @@ export function heartbeat(changes: Partial<Heartbeat> = {}): Heartbeat {
     Free: 0,
     Taken: 0,
     Unknown: 0,
+    Suggested: 0,
     "Free Range": null,
     "Vision Rate": 8,
     "Camera Age": 0.1,

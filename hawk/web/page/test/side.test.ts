@@ -80,6 +80,20 @@ describe("the counts", () => {
     }
   });
 
+  it("name the suggested ones apart, also where there are no others", async () => {
+    const rig = flying({ Free: 2, Taken: 1, Suggested: 4 });
+    const stage = new Stage(new CountsCard(), rig.operator);
+    await stage.drawn();
+    assert.match(stage.text, /3 stalls found/);
+    assert.match(stage.text, /4 suggested besides/);
+    rig.hear({ Free: 0, Taken: 0, Suggested: 1 });
+    await stage.drawn();
+    assert.match(stage.text, /1 suggested besides/);
+    rig.hear({ Free: 2, Suggested: 0 });
+    await stage.drawn();
+    assert.doesNotMatch(stage.text, /suggested/);
+  });
+
   it("tell until when they were counted once the link is lost", async () => {
     const rig = flying({ Free: 3 });
     const stage = new Stage(new CountsCard(), rig.operator);

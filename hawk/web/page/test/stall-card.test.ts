@@ -27,6 +27,7 @@ describe("how sure a stall is", () => {
       [{ state: "free", taken: null }, "free"],
       [{ state: "unknown", taken: null }, "unclear"],
     ];
+    assert.equal(likelihood({ state: "suggested", taken: 1 }), "suggested");
     for (const [one, wanted] of cases) assert.equal(likelihood(one), wanted);
   });
 

@@ -12,7 +12,7 @@ import type { Stall, StallState } from "../src/state/map-store.ts";
 const LEAST_CONTRAST = 1.5;
 /** What is black and what is white beneath a fill still differ at least so much. */
 const LEAST_SEEN_BENEATH = 2;
-const STATES: StallState[] = ["free", "taken", "unknown"];
+const STATES: StallState[] = ["free", "taken", "unknown", "suggested"];
 
 function stall(id: number, changes: Partial<Stall> = {}): Stall {
   return { id, north: 0, east: 0, angle: 0, width: 2.5, length: 5, state: "free", taken: 0.1, seen: 3, lastSeen: 1, ...changes };

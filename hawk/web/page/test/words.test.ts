@@ -171,6 +171,7 @@ describe("other words", () => {
     assert.equal(stallDetail({ ...stall, state: "free", seen: 1 }, null), "Seen in 1 picture only.");
     assert.equal(stallDetail({ ...stall, state: "free", seen: 525 }, at), "Last seen at 14:33:25.");
     assert.equal(stallDetail({ ...stall, state: "free", seen: 525 }, null), "");
+    assert.equal(stallDetail({ ...stall, state: "suggested", seen: 3 }, at), "No marks here. A car stood here in 3 passes.");
     assert.match(stallDetail({ ...stall, taken: 0.5, seen: 0 }, at), /^Not seen itself/);
   });
 

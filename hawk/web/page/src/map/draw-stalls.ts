@@ -1,7 +1,7 @@
 import { FONT_FAMILY } from "../font.ts";
 import type { Stall, StallState } from "../state/map-store.ts";
 import { corners } from "./geometry.ts";
-import { css, type Detail, FILLS, HATCH, HATCH_SHARE, hatchPeriod, inset, LINES } from "./stall-style.ts";
+import { css, DASHES, type Detail, FILLS, HATCH, HATCH_SHARE, hatchPeriod, inset, LINES } from "./stall-style.ts";
 
 /** Where and how large stalls are drawn: pixels of the page right of `west` and below `north`. */
 export interface StallFrame {
@@ -13,11 +13,11 @@ export interface StallFrame {
   ratio: number;
 }
 
-const ORDER: readonly StallState[] = ["free", "taken", "unknown"];
+const ORDER: readonly StallState[] = ["suggested", "free", "taken", "unknown"];
 
 /** Draws stalls, all of a kind at once: where they overlap, nothing becomes darker. Question marks are drawn apart. */
 export function drawStalls(context: CanvasRenderingContext2D, stalls: Iterable<Stall>, frame: StallFrame, detail: Detail): void {
-  const kinds: Record<StallState, Stall[]> = { free: [], taken: [], unknown: [] };
+  const kinds: Record<StallState, Stall[]> = { free: [], taken: [], unknown: [], suggested: [] };
   for (const stall of stalls) kinds[stall.state].push(stall);
   for (const state of ORDER) {
     if (kinds[state].length === 0) continue;
@@ -28,7 +28,7 @@ export function drawStalls(context: CanvasRenderingContext2D, stalls: Iterable<S
     if (detail.line === 0) continue;
     context.strokeStyle = LINES[state];
     context.lineWidth = detail.line;
-    context.setLineDash(state === "unknown" ? [4, 3] : []);
+    context.setLineDash(DASHES[state]);
     context.stroke();
   }
   context.setLineDash([]);

@@ -3,8 +3,9 @@ import type { Rgb } from "./palette.ts";
 import type { Rectangle } from "./geometry.ts";
 
 /**
- * How stalls look: free light and plain, taken dark and hatched, unclear dark with dashes and a question mark. A car is to
- * be seen beneath each, and free and taken differ in brightness, so that they are distinct in grey, too.
+ * How stalls look: free light and plain, taken dark and hatched, unclear dark with dashes and a question mark, suggested
+ * dotted and empty. A car is to be seen beneath each, and free and taken differ in brightness, so that they are distinct in
+ * grey, too.
  */
 export interface Fill {
   colour: Rgb;
@@ -16,8 +17,11 @@ export const FILLS: Record<StallState, Fill> = {
   free: { colour: [112, 182, 255], alpha: 0.46 },
   taken: { colour: [16, 22, 28], alpha: 0.34 },
   unknown: { colour: [16, 22, 28], alpha: 0.38 },
+  suggested: { colour: [16, 22, 28], alpha: 0 },
 };
-export const LINES: Record<StallState, string> = { free: "#e3f1ff", taken: "#e05a00", unknown: "#fff" };
+export const LINES: Record<StallState, string> = { free: "#e3f1ff", taken: "#e05a00", unknown: "#fff", suggested: "#fff" };
+/** Dashes of the outlines, pixels. */
+export const DASHES: Record<StallState, number[]> = { free: [], taken: [], unknown: [4, 3], suggested: [1.5, 3] };
 export const HATCH: Fill = { colour: [255, 106, 20], alpha: 0.9 };
 /** Part of the ground that the lines of the hatching cover. */
 export const HATCH_SHARE = 0.24;

@@ -399,6 +399,7 @@ continue-survey = Continue survey
 free = free
 taken = taken
 unknown = unclear
+suggested = suggested
 # Below numbers of stalls.
 legend-free = free
 legend-taken = taken
@@ -410,6 +411,8 @@ almost-surely-free = almost surely free
 almost-surely-taken = almost surely taken
 probably-free = probably free
 probably-taken = probably taken
+suggested-too = { $stalls } suggested besides
+stood-in = No marks here. A car stood here in { $passes } passes.
 not-seen-itself = not seen itself
 not-seen-from-row = Not seen itself, found from its row.
 seen-in =

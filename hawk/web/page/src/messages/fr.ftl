@@ -397,6 +397,7 @@ continue-survey = Poursuivre le relevé
 free = libre
 taken = occupée
 unknown = incertaine
+suggested = suggérée
 legend-free = libres
 legend-taken = occupées
 legend-unknown = incertaines
@@ -407,6 +408,12 @@ almost-surely-free = presque sûrement libre
 almost-surely-taken = presque sûrement occupée
 probably-free = sans doute libre
 probably-taken = sans doute occupée
+suggested-too =
+    { $stalls ->
+        [one] { $stalls } suggérée en plus
+       *[other] { $stalls } suggérées en plus
+    }
+stood-in = Aucun marquage ici. Une voiture y était à { $passes } passages.
 not-seen-itself = pas vue elle-même
 not-seen-from-row = Pas vue elle-même, déduite de sa rangée.
 seen-in =

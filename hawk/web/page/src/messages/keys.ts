@@ -255,6 +255,7 @@ export interface Messages {
   "free": Record<string, never>;
   "taken": Record<string, never>;
   "unknown": Record<string, never>;
+  "suggested": Record<string, never>;
   "legend-free": Record<string, never>;
   "legend-taken": Record<string, never>;
   "legend-unknown": Record<string, never>;
@@ -265,6 +266,8 @@ export interface Messages {
   "almost-surely-taken": Record<string, never>;
   "probably-free": Record<string, never>;
   "probably-taken": Record<string, never>;
+  "suggested-too": { stalls: string | number };
+  "stood-in": { passes: string | number };
   "not-seen-itself": Record<string, never>;
   "not-seen-from-row": Record<string, never>;
   "seen-in": { pictures: number };

@@ -1,6 +1,7 @@
 import type { MapUpdate, StallUpdate } from "../protocol.ts";
 
-export type StallState = "free" | "taken" | "unknown";
+export type CountedState = "free" | "taken" | "unknown";
+export type StallState = CountedState | "suggested";
 
 export interface Stall {
   id: number;

@@ -1,6 +1,6 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
-import type { StallState } from "../state/map-store.ts";
+import type { CountedState } from "../state/map-store.ts";
 import { isFlying } from "../state/flight.ts";
 import * as format from "../words/format.ts";
 import { number, say } from "../words/say.ts";
@@ -15,12 +15,12 @@ export class CountsCard extends Part {
   override render(): TemplateResult | typeof nothing {
     const view = this.model.view();
     const heartbeat = view.heartbeat;
-    if (!heartbeat || stallCount(view) === 0) return nothing;
+    if (!heartbeat || stallCount(view) + heartbeat.Suggested === 0) return nothing;
     return html`<section class="card counts" aria-label=${say("stalls")}>
       ${count("free", heartbeat.Free)} ${count("taken", heartbeat.Taken)} ${count("unknown", heartbeat.Unknown)}
       <span class="sub w">
         <span>${summary(view)}</span>
-        ${between(view)}
+        ${between(view)} ${suggested(view)}
         ${isFlying(heartbeat) ? nothing : html`<button class="small" @click=${() => this.showSurvey()}>${say("show-survey")}</button>`}
       </span>
     </section>`;
@@ -36,7 +36,7 @@ export function stallCount(view: View): number {
   return heartbeat ? heartbeat.Free + heartbeat.Taken + heartbeat.Unknown : 0;
 }
 
-function count(state: StallState, stalls: number): TemplateResult {
+function count(state: CountedState, stalls: number): TemplateResult {
   return html`<div class="ct" data-count=${state}>
     ${swatch(state)}
     <div><b>${number(stalls)}</b><span class="sub">${say(`legend-${state}`)}</span></div>
@@ -48,6 +48,12 @@ export function between(view: View): TemplateResult | typeof nothing {
   const bounds = view.heartbeat?.["Free Range"];
   if (!bounds || bounds[0] === bounds[1] || linkOf(view) === "lost") return nothing;
   return html`<span data-between>${say("free-between", { low: bounds[0], high: bounds[1] })}</span>`;
+}
+
+/** The number of suggested stalls, which are in no other count. */
+export function suggested(view: View): TemplateResult | typeof nothing {
+  const stalls = view.heartbeat?.Suggested ?? 0;
+  return stalls === 0 ? nothing : html`<span data-suggested>${swatch("suggested")} ${say("suggested-too", { stalls })}</span>`;
 }
 
 function summary(view: View): string {

@@ -1,13 +1,13 @@
 import { html, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
-import type { StallState } from "../state/map-store.ts";
+import type { CountedState } from "../state/map-store.ts";
 import * as format from "../words/format.ts";
 import { seenPercent } from "../words/glance.ts";
 import { heightsOf, topHeight } from "../words/plot.ts";
 import { number, say } from "../words/say.ts";
 import { SCALES, type Units } from "../words/units.ts";
 import type { View } from "../words/view.ts";
-import { between, stallCount } from "./counts-card.ts";
+import { between, stallCount, suggested } from "./counts-card.ts";
 import { cssVars } from "./css-vars.ts";
 import "./downloads.ts";
 import { Part } from "./element.ts";
@@ -25,7 +25,7 @@ export class SurveyPanel extends Part {
     const view = this.model.view();
     const heartbeat = view.heartbeat;
     const all = stallCount(view);
-    const counts: [StallState, number][] = [
+    const counts: [CountedState, number][] = [
       ["free", heartbeat?.Free ?? 0],
       ["taken", heartbeat?.Taken ?? 0],
       ["unknown", heartbeat?.Unknown ?? 0],
@@ -37,7 +37,7 @@ export class SurveyPanel extends Part {
           <button class="plain" aria-label=${say("close-survey")} @click=${() => this.close()}>${icon("close")}</button>
         </div>
         <div class="hero">${say("hero-free", { free: heartbeat?.Free ?? 0 })} <small>${say("hero-of", { stalls: all })}</small></div>
-        <div class="sub">${between(view)}</div>
+        <div class="sub">${between(view)} ${suggested(view)}</div>
         <div class="stack" aria-hidden="true">
           ${counts.filter(([, stalls]) => stalls > 0).map(([state, stalls]) => html`<i class=${state} ${cssVars({ "--share": String(stalls) })}></i>`)}
         </div>

@@ -9,6 +9,8 @@ const MARKS = {
   unknown: svg`<rect x="1" y="1" width="30" height="18" class="plate dark"/>
     <rect x="3.5" y="3.5" width="25" height="13" class="unclear"/>
     <text x="16" y="14.4" text-anchor="middle" class="mark">?</text>`,
+  suggested: svg`<rect x="1" y="1" width="30" height="18" class="plate dark"/>
+    <rect x="3.5" y="3.5" width="25" height="13" class="unclear dotted"/>`,
 };
 
 /** The map's symbol of a kind of stall, for legends. */

@@ -11,7 +11,7 @@ export interface StallRow {
   seen: string;
 }
 
-const ORDER: StallState[] = ["free", "unknown", "taken"];
+const ORDER: StallState[] = ["free", "unknown", "taken", "suggested"];
 
 /** Stalls as lines of a table, free ones first, then by their distance from home, `most` of them. `timeOf`: time of day of the drone's time. */
 export function stallRows(

@@ -17,7 +17,7 @@ export function stallWords(state: StallState): string {
 
 /** How sure it is that a stall is free or taken, in words. */
 export function likelihood({ state, taken }: Pick<Stall, "state" | "taken">): string {
-  if (taken === null) return stallWords(state);
+  if (taken === null || state === "suggested") return stallWords(state);
   const free = state === "free" || (state === "unknown" && taken < 0.5);
   const sure = free ? 1 - taken : taken;
   const kind = free ? "free" : "taken";
@@ -29,6 +29,7 @@ export function likelihood({ state, taken }: Pick<Stall, "state" | "taken">): st
 export function stallDetail(stall: Stall, lastSeenAt: number | null): string {
   const { seen: pictures } = stall;
   const time = lastSeenAt === null ? null : format.clock(lastSeenAt);
+  if (stall.state === "suggested") return say("stood-in", { passes: pictures ?? 0 });
   if (pictures === 0) return say("not-seen-from-row");
   if (pictures !== null && pictures < OFTEN) return time === null ? say("seen-in", { pictures }) : say("seen-in-last", { pictures, time });
   return time === null ? "" : say("last-seen", { time });

@@ -1,0 +1,293 @@
+"""Suggested stalls: places without marks on which a car stood in several passes.
+
+Cars park on gravel, grass and pavers where nothing shows a stall. Such a place is shown as suggested, beside the stalls
+and never counted as one. It is no suggestion on a known stall, nor across the fronts of stalls: a car there stands in
+their aisle.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hawk.algo.ground import Floats
+from hawk.algo.mapper.delta import Recent
+from hawk.algo.mapper.standing_cars import CarBoxes
+from hawk.algo.mapper.table import Square, square_of, squares_about
+from hawk.algo.vision import quads
+from hawk.model import Stall, StallState
+
+PASSES: Final = 2
+"""Passes in which a car stood at a place before it is suggested."""
+PASS_M: Final = 40.0
+PASS_S: Final = 60.0
+"""Metres flown, or seconds, without a look at the place, after which the next look begins another pass."""
+WIDTH_M: Final = 2.5
+LENGTH_M: Final = 5.0
+"""Size of a suggested stall: the usual one in Europe, and a small one in North America."""
+SCORE: Final = 0.66
+"""Probability that a suggestion is a stall: 29 of 44 on six Dutch places (docs/results/perception.md)."""
+AROUND_M: Final = 0.5
+"""Length of a suggested stall beyond its car."""
+AISLE_M: Final = 6.0
+"""Ground before and behind a stall that is its aisle."""
+
+_SAME_M = 1.0
+_SAME_ANGLE = 0.35
+_SOLID = 8  # looks of which the place is the mean
+_LEFT = 0.3  # mean car probability along the car below which it has left
+_TOUCH = 0.1  # overlap with a stall
+_ACROSS = 0.5  # radians between car and stall from which the car stands across
+_BESIDE_M = 1.0
+
+CarAt = Callable[[Floats], Floats]
+"""Takes places (N, 2) of (north, east) and returns the mean car probability there, 0 where nothing was seen."""
+Geometry = tuple[Floats, Floats, Floats, Floats, Floats]
+"""Stalls: north, east, angle, width and length, each (N,)."""
+InPicture = Callable[[Floats], NDArray[np.bool_]]
+
+
+@dataclass(frozen=True, slots=True)
+class Suggestion:
+    """A place on which a car stands, metres and radians. It is shown after `PASSES`.
+
+    ``flown_m``, ``time`` and ``version`` are those of the last look, ``born_m`` is the distance flown at the first one.
+    """
+
+    id: int
+    north: float
+    east: float
+    angle: float
+    length: float
+    looks: int
+    passes: int
+    born_m: float
+    flown_m: float
+    time: float
+    version: int
+
+    @property
+    def is_shown(self) -> bool:
+        """True when it is part of the map."""
+        return self.passes >= PASSES
+
+    def to_stall(self) -> Stall:
+        """Return it as published: ``seen`` is the number of passes, and it is taken."""
+        return Stall(
+            id=self.id,
+            north=round(self.north, 3),
+            east=round(self.east, 3),
+            angle=round(self.angle, 4),
+            width=WIDTH_M,
+            length=round(self.length, 3),
+            taken=1.0,
+            state=StallState.SUGGESTED,
+            score=SCORE,
+            seen=self.passes,
+            last_seen=round(self.time, 3),
+            version=self.version,
+        )
+
+    def to_bytes(self) -> bytes:
+        """Return it as JSON."""
+        return json.dumps(asdict(self)).encode()
+
+    @classmethod
+    def from_bytes(cls, data: bytes) -> Suggestion:
+        """Return the suggestion. Raises ValueError when it is none."""
+        try:
+            told = cls(**json.loads(data))
+            numbers = (told.north, told.east, told.angle, told.length, told.born_m, told.flown_m, told.time)
+            is_sound = all(math.isfinite(number) for number in numbers)
+        except (TypeError, UnicodeDecodeError) as error:
+            raise ValueError(f"not a suggestion: {error!r}") from error
+        if not is_sound:
+            raise ValueError("not a suggestion: a number is not finite")
+        return told
+
+
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """One look: the cars, the evidence beneath them, the stalls about them, metres flown, time, and map version."""
+
+    cars: CarBoxes
+    car_at: CarAt
+    in_picture: InPicture
+    stalls: Geometry
+    flown_m: float
+    time: float
+    version: int
+
+
+class Suggestions:
+    """The places on which cars stand, by id and by square of ground."""
+
+    def __init__(self) -> None:
+        self.known: dict[int, Suggestion] = {}
+        self.recent: Recent[int] = Recent()
+        """Those that were looked at or went, by map version."""
+        self._squares: dict[Square, set[int]] = {}
+
+    def look(self, sight: Sight, middle: tuple[float, float], reach: float, next_id: int) -> int:
+        """Take one look in at the ground within reach (metres) of a place; return the next free id."""
+        here = self._about(*middle, reach)
+        cars = sight.cars.take(_within(sight.in_picture, _quads(sight.cars)))
+        cars = cars.take(~on_stalls(_places(cars), cars.angle, cars.length, sight.stalls))
+        seen, fresh = _pairs(here, cars)
+        for one, car in seen:
+            self._put(_looked(one, cars, car, sight))
+        for car in fresh:
+            self._put(_begun(next_id, cars, car, sight))
+            next_id += 1
+        matched = {one.id for one, _ in seen}
+        for one in _left([one for one in here if one.id not in matched], sight):
+            self._remove(one.id, sight.version)
+        self._make_room(middle, reach, sight)
+        return next_id
+
+    def forget_younger(self, born_m: float, version: int) -> None:
+        """Forget what was found after this distance flown: its place on the map was not known."""
+        for one in [one for one in self.known.values() if one.born_m > born_m]:
+            self._remove(one.id, version)
+
+    def restore(self, suggestion: Suggestion, version: int) -> None:
+        """Restore one of an earlier run; the next look at it begins another pass."""
+        self._put(replace(suggestion, born_m=0.0, flown_m=0.0, version=version))
+
+    def changed_since(self, version: int) -> Iterator[tuple[int, Suggestion | None]]:
+        """Yield those that were looked at after a version, None for those that went."""
+        for number in self.recent.since(version):
+            yield number, self.known.get(number)
+
+    def _make_room(self, middle: tuple[float, float], reach: float, sight: Sight) -> None:
+        """Remove the places that known stalls have come to cover."""
+        about = self._about(*middle, reach)
+        angle, length = (np.array([getattr(one, name) for one in about], np.float64) for name in ("angle", "length"))
+        for k in np.flatnonzero(on_stalls(_places(about), angle, length, sight.stalls)).tolist():
+            self._remove(about[k].id, sight.version)
+
+    def _about(self, north: float, east: float, reach: float) -> list[Suggestion]:
+        ids = [number for square in squares_about(north, east, reach) for number in self._squares.get(square, ())]
+        return [self.known[number] for number in ids]
+
+    def _put(self, one: Suggestion) -> None:
+        before = self.known.get(one.id)
+        if before is not None:
+            self._squares[square_of(before.north, before.east)].discard(one.id)
+        self.known[one.id] = one
+        self._squares.setdefault(square_of(one.north, one.east), set()).add(one.id)
+        self.recent.note(one.id, one.version)
+
+    def _remove(self, number: int, version: int) -> None:
+        one = self.known.pop(number)
+        self._squares[square_of(one.north, one.east)].discard(number)
+        self.recent.note(number, version)
+
+
+def _quads(cars: CarBoxes) -> Floats:
+    return quads.corners(cars.north, cars.east, cars.angle, cars.width, cars.length)
+
+
+def _within(in_picture: InPicture, corners: Floats) -> NDArray[np.bool_]:
+    """Return which quads (N, 4, 2) lie in the picture as a whole, (N,)."""
+    return np.asarray(in_picture(corners.reshape(-1, 2)).reshape(-1, 4).all(1))
+
+
+def _places(those: list[Suggestion] | CarBoxes) -> Floats:
+    """Return centres (N, 2)."""
+    if isinstance(those, CarBoxes):
+        return np.column_stack([those.north, those.east])
+    return np.array([(one.north, one.east) for one in those], np.float64).reshape(-1, 2)
+
+
+def _pairs(known: list[Suggestion], cars: CarBoxes) -> tuple[list[tuple[Suggestion, int]], list[int]]:
+    """Return the known places with the number of the car that stands there, and the numbers of the other cars."""
+    places = _places(cars)
+    i, j = quads.near_pairs(_places(known), places, _SAME_M)
+    apart = np.hypot(*(_places(known)[i] - places[j]).T)
+    found: dict[int, int] = {}
+    for k in np.argsort(apart, kind="stable").tolist():
+        one, car = int(i[k]), int(j[k])
+        turn = float(quads.angle_between(known[one].angle, cars.angle[car]))
+        if turn < _SAME_ANGLE and one not in found and car not in found.values():
+            found[one] = car
+    others = [car for car in range(len(cars)) if car not in found.values()]
+    return [(known[one], car) for one, car in found.items()], others
+
+
+def _begun(number: int, cars: CarBoxes, car: int, sight: Sight) -> Suggestion:
+    return Suggestion(
+        id=number,
+        north=float(cars.north[car]),
+        east=float(cars.east[car]),
+        angle=float(cars.angle[car]),
+        length=max(LENGTH_M, float(cars.length[car]) + AROUND_M),
+        looks=1,
+        passes=1,
+        born_m=sight.flown_m,
+        flown_m=sight.flown_m,
+        time=sight.time,
+        version=sight.version,
+    )
+
+
+def _looked(one: Suggestion, cars: CarBoxes, car: int, sight: Sight) -> Suggestion:
+    """Return the place after another look: the mean of its looks."""
+    share = 1 / min(one.looks + 1, _SOLID)
+    turn = (float(cars.angle[car]) - one.angle + math.pi / 2) % math.pi - math.pi / 2
+    length = max(LENGTH_M, float(cars.length[car]) + AROUND_M)
+    again = sight.flown_m - one.flown_m >= PASS_M or sight.time - one.time >= PASS_S
+    return replace(
+        one,
+        north=one.north + (float(cars.north[car]) - one.north) * share,
+        east=one.east + (float(cars.east[car]) - one.east) * share,
+        angle=(one.angle + turn * share) % math.pi,
+        length=one.length + (length - one.length) * share,
+        looks=one.looks + 1,
+        passes=one.passes + again,
+        flown_m=sight.flown_m,
+        time=sight.time,
+        version=sight.version,
+    )
+
+
+def _left(those: list[Suggestion], sight: Sight) -> list[Suggestion]:
+    """Return the places in the picture that no car covers any more."""
+    if not those:
+        return []
+    middle = _places(those)
+    angle = np.array([one.angle for one in those])
+    along = np.stack([np.cos(angle), np.sin(angle)], -1)
+    steps = np.array([-1.2, -0.6, 0.0, 0.6, 1.2])
+    points = middle[:, None] + steps[:, None] * along[:, None]
+    inside = sight.in_picture(points.reshape(-1, 2)).reshape(points.shape[:2]).all(1)
+    cover = sight.car_at(points.reshape(-1, 2)).reshape(points.shape[:2]).mean(1)
+    return [one for one, is_left in zip(those, (inside & (cover < _LEFT)).tolist(), strict=True) if is_left]
+
+
+def on_stalls(places: Floats, angle: Floats, length: Floats, stalls: Geometry) -> NDArray[np.bool_]:
+    """Return which places for cars (N, 2) lie on a known stall, or across the fronts of some, (N,).
+
+    ``stalls`` are arrays of two coordinates in metres, angle, width and length, as those of the places.
+    """
+    result = np.zeros(len(places), np.bool_)
+    if not len(places) or not len(stalls[0]):
+        return result
+    x, y, stall_angle, width, stall_length = stalls
+    centre = np.column_stack([x, y])
+    i, j = quads.near_pairs(places, centre, float(stall_length.max()) / 2 + AISLE_M + _BESIDE_M)
+    offset = places[i] - centre[j]
+    along = np.abs(offset[:, 0] * np.cos(stall_angle[j]) + offset[:, 1] * np.sin(stall_angle[j]))
+    across = np.abs(quads.cross(stall_angle[j], offset))
+    before = (along < stall_length[j] / 2 + AISLE_M) & (across < width[j] / 2 + _BESIDE_M)
+    in_aisle = before & (quads.angle_between(angle[i], stall_angle[j]) > _ACROSS)
+    mine = quads.corners(places[:, 0], places[:, 1], angle, np.full(len(places), WIDTH_M), np.maximum(length, LENGTH_M))
+    on_stall = quads.overlap_more(mine[i], quads.corners(x, y, stall_angle, width, stall_length)[j], _TOUCH)
+    result[i[in_aisle | on_stall]] = True
+    return result
