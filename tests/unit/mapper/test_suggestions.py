@@ -1,4 +1,4 @@
-"""Where a car stands in several passes and no stall is known, a stall is suggested; it counts as none."""
+"""Suggested stalls: a car stands in several passes where no stall is known; it counts as none."""
 
 from __future__ import annotations
 
