@@ -35,7 +35,7 @@ class MapperSettings:
     """Distance flown between two updates of the lot's outline."""
     outline_frames: int = 8
     """Most frames between two updates of the lot's outline."""
-    cars_step_m: float = 4.0
+    cars_step_m: float = 10.0
     """Distance flown between two looks for cars that stand where no stall is known."""
     outline_reach_m: float = 18.0
     """Ground around the picture that is used for the outline; it is drawn up to ``CLOSE_M`` short of it."""
