@@ -14,7 +14,7 @@ from benchmarks.perception.lot_area import lot_area
 from benchmarks.perception.places import state_array
 from hawk.algo.ground import Window
 from hawk.algo.mapper.standing_cars import car_boxes
-from hawk.algo.mapper.suggestions import AROUND_M, LENGTH_M, WIDTH_M, on_stalls
+from hawk.algo.mapper.suggestions import WIDTH_M, length_about, on_stalls
 from hawk.algo.vision import decode, quads
 from hawk.algo.vision.classical import ClassicalFinder
 from hawk.algo.vision.decode import Stalls
@@ -99,9 +99,8 @@ def _suggested(car: NDArray[np.float32], stalls: Stalls) -> FloatArray:
     shape = [v * CELL_M for v in (stalls.column, stalls.row, stalls.width, stalls.length)]
     known = (shape[0] + GROUND_M / 2, shape[1] + GROUND_M / 2, stalls.angle, shape[2], shape[3])
     left = ~on_stalls(places, angle, cars.length, known)
-    length = np.maximum(cars.length + AROUND_M, LENGTH_M)
     x, y = places[left].T
-    return quads.corners(x, y, angle[left], np.full(len(x), WIDTH_M), length[left])
+    return quads.corners(x, y, angle[left], np.full(len(x), WIDTH_M), length_about(cars)[left])
 
 
 def north_up(image: NDArray[np.uint8], metres_per_pixel: float, *, scale: float = 1.0) -> GroundImage:

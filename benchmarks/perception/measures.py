@@ -97,12 +97,15 @@ def pooled(looked: Sequence[Looked]) -> dict[str, float]:
         "lots_outlined": float(len(overlaps)),
         "labels": float(total.true),
         "labels_cut": float(sum(int(one.kept.cut.sum()) for one in looked)),
-        **_suggestions(looked),
+        **_suggestions(looked, total),
     }
 
 
-def _suggestions(looked: Sequence[Looked]) -> dict[str, float]:
-    """Return how many stalls are suggested, how many of those are labelled, and the recall with them."""
+def _suggestions(looked: Sequence[Looked], total: Tally) -> dict[str, float]:
+    """Return how many stalls are suggested, how many of those are labelled, and the recall with them.
+
+    ``total`` is the sum of the places' counts.
+    """
     count = labelled = 0
     for one in looked:
         result, truth = one.kept.result, one.kept.truth
@@ -110,7 +113,6 @@ def _suggestions(looked: Sequence[Looked]) -> dict[str, float]:
         missed[match(result.finding.stalls, truth.stalls).true] = False
         count += len(result.suggested)
         labelled += len(match(result.suggested, truth.stalls[missed]))
-    total = sum((one.tally for one in looked), Tally())
     return {
         "suggested": float(count),
         "suggested_labelled": float(labelled),

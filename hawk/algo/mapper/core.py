@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from hawk.algo.ground import Window
 from hawk.algo.mapper import delta
-from hawk.algo.mapper.evidence import EVIDENCE_M, CellEvidence, cell_evidence, moved, outline, quality_mask
+from hawk.algo.mapper.evidence import EVIDENCE_M, CellEvidence, cell_evidence, extent, moved, outline, quality_mask
 from hawk.algo.mapper.grid import EvidenceGrid, EvidenceTile
 from hawk.algo.mapper.novelty import Novelty
 from hawk.algo.mapper.published import Mosaic, StallIndex, TileEncoder
@@ -63,15 +63,15 @@ class MapCore:
         self._fused_at = math.inf
         self._relocation: Relocation | None = None
         self._earlier_m = 0.0
-        self._frame = self._outlined_at = self._rows_at = 0
+        self._frame = self._outlined_at = self._rows_at = self._cars_at = 0
         self._is_spent = False
         self._touched: set[TileKey] = set()
         self._chores: list[Callable[[CellEvidence, SeenGround], bool]] = [
             self._outline,
             self._complete_rows,
-            self._suggest,
             self._picture,
             self._evict,
+            self._suggest,
         ]
         self.index = OccupancyMap(map_id=map_id)
 
@@ -216,7 +216,7 @@ class MapCore:
 
     def _attend(self, seen: SeenGround) -> None:
         """Load the stalls about the picture."""
-        (north, east), radius = _extent(seen)
+        (north, east), radius = extent(seen.lot)
         aside = math.hypot(north - seen.pose.north, east - seen.pose.east)
         about = radius + max(math.sqrt(2) * self._settings.outline_reach_m, self._settings.rows_reach_m) + _REACH_M
         self.tracker.attend(north, east, max(about, aside + _DRAWN_M) + self._settings.max_shift_m)
@@ -246,16 +246,16 @@ class MapCore:
         sure = found.take(found.is_whole).moved(correction)
         lot = moved(seen.lot, correction)
         usable = quality_mask(lot.valid, lot.metres_per_pixel, _WHOLE_M, self._settings.good_share) > 0
-        extent = np.vstack([outline(lot), *(outline(lot) + REACH_M, outline(lot) - REACH_M)])
-        window = Window.around(extent, EVIDENCE_M)
-        well = self.grid.layer(window, "well") > 0
+        reached = np.vstack([outline(lot), *(outline(lot) + REACH_M, outline(lot) - REACH_M)])
+        window = Window.around(reached, EVIDENCE_M)
+        well = self.grid.layer(window, "well")
         known = Stalls(np.stack([rows["north"], rows["east"]], -1), angle_of(rows), probability(rows["taken"]))
         try:
             step = relocation.look(
                 known,
                 Stalls(np.stack([sure.north, sure.east], -1), sure.angle, sure.taken),
                 lambda places: _at(usable, lot.pixel_points(places)),
-                lambda places: _at(well, window.cells_of(places[:, 0], places[:, 1])),
+                lambda places: window.values_at(well, places) > 0,
             )
         except TooFewError:
             everything = found.moved(correction)
@@ -279,7 +279,7 @@ class MapCore:
         self._show_suggestions(version - 1)
 
     def _fuse_stalls(self, found: Detections, evidence: CellEvidence, weight: float, seen: SeenGround) -> None:
-        middle, radius = _extent(seen)
+        middle, radius = extent(seen.lot)
         look = Look(
             found,
             weight,
@@ -304,10 +304,12 @@ class MapCore:
 
     def _suggest(self, evidence: CellEvidence, seen: SeenGround) -> bool:
         """Look for cars that stand where no stall is known."""
-        if not _is_farther(self._looked_for_cars, seen.pose, self._settings.cars_step_m):
+        settings = self._settings
+        is_due = self._frame - self._cars_at >= settings.cars_frames
+        if not is_due or not _is_farther(self._looked_for_cars, seen.pose, settings.cars_step_m):
             return False
-        self._looked_for_cars = seen.pose
-        window, (middle, radius) = evidence.window, _extent(seen)
+        self._looked_for_cars, self._cars_at = seen.pose, self._frame
+        window, (middle, radius) = evidence.window, extent(seen.lot)
         car = self.grid.layer(window, "car") * (evidence.mask > 0)
         rows = self.tracker.rows[self.tracker.near(*middle, radius + _REACH_M)]
         sight = Sight(
@@ -328,7 +330,7 @@ class MapCore:
             return False
         self._rows_at = self._frame
         self._is_spent = True
-        self._rows.run(self.tracker, self.grid, _extent(seen)[0], self._version)
+        self._rows.run(self.tracker, self.grid, extent(seen.lot)[0], self._version)
         return True
 
     def _outline(self, evidence: CellEvidence, seen: SeenGround) -> bool:
@@ -377,13 +379,6 @@ def _at(mask: NDArray[np.bool_], cells: NDArray[np.float64]) -> NDArray[np.bool_
     column, row = np.round(cells).astype(int).T
     inside = (row >= 0) & (row < mask.shape[0]) & (column >= 0) & (column < mask.shape[1])
     return np.asarray(inside & mask[np.where(inside, row, 0), np.where(inside, column, 0)])
-
-
-def _extent(seen: SeenGround) -> tuple[tuple[float, float], float]:
-    """Middle (north, east) of the picture on the ground, and the radius about it."""
-    corners = outline(seen.lot)
-    middle = corners.mean(0)
-    return (float(middle[0]), float(middle[1])), float(np.hypot(*(corners - middle).T).max())
 
 
 def _corrected(seen: SeenGround, correction: NDArray[np.float64]) -> SeenGround:

@@ -102,8 +102,7 @@ class CellEvidence:
 
     def in_picture(self, places: Floats) -> NDArray[np.bool_]:
         """Return True (N,) for the places (N, 2) of (north, east) that lie in the usable picture."""
-        rows, columns, inside = self.window.cells_at(places)
-        return np.asarray(inside & (self.mask[rows, columns] > 0))
+        return np.asarray(self.window.values_at(self.mask, places) > 0)
 
 
 def transform_points(affine: Floats, points: Floats) -> Floats:
@@ -123,6 +122,13 @@ def outline(image: GroundImage) -> Floats:
     rows, columns = image.valid.shape
     corners = np.array([[0, 0], [columns - 1, 0], [columns - 1, rows - 1], [0, rows - 1]], np.float64)
     return transform_points(image.to_map, corners)
+
+
+def extent(image: GroundImage) -> tuple[tuple[float, float], float]:
+    """Return the middle (north, east) of the picture on the ground, and the radius about it, metres."""
+    corners = outline(image)
+    middle = corners.mean(0)
+    return (float(middle[0]), float(middle[1])), float(np.hypot(*(corners - middle).T).max())
 
 
 def quality_mask(valid: NDArray[np.bool_], pixel_m: float, edge_m: float, good_share: float) -> NDArray[np.uint8]:

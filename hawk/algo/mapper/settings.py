@@ -37,5 +37,7 @@ class MapperSettings:
     """Most frames between two updates of the lot's outline."""
     cars_step_m: float = 10.0
     """Distance flown between two looks for cars that stand where no stall is known."""
+    cars_frames: int = 12
+    """Frames between them at least: where frames are few, they are left to the other work."""
     outline_reach_m: float = 18.0
     """Ground around the picture that is used for the outline; it is drawn up to ``CLOSE_M`` short of it."""

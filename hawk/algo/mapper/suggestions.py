@@ -208,9 +208,9 @@ def _places(those: list[Suggestion] | CarBoxes) -> Floats:
 
 def _pairs(known: list[Suggestion], cars: CarBoxes) -> tuple[list[tuple[Suggestion, int]], list[int]]:
     """Return the known places with the number of the car that stands there, and the numbers of the other cars."""
-    places = _places(cars)
-    i, j = quads.near_pairs(_places(known), places, _SAME_M)
-    apart = np.hypot(*(_places(known)[i] - places[j]).T)
+    there, here = _places(known), _places(cars)
+    i, j = quads.near_pairs(there, here, _SAME_M)
+    apart = np.hypot(*(there[i] - here[j]).T)
     found: dict[int, int] = {}
     for k in np.argsort(apart, kind="stable").tolist():
         one, car = int(i[k]), int(j[k])
@@ -227,7 +227,7 @@ def _begun(number: int, cars: CarBoxes, car: int, sight: Sight) -> Suggestion:
         north=float(cars.north[car]),
         east=float(cars.east[car]),
         angle=float(cars.angle[car]),
-        length=max(LENGTH_M, float(cars.length[car]) + AROUND_M),
+        length=float(length_about(cars)[car]),
         looks=1,
         passes=1,
         born_m=sight.flown_m,
@@ -241,7 +241,7 @@ def _looked(one: Suggestion, cars: CarBoxes, car: int, sight: Sight) -> Suggesti
     """Return the place after another look: the mean of its looks."""
     share = 1 / min(one.looks + 1, _SOLID)
     turn = (float(cars.angle[car]) - one.angle + math.pi / 2) % math.pi - math.pi / 2
-    length = max(LENGTH_M, float(cars.length[car]) + AROUND_M)
+    length = float(length_about(cars)[car])
     again = sight.flown_m - one.flown_m >= PASS_M or sight.time - one.time >= PASS_S
     return replace(
         one,
@@ -269,6 +269,11 @@ def _left(those: list[Suggestion], sight: Sight) -> list[Suggestion]:
     inside = sight.in_picture(points.reshape(-1, 2)).reshape(points.shape[:2]).all(1)
     cover = sight.car_at(points.reshape(-1, 2)).reshape(points.shape[:2]).mean(1)
     return [one for one, is_left in zip(those, (inside & (cover < _LEFT)).tolist(), strict=True) if is_left]
+
+
+def length_about(cars: CarBoxes) -> Floats:
+    """Return the lengths of the stalls that cars need, (N,)."""
+    return np.maximum(cars.length + AROUND_M, LENGTH_M)
 
 
 def on_stalls(places: Floats, angle: Floats, length: Floats, stalls: Geometry) -> NDArray[np.bool_]:
