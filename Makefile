@@ -18,7 +18,7 @@ UNIT_KINDS := $(if $(COVERAGE),coverage slow,unit)
 # Without compiled files every process would compile and rewrite its modules and tests again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup run check test deb container bench bench-small faults ardupilot lint fast unit coverage mutants slow integration contract e2e page page-check docs browser clean
+.PHONY: setup run check test deb container bench bench-small newcomer faults ardupilot lint fast unit coverage mutants slow integration contract e2e page page-check docs browser clean
 
 setup: $(STAMP) page
 
@@ -137,6 +137,12 @@ bench: setup browser
 # The daemon on one core and 1 GiB, over three hectares: five minutes, as root, on a quiet machine.
 bench-small: setup
 	$(BIN)/python -m benchmarks.small $(ARGS)
+
+# From a bare Debian 12 to a finished survey, by the README's commands: five minutes, as root, with a network. It tries
+# the package in dist/ too, where `make deb` has left one.
+newcomer: setup
+	command -v mmdebstrap > /dev/null || packaging/apt-install mmdebstrap
+	$(BIN)/python -m benchmarks.newcomer $(ARGS)
 
 clean:
 	rm -rf $(VENV) hawk/web/static hawk/web/docs_site dist build

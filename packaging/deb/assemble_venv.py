@@ -23,6 +23,9 @@ MACHINES: Final = {"amd64": "x86_64", "arm64": "aarch64"}
 COMMAND: Final = "hawk-drone"
 """The one command that is kept; those of other packages need what is not installed here."""
 PYTHON: Final = "python3.11"
+DIALECTS: Final = "pymavlink/dialects"
+SPOKEN: Final = ("v20/ardupilotmega.py", "v20/__init__.py", "__init__.py")
+"""The dialect of the simulator. The others, 46 MB of source, would be compiled for minutes on a small computer."""
 SETTINGS: Final = f"""\
 home = /usr/bin
 include-system-site-packages = false
@@ -66,8 +69,24 @@ def assemble(wheels: Path, out: Path, final: Path, arch: str) -> list[str]:
     for script in (out / "bin").iterdir():
         if script.name != COMMAND:
             script.unlink()
+    leave_out_dialects(packages / DIALECTS)
     (out / "pyvenv.cfg").write_text(SETTINGS, "ascii")
     return [wheel.name for wheel in found]
+
+
+def leave_out_dialects(folder: Path) -> None:
+    """Remove pymavlink's dialects but the one that is spoken.
+
+    Raises AssemblyError where that one is not there.
+    """
+    if not folder.is_dir():
+        return
+    spoken = {folder / name for name in SPOKEN}
+    if missing := sorted(str(path) for path in spoken if not path.is_file()):
+        raise AssemblyError(f"pymavlink has no {missing[0]}")
+    for path in folder.rglob("*"):
+        if path.is_file() and path not in spoken:
+            path.unlink()
 
 
 def check_platform(name: str, arch: str) -> None:

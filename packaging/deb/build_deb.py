@@ -91,13 +91,13 @@ def project_version(root: Path) -> str:
 
 
 def requirements(root: Path) -> str:
-    """Return the locked wheels of the program without extras, with hashes. Raises BuildError."""
+    """Return the locked wheels of the program and its simulator, with hashes. Raises BuildError."""
     hosts = set(re.findall(r"https?://([^/\"]+)", (root / "uv.lock").read_text("utf-8")))
     if hosts - LOCK_HOSTS:
         raise BuildError(
             f"uv.lock: names {', '.join(sorted(hosts - LOCK_HOSTS))}; lock it from https://pypi.org/simple"
         )
-    options = ["--frozen", "--no-dev", "--no-emit-project", "--no-header", "--format=requirements-txt"]
+    options = ["--frozen", "--no-dev", "--extra=sim", "--no-emit-project", "--no-header", "--format=requirements-txt"]
     return run([sys.executable, "-m", "uv", "export", "--quiet", *options], root)
 
 

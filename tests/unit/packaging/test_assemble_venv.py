@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import zipfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -16,8 +17,10 @@ assemble_venv = load("deb/assemble_venv")
 FINAL = Path("/opt/hawk/lib/venv-9.9.9")
 
 
-def make_wheel(folder: Path, name: str, *, tag: str = "py3-none-any", commands: str = "") -> Path:
-    """Write a wheel with one module."""
+def make_wheel(
+    folder: Path, name: str, *, tag: str = "py3-none-any", commands: str = "", modules: Sequence[str] = ()
+) -> Path:
+    """Write a wheel with one module, and more by their paths."""
     folder.mkdir(exist_ok=True)
     path = folder / f"{name}-1.0-{tag}.whl"
     about = f"{name}-1.0.dist-info"
@@ -26,6 +29,7 @@ def make_wheel(folder: Path, name: str, *, tag: str = "py3-none-any", commands: 
         f"{about}/WHEEL": f"Wheel-Version: 1.0\nGenerator: test\nRoot-Is-Purelib: true\nTag: {tag}\n",
         f"{about}/METADATA": f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n",
         f"{about}/entry_points.txt": f"[console_scripts]\n{commands}",
+        **{f"{name}/{module}": "" for module in modules},
     }
     record = "".join(f"{file},,\n" for file in [*files, f"{about}/RECORD"])
     with zipfile.ZipFile(path, "w") as wheel:
@@ -55,6 +59,22 @@ def test_modules_and_the_command_are_there_for_the_path_at_which_they_run(wheels
 def test_other_commands_are_left_out(wheels: Path, tmp_path: Path) -> None:
     assemble_venv.assemble(wheels, tmp_path / "venv", FINAL, "arm64")
     assert [path.name for path in (tmp_path / "venv" / "bin").iterdir()] == [assemble_venv.COMMAND]
+
+
+def test_of_the_dialects_of_mavlink_the_simulator_s_own_is_kept(wheels: Path, tmp_path: Path) -> None:
+    dialects = ["v10/ardupilotmega.py", "v20/ardupilotmega.py", "v20/ualberta.py", "v20/__init__.py", "__init__.py"]
+    make_wheel(wheels, "pymavlink", modules=["mavutil.py", *(f"dialects/{name}" for name in dialects)])
+    assemble_venv.assemble(wheels, tmp_path / "venv", FINAL, "arm64")
+    package = tmp_path / "venv" / "lib" / "python3.11" / "site-packages" / "pymavlink"
+    kept = {path.relative_to(package / "dialects").as_posix() for path in package.rglob("dialects/**/*.py")}
+    assert kept == {"v20/ardupilotmega.py", "v20/__init__.py", "__init__.py"}
+    assert (package / "mavutil.py").is_file()
+
+
+def test_a_mavlink_without_the_simulator_s_dialect_is_refused(wheels: Path, tmp_path: Path) -> None:
+    make_wheel(wheels, "pymavlink", modules=["dialects/__init__.py", "dialects/v20/__init__.py"])
+    with pytest.raises(assemble_venv.AssemblyError, match=r"pymavlink has no .*v20/ardupilotmega\.py"):
+        assemble_venv.assemble(wheels, tmp_path / "venv", FINAL, "arm64")
 
 
 def test_a_wheel_of_another_processor_is_refused_by_its_name(
