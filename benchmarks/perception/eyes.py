@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
@@ -18,8 +19,8 @@ from hawk.algo.mapper.suggestions import WIDTH_M, length_about, on_stalls
 from hawk.algo.vision import decode, quads
 from hawk.algo.vision.classical import ClassicalFinder
 from hawk.algo.vision.decode import Stalls
-from hawk.algo.vision.network import CELL_PIXELS, StallNetwork
-from hawk.algo.vision.rows import RowStalls, complete_rows, row_stalls
+from hawk.algo.vision.network import CELL_PIXELS, NetworkMaps
+from hawk.algo.vision.rows import Evidence, RowStalls, complete_rows, row_stalls
 from hawk.algo.vision.seen import GroundImage
 from hawk.model import StallState
 from hawk.survey.scoring import Finding, FloatArray
@@ -57,18 +58,33 @@ class Eye(Protocol):
         ...
 
 
+class MapsOfPictures(Protocol):
+    """The network, or who remembers its maps."""
+
+    def run(self, picture: NDArray[np.uint8], /) -> NetworkMaps:
+        """Return the maps of a picture of 0.1 m a pixel."""
+        ...
+
+
+Completion = Callable[[RowStalls, Evidence], RowStalls]
+"""Completes rows, as `complete_rows` does."""
+
+
 class NetworkEye:
     """The network, its votes and the rows."""
 
-    def __init__(self, network: StallNetwork) -> None:
-        self._network = network
+    def __init__(
+        self, network: MapsOfPictures, complete: Completion = complete_rows, minimum_score: float = MINIMUM_SCORE
+    ) -> None:
+        """Votes below ``minimum_score`` are no stalls; ``complete`` completes the rows of the others."""
+        self._network, self._complete, self._minimum_score = network, complete, minimum_score
 
     def look(self, image: NDArray[np.uint8], metres_per_pixel: float, *, scale: float = 1.0) -> Result:
         """Find stalls and lot."""
         shown = _shown(image, metres_per_pixel, scale)
         maps = self._network.run(shown)
         stalls = decode.vote(maps, CELL_M)
-        stalls = _stalls(_rows(stalls[stalls.score >= MINIMUM_SCORE], maps.core))
+        stalls = _stalls(_rows(stalls[stalls.score >= self._minimum_score], maps.core, self._complete))
         result = _result(stalls, decode.occupancy(maps, stalls), maps.lot, shown.shape, scale)
         return replace(result, suggested=_suggested(maps.car, stalls) / scale)
 
@@ -83,7 +99,7 @@ class ClassicalEye:
         seen = [s for s in found.stalls if s.score >= MINIMUM_SCORE]
         table = np.array([(s.east, -s.north, s.angle - np.pi / 2, s.width, s.length, s.score, s.taken) for s in seen])
         table = table.reshape(-1, 7) / np.array([CELL_M, CELL_M, 1, CELL_M, CELL_M, 1, 1])
-        rows = _rows(Stalls(*(table[:, k] for k in range(6))), found.core.values)
+        rows = _rows(Stalls(*(table[:, k] for k in range(6))), found.core.values, complete_rows)
         stalls = _stalls(rows)
         said = np.append(table[:, 6], 0.0)[rows.source]
         taken = np.where(rows.inferred, _inner_mean(found.car.values, rows.corners()), said)
@@ -144,7 +160,7 @@ def as_shown(corners: FloatArray, size: tuple[float, float]) -> tuple[FloatArray
     return corners[is_shown], is_shown
 
 
-def _rows(stalls: Stalls, core: NDArray[np.float32]) -> RowStalls:
+def _rows(stalls: Stalls, core: NDArray[np.float32], complete: Completion) -> RowStalls:
     """Return the stalls with their rows completed, metres."""
     given = row_stalls(
         stalls.column * CELL_M,
@@ -154,7 +170,7 @@ def _rows(stalls: Stalls, core: NDArray[np.float32]) -> RowStalls:
         stalls.length * CELL_M,
         stalls.score,
     )
-    return complete_rows(given, lambda corners: _inner_mean(core, corners))
+    return complete(given, lambda corners: _inner_mean(core, corners))
 
 
 def _stalls(rows: RowStalls) -> Stalls:
