@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any, Final
 
@@ -57,7 +57,7 @@ def _of_flown(runs: Sequence[SeedRun]) -> list[Figure]:
     oracle = [run.best_way for run in runs]
     ways = _ways(runs, PLANNER)
     nearest = _ways(runs, NEAREST)
-    seconds = [math.inf if run.planner.seconds is None else run.planner.seconds for run in runs]
+    seconds = _seconds(runs)
     found = [
         _figure("lots", "lots of 0.3, 1 and 3 ha", float(len(runs))),
         *_spread("way_over_oracle", "way by oracle", _ratios(ways, oracle)),
@@ -81,29 +81,38 @@ def _of_flown(runs: Sequence[SeedRun]) -> list[Figure]:
     return found
 
 
+def _sizes(runs: Sequence[SeedRun]) -> Iterator[tuple[float, str, list[SeedRun]]]:
+    """Yield hectares, their part of a key, and the runs over lots of that size."""
+    for hectares in sorted({round(run.lot.area / 1e4, 1) for run in runs}):
+        those = [run for run in runs if round(run.lot.area / 1e4, 1) == hectares]
+        yield hectares, f"{hectares:g}".replace(".", "_"), those
+
+
 def _by_size(runs: Sequence[SeedRun]) -> list[Figure]:
-    ratios: dict[float, list[float]] = {}
-    for run in runs:
-        ratios.setdefault(round(run.lot.area / 1e4, 1), []).append(way_over_oracle(run))
     found = []
-    for hectares, those in sorted(ratios.items()):
-        name = f"{hectares:g}".replace(".", "_")
-        found += _spread(f"way_over_oracle_{name}_ha", f"way by oracle, {hectares:g} ha", those)
+    for hectares, name, those in _sizes(runs):
+        ways = [way_over_oracle(run) for run in those]
+        found += _spread(f"way_over_oracle_{name}_ha", f"way by oracle, {hectares:g} ha", ways)
+        times = _ratios(_seconds(those), [run.oracle.seconds for run in those])
+        found += _spread(f"seconds_over_oracle_{name}_ha", f"time by oracle's, {hectares:g} ha", times)
     return found
 
 
 def _outline_by_size(runs: Sequence[SeedRun]) -> list[Figure]:
     found = []
-    for hectares in sorted({round(run.lot.area / 1e4, 1) for run in runs}):
-        those = [run for run in runs if round(run.lot.area / 1e4, 1) == hectares]
+    for hectares, name, those in _sizes(runs):
         best = [run.best_way for run in those]
-        name = f"{hectares:g}".replace(".", "_")
         found += _spread(
             f"outline_over_oracle_{name}_ha", f"outline, {hectares:g} ha", _ratios(_ways(those, OUTLINE), best)
         )
         whole = [run.flights[OUTLINE].whole_way for run in those]
         found += _spread(f"outline_whole_{name}_ha", f"outline, to its end, {hectares:g} ha", _ratios(whole, best))
     return found
+
+
+def _seconds(runs: Sequence[SeedRun]) -> list[float]:
+    """Return the planner's times to 98 % of the lot, infinite where it never saw so much."""
+    return [math.inf if run.planner.seconds is None else run.planner.seconds for run in runs]
 
 
 def _of_prototype(runs: Sequence[SeedRun]) -> list[Figure]:

@@ -114,6 +114,12 @@ def test_a_flight_that_did_not_see_enough_never_looks_short(small: SeedRun) -> N
     assert told["unfinished"].value == 1
 
 
+def test_time_is_by_the_oracle_s_of_the_same_lot(small: SeedRun) -> None:
+    slow = replace(small, flights={**small.flights, PLANNER: replace(small.planner, seconds=3 * small.oracle.seconds)})
+    times = {figure.key: figure.value for figure in figures([slow], [])}
+    assert times["seconds_over_oracle_0_3_ha_median"] == pytest.approx(3.0)
+
+
 def test_the_best_way_is_the_oracle_s_or_a_shorter_one_that_was_flown(small: SeedRun) -> None:
     slow, fast = (replace(small.planner, way=small.oracle.way * factor) for factor in (1.2, 0.9))
     assert replace(small, flights={PLANNER: slow}).best_way == small.oracle.way
@@ -141,6 +147,7 @@ def test_every_promised_figure_is_there(small: SeedRun) -> None:
     promised = {
         "way_over_oracle_median", "way_over_oracle_p90", "way_over_nearest_frontier_median", "way_over_bound_median",
         "told_over_oracle_median", "told_over_oracle_p90", "way_over_oracle_0_3_ha_median",
+        "seconds_over_oracle_0_3_ha_median", "seconds_over_oracle_0_3_ha_p90",
         "outline_over_oracle_median", "outline_over_oracle_0_3_ha_median", "outline_whole_0_3_ha_median",
         "plan_ms_p99", "excursions", "coverage_min", "oracle_over_bound_median", "nearest_frontier_over_bound_median",
     }  # fmt: skip
