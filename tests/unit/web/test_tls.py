@@ -353,6 +353,15 @@ async def test_the_command_makes_a_pair_that_the_page_and_the_client_use(
     assert load(made).fingerprint != rig.tls.fingerprint
 
 
+@pytest.mark.parametrize(("option", "field"), [("--out", "--out"), ("--store", "store.directory")])
+def test_a_folder_that_cannot_be_used_is_named(option: str, field: str, capsys: pytest.CaptureFixture[str]) -> None:
+    from hawk.cli import main
+
+    assert main(["make-certificate", option, "/dev/null/folder"]) == 2
+    said = capsys.readouterr().err
+    assert f"{field}: /dev/null/folder cannot be used: Not a directory; name a folder that this user may write" in said
+
+
 @pytest.mark.parametrize(
     "name", ["", "a b", "a\nb", "x,DNS:evil.example", "*", "http://drone", "0.0.0.0", "-a", "ä.example"]
 )
