@@ -343,7 +343,7 @@ async def test_the_command_makes_a_pair_that_the_page_and_the_client_use(
             assert drone.welcome is not None
             assert drone.welcome.role == "operator"
         other = make_pair(tmp_path / "other")
-        with pytest.raises(ConnectionTimeout):
+        with pytest.raises(ConnectionTimeout, match=r"is not trusted: .*self-signed one \(--certificate FILE\)"):
             async with DroneClient("127.0.0.1", server.port, token=token, tls=trusted(other.certificate)):
                 pass
     finally:
