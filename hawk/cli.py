@@ -178,7 +178,7 @@ def _add_survey_options(parser: argparse.ArgumentParser) -> None:
         type=float,
         default=1800.0,
         metavar="S",
-        help="seconds until it comes home anyway",
+        help="seconds of exploring until it comes home anyway",
     )
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
 
