@@ -44,7 +44,10 @@ def _run(options: argparse.Namespace) -> int:
     except (TokensError, CertificateError) as error:
         raise ConfigError(str(error)) from error
     except OSError as error:
-        raise ConfigError(f"store.directory: {config.store.directory}: {error}") from error
+        given = getattr(options, "out", None)
+        field, folder = ("store.directory", config.store.directory) if given is None else ("--out", given)
+        words = f"{error.filename or folder} cannot be used: {error.strerror or error}"
+        raise ConfigError(f"{field}: {words}; name a folder that this user may write") from error
 
 
 def _rotate(options: argparse.Namespace, config: Config) -> int:
@@ -52,7 +55,8 @@ def _rotate(options: argparse.Namespace, config: Config) -> int:
     path = config.store.directory / TOKEN_FILE
     role = Role(options.role)
     if role is Role.VIEWER and config.web.token is None and Role.OPERATOR not in read_tokens(path).by_role:
-        raise ConfigError("tokens: make the operator's token first: hawk-drone tokens rotate operator")
+        remedy = f"make it first: hawk-drone tokens rotate operator --store {config.store.directory}"
+        raise ConfigError(f"tokens: {path} has no operator's token; {remedy}")
     token = rotate(path, role)
     print(token)
     _say(f"This is the token of the role {role.value}. It is shown once; {path} holds its hash only.")

@@ -96,14 +96,21 @@ def simulation_options(options: argparse.Namespace) -> SimulationOptions | None:
         raise ConfigError(f"--sim: {SIMULATOR_MISSING}")
     if options.world is not None and options.metres_per_pixel is None:
         raise ConfigError("--metres-per-pixel: is needed with --world (metres on the ground that a pixel covers)")
-    if options.world is not None and not options.world.is_file():
-        raise ConfigError(f"--world: {options.world} is not a file")
+    if options.world is not None and not _is_file(options.world):
+        raise ConfigError(f"--world: {options.world} is not a file that this user may read")
     _check_condition(options)
     if not SLOWEST <= options.speed <= FASTEST:
         bounds = f"{SLOWEST:g} to {FASTEST:g}"
         raise ConfigError(f"--speed: must be {bounds} simulated seconds per second, not {options.speed}")
     given = {each.name: getattr(options, each.name) for each in fields(SimulationOptions)}
     return SimulationOptions(**{name: value for name, value in given.items() if value is not None})
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except OSError:  # a folder that is closed to this user
+        return False
 
 
 def _refuse(options: argparse.Namespace, names: Sequence[str], remedy: str) -> None:
@@ -171,7 +178,7 @@ def _add_survey_options(parser: argparse.ArgumentParser) -> None:
         type=float,
         default=1800.0,
         metavar="S",
-        help="seconds until it comes home anyway",
+        help="seconds of exploring until it comes home anyway",
     )
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
 

@@ -323,17 +323,20 @@ def load_config(
         values: dict[str, Any] = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(f"{path}: not TOML: {error}") from error
+    variables: dict[tuple[str, str], str] = {}
     for name in sorted(name for name in environment if name.startswith(ENVIRONMENT_PREFIX)):
         section, _, key = name.removeprefix(ENVIRONMENT_PREFIX).lower().partition("__")
         if key:
             value = environment[name]
+            variables[section, key] = name
             _section(values, section)[key] = value.replace(",", " ").split() if _is_list(section, key) else value
     for section, settings in (overrides or {}).items():
         _section(values, section).update(settings)
+        variables = {at: name for at, name in variables.items() if at[0] != section or at[1] not in settings}
     try:
         return Config.model_validate(values)
     except ValidationError as error:
-        raise ConfigError(_explain(error, path, text)) from None
+        raise ConfigError(_explain(error, path, text, variables)) from None
 
 
 def section_fields(section: str) -> Mapping[str, FieldInfo]:
@@ -365,8 +368,8 @@ def _section(values: dict[str, Any], name: str) -> dict[str, Any]:
     return found
 
 
-def _explain(error: ValidationError, path: Path | None, text: str) -> str:
-    """Return one line for each wrong setting: file, line, key, what is wrong."""
+def _explain(error: ValidationError, path: Path | None, text: str, variables: Mapping[tuple[str, str], str]) -> str:
+    """Return one line for each wrong setting: file and line, or environment variable, then key, what is wrong."""
     lines = []
     for problem in error.errors(include_url=False):
         keys = [str(part) for part in problem["loc"]]
@@ -381,6 +384,8 @@ def _explain(error: ValidationError, path: Path | None, text: str) -> str:
             message = f"{message} (found {problem['input']!r})"
         number = _line_of(keys, text)
         place = f"{path}, line {number}: " if number else f"{path}: " if path else ""
+        if len(keys) > 1 and (variable := variables.get((keys[0], keys[1]))):
+            place = f"{variable}: "
         lines.append(f"{place}{'.'.join(keys)}: {message}")
     return "\n".join(lines)
 

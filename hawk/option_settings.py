@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 from typing import Any, Final
 
-from hawk.config import Config, load_config
+from hawk.config import Config, ConfigError, load_config
 
 _OPTIONS: Final = (
     ("web", "host", "host"),
@@ -27,3 +28,14 @@ def load_settings(options: argparse.Namespace) -> Config:
         if value is not None:
             overrides.setdefault(section, {})[key] = value
     return load_config(options.config, overrides=overrides)
+
+
+def refuse_existing(path: Path, remedy: str) -> None:
+    """Raise ConfigError when the file of ``--out`` is there already, or its folder is closed to this user."""
+    try:
+        there = path.exists()
+    except OSError as error:
+        words = f"{path} cannot be written: {error.strerror or error}; name a folder that this user may write"
+        raise ConfigError(f"--out: {words}") from error
+    if there:
+        raise ConfigError(f"--out: {path} exists already: {remedy}")

@@ -104,7 +104,7 @@ def agrees(stalls: RowStalls, sure: NDArray[np.bool_], share: float) -> NDArray[
 
 @dataclass(frozen=True, slots=True)
 class Remembered:
-    """Maps of one picture, given to whoever asks."""
+    """Maps of one picture, given to every one who asks."""
 
     maps: NetworkMaps
 

@@ -30,6 +30,7 @@ from hawk.comm.clock import Clock
 from hawk.comm.drone_camera import DroneCamera, make_source
 from hawk.comm.image import NoImage, decode
 from hawk.config import CameraSettings, Config, ConfigError
+from hawk.option_settings import refuse_existing
 from hawk.supervision import Supervisor
 
 _FAILED: Final = 1
@@ -113,8 +114,8 @@ def run_camera(
     config: Config, plan: CameraPlan, make: Callable[[CameraSettings, Clock], CameraSource] = make_source
 ) -> int:
     """Calibrate, print and write; return the exit status. Raises ConfigError for a file that cannot be used."""
-    if plan.out.exists() and not plan.replace:
-        raise ConfigError(f"--out: {plan.out} exists already: name another file, or give --replace")
+    if not plan.replace:
+        refuse_existing(plan.out, "name another file, or give --replace")
     try:
         if plan.pictures is not None:
             session = _from_folder(plan.pictures)

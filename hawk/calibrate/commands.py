@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from hawk.config import ConfigError
-from hawk.option_settings import load_settings
+from hawk.option_settings import load_settings, refuse_existing
 
 COMMAND: Final = "calibrate"
 _NEWEST: Final = Path()
@@ -112,8 +112,8 @@ def _board(options: argparse.Namespace) -> int:
     path = options.out or Path(f"board-{paper.name}.pdf")
     if path.suffix.lower() != ".pdf":
         raise ConfigError(f"--out: {path} must end in .pdf")
-    if path.exists() and not options.replace:
-        raise ConfigError(f"--out: {path} exists already: name another file, or give --replace")
+    if not options.replace:
+        refuse_existing(path, "name another file, or give --replace")
     try:
         path.write_bytes(board_pdf(paper))
     except OSError as error:

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from hawk.config import Config, ConfigError, StoreSettings
-from hawk.option_settings import load_settings
+from hawk.option_settings import load_settings, refuse_existing
 
 if TYPE_CHECKING:
     from hawk.check.result import CheckResult
@@ -87,8 +87,7 @@ def _doctor(options: argparse.Namespace) -> int:
     path = options.out or Path(f"hawk-doctor-{datetime.now(UTC):%Y%m%d-%H%M%S}.tar.gz")
     if not path.name.endswith(".tar.gz"):
         raise ConfigError(f"--out: {path} must end in .tar.gz")
-    if path.exists():
-        raise ConfigError(f"--out: {path} exists already: name another file")
+    refuse_existing(path, "name another file")
     folder = options.store or StoreSettings().directory if config is None else config.store.directory
     hidden = SecretFilter([] if config is None else known_secrets(config))
     parts = collect(config, folder, make_checks(options, BUNDLE_S), hidden)

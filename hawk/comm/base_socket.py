@@ -67,6 +67,9 @@ class BaseSocket:
             raise ConnectionTimeout(f"{self.url} refused the connection: {_refusal(error.status)}") from error
         except TimeoutError as error:
             raise ConnectionTimeout(f"{self.url} did not answer within {timeout_s:g} s") from error
+        except aiohttp.ClientConnectorCertificateError as error:
+            words = f"{self.url}: its certificate is not trusted: {error.certificate_error}"
+            raise ConnectionTimeout(f"{words}; name a self-signed one (--certificate FILE)") from error
         except (aiohttp.ClientError, OSError) as error:
             raise ConnectionTimeout(f"{self.url} cannot be reached: {error}") from error
 

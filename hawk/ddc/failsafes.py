@@ -127,6 +127,9 @@ ALL_NAMES = (
 )
 """Every parameter that decides something here, under each of its names."""
 
+NOT_IN_EVERY_VERSION = MAY_BE_MISSING.union(WATCHED_ID_NAMES, RETURN_ALTITUDE_NAMES, ALL_RETURN_NAMES)
+"""Parameters, under each of their names, that an autopilot of the versions 4.5 to 4.7 need not know."""
+
 
 def watched_names(values: Values) -> tuple[str, ...]:
     """Return the parameters that must be read, given what was read so far."""

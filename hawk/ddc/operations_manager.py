@@ -17,6 +17,7 @@ from hawk.comm.topic import Topic
 from hawk.ddc.decider import Decider, Decision
 from hawk.ddc.facts import Facts
 from hawk.ddc.failing import FailingTicks, holds_in_air
+from hawk.ddc.failsafes import NOT_IN_EVERY_VERSION
 from hawk.ddc.fence_checks import FenceChecks
 from hawk.ddc.fence_file import FenceKeeper
 from hawk.ddc.flight_log import FlightLog, Trail
@@ -42,6 +43,8 @@ SHUTDOWN_WAIT_S = 3.0
 """Longest wait for RTL at the end of the program, real seconds."""
 
 _LOGGER = logging.getLogger(__name__)
+_MAY_FAIL = frozenset(f"read {name}" for name in NOT_IN_EVERY_VERSION)
+"""Requests that fail with an autopilot of another version: nobody need look."""
 
 
 class OperationsManager:
@@ -327,7 +330,7 @@ class OperationsManager:
     def _request_ended(self, name: str, failure: str) -> None:
         self._record("request ended", {"name": name, "failure": failure})
         if failure:
-            _LOGGER.warning("%s: %s", name, failure)
+            _LOGGER.log(logging.DEBUG if name in _MAY_FAIL else logging.WARNING, "%s: %s", name, failure)
 
 
 def _read_heights(setup: ManagerSetup) -> tuple[ParameterStore, HeightParameters, str]:

@@ -56,7 +56,7 @@ def write_film(
     """
     if film.suffix.lower() != ".avi":
         raise FilmError(f"{film}: the name of a film ends in .avi")
-    if film.exists():
+    if _is_there(film):
         raise FilmError(f"{film}: exists already; name another file")
     times, size = _survey(recording)
     if not times:
@@ -70,6 +70,13 @@ def write_film(
     finally:
         unfinished.unlink(missing_ok=True)
     return made
+
+
+def _is_there(film: Path) -> bool:
+    try:
+        return film.exists()
+    except OSError as error:
+        raise FilmError(f"{film}: {error.strerror or error}; name a folder that this user may write") from error
 
 
 def _survey(recording: Path) -> tuple[list[float], int]:

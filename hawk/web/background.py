@@ -7,6 +7,7 @@ The folder holds square tiles as ``{zoom}/{x}/{y}.png`` (or ``.jpg``, ``.jpeg``,
 from __future__ import annotations
 
 import asyncio
+import logging
 from collections.abc import AsyncIterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -22,6 +23,7 @@ SUFFIXES: Final = {".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jp
 CACHING: Final = "private, max-age=3600"
 LARGEST_TILE_BYTES: Final = 2_000_000
 """A tile of 512 pixels without any loss has 0.8 MB."""
+_LOGGER = logging.getLogger(__name__)
 _READER = web.AppKey("background_reader", ThreadPoolExecutor)
 
 
@@ -79,4 +81,7 @@ def read_tile(folder: Path, zoom: int, x: int, y: int) -> tuple[str, bytes] | No
 async def _reader(app: web.Application) -> AsyncIterator[None]:
     with ThreadPoolExecutor(1, thread_name_prefix="background") as executor:
         app[_READER] = executor
+        folder = app[SERVICES].web.background_tiles
+        if folder is not None and not await asyncio.get_running_loop().run_in_executor(executor, zooms_in, folder):
+            _LOGGER.warning("web.background_tiles: %s has no tiles ZOOM/X/Y.png; the map has no background", folder)
         yield

@@ -90,7 +90,13 @@ def test_the_command_writes_it(tmp_path: Path, capsys: pytest.CaptureFixture[str
 
 
 @pytest.mark.parametrize(
-    ("name", "words"), [("board.svg", "must end in .pdf"), ("there.pdf", "exists already"), ("no/b.pdf", "cannot be")]
+    ("name", "words"),
+    [
+        ("board.svg", "must end in .pdf"),
+        ("there.pdf", "exists already"),
+        ("no/b.pdf", "cannot be"),
+        (f"{'n' * 300}.pdf", "cannot be written: File name too long; name a folder that this user may write"),
+    ],
 )
 def test_a_file_that_cannot_be_written_is_named(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, words: str

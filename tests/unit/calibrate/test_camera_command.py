@@ -64,6 +64,7 @@ def test_pictures_of_two_sizes_are_refused(pictures: list[Picture]) -> None:
     ("options", "words"),
     [
         (["--out", "{there}"], "--out: {there} exists already: name another file, or give --replace"),
+        (["--out", f"{{tmp}}/{'n' * 300}"], "cannot be written: File name too long; name a folder"),
         (["--pictures", "{tmp}/none"], "--pictures: {tmp}/none cannot be read: No such file"),
         (["--pictures", "{tmp}"], "--pictures: {tmp} has no pictures"),
         (["--json"], "--json: only for another work"),

@@ -148,6 +148,8 @@ def test_an_existing_file_is_kept(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert cli.main(["doctor", "--out", str(out)]) == 2
     assert cli.main(["doctor", "--out", str(tmp_path / "mine.zip")]) == 2
     assert "--out" in capsys.readouterr().err
+    assert cli.main(["doctor", "--out", f"{'n' * 300}.tar.gz"]) == 2
+    assert "cannot be written: File name too long; name a folder" in capsys.readouterr().err
     with pytest.raises(FileExistsError):
         write_bundle(out, {}, 0.0)
     assert out.read_text() == "mine"

@@ -121,8 +121,10 @@ def test_environment_overrides_the_file_and_the_command_line_both(tmp_path: Path
 
 
 def test_a_wrong_environment_variable_is_named() -> None:
-    with pytest.raises(ConfigError, match=r"web\.port: .*found 'x'"):
+    with pytest.raises(ConfigError, match=r"^HAWK_WEB__PORT: web\.port: .*found 'x'"):
         load_config(None, {"HAWK_WEB__PORT": "x"})
+    with pytest.raises(ConfigError, match=r"^web\.port: .*found 'y'"):
+        load_config(None, {"HAWK_WEB__PORT": "x"}, {"web": {"port": "y"}})
 
 
 def test_a_wrong_token_is_not_repeated() -> None:

@@ -43,6 +43,7 @@ def test_a_wrong_config_file_names_the_key_and_the_line_and_ends_with_status_2(
         (["run", "--sim", "--speed", "0.4"], "--speed: must be 0.5 to 4"),
         (["run", "--sim", "--speed", "nan"], "--speed: must be 0.5 to 4"),
         (["run", "--sim", "--world", "absent.png", "--metres-per-pixel", "0.1"], "--world: absent.png is not a file"),
+        (["run", "--sim", "--world", "n" * 300, "--metres-per-pixel", "0.1"], "is not a file that this user may read"),
         (["run", "--sim", "--world", "absent.png"], "--metres-per-pixel: is needed"),
         (["run", "--seed", "3"], "--seed: only together with --sim"),
         (["run", "--truth", "t.json"], "--truth: only together with --sim"),

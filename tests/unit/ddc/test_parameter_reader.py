@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import replace
@@ -217,3 +218,12 @@ async def test_deciding_parameters_that_are_not_answered_for_a_minute_refuse_new
     await flying.run(30)
     refused = flying.command(CompulsiveMove(x=10.0, y=0.0))
     assert refused.reason == "Ground-station failsafe: not read yet. Wait a moment."
+
+
+async def test_a_name_of_another_version_is_no_warning(fresh: Rig, caplog: pytest.LogCaptureFixture) -> None:
+    del fresh.autopilot.values["FS_OPTIONS"]
+    with caplog.at_level(logging.DEBUG, "hawk.ddc.operations_manager"):
+        await fresh.run(3.0)
+    levels = {record.getMessage().split(":")[0]: record.levelno for record in caplog.records}
+    assert levels["read RTL_ALT_M"] == levels["read MAV_GCS_SYSID"] == logging.DEBUG
+    assert levels["read FS_OPTIONS"] == logging.WARNING

@@ -83,6 +83,12 @@ def test_the_label_of_the_version_is_the_projects() -> None:
     assert re.fullmatch(r"\d+\.\d+\.\d+", PROJECT["version"]), "BlueOS's store takes semantic versions only"
 
 
+def test_the_image_has_what_a_camera_by_rtsp_needs() -> None:
+    source = (ROOT / "hawk" / "comm" / "camera_sources" / "rtsp.py").read_text("utf-8")
+    installed = " ".join(STAGES["blueos"].all("RUN")).split()
+    assert set(re.findall(r"gstreamer1\.0-[a-z]+(?:-[a-z]+)?", source)) <= set(installed)
+
+
 def test_people_and_links_are_as_the_store_reads_them() -> None:
     authors = TypeAdapter(list[Author]).validate_json(LABELS["authors"])
     assert authors

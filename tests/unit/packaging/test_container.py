@@ -74,7 +74,8 @@ def test_python_packages_are_installed_by_their_hashes_without_a_network() -> No
 
 def test_it_runs_as_a_user_of_its_own_with_the_groups_of_the_unit() -> None:
     assert PROGRAM.all("USER") == ["hawk"]
-    assert all(not stage.all("USER") for stage in STAGES if stage is not PROGRAM)
+    others = {stage.name: stage.all("USER")[-1] for stage in STAGES if stage is not PROGRAM and stage.all("USER")}
+    assert others == {"blueos": "hawk"}
     users = (ROOT / "packaging" / "systemd" / "hawk-drone.sysusers").read_text("utf-8")
     groups = sorted(re.findall(r"^m hawk (\w+)$", users, re.MULTILINE))
     made = re.search(r"useradd (.*?)&&", " ".join(PROGRAM.all("RUN")))[1]  # type: ignore[index]

@@ -98,6 +98,7 @@ async def test_nothing_is_written_where_a_film_cannot_be_made(tmp_path: Path) ->
         (recording, "film.mp4", r"ends in \.avi"),
         (recording, "there.avi", "exists already"),
         (recording, "nowhere/film.avi", "is no folder"),
+        (recording, f"{'n' * 300}.avi", "File name too long; name a folder"),
         (empty, "film.avi", "has no pictures"),
         (broken, "film.avi", "none of its pictures can be read"),
     ):

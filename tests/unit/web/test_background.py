@@ -43,6 +43,17 @@ async def test_without_the_setting_there_is_none(rig: Rig) -> None:
     assert (await get(rig, "/api/background/18/139/90"))[0] == 404
 
 
+@pytest.mark.parametrize(("name", "words"), [("tiles", ""), ("gone", "web.background_tiles: {} has no tiles")])
+async def test_a_folder_without_tiles_is_reported_at_the_start(
+    rig: Rig, tiles: Path, caplog: pytest.LogCaptureFixture, name: str, words: str
+) -> None:
+    rig.web = rig.web.model_copy(update={"background_tiles": tiles.with_name(name)})
+    await rig.start()
+    said = [record.getMessage() for record in caplog.records if record.name == "hawk.web.background"]
+    assert len(said) == bool(words)
+    assert all(text.startswith(words.format(tiles.with_name(name))) for text in said)
+
+
 @pytest.mark.parametrize(
     "path",
     ["18/139/91", "18/../../secret", "18/..%2F..%2Fsecret/90", "-1/139/90", "18/139/90.png", "18/139/999999999"],

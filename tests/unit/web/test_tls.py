@@ -343,7 +343,7 @@ async def test_the_command_makes_a_pair_that_the_page_and_the_client_use(
             assert drone.welcome is not None
             assert drone.welcome.role == "operator"
         other = make_pair(tmp_path / "other")
-        with pytest.raises(ConnectionTimeout):
+        with pytest.raises(ConnectionTimeout, match=r"is not trusted: .*self-signed one \(--certificate FILE\)"):
             async with DroneClient("127.0.0.1", server.port, token=token, tls=trusted(other.certificate)):
                 pass
     finally:
@@ -351,6 +351,15 @@ async def test_the_command_makes_a_pair_that_the_page_and_the_client_use(
     assert main(["make-certificate", "--store", str(store)]) == 2, "the key may be in use"
     assert main(["make-certificate", "--store", str(store), "--replace"]) == 0
     assert load(made).fingerprint != rig.tls.fingerprint
+
+
+@pytest.mark.parametrize(("option", "field"), [("--out", "--out"), ("--store", "store.directory")])
+def test_a_folder_that_cannot_be_used_is_named(option: str, field: str, capsys: pytest.CaptureFixture[str]) -> None:
+    from hawk.cli import main
+
+    assert main(["make-certificate", option, "/dev/null/folder"]) == 2
+    said = capsys.readouterr().err
+    assert f"{field}: /dev/null/folder cannot be used: Not a directory; name a folder that this user may write" in said
 
 
 @pytest.mark.parametrize(

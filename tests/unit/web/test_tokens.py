@@ -150,7 +150,7 @@ def test_a_viewer_comes_after_an_operator(
 ) -> None:
     command = ["tokens", "rotate", "viewer", "--store", str(tmp_path)]
     assert main(command) == EXIT_USAGE
-    assert "tokens rotate operator" in capsys.readouterr().err
+    assert f"tokens rotate operator --store {tmp_path}" in capsys.readouterr().err
     assert not (tmp_path / TOKEN_FILE).exists()
     monkeypatch.setenv("HAWK_WEB__TOKEN", CONFIGURED)
     assert main(command) == 0
