@@ -67,7 +67,9 @@ def test_a_decision_is_short() -> None:
 def test_every_result_names_its_command() -> None:
     for page in (ROOT / "docs" / "results").iterdir():
         text = page.read_text(encoding="utf-8")
-        assert any(command in text for command in ("python -m benchmarks", "make mutants", "make bench", "make newcomer")), page.name
+        assert any(
+            command in text for command in ("python -m benchmarks", "make mutants", "make bench", "make newcomer")
+        ), page.name
 
 
 def test_a_name_that_is_none_is_noticed() -> None:
