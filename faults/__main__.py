@@ -29,6 +29,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for fault, name in zip(ALL, names(ALL), strict=True)
         if not options.only or any(words in name for words in options.only)
     ]
+    if not faults:
+        parser.error(f"no fault has these words: {', '.join(options.only)}; --list without words shows all")
     if options.list:
         print("\n".join(names(faults)))
         return 0

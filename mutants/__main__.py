@@ -15,7 +15,7 @@ import shutil
 import sys
 import tempfile
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -72,7 +72,7 @@ def groups_below(verdicts: Iterable[Verdict]) -> list[str]:
     return [group for group, count in counts.items() if _score(count) < NEEDED]
 
 
-def main() -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
     """Try a sample of the mutants and print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seed", type=int, default=1)
@@ -82,10 +82,12 @@ def main() -> int:
     parser.add_argument("--verbose", action="store_true", help="show the killed ones too")
     parser.add_argument("--cache", type=Path, default=Path(tempfile.gettempdir()) / "hawk-mutants" / "map.json")
     parser.add_argument("--list", action="store_true", help="print the modules with commas and do nothing else")
-    options = parser.parse_args()
+    options = parser.parse_args(arguments)
     if options.list:
         print(",".join(ALL_MODULES))
         return 0
+    if not any(part in module for part in options.only.split(",") for module in ALL_MODULES):
+        parser.error(f"--only: no module has {options.only!r} in its path; --list shows all")
     with tempfile.TemporaryDirectory(prefix="hawk-mutants-") as place:
         folders = [Path(place) / str(number) for number in range(options.processes)]
         shutil.copytree(ROOT, folders[0], ignore=LEFT_BEHIND)

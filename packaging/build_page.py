@@ -1,7 +1,8 @@
 """Build or check the operator page with the Node.js that comes as a wheel, so that nobody needs to install one.
 
 ``python packaging/build_page.py`` builds ``hawk/web/static`` and does nothing when its sources have not changed since.
-``--check`` runs the page's type check, lint and tests. ``--force`` builds in any case.
+``--check`` runs the page's type check, lint and tests. ``--keys`` writes the type of the messages' keys. ``--force``
+builds in any case.
 """
 
 from __future__ import annotations
@@ -40,9 +41,18 @@ def build_page(root: Path = ROOT, *, force: bool = False) -> bool:
 
 def check_page(root: Path = ROOT) -> None:
     """Run the page's type check, lint and unit tests. Raises PageBuildError when one fails."""
+    _run(root, "check")
+
+
+def write_keys(root: Path = ROOT) -> None:
+    """Write the type of the messages' keys (``src/messages/keys.ts``) from ``en.ftl``. Raises PageBuildError."""
+    _run(root, "keys")
+
+
+def _run(root: Path, script: str) -> None:
     page = root / "hawk" / "web" / "page"
     _install(page, development=True)
-    _node(page, "--run", "check")
+    _node(page, "--run", script)
 
 
 def sources_hash(page: Path) -> str:
@@ -100,11 +110,14 @@ def main(arguments: list[str] | None = None) -> int:
     """Build or check; return the exit status."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
     parser.add_argument("--check", action="store_true", help="type check, lint and test instead of building")
+    parser.add_argument("--keys", action="store_true", help="write the type of the messages' keys")
     parser.add_argument("--force", action="store_true", help="build even when nothing changed")
     options = parser.parse_args(arguments)
     try:
         if options.check:
             check_page()
+        elif options.keys:
+            write_keys()
         elif not build_page(force=options.force):
             print("page: up to date")
     except PageBuildError as error:

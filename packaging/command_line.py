@@ -42,6 +42,7 @@ Written by `packaging/command_line.py` from the parsers of both programs: change
 [settings.md](settings.md). `man hawk-drone` and `man hawk-sim` show the same where the package put its man pages
 (`share/man` beside the `bin` of the programs). Completion of commands, options and files: for bash
 `source share/bash-completion/completions/hawk-drone`, for zsh the folder `share/zsh/site-functions` in `fpath`.
+In the source `share` is `packaging/share`.
 """
 
 

@@ -42,7 +42,7 @@ _RULES: Final = """## WebSocket
 
 - The drone sends **Welcome** first, then a **Heartbeat** five times a second.
 - A client sends commands. Each is answered once, by **Ack** or by an answer of its own kind, with the command's `Id`
-  (a string of 64 characters at most, or a number; any value of yours).
+  (a string of 64 characters at most, or a whole number; any value of yours).
 - A client without a sign of life (any command, or `Heartbeat` once a second) for `operator.operator_timeout_s` loses
   control, and the drone holds, then returns home.
 - Unknown keys, numbers as text, NaN and infinity are errors. A refusal names the key and the remedy.
@@ -50,7 +50,7 @@ _RULES: Final = """## WebSocket
 - Units: metres, seconds, radians, metres a second, percent; degrees for latitude and longitude (WGS-84). `North` and
   `East` are in the map frame, heights above the arm place ([frames](architecture.md#frames-of-reference)). `null` is a
   value that is not known.
-- Close code 4401: the login or its token has ended.
+- Close code 4401: the login or its token has ended. 1008: messages came too fast. 1001: the drone's server stops.
 
 Live pictures have WebSockets and addresses of their own: [video.md](video.md).
 """

@@ -35,7 +35,12 @@ from hawk.algo.vision.network import StallNetwork
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Measure by command line."""
-    options = _parser().parse_args(arguments)
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    for name in ("lots", "tiles", "negatives"):
+        folder = getattr(options, name)
+        if folder is not None and not folder.is_dir():
+            parser.error(f"--{name}: {folder} is no folder; name one that holds the pictures")
     cv2.setNumThreads(1)
     network = StallNetwork.load(options.model)
     if options.video is not None:

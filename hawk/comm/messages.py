@@ -303,6 +303,8 @@ def _explain(error: ValidationError) -> str:
         return f"{'.'.join(location)}: missing; send it with a {problem['loc'][0]}"
     if kind == "extra_forbidden":
         return f"{'.'.join(location)}: is no key of a {problem['loc'][0]}; leave it out"
+    if location[0] == "Id":
+        return "Id: is neither a text of 64 characters at most nor a whole number; send one of them, or leave it out"
     return f"{'.'.join(location)}: {problem['msg'].removeprefix('Value error, ')}"
 
 
@@ -357,11 +359,17 @@ class Welcome(Outgoing):
     version: str
     simulation: bool
     cell_size: Finite
+    """Side of a cell of the map, metres."""
     tile_cells: int
+    """Cells along a side of a tile."""
     operator_timeout: Finite
+    """Seconds without a sign of life until the operator counts as lost."""
     operator_hold: Finite
+    """Seconds that the drone then holds before it returns home."""
     speed: Finite
+    """Simulated seconds a second; 1 for a real drone."""
     camera_fov: Finite
+    """Horizontal angle of view of the camera, degrees."""
 
 
 class RouteAnswer(Outgoing):

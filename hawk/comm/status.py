@@ -79,7 +79,9 @@ class Point(Outgoing):
 
 
 class HealthItem(Outgoing):
-    """Health of one part. Name: link, position, ground, vision, mapper, planner, camera, recording or loop."""
+    """Health of one part. Name: link, position, ground, camera, vision, mapper, planner, recording, requests, tasks,
+    loop, home, remote control, remote id, or rangefinder where there is one.
+    """
 
     name: str
     healthy: bool
@@ -179,11 +181,13 @@ class OperationStatus(Outgoing):
     """State of the operations manager, and the commands that it would accept."""
 
     state: Annotated[StateName, WithJsonSchema({"type": "string"})] = StateName.IDLE
+    """Operation state; `states.md` lists them."""
     detail: str = ""
     """One sentence: the present action of the state, or the reason why it was entered."""
     asked_by: str | None = None
     """Name of the one who asked for Hold, Return To Launch, Land or Arm; null when the state began otherwise."""
     user_error: Annotated[UserError, WithJsonSchema({"type": "integer"})] = UserError.NONE
+    """0: none; 1: the desired place is out of bounds; 2: no lot is detected."""
     user_error_text: str = ""
     options: tuple[CommandOption, ...] = ()
     checks: tuple[CheckItem, ...] = ()
@@ -324,6 +328,7 @@ class PartsStatus(Outgoing):
 
     health: tuple[HealthItem, ...] = ()
     health_status: Annotated[HealthStatus, WithJsonSchema({"type": "integer"})] = HealthStatus.HEALTHY
+    """0: healthy; 1: not."""
 
 
 class SharedHeartbeat(
@@ -370,12 +375,16 @@ class DroneStatus:
 
 
 class TileUpdate(Outgoing):
-    """A changed tile: base64 of zlib of Tile Cells² bytes of cell classes."""
+    """A changed tile of the map. Its north-west corner lies -Row tiles north and Column tiles east of the datum."""
 
     row: int
+    """Grows southwards."""
     column: int
+    """Grows eastwards."""
     version: int
     data: str
+    """Base64 of zlib of Tile Cells² bytes, one a cell, row by row from the north-west corner: 0 unknown, 1 not lot, 2
+    lot, 3 free stall, 4 taken stall."""
 
 
 class StallUpdate(Outgoing):
@@ -391,6 +400,7 @@ class StallUpdate(Outgoing):
     length: Finite | None = None
     state: Literal["free", "taken", "unknown", "suggested"] | None = None
     taken: Finite | None = None
+    """Probability that it is taken."""
     seen: int | None = None
     """Frames that showed it; passes for a suggested one."""
     last_seen: Finite | None = None

@@ -70,3 +70,10 @@ def test_a_pattern_that_fits_no_region_is_refused(tmp_path: Path, capsys: pytest
     assert "write KIND=PATTERN" in capsys.readouterr().err
     assert command.main(["--regions", str(tmp_path), "--streets", "x*", "--no-classical"]) == 2
     assert "fits no region" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["lots", "tiles", "negatives"])
+def test_a_folder_that_is_not_there_is_refused(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        command.main([f"--{name}", "nowhere"])
+    assert f"--{name}: nowhere is no folder" in capsys.readouterr().err

@@ -122,6 +122,8 @@ def test_the_largest_fence_fits_into_a_message() -> None:
         ('{"Type": "Compulsive Move", "x": 1, "Y": 2}', "X: missing; send it with a Compulsive Move"),
         ('{"Type": "Compulsive Move", "X": 1}', "Y: missing; send it with a Compulsive Move"),
         ('{"Type": "Fly"}', "Type: 'Fly' is no command; send a Type of /api/schema.json"),
+        ('{"Type": "Hold", "Id": "' + "x" * 65 + '"}', "Id: is neither a text of 64 characters at most"),
+        ('{"Type": "Hold", "Id": 1.5}', "Id: is neither a text of 64 characters at most"),
         ('{"Type": ["' + "x" * 9000 + '"]}', "Type: ['xxx"),
         ('{"Type": "Hold", "' + "x" * 9000 + '": 1}', "xxx"),
     ],

@@ -12,13 +12,16 @@ from typing import Any
 import pytest
 
 from hawk.comm.messages import Control
-from hawk.comm.status import DroneStatus, OperationStatus, PerceptionStatus
+from hawk.comm.status import CommandOption, DroneStatus, OperationStatus, PerceptionStatus
 from hawk.model import OccupancyMap, Stall, StallState, StateName
 from hawk.survey.client import DroneClient
 from tests.unit.web.rig import Rig
 
 TEXT = (Path(__file__).parents[3] / "docs" / "python-client.md").read_text(encoding="utf-8")
 PROGRAMS = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)
+OPTIONS = tuple(
+    CommandOption(command=command, possible=True) for command in ("Set Failsafes", "Arm", "Takeoff", "Compulsive Move")
+)
 STALL = Stall(17, 21.4, -3.1, 1.57, 2.5, 5.0, 0.04, StallState.FREE, 0.97, 9, 207.9, 4)
 
 
@@ -30,19 +33,26 @@ def program(function: str) -> Any:
     return found[function]
 
 
+class Drone(Rig):
+    """The rig, and the commands that its queue brought."""
+
+    served: tuple[str, ...] = ()
+
+
 @pytest.fixture
-async def rig() -> AsyncIterator[Rig]:
-    made = Rig()
+async def rig() -> AsyncIterator[Drone]:
+    made = Drone()
     await made.start()
     made.map.publish(OccupancyMap(stalls={17: STALL}, map_id="m"))
 
     async def tick() -> None:
         states = [StateName.HOVER, StateName.HOVER, StateName.IDLE]
         while True:
-            made.serve_commands()
+            made.served += tuple(command.type for _, command in made.serve_commands())
             state = states[min(len(made.side.hub) and made.sequence // 20, 2)]
             perception = PerceptionStatus(free=1)
-            made.tell(DroneStatus(operation=OperationStatus(state=state, detail="Holds."), perception=perception))
+            operation = OperationStatus(state=state, detail="Holds.", options=OPTIONS)
+            made.tell(DroneStatus(operation=operation, perception=perception))
             await asyncio.sleep(0.001)
 
     task = asyncio.create_task(tick(), name="tick")
@@ -65,6 +75,13 @@ async def test_a_program_takes_control_and_holds(rig: Rig) -> None:
     assert await program("stop")("127.0.0.1", rig.server.port) == "holds; the motors could be cut"
     assert [command.type for _, command in rig.manager.urgent] == ["Hold", "Kill Request"]
     assert rig.side.desk.controlling_clients() == frozenset(), "control was given back"
+
+
+async def test_a_program_flies(rig: Drone) -> None:
+    assert rig.server is not None
+    await program("hop")("127.0.0.1", rig.server.port)
+    assert rig.served == ("Set Failsafes", "Arm", "Takeoff", "Compulsive Move")
+    assert [command.type for _, command in rig.manager.urgent] == ["Land"]
 
 
 async def test_it_says_why_it_was_refused(rig: Rig) -> None:

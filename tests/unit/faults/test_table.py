@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from faults import __main__ as command
 from faults.fault import (
     ACCEPTED,
     COMMANDED,
@@ -236,3 +237,9 @@ def test_a_part_of_the_faults_replaces_its_own_rows_of_the_table_only(tmp_path: 
     page.write_text(f"{BEGIN}\n\n{former}\n\n{END}\n")
     new = merged(page, [Outcome(second, (2.0,)), Outcome(third, (4.0,))], (first, second, third), BEGIN)
     assert new == table([Outcome(first, (1.0,)), Outcome(second, (2.0,)), Outcome(third, (4.0,))])
+
+
+def test_words_of_no_fault_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        command.main(["no such words"])
+    assert "no fault has these words: no such words; --list without words shows all" in capsys.readouterr().err

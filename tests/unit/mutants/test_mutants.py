@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from mutants.__main__ import groups_below, table
+from mutants.__main__ import groups_below, main, table
 from mutants.modules import ALL_MODULES, GROUPS, ROOT, own_files
 from mutants.reach import ENOUGH_TESTS_S, ReachMap
 from mutants.runs import InOrder, Verdict
@@ -109,3 +109,9 @@ def test_the_modules_are_printed_as_coverage_takes_them() -> None:
         [sys.executable, "-m", "mutants", "--list"], cwd=ROOT, capture_output=True, text=True, check=True
     )
     assert printed.stdout.strip().split(",") == list(ALL_MODULES)
+
+
+def test_words_of_no_module_are_refused_before_any_test_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["--only", "nowhere"])
+    assert "no module has 'nowhere' in its path; --list shows all" in capsys.readouterr().err

@@ -96,6 +96,11 @@ def test_installs_again_when_the_lock_changed_or_more_is_needed(
     assert calls.made[-2][0] == "npm-cli.js"
 
 
+def test_the_keys_are_written_by_the_node_of_the_wheel(builder: ModuleType, project: Path, calls: Calls) -> None:
+    builder.write_keys(project)
+    assert calls.made[-1] == ("--run", "keys")
+
+
 def test_no_install_script_of_a_package_is_run(builder: ModuleType, project: Path, calls: Calls) -> None:
     builder.build_page(project)
     builder.check_page(project)

@@ -270,7 +270,7 @@ export interface FenceSetup {
   Problem: string;
 }
 
-/** Health of one part. Name: link, position, ground, vision, mapper, planner, camera, recording or loop. */
+/** Health of one part. Name: link, position, ground, camera, vision, mapper, planner, recording, requests, tasks, */
 export interface HealthItem {
   Name: string;
   Healthy: boolean;
@@ -443,7 +443,7 @@ export interface StallUpdate {
   Score: number | null;
 }
 
-/** A changed tile: base64 of zlib of Tile Cells² bytes of cell classes. */
+/** A changed tile of the map. Its north-west corner lies -Row tiles north and Column tiles east of the datum. */
 export interface TileUpdate {
   Row: number;
   Column: number;

@@ -17,7 +17,8 @@ export interface Action {
   progress: number | null;
 }
 
-export type SimpleCommand = Exclude<Command["Type"], "Configure" | "Kill" | "Autonomous Move" | "Compulsive Move" | "Control" | "Name" | "Heartbeat" | "Set Fence" | "Check Fence" | "Set Outline" | "Route Request">;
+/** Commands that may be sent by their name alone. */
+export type SimpleCommand = { [T in Command["Type"]]: { Type: T } extends Extract<Command, { Type: T }> ? T : never }[Command["Type"]];
 
 export const COMMANDS: Record<Exclude<ActionName, "move">, SimpleCommand> = {
   arm: "Arm",
