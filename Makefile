@@ -44,7 +44,7 @@ browser:
 # While working: 2 minutes on 2 cores.
 check: lint fast
 
-# Everything: 22 minutes on 2 cores.
+# Everything: 20 minutes on 2 cores.
 test: setup lint page-check docs $(UNIT_KINDS) integration contract e2e
 
 lint: $(STAMP)
