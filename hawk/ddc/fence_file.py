@@ -106,5 +106,8 @@ class FenceKeeper:
 def _standard(settings: DdcSettings) -> FencePlan:
     if settings.fence.file is None:
         return FencePlan("circle", (), settings.heights.ceiling_m)
-    found = read_outline(settings.fence.file)
+    try:
+        found = read_outline(settings.fence.file)
+    except FenceError as error:
+        raise FenceError(f"fence.file: {error}") from error
     return FencePlan("file", found.ring, settings.heights.ceiling_m, found.zones)

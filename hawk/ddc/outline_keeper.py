@@ -24,7 +24,7 @@ class OutlineKeeper:
         self._keep = memory.keep_outline
         self.notice: tuple[Level, str, str] | None = None
         """A message for the start: the outline that goes on, or why the journalled one cannot be used."""
-        standard = None if file is None else read_survey_outline(file)
+        standard = None if file is None else _configured(file)
         kept = self._kept(memory.outline)
         self._outline = standard if kept is None else kept
         self.setup: OutlineSetup = _setup(self._outline, is_file=kept is None)
@@ -64,6 +64,13 @@ class OutlineKeeper:
             return None
         self.notice = ("info", f"The outline of the survey goes on: {size}.", "")
         return outline
+
+
+def _configured(file: Path) -> Outline:
+    try:
+        return read_survey_outline(file)
+    except OutlineError as error:
+        raise OutlineError(f"flight.outline_file: {error}") from error
 
 
 def _setup(outline: Outline | None, *, is_file: bool) -> OutlineSetup:

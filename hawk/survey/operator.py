@@ -38,6 +38,8 @@ from hawk.survey.handset import (
 EXPLORE_ATTEMPTS: Final = 3
 AGAIN_S: Final = 5.0
 """Seconds between two attempts to begin the return home."""
+CHECKING: Final = "Checking"
+"""Phase in which the checks before flight must pass."""
 SUCCESS: Final = "The whole lot was seen."
 OUTLINE_SEEN: Final = "The outline was seen."
 SPIRAL_STEP_M: Final = 10.0
@@ -144,7 +146,7 @@ class SurveyOperator:
             raise SurveyError(sentence(f"The drone is not free for a survey but in {beat.state}", beat.detail))
         if self._plan.continues:
             await self._hand.until(lambda b: (b.lot_area or 0.0) > 0.0, self._limits.map_s, NO_SURVEY)
-        self._hand.phase = "Checking"
+        self._hand.phase = CHECKING
         if self._plan.heights is not None:
             await self._configure(self._plan.heights)
         if self._plan.outline is not None:

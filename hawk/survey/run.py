@@ -32,7 +32,7 @@ from hawk.start_checks import make_folder
 from hawk.survey import report
 from hawk.survey.client import DroneClient, LinkLostError
 from hawk.survey.handset import SurveyStatus
-from hawk.survey.operator import SurveyLimits, SurveyOperator, SurveyOutcome, SurveyPlan
+from hawk.survey.operator import CHECKING, SurveyLimits, SurveyOperator, SurveyOutcome, SurveyPlan
 from hawk.survey.stack import SimulatedStack, StackError
 from hawk.survey.truth import GroundTruth, TruthError, read_truth
 from hawk.survey_map import SurveyMap, map_picture
@@ -302,12 +302,21 @@ class SurveyProgress:
         """Show one heartbeat."""
         if self._task is None:
             return
-        height = "–" if beat.relative_altitude is None else f"{beat.relative_altitude:z.0f} m"
-        battery = "–" if beat.battery_percentage is None else f"{beat.battery_percentage:.0f} %"
-        seen = "" if beat.explored is None else f"{100 * beat.explored:.0f} % seen so far · "
         self._bar.update(
             self._task,
             description=phase,
             completed=beat.explored or 0.0,
-            facts=f"{seen}{beat.free} free, {beat.taken} taken, {beat.unknown} unclear · {height} · battery {battery}",
+            facts=_failed(beat) if phase == CHECKING else _facts(beat),
         )
+
+
+def _failed(beat: Heartbeat) -> str:
+    """Return the checks that keep the drone on the ground."""
+    return " · ".join(f"{check.name}: {check.value}" for check in beat.checks if not check.passed)
+
+
+def _facts(beat: Heartbeat) -> str:
+    height = "–" if beat.relative_altitude is None else f"{beat.relative_altitude:z.0f} m"
+    battery = "–" if beat.battery_percentage is None else f"{beat.battery_percentage:.0f} %"
+    seen = "" if beat.explored is None else f"{100 * beat.explored:.0f} % seen so far · "
+    return f"{seen}{beat.free} free, {beat.taken} taken, {beat.unknown} unclear · {height} · battery {battery}"

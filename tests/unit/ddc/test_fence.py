@@ -29,7 +29,7 @@ from hawk.config import FenceSettings
 from hawk.ddc import fence_checks
 from hawk.ddc.fence import check_answer
 from hawk.ddc.fence_file import FENCE_FILE
-from hawk.ddc.geofence import contains, ring_from_map, ring_to_map
+from hawk.ddc.geofence import FenceError, contains, ring_from_map, ring_to_map
 from hawk.ddc.parameters import REREAD_S
 from hawk.ddc.settings import DdcSettings
 from hawk.model import Fence, LandedState, MapPoint, StateName
@@ -145,6 +145,13 @@ async def test_cleared_the_configured_fence_counts_again_and_nothing_is_lost(rig
     assert not (tmp_path / FENCE_FILE).exists()
     assert (tmp_path / f"{FENCE_FILE}.former").exists()
     assert rig.command(ClearFence()).reason == "No fence is drawn: the standard one is used."
+
+
+def test_a_configured_file_that_cannot_be_used_is_named_with_its_setting(tmp_path: Path) -> None:
+    path = tmp_path / "fence.geojson"
+    path.write_text("{")
+    with pytest.raises(FenceError, match=r"^fence\.file: .*fence\.geojson: cannot be read"):
+        Rig(tmp_path / "store", settings=DdcSettings(fence=FenceSettings(file=path)))
 
 
 async def test_drawn_goes_before_the_configured_file(tmp_path: Path) -> None:

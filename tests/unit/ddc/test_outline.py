@@ -318,5 +318,5 @@ async def test_an_outline_that_goes_on_is_told_at_the_start(tmp_path: Path) -> N
 
 async def test_a_configured_file_that_cannot_be_read_ends_the_start(tmp_path: Path) -> None:
     configured = replace(DdcSettings(), flight=FlightSettings(outline_file=tmp_path / "none.geojson"))
-    with pytest.raises(OutlineError, match=r"none\.geojson: cannot be read"):
+    with pytest.raises(OutlineError, match=r"^flight\.outline_file: .*none\.geojson: cannot be read"):
         Rig(tmp_path, settings=configured)

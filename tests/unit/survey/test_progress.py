@@ -4,7 +4,7 @@ import io
 
 from rich.console import Console
 
-from hawk.survey.operator import SurveyOperator, SurveyPlan
+from hawk.survey.operator import CHECKING, SurveyOperator, SurveyPlan
 from hawk.survey.run import SurveyProgress
 from tests.unit.survey.fake_drone import FakeDrone
 
@@ -31,6 +31,17 @@ async def test_a_height_just_below_zero_has_no_sign() -> None:
         progress.show("On the ground", await FakeDrone(height=-0.3).next_heartbeat(1.0))
     assert " 0 m" in screen.getvalue()
     assert "-0 m" not in screen.getvalue()
+
+
+async def test_while_it_checks_the_failed_checks_are_named() -> None:
+    screen = io.StringIO()
+    with SurveyProgress(quiet=False, console=Console(file=screen, width=160)) as progress:
+        beat = await FakeDrone(failsafes_set=False).next_heartbeat(1.0)
+        assert [check.name for check in beat.checks if not check.passed] == ["Failsafes"]
+        progress.show(CHECKING, beat)
+    assert "Checking" in screen.getvalue()
+    assert "Failsafes: off" in screen.getvalue()
+    assert "battery" not in screen.getvalue()
 
 
 async def test_quiet_is_quiet() -> None:
