@@ -37,10 +37,10 @@ async def test_while_it_checks_the_failed_checks_are_named() -> None:
     screen = io.StringIO()
     with SurveyProgress(quiet=False, console=Console(file=screen, width=160)) as progress:
         beat = await FakeDrone(failsafes_set=False).next_heartbeat(1.0)
-        assert [check.name for check in beat.checks if not check.passed] == ["Failsafes"]
+        assert [check.name for check in beat.checks if not check.passed] == ["GPS", "Failsafes"]
         progress.show(CHECKING, beat)
     assert "Checking" in screen.getvalue()
-    assert "Failsafes: off" in screen.getvalue()
+    assert "GPS: off · Failsafes: off" in screen.getvalue()
     assert "battery" not in screen.getvalue()
 
 
