@@ -1,6 +1,7 @@
 """Time of one frame on one core, from JPEG to what is seen, at 1280 x 720 over a drawn world.
 
-``python -m benchmarks.vision_frame --json FILE``
+``python -m benchmarks.vision_frame --json FILE``. The last lines are the network's time in each engine that is
+installed, beside OpenCV's.
 """
 
 from __future__ import annotations
@@ -8,9 +9,11 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from typing import get_args
 
 import cv2
 import numpy as np
@@ -18,8 +21,9 @@ import numpy as np
 from hawk.algo.frame import FrameInput
 from hawk.algo.vision.app import VisionApp, VisionSettings
 from hawk.algo.vision.decode import NetworkFinder
+from hawk.algo.vision.engines import DEFAULT_ENGINE, Engine
 from hawk.algo.vision.motion import Features, find_features, measured_motion
-from hawk.algo.vision.network import StallNetwork
+from hawk.algo.vision.network import StallNetwork, VisionModelError
 from hawk.algo.vision.picture import annotate, decode
 from hawk.algo.vision.rectify import Rectifier
 from hawk.model import CameraModel, HeightParameters, MapPose, StateName
@@ -109,6 +113,21 @@ def frame_ms(network: StallNetwork, count: int = 20, seed: int = 1) -> float:
     return measure(app, network, frames(generate_world(seed), 35.0, count, lens=False))["median_ms"]
 
 
+def engine_figures(inputs: list[FrameInput], model: Path | None = None) -> dict[str, float]:
+    """Return the network's median milliseconds in each engine that is installed, and its share of OpenCV's."""
+    figures: dict[str, float] = {}
+    for engine in get_args(Engine):
+        try:
+            network = StallNetwork.load(model, engine)
+        except VisionModelError as error:
+            print(error, file=sys.stderr)
+            continue
+        spent = measure(VisionApp(VisionSettings(), NetworkFinder(network)), network, inputs)["network_ms"]
+        figures[f"engine_{engine}_ms"] = spent
+        figures[f"engine_{engine}_by_{DEFAULT_ENGINE}"] = spent / figures[f"engine_{DEFAULT_ENGINE}_ms"]
+    return figures
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure by command line."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.vision_frame", description=__doc__)
@@ -127,6 +146,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         name = f"vision_{height:.0f}m{'_lens' if lens else ''}"
         print(name, " ".join(f"{key} {value:.1f}" for key, value in one.items()), flush=True)
         figures |= {f"{name}_{key}": value for key, value in one.items()}
+    engines = engine_figures(frames(world, 35.0, options.frames, lens=False), options.model)
+    print("\n".join(f"{name} {value:.2f}" for name, value in engines.items()))
+    figures |= engines
     if options.json:
         options.json.write_text(json.dumps(figures, indent=1))
 

@@ -18,6 +18,7 @@ from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.app import VisionApp, VisionSettings
 from hawk.algo.vision.camera_check import CameraCheck
+from hawk.algo.vision.engines import DEFAULT_ENGINE
 from hawk.algo.vision.network import VisionModelError
 from hawk.algo.vision.picture import PictureStyle
 from hawk.config import Config
@@ -31,6 +32,7 @@ def make_manager(config: Config, survey_id: str, *, is_simulation: bool) -> Algo
     settings = VisionSettings(
         model=config.vision.model,
         use_network=config.vision.use_network,
+        engine=config.vision.engine,
         threads=config.vision.threads,
         minimum_height_m=config.vision.minimum_height_m,
         minimum_stalls=config.vision.minimum_stalls,
@@ -50,9 +52,9 @@ def make_manager(config: Config, survey_id: str, *, is_simulation: bool) -> Algo
 
 
 def _vision(settings: VisionSettings) -> VisionApp:
-    """Return vision. A network that cannot be used any more is replaced by the packaged one: the flight goes on."""
+    """Return vision. What cannot be used any more is replaced by the packaged network in OpenCV: the flight goes on."""
     try:
         return VisionApp(settings)
     except VisionModelError as error:
-        _LOG.error("%s; the packaged network is used in its place", error)
-        return VisionApp(replace(settings, model=None))
+        _LOG.error("%s; the packaged network in OpenCV is used in its place", error)
+        return VisionApp(replace(settings, model=None, engine=DEFAULT_ENGINE))

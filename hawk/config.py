@@ -234,6 +234,7 @@ class VisionSettings(Section):
 
     model: Path | None = None
     use_network: bool = True
+    engine: Literal["opencv", "onnxruntime"] = "opencv"
     threads: int = Field(default=1, ge=1, le=8)
     minimum_height_m: float = Field(default=6.0, ge=1, le=100)
     minimum_stalls: int = Field(default=3, ge=1, le=100)

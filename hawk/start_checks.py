@@ -22,17 +22,18 @@ def make_folder(setting: str, directory: Path) -> None:
 
 
 def check_model(settings: VisionSettings) -> None:
-    """Load the network that the settings name, if any, and try it. Raises ConfigError naming the setting.
+    """Load the network and the engine that the settings name, if any, and try them. Raises ConfigError naming the one.
 
     It takes a second or two. A start in the air leaves it out: there `hawk.algorithms` falls back to the packaged
-    network.
+    network in OpenCV.
     """
-    if settings.model is None or not settings.use_network:
+    is_default = settings.model is None and settings.engine == VisionSettings().engine
+    if is_default or not settings.use_network:
         return
     from hawk.algo.vision.network import StallNetwork, VisionModelError  # their libraries take half a second to load
 
     try:
-        StallNetwork.load(settings.model)
+        StallNetwork.load(settings.model, settings.engine, settings.threads)
     except VisionModelError as error:
         raise ConfigError(str(error)) from error
 

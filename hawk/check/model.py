@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hawk.algo.vision.network import NetworkMaps, StallNetwork, VisionModelError
 from hawk.algo.vision.rectify import GROUND_M, MAXIMUM_PIXELS
 from hawk.check.result import CheckResult, failed, passed, warning
-from hawk.config import Config
+from hawk.config import Config, VisionSettings
 
 LEAST_HZ: Final = 3.0
 """At fewer frames a second the drone must fly slower than its travel speed, or the map has holes."""
@@ -25,9 +25,14 @@ _NAME: Final = "Model"
 Run = Callable[[NDArray[np.uint8]], NetworkMaps]
 
 
+def load_network(settings: VisionSettings) -> StallNetwork:
+    """Return the network of the settings. Raises VisionModelError."""
+    return StallNetwork.load(settings.model, settings.engine, settings.threads)
+
+
 def look_at_model(
     config: Config,
-    load: Callable[[Config], Run] = lambda config: StallNetwork.load(config.vision.model).run,
+    load: Callable[[Config], Run] = lambda config: load_network(config.vision).run,
     monotonic: Callable[[], float] = time.perf_counter,
 ) -> CheckResult:
     """Load the network, run it on a picture as large as the flight's, and judge its time. Blocks for some seconds."""
@@ -38,14 +43,18 @@ def look_at_model(
         run = load(config)
         milliseconds = _time(run, ground_size(config), monotonic)
     except VisionModelError as error:
-        return failed(_NAME, f"{error}.", "Name a fitting ONNX file in vision.model, or leave it out.")
+        remedy = "Name a fitting ONNX file in vision.model and an engine that is installed, or leave both out."
+        return failed(_NAME, f"{error}.", remedy)
     width, height = ground_size(config)
     rate = 1000 / max(milliseconds, 1e-3)
     found = f"{milliseconds:.0f} ms for a frame of {width} x {height} at {config.heights.desired_m:g} m"
     words = f"{found}: {rate:.1f} frames a second at most."
     if rate >= LEAST_HZ:
         return passed(_NAME, words)
-    remedy = "Free the processor, raise vision.threads, fly lower or slower, or use a faster computer."
+    remedy = (
+        "Free the processor, set vision.engine to onnxruntime, raise vision.threads, fly lower or slower, or use a "
+        "faster computer."
+    )
     return warning(_NAME, f"{words[:-1]}, {LEAST_HZ:g} are needed.", remedy)
 
 

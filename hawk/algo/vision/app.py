@@ -14,6 +14,7 @@ from hawk.algo.frame import AlgoError, FrameInput
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.classical import ClassicalFinder
 from hawk.algo.vision.decode import NetworkFinder
+from hawk.algo.vision.engines import DEFAULT_ENGINE, Engine
 from hawk.algo.vision.network import StallNetwork, VisionModelError
 from hawk.algo.vision.picture import decode
 from hawk.algo.vision.rectify import Rectifier, RectifyError
@@ -32,12 +33,13 @@ class VisionSettings:
     """Settings of the Vision App.
 
     ``model``: an ONNX file of the user's own, None for the one in the package. ``use_network`` False: classical line
-    geometry only. ``threads``: OpenCV's threads. Below ``minimum_height_m`` metres above the ground pictures are only
-    shown. ``minimum_stalls`` make a lot.
+    geometry only. ``engine`` runs the network, in ``threads`` threads. Below ``minimum_height_m`` metres above the
+    ground pictures are only shown. ``minimum_stalls`` make a lot.
     """
 
     model: Path | None = None
     use_network: bool = True
+    engine: Engine = DEFAULT_ENGINE
     threads: int = 1
     minimum_height_m: float = 6.0
     minimum_stalls: int = 3
@@ -54,7 +56,7 @@ class VisionApp:
             finder: Replaces the finder that the settings name.
 
         Raises:
-            VisionModelError: The settings name a network that cannot be used.
+            VisionModelError: The settings name a network or an engine that cannot be used.
         """
         self._settings = settings or VisionSettings()
         self._health = Health()
@@ -127,9 +129,10 @@ class VisionApp:
         if not self._settings.use_network:
             return ClassicalFinder()
         try:
-            return NetworkFinder(StallNetwork.load(self._settings.model))
+            wanted = self._settings
+            return NetworkFinder(StallNetwork.load(wanted.model, wanted.engine, wanted.threads))
         except VisionModelError as error:
-            if self._settings.model is not None:
+            if self._settings.model is not None or self._settings.engine != DEFAULT_ENGINE:
                 raise
             self._health = Health.bad(f"classical line geometry only: {error}")
             return ClassicalFinder()

@@ -1,4 +1,4 @@
-"""The network that looks for stalls: an ONNX file run by OpenCV.
+"""The network that looks for stalls: an ONNX file run by one of the engines.
 
 Input ``image``: float32 (1, 3, H, W), blue-green-red, value / 255 - 0.5, 0.1 m a pixel, H and W multiples of 32.
 Output: float32 (1, 10, H/2, W/2); cell (c, r) belongs to input pixel (2 c, 2 r). Channels: logits of lot, stall core
@@ -16,6 +16,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+
+from hawk.algo.vision.engines import DEFAULT_ENGINE, Engine, EngineError, MissingEngineError, open_runner
 
 MapArray = NDArray[np.float32]
 
@@ -60,24 +62,35 @@ class NetworkMaps:
 class StallNetwork:
     """A loaded network."""
 
-    def __init__(self, onnx: bytes, source: str = "the network of the package") -> None:
+    def __init__(
+        self,
+        onnx: bytes,
+        source: str = "the network of the package",
+        engine: Engine = DEFAULT_ENGINE,
+        threads: int = 1,
+    ) -> None:
         """Load it and try it on an empty picture. Raises VisionModelError when it does not fit."""
         self._source = source
         try:
-            self._net = cv2.dnn.readNetFromONNX(np.frombuffer(onnx, np.uint8))
-        except (cv2.error, ValueError) as error:
+            self._runner = open_runner(engine, onnx, threads)
+        except MissingEngineError as error:
             raise VisionModelError(
-                f"vision.model: {source} is not an ONNX file that OpenCV can read: {error}"
+                f"vision.engine: {engine} is not installed ({error}): pip install 'hawk-drone[{engine}]', or set it to "
+                f"{DEFAULT_ENGINE}"
+            ) from error
+        except EngineError as error:
+            raise VisionModelError(
+                f"vision.model: {source} is not an ONNX file that {engine} can read: {error}"
             ) from error
         self.run(np.zeros((64, 96, 3), np.uint8))
 
     @classmethod
-    def load(cls, path: Path | None = None) -> StallNetwork:
+    def load(cls, path: Path | None = None, engine: Engine = DEFAULT_ENGINE, threads: int = 1) -> StallNetwork:
         """Return the network at ``path``, that of the package for None. Raises VisionModelError."""
         if path is None:
-            return cls(packaged_weights())
+            return cls(packaged_weights(), engine=engine, threads=threads)
         try:
-            return cls(path.read_bytes(), str(path))
+            return cls(path.read_bytes(), str(path), engine, threads)
         except OSError as error:
             raise VisionModelError(f"vision.model: {path} cannot be read: {error}; name an ONNX file") from error
 
@@ -100,10 +113,10 @@ class StallNetwork:
         """Return the raw answer (CHANNELS, ceil(H/2), ceil(W/2)) to a small picture."""
         rows, columns = picture.shape[:2]
         padded = cv2.copyMakeBorder(picture, 0, -rows % _MULTIPLE, 0, -columns % _MULTIPLE, cv2.BORDER_REFLECT_101)
-        self._net.setInput(cv2.dnn.blobFromImage(padded, 1 / 255, mean=(127.5, 127.5, 127.5)))
+        blob = cv2.dnn.blobFromImage(padded, 1 / 255, mean=(127.5, 127.5, 127.5))
         try:
-            output = np.asarray(self._net.forward(), np.float32)
-        except cv2.error as error:
+            output = self._runner.run(np.asarray(blob, np.float32))
+        except EngineError as error:
             raise VisionModelError(f"vision.model: {self._source} cannot be run: {error}") from error
         expected = (1, CHANNELS, padded.shape[0] // CELL_PIXELS, padded.shape[1] // CELL_PIXELS)
         if output.shape != expected:
