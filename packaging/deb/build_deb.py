@@ -29,6 +29,8 @@ PLATFORMS: Final = {
     "arm64": ("manylinux_2_28_aarch64", "manylinux_2_27_aarch64", "manylinux_2_17_aarch64", "manylinux2014_aarch64"),
 }
 """Wheels for Debian 12 (glibc 2.36) by Debian's name of the processor."""
+EXTRAS: Final = ("onnxruntime", "sim")
+"""Extras of pyproject.toml that the package has: nobody adds one to it afterwards."""
 LOCK_HOSTS: Final = frozenset({"pypi.org", "files.pythonhosted.org"})
 """A lock file that names another host was made from somebody's mirror."""
 
@@ -91,13 +93,14 @@ def project_version(root: Path) -> str:
 
 
 def requirements(root: Path) -> str:
-    """Return the locked wheels of the program and its simulator, with hashes. Raises BuildError."""
+    """Return the locked wheels of the program, its simulator and both engines, with hashes. Raises BuildError."""
     hosts = set(re.findall(r"https?://([^/\"]+)", (root / "uv.lock").read_text("utf-8")))
     if hosts - LOCK_HOSTS:
         raise BuildError(
             f"uv.lock: names {', '.join(sorted(hosts - LOCK_HOSTS))}; lock it from https://pypi.org/simple"
         )
-    options = ["--frozen", "--no-dev", "--extra=sim", "--no-emit-project", "--no-header", "--format=requirements-txt"]
+    extras = [f"--extra={name}" for name in EXTRAS]
+    options = ["--frozen", "--no-dev", *extras, "--no-emit-project", "--no-header", "--format=requirements-txt"]
     return run([sys.executable, "-m", "uv", "export", "--quiet", *options], root)
 
 

@@ -21,8 +21,9 @@ FRAME = """
 import numpy
 from hawk.algo.vision.network import StallNetwork
 picture = numpy.random.default_rng(1).integers(0, 255, (128, 128, 3), numpy.uint8)
-maps = StallNetwork.load(None).run(picture)
-print(type(maps).__name__)
+for engine in ("opencv", "onnxruntime"):
+    maps = StallNetwork.load(None, engine).run(picture)
+    print(engine, type(maps).__name__, maps.core.shape)
 """
 
 
@@ -64,8 +65,9 @@ def test_it_states_its_version(root: CleanRoot, python: tuple[str, ...], version
     assert root.run(*python, "/opt/hawk/current/bin/hawk-drone", "--version").split()[-1] == version
 
 
-def test_a_frame_goes_through_the_network_for_stalls(root: CleanRoot, python: tuple[str, ...]) -> None:
-    assert root.run(*python, "-c", FRAME, timeout=1800).split()[-1] == "NetworkMaps"
+def test_a_frame_goes_through_the_network_for_stalls_in_both_engines(root: CleanRoot, python: tuple[str, ...]) -> None:
+    said = root.run(*python, "-c", FRAME, timeout=1800).splitlines()
+    assert said[-2:] == ["opencv NetworkMaps (64, 64)", "onnxruntime NetworkMaps (64, 64)"]
 
 
 def test_check_reads_the_settings(root: CleanRoot, python: tuple[str, ...]) -> None:

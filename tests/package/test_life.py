@@ -14,9 +14,11 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import get_args
 
 import pytest
 
+from hawk.algo.vision.engines import Engine
 from hawk.versions.flight_word import FlightWord, hear
 from tests.package.clean_root import CLEAN, CleanRoot
 from tests.package.conftest import BEFORE
@@ -118,10 +120,12 @@ def test_modules_are_compiled_since_a_daemon_cannot_write_them(root: CleanRoot) 
     assert not list(root.path("/usr/lib/hawk-drone").rglob("__pycache__"))
 
 
-def test_check_runs_a_frame_through_the_network_for_stalls(root: CleanRoot) -> None:
+@pytest.mark.parametrize("engine", get_args(Engine))
+def test_check_runs_a_frame_through_the_network_for_stalls(root: CleanRoot, engine: str) -> None:
     """There is neither a camera nor an autopilot here, so the whole has not passed."""
     options = ("--config", CONFIG, "--store", STORE, "--json")
-    printed = root.run(*AS_HAWK, "hawk-drone", "check", *options, fails=True)
+    chosen = ("env", f"HAWK_VISION__ENGINE={engine}")
+    printed = root.run(*AS_HAWK, *chosen, "hawk-drone", "check", *options, fails=True)
     checks = {check["name"]: check for check in json.loads(printed[printed.index("{") :])["checks"]}
     assert checks["Configuration"]["outcome"] == "passed"
     assert checks["Model"]["outcome"] in ("passed", "warning"), checks["Model"]  # a warning: a busy machine is slow

@@ -56,7 +56,10 @@ def test_every_package_of_the_daemon_has_a_wheel_for_both_processors() -> None:
     for package in LOCK["package"]:
         urls = [file["url"].rpartition("/")[2] for file in package.get("wheels", [])]
         by_name.setdefault(package["name"], []).extend(urls)
-    for name in [dependency["name"] for dependency in own_package()["dependencies"]]:
+    own = own_package()
+    extras = [dependency for extra in build_deb.EXTRAS for dependency in own["optional-dependencies"][extra]]
+    assert len(extras) == 3
+    for name in [dependency["name"] for dependency in (*own["dependencies"], *extras)]:
         for arch, platforms in build_deb.PLATFORMS.items():
             fits = [url for url in by_name[name] if "-none-any" in url or any(p in url for p in platforms)]
             assert fits, f"{name}: no wheel for {arch}"
