@@ -17,6 +17,9 @@ from torch import Tensor, nn
 
 from training.network import StallNet
 
+_FIRST_OF_LEVEL = (0, 2, 4, 7, 10)
+"""The first convolution of each level on the path down, among all."""
+
 
 class ResumeError(ValueError):
     """The file holds another network; the text names the difference."""
@@ -46,6 +49,15 @@ def load_onnx(network: StallNet, path: Path, pictures: Tensor) -> None:
         found = _outputs(network, norms, pictures)
         for norm, (mean, variance), (_, bias) in zip(norms, found, folded[: len(norms)], strict=True):
             _undo(norm, mean, variance, torch.from_numpy(bias))
+
+
+def widths_of_onnx(path: Path) -> tuple[int, int, int, int, int]:
+    """Return the channels at 1/2 to 1/32 of the resolution of an exported network. Raises ResumeError for another."""
+    channels = [weight.shape[0] for weight, _ in _convolutions(path)]
+    if len(channels) <= _FIRST_OF_LEVEL[-1]:
+        raise ResumeError(f"{path}: its convolutions are not those of this network; train from the beginning")
+    a, b, c, d, e = (int(channels[first]) for first in _FIRST_OF_LEVEL)
+    return a, b, c, d, e
 
 
 def _convolutions(path: Path) -> list[tuple[np.ndarray, np.ndarray]]:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 _DESCRIPTION = "Train the network on drawn scenes and write it as ONNX."
 _WARM_UP_STEPS = 50
+_LEVELS = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +52,12 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     parser.add_argument(
         "--crop", type=_crop, default=256, help="side of a training picture, pixels, a multiple of 32 (default 256)"
     )
+    parser.add_argument(
+        "--widths",
+        type=_widths,
+        metavar="A,B,C,D,E",
+        help="channels at 1/2 to 1/32 of the resolution (default 16,32,48,64,80); --start-from may have fewer",
+    )
     parser.add_argument("--batch", type=_count, default=6, help="pictures a step (default 6)")
     parser.add_argument("--rate", type=_above_zero, default=2e-3, help="learning rate (default 0.002)")
     parser.add_argument("--float32", action="store_true", help="no bfloat16: slower, for processors without it")
@@ -73,6 +80,13 @@ def _count(text: str) -> int:
     if not text.isdigit() or int(text) < 1:
         raise argparse.ArgumentTypeError(f"must be a whole number from 1, not {text!r}")
     return int(text)
+
+
+def _widths(text: str) -> tuple[int, ...]:
+    widths = tuple(_count(part) for part in text.split(","))
+    if len(widths) != _LEVELS:
+        raise argparse.ArgumentTypeError(f"must be {_LEVELS} whole numbers with commas, not {text!r}")
+    return widths
 
 
 def _crop(text: str) -> int:

@@ -22,10 +22,11 @@ from training.average import average
 from training.checkpoint import CheckpointFile, Progress
 from training.export import export
 from training.loss import loss
-from training.network import StallNet, set_memory_format
+from training.network import WIDTHS, StallNet, set_memory_format
 from training.pool import ScenePool
-from training.resume import load_onnx
+from training.resume import load_onnx, widths_of_onnx
 from training.settings import TrainingPlan, parse, plan_of, rate
+from training.widen import widen, widths_of_state
 
 _TAKEN_AT_ONCE = 4
 _SCENE_OVER_CROP = 1.5
@@ -98,7 +99,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     plan = plan_of(options)
     torch.set_num_threads(plan.threads)
     torch.manual_seed(plan.seed)
-    network = StallNet()
+    network = StallNet(options.widths or WIDTHS)
     print(f"{sum(p.numel() for p in network.parameters())} parameters", flush=True)
 
     def keep(weights: StallNet) -> None:
@@ -119,14 +120,18 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def _start_from(network: StallNet, path: Path, pool: ScenePool, plan: TrainingPlan) -> None:
-    """Load torch's weights, or those of an exported network."""
+    """Load torch's weights, or those of an exported network; a wider network gives the same answer as they do."""
     if path.suffix != ".onnx":
-        network.load_state_dict(torch.load(path, weights_only=True))
-        return
-    pool.take_until(plan.first_scenes)
-    rng = np.random.default_rng((plan.seed, 2))
-    pictures = torch.cat([_batch(pool, rng, plan)[0] for _ in range(_CALIBRATION_BATCHES)])
-    load_onnx(network, path, pictures)
+        state = torch.load(path, weights_only=True)
+        given = StallNet(widths_of_state(state))
+        given.load_state_dict(state)
+    else:
+        pool.take_until(plan.first_scenes)
+        rng = np.random.default_rng((plan.seed, 2))
+        pictures = torch.cat([_batch(pool, rng, plan)[0] for _ in range(_CALIBRATION_BATCHES)])
+        given = StallNet(widths_of_onnx(path))
+        load_onnx(given, path, pictures)
+    widen(given, network)
 
 
 def _batch(pool: ScenePool, rng: np.random.Generator, plan: TrainingPlan) -> tuple[Tensor, Tensor]:

@@ -21,6 +21,11 @@ def test_without_options_it_trains_for_an_hour_from_seed_0() -> None:
     assert options.out == Path("lot.onnx")
     assert options.keep is None
     assert options.start_from is None
+    assert options.widths is None
+
+
+def test_widths_are_five_whole_numbers() -> None:
+    assert parse([*OUT, "--widths", "16,32,64,112,160"]).widths == (16, 32, 64, 112, 160)
 
 
 @pytest.mark.parametrize(
@@ -57,6 +62,8 @@ def test_the_commands_of_the_model_card_are_understood() -> None:
     [
         ([], "--out"),
         ([*OUT, "--steps", "10", "--minutes", "3"], "not allowed with"),
+        ([*OUT, "--widths", "16,32"], "--widths: must be 5 whole numbers with commas, not '16,32'"),
+        ([*OUT, "--widths", "16,32,a,1,2"], "--widths: must be a whole number from 1, not 'a'"),
         ([*OUT, "--steps", "0"], "--steps: must be a whole number from 1"),
         ([*OUT, "--steps", "-5"], "--steps"),
         ([*OUT, "--minutes", "0"], "--minutes: must be a number above 0"),
