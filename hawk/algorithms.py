@@ -56,5 +56,5 @@ def _vision(settings: VisionSettings) -> VisionApp:
     try:
         return VisionApp(settings)
     except VisionModelError as error:
-        _LOG.error("%s; the packaged network in OpenCV is used in its place", error)
+        _LOG.error("%s; the packaged network is used in its place, in OpenCV", error)
         return VisionApp(replace(settings, model=None, engine=DEFAULT_ENGINE))

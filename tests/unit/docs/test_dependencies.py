@@ -56,7 +56,7 @@ EXTRAS = {name: declared(values) for name, values in PROJECT["optional-dependenc
 @pytest.mark.parametrize(
     ("folder", "allowed"),
     [
-        ("hawk", RUN_TIME | EXTRAS["sim"] | EXTRAS["background"]),
+        ("hawk", RUN_TIME | EXTRAS["sim"] | EXTRAS["background"] | EXTRAS["onnxruntime"]),
         ("training", RUN_TIME | EXTRAS["training"]),
         ("benchmarks", RUN_TIME | EXTRAS["dev"] | EXTRAS["sim"]),
         ("faults", RUN_TIME | EXTRAS["dev"] | EXTRAS["sim"]),
@@ -71,7 +71,7 @@ def test_every_import_is_declared(folder: str, allowed: set[str]) -> None:
 
 def test_every_dependency_to_run_is_imported() -> None:
     used = {name for names in distributions(imported("hawk")).values() for name in names}
-    assert not (RUN_TIME | EXTRAS["sim"] | EXTRAS["background"]) - used
+    assert not (RUN_TIME | EXTRAS["sim"] | EXTRAS["background"] | EXTRAS["onnxruntime"]) - used
 
 
 @pytest.mark.parametrize(("module", "only"), [("pymavlink", "sim"), ("rasterio", "background")])
@@ -93,4 +93,4 @@ def test_every_dependency_is_defended(name: str) -> None:
 def test_the_document_names_no_package_that_is_not_used() -> None:
     rows = set(re.findall(r"^\| `([\w.-]+)`", DOCUMENT, re.MULTILINE))
     build = declared(SETTINGS["build-system"]["requires"])
-    assert rows == RUN_TIME | EXTRAS["sim"] | EXTRAS["background"] | build
+    assert rows == RUN_TIME | EXTRAS["sim"] | EXTRAS["background"] | EXTRAS["onnxruntime"] | build

@@ -78,7 +78,7 @@ def test_an_engine_that_is_not_installed_is_refused_before_the_start() -> None:
 def test_in_the_air_opencv_stands_in_for_an_engine_that_is_gone(caplog: pytest.LogCaptureFixture) -> None:
     config = Config(vision=VisionSection(engine="onnxruntime"))
     manager = make_manager(config, "lot", is_simulation=True)
-    assert "the packaged network in OpenCV is used in its place" in caplog.text
+    assert "the packaged network is used in its place, in OpenCV" in caplog.text
     assert manager is not None
 
 
