@@ -20,12 +20,13 @@ _ENTER: Final = (
     'exec chroot "$0" /bin/sh -c \'cd "$0" && eval "$1"\' "$1" "$2"'
 )
 """Of sh: the root's folder, the folder in it to begin in, the line to run."""
-_CLEAN: Final = {
+CLEAN: Final = {
     "PATH": "/usr/sbin:/usr/bin:/sbin:/bin",
     "HOME": "/root",
     "LC_ALL": "C.UTF-8",
     "DEBIAN_FRONTEND": "noninteractive",
 }
+"""Environment of a Debian that nobody has set up."""
 _NETWORK: Final = ("PIP_INDEX_URL", "http_proxy", "https_proxy", "no_proxy")
 _CERTIFICATES: Final = ("PIP_CERT", "SSL_CERT_FILE", "NODE_EXTRA_CA_CERTS")
 _NETWORK_FILES: Final = ("/etc/resolv.conf", "/etc/hosts")
@@ -60,7 +61,7 @@ class BareRoot:
             raise BenchmarkError(f"mmdebstrap: {done.stderr.strip()}")
         for name in _NETWORK_FILES:
             shutil.copyfile(name, folder / name.lstrip("/"))
-        environment = {**_CLEAN, **{name: ours[name] for name in _NETWORK if name in ours}}
+        environment = {**CLEAN, **{name: ours[name] for name in _NETWORK if name in ours}}
         for name in _CERTIFICATES:
             if name in ours:
                 environment[name] = f"/root/{name.lower()}.crt"

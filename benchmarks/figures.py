@@ -124,6 +124,11 @@ def tell(sections: Sequence[Section], path: Path | None, **more: object) -> None
         write_json(path, {**flat(sections), **more})
 
 
+def missed(sections: Iterable[Section]) -> bool:
+    """Return True when a figure lies outside its limits."""
+    return any(figure.passed is False for section in sections for figure in section.figures)
+
+
 def print_table(sections: Sequence[Section], console: Console) -> None:
     """Print everything as one table, then what was void."""
     table = Table("", "figure", "", "reference", "ratio", "limit", "", title="hawk-drone benchmarks")

@@ -20,6 +20,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from http import HTTPStatus
 from http.client import HTTPConnection
 from pathlib import Path
@@ -27,7 +28,7 @@ from typing import Final
 from urllib.parse import urlsplit
 
 from benchmarks.bare_root import MIRROR, BareRoot, end, tail
-from benchmarks.figures import BenchmarkError, Figure, Limit, Section, tell
+from benchmarks.figures import BenchmarkError, Figure, Limit, Section, missed, tell
 
 TEN_MINUTES: Final = Limit(highest=600.0)
 GOOD_SURVEY: Final = Limit(lowest=0.9)
@@ -51,7 +52,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             print(f"newcomer: {error}", file=sys.stderr)
             return EXIT_FAILED
     tell(sections, options.json)
-    return EXIT_FAILED if any(figure.passed is False for part in sections for figure in part.figures) else 0
+    return EXIT_FAILED if missed(sections) else 0
 
 
 def _measured(options: argparse.Namespace, folder: Path) -> Iterator[Section]:
@@ -87,41 +88,46 @@ def newest_package(folder: Path = _ROOT / "dist") -> Path | None:
 
 def from_sources(root: BareRoot, log: Path, seed: int) -> list[Figure]:
     """Time the README's "Try it" in the root. Raises BenchmarkError with the log's end where a command fails."""
-    needs = timed(lambda: root.run("apt-get update -qq && apt-get install -qq python3 make", _HOME, log, _STEP_S))
-    page = timed(lambda: see_page(root, "make run", _SOURCES, log))
-    survey = timed(lambda: root.run(survey_line(".venv/bin/hawk-drone", seed), _SOURCES, log, _STEP_S))
-    return [
-        Figure("sources_needs_s", "apt-get install python3 make", needs, "s"),
-        Figure("sources_page_s", "make run, until the page answers", page, "s"),
-        *_ends("sources", survey, needs + page + survey, root.folder / _SOURCES.lstrip("/")),
-    ]
+    start = Start("sources", "needs", "python3 make", "make run", ".venv/bin/hawk-drone", _SOURCES)
+    return _timed(root, start, "apt-get install python3 make", log, seed)
 
 
 def from_package(root: BareRoot, name: str, log: Path, seed: int) -> list[Figure]:
     """Time the package's installation, the simulated drone and a survey. Raises BenchmarkError as `from_sources`."""
-    needs = timed(lambda: root.run(f"apt-get update -qq && apt-get install -qq ./{name}", _HOME, log, _STEP_S))
-    page = timed(lambda: see_page(root, "hawk-drone --sim", _HOME, log))
-    survey = timed(lambda: root.run(survey_line("hawk-drone", seed), _HOME, log, _STEP_S))
+    start = Start("package", "install", f"./{name}", "hawk-drone --sim", "hawk-drone", _HOME)
+    return _timed(root, start, "apt-get install ./hawk-drone_VERSION_ARCH.deb", log, seed)
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """One kind of beginning: ``packages`` for apt-get, the line that runs the daemon, the program that surveys, and the
+    folder in which both run. ``key`` and ``first`` name the figures.
+    """
+
+    key: str
+    first: str
+    packages: str
+    daemon: str
+    program: str
+    within: str
+
+
+def _timed(root: BareRoot, start: Start, first: str, log: Path, seed: int) -> list[Figure]:
+    """Return the seconds of each step; ``first`` is the text of the first one."""
+    install = f"apt-get update -qq && apt-get install -qq {start.packages}"
+    fly = f"{start.program} survey --sim --seed {seed} --out survey-1"
+    needs = _seconds(lambda: root.run(install, _HOME, log, _STEP_S))
+    page = _seconds(lambda: see_page(root, start.daemon, start.within, log))
+    survey = _seconds(lambda: root.run(fly, start.within, log, _STEP_S))
+    folder = root.folder / start.within.lstrip("/") / "survey-1"
+    report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
     return [
-        Figure("package_install_s", "apt-get install ./hawk-drone_VERSION_ARCH.deb", needs, "s"),
-        Figure("package_page_s", "hawk-drone --sim, until the page answers", page, "s"),
-        *_ends("package", survey, needs + page + survey, root.folder / "root"),
+        Figure(f"{start.key}_{start.first}_s", first, needs, "s"),
+        Figure(f"{start.key}_page_s", f"{start.daemon}, until the page answers", page, "s"),
+        Figure(f"{start.key}_survey_s", "hawk-drone survey --sim", survey, "s"),
+        Figure(f"{start.key}_f1", "F1 of that survey's stalls", float(report["stall_f1"]), limit=GOOD_SURVEY),
+        Figure(f"{start.key}_s", "all of it", needs + page + survey, "s", limit=TEN_MINUTES),
     ]
-
-
-def _ends(key: str, survey: float, all_of_it: float, folder: Path) -> list[Figure]:
-    report = json.loads((folder / "survey-1" / "report.json").read_text(encoding="utf-8"))
-    f1 = float(report["stall_f1"])
-    return [
-        Figure(f"{key}_survey_s", "hawk-drone survey --sim", survey, "s"),
-        Figure(f"{key}_f1", "F1 of that survey's stalls", f1, limit=GOOD_SURVEY),
-        Figure(f"{key}_s", "all of it", all_of_it, "s", limit=TEN_MINUTES),
-    ]
-
-
-def survey_line(program: str, seed: int) -> str:
-    """Return the README's command for a survey without a browser."""
-    return f"{program} survey --sim --seed {seed} --out survey-1"
 
 
 def see_page(root: BareRoot, line: str, within: str, log: Path) -> None:
@@ -155,7 +161,7 @@ def _open(url: str, until: float) -> None:
         time.sleep(_LOOK_S)
 
 
-def timed(step: Callable[[], None]) -> float:
+def _seconds(step: Callable[[], None]) -> float:
     """Return the seconds that a step takes."""
     start = time.monotonic()
     step()

@@ -8,7 +8,8 @@ from torch.nn import functional
 
 from hawk.algo.vision.network import CHANNELS
 
-WIDTHS = (16, 32, 48, 64, 80)
+Widths = tuple[int, int, int, int, int]
+WIDTHS: Widths = (16, 32, 48, 64, 80)
 """Channels at 1/2, 1/4, 1/8, 1/16 and 1/32 of the picture's resolution."""
 _EXTRA = 8
 
@@ -21,7 +22,7 @@ class StallNet(nn.Module):
     perturbed.
     """
 
-    def __init__(self, widths: tuple[int, int, int, int, int] = WIDTHS) -> None:
+    def __init__(self, widths: Widths = WIDTHS) -> None:
         super().__init__()
         a, b, c, d, e = widths
         self.down1 = nn.Sequential(_block(3, a, stride=2), _block(a, a))

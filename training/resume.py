@@ -15,7 +15,7 @@ import torch
 from onnx import numpy_helper
 from torch import Tensor, nn
 
-from training.network import StallNet
+from training.network import StallNet, Widths
 
 _FIRST_OF_LEVEL = (0, 2, 4, 7, 10)
 """The first convolution of each level on the path down, among all."""
@@ -51,7 +51,7 @@ def load_onnx(network: StallNet, path: Path, pictures: Tensor) -> None:
             _undo(norm, mean, variance, torch.from_numpy(bias))
 
 
-def widths_of_onnx(path: Path) -> tuple[int, int, int, int, int]:
+def widths_of_onnx(path: Path) -> Widths:
     """Return the channels at 1/2 to 1/32 of the resolution of an exported network. Raises ResumeError for another."""
     channels = [weight.shape[0] for weight, _ in _convolutions(path)]
     if len(channels) <= _FIRST_OF_LEVEL[-1]:

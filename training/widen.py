@@ -11,9 +11,8 @@ from collections.abc import Mapping
 import torch
 from torch import Tensor, nn
 
-from training.network import StallNet
+from training.network import StallNet, Widths
 
-Widths = tuple[int, int, int, int, int]
 Segments = list[tuple[int, int]]
 """Channels that were joined to one input: how many the narrow network has of each part, and the wide one."""
 

@@ -25,6 +25,7 @@ from pathlib import Path
 import cv2
 
 from benchmarks.figures import tell
+from benchmarks.perception.places import folder_option
 from benchmarks.perception.regions import Regions, ground_option
 from benchmarks.perception.sections import NEGATIVES_SCALE, Material, classical_section, network_sections
 from benchmarks.perception.video import watch
@@ -35,12 +36,7 @@ from hawk.algo.vision.network import StallNetwork
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Measure by command line."""
-    parser = _parser()
-    options = parser.parse_args(arguments)
-    for name in ("lots", "tiles", "negatives"):
-        folder = getattr(options, name)
-        if folder is not None and not folder.is_dir():
-            parser.error(f"--{name}: {folder} is no folder; name one that holds the pictures")
+    options = _parser().parse_args(arguments)
     cv2.setNumThreads(1)
     network = StallNetwork.load(options.model)
     if options.video is not None:
@@ -66,8 +62,8 @@ def _parser() -> argparse.ArgumentParser:
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--lots", type=Path)
-    parser.add_argument("--tiles", type=Path)
+    parser.add_argument("--lots", type=folder_option)
+    parser.add_argument("--tiles", type=folder_option)
     parser.add_argument("--regions", type=Path, help="places whose labels have neither states nor outlines of lots")
     parser.add_argument(
         "--streets", action="append", default=[], metavar="PATTERN", help="names of the regions that are streets"
@@ -75,7 +71,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--ground", action="append", default=[], type=_ground, metavar="KIND=PATTERN", help="ground of regions, by name"
     )
-    parser.add_argument("--negatives", type=Path)
+    parser.add_argument("--negatives", type=folder_option)
     parser.add_argument(
         "--negatives-scale", type=float, default=NEGATIVES_SCALE, help="metres per pixel of the negatives (0.03)"
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -39,6 +40,14 @@ class Place:
     truth: LabelledPlace
     ground: str = ""
     missing: NDArray[np.bool_] | None = None
+
+
+def folder_option(text: str) -> Path:
+    """Return the folder that a command line names. Raises ArgumentTypeError, which argparse prints."""
+    folder = Path(text)
+    if not folder.is_dir():
+        raise argparse.ArgumentTypeError(f"{folder} is no folder; name one that holds the pictures")
+    return folder
 
 
 def read_lots(folder: Path) -> Iterator[Place]:

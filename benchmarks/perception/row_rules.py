@@ -23,7 +23,7 @@ from scipy.spatial import cKDTree
 from benchmarks.figures import MISSING, write_json
 from benchmarks.perception.eyes import MINIMUM_SCORE, MapsOfPictures, NetworkEye
 from benchmarks.perception.measures import Looked, look, pooled
-from benchmarks.perception.places import Place, read_lots, read_tiles
+from benchmarks.perception.places import Place, folder_option, read_lots, read_tiles
 from hawk.algo.vision import quads
 from hawk.algo.vision.network import NetworkMaps, StallNetwork
 from hawk.algo.vision.rows import Evidence, RowOptions, RowStalls, complete_rows
@@ -102,34 +102,18 @@ def agrees(stalls: RowStalls, sure: NDArray[np.bool_], share: float) -> NDArray[
     )
 
 
-@dataclass(frozen=True, slots=True)
-class Remembered:
-    """Maps of one picture, given to every one who asks."""
-
-    maps: NetworkMaps
-
-    def run(self, _picture: NDArray[np.uint8], /) -> NetworkMaps:
-        """Return them."""
-        return self.maps
-
-
 class Once:
-    """Runs the network for a picture once, however many rules look at it."""
+    """Runs the network for one picture once, however many rules look at it."""
 
     def __init__(self, network: MapsOfPictures) -> None:
         self._network = network
-        self._last: NetworkMaps | None = None
+        self._maps: NetworkMaps | None = None
 
     def run(self, picture: NDArray[np.uint8], /) -> NetworkMaps:
-        """Run it, and remember the maps."""
-        self._last = self._network.run(picture)
-        return self._last
-
-    def remembered(self) -> Remembered:
-        """Return the maps of the last picture. Raises ValueError before the first one."""
-        if self._last is None:
-            raise ValueError("no picture was looked at yet")
-        return Remembered(self._last)
+        """Return the maps of the first picture that is asked for."""
+        if self._maps is None:
+            self._maps = self._network.run(picture)
+        return self._maps
 
 
 def measure_rules(
@@ -137,11 +121,10 @@ def measure_rules(
 ) -> dict[str, dict[str, float]]:
     """Return the measures of each rule by its name."""
     looked: dict[str, list[Looked]] = {rule.name: [] for rule in rules}
-    once = Once(network)
     for place in places:
-        looked[rules[0].name] += look(rules[0].eye(once), [place])
-        for rule in rules[1:]:
-            looked[rule.name] += look(rule.eye(once.remembered()), [place])
+        maps = Once(network)
+        for rule in rules:
+            looked[rule.name] += look(rule.eye(maps), [place])
     return {name: pooled(those) for name, those in looked.items()}
 
 
@@ -161,9 +144,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--lots", type=Path, metavar="DIR")
-    parser.add_argument("--tiles", type=Path, metavar="DIR")
-    parser.add_argument("--regions", type=Path, metavar="DIR")
+    parser.add_argument("--lots", type=folder_option, metavar="DIR")
+    parser.add_argument("--tiles", type=folder_option, metavar="DIR")
+    parser.add_argument("--regions", type=folder_option, metavar="DIR")
     parser.add_argument("--model", type=Path, metavar="FILE", help="other weights (default: those that ship)")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures here")
     options = parser.parse_args(arguments)

@@ -14,6 +14,7 @@ from typing import Any
 from hawk.comm.messages import Ack, Arm, Command, Outgoing, Takeoff
 from hawk.comm.status import ClientId, CommandOption, CommandSocket, DroneStatus
 from hawk.comm.topic import Topic
+from hawk.ddc.acts import Ask, ReadParameter
 from hawk.ddc.decider import Decider, Decision
 from hawk.ddc.facts import Facts
 from hawk.ddc.failing import FailingTicks, holds_in_air
@@ -43,7 +44,7 @@ SHUTDOWN_WAIT_S = 3.0
 """Longest wait for RTL at the end of the program, real seconds."""
 
 _LOGGER = logging.getLogger(__name__)
-_MAY_FAIL = frozenset(f"read {name}" for name in NOT_IN_EVERY_VERSION)
+_MAY_FAIL = frozenset(Ask(ReadParameter(name), 0.0).name for name in NOT_IN_EVERY_VERSION)
 """Requests that fail with an autopilot of another version: nobody need look."""
 
 

@@ -8,15 +8,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from benchmarks.bare_root import CLEAN
+
 CALM = ("chrt", "--idle", "0") if os.environ.get("HAWK_DEB_CALM") else ()
 """Set on a machine that measures something else meanwhile."""
 ENTER = 'ip link set lo up; mount -t proc proc "$0/proc"; exec chroot "$0" "$@"'
-CLEAN = {
-    "PATH": "/usr/sbin:/usr/bin:/sbin:/bin",
-    "HOME": "/root",
-    "LC_ALL": "C.UTF-8",
-    "DEBIAN_FRONTEND": "noninteractive",
-}
 
 
 def printed(command: Sequence[str], environment: Mapping[str, str], *, fails: bool, timeout: float) -> str:

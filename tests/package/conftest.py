@@ -10,13 +10,14 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks import bare_root
 from tests.package.clean_root import CALM, CleanRoot
 
 ROOT = Path(__file__).resolve().parents[2]
 WORK = ROOT / "build" / "deb"
 BEFORE = "0.1.0"
 """Number of the package that is upgraded: the same tree."""
-MIRROR = os.environ.get("HAWK_DEB_MIRROR", "http://deb.debian.org/debian")
+MIRROR = os.environ.get("HAWK_DEB_MIRROR", bare_root.MIRROR)
 NEEDS = ["python3", "python3.11", "systemd", "systemd-sysv", "udev", "libstdc++6"]
 
 

@@ -9,7 +9,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.package.clean_root import CALM, CLEAN, CleanRoot, printed
+from benchmarks.bare_root import CLEAN
+from tests.package.clean_root import CALM, CleanRoot, printed
 
 BOOT_S = 300.0
 """Real seconds, on a busy machine."""

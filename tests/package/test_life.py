@@ -18,9 +18,10 @@ from typing import get_args
 
 import pytest
 
+from benchmarks.bare_root import CLEAN
 from hawk.algo.vision.engines import Engine
 from hawk.versions.flight_word import FlightWord, hear
-from tests.package.clean_root import CLEAN, CleanRoot
+from tests.package.clean_root import CleanRoot
 from tests.package.conftest import BEFORE
 
 CONFIG = "/etc/hawk/config.toml"

@@ -62,7 +62,7 @@ class _OpenCv:
 class _OnnxRuntime:
     def __init__(self, onnx: bytes, threads: int) -> None:
         try:
-            import onnxruntime  # an extra, and half a second of start
+            import onnxruntime  # an extra
         except ImportError as error:
             raise MissingEngineError(str(error)) from error
         options = onnxruntime.SessionOptions()

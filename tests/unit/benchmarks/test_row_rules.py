@@ -83,9 +83,18 @@ def test_the_network_looks_once_for_all_rules() -> None:
     assert table("places", measured).splitlines()[2].startswith("| as it flies | – | 0.000 |")
 
 
-def test_maps_are_asked_for_after_a_picture() -> None:
-    with pytest.raises(ValueError, match="no picture was looked at yet"):
-        Once(Blank()).remembered()
+def test_all_who_ask_get_the_same_maps() -> None:
+    network = Blank()
+    maps, picture = Once(network), np.zeros((64, 64, 3), np.uint8)
+    assert maps.run(picture) is maps.run(picture.copy())
+    assert network.pictures == 1
+
+
+@pytest.mark.parametrize("name", ["lots", "tiles", "regions"])
+def test_a_folder_that_is_not_there_is_refused(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main([f"--{name}", "nowhere"])
+    assert f"--{name}: nowhere is no folder" in capsys.readouterr().err
 
 
 def test_the_command_prints_a_table_and_writes_the_figures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
