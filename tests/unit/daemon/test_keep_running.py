@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -53,11 +54,18 @@ def test_after_a_fault_it_runs_again_and_after_an_orderly_end_it_does_not(
     assert runs(tmp_path) == started
 
 
+SLOW_WAIT = {"BASH_FUNC_wait%%": '() { builtin wait "$@"; local status=$?; sleep 0.3; return $status; }'}
+"""A shell that comes back late from each wait: the program has ended by then."""
+
+
+@pytest.mark.parametrize("shell", [{}, SLOW_WAIT], ids=["at once", "late"])
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_the_program_in_order_and_starts_no_other(tmp_path: Path, number: signal.Signals) -> None:
+def test_a_signal_ends_the_program_in_order_and_starts_no_other(
+    tmp_path: Path, number: signal.Signals, shell: dict[str, str]
+) -> None:
     as_on_a_terminal = ["env", "--default-signal=INT"]  # a shell cannot trap what its parent ignored
     with subprocess.Popen(
-        [*as_on_a_terminal, *command(tmp_path, "wait")], stdout=subprocess.PIPE, text=True
+        [*as_on_a_terminal, *command(tmp_path, "wait")], stdout=subprocess.PIPE, text=True, env={**os.environ, **shell}
     ) as process:
         assert process.stdout is not None
         assert process.stdout.readline() == "waiting\n"
