@@ -178,6 +178,7 @@ def test_mavsdk_is_greeted_while_nothing_is_heard_so_that_it_goes_on_sending(rig
     rig.clock.now += 1.1
     autopilot.send(b"x")
     assert rig.next() == b"x"
+    rig.until(lambda: rig.gate._fed_at == rig.clock.now)  # it notes the time after it has sent
     rig.clock.now += 1.1
     assert rig.inside.recv(999) == GREETING
     rig.answer(b"kill")
