@@ -24,9 +24,9 @@ BARE_SHARE = 0.16
 """Share of the scenes that have no lot at all."""
 PLAIN_SHARE = 0.08
 """Share of the scenes with hardly anything around the lot."""
-PAVED_SHARE = 0.14
+PAVED_SHARE = 0.18
 """Share of the scenes with a lot without paint."""
-STREET_SHARE = 0.08
+STREET_SHARE = 0.16
 """Share of the scenes with a street of houses."""
 LONG_VEHICLE_SHARE = 0.3
 """Share of the scenes with long vehicles in their rows."""
