@@ -1,7 +1,9 @@
-"""Averages torch weights of one training: ``python -m training.average A.pt B.pt ... --out FILE.onnx``.
+"""Averages weights of one training: ``python -m training.average A.pt B.pt ... --out FILE.onnx``.
 
 Distant states of one training average to weights that often do better on new pictures than the last
-state alone (Izmailov et al. 2018), which has settled on what the renderer draws.
+state alone (Izmailov et al. 2018), which has settled on what the renderer draws. So do the weights from which a
+training started and those at which it ended (Wortsman et al. 2022, arXiv 2109.01903): name both exported networks,
+``A.onnx B.onnx``.
 """
 
 from __future__ import annotations
@@ -15,6 +17,8 @@ from torch import Tensor
 
 from training.export import export
 from training.network import StallNet
+from training.resume import load_folded, widths_of_onnx
+from training.widen import widths_of_state
 
 State = dict[str, Tensor]
 
@@ -36,13 +40,28 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Average by command line."""
     parser = argparse.ArgumentParser(prog="python -m training.average", description=__doc__)
     parser.add_argument(
-        "weights", nargs="+", type=Path, help="torch weights (.pt), as training.train --keep writes them"
+        "weights",
+        nargs="+",
+        type=Path,
+        help="torch weights (.pt) as training.train --keep writes them, or networks (.onnx)",
     )
     parser.add_argument("--out", type=Path, required=True, help="ONNX file to write")
     options = parser.parse_args(arguments)
-    network = StallNet()
-    network.load_state_dict(average([torch.load(path, weights_only=True) for path in options.weights]))
+    if len({path.suffix == ".onnx" for path in options.weights}) > 1:
+        parser.error("argument weights: name torch weights (.pt) or exported networks (.onnx), not both")
+    state = average([_state(path) for path in options.weights])
+    network = StallNet(widths_of_state(state))
+    network.load_state_dict(state)
     print(f"{options.out}: differs from torch by {export(network, options.out):.1g}", flush=True)
+
+
+def _state(path: Path) -> State:
+    if path.suffix != ".onnx":
+        state: State = torch.load(path, weights_only=True)
+        return state
+    network = StallNet(widths_of_onnx(path))
+    load_folded(network, path)
+    return dict(network.state_dict())
 
 
 if __name__ == "__main__":

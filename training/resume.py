@@ -30,6 +30,19 @@ def load_onnx(network: StallNet, path: Path, pictures: Tensor) -> None:
 
     Raises ResumeError when the file holds another network.
     """
+    shifts = load_folded(network, path)
+    norms = list(shifts)
+    with torch.no_grad():
+        found = _outputs(network, norms, pictures)
+        for norm, (mean, variance) in zip(norms, found, strict=True):
+            _undo(norm, mean, variance, shifts[norm])
+
+
+def load_folded(network: StallNet, path: Path) -> dict[nn.BatchNorm2d, Tensor]:
+    """Give ``network`` the answer of an exported one: each normalisation only adds what is returned for it.
+
+    Raises ResumeError when the file holds another network.
+    """
     folded = _convolutions(path)
     convolutions = (module for module in network.modules() if isinstance(module, nn.Conv2d))
     modules = [module for module in convolutions if module is not network.shade]  # export leaves it out
@@ -37,18 +50,16 @@ def load_onnx(network: StallNet, path: Path, pictures: Tensor) -> None:
     if [weight.shape for weight, _ in folded] != shapes:
         raise ResumeError(f"{path}: its convolutions are not those of this network; train from the beginning")
     norms = [module for module in network.modules() if isinstance(module, nn.BatchNorm2d)]
+    shifts = {norm: torch.from_numpy(bias) for norm, (_, bias) in zip(norms, folded[: len(norms)], strict=True)}
     network.eval()
     with torch.no_grad():
         for module, (weight, bias) in zip(modules, folded, strict=True):
             module.weight.copy_(torch.from_numpy(weight))
             if module.bias is not None:
                 module.bias.copy_(torch.from_numpy(bias))
-        for norm, (_, bias) in zip(norms, folded[: len(norms)], strict=True):
-            shift = torch.from_numpy(bias)
+        for norm, shift in shifts.items():
             _undo(norm, torch.zeros_like(shift), torch.ones_like(shift), shift)
-        found = _outputs(network, norms, pictures)
-        for norm, (mean, variance), (_, bias) in zip(norms, found, folded[: len(norms)], strict=True):
-            _undo(norm, mean, variance, torch.from_numpy(bias))
+    return shifts
 
 
 def widths_of_onnx(path: Path) -> Widths:
