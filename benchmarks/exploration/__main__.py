@@ -23,10 +23,16 @@ DEFAULT_SEEDS: Final = "1-200"
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Fly, print, write; status 0 whatever the figures say."""
-    options = make_parser().parse_args(arguments)
+    parser = make_parser()
+    options = parser.parse_args(arguments)
     if options.json is not None:
         options.json.parent.mkdir(parents=True, exist_ok=True)
-    runs = {name: fly_all(name, options.seeds, options.tours, options.workers) for name in options.setups}
+    if options.shorten and options.tours is None:
+        parser.error("argument --shorten: name with --tours where the shorter tours are to be kept")
+    runs = {
+        name: fly_all(name, options.seeds, options.tours, options.workers, shorten=options.shorten)
+        for name in options.setups
+    }
     found = figures(runs.get("flown", []), runs.get("prototype", []))
     flights = [row for name, one in runs.items() for row in rows(name, one)]
     tell([Section("exploration", found)], options.json, flights=flights)
@@ -49,6 +55,9 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--setups", type=_setups, default=tuple(SETUPS), metavar="A,B", help=f"of {', '.join(SETUPS)}")
     parser.add_argument(
         "--tours", type=Path, metavar="FILE", help="keep the oracle's tours there, and use none that come with this"
+    )
+    parser.add_argument(
+        "--shorten", action="store_true", help="the oracle begins with the flights of the other pilots as well"
     )
     parser.add_argument(
         "--workers", type=int, default=1, metavar="N", help="processes (1); more of them flatter no figure"

@@ -10,10 +10,12 @@ beat.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from benchmarks.exploration.disc import Disc
@@ -42,6 +44,8 @@ _WARM_M: Final = 1.0
 _COLD_M: Final = 0.15
 _STEPS_M: Final = ((1.5, 12.0), (0.5, 4.0), (0.0, 1.2))
 """Heat from which on waypoints are shifted by so much."""
+_STRAIGHTENED_M: Final = (0.3, 1.0, 2.5)
+"""The waypoints of another pilot's flight leave its path by so much."""
 _SHARES: Final = (0.78, 0.82, 0.85, 0.88, 0.90, 0.915, 0.93, 0.945, 0.96, 0.97, 0.98, 0.987, 0.993, 0.998)
 """The search knows nothing of what turns show: from few legs on, the first tour that shows enough as flown counts."""
 
@@ -71,13 +75,45 @@ def best_tour(lot: Lot, setup: Setup, wanted: float) -> OracleTour:
     return min(tours, key=lambda tour: tour.way)
 
 
-def _best(lot: Lot, setup: Setup, wanted: float, *, turns: bool) -> OracleTour | None:
-    """Turns always show more than a search knows of: tours are made for less than what is wanted, and flown."""
+def shortened(lot: Lot, setup: Setup, tour: OracleTour, tracks: Iterable[Floats], wanted: float) -> OracleTour:
+    """Return a shorter tour than ``tour`` if one is found that begins with another pilot's flight, ``tracks`` (N, 2)
+    of (north, east) metres until enough was seen. Equal calls give equal tours.
+    """
+    found = [tour]
+    for track in tracks:
+        begins = [shapely.LineString(track).simplify(metres) for metres in _STRAIGHTENED_M]
+        places = [np.array(line.coords) for line in begins]
+        found += [better for turns in (False, True) for better in _from_track(lot, setup, places, wanted, turns)]
+    return min(found, key=lambda one: one.way)
+
+
+def _from_track(lot: Lot, setup: Setup, begins: list[Floats], wanted: float, turns: bool) -> list[OracleTour]:
+    rng = np.random.default_rng([lot.seed, 8])
+    flights = TourFlights(lot, setup, turns=turns)
+    flown = [(flights.fly(places), places) for places in begins]
+    enough = [(tour, places) for tour, places in flown if tour is not None]
+    found = []
+    if enough:
+        best, places = min(enough, key=lambda one: one[0].way)
+        found.append(polished(best, places, flights.fly, rng))
+    searched = _best(lot, setup, wanted, turns=turns, begins=begins[-1:])
+    return [*found, *([] if searched is None else [searched])]
+
+
+def _best(
+    lot: Lot, setup: Setup, wanted: float, *, turns: bool, begins: list[Floats] | None = None
+) -> OracleTour | None:
+    """Turns always show more than a search knows of: tours are made for less than what is wanted, and flown.
+
+    ``begins`` are tours to begin with in place of lines to and fro; they are good ones, and not heated so much.
+    """
     rng = np.random.default_rng([lot.seed, 7])
     flights = TourFlights(lot, setup, turns=turns)
     ground = _ground(lot, setup, turns=turns).with_share(wanted)
     shares = _SHARES[0 if turns else 1 :]
-    annealed = sorted((_annealed(ground, one, rng, _SWEEPS, _HOT_M) for one in _beginnings(ground)), key=length_of)
+    hot = _HOT_M if begins is None else _WARM_M
+    begins = _beginnings(ground) if begins is None else begins
+    annealed = sorted((_annealed(ground, one, rng, _SWEEPS, hot) for one in begins), key=length_of)
     found = []
     for tour in annealed[:2]:
         for share in shares if not setup.is_disc else [share for share in shares if share >= _LEAST_OF_DISC]:

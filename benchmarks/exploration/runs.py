@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from benchmarks.exploration.flight import Flown, Pilot, fly
+import numpy as np
+
+from benchmarks.exploration.flight import WANTED, Flown, Pilot, fly
 from benchmarks.exploration.lots import Lot
+from benchmarks.exploration.oracle import shortened
 from benchmarks.exploration.pilots import GainByDistance, MExplore, NearestFrontier, PlannerPilot, RulePilot
 from benchmarks.exploration.polish import OracleTour
 from benchmarks.exploration.setups import Setup
@@ -23,6 +26,7 @@ KNOWN_LOT_SETTINGS: Final = PathPlanSettings(first_spare=0.05, border=0.0, turn_
 """Settings for a known lot: nothing is looked for beside it, and it may be left for a while."""
 OUTLINE: Final = "outline"
 """The planner as the flight has it with an outline: the lot as it is, positions and map with their errors."""
+_NEARLY: Final = 1.1
 NEAREST: Final = "nearest_frontier"
 BASELINES: Final[Mapping[str, Callable[[Setup], Pilot]]] = {
     NEAREST: lambda _: RulePilot(NearestFrontier()),
@@ -51,8 +55,11 @@ class SeedRun:
         return self.flights[PLANNER]
 
 
-def run_seed(setup: Setup, seed: int, tours: TourCache) -> SeedRun:
-    """Fly the planner to its own end and the others until enough was seen."""
+def run_seed(setup: Setup, seed: int, tours: TourCache, *, shorten: bool = False) -> SeedRun:
+    """Fly the planner to its own end and the others until enough was seen.
+
+    ``shorten``: the oracle's search begins with their paths as well.
+    """
     lot = setup.lot(seed)
     flights = {PLANNER: fly(lot, setup, PlannerPilot(is_disc=setup.is_disc))}
     if not setup.is_disc:
@@ -60,7 +67,18 @@ def run_seed(setup: Setup, seed: int, tours: TourCache) -> SeedRun:
         flights[OUTLINE] = fly_outline(lot, setup)
     for name, pilot in BASELINES.items():
         flights[name] = fly(lot, setup, pilot(setup), to_the_end=False)
-    return SeedRun(lot, setup.bound(lot.area), tours.tour(lot, setup), flights)
+    oracle = tours.tour(lot, setup)
+    if shorten:
+        oracle = _shortened(lot, setup, oracle, flights.values())
+        tours.keep(lot, setup, oracle)
+    return SeedRun(lot, setup.bound(lot.area), oracle, flights)
+
+
+def _shortened(lot: Lot, setup: Setup, oracle: OracleTour, flights: Iterable[Flown]) -> OracleTour:
+    """Begin with the paths that are not much longer than the oracle's."""
+    short = [one.track for one in flights if one.way is not None and one.way < _NEARLY * oracle.way]
+    tracks = [track[: int(np.searchsorted(track[:, 2], WANTED)) + 1, :2] for track in short]
+    return shortened(lot, setup, oracle, tracks, WANTED)
 
 
 def fly_known_lot(lot: Lot, setup: Setup) -> Flown:

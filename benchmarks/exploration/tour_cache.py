@@ -48,9 +48,9 @@ class TourCache:
         return OracleTour(np.array(kept["places"]), kept["way"], kept["seconds"])
 
     def keep(self, lot: Lot, setup: Setup, tour: OracleTour) -> None:
-        """Take a tour that another process computed."""
+        """Take a tour of another process, or a shorter one than before."""
         key = _key(lot, setup)
-        if key not in self._known:
+        if key not in self._known or round(tour.way, 2) < self._known[key]["way"]:
             self._keep(key, tour)
 
     def _keep(self, key: str, tour: OracleTour) -> None:

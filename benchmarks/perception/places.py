@@ -63,7 +63,10 @@ def read_lots(folder: Path) -> Iterator[Place]:
 
 
 def read_tiles(folder: Path) -> Iterator[Place]:
-    """Yield the tiles with at least `LEAST_LABELS` labelled stalls: ``images/*.jpg`` with ``labels/*.txt``."""
+    """Yield the tiles with at least `LEAST_LABELS` labelled stalls: ``images/*.jpg`` with ``labels/*.txt``.
+
+    The states of a tile whose labels name no car are unknown: its cars were not labelled.
+    """
     for path in sorted((folder / "images").glob("*.jpg")):
         image = read_picture(path)
         size = np.array([image.shape[1], image.shape[0]])
@@ -71,9 +74,7 @@ def read_tiles(folder: Path) -> Iterator[Place]:
         stalls = [_box(points) for kind, points in shapes if kind == _STALL]
         if len(stalls) < LEAST_LABELS:
             continue
-        cars = np.zeros(image.shape[:2], np.uint8)
-        cv2.fillPoly(cars, [points.astype(np.int32) for kind, points in shapes if kind == _CAR], (1,))
-        states = state_array([_state(cars, stall) for stall in stalls])
+        states = state_array(_states(image.shape[:2], [points for kind, points in shapes if kind == _CAR], stalls))
         lots = tuple(points * TILE_METRES_PER_PIXEL for kind, points in shapes if kind == _LOT)
         truth = LabelledPlace(np.array(stalls, float) * TILE_METRES_PER_PIXEL, states, lots)
         yield Place(path.stem, image, TILE_METRES_PER_PIXEL, truth)
@@ -131,6 +132,14 @@ def _shape(line: list[float], size: NDArray[np.int_]) -> tuple[int, FloatArray]:
 
 def _box(points: FloatArray) -> FloatArray:
     return np.asarray(cv2.boxPoints(cv2.minAreaRect(points.astype(np.float32))), np.float64)
+
+
+def _states(shape: tuple[int, int], cars: list[FloatArray], stalls: list[FloatArray]) -> list[StallState]:
+    if not cars:
+        return [StallState.UNKNOWN] * len(stalls)
+    covered = np.zeros(shape, np.uint8)
+    cv2.fillPoly(covered, [points.astype(np.int32) for points in cars], (1,))
+    return [_state(covered, stall) for stall in stalls]
 
 
 def _state(cars: NDArray[np.uint8], stall: FloatArray) -> StallState:

@@ -169,7 +169,7 @@ def test_tours_are_kept_and_not_computed_again(small: SeedRun, tmp_path: Path, m
 
 def test_workers_find_what_one_process_finds(small: SeedRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(campaign, "ProcessPoolExecutor", ThreadPoolExecutor)
-    monkeypatch.setattr(campaign, "_one", lambda name, seed, tours: small)
+    monkeypatch.setattr(campaign, "_one", lambda name, seed, tours, shorten: small)
     path = tmp_path / "tours.json"
     assert campaign.fly_all("flown", [3, 4], path, 2) == [small, small]
     assert TourCache(tmp_path / "tours-flown.json").tour(small.lot, flown()).way == pytest.approx(
@@ -180,7 +180,7 @@ def test_workers_find_what_one_process_finds(small: SeedRun, tmp_path: Path, mon
 def test_the_command_writes_json_and_pictures(
     small: SeedRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(command, "fly_all", lambda name, seeds, tours, workers: [small] * len(seeds))
+    monkeypatch.setattr(command, "fly_all", lambda name, seeds, tours, workers, shorten=False: [small] * len(seeds))
     out = tmp_path / "out" / "exploration.json"
     assert command.main(["--seeds", "3-4", "--json", str(out), "--picture", str(tmp_path / "pictures")]) == 0
     values = json.loads(out.read_text())
@@ -191,5 +191,5 @@ def test_the_command_writes_json_and_pictures(
 
 
 def test_among_all_benchmarks_the_keys_do_not_clash(small: SeedRun, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(campaign, "fly_all", lambda name, seeds, tours, workers: [small])
+    monkeypatch.setattr(campaign, "fly_all", lambda name, seeds, tours, workers, shorten=False: [small])
     assert {"exploration_excursions", "exploration_way_over_oracle_median"} <= {f.key for f in campaign.measure([3])}

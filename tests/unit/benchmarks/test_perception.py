@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Mapping
 from pathlib import Path
 
 import cv2
@@ -92,7 +93,7 @@ def test_probabilities_that_are_meant_have_no_calibration_error() -> None:
     assert math.isnan(calibration_error([]))
 
 
-def test_places_and_tiles_are_read(tmp_path: Path) -> None:
+def test_places_are_read(tmp_path: Path) -> None:
     cv2.imwrite(str(tmp_path / "lot.jpg"), np.zeros((100, 100, 3), np.uint8))
     stalls = [{"corners_m": quad.tolist(), "state": "unclear"} for quad in ROW]
     told = {"metres_per_pixel": 0.2, "stalls": stalls, "lots_m": [LOT.tolist()]}
@@ -100,16 +101,28 @@ def test_places_and_tiles_are_read(tmp_path: Path) -> None:
     (found,) = read_lots(tmp_path)
     assert found.metres_per_pixel == 0.2
     assert set(found.truth.states) == {"unknown"}
-    tiles = tmp_path / "tiles"
-    for folder in ("images", "labels"):
-        (tiles / folder).mkdir(parents=True)
-    for name, count in (("many", 5), ("few", 4)):
-        cv2.imwrite(str(tiles / "images" / f"{name}.jpg"), np.zeros((640, 640, 3), np.uint8))
-        lines = [_label(0.1 * k) for k in range(count)]
-        lines.append("0 0.025 0.15 0.05 0.1")
-        (tiles / "labels" / f"{name}.txt").write_text("\n".join(lines))
-    (tile,) = read_tiles(tiles)
+
+
+def test_tiles_are_read_with_what_the_cars_cover(tmp_path: Path) -> None:
+    write_tiles(tmp_path, {"many": 5, "few": 4}, ["0 0.025 0.15 0.05 0.1"])
+    (tile,) = read_tiles(tmp_path)
     assert list(tile.truth.states) == ["taken", "free", "free", "free", "free"]
+
+
+def test_stalls_of_a_tile_whose_cars_were_not_labelled_have_no_state(tmp_path: Path) -> None:
+    write_tiles(tmp_path, {"many": 5}, [])
+    (tile,) = read_tiles(tmp_path)
+    assert set(tile.truth.states) == {"unknown"}
+
+
+def write_tiles(folder: Path, stalls: Mapping[str, int], others: list[str]) -> None:
+    """Write black tiles with so many labelled stalls, and other labels."""
+    for part in ("images", "labels"):
+        (folder / part).mkdir(parents=True)
+    for name, count in stalls.items():
+        cv2.imwrite(str(folder / "images" / f"{name}.jpg"), np.zeros((640, 640, 3), np.uint8))
+        lines = [*(_label(0.1 * k) for k in range(count)), *others]
+        (folder / "labels" / f"{name}.txt").write_text("\n".join(lines))
 
 
 def test_stalls_are_told_as_far_as_the_picture_shows_them() -> None:
