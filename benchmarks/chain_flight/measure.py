@@ -1,7 +1,8 @@
 """Scores of a flight against the truth: the fused map, and beside it each single frame.
 
 Single frames are given the true position: drift is the map's to take out. Their stalls are those that the frame alone
-shows with a score of .5, and the truth is what lies wholly in its picture.
+shows with a score of .5, and the truth is what lies wholly in its picture. Stalls that the edge of the world's own
+picture cuts count neither as missed nor as false.
 """
 
 from __future__ import annotations
@@ -18,7 +19,9 @@ from numpy.typing import NDArray
 
 from benchmarks.chain_flight.flight import Flown, Glance
 from benchmarks.figures import Figure, Limit, Reference
+from benchmarks.perception.edges import cut_labels, finds_of_cut, without
 from benchmarks.perception.measures import Judged, calibration_error
+from benchmarks.perception.places import Place
 from hawk.algo.vision import decode, quads
 from hawk.algo.vision.seen import GroundImage
 from hawk.model import TILE_CELLS, GlobalPose, StallState
@@ -47,8 +50,21 @@ class Judgement:
     errors: Floats = field(repr=False)
 
     @classmethod
-    def of(cls, stalls: Floats, taken: Floats, states: NDArray[np.object_], truth: scoring.LabelledPlace) -> Judgement:
-        """Judge stalls (N, 4, 2) with their probabilities of being taken (N,) and states (N,)."""
+    def of(
+        cls,
+        stalls: Floats,
+        taken: Floats,
+        states: NDArray[np.object_],
+        truth: scoring.LabelledPlace,
+        cut: NDArray[np.bool_] | None = None,
+    ) -> Judgement:
+        """Judge stalls (N, 4, 2) with their probabilities of being taken (N,) and states (N,).
+
+        ``cut`` (M,): labels that count neither as missed nor, when found, as false (`benchmarks.perception.edges`).
+        """
+        if cut is not None:
+            kept = ~finds_of_cut(stalls, truth.stalls, cut)
+            stalls, taken, states, truth = stalls[kept], taken[kept], states[kept], without(truth, cut)
         pairs = match(stalls, truth.stalls)
         real = np.asarray(truth.states, object)[pairs.true]
         known = (real == StallState.FREE) | (real == StallState.TAKEN)
@@ -91,6 +107,7 @@ class SingleFrames:
         corners = np.array([stall.corners for stall in world.stalls]).reshape(-1, 4, 2)
         self._corners = np.stack([y0 - corners[..., 1], corners[..., 0] - x0], axis=-1)
         self._states = np.array([_true_state(stall.state) for stall in world.stalls], object)
+        self._cut = cut_by_picture(world)
         self.judgements: list[Judgement] = []
 
     def watch(self, glance: Glance) -> None:
@@ -102,7 +119,7 @@ class SingleFrames:
         whole = _is_whole(seen.picture, self._corners + off)
         truth = scoring.LabelledPlace(self._corners[whole], self._states[whole])
         states = np.where(table[:, 5] < 0.5, StallState.FREE, StallState.TAKEN).astype(object)
-        self.judgements.append(Judgement.of(quads_of(table[:, :5]), table[:, 5], states, truth))
+        self.judgements.append(Judgement.of(quads_of(table[:, :5]), table[:, 5], states, truth, self._cut[whole]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,13 +164,21 @@ def judge(name: str, world: World, truth: GroundTruth, flown: Flown, single: Sin
     true = np.asarray(truth.stalls, float).reshape(-1, 4, 2)
     found += map_offset(found.mean(1), true.mean(1))
     real = scoring.LabelledPlace(true, np.array([s or StallState.UNKNOWN for s in truth.states], object), truth.lots)
-    fused = Judgement.of(
-        found, np.array([s.taken for s in stalls]), np.array([s.state for s in stalls], object), real
-    )  # fmt: skip
-    shown = ~np.asarray(truth.hidden, np.bool_)
+    taken, states = np.array([s.taken for s in stalls]), np.array([s.state for s in stalls], object)
+    cut = cut_by_picture(world)
+    fused = Judgement.of(found, taken, states, real, cut)
+    shown = ~(np.asarray(truth.hidden, np.bool_) | cut)
     matched = match(found, true).true
     report, seen = compare(survey, truth), (int(shown[matched].sum()), int(shown.sum()))
     return Result(name, flown, report, fused, Pool(tuple(single.judgements)), seen, model_way)
+
+
+def cut_by_picture(world: World) -> NDArray[np.bool_]:
+    """Return a mask (N,) of the world's stalls that its picture does not show whole."""
+    corners = np.array([stall.corners for stall in world.stalls]).reshape(-1, 4, 2)
+    states = np.array([_true_state(stall.state) for stall in world.stalls], object)
+    truth = scoring.LabelledPlace(corners, states)
+    return cut_labels(Place(world.name, world.ground, world.metres_per_pixel, truth))
 
 
 def survey_of(world: World, flown: Flown) -> SurveyMap:

@@ -43,22 +43,30 @@ def counted(result: Result, place: Place) -> Counted:
     """
     truth, cut = place.truth, cut_labels(place)
     found = result.finding.stalls
-    pairs = match(found, truth.stalls)
+    out = finds_of_cut(found, truth.stalls, cut)
+    finding = Finding(found[~out], np.asarray(result.finding.states, object)[~out])
+    return Counted(replace(result, finding=finding, taken=result.taken[~out]), without(truth, cut), cut)
+
+
+def finds_of_cut(found: FloatArray, labels: FloatArray, cut: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return a mask (N,) of the finds that match a label of ``cut`` (M,), or match none and lie in those."""
+    pairs = match(found, labels)
     out = np.zeros(len(found), np.bool_)
     out[pairs.found] = cut[pairs.true]
     alone = np.ones(len(found), np.bool_)
     alone[pairs.found] = False
-    out[alone] = _share_within(found[alone], truth.stalls[cut]) > COVERED
-    finding = Finding(found[~out], np.asarray(result.finding.states, object)[~out])
-    kept = LabelledPlace(truth.stalls[~cut], np.asarray(truth.states, object)[~cut], truth.lots)
-    return Counted(replace(result, finding=finding, taken=result.taken[~out]), kept, cut)
+    out[alone] = _share_within(found[alone], labels[cut]) > COVERED
+    return out
+
+
+def without(truth: LabelledPlace, cut: NDArray[np.bool_]) -> LabelledPlace:
+    """Return the labels that are not cut."""
+    return LabelledPlace(truth.stalls[~cut], np.asarray(truth.states, object)[~cut], truth.lots)
 
 
 def whole_labels(place: Place) -> Place:
     """Return the place without its cut labels."""
-    kept = ~cut_labels(place)
-    truth = LabelledPlace(place.truth.stalls[kept], np.asarray(place.truth.states, object)[kept], place.truth.lots)
-    return replace(place, truth=truth)
+    return replace(place, truth=without(place.truth, cut_labels(place)))
 
 
 def cut_labels(place: Place) -> NDArray[np.bool_]:

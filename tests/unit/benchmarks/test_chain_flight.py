@@ -85,10 +85,11 @@ def test_a_count_is_right_within_5_percent_or_2_stalls() -> None:
     assert not result("a", judged(97, 100, free=94), one).free_is_right
 
 
-def test_a_single_frame_is_judged_at_its_true_place_by_what_lies_wholly_in_it() -> None:
+@pytest.mark.parametrize(("columns", "count"), [(400, 6), (150, 3)], ids=["whole world", "its picture cuts the fourth"])
+def test_a_single_frame_is_judged_at_its_true_place_by_what_lies_wholly_in_it(columns: int, count: int) -> None:
     corners = row(10, 5.0, 20.0)
     stalls = tuple(TrueStall(k, c, taken=k == 0) for k, c in enumerate(corners))
-    world = World("w", 0.1, np.zeros((10, 10, 3), np.uint8), stalls=stalls, start_m=(0.0, 0.0))
+    world = World("w", 0.1, np.zeros((400, columns, 3), np.uint8), stalls=stalls, start_m=(0.0, 0.0))
     off = (1.5, -0.8)
     size = (200, 200)  # 20 m: the last four stalls are cut or outside
     to_map = np.array([[0.0, -0.1, -10.0 + off[0]], [0.1, 0.0, 2.0 + off[1]]])
@@ -101,7 +102,7 @@ def test_a_single_frame_is_judged_at_its_true_place_by_what_lies_wholly_in_it() 
     frames = measure.SingleFrames(world)
     frames.watch(Glance(SeenGround(seen, image, image, image, image, pose, 0.0), off))
     (one,) = frames.judgements
-    assert (one.tally.matched, one.tally.found, one.tally.true) == (6, 6, 6)
+    assert (one.tally.matched, one.tally.found, one.tally.true) == (count, count, count)
     assert one.tally.state_accuracy == 1.0
     assert one.errors.max() < 1e-6
 
