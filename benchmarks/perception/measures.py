@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from benchmarks.perception.edges import Counted, counted
 from benchmarks.perception.eyes import Eye, Result
 from benchmarks.perception.places import Place
+from benchmarks.perception.stall_rows import Boxes
 from hawk.model import StallState
 from hawk.survey.scoring import FloatArray, Tally, mask_iou, match, tally
 
@@ -97,8 +98,34 @@ def pooled(looked: Sequence[Looked]) -> dict[str, float]:
         "lots_outlined": float(len(overlaps)),
         "labels": float(total.true),
         "labels_cut": float(sum(int(one.kept.cut.sum()) for one in looked)),
+        **_places_off(looked),
         **_suggestions(looked, total),
     }
+
+
+def _places_off(looked: Sequence[Looked]) -> dict[str, float]:
+    """Return how far the centres of matched stalls lie from their labels', 95th percentile, metres, also along the
+    labels' long sides and across, and the standard deviation of how much longer they are; nothing without a match.
+    """
+    parts = [_off(one.kept) for one in looked]
+    apart = np.vstack([np.zeros((0, 3)), *parts])
+    if not len(apart):
+        return {}
+    return {
+        "centre_p95_m": float(np.percentile(np.hypot(apart[:, 0], apart[:, 1]), 95)),
+        "centre_along_p95_m": float(np.percentile(np.abs(apart[:, 0]), 95)),
+        "centre_across_p95_m": float(np.percentile(np.abs(apart[:, 1]), 95)),
+        "length_sigma_m": float(np.std(apart[:, 2])),
+    }
+
+
+def _off(kept: Counted) -> FloatArray:
+    """Return (N, 3) of the matched stalls: metres along and across the label, and metres longer than it."""
+    pairs = match(kept.result.finding.stalls, kept.truth.stalls)
+    found, label = Boxes.of(kept.result.finding.stalls[pairs.found]), Boxes.of(kept.truth.stalls[pairs.true])
+    apart = found.centre - label.centre
+    along, across = (np.einsum("nd,nd->n", apart, axis) for axis in (label.along, label.across))
+    return np.column_stack([along, across, found.length - label.length])
 
 
 def _suggestions(looked: Sequence[Looked], total: Tally) -> dict[str, float]:

@@ -80,6 +80,17 @@ def test_what_is_missed_and_called_wrongly_costs() -> None:
     assert measure(Oracle(ROW, np.zeros(6)), [place()], scale=0.8)["recall"] == 0.0
 
 
+def test_how_far_centres_lie_from_their_labels_is_measured_along_and_across() -> None:
+    lengthened = ROW.copy()
+    lengthened[:, 2:, 1] += 0.4
+    measured = measure(Oracle(lengthened + np.array([0.3, 0.0]), np.zeros(6)), [place()])
+    assert measured["centre_along_p95_m"] == pytest.approx(0.2)
+    assert measured["centre_across_p95_m"] == pytest.approx(0.3)
+    assert measured["centre_p95_m"] == pytest.approx(0.13**0.5)
+    assert measured["length_sigma_m"] == pytest.approx(0.0, abs=1e-6)
+    assert "centre_p95_m" not in measure(Oracle(ROW[:0], np.zeros(0)), [place()])
+
+
 def test_false_alarms_are_a_mean_over_pictures() -> None:
     pictures = [(name, np.zeros((100, 100, 3), np.uint8)) for name in ("a", "b")]
     assert false_alarms(Oracle(ROW, np.zeros(6)), pictures, 0.1) == {"false_per_negative": 6.0}

@@ -75,7 +75,7 @@ def test_missed_and_invented_stalls_and_wrong_counts_show() -> None:
 
 def test_suggested_stalls_are_neither_found_nor_false() -> None:
     plain = survey()
-    aside = Stall(900, 60.0, 0.0, 0.0, WIDTH, LENGTH, 1.0, StallState.SUGGESTED, 0.66, 2, 0.0, 1)
+    aside = Stall(900, 60.0, 0.0, 0.0, WIDTH, LENGTH, 1.0, StallState.SUGGESTED, 0.48, 2, 0.0, 1)
     more = SurveyMap(ORIGIN, {900: aside, **plain.stalls}, plain.tiles)
     assert compare(more, truth()) == compare(plain, truth())
     assert counts(more) == {**counts(plain), "suggested": 1}

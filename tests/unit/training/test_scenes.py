@@ -46,7 +46,7 @@ def test_stalls_are_stalls() -> None:
 def test_taken_stalls_show_cars_and_free_ones_do_not() -> None:
     taken: list[int] = []
     free: list[int] = []
-    for k in range(12):
+    for k in range(24):
         scene = draw_scene(np.random.default_rng(k), 256)
         for stall in scene.stalls:
             column, row = np.round(stall.quad.mean(0)).astype(int)

@@ -47,6 +47,10 @@ def lot() -> World:
         for side in (-1, 1):
             ends = (round(x + side * half[0]), round(y - half[1])), (round(x + side * half[0]), round(y + half[1]))
             cv2.line(ground, *ends, (235, 235, 235), 3)
+    for south in ROWS_SOUTH:  # a line along the heads shows where stalls end
+        y = round((MIDDLE[1] + south + math.copysign(LENGTH_M / 2, south)) / SCALE_M)
+        left, right = (round((MIDDLE[0] + side * COLUMNS * WIDTH_M / 2) / SCALE_M) for side in (-1, 1))
+        cv2.line(ground, (left, y), (right, y), (235, 235, 235), 3)
     return World("rows", SCALE_M, ground)
 
 
