@@ -16,7 +16,7 @@ from benchmarks.exploration import __main__ as command
 from benchmarks.exploration import campaign
 from benchmarks.exploration.flight import fly
 from benchmarks.exploration.lots import Lot
-from benchmarks.exploration.oracle import best_tour
+from benchmarks.exploration.oracle import best_tour, shortened
 from benchmarks.exploration.pilots import MExplore, NearestFrontier, PlannerPilot, RulePilot, TourPilot
 from benchmarks.exploration.polish import OracleTour
 from benchmarks.exploration.report import figures, rows, way_over_oracle
@@ -167,6 +167,21 @@ def test_tours_are_kept_and_not_computed_again(small: SeedRun, tmp_path: Path, m
     assert not unwritten.exists()
 
 
+def test_a_longer_tour_does_not_replace_a_kept_one(small: SeedRun, tmp_path: Path) -> None:
+    cache = TourCache(tmp_path / "tours.json")
+    for factor, kept in ((1.0, 1.0), (1.1, 1.0), (0.9, 0.9)):
+        cache.keep(small.lot, flown(), replace(small.oracle, way=factor * small.oracle.way))
+        assert cache.tour(small.lot, flown()).way == pytest.approx(kept * small.oracle.way, abs=0.01)
+
+
+def test_the_oracle_s_tour_gets_shorter_from_another_pilot_s_flight(small: SeedRun) -> None:
+    """A detour is kept as it is; from the path of a good flight a better tour is found, which shows enough."""
+    poor = replace(small.oracle, way=3 * small.oracle.way)
+    assert shortened(small.lot, flown(), poor, [], 0.98) is poor
+    again = shortened(small.lot, flown(), poor, [small.oracle.places], 0.98)
+    assert again.way < 1.15 * small.oracle.way
+
+
 def test_workers_find_what_one_process_finds(small: SeedRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(campaign, "ProcessPoolExecutor", ThreadPoolExecutor)
     monkeypatch.setattr(campaign, "_one", lambda name, seed, tours, shorten: small)
@@ -188,6 +203,9 @@ def test_the_command_writes_json_and_pictures(
     assert len(values["flights"]) == 4
     assert len(list((tmp_path / "pictures").glob("*.png"))) == 4
     assert "way by oracle, median" in capsys.readouterr().out
+    with pytest.raises(SystemExit):
+        command.main(["--seeds", "3", "--shorten"])
+    assert "--tours" in capsys.readouterr().err
 
 
 def test_among_all_benchmarks_the_keys_do_not_clash(small: SeedRun, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -127,7 +127,7 @@ def test_stalls_of_a_tile_whose_cars_were_not_labelled_have_no_state(tmp_path: P
 
 
 def write_tiles(folder: Path, stalls: Mapping[str, int], others: list[str]) -> None:
-    """Write black tiles with so many labelled stalls, and other labels."""
+    """Write black tiles with N labelled stalls each, by name, and other labels."""
     for part in ("images", "labels"):
         (folder / part).mkdir(parents=True)
     for name, count in stalls.items():
