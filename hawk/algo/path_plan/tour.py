@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from hawk.algo.ground import Bools, Floats, Indices, Place
 from hawk.algo.path_plan.footprint import Corners, Footprint, Singles, momenta
+from hawk.algo.path_plan.lanes import to_and_fro
 from hawk.algo.path_plan.settings import PathPlanSettings
 
 _PICKS: Final = 4  # waypoints that one step tries to drop or to add
@@ -34,6 +35,9 @@ _COLD_M: Final = 0.2
 _SWEEPS: Final = 2
 _MOST_SHIFTS: Final = 12
 _STEPS_M: Final = (6.0, 2.0, 0.7)
+_WARM_M: Final = 3.0
+"""A challenger that begins with lanes is good by itself, and heated no more than this."""
+_LANES_FROM: Final = 16.0  # pictures' areas of wanted ground
 
 
 @dataclass(frozen=True, slots=True)
@@ -322,6 +326,7 @@ class Course:
         self._rng = np.random.default_rng(0)
         self._tour: Tour | None = None
         self._challenger: Tour | None = None
+        self._has_lanes = False
         self._cooled = 0
         self._frame = 0
 
@@ -354,12 +359,13 @@ class Course:
     def _challenged(self, outlook: Outlook) -> Tour | None:
         """Cool the challenger by one frame; return it when it is cold, and begin another with the next frame."""
         if self._challenger is None:
-            self._challenger, self._cooled = self._begun(outlook), 0
+            self._has_lanes = _is_wide(outlook)
+            self._challenger, self._cooled = self._laned(outlook) if self._has_lanes else self._begun(outlook), 0
         else:
             self._meet(self._challenger, outlook)
         self._cooled += 1
-        share = self._cooled / _CHALLENGE_FRAMES
-        self._sweep(self._challenger, 0.0 if share >= 1 else _HOT_M * (_COLD_M / _HOT_M) ** share)
+        share, hot = self._cooled / _CHALLENGE_FRAMES, _WARM_M if self._has_lanes else _HOT_M
+        self._sweep(self._challenger, 0.0 if share >= 1 else hot * (_COLD_M / hot) ** share)
         if share < 1:
             return None
         cold, self._challenger = self._challenger, None
@@ -367,6 +373,14 @@ class Course:
 
     def _begun(self, outlook: Outlook) -> Tour:
         return Tour(outlook.terms, outlook.wanted, np.array([outlook.place]), outlook.yaw, self._rng)
+
+    def _laned(self, outlook: Outlook) -> Tour:
+        """Begin with lanes in a direction drawn at random."""
+        heading = self._rng.uniform(0.0, math.pi)
+        places = to_and_fro(outlook.wanted.cells, outlook.terms.footprint, outlook.place, heading)
+        is_allowed = outlook.terms.allowed(places)
+        is_allowed[0] = True
+        return Tour(outlook.terms, outlook.wanted, places[is_allowed], outlook.yaw, self._rng)
 
     def _meet(self, tour: Tour, outlook: Outlook) -> None:
         """Go on from the drone's present place."""
@@ -380,6 +394,12 @@ class Course:
         for number in range(_SWEEPS):
             step = _STEPS_M[(self._frame + number) % len(_STEPS_M)] if heat < 1.0 else _STEPS_M[0]
             tour.sweep(step, heat, _MOST_SHIFTS)
+
+
+def _is_wide(outlook: Outlook) -> bool:
+    """Return True when the wanted ground fills many pictures."""
+    footprint = outlook.terms.footprint
+    return outlook.wanted.total > _LANES_FROM * footprint.width * footprint.depth
 
 
 def _lengths(lines: Floats) -> Floats:

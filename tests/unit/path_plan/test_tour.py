@@ -204,6 +204,28 @@ def test_a_course_that_was_prepared_follows_without_a_long_first_step(monkeypatc
     assert len(sweeps) > 6
 
 
+@pytest.mark.slow
+def test_over_wide_ground_a_course_finds_lanes() -> None:
+    """Lanes as wide as the picture over 3 ha are 750 m long; what joins them, their ends and turns come on top."""
+    course, seen = Course(PathPlanSettings()), outlook((-5.0, -5.0), ground((0, 150, 0, 200)))
+    for _ in range(40):
+        course.prepare(seen)
+    places = np.vstack([seen.place, course.follow(seen)])
+    tour = Tour(seen.terms, seen.wanted, places, seen.yaw, np.random.default_rng(0))
+    assert tour.missing < 30.0
+    assert tour.cost < 1000.0
+
+
+def test_a_lane_s_end_where_no_waypoint_may_be_is_left_out() -> None:
+    terms = Terms(FOOTPRINT, 60.0, allowed=lambda places: places[:, 1] < 150)
+    course, wanted = Course(PathPlanSettings()), ground((0, 150, 0, 200))
+    for _ in range(16):
+        course.prepare(Outlook((-5.0, -5.0), 0.0, wanted, terms))
+    places = course.follow(Outlook((-5.0, -5.0), 0.0, wanted, terms))
+    assert len(places) > 4
+    assert (places[:, 1] < 150).all()
+
+
 def test_nothing_wanted_gives_no_way_points() -> None:
     nothing = Wanted(np.empty((0, 2), np.float32), np.empty(0, np.float32), 0.0)
     assert len(Course(PathPlanSettings()).follow(outlook((0.0, 0.0), nothing))) == 0
