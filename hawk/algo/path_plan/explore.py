@@ -13,11 +13,12 @@ from itertools import pairwise
 from typing import Final
 
 from hawk.algo.ground import Grid, Place
+from hawk.algo.path_plan.course import Course, Outlook
 from hawk.algo.path_plan.field import InformationField, share_of
 from hawk.algo.path_plan.overview import ExploreScene
 from hawk.algo.path_plan.phases import GivenUp, LookAround, SecondLooks, Turns, Waypoints
 from hawk.algo.path_plan.settings import PathPlanSettings
-from hawk.algo.path_plan.tour import Course, Outlook, Terms, as_place
+from hawk.algo.path_plan.tour import Terms, as_place
 from hawk.model import ExploreStatus
 
 _NO_LOT: Final = "no lot is known yet"

@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 
 from hawk.algo.ground import Floats
 from hawk.algo.path_plan.camera import Lean
+from hawk.algo.path_plan.course import Course, Outlook
 from hawk.algo.path_plan.footprint import Footprint
 from hawk.algo.path_plan.settings import PathPlanSettings
-from hawk.algo.path_plan.tour import Course, Outlook, Terms, Tour, Wanted, length_of
+from hawk.algo.path_plan.tour import Terms, Tour, Wanted, length_of
 
 FOOTPRINT = Footprint(40.0, 24.0)
 LEANING = Footprint(40.0, 24.0, 19.0, 22.0, Lean(corner=10.0, start=12.0, stop=6.0, radius=16.0))
