@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import signal
 import subprocess
 import sys
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
@@ -28,17 +31,23 @@ with socketserver.TCPServer(("127.0.0.1", 0), Page) as server:
 
 @dataclass(frozen=True, slots=True)
 class Folder(BareRoot):
-    """A folder of this machine that lines run in, with programs of its own first."""
+    """A folder of this machine that lines run in, with programs of its own first. Each line is a group of processes."""
+
+    started: list[subprocess.Popen[bytes]] = field(default_factory=list)
 
     def start(self, line: str, within: str, log: Path) -> subprocess.Popen[bytes]:
         place = self.folder / within.lstrip("/")
         path = {**os.environ, "PATH": f"{self.folder / 'bin'}:{os.environ['PATH']}"}
         with log.open("ab") as out:
-            return subprocess.Popen(["sh", "-c", line], cwd=place, env=path, stdout=out, stderr=subprocess.STDOUT)
+            process = subprocess.Popen(
+                ["sh", "-c", line], cwd=place, env=path, stdout=out, stderr=subprocess.STDOUT, start_new_session=True
+            )
+        self.started.append(process)
+        return process
 
 
 @pytest.fixture
-def root(tmp_path: Path) -> Folder:
+def root(tmp_path: Path) -> Iterator[Folder]:
     """A folder with apt-get, make and hawk-drone that do their part at once."""
     folder = tmp_path / "debian"
     sources = folder / "root" / "hawk"
@@ -50,7 +59,11 @@ def root(tmp_path: Path) -> Folder:
     write_program(folder / "bin" / "make", serve)
     write_program(folder / "bin" / "hawk-drone", f'case "$1" in survey) {survey} ;; *) {serve} ;; esac')
     write_program(sources / ".venv" / "bin" / "hawk-drone", survey)
-    return Folder(folder)
+    made = Folder(folder)
+    yield made
+    for process in made.started:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
 
 
 def write_program(path: Path, text: str) -> None:
