@@ -107,7 +107,9 @@ class SingleFrames:
         corners = np.array([stall.corners for stall in world.stalls]).reshape(-1, 4, 2)
         self._corners = np.stack([y0 - corners[..., 1], corners[..., 0] - x0], axis=-1)
         self._states = np.array([_true_state(stall.state) for stall in world.stalls], object)
-        self._cut = cut_by_picture(world)
+        labels = scoring.LabelledPlace(corners, self._states)
+        self.cut = cut_labels(Place(world.name, world.ground, world.metres_per_pixel, labels))
+        """A mask (N,) of the world's stalls that its picture does not show whole."""
         self.judgements: list[Judgement] = []
 
     def watch(self, glance: Glance) -> None:
@@ -119,7 +121,7 @@ class SingleFrames:
         whole = _is_whole(seen.picture, self._corners + off)
         truth = scoring.LabelledPlace(self._corners[whole], self._states[whole])
         states = np.where(table[:, 5] < 0.5, StallState.FREE, StallState.TAKEN).astype(object)
-        self.judgements.append(Judgement.of(quads_of(table[:, :5]), table[:, 5], states, truth, self._cut[whole]))
+        self.judgements.append(Judgement.of(quads_of(table[:, :5]), table[:, 5], states, truth, self.cut[whole]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,20 +167,11 @@ def judge(name: str, world: World, truth: GroundTruth, flown: Flown, single: Sin
     found += map_offset(found.mean(1), true.mean(1))
     real = scoring.LabelledPlace(true, np.array([s or StallState.UNKNOWN for s in truth.states], object), truth.lots)
     taken, states = np.array([s.taken for s in stalls]), np.array([s.state for s in stalls], object)
-    cut = cut_by_picture(world)
-    fused = Judgement.of(found, taken, states, real, cut)
-    shown = ~(np.asarray(truth.hidden, np.bool_) | cut)
+    fused = Judgement.of(found, taken, states, real, single.cut)
+    shown = ~(np.asarray(truth.hidden, np.bool_) | single.cut)
     matched = match(found, true).true
     report, seen = compare(survey, truth), (int(shown[matched].sum()), int(shown.sum()))
     return Result(name, flown, report, fused, Pool(tuple(single.judgements)), seen, model_way)
-
-
-def cut_by_picture(world: World) -> NDArray[np.bool_]:
-    """Return a mask (N,) of the world's stalls that its picture does not show whole."""
-    corners = np.array([stall.corners for stall in world.stalls]).reshape(-1, 4, 2)
-    states = np.array([_true_state(stall.state) for stall in world.stalls], object)
-    truth = scoring.LabelledPlace(corners, states)
-    return cut_labels(Place(world.name, world.ground, world.metres_per_pixel, truth))
 
 
 def survey_of(world: World, flown: Flown) -> SurveyMap:

@@ -26,13 +26,14 @@ KNOWN_LOT_SETTINGS: Final = PathPlanSettings(first_spare=0.05, border=0.0, turn_
 """Settings for a known lot: nothing is looked for beside it, and it may be left for a while."""
 OUTLINE: Final = "outline"
 """The planner as the flight has it with an outline: the lot as it is, positions and map with their errors."""
-_NEARLY: Final = 1.1
 NEAREST: Final = "nearest_frontier"
 BASELINES: Final[Mapping[str, Callable[[Setup], Pilot]]] = {
     NEAREST: lambda _: RulePilot(NearestFrontier()),
     "m_explore": lambda _: RulePilot(MExplore()),
     "gain_by_distance": lambda setup: RulePilot(GainByDistance(math.sqrt(setup.footprint_area))),
 }
+_NEARLY: Final = 1.1
+"""The oracle's search begins with paths that are no longer than this multiple of its own."""
 
 
 @dataclass(frozen=True, slots=True)

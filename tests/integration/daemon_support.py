@@ -62,10 +62,15 @@ async def kill_daemon(stack: SimulatedStack) -> None:
         await stack.daemon.wait()
 
 
+def newest_journal(store: Path) -> JournalState:
+    """Return what the newest survey of a store holds on the disk."""
+    return read_survey(surveys_of(store / "journal")[-1])[1]
+
+
 async def until_journalled(store: Path, holds: Callable[[JournalState], bool]) -> None:
     """Wait until the journal's newest survey holds something; nobody cuts the power within half a second."""
     async with asyncio.timeout(JOURNALLED_S):
-        while not holds(read_survey(surveys_of(store / "journal")[-1])[1]):  # noqa: ASYNC110 - a disk sends no event
+        while not holds(newest_journal(store)):  # noqa: ASYNC110 - a disk sends no event
             await asyncio.sleep(POLL_S)
 
 

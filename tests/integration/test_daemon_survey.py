@@ -26,12 +26,11 @@ from hawk.comm.messages import AutonomousExplore, CompulsiveMove, Hold, Land
 from hawk.comm.status import Heartbeat
 from hawk.model import GlobalPose, Stall, StateName
 from hawk.simulation import SimulationOptions
-from hawk.store.journal_state import read_survey, surveys_of
 from hawk.store.replay import read_frames, read_metadata, read_recording
 from hawk.survey.report import map_offset
 from hawk.survey.stack import SimulatedStack
 from hawk.survey.truth import GroundTruth
-from tests.integration.daemon_support import Operator, kill_daemon, operator, write_settings
+from tests.integration.daemon_support import Operator, kill_daemon, newest_journal, operator, write_settings
 
 pytestmark = [pytest.mark.integration, pytest.mark.alone, pytest.mark.asyncio(loop_scope="module")]
 
@@ -124,7 +123,7 @@ async def survey(tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Surv
 def restored(store: Path) -> dict[int, Stall]:
     """Return the stalls that the newest survey's journal restores, before any picture is seen."""
     mapper = MapperApp()
-    assert mapper.restore([read_survey(surveys_of(store / "journal")[-1])[1].map_parts]) == []
+    assert mapper.restore([newest_journal(store).map_parts]) == []
     return dict(mapper.get_occupancy_map().stalls)
 
 
