@@ -110,7 +110,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     drawn = checkpoint.drawn() if checkpoint else 0
     pool = ScenePool(plan.seed, plan.capacity, plan.painters, round(plan.side * _SCENE_OVER_CROP), drawn=drawn)
     try:
-        if options.start_from:
+        if options.start_from and not drawn:  # a checkpoint holds weights that came from them
             _start_from(network, options.start_from, pool, plan)
         trained = train(plan, network, pool, keep, checkpoint=checkpoint)
     finally:
