@@ -2,7 +2,7 @@
 
 Single frames are given the true position: drift is the map's to take out. Their stalls are those that the frame alone
 shows with a score of .5, and the truth is what lies wholly in its picture. Stalls that the edge of the world's own
-picture cuts count neither as missed nor as false.
+picture cuts count neither as missed nor as false, and what is found beyond that edge does not count.
 """
 
 from __future__ import annotations
@@ -104,6 +104,8 @@ class SingleFrames:
 
     def __init__(self, world: World) -> None:
         x0, y0 = world.start()
+        rows, columns = np.array(world.ground.shape[:2]) * world.metres_per_pixel
+        self._south_west, self._north_east = (y0 - rows, -x0), (y0, columns - x0)
         corners = np.array([stall.corners for stall in world.stalls]).reshape(-1, 4, 2)
         self._corners = np.stack([y0 - corners[..., 1], corners[..., 0] - x0], axis=-1)
         self._states = np.array([_true_state(stall.state) for stall in world.stalls], object)
@@ -118,6 +120,7 @@ class SingleFrames:
         sure = [s for s in seen.stalls if s.score >= MINIMUM_SCORE and s.visible > WHOLE]
         table = np.array([(s.north, s.east, s.angle, s.width, s.length, s.taken) for s in sure]).reshape(-1, 6)
         table[:, :2] -= off
+        table = table[((table[:, :2] >= self._south_west) & (table[:, :2] <= self._north_east)).all(axis=1)]
         whole = _is_whole(seen.picture, self._corners + off)
         truth = scoring.LabelledPlace(self._corners[whole], self._states[whole])
         states = np.where(table[:, 5] < 0.5, StallState.FREE, StallState.TAKEN).astype(object)
@@ -167,7 +170,9 @@ def judge(name: str, world: World, truth: GroundTruth, flown: Flown, single: Sin
     found += map_offset(found.mean(1), true.mean(1))
     real = scoring.LabelledPlace(true, np.array([s or StallState.UNKNOWN for s in truth.states], object), truth.lots)
     taken, states = np.array([s.taken for s in stalls]), np.array([s.state for s in stalls], object)
-    fused = Judgement.of(found, taken, states, real, single.cut)
+    inside = truth.in_picture(found.mean(1))
+    found = found[inside]
+    fused = Judgement.of(found, taken[inside], states[inside], real, single.cut)
     shown = ~(np.asarray(truth.hidden, np.bool_) | single.cut)
     matched = match(found, true).true
     report, seen = compare(survey, truth), (int(shown[matched].sum()), int(shown.sum()))

@@ -51,17 +51,18 @@ def compare(survey: SurveyMap, truth: GroundTruth) -> dict[str, float]:
     """Return the measures of a survey against a truth, under the keys of ``report.json``.
 
     The constant part of the position error (GNSS) is removed first and reported as ``map_offset_north_m`` and
-    ``map_offset_east_m``: no drone can know it, and it moves no stall against another. Raises TruthError when the truth
-    has no origin.
+    ``map_offset_east_m``: no drone can know it, and it moves no stall against another. Stalls and lot beyond the edge
+    of the world's picture do not count. Raises TruthError when the truth has no origin.
     """
     found = _found(survey, truth)
     true_stalls = np.asarray(truth.stalls, float).reshape(-1, 4, 2)
     shift = map_offset(found.mean(axis=1), true_stalls.mean(axis=1))
-    states = [stall.state for stall in survey.marked]
+    shown = truth.in_picture(found.mean(axis=1) + shift)
     real = scoring.LabelledPlace(
         true_stalls, np.array([state or StallState.UNKNOWN for state in truth.states], object), truth.lots
     )
-    finding = Finding(found + shift, np.array(states, object))
+    states = np.array([stall.state for stall in survey.marked], object)
+    finding = Finding(found[shown] + shift, states[shown])
     tally = scoring.tally(finding, real)
     return {
         **_measures(tally),
@@ -132,7 +133,7 @@ def _position_error(finding: Finding, truth: scoring.LabelledPlace) -> float:
 
 
 def _lot_iou(survey: SurveyMap, truth: GroundTruth, shift: NDArray[np.float64]) -> float:
-    """Return the IoU on the survey's raster, widened to hold the whole truth, at 40 cm a pixel."""
+    """Return the IoU within the world's picture, on the survey's raster widened to hold the whole truth, at 40 cm."""
     cells = survey.cells()
     step = cells.cell_m * _COARSE
     mask = np.isin(cells.values, (Cell.LOT, Cell.FREE, Cell.TAKEN))[::_COARSE, ::_COARSE]
@@ -146,4 +147,10 @@ def _lot_iou(survey: SurveyMap, truth: GroundTruth, shift: NDArray[np.float64]) 
     true = np.zeros((height, width), np.uint8)
     for outline in outlines:
         cv2.fillPoly(true, [np.round(outline - low).astype(np.int32)], 1)
+    if truth.size is not None:
+        edges = np.round((np.array([(0.0, 0.0), truth.size]) - corner) / step - low).astype(int)
+        (left, top), (right, bottom) = np.maximum(edges, 0)
+        beyond = np.ones((height, width), bool)
+        beyond[top:bottom, left:right] = False
+        found[beyond], true[beyond] = False, 0
     return scoring.mask_iou(found, true > 0)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, PositiveFloat, PositiveInt, ValidationError
 from shapely.geometry import Polygon
 from shapely.ops import unary_union
 
@@ -40,6 +40,8 @@ class _TruthFile(BaseModel):
     stalls: list[_TrueStall]
     lots_m: list[list[tuple[float, float]]]
     origin: _Origin | None = None
+    metres_per_pixel: PositiveFloat | None = None
+    size_px: tuple[PositiveInt, PositiveInt] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +49,8 @@ class GroundTruth:
     """Stalls and lots of a world. Places are (N, 2) metres of (x east, y south) of its picture's upper left corner.
 
     ``states`` holds None where the state is unclear (a cut or half covered stall). ``origin`` is the WGS-84 place of
-    the corner, None when it is not known.
+    the corner, None when it is not known. ``size`` is the picture's (width, height) in metres, None when it is not
+    known; nobody labelled what lies beyond.
     """
 
     stalls: tuple[NDArray[np.float64], ...]
@@ -55,6 +58,13 @@ class GroundTruth:
     hidden: tuple[bool, ...]
     lots: tuple[NDArray[np.float64], ...]
     origin: GlobalPose | None
+    size: tuple[float, float] | None = None
+
+    def in_picture(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return a mask (N,) of the world's places (N, 2) that its picture shows: all where its size is unknown."""
+        if self.size is None:
+            return np.ones(len(points), np.bool_)
+        return np.asarray(((points >= 0) & (points <= self.size)).all(axis=1))
 
     def to_world(self, points: NDArray[np.float64], datum: GlobalPose) -> NDArray[np.float64]:
         """Return (N, 2) of map coordinates (north, east about ``datum``) as (x, y) of the world, metres.
@@ -100,6 +110,7 @@ def parse_truth(values: Mapping[str, Any]) -> GroundTruth:
         hidden=tuple(stall.hidden for stall in found.stalls),
         lots=tuple(np.asarray(lot, float) for lot in found.lots_m if len(lot) >= 3),
         origin=place,
+        size=_size(found),
     )
 
 
@@ -115,6 +126,13 @@ def read_truth(path: Path) -> GroundTruth:
         return parse_truth(values)
     except TruthError as error:
         raise TruthError(f"{path}: {error}") from None
+
+
+def _size(found: _TruthFile) -> tuple[float, float] | None:
+    if found.metres_per_pixel is None or found.size_px is None:
+        return None
+    columns, rows = found.size_px
+    return columns * found.metres_per_pixel, rows * found.metres_per_pixel
 
 
 def _state(text: str) -> StallState | None:

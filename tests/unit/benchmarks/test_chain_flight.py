@@ -85,9 +85,15 @@ def test_a_count_is_right_within_5_percent_or_2_stalls() -> None:
     assert not result("a", judged(97, 100, free=94), one).free_is_right
 
 
-@pytest.mark.parametrize(("columns", "count"), [(400, 6), (150, 3)], ids=["whole world", "its picture cuts the fourth"])
-def test_a_single_frame_is_judged_at_its_true_place_by_what_lies_wholly_in_it(columns: int, count: int) -> None:
-    corners = row(10, 5.0, 20.0)
+@pytest.mark.parametrize(
+    ("columns", "labels", "count"),
+    [(400, 10, 6), (150, 10, 3), (131, 3, 3)],
+    ids=["whole world", "its picture cuts the fourth", "nobody labelled what lies beyond its picture"],
+)
+def test_a_single_frame_is_judged_at_its_true_place_by_what_lies_wholly_in_it(
+    columns: int, labels: int, count: int
+) -> None:
+    corners = row(labels, 5.0, 20.0)
     stalls = tuple(TrueStall(k, c, taken=k == 0) for k, c in enumerate(corners))
     world = World("w", 0.1, np.zeros((400, columns, 3), np.uint8), stalls=stalls, start_m=(0.0, 0.0))
     off = (1.5, -0.8)

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -99,6 +100,27 @@ def test_a_wrong_lot_outline_shows() -> None:
     tiles = {key: tile.copy() for key, tile in seen.tiles.items()}
     tiles[0, 1][:] = Cell.NON_LOT
     assert compare(SurveyMap(seen.datum, seen.stalls, tiles), truth())["lot_iou"] == pytest.approx(25.6 / 40, abs=0.03)
+
+
+def test_what_lies_beyond_the_worlds_picture_does_not_count() -> None:
+    """The picture ends at x = 23.6 m, so nobody labelled the lot and the stalls that go on there."""
+    seen, whole = survey(extra=2), truth()
+    shown = [k for k, quad in enumerate(whole.stalls) if quad[:, 0].max() < 23.6]
+    lot = np.array([[0.0, 0.0], [23.6, 0.0], [23.6, 24.0], [0.0, 24.0]])
+    labelled = GroundTruth(
+        tuple(whole.stalls[k] for k in shown),
+        tuple(whole.states[k] for k in shown),
+        (False,) * len(shown),
+        (lot,),
+        ORIGIN,
+    )
+    found = compare(seen, replace(labelled, size=(23.6, 24.0)))
+    assert found["stall_recall"] == 1.0
+    assert found["found_stalls"] == len(shown)
+    assert found["lot_iou"] == pytest.approx(1.0, abs=0.03)
+    unlimited = compare(seen, labelled)
+    assert unlimited["found_stalls"] == 26
+    assert unlimited["lot_iou"] == pytest.approx(23.6 / 40, abs=0.03)
 
 
 def test_what_was_ever_in_view_is_told_beside_what_was_found_of_it() -> None:

@@ -36,6 +36,16 @@ def test_states_and_what_nobody_can_tell() -> None:
     assert truth.hidden == (False, False, True)
 
 
+def test_the_size_of_the_picture_says_what_was_labelled() -> None:
+    places = np.array([[0.0, 0.0], [59.9, 39.9], [60.1, 1.0], [1.0, 40.1], [-0.1, 1.0]])
+    sized = parse_truth(world(size_px=[600, 400]))
+    assert sized.size == (60.0, 40.0)
+    assert sized.in_picture(places).tolist() == [True, True, False, False, False]
+    assert parse_truth(world()).in_picture(places).all()
+    with pytest.raises(TruthError, match="size_px"):
+        parse_truth(world(size_px=[0, 400]))
+
+
 def test_map_places_are_found_in_the_world_again() -> None:
     truth = parse_truth(world())
     # a datum 30 m south and 40 m east of the picture's corner
