@@ -67,6 +67,7 @@ def test_counts_of_all_flights_are_added_up_and_stand_beside_single_frames() -> 
     assert found["chain_free_counts_right"].value == 2
     assert found["chain_position_error_p95_m"].value == pytest.approx(0.4)
     assert found["chain_ece"].value == pytest.approx(0.1)
+    assert found["chain_recall_kept"].value == 1.0
     assert found["chain_recall_seen"].value == pytest.approx(0.95)
     assert found["chain_lot_seen"].value == pytest.approx(0.8)
     assert found["chain_stalls_seen"].value == pytest.approx(30 / 40)
@@ -75,6 +76,32 @@ def test_counts_of_all_flights_are_added_up_and_stand_beside_single_frames() -> 
     assert found["chain_precision_star"].value == 1.0
     assert found["chain_recall_whole"].value == pytest.approx(38 / 40)
     assert found["chain_finished"].passed
+
+
+def test_the_map_is_held_against_single_frames_with_every_stall_counted_once() -> None:
+    one = result("a", judged(18, 20, free=18), judged(20, 20, free=20))
+    found = by_key([replace(one, once=0.9), replace(one, once=0.91)])
+    assert found["chain_recall_kept"].value == 0.5
+    assert not found["chain_recall_kept"].passed
+    assert "every stall once 0.910" in measure.line(replace(one, once=0.91))
+
+
+def test_a_stall_that_many_frames_show_counts_once() -> None:
+    """The first stall is in two pictures and found in both; the second is in one and not found."""
+    corners = row(2, 5.0, 5.0)
+    stalls = tuple(TrueStall(k, c, taken=False) for k, c in enumerate(corners))
+    frames = measure.SingleFrames(World("w", 0.1, np.zeros((200, 200, 3), np.uint8), stalls=stalls, start_m=(0.0, 0.0)))
+    assert frames.recall_once is None
+    seen = (StallSeen(-7.6, 6.3, 0.0, 2.6, 5.2, 0.9, 0.1, 1.0),)
+    for columns in (80, 110):
+        size = (150, columns)
+        image = GroundImage(
+            np.zeros((*size, 3), np.uint8), np.array([[0.0, -0.1, 0.0], [0.1, 0.0, 0.0]]), np.ones(size, np.bool_)
+        )
+        pose = MapPose(0.0, 0.0, 35.0, 0.0, 0.0, 0.0)
+        frames.watch(Glance(SeenGround(seen, image, image, image, image, pose, 0.0), (0.0, 0.0)))
+    assert frames.recall_once == pytest.approx(0.5)
+    assert Pool(tuple(frames.judgements)).tally.recall == pytest.approx(2 / 3)
 
 
 def test_a_count_is_right_within_5_percent_or_2_stalls() -> None:
