@@ -109,7 +109,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _measured(options: argparse.Namespace) -> tuple[list[Sample], Flights]:
     if options.judge is not None:
-        return read_lines(options.judge.read_text())
+        try:
+            return read_lines(options.judge.read_text())
+        except (OSError, UnicodeDecodeError) as error:
+            text = f"--judge {options.judge}: cannot be read ({error}); name the file that holds a run's lines"
+            raise BenchmarkError(text) from error
     with contextlib.ExitStack() as stack:
         folder = options.out or Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="hawk-soak-")))
         folder.mkdir(parents=True, exist_ok=True)

@@ -4,6 +4,7 @@ import asyncio
 import os
 import signal
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
@@ -19,6 +20,7 @@ from benchmarks.soak import (
     figures,
     floor,
     growth,
+    main,
     make_parser,
     problem,
     read_lines,
@@ -97,6 +99,13 @@ def test_what_a_run_has_printed_can_be_judged_again() -> None:
     assert (flights.finished, flights.failed) == (101, ["2 flights failed"])
     with pytest.raises(BenchmarkError, match="no line of a soak"):
         read_lines("minute  memory")
+
+
+def test_a_log_that_is_not_there_is_named_with_the_remedy(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--judge", str(tmp_path / "none.log")]) == 1
+    error = capsys.readouterr().err
+    assert error.startswith(f"soak: --judge {tmp_path / 'none.log'}: cannot be read")
+    assert "name the file" in error
 
 
 def test_a_thread_that_is_left_is_found_and_one_that_is_there_for_a_moment_is_not() -> None:
