@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import math
 import os
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -50,6 +51,8 @@ _COPTERS: Final = {
     29: "dodecarotor", 35: "decarotor", 43: "multirotor",
 }  # fmt: skip
 """MAV_TYPE of what ArduCopter flies."""
+_OFF_DOWN_DEG: Final = 10.0
+"""Beyond this a gimbal was not pointed down: a lot is mapped from straight above."""
 _VERSIONS: Final = ((4, 5), (4, 7))
 """Oldest and newest ArduCopter whose parameters were compared (`hawk.ddc.failsafes`)."""
 _SIGNING: Final = (
@@ -128,16 +131,19 @@ async def look_at_autopilot(config: Config, clock: Clock, tools: AutopilotTools)
         make_link=make_link,
         parameter_answer_s=tools.parameter_answer_s,
         supervisor=Supervisor(),
+        has_gimbal=config.camera.gimbal,
     )
     autopilot.set_voice(urlsplit(config.autopilot.url).scheme == "udpout")  # a listening peer must hear us first
     await autopilot.start()
     try:
-        return await _look(config, autopilot, heard, tools)
+        return await _look(config, autopilot, heard, tools, clock)
     finally:
         await autopilot.close()
 
 
-async def _look(config: Config, autopilot: MavsdkAutopilot, heard: _Heard, tools: AutopilotTools) -> list[CheckResult]:
+async def _look(
+    config: Config, autopilot: MavsdkAutopilot, heard: _Heard, tools: AutopilotTools, clock: Clock
+) -> list[CheckResult]:
     loop = asyncio.get_running_loop()
     end = loop.time() + tools.find_s
     while not _is_connected(autopilot) and (left := end - loop.time()) > 0:
@@ -159,7 +165,9 @@ async def _look(config: Config, autopilot: MavsdkAutopilot, heard: _Heard, tools
     found = _vehicle(autopilot, heard)  # the version may have come meanwhile
     if _is_armed(autopilot):
         return [found, failed("Motors", "The motors were started meanwhile.", "Land, then check again.")]
-    return [found, *_second_sender(autopilot), _parameters(values), *failsafe_results(config, values, autopilot.topics)]
+    gimbal = [_gimbal(autopilot.telemetry.gimbal.off_down(clock()))] if config.camera.gimbal else []
+    failsafes = failsafe_results(config, values, autopilot.topics)
+    return [found, *_second_sender(autopilot), *gimbal, _parameters(values), *failsafes]
 
 
 def _is_connected(autopilot: MavsdkAutopilot) -> bool:
@@ -254,6 +262,21 @@ def _second_sender(autopilot: MavsdkAutopilot) -> list[CheckResult]:
         return []
     remedy = "Find out who sends there; name the autopilot in autopilot.vehicle_address."
     return [failed("Second sender", other, remedy)]
+
+
+def _gimbal(off_down: float | None) -> CheckResult:
+    """Judge a gimbal by the angle of its optical axis with straight down, radians; None: it is not reported."""
+    if off_down is None:
+        words = "Its attitude is not reported, and camera.gimbal is true: nothing would be mapped."
+        remedy = (
+            "Set MNT1_TYPE and SERIALn_PROTOCOL (a SIYI: 8 and 8) in the autopilot; for a camera that is fixed to the "
+            "drone, camera.gimbal = false."
+        )
+        return failed("Gimbal", words, remedy)
+    words = f"It looks {math.degrees(off_down):.0f}° off straight down."
+    if math.degrees(off_down) > _OFF_DOWN_DEG:
+        return warning("Gimbal", words, "Point it straight down, in follow mode, before Arm.")
+    return passed("Gimbal", words)
 
 
 def _parameters(values: Mapping[str, float | None]) -> CheckResult:

@@ -81,6 +81,11 @@ class GimbalWatch:
         roll, pitch, yaw = angles(rotation(pose.roll, pose.pitch, pose.yaw).T @ to_ned @ down @ own)
         return replace(camera, mount_roll=roll, mount_pitch=pitch, mount_yaw=yaw), ""
 
+    def off_down(self, time: float) -> float | None:
+        """Return the angle of the gimbal's optical axis with straight down at ``time``, radians; None when unknown."""
+        sample = self._at(time)
+        return None if sample is None else math.acos(min(1.0, max(-1.0, rotation_of(sample.quaternion)[2, 0])))
+
     def _at(self, time: float) -> _Sample | None:
         """Return the attitude at that time: between two samples, or the nearest within FRESH_S."""
         before, after = neighbours(self._samples, time)

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -17,8 +18,9 @@ from hawk.comm.vehicle import AutopilotError
 from hawk.config import Config
 from hawk.model import CopterMode, GlobalPose
 from tests.unit.check.fakes import GOOD, FakeReadingLink, FakeVehicle, write_process
+from tests.unit.comm.fakes import Said
 
-RC_CHANNELS = 65  # message id
+RC_CHANNELS, GIMBAL_STATUS = 65, 285  # message ids
 CONFIG = Config.model_validate({"remote_control": {"required": False}})
 
 
@@ -83,6 +85,40 @@ async def test_our_heartbeats_are_held_back(tmp_path: Path, url: str, first: boo
     vehicle = FakeVehicle(GOOD)
     await look(vehicle, tmp_path, with_url(url))
     assert vehicle.link.voices == [first, False]
+
+
+def gimbal(pitch_deg: float) -> list[tuple[str, dict[str, Any]]]:
+    """Messages that show the boot clock, and the gimbal's attitude among them."""
+    half, said = math.radians(pitch_deg) / 2, Said()
+    fields = {"q": [math.cos(half), 0.0, math.sin(half), 0.0], "flags": 4 | 8 | 32, "gimbal_device_id": 1}
+    own = ("GIMBAL_DEVICE_ATTITUDE_STATUS", {**fields, "time_boot_ms": said.ms})
+    return [said.attitude(), said.system_time(), said.attitude(), said.system_time(), own]
+
+
+@pytest.mark.parametrize(
+    ("pitch_deg", "outcome", "words"),
+    [
+        (-87.0, Outcome.PASSED, "looks 3° off straight down"),
+        (-60.0, Outcome.WARNING, "looks 30° off straight down"),
+        (None, Outcome.FAILED, "not reported"),
+    ],
+)
+async def test_a_gimbal_is_heard_and_points_down(
+    tmp_path: Path, pitch_deg: float | None, outcome: Outcome, words: str
+) -> None:
+    vehicle = FakeVehicle(GOOD)
+    vehicle.others = [] if pitch_deg is None else gimbal(pitch_deg)
+    config = Config.model_validate({"camera": {"gimbal": True}, "remote_control": {"required": False}})
+    found = (await look(vehicle, tmp_path, config))["Gimbal"]
+    assert (found.outcome, words in found.value) == (outcome, True), found
+    assert "Gimbal" not in await look(vehicle, tmp_path)
+
+
+async def test_the_attitude_of_a_gimbal_is_asked_for(tmp_path: Path) -> None:
+    vehicle = FakeVehicle(GOOD)
+    vehicle.settle_s = 1.0
+    await look(vehicle, tmp_path, Config.model_validate({"camera": {"gimbal": True}}))
+    assert GIMBAL_STATUS in {fields["param1"] for fields in vehicle.link.named("COMMAND_LONG")}
 
 
 async def test_an_armed_drone_is_left_alone(tmp_path: Path) -> None:

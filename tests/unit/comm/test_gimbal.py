@@ -148,3 +148,12 @@ def test_the_autopilot_s_report_is_taken_at_its_own_time_and_forgotten_with_a_bo
 def test_its_attitude_is_asked_for_only_where_there_is_one() -> None:
     assert "GIMBAL_DEVICE_ATTITUDE_STATUS" not in wanted_streams(20.0)
     assert wanted_streams(20.0, has_gimbal=True)["GIMBAL_DEVICE_ATTITUDE_STATUS"].message_id == 285
+
+
+@pytest.mark.parametrize("yaw", [0.0, 2.0])
+def test_the_angle_off_straight_down_is_that_of_the_optical_axis(yaw: float) -> None:
+    watch = GimbalWatch()
+    assert watch.off_down(10.0) is None
+    watch.take(status(pitch=DOWN + 0.3, yaw=yaw), 10.0)
+    assert watch.off_down(10.0) == pytest.approx(0.3)
+    assert watch.off_down(10.0 + FRESH_S + 0.1) is None
