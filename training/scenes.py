@@ -22,11 +22,11 @@ from training.streets import plan_street_site
 
 BARE_SHARE = 0.16
 """Share of the scenes that have no lot at all."""
-PLAIN_SHARE = 0.08
+PLAIN_SHARE = 0.06
 """Share of the scenes with hardly anything around the lot."""
 PAVED_SHARE = 0.18
 """Share of the scenes with a lot without paint."""
-STREET_SHARE = 0.16
+STREET_SHARE = 0.22
 """Share of the scenes with a street of houses."""
 LONG_VEHICLE_SHARE = 0.3
 """Share of the scenes with long vehicles in their rows."""
