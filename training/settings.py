@@ -54,7 +54,7 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     )
     parser.add_argument(
         "--widths",
-        type=_widths,
+        type=widths_option,
         metavar="A,B,C,D,E",
         help="channels at 1/2 to 1/32 of the resolution (default 16,32,48,64,80); --start-from may have fewer",
     )
@@ -82,7 +82,8 @@ def _count(text: str) -> int:
     return int(text)
 
 
-def _widths(text: str) -> tuple[int, ...]:
+def widths_option(text: str) -> tuple[int, ...]:
+    """Return the channels of a network that a command line names. Raises ArgumentTypeError, which argparse prints."""
     widths = tuple(_count(part) for part in text.split(","))
     if len(widths) != _LEVELS:
         raise argparse.ArgumentTypeError(f"must be {_LEVELS} whole numbers with commas, not {text!r}")

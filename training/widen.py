@@ -1,17 +1,25 @@
 """Widens a trained network: the wider one gives the same answer, and has more channels to learn with.
 
+``python -m training.widen NARROW.onnx --widths A,B,C,D,E --seed 4 --out WIDE.onnx`` writes what a training with
+``--start-from NARROW.onnx`` of those widths and that seed begins with.
+
 Source: Net2Net (Chen, Goodfellow and Shlens 2016, arXiv 1511.05641), but new channels begin at random in place of
 copies of old ones, and what the old ones take of them begins at zero.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import argparse
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import torch
 from torch import Tensor, nn
 
+from training.export import export
 from training.network import StallNet, Widths
+from training.resume import load_folded, widths_of_onnx
+from training.settings import widths_option
 
 Segments = list[tuple[int, int]]
 """Channels that were joined to one input: how many the narrow network has of each part, and the wide one."""
@@ -65,3 +73,30 @@ def _widen_convolution(old: nn.Conv2d, new: nn.Conv2d, segments: Segments) -> No
 def _of_norm(norm: nn.BatchNorm2d) -> list[Tensor]:
     kept = [norm.weight, norm.bias, norm.running_mean, norm.running_var]
     return [value for value in kept if value is not None]
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Widen by command line."""
+    parser = argparse.ArgumentParser(prog="python -m training.widen", description=__doc__)
+    parser.add_argument("narrow", type=Path, help="exported network (.onnx)")
+    parser.add_argument(
+        "--widths", type=widths_option, required=True, metavar="A,B,C,D,E", help="channels of the wide one"
+    )
+    parser.add_argument(
+        "--seed", type=int, default=0, help="seed of the new channels, as that of the training (default 0)"
+    )
+    parser.add_argument("--out", type=Path, required=True, help="ONNX file to write")
+    options = parser.parse_args(arguments)
+    torch.manual_seed(options.seed)
+    wide = StallNet(options.widths)
+    narrow = StallNet(widths_of_onnx(options.narrow))
+    load_folded(narrow, options.narrow)
+    try:
+        widen(narrow, wide)
+    except WidenError as error:
+        parser.error(f"argument --widths: {error}")
+    print(f"{options.out}: differs from torch by {export(wide.eval(), options.out):.1g}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

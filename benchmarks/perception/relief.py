@@ -1,8 +1,9 @@
 """Relief that is left in stalls: standing things show farther from the point below the camera than their feet.
 
 ``python -m benchmarks.perception.relief --seeds 1-8`` hovers over drawn worlds, whose cars stand up, and compares the
-centres that single frames give with the true ones: ``hawk.algo.vision.relief`` takes out that height. ``--places DIR``
-does so over flat pictures of places, in which nothing stands up: there nothing should be left.
+centres that single frames give with the true ones. The result is the height whose relief displacement r h / H (Wolf,
+Dewitt and Wilkinson, Elements of Photogrammetry, 4th ed., 6-8) explains the errors. ``--places DIR`` does so over flat
+pictures of places, in which nothing stands up.
 """
 
 from __future__ import annotations

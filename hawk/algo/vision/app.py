@@ -18,7 +18,6 @@ from hawk.algo.vision.engines import DEFAULT_ENGINE, Engine
 from hawk.algo.vision.network import StallNetwork, VisionModelError
 from hawk.algo.vision.picture import decode
 from hawk.algo.vision.rectify import Rectifier, RectifyError
-from hawk.algo.vision.relief import NETWORK_RELIEF, NO_RELIEF
 from hawk.algo.vision.seen import Finder, Found, Seen, SeenGround
 from hawk.comm.image import NoImage
 from hawk.model import Health, HealthStatus, MapPose
@@ -62,7 +61,6 @@ class VisionApp:
         self._settings = settings or VisionSettings()
         self._health = Health()
         self._finder = finder or self._make_finder()
-        self._relief = NETWORK_RELIEF if isinstance(self._finder, NetworkFinder) else NO_RELIEF
         self._rectifier = Rectifier()
         self._camera: FrameCamera | None = None
         self._topics: AlgorithmTopicInterface | None = None
@@ -162,7 +160,6 @@ class VisionApp:
         sure = sum(s.score >= _SURE_SCORE for s in found.stalls)
         share = float(found.lot.values[found.lot.valid].mean()) if found.lot.valid.any() else 0.0
         self._note_lot(sees_lot=sure >= self._settings.minimum_stalls or (sure > 0 and share >= _LOT_SHARE))
-        found = replace(found, stalls=self._relief.taken_out(found.stalls, pose))
         parts = {f.name: getattr(found, f.name) for f in fields(Found)}
         return SeenGround(**parts, picture=picture, pose=pose, captured=frame.captured)
 

@@ -9,9 +9,11 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="training needs the training extra")
 
+from hawk.algo.vision.network import StallNetwork  # noqa: E402
 from training.export import export  # noqa: E402
 from training.network import StallNet  # noqa: E402
-from training.widen import WidenError, widen, widths_of_state  # noqa: E402
+from training.resume import widths_of_onnx  # noqa: E402
+from training.widen import WidenError, main, widen, widths_of_state  # noqa: E402
 
 NARROW, WIDE = (4, 6, 4, 8, 4), (4, 8, 10, 8, 12)
 
@@ -68,3 +70,19 @@ def test_an_exported_file_says_its_widths(tmp_path: Path) -> None:
 
     export(seen(StallNet(WIDE)), tmp_path / "wide.onnx")
     assert widths_of_onnx(tmp_path / "wide.onnx") == WIDE
+
+
+def test_the_command_writes_a_network_that_answers_as_the_narrow_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    torch.manual_seed(4)
+    narrow, small, large = seen(StallNet(NARROW)), tmp_path / "narrow.onnx", tmp_path / "wide.onnx"
+    export(narrow, small)
+    main([str(small), "--widths", ",".join(map(str, WIDE)), "--seed", "3", "--out", str(large)])
+    assert widths_of_onnx(large) == WIDE
+    picture = np.random.default_rng(0).integers(0, 256, (64, 96, 3), np.uint8)
+    before, after = (StallNetwork(path.read_bytes()).run(picture) for path in (small, large))
+    np.testing.assert_allclose(after.core, before.core, atol=1e-4)
+    with pytest.raises(SystemExit):
+        main([str(large), "--widths", ",".join(map(str, NARROW)), "--out", str(small)])
+    assert "has fewer channels" in capsys.readouterr().err

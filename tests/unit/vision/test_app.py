@@ -11,9 +11,7 @@ import pytest
 from hawk.algo.frame import AlgoError, FrameInput
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.app import VisionApp, VisionSettings
-from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.network import VisionModelError
-from hawk.algo.vision.relief import NETWORK_RELIEF
 from hawk.algo.vision.seen import Found, GroundImage, StallSeen
 from hawk.comm.image import NoImage
 from hawk.model import CameraModel, HeightParameters, MapPose, StateName
@@ -77,26 +75,6 @@ def test_a_frame_is_rectified_looked_at_and_published(rig: Rig) -> None:
     assert rig.topics.vision_app_health_pub.value.is_healthy
     assert rig.app.seen.image is not None
     assert rig.app.seen.image.shape == (720, 1280, 3)
-
-
-class SetNetworkFinder(NetworkFinder):
-    """A network that finds a taken stall 10 m north of the point below the camera."""
-
-    def __init__(self) -> None:
-        self.inner = SetFinder()
-        self.inner.stalls = (replace(STALL, north=POSE.north + 10.0, taken=1.0),)
-
-    def find(self, picture: GroundImage) -> Found:
-        return self.inner.find(picture)
-
-
-def test_the_relief_that_the_network_leaves_is_taken_out_and_lines_on_the_ground_have_none(rig: Rig) -> None:
-    (said,) = SetNetworkFinder().inner.stalls
-    app = VisionApp(None, SetNetworkFinder())
-    (seen,) = app.see(rig.frame).ground.stalls  # type: ignore[union-attr]
-    assert seen.north == pytest.approx(POSE.north + 10.0 * (1 - NETWORK_RELIEF.taken_m / POSE.height))
-    rig.finder.stalls = (said,)
-    assert rig.app.see(rig.frame).ground.stalls == (said,)  # type: ignore[union-attr]
 
 
 def test_the_lot_s_detection_is_steady(rig: Rig) -> None:
