@@ -17,7 +17,7 @@ from torch import Tensor
 
 from training.export import export
 from training.network import StallNet
-from training.resume import load_folded, widths_of_onnx
+from training.resume import folded_network
 from training.widen import widths_of_state
 
 State = dict[str, Tensor]
@@ -59,9 +59,7 @@ def _state(path: Path) -> State:
     if path.suffix != ".onnx":
         state: State = torch.load(path, weights_only=True)
         return state
-    network = StallNet(widths_of_onnx(path))
-    load_folded(network, path)
-    return dict(network.state_dict())
+    return dict(folded_network(path).state_dict())
 
 
 if __name__ == "__main__":

@@ -38,6 +38,13 @@ def load_onnx(network: StallNet, path: Path, pictures: Tensor) -> None:
             _undo(norm, mean, variance, shifts[norm])
 
 
+def folded_network(path: Path) -> StallNet:
+    """Return a network that answers as an exported one (`load_folded`). Raises ResumeError when it is none."""
+    network = StallNet(widths_of_onnx(path))
+    load_folded(network, path)
+    return network
+
+
 def load_folded(network: StallNet, path: Path) -> dict[nn.BatchNorm2d, Tensor]:
     """Give ``network`` the answer of an exported one: each normalisation only adds what is returned for it.
 

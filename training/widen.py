@@ -18,7 +18,7 @@ from torch import Tensor, nn
 
 from training.export import export
 from training.network import StallNet, Widths
-from training.resume import load_folded, widths_of_onnx
+from training.resume import folded_network
 from training.settings import widths_option
 
 Segments = list[tuple[int, int]]
@@ -89,10 +89,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     torch.manual_seed(options.seed)
     wide = StallNet(options.widths)
-    narrow = StallNet(widths_of_onnx(options.narrow))
-    load_folded(narrow, options.narrow)
     try:
-        widen(narrow, wide)
+        widen(folded_network(options.narrow), wide)
     except WidenError as error:
         parser.error(f"argument --widths: {error}")
     print(f"{options.out}: differs from torch by {export(wide.eval(), options.out):.1g}", flush=True)
