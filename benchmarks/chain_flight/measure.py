@@ -29,7 +29,7 @@ from hawk.stall_count import HELD_SHARE, free_interval
 from hawk.survey import scoring
 from hawk.survey.report import compare, in_range, map_offset
 from hawk.survey.scoring import Finding, Tally, match, tally
-from hawk.survey.truth import GroundTruth
+from hawk.survey.truth import GroundTruth, in_picture
 from hawk.survey_map import SurveyMap
 from hawk.worlds.world import World
 
@@ -43,11 +43,14 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Judgement:
-    """Scores of one finding against the truth. ``errors`` (N,) are metres between centres of matched stalls."""
+    """Scores of one finding against the truth. ``errors`` (N,) are metres between centres of matched stalls, and
+    ``matched`` (N,) their numbers among the labels that count.
+    """
 
     tally: Tally
     judged: Judged
     errors: Floats = field(repr=False)
+    matched: NDArray[np.intp] = field(repr=False)
 
     @classmethod
     def of(
@@ -73,6 +76,7 @@ class Judgement:
             tally(Finding(stalls, states), truth),
             Judged(taken[pairs.found][known], np.asarray(real[known] == StallState.TAKEN)),
             np.hypot(apart[:, 0], apart[:, 1]),
+            pairs.true,
         )
 
 
@@ -104,8 +108,7 @@ class SingleFrames:
 
     def __init__(self, world: World) -> None:
         x0, y0 = world.start()
-        rows, columns = np.array(world.ground.shape[:2]) * world.metres_per_pixel
-        self._south_west, self._north_east = (y0 - rows, -x0), (y0, columns - x0)
+        self._start, self._size = (x0, y0), world.size_m
         corners = np.array([stall.corners for stall in world.stalls]).reshape(-1, 4, 2)
         self._corners = np.stack([y0 - corners[..., 1], corners[..., 0] - x0], axis=-1)
         self._states = np.array([_true_state(stall.state) for stall in world.stalls], object)
@@ -121,7 +124,7 @@ class SingleFrames:
 
         Pooled over frames, a stall counts as often as it is shown: one in the lot's middle more than one at its rim.
         """
-        judged = (self._shown > 0) & ~self.cut
+        judged = self._shown > 0
         return float((self._found[judged] / self._shown[judged]).mean()) if judged.any() else None
 
     def watch(self, glance: Glance) -> None:
@@ -130,14 +133,16 @@ class SingleFrames:
         sure = [s for s in seen.stalls if s.score >= MINIMUM_SCORE and s.visible > WHOLE]
         table = np.array([(s.north, s.east, s.angle, s.width, s.length, s.taken) for s in sure]).reshape(-1, 6)
         table[:, :2] -= off
-        table = table[((table[:, :2] >= self._south_west) & (table[:, :2] <= self._north_east)).all(axis=1)]
+        x0, y0 = self._start
+        table = table[in_picture(np.column_stack((x0 + table[:, 1], y0 - table[:, 0])), self._size)]
         whole = _is_whole(seen.picture, self._corners + off)
         truth = scoring.LabelledPlace(self._corners[whole], self._states[whole])
         states = np.where(table[:, 5] < 0.5, StallState.FREE, StallState.TAKEN).astype(object)
-        found = quads_of(table[:, :5])
-        self.judgements.append(Judgement.of(found, table[:, 5], states, truth, self.cut[whole]))
-        self._shown[whole] += 1
-        self._found[np.flatnonzero(whole)[match(found, truth.stalls).true]] += 1
+        judgement = Judgement.of(quads_of(table[:, :5]), table[:, 5], states, truth, self.cut[whole])
+        self.judgements.append(judgement)
+        counted = np.flatnonzero(whole & ~self.cut)
+        self._shown[counted] += 1
+        self._found[counted[judgement.matched]] += 1
 
 
 @dataclass(frozen=True, slots=True)

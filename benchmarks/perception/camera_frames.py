@@ -53,7 +53,7 @@ def measure_worlds(
     rectifier = Rectifier()
     for seed in seeds:
         world = generate_world(seed, WorldOptions(condition=condition))
-        labels = _labels(world)
+        labels = labels_of(world)
         one = sum((_look(finder, rectifier, f, labels) for f in frames(world, HEIGHT_M, count, lens=False)), Tally())
         if verbose:
             print(f"  world {seed}: R {one.recall:.3f} P {one.precision:.3f} state {one.state_accuracy:.3f}")
@@ -74,11 +74,25 @@ def measure_tilted(finder: Finder, places: Iterable[Place]) -> Tally:
     return total
 
 
-def _look(finder: Finder, rectifier: Rectifier, frame: FrameInput, labels: Labels) -> Tally:
+def find_whole(finder: Finder, rectifier: Rectifier, frame: FrameInput) -> tuple[Finding, GroundImage]:
+    """Return the stalls that lie wholly in a frame, in the world's metres, and the frame on the ground."""
     assert frame.pose is not None
     ground = rectifier.rectify(picture.decode(frame.jpeg), frame.camera, frame.pose)
     seen = [s for s in finder.find(ground).stalls if s.score >= MINIMUM_SCORE and s.visible > 0.98]
-    return tally(_finding(seen), _in_view(labels, ground))
+    return _finding(seen), ground
+
+
+def labels_of(world: World) -> Labels:
+    """Return what can be seen of a drawn world; hidden stalls are left out."""
+    shown = [stall for stall in world.stalls if not stall.hidden]
+    states = [StallState.TAKEN if stall.taken else StallState.FREE for stall in shown]
+    corners = np.array([stall.corners for stall in shown]).reshape(-1, 4, 2)
+    return Labels(corners, state_array(states), tuple(np.asarray(lot) for lot in world.lots))
+
+
+def _look(finder: Finder, rectifier: Rectifier, frame: FrameInput, labels: Labels) -> Tally:
+    finding, ground = find_whole(finder, rectifier, frame)
+    return tally(finding, _in_view(labels, ground))
 
 
 def _tilted(place: Place) -> Iterator[FrameInput]:
@@ -104,14 +118,6 @@ def _finding(seen: list[StallSeen]) -> Finding:
     table = np.array([(s.north, s.east, s.angle, s.width, s.length) for s in seen]).reshape(-1, 5)
     states = [StallState.FREE if s.taken < 0.5 else StallState.TAKEN for s in seen]
     return Finding(boxes(table), state_array(states))
-
-
-def _labels(world: World) -> Labels:
-    """Return what can be seen of a drawn world; hidden stalls are left out."""
-    shown = [stall for stall in world.stalls if not stall.hidden]
-    states = [StallState.TAKEN if stall.taken else StallState.FREE for stall in shown]
-    corners = np.array([stall.corners for stall in shown]).reshape(-1, 4, 2)
-    return Labels(corners, state_array(states), tuple(np.asarray(lot) for lot in world.lots))
 
 
 def _in_view(labels: Labels, ground: GroundImage) -> LabelledPlace:

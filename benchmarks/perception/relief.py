@@ -21,15 +21,15 @@ from numpy.typing import NDArray
 
 from benchmarks.chain_flight.campaign import lots
 from benchmarks.figures import write_json
-from benchmarks.perception.eyes import MINIMUM_SCORE, boxes
+from benchmarks.perception.camera_frames import find_whole, labels_of
 from benchmarks.perception.places import folder_option
 from benchmarks.surveys import seeds_option
 from benchmarks.vision_frame import frames
-from hawk.algo.vision import picture
 from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.network import StallNetwork
 from hawk.algo.vision.rectify import Rectifier
 from hawk.algo.vision.seen import Finder, FloatArray
+from hawk.model import StallState
 from hawk.survey.scoring import match
 from hawk.worlds.generate import generate_world
 from hawk.worlds.world import World
@@ -37,7 +37,6 @@ from hawk.worlds.world import World
 HEIGHTS_M: Final = (20.0, 35.0, 50.0)
 FRAMES: Final = 40
 """Frames over each world from each height."""
-_WHOLE: Final = 0.98
 _LARGEST_M: Final = 1.0
 """A centre farther off than this is another error."""
 
@@ -71,18 +70,14 @@ def measure(finder: Finder, worlds: Iterable[World], height_m: float, count: int
     rectifier = Rectifier()
     parts: list[tuple[FloatArray, FloatArray, NDArray[np.bool_]]] = []
     for world in worlds:
-        shown = [stall for stall in world.stalls if not stall.hidden]
-        true = np.array([stall.corners for stall in shown]).reshape(-1, 4, 2)
-        taken = np.array([stall.state == "taken" for stall in shown], np.bool_)
+        labels = labels_of(world)
         for frame in frames(world, height_m, count, lens=False):
             assert frame.pose is not None
-            ground = rectifier.rectify(picture.decode(frame.jpeg), frame.camera, frame.pose)
-            seen = [s for s in finder.find(ground).stalls if s.score >= MINIMUM_SCORE and s.visible > _WHOLE]
-            found = boxes(np.array([(s.north, s.east, s.angle, s.width, s.length) for s in seen]).reshape(-1, 5))
-            pairs = match(found, true)
-            centres, real = found[pairs.found].mean(axis=1), true[pairs.true].mean(axis=1)
+            found = find_whole(finder, rectifier, frame)[0].stalls
+            pairs = match(found, labels.stalls)
+            centres, real = found[pairs.found].mean(axis=1), labels.stalls[pairs.true].mean(axis=1)
             below = np.array([frame.pose.east, -frame.pose.north])
-            parts.append((real - below, centres - real, taken[pairs.true]))
+            parts.append((real - below, centres - real, labels.states[pairs.true] == StallState.TAKEN))
     places, errors, states = (np.concatenate(each) for each in zip(*parts, strict=True))
     return Offsets(places, errors, states)
 
@@ -106,11 +101,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     finder = NetworkFinder(StallNetwork.load(options.model))
     figures: dict[str, float] = {}
     print("| over | height of flight | free stalls | taken stalls |", "|---" * 4 + "|", sep="\n")
-    for kind in ("worlds", "places"):
+    for kind, worlds in _worlds(options).items():
         for height_m in HEIGHTS_M:
-            worlds = _worlds(kind, options)
-            if not worlds:
-                continue
             offsets = measure(finder, worlds, height_m, options.frames)
             cells = [offsets.height(height_m, taken=taken) for taken in (False, True)]
             told = [f"{found:.2f} m ± {error:.2f} ({count})" for found, error, count in cells]
@@ -122,10 +114,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
-def _worlds(kind: str, options: argparse.Namespace) -> list[World]:
-    if kind == "worlds":
-        return [generate_world(seed) for seed in options.seeds]
-    return [] if options.places is None else [world for _, world in lots(options.places)]
+def _worlds(options: argparse.Namespace) -> dict[str, list[World]]:
+    places = [] if options.places is None else [world for _, world in lots(options.places)]
+    named = {"worlds": [generate_world(seed) for seed in options.seeds], "places": places}
+    return {kind: worlds for kind, worlds in named.items() if worlds}
 
 
 if __name__ == "__main__":

@@ -150,7 +150,5 @@ def _lot_iou(survey: SurveyMap, truth: GroundTruth, shift: NDArray[np.float64]) 
     if truth.size is not None:
         edges = np.round((np.array([(0.0, 0.0), truth.size]) - corner) / step - low).astype(int)
         (left, top), (right, bottom) = np.maximum(edges, 0)
-        beyond = np.ones((height, width), bool)
-        beyond[top:bottom, left:right] = False
-        found[beyond], true[beyond] = False, 0
+        found, true = found[top:bottom, left:right], true[top:bottom, left:right]
     return scoring.mask_iou(found, true > 0)

@@ -62,9 +62,7 @@ class GroundTruth:
 
     def in_picture(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return a mask (N,) of the world's places (N, 2) that its picture shows: all where its size is unknown."""
-        if self.size is None:
-            return np.ones(len(points), np.bool_)
-        return np.asarray(((points >= 0) & (points <= self.size)).all(axis=1))
+        return np.ones(len(points), np.bool_) if self.size is None else in_picture(points, self.size)
 
     def to_world(self, points: NDArray[np.float64], datum: GlobalPose) -> NDArray[np.float64]:
         """Return (N, 2) of map coordinates (north, east about ``datum``) as (x, y) of the world, metres.
@@ -88,6 +86,11 @@ class GroundTruth:
         if self.origin is None:
             raise TruthError("origin: the truth does not say where on Earth its picture lies")
         return self.origin
+
+
+def in_picture(points: NDArray[np.float64], size: tuple[float, float]) -> NDArray[np.bool_]:
+    """Return a mask (N,) of the places (N, 2) of a world that its picture of ``size`` (width, height) shows, metres."""
+    return np.asarray(((points >= 0) & (points <= size)).all(axis=1))
 
 
 def parse_truth(values: Mapping[str, Any]) -> GroundTruth:

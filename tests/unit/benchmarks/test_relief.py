@@ -34,6 +34,7 @@ class Sees:
     def __init__(self, seed: int, rise_m: float, height_m: float) -> None:
         self.stalls = [stall for stall in generate_world(seed).stalls if not stall.hidden]
         self.share = rise_m / height_m
+        self.below = np.zeros(2)
 
     def find(self, picture: GroundImage) -> Found:
         rows, columns = picture.valid.shape
@@ -48,8 +49,6 @@ class Sees:
             angle = math.atan2(along[1], along[0]) % math.pi
             found.append(StallSeen(north, east, angle, math.hypot(*across), math.hypot(*along), 0.9, 0.5, 1.0))
         return Found(tuple(found), picture, picture, picture)
-
-    below = np.zeros(2)
 
 
 def test_a_finder_that_leaves_relief_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -19,6 +19,7 @@ from hawk.config import Config
 from hawk.model import CopterMode, GlobalPose
 from tests.unit.check.fakes import GOOD, FakeReadingLink, FakeVehicle, write_process
 from tests.unit.comm.fakes import Said
+from tests.unit.comm.test_gimbal import status
 
 RC_CHANNELS, GIMBAL_STATUS = 65, 285  # message ids
 CONFIG = Config.model_validate({"remote_control": {"required": False}})
@@ -89,9 +90,8 @@ async def test_our_heartbeats_are_held_back(tmp_path: Path, url: str, first: boo
 
 def gimbal(pitch_deg: float) -> list[tuple[str, dict[str, Any]]]:
     """Messages that show the boot clock, and the gimbal's attitude among them."""
-    half, said = math.radians(pitch_deg) / 2, Said()
-    fields = {"q": [math.cos(half), 0.0, math.sin(half), 0.0], "flags": 4 | 8 | 32, "gimbal_device_id": 1}
-    own = ("GIMBAL_DEVICE_ATTITUDE_STATUS", {**fields, "time_boot_ms": said.ms})
+    said = Said()
+    own = ("GIMBAL_DEVICE_ATTITUDE_STATUS", status(math.radians(pitch_deg), time_boot_ms=said.ms))
     return [said.attitude(), said.system_time(), said.attitude(), said.system_time(), own]
 
 
