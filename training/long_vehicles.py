@@ -7,8 +7,9 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
+import shapely
 
-from hawk.worlds.cars import length_m
+from hawk.worlds.cars import footprint_m, length_m
 from hawk.worlds.plan import PlannedStall, SitePlan, Vehicle, inside
 
 ACROSS_SHARE: Final = 0.6
@@ -16,6 +17,8 @@ ACROSS_SHARE: Final = 0.6
 _KINDS: Final = ("motorhome", "lorry", "coach", "trailer")
 _KINDS_SHARES: Final = (0.35, 0.3, 0.15, 0.2)
 _MARGIN_M: Final = 0.4
+_TAKES_SHARE: Final = 0.3
+"""A vehicle that covers more of a stall than this takes it."""
 _BESIDE: Final = 1.15
 """Stalls of one row are at most this number of their widths apart."""
 
@@ -56,7 +59,11 @@ def _run(stalls: list[PlannedStall], first: int, length: float) -> list[int]:
 
 
 def _occupy(plan: SitePlan, run: list[int], vehicle: Vehicle) -> None:
-    for number in run:
+    """Park it in the stalls of a run; stalls that it covers besides, across the aisle too, are taken by it as well."""
+    body = shapely.Polygon(footprint_m(vehicle))
+    areas = shapely.polygons(np.array([stall.corners for stall in plan.stalls]))
+    covered = shapely.area(shapely.intersection(areas, body)) > _TAKES_SHARE * shapely.area(areas)
+    for number in sorted({*run, *np.flatnonzero(covered).tolist()}):
         area = plan.stalls[number].corners.astype(np.float32)
         plan.vehicles = [one for one in plan.vehicles if not inside(area, one.x, one.y)]
         plan.stalls[number] = replace(plan.stalls[number], taken=True)

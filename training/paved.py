@@ -17,10 +17,12 @@ _GROUNDS: Final = ("clinker", "clinker", "pavers", "gravel", "grass grid", "asph
 _BAYS: Final = ("clinker", "pavers", "grass grid", "gravel", "asphalt")
 _BAYS_SHARE: Final = 0.5
 """Share of the lots whose stalls have another ground than their aisles."""
-_MARKS: Final[tuple[Marks, ...]] = ("lines", "tees", "corners", "blocks")
-_MARKS_SHARES: Final = (0.55, 0.15, 0.15, 0.15)
+_MARKS: Final[tuple[Marks, ...]] = ("lines", "dots", "tees", "corners", "blocks")
+_MARKS_SHARES: Final = (0.45, 0.2, 0.1, 0.12, 0.13)
 _UNMARKED_SHARE: Final = 0.3
 """Share of the lots in which nothing parts two stalls."""
+_MOSSY_SHARE: Final = 0.3
+"""Share of those bays that have the aisles' stones, with moss between them."""
 _BRIGHTEST: Final = 182.0
 _STONES_DARKER: Final = 0.6
 """Share of the rows of stones that are darker than the ground."""
@@ -47,6 +49,8 @@ def pave(plan: SitePlan, rng: np.random.Generator) -> LotStyle:
     bays: Material | None = None
     if rng.random() < _BAYS_SHARE:
         bays = darkened(sample_material(rng, str(rng.choice(_BAYS))), _BRIGHTEST)
+        if rng.random() < _MOSSY_SHARE:
+            bays = _mossy(rng, plan.asphalt)
     stalls = bays or plan.asphalt
     plan.palette[0] = plan.palette[1] = _stones(rng, float(np.mean(stalls.colour)))
     plan.wear = rng.uniform(0.0, 0.4)
@@ -66,8 +70,15 @@ def pave(plan: SitePlan, rng: np.random.Generator) -> LotStyle:
         accessible=0.1,
         ends=(0.3, 0.7, 0.0),
         bays=bays,
-        occupancy=rng.uniform(0.2, 0.95),
+        occupancy=rng.uniform(0.0, 0.95),
     )
+
+
+def _mossy(rng: np.random.Generator, ground: Material) -> Material:
+    """Return the ground as it looks where nobody drives: darker, a little greener."""
+    share = np.array([0.92, 1.0, 0.95]) * rng.uniform(0.72, 0.96)
+    blue, green, red = (np.array(ground.colour) * share).tolist()
+    return replace(ground, colour=(blue, green, red), mottle=ground.mottle * 1.4)
 
 
 def _stones(rng: np.random.Generator, ground: float) -> tuple[float, float, float]:

@@ -13,6 +13,7 @@ from hawk.worlds.rows import PARALLEL_DEPTH_M, plan_parallel_row, plan_row
 from hawk.worlds.site import empty_plan
 from hawk.worlds.style import LotStyle
 from hawk.worlds.surroundings import REACH_M, fill_ground, scatter_trees
+from training.house_roofs import draw_house_roofs, draw_shed_roof
 from training.paved import pave
 
 _SPAN_M: Final = 75.0
@@ -100,9 +101,10 @@ def _houses(plan: SitePlan, rng: np.random.Generator, axes: Axes) -> None:
     scatter_trees(plan, rng, axes.moved(-_SPAN_M, 0), 2 * _SPAN_M, front, int(rng.integers(8, 50)))
     while u < _SPAN_M:
         width = rng.uniform(*_HOUSE_WIDTH_M)
-        plan.buildings.append(Building(axes.moved(u, front), width, depth, height, roof))
+        plan.buildings.append(Building(axes.moved(u, front), width, depth, height, roof, draw_house_roofs))
         for _ in range(int(rng.integers(0, 5))):  # sheds and extensions
             shed = axes.moved(u + rng.uniform(0, width), front + depth + rng.uniform(0, 12))
-            plan.buildings.append(Building(shed, rng.uniform(2, 5), rng.uniform(2, 4), rng.uniform(2.2, 3)))
+            wide, deep, high = rng.uniform((2, 2, 2.2), (5, 4, 3.0)).tolist()
+            plan.buildings.append(Building(shed, wide, deep, high, crowd=draw_shed_roof))
         scatter_trees(plan, rng, axes.moved(u, front + depth + 1), width, 14, int(rng.integers(4, 30)))
         u += width + rng.uniform(1.5, 12)

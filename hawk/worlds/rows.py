@@ -16,6 +16,7 @@ from hawk.worlds.style import LotStyle
 
 PARALLEL_DEPTH_M = 2.4
 """Room that kerbside stalls need, metres."""
+_DOTS_APART_M = (0.3, 0.7)
 _ISLAND = 1
 """The ending of a row that an island closes (`LotStyle.ends`)."""
 WORN_BELOW = 0.6
@@ -153,6 +154,11 @@ def _divider(plan: SitePlan, rng: np.random.Generator, slot: _Slot, style: LotSt
 def _mark(plan: SitePlan, rng: np.random.Generator, slot: _Slot, style: LotStyle, strength: float) -> None:
     """Part two stalls by something shorter than a line."""
     piece = rng.uniform(0.08, 0.14)
+    if style.marks == "dots":
+        step, half = rng.uniform(*_DOTS_APART_M) / slot.depth, style.line_width / 2 / slot.depth
+        for share in np.arange(half, 1, step).tolist():
+            plan.line(slot.at(0, share - half), slot.at(0, share + half), style.line_width, 0, strength)
+        return
     if style.marks == "blocks":
         plan.line(slot.at(0, 1 - piece), slot.at(0, 1), style.line_width * 1.5, 0, strength)
         return

@@ -10,7 +10,7 @@ import numpy as np
 
 from hawk.worlds.materials import Material, grey, sample_material
 
-Marks = Literal["lines", "tees", "corners", "blocks"]
+Marks = Literal["lines", "dots", "tees", "corners", "blocks"]
 _LINE_COLOURS = ((235.0, 235.0, 235.0), (60.0, 190.0, 225.0), (220.0, 180.0, 120.0))
 _ISLAND_KINDS = ("grass", "concrete", "dirt", "bark", "grass", "pavers")
 
@@ -22,10 +22,10 @@ class LotStyle:
     ``skew`` leans the stalls away from square to the aisle. ``occupancy`` is the share taken; ``drop`` the share of
     lines that are missing or cut short, ``worn`` the share in worn stretches. ``ends`` weighs what closes a row:
     nothing, island, hatching. ``unpainted`` lots have cars in rows and no lines. ``marks`` are what parts two stalls:
-    lines, ``tees`` where they meet the aisle and the kerb, ``corners`` (their ends alone), or ``blocks`` at the closed
-    end. ``bays`` is the ground of the stalls where it is not the aisle's. ``shelters`` is the share of slots
-    that a roof for shopping carts stands on. ``bare_ends`` is the share of rows' ends at islands where no line bounds
-    the last stall: the kerb does.
+    lines, ``dots`` (stones in a row with gaps), ``tees`` where they meet the aisle and the kerb, ``corners`` (their
+    ends alone), or ``blocks`` at the closed end. ``bays`` is the ground of the stalls where it is not the aisle's.
+    ``shelters`` is the share of slots that a roof for shopping carts stands on. ``bare_ends`` is the share of rows'
+    ends at islands where no line bounds the last stall: the kerb does.
     """
 
     width: float

@@ -59,6 +59,17 @@ def test_some_lots_without_paint_have_no_mark_at_all_and_some_have_stones() -> N
         assert is_unmarked or any(stroke.colour == 0 for stroke in plan.strokes)
 
 
+def test_some_bays_are_the_aisles_stones_with_moss_between_them() -> None:
+    mossy = 0
+    for plan in paved(40):
+        ground = np.array(plan.asphalt.colour)
+        shares = [
+            np.array(one.material.colour) / ground for one in plan.surfaces if one.material.kind == plan.asphalt.kind
+        ]
+        mossy += any((share < 0.97).all() and share[1] == share.max() for share in shares)
+    assert 2 <= mossy < 20
+
+
 def test_stones_differ_less_from_the_ground_than_white_paint_does() -> None:
     apart = [abs(np.mean(plan.palette[0]) - np.mean(plan.asphalt.colour)) for plan in paved(20)]
     assert np.median(apart) < 60

@@ -147,6 +147,18 @@ def test_hairpins_are_two_lines_joined_at_the_open_end() -> None:
     assert first[2][1] == pytest.approx(0, abs=1e-6)
 
 
+def test_dots_are_stones_in_a_row_with_gaps_between_them() -> None:
+    dotted = row(plain_style(marks="dots"))
+    stones = {}
+    for stroke in dotted.strokes:
+        assert np.ptp(stroke.polygon, axis=0).max() < 0.3
+        stones.setdefault(round(float(stroke.polygon[:, 0].mean()), 3), []).append(float(stroke.polygon[:, 1].mean()))
+    assert len(stones) == len(dotted.stalls) + 1
+    for places in stones.values():
+        assert np.ptp(places) > 4, "along the whole stall"
+        assert 0.3 <= np.diff(sorted(places)).mean() <= 0.7
+
+
 def test_tees_cross_each_line_at_its_open_end() -> None:
     tees = row(plain_style(tees=True))
     crossing = [s.polygon for s in tees.strokes if np.ptp(s.polygon[:, 0]) > np.ptp(s.polygon[:, 1])]
