@@ -149,7 +149,7 @@ def test_hairpins_are_two_lines_joined_at_the_open_end() -> None:
 
 def test_dots_are_stones_in_a_row_with_gaps_between_them() -> None:
     dotted = row(plain_style(marks="dots"))
-    stones = {}
+    stones: dict[float, list[float]] = {}
     for stroke in dotted.strokes:
         assert np.ptp(stroke.polygon, axis=0).max() < 0.3
         stones.setdefault(round(float(stroke.polygon[:, 0].mean()), 3), []).append(float(stroke.polygon[:, 1].mean()))
