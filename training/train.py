@@ -11,6 +11,7 @@ from __future__ import annotations
 import copy
 import time
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -62,22 +63,19 @@ def train(
     rng = np.random.default_rng((plan.seed, 1, step) if step else (plan.seed, 1))
     pool.take_until(progress.drawn + plan.first_scenes)
     start, share = clock() - progress.seconds, 0.0
+    beside = ThreadPoolExecutor(1)  # the next batch is made while the network learns from this one
+    following = beside.submit(_batch, pool, rng, plan)
     while share < 1:
         share = (clock() - start) / (60 * plan.minutes) if plan.steps is None else (step + 1) / plan.steps
         for group in optimiser.param_groups:
             group["lr"] = plan.rate * rate(step, share)
+        batch = following.result()
         if plan.steps is not None:
             pool.take_until(step * plan.batch // plan.reuse)
         elif pool.drawn * plan.reuse < step * plan.batch:
             pool.take(_TAKEN_AT_ONCE)
-        picture, target = _batch(pool, rng, plan)
-        with torch.autocast("cpu", torch.bfloat16, enabled=plan.bfloat16):
-            answer = network(picture)
-        total, parts = loss(answer.float(), target)
-        optimiser.zero_grad()
-        torch.autograd.backward(total)
-        torch.nn.utils.clip_grad_norm_(network.parameters(), 5.0)
-        optimiser.step()
+        following = beside.submit(_batch, pool, rng, plan)
+        parts = _learn(network, optimiser, batch, bfloat16=plan.bfloat16)
         step += 1
         _follow(mean, network, min(plan.decay, (1 + step) / (10 + step)))
         if len(states) < len(plan.averaged) and share >= plan.averaged[len(states)]:
@@ -88,6 +86,7 @@ def train(
             if checkpoint:
                 checkpoint.save(Progress(step, clock() - start, pool.drawn, states), network, mean, optimiser)
             print(f"step {step} {clock() - start:.0f} s scenes {pool.drawn} {words}", flush=True)
+    beside.shutdown()
     print(f"trained {step} steps of {plan.batch} on {pool.drawn} scenes", flush=True)
     mean.load_state_dict(average(states))
     return mean.eval()
@@ -132,6 +131,21 @@ def _start_from(network: StallNet, path: Path, pool: ScenePool, plan: TrainingPl
         given = StallNet(widths_of_onnx(path))
         load_onnx(given, path, pictures)
     widen(given, network)
+
+
+def _learn(
+    network: StallNet, optimiser: torch.optim.Optimizer, batch: tuple[Tensor, Tensor], *, bfloat16: bool
+) -> dict[str, float]:
+    """Take one step from a batch (pictures, targets); return the parts of its loss."""
+    picture, target = batch
+    with torch.autocast("cpu", torch.bfloat16, enabled=bfloat16):
+        answer = network(picture)
+    total, parts = loss(answer.float(), target)
+    optimiser.zero_grad()
+    torch.autograd.backward(total)
+    torch.nn.utils.clip_grad_norm_(network.parameters(), 5.0)
+    optimiser.step()
+    return parts
 
 
 def _batch(pool: ScenePool, rng: np.random.Generator, plan: TrainingPlan) -> tuple[Tensor, Tensor]:
