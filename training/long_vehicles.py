@@ -37,25 +37,13 @@ def park_long_vehicle(plan: SitePlan, rng: np.random.Generator) -> None:
         x, y = (head + along * (length / 2 + _MARGIN_M)).tolist()
         _occupy(plan, [first], Vehicle(x, y, math.atan2(-along[1], -along[0]), kind))
         return
-    run = _run(plan.stalls, first, length_m(kind))
+    run = run_of_stalls(plan.stalls, first, length_m(kind))
     if not run:
         return
     middle = np.mean([plan.stalls[k].corners.mean(0) for k in run], axis=0)
     across = plan.stalls[first].corners[1] - plan.stalls[first].corners[0]
     heading = math.atan2(across[1], across[0]) + rng.normal(0, 0.05) + (math.pi if rng.random() < 0.5 else 0.0)
     _occupy(plan, run, Vehicle(float(middle[0]), float(middle[1]), heading, kind))
-
-
-def _run(stalls: list[PlannedStall], first: int, length: float) -> list[int]:
-    """Return the numbers of stalls side by side from ``first`` on that the vehicle needs; none where they are fewer."""
-    run = [first]
-    width = float(np.linalg.norm(stalls[first].corners[1] - stalls[first].corners[0]))
-    while len(run) * width < length and run[-1] + 1 < len(stalls):
-        apart = stalls[run[-1] + 1].corners.mean(0) - stalls[run[-1]].corners.mean(0)
-        if np.linalg.norm(apart) > _BESIDE * width:
-            return []
-        run.append(run[-1] + 1)
-    return run if len(run) * width >= length else []
 
 
 def _occupy(plan: SitePlan, run: list[int], vehicle: Vehicle) -> None:
@@ -68,3 +56,15 @@ def _occupy(plan: SitePlan, run: list[int], vehicle: Vehicle) -> None:
         plan.vehicles = [one for one in plan.vehicles if not inside(area, one.x, one.y)]
         plan.stalls[number] = replace(plan.stalls[number], taken=True)
     plan.vehicles.append(vehicle)
+
+
+def run_of_stalls(stalls: list[PlannedStall], first: int, length: float) -> list[int]:
+    """Return the numbers of stalls side by side from ``first`` on that cover a length (m); none if they are fewer."""
+    run = [first]
+    width = float(np.linalg.norm(stalls[first].corners[1] - stalls[first].corners[0]))
+    while len(run) * width < length and run[-1] + 1 < len(stalls):
+        apart = stalls[run[-1] + 1].corners.mean(0) - stalls[run[-1]].corners.mean(0)
+        if np.linalg.norm(apart) > _BESIDE * width:
+            return []
+        run.append(run[-1] + 1)
+    return run if len(run) * width >= length else []

@@ -17,6 +17,7 @@ from hawk.worlds.site import SiteSize
 from training.avenues import plant_avenue
 from training.long_vehicles import park_long_vehicle
 from training.paved import plan_paved_site
+from training.row_breaks import break_row
 from training.sites import plan_any_lot_site, plan_bare_site, plan_plain_site
 from training.streets import plan_street_site
 
@@ -30,6 +31,8 @@ STREET_SHARE = 0.22
 """Share of the scenes with a street of houses."""
 LONG_VEHICLE_SHARE = 0.3
 """Share of the scenes with long vehicles in their rows."""
+BREAK_SHARE = 0.2
+"""Share of the scenes with driveways through their rows, or racks of bicycles in them."""
 AVENUE_SHARE = 0.35
 """Share of the scenes with a line of trees or a hedge at the heads of a row, besides the trees that all have."""
 HIDDEN_SHARE = 0.7
@@ -110,6 +113,9 @@ def draw_scene(
     plan = _plan(rng)
     plan.dim_cars = float(rng.choice([0.0, 0.15, 0.4]))
     plan.bare = plan.bare or float(rng.random() < _BARE_TREES)
+    if rng.random() < BREAK_SHARE:
+        for _ in range(int(rng.integers(1, 4))):
+            break_row(plan, rng)
     if rng.random() < LONG_VEHICLE_SHARE:
         for _ in range(int(rng.integers(1, 5))):
             park_long_vehicle(plan, rng)
