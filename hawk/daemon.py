@@ -31,7 +31,6 @@ from hawk.comm.performance import LoopLag, Performance
 from hawk.comm.remote_id_sender import RemoteIdSender
 from hawk.comm.terrain import FRESH_S, ground_below
 from hawk.comm.topic import Topic
-from hawk.comm.udp_gate import Hearing
 from hawk.comm.vehicle import VehicleTopics
 from hawk.config import Config, ConfigError
 from hawk.ddc.geofence import FenceError
@@ -43,15 +42,15 @@ from hawk.ddc.survey_memory import SurveyMemory
 from hawk.ddc.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.flight_offer import FlightOffer
 from hawk.map_keeper import MapKeeper
-from hawk.model import ArmPlace, Health, OccupancyMap, PathPlan, StateName, VehicleState
+from hawk.model import ArmPlace, OccupancyMap, PathPlan, StateName, VehicleState
+from hawk.monitor import Monitor, MonitoredParts, watch_parent
 from hawk.process import LOOP_NICENESS, SystemdNotifier, Ticker, Watchdog, set_niceness, set_session_niceness
 from hawk.program_log import STANDARD_OUTPUT, LineWriter, ProgramLog
 from hawk.settings_reference import reference_text, settings
 from hawk.simulation import Simulation, SimulationAddress, SimulationOptions
 from hawk.start_checks import check_model, listening_problem, make_folder
-from hawk.starts import Starts
+from hawk.starts import Starts, survey_at_start
 from hawk.store.journal import FlightJournal
-from hawk.store.journal_state import JournalState
 from hawk.store.recording import Recording
 from hawk.supervision import Supervisor, leave_at_once
 from hawk.versions.flight_word import FlightWord
@@ -69,12 +68,8 @@ _LOG = logging.getLogger(__name__)
 
 HANGING_CALLS = 2
 """Number of calls that hang in MAVSDK after which a program in the air ends: failsafe and restart act then."""
-MONITOR_S = 0.25
-"""Real seconds between two looks at camera, recording and loop."""
 START_NOTED_S = 0.5
 """The start is on the disk before the link is opened, but the drone does not wait longer for it, real seconds."""
-CONTINUE_S = 1800.0
-"""A daemon that starts on the ground continues a survey younger than this, wall clock seconds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,6 +154,20 @@ class Daemon:
         self._make_operations()
         self._make_results()
         self._make_flight_offer()
+        self._monitor = Monitor(
+            MonitoredParts(
+                self.autopilot,
+                self.camera,
+                self._recording,
+                self._journal,
+                self._supervisor,
+                self._lag,
+                self.performance,
+            ),
+            self.inputs,
+            self.manager.log.add,
+            lambda: self._flight_word.say(may_fly=self._may_fly()),
+        )
         self._web = WebServer(self._web_services())
 
     # -- building ----------------------------------------------------------------------------------------------------
@@ -175,13 +184,11 @@ class Daemon:
         self.autopilot.calls.on_overdue = self._call_hangs
         stamped = self.autopilot.telemetry.from_boot if self._options.is_simulation else None
         self.camera = DroneCamera(self._config.camera, self.clock, stamped, supervisor=self._supervisor)
-        self._kept: JournalState = self._journal.state
-        if self._goes_on():
-            self.autopilot.set_datum(self._kept.datum)
-            if self._kept.arm_place is not None:
-                self.autopilot.telemetry.restore_arm_place(self._kept.arm_place)
-        else:
-            self._begin_survey()
+        is_new_world = self._options.simulation is not None and not self._options.is_again
+        self._kept = survey_at_start(self._journal, is_new_world=is_new_world)
+        self.autopilot.set_datum(self._kept.datum)
+        if self._kept.arm_place is not None:
+            self.autopilot.telemetry.restore_arm_place(self._kept.arm_place)
         self._starts = Starts(self._journal, self._kept, self._options.speed)
         self.vehicle.arm_place.listen(self._keep_arm_place)
         self.vehicle.state.listen(self._record_flights)
@@ -297,7 +304,9 @@ class Daemon:
         self._watchdog.ready()
         try:
             self._own("loop-lag", self._lag.run)
-            self._own("monitor", self._monitor)
+            self._own("monitor", self._monitor.run)
+            if self._options.attached_simulation is not None:
+                self._own("parent", lambda: watch_parent(self._stopping.set))
             if (tls := self._tls) is not None:
                 self._own("certificate", lambda: watch_certificate(tls, time.time, self._report_certificate))
             await self._serve()
@@ -392,45 +401,6 @@ class Daemon:
         if self._flight_offer is not None:
             self._own("flight-offer", self._flight_offer.run)
 
-    async def _monitor(self) -> None:
-        """Publish the health of the parts without topics of their own."""
-        seen = 0
-        parent, problem = os.getppid(), ""
-        hearing = self.autopilot.hearing
-        while True:
-            self._flight_word.say(may_fly=self._may_fly())
-            await asyncio.sleep(MONITOR_S)
-            if self._options.attached_simulation is not None and os.getppid() != parent:
-                _LOG.warning("the program that started this simulation has ended")
-                self._stopping.set()
-            if self.autopilot.problem != problem:
-                problem = self.autopilot.problem
-                if problem:
-                    self.manager.log.add("warning", "The link to the autopilot cannot be opened.", problem)
-            hearing = self._tell_hearing(hearing)
-            self.inputs.camera_health.publish(self.camera.health)
-            self.inputs.recording_health.publish(self._storage_health())
-            self._publish_own_health()
-            self.inputs.loop_lag.publish(self._lag.latest_ms() / 1e3)
-            if self.performance.vision_fps is not None:
-                self.inputs.vision_rate.publish(self.performance.vision_fps)
-            latest = self.camera.latest
-            if latest is not None:
-                self.inputs.camera_time.publish(latest.captured)
-                for _ in range(latest.sequence - seen):
-                    self.performance.frame_received()
-                seen = latest.sequence
-
-    def _tell_hearing(self, before: Hearing) -> Hearing:
-        """Publish and log who else sends to the autopilot's port, and a new address of the autopilot."""
-        now = self.autopilot.hearing
-        self.inputs.second_sender.publish(now.second_sender)
-        if now.second_sender and now.second_sender != before.second_sender:
-            self.manager.log.add("warning", "A second sender on the autopilot's link.", now.second_sender)
-        if before.sender and now.sender != before.sender:
-            self.manager.log.add("warning", "The autopilot has another address.", f"{before.sender}, now {now.sender}.")
-        return now
-
     async def _close(self) -> None:
         """End the parts in order: no part sends to one that has ended."""
         for task in self._tasks:
@@ -475,20 +445,6 @@ class Daemon:
             ground=ground_below(self.vehicle.terrain.fresh(FRESH_S)),
         )
 
-    def _goes_on(self) -> bool:
-        """Return True when the journalled survey continues; a simulated world is new at each start, but for a fault."""
-        is_new_world = self._options.simulation is not None and not self._options.is_again
-        is_begun = self._kept.datum is not None or self._kept.outline is not None
-        if is_new_world or not is_begun:
-            return False
-        return time.time() - self._kept.last_written < CONTINUE_S
-
-    def _begin_survey(self) -> None:
-        if self._kept.datum is not None or self._kept.map_parts:
-            survey = self._journal.new_survey()
-            kept = self._kept
-            self._kept = JournalState(survey_id=survey, starts_in_air=kept.starts_in_air, drains=kept.drains)
-
     def _begin_another_survey(self) -> None:
         if self._map_keeper is not None:
             switching = self._map_keeper.switch(self._switch_survey)
@@ -530,10 +486,6 @@ class Daemon:
             if self._flight_offer is not None:
                 self._flight_offer.note(armed=state.armed)
 
-    def _storage_health(self) -> Health:
-        journal = self._journal.health
-        return self._recording.health if journal.is_healthy else journal
-
     def _announce(self) -> None:
         folder = self._config.store.directory
         address = shown_address(self._web.url, self._web.page_url, folder, on_terminal=sys.stdout.isatty())
@@ -551,7 +503,7 @@ class Daemon:
         self._tasks.append(self._supervisor.start(name, work))
 
     def _task_ended(self, name: str, words: str) -> None:
-        self._publish_own_health()
+        self._monitor.publish_calls_and_tasks()
         self.manager.log.add("error", "A part of the program ended and is started again.", f"{name}: {words}")
 
     def _call_hangs(self, name: str) -> None:
@@ -560,16 +512,12 @@ class Daemon:
         is_flying = state is not None and state.armed and not self.manager.state.on_ground
         if is_flying and self.autopilot.calls.overdue >= HANGING_CALLS:
             leave_at_once(f"{HANGING_CALLS} calls hang in MAVSDK in the air, the last one in {name}: the program ends")
-        self._publish_own_health()
+        self._monitor.publish_calls_and_tasks()
         self.manager.log.add("error", "A request hangs in MAVSDK.", name)
 
     def _report_certificate(self, words: str) -> None:
         _LOG.warning("%s", words)
         self.manager.log.add("warning", words, "")
-
-    def _publish_own_health(self) -> None:
-        self.inputs.requests_health.publish(self.autopilot.calls.health)
-        self.inputs.tasks_health.publish(self._supervisor.health)
 
 
 def _make_manager(config: Config, survey_id: str, options: DaemonOptions) -> AlgorithmManagerApp:

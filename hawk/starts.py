@@ -1,13 +1,34 @@
-"""The starts of this program in the air, as the journal counts them over its crashes."""
+"""The starts of this program: the survey that goes on, and the starts in the air as the journal counts them."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
+from typing import Final
 
 from hawk.ddc.restart import RESTART_WINDOW_S, RestartRule, flight_goes_on, restart_rule
 from hawk.store.journal import FlightJournal
 from hawk.store.journal_state import JournalState
+
+CONTINUE_S: Final = 1800.0
+"""A daemon that starts on the ground continues a survey younger than this, wall clock seconds."""
+
+
+def survey_at_start(
+    journal: FlightJournal, *, is_new_world: bool, wall: Callable[[], float] = time.time
+) -> JournalState:
+    """Return the journalled survey where it goes on, else another one that is empty.
+
+    It goes on while it is young. ``is_new_world``: the drone starts over another simulated world, and nothing goes on.
+    """
+    kept = journal.state
+    is_begun = kept.datum is not None or kept.outline is not None
+    if is_begun and not is_new_world and wall() - kept.last_written < CONTINUE_S:
+        return kept
+    if kept.datum is None and not kept.map_parts:
+        return replace(kept, arm_place=None)
+    return JournalState(survey_id=journal.new_survey(), starts_in_air=kept.starts_in_air, drains=kept.drains)
 
 
 class Starts:

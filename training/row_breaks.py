@@ -80,7 +80,7 @@ def _bicycle(plan: SitePlan, rng: np.random.Generator, place: tuple[float, float
 def _around(quads: list[Points], margin: float) -> Points:
     """Return the corners of what stalls side by side cover, each side moved outwards by a margin (metres)."""
     first, last = quads[0], quads[-1]
-    if np.linalg.norm(first[1] - last[0]) > np.linalg.norm(first[0] - last[1]):  # the row runs the other way
+    if np.linalg.norm(first[1] - last[0]) > np.linalg.norm(first[0] - last[1]):  # the row runs in the other direction
         first, last = last, first
     corners = np.array([first[0], last[1], last[2], first[3]])
     across, along = corners[1] - corners[0], corners[3] - corners[0]

@@ -25,7 +25,7 @@ async def daemon(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterat
     output = ProgramLog("info")
     store = StoreSettings(directory=tmp_path / "store")
     made = Daemon(Config(store=store, watchdog=WatchdogSettings(enabled=False)), DaemonOptions(), output)
-    monitor = asyncio.create_task(made._monitor())
+    monitor = asyncio.create_task(made._monitor.run())
     yield made
     monitor.cancel()
     await asyncio.gather(monitor, return_exceptions=True)

@@ -8,10 +8,12 @@ import pytest
 
 from hawk.config import Config, StoreSettings, WatchdogSettings
 from hawk.daemon import Daemon, DaemonOptions
-from hawk.model import GlobalPose, Outline
+from hawk.model import ArmPlace, FlightDrain, GlobalPose, Outline
 from hawk.program_log import ProgramLog
 from hawk.simulation import SimulationOptions
+from hawk.starts import CONTINUE_S, survey_at_start
 from hawk.store.journal import FlightJournal
+from hawk.store.journal_state import JournalState
 
 DATUM = GlobalPose(43.26, -79.92, 100.0)
 
@@ -58,3 +60,32 @@ async def test_an_outline_that_was_given_before_the_first_flight_goes_on(tmp_pat
     finally:
         await daemon._close()
         output.close()
+
+
+async def survey_after(folder: Path, age_s: float, **journalled: object) -> JournalState:
+    """Return the survey of a start at this age of the journal's newest write."""
+    journal = FlightJournal(folder / "journal")
+    for name, value in journalled.items():
+        getattr(journal, name)(value)
+    await journal.close()
+    again = FlightJournal(folder / "journal")
+    try:
+        written = again.state.last_written
+        return survey_at_start(again, is_new_world=False, wall=lambda: written + age_s)
+    finally:
+        await again.close()
+
+
+@pytest.mark.parametrize(("age_s", "goes_on"), [(CONTINUE_S - 1, True), (CONTINUE_S + 1, False)])
+async def test_a_survey_goes_on_for_half_an_hour(tmp_path: Path, age_s: float, goes_on: bool) -> None:
+    drain = FlightDrain(0.05, 400.0, 1_700_000_000.0)
+    kept = await survey_after(tmp_path, age_s, set_datum=DATUM, put_map={"meta": b"{}"}, set_drains=(drain,))
+    assert (kept.datum, dict(kept.map_parts)) == ((DATUM, {"meta": b"{}"}) if goes_on else (None, {}))
+    assert kept.drains == (drain,), "what earlier flights used is known to every survey"
+
+
+async def test_an_old_outline_without_a_flight_stays_and_its_arm_place_does_not(tmp_path: Path) -> None:
+    given = Outline((((43.26, -79.92), (43.27, -79.92), (43.27, -79.91)),))
+    place = ArmPlace(43.26, -79.92, 100.0, 0.0, 0.0, 0.0, 1_700_000_000)
+    kept = await survey_after(tmp_path, CONTINUE_S + 1, set_outline=given, set_arm_place=place)
+    assert (kept.outline, kept.arm_place) == (given, None)
