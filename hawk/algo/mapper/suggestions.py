@@ -31,8 +31,8 @@ PASS_S: Final = 60.0
 WIDTH_M: Final = 2.5
 LENGTH_M: Final = 5.0
 """Size of a suggested stall: the usual one in Europe, and a small one in North America."""
-SCORE: Final = 0.48
-"""Probability that a suggestion is a stall: 21 of 44 on six Dutch places (docs/results/perception.md)."""
+SCORE: Final = 0.42
+"""Probability that a suggestion is a stall: 11 of 26 on six Dutch places (docs/results/perception.md)."""
 AROUND_M: Final = 0.5
 """Length of a suggested stall beyond its car."""
 AISLE_M: Final = 6.0
