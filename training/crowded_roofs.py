@@ -14,6 +14,8 @@ from hawk.worlds.materials import Colour, grey
 from hawk.worlds.plan import Building
 
 _RIM_M = 1.0
+_FLAT_M = 0.2
+"""What is lower casts no shadow that shows."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,12 +107,18 @@ def _duct(rng: np.random.Generator, roof: _Roof) -> None:
     )
 
 
+def draw_box(canvas: Canvas, box: Points, shadow: Points, colour: Colour, gain: tuple[float, float, float]) -> None:
+    """Draw a box (4, 2) with the shadow that it casts on the roof: its reach (2,), metres, and the light left in it."""
+    hull = cv2.convexHull(np.concatenate([box, box + shadow]).astype(np.float32))[:, 0]
+    canvas.gain(canvas.patch(hull.astype(np.float64)), gain)
+    canvas.cover(canvas.patch(box), colour)
+
+
 def _box(roof: _Roof, box: Points, height: float, colour: Colour) -> None:
-    """Draw a box with the shadow that it casts on the roof."""
-    hull = cv2.convexHull(np.concatenate([box, box + roof.cast * height]).astype(np.float32))[:, 0]
-    if height > 0.2:
-        roof.canvas.gain(roof.canvas.patch(hull.astype(np.float64)), roof.gain)
-    roof.canvas.cover(roof.canvas.patch(box), colour)
+    if height > _FLAT_M:
+        draw_box(roof.canvas, box, roof.cast * height, colour, roof.gain)
+    else:
+        roof.canvas.cover(roof.canvas.patch(box), colour)
 
 
 def _tone(rng: np.random.Generator) -> Colour:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import Final
 
-import cv2
 import numpy as np
 
 from hawk.worlds.buildings import ROOF_AXES, shadow_on_roof
 from hawk.worlds.canvas import Canvas, Points
 from hawk.worlds.light import Sun
-from hawk.worlds.materials import Colour, grey
+from hawk.worlds.materials import grey
 from hawk.worlds.plan import Building
+from training.crowded_roofs import draw_box
 
 _HOUSE_M: Final = (4.8, 7.0)
 """Width of one house in its terrace."""
@@ -44,7 +44,7 @@ def draw_house_roofs(rng: np.random.Generator, canvas: Canvas, building: Buildin
                 _window(rng, canvas, slope)
         if rng.random() < 0.6:
             place = (u + rng.uniform(0.2, wide - 0.2), ridge + rng.normal(0, 0.5))
-            _box(canvas, _about(place, (0.7, 0.9)), 1.2 * cast, grey(rng, 50, 170, 15), sun)
+            draw_box(canvas, _about(place, (0.7, 0.9)), 1.2 * cast, grey(rng, 50, 170, 15), sun.gain)
 
 
 def draw_shed_roof(rng: np.random.Generator, canvas: Canvas, building: Building, sun: Sun) -> None:
@@ -93,7 +93,7 @@ def _dormer(
     wide, deep = min(rng.uniform(1.8, 5.0), u1 - u0), min(rng.uniform(1.6, 3.2), v1 - v0)
     u, v = u0 + rng.uniform(0, u1 - u0 - wide + 0.01), v0 + rng.uniform(0, v1 - v0 - deep + 0.01)
     box = ROOF_AXES.rect(u, v, u + wide, v + deep)
-    _box(canvas, box, rng.uniform(0.7, 1.6) * cast, grey(rng, 150, 250, 5), sun)
+    draw_box(canvas, box, rng.uniform(0.7, 1.6) * cast, grey(rng, 150, 250, 5), sun.gain)
     rim = rng.uniform(0.08, 0.3)
     canvas.cover(canvas.patch(ROOF_AXES.rect(u + rim, v + rim, u + wide - rim, v + deep - rim)), grey(rng, 35, 190, 8))
 
@@ -101,13 +101,6 @@ def _dormer(
 def _window(rng: np.random.Generator, canvas: Canvas, slope: tuple[float, float, float, float]) -> None:
     place = rng.uniform(slope[:2], slope[2:])
     canvas.cover(canvas.patch(_about((float(place[0]), float(place[1])), (0.8, 1.1))), grey(rng, 40, 230, 15))
-
-
-def _box(canvas: Canvas, box: Points, shadow: Points, colour: Colour, sun: Sun) -> None:
-    """Draw a box (4, 2) with the shadow that it casts so far (metres)."""
-    hull = cv2.convexHull(np.concatenate([box, box + shadow]).astype(np.float32))[:, 0]
-    canvas.gain(canvas.patch(hull.astype(np.float64)), sun.gain)
-    canvas.cover(canvas.patch(box), colour)
 
 
 def _about(place: tuple[float, float], size: tuple[float, float]) -> Points:

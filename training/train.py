@@ -63,30 +63,29 @@ def train(
     rng = np.random.default_rng((plan.seed, 1, step) if step else (plan.seed, 1))
     pool.take_until(progress.drawn + plan.first_scenes)
     start, share = clock() - progress.seconds, 0.0
-    beside = ThreadPoolExecutor(1)  # the next batch is made while the network learns from this one
-    following = beside.submit(_batch, pool, rng, plan)
-    while share < 1:
-        share = (clock() - start) / (60 * plan.minutes) if plan.steps is None else (step + 1) / plan.steps
-        for group in optimiser.param_groups:
-            group["lr"] = plan.rate * rate(step, share)
-        batch = following.result()
-        if plan.steps is not None:
-            pool.take_until(step * plan.batch // plan.reuse)
-        elif pool.drawn * plan.reuse < step * plan.batch:
-            pool.take(_TAKEN_AT_ONCE)
+    with ThreadPoolExecutor(1) as beside:  # the next batch is made while the network learns from this one
         following = beside.submit(_batch, pool, rng, plan)
-        parts = _learn(network, optimiser, batch, bfloat16=plan.bfloat16)
-        step += 1
-        _follow(mean, network, min(plan.decay, (1 + step) / (10 + step)))
-        if len(states) < len(plan.averaged) and share >= plan.averaged[len(states)]:
-            states.append(copy.deepcopy(mean.state_dict()))
-        if step % plan.report_steps == 0:
-            words = " ".join(f"{name} {value:.3f}" for name, value in parts.items())
-            keep(mean)
-            if checkpoint:
-                checkpoint.save(Progress(step, clock() - start, pool.drawn, states), network, mean, optimiser)
-            print(f"step {step} {clock() - start:.0f} s scenes {pool.drawn} {words}", flush=True)
-    beside.shutdown()
+        while share < 1:
+            share = (clock() - start) / (60 * plan.minutes) if plan.steps is None else (step + 1) / plan.steps
+            for group in optimiser.param_groups:
+                group["lr"] = plan.rate * rate(step, share)
+            batch = following.result()
+            if plan.steps is not None:
+                pool.take_until(step * plan.batch // plan.reuse)
+            elif pool.drawn * plan.reuse < step * plan.batch:
+                pool.take(_TAKEN_AT_ONCE)
+            following = beside.submit(_batch, pool, rng, plan)
+            parts = _learn(network, optimiser, batch, bfloat16=plan.bfloat16)
+            step += 1
+            _follow(mean, network, min(plan.decay, (1 + step) / (10 + step)))
+            if len(states) < len(plan.averaged) and share >= plan.averaged[len(states)]:
+                states.append(copy.deepcopy(mean.state_dict()))
+            if step % plan.report_steps == 0:
+                words = " ".join(f"{name} {value:.3f}" for name, value in parts.items())
+                keep(mean)
+                if checkpoint:
+                    checkpoint.save(Progress(step, clock() - start, pool.drawn, states), network, mean, optimiser)
+                print(f"step {step} {clock() - start:.0f} s scenes {pool.drawn} {words}", flush=True)
     print(f"trained {step} steps of {plan.batch} on {pool.drawn} scenes", flush=True)
     mean.load_state_dict(average(states))
     return mean.eval()
