@@ -15,7 +15,7 @@ from hawk.worlds.plan import Building
 
 _RIM_M = 1.0
 _FLAT_M = 0.2
-"""What is lower casts no shadow that shows."""
+"""Lower things cast no shadow that shows, metres."""
 
 
 @dataclass(frozen=True, slots=True)
