@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Final
 
@@ -30,10 +31,15 @@ _CONTRAST: Final = (14.0, 60.0)
 """Levels between such stones and the ground."""
 
 
-def plan_paved_site(rng: np.random.Generator, centre: tuple[float, float], size: SiteSize) -> SitePlan:
-    """Plan a lot without paint about ``centre`` (metres), with its surroundings."""
+def plan_paved_site(
+    rng: np.random.Generator,
+    centre: tuple[float, float],
+    size: SiteSize,
+    change: Callable[[LotStyle], LotStyle] = lambda style: style,
+) -> SitePlan:
+    """Plan a lot without paint about ``centre`` (metres), with its surroundings; ``change`` changes its style."""
     plan = empty_plan(rng, centre, calm=False)
-    style = pave(plan, rng)
+    style = change(pave(plan, rng))
     sections, links = plan_sections(rng, size)
     lots = outlines(plan.axes, [*sections, *links])
     sides = sides_of(plan.axes, sections)

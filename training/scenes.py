@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import cv2
@@ -104,13 +105,20 @@ class Scene:
 
 
 def draw_scene(
-    rng: np.random.Generator, size_px: int | tuple[int, int] = 384, *, metres_per_pixel: float = 0.10
+    rng: np.random.Generator,
+    size_px: int | tuple[int, int] = 384,
+    *,
+    metres_per_pixel: float = 0.10,
+    plan_site: Callable[[np.random.Generator], SitePlan] | None = None,
 ) -> Scene:
-    """Draw a scene of ``size_px`` (a side, or height and width); the same generator state gives the same scene."""
+    """Draw a scene of ``size_px`` (a side, or height and width); the same generator state gives the same scene.
+
+    ``plan_site`` plans its site; without it that is one of all kinds. Raises ValueError for a size that is too small.
+    """
     height, width = (size_px, size_px) if isinstance(size_px, int) else size_px
     if min(height, width) < 32 or metres_per_pixel <= 0:
         raise ValueError("draw_scene: size_px must be at least 32 and metres_per_pixel above 0")
-    plan = _plan(rng)
+    plan = (plan_site or plan_any_site)(rng)
     plan.dim_cars = float(rng.choice([0.0, 0.15, 0.4]))
     plan.bare = plan.bare or float(rng.random() < _BARE_TREES)
     if rng.random() < BREAK_SHARE:
@@ -140,7 +148,8 @@ def sample_condition(rng: np.random.Generator) -> Condition:
     return list(CONDITION_SHARES)[int(rng.choice(len(CONDITION_SHARES), p=list(CONDITION_SHARES.values())))]
 
 
-def _plan(rng: np.random.Generator) -> SitePlan:
+def plan_any_site(rng: np.random.Generator) -> SitePlan:
+    """Plan a site of one of all kinds."""
     kind = rng.random()
     if kind < BARE_SHARE:
         return plan_bare_site(rng, (0.0, 0.0))
