@@ -1,9 +1,8 @@
 """Recall over drawn lots without paint, by what parts their stalls and by how full they are.
 
 ``python -m benchmarks.perception.marks --scenes 14`` draws scenes as for a training (`training.paved`), of each kind of
-marks once nearly empty and once well filled. No weights were trained on these seeds. A free stall counts where its
-marks, or the cars about it, show it to an eye that knows the lot: with nothing between the stalls of an empty lot no
-figure near 1 is to be expected.
+marks once nearly empty and once well filled. No weights were trained on these seeds. Every stall in sight counts, free
+ones between which there is nothing too: in an empty lot no recall near 1 is to be expected of those.
 """
 
 from __future__ import annotations
