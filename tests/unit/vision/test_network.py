@@ -109,7 +109,7 @@ def test_the_same_picture_twice_gives_the_same_maps(network: StallNetwork, lot: 
 def test_a_lot_seen_from_a_tilted_camera_lies_where_it_is(network: StallNetwork, lot: Scene) -> None:
     focal = 640 / math.tan(math.radians(35))
     camera = CameraModel(1280, 720, focal, focal, 639.5, 359.5)
-    pose = MapPose(-14.0, 19.0, 24.0, 0.08, -0.06, 0.5)
+    pose = MapPose(-14.0, 19.0, 36.0, 0.08, -0.06, 0.5)
     onto = ground_homography(camera, pose)
     texture = onto @ np.vstack([NORTH_UP, [0, 0, 1]])
     border = (95, 95, 95)
@@ -118,9 +118,9 @@ def test_a_lot_seen_from_a_tilted_camera_lies_where_it_is(network: StallNetwork,
     quads = np.array([stall.quad for stall in whole(lot)]) @ NORTH_UP[:, :2].T + NORTH_UP[:, 2]
     in_frame = cv2.perspectiveTransform(quads.reshape(1, -1, 2), onto).reshape(-1, 4, 2)
     in_view = quads.mean(1)[((in_frame > 0) & (in_frame < (1280, 720))).all((1, 2))]
-    assert len(in_view) >= 8
     seen = [s for s in found.stalls if s.visible > 0.9]
     apart = np.array([min(math.hypot(s.north - n, s.east - e) for s in seen) for n, e in in_view])
+    assert (apart < 0.6).sum() >= 12
     assert (apart < 0.6).mean() >= 0.9
 
 
