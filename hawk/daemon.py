@@ -156,13 +156,13 @@ class Daemon:
         self._make_flight_offer()
         self._monitor = Monitor(
             MonitoredParts(
-                self.autopilot,
-                self.camera,
-                self._recording,
-                self._journal,
-                self._supervisor,
-                self._lag,
-                self.performance,
+                autopilot=self.autopilot,
+                camera=self.camera,
+                recording=self._recording,
+                journal=self._journal,
+                supervisor=self._supervisor,
+                lag=self._lag,
+                performance=self.performance,
             ),
             self.inputs,
             self.manager.log.add,

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
-from hawk.worlds.buildings import ROOF_AXES, shadow_on_roof
+from hawk.worlds.buildings import ROOF_AXES, draw_box, shadow_on_roof
 from hawk.worlds.canvas import Canvas, Points
 from hawk.worlds.light import Sun
 from hawk.worlds.materials import Colour, grey
@@ -105,13 +104,6 @@ def _duct(rng: np.random.Generator, roof: _Roof) -> None:
     _box(
         roof, ROOF_AXES.rect(u, v, min(u + du, roof.width), min(v + dv, roof.depth)), rng.uniform(0.3, 1.0), _tone(rng)
     )
-
-
-def draw_box(canvas: Canvas, box: Points, shadow: Points, colour: Colour, gain: tuple[float, float, float]) -> None:
-    """Draw a box (4, 2) with the shadow that it casts on the roof: its reach (2,), metres, and the light left in it."""
-    hull = cv2.convexHull(np.concatenate([box, box + shadow]).astype(np.float32))[:, 0]
-    canvas.gain(canvas.patch(hull.astype(np.float64)), gain)
-    canvas.cover(canvas.patch(box), colour)
 
 
 def _box(roof: _Roof, box: Points, height: float, colour: Colour) -> None:

@@ -6,12 +6,12 @@ from typing import Final
 
 import numpy as np
 
-from hawk.worlds.buildings import ROOF_AXES, shadow_on_roof
+from hawk.worlds.buildings import ROOF_AXES, draw_box, shadow_on_roof
 from hawk.worlds.canvas import Canvas, Points
+from hawk.worlds.cars import outline
 from hawk.worlds.light import Sun
 from hawk.worlds.materials import grey
 from hawk.worlds.plan import Building
-from training.crowded_roofs import draw_box
 
 _HOUSE_M: Final = (4.8, 7.0)
 """Width of one house in its terrace."""
@@ -44,7 +44,7 @@ def draw_house_roofs(rng: np.random.Generator, canvas: Canvas, building: Buildin
                 _window(rng, canvas, slope)
         if rng.random() < 0.6:
             place = (u + rng.uniform(0.2, wide - 0.2), ridge + rng.normal(0, 0.5))
-            draw_box(canvas, _about(place, (0.7, 0.9)), 1.2 * cast, grey(rng, 50, 170, 15), sun.gain)
+            draw_box(canvas, outline(*place, 0.0, 0.7, 0.9), 1.2 * cast, grey(rng, 50, 170, 15), sun.gain)
 
 
 def draw_shed_roof(rng: np.random.Generator, canvas: Canvas, building: Building, sun: Sun) -> None:
@@ -99,10 +99,5 @@ def _dormer(
 
 
 def _window(rng: np.random.Generator, canvas: Canvas, slope: tuple[float, float, float, float]) -> None:
-    place = rng.uniform(slope[:2], slope[2:])
-    canvas.cover(canvas.patch(_about((float(place[0]), float(place[1])), (0.8, 1.1))), grey(rng, 40, 230, 15))
-
-
-def _about(place: tuple[float, float], size: tuple[float, float]) -> Points:
-    u, v = place
-    return ROOF_AXES.rect(u - size[0] / 2, v - size[1] / 2, u + size[0] / 2, v + size[1] / 2)
+    u, v = rng.uniform(slope[:2], slope[2:]).tolist()
+    canvas.cover(canvas.patch(outline(u, v, 0.0, 0.8, 1.1)), grey(rng, 40, 230, 15))

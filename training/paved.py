@@ -18,7 +18,8 @@ _GROUNDS: Final = ("clinker", "clinker", "pavers", "gravel", "grass grid", "asph
 _BAYS: Final = ("clinker", "pavers", "grass grid", "gravel", "asphalt")
 _BAYS_SHARE: Final = 0.5
 """Share of the lots whose stalls have another ground than their aisles."""
-_MARKS: Final[tuple[Marks, ...]] = ("lines", "dots", "tees", "corners", "blocks")
+MARKS: Final[tuple[Marks, ...]] = ("lines", "dots", "tees", "corners", "blocks")
+"""Marks between two stalls of such lots."""
 _MARKS_SHARES: Final = (0.45, 0.2, 0.1, 0.12, 0.13)
 _UNMARKED_SHARE: Final = 0.3
 """Share of the lots in which nothing parts two stalls."""
@@ -68,7 +69,7 @@ def pave(plan: SitePlan, rng: np.random.Generator) -> LotStyle:
         length=rng.uniform(4.8, 5.4),
         skew=style.skew if rng.random() < 0.3 else 0.0,
         line_width=rng.uniform(0.08, 0.2),
-        marks=_MARKS[int(rng.choice(len(_MARKS), p=_MARKS_SHARES))],
+        marks=MARKS[int(rng.choice(len(MARKS), p=_MARKS_SHARES))],
         unpainted=bool(rng.random() < _UNMARKED_SHARE),
         hairpin=False,
         tees=False,

@@ -34,7 +34,7 @@ def break_row(plan: SitePlan, rng: np.random.Generator) -> None:
     if not run:
         return
     quads = [plan.stalls[k].corners for k in run]
-    plan.stalls = [stall for k, stall in enumerate(plan.stalls) if k not in set(run)]
+    plan.stalls = [stall for k, stall in enumerate(plan.stalls) if k not in run]
     if rng.random() < _DRIVEWAY_SHARE:
         _driveway(plan, rng, quads)
     else:
@@ -60,10 +60,10 @@ def _racks(plan: SitePlan, rng: np.random.Generator, quads: list[Points]) -> Non
     area = _around(quads, 0.0)
     plan.add_surface(Surface(_around(quads, _BESIDE_M), ground))
     across, along = area[1] - area[0], area[3] - area[0]
-    heading = math.atan2(along[1], along[0])
+    heading, width = math.atan2(along[1], along[0]), float(np.linalg.norm(across))
     apart, full = rng.uniform(0.35, 0.8), rng.uniform(0.3, 1.0)
     for line in ((0.5,), (0.27, 0.73))[int(rng.integers(2))]:
-        for share in np.arange(0.5 * apart, float(np.linalg.norm(across)), apart) / float(np.linalg.norm(across)):
+        for share in np.arange(0.5 * apart, width, apart) / width:
             if rng.random() < full:
                 x, y = area[0] + across * share + along * (line + rng.normal(0, 0.02))
                 _bicycle(plan, rng, (float(x), float(y)), heading + rng.normal(0, 0.06))

@@ -47,7 +47,7 @@ _FRAME_WIDTHS, _IN_ROW, _OWN = 2.5, 0.35, 0.5
 """Cars that frame a stall: widths away at most, lengths out of line at most, widths off its middle at least."""
 _SHADE = 0.5
 """Ground in a deeper shadow than this is in the shade."""
-_SITES = (
+SITES = (
     SiteSize(width=(16, 95), depth=(10, 72), second=0.12),
     SiteSize(width=(60, 150), depth=(45, 120), second=0.12),
 )
@@ -104,21 +104,35 @@ class Scene:
     metres_per_pixel: float
 
 
+def plan_any_site(rng: np.random.Generator) -> SitePlan:
+    """Plan a site of one of all kinds."""
+    kind = rng.random()
+    if kind < BARE_SHARE:
+        return plan_bare_site(rng, (0.0, 0.0))
+    if kind < BARE_SHARE + PLAIN_SHARE:
+        return plan_plain_site(rng, (0.0, 0.0))
+    if kind < BARE_SHARE + PLAIN_SHARE + STREET_SHARE:
+        return plan_street_site(rng, (0.0, 0.0))
+    if kind < BARE_SHARE + PLAIN_SHARE + STREET_SHARE + PAVED_SHARE:
+        return plan_paved_site(rng, (0.0, 0.0), SITES[int(rng.integers(len(SITES)))])
+    return plan_any_lot_site(rng, (0.0, 0.0), SITES[int(rng.integers(len(SITES)))])
+
+
 def draw_scene(
     rng: np.random.Generator,
     size_px: int | tuple[int, int] = 384,
     *,
     metres_per_pixel: float = 0.10,
-    plan_site: Callable[[np.random.Generator], SitePlan] | None = None,
+    plan_site: Callable[[np.random.Generator], SitePlan] = plan_any_site,
 ) -> Scene:
     """Draw a scene of ``size_px`` (a side, or height and width); the same generator state gives the same scene.
 
-    ``plan_site`` plans its site; without it that is one of all kinds. Raises ValueError for a size that is too small.
+    ``plan_site`` plans its site. Raises ValueError for a size that is too small.
     """
     height, width = (size_px, size_px) if isinstance(size_px, int) else size_px
     if min(height, width) < 32 or metres_per_pixel <= 0:
         raise ValueError("draw_scene: size_px must be at least 32 and metres_per_pixel above 0")
-    plan = (plan_site or plan_any_site)(rng)
+    plan = plan_site(rng)
     plan.dim_cars = float(rng.choice([0.0, 0.15, 0.4]))
     plan.bare = plan.bare or float(rng.random() < _BARE_TREES)
     if rng.random() < BREAK_SHARE:
@@ -146,20 +160,6 @@ def draw_scene(
 def sample_condition(rng: np.random.Generator) -> Condition:
     """Draw a condition for a scene."""
     return list(CONDITION_SHARES)[int(rng.choice(len(CONDITION_SHARES), p=list(CONDITION_SHARES.values())))]
-
-
-def plan_any_site(rng: np.random.Generator) -> SitePlan:
-    """Plan a site of one of all kinds."""
-    kind = rng.random()
-    if kind < BARE_SHARE:
-        return plan_bare_site(rng, (0.0, 0.0))
-    if kind < BARE_SHARE + PLAIN_SHARE:
-        return plan_plain_site(rng, (0.0, 0.0))
-    if kind < BARE_SHARE + PLAIN_SHARE + STREET_SHARE:
-        return plan_street_site(rng, (0.0, 0.0))
-    if kind < BARE_SHARE + PLAIN_SHARE + STREET_SHARE + PAVED_SHARE:
-        return plan_paved_site(rng, (0.0, 0.0), _SITES[int(rng.integers(len(_SITES)))])
-    return plan_any_lot_site(rng, (0.0, 0.0), _SITES[int(rng.integers(len(_SITES)))])
 
 
 def _window_centre(rng: np.random.Generator, plan: SitePlan) -> Points:

@@ -21,25 +21,16 @@ from benchmarks.perception.eyes import Eye, NetworkEye
 from hawk.algo.vision.network import StallNetwork
 from hawk.survey.scoring import match
 from hawk.worlds.plan import SitePlan
-from hawk.worlds.site import SiteSize
 from hawk.worlds.style import LotStyle, Marks
-from training.paved import plan_paved_site
-from training.scenes import Scene, SceneStall, draw_scene
+from training.paved import MARKS, plan_paved_site
+from training.scenes import SITES, Scene, SceneStall, draw_scene
 
-KINDS: Final[dict[str, tuple[Marks, bool]]] = {
-    "lines": ("lines", False),
-    "dots": ("dots", False),
-    "tees": ("tees", False),
-    "corners": ("corners", False),
-    "blocks": ("blocks", False),
-    "nothing": ("lines", True),
-}
+KINDS: Final[dict[str, tuple[Marks, bool]]] = {**{marks: (marks, False) for marks in MARKS}, "nothing": ("lines", True)}
 """Marks, and whether nothing parts the stalls after all (`hawk.worlds.style.LotStyle`)."""
 OCCUPANCIES: Final = {"nearly empty": 0.1, "well filled": 0.8}
 SCENES: Final = 14
 SIDE_PX: Final = 448
 _SEED: Final = 77
-_SIZE: Final = SiteSize(width=(16, 95), depth=(10, 72), second=0.12)
 _COVERED: Final = 0.3
 """Stalls of which more than this is under crowns and roofs are left out."""
 _EDGE_PX: Final = 2
@@ -66,7 +57,7 @@ def lots(kind: str, occupancy: float, count: int = SCENES) -> Iterator[Scene]:
         return replace(style, marks=marks, unpainted=is_unmarked, occupancy=occupancy)
 
     def plan(rng: np.random.Generator) -> SitePlan:
-        return plan_paved_site(rng, (0.0, 0.0), _SIZE, change)
+        return plan_paved_site(rng, (0.0, 0.0), SITES[0], change)
 
     for number in range(count):
         yield draw_scene(np.random.default_rng((_SEED, number)), SIDE_PX, plan_site=plan)
@@ -81,10 +72,12 @@ def measure(eye: Eye, scenes: Iterator[Scene]) -> dict[bool, Count]:
             continue
         found = eye.look(scene.image, scene.metres_per_pixel).finding.stalls
         true = np.array([(stall.quad + 0.5) * scene.metres_per_pixel for stall in shown])
-        hits = set(match(found, true).true.tolist())
-        for number, stall in enumerate(shown):
-            before = counts[stall.taken]
-            counts[stall.taken] = Count(before.stalls + 1, before.found + (number in hits))
+        is_found = np.zeros(len(shown), np.bool_)
+        is_found[match(found, true).true] = True
+        is_taken = np.array([stall.taken for stall in shown])
+        for taken, before in counts.items():
+            stalls, hits = int((is_taken == taken).sum()), int(is_found[is_taken == taken].sum())
+            counts[taken] = Count(before.stalls + stalls, before.found + hits)
     return counts
 
 

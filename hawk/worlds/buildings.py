@@ -8,7 +8,7 @@ import numpy as np
 from hawk.worlds.canvas import Bytes, Canvas, Floats, Points, noise
 from hawk.worlds.facets import HeightLayer
 from hawk.worlds.light import Sun
-from hawk.worlds.materials import grey, sample_material, texture
+from hawk.worlds.materials import Colour, grey, sample_material, texture
 from hawk.worlds.plan import Axes, Building
 
 _SMALL_M = 6.0
@@ -59,6 +59,13 @@ def shadow_on_roof(building: Building, sun: Sun) -> Points:
     return np.array([np.dot(sun.shadow, building.axes.u), np.dot(sun.shadow, building.axes.v)])
 
 
+def draw_box(canvas: Canvas, box: Points, shadow: Points, colour: Colour, gain: tuple[float, float, float]) -> None:
+    """Draw a box (4, 2) on a roof, and its shadow: ``shadow`` (2,) is its reach in metres, ``gain`` the light in it."""
+    hull = cv2.convexHull(np.concatenate([box, box + shadow]).astype(np.float32))[:, 0]
+    canvas.gain(canvas.patch(hull.astype(np.float64)), gain)
+    canvas.cover(canvas.patch(box), colour)
+
+
 def _seams(rng: np.random.Generator, canvas: Canvas, building: Building) -> None:
     step = float(rng.choice([rng.uniform(0.4, 1.2), rng.uniform(1.5, 6)]))
     change, width = 1 + rng.uniform(-0.3, 0.15), rng.uniform(0.05, 0.16)
@@ -97,11 +104,7 @@ def _unit(rng: np.random.Generator, canvas: Canvas, building: Building, cast: Po
     du, dv = rng.uniform(0.5, 3.6, 2)
     box = ROOF_AXES.rect(u, v, u + du, v + dv)
     height = float(rng.choice([0.1, rng.uniform(0.6, 2.0)]))
-    hull = cv2.convexHull(np.concatenate([box, box + cast * height]).astype(np.float32))[:, 0].astype(np.float64)
-    body = canvas.patch(box)
-    canvas.gain(canvas.patch(hull), sun.gain)
-    if body is not None:
-        canvas.cover(body, grey(rng, 50, 240, 6))
+    draw_box(canvas, box, cast * height, grey(rng, 50, 240, 6), sun.gain)
     inner = canvas.patch(box.mean(0) + (box - box.mean(0)) * rng.uniform(0.4, 0.85))
     if inner is not None and rng.random() < 0.6:
         canvas.cover(inner, grey(rng, 30, 220, 6))
