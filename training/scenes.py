@@ -20,6 +20,7 @@ from training.long_vehicles import park_long_vehicle
 from training.paved import plan_paved_site
 from training.row_breaks import break_row
 from training.sites import plan_any_lot_site, plan_bare_site, plan_plain_site
+from training.stored_goods import store_goods
 from training.streets import plan_street_site
 
 BARE_SHARE = 0.16
@@ -34,6 +35,8 @@ LONG_VEHICLE_SHARE = 0.3
 """Share of the scenes with long vehicles in their rows."""
 BREAK_SHARE = 0.2
 """Share of the scenes with driveways through their rows, or racks of bicycles in them."""
+GOODS_SHARE = 0.12
+"""Share of the scenes with containers, crates or tents on stalls."""
 AVENUE_SHARE = 0.35
 """Share of the scenes with a line of trees or a hedge at the heads of a row, besides the trees that all have."""
 HIDDEN_SHARE = 0.7
@@ -141,6 +144,9 @@ def draw_scene(
     if rng.random() < LONG_VEHICLE_SHARE:
         for _ in range(int(rng.integers(1, 5))):
             park_long_vehicle(plan, rng)
+    if rng.random() < GOODS_SHARE:
+        for _ in range(int(rng.integers(1, 4))):
+            store_goods(plan, rng)
     if rng.random() < AVENUE_SHARE:
         for _ in range(int(rng.integers(1, 4))):
             plant_avenue(plan, rng)

@@ -6,6 +6,7 @@ import shapely
 from hawk.worlds.cars import LONG_KINDS, footprint_m
 from hawk.worlds.plan import PlannedStall, SitePlan
 from hawk.worlds.site import SiteSize
+from training import paved as paved_module
 from training.long_vehicles import park_long_vehicle
 from training.paved import plan_paved_site
 from training.streets import plan_street_site
@@ -73,6 +74,19 @@ def test_some_bays_are_the_aisles_stones_with_moss_between_them() -> None:
 def test_stones_differ_less_from_the_ground_than_white_paint_does() -> None:
     apart = [abs(np.mean(plan.palette[0]) - np.mean(plan.asphalt.colour)) for plan in paved(20)]
     assert np.median(apart) < 60
+
+
+def test_half_of_the_stones_are_white_and_the_others_are_close_to_the_ground() -> None:
+    rng = np.random.default_rng(0)
+    apart = np.array([np.mean(paved_module._stones(rng, 100.0)) - 100.0 for _ in range(200)])
+    assert 0.3 < (apart > 60).mean() < 0.6
+    assert (np.abs(apart) < 63).mean() > 0.4
+    assert (apart < -10).mean() > 0.2
+
+
+def test_a_third_of_the_lots_without_paint_is_nearly_empty() -> None:
+    shares = [np.mean([stall.taken for stall in plan.stalls]) for plan in paved(40) if plan.stalls]
+    assert 0.2 < np.mean(np.array(shares) < 0.25) < 0.65
 
 
 def test_a_long_vehicle_takes_every_stall_that_it_covers_and_no_car_stays_in_them() -> None:
