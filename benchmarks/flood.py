@@ -26,7 +26,7 @@ from benchmarks.whole_daemon import QUIET_CORES
 from hawk.comm.messages import Arm, Control, SetFailsafes, Takeoff
 from hawk.comm.performance import WINDOW_S, percentile
 from hawk.comm.status import Heartbeat
-from hawk.model import StateName
+from hawk.model.operation import StateName
 from hawk.simulation import SimulationOptions, end_process
 from hawk.survey.client import DroneClient
 from hawk.survey.handset import Handset, SurveyError, refusal_of

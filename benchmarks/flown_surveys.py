@@ -33,7 +33,9 @@ from benchmarks.pace import in_time
 from benchmarks.surveys import TIMEOUT_S, seeds_option
 from benchmarks.world_lots import Ring, joined, kinematic_flight, rings_about
 from hawk.comm.status import Heartbeat
-from hawk.model import Fence, GlobalPose, StateName
+from hawk.model.limits import Fence
+from hawk.model.operation import StateName
+from hawk.model.poses import GlobalPose
 from hawk.simulation import SimulationOptions
 from hawk.survey import report
 from hawk.survey.client import DroneClient, LinkLostError

@@ -21,7 +21,7 @@ from hawk.comm.clock import Clock
 from hawk.comm.performance import percentile
 from hawk.comm.vehicle import AutopilotError, VehicleTopics
 from hawk.config import AutopilotSettings
-from hawk.model import CopterMode
+from hawk.model.vehicle import CopterMode
 from hawk.simulation import free_udp_port
 
 LIMIT_MS: Final = 100.0

@@ -14,7 +14,9 @@ import numpy as np
 from hawk.config import FlightSettings
 from hawk.ddc.geofence import path_is_inside
 from hawk.ddc.motion import Carrot, Goal
-from hawk.model import Fence, HeightParameters, MapPose, PathPlan
+from hawk.model.limits import Fence, HeightParameters
+from hawk.model.plans import PathPlan
+from hawk.model.poses import MapPose
 from hawk.sim.control import Controller, Limits, Setpoint
 from hawk.sim.gps import Estimate, Estimator
 from hawk.sim.parameters import copter_parameters

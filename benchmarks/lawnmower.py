@@ -17,7 +17,7 @@ from benchmarks.figures import BenchmarkError
 from hawk.algo.path_plan.camera import Swath
 from hawk.comm.messages import CompulsiveMove
 from hawk.comm.status import Heartbeat
-from hawk.model import StateName
+from hawk.model.operation import StateName
 from hawk.survey.handset import Drone, Progress
 from hawk.survey.operator import SurveyOperator, SurveyPlan
 

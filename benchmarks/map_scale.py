@@ -38,7 +38,12 @@ from hawk.algo.mapper.app import MapperApp
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.topic_interface import AlgorithmTopicInterface
 from hawk.algo.vision.seen import Seen
-from hawk.model import TILE_M, CameraModel, DesiredPose, HeightParameters, MapPoint, MapPose, OccupancyMap, StateName
+from hawk.model.limits import HeightParameters
+from hawk.model.lot_map import TILE_M, OccupancyMap
+from hawk.model.operation import StateName
+from hawk.model.pictures import CameraModel
+from hawk.model.plans import DesiredPose
+from hawk.model.poses import MapPoint, MapPose
 from hawk.store.journal import FlightJournal
 from hawk.web.clients import ClientView
 from hawk.web.session import ControlView

@@ -16,19 +16,10 @@ from hawk.ddc.operations_manager import OperationsManager
 from hawk.ddc.service_interface import DdcServiceInterface
 from hawk.ddc.settings import ManagerSetup
 from hawk.ddc.topic_interface import DdcInputs, DdcTopicInterface
-from hawk.model import (
-    BatteryInfo,
-    CopterMode,
-    Diagnostics,
-    GlobalPose,
-    Health,
-    LandedState,
-    LocalPose,
-    MapPose,
-    OccupancyMap,
-    VehiclePose,
-    VehicleState,
-)
+from hawk.model.lot_map import OccupancyMap
+from hawk.model.operation import Health
+from hawk.model.poses import GlobalPose, LocalPose, MapPose, VehiclePose
+from hawk.model.vehicle import BatteryInfo, CopterMode, Diagnostics, LandedState, VehicleState
 
 TICK_S = 0.05
 _PLACE = GlobalPose(43.26, -79.92, 100.0)

@@ -26,7 +26,10 @@ from hawk.algo.vision.motion import Features, find_features, measured_motion
 from hawk.algo.vision.network import StallNetwork, VisionModelError
 from hawk.algo.vision.picture import annotate, decode
 from hawk.algo.vision.rectify import Rectifier
-from hawk.model import CameraModel, HeightParameters, MapPose, StateName
+from hawk.model.limits import HeightParameters
+from hawk.model.operation import StateName
+from hawk.model.pictures import CameraModel
+from hawk.model.poses import MapPose
 from hawk.worlds.camera import WorldCamera
 from hawk.worlds.generate import generate_world
 from hawk.worlds.world import World

@@ -22,7 +22,7 @@ from benchmarks.figures import BenchmarkError, Figure, Limit, Reference
 from benchmarks.probe import Probe
 from benchmarks.processes import CpuTime, cpu_time
 from hawk.comm.status import Heartbeat
-from hawk.model import StateName
+from hawk.model.operation import StateName
 from hawk.simulation import SimulationOptions
 from hawk.survey.client import DroneClient
 from hawk.survey.operator import SurveyOperator, SurveyPlan

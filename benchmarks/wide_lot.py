@@ -20,7 +20,8 @@ from hawk.algo.mapper.evidence import EVIDENCE_M
 from hawk.algo.mapper.grid import EvidenceTile
 from hawk.algo.mapper.table import FREE, STALL_DTYPE, TAKEN, Rows, corners_of, to_bytes
 from hawk.algo.vision.seen import GroundImage, SeenGround, StallSeen
-from hawk.model import TILE_CELLS, TILE_M, Cell, MapPose, TileKey
+from hawk.model.lot_map import TILE_CELLS, TILE_M, Cell, TileKey
+from hawk.model.poses import MapPose
 
 BEYOND_M: Final = 120.0
 """Extent of the lot east of the known part, metres."""

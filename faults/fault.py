@@ -10,7 +10,7 @@ from typing import Any
 from faults.proxy import Direction, Rule
 from hawk.comm.messages import Command
 from hawk.comm.status import Heartbeat, LogEntry
-from hawk.model import StateName
+from hawk.model.operation import StateName
 
 
 class When(StrEnum):

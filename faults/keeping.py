@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from hawk.comm.status import Heartbeat
-from hawk.model import Stall
+from hawk.model.lot_map import Stall
 from hawk.store.journal_state import read_survey, surveys_of
 from hawk.store.replay import RecordingError, read_recording
 

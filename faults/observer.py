@@ -12,7 +12,7 @@ import shapely
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from faults.station import command_fields, parameter_fields
-from hawk.model import mode_name
+from hawk.model.vehicle import mode_name
 
 SYSTEM, COMPONENT = 254, 190
 """Our MAVLink id: another than the daemon's, whom the autopilot's ground-station failsafe watches."""

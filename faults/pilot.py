@@ -23,7 +23,7 @@ from hawk.comm.messages import (
     Takeoff,
 )
 from hawk.comm.status import Heartbeat
-from hawk.model import GROUND_STATES, StateName
+from hawk.model.operation import GROUND_STATES, StateName
 from hawk.survey.client import DroneClient
 from hawk.survey.handset import Handset, refusal_of
 

@@ -26,7 +26,7 @@ from faults.fault import (
 )
 from faults.station import command_fields, parameter_fields
 from hawk.comm.messages import Arm, AutonomousExplore, Takeoff
-from hawk.model import StateName
+from hawk.model.operation import StateName
 
 _HOVER, _EXPLORE, _RETURN = StateName.HOVER, StateName.AUTONOMOUS_EXPLORE, StateName.RETURN_TO_LAUNCH
 _SET_MODE, _SET_HOME = 176, 179

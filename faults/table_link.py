@@ -29,7 +29,7 @@ from faults.fault import (
 )
 from faults.proxy import Direction, Rule
 from hawk.comm.messages import Arm, CompulsiveMove, Land, ReturnToLaunch
-from hawk.model import StateName
+from hawk.model.operation import StateName
 
 _DOWN, _UP = Direction.DOWN, Direction.UP
 _HOVER, _EXPLORE, _RETURN = StateName.HOVER, StateName.AUTONOMOUS_EXPLORE, StateName.RETURN_TO_LAUNCH

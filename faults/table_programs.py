@@ -30,7 +30,7 @@ from faults.fault import (
 )
 from hawk.comm.messages import CheckFence, Hold, Land, ReturnToLaunch
 from hawk.comm.status import FenceCorner
-from hawk.model import StateName
+from hawk.model.operation import StateName
 
 _HOVER, _EXPLORE, _RETURN = StateName.HOVER, StateName.AUTONOMOUS_EXPLORE, StateName.RETURN_TO_LAUNCH
 _LOST = StateName.COMMUNICATION_LOST

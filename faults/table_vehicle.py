@@ -44,7 +44,8 @@ from faults.proxy import Direction
 from faults.station import command_fields, parameter_fields
 from hawk.comm.messages import AutonomousExplore, CompulsiveMove, ReturnToLaunch
 from hawk.ddc.senses import PERCEPTION_PARTS
-from hawk.model import CopterMode, StateName
+from hawk.model.operation import StateName
+from hawk.model.vehicle import CopterMode
 
 _HOVER, _EXPLORE, _RETURN = StateName.HOVER, StateName.AUTONOMOUS_EXPLORE, StateName.RETURN_TO_LAUNCH
 _MANUAL, _IDLE, _LOST = StateName.MANUAL, StateName.IDLE, StateName.COMMUNICATION_LOST

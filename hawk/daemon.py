@@ -42,7 +42,11 @@ from hawk.ddc.survey_memory import SurveyMemory
 from hawk.ddc.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.flight_offer import FlightOffer
 from hawk.map_keeper import MapKeeper
-from hawk.model import ArmPlace, OccupancyMap, PathPlan, StateName, VehicleState
+from hawk.model.lot_map import OccupancyMap
+from hawk.model.operation import StateName
+from hawk.model.plans import PathPlan
+from hawk.model.poses import ArmPlace
+from hawk.model.vehicle import VehicleState
 from hawk.monitor import Monitor, MonitoredParts, watch_parent
 from hawk.process import LOOP_NICENESS, SystemdNotifier, Ticker, Watchdog, set_niceness, set_session_niceness
 from hawk.program_log import STANDARD_OUTPUT, LineWriter, ProgramLog

@@ -15,7 +15,7 @@ from hawk.comm.performance import LoopLag, Performance
 from hawk.comm.udp_gate import Hearing
 from hawk.ddc.orders import Level
 from hawk.ddc.topic_interface import DdcInputs
-from hawk.model import Health
+from hawk.model.operation import Health
 from hawk.store.journal import FlightJournal
 from hawk.store.recording import Recording
 from hawk.supervision import Supervisor

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 from typing import Final
 
-from hawk.model import Counts, Stall
+from hawk.model.lot_map import Counts, Stall
 
 SPREADS: Final = 2.7
 """Standard deviations, of stalls that err each for itself, about the count. Stalls err by the row as well, and some are

@@ -13,7 +13,8 @@ import numpy as np
 import pymap3d
 from numpy.typing import NDArray
 
-from hawk.model import GlobalPose, Stall
+from hawk.model.lot_map import Stall
+from hawk.model.poses import GlobalPose
 
 CSV_COLUMNS = (
     "id",

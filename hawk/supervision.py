@@ -10,7 +10,7 @@ import time
 from collections.abc import Awaitable, Callable, Coroutine
 from typing import Any, Final
 
-from hawk.model import Health
+from hawk.model.operation import Health
 
 _LOG = logging.getLogger(__name__)
 

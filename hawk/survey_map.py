@@ -10,7 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.model import CELL_M, TILE_CELLS, TILE_M, Cell, Counts, GlobalPose, OccupancyMap, Stall, StallState, TileKey
+from hawk.model.lot_map import CELL_M, TILE_CELLS, TILE_M, Cell, Counts, OccupancyMap, Stall, StallState, TileKey
+from hawk.model.poses import GlobalPose
 from hawk.stall_count import variance_of
 
 _CELL_COLOURS = {Cell.UNKNOWN: (235, 231, 227), Cell.NON_LOT: (205, 205, 205), Cell.LOT: (150, 150, 150)}

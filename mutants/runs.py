@@ -28,7 +28,11 @@ IMPORTED_ONCE: Final = (
     "scipy.optimize",
     "scipy.spatial",
     "shapely",
-    "hawk.model",
+    "hawk.model.plans",
+    "hawk.model.lot_map",
+    "hawk.model.operation",
+    "hawk.model.pictures",
+    "hawk.model.vehicle",
     "hawk.config",
     "hawk.comm.messages",
 )

@@ -20,7 +20,9 @@ from hawk.algo.path_plan.field import InformationField, information_field
 from hawk.algo.path_plan.lot_ground import FenceGuard
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.topic_interface import AlgorithmTopicInterface
-from hawk.model import AskedGround, ExploreStatus, MapPoint, MapPose, PathPlan
+from hawk.model.limits import AskedGround
+from hawk.model.plans import ExploreStatus, PathPlan
+from hawk.model.poses import MapPoint, MapPose
 
 Place = tuple[float, float]
 ARRIVAL_M: Final = 1.5

@@ -15,7 +15,8 @@ from hawk.algo.path_plan.camera import Swath
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.vision.rectify import ground_footprint
 from hawk.config import CameraSettings, HeightSettings
-from hawk.model import CameraModel, MapPose
+from hawk.model.pictures import CameraModel
+from hawk.model.poses import MapPose
 
 GOOD_SHARE: Final = PathPlanSettings().good_share
 """Share of the picture, about its middle, that the mapper treats as seen well."""

@@ -22,7 +22,9 @@ from benchmarks.exploration.setups import GOOD_SHARE, Setup
 from hawk.algo.ground import COARSE_M, CoarseLayers, Slices, Window
 from hawk.algo.mapper.novelty import Novelty
 from hawk.algo.mapper.settings import MapperSettings
-from hawk.model import TILE_M, Inbound, MapPose, Stall
+from hawk.model.lot_map import TILE_M, Stall
+from hawk.model.plans import Inbound
+from hawk.model.poses import MapPose
 
 FINE_M: Final = COARSE_M / 2
 _AROUND_M: Final = 95.0

@@ -18,7 +18,11 @@ from hawk.algo.frame import FrameInput
 from hawk.algo.vision import decode, picture
 from hawk.algo.vision.rectify import Rectifier
 from hawk.algo.vision.seen import Finder, FloatArray, GroundImage, StallSeen
-from hawk.model import CameraModel, HeightParameters, MapPose, StallState, StateName
+from hawk.model.limits import HeightParameters
+from hawk.model.lot_map import StallState
+from hawk.model.operation import StateName
+from hawk.model.pictures import CameraModel
+from hawk.model.poses import MapPose
 from hawk.survey.scoring import Finding, LabelledPlace, Tally, tally
 from hawk.worlds.camera import WorldCamera
 from hawk.worlds.conditions import Condition

@@ -18,7 +18,7 @@ from benchmarks.perception.ground_light import GROUND_M, GroundLight, ground_lig
 from benchmarks.perception.measures import Looked
 from benchmarks.perception.paint import brightness, is_marked
 from benchmarks.perception.stall_rows import Boxes, Rows, neighbours, spanning
-from hawk.model import StallState
+from hawk.model.lot_map import StallState
 from hawk.survey.scoring import Matches, match
 
 Floats = NDArray[np.float64]

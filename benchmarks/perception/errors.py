@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from benchmarks.figures import Figure, Section
 from benchmarks.perception.categories import Categories, Category, categories
 from benchmarks.perception.measures import Looked
-from hawk.model import StallState
+from hawk.model.lot_map import StallState
 from hawk.survey.scoring import counted_false_alarms
 
 ALL: Final = "all"

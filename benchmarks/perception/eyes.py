@@ -22,7 +22,7 @@ from hawk.algo.vision.decode import Stalls
 from hawk.algo.vision.network import CELL_PIXELS, NetworkMaps
 from hawk.algo.vision.rows import Evidence, RowStalls, complete_rows, row_stalls
 from hawk.algo.vision.seen import GroundImage
-from hawk.model import StallState
+from hawk.model.lot_map import StallState
 from hawk.survey.scoring import Finding, FloatArray
 
 GROUND_M = 0.10

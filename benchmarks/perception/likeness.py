@@ -27,7 +27,8 @@ from benchmarks.perception.paint import SHOWN, brightness, side_lines
 from benchmarks.perception.places import Place, read_lots, state_array
 from benchmarks.perception.stall_rows import Boxes
 from benchmarks.surveys import seeds_option
-from hawk.model import CameraModel, StallState
+from hawk.model.lot_map import StallState
+from hawk.model.pictures import CameraModel
 from hawk.survey.scoring import LabelledPlace
 from hawk.worlds.camera import WorldCamera
 from hawk.worlds.generate import generate_world

@@ -15,7 +15,7 @@ from benchmarks.perception.edges import Counted, counted
 from benchmarks.perception.eyes import Eye, Result
 from benchmarks.perception.places import Place
 from benchmarks.perception.stall_rows import Boxes
-from hawk.model import StallState
+from hawk.model.lot_map import StallState
 from hawk.survey.scoring import FloatArray, Tally, mask_iou, match, tally
 
 MEASURES = (

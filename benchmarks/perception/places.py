@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.model import StallState
+from hawk.model.lot_map import StallState
 from hawk.survey.scoring import FloatArray, LabelledPlace
 
 TILE_METRES_PER_PIXEL = 0.0938

@@ -29,7 +29,7 @@ from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.network import StallNetwork
 from hawk.algo.vision.rectify import Rectifier
 from hawk.algo.vision.seen import Finder, FloatArray
-from hawk.model import StallState
+from hawk.model.lot_map import StallState
 from hawk.survey.scoring import match
 from hawk.worlds.generate import generate_world
 from hawk.worlds.world import World

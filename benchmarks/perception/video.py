@@ -17,7 +17,8 @@ from benchmarks.perception.eyes import north_up
 from hawk.algo.mapper.core import MapCore
 from hawk.algo.mapper.settings import MapperSettings
 from hawk.algo.vision.seen import Finder, SeenGround
-from hawk.model import MapPose, StallState
+from hawk.model.lot_map import StallState
+from hawk.model.poses import MapPose
 
 _HEIGHT_M = 40.0
 """Height given to the mapper, which weighs a frame by the distance moved: none here."""

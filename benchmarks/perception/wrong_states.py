@@ -22,7 +22,7 @@ from benchmarks.perception.eyes import NetworkEye
 from benchmarks.perception.measures import Looked, look
 from benchmarks.perception.places import Place, folder_option, read_lots, read_tiles
 from hawk.algo.vision.network import StallNetwork
-from hawk.model import StallState
+from hawk.model.lot_map import StallState
 from hawk.survey.scoring import FloatArray, match
 
 AROUND_M: Final = 7.0

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 import shapely
 
-from hawk.model import CameraModel
+from hawk.model.pictures import CameraModel
 from hawk.worlds.camera import WorldCamera
 from hawk.worlds.generate import WorldOptions, generate_world
 from hawk.worlds.world import World

@@ -19,7 +19,8 @@ from hawk.comm.performance import LagSummary
 from hawk.comm.status import DroneStatus
 from hawk.comm.topic import Topic
 from hawk.config import OperatorSettings, WebSettings
-from hawk.model import AnnotatedFrame, OccupancyMap
+from hawk.model.lot_map import OccupancyMap
+from hawk.model.pictures import AnnotatedFrame
 from hawk.web.app import WebServer
 from hawk.web.services import OperatorSide, WebServices
 

@@ -4,19 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from hawk.model import (
-    AskedGround,
-    CameraModel,
-    DesiredPose,
-    Fence,
-    Health,
-    HeightParameters,
-    MapPoint,
-    MapPose,
-    OccupancyMap,
-    PathPlan,
-    StateName,
-)
+from hawk.model.limits import AskedGround, Fence, HeightParameters
+from hawk.model.lot_map import OccupancyMap
+from hawk.model.operation import Health, StateName
+from hawk.model.pictures import CameraModel
+from hawk.model.plans import DesiredPose, PathPlan
+from hawk.model.poses import MapPoint, MapPose
 
 
 class AlgoError(Exception):

@@ -1,7 +1,7 @@
 """The ground grid that mapper and planner share: windows of cells, coarse layers, and the map that the planner reads.
 
 Global cells count southwards (rows) and eastwards (columns) from the datum: the centre of cell (r, c) of side ``s``
-lies at north = -(r + 0.5) s, east = (c + 0.5) s, which is how `hawk.model.TileKey` counts tiles.
+lies at north = -(r + 0.5) s, east = (c + 0.5) s, which is how `hawk.model.lot_map.TileKey` counts tiles.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ from typing import Any, Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.model import TILE_M, Inbound, Stall, TileKey
+from hawk.model.lot_map import TILE_M, Stall, TileKey
+from hawk.model.plans import Inbound
 
 COARSE_M: Final = 1.6
 """Side of a cell of the coarse layers for planning, metres: a whole number of evidence cells, and of cells a tile."""

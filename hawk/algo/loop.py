@@ -13,17 +13,11 @@ from typing import TYPE_CHECKING, TypeVar
 from hawk.algo.frame import FrameInput
 from hawk.algo.topic_interface import AlgorithmTopics
 from hawk.comm.drone_camera import CameraFrame
-from hawk.model import (
-    AskedGround,
-    CameraModel,
-    DesiredPose,
-    Fence,
-    Health,
-    HeightParameters,
-    MapPoint,
-    StateName,
-    VehiclePose,
-)
+from hawk.model.limits import AskedGround, Fence, HeightParameters
+from hawk.model.operation import Health, StateName
+from hawk.model.pictures import CameraModel
+from hawk.model.plans import DesiredPose
+from hawk.model.poses import MapPoint, VehiclePose
 from hawk.process import WORKER_NICENESS, set_niceness
 from hawk.supervision import Supervisor
 

@@ -20,7 +20,7 @@ from hawk.algo.vision.picture import PictureStyle, annotate
 from hawk.algo.vision.rectify import ground_footprint
 from hawk.algo.vision.seen import Seen, SeesFrames
 from hawk.comm.image import NoImage
-from hawk.model import Health
+from hawk.model.operation import Health
 
 T = TypeVar("T")
 _LOG = logging.getLogger(__name__)

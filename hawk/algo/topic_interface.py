@@ -13,17 +13,11 @@ from typing import Generic, TypeVar
 from hawk.algo.frame import AlgoError, FrameInput, FrameOutput
 from hawk.comm.image import NoImage
 from hawk.comm.topic import Topic
-from hawk.model import (
-    AnnotatedFrame,
-    DesiredPose,
-    Health,
-    MapPoint,
-    MapPose,
-    OccupancyMap,
-    PathPlan,
-    StateName,
-    Verdict,
-)
+from hawk.model.lot_map import OccupancyMap
+from hawk.model.operation import Health, StateName
+from hawk.model.pictures import AnnotatedFrame
+from hawk.model.plans import DesiredPose, PathPlan, Verdict
+from hawk.model.poses import MapPoint, MapPose
 
 T = TypeVar("T")
 

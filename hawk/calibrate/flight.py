@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
 
 from hawk.camera_address import RPICAM, V4L2
-from hawk.model import GROUND_STATES, CameraModel, MapPose, StateName
+from hawk.model.operation import GROUND_STATES, StateName
+from hawk.model.pictures import CameraModel
+from hawk.model.poses import MapPose
 from hawk.rotation import angles, rotation
 from hawk.store.frame_codec import FrameFormatError, picture_of, values_of
 from hawk.store.recording import FRAME_INPUT, newest_file

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from hawk.calibrate.flight import Track
 from hawk.calibrate.geometry import carried, mounted
 from hawk.calibrate.pairs import MARGIN_S, Matches
-from hawk.model import CameraModel
+from hawk.model.pictures import CameraModel
 
 Floats = NDArray[np.float64]
 

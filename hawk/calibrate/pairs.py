@@ -15,7 +15,7 @@ from hawk.algo.vision.rectify import intrinsics, scaled_camera
 from hawk.calibrate.flight import Flight, Look, pictures
 from hawk.calibrate.geometry import motions, mounted
 from hawk.comm.image import NoImage, decode
-from hawk.model import CameraModel
+from hawk.model.pictures import CameraModel
 
 Floats = NDArray[np.float64]
 Grey = NDArray[np.uint8]

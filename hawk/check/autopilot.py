@@ -30,7 +30,7 @@ from hawk.comm.peer import Expected
 from hawk.comm.vehicle import AutopilotError, VehicleTopics
 from hawk.config import Config
 from hawk.ddc.failsafes import MAY_BE_MISSING
-from hawk.model import mode_name
+from hawk.model.vehicle import mode_name
 from hawk.supervision import Supervisor
 
 FIND_S: Final = 5.0

@@ -29,7 +29,9 @@ from hawk.comm.threads import Inbox, LatestSender
 from hawk.comm.udp_gate import Hearing
 from hawk.comm.vehicle import AutopilotError, VehicleTopics
 from hawk.config import AutopilotSettings, host_and_port
-from hawk.model import CopterMode, Fence, GlobalPose, StatusText
+from hawk.model.limits import Fence
+from hawk.model.poses import GlobalPose
+from hawk.model.vehicle import CopterMode, StatusText
 from hawk.supervision import Supervisor
 
 _LOG = logging.getLogger(__name__)

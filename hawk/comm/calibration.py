@@ -15,7 +15,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
 from hawk.config import CameraSettings, ConfigError
-from hawk.model import CameraModel
+from hawk.model.pictures import CameraModel
 
 _MODELS = {"plumb_bob": 5, "rational_polynomial": 8}
 _ASPECT_TOLERANCE = 0.01

@@ -15,7 +15,7 @@ from typing import Any, Final, TypeVar
 
 from hawk.comm.threads import Workers
 from hawk.comm.vehicle import AutopilotError
-from hawk.model import Health
+from hawk.model.operation import Health
 
 _LOG = logging.getLogger(__name__)
 T = TypeVar("T")

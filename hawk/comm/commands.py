@@ -12,7 +12,8 @@ from enum import IntEnum
 from hawk.comm.mavlink_link import Link, command_fields, require_finite
 from hawk.comm.streams import Stream
 from hawk.comm.vehicle import AutopilotError
-from hawk.model import CopterMode, GlobalPose, mode_name
+from hawk.model.poses import GlobalPose
+from hawk.model.vehicle import CopterMode, mode_name
 
 
 class MavCommand(IntEnum):

@@ -29,7 +29,8 @@ from hawk.comm.camera_sources.v4l2 import V4l2Source
 from hawk.comm.clock import Clock, OffsetEstimator
 from hawk.comm.image import NoImage, decode, jpeg_size
 from hawk.config import CAMERA_KINDS, CameraSettings, ConfigError
-from hawk.model import CameraModel, Health
+from hawk.model.operation import Health
+from hawk.model.pictures import CameraModel
 from hawk.supervision import Supervisor
 
 _LOG = logging.getLogger(__name__)

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 from hawk.comm.frames import place_at
 from hawk.comm.vehicle import AutopilotError
-from hawk.model import Fence, GlobalPose
+from hawk.model.limits import Fence
+from hawk.model.poses import GlobalPose
 
 LEAST_CORNERS = 3
 TOLERANCE_DEG = 1e-6

@@ -17,7 +17,8 @@ from typing import Final, Protocol, TypeVar
 
 import pymap3d
 
-from hawk.model import ArmPlace, GlobalPose, LandedState, LocalPose, MapPose
+from hawk.model.poses import ArmPlace, GlobalPose, LocalPose, MapPose
+from hawk.model.vehicle import LandedState
 
 _LOG = logging.getLogger(__name__)
 S = TypeVar("S", bound="Sample")

@@ -15,7 +15,8 @@ from typing import Any, Final
 import numpy as np
 
 from hawk.comm.frames import forget, nearest, neighbours
-from hawk.model import CameraModel, VehiclePose
+from hawk.model.pictures import CameraModel
+from hawk.model.poses import VehiclePose
 from hawk.rotation import Matrix, angles, rotation
 
 FRESH_S: Final = 0.5

@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from hawk.comm.topic import Topic
 from hawk.config import RemoteIdSettings
-from hawk.model import GlobalPose
+from hawk.model.poses import GlobalPose
 
 Fields = Mapping[str, Any]
 NamedMessage = tuple[str, Fields]

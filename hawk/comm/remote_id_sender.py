@@ -11,7 +11,7 @@ from hawk.comm.clock import Clock
 from hawk.comm.remote_id import Fields, OperatorPlace, RemoteIdReport, fixed_place, takeoff_place, where, who
 from hawk.comm.vehicle import AutopilotError, VehicleTopics
 from hawk.config import RemoteIdSettings
-from hawk.model import GlobalPose
+from hawk.model.poses import GlobalPose
 
 _LOG = logging.getLogger(__name__)
 

@@ -15,7 +15,8 @@ from typing import Annotated, Any, Literal, Protocol
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
 
-from hawk.model import HealthStatus, MapPoint, StateName, UserError
+from hawk.model.operation import HealthStatus, StateName, UserError
+from hawk.model.poses import MapPoint
 
 ClientId = str
 """One connected session."""

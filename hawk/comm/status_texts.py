@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Mapping
 from typing import Any, Final
 
-from hawk.model import StatusText
+from hawk.model.vehicle import StatusText
 
 _WARNING: Final = 4  # MAV_SEVERITY_WARNING
 _CHUNK: Final = 50  # characters of a STATUSTEXT

@@ -25,15 +25,8 @@ from hawk.comm.status_texts import StatusTexts
 from hawk.comm.streams import RateKeeper
 from hawk.comm.terrain import TerrainWatch
 from hawk.comm.vehicle import VehicleTopics
-from hawk.model import (
-    ArmPlace,
-    BatteryInfo,
-    Diagnostics,
-    GlobalPose,
-    LandedState,
-    VehiclePose,
-    VehicleState,
-)
+from hawk.model.poses import ArmPlace, GlobalPose, VehiclePose
+from hawk.model.vehicle import BatteryInfo, Diagnostics, LandedState, VehicleState
 
 _LOG = logging.getLogger(__name__)
 _ARMED: Final = 128  # MAV_MODE_FLAG_SAFETY_ARMED

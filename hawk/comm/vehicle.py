@@ -13,17 +13,9 @@ from hawk.comm.remote_control import RemoteControl
 from hawk.comm.remote_id import RemoteIdReport
 from hawk.comm.terrain import Terrain
 from hawk.comm.topic import Topic
-from hawk.model import (
-    ArmPlace,
-    BatteryInfo,
-    CopterMode,
-    Diagnostics,
-    Fence,
-    GlobalPose,
-    StatusText,
-    VehiclePose,
-    VehicleState,
-)
+from hawk.model.limits import Fence
+from hawk.model.poses import ArmPlace, GlobalPose, VehiclePose
+from hawk.model.vehicle import BatteryInfo, CopterMode, Diagnostics, StatusText, VehicleState
 
 
 class AutopilotError(Exception):

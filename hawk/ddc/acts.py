@@ -10,7 +10,11 @@ from hawk.ddc.facts import Answer, Facts
 from hawk.ddc.fence import FencePlan, Standpoint
 from hawk.ddc.motion import Goal
 from hawk.ddc.orders import Level, Transition
-from hawk.model import CopterMode, DesiredPose, Fence, GlobalPose, HeightParameters, Outline, StateName, UserError
+from hawk.model.limits import Fence, HeightParameters, Outline
+from hawk.model.operation import StateName, UserError
+from hawk.model.plans import DesiredPose
+from hawk.model.poses import GlobalPose
+from hawk.model.vehicle import CopterMode
 
 # -- requests: acts that are answered ---------------------------------------------------------------------------------
 

@@ -11,7 +11,8 @@ import math
 from dataclasses import dataclass, replace
 
 from hawk.ddc.facts import POSE_TIMEOUT_S, GroundFacts
-from hawk.model import LANDED_TIMEOUT_S, LandedState, VehiclePose, VehicleState
+from hawk.model.poses import VehiclePose
+from hawk.model.vehicle import LANDED_TIMEOUT_S, LandedState, VehicleState
 
 AIR_HEIGHT_M = 3.0
 """An armed drone that is higher than this above its arm place does not stand there: on the ground the height drifts by

@@ -6,7 +6,8 @@ from hawk.ddc.clearance import SILENT_S, BelowFacts, ClearanceWatch, least_clear
 from hawk.ddc.facts import TARGET_POSE_AGE_S
 from hawk.ddc.slope import SlopeWatch
 from hawk.ddc.topic_interface import DdcTopicInterface
-from hawk.model import Health, LandedState, VehicleState
+from hawk.model.operation import Health
+from hawk.model.vehicle import LandedState, VehicleState
 
 
 class BelowWatch:

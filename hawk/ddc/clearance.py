@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from hawk.comm.terrain import Terrain
 from hawk.ddc.slope import Slope
-from hawk.model import Health, HealthStatus
+from hawk.model.operation import Health, HealthStatus
 
 LOW_S = 0.5
 """Seconds for which the distance must be too small."""

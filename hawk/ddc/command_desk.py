@@ -58,7 +58,9 @@ from hawk.ddc.outline import outline_of
 from hawk.ddc.outline_rules import taken_words
 from hawk.ddc.parameters import ParameterReader
 from hawk.ddc.route_requests import NOT_JUDGED, RouteRequests, verdict_refusal
-from hawk.model import DesiredPose, HeightParameters, UserError
+from hawk.model.limits import HeightParameters
+from hawk.model.operation import UserError
+from hawk.model.plans import DesiredPose
 
 NO_USER_ERROR = ShowUserError(UserError.NONE)
 

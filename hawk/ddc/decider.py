@@ -32,7 +32,7 @@ from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import make_state
 from hawk.ddc.states.ground import Idle
 from hawk.ddc.survey_notice import SurveyNotice
-from hawk.model import StateName
+from hawk.model.operation import StateName
 
 _LOGGER = logging.getLogger(__name__)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final
 
-from hawk.model import FlightDrain
+from hawk.model.operation import FlightDrain
 
 KEPT_FLIGHTS: Final = 3
 """The worst of the last flights counts: cold, wind and an old battery come back."""

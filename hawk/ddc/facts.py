@@ -21,26 +21,12 @@ from hawk.ddc.remote_control import NO_REMOTE_CONTROL, RemoteControlFacts
 from hawk.ddc.remote_id import NO_REMOTE_ID, RemoteIdFacts
 from hawk.ddc.survey_need import SurveyNeed
 from hawk.ddc.wind import Wind
-from hawk.model import (
-    ArmPlace,
-    BatteryInfo,
-    CopterMode,
-    Counts,
-    DesiredPose,
-    Diagnostics,
-    Fence,
-    GlobalPose,
-    Health,
-    HeightParameters,
-    Inbound,
-    LandedState,
-    MapPoint,
-    MapPose,
-    PathPlan,
-    VehiclePose,
-    VehicleState,
-    Verdict,
-)
+from hawk.model.limits import Fence, HeightParameters
+from hawk.model.lot_map import Counts
+from hawk.model.operation import Health
+from hawk.model.plans import DesiredPose, Inbound, PathPlan, Verdict
+from hawk.model.poses import ArmPlace, GlobalPose, MapPoint, MapPose, VehiclePose
+from hawk.model.vehicle import BatteryInfo, CopterMode, Diagnostics, LandedState, VehicleState
 
 TARGET_POSE_AGE_S = 0.5
 """No target is sent on an older pose, seconds (design, section 6)."""

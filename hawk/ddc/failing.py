@@ -9,7 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hawk.ddc.follower import state_from_autopilot
-from hawk.model import StateName, VehicleState
+from hawk.model.operation import StateName
+from hawk.model.vehicle import VehicleState
 
 AIR_S = 0.5
 """After this time of failed ticks in the air the drone is sent home, real seconds."""

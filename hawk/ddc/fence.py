@@ -31,7 +31,8 @@ from hawk.ddc.geofence import (
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.words import metres
 from hawk.ddc.zones import check_zones
-from hawk.model import Fence, GlobalPose, HeightParameters, MapPoint
+from hawk.model.limits import Fence, HeightParameters
+from hawk.model.poses import GlobalPose, MapPoint
 
 BLIND_HOME = (
     "From parts of it the straight way home {}. Our returns stay inside; the autopilot's own failsafes "

@@ -11,7 +11,8 @@ from hawk.ddc.fence_geojson import outline_geojson, read_outline
 from hawk.ddc.geofence import FenceError, area
 from hawk.ddc.orders import Level
 from hawk.ddc.settings import DdcSettings
-from hawk.model import Fence, GlobalPose, HeightParameters
+from hawk.model.limits import Fence, HeightParameters
+from hawk.model.poses import GlobalPose
 
 FENCE_FILE = "fence.geojson"
 

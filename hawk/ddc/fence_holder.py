@@ -12,7 +12,9 @@ from hawk.ddc.geofence import FenceError, contains, is_about_same, to_map
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
 from hawk.ddc.words import sentence
-from hawk.model import ArmPlace, Fence, GlobalPose, MapPoint, StateName
+from hawk.model.limits import Fence
+from hawk.model.operation import StateName
+from hawk.model.poses import ArmPlace, GlobalPose, MapPoint
 
 SAME_M = 3.0
 """A fence built for a place this near, metres, is the fence of this arm place: the position wanders that far."""

@@ -19,7 +19,9 @@ from numpy.typing import NDArray
 from shapely.geometry.polygon import orient
 
 from hawk.ddc.geofence import contains, path_is_inside, shape
-from hawk.model import Fence, MapPoint, Route
+from hawk.model.limits import Fence
+from hawk.model.plans import Route
+from hawk.model.poses import MapPoint
 
 ROOM_M = (2.0, 1.0, 0.5, 0.0)
 """Room that a path keeps from our limit, metres: the first of these with which there is a path."""

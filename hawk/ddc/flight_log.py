@@ -9,7 +9,8 @@ from datetime import UTC, datetime
 
 from hawk.comm.status import LogEntry
 from hawk.ddc.orders import Level
-from hawk.model import MapPoint, MapPose, StatusText
+from hawk.model.poses import MapPoint, MapPose
+from hawk.model.vehicle import StatusText
 
 KEPT_ENTRIES = 200
 REPEAT_S = 10.0

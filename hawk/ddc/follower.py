@@ -24,7 +24,8 @@ from hawk.ddc.orders import Cause, CauseKind, Rank, ToHover, ToIdle, ToReturn
 from hawk.ddc.restart import RestartRule, restart_rule
 from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import adopted
-from hawk.model import CopterMode, LandedState, StateName
+from hawk.model.operation import StateName
+from hawk.model.vehicle import CopterMode, LandedState
 
 ABANDONED_S = 15.0
 """Within this time after an arming that was given up, "armed" is answered by a disarm, seconds."""

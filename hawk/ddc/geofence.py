@@ -17,7 +17,8 @@ import shapely
 from shapely import LineString, MultiPolygon, Point, Polygon
 
 from hawk.comm.frames import offset_ned
-from hawk.model import Fence, GlobalPose, MapPoint, MapPose
+from hawk.model.limits import Fence
+from hawk.model.poses import GlobalPose, MapPoint, MapPose
 
 BREACH_TOLERANCE_M = 0.5
 """Position noise and overshoot: a breach begins this far outside our fence, metres."""

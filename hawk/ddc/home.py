@@ -14,7 +14,9 @@ from hawk.ddc.facts import HOME_TOLERANCE_M, Facts, HomeFacts
 from hawk.ddc.geofence import contains, to_map
 from hawk.ddc.orders import Cause, ToLand, ToReturn
 from hawk.ddc.words import metres
-from hawk.model import ArmPlace, Fence, GlobalPose, Health
+from hawk.model.limits import Fence
+from hawk.model.operation import Health
+from hawk.model.poses import ArmPlace, GlobalPose
 
 HOME_HEIGHT_M = 5.0
 """A home farther above or below the arm place changes the return height too much, metres."""

@@ -9,7 +9,7 @@ from hawk.ddc.facts import Facts, HomeFacts
 from hawk.ddc.home import HOME_WAIT_S, home_words
 from hawk.ddc.orders import Rank
 from hawk.ddc.states.base import State
-from hawk.model import GlobalPose
+from hawk.model.poses import GlobalPose
 
 SET_AGAIN_S = 1.0
 

@@ -9,7 +9,8 @@ from hawk.ddc.energy import SLOWEST_M_S
 from hawk.ddc.fence_path import length, path_inside
 from hawk.ddc.geofence import path_is_inside
 from hawk.ddc.wind import Wind, ground_speed
-from hawk.model import Fence, MapPoint
+from hawk.model.limits import Fence
+from hawk.model.poses import MapPoint
 
 LOOK_S = 1.0
 """A path is looked for once in this time, seconds: it costs milliseconds. Its first leg follows the drone."""

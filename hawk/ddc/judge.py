@@ -33,7 +33,10 @@ from hawk.ddc.preflight import failsafe_checks, preflight_items
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
 from hawk.ddc.words import seconds, sentence
-from hawk.model import HeightParameters, MapPoint, Route, StateName, UserError
+from hawk.model.limits import HeightParameters
+from hawk.model.operation import StateName, UserError
+from hawk.model.plans import Route
+from hawk.model.poses import MapPoint
 
 RESUME_WAIT_S = 3.0
 """Resume is refused so soon after a mode change: the pilot's hand is still at the switch."""

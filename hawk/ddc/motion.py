@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from hawk.model import MapPoint, MapPose, Route, VehiclePose
+from hawk.model.plans import Route
+from hawk.model.poses import MapPoint, MapPose, VehiclePose
 
 BRAKING_M_S2 = 2.0
 """Least braking of the drone, m/s²; ArduCopter's WPNAV_ACCEL is 2.5."""

@@ -38,7 +38,9 @@ from hawk.ddc.states.base import State
 from hawk.ddc.status import Reporter, Setups
 from hawk.ddc.survey_watch import SurveyWatch
 from hawk.ddc.topic_interface import DdcTopicInterface
-from hawk.model import CopterMode, FlightSoFar, Health, HeightParameters, LandedState, StateName
+from hawk.model.limits import HeightParameters
+from hawk.model.operation import FlightSoFar, Health, StateName
+from hawk.model.vehicle import CopterMode, LandedState
 
 SHUTDOWN_WAIT_S = 3.0
 """Longest wait for RTL at the end of the program, real seconds."""

@@ -10,7 +10,9 @@ from hawk.comm.messages import Command, Hold, Land, ReturnToLaunch
 from hawk.ddc.facts import Facts
 from hawk.ddc.fence import FencePlan
 from hawk.ddc.motion import Goal
-from hawk.model import HeightParameters, MapPoint, Route
+from hawk.model.limits import HeightParameters
+from hawk.model.plans import Route
+from hawk.model.poses import MapPoint
 
 Level = Literal["info", "ok", "warning", "error"]
 """Level of an entry in the flight log."""

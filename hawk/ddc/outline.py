@@ -24,7 +24,8 @@ from hawk.ddc.geofence import (
     ring_to_map,
     shape,
 )
-from hawk.model import AskedGround, Fence, GlobalPose, Outline
+from hawk.model.limits import AskedGround, Fence, Outline
+from hawk.model.poses import GlobalPose
 
 LEAST_OUTLINE_M2 = 50.0
 """Some four stalls: a smaller polygon is a slip of the hand, m²."""

@@ -13,7 +13,7 @@ from hawk.comm.outline_messages import outline_problem
 from hawk.ddc.fence_geojson import checked_ring, read_geojson
 from hawk.ddc.geofence import Ring
 from hawk.ddc.outline import OutlineError, check_rings
-from hawk.model import Outline
+from hawk.model.limits import Outline
 
 _NONE = "must hold Polygons or MultiPolygons (WGS-84, longitude before latitude)"
 

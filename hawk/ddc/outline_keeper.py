@@ -9,7 +9,8 @@ from hawk.ddc.orders import Level
 from hawk.ddc.outline import OutlineError, OutlineFacts, area_words, check_rings, corners_of, ground_of
 from hawk.ddc.outline_geojson import read_survey_outline
 from hawk.ddc.survey_memory import SurveyMemory
-from hawk.model import AskedGround, Fence, GlobalPose, Outline
+from hawk.model.limits import AskedGround, Fence, Outline
+from hawk.model.poses import GlobalPose
 
 
 class OutlineKeeper:

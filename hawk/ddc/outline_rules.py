@@ -7,7 +7,8 @@ from hawk.ddc.facts import Facts
 from hawk.ddc.geofence import FenceError
 from hawk.ddc.outline import OutlineError, check_rings, ground_of, outline_of, size_words
 from hawk.ddc.settings import DdcSettings
-from hawk.model import Fence, GlobalPose, Outline
+from hawk.model.limits import Fence, Outline
+from hawk.model.poses import GlobalPose
 
 NOTHING_INSIDE = "Nothing of the outline lies inside the fence: set another outline, or clear it."
 

@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from hawk.ddc.atomic_file import set_aside, write_atomically
-from hawk.model import HeightParameters
+from hawk.model.limits import HeightParameters
 
 PARAMETER_FILE = "params.json"
 

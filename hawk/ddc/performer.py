@@ -56,7 +56,8 @@ from hawk.ddc.params import ParameterStore
 from hawk.ddc.requests import Outcomes, Requests
 from hawk.ddc.service_interface import DdcServiceInterface, Sender, TargetRefused
 from hawk.ddc.topic_interface import DdcTopicInterface
-from hawk.model import HeightParameters, StateName
+from hawk.model.limits import HeightParameters
+from hawk.model.operation import StateName
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,8 @@ from hawk.ddc.settings import DdcSettings
 from hawk.ddc.slope import slope_words
 from hawk.ddc.survey_need import check_words
 from hawk.ddc.words import metres
-from hawk.model import Fence, GlobalPose, MapPoint
+from hawk.model.limits import Fence
+from hawk.model.poses import GlobalPose, MapPoint
 
 GPS_FIX_3D = 3
 BLIND_PARTS = "our returns stay inside the fence, the autopilot's own failsafes fly straight and {} from parts"

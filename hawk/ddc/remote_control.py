@@ -16,7 +16,8 @@ from typing import Final
 from hawk.comm.remote_control import RemoteControl
 from hawk.comm.status import CheckItem
 from hawk.config import RemoteControlSettings
-from hawk.model import CopterMode, Health, mode_name
+from hawk.model.operation import Health
+from hawk.model.vehicle import CopterMode, mode_name
 
 SWITCH_CHANNEL: Final = "FLTMODE_CH"
 MODE_NAMES: Final = tuple(f"FLTMODE{position}" for position in range(1, 7))

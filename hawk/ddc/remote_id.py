@@ -10,7 +10,7 @@ from hawk.comm.remote_id import RemoteIdReport
 from hawk.comm.status import CheckItem
 from hawk.config import RemoteIdSettings
 from hawk.ddc.words import sentence
-from hawk.model import Health
+from hawk.model.operation import Health
 
 AGE_S: Final = 3.0
 """An older OPEN_DRONE_ID_ARM_STATUS (1 Hz) says nothing, seconds, as in ArduPilot's own check."""

@@ -9,7 +9,7 @@ from typing import Any
 
 from hawk.ddc.acts import Ask
 from hawk.ddc.facts import Answer
-from hawk.model import UserError
+from hawk.model.operation import UserError
 
 KEPT_S = 30.0
 """An answer remains a fact for this time, seconds."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import Enum
 
-from hawk.model import FlightSoFar
+from hawk.model.operation import FlightSoFar
 
 RESTART_WINDOW_S = 60.0
 """Starts in the air are counted over this time, seconds."""

@@ -9,7 +9,8 @@ from hawk.comm.status import ClientId, Point
 from hawk.ddc.acts import Acts, AskPlace, Reply
 from hawk.ddc.facts import VERDICT_AGE_S, Facts
 from hawk.ddc.judge import place_of, place_refusal
-from hawk.model import DesiredPose, Inbound, MapPoint, Verdict
+from hawk.model.plans import DesiredPose, Inbound, Verdict
+from hawk.model.poses import MapPoint
 
 WAITING_LIMIT = 8
 """Clients whose questions wait at a time."""

@@ -46,7 +46,9 @@ from hawk.ddc.survey_watch import Sighting, SurveyWatch
 from hawk.ddc.topic_interface import DdcTopicInterface
 from hawk.ddc.watches import Jumps, LinkWatch, Stopwatch
 from hawk.ddc.wind import Wind, WindWatch
-from hawk.model import ArmPlace, GlobalPose, Health, LandedState, MapPoint, StateName
+from hawk.model.operation import Health, StateName
+from hawk.model.poses import ArmPlace, GlobalPose, MapPoint
+from hawk.model.vehicle import LandedState
 
 DOUBT_CONFIRM_S = 0.5
 """Seconds for which a doubt must last before it is shown: one late datagram is soon put right."""

@@ -17,7 +17,10 @@ from hawk.ddc.facts import TARGET_POSE_AGE_S
 from hawk.ddc.motion import Goal
 from hawk.ddc.target_gate import Limits, target_refusal
 from hawk.ddc.topic_interface import DdcTopicInterface
-from hawk.model import CopterMode, Fence, GlobalPose, HeightParameters, StateName
+from hawk.model.limits import Fence, HeightParameters
+from hawk.model.operation import StateName
+from hawk.model.poses import GlobalPose
+from hawk.model.vehicle import CopterMode
 
 MODE_WINDOW_S = 2.0
 """A mode change is ours when a request asked for it within this time, seconds."""

@@ -22,7 +22,7 @@ from hawk.config import (
     RemoteIdSettings,
 )
 from hawk.ddc.survey_memory import SurveyMemory
-from hawk.model import FlightSoFar
+from hawk.model.operation import FlightSoFar
 
 
 @dataclass(frozen=True, slots=True)

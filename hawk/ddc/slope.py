@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 from hawk.config import OBSTACLE_MARGIN_M
 from hawk.ddc.words import direction, metres
-from hawk.model import Fence, MapPoint, VehiclePose
+from hawk.model.limits import Fence
+from hawk.model.poses import MapPoint, VehiclePose
 
 REST_S = 1.0
 """Seconds of attitude that are averaged."""

@@ -29,7 +29,8 @@ from hawk.ddc.flight_log import FlightLog, Trail
 from hawk.ddc.geofence import Ring
 from hawk.ddc.judge import Case, options
 from hawk.ddc.requests import Outcomes
-from hawk.model import Health, HealthStatus, MapPoint
+from hawk.model.operation import Health, HealthStatus
+from hawk.model.poses import MapPoint
 from hawk.stall_count import free_interval
 
 HEARTBEAT_S = 0.2

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from hawk.model import FlightDrain, Outline, SurveyLeft
+from hawk.model.limits import Outline
+from hawk.model.operation import FlightDrain, SurveyLeft
 
 
 def _forget(_: object) -> None:

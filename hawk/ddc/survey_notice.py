@@ -8,7 +8,7 @@ from hawk.ddc.acts import Acts, Log
 from hawk.ddc.facts import Facts
 from hawk.ddc.states.base import State
 from hawk.ddc.survey_need import tens
-from hawk.model import StateName
+from hawk.model.operation import StateName
 
 SHORT_CONFIRM_S: Final = 10.0
 """Seconds for which the battery must be too low for the rest of the survey: plans and drain waver."""

@@ -18,7 +18,9 @@ from hawk.ddc.settings import DdcSettings
 from hawk.ddc.survey_memory import SurveyMemory
 from hawk.ddc.survey_need import Basis, Battery, Manner, SurveyNeed, need_in_flight, need_on_ground
 from hawk.ddc.watches import Stopwatch
-from hawk.model import HeightParameters, PathPlan, SurveyLeft
+from hawk.model.limits import HeightParameters
+from hawk.model.operation import SurveyLeft
+from hawk.model.plans import PathPlan
 
 _LOGGER = logging.getLogger(__name__)
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 from hawk.ddc.geofence import contains, inside_point, leads_inside, outside_by, path_words, place_words
 from hawk.ddc.motion import Goal, maximum_target_distance
-from hawk.model import Fence, HeightParameters, MapPose
+from hawk.model.limits import Fence, HeightParameters
+from hawk.model.poses import MapPose
 
 ABOVE_M = 2.0
 """A target is straight above or below the drone when it is no farther aside than this, metres."""

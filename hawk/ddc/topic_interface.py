@@ -12,24 +12,12 @@ from dataclasses import dataclass
 from hawk.comm.topic import Topic
 from hawk.comm.vehicle import VehicleTopics
 from hawk.ddc.facts import POSE_TIMEOUT_S, TARGET_POSE_AGE_S, VERDICT_AGE_S
-from hawk.model import (
-    BatteryInfo,
-    DesiredPose,
-    Diagnostics,
-    Fence,
-    GlobalPose,
-    Health,
-    HeightParameters,
-    Inbound,
-    LocalPose,
-    MapPoint,
-    OccupancyMap,
-    PathPlan,
-    StateName,
-    VehiclePose,
-    VehicleState,
-    Verdict,
-)
+from hawk.model.limits import Fence, HeightParameters
+from hawk.model.lot_map import OccupancyMap
+from hawk.model.operation import Health, StateName
+from hawk.model.plans import DesiredPose, Inbound, PathPlan, Verdict
+from hawk.model.poses import GlobalPose, LocalPose, MapPoint, VehiclePose
+from hawk.model.vehicle import BatteryInfo, Diagnostics, VehicleState
 
 LINK_TIMEOUT_S = 3.0
 """Without a HEARTBEAT (1 Hz) for this time the link is lost, seconds."""

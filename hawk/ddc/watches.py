@@ -5,7 +5,7 @@ from __future__ import annotations
 from hawk.ddc.facts import VehicleEvent
 from hawk.ddc.service_interface import DdcServiceInterface
 from hawk.ddc.topic_interface import DdcTopicInterface
-from hawk.model import LandedState, VehicleState
+from hawk.model.vehicle import LandedState, VehicleState
 
 LANDED_WAIT_S = 1.5
 """A first heartbeat waits for the landed state that belongs to it, seconds."""

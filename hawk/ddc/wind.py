@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.model import VehiclePose
+from hawk.model.poses import VehiclePose
 
 FloatArray = NDArray[np.float64]
 

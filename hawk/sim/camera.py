@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.model import CameraModel
+from hawk.model.pictures import CameraModel
 from hawk.rotation import angles, rotation
 
 

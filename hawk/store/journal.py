@@ -21,7 +21,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import IO
 
-from hawk.model import ArmPlace, FlightDrain, FlightSoFar, GlobalPose, Health, Outline, SurveyLeft
+from hawk.model.limits import Outline
+from hawk.model.operation import FlightDrain, FlightSoFar, Health, SurveyLeft
+from hawk.model.poses import ArmPlace, GlobalPose
 from hawk.store.journal_state import (
     ARM_PLACE,
     DATUM,

@@ -18,7 +18,9 @@ from typing import TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
-from hawk.model import ArmPlace, FlightDrain, FlightSoFar, GlobalPose, Outline, SurveyLeft
+from hawk.model.limits import Outline
+from hawk.model.operation import FlightDrain, FlightSoFar, SurveyLeft
+from hawk.model.poses import ArmPlace, GlobalPose
 
 T = TypeVar("T")
 

@@ -23,7 +23,7 @@ from typing import IO, Any
 from mcap.writer import CompressionType, IndexType, Writer
 
 from hawk.config import StoreSettings
-from hawk.model import Health
+from hawk.model.operation import Health
 from hawk.store.frame_codec import encode_frame, to_json
 
 _LOG = logging.getLogger(__name__)

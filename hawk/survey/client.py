@@ -29,7 +29,8 @@ from hawk.comm.messages import (
     Welcome,
 )
 from hawk.comm.status import FenceSetup, Heartbeat, LogEntry, MapUpdate, OutlineSetup, Point, StallUpdate
-from hawk.model import TILE_CELLS, Cell, GlobalPose, Stall, StallState, TileKey
+from hawk.model.lot_map import TILE_CELLS, Cell, Stall, StallState, TileKey
+from hawk.model.poses import GlobalPose
 from hawk.survey_map import SurveyMap
 
 LOG = logging.getLogger(__name__)

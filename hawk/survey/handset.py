@@ -12,7 +12,7 @@ from typing import Final, Protocol
 
 from hawk.comm.messages import Ack, Answer, Command
 from hawk.comm.status import Heartbeat
-from hawk.model import StateName
+from hawk.model.operation import StateName
 
 SETTLED: Final = 2
 """Heartbeats after an answer until one surely shows the command's effect."""

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.model import Cell
+from hawk.model.lot_map import Cell
 from hawk.survey.scoring import match
 from hawk.survey.truth import GroundTruth
 from hawk.survey_map import SurveyMap

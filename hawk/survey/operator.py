@@ -21,7 +21,8 @@ from hawk.comm.messages import (
     Takeoff,
 )
 from hawk.comm.status import Heartbeat
-from hawk.model import GROUND_STATES, HeightParameters, StateName, UserError
+from hawk.model.limits import HeightParameters
+from hawk.model.operation import GROUND_STATES, StateName, UserError
 from hawk.survey.client import LinkLostError
 from hawk.survey.handset import (
     HOMING,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from hawk.model import Cell, StallState
+from hawk.model.lot_map import Cell, StallState
 from hawk.survey import scoring
 from hawk.survey.in_view import in_view
 from hawk.survey.scoring import Finding, Tally

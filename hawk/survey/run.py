@@ -25,7 +25,7 @@ from hawk.comm.status import Heartbeat
 from hawk.config import ConfigError
 from hawk.ddc.outline import OutlineError, corners_of
 from hawk.ddc.outline_geojson import read_survey_outline
-from hawk.model import GlobalPose
+from hawk.model.poses import GlobalPose
 from hawk.simulation import SimulationOptions
 from hawk.stall_exports import stalls_csv, stalls_geojson, to_global
 from hawk.start_checks import make_folder

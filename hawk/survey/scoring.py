@@ -19,7 +19,7 @@ import shapely
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from hawk.model import StallState
+from hawk.model.lot_map import StallState
 
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.intp]

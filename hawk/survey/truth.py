@@ -15,7 +15,8 @@ from shapely.geometry import Polygon
 from shapely.ops import unary_union
 
 from hawk.comm.frames import offset_ned
-from hawk.model import GlobalPose, StallState
+from hawk.model.lot_map import StallState
+from hawk.model.poses import GlobalPose
 from hawk.stall_exports import to_global
 
 

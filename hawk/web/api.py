@@ -9,7 +9,7 @@ from typing import Any, Final
 from aiohttp import hdrs, web
 
 from hawk.comm.messages import schema
-from hawk.model import StallState
+from hawk.model.lot_map import StallState
 from hawk.web.door import DOOR
 from hawk.web.guesses import GUESSES
 from hawk.web.process_figures import process_figures

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from hawk.comm.status import ClientHeartbeat, ClientId, DroneStatus, FenceSetup, LogEntry, OutlineSetup, Point
-from hawk.model import OccupancyMap
+from hawk.model.lot_map import OccupancyMap
 from hawk.web.map_view import MapView
 from hawk.web.session import ControlView
 

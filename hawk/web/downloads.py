@@ -19,7 +19,8 @@ from aiohttp import hdrs, web
 
 from hawk.comm.authority import Role
 from hawk.comm.status import DroneStatus
-from hawk.model import GlobalPose, OccupancyMap
+from hawk.model.lot_map import OccupancyMap
+from hawk.model.poses import GlobalPose
 from hawk.stall_exports import stalls_csv, stalls_geojson
 from hawk.store.recording import NoRecordingError
 from hawk.survey_map import SurveyMap, map_picture

@@ -14,7 +14,8 @@ from itertools import islice, takewhile
 from typing import Final, Literal
 
 from hawk.comm.status import MapUpdate, MosaicVersion, StallUpdate, TileUpdate
-from hawk.model import TILE_M, EncodedTile, MapPoint, OccupancyMap, Stall, TileKey
+from hawk.model.lot_map import TILE_M, EncodedTile, OccupancyMap, Stall, TileKey
+from hawk.model.poses import MapPoint
 from hawk.sharded import differing
 
 BUDGET_BYTES: Final = 64 * 1024

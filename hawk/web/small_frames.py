@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.comm.image import NoImage, decode, jpeg_size
-from hawk.model import AnnotatedFrame
+from hawk.model.pictures import AnnotatedFrame
 from hawk.web.link_pace import STEPS
 
 SMALL_WIDTH: Final = 320

@@ -13,7 +13,7 @@ from typing import Final
 
 from aiohttp import WSCloseCode, WSMsgType, hdrs, web
 
-from hawk.model import AnnotatedFrame
+from hawk.model.pictures import AnnotatedFrame
 from hawk.supervision import until_first_ends
 from hawk.web.access import OPEN, access_of
 from hawk.web.ack_tap import AckTap, acknowledged_sequence

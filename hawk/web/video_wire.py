@@ -10,7 +10,7 @@ import struct
 from collections.abc import Callable
 from typing import Final
 
-from hawk.model import AnnotatedFrame
+from hawk.model.pictures import AnnotatedFrame
 
 Wire = Callable[[AnnotatedFrame], bytes]
 """Returns a frame as one kind of viewer receives it."""

@@ -17,7 +17,7 @@ from enum import Enum
 from typing import Final
 
 from hawk.comm.topic import Topic
-from hawk.model import AnnotatedFrame
+from hawk.model.pictures import AnnotatedFrame
 from hawk.web.link_pace import SLOW_S, LinkPace
 from hawk.web.small_frames import SmallFrames
 from hawk.web.video_wire import Wire, WireCache, sequence_of

@@ -15,7 +15,7 @@ from aiohttp import WSCloseCode, WSMsgType, hdrs, web
 
 from hawk.comm.authority import Role
 from hawk.comm.messages import Ack, Welcome
-from hawk.model import CELL_M, TILE_CELLS
+from hawk.model.lot_map import CELL_M, TILE_CELLS
 from hawk.supervision import until_first_ends
 from hawk.web.access import BOOK, OPEN, Access, access_of
 from hawk.web.clients import Client

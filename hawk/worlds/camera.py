@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.model import CameraModel
+from hawk.model.pictures import CameraModel
 from hawk.worlds.canvas import Bytes, Floats, as_bytes, as_floats
 from hawk.worlds.facets import FacetSet, draw_layers, ground_projection, with_rim
 from hawk.worlds.world import World

@@ -11,7 +11,7 @@ from urllib.parse import urlsplit
 
 from hawk.comm.messages import Ack, Arm, Command, Control, ReturnToLaunch, SetFailsafes, Takeoff
 from hawk.comm.status import HealthItem, Heartbeat
-from hawk.model import StateName
+from hawk.model.operation import StateName
 from hawk.simulation import SimulationOptions
 from hawk.store.journal_state import JournalState, read_survey, surveys_of
 from hawk.survey.client import DroneClient

@@ -19,7 +19,9 @@ from hawk.comm.clock import Clock
 from hawk.comm.drone_camera import DroneCamera
 from hawk.comm.vehicle import AutopilotError, VehicleTopics
 from hawk.config import AutopilotSettings, CameraSettings
-from hawk.model import ArmPlace, CopterMode, Fence, LandedState, MapPose, StatusText
+from hawk.model.limits import Fence
+from hawk.model.poses import ArmPlace, MapPose
+from hawk.model.vehicle import CopterMode, LandedState, StatusText
 from tests.integration.sim_support import free_udp_port, get_json, simulation, small_picture
 
 pytestmark = pytest.mark.integration

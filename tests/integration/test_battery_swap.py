@@ -19,7 +19,8 @@ from scipy.spatial import KDTree
 from hawk.comm.messages import AutonomousExplore, Hold
 from hawk.comm.status import Heartbeat
 from hawk.ddc.drain import LEAST_S
-from hawk.model import Stall, StateName
+from hawk.model.lot_map import Stall
+from hawk.model.operation import StateName
 from hawk.simulation import SimulationOptions
 from hawk.survey import report
 from hawk.survey.stack import SimulatedStack

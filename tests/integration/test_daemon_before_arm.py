@@ -8,7 +8,7 @@ import pytest
 
 from hawk.comm.messages import Arm
 from hawk.comm.status import CheckItem, Heartbeat
-from hawk.model import StateName
+from hawk.model.operation import StateName
 from tests.integration.daemon_support import LOW, health, operator, over_a_picture
 
 pytestmark = pytest.mark.integration

@@ -15,7 +15,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from hawk.comm.messages import Arm
 from hawk.comm.status import Heartbeat
-from hawk.model import StateName
+from hawk.model.operation import StateName
 from hawk.survey.stack import SimulatedStack
 from tests.integration.daemon_support import health, operator, over_a_picture
 

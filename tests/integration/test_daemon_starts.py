@@ -12,7 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from hawk.model import FlightSoFar, GlobalPose
+from hawk.model.operation import FlightSoFar
+from hawk.model.poses import GlobalPose
 from hawk.simulation import free_udp_port
 from hawk.store.journal import FlightJournal
 from tests.integration.sim_support import free_tcp_port

@@ -11,7 +11,7 @@ import pytest
 import pytest_asyncio
 
 from hawk.comm.messages import Ack, Hold, Land
-from hawk.model import StateName
+from hawk.model.operation import StateName
 from hawk.survey.stack import SimulatedStack
 from tests.integration.daemon_support import eventually, operator, over_a_picture
 from tests.integration.sim_support import get_json

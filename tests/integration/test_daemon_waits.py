@@ -14,7 +14,7 @@ import aiohttp
 import pytest
 
 from hawk.comm.messages import Arm
-from hawk.model import StateName
+from hawk.model.operation import StateName
 from hawk.simulation import free_udp_port
 from tests.integration.daemon_support import health, operator
 from tests.integration.sim_support import free_tcp_port, small_picture

@@ -8,7 +8,7 @@ import pytest
 import pytest_asyncio
 
 from hawk.comm.messages import CompulsiveMove
-from hawk.model import StateName
+from hawk.model.operation import StateName
 from hawk.survey.stack import SimulatedStack
 from tests.integration.daemon_support import Operator, health, operator, over_a_picture
 

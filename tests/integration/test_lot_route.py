@@ -22,7 +22,8 @@ from hawk.algo.mapper.evidence import EVIDENCE_M
 from hawk.algo.mapper.grid import EvidenceGrid, EvidenceTile
 from hawk.comm.messages import Ack, AutonomousMove, Disarm, NewSurvey, RouteAnswer, RouteRequest
 from hawk.comm.status import Heartbeat, Point
-from hawk.model import Cell, StateName, UserError
+from hawk.model.lot_map import Cell
+from hawk.model.operation import StateName, UserError
 from hawk.store.journal import FlightJournal
 from hawk.survey.stack import SimulatedStack
 from tests.integration.daemon_support import LOW, Operator, end_daemon, operator, over_a_picture

@@ -12,7 +12,8 @@ import pytest_asyncio
 from hawk.comm.messages import AutonomousExplore, SetOutline
 from hawk.comm.status import FenceCorner
 from hawk.ddc.geofence import ring_from_map
-from hawk.model import GlobalPose, StateName
+from hawk.model.operation import StateName
+from hawk.model.poses import GlobalPose
 from hawk.survey.stack import SimulatedStack
 from tests.integration.daemon_support import Operator, kill_daemon, operator, over_a_picture, until_journalled
 

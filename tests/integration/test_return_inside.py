@@ -12,7 +12,8 @@ import pytest_asyncio
 from hawk.comm.messages import CompulsiveMove, ReturnToLaunch, SetFence
 from hawk.comm.status import FenceCorner, Heartbeat, Point
 from hawk.ddc.geofence import Ring, ring_from_map
-from hawk.model import GlobalPose, StateName
+from hawk.model.operation import StateName
+from hawk.model.poses import GlobalPose
 from hawk.survey.stack import SimulatedStack
 from tests.integration.daemon_support import Operator, operator, over_a_picture
 

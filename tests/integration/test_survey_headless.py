@@ -14,7 +14,10 @@ from hawk.comm.messages import Ack, Arm, Control, Hold, Kill, KillRequest, KillT
 from hawk.comm.performance import LagSummary
 from hawk.comm.topic import Topic
 from hawk.config import OperatorSettings, WebSettings
-from hawk.model import AnnotatedFrame, CopterMode, OccupancyMap, StateName
+from hawk.model.lot_map import OccupancyMap
+from hawk.model.operation import StateName
+from hawk.model.pictures import AnnotatedFrame
+from hawk.model.vehicle import CopterMode
 from hawk.survey.client import DroneClient
 from hawk.survey.handset import SurveyStatus
 from hawk.survey.operator import SurveyOperator, SurveyOutcome, SurveyPlan

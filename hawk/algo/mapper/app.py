@@ -17,7 +17,9 @@ from hawk.algo.mapper.register import Shift
 from hawk.algo.mapper.settings import MapperSettings
 from hawk.algo.topic_interface import AlgorithmTopicInterface
 from hawk.algo.vision.seen import Seen, SeenGround, SeesFrames
-from hawk.model import Health, Inbound, OccupancyMap, Stall
+from hawk.model.lot_map import OccupancyMap, Stall
+from hawk.model.operation import Health
+from hawk.model.plans import Inbound
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,7 +28,9 @@ from hawk.algo.mapper.standing_cars import car_boxes
 from hawk.algo.mapper.suggestions import Sight, Suggestion, Suggestions
 from hawk.algo.mapper.table import Detections, angle_of, corners_of, from_bytes, geometry_of, probability, to_bytes
 from hawk.algo.vision.seen import SeenGround
-from hawk.model import TILE_M, Cell, Inbound, MapPose, OccupancyMap, Stall, TileKey
+from hawk.model.lot_map import TILE_M, Cell, OccupancyMap, Stall, TileKey
+from hawk.model.plans import Inbound
+from hawk.model.poses import MapPose
 
 _REACH_M = 12.0  # stalls this far outside the picture still matter to the outline
 _LOT_NEAR_M = 0.5

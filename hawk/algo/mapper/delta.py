@@ -13,7 +13,7 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from hawk.model import TileKey
+from hawk.model.lot_map import TileKey
 
 K = TypeVar("K", bound=Hashable)
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from hawk.algo.ground import Window
 from hawk.algo.vision.seen import GroundImage, SeenGround
-from hawk.model import TILE_M, Cell
+from hawk.model.lot_map import TILE_M, Cell
 
 EVIDENCE_M = 0.2
 """Side of an evidence cell, metres."""

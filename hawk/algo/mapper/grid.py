@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from hawk.algo.ground import COARSE_M, CoarseLayers, Slices, Window
 from hawk.algo.mapper.delta import Recent
 from hawk.algo.mapper.evidence import EVIDENCE_M, CellEvidence, EvidenceLayers, Grid32
-from hawk.model import TILE_M, Cell, TileKey
+from hawk.model.lot_map import TILE_M, Cell, TileKey
 
 _COARSE_CELLS = round(TILE_M / COARSE_M)
 _CLAMP = 4.0  # log-odds, .982: two dozen frames of the opposite can still turn a cell

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from hawk.model import MapPose
+from hawk.model.poses import MapPose
 
 TURN: Final = 0.6
 """Turn on the spot, radians, after which a frame is an independent look: most of the picture shows other ground."""

@@ -21,7 +21,7 @@ from hawk.algo.mapper.evidence import EVIDENCE_M, outline, quality_mask, warp
 from hawk.algo.mapper.grid import EvidenceGrid
 from hawk.algo.mapper.table import FREE, STATES, TAKEN, Rows, angle_of, corners_of, probability, to_stall
 from hawk.algo.vision.seen import GroundImage
-from hawk.model import CELL_M, TILE_CELLS, TILE_M, Cell, Counts, EncodedTile, Stall, StallState, TileKey
+from hawk.model.lot_map import CELL_M, TILE_CELLS, TILE_M, Cell, Counts, EncodedTile, Stall, StallState, TileKey
 from hawk.sharded import Sharded
 from hawk.stall_count import free_variance
 

@@ -18,7 +18,7 @@ from scipy.spatial import cKDTree
 
 from hawk.algo.mapper.evidence import transform_points
 from hawk.algo.vision import quads
-from hawk.model import MapPose
+from hawk.model.poses import MapPose
 
 Floats = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 
 from hawk.algo.ground import Window
 from hawk.algo.mapper.grid import EvidenceGrid
-from hawk.model import Cell
+from hawk.model.lot_map import Cell
 
 _NEAR_M = 9.0  # an aisle's width and a little from a stall
 _ANCHOR_M = 8.0

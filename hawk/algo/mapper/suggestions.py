@@ -21,7 +21,7 @@ from hawk.algo.mapper.delta import Recent
 from hawk.algo.mapper.standing_cars import CarBoxes
 from hawk.algo.mapper.table import Square, square_of, squares_about
 from hawk.algo.vision import quads
-from hawk.model import Stall, StallState
+from hawk.model.lot_map import Stall, StallState
 
 PASSES: Final = 2
 """Passes in which a car stood at a place before it is suggested."""

@@ -16,7 +16,7 @@ from hawk.algo.mapper.evidence import transform_points
 from hawk.algo.vision import quads
 from hawk.algo.vision.rows import RowStalls
 from hawk.algo.vision.seen import StallSeen
-from hawk.model import Stall, StallState
+from hawk.model.lot_map import Stall, StallState
 
 Floats = NDArray[np.float64]
 Rows = NDArray[Any]

@@ -21,17 +21,9 @@ from hawk.algo.path_plan.outlined import OutlinedGround
 from hawk.algo.path_plan.overview import ExploreScene, GroundPart, Overview, near_tiles, with_margin
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.topic_interface import AlgorithmTopicInterface
-from hawk.model import (
-    DesiredPose,
-    ExploreStatus,
-    Health,
-    Inbound,
-    MapPoint,
-    MapPose,
-    PathPlan,
-    StateName,
-    Verdict,
-)
+from hawk.model.operation import Health, StateName
+from hawk.model.plans import DesiredPose, ExploreStatus, Inbound, PathPlan, Verdict
+from hawk.model.poses import MapPoint, MapPose
 
 _SHOWN: Final = 12  # waypoints that are published
 _YAW_FROM_M: Final = 1.0  # the bearing of a nearer target says nothing

@@ -16,7 +16,9 @@ from typing import Final
 import numpy as np
 
 from hawk.algo.path_plan.settings import PathPlanSettings
-from hawk.model import CameraModel, HeightParameters, MapPose
+from hawk.model.limits import HeightParameters
+from hawk.model.pictures import CameraModel
+from hawk.model.poses import MapPose
 
 LOOKS: Final = 3  # pictures that a place is in while the drone flies past, at least
 SMEAR_M: Final = 0.1  # ground that may pass while the shutter is open: a pixel of the network

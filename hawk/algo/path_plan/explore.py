@@ -19,7 +19,7 @@ from hawk.algo.path_plan.overview import ExploreScene
 from hawk.algo.path_plan.phases import GivenUp, LookAround, SecondLooks, Turns, Waypoints
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.path_plan.tour import Terms, as_place
-from hawk.model import ExploreStatus
+from hawk.model.plans import ExploreStatus
 
 _NO_LOT: Final = "no lot is known yet"
 _NOTHING_SEEN: Final = "nothing of the outline can be seen from inside the fence"

@@ -17,7 +17,7 @@ import shapely
 
 from hawk.algo.ground import COARSE_M, Bools, Floats, LotMap, Mask, Place, Slices, Window
 from hawk.algo.path_plan.grid_search import is_clear
-from hawk.model import Fence
+from hawk.model.limits import Fence
 
 _LOT_SHARE = 0.5
 _CHUNK_M = 40.0

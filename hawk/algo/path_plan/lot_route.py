@@ -18,7 +18,8 @@ import shapely
 from hawk.algo.ground import COARSE_M, LotMap, Mask, Place, Window
 from hawk.algo.path_plan.grid_search import is_clear, is_clear_triangle, is_connected, shortest_path
 from hawk.algo.path_plan.lot_ground import FenceGuard, LotGround, disc_about, without_border
-from hawk.model import DesiredPose, MapPoint, Route
+from hawk.model.plans import DesiredPose, Route
+from hawk.model.poses import MapPoint
 
 _BANDS_M = (40.0, 120.0, 360.0)
 _FREE_ENDS_M = 6.0  # about the ends no cell is kept free to either side

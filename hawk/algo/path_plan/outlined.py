@@ -14,7 +14,8 @@ from typing import Final
 import numpy as np
 
 from hawk.algo.ground import COARSE_M, CoarseLayers, Floats, LotMap, Mask, Place, Window
-from hawk.model import AskedGround, Ring
+from hawk.model.limits import AskedGround
+from hawk.model.poses import Ring
 
 LOOKED_AT: Final = 0.5
 """Share of a cell that must have been seen well: the cell counts as looked at then."""

@@ -1,8 +1,8 @@
 """A large map as one plan sees it, dense near the drone and coarse far away, so that no plan looks at all of it again.
 
-Ground that no frame can have changed is kept by tiles (`hawk.model.TILE_M`): the wanted ground in a few lumps, and the
-area of lot and of ground seen well. Tiles near the drone are made again with every frame; the others are made once,
-a block of them a frame, before the plan speaks of the whole. A plan is made from this and the drone's pose.
+Ground that no frame can have changed is kept by tiles (`hawk.model.lot_map.TILE_M`): the wanted ground in a few lumps,
+and the area of lot and of ground seen well. Tiles near the drone are made again with every frame; the others are made
+once, a block of them a frame, before the plan speaks of the whole. A plan is made from this and the drone's pose.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from hawk.algo.path_plan.footprint import Footprint
 from hawk.algo.path_plan.grid_search import farthest_in_sight
 from hawk.algo.path_plan.lot_ground import FenceGuard
 from hawk.algo.path_plan.tour import Wanted
-from hawk.model import TILE_M
+from hawk.model.lot_map import TILE_M
 
 NEAR_M: Final = 110.0  # within it the ground is looked at with every frame
 AROUND_TILES: Final = 2  # tiles about everything seen that belong to the whole

@@ -20,7 +20,8 @@ from hawk.algo.vision.picture import decode
 from hawk.algo.vision.rectify import Rectifier, RectifyError
 from hawk.algo.vision.seen import Finder, Found, Seen, SeenGround
 from hawk.comm.image import NoImage
-from hawk.model import Health, HealthStatus, MapPose
+from hawk.model.operation import Health, HealthStatus
+from hawk.model.poses import MapPose
 
 _SURE_SCORE = 0.5
 _LOT_SHARE = 0.3

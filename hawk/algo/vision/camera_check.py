@@ -17,7 +17,9 @@ from numpy.typing import NDArray
 
 from hawk.algo.frame import FrameInput
 from hawk.algo.vision.motion import Features, Motion, expected_motion, find_features, measured_motion
-from hawk.model import GROUND_STATES, CameraModel, Health, HealthStatus, MapPose
+from hawk.model.operation import GROUND_STATES, Health, HealthStatus
+from hawk.model.pictures import CameraModel
+from hawk.model.poses import MapPose
 
 COMPARED_SHIFT = 0.1
 """Two pictures are compared when the picture has moved so far between them, focal lengths: 3.5 m at 35 m."""

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.vision.rectify import camera_to_ned, intrinsics, scaled_camera
-from hawk.model import CameraModel, MapPose
+from hawk.model.pictures import CameraModel
+from hawk.model.poses import MapPose
 
 _WIDTH = 320  # pixels of the pictures that are compared
 _FEATURES = 300

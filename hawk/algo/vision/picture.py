@@ -18,7 +18,9 @@ from hawk.algo.vision import quads
 from hawk.algo.vision.rectify import project, scaled_camera
 from hawk.algo.vision.seen import FloatArray, StallSeen
 from hawk.comm.image import NoImage, jpeg_size
-from hawk.model import CameraModel, MapPose, Stall, StallState
+from hawk.model.lot_map import Stall, StallState
+from hawk.model.pictures import CameraModel
+from hawk.model.poses import MapPose
 
 MINIMUM_SIDE = 64
 """Pixels; a smaller picture is refused."""

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.vision.seen import FloatArray, GroundImage
-from hawk.model import CameraModel, MapPoint, MapPose
+from hawk.model.pictures import CameraModel
+from hawk.model.poses import MapPoint, MapPose
 from hawk.rotation import CAMERA_TO_BODY, rotation
 
 GROUND_M = 0.10

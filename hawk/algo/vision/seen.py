@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from hawk.algo.frame import FrameInput
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
-from hawk.model import Health, MapPose
+from hawk.model.operation import Health
+from hawk.model.poses import MapPose
 
 FloatArray = NDArray[np.float64]
 

@@ -14,7 +14,9 @@ from hawk.ddc.facts import Answer, Facts
 from hawk.ddc.motion import Goal
 from hawk.ddc.operator import SOME_OPERATOR
 from hawk.ddc.orders import MoveOrder, Order, Rank, ToExplore, ToHover, ToLand, ToMove, ToReturn, Wish
-from hawk.model import CopterMode, MapPoint, StateName
+from hawk.model.operation import StateName
+from hawk.model.poses import MapPoint
+from hawk.model.vehicle import CopterMode
 
 MODE_RETRY_S = 2.0
 """A mode that was refused, or acknowledged and does not show, is asked for again after this time, seconds."""

@@ -13,7 +13,10 @@ from hawk.ddc.outline import OutlineFacts, area_words
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import AirborneState, ModeKeeper
 from hawk.ddc.words import direction, metres, sentence
-from hawk.model import CopterMode, ExploreStatus, MapPoint, MapPose, PathPlan, StateName, UserError
+from hawk.model.operation import StateName, UserError
+from hawk.model.plans import ExploreStatus, PathPlan
+from hawk.model.poses import MapPoint, MapPose
+from hawk.model.vehicle import CopterMode
 
 SETTLE_S = 0.5
 """A plan of a frame from before the state began cannot say that nothing is left, seconds."""

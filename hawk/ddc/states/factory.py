@@ -32,7 +32,7 @@ from hawk.ddc.states.hover import CommunicationLost, Hover, Manual
 from hawk.ddc.states.moves import AutonomousMove, CompulsiveMove
 from hawk.ddc.states.takeoff import Takeoff
 from hawk.ddc.words import direction, metres, seconds
-from hawk.model import StateName
+from hawk.model.operation import StateName
 
 
 def make_state(transition: Transition, facts: Facts, settings: DdcSettings) -> tuple[State, Acts]:

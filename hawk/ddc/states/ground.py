@@ -27,7 +27,9 @@ from hawk.ddc.orders import ArmOrder, ConfigureOrder, FenceOrder, Order, ToArm, 
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import Inquiry, ModeKeeper, State
 from hawk.ddc.words import seconds
-from hawk.model import CopterMode, Fence, HeightParameters, StateName
+from hawk.model.limits import Fence, HeightParameters
+from hawk.model.operation import StateName
+from hawk.model.vehicle import CopterMode
 
 SAVE_HEIGHTS_TIMEOUT_S = 40.0
 """The return altitude takes up to two tries of some real seconds under its two names; simulations run up to 4 times."""

@@ -14,7 +14,9 @@ from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import AirborneState, Inquiry, ModeKeeper
 from hawk.ddc.states.path_home import PathHome, Straight, begin, is_beyond_sight
 from hawk.ddc.words import metres, sentence
-from hawk.model import CopterMode, MapPoint, StateName
+from hawk.model.operation import StateName
+from hawk.model.poses import MapPoint
+from hawk.model.vehicle import CopterMode
 
 
 class Homing(AirborneState):

@@ -23,7 +23,10 @@ from hawk.ddc.orders import Cause, CauseKind, Order, Rank, ToHover, ToReturn
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import AirborneState, ModeKeeper
 from hawk.ddc.words import metres, seconds
-from hawk.model import CopterMode, Fence, MapPoint, MapPose, StateName
+from hawk.model.limits import Fence
+from hawk.model.operation import StateName
+from hawk.model.poses import MapPoint, MapPose
+from hawk.model.vehicle import CopterMode
 
 LOW_SHARE = 0.9
 """From this share of Min upwards a drone just below Min holds at Min; lower it brakes where it is."""

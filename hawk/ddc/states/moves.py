@@ -13,7 +13,9 @@ from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import AirborneState
 from hawk.ddc.states.explore import Travelling
 from hawk.ddc.words import metres, sentence
-from hawk.model import DesiredPose, Inbound, MapPoint, MapPose, Route, StateName, UserError
+from hawk.model.operation import StateName, UserError
+from hawk.model.plans import DesiredPose, Inbound, Route
+from hawk.model.poses import MapPoint, MapPose
 
 
 class Move(AirborneState):

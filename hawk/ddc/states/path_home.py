@@ -17,7 +17,10 @@ from hawk.ddc.motion import Goal, ProgressWatch, RouteFollower, stopping_point
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.explore import OUTSIDE_PATH, Travelling
 from hawk.ddc.words import metres, sentence
-from hawk.model import CopterMode, Fence, MapPoint, MapPose, Route
+from hawk.model.limits import Fence
+from hawk.model.plans import Route
+from hawk.model.poses import MapPoint, MapPose
+from hawk.model.vehicle import CopterMode
 
 CLIMBED_M = 2.0
 """Up to this far below the return height the drone goes across; lower it climbs first, as RTL does, metres."""

@@ -10,7 +10,7 @@ from hawk.ddc.motion import Goal
 from hawk.ddc.orders import ToArm, ToCommunicationLost, ToHover, ToIdle
 from hawk.ddc.states.base import AirborneState, Inquiry
 from hawk.ddc.words import metres
-from hawk.model import StateName
+from hawk.model.operation import StateName
 
 REACHED_SHARE = 0.95
 """The climb is done at this share of the desired height."""

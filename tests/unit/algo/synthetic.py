@@ -12,7 +12,11 @@ from numpy.typing import NDArray
 
 from hawk.algo.frame import FrameInput
 from hawk.algo.vision.seen import GroundImage, Seen, SeenGround, StallSeen
-from hawk.model import CameraModel, DesiredPose, Fence, Health, HeightParameters, MapPoint, MapPose, StateName
+from hawk.model.limits import Fence, HeightParameters
+from hawk.model.operation import Health, StateName
+from hawk.model.pictures import CameraModel
+from hawk.model.plans import DesiredPose
+from hawk.model.poses import MapPoint, MapPose
 
 CAMERA = CameraModel(width=1280, height=720, fx=914.0, fy=914.0, cx=639.5, cy=359.5)
 """About 70 degrees wide."""

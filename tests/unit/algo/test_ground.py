@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hawk.algo.ground import Window, tile_window
-from hawk.model import TILE_CELLS, TILE_M
+from hawk.model.lot_map import TILE_CELLS, TILE_M
 
 places = st.floats(-500, 500)
 

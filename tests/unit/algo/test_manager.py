@@ -15,7 +15,8 @@ from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.camera_check import CameraCheck
 from hawk.algo.vision.seen import Seen
 from hawk.comm.image import NoImage
-from hawk.model import DesiredPose, Health, Inbound
+from hawk.model.operation import Health
+from hawk.model.plans import DesiredPose, Inbound
 from tests.unit.algo.synthetic import SyntheticVision, box_fence, frame_at, pose_at, rows_lot
 
 TRUTH = rows_lot()

@@ -17,7 +17,10 @@ from benchmarks.figures import Figure
 from hawk.algo.frame import FrameOutput
 from hawk.algo.vision.seen import GroundImage, SeenGround, StallSeen
 from hawk.ddc.motion import Goal
-from hawk.model import Counts, ExploreStatus, Health, MapPose, OccupancyMap, PathPlan, StallState
+from hawk.model.lot_map import Counts, OccupancyMap, StallState
+from hawk.model.operation import Health
+from hawk.model.plans import ExploreStatus, PathPlan
+from hawk.model.poses import MapPose
 from hawk.survey import scoring
 from hawk.worlds.world import TrueStall, World
 

@@ -20,7 +20,8 @@ from hawk.algo.ground import COARSE_M, Floats, Window
 from hawk.algo.path_plan.footprint import LEVEL, Corners, Footprint
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.path_plan.tour import length_of
-from hawk.model import MapPose, PathPlan
+from hawk.model.plans import PathPlan
+from hawk.model.poses import MapPose
 
 
 def at(north: float, east: float, yaw: float = 0.0, height: float = 35.0) -> MapPose:

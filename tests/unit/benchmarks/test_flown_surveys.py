@@ -12,7 +12,7 @@ from benchmarks.figures import BenchmarkError, Figure
 from benchmarks.flown_surveys import WorldRun, figures, problem_of, rings_of
 from benchmarks.lawnmower import OVERLAP, lanes
 from hawk.algo.path_plan.camera import Swath
-from hawk.model import GlobalPose
+from hawk.model.poses import GlobalPose
 from hawk.survey.truth import GroundTruth
 from hawk.survey_map import SurveyMap
 

@@ -8,7 +8,8 @@ import pytest
 from benchmarks.kinematic_drone import STEP_S, Drone, goal_of
 from hawk.ddc.geofence import polygon_fence
 from hawk.ddc.motion import Goal
-from hawk.model import MapPoint, MapPose, PathPlan
+from hawk.model.plans import PathPlan
+from hawk.model.poses import MapPoint, MapPose
 
 FENCE = polygon_fence([(-60.0, -60.0), (60.0, -60.0), (60.0, 60.0), (-60.0, 60.0)], 5.0, 100.0, 3.0)
 START = MapPose(0.0, 0.0, 35.0, 0.0, 0.0, 0.0)

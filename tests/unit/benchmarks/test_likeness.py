@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.perception import likeness
 from benchmarks.perception.likeness import Spread, statistics, table, worlds
-from hawk.model import StallState
+from hawk.model.lot_map import StallState
 from tests.unit.benchmarks.test_perception_categories import SHADE, ground, place, row, shade
 
 

@@ -11,7 +11,9 @@ from benchmarks import map_scale
 from benchmarks.map_scale import Samples, Stage, flat, print_table, ratio, sizes_up_to
 from benchmarks.wide_lot import WideLot
 from hawk.algo.mapper.app import MapperApp
-from hawk.model import Inbound, MapPose, StallState
+from hawk.model.lot_map import StallState
+from hawk.model.plans import Inbound
+from hawk.model.poses import MapPose
 
 
 def test_the_sizes_end_with_the_largest() -> None:

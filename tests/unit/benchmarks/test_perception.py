@@ -17,7 +17,7 @@ from benchmarks.perception.places import Place, read_lots, read_tiles, state_arr
 from benchmarks.perception.video import watch
 from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.network import StallNetwork
-from hawk.model import StallState
+from hawk.model.lot_map import StallState
 from hawk.survey.scoring import Finding, LabelledPlace, match
 from hawk.worlds.generate import generate_world
 

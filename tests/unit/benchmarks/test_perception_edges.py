@@ -12,7 +12,7 @@ from benchmarks.perception.edges import counted, cut_labels, whole_labels
 from benchmarks.perception.eyes import Result
 from benchmarks.perception.measures import look, measure, pooled
 from benchmarks.perception.places import Place, missing_ground, state_array
-from hawk.model import StallState
+from hawk.model.lot_map import StallState
 from hawk.survey.scoring import Finding, LabelledPlace
 
 STALLS = np.array([[[3 * k, 5], [3 * k + 2.5, 5], [3 * k + 2.5, 10], [3 * k, 10]] for k in range(10)], float)

@@ -9,7 +9,8 @@ from benchmarks.perception import relief
 from benchmarks.perception.relief import Offsets
 from hawk.algo.vision.rectify import Rectifier
 from hawk.algo.vision.seen import Found, GroundImage, StallSeen
-from hawk.model import CameraModel, MapPose
+from hawk.model.pictures import CameraModel
+from hawk.model.poses import MapPose
 from hawk.worlds.generate import generate_world
 
 

@@ -8,7 +8,7 @@ import pytest
 from benchmarks.perception import wrong_states as command
 from benchmarks.perception.measures import look
 from benchmarks.perception.wrong_states import COLUMNS, SIDE_PX, Wrong, sheet, wrong_states
-from hawk.model import StallState
+from hawk.model.lot_map import StallState
 from tests.unit.benchmarks.test_perception import ROW, Oracle, place, write_tiles
 
 

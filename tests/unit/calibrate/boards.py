@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from hawk.calibrate.board import PAPERS, board_pdf
-from hawk.model import CameraModel
+from hawk.model.pictures import CameraModel
 
 Picture = NDArray[np.uint8]
 Pose = tuple[float, float, float, float, float, float]

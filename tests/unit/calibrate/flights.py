@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from hawk.calibrate.flight import Flight, Flown, Look, Track
 from hawk.calibrate.geometry import carried, mounted
 from hawk.calibrate.pairs import Matches, Pair, choose_pairs
-from hawk.model import CameraModel, MapPose
+from hawk.model.pictures import CameraModel
+from hawk.model.poses import MapPose
 
 Floats = NDArray[np.float64]
 

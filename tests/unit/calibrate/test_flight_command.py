@@ -22,7 +22,10 @@ from hawk.calibrate.geometry import rotations
 from hawk.calibrate.pairs import choose_pairs
 from hawk.cli import main
 from hawk.config import Config, StoreSettings
-from hawk.model import CameraModel, HeightParameters, MapPose, StateName
+from hawk.model.limits import HeightParameters
+from hawk.model.operation import StateName
+from hawk.model.pictures import CameraModel
+from hawk.model.poses import MapPose
 from hawk.store.recording import Recording
 from hawk.worlds.camera import WorldCamera
 from hawk.worlds.generate import generate_world

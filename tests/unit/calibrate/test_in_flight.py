@@ -14,7 +14,7 @@ from hawk.calibrate.geometry import carried, motions, mounted
 from hawk.calibrate.in_flight import Estimate, NoEstimateError, estimate
 from hawk.calibrate.pairs import Matches
 from hawk.config import CameraSettings
-from hawk.model import MapPose
+from hawk.model.poses import MapPose
 from tests.unit.calibrate.flights import CAMERA, Errors, all_pairs, lanes, reported, seen
 
 FLOWN = Flown(0.08)

@@ -16,7 +16,8 @@ from hawk.comm.fence_rings import FenceRings
 from hawk.comm.udp_gate import Hearing
 from hawk.comm.vehicle import AutopilotError
 from hawk.config import Config
-from hawk.model import CopterMode, GlobalPose
+from hawk.model.poses import GlobalPose
+from hawk.model.vehicle import CopterMode
 from tests.unit.check.fakes import GOOD, FakeReadingLink, FakeVehicle, write_process
 from tests.unit.comm.fakes import Said
 from tests.unit.comm.test_gimbal import status

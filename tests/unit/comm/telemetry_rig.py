@@ -8,7 +8,7 @@ from hawk.comm.mavlink_link import Message, SensorHealth
 from hawk.comm.streams import RateKeeper, wanted_streams
 from hawk.comm.telemetry import Telemetry
 from hawk.comm.vehicle import VehicleTopics
-from hawk.model import ArmPlace, GlobalPose
+from hawk.model.poses import ArmPlace, GlobalPose
 from tests.manual_clock import ManualClock
 from tests.unit.comm.fakes import Said
 

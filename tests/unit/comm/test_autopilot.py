@@ -20,7 +20,9 @@ from hawk.comm.peer import Expected
 from hawk.comm.udp_gate import Hearing
 from hawk.comm.vehicle import Autopilot, AutopilotError, VehicleTopics
 from hawk.config import AutopilotSettings
-from hawk.model import ArmPlace, CopterMode, Fence, GlobalPose
+from hawk.model.limits import Fence
+from hawk.model.poses import ArmPlace, GlobalPose
+from hawk.model.vehicle import CopterMode
 from hawk.supervision import Supervisor
 from tests.manual_clock import ManualClock
 from tests.unit.comm.fakes import ALTITUDE, LATITUDE, LONGITUDE, FakeLink, Memory, Said

@@ -9,7 +9,7 @@ from hawk.comm import commands
 from hawk.comm.mavlink_link import command_fields, require_finite
 from hawk.comm.streams import Stream
 from hawk.comm.vehicle import AutopilotError
-from hawk.model import CopterMode
+from hawk.model.vehicle import CopterMode
 from tests.manual_clock import ManualClock
 from tests.unit.comm.fakes import FakeLink
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hawk.comm.frames import Attitude, EkfPosition, Frames, OffsetWatch, anchor, offset_ned, place_at
-from hawk.model import ArmPlace, GlobalPose
+from hawk.model.poses import ArmPlace, GlobalPose
 
 DATUM = GlobalPose(43.2609, -79.9192, 100.0)
 LEVEL = Attitude(0.0, 0.0, 0.0, 0.5)

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from hawk.algo.vision.rectify import camera_to_ned
 from hawk.comm.gimbal import FRESH_S, GimbalWatch, yaw_counts_from_north
 from hawk.comm.streams import wanted_streams
-from hawk.model import CameraModel, GlobalPose, MapPose, VehiclePose
+from hawk.model.pictures import CameraModel
+from hawk.model.poses import GlobalPose, MapPose, VehiclePose
 from tests.unit.comm.telemetry_rig import Rig
 
 CAMERA = CameraModel(640, 480, 500.0, 500.0, 320.0, 240.0)

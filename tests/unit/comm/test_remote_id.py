@@ -23,7 +23,8 @@ from hawk.comm.remote_id_sender import RemoteIdSender
 from hawk.comm.topic import Topic
 from hawk.comm.vehicle import AutopilotError, VehicleTopics
 from hawk.config import RemoteIdSettings
-from hawk.model import ArmPlace, GlobalPose, VehiclePose, VehicleState
+from hawk.model.poses import ArmPlace, GlobalPose, VehiclePose
+from hawk.model.vehicle import VehicleState
 from hawk.supervision import Supervisor
 from tests.manual_clock import ManualClock
 from tests.unit.comm.telemetry_rig import Rig

@@ -8,7 +8,8 @@ import pytest
 from hawk.comm.mavlink_link import Message
 from hawk.comm.streams import RateKeeper, wanted_streams
 from hawk.comm.telemetry import LINK_LOST_S
-from hawk.model import ArmPlace, CopterMode, GlobalPose, LandedState, StatusText, VehiclePose
+from hawk.model.poses import ArmPlace, GlobalPose, VehiclePose
+from hawk.model.vehicle import CopterMode, LandedState, StatusText
 from tests.unit.comm.fakes import ALTITUDE, LATITUDE, LONGITUDE, METRE_NORTH
 from tests.unit.comm.telemetry_rig import IN_AIR, ON_GROUND, WALL, Rig
 

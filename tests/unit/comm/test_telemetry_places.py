@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hawk.model import GlobalPose, VehiclePose
+from hawk.model.poses import GlobalPose, VehiclePose
 from tests.unit.comm.telemetry_rig import IN_AIR, ON_GROUND, WALL, Rig
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from hawk.config import Config, StoreSettings, WatchdogSettings
 from hawk.daemon import Daemon, DaemonOptions
-from hawk.model import VehicleState
+from hawk.model.vehicle import VehicleState
 from hawk.program_log import ProgramLog
 from hawk.versions.flight_word import Heard, hear
 

@@ -8,7 +8,9 @@ import pytest
 
 from hawk.config import Config, StoreSettings, WatchdogSettings
 from hawk.daemon import Daemon, DaemonOptions
-from hawk.model import ArmPlace, FlightDrain, GlobalPose, Outline
+from hawk.model.limits import Outline
+from hawk.model.operation import FlightDrain
+from hawk.model.poses import ArmPlace, GlobalPose
 from hawk.program_log import ProgramLog
 from hawk.simulation import SimulationOptions
 from hawk.starts import CONTINUE_S, survey_at_start

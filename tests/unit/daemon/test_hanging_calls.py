@@ -11,7 +11,8 @@ import pytest
 from hawk import daemon as daemon_module
 from hawk.config import Config, StoreSettings, WatchdogSettings
 from hawk.daemon import Daemon, DaemonOptions
-from hawk.model import CopterMode, LandedState, StateName, VehicleState
+from hawk.model.operation import StateName
+from hawk.model.vehicle import CopterMode, LandedState, VehicleState
 from hawk.program_log import ProgramLog
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from hawk.ddc.restart import FLIGHT_KEPT_S, RestartRule
-from hawk.model import FlightSoFar
+from hawk.model.operation import FlightSoFar
 from hawk.starts import Starts
 from hawk.store.journal import FlightJournal
 

@@ -27,12 +27,10 @@ from hawk.ddc.orders import (
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import make_state
-from hawk.model import (
-    CopterMode,
-    HeightParameters,
-    MapPoint,
-    Route,
-)
+from hawk.model.limits import HeightParameters
+from hawk.model.plans import Route
+from hawk.model.poses import MapPoint
+from hawk.model.vehicle import CopterMode
 from tests.unit.ddc.written_facts import SETTINGS, flying, on_ground, pose
 
 HEIGHTS = HeightParameters(15, 35, 60)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from hawk.model import StateName
+from hawk.model.operation import StateName
 from tests.unit.ddc.fakes import Rig
 
 

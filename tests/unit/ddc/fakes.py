@@ -37,31 +37,11 @@ from hawk.ddc.service_interface import DdcServiceInterface, Sender
 from hawk.ddc.settings import DdcSettings, ManagerSetup
 from hawk.ddc.survey_memory import SurveyMemory
 from hawk.ddc.topic_interface import DdcInputs, DdcTopicInterface
-from hawk.model import (
-    ArmPlace,
-    BatteryInfo,
-    CopterMode,
-    DesiredPose,
-    Diagnostics,
-    ExploreStatus,
-    Fence,
-    FlightSoFar,
-    GlobalPose,
-    Health,
-    Inbound,
-    LandedState,
-    LocalPose,
-    MapPoint,
-    MapPose,
-    PathPlan,
-    Route,
-    StateName,
-    StatusText,
-    UserError,
-    VehiclePose,
-    VehicleState,
-    Verdict,
-)
+from hawk.model.limits import Fence
+from hawk.model.operation import FlightSoFar, Health, StateName, UserError
+from hawk.model.plans import DesiredPose, ExploreStatus, Inbound, PathPlan, Route, Verdict
+from hawk.model.poses import ArmPlace, GlobalPose, LocalPose, MapPoint, MapPose, VehiclePose
+from hawk.model.vehicle import BatteryInfo, CopterMode, Diagnostics, LandedState, StatusText, VehicleState
 from tests.manual_clock import ManualClock
 
 TICK_S = 0.05

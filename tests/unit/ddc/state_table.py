@@ -36,16 +36,11 @@ from hawk.ddc.orders import (
     Transition,
 )
 from hawk.ddc.wind import Wind
-from hawk.model import (
-    CopterMode,
-    ExploreStatus,
-    HeightParameters,
-    LandedState,
-    MapPoint,
-    PathPlan,
-    Route,
-    StateName,
-)
+from hawk.model.limits import HeightParameters
+from hawk.model.operation import StateName
+from hawk.model.plans import ExploreStatus, PathPlan, Route
+from hawk.model.poses import MapPoint
+from hawk.model.vehicle import CopterMode, LandedState
 from tests.unit.ddc.fakes import SAFE_PARAMETERS
 from tests.unit.ddc.test_command_table import COMMANDS
 from tests.unit.ddc.written_facts import SETTINGS, flying, found, of_kind, on_ground, pose, without_link

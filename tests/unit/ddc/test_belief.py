@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from hawk.comm.messages import Arm, Disarm, Hold, Land, ReturnToLaunch, Takeoff
 from hawk.ddc.belief import GroundWatch, Motion
-from hawk.model import CopterMode, LandedState, StateName, VehicleState
+from hawk.model.operation import StateName
+from hawk.model.vehicle import CopterMode, LandedState, VehicleState
 from tests.unit.ddc.fakes import Rig
 from tests.unit.ddc.written_facts import pose
 

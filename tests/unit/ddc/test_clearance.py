@@ -23,7 +23,9 @@ from hawk.ddc.states.hover import CommunicationLost, Hover, Manual
 from hawk.ddc.states.moves import AutonomousMove
 from hawk.ddc.states.moves import CompulsiveMove as Compulsive
 from hawk.ddc.states.takeoff import Takeoff
-from hawk.model import MapPoint, Route, StateName
+from hawk.model.operation import StateName
+from hawk.model.plans import Route
+from hawk.model.poses import MapPoint
 from hawk.store.frame_codec import to_json
 from tests.unit.ddc.fakes import Rig
 from tests.unit.ddc.written_facts import SETTINGS, flying, pose

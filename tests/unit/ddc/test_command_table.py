@@ -33,7 +33,8 @@ from hawk.comm.messages import (
 )
 from hawk.comm.status import FenceCorner
 from hawk.ddc.judge import TABLE
-from hawk.model import LandedState, StateName
+from hawk.model.operation import StateName
+from hawk.model.vehicle import LandedState
 from tests.unit.ddc.fakes import PLACE, Rig
 
 FENCE = [

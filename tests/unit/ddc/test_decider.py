@@ -50,7 +50,10 @@ from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import make_state
 from hawk.ddc.wind import Wind
-from hawk.model import CopterMode, DesiredPose, Health, LandedState, MapPoint, Route, StateName
+from hawk.model.operation import Health, StateName
+from hawk.model.plans import DesiredPose, Route
+from hawk.model.poses import MapPoint
+from hawk.model.vehicle import CopterMode, LandedState
 from tests.unit.ddc.written_facts import SETTINGS, decider, flying, found, of_kind, on_ground, without_link
 
 S = StateName

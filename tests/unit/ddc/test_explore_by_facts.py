@@ -19,13 +19,10 @@ from hawk.ddc.orders import (
 )
 from hawk.ddc.outline import OutlineFacts
 from hawk.ddc.states.explore import Travelling, outline_words
-from hawk.model import (
-    CopterMode,
-    ExploreStatus,
-    MapPoint,
-    PathPlan,
-    UserError,
-)
+from hawk.model.operation import UserError
+from hawk.model.plans import ExploreStatus, PathPlan
+from hawk.model.poses import MapPoint
+from hawk.model.vehicle import CopterMode
 from tests.unit.ddc.by_facts import (
     answered,
     at,

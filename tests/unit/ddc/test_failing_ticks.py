@@ -13,7 +13,8 @@ from hawk.ddc import guard
 from hawk.ddc.failing import AIR_S, ASK_AGAIN_S, GROUND_S, FailingTicks
 from hawk.ddc.service_interface import ReqFailed
 from hawk.ddc.states.hover import CommunicationLost, Hover
-from hawk.model import CopterMode, StateName
+from hawk.model.operation import StateName
+from hawk.model.vehicle import CopterMode
 from tests.unit.ddc.fakes import TICK_S, Rig
 
 S = StateName

@@ -32,7 +32,10 @@ from hawk.ddc.fence_file import FENCE_FILE
 from hawk.ddc.geofence import FenceError, contains, ring_from_map, ring_to_map
 from hawk.ddc.parameters import REREAD_S
 from hawk.ddc.settings import DdcSettings
-from hawk.model import Fence, LandedState, MapPoint, StateName
+from hawk.model.limits import Fence
+from hawk.model.operation import StateName
+from hawk.model.poses import MapPoint
+from hawk.model.vehicle import LandedState
 from tests.unit.ddc.fakes import PLACE, Rig
 
 SQUARE = ((-60.0, -60.0), (60.0, -60.0), (60.0, 60.0), (-60.0, 60.0))

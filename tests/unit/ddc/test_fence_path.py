@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 from hawk.ddc import fence_path
 from hawk.ddc.fence_path import CUTS_M, SIGHT_ROOM_M, is_in_sight, length, path_inside, prepare, route_inside
 from hawk.ddc.geofence import contains, path_is_inside, polygon_fence, shape
-from hawk.model import Fence, MapPoint
+from hawk.model.limits import Fence
+from hawk.model.poses import MapPoint
 from tests.unit.ddc.test_way_back import fences
 
 U_SHAPE = polygon_fence(

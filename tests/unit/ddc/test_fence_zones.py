@@ -14,7 +14,9 @@ from hawk.config import FenceSettings
 from hawk.ddc.fence_file import FENCE_FILE
 from hawk.ddc.geofence import FenceError, Ring, contains, outside_by, ring_from_map, ring_to_map, zone_of
 from hawk.ddc.settings import DdcSettings
-from hawk.model import Fence, MapPoint, StateName
+from hawk.model.limits import Fence
+from hawk.model.operation import StateName
+from hawk.model.poses import MapPoint
 from tests.unit.ddc.fakes import PLACE, Rig
 
 SQUARE = ((-60.0, -60.0), (60.0, -60.0), (60.0, 60.0), (-60.0, 60.0))

@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from hawk.comm.messages import Arm, AutonomousExplore, Land, ReturnToLaunch, Takeoff
-from hawk.model import CopterMode, StateName
+from hawk.model.operation import StateName
+from hawk.model.vehicle import CopterMode
 from tests.unit.ddc.fakes import Rig
 
 

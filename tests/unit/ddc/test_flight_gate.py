@@ -25,7 +25,9 @@ from hawk.ddc.facts import Answer, Facts
 from hawk.ddc.fence import FencePlan
 from hawk.ddc.fence_holder import RETRY_S, FenceHolder
 from hawk.ddc.states.hover import Hover, Manual
-from hawk.model import ArmPlace, CopterMode, LandedState, StateName
+from hawk.model.operation import StateName
+from hawk.model.poses import ArmPlace
+from hawk.model.vehicle import CopterMode, LandedState
 from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, SAFE_PARAMETERS, Rig
 from tests.unit.ddc.written_facts import DATUM, FENCE, SETTINGS, flying, on_ground, pose
 

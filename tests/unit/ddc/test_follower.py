@@ -24,7 +24,8 @@ from hawk.ddc.orders import (
 )
 from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import make_state
-from hawk.model import CopterMode, LandedState, StateName
+from hawk.model.operation import StateName
+from hawk.model.vehicle import CopterMode, LandedState
 from tests.unit.ddc.written_facts import SETTINGS, flying, on_ground, without_link
 
 S = StateName

@@ -28,7 +28,7 @@ from hawk.ddc.geofence import (
     sees_all,
     to_map,
 )
-from hawk.model import GlobalPose, MapPoint
+from hawk.model.poses import GlobalPose, MapPoint
 
 SQUARE = ((0.0, 0.0), (100.0, 0.0), (100.0, 100.0), (0.0, 100.0))
 FENCE = polygon_fence(SQUARE, 5, 100, 3)

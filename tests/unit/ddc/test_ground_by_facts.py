@@ -33,9 +33,7 @@ from hawk.ddc.orders import (
     ToTakeoff,
 )
 from hawk.ddc.states.base import State
-from hawk.model import (
-    CopterMode,
-)
+from hawk.model.vehicle import CopterMode
 from tests.unit.ddc.by_facts import (
     HEIGHTS,
     answered,

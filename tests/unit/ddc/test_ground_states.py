@@ -15,7 +15,9 @@ from hawk.comm.messages import (
 )
 from hawk.ddc.fence import FencePlan
 from hawk.ddc.geofence import FenceError
-from hawk.model import CopterMode, Fence, StateName
+from hawk.model.limits import Fence
+from hawk.model.operation import StateName
+from hawk.model.vehicle import CopterMode
 from tests.unit.ddc.fakes import Rig
 
 S = StateName

@@ -6,7 +6,8 @@ import pytest
 
 from hawk.comm.messages import CompulsiveMove, Hold
 from hawk.ddc.orders import Rank
-from hawk.model import CopterMode, StateName
+from hawk.model.operation import StateName
+from hawk.model.vehicle import CopterMode
 from tests.unit.ddc.fakes import Rig
 
 S = StateName
@@ -192,7 +193,7 @@ async def test_the_fence_changes_nothing_of_higher_rank(fresh: Rig, state: State
 async def test_a_perception_fault_ends_what_flies_by_sight(
     fresh: Rig, state: StateName, after: StateName, part: str
 ) -> None:
-    from hawk.model import Health
+    from hawk.model.operation import Health
 
     await fresh.enter(state)
     getattr(fresh.inputs, f"{part}_health").publish = lambda _: None  # nothing well is heard of it any longer

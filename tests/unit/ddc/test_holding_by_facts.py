@@ -23,10 +23,8 @@ from hawk.ddc.orders import (
 )
 from hawk.ddc.states.base import State
 from hawk.ddc.states.hover import CommunicationLost, Holding, Hover
-from hawk.model import (
-    CopterMode,
-    MapPoint,
-)
+from hawk.model.poses import MapPoint
+from hawk.model.vehicle import CopterMode
 from tests.unit.ddc.by_facts import (
     answered,
     at,

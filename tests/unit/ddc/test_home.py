@@ -15,8 +15,9 @@ from hawk.ddc.energy import seconds_home
 from hawk.ddc.facts import HOME_TOLERANCE_M, Facts, HomeFacts
 from hawk.ddc.home import HomeWatch, astray, home_health, returning
 from hawk.ddc.orders import Cause, CauseKind, ToLand, ToReturn
-from hawk.model import ArmPlace, CopterMode, GlobalPose
-from hawk.model import StateName as S
+from hawk.model.operation import StateName as S
+from hawk.model.poses import ArmPlace, GlobalPose
+from hawk.model.vehicle import CopterMode
 from tests.unit.ddc.fakes import PLACE, Rig
 from tests.unit.ddc.test_decider import asked
 from tests.unit.ddc.written_facts import DATUM, FENCE, decider, flying, found, of_kind

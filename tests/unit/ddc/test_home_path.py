@@ -9,7 +9,8 @@ from hawk.ddc.energy import LANDING_PERCENT, SLOWEST_M_S, Reserve
 from hawk.ddc.fence_path import length, path_inside
 from hawk.ddc.home_path import LOOK_S, HomePath, mean_speed
 from hawk.ddc.wind import Wind
-from hawk.model import Fence, MapPoint
+from hawk.model.limits import Fence
+from hawk.model.poses import MapPoint
 from tests.unit.ddc.test_fence_path import EAST, FOOT, U_SHAPE, WEST
 
 

@@ -21,10 +21,7 @@ from hawk.ddc.orders import (
     ToLand,
     ToReturn,
 )
-from hawk.model import (
-    CopterMode,
-    LandedState,
-)
+from hawk.model.vehicle import CopterMode, LandedState
 from tests.unit.ddc.by_facts import (
     answered,
     made,

@@ -10,7 +10,8 @@ from hawk.comm.messages import (
     Resume,
     ReturnToLaunch,
 )
-from hawk.model import CopterMode, LandedState, StateName
+from hawk.model.operation import StateName
+from hawk.model.vehicle import CopterMode, LandedState
 from tests.unit.ddc.fakes import Rig
 
 S = StateName

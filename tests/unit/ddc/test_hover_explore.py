@@ -9,7 +9,10 @@ from hawk.comm.messages import (
     CompulsiveMove,
     Hold,
 )
-from hawk.model import CopterMode, ExploreStatus, MapPoint, PathPlan, StateName, UserError
+from hawk.model.operation import StateName, UserError
+from hawk.model.plans import ExploreStatus, PathPlan
+from hawk.model.poses import MapPoint
+from hawk.model.vehicle import CopterMode
 from tests.unit.ddc.fakes import Rig
 
 S = StateName

@@ -21,7 +21,10 @@ from hawk.ddc.judge import (
 from hawk.ddc.orders import Cause, CauseKind, ToArm, ToHover, ToIdle, ToManual, ToReturn, ToTakeoff, Transition
 from hawk.ddc.outline import OutlineFacts
 from hawk.ddc.states.factory import make_state
-from hawk.model import CopterMode, LandedState, MapPoint, Route, UserError
+from hawk.model.operation import UserError
+from hawk.model.plans import Route
+from hawk.model.poses import MapPoint
+from hawk.model.vehicle import CopterMode, LandedState
 from tests.unit.ddc.fakes import SAFE_PARAMETERS
 from tests.unit.ddc.written_facts import SETTINGS, flying, on_ground, pose, without_link
 

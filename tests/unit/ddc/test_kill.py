@@ -9,7 +9,8 @@ from hawk.ddc import command_desk
 from hawk.ddc.acts import Acts, Ask, CutMotors
 from hawk.ddc.facts import Facts, LinkFacts
 from hawk.ddc.kill import KillSwitch, KillTokens
-from hawk.model import CopterMode, StateName, VehicleState
+from hawk.model.operation import StateName
+from hawk.model.vehicle import CopterMode, VehicleState
 from tests.manual_clock import ManualClock
 from tests.unit.ddc.fakes import Rig
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import pytest
 
 from hawk.comm.messages import Ack, AutonomousMove, Hold, RouteAnswer, RouteRequest
-from hawk.model import Inbound, MapPoint, Route, StateName, UserError
+from hawk.model.operation import StateName, UserError
+from hawk.model.plans import Inbound, Route
+from hawk.model.poses import MapPoint
 from tests.unit.ddc.fakes import Rig
 
 S = StateName

@@ -5,7 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hawk.ddc.follower import state_from_autopilot
-from hawk.model import CopterMode, LandedState, StateName
+from hawk.model.operation import StateName
+from hawk.model.vehicle import CopterMode, LandedState
 
 AIR = [LandedState.IN_AIR, LandedState.TAKING_OFF, LandedState.LANDING, LandedState.UNDEFINED]
 

@@ -15,7 +15,7 @@ from hawk.ddc.motion import (
     stopping_distance,
     stopping_point,
 )
-from hawk.model import GlobalPose, MapPose, VehiclePose
+from hawk.model.poses import GlobalPose, MapPose, VehiclePose
 
 SPEED = 4.0
 

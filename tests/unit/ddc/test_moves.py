@@ -12,7 +12,8 @@ from hawk.comm.messages import (
     ReturnToLaunch,
 )
 from hawk.ddc.geofence import polygon_fence
-from hawk.model import Inbound, StateName, UserError
+from hawk.model.operation import StateName, UserError
+from hawk.model.plans import Inbound
 from tests.unit.ddc.fakes import Rig
 
 S = StateName

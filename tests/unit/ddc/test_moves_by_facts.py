@@ -17,13 +17,8 @@ from hawk.ddc.orders import (
     ToHover,
     ToMove,
 )
-from hawk.model import (
-    DesiredPose,
-    Inbound,
-    MapPoint,
-    Route,
-    Verdict,
-)
+from hawk.model.plans import DesiredPose, Inbound, Route, Verdict
+from hawk.model.poses import MapPoint
 from tests.unit.ddc.by_facts import (
     LOT_MOVE,
     MOVE,

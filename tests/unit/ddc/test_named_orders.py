@@ -13,7 +13,7 @@ from hawk.ddc.facts import Facts, OperatorFacts
 from hawk.ddc.kill import KillTokens
 from hawk.ddc.operator import NO_OPERATOR
 from hawk.ddc.orders import ToExplore, ToHover
-from hawk.model import StateName as S
+from hawk.model.operation import StateName as S
 from tests.unit.ddc.fakes import Rig
 from tests.unit.ddc.written_facts import SETTINGS, flying
 

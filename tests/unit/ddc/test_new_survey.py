@@ -10,7 +10,8 @@ import pytest
 from hawk.comm.messages import AutonomousExplore, NewSurvey
 from hawk.comm.status import VehicleStatus
 from hawk.ddc.survey_memory import SurveyMemory
-from hawk.model import Counts, FlightDrain, OccupancyMap, StateName, SurveyLeft
+from hawk.model.lot_map import Counts, OccupancyMap
+from hawk.model.operation import FlightDrain, StateName, SurveyLeft
 from tests.unit.ddc.fakes import UTC_START, Rig
 
 LEFT = SurveyLeft(seen=0.9, lot_area=5_000.0, remaining_m=120.0, flown_s=60.0)

@@ -21,7 +21,10 @@ from hawk.ddc.outline import OutlineError, check_rings, ground_of, outline_of
 from hawk.ddc.outline_geojson import read_survey_outline
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.survey_memory import SurveyMemory
-from hawk.model import ExploreStatus, MapPoint, Outline, PathPlan, StateName, UserError
+from hawk.model.limits import Outline
+from hawk.model.operation import StateName, UserError
+from hawk.model.plans import ExploreStatus, PathPlan
+from hawk.model.poses import MapPoint
 from tests.unit.ddc.fakes import PLACE, Rig
 
 S = StateName

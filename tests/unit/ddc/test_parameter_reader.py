@@ -16,7 +16,7 @@ from hawk.ddc.facts import Answer, Facts
 from hawk.ddc.failsafes import ALL_NAMES, DECIDING_NAMES, HIGHEST_ID_NAME, check_failsafes
 from hawk.ddc.parameters import AT_ONCE, ParameterReader
 from hawk.ddc.remote_control import SWITCH_NAMES, remote_control_check
-from hawk.model import StateName
+from hawk.model.operation import StateName
 from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, SAFE_PARAMETERS, Rig
 from tests.unit.ddc.test_failsafes import SAFE_47, VIEW
 from tests.unit.ddc.written_facts import flying, on_ground

@@ -11,7 +11,8 @@ from hawk.comm.messages import Arm, Configure
 from hawk.config import FenceSettings
 from hawk.ddc.params import ParameterError, ParameterStore, check_heights
 from hawk.ddc.settings import DdcSettings
-from hawk.model import HeightParameters, StateName
+from hawk.model.limits import HeightParameters
+from hawk.model.operation import StateName
 from tests.unit.ddc.fakes import Rig
 
 DEFAULTS = HeightParameters(15, 35, 60)

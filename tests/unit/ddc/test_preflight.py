@@ -14,7 +14,9 @@ from hawk.comm.status import CheckItem
 from hawk.config import FenceSettings, HeightSettings
 from hawk.ddc.failsafes import watched_names
 from hawk.ddc.settings import DdcSettings
-from hawk.model import BatteryInfo, Diagnostics, Health, HeightParameters, StateName
+from hawk.model.limits import HeightParameters
+from hawk.model.operation import Health, StateName
+from hawk.model.vehicle import BatteryInfo, Diagnostics
 from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, PLACE, SAFE_PARAMETERS, Rig
 
 

@@ -37,7 +37,10 @@ from hawk.ddc.facts import Facts
 from hawk.ddc.geofence import inside_point, outside_by
 from hawk.ddc.motion import maximum_target_distance
 from hawk.ddc.orders import Rank, Transition
-from hawk.model import CopterMode, ExploreStatus, GlobalPose, Inbound, LandedState, MapPoint, PathPlan, StateName
+from hawk.model.operation import StateName
+from hawk.model.plans import ExploreStatus, Inbound, PathPlan
+from hawk.model.poses import GlobalPose, MapPoint
+from hawk.model.vehicle import CopterMode, LandedState
 from tests.unit.ddc.fakes import COMMANDING_STATES, DEFAULT_PARAMETERS, PLACE, SAFE_PARAMETERS, Rig
 
 SIMPLE: list[Command] = [

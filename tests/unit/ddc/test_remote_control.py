@@ -21,7 +21,8 @@ from hawk.ddc.remote_control import (
     switch_position,
 )
 from hawk.ddc.settings import DdcSettings
-from hawk.model import CopterMode, StateName
+from hawk.model.operation import StateName
+from hawk.model.vehicle import CopterMode
 from tests.unit.ddc.fakes import SAFE_PARAMETERS, Rig
 
 SETTINGS = RemoteControlSettings()

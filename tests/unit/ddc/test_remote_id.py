@@ -13,7 +13,7 @@ from hawk.comm.status import CheckItem
 from hawk.config import RemoteIdSettings
 from hawk.ddc.remote_id import RemoteIdFacts, remote_id_checks, remote_id_health
 from hawk.ddc.settings import DdcSettings
-from hawk.model import StateName
+from hawk.model.operation import StateName
 from tests.unit.ddc.fakes import Rig
 
 ON = RemoteIdSettings(enabled=True, operator_id="FIN87astrdge12k8")

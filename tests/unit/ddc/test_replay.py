@@ -29,7 +29,10 @@ from hawk.comm.messages import (
 )
 from hawk.ddc.facts import Facts
 from hawk.ddc.replay import Moment, decide_again, moments, plain
-from hawk.model import CopterMode, GlobalPose, Inbound, StateName
+from hawk.model.operation import StateName
+from hawk.model.plans import Inbound
+from hawk.model.poses import GlobalPose
+from hawk.model.vehicle import CopterMode
 from hawk.store.frame_codec import to_json
 from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, PLACE, Rig
 

@@ -10,7 +10,8 @@ from hawk.ddc import acts
 from hawk.ddc.acts import Ask, CutMotors, ReadParameter, Request, SetMode, SetParameters, StoreHeights, UploadFence
 from hawk.ddc.facts import Answer
 from hawk.ddc.requests import Requests
-from hawk.model import CopterMode, Fence, HeightParameters
+from hawk.model.limits import Fence, HeightParameters
+from hawk.model.vehicle import CopterMode
 from tests.manual_clock import ManualClock
 
 

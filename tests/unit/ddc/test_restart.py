@@ -9,7 +9,8 @@ import pytest
 
 from hawk.comm.messages import CompulsiveMove, Hold, Land, ReturnToLaunch
 from hawk.ddc.restart import FLIGHT_KEPT_S, RestartRule, flight_goes_on, restart_rule
-from hawk.model import CopterMode, FlightSoFar, LandedState, StateName
+from hawk.model.operation import FlightSoFar, StateName
+from hawk.model.vehicle import CopterMode, LandedState
 from tests.unit.ddc.fakes import PLACE, START, UTC_START, Rig
 
 S = StateName

@@ -22,8 +22,10 @@ from hawk.ddc.orders import Cause, CauseKind, ToReturn
 from hawk.ddc.silence import SILENCE_S
 from hawk.ddc.states import homing, path_home
 from hawk.ddc.target_gate import Limits, target_refusal
-from hawk.model import CopterMode, Fence, GlobalPose, MapPoint
-from hawk.model import StateName as S
+from hawk.model.limits import Fence
+from hawk.model.operation import StateName as S
+from hawk.model.poses import GlobalPose, MapPoint
+from hawk.model.vehicle import CopterMode
 from tests.unit.ddc.fakes import Rig
 from tests.unit.ddc.test_fence import U_SHAPE, WEST_ARM, draw, fence
 from tests.unit.ddc.written_facts import DATUM, SETTINGS, decider, flying, of_kind, pose

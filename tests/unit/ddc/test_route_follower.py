@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hawk.ddc.motion import Carrot, Goal, RouteFollower
-from hawk.model import MapPoint, MapPose, Route
+from hawk.model.plans import Route
+from hawk.model.poses import MapPoint, MapPose
 
 ARRIVAL_M = 1.5
 SPEED = 4.0

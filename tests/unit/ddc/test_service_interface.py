@@ -12,7 +12,10 @@ from hawk.comm.vehicle import AutopilotError
 from hawk.ddc.geofence import polygon_fence
 from hawk.ddc.motion import Goal, maximum_target_distance
 from hawk.ddc.service_interface import ReqFailed, TargetRefused
-from hawk.model import CopterMode, GlobalPose, HeightParameters, StateName
+from hawk.model.limits import HeightParameters
+from hawk.model.operation import StateName
+from hawk.model.poses import GlobalPose
+from hawk.model.vehicle import CopterMode
 from tests.unit.ddc.fakes import COMMANDING_STATES, PLACE, Rig, sender
 
 GOOD = Goal(3.0, 2.0, 31.0, 0.5)

@@ -16,7 +16,8 @@ from hawk.ddc.states.ground import Arm as ArmState
 from hawk.ddc.states.homing import Land as Landing
 from hawk.ddc.states.homing import ReturnToLaunch as Returning
 from hawk.ddc.states.hover import Hover, Manual
-from hawk.model import CopterMode, LandedState, StateName
+from hawk.model.operation import StateName
+from hawk.model.vehicle import CopterMode, LandedState
 from tests.unit.ddc.fakes import Rig
 from tests.unit.ddc.written_facts import SETTINGS
 from tests.unit.ddc.written_facts import flying as flying_facts

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from hawk.ddc.geofence import circle, polygon_fence
 from hawk.ddc.slope import Slope, SlopeWatch, slope_of, slope_words
-from hawk.model import MapPoint
+from hawk.model.poses import MapPoint
 from hawk.rotation import rotation
 from tests.unit.ddc.fakes import Rig
 from tests.unit.ddc.written_facts import pose

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hawk.model import StateName
+from hawk.model.operation import StateName
 from tests.unit.ddc.state_table import COLUMNS, DOCUMENT, document, table
 
 OUTCOMES = table()

@@ -32,10 +32,8 @@ from hawk.ddc.orders import (
 from hawk.ddc.outline import OutlineFacts
 from hawk.ddc.states.base import MODE_RETRY_S, ModeKeeper
 from hawk.ddc.states.factory import adopted, make_state
-from hawk.model import (
-    CopterMode,
-    StateName,
-)
+from hawk.model.operation import StateName
+from hawk.model.vehicle import CopterMode
 from tests.unit.ddc.by_facts import (
     HEIGHTS,
     IN_THE_AIR,

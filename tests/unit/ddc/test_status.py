@@ -14,7 +14,9 @@ from hawk.ddc import command_desk
 from hawk.ddc import status as status_room
 from hawk.ddc.facts import Facts
 from hawk.ddc.flight_log import MAXIMUM_POINTS, Trail
-from hawk.model import Counts, Health, HealthStatus, MapPose, OccupancyMap, StateName
+from hawk.model.lot_map import Counts, OccupancyMap
+from hawk.model.operation import Health, HealthStatus, StateName
+from hawk.model.poses import MapPose
 from hawk.store.frame_codec import to_json
 from tests.unit.ddc.fakes import Rig
 

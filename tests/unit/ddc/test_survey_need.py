@@ -23,7 +23,10 @@ from hawk.ddc.survey_need import (
     need_on_ground,
 )
 from hawk.ddc.survey_notice import SHORT_CONFIRM_S, SurveyNotice
-from hawk.model import ExploreStatus, FlightDrain, MapPoint, OccupancyMap, PathPlan, StateName, SurveyLeft
+from hawk.model.lot_map import OccupancyMap
+from hawk.model.operation import FlightDrain, StateName, SurveyLeft
+from hawk.model.plans import ExploreStatus, PathPlan
+from hawk.model.poses import MapPoint
 from tests.unit.ddc.fakes import UTC_START, Rig
 from tests.unit.ddc.written_facts import flying as flying_facts
 from tests.unit.ddc.written_facts import on_ground

@@ -7,7 +7,8 @@ import pytest
 from hawk.ddc.geofence import inside_point, polygon_fence
 from hawk.ddc.motion import Goal, maximum_target_distance
 from hawk.ddc.target_gate import ABOVE_M, ENTRANCE_M, Limits, target_refusal
-from hawk.model import HeightParameters, MapPoint, MapPose
+from hawk.model.limits import HeightParameters
+from hawk.model.poses import MapPoint, MapPose
 
 SQUARE = polygon_fence(((-100, -100), (100, -100), (100, 100), (-100, 100)), 5.0, 100.0, 3.0)
 REACH = maximum_target_distance(4.0)

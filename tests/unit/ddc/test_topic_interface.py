@@ -10,20 +10,11 @@ import pytest
 
 from hawk.comm.vehicle import VehicleTopics
 from hawk.ddc.topic_interface import DdcInputs, DdcTopicInterface
-from hawk.model import (
-    BatteryInfo,
-    DesiredPose,
-    Diagnostics,
-    GlobalPose,
-    Health,
-    Inbound,
-    LocalPose,
-    MapPose,
-    OccupancyMap,
-    VehiclePose,
-    VehicleState,
-    Verdict,
-)
+from hawk.model.lot_map import OccupancyMap
+from hawk.model.operation import Health
+from hawk.model.plans import DesiredPose, Inbound, Verdict
+from hawk.model.poses import GlobalPose, LocalPose, MapPose, VehiclePose
+from hawk.model.vehicle import BatteryInfo, Diagnostics, VehicleState
 from tests.manual_clock import ManualClock
 
 GOOD = Diagnostics(all_ok=True, global_position_ok=True)

@@ -11,7 +11,8 @@ from hawk.ddc.facts import VehicleEvent
 from hawk.ddc.service_interface import DdcServiceInterface
 from hawk.ddc.topic_interface import DdcTopicInterface
 from hawk.ddc.watches import Jumps, LinkWatch, Stopwatch
-from hawk.model import CopterMode, Health, LandedState, VehicleState
+from hawk.model.operation import Health
+from hawk.model.vehicle import CopterMode, LandedState, VehicleState
 
 
 @dataclass

@@ -16,7 +16,8 @@ from hawk.ddc.geofence import FenceError, circle, contains, inside_point, outsid
 from hawk.ddc.motion import Goal, maximum_target_distance
 from hawk.ddc.states.hover import Holding
 from hawk.ddc.target_gate import Limits, target_refusal
-from hawk.model import Fence, HeightParameters, MapPoint, MapPose, VehiclePose
+from hawk.model.limits import Fence, HeightParameters
+from hawk.model.poses import MapPoint, MapPose, VehiclePose
 from tests.unit.ddc.written_facts import FENCE, SETTINGS, flying, pose
 
 SPEED = SETTINGS.flight.speed_m_s

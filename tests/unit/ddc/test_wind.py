@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hawk.ddc.wind import BODY_DRAG, GRAVITY, LEAST_S, ROTOR_DRAG, Wind, WindWatch, ground_speed
-from hawk.model import VehiclePose
+from hawk.model.poses import VehiclePose
 from tests.unit.ddc.written_facts import pose
 
 STEP_S = 0.2

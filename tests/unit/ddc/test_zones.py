@@ -32,7 +32,8 @@ from hawk.ddc.geofence import (
 from hawk.ddc.motion import Goal
 from hawk.ddc.target_gate import Limits, target_refusal
 from hawk.ddc.zones import check_zones
-from hawk.model import Fence, HeightParameters, MapPoint, MapPose
+from hawk.model.limits import Fence, HeightParameters
+from hawk.model.poses import MapPoint, MapPose
 
 SQUARE = ((-100.0, -100.0), (100.0, -100.0), (100.0, 100.0), (-100.0, 100.0))
 

@@ -22,21 +22,10 @@ from hawk.ddc.geofence import circle, polygon_fence
 from hawk.ddc.kill import KillTokens
 from hawk.ddc.remote_control import RemoteControlFacts
 from hawk.ddc.settings import DdcSettings
-from hawk.model import (
-    ArmPlace,
-    BatteryInfo,
-    CopterMode,
-    Diagnostics,
-    GlobalPose,
-    Health,
-    HeightParameters,
-    LandedState,
-    LocalPose,
-    MapPoint,
-    MapPose,
-    VehiclePose,
-    VehicleState,
-)
+from hawk.model.limits import HeightParameters
+from hawk.model.operation import Health
+from hawk.model.poses import ArmPlace, GlobalPose, LocalPose, MapPoint, MapPose, VehiclePose
+from hawk.model.vehicle import BatteryInfo, CopterMode, Diagnostics, LandedState, VehicleState
 
 SETTINGS = DdcSettings(FlightSettings(), FenceSettings(), OperatorSettings(), HeightSettings(), 245)
 DATUM = GlobalPose(43.26, -79.92, 100.0)

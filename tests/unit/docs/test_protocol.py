@@ -26,7 +26,8 @@ from hawk.comm.status import (
     TravelStatus,
     VehicleStatus,
 )
-from hawk.model import Counts, EncodedTile, OccupancyMap, Stall, StallState, StateName
+from hawk.model.lot_map import Counts, EncodedTile, OccupancyMap, Stall, StallState
+from hawk.model.operation import StateName
 from tests.unit.docs.scripts import load
 from tests.unit.web.rig import Rig, Visitor, browser
 

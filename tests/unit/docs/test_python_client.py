@@ -13,7 +13,8 @@ import pytest
 
 from hawk.comm.messages import Control
 from hawk.comm.status import CommandOption, DroneStatus, OperationStatus, PerceptionStatus
-from hawk.model import OccupancyMap, Stall, StallState, StateName
+from hawk.model.lot_map import OccupancyMap, Stall, StallState
+from hawk.model.operation import StateName
 from hawk.survey.client import DroneClient
 from tests.unit.web.rig import Rig
 

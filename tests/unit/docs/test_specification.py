@@ -99,6 +99,6 @@ def test_every_row_names_a_test_that_exists(row: Row) -> None:
 
 
 def test_every_state_of_the_program_has_a_row() -> None:
-    from hawk.model import StateName
+    from hawk.model.operation import StateName
 
     assert {state.value for state in StateName} <= {row.name for row in ROWS if row.section == "17 Operation States"}

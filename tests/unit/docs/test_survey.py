@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hawk.model import GlobalPose, StallState
+from hawk.model.lot_map import StallState
+from hawk.model.poses import GlobalPose
 from hawk.survey import report
 from hawk.survey.handset import SurveyStatus
 from hawk.survey.truth import GroundTruth

@@ -46,7 +46,8 @@ from faults.proxy import message
 from faults.report import BEGIN, END, line, merged, names, rewrite, table
 from faults.run import ALL, SHORT
 from hawk.comm.status import CheckItem, HealthItem, Heartbeat, LogEntry
-from hawk.model import Stall, StallState, StateName
+from hawk.model.lot_map import Stall, StallState
+from hawk.model.operation import StateName
 from hawk.sim.camera_server import Fault as DroneFault
 
 TRUTH: dict[str, Any] = {

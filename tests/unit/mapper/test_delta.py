@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hawk.algo.mapper.delta import MapMeta, tile_key, tile_name
 from hawk.algo.mapper.grid import EvidenceTile
 from hawk.algo.mapper.table import STALL_DTYPE, from_bytes, to_bytes
-from hawk.model import Cell
+from hawk.model.lot_map import Cell
 
 
 def tile(seed: int = 0) -> EvidenceTile:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from hawk.algo.mapper.grid import EvidenceGrid, EvidenceTile
 from hawk.algo.mapper.published import TileEncoder
 from hawk.algo.mapper.table import FREE, STALL_DTYPE, TAKEN, UNKNOWN, Rows
-from hawk.model import TILE_CELLS, Cell, EncodedTile
+from hawk.model.lot_map import TILE_CELLS, Cell, EncodedTile
 
 
 def grid_of(*keys: tuple[int, int]) -> EvidenceGrid:

@@ -6,7 +6,7 @@ import pytest
 from hawk.algo.ground import COARSE_M, Window, tile_window
 from hawk.algo.mapper.evidence import EVIDENCE_M, CellEvidence, log_odds
 from hawk.algo.mapper.grid import EvidenceGrid
-from hawk.model import TILE_M, Cell
+from hawk.model.lot_map import TILE_M, Cell
 
 
 def evidence(probability: float, mask: int = 2, window: Window | None = None) -> CellEvidence:

@@ -6,7 +6,7 @@ import pytest
 
 from hawk.algo.mapper.published import Mosaic, nearest_first
 from hawk.algo.vision.seen import GroundImage
-from hawk.model import TILE_CELLS, EncodedTile
+from hawk.model.lot_map import TILE_CELLS, EncodedTile
 from tests.unit.algo.synthetic import ground_affine, pose_at
 
 

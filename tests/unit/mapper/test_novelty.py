@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hawk.algo.mapper.novelty import MOST_STILL, TURN, Novelty
-from hawk.model import MapPose
+from hawk.model.poses import MapPose
 
 HERE = MapPose(0.0, 0.0, 30.0, 0.0, 0.0, 0.0)
 LOOK_M, STILL = 5.0, 0.02

@@ -7,7 +7,7 @@ from hawk.algo.ground import Window
 from hawk.algo.mapper.evidence import EVIDENCE_M, CellEvidence
 from hawk.algo.mapper.grid import EvidenceGrid
 from hawk.algo.mapper.shown import classify
-from hawk.model import Cell
+from hawk.model.lot_map import Cell
 from tests.unit.algo.synthetic import stall_corners
 
 WINDOW = Window.around(np.array([[-40.0, -40.0], [40.0, 40.0]]), EVIDENCE_M).aligned(2)

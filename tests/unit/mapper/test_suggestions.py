@@ -24,7 +24,7 @@ from hawk.algo.mapper.suggestions import (
     Suggestion,
     Suggestions,
 )
-from hawk.model import Counts, StallState
+from hawk.model.lot_map import Counts, StallState
 from tests.unit.algo.synthetic import SyntheticVision, Truth, pose_at, rows_lot
 
 CAR = (10.0, 5.0, 0.4, 1.8, 4.4)

@@ -9,7 +9,10 @@ import shapely
 from numpy.typing import NDArray
 
 from hawk.algo.ground import COARSE_M, CoarseLayers, Window
-from hawk.model import Fence, Inbound, MapPoint, Stall
+from hawk.model.limits import Fence
+from hawk.model.lot_map import Stall
+from hawk.model.plans import Inbound
+from hawk.model.poses import MapPoint
 
 
 class DrawnLot:

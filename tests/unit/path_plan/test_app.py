@@ -11,20 +11,11 @@ from hawk.algo.frame import AlgoError, FrameInput
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.topic_interface import AlgorithmTopicInterface
-from hawk.model import (
-    DesiredPose,
-    Fence,
-    Health,
-    HeightParameters,
-    Inbound,
-    MapPoint,
-    PathPlan,
-    Route,
-    Stall,
-    StallState,
-    StateName,
-    Verdict,
-)
+from hawk.model.limits import Fence, HeightParameters
+from hawk.model.lot_map import Stall, StallState
+from hawk.model.operation import Health, StateName
+from hawk.model.plans import DesiredPose, Inbound, PathPlan, Route, Verdict
+from hawk.model.poses import MapPoint
 from tests.unit.algo.synthetic import CAMERA, frame_at, pose_at
 from tests.unit.path_plan.flight import KnownMap, fence_around
 

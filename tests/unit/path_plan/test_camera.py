@@ -5,7 +5,7 @@ import math
 import pytest
 
 from hawk.algo.path_plan.camera import LOOKS, SLOWEST_M_S, ReadableSpeed, exploring_height
-from hawk.model import HeightParameters
+from hawk.model.limits import HeightParameters
 from tests.unit.algo.synthetic import CAMERA
 
 DEPTH_M = 24.0

@@ -8,7 +8,8 @@ import pytest
 import shapely
 
 from hawk.algo.path_plan.app import PathPlanApp
-from hawk.model import Fence, MapPoint
+from hawk.model.limits import Fence
+from hawk.model.poses import MapPoint
 from tests.unit.path_plan.flight import LEVEL, Flight, KnownMap, fence_around, fly, lower_bound, random_lot
 
 pytestmark = pytest.mark.flight

@@ -11,7 +11,7 @@ from hawk.algo.ground import Bools, Floats
 from hawk.algo.path_plan.camera import Lean, LeanWatch, Swath
 from hawk.algo.path_plan.footprint import Corners, Footprint, Singles, momenta
 from hawk.algo.path_plan.settings import PathPlanSettings
-from hawk.model import MapPose
+from hawk.model.poses import MapPose
 
 PICTURE = Footprint(40.0, 24.0, 19.0, 23.0)
 CELLS = np.random.default_rng(3).uniform(-30, 30, (1500, 2)).astype(np.float32)

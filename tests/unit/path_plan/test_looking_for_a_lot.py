@@ -9,7 +9,7 @@ import pytest
 import shapely
 
 from hawk.algo.ground import CoarseLayers, Window
-from hawk.model import MapPose
+from hawk.model.poses import MapPose
 from tests.unit.path_plan.flight import KnownMap, fence_around, fly
 
 pytestmark = pytest.mark.flight

@@ -12,7 +12,9 @@ from hawk.algo.frame import FrameInput
 from hawk.algo.ground import COARSE_M, Window
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.path_plan.outlined import OutlinedGround, cells_inside
-from hawk.model import AskedGround, MapPoint, Stall, StallState
+from hawk.model.limits import AskedGround
+from hawk.model.lot_map import Stall, StallState
+from hawk.model.poses import MapPoint
 from tests.unit.algo.synthetic import frame_at, pose_at
 from tests.unit.path_plan.flight import LEVEL, Flight, KnownMap, fence_around, fly
 

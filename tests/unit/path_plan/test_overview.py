@@ -17,7 +17,7 @@ from hawk.algo.path_plan.overview import (
     near_tiles,
     with_margin,
 )
-from hawk.model import TILE_M
+from hawk.model.lot_map import TILE_M
 
 EXTENT = np.array([[-600.0, -500.0], [400.0, 500.0]])
 

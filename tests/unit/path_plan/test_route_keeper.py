@@ -5,7 +5,8 @@ import shapely
 
 from hawk.algo.path_plan.lot_ground import FenceGuard
 from hawk.algo.path_plan.lot_route import NO_LOT_THERE, NO_ROUTE, RouteKeeper
-from hawk.model import DesiredPose, MapPoint, Route
+from hawk.model.plans import DesiredPose, Route
+from hawk.model.poses import MapPoint
 from tests.unit.path_plan.lots import DrawnLot, fence_of, line_of, place_in
 
 GOAL = place_in(5, 55)

@@ -6,7 +6,7 @@ import sys
 import time
 from pathlib import Path
 
-from hawk.model import ArmPlace, GlobalPose
+from hawk.model.poses import ArmPlace, GlobalPose
 from hawk.store.journal import FlightJournal
 
 

@@ -14,7 +14,9 @@ from typing import IO, Any
 
 import pytest
 
-from hawk.model import ArmPlace, FlightDrain, FlightSoFar, GlobalPose, Outline, SurveyLeft
+from hawk.model.limits import Outline
+from hawk.model.operation import FlightDrain, FlightSoFar, SurveyLeft
+from hawk.model.poses import ArmPlace, GlobalPose
 from hawk.store.journal import FlightJournal
 from hawk.store.journal_state import JournalState, pack, read_survey, surveys_of
 

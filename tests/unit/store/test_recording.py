@@ -18,7 +18,8 @@ from mcap.reader import make_reader
 
 from hawk.algo.frame import FrameInput
 from hawk.config import StoreSettings
-from hawk.model import MapPoint, StateName
+from hawk.model.operation import StateName
+from hawk.model.poses import MapPoint
 from hawk.store.recording import FRAME_INPUT, NoRecordingError, Recording
 from hawk.store.replay import RecordingError, read_frames, read_metadata, read_recording
 from tests.manual_clock import ManualClock

@@ -32,7 +32,7 @@ from hawk.comm.status import (
     TravelStatus,
     VehicleStatus,
 )
-from hawk.model import StateName, UserError
+from hawk.model.operation import StateName, UserError
 from hawk.survey.client import LinkLostError
 from hawk.web.clients import ClientView
 from hawk.web.session import ControlView

@@ -14,7 +14,8 @@ from hawk.comm.base_socket import ConnectionTimeout, FailedToSend
 from hawk.comm.messages import Ack, Arm, Control, Disarm, KillRequest, KillToken, Takeoff
 from hawk.comm.status import DroneStatus, LogEntry, SiteStatus
 from hawk.config import WebSettings
-from hawk.model import TILE_CELLS, EncodedTile, MapPoint, OccupancyMap, Stall, StallState
+from hawk.model.lot_map import TILE_CELLS, EncodedTile, OccupancyMap, Stall, StallState
+from hawk.model.poses import MapPoint
 from hawk.survey.client import CommandRefusedError, DroneClient, LinkLostError
 from tests.unit.web.rig import Rig
 

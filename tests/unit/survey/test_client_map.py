@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from hawk.comm.status import MapUpdate, MosaicVersion, StallUpdate, TileUpdate
-from hawk.model import TILE_CELLS, Cell, GlobalPose, StallState
+from hawk.model.lot_map import TILE_CELLS, Cell, StallState
+from hawk.model.poses import GlobalPose
 from hawk.survey.client import BadMapError, ClientMap
 
 

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from shapely.geometry import shape
 
-from hawk.model import TILE_CELLS, Cell, GlobalPose, Stall, StallState
+from hawk.model.lot_map import TILE_CELLS, Cell, Stall, StallState
+from hawk.model.poses import GlobalPose
 from hawk.stall_exports import CSV_COLUMNS, stalls_csv, stalls_geojson
 from hawk.survey_map import SurveyMap, map_picture
 

@@ -19,7 +19,8 @@ from hawk.comm.messages import (
     Takeoff,
 )
 from hawk.comm.status import FenceCorner, Heartbeat
-from hawk.model import HeightParameters, StateName, UserError
+from hawk.model.limits import HeightParameters
+from hawk.model.operation import StateName, UserError
 from hawk.survey.handset import SurveyStatus
 from hawk.survey.operator import (
     SPIRAL_LENGTH_M,

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.model import CELL_M, TILE_CELLS, Cell, GlobalPose, Stall, StallState
+from hawk.model.lot_map import CELL_M, TILE_CELLS, Cell, Stall, StallState
+from hawk.model.poses import GlobalPose
 from hawk.survey.report import compare, counts, finite, in_range, map_offset
 from hawk.survey.truth import GroundTruth
 from hawk.survey_map import SurveyMap

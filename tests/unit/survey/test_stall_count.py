@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.model import Counts, ExploreStatus, Stall, StallState
+from hawk.model.lot_map import Counts, Stall, StallState
+from hawk.model.plans import ExploreStatus
 from hawk.stall_count import LEAST_SEEN, SPREADS, free_interval, free_variance, variance_of
 
 SHARES = st.floats(0, 1)

@@ -9,7 +9,8 @@ import pymap3d
 import pytest
 from shapely.geometry import Point, shape
 
-from hawk.model import GlobalPose, StallState
+from hawk.model.lot_map import StallState
+from hawk.model.poses import GlobalPose
 from hawk.survey.truth import TruthError, parse_truth, read_truth
 
 ORIGIN = GlobalPose(43.2609, -79.9192, 0.0)

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from hawk.algo.vision.picture import FREE_BGR, TAKEN_BGR, UNKNOWN_BGR, PictureStyle, annotate, state_of
 from hawk.algo.vision.rectify import project, scaled_camera
 from hawk.algo.vision.seen import StallSeen
-from hawk.model import CameraModel, MapPose, Stall, StallState
+from hawk.model.lot_map import Stall, StallState
+from hawk.model.pictures import CameraModel
+from hawk.model.poses import MapPose
 
 F = 640 / math.tan(math.radians(35))
 CAMERA = CameraModel(1280, 720, F, F, 639.5, 359.5, distortion=(-0.05, 0.01, 0, 0, 0))

@@ -14,7 +14,10 @@ from hawk.algo.vision.app import VisionApp, VisionSettings
 from hawk.algo.vision.network import VisionModelError
 from hawk.algo.vision.seen import Found, GroundImage, StallSeen
 from hawk.comm.image import NoImage
-from hawk.model import CameraModel, HeightParameters, MapPose, StateName
+from hawk.model.limits import HeightParameters
+from hawk.model.operation import StateName
+from hawk.model.pictures import CameraModel
+from hawk.model.poses import MapPose
 
 F = 640 / math.tan(math.radians(35))
 CAMERA = CameraModel(1280, 720, F, F, 639.5, 359.5)

@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 from hawk.algo.frame import FrameInput
 from hawk.algo.vision.camera_check import CameraCheck, Evidence, Pair, View
 from hawk.algo.vision.motion import Motion, expected_motion, find_features, measured_motion
-from hawk.model import Health, HeightParameters, MapPose, StateName
+from hawk.model.limits import HeightParameters
+from hawk.model.operation import Health, StateName
+from hawk.model.poses import MapPose
 from hawk.sim.camera import default_intrinsics, turned_camera
 from hawk.worlds.camera import WorldCamera
 from hawk.worlds.conditions import Condition

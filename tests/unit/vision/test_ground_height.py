@@ -17,7 +17,9 @@ from hawk.algo.frame import FrameInput
 from hawk.algo.vision.app import VisionApp
 from hawk.algo.vision.rectify import ground_footprint
 from hawk.algo.vision.seen import StallSeen
-from hawk.model import HeightParameters, MapPose, StateName
+from hawk.model.limits import HeightParameters
+from hawk.model.operation import StateName
+from hawk.model.poses import MapPose
 from hawk.sim.camera import default_intrinsics
 from hawk.store.frame_codec import decode_frame, encode_frame
 from hawk.worlds.camera import WorldCamera

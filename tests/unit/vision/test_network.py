@@ -15,7 +15,8 @@ from hawk.algo.vision.decode import NetworkFinder
 from hawk.algo.vision.network import StallNetwork, VisionModelError, maps_from_output, packaged_weights
 from hawk.algo.vision.rectify import Rectifier, ground_homography
 from hawk.algo.vision.seen import GroundImage
-from hawk.model import CameraModel, MapPose
+from hawk.model.pictures import CameraModel
+from hawk.model.poses import MapPose
 from training.scenes import Scene, SceneStall, draw_scene
 
 DATA = Path(__file__).parent / "data"

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from hawk.algo.vision.rectify import MAXIMUM_PIXELS, Rectifier, RectifyError, project
 from hawk.algo.vision.seen import FloatArray, GroundImage
-from hawk.model import CameraModel, MapPose
+from hawk.model.pictures import CameraModel
+from hawk.model.poses import MapPose
 
 F = 640 / math.tan(math.radians(35))
 CAMERA = CameraModel(1280, 720, F, F, 639.5, 359.5)

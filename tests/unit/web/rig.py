@@ -20,7 +20,8 @@ from hawk.comm.performance import LagSummary
 from hawk.comm.status import ClientId, DroneStatus, StatusStamp
 from hawk.comm.topic import Topic
 from hawk.config import Config, OperatorSettings, WebSettings
-from hawk.model import AnnotatedFrame, OccupancyMap
+from hawk.model.lot_map import OccupancyMap
+from hawk.model.pictures import AnnotatedFrame
 from hawk.settings_reference import reference_text, settings
 from hawk.store.recording import NoRecordingError
 from hawk.web.app import Page, create_app

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.model import AnnotatedFrame
+from hawk.model.pictures import AnnotatedFrame
 from hawk.web.ack_tap import LEFT_S, AckTap
 from hawk.web.app import WebServer
 from hawk.web.ws import PING_INTERVAL_S

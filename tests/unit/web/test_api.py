@@ -14,7 +14,9 @@ from hawk.comm.status import (
     TravelStatus,
 )
 from hawk.config import WebSettings
-from hawk.model import AnnotatedFrame, Counts, EncodedTile, OccupancyMap, Stall, StallState, StateName
+from hawk.model.lot_map import Counts, EncodedTile, OccupancyMap, Stall, StallState
+from hawk.model.operation import StateName
+from hawk.model.pictures import AnnotatedFrame
 from tests.unit.web.rig import Connect, Rig, browser
 
 HEALTHY = HealthItem(name="link", healthy=True, reason="")

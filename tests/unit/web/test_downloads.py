@@ -16,7 +16,8 @@ import pytest
 
 from hawk.comm.authority import Role
 from hawk.comm.status import DroneStatus, SiteStatus, VehicleStatus
-from hawk.model import TILE_CELLS, Cell, EncodedTile, GlobalPose, OccupancyMap
+from hawk.model.lot_map import TILE_CELLS, Cell, EncodedTile, OccupancyMap
+from hawk.model.poses import GlobalPose
 from hawk.store.recording import NoRecordingError
 from hawk.web import downloads
 from tests.unit.web.rig import Rig, browser

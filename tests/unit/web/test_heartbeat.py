@@ -24,7 +24,9 @@ from hawk.comm.status import (
     StatusStamp,
     wire_key,
 )
-from hawk.model import HealthStatus, MapPoint, OccupancyMap, StateName, UserError
+from hawk.model.lot_map import OccupancyMap
+from hawk.model.operation import HealthStatus, StateName, UserError
+from hawk.model.poses import MapPoint
 from hawk.web.clients import LOG_LIMIT, TRAIL_LIMIT, ClientView
 from hawk.web.session import ControlView
 

@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hawk.comm.status import MapUpdate
-from hawk.model import TILE_CELLS, EncodedTile, MapPoint, OccupancyMap, Stall, StallState, TileKey
+from hawk.model.lot_map import TILE_CELLS, EncodedTile, OccupancyMap, Stall, StallState, TileKey
+from hawk.model.poses import MapPoint
 from hawk.sharded import Sharded
 from hawk.survey.client import ClientMap
 from hawk.web import map_view

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 import pytest
 
-from hawk.model import AnnotatedFrame
+from hawk.model.pictures import AnnotatedFrame
 from hawk.web.small_frames import shrink
 from tests.unit.web.rig import Rig, browser
 from tests.unit.web.slow_link import slow_link

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from hawk.comm.image import decode, jpeg_size
-from hawk.model import AnnotatedFrame
+from hawk.model.pictures import AnnotatedFrame
 from hawk.web import small_frames
 from hawk.web.link_pace import LEAST_RATIO, MOST_RATIO, STEPS
 from hawk.web.small_frames import QUALITIES, SMALL_WIDTH, SmallFrames, shrink, width_at

@@ -7,7 +7,7 @@ import aiohttp
 import pytest
 
 from hawk.config import WebSettings
-from hawk.model import AnnotatedFrame
+from hawk.model.pictures import AnnotatedFrame
 from hawk.web import viewers
 from hawk.web.services import COUNTERS
 from hawk.web.video_wire import HEADER, socket_frame

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 from hawk.comm.image import decode
-from hawk.model import AnnotatedFrame
+from hawk.model.pictures import AnnotatedFrame
 from hawk.web.video_wire import WireCache, chunked_part, marked_sequence, part, ping_mark, plain_socket_frame
 from tests.unit.web.rig import PATIENCE_S, Rig, browser
 

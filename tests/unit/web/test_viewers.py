@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from hawk.comm.topic import Topic
-from hawk.model import AnnotatedFrame
+from hawk.model.pictures import AnnotatedFrame
 from hawk.web import viewers as module
 from hawk.web.link_pace import STEPS
 from hawk.web.small_frames import SmallFrames

@@ -12,7 +12,7 @@ from hawk.comm.message_socket import CLIENT_WAITING
 from hawk.comm.messages import Arm, CheckFence, Hold, Kill, KillRequest, Land, ReturnToLaunch, RouteRequest, Takeoff
 from hawk.comm.status import DroneStatus, OperationStatus, PoseStatus, StatusStamp, VehicleStatus
 from hawk.config import WebSettings
-from hawk.model import StateName
+from hawk.model.operation import StateName
 from hawk.web import ws
 from hawk.web.clients import OUTBOX_LIMIT
 from hawk.web.services import COUNTERS

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hawk.model import CameraModel
+from hawk.model.pictures import CameraModel
 from hawk.worlds.camera import Lens, WorldCamera
 from hawk.worlds.facets import HeightLayer, flat_layer
 from hawk.worlds.world import World

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import shapely
 
-from hawk.model import CameraModel
+from hawk.model.pictures import CameraModel
 from hawk.worlds.camera import Lens, WorldCamera
 from hawk.worlds.canvas import Canvas
 from hawk.worlds.cars import footprint_m

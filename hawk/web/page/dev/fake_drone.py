@@ -57,17 +57,10 @@ from hawk.comm.status import (
 from hawk.comm.topic import Topic
 from hawk.config import Config, OperatorSettings, WebSettings
 from hawk.ddc.judge import TABLE, table_reason
-from hawk.model import (
-    AnnotatedFrame,
-    Counts,
-    EncodedTile,
-    MapPoint,
-    OccupancyMap,
-    Stall,
-    StallState,
-    StateName,
-    TileKey,
-)
+from hawk.model.lot_map import Counts, EncodedTile, OccupancyMap, Stall, StallState, TileKey
+from hawk.model.operation import StateName
+from hawk.model.pictures import AnnotatedFrame
+from hawk.model.poses import MapPoint
 from hawk.settings_reference import reference_text, settings
 from hawk.stall_count import free_interval
 from hawk.web.app import WebServer

@@ -1,0 +1,116 @@
+"""The map of the lot: cells in tiles, stalls and their counts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum, StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+TILE_CELLS = 256
+"""Cells along one side of a map tile."""
+CELL_M = 0.10
+"""Side of a map cell, metres."""
+TILE_M = TILE_CELLS * CELL_M
+"""Side of a map tile, metres."""
+
+
+class StallState(StrEnum):
+    """State of a stall. SUGGESTED: no stall is marked, but a car stood there in several passes; it counts as none."""
+
+    FREE = "free"
+    TAKEN = "taken"
+    UNKNOWN = "unknown"
+    SUGGESTED = "suggested"
+
+
+@dataclass(frozen=True, slots=True)
+class Stall:
+    """A stall on the map: an oriented rectangle with a permanent id.
+
+    ``angle`` is the direction of the long side in [0, pi); ``taken`` the probability of being taken; ``score`` the
+    probability of being a stall at all; ``seen`` the number of frames that showed it, of passes for a suggested one;
+    ``version`` rises when its shown content changes.
+    """
+
+    id: int
+    north: float
+    east: float
+    angle: float
+    width: float
+    length: float
+    taken: float
+    state: StallState
+    score: float
+    seen: int
+    last_seen: float
+    version: int
+
+    def corners(self) -> NDArray[np.float64]:
+        """Return the four corners, (4, 2) of (north, east) metres: two ends of the near short side, then the far."""
+        along = np.array([math.cos(self.angle), math.sin(self.angle)]) * self.length / 2
+        across = np.array([-math.sin(self.angle), math.cos(self.angle)]) * self.width / 2
+        centre = np.array([self.north, self.east])
+        return np.array(
+            [centre - along - across, centre - along + across, centre + along + across, centre + along - across]
+        )
+
+
+class Cell(IntEnum):
+    """Class of a map cell."""
+
+    UNKNOWN = 0
+    NON_LOT = 1
+    LOT = 2
+    FREE = 3
+    TAKEN = 4
+
+
+TileKey = tuple[int, int]
+"""(row, column) of a tile: it covers north in [-(row + 1), -row) * TILE_M and east in [column, column + 1) * TILE_M, so
+that rows grow southwards and columns eastwards, as in a picture; cell (0, 0) of a tile is its north-west corner."""
+
+
+@dataclass(frozen=True, slots=True)
+class EncodedTile:
+    """An encoded tile: ``version`` rises only when its shown content changes."""
+
+    version: int
+    data: bytes = field(repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Counts:
+    """Stalls by state. ``free_variance`` is the variance of the number of free ones (`hawk.stall_count`)."""
+
+    free: int = 0
+    taken: int = 0
+    unknown: int = 0
+    free_variance: float = 0.0
+    suggested: int = 0
+
+    @property
+    def total(self) -> int:
+        """All stalls, without the suggested ones."""
+        return self.free + self.taken + self.unknown
+
+
+@dataclass(frozen=True, slots=True)
+class OccupancyMap:
+    """An immutable index of the map: nothing in it is copied when a cell changes.
+
+    ``tiles`` hold TILE_CELLS x TILE_CELLS bytes of `Cell`, row-major from the north-west corner, zlib-compressed.
+    ``mosaic`` holds JPEG pictures of the same tiles, TILE_CELLS pixels a side. ``stalls`` by id.
+    """
+
+    tiles: Mapping[TileKey, EncodedTile] = field(default_factory=dict)
+    mosaic: Mapping[TileKey, EncodedTile] = field(default_factory=dict)
+    stalls: Mapping[int, Stall] = field(default_factory=dict)
+    counts: Counts = Counts()
+    lot_area_m2: float = 0.0
+    version: int = 0
+    map_id: str = ""
+    """Changes when the map starts again: a client drops its copy of another map."""

@@ -1,0 +1,93 @@
+"""Plans: what the Path Plan App receives, and its target, route and verdict."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from itertools import pairwise
+
+from hawk.model.poses import MapPoint
+
+
+class Inbound(StrEnum):
+    """Verdict on a place: inside the lot, outside it, or not seen yet."""
+
+    INSIDE = "inside"
+    OUTSIDE = "outside"
+    UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True, slots=True)
+class DesiredPose:
+    """The operator's place for the drone, numbered, so that a verdict belongs to one of them."""
+
+    number: int
+    north: float
+    east: float
+
+
+@dataclass(frozen=True, slots=True)
+class Route:
+    """A route over known lot, map frame: ``points`` from the drone's place to the requested one.
+
+    ``turns`` has a number for each point: metres before and behind it within which its corner may be cut (0: the drone
+    stops there). ``refused`` is the reason for no route; it is empty when there is one, and when none was requested.
+    """
+
+    points: tuple[MapPoint, ...] = ()
+    turns: tuple[float, ...] = ()
+    refused: str = ""
+
+    @property
+    def length_m(self) -> float:
+        """Metres from the first point to the last."""
+        return sum(a.distance(b) for a, b in pairwise(self.points))
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """Path Plan App's answer on the desired pose of that number; ``route`` leads there when it lies inside the lot."""
+
+    number: int
+    inbound: Inbound
+    route: Route = Route()
+
+
+@dataclass(frozen=True, slots=True)
+class ExploreStatus:
+    """Progress of the exploration: ``seen`` is the share (0..1) of the known lot that has been seen well.
+
+    ``lot_known`` is False while it still searches around something that looks like a lot. With an outline it is the
+    lot: ``asked_m2`` is its area inside the fence, ``unseen_m2`` what was not looked at when it is done, square metres.
+    """
+
+    done: bool = False
+    seen: float = 0.0
+    remaining_m: float | None = None
+    reason: str = ""
+    lot_known: bool = True
+    asked_m2: float | None = None
+    unseen_m2: float | None = None
+
+    @property
+    def seen_share(self) -> float:
+        """Share (0..1) of what is to be surveyed that was looked at: of the outline's whole area once it is done."""
+        if not self.asked_m2 or self.unseen_m2 is None:
+            return self.seen
+        return max(1 - self.unseen_m2 / self.asked_m2, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class PathPlan:
+    """Next target in the map frame, with its yaw and height, and the route from there for display."""
+
+    target: MapPoint | None = None
+    height: float | None = None
+    yaw: float | None = None
+    route: tuple[MapPoint, ...] = ()
+    explore: ExploreStatus = ExploreStatus()
+    verdict: Verdict | None = None
+    asked: Verdict | None = None
+    """Verdict on a place for which only the route was requested."""
+    speed: float | None = None
+    """Greatest speed at which vision can read the ground, m/s; None: no limit but the travel speed."""
