@@ -18,8 +18,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from hawk.comm.authority import ANSWERED_BY_THE_WEB_SERVER, RIGHTS, VIEWER_MAY
+from hawk.comm.message_base import Model, wire_key
 from hawk.comm.messages import schema
-from hawk.comm.status import Model, wire_key
 
 DOCS: Final = Path(__file__).resolve().parent.parent / "docs"
 TARGET: Final = DOCS / "protocol.md"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Literal
 
+from hawk.comm.message_base import Command
 from hawk.comm.names import PersonName
-from hawk.comm.status import Command
 
 
 class Control(Command):

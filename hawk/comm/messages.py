@@ -17,11 +17,12 @@ from hawk.comm.control_messages import OperatorName as OperatorName
 from hawk.comm.corners import LEAST_CORNERS as LEAST_CORNERS
 from hawk.comm.corners import MOST_CORNERS as MOST_CORNERS
 from hawk.comm.corners import Corners
+from hawk.comm.message_base import Command as Command
+from hawk.comm.message_base import Finite, Height, Metres
+from hawk.comm.message_base import Outgoing as Outgoing
 from hawk.comm.outline_messages import ClearOutline as ClearOutline
 from hawk.comm.outline_messages import SetOutline as SetOutline
-from hawk.comm.status import Command as Command
-from hawk.comm.status import FenceCorner, Finite, Heartbeat, Height, Metres, Point
-from hawk.comm.status import Outgoing as Outgoing
+from hawk.comm.status import FenceCorner, Heartbeat, Point
 
 MAX_MESSAGE_BYTES = 16 * 1024
 """A command has a few hundred bytes, a fence of 69 corners some 4 kB; a larger message is refused unread."""

@@ -8,7 +8,8 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationInfo, field_validator
 
 from hawk.comm.corners import LEAST_CORNERS, MOST_CORNERS, Corners
-from hawk.comm.status import Command, FenceCorner
+from hawk.comm.message_base import Command
+from hawk.comm.status import FenceCorner
 
 MOST_OUTLINE_RINGS = 12
 """Polygons, and holes, of an outline."""

@@ -1,4 +1,4 @@
-"""Status and heartbeat of the drone, and the base classes of its messages.
+"""Status and heartbeat of the drone.
 
 The operations manager publishes one `DroneStatus`. Its parts make the heartbeat's shared part, encoded once for all
 clients; the web server adds each client's own part (`ClientHeartbeat`): control, and the changes of map, log and trail
@@ -7,14 +7,15 @@ that this client has not received yet.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Annotated, Any, Literal, Protocol
+from typing import Annotated, Literal, Protocol
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
+from pydantic import Field, WithJsonSchema
 
+from hawk.comm.map_update import MapUpdate
+from hawk.comm.message_base import Command, Finite, Known, Model, Outgoing
 from hawk.model.operation import HealthStatus, StateName, UserError
 from hawk.model.poses import MapPoint
 
@@ -22,46 +23,6 @@ ClientId = str
 """One connected session."""
 
 KillState = Literal["none", "sending", "confirmed", "not confirmed"]
-
-
-# -- base classes and numbers of every message ------------------------------------------------------------------------
-
-
-def wire_key(name: str) -> str:
-    """Return the JSON key of a field: its words capitalised, "pose_age" → "Pose Age"."""
-    return " ".join(word.capitalize() for word in name.split("_"))
-
-
-def _none_unless_finite(value: Any) -> Any:
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Known = Annotated[float | None, BeforeValidator(_none_unless_finite)]
-"""A number, or None when it is not known: NaN and infinity become None."""
-Metres = Annotated[float, Field(allow_inf_nan=False, ge=-10_000.0, le=10_000.0)]
-Height = Annotated[float, Field(allow_inf_nan=False, gt=0.0, le=1_000.0)]
-
-
-class Model(BaseModel):
-    """Strict base: unknown keys are errors, numbers are numbers, every key is spelled by `wire_key`."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, populate_by_name=True, frozen=True, alias_generator=wire_key)
-
-
-class Command(Model):
-    """Base of the operator's messages; ``Id`` comes back in the Ack."""
-
-    type: str
-    id: Annotated[str, Field(max_length=64)] | int | None = None
-
-
-class Outgoing(Model):
-    """Base of the drone's messages."""
-
-    def to_json(self) -> str:
-        """Return the message as JSON."""
-        return self.model_dump_json(by_alias=True)
 
 
 # -- items of the parts -----------------------------------------------------------------------------------------------
@@ -133,11 +94,11 @@ class FenceSetup(Outgoing):
     """Drawn or imported by an operator; the configured file; the configured circle around the arm place."""
     corners: list[FenceCorner]
     """The autopilot's limit; empty for a circle."""
-    zones: list[list[FenceCorner]] = []
+    zones: list[list[FenceCorner]] = Field(default_factory=list)
     """Exclusion zones as drawn, which the autopilot keeps."""
     inner: list[FenceCorner]
     """Our own limit; empty for a circle."""
-    inner_zones: list[list[FenceCorner]] = []
+    inner_zones: list[list[FenceCorner]] = Field(default_factory=list)
     """Our own limit around the zones."""
     radius: Finite | None
     """Radius of a circle, metres."""
@@ -373,58 +334,6 @@ class DroneStatus:
 
 
 # -- the part of one client -------------------------------------------------------------------------------------------
-
-
-class TileUpdate(Outgoing):
-    """A changed tile of the map. Its north-west corner lies -Row tiles north and Column tiles east of the datum."""
-
-    row: int
-    """Grows southwards."""
-    column: int
-    """Grows eastwards."""
-    version: int
-    data: str
-    """Base64 of zlib of Tile Cells² bytes, one a cell, row by row from the north-west corner: 0 unknown, 1 not lot, 2
-    lot, 3 free stall, 4 taken stall."""
-
-
-class StallUpdate(Outgoing):
-    """A changed stall. ``Removed``: it is gone. Angle in radians clockwise from north of the long side."""
-
-    id: int
-    version: int
-    removed: bool = False
-    north: Finite | None = None
-    east: Finite | None = None
-    angle: Finite | None = None
-    width: Finite | None = None
-    length: Finite | None = None
-    state: Literal["free", "taken", "unknown", "suggested"] | None = None
-    taken: Finite | None = None
-    """Probability that it is taken."""
-    seen: int | None = None
-    """Frames that showed it; passes for a suggested one."""
-    last_seen: Finite | None = None
-    score: Finite | None = None
-
-
-class MosaicVersion(Outgoing):
-    """A changed mosaic tile; its picture is at /api/mosaic/{Row}/{Column}.jpg?v={Version}."""
-
-    row: int
-    column: int
-    version: int
-
-
-class MapUpdate(Outgoing):
-    """The "Occupancy Map" of a heartbeat: map changes for this client, at most 64 kB, nearest first."""
-
-    map_id: str
-    tiles: list[TileUpdate]
-    stalls: list[StallUpdate]
-    mosaic: list[MosaicVersion]
-    backlog: int
-    """Tiles and stalls still to come in later heartbeats."""
 
 
 class ClientHeartbeat(Outgoing):

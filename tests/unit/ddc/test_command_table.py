@@ -32,7 +32,7 @@ from hawk.comm.messages import (
     Takeoff,
 )
 from hawk.comm.status import FenceCorner
-from hawk.ddc.judge import TABLE
+from hawk.ddc.command_table import TABLE
 from hawk.model.operation import StateName
 from hawk.model.vehicle import LandedState
 from tests.unit.ddc.fakes import PLACE, Rig

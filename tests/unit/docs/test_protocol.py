@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 from aiohttp import web
 
+from hawk.comm.message_base import Outgoing
 from hawk.comm.messages import Ack, FenceCheck, KillToken, RouteAnswer, Welcome, parse_command, schema
 from hawk.comm.status import (
     DroneStatus,
     HealthItem,
     Heartbeat,
     OperationStatus,
-    Outgoing,
     PartsStatus,
     PerceptionStatus,
     SiteStatus,

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
+from hawk.comm.message_base import wire_key
 from hawk.comm.status import (
     DroneStatus,
     FenceCorner,
@@ -22,7 +23,6 @@ from hawk.comm.status import (
     SharedHeartbeat,
     SiteStatus,
     StatusStamp,
-    wire_key,
 )
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.operation import HealthStatus, StateName, UserError

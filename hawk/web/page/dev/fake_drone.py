@@ -56,7 +56,7 @@ from hawk.comm.status import (
 )
 from hawk.comm.topic import Topic
 from hawk.config import Config, OperatorSettings, WebSettings
-from hawk.ddc.judge import TABLE, table_reason
+from hawk.ddc.command_table import TABLE, table_reason
 from hawk.model.lot_map import Counts, EncodedTile, OccupancyMap, Stall, StallState, TileKey
 from hawk.model.operation import StateName
 from hawk.model.pictures import AnnotatedFrame
