@@ -25,6 +25,8 @@ _UNMARKED_SHARE: Final = 0.2
 """Share of the lots in which nothing parts two stalls."""
 _MOSSY_SHARE: Final = 0.3
 """Share of those bays that have the aisles' stones, with moss between them."""
+_BARE_SHARES: Final = (0.25, 0.25, 0.5)
+"""Share of the lots with no, half of the and all trees without leaves, as in winter."""
 _BRIGHTEST: Final = 182.0
 _NEARLY_EMPTY_SHARE: Final = 0.33
 _WHITE_STONES_SHARE: Final = 0.5
@@ -66,7 +68,7 @@ def pave(plan: SitePlan, rng: np.random.Generator) -> LotStyle:
     stalls = bays or plan.asphalt
     plan.palette[0] = plan.palette[1] = _stones(rng, float(np.mean(stalls.colour)))
     plan.wear = rng.uniform(0.0, 0.4)
-    plan.bare = float(rng.choice([0.0, 0.5, 1.0]))
+    plan.bare = float(rng.choice([0.0, 0.5, 1.0], p=_BARE_SHARES))
     style = sample_style(rng)
     return replace(
         style,

@@ -19,6 +19,7 @@ from training.avenues import plant_avenue
 from training.long_vehicles import park_long_vehicle
 from training.paved import plan_paved_site
 from training.row_breaks import break_row
+from training.row_ends import plant_row_end
 from training.sites import plan_any_lot_site, plan_bare_site, plan_plain_site
 from training.stored_goods import store_goods
 from training.streets import plan_street_site
@@ -37,6 +38,8 @@ BREAK_SHARE = 0.2
 """Share of the scenes with driveways through their rows, or racks of bicycles in them."""
 GOODS_SHARE = 0.12
 """Share of the scenes with containers, crates or tents on stalls."""
+ROW_END_SHARE = 0.35
+"""Share of the scenes with narrow planted islands at the ends of rows, besides the islands that all have."""
 AVENUE_SHARE = 0.35
 """Share of the scenes with a line of trees or a hedge at the heads of a row, besides the trees that all have."""
 HIDDEN_SHARE = 0.7
@@ -147,6 +150,9 @@ def draw_scene(
     if rng.random() < GOODS_SHARE:
         for _ in range(int(rng.integers(1, 4))):
             store_goods(plan, rng)
+    if rng.random() < ROW_END_SHARE:
+        for _ in range(int(rng.integers(1, 7))):
+            plant_row_end(plan, rng)
     if rng.random() < AVENUE_SHARE:
         for _ in range(int(rng.integers(1, 4))):
             plant_avenue(plan, rng)

@@ -22,6 +22,8 @@ _ROAD_M: Final = (4.6, 7.0)
 _POCKET_STALLS: Final = (2, 11)
 _GAP_M: Final = (1.0, 14.0)
 """Along the kerb between two pockets."""
+_TREES: Final = 0.6
+"""Greatest density of trees at the heads of square stalls (`hawk.worlds.style.LotStyle.trees`)."""
 _KINDS: Final = ("parallel", "square", "none")
 _PAVEMENT_M: Final = (1.2, 2.6)
 _GARDEN_M: Final = (2.0, 7.0)
@@ -31,7 +33,14 @@ _HOUSE_WIDTH_M: Final = (22.0, 60.0)
 def plan_street_site(rng: np.random.Generator, centre: tuple[float, float]) -> SitePlan:
     """Plan a street along ``axes.u`` through ``centre`` (metres) with stalls and houses on both sides."""
     plan = empty_plan(rng, centre, calm=False)
-    style = replace(pave(plan, rng), trees=0.0, back_line=0.0, front_line=0.0, ends=(1.0, 0.0, 0.0), break_share=0.0)
+    style = replace(
+        pave(plan, rng),
+        trees=rng.uniform(0.0, _TREES),
+        back_line=0.0,
+        front_line=0.0,
+        ends=(1.0, 0.0, 0.0),
+        break_share=0.0,
+    )
     fill_ground(plan, rng, plan.axes, -REACH_M, ("grass", "grass", "dirt"))
     half = rng.uniform(*_ROAD_M) / 2
     road = sample_material(rng, "asphalt") if rng.random() < 0.4 else plan.asphalt
