@@ -36,6 +36,17 @@ def test_streets_have_parallel_and_square_stalls_that_do_not_overlap() -> None:
     assert {"parallel", "perpendicular"} <= kinds
 
 
+def test_along_some_kerbs_nothing_but_cars_one_behind_the_other_shows_stalls() -> None:
+    rows = 0
+    for plan in streets(16):
+        stalls = [stall for stall in plan.stalls if stall.kind == "parallel" and shapely.area(area_of(stall)) < 16]
+        shapes = [np.linalg.norm(np.diff(stall.corners[:3], axis=0), axis=1) for stall in stalls]
+        kerbside = [stall for stall, (width, _) in zip(stalls, shapes, strict=True) if width < 2.35 and not stall.paint]
+        rows += len(kerbside) > 10
+        assert all(width < length for width, length in shapes)
+    assert rows > 1
+
+
 def test_taken_stalls_of_a_street_have_a_vehicle_and_free_ones_have_none() -> None:
     for plan in streets(8):
         places = [shapely.Point(one.x, one.y) for one in plan.vehicles]
