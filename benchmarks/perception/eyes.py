@@ -11,9 +11,9 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from benchmarks.perception.lot_area import lot_area
 from benchmarks.perception.places import state_array
 from hawk.algo.ground import Window
+from hawk.algo.mapper.shown import lot_outline
 from hawk.algo.mapper.standing_cars import car_boxes
 from hawk.algo.mapper.suggestions import WIDTH_M, length_about, on_stalls
 from hawk.algo.vision import decode, quads
@@ -135,7 +135,7 @@ def _shown(image: NDArray[np.uint8], metres_per_pixel: float, scale: float) -> N
 def _result(stalls: Stalls, taken: FloatArray, lot: NDArray[np.float32], size: tuple[int, ...], scale: float) -> Result:
     share = CELL_M / LOT_M
     probability = cv2.resize(lot, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
-    area = lot_area(np.asarray(probability, np.float32), stalls.corners() * share, LOT_M)
+    area = lot_outline(np.asarray(probability > 0.5), stalls.corners() * share, LOT_M) > 0
     # cell (c, r) is picture pixel (2 c, 2 r), whose centre lies half a pixel from the picture's corner
     metres = stalls.corners() * CELL_M + GROUND_M / 2
     metres, is_shown = as_shown(metres, (size[1] * GROUND_M, size[0] * GROUND_M))

@@ -37,20 +37,28 @@ def classify(grid: EvidenceGrid, window: Window, corners: NDArray[np.float64]) -
     ``corners`` (N, 4, 2) are the stalls that count, in the window and around it. The window's rows and columns must be
     even. Pieces that the window's border cuts are judged by what is inside it.
     """
-    step_m = window.cell_m * _STEP
     size = (window.columns // _STEP, window.rows // _STEP)
     seen = grid.layer(window, "looks") >= _LOOKS
     evidence = cv2.resize(grid.layer(window, "lot"), size, interpolation=cv2.INTER_AREA)
-    stalls = _stall_mask(corners[_grouped(corners)], window, size)
-    if not stalls.any():
-        lot = np.zeros((size[1], size[0]), np.uint8)
-    else:
-        near = _distance_to(stalls) * step_m < _NEAR_M
-        lot = ((evidence > 0) & near | (stalls > 0)).astype(np.uint8)
-        lot = _opened(_closed(lot, CLOSE_M / step_m), _OPEN_M / step_m) | stalls
-        lot = _without_pieces(_without_holes(lot, _HOLE_M2 / step_m**2), stalls, _PIECE_M2 / step_m**2)
+    cells = (window.cells_of(corners[..., 0], corners[..., 1]) + 0.5) / _STEP - 0.5
+    lot = lot_outline(np.asarray(evidence > 0), cells, window.cell_m * _STEP)
     fine = cv2.resize(lot, (window.columns, window.rows), interpolation=cv2.INTER_NEAREST)
     return np.where(seen, np.where(fine > 0, Cell.LOT, Cell.NON_LOT), Cell.UNKNOWN).astype(np.uint8)
+
+
+def lot_outline(looks_like_lot: NDArray[np.bool_], corners: NDArray[np.float64], cell_m: float) -> Mask:
+    """Return the lot (H, W), 0 or 1, of cells (H, W) that look like one and stalls (N, 4, 2) of (column, row) in them.
+
+    A cell is ``cell_m`` metres a side.
+    """
+    stalls = np.zeros(looks_like_lot.shape, np.uint8)
+    cv2.fillPoly(stalls, list(np.round(corners[_grouped(corners * cell_m)]).astype(np.int32)), [1])
+    if not stalls.any():
+        return stalls
+    near = _distance_to(stalls) * cell_m < _NEAR_M
+    lot = (looks_like_lot & near | (stalls > 0)).astype(np.uint8)
+    lot = _opened(_closed(lot, CLOSE_M / cell_m), _OPEN_M / cell_m) | stalls
+    return _without_pieces(_without_holes(lot, _HOLE_M2 / cell_m**2), stalls, _PIECE_M2 / cell_m**2)
 
 
 def _grouped(corners: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -59,14 +67,6 @@ def _grouped(corners: NDArray[np.float64]) -> NDArray[np.bool_]:
     centre = corners.mean(1)
     distance, _ = cKDTree(centre).query(centre, k=_ANCHORS)
     return np.asarray(distance[:, -1] < _ANCHOR_M)
-
-
-def _stall_mask(corners: NDArray[np.float64], window: Window, size: tuple[int, int]) -> Mask:
-    mask = np.zeros((size[1], size[0]), np.uint8)
-    if len(corners):
-        cells = (window.cells_of(corners[..., 0], corners[..., 1]) + 0.5) / _STEP - 0.5
-        cv2.fillPoly(mask, list(np.round(cells).astype(np.int32)), [1])
-    return mask
 
 
 def _distance_to(mask: Mask) -> NDArray[np.float32]:
