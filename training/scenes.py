@@ -24,6 +24,8 @@ from training.sites import plan_any_lot_site, plan_bare_site, plan_plain_site
 from training.stored_goods import store_goods
 from training.streets import plan_street_site
 
+Change = tuple[float, int, Callable[[SitePlan, np.random.Generator], None]]
+
 BARE_SHARE = 0.16
 """Share of the scenes that have no lot at all."""
 PLAIN_SHARE = 0.06
@@ -32,16 +34,14 @@ PAVED_SHARE = 0.18
 """Share of the scenes with a lot without paint."""
 STREET_SHARE = 0.22
 """Share of the scenes with a street of houses."""
-LONG_VEHICLE_SHARE = 0.3
-"""Share of the scenes with long vehicles in their rows."""
-BREAK_SHARE = 0.2
-"""Share of the scenes with driveways through their rows, or racks of bicycles in them."""
-GOODS_SHARE = 0.12
-"""Share of the scenes with containers, crates or tents on stalls."""
-ROW_END_SHARE = 0.35
-"""Share of the scenes with narrow planted islands at the ends of rows, besides the islands that all have."""
-AVENUE_SHARE = 0.35
-"""Share of the scenes with a line of trees or a hedge at the heads of a row, besides the trees that all have."""
+CHANGES: tuple[Change, ...] = (
+    (0.2, 3, break_row),
+    (0.3, 4, park_long_vehicle),
+    (0.12, 3, store_goods),
+    (0.35, 6, plant_row_end),
+    (0.35, 3, plant_avenue),
+)
+"""What is changed in a planned site: in which share of the scenes, and at how many places at most."""
 HIDDEN_SHARE = 0.7
 """A stall is hidden when more of it than this is under crowns and roofs."""
 
@@ -141,21 +141,10 @@ def draw_scene(
     plan = plan_site(rng)
     plan.dim_cars = float(rng.choice([0.0, 0.15, 0.4]))
     plan.bare = plan.bare or float(rng.random() < _BARE_TREES)
-    if rng.random() < BREAK_SHARE:
-        for _ in range(int(rng.integers(1, 4))):
-            break_row(plan, rng)
-    if rng.random() < LONG_VEHICLE_SHARE:
-        for _ in range(int(rng.integers(1, 5))):
-            park_long_vehicle(plan, rng)
-    if rng.random() < GOODS_SHARE:
-        for _ in range(int(rng.integers(1, 4))):
-            store_goods(plan, rng)
-    if rng.random() < ROW_END_SHARE:
-        for _ in range(int(rng.integers(1, 7))):
-            plant_row_end(plan, rng)
-    if rng.random() < AVENUE_SHARE:
-        for _ in range(int(rng.integers(1, 4))):
-            plant_avenue(plan, rng)
+    for share, places, change in CHANGES:
+        if rng.random() < share:
+            for _ in range(int(rng.integers(1, places + 1))):
+                change(plan, rng)
     x, y = _window_centre(rng, plan) - np.array([width, height]) * metres_per_pixel / 2
     canvas = Canvas(float(x), float(y), width, height, metres_per_pixel)
     sun = set_condition(plan, sample_condition(rng), sample_sun(rng), rng)
