@@ -60,21 +60,11 @@ def _occupy(plan: SitePlan, run: list[int], vehicle: Vehicle) -> None:
 
 def run_of_stalls(stalls: list[PlannedStall], first: int, length: float) -> list[int]:
     """Return the numbers of stalls side by side from ``first`` on that cover a length (m); none if they are fewer."""
-    count = math.ceil(length / _width(stalls[first]))
-    run = stalls_beside(stalls, first, 1)[:count]
-    return run if len(run) == count else []
-
-
-def stalls_beside(stalls: list[PlannedStall], first: int, step: int) -> list[int]:
-    """Return the numbers of the stalls side by side from ``first`` to the end of its row, by ``step`` 1 or -1."""
     run = [first]
-    while 0 <= run[-1] + step < len(stalls):
-        apart = stalls[run[-1] + step].corners.mean(0) - stalls[run[-1]].corners.mean(0)
-        if np.linalg.norm(apart) > _BESIDE * _width(stalls[first]):
-            break
-        run.append(run[-1] + step)
-    return run
-
-
-def _width(stall: PlannedStall) -> float:
-    return float(np.linalg.norm(stall.corners[1] - stall.corners[0]))
+    width = float(np.linalg.norm(stalls[first].corners[1] - stalls[first].corners[0]))
+    while len(run) * width < length and run[-1] + 1 < len(stalls):
+        apart = stalls[run[-1] + 1].corners.mean(0) - stalls[run[-1]].corners.mean(0)
+        if np.linalg.norm(apart) > _BESIDE * width:
+            return []
+        run.append(run[-1] + 1)
+    return run if len(run) * width >= length else []

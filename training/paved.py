@@ -21,20 +21,13 @@ _BAYS_SHARE: Final = 0.5
 MARKS: Final[tuple[Marks, ...]] = ("lines", "dots", "tees", "corners", "blocks")
 """Marks between two stalls of such lots."""
 _MARKS_SHARES: Final = (0.45, 0.2, 0.1, 0.12, 0.13)
-_UNMARKED_SHARE: Final = 0.2
+_UNMARKED_SHARE: Final = 0.3
 """Share of the lots in which nothing parts two stalls."""
 _MOSSY_SHARE: Final = 0.3
 """Share of those bays that have the aisles' stones, with moss between them."""
-_BARE_SHARES: Final = (0.25, 0.25, 0.5)
-"""Share of the lots with no, half of the and all trees without leaves, as in winter."""
 _BRIGHTEST: Final = 182.0
-_NEARLY_EMPTY_SHARE: Final = 0.33
-_WHITE_STONES_SHARE: Final = 0.5
-"""Share of the lots whose stalls are parted by white stones, as most dots, tees and corners are."""
-_WHITER: Final = (35.0, 110.0)
-"""Levels that white stones are above the ground."""
 _STONES_DARKER: Final = 0.6
-"""Share of the other rows of stones that are darker than the ground."""
+"""Share of the rows of stones that are darker than the ground."""
 _CONTRAST: Final = (14.0, 60.0)
 """Levels between such stones and the ground."""
 
@@ -68,14 +61,14 @@ def pave(plan: SitePlan, rng: np.random.Generator) -> LotStyle:
     stalls = bays or plan.asphalt
     plan.palette[0] = plan.palette[1] = _stones(rng, float(np.mean(stalls.colour)))
     plan.wear = rng.uniform(0.0, 0.4)
-    plan.bare = float(rng.choice([0.0, 0.5, 1.0], p=_BARE_SHARES))
+    plan.bare = float(rng.choice([0.0, 0.5, 1.0]))
     style = sample_style(rng)
     return replace(
         style,
         width=rng.uniform(2.3, 2.6),
         length=rng.uniform(4.8, 5.4),
         skew=style.skew if rng.random() < 0.3 else 0.0,
-        line_width=rng.uniform(0.1, 0.2),
+        line_width=rng.uniform(0.08, 0.2),
         marks=MARKS[int(rng.choice(len(MARKS), p=_MARKS_SHARES))],
         unpainted=bool(rng.random() < _UNMARKED_SHARE),
         hairpin=False,
@@ -84,7 +77,7 @@ def pave(plan: SitePlan, rng: np.random.Generator) -> LotStyle:
         accessible=0.1,
         ends=(0.3, 0.7, 0.0),
         bays=bays,
-        occupancy=rng.uniform(0.0, 0.15 if rng.random() < _NEARLY_EMPTY_SHARE else 0.95),
+        occupancy=rng.uniform(0.0, 0.95),
     )
 
 
@@ -96,10 +89,7 @@ def _mossy(rng: np.random.Generator, ground: Material) -> Material:
 
 
 def _stones(rng: np.random.Generator, ground: float) -> tuple[float, float, float]:
-    """Return the colour of stones in a ground of that brightness: white ones, or some levels darker or lighter."""
-    if rng.random() < _WHITE_STONES_SHARE:
-        apart = rng.uniform(*_WHITER)
-    else:
-        apart = rng.uniform(*_CONTRAST) * (-1 if rng.random() < _STONES_DARKER else 1)
+    """Return the colour of stones in a ground of that brightness: some levels darker or lighter."""
+    apart = rng.uniform(*_CONTRAST) * (-1 if rng.random() < _STONES_DARKER else 1)
     level = float(np.clip(ground + apart, 25, 245))
     return grey(rng, level - 2, level + 2, 6)

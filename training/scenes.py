@@ -19,9 +19,7 @@ from training.avenues import plant_avenue
 from training.long_vehicles import park_long_vehicle
 from training.paved import plan_paved_site
 from training.row_breaks import break_row
-from training.row_ends import plant_row_end
 from training.sites import plan_any_lot_site, plan_bare_site, plan_plain_site
-from training.stored_goods import store_goods
 from training.streets import plan_street_site
 
 Change = tuple[float, int, Callable[[SitePlan, np.random.Generator], None]]
@@ -37,8 +35,6 @@ STREET_SHARE = 0.22
 CHANGES: tuple[Change, ...] = (
     (0.2, 3, break_row),
     (0.3, 4, park_long_vehicle),
-    (0.12, 3, store_goods),
-    (0.35, 6, plant_row_end),
     (0.35, 3, plant_avenue),
 )
 """What is changed in a planned site: in which share of the scenes, and at how many places at most."""

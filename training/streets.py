@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
-from hawk.worlds.cars import sample_kind
 from hawk.worlds.materials import Material, grey, sample_material
-from hawk.worlds.plan import Axes, Building, PlannedStall, SitePlan, Surface, Vehicle
+from hawk.worlds.plan import Axes, Building, SitePlan, Surface
 from hawk.worlds.rows import PARALLEL_DEPTH_M, plan_parallel_row, plan_row
 from hawk.worlds.site import empty_plan
 from hawk.worlds.style import LotStyle
@@ -20,21 +18,11 @@ from training.paved import pave
 
 _SPAN_M: Final = 75.0
 """Half the length of the street."""
-_FIRST_M: Final = 12.0
-"""The first stalls begin this near to the street's end."""
 _ROAD_M: Final = (4.6, 7.0)
 _POCKET_STALLS: Final = (2, 11)
 _GAP_M: Final = (1.0, 14.0)
 """Along the kerb between two pockets."""
-_TREES: Final = 0.6
-"""Greatest density of trees at the heads of square stalls (`hawk.worlds.style.LotStyle.trees`)."""
-_KINDS: Final = ("parallel", "kerbside", "square", "none")
-_KINDS_SHARES: Final = (0.28, 0.2, 0.4, 0.12)
-_KERBSIDE_M: Final = (1.9, 2.3)
-"""Width of the stalls along a kerb that nothing but their cars shows."""
-_KERBSIDE_PITCH_M: Final = (5.3, 6.6)
-_KERBSIDE_STALLS: Final = (1, 9)
-_KERBSIDE_GAP_M: Final = (0.0, 9.0)
+_KINDS: Final = ("parallel", "square", "none")
 _PAVEMENT_M: Final = (1.2, 2.6)
 _GARDEN_M: Final = (2.0, 7.0)
 _HOUSE_WIDTH_M: Final = (22.0, 60.0)
@@ -43,18 +31,11 @@ _HOUSE_WIDTH_M: Final = (22.0, 60.0)
 def plan_street_site(rng: np.random.Generator, centre: tuple[float, float]) -> SitePlan:
     """Plan a street along ``axes.u`` through ``centre`` (metres) with stalls and houses on both sides."""
     plan = empty_plan(rng, centre, calm=False)
-    style = replace(
-        pave(plan, rng),
-        trees=rng.uniform(0.0, _TREES),
-        back_line=0.0,
-        front_line=0.0,
-        ends=(1.0, 0.0, 0.0),
-        break_share=0.0,
-    )
+    style = replace(pave(plan, rng), trees=0.0, back_line=0.0, front_line=0.0, ends=(1.0, 0.0, 0.0), break_share=0.0)
     fill_ground(plan, rng, plan.axes, -REACH_M, ("grass", "grass", "dirt"))
     half = rng.uniform(*_ROAD_M) / 2
     road = sample_material(rng, "asphalt") if rng.random() < 0.4 else plan.asphalt
-    reaches = [_side(plan, rng, axes, half, style, road) for axes in _both_sides(plan.axes)]
+    reaches = [_side(plan, rng, axes, half, style) for axes in _both_sides(plan.axes)]
     plan.add_surface(Surface(plan.axes.rect(-_SPAN_M, -half, _SPAN_M, half), road))
     for axes, v in zip(_both_sides(plan.axes), reaches, strict=True):
         _houses(plan, rng, axes.moved(0, v))
@@ -66,47 +47,22 @@ def _both_sides(axes: Axes) -> tuple[Axes, Axes]:
     return axes, axes.facing((-1, 0), (0, -1))
 
 
-def _side(plan: SitePlan, rng: np.random.Generator, axes: Axes, kerb: float, style: LotStyle, road: Material) -> float:
+def _side(plan: SitePlan, rng: np.random.Generator, axes: Axes, kerb: float, style: LotStyle) -> float:
     """Plan one side from the kerb on: stalls, then the pavement; return where the gardens begin, metres."""
-    kind = _KINDS[int(rng.choice(len(_KINDS), p=_KINDS_SHARES))]
-    depths = {"parallel": PARALLEL_DEPTH_M, "kerbside": rng.uniform(*_KERBSIDE_M), "square": style.depth, "none": 0.0}
-    depth = depths[kind]
-    strip = road if kind == "kerbside" else sample_material(rng, str(rng.choice(("grass", "bark", "dirt", "grass"))))
+    kind = _KINDS[int(rng.choice(len(_KINDS), p=(0.4, 0.45, 0.15)))]
+    depth = {"parallel": PARALLEL_DEPTH_M, "square": style.depth, "none": 0.0}[kind]
+    strip = sample_material(rng, str(rng.choice(("grass", "bark", "dirt", "grass"))))
     plan.add_surface(Surface(axes.rect(-_SPAN_M, kerb - 0.1, _SPAN_M, kerb + depth), strip))
     width = rng.uniform(*_PAVEMENT_M)
     pavement = sample_material(rng, "pavers" if rng.random() < 0.6 else "concrete")
     plan.add_surface(Surface(axes.rect(-_SPAN_M, kerb + depth, _SPAN_M, kerb + depth + width), pavement))
-    u = -_SPAN_M + rng.uniform(0, _FIRST_M)
-    if kind == "kerbside":
-        _park_along_kerb(plan, rng, axes.moved(u, kerb), depth, style.occupancy)
-        return kerb + depth + width
+    u = -_SPAN_M + rng.uniform(0, 12)
     while depth and u < _SPAN_M - 8:
         u += _pocket(plan, rng, axes.moved(u, kerb), kind, style)
         gap = rng.uniform(*_GAP_M)
         _green(plan, rng, axes.moved(u, kerb), gap, depth)
         u += gap
     return kerb + depth + width
-
-
-def _park_along_kerb(plan: SitePlan, rng: np.random.Generator, axes: Axes, width: float, occupancy: float) -> None:
-    """Park cars one behind the other from the origin on, in groups; nothing is painted, nothing else shows the stalls.
-
-    Cars stand closer to the kerb or farther away, some with two wheels on it.
-    """
-    full, aside, pitch = max(occupancy, 0.35), rng.normal(0, 0.15), rng.uniform(*_KERBSIDE_PITCH_M)
-    u, room = 0.0, 2 * _SPAN_M - _FIRST_M
-    while u < room - pitch:
-        count = min(int(rng.integers(*_KERBSIDE_STALLS)), int((room - u) / pitch))
-        plan.lots.append(axes.rect(u, 0, u + count * pitch, width))
-        for k in range(count):
-            is_taken = bool(rng.random() < full)
-            if is_taken:
-                x, y = axes.at(u + (k + 0.5) * pitch + rng.normal(0, 0.3), width / 2 + aside + rng.normal(0, 0.08))
-                heading = axes.angle + rng.normal(0, 0.03) + (math.pi if rng.random() < 0.2 else 0.0)
-                plan.vehicles.append(Vehicle(x, y, heading, sample_kind(rng, "stall")))
-            corners = np.roll(axes.rect(u + k * pitch, 0, u + (k + 1) * pitch, width), 1, axis=0)
-            plan.stalls.append(PlannedStall(corners, "parallel", is_taken, worn=False, paint=0.0))
-        u += count * pitch + rng.uniform(*_KERBSIDE_GAP_M)
 
 
 def _pocket(plan: SitePlan, rng: np.random.Generator, axes: Axes, kind: str, style: LotStyle) -> float:
