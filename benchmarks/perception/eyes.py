@@ -16,6 +16,7 @@ from hawk.algo.ground import Window
 from hawk.algo.mapper.shown import lot_outline
 from hawk.algo.mapper.standing_cars import car_boxes
 from hawk.algo.mapper.suggestions import WIDTH_M, length_about, on_stalls
+from hawk.algo.mapper.table import published_size
 from hawk.algo.vision import decode, quads
 from hawk.algo.vision.classical import ClassicalFinder
 from hawk.algo.vision.decode import Stalls
@@ -174,9 +175,9 @@ def _rows(stalls: Stalls, core: NDArray[np.float32], complete: Completion) -> Ro
 
 
 def _stalls(rows: RowStalls) -> Stalls:
-    return Stalls(
-        rows.north / CELL_M, rows.east / CELL_M, rows.angle, rows.width / CELL_M, rows.length / CELL_M, rows.score
-    )
+    """Return the stalls as the mapper publishes them."""
+    width, length = published_size(rows.width, rows.length)
+    return Stalls(rows.north / CELL_M, rows.east / CELL_M, rows.angle, width / CELL_M, length / CELL_M, rows.score)
 
 
 def _inner_mean(values: NDArray[np.float32], corners: FloatArray) -> FloatArray:

@@ -19,7 +19,8 @@ from hawk.algo.ground import Slices, Window, shard_of_tile, tile_window
 from hawk.algo.mapper.delta import Recent
 from hawk.algo.mapper.evidence import EVIDENCE_M, outline, quality_mask, warp
 from hawk.algo.mapper.grid import EvidenceGrid
-from hawk.algo.mapper.table import FREE, STATES, TAKEN, Rows, angle_of, corners_of, probability, to_stall
+from hawk.algo.mapper.table import FREE, STATES, TAKEN, Rows, probability, published_geometry, to_stall
+from hawk.algo.vision import quads
 from hawk.algo.vision.seen import GroundImage
 from hawk.model.lot_map import CELL_M, TILE_CELLS, TILE_M, Cell, Counts, EncodedTile, Stall, StallState, TileKey
 from hawk.sharded import Sharded
@@ -95,7 +96,7 @@ def raster(grid: EvidenceGrid, key: TileKey, stalls: Rows) -> NDArray[np.uint8]:
     near = stalls[_meets(stalls, key)]
     if len(near) == 0:
         return cells
-    corners = corners_of(near)
+    corners = quads.corners(*published_geometry(near))
     for state, cell in _CELLS:
         _draw(cells, corners[near["state"] == state], window, cell)
     return cells
@@ -305,11 +306,7 @@ def _variance(stall: Stall) -> int:
 
 def _shown(rows: Rows) -> list[tuple[float, ...]]:
     columns = (
-        rows["north"],
-        rows["east"],
-        angle_of(rows),
-        rows["width"],
-        rows["length"],
+        *published_geometry(rows),
         probability(rows["taken"]),
         rows["state"],
         rows["last_seen"],

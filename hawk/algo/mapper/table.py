@@ -30,6 +30,9 @@ _ALONG = 0.45  # of the length
 _ANGLE = 0.35  # radians
 _FAR = 1e3
 
+SMALLEST_M = (2.3, 4.8)
+"""Width and length of the smallest stalls that are drawn to train on (`training.paved`)."""
+
 STATES = (StallState.UNKNOWN, StallState.FREE, StallState.TAKEN)
 """States by the number in the ``state`` column."""
 UNKNOWN, FREE, TAKEN = range(3)
@@ -83,6 +86,19 @@ def geometry_of(rows: Rows) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     return rows["north"], rows["east"], angle_of(rows), rows["width"], rows["length"]
 
 
+def published_size(width: Floats, length: Floats) -> tuple[Floats, Floats]:
+    """Return the size at which stalls are published, metres: `SMALLEST_M` at least.
+
+    Where only a car shows a stall, vision finds it little larger than the car.
+    """
+    return np.maximum(width, SMALLEST_M[0]), np.maximum(length, SMALLEST_M[1])
+
+
+def published_geometry(rows: Rows) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    """Return north, east, angle, width and length as they are published."""
+    return rows["north"], rows["east"], angle_of(rows), *published_size(rows["width"], rows["length"])
+
+
 def columns_of(stalls: Detections | RowStalls) -> tuple[tuple[str, Floats], ...]:
     """Return the columns that hold the geometry of stalls, by name."""
     return (
@@ -102,13 +118,14 @@ def probability(log_odds: Floats) -> Floats:
 
 def to_stall(row: Any) -> Stall:
     """Return one row as a published stall, rounded."""
+    north, east, angle, width, length = published_geometry(row)
     return Stall(
         id=int(row["id"]),
-        north=round(float(row["north"]), 3),
-        east=round(float(row["east"]), 3),
-        angle=round(float(angle_of(row)), 4),
-        width=round(float(row["width"]), 3),
-        length=round(float(row["length"]), 3),
+        north=round(float(north), 3),
+        east=round(float(east), 3),
+        angle=round(float(angle), 4),
+        width=round(float(width), 3),
+        length=round(float(length), 3),
         taken=round(float(probability(row["taken"])), 3),
         state=STATES[int(row["state"])],
         score=round(float(probability(row["exists"])), 3),

@@ -26,10 +26,6 @@ _MINIMUM_VOTERS = 12
 _OVERLAP_LIMIT = 0.3
 _WIDTH_M = (1.4, 4.6)
 _LENGTH_M = (3.0, 9.0)
-_SMALLEST_M = (2.3, 4.8)
-"""Width and length of the smallest stalls that are drawn to train on (`training.paved`). Where only a car shows a
-stall, the voters spread over little more than the car.
-"""
 _SAMPLES = (7, 13)
 _BEYOND_CELLS = 15
 """Distance beyond the maps, cells, at which the centre of a stall that is partly visible may lie."""
@@ -94,8 +90,7 @@ def vote(maps: NetworkMaps, cell_m: float, shown: NDArray[np.float32] | None = N
     """Return the stalls that the maps show; ``cell_m`` is the side of a cell in metres.
 
     ``shown`` is 1 in the cells that can be seen, 0 elsewhere; None: all can. Stalls that reach beyond them, or beyond
-    the maps, are judged by their visible part, and their centres may lie there. No stall is returned smaller than
-    `_SMALLEST_M`.
+    the maps, are judged by their visible part, and their centres may lie there.
     """
     shown = np.ones_like(maps.core) if shown is None else shown
     core = maps.core * shown
@@ -109,9 +104,7 @@ def vote(maps: NetworkMaps, cell_m: float, shown: NDArray[np.float32] | None = N
     found = replace(found, column=found.column - _BEYOND_CELLS, row=found.row - _BEYOND_CELLS)
     fits = _between(found.width * cell_m, _WIDTH_M) & _between(found.length * cell_m, _LENGTH_M)
     found = _weigh(found[fits], core, shown)
-    found = found[quads.suppress(found.corners(), found.score, _OVERLAP_LIMIT)]
-    width, length = (smallest / cell_m for smallest in _SMALLEST_M)
-    return replace(found, width=np.maximum(found.width, width), length=np.maximum(found.length, length))
+    return found[quads.suppress(found.corners(), found.score, _OVERLAP_LIMIT)]
 
 
 def occupancy(maps: NetworkMaps, stalls: Stalls) -> FloatArray:

@@ -3,11 +3,12 @@ from __future__ import annotations
 import zlib
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from hawk.algo.mapper.grid import EvidenceGrid, EvidenceTile
-from hawk.algo.mapper.published import TileEncoder
-from hawk.algo.mapper.table import FREE, STALL_DTYPE, TAKEN, UNKNOWN, Rows
+from hawk.algo.mapper.published import StallIndex, TileEncoder
+from hawk.algo.mapper.table import FREE, STALL_DTYPE, TAKEN, UNKNOWN, Rows, to_stall
 from hawk.model.lot_map import TILE_CELLS, Cell, EncodedTile
 
 
@@ -46,6 +47,19 @@ def test_stalls_are_drawn_in_their_state_and_place() -> None:
     assert tile[150, 50] == Cell.LOT
     rows_with_free = np.flatnonzero((tile == Cell.FREE).any(1))
     assert np.abs(rows_with_free[[0, -1]] - (24, 75)).max() <= 1  # 5.2 m long, north to south, about 5 m south
+
+
+def test_a_stall_of_which_only_the_car_was_seen_is_published_as_large_as_the_smallest_stalls() -> None:
+    rows = stalls((-5.0, 5.0, TAKEN), (-15.0, 15.0, TAKEN))
+    rows["id"], rows["width"], rows["length"] = (1, 2), (1.9, 2.7), (4.1, 5.5)
+    assert [(stall.width, stall.length) for stall in map(to_stall, rows)] == [(2.3, 4.8), (2.7, 5.5)]
+    tile = cells(encoded(grid_of((0, 0)), rows).encoded[0, 0])
+    near = tile[:100] == Cell.TAKEN
+    assert (near.any(0).sum(), near.any(1).sum()) == pytest.approx((23, 48), abs=1)
+    published = StallIndex()
+    published.update(rows, np.arange(2), [], 1)
+    assert not len(published.update(rows, np.arange(2), [], 2)), "nothing changed"
+    assert (rows["version"] == 1).all()
 
 
 def test_a_stall_over_a_border_is_drawn_in_both_tiles() -> None:

@@ -54,7 +54,7 @@ def answer(target: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 @settings(max_examples=12)
-@given(st.floats(80, 160), st.floats(80, 160), st.floats(0, math.pi), st.floats(23, 34), st.floats(48, 64))
+@given(st.floats(80, 160), st.floats(80, 160), st.floats(0, math.pi), st.floats(20, 34), st.floats(44, 64))
 def test_one_stall_survives_drawing_and_decoding(x: float, y: float, angle: float, width: float, length: float) -> None:
     target = drawn(quad(x, y, angle, width, length))
     found = decode.vote(maps_from_output(answer(target)), CELL_M)

@@ -71,15 +71,6 @@ def test_one_stall_is_found_as_it_is(column: float, row: float, angle: float, wi
     assert found.score[0] > 0.8
 
 
-@pytest.mark.parametrize("angle", [0.0, 0.7, 2.2])
-def test_a_stall_of_which_only_the_car_shows_is_as_large_as_the_smallest_stalls(angle: float) -> None:
-    car = (120.0, 80.0, angle, 1.8 / CELL, 3.9 / CELL)
-    found = decode.vote(ideal_maps([car]), CELL)
-    assert len(found) == 1
-    assert math.hypot(found.column[0] - 120, found.row[0] - 80) < 0.7
-    assert (found.width[0] * CELL, found.length[0] * CELL) == pytest.approx((2.3, 4.8))
-
-
 @pytest.mark.parametrize("angle", [0.0, 0.6, 1.3, math.pi / 2, 2.5])
 def test_neighbours_in_a_row_are_told_apart(angle: float) -> None:
     stalls = row_of(5, angle, start=(110, 60) if angle < 1.5 else (170, 80))
