@@ -37,7 +37,7 @@ CHANGES: tuple[Change, ...] = (
     (0.3, 4, park_long_vehicle),
     (0.35, 3, plant_avenue),
 )
-"""What is changed in a planned site: in which share of the scenes, and at how many places at most."""
+"""Changes of a planned site: share of the scenes, places at most in one of them, and who makes the change."""
 HIDDEN_SHARE = 0.7
 """A stall is hidden when more of it than this is under crowns and roofs."""
 
