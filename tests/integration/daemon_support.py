@@ -102,6 +102,10 @@ class Operator:
         """Wait until the drone is in a state."""
         return await self.until(lambda b: b.state == state, timeout_s)
 
+    async def until_said(self, words: str) -> Heartbeat:
+        """Wait until the drone's messages hold these words: those of every heartbeat, the last one may lack them."""
+        return await self.until(lambda _: any(words in entry.text for entry in self.drone.log))
+
     async def order(self, command: Command) -> None:
         """Give a command that must be taken."""
         await self.hand.order(command)

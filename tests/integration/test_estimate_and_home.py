@@ -53,7 +53,7 @@ async def test_a_held_drone_stays_when_its_estimate_jumps_by_25_metres(flown: tu
     before = await true_place(stack)
     await fault(stack, gps_glitch=[25.0, 0.0, 0.0])
     await pilot.until(lambda b: "GPS glitch" in health(b, "position").reason)
-    told = await pilot.until(lambda b: any("estimate jumped by 25 m" in entry.text for entry in b.messages))
+    told = await pilot.until_said("estimate jumped by 25 m")
     assert told.state == StateName.HOVER
     await pilot.until(lambda b: b.time > told.time + 8.0)  # long enough to fly 25 m
     assert math.dist(await true_place(stack), before) < 2.0
@@ -70,8 +70,8 @@ async def test_a_home_that_was_moved_is_set_back_and_the_return_ends_at_the_arm_
     stack, pilot = flown
     place = await true_place(stack)
     await fault(stack, home=[place[0] + 300.0, place[1], 0.0])
-    await pilot.until(lambda b: any(entry.text.startswith("Home was moved.") for entry in b.messages))
-    await pilot.until(lambda b: any(entry.text == "Home is at the arm place again." for entry in b.messages))
+    await pilot.until_said("Home was moved.")
+    await pilot.until_said("Home is at the arm place again.")
     await pilot.order(ReturnToLaunch())
     await pilot.until_down()
     there = await true_place(stack)
