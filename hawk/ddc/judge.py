@@ -1,4 +1,4 @@
-"""Decides on commands: the table of commands and states, and what else must be true. Functions that change nothing."""
+"""Decides on commands: by the table of commands and states, and by what else must be true. Nothing is changed here."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ _ANGLE = 0.35  # radians
 _FAR = 1e3
 
 SMALLEST_M = (2.3, 4.8)
-"""Width and length of the smallest stalls that are drawn to train on (`training.paved`)."""
+"""Width and length of the smallest stalls of lots without paint, as they are drawn to train on (`training.paved`)."""
 
 STATES = (StallState.UNKNOWN, StallState.FREE, StallState.TAKEN)
 """States by the number in the ``state`` column."""
