@@ -43,12 +43,16 @@ def _command(name: str) -> str:
 
 
 def _interface(name: str, model: dict[str, Any], *, sending: bool) -> str:
-    """Return one message's interface. What is sent may leave out what has a default; what arrives is complete."""
+    """Return one message's interface.
+
+    What is sent may leave out what has a default; what arrives is complete but for what its schema marks as optional.
+    """
     required = set(model.get("required", ()))
     lines = [f"/** {model['description'].splitlines()[0]} */"] if model.get("description") else []
     lines.append(f"export interface {_command(name) if sending else name} {{")
     for key, value in model["properties"].items():
-        optional = "?" if sending and key not in required and key != "Type" else ""
+        may_lack = value.get("optional", False) or (sending and key not in required and key != "Type")
+        optional = "?" if may_lack else ""
         quoted = key if key.isidentifier() else json.dumps(key)
         lines.append(f"  {quoted}{optional}: {_type(value)};")
     return "\n".join([*lines, "}\n"])
@@ -69,6 +73,8 @@ def _type(value: dict[str, Any]) -> str:
     if value.get("type") == "array":
         inner = _type(value["items"])
         return f"({inner})[]" if " " in inner else f"{inner}[]"
+    if "additionalProperties" in value and isinstance(value["additionalProperties"], dict):
+        return f"Record<string, {_type(value['additionalProperties'])}>"
     return _PRIMITIVES[value["type"]]
 
 

@@ -18,7 +18,7 @@ from hawk.comm.corners import LEAST_CORNERS as LEAST_CORNERS
 from hawk.comm.corners import MOST_CORNERS as MOST_CORNERS
 from hawk.comm.corners import Corners
 from hawk.comm.message_base import Command as Command
-from hawk.comm.message_base import Finite, Height, Metres
+from hawk.comm.message_base import Finite, Height, Metres, Spoken, Words
 from hawk.comm.message_base import Outgoing as Outgoing
 from hawk.comm.outline_messages import ClearOutline as ClearOutline
 from hawk.comm.outline_messages import SetOutline as SetOutline
@@ -331,13 +331,13 @@ def _message_id(text: str) -> str | int | None:
 # -- from the drone ---------------------------------------------------------------------------------------------------
 
 
-class Ack(Outgoing):
+class Ack(Spoken):
     """Answer to one command, to the client that sent it."""
 
     type: Literal["Ack"] = "Ack"
     id: str | int | None
     accepted: bool
-    reason: str = ""
+    reason: Words = ""
 
 
 class KillToken(Outgoing):
@@ -373,25 +373,25 @@ class Welcome(Outgoing):
     """Horizontal angle of view of the camera, degrees."""
 
 
-class RouteAnswer(Outgoing):
+class RouteAnswer(Spoken):
     """Answer to Route Request: points from the drone to the place and length in metres, or the reason for no route."""
 
     type: Literal["Route"] = "Route"
     id: str | int | None
     points: list[Point]
     length: Finite | None
-    refused: str | None
+    refused: Words | None
     """Reason why an Autonomous Move there would be refused; null when it would be accepted."""
 
 
-class FenceCheck(Outgoing):
+class FenceCheck(Spoken):
     """Result of checking a fence."""
 
     type: Literal["Fence Check"] = "Fence Check"
     id: str | int | None
-    problem: str
+    problem: Words
     """Reason why it cannot be stored; empty when it can."""
-    notes: list[str]
+    notes: list[Words]
     """Objections to a flight in it from the drone's present place."""
     inner: list[FenceCorner]
     """Our own limit; empty when there is none."""

@@ -15,7 +15,7 @@ from typing import Annotated, Literal, Protocol
 from pydantic import Field, WithJsonSchema
 
 from hawk.comm.map_update import MapUpdate
-from hawk.comm.message_base import Command, Finite, Known, Model, Outgoing
+from hawk.comm.message_base import Command, Finite, Known, Model, Outgoing, Spoken, Words
 from hawk.model.operation import HealthStatus, StateName, UserError
 from hawk.model.poses import MapPoint
 
@@ -47,17 +47,17 @@ class HealthItem(Outgoing):
 
     name: str
     healthy: bool
-    reason: str
+    reason: Words
 
 
 class CheckItem(Outgoing):
     """One preflight check: its value, and for a failed one the consequence and the remedy."""
 
-    name: str
+    name: Words
     passed: bool
-    value: str
-    consequence: str = ""
-    remedy: str = ""
+    value: Words
+    consequence: Words = ""
+    remedy: Words = ""
     remedy_command: Literal["Set Failsafes", "Clear Kill", "Set Fence"] | None = None
 
 
@@ -66,18 +66,18 @@ class CommandOption(Outgoing):
 
     command: str
     possible: bool
-    reason: str = ""
+    reason: Words = ""
 
 
-class LogEntry(Outgoing):
+class LogEntry(Spoken):
     """A line of the message list. Level: info, ok, warning or error. Details: the autopilot's own words."""
 
     number: int
     time: str
     """UTC, ISO 8601."""
     level: Literal["info", "ok", "warning", "error"]
-    text: str
-    details: str = ""
+    text: Words
+    details: Words = ""
 
 
 class FenceCorner(Model):
@@ -87,7 +87,7 @@ class FenceCorner(Model):
     longitude: Annotated[float, Field(allow_inf_nan=False, ge=-180.0, le=180.0)]
 
 
-class FenceSetup(Outgoing):
+class FenceSetup(Spoken):
     """The fence that the next Arm puts in force."""
 
     source: Literal["drawn", "file", "circle"]
@@ -109,11 +109,11 @@ class FenceSetup(Outgoing):
     ceiling_margin: Finite
     highest_ceiling: Finite
     """Greatest ceiling of any fence, metres."""
-    problem: str
+    problem: Words
     """Reason why the stored fence cannot be used (no Arm until it is drawn again or deleted); else empty."""
 
 
-class OutlineSetup(Outgoing):
+class OutlineSetup(Spoken):
     """The area that Explore is to survey."""
 
     source: Literal["none", "set", "file"]
@@ -144,13 +144,13 @@ class OperationStatus(Outgoing):
 
     state: Annotated[StateName, WithJsonSchema({"type": "string"})] = StateName.IDLE
     """Operation state; `states.md` lists them."""
-    detail: str = ""
+    detail: Words = ""
     """One sentence: the present action of the state, or the reason why it was entered."""
     asked_by: str | None = None
     """Name of the one who asked for Hold, Return To Launch, Land or Arm; null when the state began otherwise."""
     user_error: Annotated[UserError, WithJsonSchema({"type": "integer"})] = UserError.NONE
     """0: none; 1: the desired place is out of bounds; 2: no lot is detected."""
-    user_error_text: str = ""
+    user_error_text: Words = ""
     options: tuple[CommandOption, ...] = ()
     checks: tuple[CheckItem, ...] = ()
     """Preflight checks; empty in the air."""
@@ -294,7 +294,15 @@ class PartsStatus(Outgoing):
 
 
 class SharedHeartbeat(
-    PartsStatus, PerceptionStatus, TravelStatus, SiteStatus, PoseStatus, VehicleStatus, OperationStatus, StatusStamp
+    PartsStatus,
+    PerceptionStatus,
+    TravelStatus,
+    SiteStatus,
+    PoseStatus,
+    VehicleStatus,
+    OperationStatus,
+    StatusStamp,
+    Spoken,
 ):
     """The part of a heartbeat that is the same for every client."""
 

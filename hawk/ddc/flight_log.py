@@ -7,9 +7,11 @@ from collections import deque
 from collections.abc import Callable
 from datetime import UTC, datetime
 
+from hawk.comm.message_base import listed
 from hawk.comm.status import LogEntry
 from hawk.ddc.orders import Level
 from hawk.model.poses import MapPoint, MapPose
+from hawk.model.sentences import say
 from hawk.model.vehicle import StatusText
 
 KEPT_ENTRIES = 200
@@ -45,7 +47,7 @@ class FlightLog:
         """Append one entry."""
         self._number += 1
         time = self._utc().astimezone(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
-        entry = LogEntry(number=self._number, time=time, level=level, text=text, details=details)
+        entry = listed(LogEntry(number=self._number, time=time, level=level, text=text, details=details))
         self._entries.append(entry)
         self._snapshot = tuple(self._entries)
         return entry
@@ -60,11 +62,11 @@ class FlightLog:
         self._heard = {text: time for text, time in self._heard.items() if now - time < REPEAT_S}
         self._heard[message.text] = now
         if message.severity <= 3:
-            self.add("error", f"The autopilot reports a fault: {message.text}")
+            self.add("error", say("autopilot-fault", "The autopilot reports a fault: {words}", words=message.text))
         elif message.severity == 4:
-            self.add("warning", f"The autopilot warns: {message.text}")
+            self.add("warning", say("autopilot-warns", "The autopilot warns: {words}", words=message.text))
         else:
-            self.add("info", f"The autopilot: {message.text}")
+            self.add("info", say("autopilot-says", "The autopilot: {words}", words=message.text))
 
     def autopilot_reason(self) -> str:
         """Return what the autopilot warned of a moment ago, empty when it said nothing."""

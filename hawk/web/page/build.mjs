@@ -10,16 +10,26 @@ const out = resolve(process.argv[2] ?? join(here, "..", "static"));
 /** Bytes of everything that a browser loads in one language, compressed. */
 const LARGEST_GZIP = 250_000;
 
-/** English is part of the page; a browser loads any other language as a file. Comments are for translators. */
+/**
+ * English is part of the page; a browser loads any other language as a file, with the sentences of the drone's program
+ * (drone-fr.ftl) behind those of the page. Comments are for translators.
+ */
 const messages = {
   name: "messages",
   setup(building) {
     building.onLoad({ filter: /\.ftl$/ }, async ({ path }) => {
-      const lines = (await readFile(path, "utf8")).split("\n").filter((line) => line !== "" && !line.startsWith("#"));
-      return { contents: `${lines.join("\n")}\n`, loader: basename(path) === "en.ftl" ? "text" : "file" };
+      const lines = messageLines(await readFile(path, "utf8"));
+      if (basename(path) === "en.ftl") return { contents: `${lines.join("\n")}\n`, loader: "text" };
+      const drone = messageLines(await readFile(join(dirname(path), `drone-${basename(path)}`), "utf8"));
+      const contents = [...lines, ...drone.map((line) => line.replace(/^(?=[a-z])/, "drone-"))];
+      return { contents: `${contents.join("\n")}\n`, loader: "file", watchFiles: [path] };
     });
   },
 };
+
+function messageLines(text) {
+  return text.split("\n").filter((line) => line !== "" && !line.startsWith("#"));
+}
 
 const shared = {
   absWorkingDir: here,

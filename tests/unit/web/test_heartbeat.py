@@ -46,7 +46,7 @@ def entry(number: int) -> LogEntry:
 
 def test_every_part_of_the_status_is_in_the_heartbeat() -> None:
     told = beat(ClientView(), DroneStatus())
-    assert set(told) == {wire_key(name) for name in Heartbeat.model_fields}
+    assert set(told) == {wire_key(name) for name in Heartbeat.model_fields} - {"Sentences"}  # there are none
     parts = [
         f.name
         for f in fields(DroneStatus)

@@ -213,6 +213,7 @@ export type Command =
 
 /** Answer to one command, to the client that sent it. */
 export interface Ack {
+  Sentences?: SentenceItem[];
   Type: "Ack";
   Id: string | number | null;
   Accepted: boolean;
@@ -238,6 +239,7 @@ export interface CommandOption {
 
 /** Result of checking a fence. */
 export interface FenceCheck {
+  Sentences?: SentenceItem[];
   Type: "Fence Check";
   Id: string | number | null;
   Problem: string;
@@ -257,6 +259,7 @@ export interface FenceCorner {
 
 /** The fence that the next Arm puts in force. */
 export interface FenceSetup {
+  Sentences?: SentenceItem[];
   Source: "drawn" | "file" | "circle";
   Corners: FenceCorner[];
   Zones: FenceCorner[][];
@@ -293,6 +296,7 @@ export interface Heartbeat {
   "Control Asked By": string | null;
   "Control Free In": number | null;
   "Control Kept": boolean;
+  Sentences?: SentenceItem[];
   Sequence: number;
   Time: number;
   Utc: string;
@@ -380,6 +384,7 @@ export interface KillToken {
 
 /** A line of the message list. Level: info, ok, warning or error. Details: the autopilot's own words. */
 export interface LogEntry {
+  Sentences?: SentenceItem[];
   Number: number;
   Time: string;
   Level: "info" | "ok" | "warning" | "error";
@@ -405,6 +410,7 @@ export interface MosaicVersion {
 
 /** The area that Explore is to survey. */
 export interface OutlineSetup {
+  Sentences?: SentenceItem[];
   Source: "none" | "set" | "file";
   Polygons: FenceCorner[][];
   Holes: FenceCorner[][];
@@ -419,11 +425,19 @@ export interface Point {
 
 /** Answer to Route Request: points from the drone to the place and length in metres, or the reason for no route. */
 export interface RouteAnswer {
+  Sentences?: SentenceItem[];
   Type: "Route";
   Id: string | number | null;
   Points: Point[];
   Length: number | null;
   Refused: string | null;
+}
+
+/** A sentence among the texts of a message: a program that has words of its own for the code shows those. */
+export interface SentenceItem {
+  Text: string;
+  Code: string;
+  Values: Record<string, string | number>;
 }
 
 /** A changed stall. ``Removed``: it is gone. Angle in radians clockwise from north of the long side. */

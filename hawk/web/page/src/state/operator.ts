@@ -6,6 +6,7 @@ import type { MoveKind } from "../words/move.ts";
 import { say } from "../words/say.ts";
 import { linkOf, option, type View } from "../words/view.ts";
 import { Alarms } from "./alarms.ts";
+import { learn } from "../words/drone.ts";
 import { Controlling } from "./controlling.ts";
 import { DaemonClock } from "./daemon-clock.ts";
 import type { Drawing } from "./drawing.ts";
@@ -418,12 +419,21 @@ export class Operator extends EventTarget {
 
 const KINDS = new Set(["Ack", "Fence Check", "Heartbeat", "Kill Token", "Route", "Welcome"]);
 
+/** The sentences of a message, and of those within it. */
+function learnFrom(message: Incoming): void {
+  if ("Sentences" in message) learn(message.Sentences);
+  if (message.Type !== "Heartbeat") return;
+  for (const part of [...message.Messages, message["Fence Setup"], message["Outline Setup"]]) learn(part?.Sentences);
+}
+
 /** A message of the server; null for one that this page does not know. */
 function parse(text: string): Incoming | null {
   try {
     const message: unknown = JSON.parse(text);
     if (typeof message !== "object" || message === null) return null;
-    return KINDS.has((message as { Type?: string }).Type ?? "") ? (message as Incoming) : null;
+    if (!KINDS.has((message as { Type?: string }).Type ?? "")) return null;
+    learnFrom(message as Incoming);
+    return message as Incoming;
   } catch {
     return null;
   }

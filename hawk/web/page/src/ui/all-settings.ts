@@ -4,7 +4,7 @@ import { fetchSettings, type Setting } from "../link/settings.ts";
 import { say } from "../words/say.ts";
 import { settingGroups, type SettingWords } from "../words/settings.ts";
 import { Part } from "./element.ts";
-import { english } from "./quoting.ts";
+import { drone } from "./quoting.ts";
 
 /** All settings that the drone's program runs with, to read: a file on the drone sets them before it starts. */
 @customElement("hawk-all-settings")
@@ -36,7 +36,7 @@ export class AllSettings extends Part {
         @input=${(event: Event) => (this.search = (event.target as HTMLInputElement).value)}
       />
       ${groups.length === 0 ? html`<p class="sub">${say("no-setting-like-this")}</p>` : nothing}
-      ${groups.map(([section, words]) => html`<h3>${english(section)}</h3><dl>${words.map(row)}</dl>`)}`;
+      ${groups.map(([section, words]) => html`<h3>${drone(section)}</h3><dl>${words.map(row)}</dl>`)}`;
   }
 
   private readonly opened = (event: Event): void => {
@@ -53,11 +53,11 @@ export class AllSettings extends Part {
 
 function row(words: SettingWords): TemplateResult {
   return html`<div>
-    <dt>${english(words.name)}</dt>
+    <dt>${drone(words.name)}</dt>
     <dd>
       <b>${words.value}${words.changed ? html` <span class="changed">${say("setting-changed")}</span>` : nothing}</b>
       ${words.bounds === "" ? nothing : html`<span class="sub">${words.bounds}</span>`}
-      <span class="sub">${english(words.text)}</span>
+      <span class="sub">${drone(words.text)}</span>
     </dd>
   </div>`;
 }

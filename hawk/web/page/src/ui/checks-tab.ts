@@ -2,10 +2,10 @@ import { html, nothing, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
 import type { CheckItem } from "../protocol.ts";
 import { cannot } from "../words/actions.ts";
-import { say, sentences } from "../words/say.ts";
+import { say } from "../words/say.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
-import { checkWords, english, noted } from "./quoting.ts";
+import { checkWords, drone, noted } from "./quoting.ts";
 import { heights } from "./settings-tab.ts";
 import "./fence-button.ts";
 import "./heights-button.ts";
@@ -28,7 +28,7 @@ export class ChecksTab extends Part {
         <div class="hd"><span class="h">${say("checks-before-flight")}</span><span class="sub">${summary(checks.length, passed.length)}</span></div>
         ${groups(failed).map((group) => this.failed(group))}
         <ul class="passed">
-          ${passed.map((check) => html`<li>${icon("check")}<span>${english(check.Name)}</span><span>${english(check.Value)}</span></li>`)}
+          ${passed.map((check) => html`<li>${icon("check")}<span>${drone(check.Name)}</span><span>${drone(check.Value)}</span></li>`)}
         </ul>
       </div>
       <div class="ft">${heights(view)}<hawk-heights-button .model=${this.model}></hawk-heights-button></div>
@@ -41,7 +41,7 @@ export class ChecksTab extends Part {
     return html`<div class="fix">
       ${group.map(
         (check) => html`<div class="h">${icon("cross")}${checkWords(check)}</div>
-          <p>${english(sentences(check.Consequence, remedy === null ? check.Remedy : ""))}</p>`,
+          <p>${drone(check.Consequence)} ${remedy === null ? drone(check.Remedy) : nothing}</p>`,
       )}
       ${remedy === null ? nothing : this.remedy(remedy, group)}
     </div>`;
@@ -50,7 +50,7 @@ export class ChecksTab extends Part {
   private remedy(remedy: Remedy, group: CheckItem[]): TemplateResult {
     const reason = cannot(this.model.view(), remedy);
     const words = [...new Set(group.map((check) => check.Remedy).filter((text) => text !== "" && !DRONE_REMEDIES.includes(text)))];
-    return html`${words.map((text) => html`<p class="sub">${english(text)}</p>`)}
+    return html`${words.map((text) => html`<p class="sub">${drone(text)}</p>`)}
       <button class="primary" ?disabled=${reason !== ""} aria-description=${reason} @click=${() => this.mend(remedy)}>
         ${say(REMEDIES[remedy])}
       </button>

@@ -5,7 +5,7 @@ import * as format from "../words/format.ts";
 import { say } from "../words/say.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
-import { english } from "./quoting.ts";
+import { drone } from "./quoting.ts";
 
 const FILES = [
   ["stalls.csv", "file-table", "CSV"],
@@ -38,7 +38,7 @@ export class Downloads extends Part {
   private file(name: string, title: string, kind: string): TemplateResult {
     const known = this.files?.get(name);
     if (known?.bytes === null) {
-      return html`<div class="button off">${icon("download")}<span><b>${title}</b><span class="sub">${english(known.reason)}</span></span></div>`;
+      return html`<div class="button off">${icon("download")}<span><b>${title}</b><span class="sub">${drone(known.reason)}</span></span></div>`;
     }
     const size = known === undefined ? kind : say("file-kind-size", { kind, size: format.bytes(known.bytes) });
     return html`<a class="button" href="api/${name}" download>${icon("download")}<span><b>${title}</b><span class="sub">${size}</span></span></a>`;

@@ -11,7 +11,7 @@ import { ageNow, STALE_S, type View } from "../words/view.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
 import "./battery-bar.ts";
-import { english } from "./quoting.ts";
+import { drone } from "./quoting.ts";
 import type { Series } from "./plot.ts";
 import "./plot.ts";
 
@@ -61,7 +61,7 @@ function parts(items: HealthItem[]): TemplateResult | typeof nothing {
     ${items.map(
       (item) => html`<li class=${item.Healthy ? "ok" : "bad"}>
         ${icon(item.Healthy ? "check" : "warn")}<span>${partName(item)}</span>
-        <span class="sub">${item.Healthy ? say("part-working") : english(item.Reason)}</span>
+        <span class="sub">${item.Healthy ? say("part-working") : drone(item.Reason)}</span>
       </li>`,
     )}
   </ul>`;

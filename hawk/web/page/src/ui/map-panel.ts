@@ -17,7 +17,7 @@ import { stallCount } from "./counts-card.ts";
 import { Part } from "./element.ts";
 import type { FenceToolEvent } from "./fence-tools.ts";
 import { icon } from "./icons.ts";
-import { checkWords, english, quoting } from "./quoting.ts";
+import { checkWords, drone, quoting } from "./quoting.ts";
 import type { MapTool, MapToolEvent } from "./map-tools.ts";
 import { swatch } from "./swatch.ts";
 import "./fence-tools.ts";
@@ -233,7 +233,7 @@ export class MapPanel extends Part {
     }
     if (this.model.drawing !== null) return nothing;
     if (heartbeat && heartbeat["User Error"] !== 0) {
-      return html`<div class="toast warning" role="alert">${icon("warn")}<span>${english(heartbeat["User Error Text"])}</span></div>`;
+      return html`<div class="toast warning" role="alert">${icon("warn")}<span>${drone(heartbeat["User Error Text"])}</span></div>`;
     }
     const failed = heartbeat?.Checks.filter((check) => !check.Passed) ?? [];
     if (failed[0] && !this.sideShown()) {

@@ -7,7 +7,7 @@ import { type LogFilter, logName, logText, matching } from "../words/log-lines.t
 import { say } from "../words/say.ts";
 import { Part } from "./element.ts";
 import { icon, type IconName } from "./icons.ts";
-import { english, quoting } from "./quoting.ts";
+import { drone, quoting } from "./quoting.ts";
 import { saveFile } from "./save-file.ts";
 
 const ICONS: Record<LogLine["level"], IconName> = { info: "info", ok: "check", warning: "warn", error: "warn" };
@@ -69,7 +69,7 @@ function row(line: LogLine): TemplateResult {
         ? nothing
         : html`<details>
             <summary>${say("details")}</summary>
-            <span class="sub">${english(line.details)}</span>
+            <span class="sub">${drone(line.details)}</span>
           </details>`}
     </div>
   </li>`;

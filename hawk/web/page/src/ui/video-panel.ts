@@ -9,7 +9,7 @@ import { OLD_S, type View } from "../words/view.ts";
 import { cssVars } from "./css-vars.ts";
 import { Part } from "./element.ts";
 import { icon, needle } from "./icons.ts";
-import { english } from "./quoting.ts";
+import { drone } from "./quoting.ts";
 import { PictureWindow, pictureWindows } from "./picture-window.ts";
 import { saveFile } from "./save-file.ts";
 
@@ -143,6 +143,6 @@ function overlay(title: string, text: string | TemplateResult): TemplateResult {
 
 function cameraWords(view: View): string | TemplateResult {
   const camera = view.heartbeat?.Health.find((item) => item.Name === "camera");
-  if (camera && !camera.Healthy) return english(camera.Reason);
+  if (camera && !camera.Healthy) return drone(camera.Reason);
   return view.heartbeat ? say("waiting-for-camera") : say("never-connected-title");
 }

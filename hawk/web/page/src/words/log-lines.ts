@@ -1,3 +1,4 @@
+import { ofDrone } from "./drone.ts";
 import type { LogLine } from "../state/flight.ts";
 
 /** Which messages are shown: those that contain `text` in any case, `troubles`: warnings and errors alone. */
@@ -8,7 +9,7 @@ export interface LogFilter {
 
 export function matching(lines: readonly LogLine[], filter: LogFilter): LogLine[] {
   const wanted = filter.text.trim().toLowerCase();
-  return lines.filter((line) => isShown(line, filter.troubles) && `${line.text}\n${line.details}`.toLowerCase().includes(wanted));
+  return lines.filter((line) => isShown(line, filter.troubles) && `${ofDrone(line.text)}\n${ofDrone(line.details)}`.toLowerCase().includes(wanted));
 }
 
 function isShown(line: LogLine, troubles: boolean): boolean {

@@ -22,6 +22,11 @@ export function say<Key extends keyof Messages>(key: Key, ...values: Values<Key>
   return format(spoken, key, given) ?? format(ENGLISH, key, given) ?? key;
 }
 
+/** A sentence of the drone's program in the language of the page; null where that lacks the code. */
+export function sayOfDrone(code: string, values: Record<string, string | number>): string | null {
+  return format(spoken, `drone-${code}`, values)?.replace(/([.!?])\./g, "$1").trim() ?? null;
+}
+
 /** From now on the page speaks this language, of which `text` is the file of messages; English needs none. */
 export function speak(name: LanguageName, text = englishText): void {
   spoken = name === "en" ? ENGLISH : speech(name, text);
