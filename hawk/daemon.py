@@ -35,7 +35,7 @@ from hawk.comm.vehicle import VehicleTopics
 from hawk.config import Config, ConfigError
 from hawk.ddc.geofence import FenceError
 from hawk.ddc.operations_manager import OperationsManager
-from hawk.ddc.restart import RESTART_WINDOW_S, RestartRule
+from hawk.ddc.restart import RESTART_WINDOW_S, RestartRule, flight_goes_on
 from hawk.ddc.service_interface import DdcServiceInterface
 from hawk.ddc.settings import DdcSettings, ManagerSetup
 from hawk.ddc.survey_memory import SurveyMemory
@@ -43,6 +43,7 @@ from hawk.ddc.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.flight_offer import FlightOffer
 from hawk.map_keeper import MapKeeper
 from hawk.model.lot_map import OccupancyMap
+from hawk.model.moment import this_moment
 from hawk.model.operation import StateName
 from hawk.model.plans import PathPlan
 from hawk.model.poses import ArmPlace
@@ -56,6 +57,7 @@ from hawk.start_checks import check_model, listening_problem, make_folder
 from hawk.starts import Starts, survey_at_start
 from hawk.store.journal import FlightJournal
 from hawk.store.recording import Recording
+from hawk.store.run_notes import RunNotes, notes_file
 from hawk.supervision import Supervisor, leave_at_once
 from hawk.versions.flight_word import FlightWord
 from hawk.web.app import WebServer
@@ -143,7 +145,13 @@ class Daemon:
         self._first_tick_s: float | None = None
         self._output = LineWriter(STANDARD_OUTPUT)
         load_calibration(config.camera)
-        make_folder("store.directory", config.store.directory)
+        self._notes = RunNotes(notes_file(config.store.directory, os.environ))
+        try:
+            make_folder("store.directory", config.store.directory)
+        except ConfigError as error:
+            if flight_goes_on(self._notes.notes.flight, this_moment(), options.speed) is None:
+                raise
+            _LOG.error("%s. A flight is under way: it goes on without", error)
         self.clock = Clock(options.speed)
         self._watchdog = Watchdog(
             config.watchdog.timeout_s, SystemdNotifier(), sys.stderr, enabled=config.watchdog.enabled
@@ -189,11 +197,17 @@ class Daemon:
         stamped = self.autopilot.telemetry.from_boot if self._options.is_simulation else None
         self.camera = DroneCamera(self._config.camera, self.clock, stamped, supervisor=self._supervisor)
         is_new_world = self._options.simulation is not None and not self._options.is_again
-        self._kept = survey_at_start(self._journal, is_new_world=is_new_world)
+        self._starts = Starts(self._journal, self._notes, self._options.speed, is_new_world=is_new_world)
+        begun = survey_at_start(
+            self._journal,
+            flies=self._starts.flew_lately,
+            is_new_world=is_new_world,
+            continues=self._options.is_again,
+        )
+        self._kept, self._set_aside = begun.kept, begun.words
         self.autopilot.set_datum(self._kept.datum)
         if self._kept.arm_place is not None:
             self.autopilot.telemetry.restore_arm_place(self._kept.arm_place)
-        self._starts = Starts(self._journal, self._kept, self._options.speed)
         self.vehicle.arm_place.listen(self._keep_arm_place)
         self.vehicle.state.listen(self._record_flights)
 
@@ -211,8 +225,8 @@ class Daemon:
                 count_start=self._starts.found_in_air,
                 continues_survey=bool(self._kept.map_parts),
                 begin_survey=self._begin_another_survey,
-                flight=self._kept.flight,
-                keep_flight=self._journal.set_flight,
+                flight=self._starts.flight,
+                keep_flight=self._starts.keep_flight,
                 survey=SurveyMemory(
                     self._kept.left,
                     self._kept.drains,
@@ -230,6 +244,9 @@ class Daemon:
             ),
         )
         self.manager.init()
+        if self._set_aside:
+            _LOG.warning("%s", self._set_aside)
+            self.manager.log.add("warning", f"{self._set_aside}.", "")
         self.side.socket.attach(self.manager.handle_now)
 
     def _make_results(self) -> None:
@@ -370,7 +387,7 @@ class Daemon:
                 task.cancel()
             await asyncio.gather(listening, stopping, return_exceptions=True)
         if not self._stopping.is_set():
-            await self._journal.flush(START_NOTED_S)
+            await self._starts.settle(START_NOTED_S)
             await self.autopilot.start()
             if self._config.remote_id.enabled:
                 send = self.autopilot.send_message

@@ -32,7 +32,8 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
     ),
     "kill": ("hawk/ddc/kill.py",),
     "service interface": ("hawk/ddc/service_interface.py", "hawk/ddc/target_gate.py"),
-    "watchdog": ("hawk/process.py", "hawk/starts.py", "hawk/supervision.py"),
+    "watchdog": ("hawk/process.py", "hawk/supervision.py"),
+    "starts": ("hawk/ddc/restart.py", "hawk/starts.py", "hawk/store/run_notes.py"),
     "telemetry that decides": (
         "hawk/comm/boot_clock.py",
         "hawk/comm/estimator.py",
@@ -50,7 +51,7 @@ ALL_MODULES: Final = tuple(module for modules in GROUPS.values() for module in m
 FAST: Final = "not flight and not slow"
 """The tests that run, as pytest's marker expression."""
 
-TEST_FOLDERS: Final = ("tests/unit/ddc", "tests/unit/comm", "tests/unit/daemon")
+TEST_FOLDERS: Final = ("tests/unit/ddc", "tests/unit/comm", "tests/unit/daemon", "tests/unit/store")
 
 _OWN: Final[dict[str, tuple[str, ...]]] = {
     "hawk/ddc/states/base.py": ("states_by_facts", "decider"),
@@ -69,6 +70,7 @@ _OWN: Final[dict[str, tuple[str, ...]]] = {
     "hawk/ddc/failsafe_watch.py": ("failsafe_watch",),
     "hawk/ddc/target_gate.py": ("target_gate", "service_interface"),
     "hawk/comm/telemetry.py": ("telemetry", "telemetry_places"),
+    "hawk/starts.py": ("starts", "goes_on"),
     "hawk/process.py": ("watchdog", "ticker", "priority"),
     "hawk/ddc/watches.py": ("watches",),
 }

@@ -11,7 +11,6 @@ import contextlib
 import functools
 import logging
 import math
-import time
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
@@ -30,6 +29,7 @@ from hawk.comm.udp_gate import Hearing
 from hawk.comm.vehicle import AutopilotError, VehicleTopics
 from hawk.config import AutopilotSettings, host_and_port
 from hawk.model.limits import Fence
+from hawk.model.moment import Moment, this_moment
 from hawk.model.poses import GlobalPose
 from hawk.model.vehicle import CopterMode, StatusText
 from hawk.supervision import Supervisor
@@ -74,7 +74,7 @@ class MavsdkAutopilot:
         settings: AutopilotSettings,
         clock: Clock,
         topics: VehicleTopics,
-        wall: Callable[[], float] = time.time,
+        moment: Callable[[], Moment] = this_moment,
         make_link: Callable[[str, int, Clock, OnMessage, Expected], Link] = Link,
         parameter_answer_s: float = 0.5,
         supervisor: Supervisor | None = None,
@@ -88,7 +88,7 @@ class MavsdkAutopilot:
             settings: The link's URL, and our id on it.
             clock: The daemon's.
             topics: Where everything that is heard is published.
-            wall: Wall clock, Unix seconds.
+            moment: This computer's clocks.
             make_link: Makes the link.
             parameter_answer_s: Real seconds until a request for a parameter is repeated (four times).
             supervisor: Keeps the tasks running.
@@ -101,7 +101,7 @@ class MavsdkAutopilot:
         self._rates = RateKeeper(wanted_streams(settings.position_rate_hz, has_gimbal=has_gimbal))
         self._inbox: Inbox[Message] | None = None
         self._link = make_link(settings.url, settings.system_id, clock, self._receive, expected_autopilot(settings))
-        self.telemetry = Telemetry(clock, topics, self._rates, self._link.sensor_health, wall, self._on_reboot)
+        self.telemetry = Telemetry(clock, topics, self._rates, self._link.sensor_health, moment, self._on_reboot)
         self._tie = self.telemetry.tie
         self.calls = calls or Calls("autopilot")
         """The calls into MAVSDK, and those that hang."""

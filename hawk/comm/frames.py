@@ -17,6 +17,7 @@ from typing import Final, Protocol, TypeVar
 
 import pymap3d
 
+from hawk.model.moment import Moment
 from hawk.model.poses import ArmPlace, GlobalPose, LocalPose, MapPose
 from hawk.model.vehicle import LandedState
 
@@ -30,6 +31,8 @@ JUMP_M: Final = 1.0
 _CONFIRM: Final = 3
 _AGREE_M: Final = 0.5
 _BOOT_MATCH_S: Final = 5
+_RAN_BEFORE_S: Final = 20.0
+"""An autopilot that was armed before this computer booted ran for longer than this by then: GNSS and EKF need it."""
 _FRESH_S: Final = 1.0
 _LANDED_WAIT_S: Final = 3.0
 _PROVISIONAL_MOVE_M: Final = 10.0
@@ -205,7 +208,7 @@ class Frames:
         )
 
 
-def anchor(position: EkfPosition, here: GlobalPose, place: GlobalPose, boot_id: int) -> ArmPlace:
+def anchor(position: EkfPosition, here: GlobalPose, place: GlobalPose, boot: Moment) -> ArmPlace:
     """Return the arm place ``place``, tied to EKF-local by a position whose place on the globe is ``here``."""
     north, east, down = offset_ned(here, place)
     return ArmPlace(
@@ -215,7 +218,7 @@ def anchor(position: EkfPosition, here: GlobalPose, place: GlobalPose, boot_id: 
         position.x - north,
         position.y - east,
         position.z - down,
-        boot_id,
+        boot,
     )
 
 
@@ -249,7 +252,7 @@ class OffsetWatch:
     def look(self, arm: ArmPlace, position: EkfPosition, here: GlobalPose) -> FrameJump | None:
         """Compare one position in EKF-local with the same moment's place on the globe."""
         place = GlobalPose(arm.latitude, arm.longitude, arm.altitude)
-        found = anchor(position, here, place, arm.boot_id)
+        found = anchor(position, here, place, arm.boot)
         if _ekf_distance(found, arm) <= JUMP_M:
             self._suspects.clear()
             self._agreed = min(self._agreed + 1, _CONFIRM)
@@ -324,12 +327,15 @@ class MapTie:
         """Keep the arm place of an earlier run until the autopilot's boot is known."""
         self._restored = place
 
-    def restore(self, boot_id: int) -> ArmPlace | None:
-        """Return the kept arm place, tied to the map, if it belongs to this boot and nothing newer is known."""
+    def restore(self, boot: Moment) -> ArmPlace | None:
+        """Return the kept arm place, tied to the map, if it belongs to this boot and nothing newer is known.
+
+        ``boot``: the moment of this computer at which the autopilot booted.
+        """
         place, self._restored = self._restored, None
         if place is None or self.frames is not None:
             return None
-        if abs(place.boot_id - boot_id) > _BOOT_MATCH_S:
+        if not _is_same_boot(place.boot, boot):
             _LOG.info("The arm place of the earlier run is void: the autopilot has booted since")
             return None
         return self._tie(place)
@@ -341,7 +347,7 @@ class MapTie:
             self._provisional = here
 
     def anchor(
-        self, position: EkfPosition, here: GlobalPose, landed: LandedState, boot_id: int, now: float
+        self, position: EkfPosition, here: GlobalPose, landed: LandedState, boot: Moment, now: float
     ) -> ArmPlace | None:
         """Tie the frames after arming: to ``here`` if the drone stands, else to home as the autopilot reports it.
 
@@ -368,7 +374,7 @@ class MapTie:
         if place is None or position.time < armed_at - _FRESH_S:
             return None
         self._armed_at = None
-        return self._tie(anchor(position, here, place, boot_id))
+        return self._tie(anchor(position, here, place, boot))
 
     def look(self, position: EkfPosition, here: GlobalPose) -> FrameJump | None:
         """Compare EKF-local with the globe; return a jump when it was confirmed and the frames are anchored again."""
@@ -384,6 +390,18 @@ class MapTie:
             self.datum = GlobalPose(arm.latitude, arm.longitude, arm.altitude)
         self.frames = Frames.create(arm, self.datum)
         return arm
+
+
+def _is_same_boot(kept: Moment, found: Moment) -> bool:
+    """Return True when two moments are the same boot of the autopilot.
+
+    Within a boot of this computer its own clock decides. If it has booted since, the autopilot must have run before
+    that, and the wall clock must say the same: two clocks that begin again together would agree by themselves.
+    """
+    apart = found.since(kept)
+    if apart is not None:
+        return abs(apart) <= _BOOT_MATCH_S
+    return found.seconds <= -_RAN_BEFORE_S and abs(found.utc - kept.utc) <= _BOOT_MATCH_S
 
 
 def _ekf_distance(first: ArmPlace, second: ArmPlace) -> float:

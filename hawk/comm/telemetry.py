@@ -25,6 +25,7 @@ from hawk.comm.status_texts import StatusTexts
 from hawk.comm.streams import RateKeeper
 from hawk.comm.terrain import TerrainWatch
 from hawk.comm.vehicle import VehicleTopics
+from hawk.model.moment import Moment
 from hawk.model.poses import ArmPlace, GlobalPose, VehiclePose
 from hawk.model.vehicle import BatteryInfo, Diagnostics, LandedState, VehicleState
 
@@ -63,15 +64,15 @@ class Telemetry:
         topics: VehicleTopics,
         rates: RateKeeper,
         sensor_health: Callable[[], SensorHealth],
-        wall: Callable[[], float],
+        moment: Callable[[], Moment],
         on_reboot: Callable[[], None] = lambda: None,
     ) -> None:
-        """``wall``: wall clock, seconds. ``on_reboot`` is called when the autopilot has booted."""
+        """``moment``: this computer's clocks. ``on_reboot`` is called when the autopilot has booted."""
         self._clock = clock
         self._topics = topics
         self._rates = rates
         self._sensor_health = sensor_health
-        self._wall = wall
+        self._moment = moment
         self._on_reboot = on_reboot
         self.tie = MapTie()
         """Frames of reference, datum and arm place."""
@@ -89,7 +90,7 @@ class Telemetry:
         self._gps: tuple[int, int, float | None] | None = None  # fix, satellites, accuracy (m)
         self._fence_on: bool | None = None
         self._global: tuple[float, GlobalPose] | None = None
-        self._boot_id: int | None = None
+        self._boot: Moment | None = None
         self._remote_control = RemoteControlReports(topics.remote_control)
         self._remote_id = RemoteIdReports(topics.remote_id)
         self._handlers: dict[str, Callable[[Mapping[str, Any], float], None]] = {
@@ -227,10 +228,10 @@ class Telemetry:
         self._global = (time, here)
         self.tie.move_provisional(here, armed=self.state.armed)
         position = self._buffer.position_at(time)
-        if position is None or self._boot_id is None:
+        if position is None or self._boot is None:
             return
         now = self._clock()
-        arm = self.tie.anchor(position, here, self.state.landed_at(now), self._boot_id, now)
+        arm = self.tie.anchor(position, here, self.state.landed_at(now), self._boot, now)
         if arm is not None:
             self._topics.arm_place.publish(arm)
             self._leaps.settle()
@@ -265,7 +266,7 @@ class Telemetry:
         self._topics.frame_jump.publish(jump.metres)
 
     def _try_restored(self) -> None:
-        arm = None if self._boot_id is None else self.tie.restore(self._boot_id)
+        arm = None if self._boot is None else self.tie.restore(self._boot)
         if arm is not None:
             self._topics.arm_place.publish(arm)
 
@@ -307,7 +308,7 @@ class Telemetry:
             if reading.event == "booted":
                 self._rebooted()
             running = message.arrival - reading.time + boot
-            self._boot_id = round(self._wall() - running / self._clock.speed)
+            self._boot = self._moment().before(running / self._clock.speed)
             self._try_restored()
         return reading.time
 

@@ -312,7 +312,7 @@ class OperationsManager:
         return Setups(self.fences.setup, self.outlines.setup)
 
     def _begin_in_air(self) -> int:
-        known = flight_goes_on(self._setup.flight, self._setup.utc().timestamp(), self._setup.speed)
+        known = flight_goes_on(self._setup.flight, self._setup.moment(), self._setup.speed)
         if known is not None:
             self._trail.resume(*known, self._setup.clock())
         return self._setup.count_start()
@@ -323,7 +323,7 @@ class OperationsManager:
         self._setup.begin_survey()
 
     def _keep_flight(self, flown: tuple[float, float] | None) -> None:
-        flight = None if flown is None else FlightSoFar(*flown, at=self._setup.utc().timestamp())
+        flight = None if flown is None else FlightSoFar(*flown, self._setup.moment())
         self._setup.keep_flight(flight)
 
     def _record(self, kind: str, payload: dict[str, Any]) -> None:

@@ -22,6 +22,7 @@ from hawk.config import (
     RemoteIdSettings,
 )
 from hawk.ddc.survey_memory import SurveyMemory
+from hawk.model.moment import Moment, this_moment
 from hawk.model.operation import FlightSoFar
 
 
@@ -94,6 +95,8 @@ class ManagerSetup:
     """The map of an earlier run was restored."""
     begin_survey: Callable[[], None] = field(default=lambda: None)
     """Begins another survey: an empty map and a journal of its own."""
+    moment: Callable[[], Moment] = this_moment
+    """This computer's boot and the time since."""
     flight: FlightSoFar | None = None
     """The flight in which an earlier run ended."""
     keep_flight: Callable[[FlightSoFar | None], None] = field(default=lambda _flight: None)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 
+from hawk.model.moment import UNKNOWN_MOMENT, Moment
+
 
 class UserError(IntEnum):
     """User Error of the specification, section 4."""
@@ -62,11 +64,11 @@ GROUND_STATES = frozenset({StateName.IDLE, StateName.CONFIGURE, StateName.ARM})
 
 @dataclass(frozen=True, slots=True)
 class FlightSoFar:
-    """A flight in progress: seconds since take-off and metres flown (``way``), as of ``at`` (UTC seconds)."""
+    """A flight in progress: seconds since take-off and metres flown (``way``), as of ``moment``."""
 
     seconds: float
     way: float
-    at: float
+    moment: Moment = UNKNOWN_MOMENT
 
 
 @dataclass(frozen=True, slots=True)

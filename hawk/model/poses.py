@@ -10,6 +10,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from hawk.model.moment import UNKNOWN_MOMENT, Moment
+
 Ring = tuple[tuple[float, float], ...]
 """Corners of a closed line in order, the first one not repeated: (north, east), or (latitude, longitude)."""
 
@@ -70,8 +72,8 @@ class MapPose:
 class ArmPlace:
     """Place where the drone was armed, in WGS-84 and in EKF-local.
 
-    ``ekf_x``, ``ekf_y``, ``ekf_z`` is the arm place in EKF-local (NED metres); ``boot_id`` identifies a boot of
-    the autopilot (the wall-clock second at which its ``time_boot_ms`` was zero).
+    ``ekf_x``, ``ekf_y``, ``ekf_z`` is the arm place in EKF-local (NED metres); ``boot`` identifies a boot of the
+    autopilot: the moment of this computer at which its ``time_boot_ms`` was zero.
     """
 
     latitude: float
@@ -80,7 +82,7 @@ class ArmPlace:
     ekf_x: float
     ekf_y: float
     ekf_z: float
-    boot_id: int
+    boot: Moment = UNKNOWN_MOMENT
 
 
 @dataclass(frozen=True, slots=True)

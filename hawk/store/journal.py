@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import IO
 
 from hawk.model.limits import Outline
+from hawk.model.moment import Moment, this_moment
 from hawk.model.operation import FlightDrain, FlightSoFar, Health, SurveyLeft
 from hawk.model.poses import ArmPlace, GlobalPose
 from hawk.store.journal_state import (
@@ -33,13 +34,15 @@ from hawk.store.journal_state import (
     MAP,
     OUTLINE,
     START,
+    WRITTEN,
     JournalState,
     check,
     merge,
     pack,
     read_survey,
     segments_of,
-    start_times,
+    start_key,
+    starts_of,
     surveys_of,
 )
 
@@ -60,7 +63,7 @@ class FlightJournal:
     def __init__(
         self,
         directory: Path,
-        wall: Callable[[], float] = time.time,
+        moment: Callable[[], Moment] = this_moment,
         keep: int = 10,
         opener: Callable[[Path], IO[bytes]] | None = None,
         compact_bytes: int = 64_000_000,
@@ -71,7 +74,7 @@ class FlightJournal:
         ``compact_bytes`` and than four times its live values is compacted.
         """
         self._directory = directory
-        self._wall = wall
+        self._moment = moment
         self._keep = keep
         self._opener = opener or _create
         self._compact_bytes = compact_bytes
@@ -83,7 +86,6 @@ class FlightJournal:
         self._waiters: list[tuple[int, Callable[[], None]]] = []
         self._jobs: list[Callable[[], None]] = []
         self._closing = False
-        self._begun: float | None = None
         self.health = Health()
         """Unhealthy while values cannot be written."""
         surveys = surveys_of(directory)
@@ -128,24 +130,24 @@ class FlightJournal:
         """Keep changed parts of the map; empty bytes remove a part."""
         self._put_values({MAP + key: bytes(value) for key, value in parts.items()})
 
-    def add_start_in_air(self) -> tuple[float, ...]:
-        """Note this run's start in the air, once; return those of ten minutes (wall clock seconds), this one last.
+    def add_start_in_air(self, start: Moment) -> None:
+        """Note this run's start in the air.
 
         It is written at once: a crash right after the start must be counted too.
         """
-        if self._begun is None:
-            self._begun = self._wall()
-            with self._ready:
-                self._urgent = True
-                self._put_values({_start_key(self._begun): b"1"})
-        begun = self._begun
-        return (*(start for start in self.state.starts_in_air if 0 <= begun - start <= _STARTS_KEPT_S), begun)
+        with self._ready:
+            self._urgent = True
+            self._put_values({start_key(start): b"1"})
 
-    def withdraw_start(self) -> None:
-        """Take this run's start in the air back: it was on the ground, or ended in order."""
-        if self._begun is not None:
-            self._put_values({_start_key(self._begun): b""})
-            self._begun = None
+    def withdraw_start(self, start: Moment) -> None:
+        """Take a start in the air back: it was on the ground, or ended in order."""
+        self._put_values({start_key(start): b""})
+
+    def try_disk(self) -> None:
+        """Have something written at once, so that `flush` shows whether the disk can be written."""
+        with self._ready:
+            self._urgent = True
+            self._put_values(self._written_now())
 
     def new_survey(self) -> str:
         """Begin a new survey with an empty journal beside the old one, and return its id."""
@@ -209,6 +211,9 @@ class FlightJournal:
             self._pending.update(values)
             self._put += 1
             self._ready.notify_all()
+
+    def _written_now(self) -> dict[str, bytes]:
+        return {WRITTEN: json.dumps(asdict(self._moment())).encode()}
 
     def _run(self) -> None:
         written = self._attempt(self._start)
@@ -288,6 +293,7 @@ class FlightJournal:
 
     def _append(self, values: Mapping[str, bytes]) -> None:
         assert self._file is not None  # noqa: S101
+        values = self._written_now() | {key: value for key, value in values.items() if key != WRITTEN}
         data = b"".join(pack(key, value) for key, value in values.items())
         _write_all(self._file, data)
         self._written += len(data)
@@ -316,9 +322,9 @@ class FlightJournal:
                 segment.unlink()
 
     def _drop_old_starts(self) -> None:
-        now = self._wall()
+        now = self._moment()
         for key in [key for key in self._values if key.startswith(START)]:
-            if not any(0 <= now - start <= _STARTS_KEPT_S for start in start_times([key])):
+            if not any(_is_kept(start, now) for start in starts_of([key])):
                 del self._values[key]
 
     def _close_file(self) -> None:
@@ -330,7 +336,7 @@ class FlightJournal:
         return sum(len(value) for value in self._values.values())
 
     def _name(self, after: int) -> str:
-        stamp = time.strftime("%Y%m%dT%H%M%SZ", time.gmtime(self._wall()))
+        stamp = time.strftime("%Y%m%dT%H%M%SZ", time.gmtime(self._moment().utc))
         return f"{after + 1:06d}-{stamp}"
 
     def _prune(self) -> None:
@@ -338,8 +344,10 @@ class FlightJournal:
             shutil.rmtree(survey, ignore_errors=True)
 
 
-def _start_key(start: float) -> str:
-    return f"{START}{start:.3f}"
+def _is_kept(start: Moment, now: Moment) -> bool:
+    """Return True for a start that may still count; one of an earlier boot counts for a while after this one."""
+    passed = now.since(start)
+    return (now.seconds if passed is None else passed) <= _STARTS_KEPT_S
 
 
 def _set(loop: asyncio.AbstractEventLoop, event: asyncio.Event) -> None:

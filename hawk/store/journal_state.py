@@ -19,6 +19,7 @@ from typing import TypeVar
 from pydantic import TypeAdapter, ValidationError
 
 from hawk.model.limits import Outline
+from hawk.model.moment import Moment
 from hawk.model.operation import FlightDrain, FlightSoFar, SurveyLeft
 from hawk.model.poses import ArmPlace, GlobalPose
 
@@ -41,13 +42,14 @@ FLIGHT = "flight"
 LEFT = "left"
 OUTLINE = "outline"
 DRAINS = "drains"
+WRITTEN = "written"
 SURVEY = re.compile(r"(\d{6})-[\w-]+")
 SEGMENT = re.compile(r"(\d{6})\.journal")
 
 
 @dataclass(frozen=True, slots=True)
 class JournalState:
-    """The journal's contents. ``starts_in_air``: wall clock seconds, oldest first. ``map_parts``: the map by key."""
+    """The journal's contents. ``starts_in_air``: oldest first. ``map_parts``: the map by key."""
 
     survey_id: str = ""
     datum: GlobalPose | None = None
@@ -61,13 +63,15 @@ class JournalState:
     drains: tuple[FlightDrain, ...] = ()
     """Drain of the last flights, of any survey, oldest first."""
     map_parts: Mapping[str, bytes] = field(default_factory=dict, repr=False)
-    starts_in_air: tuple[float, ...] = ()
+    starts_in_air: tuple[Moment, ...] = ()
     lost_bytes: int = 0
     """Bytes that were torn or damaged and skipped."""
     problem: str = ""
     """Reason why it could not be read whole; empty when it could."""
-    last_written: float = 0.0
-    """Time of the newest write, wall clock seconds; 0 for an empty journal."""
+    is_read: bool = True
+    """False: a file could not be read, and what it holds is not known."""
+    last_written: Moment | None = None
+    """Moment of the newest write; None for an empty journal."""
 
 
 def read_records(data: bytes) -> tuple[list[tuple[str, bytes]], int]:
@@ -176,7 +180,17 @@ def read_survey(survey: Path) -> tuple[dict[str, bytes], JournalState]:
     left, left_problem = _parse(SurveyLeft, values.get(LEFT))
     drains, drains_problem = _parse(tuple[FlightDrain, ...], values.get(DRAINS))
     outline, outline_problem = _parse(Outline, values.get(OUTLINE))
-    problems = (problem, datum_problem, place_problem, flight_problem, left_problem, drains_problem, outline_problem)
+    written, written_problem = _parse(Moment, values.get(WRITTEN))
+    problems = (
+        problem,
+        datum_problem,
+        place_problem,
+        flight_problem,
+        left_problem,
+        drains_problem,
+        outline_problem,
+        written_problem,
+    )
     return values, JournalState(
         survey_id=survey.name,
         datum=datum,
@@ -186,10 +200,11 @@ def read_survey(survey: Path) -> tuple[dict[str, bytes], JournalState]:
         outline=outline,
         drains=drains or (),
         map_parts={key.removeprefix(MAP): value for key, value in values.items() if key.startswith(MAP)},
-        starts_in_air=tuple(sorted(start_times(values))),
+        starts_in_air=starts_of(values),
         lost_bytes=lost,
         problem="; ".join(filter(None, problems)),
-        last_written=_last_written(survey),
+        is_read=not problem,
+        last_written=written or _last_written(survey),
     )
 
 
@@ -202,17 +217,26 @@ def _parse(kind: type[T], data: bytes | None) -> tuple[T | None, str]:
         return None, f"{getattr(kind, '__name__', kind)} in the journal cannot be read: {error.error_count()} errors"
 
 
-def start_times(keys: Iterable[str]) -> list[float]:
-    """Return the times of the starts in the air among the keys, wall clock seconds."""
-    times = []
+def start_key(start: Moment) -> str:
+    """Return the key that notes a start in the air."""
+    return f"{START}{start.boot_id}/{start.seconds:.3f}/{start.utc:.3f}"
+
+
+def starts_of(keys: Iterable[str]) -> tuple[Moment, ...]:
+    """Return the starts in the air among the keys, those of one boot together and oldest first."""
+    found = []
     for key in keys:
-        if key.startswith(START):
+        boot, _, times = key.removeprefix(START).partition("/")
+        seconds, _, utc = times.partition("/")
+        if key.startswith(START) and boot:
             with contextlib.suppress(ValueError):
-                times.append(float(key.removeprefix(START)))
-    return times
+                found.append(Moment(boot, float(seconds), float(utc)))
+    return tuple(sorted(found, key=lambda start: (start.boot_id, start.seconds)))
 
 
-def _last_written(survey: Path) -> float:
+def _last_written(survey: Path) -> Moment | None:
+    """Return the time of the newest file: for a journal of a version that did not note it."""
     with contextlib.suppress(OSError):
-        return max((segment.stat().st_mtime for segment in segments_of(survey)), default=0.0)
-    return 0.0
+        times = [segment.stat().st_mtime for segment in segments_of(survey)]
+        return Moment(utc=max(times)) if times else None
+    return None

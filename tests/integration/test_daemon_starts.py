@@ -6,12 +6,12 @@ import asyncio
 import contextlib
 import signal
 import sys
-import time
 from collections.abc import AsyncIterator
 from pathlib import Path
 
 import pytest
 
+from hawk.model.moment import this_moment
 from hawk.model.operation import FlightSoFar
 from hawk.model.poses import GlobalPose
 from hawk.simulation import free_udp_port
@@ -42,7 +42,7 @@ async def journal_of_a_flight(folder: Path, age_s: float) -> None:
     """Write what a daemon has journalled that crashed in the air at this age."""
     journal = FlightJournal(folder / "journal")
     journal.set_datum(GlobalPose(43.26, -79.92, 100.0))
-    journal.set_flight(FlightSoFar(30.0, 40.0, time.time() - age_s))
+    journal.set_flight(FlightSoFar(30.0, 40.0, this_moment().before(age_s)))
     await journal.close()
 
 

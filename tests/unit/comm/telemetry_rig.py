@@ -8,11 +8,14 @@ from hawk.comm.mavlink_link import Message, SensorHealth
 from hawk.comm.streams import RateKeeper, wanted_streams
 from hawk.comm.telemetry import Telemetry
 from hawk.comm.vehicle import VehicleTopics
+from hawk.model.moment import Moment
 from hawk.model.poses import ArmPlace, GlobalPose
 from tests.manual_clock import ManualClock
 from tests.unit.comm.fakes import Said
 
 WALL = 1_800_000_000.0
+UP = 3600.0
+"""Seconds for which this computer has run when the rig is made."""
 ON_GROUND, IN_AIR = 1, 2
 
 
@@ -25,10 +28,10 @@ class Rig:
         self.topics = VehicleTopics.create(self.clock)
         self.rates = RateKeeper(wanted_streams(20.0))
         self.health = SensorHealth(True, True, True, True)
-        self.wall = WALL
+        self.now = Moment("host", UP, WALL)
         self.boots = 0
         self.telemetry = Telemetry(
-            self.clock, self.topics, self.rates, lambda: self.health, lambda: self.wall, self.count_boot
+            self.clock, self.topics, self.rates, lambda: self.health, lambda: self.now, self.count_boot
         )
         self.said = Said()
         self.places: list[ArmPlace] = []
@@ -49,7 +52,10 @@ class Rig:
     def advance(self, seconds: float = 0.05) -> None:
         self.clock.advance(seconds)
         self.said.boot += seconds
-        self.wall += seconds
+        self.pass_host(seconds)
+
+    def pass_host(self, seconds: float) -> None:
+        self.now = self.now.before(-seconds)
 
     def fly(
         self,

@@ -21,6 +21,7 @@ from hawk.comm.udp_gate import Hearing
 from hawk.comm.vehicle import Autopilot, AutopilotError, VehicleTopics
 from hawk.config import AutopilotSettings
 from hawk.model.limits import Fence
+from hawk.model.moment import this_moment
 from hawk.model.poses import ArmPlace, GlobalPose
 from hawk.model.vehicle import CopterMode
 from hawk.supervision import Supervisor
@@ -63,7 +64,7 @@ class Rig:
         self.memory = Memory(PARAMETERS)
         settings = AutopilotSettings(url="udpin://127.0.0.1:14550", system_id=245, connect_timeout_s=0.01)
         self.autopilot = MavsdkAutopilot(
-            settings, self.clock, self.topics, lambda: 1.8e9, self._make, 0.01, supervisor, has_gimbal=has_gimbal
+            settings, self.clock, self.topics, this_moment, self._make, 0.01, supervisor, has_gimbal=has_gimbal
         )
 
     def _make(self, url: str, system_id: int, clock: Clock, on_message: OnMessage, expected: Expected) -> FakeLink:
@@ -720,7 +721,7 @@ async def test_parameters_are_read_kept_and_set(rig: Rig) -> None:
 async def test_an_arm_place_that_was_kept_makes_a_map_at_once(rig: Rig) -> None:
     rig.autopilot.set_datum(GlobalPose(LATITUDE, LONGITUDE, ALTITUDE))
     rig.autopilot.telemetry.restore_arm_place(
-        ArmPlace(LATITUDE, LONGITUDE, ALTITUDE, 0.0, 0.0, 0.0, round(1.8e9 - 100.0))
+        ArmPlace(LATITUDE, LONGITUDE, ALTITUDE, 0.0, 0.0, 0.0, this_moment().before(100.0))
     )
     await rig.connect()
     for _ in range(2):

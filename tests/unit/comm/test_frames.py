@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hawk.comm.frames import Attitude, EkfPosition, Frames, OffsetWatch, anchor, offset_ned, place_at
+from hawk.model.moment import Moment
 from hawk.model.poses import ArmPlace, GlobalPose
 
 DATUM = GlobalPose(43.2609, -79.9192, 100.0)
@@ -21,7 +22,7 @@ def at(x: float, y: float, z: float) -> EkfPosition:
 
 def arm_place(north: float = 0.0, east: float = 0.0, ekf: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> ArmPlace:
     place = place_at(north, east, DATUM)
-    return ArmPlace(place.latitude, place.longitude, 104.0, *ekf, boot_id=1)
+    return ArmPlace(place.latitude, place.longitude, 104.0, *ekf)
 
 
 @given(metres, metres, st.floats(-100, 100))
@@ -73,9 +74,14 @@ def test_armed_again_five_metres_away_nothing_on_the_map_moves() -> None:
 def test_home_ties_the_frames_when_the_drone_is_elsewhere() -> None:
     home = GlobalPose(DATUM.latitude, DATUM.longitude, 104.0)
     here = place_at(20.0, 10.0, home, up=35.0)
-    place = anchor(at(120.0, 210.0, -5.0), here, home, boot_id=9)
+    place = anchor(at(120.0, 210.0, -5.0), here, home, boot=Moment("host", 9.0))
     assert (place.ekf_x, place.ekf_y, place.ekf_z) == pytest.approx((100.0, 200.0, 30.0), abs=1e-3)
-    assert (place.latitude, place.longitude, place.altitude, place.boot_id) == (home.latitude, home.longitude, 104.0, 9)
+    assert (place.latitude, place.longitude, place.altitude, place.boot.seconds) == (
+        home.latitude,
+        home.longitude,
+        104.0,
+        9.0,
+    )
 
 
 class TestOffsetWatch:

@@ -124,7 +124,7 @@ async def test_before_take_off_it_is_where_the_drone_stands_then_where_it_was_ar
     await bench.second()
     assert bench.place() == (601_699_000, 249_384_000, 29.0)
     bench.heard(armed=True)
-    bench.topics.arm_place.publish(ArmPlace(60.0, 25.0, 10.0, 0.0, 0.0, 0.0, 1))
+    bench.topics.arm_place.publish(ArmPlace(60.0, 25.0, 10.0, 0.0, 0.0, 0.0))
     bench.stands(GlobalPose(60.2, 25.2, 40.0))
     await bench.second()
     assert bench.place() == (600_000_000, 250_000_000, 27.0)

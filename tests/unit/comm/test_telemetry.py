@@ -8,10 +8,11 @@ import pytest
 from hawk.comm.mavlink_link import Message
 from hawk.comm.streams import RateKeeper, wanted_streams
 from hawk.comm.telemetry import LINK_LOST_S
+from hawk.model.moment import Moment
 from hawk.model.poses import ArmPlace, GlobalPose, VehiclePose
 from hawk.model.vehicle import CopterMode, LandedState, StatusText
 from tests.unit.comm.fakes import ALTITUDE, LATITUDE, LONGITUDE, METRE_NORTH
-from tests.unit.comm.telemetry_rig import IN_AIR, ON_GROUND, WALL, Rig
+from tests.unit.comm.telemetry_rig import IN_AIR, ON_GROUND, UP, WALL, Rig
 
 
 @pytest.fixture
@@ -76,7 +77,8 @@ def test_the_arm_place_is_the_first_pose_after_armed_is_seen(rig: Rig) -> None:
     place = rig.places[0]
     assert (place.latitude, place.longitude, place.altitude) == pytest.approx((LATITUDE, LONGITUDE, ALTITUDE))
     assert (place.ekf_x, place.ekf_y, place.ekf_z) == pytest.approx((3.0, -2.0, 0.4), abs=0.02)
-    assert place.boot_id == pytest.approx(WALL - 100.0, abs=1)
+    assert place.boot.seconds == pytest.approx(UP - 100.0, abs=1)
+    assert place.boot.utc == pytest.approx(WALL - 100.0, abs=1)
     assert rig.telemetry.tie.datum == GlobalPose(place.latitude, place.longitude, place.altitude)
     rig.fly(0.1, ekf=(3.0, -2.0, -0.2), up=0.6)
     pose = rig.topics.pose.value
@@ -126,7 +128,7 @@ def test_home_is_published_with_each_message(rig: Rig) -> None:
 
 
 def test_an_arm_place_of_the_same_boot_is_taken_up(rig: Rig) -> None:
-    kept = ArmPlace(LATITUDE, LONGITUDE, ALTITUDE, 1.0, 2.0, 3.0, boot_id=round(WALL - 100.0) + 1)
+    kept = ArmPlace(LATITUDE, LONGITUDE, ALTITUDE, 1.0, 2.0, 3.0, Moment("host", UP - 99.0, WALL - 99.0))
     rig.telemetry.tie.set_datum(GlobalPose(LATITUDE - 10 * METRE_NORTH, LONGITUDE, ALTITUDE))
     rig.telemetry.restore_arm_place(kept)
     rig.take(rig.said.heartbeat(armed=True), rig.said.landed(IN_AIR), rig.said.home(99.0))
@@ -139,7 +141,7 @@ def test_an_arm_place_of_the_same_boot_is_taken_up(rig: Rig) -> None:
 
 
 def test_an_arm_place_of_an_earlier_boot_is_void(rig: Rig) -> None:
-    kept = ArmPlace(LATITUDE, LONGITUDE, ALTITUDE, 1.0, 2.0, 3.0, boot_id=round(WALL - 5000.0))
+    kept = ArmPlace(LATITUDE, LONGITUDE, ALTITUDE, 1.0, 2.0, 3.0, Moment("host", UP - 5000.0, WALL - 100.0))
     rig.telemetry.restore_arm_place(kept)
     rig.take(rig.said.heartbeat(armed=True), rig.said.landed(IN_AIR))
     rig.fly(0.3)
@@ -147,9 +149,43 @@ def test_an_arm_place_of_an_earlier_boot_is_void(rig: Rig) -> None:
     assert rig.telemetry.tie.frames is None
 
 
+@pytest.mark.parametrize(
+    ("boot", "is_same"),
+    [
+        (Moment("host", UP - 100.0, WALL + 31 * 60.0), True),
+        (Moment("host", UP - 100.0, WALL - 3 * 86400.0), True),
+        (Moment("host", UP - 94.0, WALL - 100.0), False),
+        (Moment("earlier", 500.0, WALL - 100.0), False),
+        (Moment("", UP - 100.0, WALL - 100.0), False),
+    ],
+    ids=["wall clock set back", "wall clock set ahead", "booted 6 s later", "this computer booted first", "unknown"],
+)
+def test_an_arm_place_belongs_to_a_boot_by_the_kernels_clock(rig: Rig, boot: Moment, is_same: bool) -> None:
+    rig.telemetry.restore_arm_place(ArmPlace(LATITUDE, LONGITUDE, ALTITUDE, 1.0, 2.0, 3.0, boot))
+    rig.take(rig.said.heartbeat(armed=True), rig.said.landed(IN_AIR))
+    rig.fly(0.3)
+    assert bool(rig.places) is is_same
+
+
+@pytest.mark.parametrize(
+    ("up", "off", "is_same"),
+    [(15.0, 0.0, True), (79.0, 4.0, True), (15.0, 6.0, False), (15.0, -1860.0, False), (82.0, 0.0, False)],
+    ids=["both say so", "to 5 s", "wall 6 s off", "wall 31 min off", "autopilot began 18 s before it"],
+)
+def test_after_a_boot_of_this_computer_in_the_air_two_clocks_must_say_that_the_autopilot_ran_on(
+    rig: Rig, up: float, off: float, is_same: bool
+) -> None:
+    rig.now = Moment("second", up, WALL)
+    kept = Moment("first", 40.0, WALL - 100.0 + off)
+    rig.telemetry.restore_arm_place(ArmPlace(LATITUDE, LONGITUDE, ALTITUDE, 1.0, 2.0, 3.0, kept))
+    rig.take(rig.said.heartbeat(armed=True), rig.said.landed(IN_AIR))
+    rig.fly(0.3)
+    assert bool(rig.places) is is_same
+
+
 def test_an_arm_place_that_is_restored_too_late_does_not_replace_a_newer_one(rig: Rig) -> None:
     rig.arm_here()
-    rig.telemetry.restore_arm_place(ArmPlace(0.0, 0.0, 0.0, 9.0, 9.0, 9.0, boot_id=round(WALL - 100.0)))
+    rig.telemetry.restore_arm_place(ArmPlace(0.0, 0.0, 0.0, 9.0, 9.0, 9.0, Moment("host", UP - 100.0, WALL)))
     assert len(rig.places) == 1
 
 
@@ -214,7 +250,7 @@ def test_a_boot_makes_everything_void_that_belonged_to_the_old_one(rig: Rig) -> 
     rig.rates.due(rig.clock())
     rig.said.boot = 3.0
     rig.clock.advance(5.0)
-    rig.wall += 5.0
+    rig.pass_host(5.0)
     rig.take(rig.said.heartbeat(armed=False))
     rig.rates.due(rig.clock())
     rig.fly(0.6)
@@ -223,7 +259,7 @@ def test_a_boot_makes_everything_void_that_belonged_to_the_old_one(rig: Rig) -> 
     assert rig.telemetry.tie.datum == datum  # the survey goes on
     assert {stream.message_id for stream in rig.rates.due(rig.clock())} >= {1, 24, 245, 242}
     rig.arm_here(ekf=(0.5, 0.0, 0.0))
-    assert rig.places[-1].boot_id == pytest.approx(rig.wall - rig.said.boot, abs=1)
+    assert rig.places[-1].boot.seconds == pytest.approx(rig.now.seconds - rig.said.boot, abs=1)
 
 
 def test_a_boot_is_seen_although_the_link_never_fell_silent(rig: Rig) -> None:
@@ -624,8 +660,8 @@ def test_a_position_that_leapt_by_more_than_two_metres_is_not_mapped(
     rig: Rig, metres: float, maps: bool, is_restored: bool
 ) -> None:
     if is_restored:
-        boot_id = round(WALL - 100.0)
-        rig.telemetry.restore_arm_place(ArmPlace(LATITUDE, LONGITUDE, ALTITUDE, 0.0, 0.0, 0.0, boot_id))
+        boot = Moment("host", UP - 100.0, WALL - 100.0)
+        rig.telemetry.restore_arm_place(ArmPlace(LATITUDE, LONGITUDE, ALTITUDE, 0.0, 0.0, 0.0, boot))
         rig.take(rig.said.heartbeat(armed=True), rig.said.landed(IN_AIR))
         rig.fly(1.0)
     else:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from hawk.model.poses import GlobalPose, VehiclePose
-from tests.unit.comm.telemetry_rig import IN_AIR, ON_GROUND, WALL, Rig
+from tests.unit.comm.telemetry_rig import IN_AIR, ON_GROUND, UP, WALL, Rig
 
 
 @pytest.fixture
@@ -130,8 +130,11 @@ def test_a_leap_that_the_frames_take_up_is_none_of_the_estimate(rig: Rig, shift:
 
 
 @pytest.mark.parametrize("speed", [1.0, 4.0])
-def test_a_boot_is_known_by_the_wall_clock_at_its_beginning(speed: float) -> None:
-    """On a clock that runs faster than the wall's, 100 s of the autopilot are fewer of the wall."""
+def test_a_boot_is_known_by_its_moment_on_this_computers_clocks(speed: float) -> None:
+    """On a clock that runs faster than the real one, 100 s of the autopilot are fewer of this computer."""
     fast = Rig(speed)
     fast.arm_here()
-    assert fast.places[0].boot_id == pytest.approx(WALL - 100.0 / speed, abs=1)
+    boot = fast.places[0].boot
+    assert boot.boot_id == "host"
+    assert boot.seconds == pytest.approx(UP - 100.0 / speed, abs=1)
+    assert boot.utc == pytest.approx(WALL - 100.0 / speed, abs=1)

@@ -38,6 +38,7 @@ from hawk.ddc.settings import DdcSettings, ManagerSetup
 from hawk.ddc.survey_memory import SurveyMemory
 from hawk.ddc.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.model.limits import Fence
+from hawk.model.moment import Moment
 from hawk.model.operation import FlightSoFar, Health, StateName, UserError
 from hawk.model.plans import DesiredPose, ExploreStatus, Inbound, PathPlan, Route, Verdict
 from hawk.model.poses import ArmPlace, GlobalPose, LocalPose, MapPoint, MapPose, VehiclePose
@@ -386,7 +387,7 @@ class FakeAutopilot:
         if self._datum is None:
             self._datum = PLACE
         latitude, longitude = self._where()
-        self.arm_place = ArmPlace(latitude, longitude, PLACE.altitude, 0.0, 0.0, 0.0, 1)
+        self.arm_place = ArmPlace(latitude, longitude, PLACE.altitude, 0.0, 0.0, 0.0)
         self.topics.arm_place.publish(self.arm_place)
         self.move_home(GlobalPose(latitude, longitude, PLACE.altitude))
 
@@ -538,6 +539,7 @@ class Rig:
                 continues_survey=continues_survey,
                 begin_survey=self._begin_survey,
                 utc=lambda: datetime.fromtimestamp(UTC_START + self.clock() - START, UTC),
+                moment=lambda: Moment("boot", 500.0, UTC_START).before(START - self.clock()),
                 flight=flight,
                 keep_flight=self.kept_flights.append,
                 survey=memory or SurveyMemory(),

@@ -236,7 +236,7 @@ async def test_armed_at_b_the_fence_is_never_that_of_a(rig: Rig, ours: bool) -> 
 
 
 def arm_place(north: float) -> ArmPlace:
-    return ArmPlace(DATUM.latitude + north / 111_113, DATUM.longitude, DATUM.altitude, 0.0, 0.0, 0.0, 1)
+    return ArmPlace(DATUM.latitude + north / 111_113, DATUM.longitude, DATUM.altitude, 0.0, 0.0, 0.0)
 
 
 def test_the_arm_place_of_an_earlier_flight_is_not_believed_on_the_ground() -> None:

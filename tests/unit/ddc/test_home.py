@@ -358,7 +358,7 @@ def test_the_health_of_home() -> None:
 
 
 class TestWatch:
-    ARM = Stamped(ArmPlace(DATUM.latitude, DATUM.longitude, DATUM.altitude, 0.0, 0.0, 0.0, 1), 10.0)
+    ARM = Stamped(ArmPlace(DATUM.latitude, DATUM.longitude, DATUM.altitude, 0.0, 0.0, 0.0), 10.0)
 
     def look(self, watch: HomeWatch, metres: float, now: float, time: float | None = None) -> HomeFacts:
         home = Stamped(north_of(DATUM, metres), now if time is None else time)

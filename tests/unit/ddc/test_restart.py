@@ -3,17 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from hawk.comm.messages import CompulsiveMove, Hold, Land, ReturnToLaunch
-from hawk.ddc.restart import FLIGHT_KEPT_S, RestartRule, flight_goes_on, restart_rule
+from hawk.ddc.restart import (
+    FLIGHT_KEPT_S,
+    RESTART_WINDOW_S,
+    RestartRule,
+    flight_goes_on,
+    restart_rule,
+    starts_before,
+)
+from hawk.model.moment import Moment
 from hawk.model.operation import FlightSoFar, StateName
 from hawk.model.vehicle import CopterMode, LandedState
 from tests.unit.ddc.fakes import PLACE, START, UTC_START, Rig
 
 S = StateName
+NOW = Moment("boot", 500.0, UTC_START)
+"""The rig's first moment."""
 
 
 @pytest.fixture
@@ -139,7 +150,7 @@ def told(rig: Rig) -> tuple[float, float]:
 
 
 async def test_flight_time_and_way_go_on(make: Callable[..., Rig]) -> None:
-    rig = make(flight=FlightSoFar(300.0, 812.5, UTC_START - 2.0))
+    rig = make(flight=FlightSoFar(300.0, 812.5, NOW.before(2.0)))
     await rig.run(5)
     seconds, way = told(rig)
     assert seconds == pytest.approx(307, abs=0.3)
@@ -151,7 +162,7 @@ async def test_flight_time_and_way_go_on(make: Callable[..., Rig]) -> None:
     assert told(rig)[1] == pytest.approx(832.5, abs=3)
 
 
-@pytest.mark.parametrize("kept", [None, FlightSoFar(300.0, 812.5, UTC_START - 10 * 60)])
+@pytest.mark.parametrize("kept", [None, FlightSoFar(300.0, 812.5, NOW.before(10 * 60))])
 async def test_a_flight_of_long_ago_is_another_one(make: Callable[..., Rig], kept: FlightSoFar | None) -> None:
     rig = make(flight=kept)
     await rig.run(5)
@@ -161,7 +172,7 @@ async def test_a_flight_of_long_ago_is_another_one(make: Callable[..., Rig], kep
 
 
 async def test_a_flight_that_begins_from_the_ground_begins_at_zero(tmp_path: Path) -> None:
-    rig = Rig(tmp_path, flight=FlightSoFar(300.0, 812.5, UTC_START - 2.0))
+    rig = Rig(tmp_path, flight=FlightSoFar(300.0, 812.5, NOW.before(2.0)))
     await rig.enter(S.TAKEOFF)
     await rig.until(S.HOVER)
     seconds, way = told(rig)
@@ -179,7 +190,7 @@ async def test_the_flight_is_kept_twice_a_second_and_ends_on_the_ground(fresh: R
     assert 17 <= len(kept) <= 21
     seconds, way = told(fresh)
     assert (kept[-1].seconds, kept[-1].way) == pytest.approx((seconds, way), abs=0.6)
-    assert kept[-1].at == pytest.approx(UTC_START + fresh.clock() - START, abs=0.6)
+    assert kept[-1].moment.since(NOW) == pytest.approx(fresh.clock() - START, abs=0.6)
     fresh.order(Land())
     await fresh.until(S.IDLE)
     assert fresh.kept_flights[-1] is None
@@ -189,22 +200,64 @@ async def test_the_flight_is_kept_twice_a_second_and_ends_on_the_ground(fresh: R
 
 
 async def test_before_the_autopilot_is_found_nothing_overwrites_what_was_kept(make: Callable[..., Rig]) -> None:
-    rig = make(flight=FlightSoFar(300.0, 812.5, UTC_START))
+    rig = make(flight=FlightSoFar(300.0, 812.5, NOW))
     rig.autopilot.landed = LandedState.UNDEFINED
     await rig.run(5)
     assert rig.kept_flights
     assert all(flight is not None and flight.seconds >= 300 for flight in rig.kept_flights)
 
 
-def test_time_that_the_program_was_down_passes_at_the_clocks_speed_and_never_backwards() -> None:
-    kept = FlightSoFar(300.0, 812.5, UTC_START)
-    assert flight_goes_on(kept, UTC_START + 3, 2.0) == (306.0, 812.5)
-    assert flight_goes_on(kept, UTC_START - 3600, 1.0) == (300.0, 812.5)
-    assert flight_goes_on(kept, UTC_START + FLIGHT_KEPT_S + 1, 1.0) is None
+FLOWN = FlightSoFar(300.0, 812.5, NOW)
+MONTH = 30 * 86400.0
+
+
+@pytest.mark.parametrize("step", [0.0, 31 * 60.0, -31 * 60.0, 3 * 86400.0, -MONTH])
+def test_a_step_of_the_wall_clock_changes_nothing_within_a_boot(step: float) -> None:
+    def later(seconds: float) -> Moment:
+        return replace(NOW.before(-seconds), utc=NOW.utc + step)
+
+    assert flight_goes_on(FLOWN, later(3.0), 2.0) == (306.0, 812.5)
+    assert flight_goes_on(FLOWN, later(FLIGHT_KEPT_S), 1.0) == (300.0 + FLIGHT_KEPT_S, 812.5)
+    assert flight_goes_on(FLOWN, later(FLIGHT_KEPT_S + 0.1), 1.0) is None
+    starts = [later(-RESTART_WINDOW_S), later(-RESTART_WINDOW_S + 0.1), later(-1.0)]
+    assert starts_before(starts, FLOWN, NOW) == 2
+
+
+@pytest.mark.parametrize(
+    ("up", "wall", "seconds"),
+    [(20.0, 45.0, 345.0), (20.0, 5.0, 320.0), (20.0, -MONTH, 320.0), (20.0, MONTH, 420.0), (121.0, 45.0, None)],
+    ids=["wall clock says", "not before the boot", "wall clock set back", "wall clock far ahead", "booted long ago"],
+)
+def test_a_flight_goes_on_when_the_computer_booted_a_moment_ago(up: float, wall: float, seconds: float | None) -> None:
+    found = flight_goes_on(FLOWN, Moment("next", up, NOW.utc + wall), 1.0)
+    assert found == (None if seconds is None else (seconds, 812.5))
+
+
+def test_a_moment_of_an_unknown_boot_is_never_one_of_this_boot() -> None:
+    unknown = replace(NOW, boot_id="")
+    assert unknown.since(unknown) is None
+    assert flight_goes_on(replace(FLOWN, moment=unknown), NOW, 1.0) is None
+
+
+@pytest.mark.parametrize(
+    ("flight", "up", "count"),
+    [(FLOWN, 30.0, 2), (FLOWN, 59.0, 0), (FLOWN, 49.9, 1), (None, 30.0, 0), (replace(FLOWN, moment=Moment()), 5.0, 0)],
+    ids=["booted in the air", "long down", "one is too old", "it had landed", "nobody knows"],
+)
+def test_starts_before_a_boot_in_the_air_count_by_the_end_of_that_boot(
+    flight: FlightSoFar | None, up: float, count: int
+) -> None:
+    starts = [NOW.before(29.0), NOW.before(10.0), NOW.before(61.0)]
+    assert starts_before(starts, flight, Moment("next", up, NOW.utc)) == count
+
+
+def test_a_start_after_the_last_word_on_the_flight_is_as_old_as_the_boot_at_least() -> None:
+    assert starts_before([NOW.before(-5.0)], FLOWN, Moment("next", 59.9, NOW.utc)) == 1
+    assert starts_before([NOW.before(-5.0)], FLOWN, Moment("next", 60.0, NOW.utc)) == 0
 
 
 async def test_a_start_beside_a_pilot_who_is_armed_on_the_ground_is_no_start_in_the_air(tmp_path: Path) -> None:
-    rig = Rig(tmp_path, starts=2, flight=FlightSoFar(300.0, 812.5, UTC_START))
+    rig = Rig(tmp_path, starts=2, flight=FlightSoFar(300.0, 812.5, NOW))
     rig.autopilot.armed, rig.autopilot.mode = True, int(CopterMode.LOITER)
     await rig.run(2)
     rig.expect(S.MANUAL)

@@ -100,4 +100,4 @@ def of_kind(acts: Acts, *kinds: type[Act]) -> list[Act]:
 
 
 def _arm_place() -> ArmPlace:
-    return ArmPlace(DATUM.latitude, DATUM.longitude, DATUM.altitude, 0.0, 0.0, 0.0, 1)
+    return ArmPlace(DATUM.latitude, DATUM.longitude, DATUM.altitude, 0.0, 0.0, 0.0)

@@ -14,7 +14,7 @@ def main() -> None:
     """Put numbered values, a hundred a second."""
     journal = FlightJournal(Path(sys.argv[1]))
     journal.set_datum(GlobalPose(43.0, -79.0, 100.0))
-    journal.set_arm_place(ArmPlace(43.0, -79.0, 100.0, 1.0, 2.0, 3.0, 77))
+    journal.set_arm_place(ArmPlace(43.0, -79.0, 100.0, 1.0, 2.0, 3.0))
     number = 0
     while True:
         number += 1

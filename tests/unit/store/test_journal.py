@@ -15,15 +15,17 @@ from typing import IO, Any
 import pytest
 
 from hawk.model.limits import Outline
+from hawk.model.moment import Moment
 from hawk.model.operation import FlightDrain, FlightSoFar, SurveyLeft
 from hawk.model.poses import ArmPlace, GlobalPose
 from hawk.store.journal import FlightJournal
 from hawk.store.journal_state import JournalState, pack, read_survey, surveys_of
 
 DATUM = GlobalPose(43.2609, -79.9192, 100.25)
-PLACE = ArmPlace(43.26, -79.92, 101.5, 1.25, -2.5, 0.125, 1_800_000_000)
-FLIGHT = FlightSoFar(312.5, 850.25, 1_800_000_400.5)
+PLACE = ArmPlace(43.26, -79.92, 101.5, 1.25, -2.5, 0.125, Moment("host", 77.5, 1_800_000_000.0))
+FLIGHT = FlightSoFar(312.5, 850.25, Moment("host", 477.5, 1_800_000_400.5))
 OUTLINE = Outline((((43.25, -79.5), (43.25, -79.25), (43.5, -79.25)),), ())
+NOW = Moment("boot", 5000.125, 1_800_000_000.5)
 LEFT = SurveyLeft(0.75, 4_200.5, 130.25, flown_s=61.5)
 DRAIN = FlightDrain(0.125, 240.0, 1_800_000_300.0)
 Make = Callable[..., FlightJournal]
@@ -143,53 +145,88 @@ async def test_only_the_last_surveys_are_kept(make: Make, tmp_path: Path) -> Non
     assert read_journal(folder(tmp_path)).map_parts == {"n": b"4"}
 
 
-async def test_starts_in_the_air_are_counted_over_runs_and_surveys(make: Make) -> None:
-    wall = [1000.0]
+async def test_starts_in_the_air_are_kept_over_runs_and_surveys_for_ten_minutes(make: Make) -> None:
     for number in range(3):
-        journal = make(wall=lambda: wall[0])
-        starts = journal.add_start_in_air()
-        assert len(starts) == number + 1
-        assert starts[-1] == wall[0]
+        now = NOW.before(-20.0 * number)
+        journal = make(moment=lambda now=now: now)
+        assert journal.state.starts_in_air == tuple(NOW.before(-20.0 * n) for n in range(number))
+        journal.add_start_in_air(now)
         if number == 1:
             journal.new_survey()
         await journal.close()
-        wall[0] += 20.0
-    late = make(wall=lambda: 1000.0 + 640.0)
-    assert late.add_start_in_air() == (1040.0, 1640.0)
+    late = make(moment=lambda: NOW.before(-640.0))
+    await late.close()
+    assert make().state.starts_in_air == (NOW.before(-40.0),)
+
+
+@pytest.mark.parametrize(("up", "kept"), [(600.0, (NOW,)), (601.0, ())])
+async def test_starts_of_another_boot_are_kept_for_ten_minutes_of_this_one(
+    make: Make, up: float, kept: tuple[Moment, ...]
+) -> None:
+    journal = make(moment=lambda: NOW)
+    journal.add_start_in_air(NOW)
+    await journal.close()
+    again = make(moment=lambda: Moment("next", up, 0.0))
+    await again.close()
+    assert make().state.starts_in_air == kept
 
 
 async def test_a_start_in_the_air_is_on_disk_when_flush_returns(make: Make, tmp_path: Path) -> None:
-    journal = make(wall=lambda: 5000.0)
+    journal = make(moment=lambda: NOW)
     journal.put_map({"a": b"1"})
     await journal.flush()
-    journal.add_start_in_air()
+    journal.add_start_in_air(NOW)
     before = time.perf_counter()
     assert await journal.flush()
     assert time.perf_counter() - before < 0.2
-    assert read_journal(folder(tmp_path)).starts_in_air == (5000.0,)
+    assert read_journal(folder(tmp_path)).starts_in_air == (NOW,)
 
 
 async def test_a_start_in_the_air_does_not_wait_for_the_next_write(
     make: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("hawk.store.journal.SYNC_S", 3600.0)
-    journal = make(wall=lambda: 5000.0)
-    journal.add_start_in_air()
+    journal = make(moment=lambda: NOW)
+    journal.add_start_in_air(NOW)
     async with asyncio.timeout(5.0):
-        while read_journal(folder(tmp_path)).starts_in_air != (5000.0,):  # noqa: ASYNC110 - a disk sends no event
+        while read_journal(folder(tmp_path)).starts_in_air != (NOW,):  # noqa: ASYNC110 - a disk sends no event
             await asyncio.sleep(0.01)
 
 
-async def test_how_old_it_is_is_told_by_the_run_before(make: Make, tmp_path: Path) -> None:
-    journal = make()
-    assert journal.state.last_written == 0.0
+async def test_how_old_it_is_is_told_by_the_run_before(make: Make) -> None:
+    now = [NOW]
+    journal = make(moment=lambda: now[0])
+    assert journal.state.last_written is None
     journal.set_datum(DATUM)
+    assert await journal.flush()
+    now[0] = NOW.before(-7.0)
+    journal.try_disk()
     await journal.close()
-    (segment,) = folder(tmp_path).glob("*/*.journal")
-    os.utime(segment, (5000.0, 5000.0))
-    again = make()
+    again = make(moment=lambda: NOW.before(-60.0))
     await again.flush()
-    assert again.state.last_written == 5000.0
+    assert again.state.last_written == NOW.before(-7.0)
+
+
+async def test_a_journal_that_does_not_note_its_time_is_as_old_as_its_file(make: Make, tmp_path: Path) -> None:
+    survey = folder(tmp_path) / "000001-old"
+    survey.mkdir(parents=True)
+    (survey / "000001.journal").write_bytes(pack("start/1800000000.000", b"1"))
+    os.utime(survey / "000001.journal", (5000.0, 5000.0))
+    state = make().state
+    assert (state.last_written, state.starts_in_air, state.problem) == (Moment(utc=5000.0), (), "")
+
+
+async def test_whether_the_disk_can_be_written_is_known_at_once(make: Make) -> None:
+    journal = make(opener=full_disk)
+    journal.try_disk()
+    assert not await journal.flush(0.5)
+    sound = make()
+    sound.try_disk()
+    assert await sound.flush(0.5)
+
+
+def full_disk(path: Path) -> IO[bytes]:
+    raise OSError(errno.ENOSPC, "No space left on device", str(path))
 
 
 async def test_flush_with_nothing_to_write_returns_at_once(make: Make) -> None:
@@ -398,16 +435,13 @@ async def test_puts_never_hold_up_the_loop(make: Make) -> None:
     assert worst < 0.05
 
 
-async def test_a_start_is_noted_once_and_can_be_taken_back(make: Make, tmp_path: Path) -> None:
-    wall = [5000.0]
-    journal = make(wall=lambda: wall[0])
-    first = journal.add_start_in_air()
-    wall[0] += 3.0
-    assert journal.add_start_in_air() == first == (5000.0,)
+async def test_a_start_can_be_taken_back(make: Make, tmp_path: Path) -> None:
+    journal = make(moment=lambda: NOW)
+    journal.add_start_in_air(NOW)
+    journal.add_start_in_air(NOW.before(-3.0))
     assert await journal.flush()
-    assert read_journal(folder(tmp_path)).starts_in_air == (5000.0,)
-    journal.withdraw_start()
-    journal.withdraw_start()
+    assert read_journal(folder(tmp_path)).starts_in_air == (NOW, NOW.before(-3.0))
+    journal.withdraw_start(NOW)
+    journal.withdraw_start(NOW)
     assert await journal.flush()
-    assert read_journal(folder(tmp_path)).starts_in_air == ()
-    assert journal.add_start_in_air() == (5003.0,)
+    assert read_journal(folder(tmp_path)).starts_in_air == (NOW.before(-3.0),)
