@@ -35,7 +35,7 @@ class Link:
 
 @dataclass(frozen=True, slots=True)
 class Drone:
-    """A fault of the simulated drone (`hawk.sim.camera_server.Fault`)."""
+    """A fault of the simulated drone (`hawk.sim.faults.Fault`)."""
 
     values: Mapping[str, Any]
 

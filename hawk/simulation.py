@@ -36,6 +36,8 @@ class SimulationOptions:
     ``condition`` is the drawn world's time of day and weather (`hawk.worlds.conditions.Condition`).
     ``slope`` is PERCENT,DEG of rising ground, ``rangefinder`` the reach of one that looks down, metres.
     ``noise_seed`` seeds the errors of position and sensors, the world's seed when None.
+    ``gnss_bias`` is N,E in metres, ``battery_cells`` the battery's cells, ``mavlink_version`` 1 or 2; ``others``, with
+    commas between, are others on the link (`hawk.sim.options.Other`).
     ``start`` is x, y in metres in the world's picture. ``speed`` is simulated seconds per real second, `SLOWEST` to
     `FASTEST`.
     """
@@ -52,6 +54,10 @@ class SimulationOptions:
     slope: str | None = None
     rangefinder: float | None = None
     noise_seed: int | None = None
+    gnss_bias: str | None = None
+    battery_cells: int | None = None
+    mavlink_version: int | None = None
+    others: str | None = None
 
     def arguments(self) -> list[str]:
         """Return the command line of ``hawk-sim`` for these options."""

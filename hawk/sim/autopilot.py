@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hawk.sim.battery import Battery
 from hawk.sim.control import Controller, Limits, Setpoint
 from hawk.sim.failsafes import ArmingView, Failsafes, Fallback, Watched, arming_reasons, pre_arm_reasons
 from hawk.sim.fence import Fence, FenceItem, FenceType
@@ -19,8 +20,10 @@ from hawk.sim.modes import MODES, Guided, Mode, ModeInputs, ModeNumber, Phase, S
 from hawk.sim.options import AutopilotOptions
 from hawk.sim.parameters import Parameters, copter_parameters
 from hawk.sim.radio import Radio
+from hawk.sim.rally import Rally, RallyPlace, RallyPoint
 from hawk.sim.rangefinder import SIMULATED, Rangefinder
-from hawk.sim.vehicle import GRAVITY, Battery, Body, Demand, Wind, step_body
+from hawk.sim.sensors import Barometer, Compasses, Receiver
+from hawk.sim.vehicle import GRAVITY, Body, Demand, Wind, step_body
 
 log = logging.getLogger(__name__)
 
@@ -61,7 +64,11 @@ class Autopilot:
             self.parameters.set("RNGFND1_MAX", options.rangefinder_m)
         self.rangefinder = Rangefinder(self.parameters)
         self.fence = Fence()
-        self.battery = Battery(options.battery_minutes)
+        self.battery = Battery(options.battery_minutes, options.battery_cells)
+        self.gnss = Receiver((*options.gnss_bias, 0.0))
+        self.barometer = Barometer()
+        self.compasses = Compasses()
+        self.rally = Rally(self.parameters)
         self.wind = Wind(options.wind, options.wind_heading, rng)
         self.body = Body(position=(options.start[0], options.start[1], 0.0), yaw=options.yaw)
         self.radio_present = True
@@ -75,7 +82,7 @@ class Autopilot:
         self.boot()
 
     def boot(self) -> None:
-        """Start the autopilot's program: only parameters, fence and body survive."""
+        """Start the autopilot's program: only parameters, fence, rally points, body and the sensors' errors survive."""
         self.boot_time = self.time
         self.stopped = ""
         self.armed = False
@@ -86,7 +93,9 @@ class Autopilot:
         self.radio.boot()
         self.mode_changes = 0
         sigma, wait = self.options.gnss_sigma, self.options.gnss_wait_s
-        self.estimator = Estimator(sigma, wait, self._rng)
+        self.barometer.boot()
+        self.battery.restart_counter()
+        self.estimator = Estimator(sigma, wait, self._rng, self.gnss, self.barometer, self.compasses)
         self.failsafes = Failsafes(self.parameters, self.say, self._react, self.options.real_time_factor)
         self.ekf_origin: Vector | None = None
         self.home: Vector | None = None
@@ -99,6 +108,7 @@ class Autopilot:
         self._armed_on_ground_since = self.time
         self._next_failsafe = self.time
         self._glitches = False
+        self._yaw_resets = 0
         self._crash_time: float | None = None
         self._next_pre_arm = self.time + PRE_ARM_PERIOD_S
         self.estimate: Estimate = self.estimator.step(self.body, 0.0)
@@ -162,10 +172,14 @@ class Autopilot:
         if self.estimator.glitch.is_told != self._glitches:
             self._glitches = self.estimator.glitch.is_told
             self.say(CRITICAL, "GPS Glitch or Compass error" if self._glitches else "Glitch cleared")
+        if self.estimator.yaw_resets > self._yaw_resets:
+            self._yaw_resets = self.estimator.yaw_resets
+            self.say(WARNING, "EKF3 IMU0 emergency yaw reset")
 
     def _fly(self, dt: float) -> Demand:
         self._setpoint = self.mode.run(self._view())
-        return self._controller.update(self.estimate, self._setpoint, self._limits, dt)
+        demand = self._controller.update(self.estimate, self._setpoint, self._limits, dt)
+        return demand.turned(-self.estimator.heading.error)
 
     def _watch(self) -> None:
         self._detect_landing()
@@ -280,11 +294,22 @@ class Autopilot:
         """Move home (NED metres in the world). From now on arming does not move it, until a boot."""
         self.home, self._home_locked = place, True
 
+    def beside_home(self, north: float, east: float) -> tuple[float, float]:
+        """Return latitude and longitude of a place, metres from home. Raises RefusedError without a home."""
+        if self.home is None:
+            raise RefusedError("no home yet")
+        return self.origin.to_geodetic((self.home[0] + north, self.home[1] + east, 0.0))[:2]
+
     def load_fence(self, items: Sequence[FenceItem]) -> None:
         """Store an uploaded fence (it does not enable it). Raises FenceError."""
         places = [self.origin.to_world(item.latitude, item.longitude, self.origin.altitude)[:2] for item in items]
         self.fence.load(items, places)
         self.parameters.set("FENCE_TOTAL", len(items))
+
+    def load_rally(self, points: Sequence[RallyPoint]) -> None:
+        """Store uploaded rally points; none: they are cleared."""
+        places = [self.origin.to_world(p.latitude, p.longitude, self.origin.altitude)[:2] for p in points]
+        self.rally.load(points, places)
 
     def reboot(self) -> None:
         """Start the program again. Raises RefusedError while armed."""
@@ -342,11 +367,23 @@ class Autopilot:
             parameters=self.parameters,
             limits=self._limits,
             home=self.home or self.estimate.position,
+            rally=self._rally(),
             landed=self.landed,
             position_ok=self.position_ok,
             stick=self.stick if self.radio_present else None,
             ceiling=ceiling,
         )
+
+    def _rally(self) -> RallyPlace | None:
+        """Return where RTL goes in place of home; a point outside the fence does not count, as in ArduCopter."""
+        if self.home is None or not self.rally.places:
+            return None
+
+        def allowed(place: RallyPlace) -> bool:
+            at = (place.place[0], place.place[1], self.home[2] - place.height) if self.home else (0.0, 0.0, 0.0)
+            return self.home is not None and not self.fence.breaches(at, self.home, self.parameters)
+
+        return self.rally.nearest(self.estimate.position[:2], self.home[:2], allowed)
 
     def _arming_view(self) -> ArmingView:
         return ArmingView(

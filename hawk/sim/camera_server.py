@@ -5,164 +5,17 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, TypeVar
 
 from aiohttp import web
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from hawk.sim.autopilot import Autopilot, RefusedError
 from hawk.sim.camera import Camera, Frame
+from hawk.sim.faults import CameraFaults, Fault
 from hawk.sim.flight_record import DEFAULT_MARGIN_M, WatchedFence
 from hawk.sim.geometry import Origin
-from hawk.sim.mavlink_link import MavlinkLink
-from hawk.sim.radio import POSITIONS
-
-Metres = Annotated[float, Field(ge=-10_000.0, le=10_000.0, allow_inf_nan=False)]
-
-
-class Fault(BaseModel):
-    """Faults to inject or to clear. A field that is absent stays as it is."""
-
-    model_config = ConfigDict(extra="forbid")
-
-    gps: Literal["ok", "lost"] | None = Field(None, description="GNSS reception")
-    gps_jump: tuple[Metres, Metres, Metres] | None = Field(
-        None, description="the position estimate jumps by (north, east, down) metres, local and global alike"
-    )
-    gps_glitch: tuple[Metres, Metres, Metres] | None = Field(
-        None, description="GNSS is off by (north, east, down) metres: the EKF refuses it for 10 s, then jumps to it"
-    )
-    home: tuple[Metres, Metres, Metres] | None = Field(
-        None, description="another station moves home to (north, east, down) metres from where the world begins"
-    )
-    ekf_shift: tuple[Metres, Metres, Metres] | None = Field(
-        None, description="EKF-local's origin moves by (north, east, down) metres; global stays"
-    )
-    camera: Literal["ok", "dark", "frozen", "garbage", "unstamped", "closed", "mirrored"] | None = Field(
-        None,
-        description="no pictures; one picture for ever with new stamps; broken JPEGs; no time stamps; connections "
-        "refused; left and right swapped",
-    )
-    camera_turn_deg: float | None = Field(
-        None, ge=-360.0, le=360.0, description="the camera sits turned in its mount, clockwise seen from above, degrees"
-    )
-    link: Literal["ok", "cut", "mute"] | None = Field(
-        None, description="MAVLink is lost in both directions; only from the autopilot"
-    )
-    late_parameters_s: float | None = Field(
-        None, ge=0.0, le=60.0, description="a parameter that was set reads as the old one for this time, seconds"
-    )
-    link_loss: float | None = Field(None, ge=0.0, le=1.0, description="share of datagrams lost, in each direction")
-    battery: float | None = Field(None, ge=0.0, le=100.0, description="charge left, percent")
-    wind: float | None = Field(None, ge=0.0, le=30.0, description="mean wind, m/s")
-    wind_heading_deg: float | None = Field(None, ge=-360.0, le=360.0, description="where the wind blows to, degrees")
-    radio: Literal["ok", "lost"] | None = Field(None, description="the pilot's radio control")
-    rangefinder: Literal["ok", "stuck"] | None = Field(None, description="stuck: it measures what it measures now")
-    stick: float | None = Field(None, ge=0.0, le=1.0, description="the pilot's throttle stick")
-    mode_switch: int | None = Field(None, ge=1, le=6, description="the pilot's mode switch moves to this position")
-    pilot_mode: int | None = Field(None, ge=0, le=255, description="the pilot switches to this custom_mode")
-    remote_id: Literal["ok", "lost"] | None = Field(None, description="the Remote ID transmitter")
-    repair: bool | None = Field(None, description="true: a crashed vehicle stands upright again where it lies")
-    autopilot: Literal["crash", "reboot", "power_cycle"] | None = Field(
-        None, description="its program ends; boots when disarmed; boots at once, whatever it does"
-    )
-
-
-class CameraFaults:
-    """Faults of the camera's HTTP side."""
-
-    def __init__(self) -> None:
-        self.garbage = False
-        self.unstamped = False
-        self.closed = False
-
-
-def apply_fault(
-    fault: Fault, autopilot: Autopilot, link: MavlinkLink, camera: Camera, server: CameraFaults
-) -> list[str]:
-    """Inject the faults and return the problems in words."""
-    if fault.gps is not None:
-        autopilot.estimator.receiving = fault.gps == "ok"
-    if fault.gps_jump is not None:
-        autopilot.estimator.jump(*fault.gps_jump)
-    if fault.gps_glitch is not None:
-        autopilot.estimator.glitch.offset = fault.gps_glitch
-    if fault.home is not None:
-        autopilot.set_home(fault.home)
-    if fault.ekf_shift is not None:
-        autopilot.shift_ekf_origin(fault.ekf_shift)
-    _camera(fault, camera, server)
-    if fault.link is not None:
-        link.cut, link.mute = fault.link == "cut", fault.link == "mute"
-    if fault.late_parameters_s is not None:
-        link.late_parameters_s = fault.late_parameters_s
-    if fault.link_loss is not None:
-        link.loss = fault.link_loss
-    if fault.battery is not None:
-        autopilot.battery.remaining = fault.battery / 100.0
-        autopilot.failsafes.clear_battery()
-    if fault.wind is not None:
-        autopilot.wind.speed = fault.wind
-    if fault.wind_heading_deg is not None:
-        autopilot.wind.heading = math.radians(fault.wind_heading_deg)
-    if fault.radio is not None:
-        autopilot.radio_present = fault.radio == "ok"
-    if fault.rangefinder is not None:
-        autopilot.rangefinder.stuck_cm = None
-        if fault.rangefinder == "stuck":
-            autopilot.rangefinder.stuck_cm = autopilot.rangefinder.measure_cm(autopilot.body, autopilot.options.slope)
-    if fault.stick is not None:
-        autopilot.stick = fault.stick
-    if fault.mode_switch is not None:
-        autopilot.radio.switch = POSITIONS[fault.mode_switch - 1]
-    if fault.remote_id is not None:
-        link.transmitter.is_broken = fault.remote_id == "lost"
-    if fault.repair:
-        autopilot.repair()
-    return _commands(fault, autopilot)
-
-
-def _commands(fault: Fault, autopilot: Autopilot) -> list[str]:
-    problems = []
-    if fault.pilot_mode is not None:
-        try:
-            autopilot.set_mode(fault.pilot_mode)
-        except RefusedError as error:
-            problems.append(f"pilot_mode: {error}")
-    if fault.autopilot == "crash":
-        autopilot.crash_program("a fault was asked for")
-    elif fault.autopilot == "power_cycle":
-        autopilot.boot()
-    elif fault.autopilot == "reboot":
-        try:
-            autopilot.reboot()
-        except RefusedError as error:
-            problems.append(f"autopilot: {error}; power_cycle boots it all the same")
-    return problems
-
-
-def apply_camera_fault(fault: Fault, camera: Camera, server: CameraFaults) -> list[str]:
-    """Inject a fault of the camera, where there is no drone; return the problems of the other fields in words."""
-    _camera(fault, camera, server)
-    return [f"{name}: only the camera can fail here" for name in fault.model_fields_set - {"camera", "camera_turn_deg"}]
-
-
-def _camera(fault: Fault, camera: Camera, server: CameraFaults) -> None:
-    if fault.camera_turn_deg is not None:
-        camera.turned = math.radians(fault.camera_turn_deg)
-    kind = fault.camera
-    if kind is None:
-        return
-    camera.dark = kind == "dark"
-    camera.frozen = kind == "frozen"
-    camera.mirrored = kind == "mirrored"
-    server.garbage = kind == "garbage"
-    server.unstamped = kind == "unstamped"
-    server.closed = kind == "closed"
-
 
 BOUNDARY = "hawk-frame"
 SNAPSHOT_TIMEOUT_S = 10.0
@@ -262,8 +115,9 @@ class CameraServer:
             frame = None
         if frame is None:
             raise web.HTTPServiceUnavailable(text="no picture")
-        headers = {"X-Timestamp": f"{frame.stamp:.6f}", "Cache-Control": "no-store"}
-        return web.Response(body=frame.jpeg, content_type="image/jpeg", headers=headers)
+        faults = self._backend.faults
+        headers = {"X-Timestamp": f"{faults.stamp(frame):.6f}", "Cache-Control": "no-store"}
+        return web.Response(body=faults.picture(frame), content_type="image/jpeg", headers=headers)
 
     async def _truth(self, _: web.Request) -> web.Response:
         return web.json_response(dict(self._backend.truth))
@@ -298,8 +152,8 @@ class CameraServer:
 
     def _part(self, frame: Frame) -> bytes:
         faults = self._backend.faults
-        jpeg = frame.jpeg[: len(frame.jpeg) // 3] if faults.garbage else frame.jpeg
-        stamp = "" if faults.unstamped else f"X-Timestamp: {frame.stamp:.6f}\r\n"
+        jpeg = faults.picture(frame)
+        stamp = "" if faults.unstamped else f"X-Timestamp: {faults.stamp(frame):.6f}\r\n"
         head = f"--{BOUNDARY}\r\nContent-Type: image/jpeg\r\nContent-Length: {len(jpeg)}\r\n{stamp}\r\n"
         return head.encode() + jpeg + b"\r\n"
 

@@ -20,7 +20,7 @@ from hawk.process import SIMULATOR_NICENESS, set_session_niceness
 from hawk.sim.camera import default_intrinsics
 from hawk.sim.geometry import Origin
 from hawk.sim.ground import Slope
-from hawk.sim.options import AutopilotOptions
+from hawk.sim.options import AutopilotOptions, Other
 from hawk.sim.udp import UdpUrl
 from hawk.simulation import FASTEST, SIMULATOR_MISSING, SLOWEST, SPEED_HELP, simulator_installed
 from hawk.worlds.camera import WorldCamera
@@ -109,6 +109,8 @@ def run_options(options: argparse.Namespace, world: World) -> RunOptions:
         wind=options.wind,
         wind_heading=math.radians(options.seed * 137.5 % 360.0),
         battery_minutes=options.battery_minutes,
+        battery_cells=options.battery_cells,
+        gnss_bias=options.gnss_bias,
         gcs_parameter=options.gcs_param_name,
         real_time_factor=options.speed,
         rangefinder_m=options.rangefinder,
@@ -122,6 +124,8 @@ def run_options(options: argparse.Namespace, world: World) -> RunOptions:
         speed=options.speed,
         latency=options.latency,
         seed=options.seed if options.noise_seed is None else options.noise_seed,
+        mavlink_version=options.mavlink_version,
+        others=options.others,
         autopilot=autopilot,
     )
 
@@ -138,7 +142,9 @@ def _add_world(world: argparse._ArgumentGroup) -> None:
     world.add_argument("--world", type=Path, metavar="FILE", help="fly over this picture instead (north up)")
     world.add_argument("--metres-per-pixel", type=_number(0.0), metavar="X", help="scale of that picture")
     world.add_argument("--truth", type=Path, metavar="FILE", help="what the picture really holds (JSON)")
-    world.add_argument("--start", type=_pair, metavar="X,Y", help="where the drone stands, metres in the picture")
+    world.add_argument(
+        "--start", type=_pair("X,Y"), metavar="X,Y", help="where the drone stands, metres in the picture"
+    )
     world.add_argument(
         "--heading",
         type=_number(-360, 360),
@@ -183,6 +189,21 @@ def _add_flight(flight: argparse._ArgumentGroup) -> None:
     flight.add_argument(
         "--battery-minutes", type=_number(0.1, 600), default=20.0, metavar="MIN", help="hover time of a full battery"
     )
+    flight.add_argument(
+        "--battery-cells",
+        type=int,
+        choices=range(1, 15),
+        default=3,
+        metavar="N",
+        help="lithium-polymer cells in series, 1 to 14; the autopilot's parameters stay as they are (default 3)",
+    )
+    flight.add_argument(
+        "--gnss-bias",
+        type=_pair("N,E"),
+        default=(0.0, 0.0),
+        metavar="N,E",
+        help="constant error of GNSS, north and east, metres (default 0,0)",
+    )
     flight.add_argument("--gcs-param-name", choices=("old", "new"), default="old", help="SYSID_MYGCS or MAV_GCS_SYSID")
 
 
@@ -203,6 +224,16 @@ def _add_links(links: argparse._ArgumentGroup) -> None:
     )
     links.add_argument(
         "--latency", type=_number(0, 5), default=0.05, metavar="S", help="from exposure to delivery (default 0.05)"
+    )
+    links.add_argument(
+        "--mavlink-version", type=int, choices=(1, 2), default=2, help="of the messages from the drone (default 2)"
+    )
+    links.add_argument(
+        "--others",
+        type=_others,
+        default=(),
+        metavar="KIND,...",
+        help="others on the link, heard before the drone: tracker, gimbal, copter, station (default none)",
     )
     links.add_argument("--parent-pid", type=_whole, metavar="PID", help="end when that process ends")
 
@@ -255,14 +286,24 @@ def _whole(text: str) -> int:
     return int(text)
 
 
-def _pair(text: str) -> tuple[float, float]:
+def _pair(names: str) -> Callable[[str], tuple[float, float]]:
+    def read(text: str) -> tuple[float, float]:
+        try:
+            first, second = (float(part) for part in text.split(","))
+        except ValueError:
+            first = second = math.nan
+        if not (math.isfinite(first) and math.isfinite(second)):
+            raise argparse.ArgumentTypeError(f"must be {names} in metres, not {text!r}")
+        return first, second
+
+    return read
+
+
+def _others(text: str) -> tuple[Other, ...]:
     try:
-        x, y = (float(part) for part in text.split(","))
+        return tuple(Other(kind) for kind in text.split(","))
     except ValueError:
-        x = y = math.nan
-    if not (math.isfinite(x) and math.isfinite(y)):
-        raise argparse.ArgumentTypeError(f"must be X,Y in metres, not {text!r}")
-    return x, y
+        raise argparse.ArgumentTypeError(f"must be some of {', '.join(Other)}, not {text!r}") from None
 
 
 def _slope(text: str) -> tuple[float, float]:

@@ -97,7 +97,7 @@ class FlightRecord:
             "crashed": body.crashed,
             "autopilot_stopped": autopilot.stopped,
             "gcs_failsafe": autopilot.failsafes.gcs,
-            "battery": round(autopilot.battery.remaining, 4),
+            "battery": round(autopilot.battery.charge, 4),
             "way_m": round(self.way_m, 2),
             "flown_s": round(self.flown_s, 2),
             "highest_m": round(self.highest_m, 2),

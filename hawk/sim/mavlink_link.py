@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Callable
+import struct
+from collections.abc import Callable, Mapping
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -15,6 +17,7 @@ from hawk.sim.commands import Command, execute
 from hawk.sim.geometry import Vector, add
 from hawk.sim.missions import HANDLED as MISSION_MESSAGES
 from hawk.sim.missions import Missions
+from hawk.sim.others import Others
 from hawk.sim.parameters import Parameter
 from hawk.sim.remote_id import COMPONENT as TRANSMITTER
 from hawk.sim.remote_id import MESSAGES as REMOTE_ID_MESSAGES
@@ -22,6 +25,35 @@ from hawk.sim.remote_id import Transmitter
 from hawk.sim.telemetry import BUILDERS, Message, build, heartbeat
 
 log = logging.getLogger(__name__)
+_FIRST_IDS = 255
+"""MAVLink 1 has no message with a number above this."""
+
+
+@cache
+def _length_1(message_id: int) -> int | None:
+    """Return the bytes of a message's payload in MAVLink 1, without its extension fields; None: it has no such one."""
+    from pymavlink.dialects.v10 import ardupilotmega as first  # few runs need it
+
+    kind = first.mavlink_map.get(message_id)
+    return None if kind is None or message_id > _FIRST_IDS else int(kind.unpacker.size)
+
+
+def pack_1(message: Message, encoder: mavlink.MAVLink) -> bytes:
+    """Return a message in MAVLink 1 framing, empty where it cannot be said (https://mavlink.io/en/guide/serialization)."""
+    length = _length_1(message.get_msgId())
+    if length is None:
+        return b""
+    whole = bytes(message.pack(encoder, force_mavlink1=True))
+    head = bytes([whole[0], length]) + whole[2:6]
+    data = head + whole[6 : 6 + length]
+    crc = mavlink.x25crc(data[1:])
+    crc.accumulate(bytes([message.crc_extra]))
+    return data + int(crc.crc).to_bytes(2, "little")
+
+
+def pack_2(message: Message, encoder: mavlink.MAVLink) -> bytes:
+    """Return a message in MAVLink 2 framing."""
+    return bytes(message.pack(encoder))
 
 
 class Datagrams:
@@ -62,6 +94,9 @@ class MavlinkLink:
         self.mute = False
         """Its messages are lost; it hears."""
         self.loss = 0.0
+        self.version = 2
+        """1: it speaks MAVLink 1, as SERIALn_PROTOCOL 1 does."""
+        self.others = Others(autopilot.origin.latitude, autopilot.origin.longitude)
         self.late_parameters_s = 0.0
         """A parameter whose set was confirmed reads as its old value for this time, simulated seconds."""
         self._old_values: dict[str, tuple[Parameter, float]] = {}
@@ -92,11 +127,30 @@ class MavlinkLink:
             return []
         self._due()
         out, self._out = self._out, []
-        packed = [bytes(message.pack(self._encoder)) for message in out]
+        pack = pack_1 if self.version == 1 else pack_2
+        packed = [*self.others.poll(autopilot.time, pack), *(pack(message, self._encoder) for message in out)]
         word = self.transmitter.poll(autopilot.time, autopilot.position_ok)
         if word is not None:
-            packed.append(bytes(word.pack(self._transmitter_encoder)))
-        return [] if self.cut or self.mute else [data for data in packed if not self._lost()]
+            packed.append(pack(word, self._transmitter_encoder))
+        return [] if self.cut or self.mute else [data for data in packed if data and not self._lost()]
+
+    def station_says(self, kind: str, fields: Mapping[str, Any], system: int, component: int) -> None:
+        """Take a message of a ground station on another link: its answers do not come on this one, but parameters do.
+
+        ArduPilot sends PARAM_VALUE on every link. Raises ValueError for a message that MAVLink does not have.
+        """
+        values = {name: value.encode() if isinstance(value, str) else value for name, value in fields.items()}
+        encoder = mavlink.MAVLink(None, srcSystem=system, srcComponent=component)
+        try:
+            made = getattr(mavlink, f"MAVLink_{kind.lower()}_message")(**values)
+            data = bytes(made.pack(encoder))
+        except (AttributeError, TypeError, struct.error) as error:
+            raise ValueError(f"{kind}: {error}") from error
+        before, self._out = self._out, []
+        for message in Datagrams().read(data):
+            self._handle(message)
+        answers, self._out = self._out, before
+        self._out += [answer for answer in answers if answer.get_type() in ("PARAM_VALUE", "STATUSTEXT")]
 
     def _reset(self) -> None:
         """Forget the requested streams, as a boot does."""

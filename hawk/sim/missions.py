@@ -1,4 +1,4 @@
-"""The mission protocol, for fences: upload and download item by item (https://mavlink.io/en/services/mission.html)."""
+"""The mission protocol, for fences and rally points: item by item (https://mavlink.io/en/services/mission.html)."""
 
 from __future__ import annotations
 
@@ -9,12 +9,16 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from hawk.sim.autopilot import Autopilot
 from hawk.sim.fence import MAX_ITEMS, FenceError, FenceItem, FenceOverrunError, FenceStorageError
+from hawk.sim.rally import COMMAND as RALLY_COMMAND
+from hawk.sim.rally import MAX_POINTS, RallyPoint
 
 RETRY_S = 1.0
 TIMEOUT_S = 8.0
 WARNING = int(mavlink.MAV_SEVERITY_WARNING)
 
 FENCE = int(mavlink.MAV_MISSION_TYPE_FENCE)
+RALLY = int(mavlink.MAV_MISSION_TYPE_RALLY)
+_MOST = {FENCE: MAX_ITEMS, RALLY: MAX_POINTS}
 HANDLED = frozenset(
     {
         "MISSION_COUNT",
@@ -36,7 +40,10 @@ class Missions:
         self._autopilot = autopilot
         self._peer = (0, 0)
         self._expected = 0
+        self._kind = FENCE
+        """Mission type of the transfer."""
         self._items: list[FenceItem] = []
+        self._points: list[RallyPoint] = []
         self._asked: float | None = None
         self._progress = 0.0
 
@@ -51,7 +58,7 @@ class Missions:
         if kind in ("MISSION_ITEM_INT", "MISSION_ITEM"):
             return self._take(message, now)
         if kind == "MISSION_REQUEST_LIST":
-            count = len(self._autopilot.fence.items) if message.mission_type == FENCE else 0
+            count = len(self._held(message.mission_type))
             return [mavlink.MAVLink_mission_count_message(*self._peer, count, message.mission_type)]
         if kind == "MISSION_CLEAR_ALL":
             return self._clear(message)
@@ -63,35 +70,56 @@ class Missions:
             return []
         if now - self._progress > TIMEOUT_S:
             self._asked = None
-            return [self._ack(mavlink.MAV_MISSION_OPERATION_CANCELLED, FENCE)]
+            return [self._ack(mavlink.MAV_MISSION_OPERATION_CANCELLED, self._kind)]
         return [self._request(now)]
 
+    def _held(self, kind: int) -> tuple[FenceItem, ...] | tuple[RallyPoint, ...]:
+        if kind == RALLY:
+            return self._autopilot.rally.points
+        return self._autopilot.fence.items if kind == FENCE else ()
+
     def _begin(self, message: Any, now: float) -> list[Any]:
-        if message.mission_type != FENCE:
+        most = _MOST.get(message.mission_type)
+        if most is None:
             kind = mavlink.MAV_MISSION_ACCEPTED if message.count == 0 else mavlink.MAV_MISSION_UNSUPPORTED
             return [self._ack(kind, message.mission_type)]
-        if message.count > MAX_ITEMS:
-            self._autopilot.say(WARNING, f"Only {MAX_ITEMS} items are supported")
-            return [self._ack(mavlink.MAV_MISSION_NO_SPACE, FENCE)]
-        self._expected, self._items, self._progress = message.count, [], now
+        if message.count > most:
+            self._autopilot.say(WARNING, f"Only {most} items are supported")
+            return [self._ack(mavlink.MAV_MISSION_NO_SPACE, message.mission_type)]
+        self._kind, self._items, self._points = message.mission_type, [], []
+        self._expected, self._progress = message.count, now
         return [self._request(now)] if message.count else [self._finish()]
 
     def _take(self, message: Any, now: float) -> list[Any]:
-        if self._asked is None or message.mission_type != FENCE:
+        if self._asked is None or message.mission_type != self._kind:
             return [self._ack(mavlink.MAV_MISSION_INVALID_SEQUENCE, message.mission_type)]
-        if message.seq != len(self._items):
+        if message.seq != self._taken:
             return [self._request(now)]
         scale = 1e-7 if message.get_type() == "MISSION_ITEM_INT" else 1.0
         latitude, longitude = message.x * scale, message.y * scale
         if not (math.isfinite(latitude + longitude) and abs(latitude) <= 90.0 and abs(longitude) <= 180.0):
             self._asked = None
-            return [self._ack(mavlink.MAV_MISSION_INVALID_PARAM5_X, FENCE)]
-        self._items.append(FenceItem(message.command, message.param1, latitude, longitude))
+            return [self._ack(mavlink.MAV_MISSION_INVALID_PARAM5_X, self._kind)]
+        if self._kind == RALLY:
+            if message.command != RALLY_COMMAND or not math.isfinite(message.z):
+                self._asked = None
+                return [self._ack(mavlink.MAV_MISSION_UNSUPPORTED, RALLY)]
+            self._points.append(RallyPoint(latitude, longitude, message.z))
+        else:
+            self._items.append(FenceItem(message.command, message.param1, latitude, longitude))
         self._progress = now
-        return [self._finish()] if len(self._items) == self._expected else [self._request(now)]
+        return [self._finish()] if self._taken == self._expected else [self._request(now)]
+
+    @property
+    def _taken(self) -> int:
+        """Number of items that have come."""
+        return len(self._points if self._kind == RALLY else self._items)
 
     def _finish(self) -> Any:
         self._asked = None
+        if self._kind == RALLY:
+            self._autopilot.load_rally(self._points)
+            return self._ack(mavlink.MAV_MISSION_ACCEPTED, RALLY)
         try:
             self._autopilot.load_fence(self._items)
         except FenceStorageError:
@@ -107,35 +135,41 @@ class Missions:
     def _clear(self, message: Any) -> list[Any]:
         if message.mission_type in (FENCE, mavlink.MAV_MISSION_TYPE_ALL):
             self._autopilot.load_fence([])
+        if message.mission_type in (RALLY, mavlink.MAV_MISSION_TYPE_ALL):
+            self._autopilot.load_rally([])
         return [self._ack(mavlink.MAV_MISSION_ACCEPTED, message.mission_type)]
 
     def _send(self, message: Any) -> list[Any]:
-        items = self._autopilot.fence.items if message.mission_type == FENCE else ()
+        items = self._held(message.mission_type)
         if message.seq >= len(items):
             return [self._ack(mavlink.MAV_MISSION_INVALID_SEQUENCE, message.mission_type)]
         item = items[message.seq]
+        if isinstance(item, RallyPoint):
+            frame, command, first, height = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT, RALLY_COMMAND, 0.0, item.altitude
+        else:
+            frame, command, first, height = mavlink.MAV_FRAME_GLOBAL, item.command, item.parameter, 0.0
         return [
             mavlink.MAVLink_mission_item_int_message(
                 *self._peer,
                 message.seq,
-                mavlink.MAV_FRAME_GLOBAL,
-                item.command,
+                frame,
+                command,
                 0,
                 1,
-                item.parameter,
+                first,
                 0.0,
                 0.0,
                 0.0,
                 round(item.latitude * 1e7),
                 round(item.longitude * 1e7),
-                0.0,
-                FENCE,
+                height,
+                message.mission_type,
             )
         ]
 
     def _request(self, now: float) -> Any:
         self._asked = now
-        return mavlink.MAVLink_mission_request_int_message(*self._peer, len(self._items), FENCE)
+        return mavlink.MAVLink_mission_request_int_message(*self._peer, self._taken, self._kind)
 
     def _ack(self, result: int, mission_type: int) -> Any:
         return mavlink.MAVLink_mission_ack_message(*self._peer, result, mission_type)

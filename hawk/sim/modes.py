@@ -11,6 +11,7 @@ from hawk.sim.control import CENTI, Limits, Setpoint
 from hawk.sim.geometry import Flat, Vector
 from hawk.sim.gps import Estimate
 from hawk.sim.parameters import Parameters
+from hawk.sim.rally import RallyPlace
 
 SINK_M_S = 2.4
 """LOITER, POSHOLD and ALT_HOLD with the throttle stick low, as measured."""
@@ -51,7 +52,7 @@ class Phase(Enum):
 @dataclass(frozen=True, slots=True)
 class ModeInputs:
     """Inputs of a mode. ``home`` is NED metres in the world, ``ceiling`` the fence's height above home or None;
-    ``stick`` the pilot's throttle, 0..1, None without a radio.
+    ``stick`` the pilot's throttle, 0..1, None without a radio; ``rally`` where RTL goes in place of home, or None.
     """
 
     time: float
@@ -63,6 +64,7 @@ class ModeInputs:
     position_ok: bool
     stick: float | None
     ceiling: float | None
+    rally: RallyPlace | None = None
 
     @property
     def flat(self) -> Flat:
@@ -222,8 +224,9 @@ class Rtl(Mode):
         super().__init__(view)
         self._leg = self._Leg.CLIMB
         self._height = _return_height(view)
-        self._home = view.home
-        """Home when RTL began: ArduCopter plans the return once, and a home that is moved later changes nothing."""
+        self._home = view.home if view.rally is None else (*view.rally.place, view.home[2])
+        """Home, or the rally point, when RTL began: ArduCopter plans the return once, and what is moved later changes
+        nothing."""
         self._since = view.time
 
     def run(self, view: ModeInputs) -> Setpoint:
@@ -271,10 +274,11 @@ def descend(view: ModeInputs, place: Flat | None) -> Setpoint:
 
 def _return_height(view: ModeInputs) -> float:
     """ArduCopter's RTL path: RTL_ALT, lower inside the cone, never lower than here, below the fence's ceiling."""
-    wanted = max(view.height, view.parameters["RTL_ALT"] * CENTI)
+    goal, lowest = (view.home[:2], 0.0) if view.rally is None else (view.rally.place, view.rally.height)
+    wanted = max(view.height, lowest, view.parameters["RTL_ALT"] * CENTI)
     slope = view.parameters["RTL_CONE_SLOPE"]
     if slope > 0.0:
-        away = math.dist(view.flat, view.home[:2])
+        away = math.dist(view.flat, goal)
         wanted = max(min(wanted, max(away * slope, 2.0)), view.height)
     wanted = max(wanted, view.height + view.parameters["RTL_CLIMB_MIN"] * CENTI)
     return wanted if view.ceiling is None else max(min(wanted, view.ceiling), 0.0)

@@ -15,12 +15,13 @@ import numpy as np
 
 from hawk.sim.autopilot import STEP_S, Autopilot
 from hawk.sim.camera import FRAME_S, Camera, Renderer, Shot, SimulationClock
-from hawk.sim.camera_server import Backend, CameraFaults, CameraServer, apply_camera_fault, apply_fault
+from hawk.sim.camera_server import Backend, CameraServer
+from hawk.sim.faults import CameraFaults, apply_camera_fault, apply_fault
 from hawk.sim.flight_record import FlightRecord
 from hawk.sim.follow import Follower
 from hawk.sim.geometry import Origin
 from hawk.sim.mavlink_link import MavlinkLink
-from hawk.sim.options import AutopilotOptions
+from hawk.sim.options import AutopilotOptions, Other
 from hawk.sim.udp import UdpLink, UdpUrl
 
 TICK_S = 0.005
@@ -31,7 +32,10 @@ CHUNK_S = 0.25
 
 @dataclass(frozen=True, slots=True)
 class RunOptions:
-    """Options of a run. ``start`` is x, y in metres in the world's picture; ``latency`` simulated seconds."""
+    """Options of a run. ``start`` is x, y in metres in the world's picture; ``latency`` simulated seconds.
+
+    ``mavlink_version`` is 1 or 2; ``others`` are on the link besides the vehicle.
+    """
 
     start: tuple[float, float]
     mavlink: UdpUrl
@@ -40,6 +44,8 @@ class RunOptions:
     speed: float = 1.0
     latency: float = 0.05
     seed: int = 0
+    mavlink_version: int = 2
+    others: tuple[Other, ...] = ()
     autopilot: AutopilotOptions = field(default_factory=AutopilotOptions)
 
 
@@ -50,6 +56,8 @@ class Flyer:
         generators = [np.random.default_rng(seed) for seed in np.random.SeedSequence(options.seed).spawn(2)]
         self.autopilot = Autopilot(options.autopilot, options.origin, generators[0])
         self.link = MavlinkLink(self.autopilot, generators[1])
+        self.link.version = options.mavlink_version
+        self.link.others.present = frozenset(options.others)
         self.record = FlightRecord(self.autopilot)
         self._camera = camera
         self._clock = clock

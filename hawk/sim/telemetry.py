@@ -19,7 +19,6 @@ Message = Any
 _ALWAYS_HEALTHY = (
     mavlink.MAV_SYS_STATUS_SENSOR_3D_GYRO
     | mavlink.MAV_SYS_STATUS_SENSOR_3D_ACCEL
-    | mavlink.MAV_SYS_STATUS_SENSOR_3D_MAG
     | mavlink.MAV_SYS_STATUS_SENSOR_ABSOLUTE_PRESSURE
     | mavlink.MAV_SYS_STATUS_SENSOR_ANGULAR_RATE_CONTROL
     | mavlink.MAV_SYS_STATUS_SENSOR_ATTITUDE_STABILIZATION
@@ -28,6 +27,7 @@ _ALWAYS_HEALTHY = (
 )
 _SENSORS = (
     _ALWAYS_HEALTHY
+    | mavlink.MAV_SYS_STATUS_SENSOR_3D_MAG
     | mavlink.MAV_SYS_STATUS_SENSOR_GPS
     | mavlink.MAV_SYS_STATUS_SENSOR_Z_ALTITUDE_CONTROL
     | mavlink.MAV_SYS_STATUS_SENSOR_XY_POSITION_CONTROL
@@ -47,6 +47,7 @@ _CAPABILITIES = (
     | mavlink.MAV_PROTOCOL_CAPABILITY_FLIGHT_TERMINATION
     | mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2
     | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_FENCE
+    | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_RALLY
 )
 _VERSION = (4 << 24) | (6 << 16) | (0 << 8) | 255
 """Flight software 4.6.0, FIRMWARE_VERSION_TYPE_OFFICIAL."""
@@ -89,6 +90,7 @@ def _sys_status(autopilot: Autopilot) -> Message:
     health = _ALWAYS_HEALTHY | mavlink.MAV_SYS_STATUS_SENSOR_Z_ALTITUDE_CONTROL
     for bit, healthy in (
         (mavlink.MAV_SYS_STATUS_SENSOR_GPS, autopilot.estimator.healthy),
+        (mavlink.MAV_SYS_STATUS_SENSOR_3D_MAG, not autopilot.compasses.failed),
         (mavlink.MAV_SYS_STATUS_SENSOR_XY_POSITION_CONTROL, autopilot.position_ok),
         (mavlink.MAV_SYS_STATUS_AHRS, autopilot.position_ok),
         (mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER, autopilot.radio.report.was_heard and not autopilot.failsafes.radio),
@@ -129,7 +131,7 @@ def _gps_raw(autopilot: Autopilot) -> Message:
     return mavlink.MAVLink_gps_raw_int_message(
         int(autopilot.time_boot * 1e6),
         estimator.fix_type,
-        *(_geodetic(autopilot, autopilot.estimate.position) if fixed else (0, 0, 0)),
+        *(_geodetic(autopilot, estimator.measured(autopilot.body)) if fixed else (0, 0, 0)),
         80 if fixed else 9999,
         120 if fixed else 9999,
         round(math.hypot(north, east) * 100) if fixed else 0,
@@ -251,7 +253,10 @@ def _ekf_status(autopilot: Autopilot) -> Message:
         flags |= mavlink.EKF_VELOCITY_HORIZ | mavlink.EKF_CONST_POS_MODE
     if estimator.glitch.is_told:
         flags |= mavlink.EKF_GPS_GLITCHING
-    return mavlink.MAVLink_ekf_status_report_message(flags, 0.01, 0.01 + estimator.glitch.variance, 0.01, 0.02, 0.0)
+    horizontal = 0.01 + estimator.glitch.variance
+    return mavlink.MAVLink_ekf_status_report_message(
+        flags, 0.01, horizontal, 0.01, 0.02 + estimator.heading.variance, 0.0
+    )
 
 
 def _system_time(autopilot: Autopilot) -> Message:

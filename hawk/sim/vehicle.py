@@ -1,4 +1,4 @@
-"""The flying body, its battery and the wind."""
+"""The flying body and the wind."""
 
 from __future__ import annotations
 
@@ -60,6 +60,14 @@ class Demand:
     motors: bool = False
     idle: bool = False
     """Motors turn without lift: throttle at zero."""
+
+    def turned(self, angle: float) -> Demand:
+        """Return the demand with its horizontal acceleration turned clockwise by an angle, radians."""
+        if angle == 0.0:
+            return self
+        north, east, down = self.acceleration
+        cosine, sine = math.cos(angle), math.sin(angle)
+        return replace(self, acceleration=(north * cosine - east * sine, north * sine + east * cosine, down))
 
 
 def step_body(body: Body, demand: Demand, wind: Vector, dt: float, slope: Slope = LEVEL) -> Body:
@@ -166,39 +174,3 @@ class Wind:
         self._gust = (self._gust[0] * keep + fresh * float(noise[0]), self._gust[1] * keep + fresh * float(noise[1]))
         north, east = self.speed * math.cos(self.heading), self.speed * math.sin(self.heading)
         return north + self._gust[0], east + self._gust[1], 0.0
-
-
-CAPACITY_MAH = 5000.0
-EMPTY_V, FULL_V = 9.9, 12.6
-"""Three lithium-polymer cells at rest, as ArduPilot's own simulation."""
-RESISTANCE_OHM = 0.012
-IDLE_A = 0.6
-
-
-class Battery:
-    """Lasts ``minutes`` in hover from full. ``remaining`` (0..1) may be set."""
-
-    def __init__(self, minutes: float) -> None:
-        self.remaining = 1.0
-        self.current = IDLE_A
-        self._hover_a = CAPACITY_MAH / 1000.0 * 60.0 / minutes
-
-    def step(self, lifting: bool, effort: float, dt: float) -> None:
-        """Use charge for ``dt`` seconds. ``effort`` is thrust over weight."""
-        self.current = IDLE_A + (self._hover_a * effort**1.5 if lifting else 0.0)
-        self.remaining = max(0.0, self.remaining - self.current * dt / 3600.0 / (CAPACITY_MAH / 1000.0))
-
-    @property
-    def voltage(self) -> float:
-        """Volts under the present load."""
-        return EMPTY_V + (FULL_V - EMPTY_V) * self.remaining - RESISTANCE_OHM * self.current
-
-    @property
-    def used_mah(self) -> float:
-        """Charge taken out, milliampere-hours."""
-        return (1.0 - self.remaining) * CAPACITY_MAH
-
-    @property
-    def is_empty(self) -> bool:
-        """True when no charge is left."""
-        return self.remaining <= 0.0

@@ -143,7 +143,7 @@ class SimulatedStack:
         return await self._get("/status")
 
     async def inject(self, fault: Mapping[str, Any]) -> None:
-        """Inject or clear faults of the simulated drone (`hawk.sim.camera_server.Fault`)."""
+        """Inject or clear faults of the simulated drone (`hawk.sim.faults.Fault`)."""
         assert self._session is not None and self.address is not None  # noqa: S101, PT018
         async with self._session.post(f"{self.address.http}/fault", json=dict(fault)) as response:
             response.raise_for_status()

@@ -48,7 +48,7 @@ from faults.run import ALL, SHORT
 from hawk.comm.status import CheckItem, HealthItem, Heartbeat, LogEntry
 from hawk.model.lot_map import Stall, StallState
 from hawk.model.operation import StateName
-from hawk.sim.camera_server import Fault as DroneFault
+from hawk.sim.faults import Fault as DroneFault
 
 TRUTH: dict[str, Any] = {
     "time": 5.0,

@@ -106,7 +106,7 @@ def test_gnss_that_is_off_is_refused_for_ten_seconds_and_then_taken() -> None:
     """Figures of a real ArduCopter: variance 6.66 at 25 m, the flag after 1.2 s, the jump after 10 s."""
     unit = hovering()
     unit.fly_to((0.0, 0.0, -10.0), 0.0)
-    unit.estimator.glitch.offset = (25.0, 0.0, 0.0)
+    unit.gnss.set_glitch((25.0, 0.0, 0.0))
     run(unit, 0.5)
     assert unit.estimator.glitch.variance == pytest.approx(6.6, abs=0.1)
     assert "GPS Glitch or Compass error" not in [text.text for text in unit.texts]
@@ -125,7 +125,7 @@ def test_gnss_that_is_off_is_refused_for_ten_seconds_and_then_taken() -> None:
 
 def test_gnss_that_is_off_by_little_is_taken_without_a_jump() -> None:
     unit = hovering()
-    unit.estimator.glitch.offset = (3.0, 0.0, 0.0)
+    unit.gnss.set_glitch((3.0, 0.0, 0.0))
     last = unit.estimate.position[0]
     for _ in range(600):
         run(unit, 0.01)

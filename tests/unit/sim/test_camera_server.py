@@ -7,7 +7,8 @@ from typing import Any
 import aiohttp
 import pytest
 
-from hawk.sim.camera_server import Backend, CameraFaults, CameraServer, Fault
+from hawk.sim.camera_server import Backend, CameraServer
+from hawk.sim.faults import CameraFaults, Fault
 from hawk.sim.flight_record import WatchedFence
 from hawk.sim.geometry import Origin
 from tests.unit.sim.test_camera import Bench

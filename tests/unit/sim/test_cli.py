@@ -35,6 +35,10 @@ def picture(tmp_path: Path) -> Path:
         (["--battery-minutes", "0"], "--battery-minutes"),
         (["--gcs-param-name", "other"], "--gcs-param-name"),
         (["--metres-per-pixel", "-1"], "--metres-per-pixel"),
+        (["--battery-cells", "0"], "--battery-cells"),
+        (["--gnss-bias", "3"], "--gnss-bias"),
+        (["--mavlink-version", "3"], "--mavlink-version"),
+        (["--others", "tracker,kite"], "--others"),
     ],
 )
 def test_a_wrong_option_is_named_and_ends_with_two(
@@ -124,3 +128,13 @@ def test_the_truth_of_a_picture_is_read_and_saved(picture: Path, tmp_path: Path)
     assert main([*world, f"--save-truth={saved}", "--http=127.0.0.1:0", "--parent-pid=99999999"]) == 2
     written = json.loads(saved.read_text())
     assert written["stalls"][0]["state"] == "taken"
+
+
+def test_the_lies_of_the_command_line_reach_the_drone() -> None:
+    given = ["--battery-cells", "4", "--gnss-bias=-3,2.5", "--mavlink-version", "1", "--others", "tracker,gimbal"]
+    options = make_parser().parse_args(given)
+    run = run_options(options, load_world(options))
+    assert run.autopilot.battery_cells == 4
+    assert run.autopilot.gnss_bias == (-3.0, 2.5)
+    assert run.mavlink_version == 1
+    assert run.others == ("tracker", "gimbal")

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,11 +10,11 @@ from pydantic import ValidationError
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from hawk.sim.camera import Camera, SimulationClock
-from hawk.sim.camera_server import CameraFaults, Fault, apply_camera_fault, apply_fault
+from hawk.sim.faults import CameraFaults, Fault, apply_camera_fault, apply_fault
 from tests.unit.sim.test_camera import GreyRenderer
 
 
-def put(station: Any, **fields: Any) -> tuple[list[str], Camera, CameraFaults]:
+def put(station: Any, /, **fields: Any) -> tuple[list[str], Camera, CameraFaults]:
     camera = Camera(GreyRenderer(), SimulationClock(), np.random.default_rng(1))
     server = CameraFaults()
     return apply_fault(Fault(**fields), station.autopilot, station.link, camera, server), camera, server
@@ -30,6 +31,17 @@ def put(station: Any, **fields: Any) -> tuple[list[str], Camera, CameraFaults]:
         ({"gps_jump": (float("inf"), 0.0, 0.0)}, "gps_jump"),
         ({"link_loss": 1.5}, "link_loss"),
         ({"sunshine": 1}, "sunshine"),
+        ({"gps_walk": (0.7, 0.0, 0.0)}, "gps_walk"),
+        ({"baro_drift": float("inf")}, "baro_drift"),
+        ({"compass": "bent"}, "compass"),
+        ({"compass_error_deg": 181}, "compass_error_deg"),
+        ({"battery_cells": 0}, "battery_cells"),
+        ({"battery_counter": "back"}, "battery_counter"),
+        ({"link_version": 3}, "link_version"),
+        ({"others": ["kite"]}, "others"),
+        ({"rally": [(0.0, 0.0)]}, "rally"),
+        ({"station": [{"kind": "PARAM SET", "fields": {}}]}, "station"),
+        ({"camera_orientation": 9}, "camera_orientation"),
     ],
 )
 def test_nonsense_is_refused_by_its_name(fields: dict[str, Any], named: str) -> None:
@@ -167,13 +179,14 @@ def test_a_crash_of_the_program(flying: Any) -> None:
     assert not flying.heard
 
 
-@pytest.mark.parametrize("kind", ["dark", "frozen", "garbage", "unstamped", "closed", "mirrored", "ok"])
+@pytest.mark.parametrize("kind", ["dark", "frozen", "garbage", "damaged", "unstamped", "closed", "mirrored", "ok"])
 def test_one_camera_fault_at_a_time(station: Any, kind: str) -> None:
     _, camera, server = put(station, camera=kind)
     states = {
         "dark": camera.dark,
         "frozen": camera.frozen,
         "garbage": server.garbage,
+        "damaged": server.damaged,
         "unstamped": server.unstamped,
         "closed": server.closed,
         "mirrored": camera.mirrored,
@@ -188,3 +201,43 @@ def test_a_camera_sits_turned_until_it_is_turned_back(station: Any) -> None:
     assert camera.turned == pytest.approx(-math.pi / 2)
     assert apply_camera_fault(Fault(camera_turn_deg=0.0), camera, server) == []
     assert camera.turned == 0.0
+
+
+def test_the_battery_s_parts_are_set_one_by_one(flying: Any) -> None:
+    battery = flying.autopilot.battery
+    put(flying, battery_charge=30.0, battery_counter="still", battery_error_v=-0.2, battery_resistance_ohm=0.05)
+    flying.run(1.0)
+    assert (battery.remaining, battery.counts, battery.error_v, battery.resistance) == (
+        pytest.approx(1.0, abs=0.02),
+        False,
+        -0.2,
+        0.05,
+    )
+    assert battery.charge < 0.3
+    put(flying, battery_counter="restart", battery_rest_v=9.5, battery_cells=4)
+    assert (battery.remaining, battery.counts, battery.rest_v, battery.cells) == (1.0, True, 9.5, 4)
+    put(flying, battery_rest_v=0.0)
+    assert battery.rest_v is None
+
+
+def test_a_boot_begins_to_count_anew(station: Any) -> None:
+    put(station, battery=40.0)
+    put(station, autopilot="reboot")
+    assert station.autopilot.battery.remaining == 1.0
+    assert station.autopilot.battery.charge == pytest.approx(0.4)
+
+
+def test_motors_stop_in_the_air(flying: Any) -> None:
+    put(flying, motors="off")
+    flying.stream(245)
+    flying.run(0.3)
+    assert not flying.autopilot.armed
+    assert flying.last("EXTENDED_SYS_STATE").landed_state == 1  # ArduCopter's detector: disarmed is landed
+    assert flying.autopilot.body.height > 10.0
+    flying.run(4.0)
+    assert flying.autopilot.body.crashed
+
+
+def test_every_fault_stands_in_the_documentation() -> None:
+    page = (Path(__file__).parents[3] / "docs" / "faults.md").read_text()
+    assert [name for name in Fault.model_fields if f"`{name}`" not in page] == []
