@@ -10,6 +10,7 @@ import asyncio
 import logging
 import threading
 import time
+from collections.abc import Callable
 from contextlib import aclosing
 
 import numpy as np
@@ -29,7 +30,15 @@ STALE_S = 3.0
 class OperatorCamera:
     """Reads ``http://HOST:PORT/stream.mjpg``."""
 
-    def __init__(self, host: str, port: int, token: str | None = None, *, reconnect_s: float = 1.0) -> None:
+    def __init__(
+        self,
+        host: str,
+        port: int,
+        token: str | None = None,
+        *,
+        reconnect_s: float = 1.0,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
         """``token``: the daemon's, where it has one. ``reconnect_s``: real seconds between attempts to connect.
 
         Raises:
@@ -41,6 +50,7 @@ class OperatorCamera:
         self._url = f"http://{name}:{port}/stream.mjpg"
         self._headers = {"Authorization": f"Bearer {token}"} if token else {}
         self._reconnect_s = reconnect_s
+        self._clock = clock
         self._lock = threading.Lock()
         self._jpeg: bytes | None = None
         self._arrived = 0.0
@@ -56,7 +66,7 @@ class OperatorCamera:
     def get_image(self) -> NDArray[np.uint8]:
         """Return the latest picture, (height, width, 3) BGR. Raises NoImage when there is none of the last seconds."""
         with self._lock:
-            data, age, problem = self._jpeg, time.monotonic() - self._arrived, self._problem
+            data, age, problem = self._jpeg, self._clock() - self._arrived, self._problem
         if data is None or age > STALE_S:
             raise NoImage(f"{self._url}: {problem}")
         return decode(data)
@@ -68,7 +78,7 @@ class OperatorCamera:
             thread.stop()
 
     async def _receive(self) -> None:
-        source = HttpMjpegSource(self._url, time.monotonic, self._headers)
+        source = HttpMjpegSource(self._url, self._clock, self._headers)
         while True:
             try:
                 async with aclosing(source.frames()) as frames:
@@ -80,7 +90,7 @@ class OperatorCamera:
 
     def _take(self, data: bytes) -> None:
         with self._lock:
-            self._jpeg, self._arrived, self._problem = data, time.monotonic(), "the picture is too old"
+            self._jpeg, self._arrived, self._problem = data, self._clock(), "the picture is too old"
 
     def _report(self, problem: str) -> None:
         with self._lock:

@@ -131,6 +131,20 @@ def test_process_raises_naming_each_that_failed_after_all_ran(monkeypatch: pytes
     assert rig.interface.mapper_app_health_pub.value.is_healthy
 
 
+@pytest.mark.parametrize("part", ["vision", "mapper", "path plan"])
+def test_process_raises_when_one_app_alone_fails(rig: Rig, part: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    steps = {"vision": (rig.vision, "see"), "mapper": (rig.mapper, "fuse"), "path plan": (rig.path_plan, "_planned")}
+    monkeypatch.setattr(*steps[part], _broken)
+    rig.interface.begin(flight(21)[-1])
+    with pytest.raises(AlgoError, match=rf"^{part}: unexpected ZeroDivisionError: division by zero$"):
+        rig.manager.process()
+    healths = {
+        "mapper": rig.interface.mapper_app_health_pub.value,
+        "path plan": rig.interface.path_plan_app_health_pub.value,
+    }
+    assert [name for name, health in healths.items() if not health.is_healthy] == [part][part == "vision" :]
+
+
 def test_the_pictures_of_a_frozen_camera_are_not_mapped(rig: Rig) -> None:
     before = rig.mapper.get_occupancy_map()
     frames = [replace(frame, jpeg=b"frozen") for frame in flight(30)[20:]]

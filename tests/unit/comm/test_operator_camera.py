@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from hawk.comm.image import NoImage
 from hawk.comm.operator_camera import OperatorCamera
+from tests.manual_clock import ManualClock
 from tests.unit.comm.pictures import StreamServer, forever, once, part, picture
 
 T = TypeVar("T")
@@ -61,6 +62,20 @@ async def test_pictures_of_the_daemon_are_given_as_bgr(blocking: ThreadPoolExecu
     await call(blocking, camera.close)
     await server.close()
     assert "operator-camera" not in [thread.name for thread in threading.enumerate()]
+
+
+async def test_a_picture_older_than_three_seconds_is_none(blocking: ThreadPoolExecutor) -> None:
+    server, clock = StreamServer(forever(part(LIGHT))), ManualClock(100.0)
+    camera = OperatorCamera(*await serve(server), clock=clock)
+    camera.init()
+    await call(blocking, lambda: wait_image(camera))
+    await call(blocking, camera.close)
+    await server.close()
+    clock.advance(2.9)
+    assert camera.get_image().shape == (24, 32, 3)
+    clock.advance(0.2)
+    with pytest.raises(NoImage, match="the picture is too old"):
+        camera.get_image()
 
 
 async def test_before_a_picture_comes_there_is_none(unused_tcp_port: int, blocking: ThreadPoolExecutor) -> None:

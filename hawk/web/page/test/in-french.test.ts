@@ -1,4 +1,5 @@
 import "./dom.ts";
+import "./no-drawing.ts";
 import assert from "node:assert/strict";
 import { readdirSync, readFileSync } from "node:fs";
 import { fileURLToPath } from "node:url";
@@ -40,27 +41,7 @@ import { Stage } from "./stage.ts";
 
 const SETTING = { Section: "Drone says fence", Key: "Drone says radius", Text: "Drone says its radius.", Unit: "m", Value: 150, Default: 120, Lowest: 10, Highest: 500 };
 
-/** Takes every call and draws nothing. */
-const NO_CONTEXT: unknown = new Proxy(() => NO_CONTEXT, {
-  get: (_, name) => (name === Symbol.toPrimitive ? () => 0 : name === "width" ? 10 : NO_CONTEXT),
-  set: () => true,
-});
-Object.defineProperty(Object.getPrototypeOf(document.createElement("canvas")), "getContext", { value: () => NO_CONTEXT });
-Object.assign(globalThis, {
-  ResizeObserver: class {
-    observe = (): void => undefined;
-    disconnect = (): void => undefined;
-  },
-  Path2D: class {
-    moveTo = (): void => undefined;
-    lineTo = (): void => undefined;
-    rect = (): void => undefined;
-  },
-  getComputedStyle: window.getComputedStyle.bind(window),
-  requestAnimationFrame: () => 0,
-  location: { protocol: "http:", host: "drone:3000" },
-  fetch: () => Promise.resolve(new Response(JSON.stringify({ Settings: [SETTING] }))),
-});
+Object.assign(globalThis, { fetch: () => Promise.resolve(new Response(JSON.stringify({ Settings: [SETTING] }))) });
 const { FlightTab } = await import("../src/ui/flight-tab.ts");
 const { SurveyPanel } = await import("../src/ui/survey-panel.ts");
 const { VideoPanel } = await import("../src/ui/video-panel.ts");

@@ -12,6 +12,7 @@ import * as format from "../words/format.ts";
 import { planMove } from "../words/move.ts";
 import { number, say } from "../words/say.ts";
 import { SCALES } from "../words/units.ts";
+import { userError } from "../words/user-error.ts";
 import { linkOf, type View } from "../words/view.ts";
 import { stallCount } from "./counts-card.ts";
 import { Part } from "./element.ts";
@@ -232,9 +233,8 @@ export class MapPanel extends Part {
       </div>`;
     }
     if (this.model.drawing !== null) return nothing;
-    if (heartbeat && heartbeat["User Error"] !== 0) {
-      return html`<div class="toast warning" role="alert">${icon("warn")}<span>${drone(heartbeat["User Error Text"])}</span></div>`;
-    }
+    const error = userError(heartbeat);
+    if (error !== null) return html`<div class="toast warning" role="alert">${icon("warn")}<span>${drone(error)}</span></div>`;
     const failed = heartbeat?.Checks.filter((check) => !check.Passed) ?? [];
     if (failed[0] && !this.sideShown()) {
       const text = failed.length === 1 ? checkWords(failed[0]) : say("checks-failed", { checks: failed.length });
