@@ -13,11 +13,11 @@ from typing import Literal
 
 from hawk.comm.messages import Ack, Command, Kill, KillToken
 from hawk.comm.terrain import Terrain
-from hawk.ddc.acts import Acts, Ask, CutMotors, ReadParameter
+from hawk.ddc.acts import Acts, Ask, CutMotors, Desire, ReadParameter
 from hawk.ddc.clearance import BelowFacts
 from hawk.ddc.decider import Decider, Decision
 from hawk.ddc.energy import Reserve
-from hawk.ddc.facts import Answer, Facts, VehicleEvent, WindFacts
+from hawk.ddc.facts import Answer, Facts, HomeFacts, VehicleEvent, WindFacts
 from hawk.ddc.kill import KillTokens
 from hawk.ddc.orders import (
     ConfigureOrder,
@@ -38,7 +38,7 @@ from hawk.ddc.orders import (
 from hawk.ddc.wind import Wind
 from hawk.model.limits import HeightParameters
 from hawk.model.operation import StateName
-from hawk.model.plans import ExploreStatus, PathPlan, Route
+from hawk.model.plans import DesiredPose, ExploreStatus, Inbound, PathPlan, Route, Verdict
 from hawk.model.poses import MapPoint
 from hawk.model.vehicle import CopterMode, LandedState
 from tests.unit.ddc.fakes import SAFE_PARAMETERS
@@ -87,7 +87,9 @@ class Column:
 
     def facts(self, now: float) -> Facts:
         """Return facts in which all is well in this state."""
-        return self.standing(flying(now, self.mode))
+        facts = flying(now, self.mode)
+        home = HomeFacts(place=facts.position.datum, age=0.1, away=0.0)
+        return self.standing(replace(facts, position=replace(facts.position, autopilot_home=home)))
 
 
 class Program:
@@ -97,6 +99,7 @@ class Program:
         self._column = column
         self._decider = Decider(SETTINGS, KillTokens(), BEGAN - SETTLED_S)
         self._asked: list[Ask] = []
+        self._desired: DesiredPose | None = None
         for tick in range(round(SETTLED_S / TICK_S)):
             self.tick(BEGAN - SETTLED_S + TICK_S * tick, Event("", "", found if tick == 0 else _as_it_is))
         self._decider._switch(column.transition, column.facts(BEGAN))
@@ -109,7 +112,7 @@ class Program:
 
     def facts(self, now: float, event: Event) -> Facts:
         """Return the facts of an event."""
-        facts = self._column.facts(now)
+        facts = _judged(self._column.facts(now), self._desired)
         return event.change(replace(facts, answers=tuple(_answer(ask, event) for ask in self._asked)))
 
     def tick(self, now: float, event: Event) -> None:
@@ -124,6 +127,19 @@ class Program:
 
     def _keep(self, acts: Acts) -> None:
         self._asked += [act for act in acts if isinstance(act, Ask)]
+        for act in acts:
+            if isinstance(act, Desire):
+                self._desired = act.pose
+
+
+def _judged(facts: Facts, desired: DesiredPose | None) -> Facts:
+    """Return facts in which the planner found the desired place inside the lot, with a straight route there."""
+    if desired is None or facts.place is None:
+        return facts
+    route = Route((facts.place.point, MapPoint(desired.north, desired.east)), (0.0, 0.0))
+    verdict = Verdict(desired.number, Inbound.INSIDE, route)
+    sight = replace(facts.sight, desired=desired, desired_count=desired.number, verdict=verdict)
+    return replace(facts, sight=sight)
 
 
 def _answer(ask: Ask, event: Event) -> Answer:

@@ -19,6 +19,26 @@ def test_the_page_is_what_the_program_does() -> None:
     assert DOCUMENT.read_text() == document(), "write it again: .venv/bin/python -m tests.unit.ddc.state_table"
 
 
+@pytest.mark.parametrize(
+    ("command", "column", "following"),
+    [
+        ("Configure", "Idle", StateName.CONFIGURE),
+        ("Arm", "Idle", StateName.ARM),
+        ("Takeoff", "Armed", StateName.TAKEOFF),
+        ("Autonomous Explore", "Hover", StateName.AUTONOMOUS_EXPLORE),
+        ("Autonomous Move", "Hover", StateName.AUTONOMOUS_MOVE),
+        ("Compulsive Move", "Hover", StateName.COMPULSIVE_MOVE),
+        ("Return To Launch", "Hover", StateName.RETURN_TO_LAUNCH),
+        ("Land", "Hover", StateName.LAND),
+        ("Hold", "Explore", StateName.HOVER),
+        ("Disarm", "Arming", StateName.IDLE),
+        ("Resume", "Manual", StateName.HOVER),
+    ],
+)
+def test_each_state_is_entered_by_its_command(command: str, column: str, following: StateName) -> None:
+    assert OUTCOMES["Command", command][column] == following.value
+
+
 @pytest.mark.parametrize("event", BY_ITSELF)
 def test_nothing_but_a_command_begins_a_task_or_a_take_off(event: tuple[str, str]) -> None:
     begun = {*TASKS, StateName.TAKEOFF.value}
