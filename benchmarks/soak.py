@@ -41,7 +41,8 @@ from benchmarks.lawnmower import LawnmowerOperator, Place, lanes
 from benchmarks.whole_daemon import CHROMIUM
 from hawk.comm.base_socket import ConnectionTimeout
 from hawk.comm.status import Heartbeat
-from hawk.simulation import FASTEST, SLOWEST, SPEED_HELP, SimulationOptions
+from hawk.simulation import SPEED_HELP, SimulationOptions
+from hawk.simulation_values import FASTEST, SLOWEST
 from hawk.survey.client import DroneClient, LinkLostError
 from hawk.survey.handset import SurveyStatus
 from hawk.survey.operator import SurveyOperator, SurveyPlan

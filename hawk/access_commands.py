@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 import sys
-from pathlib import Path
 from typing import Any, Final
 from urllib.parse import quote
 
+from hawk import option_values as values
 from hawk.comm.authority import Role
 from hawk.config import Config, ConfigError, load_config
 from hawk.web.make_certificate import LONGEST_DAYS, CertificateError, CertificatePlan, make_certificate, usual_names
@@ -24,16 +24,24 @@ def add_access_commands(commands: Any) -> None:
     tokens.set_defaults(action_of=_rotate)
     certificate = commands.add_parser("make-certificate", help="make a self-signed certificate for the page (HTTPS)")
     certificate.add_argument(
-        "--name", action="append", metavar="NAME", help="host name or address of the page, as often as needed"
+        "--name",
+        action="append",
+        type=values.some,
+        metavar="NAME",
+        help="host name or address of the page, as often as needed",
     )
-    certificate.add_argument("--out", type=Path, metavar="DIR", help="folder of both files (default: the store)")
-    certificate.add_argument("--days", type=int, default=LONGEST_DAYS, metavar="N", help=f"1 to {LONGEST_DAYS}")
+    certificate.add_argument("--out", type=values.path, metavar="DIR", help="folder of both files (default: the store)")
+    certificate.add_argument(
+        "--days", type=values.whole(1, LONGEST_DAYS), default=LONGEST_DAYS, metavar="N", help=f"1 to {LONGEST_DAYS}"
+    )
     certificate.add_argument("--replace", action="store_true", help="replace files that are there")
     certificate.set_defaults(action_of=_make_certificate)
     for parser in (tokens, certificate):
         parser.set_defaults(action=_run)
-        parser.add_argument("--config", type=Path, metavar="FILE", help="settings (TOML); without it every default")
-        parser.add_argument("--store", type=Path, metavar="DIR", help="folder of the daemon's files")
+        parser.add_argument(
+            "--config", type=values.path, metavar="FILE", help="settings (TOML); without it every default"
+        )
+        parser.add_argument("--store", type=values.path, metavar="DIR", help="folder of the daemon's files")
 
 
 def _run(options: argparse.Namespace) -> int:

@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, TypeVar
 from urllib.parse import parse_qsl, unquote, urlsplit
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError, model_validator
 
+from hawk.addresses import check_network_url
+
 RPICAM: Final = "rpicam:"
 V4L2: Final = "v4l2://"
+GSTREAMER: Final = "gst:"
+FILM: Final = "file://"
+NETWORK: Final = ("http://", "https://", "rtsp://", "rtsps://")
+CAMERA_KINDS: Final = (*NETWORK[:2], RPICAM, V4L2, *NETWORK[2:], FILM, GSTREAMER)
+"""Sources of pictures."""
 
 Pixels = Annotated[int, Field(ge=64, le=9152)]
 """Up to the widest sensor for a Raspberry Pi, of 64 megapixels."""
@@ -75,18 +83,44 @@ def v4l2_camera(url: str) -> V4l2Camera:
     """Return the camera of ``v4l2:///dev/PATH?OPTIONS``. Raises ValueError, as `rpicam_camera` does."""
     parts = urlsplit(url)
     path = unquote(parts.path)
-    if parts.netloc or not path.startswith("/"):
+    if parts.netloc or not path.rstrip("/").startswith("/"):
         raise ValueError("write three slashes before the device: v4l2:///dev/video0")
     return _checked(V4l2Camera, parts.query, {"device": path})
 
 
 def check_camera_address(url: str) -> str:
-    """Return the address. Raises ValueError for options that its kind does not have."""
+    """Return the address. Raises ValueError for one that names no source, and for options that its kind has not."""
     if url.startswith(RPICAM):
         rpicam_camera(url)
     elif url.startswith(V4L2):
         v4l2_camera(url)
+    elif url.startswith(NETWORK):
+        check_network_url(url)
+    elif url.startswith(GSTREAMER):
+        _check_pipeline(url.removeprefix(GSTREAMER))
+    elif url.startswith(FILM):
+        _check_film(url)
+    else:
+        raise ValueError(f"must start with {', '.join(CAMERA_KINDS[:-1])} or {CAMERA_KINDS[-1]}")
     return url
+
+
+def _check_pipeline(pipeline: str) -> None:
+    example = "write gst:v4l2src ! videoconvert (a pipeline of GStreamer without its sink)"
+    try:
+        parts = shlex.split(pipeline)
+    except ValueError as error:
+        raise ValueError(f"the pipeline cannot be read ({error}): {example}") from None
+    if not parts:
+        raise ValueError(f"names no pipeline: {example}")
+    if parts[0] == "!" or parts[-1] == "!":
+        raise ValueError(f"the pipeline begins or ends with an exclamation mark: {example}")
+
+
+def _check_film(url: str) -> None:
+    parts = urlsplit(url)
+    if parts.netloc or unquote(parts.path).rstrip("/") == "":
+        raise ValueError("write three slashes before the film: file:///home/pilot/film.mp4")
 
 
 def _checked(model: type[M], query: str, named: dict[str, Any]) -> M:

@@ -8,10 +8,13 @@ import sys
 from collections.abc import Sequence
 from dataclasses import fields
 from importlib.metadata import version
-from pathlib import Path
+from typing import NoReturn
 
+from hawk import option_values as values
+from hawk import simulation_values as simulator
 from hawk.access_commands import COMMANDS as ACCESS_COMMANDS
 from hawk.access_commands import add_access_commands
+from hawk.addresses import MOST_PORT
 from hawk.background.commands import COMMAND as MAKE_BACKGROUND
 from hawk.background.commands import add_background_command
 from hawk.calibrate.commands import COMMAND as CALIBRATE
@@ -21,12 +24,11 @@ from hawk.config import ConfigError
 from hawk.option_settings import load_settings
 from hawk.process import end_within
 from hawk.simulation import (
-    FASTEST,
     SIMULATOR_MISSING,
-    SLOWEST,
     SPEED_HELP,
     SimulationError,
     SimulationOptions,
+    SimulatorOptionError,
     simulator_installed,
 )
 from hawk.versions.commands import VERSION_COMMANDS, add_version_commands
@@ -36,6 +38,8 @@ EXIT_USAGE = 2
 """Exit status for wrong options and wrong settings, as argparse has it."""
 EXIT_FAILED = 1
 """Exit status when the simulation could not start."""
+LONGEST_SURVEY_S = 86_400.0
+"""Greatest --timeout: no battery lasts a day."""
 EXIT_S = 5.0
 """Real seconds for the process to end after its work; then its threads are printed and it is ended."""
 
@@ -43,20 +47,27 @@ EXIT_S = 5.0
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return the exit status."""
     given = list(sys.argv[1:] if arguments is None else arguments)
-    parser = make_parser()
     if not given or given[0] not in COMMANDS | {"-h", "--help", "--version"}:
         given.insert(0, "run")
-    options = parser.parse_args(given)
     try:
+        options = make_parser().parse_args(given)
         return int(options.action(options))
     except (ConfigError, SimulationError) as error:
         print(f"hawk-drone: {error}", file=sys.stderr)
-        return EXIT_USAGE if isinstance(error, ConfigError) else EXIT_FAILED
+        return EXIT_USAGE if isinstance(error, ConfigError | SimulatorOptionError) else EXIT_FAILED
+
+
+class _Parser(argparse.ArgumentParser):
+    """Reports a wrong option as every wrong setting is reported: one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """Raise ConfigError."""
+        raise ConfigError(f"{message.removeprefix('argument ')} (see {self.prog} --help)")
 
 
 def make_parser() -> argparse.ArgumentParser:
-    """Return the parser of the whole command line."""
-    parser = argparse.ArgumentParser(
+    """Return the parser of the whole command line. It raises ConfigError for what cannot be used."""
+    parser = _Parser(
         prog="hawk-drone", description=__doc__, epilog="Without a command: run. Every setting: config.toml."
     )
     parser.add_argument("--version", action="version", version=f"hawk-drone {version('hawk-drone')}")
@@ -64,7 +75,7 @@ def make_parser() -> argparse.ArgumentParser:
     run = commands.add_parser("run", help="run the daemon and serve the operator's page")
     run.set_defaults(action=_run)
     _add_daemon_options(run)
-    run.add_argument("--ready-file", type=Path, metavar="FILE", help=argparse.SUPPRESS)
+    run.add_argument("--ready-file", type=values.new(), metavar="FILE", help=argparse.SUPPRESS)
     run.add_argument("--attach-sim", metavar="URL", help=argparse.SUPPRESS)
     run.add_argument("--again", action="store_true", help="after a fault: go on with its survey, also in a simulation")
     survey = commands.add_parser("survey", help="fly a whole survey: take off, explore, come home, write the results")
@@ -73,8 +84,8 @@ def make_parser() -> argparse.ArgumentParser:
     _add_survey_options(survey)
     film = commands.add_parser("film", help="write the pictures of a recording as a film (AVI)")
     film.set_defaults(action=_film)
-    film.add_argument("recording", type=Path, metavar="RECORDING", help="a file of STORE/recordings (.mcap)")
-    film.add_argument("film", type=Path, metavar="FILM", help="the file to write (.avi)")
+    film.add_argument("recording", type=values.file, metavar="RECORDING", help="a file of STORE/recordings (.mcap)")
+    film.add_argument("film", type=values.new(".avi"), metavar="FILM", help="the file to write (.avi)")
     add_access_commands(commands)
     add_check_commands(commands)
     add_calibrate_command(commands)
@@ -96,21 +107,13 @@ def simulation_options(options: argparse.Namespace) -> SimulationOptions | None:
         raise ConfigError(f"--sim: {SIMULATOR_MISSING}")
     if options.world is not None and options.metres_per_pixel is None:
         raise ConfigError("--metres-per-pixel: is needed with --world (metres on the ground that a pixel covers)")
-    if options.world is not None and not _is_file(options.world):
-        raise ConfigError(f"--world: {options.world} is not a file that this user may read")
+    if options.world is None:
+        _refuse(options, ("metres_per_pixel", "truth"), "only together with --world")
+    elif options.seed is not None:
+        raise ConfigError("--seed: draws a world; not together with --world (--noise-seed: errors of the sensors)")
     _check_condition(options)
-    if not SLOWEST <= options.speed <= FASTEST:
-        bounds = f"{SLOWEST:g} to {FASTEST:g}"
-        raise ConfigError(f"--speed: must be {bounds} simulated seconds per second, not {options.speed}")
-    given = {each.name: getattr(options, each.name) for each in fields(SimulationOptions)}
+    given = {each.name: getattr(options, each.name, None) for each in fields(SimulationOptions)}
     return SimulationOptions(**{name: value for name, value in given.items() if value is not None})
-
-
-def _is_file(path: Path) -> bool:
-    try:
-        return path.is_file()
-    except OSError:  # a folder that is closed to this user
-        return False
 
 
 def _refuse(options: argparse.Namespace, names: Sequence[str], remedy: str) -> None:
@@ -132,38 +135,59 @@ def _check_condition(options: argparse.Namespace) -> None:
 
 
 def _add_daemon_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--config", type=Path, metavar="FILE", help="settings (TOML); without it every default")
-    parser.add_argument("--host", help="address to serve the page on")
-    parser.add_argument("--port", type=int, help="port to serve the page on, 0 for a free one")
+    parser.add_argument("--config", type=values.path, metavar="FILE", help="settings (TOML); without it every default")
+    parser.add_argument("--host", type=values.some, help="address to serve the page on")
+    parser.add_argument("--port", type=values.whole(0, MOST_PORT), help="port to serve the page on, 0 for a free one")
     parser.add_argument("--autopilot", metavar="URL", help="MAVSDK connection URL of the autopilot")
     parser.add_argument("--camera", metavar="URL", help="URL of the camera")
-    parser.add_argument("--store", type=Path, metavar="DIR", help="folder for parameters, journal and recordings")
-    parser.add_argument("--fence", type=Path, metavar="FILE", help="GeoJSON polygon that the drone must not leave")
-    parser.add_argument("--outline", type=Path, metavar="FILE", help="GeoJSON polygons of the area to survey")
+    parser.add_argument(
+        "--store", type=values.path, metavar="DIR", help="folder for parameters, journal and recordings"
+    )
+    parser.add_argument(
+        "--fence", type=values.file, metavar="FILE", help="GeoJSON polygon that the drone must not leave"
+    )
+    parser.add_argument("--outline", type=values.file, metavar="FILE", help="GeoJSON polygons of the area to survey")
     simulated = parser.add_argument_group("simulation", "fly a simulated drone instead of a real one")
     simulated.add_argument("--sim", action="store_true", help="start hawk-sim and fly it")
-    simulated.add_argument("--seed", type=int, metavar="N", help="world to draw (default 1)")
+    simulated.add_argument("--seed", type=values.whole(), metavar="N", help="world to draw (default 1)")
     simulated.add_argument("--condition", metavar="NAME", help="day, night, snow ... over a drawn world")
-    simulated.add_argument("--world", type=Path, metavar="FILE", help="fly over this picture instead")
-    simulated.add_argument("--metres-per-pixel", type=float, metavar="X", help="scale of that picture")
-    simulated.add_argument("--truth", type=Path, metavar="FILE", help="what the picture really holds (JSON)")
-    simulated.add_argument("--start", metavar="X,Y", help="where the drone stands, metres in the world's picture")
-    simulated.add_argument("--speed", type=float, default=1.0, metavar="N", help=SPEED_HELP)
-    simulated.add_argument("--gnss-sigma", type=float, metavar="M", help="slow error of the position, metres")
+    simulated.add_argument("--world", type=values.file, metavar="FILE", help="fly over this picture instead")
+    simulated.add_argument("--metres-per-pixel", type=simulator.scale, metavar="X", help="scale of that picture")
+    simulated.add_argument("--truth", type=values.file, metavar="FILE", help="what the picture really holds (JSON)")
     simulated.add_argument(
-        "--noise-seed", type=int, metavar="N", help="of the errors of position and sensors (default: --seed)"
+        "--start",
+        type=values.as_text(values.place),
+        metavar="X,Y",
+        help="where the drone stands, metres in the world's picture",
     )
-    simulated.add_argument("--wind", type=float, metavar="M/S", help="mean wind, metres per second")
-    simulated.add_argument("--slope", metavar="PERCENT,DEG", help="the ground rises towards this direction")
-    simulated.add_argument("--rangefinder", type=float, metavar="M", help="reach of a rangefinder that looks down")
+    simulated.add_argument("--speed", type=simulator.speed, default=1.0, metavar="N", help=SPEED_HELP)
+    simulated.add_argument(
+        "--gnss-sigma", type=simulator.gnss_sigma, metavar="M", help="slow error of the position, metres"
+    )
+    simulated.add_argument(
+        "--noise-seed", type=values.whole(), metavar="N", help="of the errors of position and sensors (default: --seed)"
+    )
+    simulated.add_argument("--wind", type=simulator.wind, metavar="M/S", help="mean wind, metres per second")
+    simulated.add_argument(
+        "--slope",
+        type=values.as_text(simulator.slope),
+        metavar="PERCENT,DEG",
+        help="the ground rises towards this direction",
+    )
+    simulated.add_argument(
+        "--rangefinder", type=simulator.rangefinder, metavar="M", help="reach of a rangefinder that looks down"
+    )
 
 
 def _add_survey_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for the results")
-    parser.add_argument("--url", metavar="URL", help="fly the drone of a daemon that runs already")
-    parser.add_argument("--token", help="the operator's token of that daemon")
+    parser.add_argument("--out", type=values.path, required=True, metavar="DIR", help="folder for the results")
+    parser.add_argument("--url", type=values.some, metavar="URL", help="fly the drone of a daemon that runs already")
+    parser.add_argument("--token", type=values.some, help="the operator's token of that daemon")
     parser.add_argument(
-        "--certificate", type=Path, metavar="FILE", help="trust this certificate of that daemon alone (self-signed)"
+        "--certificate",
+        type=values.file,
+        metavar="FILE",
+        help="trust this certificate of that daemon alone (self-signed)",
     )
     parser.add_argument(
         "--continue",
@@ -175,7 +199,7 @@ def _add_survey_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--timeout",
         dest="timeout_s",
-        type=float,
+        type=values.number(1, LONGEST_SURVEY_S),
         default=1800.0,
         metavar="S",
         help="seconds of exploring until it comes home anyway",
@@ -184,6 +208,8 @@ def _add_survey_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
+    if options.sim:
+        _refuse(options, ("autopilot", "camera"), "not together with --sim, which flies a simulated drone of its own")
     config = load_settings(options)
     simulation = simulation_options(options)
     from hawk.daemon import DaemonOptions, run_daemon
@@ -210,12 +236,19 @@ def _survey(options: argparse.Namespace) -> int:
     else:
         remedy = "a setting of the daemon at --url: give it to that daemon"
         _refuse(options, ("config", "host", "port", "autopilot", "camera", "store", "fence"), remedy)
-    load_settings(options)  # a wrong setting shows here, before anything is started
+    if options.url is None:
+        _refuse(options, ("token", "certificate"), "only together with --url")
+    config = load_settings(options)  # a wrong setting shows here, before anything is started
+    if options.url is None:
+        from hawk.start_checks import check_background, check_files
+
+        check_files(config)
+        check_background(config.web)
     from hawk.survey.run import SurveyOptions, run_survey
 
-    values = {each.name: getattr(options, each.name) for each in fields(SurveyOptions) if each.name != "simulation"}
-    values["set_failsafes"] |= simulation is not None
-    return asyncio.run(run_survey(SurveyOptions(simulation=simulation, **values)))
+    given = {each.name: getattr(options, each.name) for each in fields(SurveyOptions) if each.name != "simulation"}
+    given["set_failsafes"] |= simulation is not None
+    return asyncio.run(run_survey(SurveyOptions(simulation=simulation, **given)))
 
 
 def _film(options: argparse.Namespace) -> int:

@@ -16,10 +16,11 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 from pydantic.fields import FieldInfo
 
-from hawk.camera_address import RPICAM, V4L2, check_camera_address
+from hawk.addresses import check_autopilot_address, check_host, usable_path
+from hawk.camera_address import check_camera_address
 
 ENVIRONMENT_PREFIX = "HAWK_"
 """``HAWK_WEB__PORT=3001`` sets ``port`` of section ``web``."""
@@ -42,21 +43,28 @@ class Section(BaseModel):
 
 
 _OUT_OF_BOUNDS = frozenset({"greater_than_equal", "less_than_equal"})
-AUTOPILOT_KINDS = ("udpin://", "udpout://", "tcpin://", "tcpout://", "serial://", "serial_flowcontrol://")
-"""Links that MAVSDK opens."""
-CAMERA_KINDS = ("http://", "https://", RPICAM, V4L2, "rtsp://", "rtsps://", "file://", "gst:")
-"""Sources of pictures."""
 
 
-def _address(*kinds: str) -> AfterValidator:
-    """Return the check that an address begins with one of these prefixes."""
+def _path(value: Any) -> Any:
+    return usable_path(value) if isinstance(value, str | Path) else value
 
-    def check(value: str) -> str:
-        if not value.startswith(kinds):
-            raise ValueError(f"must start with {', '.join(kinds[:-1])} or {kinds[-1]}")
-        return value
 
-    return AfterValidator(check)
+FilePath = Annotated[Path, BeforeValidator(_path)]
+"""A file or folder; ``~`` stands for the home folder."""
+
+
+def _page_host(value: str) -> str:
+    if not value:
+        raise ValueError("is empty: 0.0.0.0 stands for all addresses of this computer, 127.0.0.1 for itself alone")
+    return check_host(value)
+
+
+def _page_name(value: str) -> str:
+    try:
+        return check_host(value.strip("[]"))
+    except ValueError:
+        words = "must be names as a browser's address has them, without scheme, port and path (drone.example)"
+        raise ValueError(words) from None
 
 
 def host_and_port(address: str) -> tuple[str, int | None]:
@@ -101,7 +109,7 @@ def _operator_id(value: str) -> str:
 class AutopilotSettings(Section):
     """Link to the autopilot."""
 
-    url: Annotated[str, _address(*AUTOPILOT_KINDS)] = "udpin://127.0.0.1:14550"
+    url: Annotated[str, AfterValidator(check_autopilot_address)] = "udpin://127.0.0.1:14550"
     system_id: int = Field(default=245, ge=1, le=255)
     vehicle_system_id: int | None = Field(default=None, ge=1, le=255)
     vehicle_address: Annotated[str, AfterValidator(_vehicle_address)] | None = None
@@ -113,9 +121,9 @@ class AutopilotSettings(Section):
 class CameraSettings(Section):
     """Source of the pictures, and the camera's optics and mount."""
 
-    url: Annotated[str, _address(*CAMERA_KINDS), AfterValidator(check_camera_address)] = "http://127.0.0.1:8090/stream"
+    url: Annotated[str, AfterValidator(check_camera_address)] = "http://127.0.0.1:8090/stream"
     horizontal_fov_deg: float = Field(default=70.0, ge=5, le=170)
-    calibration: Path | None = None
+    calibration: FilePath | None = None
     mount_roll_deg: Degrees = 0.0
     mount_pitch_deg: Degrees = 0.0
     mount_yaw_deg: Degrees = 0.0
@@ -163,7 +171,7 @@ class FlightSettings(Section):
     arrival_radius_m: float = Field(default=1.5, ge=0.5, le=10)
     maximum_wind_m_s: float = Field(default=10.0, ge=1, le=25)
     explore_cm_per_pixel: float | None = Field(default=None, ge=0.5, le=10)
-    outline_file: Path | None = None
+    outline_file: FilePath | None = None
     explore_lost_lot_s: float = Field(default=10.0, ge=1, le=120)
     battery_reserve_percent: float = Field(default=20.0, ge=5, le=80)
     battery_arm_percent: float = Field(default=30.0, ge=5, le=100)
@@ -184,7 +192,7 @@ class FlightSettings(Section):
 class FenceSettings(Section):
     """Limits of the flight."""
 
-    file: Path | None = None
+    file: FilePath | None = None
     radius_m: float = Field(default=150.0, ge=20, le=2000)
     margin_m: float = Field(default=5.0, ge=1, le=50)
     ceiling_margin_m: float = Field(default=3.0, ge=1, le=20)
@@ -232,7 +240,7 @@ class RemoteIdSettings(Section):
 class VisionSettings(Section):
     """Perception."""
 
-    model: Path | None = None
+    model: FilePath | None = None
     use_network: bool = True
     engine: Literal["opencv", "onnxruntime"] = "opencv"
     threads: int = Field(default=1, ge=1, le=8)
@@ -243,18 +251,18 @@ class VisionSettings(Section):
 class WebSettings(Section):
     """The operator page."""
 
-    host: str = "127.0.0.1"
+    host: Annotated[str, AfterValidator(_page_host)] = "127.0.0.1"
     port: int = Field(default=3000, ge=0, le=65535)
     token: str | None = Field(default=None, min_length=16)
     session_idle_h: float = Field(default=12.0, ge=0.25, le=168)
     session_limit_h: float = Field(default=168.0, ge=1, le=720)
-    tls_certificate: Path | None = None
-    tls_key: Path | None = None
-    allowed_hosts: tuple[str, ...] = ()
+    tls_certificate: FilePath | None = None
+    tls_key: FilePath | None = None
+    allowed_hosts: tuple[Annotated[str, AfterValidator(_page_name)], ...] = ()
     maximum_clients: int = Field(default=20, ge=1, le=1000)
     video_width: int = Field(default=960, ge=160, le=1920)
     video_quality: int = Field(default=75, ge=20, le=95)
-    background_tiles: Path | None = None
+    background_tiles: FilePath | None = None
 
     @model_validator(mode="after")
     def _fit_together(self) -> WebSettings:
@@ -269,7 +277,7 @@ class WebSettings(Section):
 class StoreSettings(Section):
     """Storage on disk."""
 
-    directory: Path = Path("var")
+    directory: FilePath = Path("var")
     record: bool = True
     minimum_free_mb: int = Field(default=500, ge=1, le=1_000_000)
 
@@ -325,12 +333,11 @@ def load_config(
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(f"{path}: not TOML: {error}") from error
     variables: dict[tuple[str, str], str] = {}
-    for name in sorted(name for name in environment if name.startswith(ENVIRONMENT_PREFIX)):
-        section, _, key = name.removeprefix(ENVIRONMENT_PREFIX).lower().partition("__")
-        if key:
-            value = environment[name]
-            variables[section, key] = name
-            _section(values, section)[key] = value.replace(",", " ").split() if _is_list(section, key) else value
+    for name in sorted(name for name in environment if name.upper().startswith(ENVIRONMENT_PREFIX)):
+        section, key = _setting_of(name)
+        value = environment[name]
+        variables[section, key] = name
+        _section(values, section)[key] = value.replace(",", " ").split() if _is_list(section, key) else value
     for section, settings in (overrides or {}).items():
         _section(values, section).update(settings)
         variables = {at: name for at, name in variables.items() if at[0] != section or at[1] not in settings}
@@ -338,6 +345,22 @@ def load_config(
         return Config.model_validate(values)
     except ValidationError as error:
         raise ConfigError(_explain(error, path, text, variables)) from None
+
+
+def variable_of(section: str, key: str) -> str:
+    """Return the environment variable of a setting."""
+    return f"{ENVIRONMENT_PREFIX}{section}__{key}".upper()
+
+
+def _setting_of(variable: str) -> tuple[str, str]:
+    """Return section and key of an environment variable; raises ConfigError for one that would change nothing."""
+    section, _, key = variable.removeprefix(ENVIRONMENT_PREFIX).lower().partition("__")
+    if key and variable.startswith(ENVIRONMENT_PREFIX):
+        return section, key
+    names = {variable_of(section, key): "" for section in Config.model_fields for key in section_fields(section)}
+    near = difflib.get_close_matches(variable.upper(), names, n=1)
+    remedy = f"write {near[0]}, or unset it" if near else "its form is HAWK_<SECTION>__<KEY>; unset it"
+    raise ConfigError(f"{variable}: is no setting, and would change nothing: {remedy}")
 
 
 def section_fields(section: str) -> Mapping[str, FieldInfo]:
@@ -382,13 +405,18 @@ def _explain(error: ValidationError, path: Path | None, text: str, variables: Ma
         elif keys not in (["web"], ["web", "token"]):  # a secret, even a part of one, is not repeated
             if problem["type"] in _OUT_OF_BOUNDS and (found := bounds(*keys[:2])) is not None:
                 message = f"must lie between {found[0]:.10g} and {found[1]:.10g}"
-            message = f"{message} (found {problem['input']!r})"
+            message = f"{message} (found {_without_password(problem['input'])!r})"
         number = _line_of(keys, text)
         place = f"{path}, line {number}: " if number else f"{path}: " if path else ""
         if len(keys) > 1 and (variable := variables.get((keys[0], keys[1]))):
             place = f"{variable}: "
         lines.append(f"{place}{'.'.join(keys)}: {message}")
     return "\n".join(lines)
+
+
+def _without_password(value: Any) -> Any:
+    """Return what was found; a service's error goes into the journal, and an address may hold a password."""
+    return re.sub(r"\?.*", "?…", re.sub(r"//.*@", "//…@", value)) if isinstance(value, str) else value
 
 
 def _similar(keys: list[str]) -> str:

@@ -53,7 +53,14 @@ from hawk.process import LOOP_NICENESS, SystemdNotifier, Ticker, Watchdog, set_n
 from hawk.program_log import STANDARD_OUTPUT, LineWriter, ProgramLog
 from hawk.settings_reference import reference_text, settings
 from hawk.simulation import Simulation, SimulationAddress, SimulationOptions
-from hawk.start_checks import check_model, listening_problem, make_folder
+from hawk.start_checks import (
+    check_access,
+    check_background,
+    check_files,
+    check_model,
+    listening_problem,
+    make_folder,
+)
 from hawk.starts import Starts, survey_at_start
 from hawk.store.journal import FlightJournal
 from hawk.store.recording import Recording
@@ -112,6 +119,9 @@ async def _run_with_log(config: Config, options: DaemonOptions, log: ProgramLog)
     tls = load_tls(config.web)  # before anything starts
     simulation = None
     if options.simulation is not None:
+        check_files(config)
+        check_background(config.web)
+        check_access(_simulated(config, SimulationAddress("", "")))
         simulation = Simulation(options.simulation)
         config = _simulated(config, await simulation.start())
     set_niceness(LOOP_NICENESS)  # after the simulator has started: it stands for another computer
@@ -120,6 +130,7 @@ async def _run_with_log(config: Config, options: DaemonOptions, log: ProgramLog)
         daemon = Daemon(config, options, log, tls)
         if not daemon.flew_lately:
             check_model(config.vision)
+            check_background(config.web)
         return await daemon.run()
     except (FenceError, InsecureBindingError, TokensError) as error:
         raise ConfigError(str(error)) from error

@@ -13,19 +13,26 @@ import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from hawk.extras import remedy
+from hawk.simulation_values import FASTEST, SLOWEST
+
 READY_TIMEOUT_S = 120.0
 """Drawing a large world takes long on a slow machine."""
 STOP_TIMEOUT_S = 5.0
-SLOWEST, FASTEST = 0.5, 4.0
-"""Limits of the simulated seconds per real second: MAVSDK's own timers stay real."""
+_USAGE = 2
+"""Exit status of wrong options."""
 SPEED_HELP = f"simulated seconds per second, {SLOWEST:g}-{FASTEST:g}"
 """Of ``--speed``, for hawk-drone and hawk-sim."""
-SIMULATOR_MISSING = "the simulator needs pymavlink, which is not installed: pip install 'hawk-drone[sim]'"
+SIMULATOR_MISSING = f"the simulator needs pymavlink, which is not installed: {remedy('sim')}"
 """Error message of both programs where `simulator_installed` is False."""
 
 
 class SimulationError(Exception):
     """The simulated drone did not start; the text gives the reason."""
+
+
+class SimulatorOptionError(SimulationError):
+    """hawk-sim refused its options, by status 2: a picture, a truth or a place in them cannot be used."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +124,8 @@ class Simulation:
             if line.startswith("{"):
                 return line
         status = await self._process.wait()
-        raise SimulationError(f"hawk-sim ended with status {status} before it was ready; see its message above")
+        words = f"hawk-sim ended with status {status} before it was ready; see its message above"
+        raise SimulatorOptionError(words) if status == _USAGE else SimulationError(words)
 
     async def _drain_output(self) -> None:
         assert self._process is not None  # noqa: S101

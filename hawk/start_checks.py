@@ -5,9 +5,64 @@ from __future__ import annotations
 import errno
 import socket
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
-from hawk.config import ConfigError, VisionSettings, WebSettings
+from hawk.config import Config, ConfigError, VisionSettings, WebSettings
+
+
+def check_files(config: Config) -> None:
+    """Read every file that the settings name, before anything starts. Raises ConfigError naming setting and remedy.
+
+    The folder of the store is left to `make_folder`, which makes it.
+    """
+    from hawk.comm.calibration import load_calibration
+    from hawk.ddc.fence_geojson import read_outline
+    from hawk.ddc.geofence import FenceError
+    from hawk.ddc.outline_geojson import read_survey_outline
+
+    load_calibration(config.camera)
+    readers: tuple[tuple[str, Path | None, Callable[[Path], object]], ...] = (
+        ("fence.file", config.fence.file, read_outline),
+        ("flight.outline_file", config.flight.outline_file, read_survey_outline),
+    )
+    for setting, path, read in readers:
+        try:
+            if path is not None:
+                read(path)
+        except FenceError as error:
+            raise ConfigError(f"{setting}: {error}") from error
+    check_model(config.vision)
+
+
+def check_access(config: Config) -> None:
+    """Raise ConfigError where the page's address is taken, is none of this computer, or needs a token.
+
+    A port that is found free can be taken before the daemon opens it: that is reported then.
+    """
+    from hawk.web.security import InsecureBindingError, check_binding
+    from hawk.web.tokens import TOKEN_FILE, TokensError, read_tokens, with_configured
+
+    web, folder = config.web, config.store.directory
+    try:
+        kept = read_tokens(folder / TOKEN_FILE)
+        check_binding(web, with_configured(kept, web.token, b""), folder.resolve())
+    except (InsecureBindingError, TokensError) as error:
+        raise ConfigError(str(error)) from error
+    try:
+        found = socket.getaddrinfo(web.host, web.port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
+        for family, _, _, _, address in dict.fromkeys(found):
+            socket.create_server(address, family=family).close()
+    except OSError as error:
+        raise ConfigError(listening_problem(error, web)) from error
+
+
+def check_background(web: WebSettings) -> None:
+    """Raise ConfigError for a folder of map tiles that is not there."""
+    folder = web.background_tiles
+    if folder is not None and not folder.is_dir():
+        words = "is no folder; hawk-drone make-background makes one, or leave the setting out"
+        raise ConfigError(f"web.background_tiles: {folder} {words}")
 
 
 def make_folder(setting: str, directory: Path) -> None:

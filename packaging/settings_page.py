@@ -22,7 +22,8 @@ Written by `packaging/settings_page.py` from `config.toml`: change that and run 
 
 A file (`hawk-drone run --config FILE`), then the environment (`HAWK_<SECTION>__<KEY>`, as `HAWK_WEB__PORT=3001`), then
 command-line options set them; the last wins. They are checked as a whole before anything starts. A setting that cannot
-be used is named with file, line, key and remedy, and the status is 2. The page shows all of them with their present
+be used is named with file, line, key and remedy, and the status is 2; so is a variable `HAWK_...` that is no setting,
+and an option that would change nothing. `~` in a path is the home folder. The page shows all of them with their present
 values under **Settings**, programs find them at `/api/settings.json`. How to add one:
 [how-to/add-a-setting.md](how-to/add-a-setting.md).
 """

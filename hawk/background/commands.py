@@ -8,9 +8,9 @@ from __future__ import annotations
 import argparse
 import re
 import sys
-from pathlib import Path
 from typing import Any, Final
 
+from hawk import option_values as values
 from hawk.config import ConfigError
 
 COMMAND: Final = "make-background"
@@ -19,8 +19,12 @@ COMMAND: Final = "make-background"
 def add_background_command(commands: Any) -> None:
     """Add the command to the subparsers of the command line."""
     parser = commands.add_parser(COMMAND, help="make map tiles for the page's background from a GeoTIFF")
-    parser.add_argument("picture", type=Path, metavar="PICTURE", help="picture of the ground that says where it lies")
-    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the tiles: new, or empty")
+    parser.add_argument(
+        "picture", type=values.file, metavar="PICTURE", help="picture of the ground that says where it lies"
+    )
+    parser.add_argument(
+        "--out", type=values.path, required=True, metavar="DIR", help="folder of the tiles: new, or empty"
+    )
     parser.add_argument("--zooms", type=_zooms, metavar="A-B", help="these zooms (default: as fine as the picture)")
     parser.set_defaults(action=_run)
 

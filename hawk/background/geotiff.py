@@ -16,9 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.background.tiling import TILE_PX, Bounds, Tile
+from hawk.extras import remedy
 
 MERCATOR: Final = "EPSG:3857"
-MISSING: Final = "rasterio is not installed, which reads GeoTIFF files: pip install 'hawk-drone[background]'"
+MISSING: Final = f"rasterio is not installed, which reads GeoTIFF files: {remedy('background')}"
 OPAQUE: Final = 255
 
 

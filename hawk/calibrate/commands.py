@@ -9,6 +9,7 @@ import argparse
 from pathlib import Path
 from typing import Any, Final
 
+from hawk import option_values as values
 from hawk.config import ConfigError
 from hawk.option_settings import load_settings, refuse_existing
 
@@ -16,6 +17,7 @@ COMMAND: Final = "calibrate"
 _NEWEST: Final = Path()
 """Stands for the newest recording of the store."""
 _LONGEST_S: Final = 600.0
+_LONGEST_LIMIT_S: Final = 86_400.0
 
 
 def add_calibrate_command(commands: Any) -> None:
@@ -27,28 +29,38 @@ def add_calibrate_command(commands: Any) -> None:
     parser.add_argument(
         "work", nargs="?", choices=("camera", "board"), default="camera", help="board: write the board to print (PDF)"
     )
-    parser.add_argument("--config", type=Path, metavar="FILE", help="settings (TOML); without it every default")
-    parser.add_argument("--store", type=Path, metavar="DIR", help="folder of the daemon's files")
+    parser.add_argument("--config", type=values.path, metavar="FILE", help="settings (TOML); without it every default")
+    parser.add_argument("--store", type=values.path, metavar="DIR", help="folder of the daemon's files")
     parser.add_argument(
-        "--out", type=Path, metavar="FILE", help="file to write (default: camera.yaml in the store; board-A4.pdf)"
+        "--out",
+        type=values.new(),
+        metavar="FILE",
+        help="file to write (default: camera.yaml in the store; board-A4.pdf)",
     )
     parser.add_argument("--replace", action="store_true", help="replace a file that is there")
     parser.add_argument("--apply", action="store_true", help="write the result into the settings file of --config")
     board = parser.add_argument_group("with the board")
     board.add_argument("--paper", choices=("A4", "A3"), help="paper of the board (default A4)")
     board.add_argument("--camera", metavar="URL", help="URL of the camera")
-    board.add_argument("--pictures", type=Path, metavar="DIR", help="use the pictures of this folder, not the camera")
-    board.add_argument("--preview", type=Path, metavar="FILE", help="keep writing what the camera sees there (.jpg)")
+    board.add_argument(
+        "--pictures", type=values.folder, metavar="DIR", help="use the pictures of this folder, not the camera"
+    )
+    board.add_argument(
+        "--preview",
+        type=values.new(".jpg", ".jpeg"),
+        metavar="FILE",
+        help="keep writing what the camera sees there (.jpg)",
+    )
     board.add_argument(
         "--time-limit",
-        type=float,
+        type=values.number(1, _LONGEST_LIMIT_S),
         metavar="S",
         help=f"give up after so long (default {_LONGEST_S:g})",
     )
     flight = parser.add_argument_group("by a flight")
     flight.add_argument(
         "--in-flight",
-        type=Path,
+        type=values.file,
         nargs="?",
         const=_NEWEST,
         metavar="RECORDING",

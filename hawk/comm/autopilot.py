@@ -32,6 +32,7 @@ from hawk.model.limits import Fence
 from hawk.model.moment import Moment, this_moment
 from hawk.model.poses import GlobalPose
 from hawk.model.vehicle import CopterMode, StatusText
+from hawk.repeated_log import Repeated
 from hawk.supervision import Supervisor
 
 _LOG = logging.getLogger(__name__)
@@ -113,6 +114,7 @@ class MavsdkAutopilot:
         self._tasks: list[asyncio.Task[None]] = []
         self.problem = ""
         """Reason why there is no autopilot: the link cannot be opened, or nobody is heard on it. Else empty."""
+        self._repeated = Repeated()
         self._closed = False
 
     # --- life ------------------------------------------------------------------------------------------------------
@@ -344,6 +346,7 @@ class MavsdkAutopilot:
             try:
                 await self.calls.run("open", self._link.open, deadline_s=_OPEN_S)
                 if self._link.found or await self.calls.run("find", self._link.find, _FIND_S):
+                    self._repeated.ends()
                     self.problem = ""
                 elif loop.time() - missing_since > self._settings.connect_timeout_s:
                     url = self._settings.url
@@ -353,8 +356,9 @@ class MavsdkAutopilot:
                     await asyncio.sleep(_REOPEN_S)
                 await asyncio.sleep(_WATCH_S)
             except AutopilotError as error:
-                if str(error) != self.problem:
-                    _LOG.warning("%s; trying again", error)
+                line = self._repeated.due(f"{error}; trying again")
+                if line is not None:
+                    _LOG.warning("%s", line)
                 self.problem = str(error)
                 await asyncio.sleep(_WATCH_S if self._link.found else _RETRY_S)
 

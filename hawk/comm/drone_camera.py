@@ -17,7 +17,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.camera_address import RPICAM, V4L2, rpicam_camera, v4l2_camera
+from hawk.camera_address import CAMERA_KINDS, RPICAM, V4L2, rpicam_camera, v4l2_camera
 from hawk.comm.calibration import Calibration, load_calibration
 from hawk.comm.camera_sources.gstreamer import GStreamerSource
 from hawk.comm.camera_sources.mjpeg import HttpMjpegSource
@@ -28,9 +28,10 @@ from hawk.comm.camera_sources.source import CameraError, CameraSource, SourceFra
 from hawk.comm.camera_sources.v4l2 import V4l2Source
 from hawk.comm.clock import Clock, OffsetEstimator
 from hawk.comm.image import NoImage, decode, jpeg_size
-from hawk.config import CAMERA_KINDS, CameraSettings, ConfigError
+from hawk.config import CameraSettings, ConfigError
 from hawk.model.operation import Health
 from hawk.model.pictures import CameraModel
+from hawk.repeated_log import Repeated
 from hawk.supervision import Supervisor
 
 _LOG = logging.getLogger(__name__)
@@ -104,6 +105,7 @@ class DroneCamera:
         self._sequence = 0
         self._problem = "No picture yet"
         self._reported = ""
+        self._repeated = Repeated()
         self._damaged = 0
         self._source: CameraSource | None = None
         self._arrived = asyncio.Event()
@@ -196,6 +198,7 @@ class DroneCamera:
         self._sequence += 1
         if self._reported:
             _LOG.info("Camera: pictures come again")
+            self._repeated.ends()
         self._problem = self._reported = ""
         self.latest = CameraFrame(frame.jpeg, self._captured(frame), self._sequence, frame.arrival, width, height)
         self._arrived.set()
@@ -211,6 +214,7 @@ class DroneCamera:
         return min(estimated if known is None else known, frame.arrival)
 
     def _report(self, problem: str) -> None:
-        if problem != self._reported:
-            _LOG.warning("Camera: %s; trying again", problem)
+        line = self._repeated.due(f"Camera: {problem}; trying again")
+        if line is not None:
+            _LOG.warning("%s", line)
         self._problem = self._reported = problem

@@ -13,6 +13,7 @@ import math
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from mavsdk.exceptions import MavsdkError
@@ -22,12 +23,14 @@ from mavsdk.plugins.geofence import FenceType, Geofence, GeofenceData, Point, Po
 from mavsdk.plugins.mavlink_direct import MavlinkDirect, MavlinkMessage
 from mavsdk.plugins.telemetry import Telemetry
 
+from hawk.addresses import SERIAL_KINDS
 from hawk.comm.fence_rings import Corners, FenceRings
 from hawk.comm.mavlink_frames import AUTOPILOT_COMPONENT, ground_station_heartbeat
 from hawk.comm.peer import FIRST_HEARD, Expected, PeerKeeper
 from hawk.comm.remote_id import ARM_STATUS, TRANSMITTERS
 from hawk.comm.udp_gate import NOBODY, Hearing, UdpGate, serves
 from hawk.comm.vehicle import AutopilotError
+from hawk.repeated_log import Repeated
 
 _LOG = logging.getLogger("hawk.comm.mavsdk")
 _LEVELS = {
@@ -71,6 +74,16 @@ def require_finite(values: Mapping[str, Any]) -> None:
     for name, value in values.items():
         if isinstance(value, float) and not math.isfinite(value):
             raise AutopilotError(f"{name} is {value}: not sent")
+
+
+def _require_device(url: str) -> None:
+    """Raise AutopilotError for a serial device that is not there: MAVSDK would say so with every attempt."""
+    if url.startswith(SERIAL_KINDS):
+        device = url.partition("://")[2].rpartition(":")[0]
+        if not Path(device).exists():
+            raise AutopilotError(
+                f"autopilot.url: {device} is not there: plug the autopilot in, or name another (ls /dev/hawk /dev/tty*)"
+            )
 
 
 def _polygon(corners: Corners, kind: FenceType) -> Polygon:
@@ -137,8 +150,9 @@ class Link:
         with self._lock:
             if self._closed or self._connection is not None:
                 return
+            _require_device(self._url)
             if self._mavsdk is None:
-                log_subscribe(_log)
+                log_subscribe(_MavsdkLog())
                 always = serves(self._url)  # a listening peer hears of us by our first heartbeat
                 configuration = Configuration.create_manual(self._system_id, GROUND_STATION_COMPONENT, always)
                 self._mavsdk = Mavsdk(configuration)
@@ -327,6 +341,14 @@ def _words(error: Exception) -> str:
     return str(getattr(result, "name", error)).replace("_", " ").lower()
 
 
-def _log(level: LogLevel, message: str, _file: str | None, _line: int) -> bool:
-    _LOG.log(_LEVELS.get(level, logging.INFO), "%s", message)
-    return True
+class _MavsdkLog:
+    """MAVSDK's own lines; it repeats some with every attempt."""
+
+    def __init__(self) -> None:
+        self._repeated = Repeated()
+
+    def __call__(self, level: LogLevel, message: str, _file: str | None, _line: int) -> bool:
+        line = self._repeated.due(str(message))
+        if line is not None:
+            _LOG.log(_LEVELS.get(level, logging.INFO), "%s", line)
+        return True

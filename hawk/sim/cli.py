@@ -11,18 +11,21 @@ import math
 import os
 import signal
 import sys
-from collections.abc import Callable, Coroutine, Sequence
+from collections.abc import Coroutine, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hawk import option_values as values
+from hawk import simulation_values as simulator
+from hawk.addresses import check_host, check_port
 from hawk.process import SIMULATOR_NICENESS, set_session_niceness
 from hawk.sim.camera import default_intrinsics
 from hawk.sim.geometry import Origin
 from hawk.sim.ground import Slope
 from hawk.sim.options import AutopilotOptions, Other
 from hawk.sim.udp import UdpUrl
-from hawk.simulation import FASTEST, SIMULATOR_MISSING, SLOWEST, SPEED_HELP, simulator_installed
+from hawk.simulation import SIMULATOR_MISSING, SPEED_HELP, simulator_installed
 from hawk.worlds.camera import WorldCamera
 from hawk.worlds.conditions import Condition
 from hawk.worlds.generate import WorldOptions, generate_world
@@ -32,8 +35,6 @@ if TYPE_CHECKING:  # needs the extra; `main` reports where it is missing
     from hawk.sim.runner import RunOptions
 
 EXIT_FAILED, EXIT_USAGE = 1, 2
-STEEPEST_PERCENT = 30.0
-"""A drone would slide on steeper ground."""
 
 
 class UsageError(Exception):
@@ -131,7 +132,7 @@ def run_options(options: argparse.Namespace, world: World) -> RunOptions:
 
 
 def _add_world(world: argparse._ArgumentGroup) -> None:
-    world.add_argument("--seed", type=_whole, default=1, metavar="N", help="world to draw (default 1)")
+    world.add_argument("--seed", type=values.whole(), default=1, metavar="N", help="world to draw (default 1)")
     world.add_argument(
         "--condition",
         type=Condition,
@@ -139,55 +140,67 @@ def _add_world(world: argparse._ArgumentGroup) -> None:
         default=Condition.DAY,
         help="time of day and weather of the drawn world (default day)",
     )
-    world.add_argument("--world", type=Path, metavar="FILE", help="fly over this picture instead (north up)")
-    world.add_argument("--metres-per-pixel", type=_number(0.0), metavar="X", help="scale of that picture")
-    world.add_argument("--truth", type=Path, metavar="FILE", help="what the picture really holds (JSON)")
+    world.add_argument("--world", type=values.file, metavar="FILE", help="fly over this picture instead (north up)")
+    world.add_argument("--metres-per-pixel", type=simulator.scale, metavar="X", help="scale of that picture")
+    world.add_argument("--truth", type=values.file, metavar="FILE", help="what the picture really holds (JSON)")
     world.add_argument(
-        "--start", type=_pair("X,Y"), metavar="X,Y", help="where the drone stands, metres in the picture"
+        "--start", type=values.place, metavar="X,Y", help="where the drone stands, metres in the picture"
     )
     world.add_argument(
         "--heading",
-        type=_number(-360, 360),
+        type=values.number(-360, 360),
         default=0.0,
         metavar="DEG",
         help="where the drone looks at the start, clockwise from north (default 0)",
     )
     world.add_argument(
         "--slope",
-        type=_slope,
+        type=simulator.slope,
         default=(0.0, 0.0),
         metavar="PERCENT,DEG",
         help="the ground rises towards this direction, clockwise from north; the picture shows level ground at the "
         "distance below the drone (default 0,0)",
     )
     world.add_argument(
-        "--latitude", type=_number(-90, 90), default=43.2609, metavar="DEG", help="of the upper left corner"
+        "--latitude", type=values.number(-90, 90), default=43.2609, metavar="DEG", help="of the upper left corner"
     )
-    world.add_argument("--longitude", type=_number(-180, 180), default=-79.9192, metavar="DEG", help="the same")
-    world.add_argument("--save-truth", type=Path, metavar="FILE", help="write the world's truth there (JSON)")
+    world.add_argument("--longitude", type=values.number(-180, 180), default=-79.9192, metavar="DEG", help="the same")
+    world.add_argument("--save-truth", type=values.new(), metavar="FILE", help="write the world's truth there (JSON)")
 
 
 def _add_flight(flight: argparse._ArgumentGroup) -> None:
-    flight.add_argument("--speed", type=_number(SLOWEST, FASTEST), default=1.0, metavar="N", help=SPEED_HELP)
+    flight.add_argument("--speed", type=simulator.speed, default=1.0, metavar="N", help=SPEED_HELP)
     flight.add_argument(
-        "--gnss-sigma", type=_number(0, 50), default=0.5, metavar="M", help="slow error of the position (default 0.5)"
+        "--gnss-sigma",
+        type=simulator.gnss_sigma,
+        default=0.5,
+        metavar="M",
+        help="slow error of the position (default 0.5)",
     )
     flight.add_argument(
-        "--noise-seed", type=_whole, metavar="N", help="of the errors of position and sensors (default: --seed)"
+        "--noise-seed", type=values.whole(), metavar="N", help="of the errors of position and sensors (default: --seed)"
     )
     flight.add_argument(
-        "--gnss-wait", type=_number(0, 600), default=5.0, metavar="S", help="from boot to a good position (default 5)"
+        "--gnss-wait",
+        type=values.number(0, 600),
+        default=5.0,
+        metavar="S",
+        help="from boot to a good position (default 5)",
     )
     flight.add_argument(
         "--rangefinder",
-        type=_number(0, 300),
+        type=simulator.rangefinder,
         default=0.0,
         metavar="M",
         help="reach of a rangefinder that looks down (sets RNGFND1_TYPE and RNGFND1_MAX; default 0: none)",
     )
-    flight.add_argument("--wind", type=_number(0, 15), default=0.0, metavar="M/S", help="mean wind (default 0)")
+    flight.add_argument("--wind", type=simulator.wind, default=0.0, metavar="M/S", help="mean wind (default 0)")
     flight.add_argument(
-        "--battery-minutes", type=_number(0.1, 600), default=20.0, metavar="MIN", help="hover time of a full battery"
+        "--battery-minutes",
+        type=values.number(0.1, 600),
+        default=20.0,
+        metavar="MIN",
+        help="hover time of a full battery",
     )
     flight.add_argument(
         "--battery-cells",
@@ -199,7 +212,7 @@ def _add_flight(flight: argparse._ArgumentGroup) -> None:
     )
     flight.add_argument(
         "--gnss-bias",
-        type=_pair("N,E"),
+        type=values.pair("N,E"),
         default=(0.0, 0.0),
         metavar="N,E",
         help="constant error of GNSS, north and east, metres (default 0,0)",
@@ -223,7 +236,11 @@ def _add_links(links: argparse._ArgumentGroup) -> None:
         help="camera, truth, faults; port 0: a free one",
     )
     links.add_argument(
-        "--latency", type=_number(0, 5), default=0.05, metavar="S", help="from exposure to delivery (default 0.05)"
+        "--latency",
+        type=values.number(0, 5),
+        default=0.05,
+        metavar="S",
+        help="from exposure to delivery (default 0.05)",
     )
     links.add_argument(
         "--mavlink-version", type=int, choices=(1, 2), default=2, help="of the messages from the drone (default 2)"
@@ -235,7 +252,7 @@ def _add_links(links: argparse._ArgumentGroup) -> None:
         metavar="KIND,...",
         help="others on the link, heard before the drone: tracker, gimbal, copter, station (default none)",
     )
-    links.add_argument("--parent-pid", type=_whole, metavar="PID", help="end when that process ends")
+    links.add_argument("--parent-pid", type=values.whole(), metavar="PID", help="end when that process ends")
 
 
 async def _run(drone: Coroutine[Any, Any, None], parent_pid: int | None) -> int:
@@ -266,56 +283,11 @@ def _save(path: Path, world: World) -> None:
         raise UsageError(f"--save-truth: {path} cannot be written ({error.strerror})") from error
 
 
-def _number(low: float, high: float = math.inf) -> Callable[[str], float]:
-    def read(text: str) -> float:
-        try:
-            value = float(text)
-        except ValueError:
-            value = math.nan
-        if not (low <= value <= high and math.isfinite(value)):
-            top = "" if high == math.inf else f" to {high:g}"
-            raise argparse.ArgumentTypeError(f"must be a number from {low:g}{top}, not {text!r}")
-        return value
-
-    return read
-
-
-def _whole(text: str) -> int:
-    if not text.isdigit():
-        raise argparse.ArgumentTypeError(f"must be a whole number from 0, not {text!r}")
-    return int(text)
-
-
-def _pair(names: str) -> Callable[[str], tuple[float, float]]:
-    def read(text: str) -> tuple[float, float]:
-        try:
-            first, second = (float(part) for part in text.split(","))
-        except ValueError:
-            first = second = math.nan
-        if not (math.isfinite(first) and math.isfinite(second)):
-            raise argparse.ArgumentTypeError(f"must be {names} in metres, not {text!r}")
-        return first, second
-
-    return read
-
-
 def _others(text: str) -> tuple[Other, ...]:
     try:
         return tuple(Other(kind) for kind in text.split(","))
     except ValueError:
         raise argparse.ArgumentTypeError(f"must be some of {', '.join(Other)}, not {text!r}") from None
-
-
-def _slope(text: str) -> tuple[float, float]:
-    try:
-        percent, direction = (float(part) for part in text.split(","))
-    except ValueError:
-        percent = direction = math.nan
-    if not (0.0 <= percent <= STEEPEST_PERCENT and -360.0 <= direction <= 360.0):
-        raise argparse.ArgumentTypeError(
-            f"must be PERCENT,DEG, 0 to {STEEPEST_PERCENT:g} and -360 to 360, not {text!r}"
-        )
-    return percent, direction
 
 
 def _url(text: str) -> UdpUrl:
@@ -327,9 +299,10 @@ def _url(text: str) -> UdpUrl:
 
 def _address(text: str) -> tuple[str, int]:
     host, _, port = text.rpartition(":")
-    if not host or not port.isdigit() or int(port) > 65535:
-        raise argparse.ArgumentTypeError(f"must be HOST:PORT, not {text!r}")
-    return host, int(port)
+    try:
+        return check_host(host.strip("[]")), check_port(port, least=0)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"must be HOST:PORT, not {text!r}: {error}") from None
 
 
 class ParentGoneError(Exception):

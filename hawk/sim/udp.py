@@ -9,6 +9,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, cast
 
+from hawk.addresses import check_host, check_port
+
 PEER_TIMEOUT_S = 10.0
 """Peers are answered for this long after their last datagram, real seconds."""
 Address = tuple[str, int]
@@ -27,9 +29,13 @@ class UdpUrl:
         """Read a URL (``//`` after the scheme is allowed). Raises ValueError with the expected form."""
         scheme, _, rest = text.partition(":")
         host, _, port = rest.removeprefix("//").rpartition(":")
-        if scheme not in ("udpout", "udpin") or not host or not port.isdigit() or int(port) > 65535:
-            raise ValueError(f"must be udpout:HOST:PORT or udpin:HOST:PORT, not {text!r}")
-        return cls(scheme, host, int(port))
+        form = f"must be udpout:HOST:PORT or udpin:HOST:PORT, not {text!r}"
+        if scheme not in ("udpout", "udpin") or not host:
+            raise ValueError(form)
+        try:
+            return cls(scheme, check_host(host), check_port(port, least=1 if scheme == "udpout" else 0))
+        except ValueError as error:
+            raise ValueError(f"{form}: {error}") from None
 
     def __str__(self) -> str:
         return f"{self.scheme}:{self.host}:{self.port}"

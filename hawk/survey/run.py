@@ -19,6 +19,7 @@ from rich import progress as rich_progress
 from rich.console import Console
 from rich.progress import BarColumn, TaskID, TextColumn, TimeElapsedColumn
 
+from hawk.addresses import check_host
 from hawk.comm.base_socket import ConnectionTimeout
 from hawk.comm.outline_messages import SetOutline
 from hawk.comm.status import Heartbeat
@@ -33,7 +34,7 @@ from hawk.survey import report
 from hawk.survey.client import DroneClient, LinkLostError
 from hawk.survey.handset import SurveyStatus
 from hawk.survey.operator import CHECKING, SurveyLimits, SurveyOperator, SurveyOutcome, SurveyPlan
-from hawk.survey.stack import SimulatedStack, StackError
+from hawk.survey.stack import SimulatedStack, StackError, StackOptionError
 from hawk.survey.truth import GroundTruth, TruthError, read_truth
 from hawk.survey_map import SurveyMap, map_picture
 
@@ -69,11 +70,14 @@ async def run_survey(options: SurveyOptions) -> int:
     """Fly one survey; return the exit status (docs/survey.md)."""
     outline = None if options.outline is None else outline_command(options.outline)
     address = None if options.url is None else address_of(options.url)
+    if options.certificate is not None and (address is None or not address.is_secure):
+        raise ConfigError("--certificate: only for a page by HTTPS: write --url https://HOST:PORT/")
+    trusted(options.certificate)
+    truth = None if options.truth is None else _given_truth(options.truth)
     make_folder("--out", options.out)
     stack: SimulatedStack | None = None
     try:
         if address is not None:
-            truth = None if options.truth is None else read_truth(options.truth)
             return await _fly(options, address, None, truth, outline)
         assert options.simulation is not None  # noqa: S101 - the command line refuses neither and both
         folder = options.out / "run"
@@ -82,12 +86,21 @@ async def run_survey(options: SurveyOptions) -> int:
         stack = SimulatedStack(options.simulation, folder, options.config, options.fence)
         ready = await stack.start()
         return await _fly(options, address_of(ready.url), stack, stack.truth, outline)
+    except StackOptionError as error:
+        raise ConfigError(str(error)) from error
     except (StackError, TruthError, ConnectionTimeout, LinkLostError) as error:
         print(f"hawk-drone survey: {error}", file=sys.stderr)
         return SurveyStatus.FAILED
     finally:
         if stack is not None:
             await stack.stop()
+
+
+def _given_truth(file: Path) -> GroundTruth:
+    try:
+        return read_truth(file)
+    except TruthError as error:
+        raise ConfigError(f"--truth: {error}") from error
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,9 +117,10 @@ def address_of(url: str) -> Address:
     try:
         parts = urlsplit(url if "//" in url else f"//{url}")
         host, port = parts.hostname, parts.port
+        check_host(host or "")
     except ValueError as error:
         raise ConfigError(f"--url: {url!r} is no address: {error}; write http://HOST:PORT/") from error
-    if not host or parts.scheme not in ("", "http", "https"):
+    if not host or port == 0 or parts.scheme not in ("", "http", "https"):
         raise ConfigError(f"--url: {url!r} is no address of a page; write http://HOST:PORT/ or https://HOST:PORT/")
     return Address(host, port or DEFAULT_PORT, parts.scheme == "https")
 

@@ -14,7 +14,14 @@ from urllib.parse import urlsplit
 
 import aiohttp
 
-from hawk.simulation import Simulation, SimulationAddress, SimulationError, SimulationOptions, end_process
+from hawk.simulation import (
+    Simulation,
+    SimulationAddress,
+    SimulationError,
+    SimulationOptions,
+    SimulatorOptionError,
+    end_process,
+)
 from hawk.survey.truth import GroundTruth, TruthError, parse_truth
 
 READY_TIMEOUT_S = 60.0
@@ -33,6 +40,10 @@ class Ready:
 
     url: str
     first_tick_s: float
+
+
+class StackOptionError(StackError):
+    """hawk-sim refused its options: a picture, a truth or a place in them cannot be used."""
 
 
 class DronePrograms(Protocol):
@@ -100,7 +111,10 @@ class SimulatedStack:
         try:
             self.address = await self._simulation.start(self._log("hawk-sim.log").fileno())
         except SimulationError as error:
-            raise StackError(f"{error} ({self._folder / 'hawk-sim.log'})") from None
+            log = self._folder / "hawk-sim.log"
+            if isinstance(error, SimulatorOptionError):
+                raise StackOptionError(f"the simulator's options: {_last_line(log)}") from None
+            raise StackError(f"{error} ({log})") from None
         url = self.address.autopilot_url
         self._autopilot_url = url if self._link is None else await self._link(url)
         values = await self._get("/truth")
@@ -203,3 +217,8 @@ class SimulatedStack:
         async with self._session.get(f"{self.address.http}{path}") as response:
             response.raise_for_status()
             return dict(await response.json())
+
+
+def _last_line(log: Path) -> str:
+    lines = log.read_text(errors="replace").strip().splitlines()
+    return lines[-1] if lines else f"see {log}"

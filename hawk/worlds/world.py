@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from hawk.worlds.canvas import Bytes, Points
 from hawk.worlds.facets import HeightLayer
+from hawk.worlds.scale import COARSEST_M, FINEST_M
 
 _STATES = ("free", "taken", "unclear")
 _START_INSET_M = 1.0
@@ -227,7 +228,6 @@ def _inside(point: Points, lot: Points) -> tuple[float, float]:
 
 
 _LARGEST_PX = 20000
-_FINEST_M, _COARSEST_M = 0.005, 1.0
 
 
 def _size_of(data: bytes) -> tuple[int, int] | None:
@@ -254,9 +254,9 @@ def picture_world(path: str | Path, metres_per_pixel: float, truth_path: str | P
     Everything in the picture is flat. Raises WorldError naming the file or option and the remedy.
     """
     path = Path(path)
-    if not _FINEST_M <= metres_per_pixel <= _COARSEST_M:
+    if not FINEST_M <= metres_per_pixel <= COARSEST_M:
         raise WorldError(
-            f"metres_per_pixel: must be between {_FINEST_M} and {_COARSEST_M}, not {metres_per_pixel}; "
+            f"metres_per_pixel: must be between {FINEST_M} and {COARSEST_M}, not {metres_per_pixel}; "
             "it is the side of one pixel on the ground"
         )
     try:

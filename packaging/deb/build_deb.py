@@ -60,7 +60,7 @@ def build(root: Path, arch: str, out: Path, version: str | None = None) -> Path:
     """
     version = version or project_version(root)
     tree, wheels = build_wheels(root, arch, version)
-    environment = {**os.environ, "HAWK_WHEELS": str(wheels), "HAWK_DEB_OPTIONS": COMPRESSION}
+    environment = {**os.environ, "DEB_WHEELS": str(wheels), "DEB_PACK_OPTIONS": COMPRESSION}
     command = ["dpkg-buildpackage", "--build=binary", "--no-sign", f"--host-arch={arch}", "--no-check-builddeps"]
     run(command, tree, environment)
     out.mkdir(parents=True, exist_ok=True)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from benchmarks.bare_root import CLEAN
 
-CALM = ("chrt", "--idle", "0") if os.environ.get("HAWK_DEB_CALM") else ()
+CALM = ("chrt", "--idle", "0") if os.environ.get("DEB_CALM") else ()
 """Set on a machine that measures something else meanwhile."""
 ENTER = 'ip link set lo up; mount -t proc proc "$0/proc"; exec chroot "$0" "$@"'
 

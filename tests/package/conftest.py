@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 WORK = ROOT / "build" / "deb"
 BEFORE = "0.1.0"
 """Number of the package that is upgraded: the same tree."""
-MIRROR = os.environ.get("HAWK_DEB_MIRROR", bare_root.MIRROR)
+MIRROR = os.environ.get("DEB_MIRROR", bare_root.MIRROR)
 NEEDS = ["python3", "python3.11", "systemd", "systemd-sysv", "udev", "libstdc++6"]
 
 

@@ -82,8 +82,6 @@ def test_a_port_that_cannot_be_opened_has_its_remedy(tmp_path: Path, error: int 
     [
         ("udpin://127.0.0.1:14550", Outcome.PASSED),
         ("tcpin://127.0.0.1:5760", Outcome.PASSED),
-        ("udpin://127.0.0.1", Outcome.FAILED),
-        ("udpin://127.0.0.1:99999", Outcome.FAILED),
         ("udpout://10.0.0.1:14550", None),
         ("serial:///dev/ttyAMA0:921600", None),
     ],

@@ -273,7 +273,7 @@ def test_before_an_autopilot_is_found_nothing_can_be_sent() -> None:
     link.close()
 
 
-@pytest.mark.parametrize("url", ["nonsense", "serial:///dev/nothing:57600"])
+@pytest.mark.parametrize("url", ["nonsense", "serial:///dev/null:57600"])
 def test_an_address_that_cannot_be_opened_is_named_with_its_setting(url: str) -> None:
     link = Link(url, 245, lambda: 0.0, lambda _: None)
     for _ in range(2):

@@ -154,9 +154,11 @@ async def test_a_daemon_that_starts_on_the_ground_offers_nothing() -> None:
         assert not offer._landed.is_set()
 
 
-def test_the_command_is_one_that_the_command_line_knows() -> None:
-    options = make_parser().parse_args([*COMMAND[3:], "r.mcap"])
-    assert (options.in_flight, options.json, options.in_background) == (Path("r.mcap"), True, True)
+def test_the_command_is_one_that_the_command_line_knows(tmp_path: Path) -> None:
+    recording = tmp_path / "r.mcap"
+    recording.touch()
+    options = make_parser().parse_args([*COMMAND[3:], str(recording)])
+    assert (options.in_flight, options.json, options.in_background) == (recording, True, True)
 
 
 def test_an_estimate_in_the_background_gives_way(tmp_path: Path) -> None:

