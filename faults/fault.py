@@ -78,7 +78,7 @@ class StartAgain:
 
 @dataclass(frozen=True, slots=True)
 class CountAnew:
-    """Messages of the daemon are counted from here on."""
+    """Messages of the daemon are counted, and the true place is compared, from here on."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,6 +110,34 @@ class Return:
 
 
 @dataclass(frozen=True, slots=True)
+class Bring:
+    """The operator brings the drone into this part of a flight."""
+
+    when: When
+
+
+@dataclass(frozen=True, slots=True)
+class SecondDaemon:
+    """Another daemon is started for the same autopilot; ``shared``: with the same store too."""
+
+    shared: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Disk:
+    """The disk of the daemon's store is full, or has room again (`Fault.own_disk` gives it one)."""
+
+    full: bool
+
+
+@dataclass(frozen=True, slots=True)
+class WallClock:
+    """The computer's wall clock is off by this time from now on, seconds."""
+
+    step_s: float
+
+
+@dataclass(frozen=True, slots=True)
 class HalfRequests:
     """``count`` connections to the web server, each with half a request."""
 
@@ -137,6 +165,10 @@ Act = (
     | KillMotors
     | Leave
     | Return
+    | Bring
+    | SecondDaemon
+    | Disk
+    | WallClock
     | HalfRequests
     | Flood
 )
@@ -152,7 +184,9 @@ class Moment:
     ``beat`` is the last heartbeat, None while none came since the daemon's last start; ``truth`` is the simulator's
     account of the drone. Since the fault began: ``log`` the daemon's messages, ``exits`` its exit statuses, ``starts``
     its starts, ``sent`` counts of messages to the autopilot by kind, ``answers`` to orders (None: accepted, else the
-    reason). ``survey``: the measures of the survey that has ended (`hawk.survey.report.compare`, and ``status``).
+    reason). ``before`` is the truth when the fault began, or at the last `CountAnew`. ``second``: exit
+    status (None: it runs) and output of a second daemon. ``survey``: the measures of the survey that has ended
+    (`hawk.survey.report.compare`, and ``status``).
     """
 
     beat: Heartbeat | None
@@ -163,6 +197,8 @@ class Moment:
     sent: Mapping[str, int]
     answers: tuple[str | None, ...]
     survey: Mapping[str, float] = field(default_factory=dict)
+    before: Mapping[str, Any] = field(default_factory=dict)
+    second: tuple[int | None, str] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -329,7 +365,7 @@ class Fault:
     """One fault. ``steps``: acts and what must be seen after them, in order; each time counts from the last act.
 
     ``ends_flight``: daemon and drone start again afterwards (otherwise the next fault goes on in the same flight).
-    ``falls``: motors off in the air are its end.
+    ``falls``: motors off in the air are its end. ``own_disk``: the store lies on a small disk of its own.
     """
 
     name: str
@@ -337,6 +373,7 @@ class Fault:
     steps: Sequence[Act | See]
     ends_flight: bool = False
     falls: bool = False
+    own_disk: bool = False
 
 
 def dropped(direction: Direction, *kinds: str, share: float = 1.0) -> Rule:

@@ -8,7 +8,9 @@ from typing import Final
 
 from faults.fault import (
     Act,
+    Bring,
     CountAnew,
+    Disk,
     Drone,
     Fault,
     Flood,
@@ -20,11 +22,13 @@ from faults.fault import (
     Order,
     Outcome,
     Return,
+    SecondDaemon,
     See,
     Signal,
     StartAgain,
     Station,
     Survey,
+    WallClock,
 )
 
 BEGIN: Final = "<!-- `make faults` writes from here ... -->"
@@ -115,6 +119,14 @@ def act(step: Act) -> str:
             return "the operator is gone"
         case Return():
             return "the operator takes control"
+        case Bring(when):
+            return f"the drone is {when.value}"
+        case SecondDaemon(shared):
+            return "a second daemon on the same store" if shared else "a second daemon on the same autopilot"
+        case Disk(full):
+            return "the disk is full" if full else "the disk has room again"
+        case WallClock(step_s):
+            return f"the wall clock is off by {step_s:g} s"
         case HalfRequests(count):
             return f"{count} half requests"
         case Flood(command, count):

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import os
 import signal
 from collections import Counter
 from pathlib import Path
 from typing import Any, Final
 from urllib.parse import urlsplit
 
+from faults.disk import OwnDisk
 from faults.fault import (
     Act,
+    Bring,
     CountAnew,
+    Disk,
     Drone,
     Fault,
     Flood,
@@ -25,16 +29,19 @@ from faults.fault import (
     Order,
     Outcome,
     Return,
+    SecondDaemon,
     See,
     Signal,
     StartAgain,
     Station,
     Survey,
+    WallClock,
     When,
 )
 from faults.keeping import RECORDED_S, Kept, lost, recording_ends
 from faults.pilot import Pilot
 from faults.proxy import Direction, Proxy
+from faults.second import SecondProcess
 from faults.service import Service, socket_in
 from faults.since import Since
 from faults.surveying import figures, fly_survey
@@ -67,6 +74,27 @@ WELL: Final[dict[str, Any]] = {
     "radio": "ok",
     "wind": 0.0,
 }
+HONEST: Final[dict[str, Any]] = {
+    "gps_bias": (0.0, 0.0, 0.0),
+    "gps_glitch": (0.0, 0.0, 0.0),
+    "gps_walk": (0.0, 0.0),
+    "baro_drift": 0.0,
+    "baro_error": 0.0,
+    "compass": "ok",
+    "compass_error_deg": 0.0,
+    "battery_counter": "ok",
+    "battery_rest_v": 0.0,
+    "battery_error_v": 0.0,
+    "battery_resistance_ohm": 0.012,
+    "battery_cells": 3,
+    "others": [],
+    "link_version": 2,
+    "camera_stamp_step_s": 0.0,
+    "camera_orientation": 1,
+    "camera_tail_bytes": 0,
+}
+"""Of the simulated drone alone."""
+_WALL_CLOCK: Final = Path(__file__).parent / "wall_clock"
 _JOURNALLED_S: Final = 2.0  # a crash may lose the last second, so it comes a moment after the comparison's moment
 _RESTORED_S: Final = 10.0  # real: a daemon that starts in the air acts first and restores its map seconds later
 _LOOK_S: Final = 0.04
@@ -78,8 +106,10 @@ _GONE: Final = (SurveyError, LinkLostError, FailedToSend, ConnectionTimeout, Tim
 class Rig:
     """Programs and operator of one drone over one drawn lot."""
 
-    def __init__(self, folder: Path, options: SimulationOptions, copter: ArduCopter | None = None) -> None:
-        """``copter``: a real vehicle, in place of the simulated one."""
+    def __init__(
+        self, folder: Path, options: SimulationOptions, copter: ArduCopter | None = None, *, own_disk: bool = False
+    ) -> None:
+        """``copter``: a real vehicle, in place of the simulated one. ``own_disk``: for the daemon's store."""
         self.folder = folder
         self._speed = options.speed
         folder.mkdir(parents=True, exist_ok=True)
@@ -92,7 +122,11 @@ class Rig:
             if copter is None
             else VehicleStack(copter, options, folder / "run", config, self.proxy.open)
         )
-        self._besides: dict[str, Any] = {} if copter is None else {"battery": 100.0, "stick": 0.0}  # it drains for real
+        self._besides = HONEST if copter is None else {"battery": 100.0, "stick": 0.0}  # it drains for real
+        self._disk = OwnDisk(self.store) if own_disk else None
+        self._second = SecondProcess(folder / "second.log")
+        self._wall_clock = folder / "wall_clock"
+        _let_wall_clock_step(self._wall_clock)
         self._service = Service(self.stack, self._notify)
         self._pilot: Pilot | None = None
         self._url = ""
@@ -111,7 +145,9 @@ class Rig:
         return self.folder / "run" / "store"
 
     async def start(self) -> None:
-        """Start the programs. Raises StackError."""
+        """Start the programs. Raises StackError, DiskError."""
+        if self._disk is not None:
+            await self._disk.begin()
         self._url = (await self.stack.start()).url
         self._truth = await self.stack.status()
         self._watch = asyncio.create_task(self._look(), name="truth")
@@ -127,8 +163,11 @@ class Rig:
             await asyncio.gather(self._watch, return_exceptions=True)
         if self.stack.daemon is not None and self.stack.daemon.returncode is None:
             self.stack.daemon.send_signal(signal.SIGCONT)
+        await self._second.stop()
         await self.stack.stop()
         self.proxy.close()
+        if self._disk is not None:
+            await self._disk.end()
 
     async def reach(self, when: When) -> None:
         """Make everything well and bring the drone into this part of a flight. Raises SurveyError and others."""
@@ -151,7 +190,9 @@ class Rig:
         before, self.falls, self._broken = self._keepsake(), fault.falls, []
         await self._watch_fence()
         await asyncio.sleep(_JOURNALLED_S)
-        self._since = Since(self._last_number(), len(self._service.exits), self._service.starts, self._passed())
+        self._since = Since(
+            self._last_number(), len(self._service.exits), self._service.starts, self._passed(), self._truth
+        )
         seconds, problems = await self._steps(fault)
         problems += self._broken
         kept: tuple[str, ...] = ()
@@ -174,6 +215,8 @@ class Rig:
             sent={kind: count - since.passed[kind] for kind, count in self._passed().items()},
             answers=tuple(since.answers),
             survey=since.survey,
+            before=since.truth,
+            second=self._second.seen,
         )
 
     # -- steps -------------------------------------------------------------------------------------------------------
@@ -233,13 +276,19 @@ class Rig:
             case StartAgain():
                 self._service.withheld = False
             case CountAnew():
-                self._since.passed = self._passed()
+                self._since.passed, self._since.truth = self._passed(), self._truth
+            case SecondDaemon(shared):
+                await self._start_second(shared)
+            case Disk(full):
+                self._fill_disk(full)
+            case WallClock(step_s):
+                self._wall_clock.write_text(f"{step_s}")
             case HalfRequests(count):
                 await self._half_requests(count)
             case _:
                 await self._people(act)
 
-    async def _people(self, act: Survey | Order | KillMotors | Leave | Return | Flood) -> None:
+    async def _people(self, act: Survey | Order | KillMotors | Leave | Return | Bring | Flood) -> None:
         pilot = self._pilot
         assert pilot is not None
         match act:
@@ -255,10 +304,26 @@ class Rig:
                 self._pilot = await Pilot.connect(self._url)  # somebody who looks on, without control
             case Return():
                 await pilot.take_control()
+            case Bring(when):
+                await pilot.reach(when)
             case Flood(command, count):
                 viewer = await self._other()
                 answers = [viewer.order(command) for _ in range(count)]
                 self._since.flood = asyncio.gather(*answers, return_exceptions=True)
+
+    async def _start_second(self, shared: bool) -> None:
+        """Start another daemon on the autopilot, past the proxy."""
+        store = self.store if shared else self.folder / "second"
+        ready = self.folder / "second.json"
+        command = self.stack.daemon_command(ready, store=store, autopilot=self.proxy.autopilot_url, port=0)
+        await self._second.start(command)
+
+    def _fill_disk(self, full: bool) -> None:
+        assert self._disk is not None
+        if full:
+            self._disk.fill()
+        else:
+            self._disk.empty()
 
     async def _survey(self, pilot: Pilot) -> None:
         since = self._since
@@ -393,3 +458,11 @@ class Rig:
         except RecordingError as error:
             return [f"the recording: {error}"]
         return [f"the recording ends {short:.1f} s before the fault"] if short > RECORDED_S * self._speed else []
+
+
+def _let_wall_clock_step(file: Path) -> None:
+    """Let the wall clock of programs that are started from now on be off by the seconds in a file."""
+    os.environ["HAWK_FAULTS_WALL_CLOCK"] = str(file)
+    paths = os.environ.get("PYTHONPATH", "").split(os.pathsep)
+    if str(_WALL_CLOCK) not in paths:
+        os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, (str(_WALL_CLOCK), *paths)))

@@ -6,16 +6,19 @@ import shutil
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from faults.disk import DiskError
 from faults.fault import Fault, Outcome
 from faults.rig import Rig
 from faults.table_drone import DRONE
 from faults.table_link import LINK
+from faults.table_others import OTHERS
 from faults.table_programs import PROGRAMS
+from faults.table_sensors import SENSORS
 from faults.vehicle import ArduCopter
 from hawk.simulation import SimulationOptions
 from hawk.survey.stack import StackError
 
-ALL: tuple[Fault, ...] = (*LINK, *DRONE, *PROGRAMS)
+ALL: tuple[Fault, ...] = (*LINK, *DRONE, *SENSORS, *OTHERS, *PROGRAMS)
 SEED, START = 3, "56,49"
 """A lot of 130 stalls, and a place amid them (x, y; metres), so that it is in sight after take-off."""
 SHORT = (
@@ -49,8 +52,12 @@ async def run_faults(
     try:
         for number, fault in enumerate(faults):
             problem = ""
+            if rig is not None and fault.own_disk:
+                ended, rig = rig, None
+                await ended.stop()
+                shutil.rmtree(ended.folder, ignore_errors=True)
             if rig is None:
-                rig = Rig(folder / f"{number:02d}", options, copter)
+                rig = Rig(folder / f"{number:02d}", options, copter, own_disk=fault.own_disk)
                 problem = await _start(rig)
             outcome = Outcome(fault, problems=(problem,)) if problem else await rig.run(fault)
             outcomes.append(outcome)
@@ -70,6 +77,6 @@ async def _start(rig: Rig) -> str:
     """Start the programs; return the reason when they did not start."""
     try:
         await rig.start()
-    except StackError as error:
+    except (StackError, DiskError) as error:
         return str(error)
     return ""

@@ -4,18 +4,26 @@ from __future__ import annotations
 
 import asyncio
 from collections import Counter
-from collections.abc import Awaitable
+from collections.abc import Awaitable, Mapping
 from typing import Any
 
 
 class Since:
     """Counts at the moment when the fault began."""
 
-    def __init__(self, log: int = -1, exits: int = 0, starts: int = 0, passed: Counter[str] | None = None) -> None:
+    def __init__(
+        self,
+        log: int = -1,
+        exits: int = 0,
+        starts: int = 0,
+        passed: Counter[str] | None = None,
+        truth: Mapping[str, Any] | None = None,
+    ) -> None:
         self.log = log
         self.exits = exits
         self.starts = starts
         self.passed = passed or Counter()
+        self.truth = truth or {}
         self.answers: list[str | None] = []
         self.flood: Awaitable[Any] | None = None
         self.surveying: asyncio.Task[None] | None = None

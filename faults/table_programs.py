@@ -10,6 +10,8 @@ from faults.fault import (
     DOWN,
     MOTORS_OFF,
     UP,
+    Bring,
+    Disk,
     Fault,
     Flood,
     HalfRequests,
@@ -17,8 +19,10 @@ from faults.fault import (
     Leave,
     Order,
     Return,
+    SecondDaemon,
     See,
     Signal,
+    WallClock,
     When,
     absent,
     both,
@@ -28,6 +32,7 @@ from faults.fault import (
     restarted,
     state,
 )
+from faults.sights import second_ended, second_says, warned
 from hawk.comm.messages import CheckFence, Hold, Land, ReturnToLaunch
 from hawk.comm.status import FenceCorner
 from hawk.model.operation import StateName
@@ -111,6 +116,92 @@ PROGRAM: Final = (
     ),
 )
 
+COMPUTER: Final = (
+    Fault(
+        "a second daemon is started on the same store",
+        When.GROUND,
+        (
+            SecondDaemon(shared=True),
+            See(second_ended(2), 15.0, real=True),
+            See(state(StateName.IDLE), 3.0, lasts=True),
+        ),
+        ends_flight=True,
+    ),
+    Fault(
+        "a second daemon is started on the same store",
+        When.HOVERING,
+        (
+            SecondDaemon(shared=True),
+            See(second_ended(2), 15.0, real=True),
+            See(both(state(_HOVER), UP), 5.0, lasts=True),
+        ),
+        ends_flight=True,
+    ),
+    Fault(
+        "a second daemon is started on the same autopilot",
+        When.HOVERING,
+        (
+            SecondDaemon(shared=False),
+            See(second_says("nother daemon", "second daemon", "hawk-drone"), 30.0, real=True),
+            See(both(state(_HOVER), UP), 10.0, lasts=True),
+        ),
+        ends_flight=True,
+    ),
+    Fault(
+        "the disk is full",
+        When.EXPLORING,
+        (Disk(full=True), See(warned("disk", "recording", "journal", "written"), 20.0), See(UP, 5.0, lasts=True)),
+        ends_flight=True,
+        own_disk=True,
+    ),
+    Fault(
+        "the disk is full and our program is killed twice",
+        When.HOVERING,
+        (
+            Disk(full=True),
+            Signal(_KILL),
+            _RUNS,
+            See(both(UP, mode("GUIDED", "BRAKE", "RTL")), 3.0, lasts=True),
+            Signal(_KILL),
+            See(mode("RTL"), 15.0, real=True),
+            See(DOWN, 180.0),
+        ),
+        ends_flight=True,
+        own_disk=True,
+    ),
+    Fault(
+        "the wall clock steps by 31 minutes and our program is killed",
+        When.EXPLORING,
+        (WallClock(1860.0), Signal(_KILL), *_TAKEN_UP),
+        ends_flight=True,
+    ),
+    Fault(
+        "the wall clock steps back by an hour and our program is killed twice",
+        When.HOVERING,
+        (
+            WallClock(-3600.0),
+            Signal(_KILL),
+            _RUNS,
+            Signal(_KILL),
+            See(mode("RTL"), 15.0, real=True),
+            See(DOWN, 180.0),
+        ),
+        ends_flight=True,
+    ),
+    Fault(
+        "the wall clock steps by three days between two starts",
+        When.GROUND,
+        (
+            Bring(When.HOVERING),
+            Bring(When.GROUND),
+            WallClock(3 * 86400.0),
+            Signal(_KILL),
+            See(both(restarted(), state(StateName.IDLE)), 15.0, real=True),
+        ),
+        ends_flight=True,
+    ),
+)
+
 PEOPLE: Final = (
     Fault(
         "the operator is gone",
@@ -168,4 +259,4 @@ PEOPLE: Final = (
     ),
 )
 
-PROGRAMS: Final = (*PROGRAM, *PEOPLE)
+PROGRAMS: Final = (*PROGRAM, *COMPUTER, *PEOPLE)

@@ -56,8 +56,11 @@ class BoxedStack(SimulatedStack):
         self.page_s = time.monotonic() - began
         return ready
 
-    def _daemon_command(self, ready: Path) -> list[str]:
-        return [*self._box.prefix, *super()._daemon_command(ready)]
+    def daemon_command(
+        self, ready: Path, *, store: Path | None = None, autopilot: str = "", port: int | None = None
+    ) -> list[str]:
+        """Return the daemon's command line within the box."""
+        return [*self._box.prefix, *super().daemon_command(ready, store=store, autopilot=autopilot, port=port)]
 
 
 @dataclass(slots=True)

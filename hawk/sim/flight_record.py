@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -14,6 +15,8 @@ from hawk.sim.geometry import Flat, Vector
 
 PERIOD_S = 0.1
 DEFAULT_MARGIN_M = 3.0
+SHOWN_PARAMETERS = ("BATT_", "FENCE_", "FS_", "RALLY_", "RTL_")
+"""Beginnings of the names of parameters that the account shows: those that a daemon may have set."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,6 +100,10 @@ class FlightRecord:
             "crashed": body.crashed,
             "autopilot_stopped": autopilot.stopped,
             "gcs_failsafe": autopilot.failsafes.gcs,
+            "parameters": autopilot.parameters.values(SHOWN_PARAMETERS),
+            "fence_items": len(autopilot.fence.items),
+            "fence_mark": zlib.crc32(repr(autopilot.fence.items).encode()),
+            "rally_points": len(autopilot.rally.points),
             "battery": round(autopilot.battery.charge, 4),
             "way_m": round(self.way_m, 2),
             "flown_s": round(self.flown_s, 2),

@@ -125,10 +125,11 @@ class MavlinkLink:
             self._reset()
         if autopilot.stopped:
             return []
+        pack = pack_1 if self.version == 1 else pack_2
+        others = self.others.say(autopilot.time, pack) if autopilot.time >= self._next_heartbeat else []
         self._due()
         out, self._out = self._out, []
-        pack = pack_1 if self.version == 1 else pack_2
-        packed = [*self.others.poll(autopilot.time, pack), *(pack(message, self._encoder) for message in out)]
+        packed = [*others, *(pack(message, self._encoder) for message in out)]
         word = self.transmitter.poll(autopilot.time, autopilot.position_ok)
         if word is not None:
             packed.append(pack(word, self._transmitter_encoder))

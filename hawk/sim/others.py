@@ -1,4 +1,4 @@
-"""Other MAVLink systems and components on the vehicle's link: each gives its sign of life once a second."""
+"""Other MAVLink systems and components on the vehicle's link: each gives its sign of life just before the vehicle's."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from hawk.sim.options import Other
 
-PERIOD_S: Final = 1.0
 _SECOND_NORTH_DEG: Final = 0.002
 """The second copter flies this far north of where the world begins: 220 m."""
 
@@ -43,17 +42,13 @@ class Others:
     def __init__(self, latitude: float, longitude: float) -> None:
         self.present: frozenset[Other] = frozenset()
         self._place = round((latitude + _SECOND_NORTH_DEG) * 1e7), round(longitude * 1e7)
-        self._next = 0.0
         self._encoders = {
             kind: mavlink.MAVLink(None, srcSystem=each.system, srcComponent=each.component)
             for kind, each in _KINDS.items()
         }
 
-    def poll(self, now: float, pack: Callable[[Any, mavlink.MAVLink], bytes]) -> list[bytes]:
-        """Return the datagrams that are due; ``now`` is seconds of the simulation."""
-        if not self.present or now < self._next:
-            return []
-        self._next = now + PERIOD_S
+    def say(self, now: float, pack: Callable[[Any, mavlink.MAVLink], bytes]) -> list[bytes]:
+        """Return the datagrams of one round; ``now`` is seconds of the simulation."""
         return [
             pack(message, self._encoders[kind])
             for kind in sorted(self.present)

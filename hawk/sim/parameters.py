@@ -69,6 +69,10 @@ class Parameters:
         """Return the place of a parameter in the list. Raises ValueError for an unknown name."""
         return self._order.index(name)
 
+    def values(self, beginnings: tuple[str, ...]) -> dict[str, float]:
+        """Return the values of the parameters whose names begin so."""
+        return {name: self._parameters[name].value for name in self._order if name.startswith(beginnings)}
+
     def set(self, name: str, value: float) -> Parameter:
         """Write a value, cut to the parameter's own type; return the parameter.
 

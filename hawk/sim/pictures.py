@@ -1,4 +1,4 @@
-"""What a bad link or an odd camera makes of a JPEG."""
+"""Damage and marks that a bad link or an odd camera puts into a JPEG."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Final
 
 LOST_BYTES: Final = 3000
 EVERY: Final = 10
-"""One picture of so many is damaged."""
+"""One picture of this number is damaged."""
 UPRIGHT: Final = 1
 """EXIF orientation of a picture that is not turned."""
 _ORIENTATION_TAG: Final = 0x0112

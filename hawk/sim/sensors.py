@@ -24,7 +24,7 @@ class Receiver:
 
     @property
     def offset(self) -> Vector:
-        """How far the receiver's position is off, metres."""
+        """Error of the receiver's position, metres."""
         return (
             self._bias[0] + self._walked[0] + self._glitch[0],
             self._bias[1] + self._walked[1] + self._glitch[1],
@@ -78,7 +78,7 @@ LOST_DRIFT: Final = math.radians(0.03)
 VARIANCE_ONE: Final = math.radians(50.0)
 """The compasses' test ratio is one at this error."""
 SWERVES: Final = math.radians(30.0)
-"""With a larger error the vehicle circles, until GNSS tells the filter that its heading is wrong ..."""
+"""With a larger error the vehicle circles, until GNSS contradicts the heading ..."""
 RESET_AFTER_S: Final = 8.0
 """... after this time: EKF3 takes the heading from the motion, and no compass from then on, until a boot."""
 RESET_ERROR: Final = math.radians(10.0)

@@ -133,7 +133,7 @@ class SimulatedStack:
         ready.unlink(missing_ok=True)
         log = self._log("hawk-drone.log")
         self.daemon = await asyncio.create_subprocess_exec(
-            *self._daemon_command(ready),
+            *self.daemon_command(ready),
             stdin=asyncio.subprocess.DEVNULL,
             stdout=log,
             stderr=log,
@@ -179,12 +179,15 @@ class SimulatedStack:
         for log in self._logs:
             log.close()
 
-    def _daemon_command(self, ready: Path) -> list[str]:
+    def daemon_command(
+        self, ready: Path, *, store: Path | None = None, autopilot: str = "", port: int | None = None
+    ) -> list[str]:
+        """Return the daemon's command line; ``store``, ``autopilot`` and ``port`` replace its own for a second one."""
         assert self.address is not None  # noqa: S101
         command = [sys.executable, "-m", "hawk.cli", "run", *self._attached()]
-        command += ["--autopilot", self._autopilot_url, "--camera", self.address.camera_url]
-        command += ["--host", "127.0.0.1", "--port", str(self._port)]
-        command += ["--store", str(self._folder / "store"), "--ready-file", str(ready)]
+        command += ["--autopilot", autopilot or self._autopilot_url, "--camera", self.address.camera_url]
+        command += ["--host", "127.0.0.1", "--port", str(self._port if port is None else port)]
+        command += ["--store", str(store or self._folder / "store"), "--ready-file", str(ready)]
         fence = self._fence_file()
         if fence is not None:
             command += ["--fence", str(fence)]

@@ -1,4 +1,4 @@
-"""Who else is on the link, what another station changes, and MAVLink 1."""
+"""Others on the link, another station that changes settings, and MAVLink 1."""
 
 from __future__ import annotations
 

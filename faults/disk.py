@@ -1,0 +1,69 @@
+"""A small disk for the daemon's store, which can be filled (Linux, as root or in a user namespace of one's own)."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import errno
+from pathlib import Path
+from typing import Final
+
+SIZE: Final = "96m"
+_BLOCK: Final = bytes(1 << 16)
+
+
+class DiskError(Exception):
+    """There is no such disk; the text says what to do."""
+
+
+class OwnDisk:
+    """A file system in memory at a folder."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._filler = folder / "filler"
+
+    async def begin(self) -> None:
+        """Put it there. Raises DiskError."""
+        self._folder.mkdir(parents=True, exist_ok=True)
+        if await _run("mount", "-t", "tmpfs", "-o", f"size={SIZE}", "tmpfs", str(self._folder)):
+            raise DiskError("the store cannot have a disk of its own: run as root, or below unshare -Urm")
+
+    def fill(self) -> None:
+        """Leave no byte."""
+        with contextlib.suppress(OSError), self._filler.open("ab", buffering=0) as file:
+            while file.write(_BLOCK):
+                pass
+        with contextlib.suppress(OSError), self._filler.open("ab", buffering=0) as file:
+            while file.write(b"0"):
+                pass
+
+    def takes_a_byte(self) -> bool:
+        """Return False when nothing can be written. Raises OSError for other reasons than a full disk."""
+        try:
+            (self._folder / "probe").write_bytes(b"0")
+        except OSError as error:
+            if error.errno != errno.ENOSPC:
+                raise
+            return False
+        (self._folder / "probe").unlink()
+        return True
+
+    def empty(self) -> None:
+        """Give the room back."""
+        self._filler.unlink(missing_ok=True)
+
+    async def end(self) -> None:
+        """Take it away, with all that is on it."""
+        await _run("umount", "-l", str(self._folder))
+
+
+async def _run(*command: str) -> int:
+    """Run a program quietly; return its status, 127 where there is no such program."""
+    try:
+        process = await asyncio.create_subprocess_exec(
+            *command, stdout=asyncio.subprocess.DEVNULL, stderr=asyncio.subprocess.DEVNULL
+        )
+    except OSError:
+        return 127
+    return await process.wait()
