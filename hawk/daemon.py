@@ -65,6 +65,7 @@ from hawk.starts import Starts, survey_at_start
 from hawk.store.journal import FlightJournal
 from hawk.store.recording import Recording
 from hawk.store.run_notes import RunNotes, notes_file
+from hawk.store.store_lock import StoreInUseError, held_store
 from hawk.supervision import Supervisor, leave_at_once
 from hawk.versions.flight_word import FlightWord
 from hawk.web.app import WebServer
@@ -83,6 +84,10 @@ HANGING_CALLS = 2
 """Number of calls that hang in MAVSDK after which a program in the air ends: failsafe and restart act then."""
 START_NOTED_S = 0.5
 """The start is on the disk before the link is opened, but the drone does not wait longer for it, real seconds."""
+
+
+_SIMULATION = "simulation"
+"""Folder in the store for what simulated flights leave."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,6 +122,19 @@ async def run_daemon(config: Config, options: DaemonOptions) -> int:
 
 async def _run_with_log(config: Config, options: DaemonOptions, log: ProgramLog) -> int:
     tls = load_tls(config.web)  # before anything starts
+    store = config.store.directory
+    if options.simulation is not None:
+        store /= _SIMULATION
+    about = {"version": version("hawk-drone"), "port": str(config.web.port)}
+    try:
+        with held_store(store, about):
+            return await _run_alone(config, options, log, tls)
+    except StoreInUseError as error:
+        remedy = "Stop that one, or name another folder: --store DIR"
+        raise ConfigError(f"store.directory: {error}; two would write over each other. {remedy}") from error
+
+
+async def _run_alone(config: Config, options: DaemonOptions, log: ProgramLog, tls: Tls | None) -> int:
     simulation = None
     if options.simulation is not None:
         check_files(config)
@@ -565,7 +583,7 @@ def _simulated(config: Config, address: SimulationAddress) -> Config:
         update={
             "autopilot": config.autopilot.model_copy(update={"url": address.autopilot_url}),
             "camera": config.camera.model_copy(update={"url": address.camera_url}),
-            "store": config.store.model_copy(update={"directory": config.store.directory / "simulation"}),
+            "store": config.store.model_copy(update={"directory": config.store.directory / _SIMULATION}),
         }
     )
 

@@ -11,7 +11,6 @@ import asyncio
 import contextlib
 import math
 import os
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,9 +18,9 @@ from typing import Any, Final
 from urllib.parse import urlsplit
 
 from hawk.check.failsafes import failsafe_results, needed_names
-from hawk.check.processes import Processes
 from hawk.check.result import CheckResult, failed, not_looked_at, passed, warning
 from hawk.comm.autopilot import MavsdkAutopilot
+from hawk.comm.claim import device_of
 from hawk.comm.clock import Clock
 from hawk.comm.commands import MavCommand
 from hawk.comm.fence_rings import FenceRings
@@ -31,6 +30,7 @@ from hawk.comm.vehicle import AutopilotError, VehicleTopics
 from hawk.config import Config
 from hawk.ddc.failsafes import MAY_BE_MISSING
 from hawk.model.vehicle import mode_name
+from hawk.programs import Processes
 from hawk.supervision import Supervisor
 
 FIND_S: Final = 5.0
@@ -44,7 +44,6 @@ AT_ONCE: Final = 6
 PROBED: Final = ("FS_GCS_ENABLE", "FENCE_ENABLE", "FLTMODE_CH")
 """Parameters of every ArduCopter from 4.5 on: when none answers, nothing that we send is heard."""
 _NAME: Final = "Autopilot"
-_SERIAL: Final = re.compile(r"serial(?:_flowcontrol)?://(?P<device>[^:]+)(?::\d+)?")
 _ARDUPILOT: Final = 3  # MAV_AUTOPILOT_ARDUPILOTMEGA
 _COPTERS: Final = {
     2: "quadrotor", 3: "coaxial", 4: "helicopter", 13: "hexarotor", 14: "octorotor", 15: "tricopter",
@@ -189,8 +188,8 @@ def _before_opening(url: str, processes: Processes) -> CheckResult | None:
     if daemons:
         words = f"A daemon runs (process {daemons[0]}), and the autopilot is its own."
         return not_looked_at(_NAME, words, "Stop it on the ground: sudo systemctl stop hawk-drone. Then check again.")
-    found = _SERIAL.fullmatch(url)
-    return None if found is None else _device(Path(found["device"]), processes)
+    device = device_of(url)
+    return None if device is None else _device(Path(device), processes)
 
 
 def _device(device: Path, processes: Processes) -> CheckResult | None:
@@ -224,7 +223,7 @@ def _not_found(url: str, autopilot: MavsdkAutopilot) -> CheckResult:
 def not_found_remedy(url: str) -> str:
     """Return what to do when nothing is heard, by the kind of link."""
     place = urlsplit(url)
-    if _SERIAL.fullmatch(url):
+    if device_of(url) is not None:
         return (
             "Switch the autopilot on; cross TX and RX; compare the baud rate with SERIALn_BAUD, and set "
             "SERIALn_PROTOCOL to 2."

@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any, Final
 from urllib.parse import urlsplit
 
-from hawk.check.processes import Kind, Processes
 from hawk.check.result import CheckResult, failed, passed, warning
 from hawk.config import AutopilotSettings, Config, ConfigError, WebSettings
+from hawk.programs import Kind, Processes
 from hawk.web.security import InsecureBindingError, check_binding, is_loopback
 from hawk.web.tls import load_tls
 from hawk.web.tokens import TOKEN_FILE, TokensError, read_tokens, with_configured

@@ -7,6 +7,7 @@ called on MAVSDK's thread.
 
 from __future__ import annotations
 
+import errno
 import json
 import logging
 import math
@@ -15,6 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 from mavsdk.exceptions import MavsdkError
 from mavsdk.logging import LogLevel, log_subscribe, log_unsubscribe
@@ -24,12 +26,14 @@ from mavsdk.plugins.mavlink_direct import MavlinkDirect, MavlinkMessage
 from mavsdk.plugins.telemetry import Telemetry
 
 from hawk.addresses import SERIAL_KINDS
+from hawk.comm.claim import Claim, ClaimedError
 from hawk.comm.fence_rings import Corners, FenceRings
 from hawk.comm.mavlink_frames import AUTOPILOT_COMPONENT, ground_station_heartbeat
 from hawk.comm.peer import FIRST_HEARD, Expected, PeerKeeper
 from hawk.comm.remote_id import ARM_STATUS, TRANSMITTERS
 from hawk.comm.udp_gate import NOBODY, Hearing, UdpGate, serves
 from hawk.comm.vehicle import AutopilotError
+from hawk.programs import Processes
 from hawk.repeated_log import Repeated
 
 _LOG = logging.getLogger("hawk.comm.mavsdk")
@@ -128,6 +132,7 @@ class Link:
     ) -> None:
         self._url = url
         self._expected = expected
+        self._claim = Claim(url)
         self._gate: UdpGate | None = None
         self._vehicle_id: int | None = None
         self._system_id = system_id
@@ -158,9 +163,14 @@ class Link:
                 self._mavsdk = Mavsdk(configuration)
                 configuration.destroy()
             try:
+                self._claim.take()
                 self._connection = self._connect(self._mavsdk)
+            except ClaimedError as error:
+                words = f"autopilot.url {self._url!r} cannot be opened: {error}; two must not fly one drone"
+                raise AutopilotError(f"{words}. Stop one of them, or name another autopilot") from error
             except (MavsdkError, OSError, ValueError) as error:
-                raise AutopilotError(f"autopilot.url {self._url!r} cannot be opened: {error}") from error
+                words = f"autopilot.url {self._url!r} cannot be opened: {error}{self._port_holder(error)}"
+                raise AutopilotError(words) from error
 
     def set_voice(self, speaks: bool) -> None:
         """Let our heartbeats go out, or hold them back. Does not block."""
@@ -214,6 +224,7 @@ class Link:
             log_unsubscribe()
         if gate is not None:
             gate.close()
+        self._claim.release()
 
     def hearing(self) -> Hearing:
         """Return who is heard. Does not block."""
@@ -285,6 +296,12 @@ class Link:
             )
         except RuntimeError:  # destroyed meanwhile
             return SensorHealth()
+
+    def _port_holder(self, error: Exception) -> str:
+        """Return words for the program that has the port, when that is the reason."""
+        port = urlsplit(self._url).port if getattr(error, "errno", None) == errno.EADDRINUSE else None
+        found = "" if port is None else Processes().holder_of_port("udp", port)
+        return f": by {found}" if found else ""
 
     def _connect(self, mavsdk: Mavsdk) -> Any:
         if not serves(self._url):

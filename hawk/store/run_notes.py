@@ -1,4 +1,4 @@
-"""What the next start must know, in this computer's memory: the starts in the air, and the flight so far.
+"""Notes for the next start, in this computer's memory: the starts in the air, and the flight so far.
 
 The second witness of the flight journal. It outlives the program and needs no disk, which may be full, read-only or
 broken; a boot of the computer ends it. A write takes microseconds, so it is done before anything else goes on.

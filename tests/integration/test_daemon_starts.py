@@ -47,10 +47,13 @@ async def journal_of_a_flight(folder: Path, age_s: float) -> None:
 
 
 @contextlib.asynccontextmanager
-async def started(folder: Path, program: str = PROGRAM, *more: str) -> AsyncIterator[asyncio.subprocess.Process]:
+async def started(
+    folder: Path, program: str = PROGRAM, *more: str, autopilot: str = ""
+) -> AsyncIterator[asyncio.subprocess.Process]:
     own = ["--store", str(folder), "--port", str(free_tcp_port()), "--camera", f"http://127.0.0.1:{free_tcp_port()}/"]
     made = await asyncio.create_subprocess_exec(
-        sys.executable, "-c", program, *own, *more, "--autopilot", f"udpin://127.0.0.1:{free_udp_port()}",
+        sys.executable, "-c", program, *own, *more,
+        "--autopilot", autopilot or f"udpin://127.0.0.1:{free_udp_port()}",
         stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.PIPE,
     )  # fmt: skip
     try:
@@ -125,3 +128,29 @@ async def test_on_the_ground_every_start_opens_the_link(tmp_path: Path) -> None:
     for _ in range(3):
         async with started(tmp_path) as made:
             assert not await stays_away(made)
+
+
+async def test_a_second_daemon_on_one_store_ends_with_status_2_and_names_the_first(tmp_path: Path) -> None:
+    async with started(tmp_path, WAITS) as first:
+        assert first.stdout is not None
+        async with asyncio.timeout(PATIENCE_S):
+            await first.stdout.readline()  # the page's address: it runs
+            async with started(tmp_path, WAITS) as second:
+                _, words = await second.communicate()
+        assert second.returncode == 2
+        assert f"store.directory: {tmp_path} is in use by another hawk-drone (process {first.pid}, " in words.decode()
+        assert len(list((tmp_path / "journal").iterdir())) == 1, "one journal"
+
+
+async def test_a_second_daemon_on_one_autopilot_names_the_first(tmp_path: Path) -> None:
+    autopilot = f"tcpout://127.0.0.1:{free_tcp_port()}"
+    async with started(tmp_path / "one", WAITS, autopilot=autopilot) as first:
+        assert first.stdout is not None
+        async with asyncio.timeout(PATIENCE_S):
+            await first.stdout.readline()
+            async with started(tmp_path / "two", WAITS, autopilot=autopilot) as second:
+                assert second.stderr is not None
+                while f"in use by another hawk-drone (process {first.pid}, ".encode() not in (
+                    await second.stderr.readline()
+                ):
+                    assert second.returncode is None

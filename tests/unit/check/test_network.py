@@ -18,10 +18,10 @@ from hawk.check.network import (
     page_port,
     token_result,
 )
-from hawk.check.processes import Kind, Processes
 from hawk.check.result import Outcome
 from hawk.comm.authority import Role
 from hawk.config import AutopilotSettings, Config, WebSettings
+from hawk.programs import Kind, Processes
 from hawk.web.make_certificate import CertificatePlan, make_certificate
 from hawk.web.tokens import TOKEN_FILE, rotate
 from tests.unit.check.fakes import write_process, write_sockets

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import socket
 import threading
 import time
@@ -248,6 +249,26 @@ def test_of_a_transmitter_behind_the_autopilot_only_its_word_is_heard(link: Link
 def test_a_message_that_mavlink_does_not_know_is_an_error(link: Link) -> None:
     with pytest.raises(AutopilotError, match="NO_SUCH_MESSAGE was not sent"):
         link.send("NO_SUCH_MESSAGE", {})
+
+
+def test_a_second_link_to_one_autopilot_names_the_first(link: Link, port: int) -> None:
+    second = Link(f"udpin://127.0.0.1:{port}", 245, lambda: 0.0, lambda _: None)
+    try:
+        with pytest.raises(AutopilotError, match=rf"in use by another hawk-drone \(process {os.getpid()}, version "):
+            second.open()
+    finally:
+        second.close()
+
+
+def test_a_port_that_another_program_has_is_named_with_its_owner() -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("127.0.0.1", 0))
+        link = Link(f"udpin://127.0.0.1:{taken.getsockname()[1]}", 245, lambda: 0.0, lambda _: None)
+        try:
+            with pytest.raises(AutopilotError, match=r"Address already in use: by a program of the user \w+"):
+                link.open()
+        finally:
+            link.close()
 
 
 def test_opened_again_the_link_goes_on_and_its_subscriptions_too(link: Link, peer: Peer, heard: Heard) -> None:
