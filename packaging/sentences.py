@@ -15,6 +15,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from string import Formatter
 
+from hawk.model.sentences import code_of
+
 ROOT = Path(__file__).resolve().parent.parent
 MESSAGES = ROOT / "hawk" / "web" / "page" / "src" / "messages"
 TARGET = MESSAGES / "drone-en.ftl"
@@ -37,7 +39,7 @@ class Said:
 
 
 def calls(root: Path = ROOT) -> Iterator[Said]:
-    """Yield each call of `say` below ``hawk``. Raises ValueError for one whose code or template is not written out."""
+    """Yield each call of `say` below ``hawk``. Raises ValueError for one whose template is not written out."""
     for path in sorted((root / "hawk").rglob("*.py")):
         text = "" if "node_modules" in path.parts else path.read_text("utf-8")
         if "from hawk.model.sentences import" not in text and path != root / "hawk" / "model" / "sentences.py":
@@ -46,10 +48,10 @@ def calls(root: Path = ROOT) -> Iterator[Said]:
             if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Name) or node.func.id != "say":
                 continue
             place = f"{path.relative_to(root)}:{node.lineno}"
-            words = [each.value for each in node.args if isinstance(each, ast.Constant)]
-            if len(words) != 2 or len(node.args) != 2:
-                raise ValueError(f"{place}: write code and template out as two strings")
-            yield Said(str(words[0]), str(words[1]), place)
+            if len(node.args) != 1 or not isinstance(node.args[0], ast.Constant):
+                raise ValueError(f"{place}: write the template out as one string")
+            template = str(node.args[0].value)
+            yield Said(code_of(template), template, place)
 
 
 def english(found: Iterator[Said]) -> dict[str, str]:
@@ -58,7 +60,7 @@ def english(found: Iterator[Said]) -> dict[str, str]:
     for said in found:
         text = fluent(said.template)
         if texts.setdefault(said.code, text) != text:
-            raise ValueError(f"{said.place}: the code {said.code} has another text elsewhere")
+            raise ValueError(f"{said.place}: {said.code} is another text elsewhere: begin it with other words")
     return dict(sorted(texts.items()))
 
 

@@ -62,11 +62,11 @@ class FlightLog:
         self._heard = {text: time for text, time in self._heard.items() if now - time < REPEAT_S}
         self._heard[message.text] = now
         if message.severity <= 3:
-            self.add("error", say("autopilot-fault", "The autopilot reports a fault: {words}", words=message.text))
+            self.add("error", say("The autopilot reports a fault: {words}", words=message.text))
         elif message.severity == 4:
-            self.add("warning", say("autopilot-warns", "The autopilot warns: {words}", words=message.text))
+            self.add("warning", say("The autopilot warns: {words}", words=message.text))
         else:
-            self.add("info", say("autopilot-says", "The autopilot: {words}", words=message.text))
+            self.add("info", say("The autopilot: {words}", words=message.text))
 
     def autopilot_reason(self) -> str:
         """Return what the autopilot warned of a moment ago, empty when it said nothing."""

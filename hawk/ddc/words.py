@@ -8,14 +8,14 @@ from hawk.model.sentences import Sentence, say
 from hawk.model.sentences import sentence as sentence
 
 _DIRECTIONS = (
-    say("north", "north"),
-    say("north-east", "north-east"),
-    say("east", "east"),
-    say("south-east", "south-east"),
-    say("south", "south"),
-    say("south-west", "south-west"),
-    say("west", "west"),
-    say("north-west", "north-west"),
+    say("north"),
+    say("north-east"),
+    say("east"),
+    say("south-east"),
+    say("south"),
+    say("south-west"),
+    say("west"),
+    say("north-west"),
 )
 
 
@@ -26,9 +26,9 @@ def direction(north: float, east: float) -> Sentence:
 
 def metres(value: float) -> Sentence:
     """Return a length in whole metres."""
-    return say("metres", "{value:z.0f} m", value=value)
+    return say("{value:z.0f} m", value=value)
 
 
 def seconds(value: float) -> Sentence:
     """Return a duration in whole seconds, none negative."""
-    return say("seconds", "{value:.0f} s", value=max(0.0, math.ceil(value)))
+    return say("{value:.0f} s", value=max(0.0, math.ceil(value)))

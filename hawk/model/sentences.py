@@ -9,14 +9,16 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
 from string import Formatter
 from typing import LiteralString
 
 Value = str | int | float
 """A value in a sentence: a name or quoted words, a `Sentence`, or a number. Numbers are formatted by the template."""
 
-CODE = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
-_DECIMALS = re.compile(r"z?\.(\d)f|g|d|")
+LONGEST_CODE = 60
+_FORMAT = re.compile(r"z?\.(\d)f|g|d|")
 _DOUBLE_STOP = re.compile(r"([.!?])\.")
 
 
@@ -25,32 +27,42 @@ class Sentence(str):
 
     __slots__ = ("code", "values")
     code: str
-    """Name of the sentence, the same in every language."""
+    """Name of the sentence, the same in every language: `code_of` its English template."""
     values: Mapping[str, Value]
     """Values by name; numbers are rounded as the text shows them."""
 
 
-def say(code: LiteralString, template: LiteralString, /, **values: Value) -> Sentence:
-    """Return the sentence of a code.
+def say(template: LiteralString, /, **values: Value) -> Sentence:
+    """Return the sentence of a template.
 
     ``template`` is its English text with the values in braces, as for `str.format`: ``{name}``, ``{away:.1f}``,
-    ``{height:g}``. A full stop after a value that ends a sentence itself is left out. Raises KeyError for a value that
-    is not given, ValueError for one that the template does not use.
+    ``{height:g}``. A full stop after a value that ends a sentence itself is left out. Raises ValueError for a value
+    that is missing or that the template does not use.
     """
-    used = dict(_fields(template))
-    if used.keys() != values.keys():
-        raise ValueError(f"{code}: the template uses {sorted(used)}, given are {sorted(values)}")
+    known = _read(template)
+    if known.formats.keys() != values.keys():
+        raise ValueError(f"{template}: takes {sorted(known.formats)}, given are {sorted(values)}")
     said = Sentence(_DOUBLE_STOP.sub(r"\1", template.format_map(values)).strip())
-    said.code = code
-    said.values = {name: _rounded(value, used[name]) for name, value in values.items()}
+    said.code = known.code
+    said.values = {name: _rounded(value, known.formats[name]) for name, value in values.items()}
     return said
+
+
+def code_of(template: str) -> str:
+    """Return a template's code: its words and the names of its values, in small letters, with hyphens between them.
+
+    A code has `LONGEST_CODE` characters at most, whole words.
+    """
+    words = re.findall(r"[a-z][a-z0-9]*|[0-9]+", re.sub(r":[^{}]*}", "}", template).lower().replace("_", " "))
+    code = "-".join(words)
+    return code if len(code) <= LONGEST_CODE else code[: LONGEST_CODE + 1].rpartition("-")[0]
 
 
 def joined(*sentences: str) -> str:
     """Return sentences one after the other; empty ones are left out. Alone, a sentence stays what it is."""
     first, *rest = [each for each in sentences if each] or [""]
     for second in rest:
-        first = say("two-sentences", "{first} {second}", first=first, second=second)
+        first = say("{first} {second}", first=first, second=second)
     return first
 
 
@@ -59,7 +71,12 @@ def sentence(text: str) -> str:
     stripped = text.strip()
     if not stripped or stripped[-1] in ".!?":
         return text if isinstance(text, Sentence) else stripped
-    return say("full-stop", "{text}.", text=text if isinstance(text, Sentence) else stripped)
+    return say("{text}.", text=text if isinstance(text, Sentence) else stripped)
+
+
+def words_of(error: Exception) -> str:
+    """Return the words that an error was raised with; a `Sentence` keeps its code, which `str` of the error loses."""
+    return error.args[0] if error.args and isinstance(error.args[0], str) else str(error)
 
 
 def parts_of(text: str) -> Iterator[Sentence]:
@@ -71,18 +88,25 @@ def parts_of(text: str) -> Iterator[Sentence]:
                 yield from parts_of(value)
 
 
-def _fields(template: str) -> Iterator[tuple[str, str]]:
-    for _text, name, spec, _conversion in Formatter().parse(template):
-        if name is not None:
-            if _DECIMALS.fullmatch(spec or "") is None:
-                raise ValueError(f"{{{name}:{spec}}}: use .Nf, g or d")
-            yield name, spec or ""
+@dataclass(frozen=True)
+class _Template:
+    code: str
+    formats: Mapping[str, str]
+
+
+@cache
+def _read(template: str) -> _Template:
+    formats = {name: spec or "" for _text, name, spec, _conversion in Formatter().parse(template) if name is not None}
+    for name, spec in formats.items():
+        if _FORMAT.fullmatch(spec) is None:
+            raise ValueError(f"{{{name}:{spec}}}: use .Nf, g or d")
+    return _Template(code_of(template), formats)
 
 
 def _rounded(value: Value, spec: str) -> Value:
     if isinstance(value, str) or not math.isfinite(value):
         return value if isinstance(value, str) else str(value)
-    found = _DECIMALS.fullmatch(spec)
+    found = _FORMAT.fullmatch(spec)
     if found is not None and found[1] is not None:
         rounded = round(float(value), int(found[1]))
         return int(rounded) if rounded.is_integer() else rounded

@@ -10,13 +10,13 @@ import pytest
 from hawk.comm.message_base import listed
 from hawk.comm.messages import Ack
 from hawk.comm.status import CheckItem, CommandOption, DroneStatus, HealthItem, LogEntry, OperationStatus, PartsStatus
-from hawk.model.sentences import Sentence, joined, parts_of, say, sentence
+from hawk.model.sentences import Sentence, code_of, joined, parts_of, say, sentence, words_of
 
 
 def test_a_sentence_is_its_english_text_with_code_and_values() -> None:
-    said = say("home-moved", "Home was moved {away:.1f} m by {who}.", away=3.26, who="Ana")
+    said = say("Home was moved {away:.1f} m by {who}.", away=3.26, who="Ana")
     assert said == "Home was moved 3.3 m by Ana."
-    assert (said.code, said.values) == ("home-moved", {"away": 3.3, "who": "Ana"})
+    assert (said.code, said.values) == ("home-was-moved-away-m-by-who", {"away": 3.3, "who": "Ana"})
 
 
 @pytest.mark.parametrize(
@@ -32,70 +32,82 @@ def test_a_sentence_is_its_english_text_with_code_and_values() -> None:
     ],
 )
 def test_a_number_is_sent_as_the_text_shows_it(template: str, value: float, text: str, sent: float | str) -> None:
-    said = say("number", template, n=value)
+    said = say(template, n=value)
     assert (said, said.values["n"]) == (text, sent)
     json.dumps(dict(said.values), allow_nan=False)
 
 
 def test_a_full_stop_behind_one_is_left_out() -> None:
-    assert say("check", "{name}: {value}. {remedy}", name="GPS", value="Wait!", remedy="") == "GPS: Wait!"
+    assert say("{name}: {value}. {remedy}", name="GPS", value="Wait!", remedy="") == "GPS: Wait!"
     assert sentence("no fix") == "no fix."
     assert sentence("no fix.") == "no fix."
     assert sentence("  ") == ""
-    stopped = say("lost", "Lost.")
+    stopped = say("Lost.")
     assert sentence(stopped) is stopped
 
 
 def test_a_value_too_many_or_too_few_and_an_unknown_format_are_errors() -> None:
-    with pytest.raises(ValueError, match="uses"):
-        say("a", "{one}", one=1, two=2)
-    with pytest.raises(ValueError, match="uses"):
-        say("a", "{one} {two}", one=1)
+    with pytest.raises(ValueError, match="takes"):
+        say("{one}", one=1, two=2)
+    with pytest.raises(ValueError, match="takes"):
+        say("{one} {two}", one=1)
     with pytest.raises(ValueError, match=r"use \.Nf, g or d"):
-        say("a", "{one:>8}", one=1)
+        say("{one:>8}", one=1)
 
 
 def test_joined_leaves_empty_ones_out_and_keeps_each() -> None:
-    one, two = say("one", "One."), say("two", "Two.")
+    one, two = say("One."), say("Two.")
     assert joined() == ""
     assert joined("", one) is one
     both = joined(one, "", two, "Words of others.")
     assert both == "One. Two. Words of others."
-    assert [part.code for part in parts_of(both)] == ["two-sentences", "two-sentences", "one", "two"]
+    assert [part.code for part in parts_of(both)] == ["first-second", "first-second", "one", "two"]
+
+
+def test_the_code_of_a_long_sentence_ends_with_a_whole_word() -> None:
+    long = "Nothing of the outline lies inside the fence: set another outline, or clear it {by_hand:.1f} m away."
+    assert code_of(long) == "nothing-of-the-outline-lies-inside-the-fence-set-another"
+    assert code_of("At {place_2:g} m, 3 m") == "at-place-2-m-3-m"
+
+
+def test_an_error_keeps_the_sentence_that_it_was_raised_with() -> None:
+    said = say("Too far.")
+    assert words_of(ValueError(said)) is said
+    assert words_of(OSError(2, "No such file")) == "[Errno 2] No such file"
 
 
 def test_a_copy_keeps_the_code() -> None:
-    said = copy.deepcopy(say("one", "One {n}.", n=1))
+    said = copy.deepcopy(say("One {n}.", n=1))
     assert isinstance(said, Sentence)
-    assert (said.code, said.values) == ("one", {"n": 1})
+    assert (said.code, said.values) == ("one-n", {"n": 1})
 
 
 def test_an_answer_lists_the_sentences_of_its_reason_once() -> None:
-    reason = say("outer", "Not now: {why}", why=say("inner", "it rains."))
+    reason = say("Not now: {why}", why=say("it rains."))
     answer = json.loads(Ack(id=1, accepted=False, reason=reason).to_json())
     assert answer["Reason"] == "Not now: it rains."
     assert answer["Sentences"] == [
-        {"Text": "Not now: it rains.", "Code": "outer", "Values": {"why": "it rains."}},
-        {"Text": "it rains.", "Code": "inner", "Values": {}},
+        {"Text": "Not now: it rains.", "Code": "not-now-why", "Values": {"why": "it rains."}},
+        {"Text": "it rains.", "Code": "it-rains", "Values": {}},
     ]
     assert "Sentences" not in Ack(id=1, accepted=False, reason="Plain.").to_json()
 
 
 def test_a_heartbeat_lists_those_of_checks_options_and_parts() -> None:
-    no, bad = say("no", "No."), say("bad", "Bad.")
-    check = CheckItem(name=say("gps", "GPS"), passed=False, value=bad, remedy=no)
+    no, bad = say("No."), say("Bad.")
+    check = CheckItem(name=say("GPS"), passed=False, value=bad, remedy=no)
     status = DroneStatus(
         operation=OperationStatus(
-            detail=say("detail", "It waits."),
+            detail=say("It waits."),
             options=(CommandOption(command="Arm", possible=False, reason=no),),
             checks=(check,),
         ),
-        parts=PartsStatus(health=(HealthItem(name="camera", healthy=False, reason=say("dark", "Dark.")),)),
+        parts=PartsStatus(health=(HealthItem(name="camera", healthy=False, reason=say("Dark.")),)),
     )
     listed_codes = [item["Code"] for item in json.loads(status.shared_json)["Sentences"]]
-    assert sorted(listed_codes) == ["bad", "dark", "detail", "gps", "no"]
+    assert sorted(listed_codes) == ["bad", "dark", "gps", "it-waits", "no"]
 
 
 def test_a_line_of_the_log_lists_its_own() -> None:
-    entry = listed(LogEntry(number=1, time="", level="info", text=say("up", "Up."), details="words"))
+    entry = listed(LogEntry(number=1, time="", level="info", text=say("Up."), details="words"))
     assert [item.code for item in entry.sentences] == ["up"]

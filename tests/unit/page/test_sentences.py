@@ -31,15 +31,15 @@ def test_a_language_that_lacks_a_code_or_a_value_is_found(translation: str, prob
     assert sentences.problems(texts, "away =\n    { $by ->\n        [one] un\n       *[other] { $by }\n    }\n") == []
 
 
-def test_a_code_stands_for_one_text() -> None:
-    said = [sentences.Said("away", "away", "a.py:1"), sentences.Said("away", "gone", "b.py:2")]
-    with pytest.raises(ValueError, match=r"b\.py:2: the code away"):
+def test_two_texts_with_one_code_are_found() -> None:
+    said = [sentences.Said("away", "away", "a.py:1"), sentences.Said("away", "Away!", "b.py:2")]
+    with pytest.raises(ValueError, match=r"b\.py:2: away is another text elsewhere"):
         sentences.english(iter(said))
 
 
 def test_a_call_with_words_made_elsewhere_is_found(tmp_path: Path) -> None:
     (tmp_path / "hawk").mkdir()
-    source = "from hawk.model.sentences import say\nwords = 'x'\nsay('code', words)\n"
+    source = "from hawk.model.sentences import say\nwords = 'x'\nsay(words)\n"
     (tmp_path / "hawk" / "part.py").write_text(source)
-    with pytest.raises(ValueError, match=r"hawk/part\.py:3: write code and template out"):
+    with pytest.raises(ValueError, match=r"hawk/part\.py:3: write the template out"):
         list(sentences.calls(tmp_path))

@@ -14,20 +14,20 @@ const item = (Text: string, Code: string, Values: Record<string, string | number
 describe("the sentences of the drone's program", () => {
   it("are put in the language of the page, with their values in its digits", () =>
     inFrench(() => {
-      learn([item("12 m", "metres", { value: 12 })]);
+      learn([item("12 m", "value-m", { value: 12 })]);
       assert.equal(ofDrone("12 m"), "12\u00a0m");
     }));
 
   it("hold other sentences, which are put in it too, and words of others as they are", () =>
     inFrench(() => {
-      learn([item("The autopilot warns: Low.", "autopilot-warns", { words: "Low." }), item("north", "north"), item("north 12 m", "two-sentences", { first: "north", second: "12 m" })]);
+      learn([item("The autopilot warns: Low.", "the-autopilot-warns-words", { words: "Low." }), item("north", "north"), item("north 12 m", "first-second", { first: "north", second: "12 m" })]);
       assert.equal(ofDrone("The autopilot warns: Low."), "L’autopilote avertit\u00a0: Low.");
       assert.equal(ofDrone("north 12 m"), "nord 12\u00a0m");
     }));
 
   it("are found without their full stop", () =>
     inFrench(() => {
-      learn([item("north.", "full-stop", { text: "north" }), item("north", "north")]);
+      learn([item("north.", "text", { text: "north" }), item("north", "north")]);
       assert.equal(ofDrone("north."), "nord.");
     }));
 
@@ -42,14 +42,14 @@ describe("the sentences of the drone's program", () => {
 
   it("do not end in a circle", () =>
     inFrench(() => {
-      learn([item("round", "two-sentences", { first: "round", second: "x" })]);
+      learn([item("round", "first-second", { first: "round", second: "x" })]);
       assert.match(ofDrone("round"), /x/);
     }));
 
   it("are forgotten when a thousand newer ones came", () =>
     inFrench(() => {
       learn([item("south", "south")]);
-      learn(Array.from({ length: 1000 }, (_, index) => item(`${index} s`, "seconds", { value: index })));
+      learn(Array.from({ length: 1000 }, (_, index) => item(`${index} s`, "value-s", { value: index })));
       assert.equal(translated("south"), null);
       assert.equal(ofDrone("999 s"), "999\u00a0s");
     }));

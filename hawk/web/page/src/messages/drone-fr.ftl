@@ -3,18 +3,18 @@
 ###
 ### Les mêmes termes que dans fr.ftl.
 
-autopilot-fault = L'autopilote signale une panne : { $words }
-autopilot-says = L'autopilote : { $words }
-autopilot-warns = L'autopilote avertit : { $words }
+the-autopilot-reports-a-fault-words = L'autopilote signale une panne : { $words }
+the-autopilot-words = L'autopilote : { $words }
+the-autopilot-warns-words = L'autopilote avertit : { $words }
 east = est
-full-stop = { $text }.
-metres = { $value }{ "\u00A0" }m
+text = { $text }.
+value-m = { $value }{ "\u00A0" }m
 north = nord
 north-east = nord-est
 north-west = nord-ouest
-seconds = { $value }{ "\u00A0" }s
+value-s = { $value }{ "\u00A0" }s
 south = sud
 south-east = sud-est
 south-west = sud-ouest
-two-sentences = { $first } { $second }
+first-second = { $first } { $second }
 west = ouest
