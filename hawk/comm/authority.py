@@ -11,6 +11,8 @@ from collections.abc import Mapping
 from enum import Enum, StrEnum
 from typing import Final
 
+from hawk.model.sentences import say
+
 
 class Role(StrEnum):
     """The use that a token allows."""
@@ -69,11 +71,11 @@ RIGHTS: Final[Mapping[str, Right]] = {
 
 VIEWER_MAY: Final = frozenset({"Heartbeat", "Map Resync"})
 """Types of a viewer's messages that are taken: a sign of life, and the question for the whole map."""
-VIEWERS_COMMAND_NOTHING: Final = "You are a viewer: viewers command nothing. Log in as operator to do that."
+VIEWERS_COMMAND_NOTHING: Final = say("You are a viewer: viewers command nothing. Log in as operator to do that.")
 
-TAKE_CONTROL_FIRST: Final = "Take control first."
-SOMEONE_ELSE: Final = "Someone else has control."
-CONTROLLER_LOST: Final = "The operator in control is lost: take control first."
+TAKE_CONTROL_FIRST: Final = say("Take control first.")
+SOMEONE_ELSE: Final = say("Someone else has control.")
+CONTROLLER_LOST: Final = say("The operator in control is lost: take control first.")
 _REFUSALS: Final[Mapping[Tenure, str]] = {
     Tenure.FREE: TAKE_CONTROL_FIRST,
     Tenure.HELD: SOMEONE_ELSE,

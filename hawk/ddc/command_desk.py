@@ -61,6 +61,7 @@ from hawk.ddc.route_requests import NOT_JUDGED, RouteRequests, verdict_refusal
 from hawk.model.limits import HeightParameters
 from hawk.model.operation import UserError
 from hawk.model.plans import DesiredPose
+from hawk.model.sentences import say
 
 NO_USER_ERROR = ShowUserError(UserError.NONE)
 
@@ -109,7 +110,7 @@ class Inquiries:
 
     def supersede(self) -> Acts:
         """Refuse the open question: another command, or another state, came first."""
-        return self._refuse(self._open, Refusal("Something else came first.")) if self._open is not None else ()
+        return self._refuse(self._open, Refusal(say("Something else came first."))) if self._open is not None else ()
 
     def tick(self, case: Case) -> Ruling:
         """Look for the verdict."""
@@ -173,7 +174,7 @@ class CommandDesk:
             case OperatorHeartbeat():
                 return Ruling(Ack(id=command.id, accepted=True))
             case Control() | MapResync() | OperatorName():
-                reason = f"{command.type}: is answered by the web server."
+                reason = say("{type}: is answered by the web server.", type=command.type)
                 return Ruling(Ack(id=command.id, accepted=False, reason=reason))
             case CheckFence():
                 return Ruling(acts=(_judge_fence(client, command, case),))
@@ -192,9 +193,9 @@ class CommandDesk:
                 return self._kill(client, command, facts)
             case ClearKill():
                 self._kill_switch.clear()
-                return Ruling(accepted, (NO_USER_ERROR, Log("info", "The cut of the motors was cleared.")))
+                return Ruling(accepted, (NO_USER_ERROR, Log("info", say("The cut of the motors was cleared."))))
             case NewSurvey():
-                words = Log("info", "A new survey begins.", "The earlier one stays stored.")
+                words = Log("info", say("A new survey begins."), say("The earlier one stays stored."))
                 return Ruling(accepted, (*self._begin(), BeginSurvey(), words))
             case SetFailsafes():
                 self._reader.set_failsafes()
@@ -204,7 +205,7 @@ class CommandDesk:
                 taken = Log("ok", taken_words(outline, facts, case.settings))
                 return Ruling(accepted, (NO_USER_ERROR, UseOutline(outline), taken))
             case ClearOutline():
-                gone = Log("ok", "The outline was removed; Explore finds the lot by looking.")
+                gone = Log("ok", say("The outline was removed; Explore finds the lot by looking."))
                 return Ruling(accepted, (NO_USER_ERROR, UseOutline(None), gone))
             case AutonomousMove():
                 return Ruling(acts=self.inquiries.open(client, command, _move_order(command, facts), facts))
@@ -214,10 +215,10 @@ class CommandDesk:
 
     def _send_unheard(self, client: ClientId, command: Command, facts: Facts) -> Ruling:
         """Return To Launch or Land for an autopilot that is not heard: `hawk.ddc.silence` sends the state's mode."""
-        words = f"{command_type(command)} is sent without an answer: no word from the autopilot."
+        words = say("{command} is sent without an answer: no word from the autopilot.", command=command_type(command))
         answer = Ack(id=command.id, accepted=True, reason=UNHEARD)
         by = facts.operator.name(client)
-        straight = "the autopilot is not heard"
+        straight = say("the autopilot is not heard")
         following = ToLand(by=by) if isinstance(command, Land) else ToReturn(straight=straight, by=by)
         return Ruling(answer, (*self._begin(), Log("warning", words)), transition=following)
 
@@ -231,7 +232,7 @@ class CommandDesk:
         if problem:
             return Ruling(Ack(id=command.id, accepted=False, reason=problem), (record,))
         cut, by = self._kill_switch.begin(facts), facts.operator.name(client) or SOME_OPERATOR
-        acts = (record, *cut, *self._begin(), Log("error", f"Motors are being cut by {by}."))
+        acts = (record, *cut, *self._begin(), Log("error", say("Motors are being cut by {by}.", by=by)))
         return Ruling(Ack(id=command.id, accepted=True, reason=UNHEARD if facts.is_unheard else ""), acts)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from hawk.model.operation import StateName
+from hawk.model.sentences import say
 
 _COLUMNS = (
     StateName.IDLE,
@@ -47,30 +48,30 @@ New Survey         | yes    saving    disarm land    land  land    land   land  
 """A word is a reason of `_REASONS`; "yes": accepted if no condition refuses it."""
 
 _REASONS: Mapping[str, str] = {
-    "saving": "Saving: wait a moment.",
-    "disarm": "Armed: disarm first.",
-    "land": "Flying: land first.",
-    "flying": "Already flying.",
-    "armed": "Already armed, or arming.",
-    "arm": "Arm first.",
-    "off": "Take off first.",
-    "climbs": "Climbing: wait until it holds.",
-    "running": "Already exploring.",
-    "moving": "Moving: Hold first.",
-    "homing": "Returning home: Hold first.",
-    "landing": "Landing: Hold first.",
-    "homing!": "Already returning home.",
-    "landing!": "Already landing.",
-    "lost": "The operator was lost: wait until it holds for you.",
-    "holds": "Holding already, until the operator is back.",
-    "pilot": "Someone else flies: Resume first.",
-    "ground": "On the ground.",
-    "home": "Is at home.",
-    "air": "In the air: land first.",
-    "off!": "The motors are off.",
-    "ours": "Nobody else flies.",
-    "explores": "Exploring: Hold first.",
-    "before": "Only before flight, disarmed.",
+    "saving": say("Saving: wait a moment."),
+    "disarm": say("Armed: disarm first."),
+    "land": say("Flying: land first."),
+    "flying": say("Already flying."),
+    "armed": say("Already armed, or arming."),
+    "arm": say("Arm first."),
+    "off": say("Take off first."),
+    "climbs": say("Climbing: wait until it holds."),
+    "running": say("Already exploring."),
+    "moving": say("Moving: Hold first."),
+    "homing": say("Returning home: Hold first."),
+    "landing": say("Landing: Hold first."),
+    "homing!": say("Already returning home."),
+    "landing!": say("Already landing."),
+    "lost": say("The operator was lost: wait until it holds for you."),
+    "holds": say("Holding already, until the operator is back."),
+    "pilot": say("Someone else flies: Resume first."),
+    "ground": say("On the ground."),
+    "home": say("Is at home."),
+    "air": say("In the air: land first."),
+    "off!": say("The motors are off."),
+    "ours": say("Nobody else flies."),
+    "explores": say("Exploring: Hold first."),
+    "before": say("Only before flight, disarmed."),
 }
 
 

@@ -38,6 +38,7 @@ from hawk.model.limits import HeightParameters
 from hawk.model.operation import StateName, UserError
 from hawk.model.plans import Route
 from hawk.model.poses import MapPoint
+from hawk.model.sentences import words_of
 
 RESUME_WAIT_S = 3.0
 """Resume is refused so soon after a mode change: the pilot's hand is still at the switch."""
@@ -222,7 +223,7 @@ def _heights(command: Configure, ceiling: float, floor: float) -> Refusal | None
     try:
         check_heights(HeightParameters(command.min, command.des, command.max), ceiling, floor)
     except ParameterError as error:
-        return Refusal(str(error))
+        return Refusal(words_of(error))
     return None
 
 

@@ -26,6 +26,7 @@ from hawk.ddc.geofence import (
 )
 from hawk.model.limits import AskedGround, Fence, Outline
 from hawk.model.poses import GlobalPose
+from hawk.model.sentences import say
 
 LEAST_OUTLINE_M2 = 50.0
 """Some four stalls: a smaller polygon is a slip of the hand, m²."""
@@ -58,19 +59,31 @@ def check_rings(outline: Outline) -> float:
     rings = converted((*outline.polygons, *outline.holes), lambda ring: ring_to_map(origin, ring))
     for number, ring in enumerate(rings):
         is_hole = number >= len(outline.polygons)
-        name = f"Hole {number - len(outline.polygons) + 1}" if is_hole else f"Polygon {number + 1}"
+        name = (
+            say("Hole {number}", number=number - len(outline.polygons) + 1)
+            if is_hole
+            else say("Polygon {number}", number=number + 1)
+        )
         _check(name, Polygon(tuple((round(north, 2), round(east, 2)) for north, east in ring)), ring)
     south, west, north, east = shapely.total_bounds([Polygon(ring) for ring in rings])
     widest = max(north - south, east - west)
     if widest > MOST_EXTENT_M:
-        raise OutlineError(f"Polygons: the outline is {widest:.0f} m wide: draw it at most {MOST_EXTENT_M:.0f} m wide.")
+        raise OutlineError(
+            say(
+                "Polygons: the outline is {widest:.0f} m wide: draw it at most {most:.0f} m wide.",
+                widest=widest,
+                most=MOST_EXTENT_M,
+            )
+        )
     whole = shapely.union_all([Polygon(ring) for ring in rings[: len(outline.polygons)]])
     for number, ring in enumerate(rings[len(outline.polygons) :], 1):
         if not whole.intersects(Polygon(ring)):
-            raise OutlineError(f"Hole {number}: lies outside every polygon: draw it inside one, or leave it out.")
+            raise OutlineError(
+                say("Hole {number}: lies outside every polygon: draw it inside one, or leave it out.", number=number)
+            )
     area = float(_shape(outline, origin).area)
     if area < LEAST_OUTLINE_M2:
-        raise OutlineError(f"Holes: they leave {area:.0f} m² of the outline: draw them smaller.")
+        raise OutlineError(say("Holes: they leave {area:.0f} m² of the outline: draw them smaller.", area=area))
     return area
 
 
@@ -91,12 +104,16 @@ def ground_of(outline: Outline, datum: GlobalPose, fence: Fence) -> AskedGround:
 def size_words(area: float, outside: float = 0.0) -> str:
     """Return the size of an outline in words, and what of it the fence leaves out."""
     words = area_words(area)
-    return words if outside < 1.0 else f"{words}; {area_words(outside)} outside the fence are left out"
+    return (
+        words
+        if outside < 1.0
+        else say("{size}; {outside} outside the fence are left out", size=words, outside=area_words(outside))
+    )
 
 
 def area_words(area: float) -> str:
     """Return an area in m², from a hectare on in hectares."""
-    return f"{area / 1e4:.1f} ha" if area >= 1e4 else f"{area:.0f} m²"
+    return say("{area:.1f} ha", area=area / 1e4) if area >= 1e4 else say("{area:.0f} m²", area=area)
 
 
 def corners_of(rings: Sequence[Ring]) -> list[list[FenceCorner]]:
@@ -106,9 +123,20 @@ def corners_of(rings: Sequence[Ring]) -> list[list[FenceCorner]]:
 
 def _check(name: str, polygon: Polygon, ring: Ring) -> None:
     if not polygon.is_valid:
-        raise OutlineError(f"{name}: {crossing(ring)}: move a corner so that no side crosses another.")
+        raise OutlineError(
+            say(
+                "{name}: {crossing}: move a corner so that no side crosses another.", name=name, crossing=crossing(ring)
+            )
+        )
     if name.startswith("Polygon") and polygon.area < LEAST_OUTLINE_M2:
-        raise OutlineError(f"{name}: holds {polygon.area:.0f} m²: draw {LEAST_OUTLINE_M2:.0f} m² at least.")
+        raise OutlineError(
+            say(
+                "{name}: holds {area:.0f} m²: draw {least:.0f} m² at least.",
+                name=name,
+                area=polygon.area,
+                least=LEAST_OUTLINE_M2,
+            )
+        )
 
 
 def _shape(outline: Outline, datum: GlobalPose) -> shapely.Geometry:

@@ -9,8 +9,9 @@ from hawk.ddc.outline import OutlineError, check_rings, ground_of, outline_of, s
 from hawk.ddc.settings import DdcSettings
 from hawk.model.limits import Fence, Outline
 from hawk.model.poses import GlobalPose
+from hawk.model.sentences import say, words_of
 
-NOTHING_INSIDE = "Nothing of the outline lies inside the fence: set another outline, or clear it."
+NOTHING_INSIDE = say("Nothing of the outline lies inside the fence: set another outline, or clear it.")
 
 
 def fence_ahead(facts: Facts, settings: DdcSettings) -> tuple[GlobalPose, Fence] | None:
@@ -40,9 +41,9 @@ def outline_refusal(command: SetOutline, facts: Facts, settings: DdcSettings) ->
     try:
         check_rings(outline)
     except OutlineError as error:
-        return str(error)
+        return words_of(error)
     if ahead is not None and ground_of(outline, *ahead).area <= 0.0:
-        return "Polygons: nothing of the outline lies inside the fence: draw it inside, or set another fence."
+        return say("Polygons: nothing of the outline lies inside the fence: draw it inside, or set another fence.")
     return ""
 
 
@@ -50,6 +51,6 @@ def taken_words(outline: Outline, facts: Facts, settings: DdcSettings) -> str:
     """Return the message about an outline that was taken: its size inside the fence, and what the fence leaves out."""
     ahead = fence_ahead(facts, settings)
     if ahead is None:
-        return f"The outline is taken: {size_words(check_rings(outline))}."
+        return say("The outline is taken: {size}.", size=size_words(check_rings(outline)))
     ground = ground_of(outline, *ahead)
-    return f"The outline is taken: {size_words(ground.area, ground.outside)}."
+    return say("The outline is taken: {size}.", size=size_words(ground.area, ground.outside))

@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from hawk.ddc.atomic_file import set_aside, write_atomically
 from hawk.model.limits import HeightParameters
+from hawk.model.sentences import say, words_of
 
 PARAMETER_FILE = "params.json"
 
@@ -29,17 +30,39 @@ class _StoredHeights(BaseModel):
 def check_heights(heights: HeightParameters, ceiling: float, floor: float = 0.0) -> None:
     """Check 0 < Min, floor <= Min <= Des <= Max <= ceiling (metres above the arm place). Raises ParameterError."""
     if not heights.minimum > 0:
-        raise ParameterError(f"Min: must be above 0 m, not {heights.minimum:g} m.")
+        raise ParameterError(say("Min: must be above 0 m, not {minimum:g} m.", minimum=heights.minimum))
     if heights.minimum < floor:
         raise ParameterError(
-            f"Min: {heights.minimum:g} m is too low over the highest obstacle: raise Min to {floor:g} m."
+            say(
+                "Min: {minimum:g} m is too low over the highest obstacle: raise Min to {floor:g} m.",
+                minimum=heights.minimum,
+                floor=floor,
+            )
         )
     if not heights.desired >= heights.minimum:
-        raise ParameterError(f"Des: {heights.desired:g} m is below Min, {heights.minimum:g} m: raise Des or lower Min.")
+        raise ParameterError(
+            say(
+                "Des: {desired:g} m is below Min, {minimum:g} m: raise Des or lower Min.",
+                desired=heights.desired,
+                minimum=heights.minimum,
+            )
+        )
     if not heights.maximum >= heights.desired:
-        raise ParameterError(f"Max: {heights.maximum:g} m is below Des, {heights.desired:g} m: raise Max or lower Des.")
+        raise ParameterError(
+            say(
+                "Max: {maximum:g} m is below Des, {desired:g} m: raise Max or lower Des.",
+                maximum=heights.maximum,
+                desired=heights.desired,
+            )
+        )
     if not heights.maximum <= ceiling:
-        raise ParameterError(f"Max: {heights.maximum:g} m is above the ceiling, {ceiling:g} m: lower Max.")
+        raise ParameterError(
+            say(
+                "Max: {maximum:g} m is above the ceiling, {ceiling:g} m: lower Max.",
+                maximum=heights.maximum,
+                ceiling=ceiling,
+            )
+        )
 
 
 class ParameterStore:
@@ -62,7 +85,7 @@ class ParameterStore:
         except FileNotFoundError:
             return self._defaults, ""
         except (OSError, UnicodeDecodeError) as error:
-            return self._defaults, self._set_aside(str(error))
+            return self._defaults, self._set_aside(words_of(error))
         try:
             stored = _StoredHeights.model_validate_json(text)
             heights = HeightParameters(stored.minimum, stored.desired, stored.maximum)
@@ -71,7 +94,7 @@ class ParameterStore:
             problem = error.errors(include_url=False)[0]
             return self._defaults, self._set_aside(f"{'.'.join(map(str, problem['loc']))}: {problem['msg']}")
         except ParameterError as error:
-            return self._defaults, self._set_aside(str(error))
+            return self._defaults, self._set_aside(words_of(error))
         return heights, ""
 
     def write(self, heights: HeightParameters) -> None:
@@ -80,9 +103,11 @@ class ParameterStore:
         try:
             write_atomically(self._path, json.dumps(content))
         except OSError as error:
-            raise ParameterError(f"The heights could not be stored in {self._path}: {error}") from error
+            raise ParameterError(
+                say("The heights could not be stored in {path}: {error}", path=str(self._path), error=words_of(error))
+            ) from error
 
     def _set_aside(self, reason: str) -> str:
         with suppress(OSError):
             set_aside(self._path, "bad")
-        return f"The stored heights cannot be used, the configured ones are used: {reason}"
+        return say("The stored heights cannot be used, the configured ones are used: {reason}", reason=reason)

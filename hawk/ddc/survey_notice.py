@@ -9,6 +9,7 @@ from hawk.ddc.facts import Facts
 from hawk.ddc.states.base import State
 from hawk.ddc.survey_need import tens
 from hawk.model.operation import StateName
+from hawk.model.sentences import say
 
 SHORT_CONFIRM_S: Final = 10.0
 """Seconds for which the battery must be too low for the rest of the survey: plans and drain waver."""
@@ -38,8 +39,10 @@ class SurveyNotice:
         self._is_earlier_untold = False
         need = facts.battery.survey
         is_done = need is not None and need.basis == "map" and need.seconds <= 0.0
-        rest = "It was seen whole." if is_done else "Explore flies the rest."
-        return (Log("info", f"An earlier survey goes on: {sight.counts.total} stalls are on its map. {rest}"),)
+        rest = say("It was seen whole.") if is_done else say("Explore flies the rest.")
+        total = sight.counts.total
+        text = say("An earlier survey goes on: {total} stalls are on its map. {rest}", total=total, rest=rest)
+        return (Log("info", text),)
 
     def _short(self, facts: Facts) -> Acts:
         battery = facts.battery
@@ -48,5 +51,7 @@ class SurveyNotice:
             return ()
         self._is_short_told = True
         share = tens(battery.survey.whole_share)
-        text = f"The battery will not last for the whole survey: about {share} % of it."
-        return (Log("warning", text, "It explores on and returns in time. Explore continues after a battery swap."),)
+        text = say("The battery will not last for the whole survey: about {share} % of it.", share=share)
+        return (
+            Log("warning", text, say("It explores on and returns in time. Explore continues after a battery swap.")),
+        )

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Final
 from weakref import WeakKeyDictionary
 
+from hawk.model.sentences import say
 from hawk.web.session import Session
 
 ANSWER_S: Final = 20.0
@@ -54,10 +55,10 @@ class Asking:
         if asker is session:
             return None
         if asker is not None:
-            return f"{asker.name} has asked already."
+            return say("{name} has asked already.", name=asker.name)
         wait = max(self._kept.get(session, float("-inf")) + AGAIN_S, self._last + PAUSE_S) - now
         if wait > 0.0:
-            return f"Control was asked for a moment ago: ask again in {wait:.0f} s."
+            return say("Control was asked for a moment ago: ask again in {wait:.0f} s.", wait=wait)
         self._question, self._last = _Question(session, now), now
         if self._told is session:
             self._told = None

@@ -33,6 +33,7 @@ from hawk.ddc.states.moves import AutonomousMove, CompulsiveMove
 from hawk.ddc.states.takeoff import Takeoff
 from hawk.ddc.words import direction, metres, seconds
 from hawk.model.operation import StateName
+from hawk.model.sentences import joined, say
 
 
 def make_state(transition: Transition, facts: Facts, settings: DdcSettings) -> tuple[State, Acts]:
@@ -55,24 +56,27 @@ def _make(transition: Transition, facts: Facts, settings: DdcSettings) -> tuple[
         case ToTakeoff():
             return Takeoff(now), ()
         case ToHover(reason, goal, passive, level):
-            return Hover(now, settings, reason, goal, passive), (Log(level, f"{reason} Holding.".strip()),)
+            return Hover(now, settings, reason, goal, passive), (Log(level, joined(reason, say("Holding."))),)
         case ToExplore():
-            begun = "Lot found. Exploring." if facts.limits.outline is None else "Exploring the outline."
+            begun = say("Lot found. Exploring.") if facts.limits.outline is None else say("Exploring the outline.")
             return AutonomousExplore(now, settings), (Log("info", begun),)
         case ToMove(move):
             kind = AutonomousMove if move.autonomous else CompulsiveMove
             return kind(now, move, settings), _move_messages(move, facts)
         case ToReturn(cause, by_autopilot, straight):
             state = ReturnToLaunch(now, settings, cause, by_autopilot, straight)
-            return _home(state, f"Returning home{_asked(transition.by)}.", "returns home")
+            asked = say("Returning home, asked by {by}.", by=transition.by) if transition.by else say("Returning home.")
+            return _home(state, asked, say("The autopilot returns home by itself."))
         case ToLand(cause, by_autopilot):
-            return _home(Land(now, cause, by_autopilot), f"Landing{_asked(transition.by)}.", "lands")
+            asked = say("Landing, asked by {by}.", by=transition.by) if transition.by else say("Landing.")
+            return _home(Land(now, cause, by_autopilot), asked, say("The autopilot lands by itself."))
         case ToCommunicationLost(passive, given_back_by):
             lost = CommunicationLost(now, settings, passive, given_back_by)
             hold = seconds(settings.operator.operator_hold_s)
-            return lost, (Log("warning", f"{lost.reason} Holds for {hold}, then returns home."),)
+            then = say("Holds for {hold}, then returns home.", hold=hold)
+            return lost, (Log("warning", joined(lost.reason, then)),)
         case ToManual():  # pragma: no branch - the last kind of transition
-            text = f"Someone else flies, in {facts.vehicle.mode or 'an unknown mode'}."
+            text = say("Someone else flies, in {mode}.", mode=facts.vehicle.mode or say("an unknown mode"))
             return Manual(now), (Log("warning", text, facts.link.words),)
 
 
@@ -93,8 +97,8 @@ def adopted(name: StateName, facts: Facts) -> Transition:
         case StateName.MANUAL:
             return ToManual()
         case StateName.HOVER:
-            mode = facts.vehicle.mode or "an unknown mode"
-            return ToHover(f"The autopilot went to {mode} by itself.", passive=True, level="warning")
+            mode = facts.vehicle.mode or say("an unknown mode")
+            return ToHover(say("The autopilot went to {mode} by itself.", mode=mode), passive=True, level="warning")
         case StateName.COMMUNICATION_LOST:
             return ToCommunicationLost(passive=True)
         case StateName.ARM:
@@ -103,17 +107,13 @@ def adopted(name: StateName, facts: Facts) -> Transition:
             return ToIdle()
 
 
-def _home(state: Homing, text: str, does: str) -> tuple[State, Acts]:
+def _home(state: Homing, text: str, by_itself: str) -> tuple[State, Acts]:
     cause = state.cause
     if state.by_autopilot:
-        return state, (Log("warning", f"The autopilot {does} by itself.", "" if cause is None else cause.details),)
+        return state, (Log("warning", by_itself, "" if cause is None else cause.details),)
     if cause is None:
         return state, (Log("info", text),)
-    return state, (Log("warning", f"{cause.text} {text}"),)
-
-
-def _asked(by: str) -> str:
-    return f", asked by {by}" if by else ""
+    return state, (Log("warning", joined(cause.text, text)),)
 
 
 def _move_messages(order: MoveOrder, facts: Facts) -> Acts:
@@ -121,4 +121,5 @@ def _move_messages(order: MoveOrder, facts: Facts) -> Acts:
     if place is None:
         return ()
     where = direction(order.place.north - place.north, order.place.east - place.east)
-    return (Log("info", f"Moving {metres(place.point.distance(order.place))} {where}."),)
+    distance = metres(place.point.distance(order.place))
+    return (Log("info", say("Moving {distance} {where}.", distance=distance, where=where)),)

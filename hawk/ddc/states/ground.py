@@ -29,6 +29,7 @@ from hawk.ddc.states.base import Inquiry, ModeKeeper, State
 from hawk.ddc.words import seconds
 from hawk.model.limits import Fence, HeightParameters
 from hawk.model.operation import StateName
+from hawk.model.sentences import joined, say, words_of
 from hawk.model.vehicle import CopterMode
 
 SAVE_HEIGHTS_TIMEOUT_S = 40.0
@@ -54,7 +55,7 @@ class Idle(State):
 
     def detail(self, facts: Facts) -> str:
         """Return the reason for the state, else that the drone is on the ground."""
-        return self._reason or "On the ground."
+        return self._reason or say("On the ground.")
 
     def transition_next_state(self, facts: Facts, order: Order | None = None) -> Step:
         """Follow Configure, a fence or Arm."""
@@ -82,7 +83,7 @@ class Configure(State):
 
     def detail(self, facts: Facts) -> str:
         """Return the present step."""
-        return "Saving the heights."
+        return say("Saving the heights.")
 
     def enter(self, facts: Facts) -> Acts:
         """Begin to store."""
@@ -100,14 +101,17 @@ class Configure(State):
     def transition_next_state(self, facts: Facts, order: Order | None = None) -> Step:
         """Return to Idle when it is done, failed, or takes too long."""
         if failed := self._storing.failure(facts):
-            return _to_idle(Log("error", "The heights were not saved.", failed.reason))
+            return _to_idle(Log("error", say("The heights were not saved."), failed.reason))
         if failed := self._return_altitude.failure(facts):
-            return _to_idle(Log("error", "Heights saved, but the return height was not set.", failed.reason))
+            return _to_idle(Log("error", say("Heights saved, but the return height was not set."), failed.reason))
         if self._storing.is_done(facts) and (not self._sets_altitude or self._return_altitude.is_done(facts)):
             low, travel, high = self._heights.minimum, self._heights.desired, self._heights.maximum
-            return _to_idle(Log("ok", f"Flies at {travel:g} m, never below {low:g} m or above {high:g} m."))
+            words = say(
+                "Flies at {travel:g} m, never below {low:g} m or above {high:g} m.", travel=travel, low=low, high=high
+            )
+            return _to_idle(Log("ok", words))
         if self.age(facts) > SAVE_HEIGHTS_TIMEOUT_S:
-            return _to_idle(Log("error", "Saving the heights took too long."))
+            return _to_idle(Log("error", say("Saving the heights took too long.")))
         return STAY
 
 
@@ -125,7 +129,7 @@ class ConfigureFence(State):
 
     def detail(self, facts: Facts) -> str:
         """Return the present step."""
-        return "Saving the fence."
+        return say("Saving the fence.")
 
     def enter(self, facts: Facts) -> Acts:
         """Begin to store."""
@@ -134,12 +138,16 @@ class ConfigureFence(State):
     def transition_next_state(self, facts: Facts, order: Order | None = None) -> Step:
         """Return to Idle when it is stored, failed, or takes too long."""
         if failed := self._storing.failure(facts):
-            return _to_idle(Log("error", "The fence was not saved.", failed.reason))
+            return _to_idle(Log("error", say("The fence was not saved."), failed.reason))
         if self._storing.is_done(facts):
-            saved = "The fence is saved." if self._plan else "The drawn fence was removed; the standard one is used."
+            saved = (
+                say("The fence is saved.")
+                if self._plan
+                else say("The drawn fence was removed; the standard one is used.")
+            )
             return _to_idle(Log("ok", saved))
         if self.age(facts) > SAVE_FENCE_TIMEOUT_S:
-            return _to_idle(Log("error", "Saving the fence took too long."))
+            return _to_idle(Log("error", say("Saving the fence took too long.")))
         return STAY
 
 
@@ -186,9 +194,9 @@ class Arm(State):
     def detail(self, facts: Facts) -> str:
         """Return the present step; the countdown once armed."""
         if not self.may_take_off:
-            return "Arming."
-        countdown = f"Motors stop in {seconds(AUTO_DISARM_S - (facts.now - self._step_began))} without take-off."
-        return f"{self._reason} {countdown}" if self._reason else f"Armed. {countdown}"
+            return say("Arming.")
+        left = seconds(AUTO_DISARM_S - (facts.now - self._step_began))
+        return joined(self._reason or say("Armed."), say("Motors stop in {left} without take-off.", left=left))
 
     def enter(self, facts: Facts) -> Acts:
         """Begin with the fence, unless the drone is armed already."""
@@ -211,7 +219,8 @@ class Arm(State):
             self._next(_ArmStep.WAIT, facts)
         if self._step in (_ArmStep.ARM, _ArmStep.WAIT) and facts.vehicle.armed:
             self._next(_ArmStep.ARMED, facts)
-            acts.append((Log("ok", f"Armed by {self.asked_by or SOME_OPERATOR}. {self._checks} checks passed."),))
+            by = self.asked_by or SOME_OPERATOR
+            acts.append((Log("ok", say("Armed by {by}. {checks} checks passed.", by=by, checks=self._checks)),))
         return sum(acts, ())
 
     def transition_next_state(self, facts: Facts, order: Order | None = None) -> Step:
@@ -221,35 +230,35 @@ class Arm(State):
         if isinstance(order, Disarm):
             return self._disarm(facts)
         if not facts.operator.is_present:
-            return _give_up("The operator was lost: motors off.")
+            return _give_up(say("The operator was lost: motors off."))
         return self._watch_armed(facts) if self.may_take_off else self._watch_arming(facts)
 
     def _watch_armed(self, facts: Facts) -> Step:
         if not facts.vehicle.armed:
-            return Step(ToIdle("Motors off."))
+            return Step(ToIdle(say("Motors off.")))
         if not facts.is_guided:
             return Step(ToManual())
         if failed := self._disarming.failure(facts):
             self._disarming.clear()
-            return Step(acts=(Log("error", "Disarm was refused.", failed.reason),))
+            return Step(acts=(Log("error", say("Disarm was refused."), failed.reason),))
         return STAY
 
     def _watch_arming(self, facts: Facts) -> Step:
         if self._no_fence:
-            return _give_up("There is no fence to fly in.", self._no_fence)
+            return _give_up(say("There is no fence to fly in."), self._no_fence)
         if failed := self._inquiry.failure(facts):
-            what = "The fence was not taken." if self._step is _ArmStep.FENCE else "Arm was refused."
+            what = say("The fence was not taken.") if self._step is _ArmStep.FENCE else say("Arm was refused.")
             return _give_up(what, failed.reason)
         if self._step is _ArmStep.WAIT and facts.now - self._step_began > ARMED_WAIT_S:
-            return _give_up("Arm was taken, but the drone does not arm.", facts.link.words)
+            return _give_up(say("Arm was taken, but the drone does not arm."), facts.link.words)
         if self.age(facts) > ARM_TIMEOUT_S:
-            return _give_up("Arming took too long.", self._guided.reason or facts.link.words)
+            return _give_up(say("Arming took too long."), self._guided.reason or facts.link.words)
         return STAY
 
     def _begin_fence(self, facts: Facts) -> Acts:
         place, datum = facts.global_place, facts.position.datum
         if place is None:
-            self._no_fence = "the position is not known"
+            self._no_fence = say("the position is not known")
             return ()
         if facts.limits.plan_problem:
             self._no_fence = facts.limits.plan_problem
@@ -257,14 +266,14 @@ class Arm(State):
         try:
             self._fence = facts.limits.plan.around(datum or place, place, self._settings.fence)
         except FenceError as error:
-            self._no_fence = str(error)
+            self._no_fence = words_of(error)
             return ()
         upload = self._inquiry.ask(UploadFence(self._fence), facts)
         return (upload,) if datum is not None else (SetDatum(place), upload)
 
     def _disarm(self, facts: Facts) -> Step:
         if not self.may_take_off:
-            return _give_up(f"Arming was stopped by {facts.operator.controller or SOME_OPERATOR}.")
+            return _give_up(say("Arming was stopped by {name}.", name=facts.operator.controller or SOME_OPERATOR))
         if not facts.is_on_ground:
             return STAY  # the motors of a drone in the air are cut by Kill alone
         return Step(acts=(self._disarming.ask(SetArmed(False), facts),))

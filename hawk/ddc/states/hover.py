@@ -26,6 +26,7 @@ from hawk.ddc.words import metres, seconds
 from hawk.model.limits import Fence
 from hawk.model.operation import StateName
 from hawk.model.poses import MapPoint, MapPose
+from hawk.model.sentences import joined, say
 from hawk.model.vehicle import CopterMode
 
 LOW_SHARE = 0.9
@@ -169,8 +170,9 @@ class Hover(AirborneState):
         """Return the reason and the height."""
         if self._holding.is_recovering:
             return recovery_words(facts.limits.fence, facts.place)
-        place = "" if facts.height is None else f" at {metres(facts.height)}"
-        return f"{self._reason} Holding{place}.".strip()
+        height = facts.height
+        held = say("Holding.") if height is None else say("Holding at {height}.", height=metres(height))
+        return joined(self._reason, held)
 
     def restart(self) -> None:
         """Hold where the drone is by its new position."""
@@ -198,7 +200,7 @@ class CommunicationLost(AirborneState):
     def reason(self) -> str:
         """One sentence: why nobody commands the drone."""
         by = self._given_back_by
-        return f"Control was given back by {by}." if by else "No word from the operator."
+        return say("Control was given back by {by}.", by=by) if by else say("No word from the operator.")
 
     @property
     def rank(self) -> Rank:
@@ -211,7 +213,9 @@ class CommunicationLost(AirborneState):
 
     def detail(self, facts: Facts) -> str:
         """Return the time until the drone returns home."""
-        return f"{self.reason} Returns home in {seconds(self.return_in(facts))}."
+        return say(
+            "{reason} Returns home in {return_in}.", reason=self.reason, return_in=seconds(self.return_in(facts))
+        )
 
     def restart(self) -> None:
         """Hold where the drone is by its new position."""
@@ -225,14 +229,14 @@ class CommunicationLost(AirborneState):
         if facts.operator.is_present:
             return Step(ToHover(self._words_of_return(facts), passive=self._passive))
         if self.return_in(facts) <= 0:
-            text = "Nobody took control." if self._given_back_by else "The operator is lost."
+            text = say("Nobody took control.") if self._given_back_by else say("The operator is lost.")
             return Step(ToReturn(Cause(text, CauseKind.OPERATOR)))
         return STAY
 
     def _words_of_return(self, facts: Facts) -> str:
         if not self._given_back_by:
-            return "The operator is back."
-        return f"{facts.operator.controller or 'Someone'} has taken control."
+            return say("The operator is back.")
+        return say("{controller} has taken control.", controller=facts.operator.controller or say("Someone"))
 
 
 class Manual(AirborneState):
@@ -251,9 +255,9 @@ class Manual(AirborneState):
 
     def detail(self, facts: Facts) -> str:
         """Return the pilot's mode."""
-        return f"Someone else flies, in {facts.vehicle.mode or 'an unknown mode'}."
+        return say("Someone else flies, in {mode}.", mode=facts.vehicle.mode or say("an unknown mode"))
 
     def _follow(self, facts: Facts, order: Order) -> Step:
         if isinstance(order, Resume):
-            return Step(ToHover("Taken back."))
+            return Step(ToHover(say("Taken back.")))
         return super()._follow(facts, order)

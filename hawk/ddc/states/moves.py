@@ -16,6 +16,7 @@ from hawk.ddc.words import metres, sentence
 from hawk.model.operation import StateName, UserError
 from hawk.model.plans import DesiredPose, Inbound, Route
 from hawk.model.poses import MapPoint, MapPose
+from hawk.model.sentences import joined, say
 
 
 class Move(AirborneState):
@@ -40,7 +41,9 @@ class Move(AirborneState):
     def detail(self, facts: Facts) -> str:
         """Return the distance that is left."""
         place = facts.last_place
-        return "Moving." if place is None else f"Moving, {metres(self._distance_left(place.point))} to go."
+        if place is None:
+            return say("Moving.")
+        return say("Moving, {distance} to go.", distance=metres(self._distance_left(place.point)))
 
     def process(self, facts: Facts) -> Acts:
         """Lead the drone on."""
@@ -71,10 +74,10 @@ class Move(AirborneState):
 
     def _decide(self, facts: Facts) -> Step:
         if self._arrived:
-            return Step(ToHover("There.", self._goal, level="ok"))
+            return Step(ToHover(say("There."), self._goal, level="ok"))
         if self._stuck:
             why = sentence(self._travelling.obstacle)
-            return Step(ToHover(f"No progress for 10 s. {why}".strip(), level="warning"))
+            return Step(ToHover(joined(say("No progress for 10 s."), why), level="warning"))
         return STAY
 
 
@@ -144,7 +147,7 @@ class AutonomousMove(Move):
             return ()
         was_asked = self._asked_again
         self._follow_from_here(route)
-        return () if was_asked else (Log("info", "The map changed on the way. Another way there was found."),)
+        return () if was_asked else (Log("info", say("The map changed on the way. Another way there was found.")),)
 
     def _follow_from_here(self, route: Route) -> None:
         self._follower = RouteFollower(route, self._arrival_m)
@@ -160,11 +163,11 @@ class AutonomousMove(Move):
     def _decide(self, facts: Facts) -> Step:
         verdict = facts.verdict(self._number)
         if verdict is not None and verdict.inbound is Inbound.OUTSIDE:
-            return _stop("The place turned out to be outside the lot.")
+            return _stop(say("The place turned out to be outside the lot."))
         if verdict is not None and verdict.route.refused:
-            return _stop(sentence(f"Held: {verdict.route.refused}"))
+            return _stop(sentence(say("Held: {refused}", refused=verdict.route.refused)))
         if facts.now - self._confirmed > VERDICT_AGE_S:
-            return _stop("The place is not confirmed as inside the lot any longer.")
+            return _stop(say("The place is not confirmed as inside the lot any longer."))
         return super()._decide(facts)
 
 

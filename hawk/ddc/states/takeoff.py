@@ -11,6 +11,7 @@ from hawk.ddc.orders import ToArm, ToCommunicationLost, ToHover, ToIdle
 from hawk.ddc.states.base import AirborneState, Inquiry
 from hawk.ddc.words import metres
 from hawk.model.operation import StateName
+from hawk.model.sentences import say
 
 REACHED_SHARE = 0.95
 """The climb is done at this share of the desired height."""
@@ -36,7 +37,7 @@ class Takeoff(AirborneState):
 
     def detail(self, facts: Facts) -> str:
         """Return the height of the climb."""
-        return f"Climbing to {metres(facts.limits.heights.desired)}."
+        return say("Climbing to {desired}.", desired=metres(facts.limits.heights.desired))
 
     def enter(self, facts: Facts) -> Acts:
         """Ask for the take-off."""
@@ -48,7 +49,7 @@ class Takeoff(AirborneState):
         if not self._airborne and not facts.is_on_ground:
             self._airborne = True
             self._best_at = facts.now
-            acts = (Log("info", "Took off."),)
+            acts = (Log("info", say("Took off.")),)
         if facts.height is not None and facts.height >= self._best + CLIMB_STEP_M:
             self._best, self._best_at = facts.height, facts.now
         return acts
@@ -60,16 +61,16 @@ class Takeoff(AirborneState):
         if height is not None and height >= REACHED_SHARE * wanted:
             if not facts.operator.is_present:
                 return Step(ToCommunicationLost(given_back_by=facts.operator.given_back_by))
-            return Step(ToHover(f"At {metres(wanted)}.", _above(facts, wanted)))
+            return Step(ToHover(say("At {wanted}.", wanted=metres(wanted)), _above(facts, wanted)))
         if facts.now - self._best_at > NO_CLIMB_S:
-            return Step(ToHover("The climb stopped.", level="warning"))
+            return Step(ToHover(say("The climb stopped."), level="warning"))
         return STAY
 
     def _decide_on_ground(self, facts: Facts) -> Step:
         if failed := self._inquiry.failure(facts):
-            return _refuse(facts, "Take-off was refused.", failed.reason)
+            return _refuse(facts, say("Take-off was refused."), failed.reason)
         if self.age(facts) > GROUND_S:
-            return _refuse(facts, "It did not take off.", facts.link.words)
+            return _refuse(facts, say("It did not take off."), facts.link.words)
         return STAY
 
 
