@@ -462,7 +462,7 @@ class Rig:
 
 def _let_wall_clock_step(file: Path) -> None:
     """Let the wall clock of programs that are started from now on be off by the seconds in a file."""
-    os.environ["HAWK_FAULTS_WALL_CLOCK"] = str(file)
+    os.environ["FAULTS_WALL_CLOCK"] = str(file)
     paths = os.environ.get("PYTHONPATH", "").split(os.pathsep)
     if str(_WALL_CLOCK) not in paths:
         os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, (str(_WALL_CLOCK), *paths)))

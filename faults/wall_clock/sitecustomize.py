@@ -1,6 +1,6 @@
 """A wall clock that is off: Python imports this before a program whose PYTHONPATH has this folder (site module).
 
-`time.time` is off by the seconds in the file that HAWK_FAULTS_WALL_CLOCK names; clocks that cannot step stay.
+`time.time` is off by the seconds in the file that FAULTS_WALL_CLOCK names; clocks that cannot step stay.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ _real = time.time
 
 def _off() -> float:
     try:
-        with open(os.environ["HAWK_FAULTS_WALL_CLOCK"]) as file:
+        with open(os.environ["FAULTS_WALL_CLOCK"]) as file:
             return float(file.read() or 0.0)
     except (OSError, ValueError):
         return 0.0
@@ -23,5 +23,5 @@ def _shifted() -> float:
     return _real() + _off()
 
 
-if "HAWK_FAULTS_WALL_CLOCK" in os.environ:
+if "FAULTS_WALL_CLOCK" in os.environ:
     time.time = _shifted

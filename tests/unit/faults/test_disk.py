@@ -55,7 +55,7 @@ def test_a_program_s_wall_clock_is_off_by_what_the_file_says(tmp_path: Path, ste
     file = tmp_path / "step"
     if step is not None:
         file.write_text(f"{step}")
-    environment = {**os.environ, "PYTHONPATH": str(WALL_CLOCK), "HAWK_FAULTS_WALL_CLOCK": str(file)}
+    environment = {**os.environ, "PYTHONPATH": str(WALL_CLOCK), "FAULTS_WALL_CLOCK": str(file)}
     command = [sys.executable, "-c", "import time; print(time.time())"]
     said = float(subprocess.run(command, env=environment, check=True, capture_output=True).stdout)
     assert said - time.time() == pytest.approx(step or 0.0, abs=20.0)
