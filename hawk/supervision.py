@@ -11,6 +11,7 @@ from collections.abc import Awaitable, Callable, Coroutine
 from typing import Any, Final
 
 from hawk.model.operation import Health
+from hawk.model.sentences import say
 
 _LOG = logging.getLogger(__name__)
 
@@ -50,7 +51,11 @@ class Supervisor:
     def health(self) -> Health:
         """Unhealthy while a task ended within RECENT_S."""
         now = self._monotonic()
-        recent = [f"{name} ended: {words}" for name, (at, words) in self._ended.items() if now - at <= RECENT_S]
+        recent = [
+            say("{name} ended: {words}", name=name, words=words)
+            for name, (at, words) in self._ended.items()
+            if now - at <= RECENT_S
+        ]
         return Health.bad("; ".join(recent)) if recent else Health()
 
     async def close(self) -> None:
@@ -62,13 +67,13 @@ class Supervisor:
 
     async def _keep(self, name: str, work: Callable[[], Awaitable[None]]) -> None:
         while True:
-            words = "it returned"
+            words: str = say("it returned")
             try:
                 await work()
             except asyncio.CancelledError:
                 if _is_being_cancelled():
                     raise
-                words = "something in it was cancelled"
+                words = say("something in it was cancelled")
             except Exception as error:
                 _LOG.exception("%s ended", name)
                 words = f"{type(error).__name__}: {error}"

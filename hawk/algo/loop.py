@@ -18,6 +18,7 @@ from hawk.model.operation import Health, StateName
 from hawk.model.pictures import CameraModel
 from hawk.model.plans import DesiredPose
 from hawk.model.poses import MapPoint, VehiclePose
+from hawk.model.sentences import say
 from hawk.process import WORKER_NICENESS, set_niceness
 from hawk.supervision import Supervisor
 
@@ -135,14 +136,18 @@ class AlgorithmLoop:
                 captured = await self._next_frame()
             except Exception as error:
                 _LOG.exception("the camera failed")
-                self._topics.vision_app_health.publish(Health.bad(f"camera: {type(error).__name__}: {error}"))
+                self._topics.vision_app_health.publish(
+                    Health.bad(say("camera: {name}: {error}", name=type(error).__name__, error=str(error)))
+                )
                 await asyncio.sleep(_CAMERA_RETRY_S)
                 continue
             try:
                 await self._process(captured)
             except Exception as error:
                 _LOG.exception("the algorithms failed on a frame")
-                self._topics.vision_app_health.publish(Health.bad(f"unexpected {type(error).__name__}: {error}"))
+                self._topics.vision_app_health.publish(
+                    Health.bad(say("unexpected {name}: {error}", name=type(error).__name__, error=str(error)))
+                )
 
     async def _process(self, captured: CameraFrame) -> None:
         frame = self._input(captured)

@@ -21,6 +21,7 @@ from hawk.algo.vision.rectify import ground_footprint
 from hawk.algo.vision.seen import Seen, SeesFrames
 from hawk.comm.image import NoImage
 from hawk.model.operation import Health
+from hawk.model.sentences import words_of
 
 T = TypeVar("T")
 _LOG = logging.getLogger(__name__)
@@ -139,7 +140,7 @@ class _Steps:
         try:
             return work()
         except (AlgoError, NoImage) as error:
-            reason = str(error)
+            reason = words_of(error)
         except Exception as error:
             _LOG.exception("%s failed", name)
             reason = f"unexpected {type(error).__name__}: {error}"

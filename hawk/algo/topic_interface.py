@@ -18,6 +18,7 @@ from hawk.model.operation import Health, StateName
 from hawk.model.pictures import AnnotatedFrame
 from hawk.model.plans import DesiredPose, PathPlan, Verdict
 from hawk.model.poses import MapPoint, MapPose
+from hawk.model.sentences import say
 
 T = TypeVar("T")
 
@@ -37,7 +38,7 @@ class AlgorithmTopicInterface:
     """Serves one frame's inputs to the apps and keeps what they publish."""
 
     def __init__(self) -> None:
-        waiting = Health.bad("no frame yet")
+        waiting = Health.bad(say("no frame yet"))
         self._frame: FrameInput | None = None
         self.park_lot_detected_pub: Publisher[bool] = Publisher(False)
         self.des_loc_inbound_pub: Publisher[Verdict | None] = Publisher(None)
@@ -59,7 +60,7 @@ class AlgorithmTopicInterface:
     def frame(self) -> FrameInput:
         """The present frame. Raises AlgoError when there is none."""
         if self._frame is None:
-            raise AlgoError("no frame was given yet")
+            raise AlgoError(say("no frame was given yet"))
         return self._frame
 
     def get_drone_state(self) -> StateName:
@@ -85,7 +86,7 @@ class FrameCamera:
         """Return the frame's JPEG. Raises NoImage when it is empty."""
         jpeg = self._topic_interface.frame.jpeg
         if not jpeg:
-            raise NoImage("the camera gave an empty picture")
+            raise NoImage(say("the camera gave an empty picture"))
         return jpeg
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from hawk.comm.terrain import Terrain
 from hawk.ddc.slope import Slope
 from hawk.model.operation import Health, HealthStatus
+from hawk.model.sentences import say
 
 LOW_S = 0.5
 """Seconds for which the distance must be too small."""
@@ -88,8 +89,8 @@ def range_health(terrain: Terrain | None, age: float) -> Health | None:
     if terrain is None:
         return None
     if age > SILENT_S:
-        return Health.bad(f"silent for {age:.0f} s: heights count above the arm place")
+        return Health.bad(say("silent for {age:.0f} s: heights count above the arm place", age=age))
     if terrain.doubt:
-        return Health.bad(f"not believed: {terrain.doubt}")
-    reason = "" if terrain.distance is not None else f"no reading (it reaches {terrain.most:.0f} m)"
+        return Health.bad(say("not believed: {doubt}", doubt=terrain.doubt))
+    reason = "" if terrain.distance is not None else say("no reading (it reaches {most:.0f} m)", most=terrain.most)
     return Health(HealthStatus.HEALTHY, reason)

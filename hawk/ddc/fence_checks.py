@@ -12,10 +12,11 @@ from hawk.comm.status import ClientId
 from hawk.ddc.acts import JudgeFence
 from hawk.ddc.fence import check_answer
 from hawk.ddc.settings import DdcSettings
+from hawk.model.sentences import say
 
 PAUSE_S = 0.05
 """Real seconds between two checks: a thread that computes without a pause takes the interpreter lock from the loop."""
-REPLACED = "You asked about another fence since."
+REPLACED = say("You asked about another fence since.")
 
 _LOGGER = logging.getLogger(__name__)
 
@@ -62,5 +63,7 @@ class FenceChecks:
             )
         except Exception as error:
             _LOGGER.exception("a fence could not be checked")
-            reason = f"The fence could not be checked: {type(error).__name__}: {error}."
+            reason = say(
+                "The fence could not be checked: {name}: {error}.", name=type(error).__name__, error=str(error)
+            )
             return Ack(id=command.id, accepted=False, reason=reason)

@@ -8,6 +8,7 @@ from hawk.config import OBSTACLE_MARGIN_M
 from hawk.ddc.acts import Acts, Log
 from hawk.ddc.facts import Facts
 from hawk.ddc.words import metres
+from hawk.model.sentences import say
 
 TOLD_SHARE = 1 / 3
 """Ground that is this share of Min above or below the arm place is reported."""
@@ -39,18 +40,29 @@ class GroundReports:
             return ()
         self._told = math.copysign(1.0, ground)
         if ground < 0:
-            return (Log("info", f"The ground here is {metres(-ground)} lower than the arm place."),)
-        return (
-            Log("warning", f"The ground here is {metres(ground)} higher than the arm place: {self._advice(facts)}"),
+            return (Log("info", say("The ground here is {ground} lower than the arm place.", ground=metres(-ground))),)
+        words = say(
+            "The ground here is {ground} higher than the arm place: {advice}",
+            ground=metres(ground),
+            advice=self._advice(facts),
         )
+        return (Log("warning", words),)
 
     def _advice(self, facts: Facts) -> str:
         """Return what to do about risen ground."""
         minimum, ground = facts.limits.heights.minimum, facts.position.below.ground or 0.0
         if self._obstacle is None:
-            return "raise Min."
+            return say("raise Min.")
         wanted = math.ceil(ground + self._obstacle + OBSTACLE_MARGIN_M)
         left = minimum - ground - self._obstacle
         if left >= OBSTACLE_MARGIN_M:
-            return f"Min clears an obstacle of {metres(self._obstacle)} on it by {metres(left)}."
-        return f"raise Min to {metres(wanted)}, so that it clears an obstacle of {metres(self._obstacle)} on it."
+            return say(
+                "Min clears an obstacle of {obstacle} on it by {left}.",
+                obstacle=metres(self._obstacle),
+                left=metres(left),
+            )
+        return say(
+            "raise Min to {wanted}, so that it clears an obstacle of {obstacle} on it.",
+            wanted=metres(wanted),
+            obstacle=metres(self._obstacle),
+        )

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from hawk.comm.status import ClientId, KillState
 from hawk.ddc.acts import Acts, Ask, CutMotors
 from hawk.ddc.facts import Facts
+from hawk.model.sentences import say
 
 TOKEN_VALID_S = 10.0
 REPEAT_S = 0.2
@@ -43,9 +44,9 @@ class KillTokens:
         """Use up the token; return the reason why it does not confirm a Kill, empty when it does."""
         given, self._token = self._token, None
         if given is None or given.client != client or not hmac.compare_digest(given.text.encode(), token.encode()):
-            return "Token: not valid, or used already: ask for a new one by Kill Request."
+            return say("Token: not valid, or used already: ask for a new one by Kill Request.")
         if now - given.given > TOKEN_VALID_S:
-            return f"Token: older than {TOKEN_VALID_S:g} s: ask for a new one by Kill Request."
+            return say("Token: older than {seconds:g} s: ask for a new one by Kill Request.", seconds=TOKEN_VALID_S)
         return ""
 
 

@@ -17,6 +17,7 @@ from hawk.comm.remote_control import RemoteControl
 from hawk.comm.status import CheckItem
 from hawk.config import RemoteControlSettings
 from hawk.model.operation import Health
+from hawk.model.sentences import say
 from hawk.model.vehicle import CopterMode, mode_name
 
 SWITCH_CHANNEL: Final = "FLTMODE_CH"
@@ -47,8 +48,8 @@ SEEN_S: Final = 1.5
 second until the autopilot notices, seconds."""
 LOST_CONFIRM_S: Final = 2.0
 """Seconds for which the remote control must be lost in flight before it is shown."""
-_NAME: Final = "Remote control"
-_NO_PILOT: Final = "No pilot could take over by hand."
+_NAME: Final = say("Remote control")
+_NO_PILOT: Final = say("No pilot could take over by hand.")
 
 Values = Mapping[str, float | None]
 
@@ -155,7 +156,7 @@ def remote_control_health(facts: RemoteControlFacts) -> Health:
     """Return the health in flight; before it the preflight check shows more."""
     if facts.lost_s is None:
         return Health()
-    return Health.bad("The remote control is lost: nobody can take over by hand.")
+    return Health.bad(say("The remote control is lost: nobody can take over by hand."))
 
 
 def remote_control_check(facts: RemoteControlFacts, values: Values, settings: RemoteControlSettings) -> CheckItem:
@@ -165,25 +166,25 @@ def remote_control_check(facts: RemoteControlFacts, values: Values, settings: Re
     problem = _receiver_problem(facts) or _switch_problem(facts, values)
     if problem is not None:
         return problem
-    position, count = switch_position(facts.pulse), f"{facts.channels} channels"
-    switch = f"switch at {_mode(values, position)} (position {position})"
+    position, count = switch_position(facts.pulse), say("{channels} channels", channels=facts.channels)
+    switch = say("switch at {mode} (position {position})", mode=str(_mode(values, position)), position=str(position))
     if settings.switch_must_move and not facts.has_moved:
         return _failed(
-            f"{switch}, not moved yet",
-            "The pilot's switch may not work.",
-            "Move it, and leave it for 2 s in each position.",
+            say("{switch}, not moved yet", switch=switch),
+            say("The pilot's switch may not work."),
+            say("Move it, and leave it for 2 s in each position."),
         )
-    return CheckItem(name=_NAME, passed=True, value=f"{switch}, {count}")
+    return CheckItem(name=_NAME, passed=True, value=say("{switch}, {count}", switch=switch, count=count))
 
 
 def _receiver_problem(facts: RemoteControlFacts) -> CheckItem | None:
     if not facts.is_fresh:
-        value = "no word of it" if math.isinf(facts.age) else f"no word of it for {facts.age:.0f} s"
-        return _failed(value, _NO_PILOT, "Wait a moment; then check the link to the autopilot.")
+        value = say("no word of it") if math.isinf(facts.age) else say("no word of it for {age:.0f} s", age=facts.age)
+        return _failed(value, _NO_PILOT, say("Wait a moment; then check the link to the autopilot."))
     if facts.receiver is None:
-        return _failed("the autopilot does not tell its receiver's health", _NO_PILOT, "Wait a moment.")
+        return _failed(say("the autopilot does not tell its receiver's health"), _NO_PILOT, say("Wait a moment."))
     if not facts.receiver:
-        return _failed("not heard by the autopilot", _NO_PILOT, "Switch it on, check receiver and binding.")
+        return _failed(say("not heard by the autopilot"), _NO_PILOT, say("Switch it on, check receiver and binding."))
     return None
 
 
@@ -191,23 +192,32 @@ def _switch_problem(facts: RemoteControlFacts, values: Values) -> CheckItem | No
     """Return the failed check of the switch; None when a pilot can take over by it."""
     channel = values.get(SWITCH_CHANNEL)
     if channel is None or facts.channel is None or any(values.get(name) is None for name in MODE_NAMES):
-        return _failed("mode switch not read yet", _NO_PILOT, "Wait.")
+        return _failed(say("mode switch not read yet"), _NO_PILOT, say("Wait."))
     if channel == 0:
-        return _failed("no mode switch (FLTMODE_CH 0)", _NO_PILOT, "Set FLTMODE_CH to the switch's channel.")
+        return _failed(say("no mode switch (FLTMODE_CH 0)"), _NO_PILOT, say("Set FLTMODE_CH to the switch's channel."))
     if channel != facts.channel:
-        return _failed("mode switch not read yet", _NO_PILOT, "Wait.")
+        return _failed(say("mode switch not read yet"), _NO_PILOT, say("Wait."))
     if switch_position(facts.pulse) is None:
-        value = f"mode switch, channel {channel:g}: " + (f"{facts.pulse} µs" if facts.pulse else "no pulse")
-        return _failed(value, "The mode switch would do nothing.", "Check FLTMODE_CH and the switch's channel.")
+        pulse = f"{facts.pulse} µs" if facts.pulse else say("no pulse")
+        value = say("mode switch, channel {channel:g}: {pulse}", channel=channel, pulse=pulse)
+        return _failed(
+            value, say("The mode switch would do nothing."), say("Check FLTMODE_CH and the switch's channel.")
+        )
     modes = [int(values[name] or 0) for name in MODE_NAMES]
     if not HAND_FLOWN.intersection(modes):
         names = ", ".join(dict.fromkeys(mode_name(mode) or "" for mode in modes))
-        return _failed(f"its switch has only {names}", _NO_PILOT, "Set one of FLTMODE1 to FLTMODE6 to LOITER (5).")
+        return _failed(
+            say("its switch has only {names}", names=names),
+            _NO_PILOT,
+            say("Set one of FLTMODE1 to FLTMODE6 to LOITER (5)."),
+        )
     return None
 
 
 def _words_without(facts: RemoteControlFacts) -> str:
-    return "not required" + (", heard" if facts.is_heard else ", none is heard: nobody can take over by hand")
+    if facts.is_heard:
+        return say("not required, heard")
+    return say("not required, none is heard: nobody can take over by hand")
 
 
 def _mode(values: Values, position: int | None) -> str | None:

@@ -11,11 +11,12 @@ from hawk.comm.status import CheckItem
 from hawk.config import RemoteIdSettings
 from hawk.ddc.words import sentence
 from hawk.model.operation import Health
+from hawk.model.sentences import say
 
 AGE_S: Final = 3.0
 """An older OPEN_DRONE_ID_ARM_STATUS (1 Hz) says nothing, seconds, as in ArduPilot's own check."""
-_NAME: Final = "Remote ID"
-_UNIDENTIFIED: Final = "The drone would fly without an identification."
+_NAME: Final = say("Remote ID")
+_UNIDENTIFIED: Final = say("The drone would fly without an identification.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,10 +31,10 @@ class RemoteIdFacts:
     def problem(self) -> str:
         """Reason why the drone would not be identified; empty when it would be."""
         if self.good is None:
-            return "no word of a transmitter"
+            return say("no word of a transmitter")
         if self.age > AGE_S:
-            return f"no word of the transmitter for {self.age:.0f} s"
-        return "" if self.good else self.error or "the transmitter is not ready, and does not say why"
+            return say("no word of the transmitter for {age:.0f} s", age=self.age)
+        return "" if self.good else self.error or say("the transmitter is not ready, and does not say why")
 
 
 NO_REMOTE_ID: Final = RemoteIdFacts()
@@ -51,15 +52,16 @@ def remote_id_checks(facts: RemoteIdFacts, settings: RemoteIdSettings) -> tuple[
         return ()
     problem = facts.problem
     if not problem:
-        return (CheckItem(name=_NAME, passed=True, value=f"good to arm, operator {settings.operator_id}"),)
+        value = say("good to arm, operator {operator}", operator=str(settings.operator_id))
+        return (CheckItem(name=_NAME, passed=True, value=value),)
     if facts.good is False and facts.age <= AGE_S:
-        remedy = "Wait a moment; then check [remote_id] and the transmitter's own settings."
+        remedy = say("Wait a moment; then check [remote_id] and the transmitter's own settings.")
     else:
-        remedy = "Check the transmitter, DID_ENABLE and DID_MAVPORT (or DID_CANDRIVER)."
+        remedy = say("Check the transmitter, DID_ENABLE and DID_MAVPORT (or DID_CANDRIVER).")
     return (CheckItem(name=_NAME, passed=False, value=problem, consequence=_UNIDENTIFIED, remedy=remedy),)
 
 
 def remote_id_health(facts: RemoteIdFacts, settings: RemoteIdSettings, *, is_armed: bool) -> Health:
     """Return the health in flight; before it the preflight check shows it."""
     problem = facts.problem if settings.enabled and is_armed else ""
-    return Health.bad(f"Remote ID: {sentence(problem)}") if problem else Health()
+    return Health.bad(say("Remote ID: {problem}", problem=sentence(problem))) if problem else Health()

@@ -11,13 +11,14 @@ from hawk.ddc.facts import VERDICT_AGE_S, Facts
 from hawk.ddc.judge import place_of, place_refusal
 from hawk.model.plans import DesiredPose, Inbound, Verdict
 from hawk.model.poses import MapPoint
+from hawk.model.sentences import say
 
 WAITING_LIMIT = 8
 """Clients whose questions wait at a time."""
-NOT_JUDGED = "X, Y: whether the place is inside the lot could not be told within a second."
+NOT_JUDGED = say("X, Y: whether the place is inside the lot could not be told within a second.")
 _REASONS = {
-    Inbound.OUTSIDE: "X, Y: the place is outside the lot: choose one inside, or Compulsive Move.",
-    Inbound.UNKNOWN: "X, Y: nobody has seen that place yet: explore first, or Compulsive Move.",
+    Inbound.OUTSIDE: say("X, Y: the place is outside the lot: choose one inside, or Compulsive Move."),
+    Inbound.UNKNOWN: say("X, Y: nobody has seen that place yet: explore first, or Compulsive Move."),
 }
 
 
@@ -27,7 +28,10 @@ def verdict_refusal(verdict: Verdict) -> str:
         return _REASONS[verdict.inbound]
     if len(verdict.route.points) >= 2:
         return ""
-    return f"X, Y: {verdict.route.refused or 'no way there is known'}: choose another place, or Compulsive Move."
+    return say(
+        "X, Y: {refused}: choose another place, or Compulsive Move.",
+        refused=verdict.route.refused or say("no way there is known"),
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,10 +58,10 @@ class RouteRequests:
         acts: Acts = ()
         older = self._waiting.pop(client, None)
         if older is not None:
-            acts = _refuse(older, "You asked for another way since.")
+            acts = _refuse(older, say("You asked for another way since."))
         question = _Question(client, request)
         if len(self._waiting) >= WAITING_LIMIT:
-            return acts + _refuse(question, "Too many ask for ways: ask again in a moment.")
+            return acts + _refuse(question, say("Too many ask for ways: ask again in a moment."))
         self._waiting[client] = question
         return acts
 
@@ -72,7 +76,7 @@ class RouteRequests:
     def _put(self, question: _Question, facts: Facts) -> Acts:
         place = place_of(question.request, facts)
         if place is None:
-            return _refuse(question, "The position is not known well enough: wait for it.")
+            return _refuse(question, say("The position is not known well enough: wait for it."))
         refused = place_refusal(facts, place)
         if refused is not None:
             return _refuse(question, refused.reason)

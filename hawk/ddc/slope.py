@@ -10,6 +10,7 @@ from hawk.config import OBSTACLE_MARGIN_M
 from hawk.ddc.words import direction, metres
 from hawk.model.limits import Fence
 from hawk.model.poses import MapPoint, VehiclePose
+from hawk.model.sentences import say
 
 REST_S = 1.0
 """Seconds of attitude that are averaged."""
@@ -92,15 +93,28 @@ def slope_words(slope: Slope, fence: Fence, home: MapPoint, minimum: float, obst
     """
     rise = max(slope.rise(home, MapPoint(*corner)) for corner in fence.polygon)
     where = direction(slope.north, slope.east)
-    text = f"stands on a slope of {slope.steepness * 100:.0f} % up to the {where}"
+    text = say("stands on a slope of {steepness:.0f} % up to the {where}", steepness=slope.steepness * 100, where=where)
     if rise <= 0:
         return text
-    away = rise / slope.steepness
-    text += f": the ground may be {metres(rise)} higher {metres(away)} away, "
+    text = say(
+        "{slope}: the ground may be {rise} higher {away} away",
+        slope=text,
+        rise=metres(rise),
+        away=metres(rise / slope.steepness),
+    )
+    return say("{rise}, {clearance}", rise=text, clearance=_clearance(minimum, rise, obstacle))
+
+
+def _clearance(minimum: float, rise: float, obstacle: float | None) -> str:
+    """Return whether Min clears what may stand on the risen ground, and the remedy where it does not well enough."""
     left = minimum - rise - (obstacle or 0.0)
-    over = "it" if obstacle is None else f"an obstacle of {metres(obstacle)} there"
-    clears = f"clears {over} by {metres(left)}" if left > 0 else f"does not clear {over}"
-    text += f"Min {metres(minimum)} {clears}"
+    over = say("it") if obstacle is None else say("an obstacle of {obstacle} there", obstacle=metres(obstacle))
+    low = metres(minimum)
+    if left > 0:
+        clears = say("Min {low} clears {over} by {left}", low=low, over=over, left=metres(left))
+    else:
+        clears = say("Min {low} does not clear {over}", low=low, over=over)
     if left >= OBSTACLE_MARGIN_M:
-        return text
-    return f"{text}; raise it to {metres(math.ceil(rise + (obstacle or 0.0) + OBSTACLE_MARGIN_M))}"
+        return clears
+    enough = metres(math.ceil(rise + (obstacle or 0.0) + OBSTACLE_MARGIN_M))
+    return say("{clears}; raise it to {enough}", clears=clears, enough=enough)

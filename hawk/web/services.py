@@ -21,6 +21,7 @@ from hawk.comm.topic import Topic
 from hawk.config import OperatorSettings, WebSettings
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.pictures import AnnotatedFrame
+from hawk.model.sentences import say
 from hawk.settings_reference import Setting
 from hawk.store.recording import NoRecordingError
 from hawk.web.clients import ClientHub
@@ -56,7 +57,7 @@ class OperatorSide:
 
 
 def _no_recording() -> Path:
-    raise NoRecordingError("Nothing is recorded here.")
+    raise NoRecordingError(say("Nothing is recorded here."))
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,6 +16,7 @@ from aiohttp import WSCloseCode, WSMsgType, hdrs, web
 from hawk.comm.authority import Role
 from hawk.comm.messages import Ack, Welcome
 from hawk.model.lot_map import CELL_M, TILE_CELLS
+from hawk.model.sentences import say
 from hawk.supervision import until_first_ends
 from hawk.web.access import BOOK, OPEN, Access, access_of
 from hawk.web.clients import Client
@@ -46,7 +47,7 @@ ACCESS_ENDED: Final = 4401
 END_S: Final = 2.0
 """Real seconds in which a client receives the end of its access; then the connection is cut."""
 NOBODY: Final = Access(Role.VIEWER)
-FLOODED: Final = f"Too many messages: send at most {READS_PER_S:.0f} a second."
+FLOODED: Final = say("Too many messages: send at most {rate:.0f} a second.", rate=READS_PER_S)
 
 SOCKETS: web.AppKey[set[web.WebSocketResponse]] = web.AppKey("sockets", set)
 
@@ -135,7 +136,7 @@ class CommandConnection:
             if message.type is WSMsgType.TEXT:
                 self._take(message.data)
             elif message.type is WSMsgType.BINARY:
-                self._refuse("message: is binary; send JSON text")
+                self._refuse(say("message: is binary; send JSON text"))
             elif message.type is WSMsgType.PING:
                 self._client.pong(message.data)
             elif message.type is WSMsgType.PONG:
@@ -164,7 +165,7 @@ class CommandConnection:
             self._services.side.socket.feed(self._client.id, text)
         except Exception:  # a defect behind one command must not cost the operator the connection
             LOG.exception("a command of %s failed: %.200s", self._client.id, text)
-            self._refuse("The drone could not carry that out: an error inside; see its log.")
+            self._refuse(say("The drone could not carry that out: an error inside; see its log."))
 
     def _refuse(self, reason: str) -> None:
         self._client.put(Ack(id=None, accepted=False, reason=reason).to_json())
@@ -250,7 +251,7 @@ def refuse_crowd(request: web.Request) -> None:
     services = request.app[SERVICES]
     if len(services.side.hub) >= places(request):
         raise web.HTTPServiceUnavailable(
-            text=f"{len(services.side.hub)} pages are open already; close one (web.maximum_clients)",
+            text=say("{count} pages are open already; close one (web.maximum_clients)", count=len(services.side.hub)),
             headers={hdrs.RETRY_AFTER: "5"},
         )
 

@@ -153,7 +153,10 @@ async def test_bad_input_is_refused_with_the_field(caller: Caller, name: str) ->
 async def test_a_command_in_the_wrong_state_is_refused_with_the_reason(caller: Caller, command: str) -> None:
     wire = await in_control(caller)
     await wire.send(json.dumps({"Type": command, "Id": command}))
-    assert await wire.answer() == {"Type": "Ack", "Id": command, "Accepted": False, "Reason": WRONG_STATE[command]}
+    answer = await wire.answer()
+    (said,) = answer.pop("Sentences")
+    assert said["Text"] == WRONG_STATE[command]
+    assert answer == {"Type": "Ack", "Id": command, "Accepted": False, "Reason": WRONG_STATE[command]}
     await wire.send('{"Type": "Control", "Action": "Release"}')
     assert (await wire.answer())["Accepted"]
 

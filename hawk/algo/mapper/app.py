@@ -20,6 +20,7 @@ from hawk.algo.vision.seen import Seen, SeenGround, SeesFrames
 from hawk.model.lot_map import OccupancyMap, Stall
 from hawk.model.operation import Health
 from hawk.model.plans import Inbound
+from hawk.model.sentences import say
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +40,7 @@ class MapperApp:
         self._core = MapCore(self._settings, map_id)
         self._vision_app: SeesFrames | None = None
         self._topic_interface: AlgorithmTopicInterface | None = None
-        self._health = Health.bad("not initialised")
+        self._health = Health.bad(say("not initialised"))
 
     def init(self, vision_app: SeesFrames, topic_interface: AlgorithmTopicInterface) -> None:
         """Take references; the map stays as it is (empty, or restored)."""
@@ -75,13 +76,13 @@ class MapperApp:
     def process(self) -> None:
         """Fuse the topic interface's frame as the Vision App saw it (specification: process). Raises AlgoError."""
         if self._vision_app is None or self._topic_interface is None:
-            raise AlgoError("the mapper was not initialised")
+            raise AlgoError(say("the mapper was not initialised"))
         self.fuse(self._topic_interface.frame, self._vision_app.seen)
 
     def publish(self) -> None:
         """Publish map and health (specification: publish)."""
         if self._topic_interface is None:
-            raise AlgoError("the mapper was not initialised")
+            raise AlgoError(say("the mapper was not initialised"))
         self._topic_interface.occupancy_map_pub.publish(self.get_occupancy_map())
         self._topic_interface.mapper_app_health_pub.publish(self.get_health())
 
@@ -138,10 +139,16 @@ class MapperApp:
 
 def _check(frame: FrameInput, ground: SeenGround) -> None:
     if frame.pose is None or not frame.pose.is_finite() or not math.isfinite(frame.captured):
-        raise AlgoError("the pose of the frame is not finite: it is not mapped")
+        raise AlgoError(say("the pose of the frame is not finite: it is not mapped"))
     for name in ("lot", "car", "core", "picture"):
         image = getattr(ground, name)
         if image.values.shape[:2] != image.valid.shape or not np.isfinite(image.to_map).all():
-            raise AlgoError(f"vision's {name} picture does not fit the ground: it is not mapped")
+            raise AlgoError(say("vision's {name} picture does not fit the ground: it is not mapped", name=name))
         if not 1e-3 < image.metres_per_pixel < 10:
-            raise AlgoError(f"vision's {name} picture has {image.metres_per_pixel:.4g} m a pixel: it is not mapped")
+            raise AlgoError(
+                say(
+                    "vision's {name} picture has {scale:.3f} m a pixel: it is not mapped",
+                    name=name,
+                    scale=image.metres_per_pixel,
+                )
+            )

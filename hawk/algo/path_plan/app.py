@@ -24,6 +24,7 @@ from hawk.algo.topic_interface import AlgorithmTopicInterface
 from hawk.model.operation import Health, StateName
 from hawk.model.plans import DesiredPose, ExploreStatus, Inbound, PathPlan, Verdict
 from hawk.model.poses import MapPoint, MapPose
+from hawk.model.sentences import say
 
 _SHOWN: Final = 12  # waypoints that are published
 _YAW_FROM_M: Final = 1.0  # the bearing of a nearer target says nothing
@@ -62,11 +63,11 @@ class PathPlanApp:
         self._explorer: Explorer | None = None
         self._explored_so_far = ExploreStatus()
         self._inputs: tuple[LotMap, AlgorithmTopicInterface] | None = None
-        self._last = Plan.failed("not initialised")
+        self._last = Plan.failed(say("not initialised"))
 
     def plan(self, frame: FrameInput, lot_map: LotMap) -> Plan:
         """Return the plan for a frame over the map; without a target, and unhealthy, when none can be made."""
-        self._last = Plan.failed("no plan was made")
+        self._last = Plan.failed(say("no plan was made"))
         self._last = self._planned(frame, lot_map)
         return self._last
 
@@ -115,7 +116,7 @@ class PathPlanApp:
 
     def _planned(self, frame: FrameInput, lot_map: LotMap) -> Plan:
         if frame.pose is not None and not frame.pose.is_finite():
-            return Plan.failed("the pose of the frame is not finite: no plan is made")
+            return Plan.failed(say("the pose of the frame is not finite: no plan is made"))
         if frame.fence != self._guard.fence:
             self._guard, self._overview = FenceGuard(frame.fence), Overview()
         self._take_outline(frame)
@@ -165,7 +166,7 @@ class PathPlanApp:
         self._lean.take(pose, frame.speed)
         scene = self._scene(pose, frame, swath, lot_map)
         if scene is None:
-            return PathPlan(explore=ExploreStatus(reason="nothing is mapped yet"))
+            return PathPlan(explore=ExploreStatus(reason=say("nothing is mapped yet")))
         plan = explorer.plan(scene)
         status = self._outlined_status(plan.status, lot_map)
         if plan.target is None:
@@ -235,7 +236,7 @@ class PathPlanApp:
     @property
     def _initialised(self) -> tuple[LotMap, AlgorithmTopicInterface]:
         if self._inputs is None:
-            raise AlgoError("the path planner was not initialised")
+            raise AlgoError(say("the path planner was not initialised"))
         return self._inputs
 
 

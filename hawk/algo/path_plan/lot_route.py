@@ -20,6 +20,7 @@ from hawk.algo.path_plan.grid_search import is_clear, is_clear_triangle, is_conn
 from hawk.algo.path_plan.lot_ground import FenceGuard, LotGround, disc_about, without_border
 from hawk.model.plans import DesiredPose, Route
 from hawk.model.poses import MapPoint
+from hawk.model.sentences import say
 
 _BANDS_M = (40.0, 120.0, 360.0)
 _FREE_ENDS_M = 6.0  # about the ends no cell is kept free to either side
@@ -28,9 +29,9 @@ _CUTS_M = (8.0, 4.0, 2.5)  # a corner that cannot be cut by the least of these i
 _ASIDE_M = 8.0  # farther from the route than a cut corner and wind explain
 _ON_ROUTE_M = 2.0  # nearer to it the drone is as good as on it
 
-NO_LOT_HERE = "the drone is too far from the known lot"
-NO_LOT_THERE = "the place is not on known lot inside the fence"
-NO_ROUTE = "no route over known lot inside the fence leads there"
+NO_LOT_HERE = say("the drone is too far from the known lot")
+NO_LOT_THERE = say("the place is not on known lot inside the fence")
+NO_ROUTE = say("no route over known lot inside the fence leads there")
 
 
 class RouteKeeper:

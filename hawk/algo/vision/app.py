@@ -22,6 +22,7 @@ from hawk.algo.vision.seen import Finder, Found, Seen, SeenGround
 from hawk.comm.image import NoImage
 from hawk.model.operation import Health, HealthStatus
 from hawk.model.poses import MapPose
+from hawk.model.sentences import say
 
 _SURE_SCORE = 0.5
 _LOT_SHARE = 0.3
@@ -100,7 +101,7 @@ class VisionApp:
     def process(self) -> None:
         """See the frame that the topic interface serves (specification: process). Raises NoImage, AlgoError."""
         if self._topics is None or self._camera is None:
-            raise AlgoError("vision: init() was not called")
+            raise AlgoError(say("vision: init() was not called"))
         jpeg = b""
         with contextlib.suppress(NoImage):  # see() raises it and keeps the health
             jpeg = self._camera.get_image()
@@ -109,7 +110,7 @@ class VisionApp:
     def publish(self) -> None:
         """Publish the lot's detection and the health (specification: publish)."""
         if self._topics is None:
-            raise AlgoError("vision: init() was not called")
+            raise AlgoError(say("vision: init() was not called"))
         self._topics.park_lot_detected_pub.publish(self.get_park_lot_detected())
         self._topics.vision_app_health_pub.publish(self.get_health())
 
@@ -135,7 +136,7 @@ class VisionApp:
         except VisionModelError as error:
             if self._settings.model is not None or self._settings.engine != DEFAULT_ENGINE:
                 raise
-            self._health = Health.bad(f"classical line geometry only: {error}")
+            self._health = Health.bad(say("classical line geometry only: {error}", error=str(error)))
             return ClassicalFinder()
 
     def _reset(self) -> None:
@@ -144,12 +145,12 @@ class VisionApp:
     def _look(self, frame: FrameInput, image: NDArray[np.uint8]) -> tuple[SeenGround | None, Health]:
         reason, pose = "", frame.over_ground
         if pose is None:
-            reason = "no pose for this frame (the map begins when the drone is armed)"
+            reason = say("no pose for this frame (the map begins when the drone is armed)")
         elif pose.is_finite() and pose.height < self._settings.minimum_height_m:
-            reason = f"below {self._settings.minimum_height_m:g} m"
+            reason = say("below {height:g} m", height=self._settings.minimum_height_m)
         if pose is None or reason:
             self._note_lot(sees_lot=False)
-            return None, Health(HealthStatus.HEALTHY, f"pictures are shown only: {reason}")
+            return None, Health(HealthStatus.HEALTHY, say("pictures are shown only: {reason}", reason=reason))
         return self._project(frame, pose, image), self._health
 
     def _project(self, frame: FrameInput, pose: MapPose, image: NDArray[np.uint8]) -> SeenGround:

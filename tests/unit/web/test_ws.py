@@ -81,7 +81,9 @@ async def test_a_command_in_control_reaches_the_manager_and_is_answered(rig: Rig
 async def test_commands_need_control(rig: Rig, connect: Connect, command: dict[str, object]) -> None:
     watcher = await connect()
     answer = await refused(rig, watcher, Id="a", **command)
-    assert answer == {"Type": "Ack", "Id": "a", "Accepted": False, "Reason": "Take control first."}
+    reason = "Take control first."
+    said = [{"Text": reason, "Code": "take-control-first", "Values": {}}]
+    assert answer == {"Type": "Ack", "Id": "a", "Accepted": False, "Reason": reason, "Sentences": said}
     operator = await connect()
     await operator.take_control()
     answer = await refused(rig, watcher, **command)

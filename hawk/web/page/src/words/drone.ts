@@ -5,6 +5,8 @@ import { language, sayOfDrone } from "./say.ts";
 const KEPT = 1000;
 /** A sentence holds others as values, as deep as this. */
 const DEEPEST = 8;
+/** The fields that a reason against a move begins with. */
+const FIELDS = "X, Y: ";
 /** By their English text. One for the whole document, as the language is. */
 const known = new Map<string, SentenceItem>();
 
@@ -24,7 +26,7 @@ export function learn(sentences: readonly SentenceItem[] | undefined): void {
 export function translated(text: string, depth = 0): string | null {
   if (language() === "en" || text === "" || depth > DEEPEST) return null;
   const found = known.get(text);
-  if (found === undefined) return withoutStop(text, depth);
+  if (found === undefined) return withoutEnds(text, depth);
   const values = Object.entries(found.Values).map(([name, value]): [string, string | number] => [
     name,
     typeof value === "string" ? (translated(value, depth + 1) ?? value) : value,
@@ -32,10 +34,11 @@ export function translated(text: string, depth = 0): string | null {
   return sayOfDrone(found.Code, Object.fromEntries(values));
 }
 
-/** The page leaves the full stop out where a sentence stands within another. */
-function withoutStop(text: string, depth: number): string | null {
-  if (!known.has(`${text}.`)) return null;
-  return translated(`${text}.`, depth + 1)?.replace(/\.$/, "") ?? null;
+/** The page leaves the full stop out where a sentence stands within another, and the fields of a move's reason. */
+function withoutEnds(text: string, depth: number): string | null {
+  if (known.has(`${text}.`)) return translated(`${text}.`, depth + 1)?.replace(/\.$/, "") ?? null;
+  if (known.has(`${FIELDS}${text}`)) return translated(`${FIELDS}${text}`, depth + 1)?.replace(/^X, Y\s*:\s*/, "") ?? null;
+  return null;
 }
 
 /** A text of the drone in the language of the page, and in English where that has no words for it. */
