@@ -9,6 +9,7 @@ from enum import IntFlag
 from typing import Any, Final
 
 from hawk.comm.frames import EkfPosition
+from hawk.model.sentences import say
 
 Vector = tuple[float, float, float]
 
@@ -54,26 +55,31 @@ class EstimatorReport:
     def fault(self, now: float) -> str:
         """Return why the estimator is not to be trusted; empty when it is. Silence is a fault."""
         if now - self._time > REPORT_AGE_S:
-            return "no report of its estimator"
+            return say("no report of its estimator")
         return self._fault
 
 
 def _fault(flags: EkfFlag, fields: Mapping[str, Any]) -> str:
     if flags & EkfFlag.UNINITIALIZED:
-        return "its estimator is not ready"
+        return say("its estimator is not ready")
     if flags & EkfFlag.GPS_GLITCHING:
-        return "GPS glitch"
+        return say("GPS glitch")
     if flags & EkfFlag.CONST_POS_MODE or not flags & EkfFlag.POS_HORIZ_ABS:
-        return "no absolute position"
+        return say("no absolute position")
     for what in ("velocity", "pos_horiz", "compass"):
         variance = fields[f"{what}_variance"]
         if variance is None or not variance <= VARIANCE_LIMIT:  # MAVSDK gives None for NaN
             shown = "unknown" if variance is None else f"{variance:.1f}"
-            return f"{_WORDS[what]} variance {shown}, above {VARIANCE_LIMIT:g}"
+            return say(
+                "{what} variance {shown}, above {limit:g}",
+                what=_WORDS[what],
+                shown=shown,
+                limit=VARIANCE_LIMIT,
+            )
     return ""
 
 
-_WORDS: Final = {"velocity": "velocity", "pos_horiz": "position", "compass": "compass"}
+_WORDS: Final = {"velocity": say("velocity"), "pos_horiz": say("position"), "compass": say("compass")}
 
 
 class LeapWatch:

@@ -33,11 +33,7 @@ from hawk.ddc.words import metres
 from hawk.ddc.zones import check_zones
 from hawk.model.limits import Fence, HeightParameters
 from hawk.model.poses import GlobalPose, MapPoint
-
-BLIND_HOME = (
-    "From parts of it the straight way home {}. Our returns stay inside; the autopilot's own failsafes "
-    "(lost link, its battery failsafe, a dead companion computer) fly straight."
-)
+from hawk.model.sentences import say, words_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +117,7 @@ def fence_refusal(command: SetFence, settings: DdcSettings, heights: HeightParam
     try:
         check_plan(plan_of(command), settings, heights)
     except FenceError as error:
-        return str(error)
+        return words_of(error)
     return ""
 
 
@@ -144,7 +140,7 @@ def check_answer(
     except FenceError as error:
         return FenceCheck(
             id=command.id,
-            problem=str(error),
+            problem=words_of(error),
             notes=[],
             inner=[],
             inner_zones=[],
@@ -199,16 +195,25 @@ def _ring(places: Sequence[FenceCorner]) -> Ring:
 def _notes(plan: FencePlan, settings: DdcSettings, standpoint: Standpoint) -> list[str]:
     place = standpoint.place
     if place is None:
-        return ["Where the drone is, is not known yet."]
+        return [say("Where the drone is, is not known yet.")]
     datum = standpoint.datum or place
     fence = plan.on_map(datum, settings.fence)
     home = to_map(datum, place.latitude, place.longitude)
     if not contains(fence, home):
-        return [f"The drone stands {where_outside(fence, home)}: it could not be armed there."]
+        return [
+            say(
+                "The drone stands {where}: it could not be armed there.",
+                where=where_outside(fence, home),
+            )
+        ]
     notes = [] if sees_all(fence, home) else [blind_home(fence)]
     altitude = standpoint.return_height
     if altitude is not None and altitude > fence.ceiling:
-        high = f"It returns home at {metres(altitude)}, above {metres(fence.ceiling)}: change the heights first."
+        high = say(
+            "It returns home at {altitude}, above {ceiling}: change the heights first.",
+            altitude=metres(altitude),
+            ceiling=metres(fence.ceiling),
+        )
         notes.insert(0, high)
     return notes
 
@@ -216,21 +221,40 @@ def _notes(plan: FencePlan, settings: DdcSettings, standpoint: Standpoint) -> li
 def where_outside(fence: Fence, place: MapPoint) -> str:
     """Return in words where a place outside our fence lies: beyond its edge, or in a zone."""
     away, zone = metres(max(1.0, outside_by(fence, place))), zone_of(fence, place)
-    return f"{away} outside the dotted line" if zone is None else f"{away} inside the dotted line of zone {zone}"
+    return (
+        say("{away} outside the dotted line", away=away)
+        if zone is None
+        else say("{away} inside the dotted line of zone {zone}", away=away, zone=zone)
+    )
 
 
 def blind_home(fence: Fence) -> str:
     """Return the note about a home that is not seen from everywhere inside."""
-    return BLIND_HOME.format("crosses a zone" if fence.zones else "leaves the fence")
+    return say(
+        "From parts of it the straight way home {crosses}. Our returns stay inside; the autopilot's own failsafes "
+        "(lost link, its battery failsafe, a dead companion computer) fly straight.",
+        crosses=say("crosses a zone") if fence.zones else say("leaves the fence"),
+    )
 
 
 def _check_ceiling(ceiling: float, settings: DdcSettings, heights: HeightParameters) -> None:
     highest, margin = settings.heights.ceiling_m, settings.fence.ceiling_margin_m
     if ceiling > highest:
-        raise FenceError(f"Ceiling: {metres(ceiling)} is above the highest allowed, {metres(highest)}: lower it.")
+        raise FenceError(
+            say(
+                "Ceiling: {ceiling} is above the highest allowed, {highest}: lower it.",
+                ceiling=metres(ceiling),
+                highest=metres(highest),
+            )
+        )
     needed = heights.maximum + margin
     if ceiling < needed:
         raise FenceError(
-            f"Ceiling: {metres(ceiling)} is too low for flying up to {heights.maximum:g} m, which needs {needed:g} m: "
-            "raise it, or lower Max first."
+            say(
+                "Ceiling: {ceiling} is too low for flying up to {maximum:g} m, which needs {needed:g} m: raise it, or "
+                "lower Max first.",
+                ceiling=metres(ceiling),
+                maximum=heights.maximum,
+                needed=needed,
+            )
         )

@@ -13,6 +13,7 @@ from hawk.ddc.orders import Level
 from hawk.ddc.settings import DdcSettings
 from hawk.model.limits import Fence, HeightParameters
 from hawk.model.poses import GlobalPose
+from hawk.model.sentences import say, words_of
 
 FENCE_FILE = "fence.geojson"
 
@@ -44,9 +45,9 @@ class FenceKeeper:
     def notice(self) -> tuple[Level, str, str] | None:
         """A message for the start: a drawn fence that cannot be used, or that outranks the configured file."""
         if self.problem:
-            return "warning", "The fence that was drawn cannot be used.", self.problem
+            return "warning", say("The fence that was drawn cannot be used."), self.problem
         if self.plan.source == "drawn" and self._standard.source == "file":
-            return "info", "The drawn fence is used, not the settings' file.", f"{self._settings.fence.file}"
+            return "info", say("The drawn fence is used, not the settings' file."), f"{self._settings.fence.file}"
         return None
 
     def build(self, datum: GlobalPose, place: GlobalPose) -> Fence:
@@ -81,7 +82,9 @@ class FenceKeeper:
             else:
                 write_atomically(self._path, outline_geojson(plan.ring, plan.zones, plan.ceiling))
         except OSError as error:
-            raise FenceError(f"The fence could not be stored in {self._path}: {error}") from error
+            raise FenceError(
+                say("The fence could not be stored in {path}: {error}", path=str(self._path), error=str(error))
+            ) from error
 
     def use(self, plan: FencePlan | None) -> None:
         """Plan with this fence from the next Arm on; None: with the configured one."""
@@ -99,7 +102,7 @@ class FenceKeeper:
             plan = FencePlan("drawn", found.ring, ceiling, found.zones)
             check_plan(plan, self._settings, HeightParameters(0.0, 0.0, 0.0))
         except FenceError as error:
-            self.problem = f"The drawn fence cannot be used: {error}"
+            self.problem = say("The drawn fence cannot be used: {error}", error=words_of(error))
         else:
             self.plan = plan
 
@@ -110,5 +113,5 @@ def _standard(settings: DdcSettings) -> FencePlan:
     try:
         found = read_outline(settings.fence.file)
     except FenceError as error:
-        raise FenceError(f"fence.file: {error}") from error
+        raise FenceError(say("fence.file: {error}", error=words_of(error))) from error
     return FencePlan("file", found.ring, settings.heights.ceiling_m, found.zones)

@@ -19,6 +19,7 @@ from shapely import LineString, MultiPolygon, Point, Polygon
 from hawk.comm.frames import offset_ned
 from hawk.model.limits import Fence
 from hawk.model.poses import GlobalPose, MapPoint, MapPose
+from hawk.model.sentences import say
 
 BREACH_TOLERANCE_M = 0.5
 """Position noise and overshoot: a breach begins this far outside our fence, metres."""
@@ -85,17 +86,33 @@ def check_outline(ring: Ring) -> None:
     """Check a ring of (north, east) metres: sides, extent, no crossing, area. Raises FenceError naming the corners."""
     for number, (here, there) in enumerate(zip(ring, (*ring[1:], ring[0]), strict=True), start=1):
         if math.dist(here, there) < LEAST_SIDE_M:
-            raise FenceError(f"Corners: {number} and {number % len(ring) + 1} lie at one place: remove one of them.")
+            raise FenceError(
+                say(
+                    "Corners: {number} and {other} lie at one place: remove one of them.",
+                    number=number,
+                    other=number % len(ring) + 1,
+                )
+            )
     ring = tuple((round(north, 2), round(east, 2)) for north, east in ring)  # sides that touch do so to the centimetre
     shape = Polygon(ring)
     south, west, north, east = shape.bounds
     widest = max(north - south, east - west)
     if widest > MOST_EXTENT_M:
-        raise FenceError(f"Corners: the fence is {widest:.0f} m wide: draw it at most {MOST_EXTENT_M:.0f} m wide.")
+        raise FenceError(
+            say(
+                "Corners: the fence is {widest:.0f} m wide: draw it at most {most:.0f} m wide.",
+                widest=widest,
+                most=MOST_EXTENT_M,
+            )
+        )
     if not shape.is_valid:
-        raise FenceError(f"Corners: {crossing(ring)}: move a corner so that no side crosses another.")
+        raise FenceError(
+            say("Corners: {crossing}: move a corner so that no side crosses another.", crossing=crossing(ring))
+        )
     if shape.area < LEAST_AREA_M2:
-        raise FenceError(f"Corners: the fence holds {shape.area:.0f} m², too little to fly in: draw it wider.")
+        raise FenceError(
+            say("Corners: the fence holds {area:.0f} m², too little to fly in: draw it wider.", area=shape.area)
+        )
 
 
 def crossing(ring: Ring) -> str:
@@ -106,9 +123,9 @@ def crossing(ring: Ring) -> str:
     first, second = first[apart], second[apart]
     crossed = np.flatnonzero(shapely.intersects(sides[first], sides[second]))
     if not crossed.size:
-        return "a side lies on its neighbour"
+        return say("a side lies on its neighbour")
     a, b = int(first[crossed[0]]), int(second[crossed[0]])
-    return f"the sides {a + 1}-{a + 2} and {b + 1}-{(b + 1) % len(ring) + 1} cross"
+    return say("the sides {a}-{b} and {c}-{d} cross", a=a + 1, b=a + 2, c=b + 1, d=(b + 1) % len(ring) + 1)
 
 
 def polygon_fence(
@@ -132,7 +149,12 @@ def polygon_fence(
     """
     inner = shapely.buffer(Polygon(outer), -margin, join_style="mitre", mitre_limit=5.0)
     if inner.is_empty or not isinstance(inner, Polygon) or inner.interiors:
-        raise FenceError(f"Corners: the fence is too narrow: nothing whole is left {margin:g} m inside: draw it wider.")
+        raise FenceError(
+            say(
+                "Corners: the fence is too narrow: nothing whole is left {margin:g} m inside: draw it wider.",
+                margin=margin,
+            )
+        )
     ours = tuple(_grown(zone, margin) for zone in zones)
     _check_whole(_open_ring(inner), ours, margin)
     return Fence(
@@ -157,11 +179,22 @@ def _check_whole(polygon: Ring, zones: Sequence[Ring], margin: float) -> None:
     for number in range(1, len(zones) + 1):
         pieces = _pieces(polygon, zones[:number])
         if not pieces:
-            raise FenceError(f"Zone {number}: with {margin:g} m around it nothing is left to fly in: draw it smaller.")
+            raise FenceError(
+                say(
+                    "Zone {number}: with {margin:g} m around it nothing is left to fly in: draw it smaller.",
+                    number=number,
+                    margin=margin,
+                )
+            )
         if not _is_whole(pieces):
             raise FenceError(
-                f"Zone {number}: with {margin:g} m around it, it cuts {pieces[1].area:.0f} m² off the inside of the "
-                "fence: move it, draw it smaller, or draw the fence so that this part lies outside."
+                say(
+                    "Zone {number}: with {margin:g} m around it, it cuts {area:.0f} m² off the inside of the fence: "
+                    "move it, draw it smaller, or draw the fence so that this part lies outside.",
+                    number=number,
+                    margin=margin,
+                    area=pieces[1].area,
+                )
             )
 
 
@@ -299,20 +332,20 @@ def zone_of(fence: Fence, place: MapPoint) -> int | None:
 def place_words(fence: Fence, place: MapPoint) -> str:
     """Return in words why a place is not inside our fence."""
     zone = zone_of(fence, place)
-    return "outside the fence" if zone is None else f"in zone {zone} or its margin"
+    return say("outside the fence") if zone is None else say("in zone {zone} or its margin", zone=zone)
 
 
 def recovery_words(fence: Fence | None, pose: MapPose | None) -> str:
     """Return in words where a drone is led back to from its place beyond our fence."""
     zone = None if fence is None or pose is None else zone_of(fence, pose.point)
     if zone is None:
-        return "Outside the fence: going back inside."
-    return f"In zone {zone} or its margin: going out of it."
+        return say("Outside the fence: going back inside.")
+    return say("In zone {zone} or its margin: going out of it.", zone=zone)
 
 
 def path_words(fence: Fence) -> str:
     """Return in words what a path does that is not inside our fence from end to end."""
-    return "leaves the fence or crosses a zone" if fence.zones else "leaves the fence"
+    return say("leaves the fence or crosses a zone") if fence.zones else say("leaves the fence")
 
 
 def autopilot_fence(fence: Fence) -> Fence:

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 from hawk.comm.authority import Tenure
 from hawk.comm.status import ClientId
+from hawk.model.sentences import say
 
-SOME_OPERATOR = "the operator"
+SOME_OPERATOR = say("the operator")
 """Stands for a name that is not known: recordings from before the names."""
 
 

@@ -11,6 +11,7 @@ from hawk.ddc.outline_geojson import read_survey_outline
 from hawk.ddc.survey_memory import SurveyMemory
 from hawk.model.limits import AskedGround, Fence, Outline
 from hawk.model.poses import GlobalPose
+from hawk.model.sentences import say, words_of
 
 
 class OutlineKeeper:
@@ -61,9 +62,9 @@ class OutlineKeeper:
         try:
             size = area_words(check_rings(outline))
         except (OutlineError, ValueError) as error:
-            self.notice = ("warning", "The outline of the survey cannot be used: set it again.", str(error))
+            self.notice = ("warning", say("The outline of the survey cannot be used: set it again."), words_of(error))
             return None
-        self.notice = ("info", f"The outline of the survey goes on: {size}.", "")
+        self.notice = ("info", say("The outline of the survey goes on: {size}.", size=size), "")
         return outline
 
 
@@ -71,7 +72,7 @@ def _configured(file: Path) -> Outline:
     try:
         return read_survey_outline(file)
     except OutlineError as error:
-        raise OutlineError(f"flight.outline_file: {error}") from error
+        raise OutlineError(say("flight.outline_file: {error}", error=words_of(error))) from error
 
 
 def _setup(outline: Outline | None, *, is_file: bool) -> OutlineSetup:

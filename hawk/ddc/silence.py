@@ -11,8 +11,9 @@ from hawk.ddc.acts import STAY, Acts, Ask, Log, SendMode, SetVoice, Step
 from hawk.ddc.facts import Facts
 from hawk.ddc.orders import Cause, CauseKind, Rank, ToReturn
 from hawk.ddc.states.base import State
+from hawk.model.sentences import say
 
-UNHEARD = "the autopilot was not heard"
+UNHEARD = say("the autopilot is not heard")
 """Why no path is flown."""
 SILENCE_S = 3.0
 """Without a HEARTBEAT for this time Return To Launch is sent, and our heartbeats are held back, seconds."""
@@ -48,7 +49,7 @@ class SilenceWatch:
         if facts.link.age >= SILENCE_S:
             acts = self._fall_silent()
             if state.rank < Rank.RETURN_TO_LAUNCH or state.may_send_targets:
-                cause = Cause("The autopilot was not heard.", CauseKind.NEVER)
+                cause = Cause(say("The autopilot was not heard."), CauseKind.NEVER)
                 return Step(ToReturn(cause, straight=UNHEARD), acts)
         return Step(acts=acts + self._send(facts, state))
 
@@ -63,7 +64,7 @@ class SilenceWatch:
         if self._is_silent:
             return ()
         self._is_silent = True
-        words = "Our heartbeats are held back, so that the autopilot's own failsafe brings the drone home."
+        words = say("Our heartbeats are held back, so that the autopilot's own failsafe brings the drone home.")
         return SetVoice(False), Log("error", words)
 
     def _send(self, facts: Facts, state: State) -> Acts:

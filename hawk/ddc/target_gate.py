@@ -8,6 +8,7 @@ from hawk.ddc.geofence import contains, inside_point, leads_inside, outside_by, 
 from hawk.ddc.motion import Goal, maximum_target_distance
 from hawk.model.limits import Fence, HeightParameters
 from hawk.model.poses import MapPose
+from hawk.model.sentences import say
 
 ABOVE_M = 2.0
 """A target is straight above or below the drone when it is no farther aside than this, metres."""
@@ -46,10 +47,10 @@ def _fence_refusal(target: Goal, pose: MapPose, limits: Limits, away: float) -> 
     """
     if not contains(limits.fence, target.point):
         nearer = 0.0 < outside_by(limits.fence, target.point) <= away
-        return "" if nearer else f"the target is {place_words(limits.fence, target.point)}"
+        return "" if nearer else say("the target is {where}", where=place_words(limits.fence, target.point))
     if away > 0.0 or leads_inside(limits.fence, pose.point, target.point):
         return ""
-    return f"the straight way to the target {path_words(limits.fence)}"
+    return say("the straight way to the target {leaves}", leaves=path_words(limits.fence))
 
 
 def _height_refusal(target: Goal, pose: MapPose, limits: Limits) -> str:
@@ -59,10 +60,14 @@ def _height_refusal(target: Goal, pose: MapPose, limits: Limits) -> str:
     straight = _aside(target, pose) <= ABOVE_M
     descends = straight and target.height <= pose.height
     if target.height > ceiling and not (limits.holds and descends):
-        return f"the target is above the ceiling of {ceiling:g} m"
+        return say("the target is above the ceiling of {ceiling:g} m", ceiling=ceiling)
     if target.height < lowest and not (straight and target.height >= pose.height):
-        return f"the target is below Min, {lowest:g} m"
-    return f"the target is above Max, {highest:g} m" if target.height > highest and not descends else ""
+        return say("the target is below Min, {lowest:g} m", lowest=lowest)
+    return (
+        say("the target is above Max, {highest:g} m", highest=highest)
+        if target.height > highest and not descends
+        else ""
+    )
 
 
 def _distance_refusal(target: Goal, pose: MapPose, limits: Limits, away: float) -> str:
@@ -75,7 +80,7 @@ def _distance_refusal(target: Goal, pose: MapPose, limits: Limits, away: float) 
         nearest = inside_point(limits.fence, pose.point)
         if across <= pose.point.distance(nearest) + ENTRANCE_M:
             return ""
-    return f"the target is {max(across, up):.1f} m away, more than {limit:.1f} m"
+    return say("the target is {across:.1f} m away, more than {limit:.1f} m", across=max(across, up), limit=limit)
 
 
 def _aside(target: Goal, pose: MapPose) -> float:

@@ -16,6 +16,7 @@ from hawk.ddc.operator import SOME_OPERATOR
 from hawk.ddc.orders import MoveOrder, Order, Rank, ToExplore, ToHover, ToLand, ToMove, ToReturn, Wish
 from hawk.model.operation import StateName
 from hawk.model.poses import MapPoint
+from hawk.model.sentences import say
 from hawk.model.vehicle import CopterMode
 
 MODE_RETRY_S = 2.0
@@ -137,7 +138,7 @@ class AirborneState(State):
         wish, by = (order.command, order.by) if isinstance(order, Wish) else (order, "")
         match wish:
             case Hold():
-                return Step(ToHover(f"Stopped by {by or SOME_OPERATOR}.", by=by))
+                return Step(ToHover(say("Stopped by {by}.", by=by or SOME_OPERATOR), by=by))
             case ReturnToLaunch():
                 return Step(ToReturn(by=by))
             case Land():
