@@ -34,5 +34,5 @@ class Repeated:
         return f"{line} ({times} times more in the last {now - since:.0f} s)" if times else line
 
     def ends(self) -> None:
-        """What was wrong is right again: the next time is told at once."""
+        """Forget all lines: the fault is over, and the next one is logged at once."""
         self._said.clear()

@@ -105,7 +105,7 @@ def device_of(url: str) -> str | None:
 
 
 def place_of(url: str) -> str:
-    """Return one name for all ways to write an autopilot's address."""
+    """Return one name for all spellings of an autopilot's address."""
     device = device_of(url)
     if device is not None:
         return device
