@@ -296,6 +296,7 @@ class Daemon:
         self.results.frame_output.listen(
             lambda output: self.performance.frame_published(output.captured, output.timings)
         )
+        self.results.frame_output.listen(lambda output: self.camera.looked_at(is_damaged=output.is_damaged))
 
     def _web_services(self) -> WebServices:
         return WebServices(

@@ -59,7 +59,7 @@ class FrameOutput:
     """Results of one frame.
 
     ``camera_health`` is what the pictures show of the camera: frozen, turned, mirrored. ``timings`` are milliseconds by
-    step.
+    step. ``is_damaged``: a part of the picture was lost in transit, so that nothing of it is used.
     """
 
     sequence: int
@@ -74,3 +74,4 @@ class FrameOutput:
     path_plan_health: Health
     timings: tuple[tuple[str, float], ...] = ()
     camera_health: Health = field(default_factory=Health)
+    is_damaged: bool = False

@@ -19,7 +19,7 @@ from hawk.algo.vision.camera_check import CameraCheck
 from hawk.algo.vision.picture import PictureStyle, annotate
 from hawk.algo.vision.rectify import ground_footprint
 from hawk.algo.vision.seen import Seen, SeesFrames
-from hawk.comm.image import NoImage
+from hawk.image import NoImage
 from hawk.model.operation import Health
 from hawk.model.sentences import words_of
 
@@ -104,6 +104,7 @@ class AlgorithmManagerApp:
             path_plan_health=plan.health,
             timings=(*steps.timings, ("all", (self._timer() - started) * 1e3)),
             camera_health=camera,
+            is_damaged=seen.is_damaged,
         )
 
     def _work(self, frame: FrameInput, steps: _Steps) -> tuple[Seen, Fused, Plan, Health]:

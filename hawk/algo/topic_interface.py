@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from hawk.algo.frame import AlgoError, FrameInput, FrameOutput
-from hawk.comm.image import NoImage
 from hawk.comm.topic import Topic
+from hawk.image import NoImage
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.operation import Health, StateName
 from hawk.model.pictures import AnnotatedFrame

@@ -12,7 +12,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from rich.console import Console
@@ -28,8 +27,8 @@ from hawk.calibrate.views import BoardFinder, Collector
 from hawk.comm.camera_sources.source import CameraSource
 from hawk.comm.clock import Clock
 from hawk.comm.drone_camera import DroneCamera, make_source
-from hawk.comm.image import NoImage, decode
 from hawk.config import CameraSettings, Config, ConfigError
+from hawk.image import NoImage, decode, decode_any
 from hawk.option_settings import refuse_existing
 from hawk.supervision import Supervisor
 
@@ -169,11 +168,12 @@ def _pictures(folder: Path) -> Iterator[tuple[Path, NDArray[np.uint8]]]:
     if not paths:
         raise ConfigError(f"--pictures: {folder} has no pictures (.jpg, .png)")
     for path in paths:
-        image = cv2.imread(str(path), cv2.IMREAD_COLOR)
-        if image is None:
-            print(f"{path.name}: cannot be read, left out", file=sys.stderr)
-        else:
-            yield path, np.asarray(image, np.uint8)
+        try:
+            yield path, decode_any(path.read_bytes())
+        except OSError as error:
+            print(f"{path.name}: cannot be read ({error.strerror}), left out", file=sys.stderr)
+        except NoImage as error:
+            print(f"{path.name}: cannot be read ({error}), left out", file=sys.stderr)
 
 
 async def _from_camera(

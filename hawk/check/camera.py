@@ -13,8 +13,8 @@ from hawk.check.result import CheckResult, failed, on_thread, passed, warning
 from hawk.comm.camera_sources.source import CameraSource
 from hawk.comm.clock import Clock
 from hawk.comm.drone_camera import STALE_S, CameraFrame, DroneCamera, make_source
-from hawk.comm.image import NoImage
 from hawk.config import CameraSettings, ConfigError
+from hawk.image import NoImage
 from hawk.supervision import Supervisor
 
 FIRST_PICTURE_S: Final = 7.0

@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
+from collections import deque
 from collections.abc import Callable
 from contextlib import aclosing
 from dataclasses import dataclass, field
@@ -27,9 +28,9 @@ from hawk.comm.camera_sources.rtsp import RtspSource
 from hawk.comm.camera_sources.source import CameraError, CameraSource, SourceFrame
 from hawk.comm.camera_sources.v4l2 import V4l2Source
 from hawk.comm.clock import Clock, OffsetEstimator
-from hawk.comm.image import NoImage, decode, jpeg_size
 from hawk.config import CameraSettings, ConfigError
-from hawk.model.operation import Health
+from hawk.image import NoImage, decode, read_jpeg
+from hawk.model.operation import Health, HealthStatus
 from hawk.model.pictures import CameraModel
 from hawk.repeated_log import Repeated
 from hawk.supervision import Supervisor
@@ -41,6 +42,11 @@ LONGEST_PAUSE_S: Final = 4.0
 is seen soon."""
 STALE_S = 1.0
 """Seconds without a picture after which the camera is unhealthy and `get_image` has none."""
+_LOOKED_AT: Final = 20
+"""Pictures, the last that were decoded, of which the damaged ones are reported."""
+_MOST_DAMAGED: Final = 10
+"""Of these; with more the camera is unhealthy."""
+_LEFT_OUT: Final = "damaged and left out: check the cable, the plug and the radio link"
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +112,8 @@ class DroneCamera:
         self._problem = "No picture yet"
         self._reported = ""
         self._repeated = Repeated()
-        self._damaged = 0
+        self._damaged = self._damaged_before = 0
+        self._decoded: deque[bool] = deque(maxlen=_LOOKED_AT)  # True: damaged
         self._source: CameraSource | None = None
         self._arrived = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
@@ -120,7 +127,7 @@ class DroneCamera:
         """Return the newest picture, (height, width, 3) BGR. Decodes (about 10 ms): call it off the loop.
 
         Raises:
-            NoImage: There is no fresh picture, or it cannot be decoded.
+            NoImage: There is no fresh picture, or it cannot be decoded; DamagedImage: a part of it was lost.
         """
         frame = self.latest
         if frame is None or self._clock() - frame.arrived > STALE_S * self._clock.speed:
@@ -137,15 +144,21 @@ class DroneCamera:
 
     @property
     def health(self) -> Health:
-        """Healthy while fresh pictures come that fit the calibration."""
+        """Healthy while fresh pictures come that fit the calibration, most of them whole; damaged ones are reported."""
         frame = self.latest
         if frame is None:
-            return Health.bad(f"Camera: {self._problem}")
+            return Health.bad(f"Camera: {self._silence()}")
         age = self._clock() - frame.arrived
         if age > STALE_S * self._clock.speed:
-            return Health.bad(f"Camera: no picture for {age:.0f} s. {self._problem}".strip())
+            return Health.bad(f"Camera: no picture for {age:.0f} s. {self._silence()}".strip())
         misfit = self._calibration.misfit(frame.width, frame.height)
-        return Health.bad(f"Camera: {misfit}") if misfit else Health()
+        if misfit:
+            return Health.bad(f"Camera: {misfit}")
+        damaged = sum(self._decoded)
+        if not damaged:
+            return Health()
+        of = f"{damaged} of the last {len(self._decoded)} pictures {'was' if damaged == 1 else 'were'} {_LEFT_OUT}"
+        return Health(HealthStatus.UNHEALTHY if damaged > _MOST_DAMAGED else HealthStatus.HEALTHY, f"Camera: {of}")
 
     @property
     def model(self) -> CameraModel | None:
@@ -153,9 +166,14 @@ class DroneCamera:
         frame = self.latest
         return None if frame is None else self._calibration.for_size(frame.width, frame.height)
 
+    def looked_at(self, *, is_damaged: bool) -> None:
+        """Take what the decoder found in a picture that was given out."""
+        self._decoded.append(is_damaged)
+        self._damaged += is_damaged
+
     @property
     def damaged(self) -> int:
-        """Number of damaged pictures that were dropped."""
+        """Number of damaged pictures: those that were dropped, and those that the decoder refused."""
         return self._damaged + (self._source.torn if self._source is not None else 0)
 
     async def close(self) -> None:
@@ -191,16 +209,21 @@ class DroneCamera:
 
     def _take(self, frame: SourceFrame) -> None:
         try:
-            width, height = jpeg_size(frame.jpeg)
+            head = read_jpeg(frame.jpeg)
         except ValueError:
             self._damaged += 1
             return
+        if head.end is None:
+            self._damaged += 1
+            return
+        jpeg, (width, height) = frame.jpeg[: head.end], head.size
+        self._damaged_before = self.damaged
         self._sequence += 1
         if self._reported:
             _LOG.info("Camera: pictures come again")
             self._repeated.ends()
         self._problem = self._reported = ""
-        self.latest = CameraFrame(frame.jpeg, self._captured(frame), self._sequence, frame.arrival, width, height)
+        self.latest = CameraFrame(jpeg, self._captured(frame), self._sequence, frame.arrival, width, height)
         self._arrived.set()
 
     def _captured(self, frame: SourceFrame) -> float:
@@ -212,6 +235,14 @@ class DroneCamera:
         known = self._stamp_clock(frame.stamp) if self._stamp_clock is not None else None
         estimated = self._estimator.update(frame.stamp, frame.arrival)
         return min(estimated if known is None else known, frame.arrival)
+
+    def _silence(self) -> str:
+        """Return why there is no picture: what the source said, and how many came damaged since the last one."""
+        damaged = self.damaged - self._damaged_before
+        if not damaged:
+            return self._problem
+        came = f"{damaged} came damaged: check the cable, the plug and the radio link"
+        return f"{self._problem}; {came}" if self._problem else came
 
     def _report(self, problem: str) -> None:
         line = self._repeated.due(f"Camera: {problem}; trying again")

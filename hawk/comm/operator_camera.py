@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from hawk.comm.camera_sources.mjpeg import HttpMjpegSource
 from hawk.comm.camera_sources.source import CameraError
-from hawk.comm.image import NoImage, decode
 from hawk.comm.threads import LoopThread
+from hawk.image import NoImage, decode
 
 _LOG = logging.getLogger(__name__)
 

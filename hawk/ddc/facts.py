@@ -36,6 +36,8 @@ POSITION_CONFIRM_S = 2.0
 """Seconds for which the autopilot must distrust its position."""
 BATTERY_UNKNOWN_S = 30.0
 """Seconds without a valid charge after which the drone returns."""
+FAULT_CONFIRM_S = 1.0
+"""Seconds for which a fault of perception must last: one bad picture does not count."""
 RESERVE_CONFIRM_S = 3.0
 """Seconds for which the reserve must be reached: a dip under load does not count."""
 VERDICT_AGE_S = 1.0

@@ -6,7 +6,14 @@ from dataclasses import dataclass
 
 from hawk.ddc.acts import Acts, Log
 from hawk.ddc.clearance import LOW_S
-from hawk.ddc.facts import BATTERY_UNKNOWN_S, POSE_TIMEOUT_S, POSITION_CONFIRM_S, RESERVE_CONFIRM_S, Facts
+from hawk.ddc.facts import (
+    BATTERY_UNKNOWN_S,
+    FAULT_CONFIRM_S,
+    POSE_TIMEOUT_S,
+    POSITION_CONFIRM_S,
+    RESERVE_CONFIRM_S,
+    Facts,
+)
 from hawk.ddc.geofence import recovery_words
 from hawk.ddc.motion import Goal
 from hawk.ddc.orders import Cause, CauseKind, Rank, ToCommunicationLost, ToHover, ToReturn, Transition
@@ -17,8 +24,6 @@ WIND_CONFIRM_S = 10.0
 """Seconds for which the wind must be above the limit: a gust does not count."""
 FENCE_RETURN_S = 10.0
 """Seconds outside the fence after which the drone returns."""
-FAULT_CONFIRM_S = 1.0
-"""Seconds for which a fault of perception must last: one bad picture does not count."""
 RADIO_LOST_DETAILS = "The flight goes on; the autopilot's own failsafe (FS_THR_ENABLE) decides."
 
 

@@ -22,7 +22,7 @@ from hawk.comm.messages import (
 )
 from hawk.comm.status import CheckItem, ClientId, CommandOption, KillState
 from hawk.ddc.command_table import NEEDS_LINK, TABLE, table_reason
-from hawk.ddc.facts import Facts
+from hawk.ddc.facts import FAULT_CONFIRM_S, Facts
 from hawk.ddc.fence import fence_refusal
 from hawk.ddc.geofence import contains, path_is_inside, path_words, place_words
 from hawk.ddc.home import home_words
@@ -283,8 +283,9 @@ def _explore(case: Case) -> Refusal | None:
 
 
 def _autonomous_move(case: Case) -> Refusal | None:
-    fault = case.facts.sight.fault
-    return _compulsive_move(case) or (Refusal(fault) if fault else None)
+    sight = case.facts.sight
+    lasts = sight.fault_s >= FAULT_CONFIRM_S  # one bad picture refuses no task, as it ends none
+    return _compulsive_move(case) or (Refusal(sight.fault) if sight.fault and lasts else None)
 
 
 def _compulsive_move(case: Case) -> Refusal | None:

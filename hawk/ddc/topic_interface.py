@@ -218,7 +218,8 @@ class DdcTopicInterface:
     def get_camera_health(self) -> Health:
         """Health of the camera as it says itself; when it is well, as its pictures show it."""
         own = self._inputs.camera_health.value or Health.bad("No camera yet.")
-        return self._inputs.camera_check.value or own if own.is_healthy else own
+        check = self._inputs.camera_check.value
+        return own if not own.is_healthy or check is None or check == Health() else check
 
     def get_recording_health(self) -> Health:
         """Health of the recording, as it says itself."""

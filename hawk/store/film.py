@@ -17,6 +17,7 @@ from typing import Final
 import cv2
 import numpy as np
 
+from hawk.image import NoImage, decode
 from hawk.store.frame_codec import FrameFormatError, picture_of
 from hawk.store.recording import FRAME_INPUT
 from hawk.store.replay import read_recording
@@ -121,8 +122,9 @@ def _write(recording: Path, film: Path, fps: float) -> Film:
     written = 0
     try:
         for at, jpeg in _pictures(recording):
-            picture = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR) if jpeg else None
-            if picture is None:
+            try:
+                picture = decode(jpeg)
+            except NoImage:
                 unreadable += 1
                 continue
             if writer is None:

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.comm.image import NoImage, decode, jpeg_size
+from hawk.image import NoImage, decode, jpeg_size
 from hawk.model.pictures import AnnotatedFrame
 from hawk.web.link_pace import STEPS
 

@@ -10,12 +10,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 import shapely
 import shapely.ops
 from numpy.typing import NDArray
 
+from hawk.image import JPEG_START, DamagedImage, NoImage, decode_any, read_jpeg, upright
 from hawk.worlds.canvas import Bytes, Points
 from hawk.worlds.facets import HeightLayer
 from hawk.worlds.scale import COARSEST_M, FINEST_M
@@ -230,15 +230,21 @@ def _inside(point: Points, lot: Points) -> tuple[float, float]:
 _LARGEST_PX = 20000
 
 
-def _size_of(data: bytes) -> tuple[int, int] | None:
-    """Return width and height that a picture's header claims; None when it has none that can be read."""
+def _head_of(data: bytes) -> tuple[tuple[int, int] | None, int]:
+    """Return width and height that a picture's header claims, None when it has none, and its EXIF orientation."""
+    if data.startswith(JPEG_START):
+        try:
+            head = read_jpeg(data)
+        except ValueError:
+            return None, 1
+        return head.size, head.orientation
     import imagesize  # comes with the simulator
 
     try:
         width, height = imagesize.get(io.BytesIO(data))
     except (ValueError, struct.error):
-        return None
-    return None if width < 0 else (int(width), int(height))
+        return None, 1
+    return None if width < 0 else (int(width), int(height)), 1
 
 
 def _check_size(path: Path, size: tuple[int, int] | None) -> None:
@@ -251,7 +257,8 @@ def _check_size(path: Path, size: tuple[int, int] | None) -> None:
 def picture_world(path: str | Path, metres_per_pixel: float, truth_path: str | Path | None = None) -> World:
     """Make a world of an orthophoto (PNG, JPEG, TIFF; north up) and, if there is one, its truth.
 
-    Everything in the picture is flat. Raises WorldError naming the file or option and the remedy.
+    Everything in the picture is flat. A JPEG is turned by its EXIF orientation: north is up as viewers show it. Raises
+    WorldError naming the file or option and the remedy.
     """
     path = Path(path)
     if not FINEST_M <= metres_per_pixel <= COARSEST_M:
@@ -260,19 +267,23 @@ def picture_world(path: str | Path, metres_per_pixel: float, truth_path: str | P
             "it is the side of one pixel on the ground"
         )
     try:
-        data = np.frombuffer(path.read_bytes(), np.uint8)
+        data = path.read_bytes()
     except OSError as error:
         raise WorldError(f"world {path}: cannot be read ({error.strerror}); name a picture that exists") from error
-    _check_size(path, _size_of(data.tobytes()))  # before it takes gigabytes
-    ground = cv2.imdecode(data, cv2.IMREAD_COLOR) if data.size else None
-    if ground is None:
-        raise WorldError(f"world {path}: is not a picture that can be read; use PNG, JPEG or TIFF")
-    _check_size(path, ground.shape[1::-1])
+    size, orientation = _head_of(data)
+    _check_size(path, size)  # before it takes gigabytes
+    try:
+        ground = upright(decode_any(data), orientation)
+    except DamagedImage as error:
+        raise WorldError(f"world {path}: {error}; export or copy it again") from None
+    except NoImage:
+        raise WorldError(f"world {path}: is not a picture that can be read; use PNG, JPEG or TIFF") from None
+    _check_size(path, (ground.shape[1], ground.shape[0]))
     truth = load_truth(truth_path) if truth_path is not None else Truth()
     return World(
         name=path.stem,
         metres_per_pixel=metres_per_pixel,
-        ground=np.asarray(ground, np.uint8),
+        ground=ground,
         stalls=truth.stalls,
         lots=truth.lots,
         start_m=truth.start,

@@ -19,7 +19,7 @@ from hawk.algo.vision.network import StallNetwork, VisionModelError
 from hawk.algo.vision.picture import decode
 from hawk.algo.vision.rectify import Rectifier, RectifyError
 from hawk.algo.vision.seen import Finder, Found, Seen, SeenGround
-from hawk.comm.image import NoImage
+from hawk.image import DamagedImage, NoImage
 from hawk.model.operation import Health, HealthStatus
 from hawk.model.poses import MapPose
 from hawk.model.sentences import say
@@ -78,7 +78,7 @@ class VisionApp:
         """Return what a frame shows; without a pose, or too low, its picture only.
 
         Raises:
-            NoImage: The picture cannot be used.
+            NoImage: The picture cannot be used; DamagedImage: a part of it was lost.
             AlgoError: The picture cannot be projected onto the ground, or the network fails.
         """
         self._seen = Seen()
@@ -86,16 +86,22 @@ class VisionApp:
             image = decode(frame.jpeg)
             self._seen = Seen(image=image)
             ground, health = self._look(frame, image)
-        except (NoImage, AlgoError) as error:
+        except Exception as error:
             self._note_lot(sees_lot=False)
-            self._seen = replace(self._seen, park_lot_detected=self._detected, health=Health.bad(str(error)))
+            damaged = isinstance(error, DamagedImage)
+            self._seen = replace(
+                self._seen, park_lot_detected=self._detected, health=Health.bad(str(error)), is_damaged=damaged
+            )
             raise
         self._seen = Seen(self._detected, health, image, ground)
         return self._seen
 
     def fail(self, reason: str) -> Seen:
-        """Return the result of a frame that failed: no lot, nothing on the ground, the reason as health."""
-        self._seen = Seen(health=Health.bad(reason), image=self._seen.image)
+        """Return the result of a frame that failed: nothing on the ground, the reason as health.
+
+        The lot stays in sight over single frames that fail, as over single ones that do not show it.
+        """
+        self._seen = replace(self._seen, park_lot_detected=self._detected, health=Health.bad(reason), ground=None)
         return self._seen
 
     def process(self) -> None:

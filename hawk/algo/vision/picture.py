@@ -14,10 +14,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from hawk import image as pictures
 from hawk.algo.vision import quads
 from hawk.algo.vision.rectify import project, scaled_camera
 from hawk.algo.vision.seen import FloatArray, StallSeen
-from hawk.comm.image import NoImage, jpeg_size
+from hawk.image import NoImage, read_jpeg
 from hawk.model.lot_map import Stall, StallState
 from hawk.model.pictures import CameraModel
 from hawk.model.poses import MapPose
@@ -43,28 +44,25 @@ _LABEL_PIXELS = 18.0
 
 
 def decode(jpeg: bytes) -> NDArray[np.uint8]:
-    """Return the picture, uint8 BGR (H, W, 3). Raises NoImage with the reason when it cannot be used."""
+    """Return the picture, uint8 BGR (H, W, 3), as the sensor gave it: EXIF's orientation is not applied.
+
+    Raises NoImage with the reason when it cannot be used, DamagedImage when a part of it was lost.
+    """
     if not jpeg:
         raise NoImage("the camera gave an empty picture")
     try:
-        width, height = jpeg_size(jpeg)
+        head = read_jpeg(jpeg)
     except ValueError as error:
         raise NoImage(f"the picture is {error}") from None
+    width, height = head.size
     if min(width, height) < MINIMUM_SIDE:
         raise NoImage(f"the picture is {width} x {height} pixels; at least {MINIMUM_SIDE} a side are needed")
     if width * height > MAXIMUM_PIXELS:
         raise NoImage(f"the picture is {width} x {height} pixels; at most {MAXIMUM_PIXELS // 1_000_000} million fit")
-    if b"\xff\xd9" not in jpeg[-64:]:
-        raise NoImage("the picture is torn: its end is missing")
-    try:
-        image = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
-    except cv2.error as error:
-        raise NoImage(f"the picture cannot be decoded: {error}") from error
-    if image is None:
-        raise NoImage("the picture cannot be decoded")
+    image = pictures.decode(jpeg)
     if float(image[::8, ::8].mean()) < _BLACK_MEAN:
         raise NoImage("the picture is black: is the lens covered?")
-    return np.asarray(image, np.uint8)
+    return image
 
 
 @dataclass(frozen=True, slots=True)

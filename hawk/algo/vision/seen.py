@@ -100,13 +100,15 @@ class Seen:
     """Vision's result for one frame.
 
     ``park_lot_detected`` is steady over single frames. ``image`` is the camera's picture, uint8 BGR, None when it could
-    not be decoded; ``ground`` is None when the frame could not be projected onto the ground.
+    not be decoded; ``ground`` is None when the frame could not be projected onto the ground. ``is_damaged``: a part of
+    the picture was lost in transit.
     """
 
     park_lot_detected: bool = False
     health: Health = field(default_factory=Health)
     image: NDArray[np.uint8] | None = field(default=None, repr=False)
     ground: SeenGround | None = field(default=None, repr=False)
+    is_damaged: bool = False
 
 
 class SeesFrames(Protocol):

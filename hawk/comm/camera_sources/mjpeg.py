@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import aiohttp
 
 from hawk.comm.camera_sources.source import CameraError, CameraSource, SourceFrame, without_secrets
-from hawk.comm.image import is_whole_jpeg
+from hawk.image import whole_jpeg
 
 MAX_PART = 8_000_000
 """Bytes of the largest accepted picture."""
@@ -52,8 +52,9 @@ def boundary_of(content_type: str) -> bytes:
 class MultipartParser:
     """Parses ``multipart/x-mixed-replace``: feed it bytes, it returns whole pictures.
 
-    A part ends after its Content-Length, else at the next boundary. A part that is not a whole JPEG, is too large or
-    has a wrong length is dropped and counted in ``torn``; parsing goes on at the next boundary.
+    A part ends after its Content-Length, else at the next boundary; what follows the JPEG in it is left out. A part
+    that is not a whole JPEG, is too large or has a wrong length is dropped and counted in ``torn``; parsing goes on at
+    the next boundary.
     """
 
     def __init__(self, boundary: bytes, max_part: int = MAX_PART) -> None:
@@ -113,9 +114,10 @@ class MultipartParser:
         body = bytes(self._buffer[:end])
         if not self._length:
             body = body.removesuffix(b"\n").removesuffix(b"\r")
-        if is_whole_jpeg(body):
-            pictures.append(MultipartPicture(self._headers or {}, body, self._arrival or 0.0))
-            del self._buffer[:end]
+        jpeg = whole_jpeg(body)
+        if jpeg is not None:
+            pictures.append(MultipartPicture(self._headers or {}, jpeg, self._arrival or 0.0))
+            del self._buffer[: len(jpeg)]  # the length may be wrong: the next boundary may be before the part's end
             self._headers = self._arrival = None
         else:
             self._lose(0)  # the length may be wrong: the next boundary may be inside

@@ -22,7 +22,7 @@ from hawk.comm.camera_sources.opencv import encoded
 from hawk.comm.camera_sources.source import CameraError, SourceFrame
 from hawk.comm.camera_sources.threaded import Give, ThreadedSource
 from hawk.comm.camera_sources.v4l2_formats import V4l2Format, choose_format, read_formats
-from hawk.comm.image import is_whole_jpeg
+from hawk.image import whole_jpeg
 
 SILENCE_S: Final = 2
 """Real seconds without a picture after which the device is opened again."""
@@ -130,11 +130,11 @@ class V4l2Source(ThreadedSource):
 
     def _take(self, picture: Any, is_jpeg: bool, arrival: float, stamp: float, give: Give) -> None:
         if is_jpeg:
-            data = np.asarray(picture, np.uint8).tobytes()
-            jpeg = data[: data.rfind(b"\xff\xd9") + 2]  # a buffer may be longer than its picture
-            if not is_whole_jpeg(jpeg):
+            whole = whole_jpeg(np.asarray(picture, np.uint8).tobytes())  # a buffer may be longer than its picture
+            if whole is None:
                 self.torn += 1
                 return
+            jpeg = whole
         else:
             jpeg = encoded(np.asarray(picture, np.uint8))
         captured = captured_at(stamp, self._clock) if stamp > 0 else None

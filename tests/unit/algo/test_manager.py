@@ -14,7 +14,7 @@ from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.camera_check import CameraCheck
 from hawk.algo.vision.seen import Seen
-from hawk.comm.image import NoImage
+from hawk.image import NoImage
 from hawk.model.operation import Health
 from hawk.model.plans import DesiredPose, Inbound
 from tests.unit.algo.synthetic import SyntheticVision, box_fence, frame_at, pose_at, rows_lot

@@ -19,7 +19,7 @@ from benchmarks.video import pictures, servers
 from benchmarks.video.clients import SLOW_TICK_S, Client, Slow
 from benchmarks.video.measure import SOCKET, STREAM, USTREAMER, Run, Setting, figures, measure
 from benchmarks.video.wire import Reader, SocketReader, StreamReader, WireError, client_frame
-from hawk.comm.image import decode, jpeg_size
+from hawk.image import decode, jpeg_size
 from hawk.model.pictures import AnnotatedFrame
 from hawk.web.video_wire import opening, part, socket_frame
 

@@ -17,6 +17,7 @@ from hawk.comm.camera_sources.source import CameraError, CameraSource, SourceFra
 from hawk.comm.clock import Clock
 from hawk.config import CameraSettings, Config
 from tests.unit.calibrate.boards import TRUE, Picture
+from tests.unit.jpegs import oriented
 
 
 @pytest.fixture(scope="module")
@@ -51,6 +52,21 @@ def test_too_few_pictures_are_not_accepted_and_the_next_one_is_named(
     assert main(["calibrate", "--pictures", str(tmp_path), "--out", str(out)]) == 1
     assert "not accepted: views are missing: move the board away" in capsys.readouterr().err
     assert not out.exists()
+
+
+def test_pictures_are_taken_as_the_sensor_gave_them_and_damaged_ones_are_left_out(
+    pictures: list[Picture], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The size of the flight's pictures, whose orientation is not applied either."""
+    for k, picture in enumerate(pictures[:3]):
+        data = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, 95])[1].tobytes()
+        (tmp_path / f"{k}.jpg").write_bytes(oriented(data, 6) if k else data)
+        (tmp_path / f"torn{k}.jpg").write_bytes(data[: len(data) // 2])
+    assert main(["calibrate", "--pictures", str(tmp_path), "--out", str(tmp_path / "camera.yaml")]) == 1
+    said = capsys.readouterr()
+    assert "torn0.jpg: cannot be read (the picture is torn: its end is missing), left out" in said.err
+    assert "2.jpg: kept" in said.out
+    assert "two sizes" not in said.err
 
 
 def test_pictures_of_two_sizes_are_refused(pictures: list[Picture]) -> None:

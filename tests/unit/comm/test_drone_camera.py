@@ -14,8 +14,9 @@ from hawk.comm.camera_sources.source import CameraError, CameraSource, SourceFra
 from hawk.comm.camera_sources.v4l2 import V4l2Source
 from hawk.comm.clock import Clock
 from hawk.comm.drone_camera import LONGEST_PAUSE_S, STALE_S, DroneCamera, make_source
-from hawk.comm.image import NoImage
 from hawk.config import CameraSettings, ConfigError
+from hawk.image import NoImage
+from hawk.model.operation import Health
 from tests.manual_clock import ManualClock
 from tests.unit.comm.pictures import StreamServer, forever, part, picture
 from tests.unit.comm.waiting import until
@@ -233,11 +234,49 @@ async def test_what_is_no_jpeg_is_dropped_and_counted(rig: Rig) -> None:
 
 async def test_a_picture_that_cannot_be_decoded_is_no_image_and_no_opencv_error(rig: Rig) -> None:
     rig.camera.init()
-    header = picture()[:160]
-    await rig.feed(frame(data=b"\xff\xd8\xff\xc0\x00\x11\x08\x00\x10\x00\x10\x03" + b"\0" * 20))
-    assert len(header) == 160
+    data = picture()
+    await rig.feed(frame(data=data.replace(b"\xff\xc0", b"\xff\xc3")))  # lossless: no camera sends it
     with pytest.raises(NoImage, match="cannot be decoded"):
         rig.camera.get_image()
+
+
+async def test_what_follows_a_picture_is_left_out(rig: Rig) -> None:
+    rig.camera.init()
+    await rig.feed(frame(data=PICTURE + b"\0" * 500))
+    assert rig.camera.latest is not None
+    assert rig.camera.latest.jpeg == PICTURE
+
+
+async def test_damaged_pictures_are_told_and_make_the_camera_unhealthy_when_they_are_most(rig: Rig) -> None:
+    rig.camera.init()
+    await rig.feed(frame())
+    assert rig.camera.health == Health()
+    for at in range(10):
+        rig.camera.looked_at(is_damaged=at == 3)
+    assert rig.camera.damaged == 1
+    few = rig.camera.health
+    assert few.is_healthy
+    assert "1 of the last 10 pictures was damaged" in few.reason
+    for _ in range(10):
+        rig.camera.looked_at(is_damaged=True)
+    most = rig.camera.health
+    assert not most.is_healthy
+    assert "11 of the last 20 pictures were damaged and left out: check the cable" in most.reason
+    for _ in range(20):
+        rig.camera.looked_at(is_damaged=False)
+    assert rig.camera.health == Health()
+    assert rig.camera.damaged == 11
+
+
+async def test_a_camera_all_of_whose_pictures_come_damaged_is_told_so(rig: Rig) -> None:
+    rig.camera.init()
+    await rig.feed(frame(data=PICTURE[:-2]))
+    assert "1 came damaged" in rig.camera.health.reason
+    await rig.feed(frame(100.0))
+    rig.source.torn += 6
+    rig.clock.advance(3.0)
+    assert "no picture for 3 s" in rig.camera.health.reason
+    assert "6 came damaged: check the cable" in rig.camera.health.reason
 
 
 async def test_the_model_is_that_of_the_newest_picture(rig: Rig) -> None:

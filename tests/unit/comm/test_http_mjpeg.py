@@ -33,6 +33,17 @@ async def first(source: HttpMjpegSource, count: int) -> list[SourceFrame]:
     return await first_frames(source, count, within_s=5)
 
 
+@pytest.mark.parametrize("behind", [b"\0" * 65, b"\0" * 4096, b"a trailer of the camera's maker", PICTURE[100:]])
+@pytest.mark.parametrize("length", [None, -1])
+async def test_bytes_behind_a_picture_s_end_are_left_out(
+    servers: list[StreamServer], behind: bytes, length: int | None
+) -> None:
+    _, url = await serve(servers, forever(part(PICTURE + behind, length=length)))
+    source = HttpMjpegSource(url, ManualClock(7.0))
+    assert [frame.jpeg for frame in await first(source, 2)] == [PICTURE, PICTURE]
+    assert source.torn == 0
+
+
 async def test_pictures_come_with_arrival_and_stamp(servers: list[StreamServer]) -> None:
     _, url = await serve(servers, forever(part(PICTURE, stamp=1234.5), part(PICTURE)))
     source = HttpMjpegSource(url, ManualClock(7.0))

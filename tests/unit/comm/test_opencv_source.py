@@ -11,7 +11,7 @@ import pytest
 
 from hawk.comm.camera_sources.opencv import OpenCvSource
 from hawk.comm.camera_sources.source import CameraError, SourceFrame
-from hawk.comm.image import decode
+from hawk.image import decode
 from tests.manual_clock import ManualClock
 
 

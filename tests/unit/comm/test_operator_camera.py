@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hawk.comm.image import NoImage
 from hawk.comm.operator_camera import OperatorCamera
+from hawk.image import NoImage
 from tests.manual_clock import ManualClock
 from tests.unit.comm.pictures import StreamServer, forever, once, part, picture
 

@@ -11,8 +11,8 @@ from hawk.comm.camera_sources.rtsp import RtspSource
 from hawk.comm.camera_sources.source import CameraError
 from hawk.comm.clock import Clock
 from hawk.comm.drone_camera import DroneCamera
-from hawk.comm.image import decode, jpeg_size
 from hawk.config import CameraSettings
+from hawk.image import decode, jpeg_size
 from tests.manual_clock import ManualClock
 from tests.unit.comm.children import SHORT, program, running
 from tests.unit.comm.pictures import picture

@@ -19,8 +19,8 @@ from hawk.comm.camera_sources.v4l2 import V4l2Source
 from hawk.comm.camera_sources.v4l2_formats import SizeRange, V4l2Format, choose_format, read_formats
 from hawk.comm.clock import Clock
 from hawk.comm.drone_camera import CameraFrame, DroneCamera
-from hawk.comm.image import decode
 from hawk.config import CameraSettings
+from hawk.image import decode
 from tests.manual_clock import ManualClock
 from tests.unit.comm.pictures import picture
 from tests.unit.comm.sources import first_frames
@@ -127,6 +127,13 @@ async def test_pictures_of_a_camera_without_jpeg_are_encoded(tmp_path: Path) -> 
     assert abs(float(decode(frame.jpeg).mean()) - 200) < 3
     assert webcam.values[cv2.CAP_PROP_FOURCC] == cv2.VideoWriter.fourcc(*"YUYV")
     assert cv2.CAP_PROP_CONVERT_RGB not in webcam.values
+
+
+async def test_the_rest_of_a_longer_picture_in_the_buffer_is_no_part_of_it(tmp_path: Path) -> None:
+    webcam = Webcam(tmp_path / "video0")
+    webcam.data = np.frombuffer(JPEG + JPEG[-50:], np.uint8)
+    (frame,) = await take(webcam.source(ManualClock(20.0)), 1)
+    assert frame.jpeg == JPEG
 
 
 async def test_a_torn_picture_is_dropped_and_counted(tmp_path: Path) -> None:

@@ -6,7 +6,17 @@ from dataclasses import replace
 
 import pytest
 
-from hawk.comm.messages import AutonomousExplore, Command, CompulsiveMove, Hold, Land, Resume, ReturnToLaunch, Takeoff
+from hawk.comm.messages import (
+    AutonomousExplore,
+    AutonomousMove,
+    Command,
+    CompulsiveMove,
+    Hold,
+    Land,
+    Resume,
+    ReturnToLaunch,
+    Takeoff,
+)
 from hawk.ddc.facts import Facts, HomeFacts
 from hawk.ddc.judge import (
     RESUME_WAIT_S,
@@ -162,6 +172,15 @@ def test_a_relative_move_starts_from_the_drone() -> None:
     away = replace(facts, position=replace(facts.position, pose=pose(1.0, 120.0, 0.0)))
     assert reason(away, ToHover(), CompulsiveMove(x=40, y=0, frame="Relative")).startswith("X, Y")
     assert reason(away, ToHover(), CompulsiveMove(x=40, y=0, frame="Map")) == ""
+
+
+@pytest.mark.parametrize("command", [AutonomousExplore(), AutonomousMove(x=20, y=0)])
+def test_one_bad_picture_refuses_no_task_and_a_fault_that_lasts_does(command: Command) -> None:
+    seen = flying(1.0)
+    fault = "Vision: the picture is torn"
+    for lasted, refused in ((0.0, ""), (0.99, ""), (1.0, fault), (9.0, fault)):
+        torn = replace(seen, sight=replace(seen.sight, fault=fault, fault_s=lasted))
+        assert reason(torn, ToHover(), command) == refused
 
 
 def test_explore_needs_a_lot_in_sight_or_an_outline_with_ground_inside() -> None:

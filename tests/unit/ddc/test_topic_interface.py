@@ -11,7 +11,7 @@ import pytest
 from hawk.comm.vehicle import VehicleTopics
 from hawk.ddc.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.model.lot_map import OccupancyMap
-from hawk.model.operation import Health
+from hawk.model.operation import Health, HealthStatus
 from hawk.model.plans import DesiredPose, Inbound, Verdict
 from hawk.model.poses import GlobalPose, LocalPose, MapPose, VehiclePose
 from hawk.model.vehicle import BatteryInfo, Diagnostics, VehicleState
@@ -106,6 +106,11 @@ def test_the_camera_is_as_well_as_it_says_and_as_its_pictures_show(rig: Rig) -> 
     rig.inputs.camera_health.publish(Health())
     rig.inputs.camera_check.publish(Health())
     assert rig.topics.get_camera_health() == Health()
+    told = Health(HealthStatus.HEALTHY, "Camera: 1 of the last 20 pictures was damaged")
+    rig.inputs.camera_health.publish(told)
+    assert rig.topics.get_camera_health() == told
+    rig.inputs.camera_check.publish(turned)
+    assert rig.topics.get_camera_health() == turned
 
 
 def test_diagnostics_that_are_old_count_as_bad(rig: Rig) -> None:

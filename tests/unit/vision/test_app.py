@@ -13,11 +13,12 @@ from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.app import VisionApp, VisionSettings
 from hawk.algo.vision.network import VisionModelError
 from hawk.algo.vision.seen import Found, GroundImage, StallSeen
-from hawk.comm.image import NoImage
+from hawk.image import DamagedImage, NoImage
 from hawk.model.limits import HeightParameters
 from hawk.model.operation import StateName
 from hawk.model.pictures import CameraModel
 from hawk.model.poses import MapPose
+from tests.unit.jpegs import jpeg, scene, without
 
 F = 640 / math.tan(math.radians(35))
 CAMERA = CameraModel(1280, 720, F, F, 639.5, 359.5)
@@ -161,6 +162,45 @@ def test_without_pose_or_height_pictures_are_only_shown(rig: Rig, pose: MapPose 
     assert rig.app.get_health().is_healthy
     assert words in rig.app.get_health().reason
     assert rig.app.seen.image is not None
+
+
+def test_a_picture_that_lost_bytes_is_neither_projected_nor_shown_and_is_said_to_be_damaged(rig: Rig) -> None:
+    rig.finder.stalls = (STALL,) * 3
+    with pytest.raises(DamagedImage):
+        rig.process(without(jpeg(scene(640, 480)), 0.4, 3000))
+    failed = rig.app.fail("the picture is damaged")
+    assert failed.is_damaged
+    assert failed.image is None
+    assert failed.ground is None
+    rig.process()
+    assert not rig.app.seen.is_damaged
+
+
+@pytest.mark.parametrize("bad", [b"", JPEG[:900], without(jpeg(scene(640, 480)), 0.4, 3000)])
+def test_single_bad_pictures_do_not_lose_the_lot(rig: Rig, bad: bytes) -> None:
+    rig.finder.stalls = (STALL,) * 3
+    for _ in range(2):
+        rig.process()
+    for _ in range(20):
+        with pytest.raises(NoImage) as error:
+            rig.process(bad)
+        assert rig.app.fail(str(error.value)).park_lot_detected
+        assert not rig.app.get_health().is_healthy
+        rig.process()
+        assert rig.app.get_park_lot_detected()
+
+
+def test_a_finder_that_raises_anything_loses_the_lot_in_the_end(rig: Rig) -> None:
+    rig.finder.stalls = (STALL,) * 3
+    for _ in range(2):
+        rig.process()
+    rig.finder.error = RuntimeError("a bug")
+    found = []
+    for _ in range(8):
+        with pytest.raises(RuntimeError):
+            rig.process()
+        found.append(rig.app.fail("a bug").park_lot_detected)
+    assert found == [True] * 7 + [False]
 
 
 def test_bad_pictures_in_a_row_lose_the_lot(rig: Rig) -> None:

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from hawk.algo.vision.picture import decode
-from hawk.comm.image import NoImage, jpeg_size
+from hawk.image import NoImage, jpeg_size
 
 
 def jpeg(width: int = 320, height: int = 200, value: int = 120) -> bytes:

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import pytest
 
-from hawk.comm.image import decode, jpeg_size
+from hawk.image import decode, jpeg_size
 from hawk.model.pictures import AnnotatedFrame
 from hawk.web import small_frames
 from hawk.web.link_pace import LEAST_RATIO, MOST_RATIO, STEPS

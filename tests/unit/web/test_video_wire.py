@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 import pytest
 
-from hawk.comm.image import decode
+from hawk.image import decode
 from hawk.model.pictures import AnnotatedFrame
 from hawk.web.video_wire import WireCache, chunked_part, marked_sequence, part, ping_mark, plain_socket_frame
 from tests.unit.web.rig import PATIENCE_S, Rig, browser

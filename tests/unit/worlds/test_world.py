@@ -8,6 +8,7 @@ import pytest
 
 from hawk.worlds.generate import WorldOptions, generate_world
 from hawk.worlds.world import TrueStall, World, WorldError, load_truth, picture_world
+from tests.unit.jpegs import jpeg, oriented, scene, without
 
 STALL = [[3.0, 7.0], [8.0, 7.0], [8.0, 4.5], [3.0, 4.5]]  # long side first, as people label them
 
@@ -121,6 +122,21 @@ def test_picture_world(tmp_path: Path, suffix: str) -> None:
     assert len(world.stalls) == 1
     assert world.start() == (4.0, 5.0)
     assert picture_world(path, 0.1).stalls == ()
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+def test_north_is_up_as_viewers_show_the_picture(tmp_path: Path, orientation: int) -> None:
+    path = tmp_path / "place.jpg"
+    path.write_bytes(oriented(jpeg(), orientation))
+    np.testing.assert_array_equal(picture_world(path, 0.1).ground, cv2.imread(str(path)))
+
+
+def test_a_damaged_picture_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "place.jpg"
+    for data in (jpeg()[:-2], without(jpeg(scene(640, 480)), 0.5, 3000)):
+        path.write_bytes(data)
+        with pytest.raises(WorldError, match=r"place\.jpg: the picture is (torn|damaged).*copy it again"):
+            picture_world(path, 0.1)
 
 
 @pytest.mark.parametrize("kind", [".png", ".tif"])
