@@ -125,11 +125,6 @@ class Proxy:
         self._down = await self._end(self._from_autopilot, port)  # the autopilot sends from here on
         return f"udpin://{self._daemon[0]}:{self._daemon[1]}"
 
-    @property
-    def autopilot_url(self) -> str:
-        """URL by which another program reaches the autopilot past this proxy; empty before it was heard."""
-        return "" if self._autopilot is None else f"udpout://{self._autopilot[0]}:{self._autopilot[1]}"
-
     def close(self) -> None:
         """Close every socket."""
         for end in self._ends:

@@ -312,10 +312,10 @@ class Rig:
                 self._since.flood = asyncio.gather(*answers, return_exceptions=True)
 
     async def _start_second(self, shared: bool) -> None:
-        """Start another daemon on the autopilot, past the proxy."""
+        """Start another daemon on the autopilot's address that the first one has."""
         store = self.store if shared else self.folder / "second"
         ready = self.folder / "second.json"
-        command = self.stack.daemon_command(ready, store=store, autopilot=self.proxy.autopilot_url, port=0)
+        command = self.stack.daemon_command(ready, store=store, port=0)
         await self._second.start(command)
 
     def _fill_disk(self, full: bool) -> None:

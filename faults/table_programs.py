@@ -142,7 +142,7 @@ COMPUTER: Final = (
         When.HOVERING,
         (
             SecondDaemon(shared=False),
-            See(second_says("nother daemon", "second daemon", "hawk-drone"), 30.0, real=True),
+            See(second_says("another hawk-drone"), 30.0, real=True),
             See(both(state(_HOVER), UP), 10.0, lasts=True),
         ),
         ends_flight=True,

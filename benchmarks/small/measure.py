@@ -56,11 +56,9 @@ class BoxedStack(SimulatedStack):
         self.page_s = time.monotonic() - began
         return ready
 
-    def daemon_command(
-        self, ready: Path, *, store: Path | None = None, autopilot: str = "", port: int | None = None
-    ) -> list[str]:
+    def daemon_command(self, ready: Path, *, store: Path | None = None, port: int | None = None) -> list[str]:
         """Return the daemon's command line within the box."""
-        return [*self._box.prefix, *super().daemon_command(ready, store=store, autopilot=autopilot, port=port)]
+        return [*self._box.prefix, *super().daemon_command(ready, store=store, port=port)]
 
 
 @dataclass(slots=True)

@@ -179,13 +179,11 @@ class SimulatedStack:
         for log in self._logs:
             log.close()
 
-    def daemon_command(
-        self, ready: Path, *, store: Path | None = None, autopilot: str = "", port: int | None = None
-    ) -> list[str]:
-        """Return the daemon's command line; ``store``, ``autopilot`` and ``port`` replace its own for a second one."""
+    def daemon_command(self, ready: Path, *, store: Path | None = None, port: int | None = None) -> list[str]:
+        """Return the daemon's command line; ``store`` and ``port`` replace its own for a second one."""
         assert self.address is not None  # noqa: S101
         command = [sys.executable, "-m", "hawk.cli", "run", *self._attached()]
-        command += ["--autopilot", autopilot or self._autopilot_url, "--camera", self.address.camera_url]
+        command += ["--autopilot", self._autopilot_url, "--camera", self.address.camera_url]
         command += ["--host", "127.0.0.1", "--port", str(self._port if port is None else port)]
         command += ["--store", str(store or self._folder / "store"), "--ready-file", str(ready)]
         fence = self._fence_file()
