@@ -64,18 +64,16 @@ KEPT: Final = (
         "a second station sets BATT_FS_LOW_ACT to 5, which cuts the motors",
         When.EXPLORING,
         (*_put_back("BATT_FS_LOW_ACT", 5.0), See(UP, 5.0, lasts=True)),
-        ends_flight=True,
     ),
     Fault(
         "a second station sets BATT_FS_CRT_ACT to 5, which cuts the motors",
         When.HOVERING,
         (*_put_back("BATT_FS_CRT_ACT", 5.0), See(UP, 5.0, lasts=True)),
-        ends_flight=True,
     ),
-    Fault("a second station sets RTL_ALT to 300 m", When.EXPLORING, _put_back("RTL_ALT", 30000.0), ends_flight=True),
-    Fault("a second station sets BATT_LOW_VOLT to 0", When.HOVERING, _put_back("BATT_LOW_VOLT", 0.0), ends_flight=True),
-    Fault("a second station sets FENCE_ACTION to 0", When.HOVERING, _put_back("FENCE_ACTION", 0.0), ends_flight=True),
-    Fault("a second station sets FENCE_ENABLE to 0", When.EXPLORING, _put_back("FENCE_ENABLE", 0.0), ends_flight=True),
+    Fault("a second station sets RTL_ALT to 300 m", When.EXPLORING, _put_back("RTL_ALT", 30000.0)),
+    Fault("a second station sets BATT_LOW_VOLT to 0", When.HOVERING, _put_back("BATT_LOW_VOLT", 0.0)),
+    Fault("a second station sets FENCE_ACTION to 0", When.HOVERING, _put_back("FENCE_ACTION", 0.0)),
+    Fault("a second station sets FENCE_ENABLE to 0", When.EXPLORING, _put_back("FENCE_ENABLE", 0.0)),
     Fault(
         "a second station sets FS_GCS_ENABLE to 0", When.EXPLORING, _put_back("FS_GCS_ENABLE", 0.0), ends_flight=True
     ),
@@ -88,7 +86,7 @@ KEPT: Final = (
         ),
         ends_flight=True,
     ),
-    Fault("a second station clears the fence", When.HOVERING, _fence({"station": [_CLEAR]}), ends_flight=True),
+    Fault("a second station clears the fence", When.HOVERING, _fence({"station": [_CLEAR]})),
     Fault(
         "a second station clears the fence, and again and again",
         When.EXPLORING,
@@ -98,7 +96,6 @@ KEPT: Final = (
             *_fence({"fence": []}),
             See(UP, 3.0, lasts=True),
         ),
-        ends_flight=True,
     ),
     Fault(
         "a second station replaces the fence by a wide one", When.EXPLORING, _fence({"fence": _WIDE}), ends_flight=True
@@ -136,7 +133,6 @@ KEPT: Final = (
             Order(AutonomousExplore()),
             See(state(_EXPLORE), 5.0),
         ),
-        ends_flight=True,
     ),
 )
 

@@ -96,7 +96,6 @@ PLACE: Final = (
         "GNSS wanders at 0.04 m/s",
         When.EXPLORING,
         (Drone({"gps_walk": (0.04, 0.0)}), See(_GOES_ON, 20.0, lasts=True)),
-        ends_flight=True,
     ),
     Fault(
         "GNSS is off by 10 m from the boot on",
@@ -136,7 +135,6 @@ PLACE: Final = (
         "GNSS steps by 1.5 m",
         When.EXPLORING,
         (Drone({"gps_bias": (1.5, 0.0, 0.0)}), See(_GOES_ON, 15.0, lasts=True)),
-        ends_flight=True,
     ),
     Fault(
         "GNSS is lost",
@@ -197,7 +195,6 @@ HEIGHT: Final = (
         "the barometer rises by 0.02 m/s, as with the weather",
         When.EXPLORING,
         (Drone({"baro_drift": 0.02}), See(_GOES_ON, 25.0, lasts=True)),
-        ends_flight=True,
     ),
     Fault(
         "the barometer rises by 0.2 m/s before the flight",
@@ -360,7 +357,6 @@ PICTURES: Final = (
         "3 kB are lost within one picture of ten",
         When.EXPLORING,
         (Drone({"camera": "damaged"}), See(_GOES_ON, 15.0, lasts=True)),
-        ends_flight=True,
     ),
     Fault(
         "the camera's stamps step back by 0.5 s",
