@@ -36,6 +36,10 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
     "starts": ("hawk/ddc/restart.py", "hawk/starts.py", "hawk/store/run_notes.py"),
     "telemetry that decides": (
         "hawk/comm/boot_clock.py",
+        "hawk/comm/claim.py",
+        "hawk/comm/peer.py",
+        "hawk/comm/roster.py",
+        "hawk/comm/vehicle_kinds.py",
         "hawk/comm/estimator.py",
         "hawk/comm/telemetry.py",
         "hawk/ddc/belief.py",
@@ -69,6 +73,7 @@ _OWN: Final[dict[str, tuple[str, ...]]] = {
     "hawk/ddc/failing.py": ("failing_ticks",),
     "hawk/ddc/failsafe_watch.py": ("failsafe_watch",),
     "hawk/ddc/target_gate.py": ("target_gate", "service_interface"),
+    "hawk/comm/vehicle_kinds.py": ("mavlink_frames", "peer"),
     "hawk/comm/telemetry.py": ("telemetry", "telemetry_places"),
     "hawk/starts.py": ("starts", "goes_on"),
     "hawk/process.py": ("watchdog", "ticker", "priority"),

@@ -27,6 +27,7 @@ from hawk.comm.fence_rings import FenceRings
 from hawk.comm.mavlink_link import Link, Message, OnMessage
 from hawk.comm.peer import Expected
 from hawk.comm.vehicle import AutopilotError, VehicleTopics
+from hawk.comm.vehicle_kinds import ARDUPILOT, COPTERS
 from hawk.config import Config
 from hawk.ddc.failsafes import MAY_BE_MISSING
 from hawk.model.vehicle import mode_name
@@ -44,16 +45,11 @@ AT_ONCE: Final = 6
 PROBED: Final = ("FS_GCS_ENABLE", "FENCE_ENABLE", "FLTMODE_CH")
 """Parameters of every ArduCopter from 4.5 on: when none answers, nothing that we send is heard."""
 _NAME: Final = "Autopilot"
-_ARDUPILOT: Final = 3  # MAV_AUTOPILOT_ARDUPILOTMEGA
-_COPTERS: Final = {
-    2: "quadrotor", 3: "coaxial", 4: "helicopter", 13: "hexarotor", 14: "octorotor", 15: "tricopter",
-    29: "dodecarotor", 35: "decarotor", 43: "multirotor",
-}  # fmt: skip
-"""MAV_TYPE of what ArduCopter flies."""
 _OFF_DOWN_DEG: Final = 10.0
 """Beyond this a gimbal was not pointed down: a lot is mapped from straight above."""
 _VERSIONS: Final = ((4, 5), (4, 7))
 """Oldest and newest ArduCopter whose parameters were compared (`hawk.ddc.failsafes`)."""
+_MAVLINK_2: Final = "Set SERIALn_PROTOCOL of the autopilot's port to 2 (MAVLink 2), and restart the autopilot."
 _SIGNING: Final = (
     "MAVLink signing may be on in the autopilot: switch it off with a station that has the key. Else only one "
     "direction of the link works: check the wire from this computer's TX to the autopilot's RX."
@@ -159,14 +155,15 @@ async def _look(
     if not values:
         asked = ", ".join(PROBED)
         words = f"It is heard, but answers no request (asked for {asked})."
-        return [found, *_second_sender(autopilot), failed("Parameters", words, _SIGNING)]
+        return [found, *_senders(autopilot, config.autopilot.vehicle_system_id), failed("Parameters", words, _SIGNING)]
     await asyncio.sleep(tools.settle_s)
     found = _vehicle(autopilot, heard)  # the version may have come meanwhile
     if _is_armed(autopilot):
         return [found, failed("Motors", "The motors were started meanwhile.", "Land, then check again.")]
     gimbal = [_gimbal(autopilot.telemetry.gimbal.off_down(clock()))] if config.camera.gimbal else []
     failsafes = failsafe_results(config, values, autopilot.topics)
-    return [found, *_second_sender(autopilot), *gimbal, _parameters(values), *failsafes]
+    senders = _senders(autopilot, config.autopilot.vehicle_system_id)
+    return [found, *senders, *gimbal, _parameters(values), *failsafes]
 
 
 def _is_connected(autopilot: MavsdkAutopilot) -> bool:
@@ -214,6 +211,10 @@ def _not_found(url: str, autopilot: MavsdkAutopilot) -> CheckResult:
     if other:
         remedy = "Correct autopilot.vehicle_address and autopilot.vehicle_system_id, or stop that sender."
         return failed(_NAME, f"Not the expected autopilot is heard: {other}", remedy)
+    heard = autopilot.hearing.heard
+    if heard:
+        remedy = "Is the copter switched on? Then let its messages come this way, too (SERIALn_PROTOCOL, router)."
+        return failed(_NAME, f"No copter is heard at {url}, but: {heard}.", remedy)
     value = f"No autopilot is heard at {url}."
     if "opened" in autopilot.problem:
         value = f"{autopilot.problem.rstrip('.')}."
@@ -238,29 +239,37 @@ def not_found_remedy(url: str) -> str:
 
 def _vehicle(autopilot: MavsdkAutopilot, heard: _Heard) -> CheckResult:
     kind, vehicle = (int(heard.beat.get(name, -1)) for name in ("autopilot", "type"))
-    if kind != _ARDUPILOT:
+    if kind != ARDUPILOT:
         remedy = "Install ArduCopter on the autopilot, or name the right one in autopilot.vehicle_system_id."
         return failed(_NAME, f"It is no ArduPilot (MAV_AUTOPILOT {kind}).", remedy)
-    if vehicle not in _COPTERS:
+    if vehicle not in COPTERS:
         remedy = "Install ArduCopter: hawk flies no plane, rover or boat."
         return failed(_NAME, f"It is an ArduPilot, but no copter (MAV_TYPE {vehicle}).", remedy)
     state = autopilot.topics.state.value
     mode = mode_name(None if state is None else state.custom_mode)
     version = heard.version
     number = "" if version is None else f" {'.'.join(map(str, version))}"
-    words = f"ArduCopter{number}, {_COPTERS[vehicle]}, mode {mode}"
+    words = f"ArduCopter{number}, {COPTERS[vehicle]}, mode {mode}"
     if version is not None and not _VERSIONS[0] <= version[:2] <= _VERSIONS[1]:
         span = " to ".join(".".join(map(str, each)) for each in _VERSIONS)
         return warning(_NAME, f"{words}; hawk knows {span}.", "Install one of these, or read what has changed.")
     return passed(_NAME, f"{words}.")
 
 
-def _second_sender(autopilot: MavsdkAutopilot) -> list[CheckResult]:
-    other = autopilot.hearing.second_sender
-    if not other:
-        return []
-    remedy = "Find out who sends there; name the autopilot in autopilot.vehicle_address."
-    return [failed("Second sender", other, remedy)]
+def _senders(autopilot: MavsdkAutopilot, vehicle_id: int | None) -> list[CheckResult]:
+    """Judge the link's protocol, and who else is on it. ``vehicle_id``: autopilot.vehicle_system_id."""
+    found, results = autopilot.hearing, []
+    diagnostics = autopilot.topics.diagnostics.value
+    if diagnostics is not None and diagnostics.is_mavlink_1:
+        words = "The link speaks MAVLink 1, which has neither the accuracy of the position nor the fence."
+        results.append(failed("MAVLink", words, _MAVLINK_2))
+    if found.second_sender:
+        remedy = "Find out who sends there; name the autopilot in autopilot.vehicle_address."
+        results.append(failed("Second sender", found.second_sender, remedy))
+    if found.other_vehicles and vehicle_id is None:
+        words = f"Another copter is on the link: {found.other_vehicles}."
+        results.append(warning("Second copter", words, "Name yours in autopilot.vehicle_system_id."))
+    return results
 
 
 def _gimbal(off_down: float | None) -> CheckResult:

@@ -41,6 +41,7 @@ T = TypeVar("T")
 _FIND_S = 0.5
 _WATCH_S = 0.2
 _REOPEN_S = 5.0
+_LOOK_S = 1.0
 _RETRY_S = 0.5
 _CLOSE_S = 5.0
 _COMMAND_S = 2.5
@@ -341,16 +342,18 @@ class MavsdkAutopilot:
     async def _keep_link(self) -> None:
         """Open, find, and open again after 5 s of silence, until cancelled."""
         loop = asyncio.get_running_loop()
-        missing_since = loop.time()
+        missing_since = look_at = loop.time()
         while True:
             try:
                 await self.calls.run("open", self._link.open, deadline_s=_OPEN_S)
+                if self._link.found and loop.time() >= look_at:
+                    look_at = loop.time() + _LOOK_S
+                    await self.calls.run("look around", self._link.look_around)
                 if self._link.found or await self.calls.run("find", self._link.find, _FIND_S):
                     self._repeated.ends()
                     self.problem = ""
                 elif loop.time() - missing_since > self._settings.connect_timeout_s:
-                    url = self._settings.url
-                    raise AutopilotError(f"No autopilot is heard at autopilot.url {url!r}: is it on and sending here?")
+                    raise AutopilotError(self._nobody())
                 if self.telemetry.silence(self._clock()) > _REOPEN_S * self._clock.speed:
                     await self.calls.run("reopen", self._link.reopen, deadline_s=_OPEN_S)
                     await asyncio.sleep(_REOPEN_S)
@@ -361,6 +364,14 @@ class MavsdkAutopilot:
                     _LOG.warning("%s", line)
                 self.problem = str(error)
                 await asyncio.sleep(_WATCH_S if self._link.found else _RETRY_S)
+
+    def _nobody(self) -> str:
+        """Return why there is no autopilot: nobody is heard, or others are."""
+        url, found = self._settings.url, self._link.hearing()
+        heard = found.heard or found.second_sender
+        if heard:
+            return f"No copter is heard at autopilot.url {url!r}: is it on? Heard there: {heard.rstrip('.')}"
+        return f"No autopilot is heard at autopilot.url {url!r}: is it on and sending here?"
 
     async def _watch(self) -> None:
         """Notice silence, ask for missing streams, and keep a fast simulation's failsafe quiet."""

@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
+from hawk.comm.vehicle_kinds import GROUND_STATION, NO_AUTOPILOT, is_copter
+
 _V1, _V2 = 0xFE, 0xFD
 _HEADER: Final = {_V1: 6, _V2: 10}
 """Bytes before the payload, the magic among them."""
@@ -15,11 +17,9 @@ _SYSTEM: Final = {_V1: 3, _V2: 5}
 _HEARTBEAT: Final = 0  # message id
 _FIELDS: Final = struct.Struct("<IBBBBB")  # custom_mode, type, autopilot, base_mode, system_status, mavlink_version
 _CRC_EXTRA: Final = b"\x32"  # of HEARTBEAT
-_NOT_AN_AUTOPILOT: Final = 8  # MAV_AUTOPILOT_INVALID
-_ARDUPILOT: Final = 3  # MAV_AUTOPILOT_ARDUPILOTMEGA
+_NOT_AN_AUTOPILOT: Final = NO_AUTOPILOT
 _ARMED: Final = 128  # MAV_MODE_FLAG_SAFETY_ARMED
 
-_GROUND_STATION: Final = 6  # MAV_TYPE_GCS
 _ACTIVE: Final = 4  # MAV_STATE_ACTIVE
 _MAVLINK_2: Final = 3  # mavlink_version
 
@@ -29,10 +29,11 @@ AUTOPILOT_COMPONENT: Final = 1
 
 @dataclass(frozen=True, slots=True)
 class Heartbeat:
-    """A HEARTBEAT: its sender's ids, MAV_AUTOPILOT and MAV_MODE_FLAG bits."""
+    """A HEARTBEAT: its sender's ids, MAV_TYPE, MAV_AUTOPILOT and MAV_MODE_FLAG bits."""
 
     system: int
     component: int
+    kind: int
     autopilot: int
     base_mode: int
 
@@ -42,9 +43,14 @@ class Heartbeat:
         return self.component == AUTOPILOT_COMPONENT and self.autopilot != _NOT_AN_AUTOPILOT
 
     @property
+    def is_of_a_copter(self) -> bool:
+        """True when an ArduPilot sent it that flies a copter: no antenna tracker, plane, rover or other autopilot."""
+        return self.component == AUTOPILOT_COMPONENT and is_copter(self.kind, self.autopilot)
+
+    @property
     def is_disarmed_copter(self) -> bool:
-        """True when an ArduPilot sent it and its motors are off."""
-        return self.is_of_an_autopilot and self.autopilot == _ARDUPILOT and not self.base_mode & _ARMED
+        """True when a copter sent it and its motors are off."""
+        return self.is_of_a_copter and not self.base_mode & _ARMED
 
 
 def heartbeats(datagram: bytes) -> Iterator[Heartbeat]:
@@ -60,14 +66,14 @@ def heartbeats(datagram: bytes) -> Iterator[Heartbeat]:
         if message != _HEARTBEAT or end > len(datagram) or len(payload) > _FIELDS.size:
             continue
         if _checksum(frame[1:-2] + _CRC_EXTRA) == int.from_bytes(frame[-2:], "little"):
-            _, _, autopilot, base_mode, _, _ = _FIELDS.unpack(payload.ljust(_FIELDS.size, b"\0"))  # v2 cuts zeros off
+            _, kind, autopilot, base_mode, _, _ = _FIELDS.unpack(payload.ljust(_FIELDS.size, b"\0"))  # v2 cuts 0s
             system, component = frame[_SYSTEM[magic]], frame[_SYSTEM[magic] + 1]
-            yield Heartbeat(system, component, autopilot, base_mode)
+            yield Heartbeat(system, component, kind, autopilot, base_mode)
 
 
 def ground_station_heartbeat(system: int, component: int) -> bytes:
     """Return a ground station's HEARTBEAT as one MAVLink 2 frame, sequence 0."""
-    payload = _FIELDS.pack(0, _GROUND_STATION, _NOT_AN_AUTOPILOT, 0, _ACTIVE, _MAVLINK_2)
+    payload = _FIELDS.pack(0, GROUND_STATION, _NOT_AN_AUTOPILOT, 0, _ACTIVE, _MAVLINK_2)
     frame = bytes((len(payload), 0, 0, 0, system, component)) + _HEARTBEAT.to_bytes(3, "little") + payload
     return bytes((_V2,)) + frame + _checksum(frame + _CRC_EXTRA).to_bytes(2, "little")
 
@@ -78,6 +84,11 @@ def is_heartbeat(frame: bytes) -> bool:
     if magic == _V1:
         return len(frame) > _HEADER[_V1] and frame[5] == _HEARTBEAT
     return magic == _V2 and len(frame) > _HEADER[_V2] and int.from_bytes(frame[7:10], "little") == _HEARTBEAT
+
+
+def is_mavlink_1(datagram: bytes, system: int) -> bool | None:
+    """Return whether a datagram's first frame is MAVLink 1, when that system sent it; else None."""
+    return datagram[0] == _V1 if system_of(datagram) == system else None
 
 
 def system_of(datagram: bytes) -> int | None:

@@ -12,8 +12,9 @@ import json
 import logging
 import math
 import threading
+import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -24,13 +25,16 @@ from mavsdk.mavsdk import Configuration, Mavsdk
 from mavsdk.plugins.geofence import FenceType, Geofence, GeofenceData, Point, Polygon
 from mavsdk.plugins.mavlink_direct import MavlinkDirect, MavlinkMessage
 from mavsdk.plugins.telemetry import Telemetry
+from mavsdk.system import Autopilot as AutopilotKind
+from mavsdk.system import Vehicle as VehicleKind
 
 from hawk.addresses import SERIAL_KINDS
 from hawk.comm.claim import Claim, ClaimedError
 from hawk.comm.fence_rings import Corners, FenceRings
-from hawk.comm.mavlink_frames import AUTOPILOT_COMPONENT, ground_station_heartbeat
+from hawk.comm.mavlink_frames import AUTOPILOT_COMPONENT, Heartbeat, ground_station_heartbeat
 from hawk.comm.peer import FIRST_HEARD, Expected, PeerKeeper
 from hawk.comm.remote_id import ARM_STATUS, TRANSMITTERS
+from hawk.comm.roster import Roster
 from hawk.comm.udp_gate import NOBODY, Hearing, UdpGate, serves
 from hawk.comm.vehicle import AutopilotError
 from hawk.programs import Processes
@@ -62,12 +66,14 @@ class Message:
 
 @dataclass(frozen=True, slots=True)
 class SensorHealth:
-    """MAVSDK's summary of SYS_STATUS."""
+    """MAVSDK's summary of SYS_STATUS, and the link's protocol."""
 
     all_ok: bool = False
     armable: bool = False
     global_position_ok: bool = False
     home_position_ok: bool = False
+    is_mavlink_1: bool | None = None
+    """The autopilot sends MAVLink 1; None where its frames are not seen (serial, TCP)."""
 
 
 OnMessage = Callable[[Message], None]
@@ -135,6 +141,8 @@ class Link:
         self._claim = Claim(url)
         self._gate: UdpGate | None = None
         self._vehicle_id: int | None = None
+        self._roster = Roster(system_id)
+        self._listeners: dict[int, MavlinkDirect] = {}  # by system id
         self._system_id = system_id
         self._clock = clock
         self._on_message = on_message
@@ -180,7 +188,7 @@ class Link:
             gate.speaks = speaks
 
     def find(self, timeout_s: float) -> bool:
-        """Wait for the first heartbeat of an autopilot and subscribe to it; return False when none came in time."""
+        """Wait for the heartbeat of a copter and subscribe to it; return False when none came in time."""
         mavsdk = self._mavsdk
         if mavsdk is None or self._closed:
             return False
@@ -200,6 +208,17 @@ class Link:
             self.found = True
         return True
 
+    def look_around(self) -> None:
+        """Listen to the signs of life of every system on the link, also of those that came since."""
+        with self._lock:
+            if self._mavsdk is None or self._closed:
+                return
+            for system in self._mavsdk.get_systems():
+                number = int(system.get_system_id())
+                if number not in self._listeners:
+                    self._listeners[number] = direct = MavlinkDirect(system)
+                    direct.subscribe_message("HEARTBEAT", self._note)
+
     def reopen(self) -> None:
         """Remove the connection and add it again: MAVSDK's subscriptions survive it.
 
@@ -218,6 +237,7 @@ class Link:
             mavsdk, self._mavsdk = self._mavsdk, None
             gate, self._gate = self._gate, None
             self._direct = self._geofence = self._telemetry = self._system = self._connection = None
+            self._listeners.clear()
             self.found = False
         if mavsdk is not None:
             mavsdk.destroy()
@@ -228,8 +248,13 @@ class Link:
 
     def hearing(self) -> Hearing:
         """Return who is heard. Does not block."""
-        gate = self._gate
-        return NOBODY if gate is None else gate.hearing
+        gate, now = self._gate, time.monotonic()
+        found = NOBODY if gate is None else gate.hearing
+        vehicle, twin = self._vehicle_id, self._roster.twin(now)
+        words = f"{twin}, has our own MAVLink id: is it another hawk-drone on this autopilot?" if twin else ""
+        others = "" if vehicle is None else self._roster.other_vehicles(vehicle, now)
+        second = found.second_sender or words
+        return replace(found, second_sender=second, heard=self._roster.names(now), other_vehicles=others)
 
     def send(self, name: str, fields: Mapping[str, Any]) -> None:
         """Send one message and do not wait (0.2 ms over UDP). Raises AutopilotError when it could not be sent."""
@@ -293,6 +318,7 @@ class Link:
                 armable=bool(health.is_armable),
                 global_position_ok=bool(health.is_global_position_ok),
                 home_position_ok=bool(health.is_home_position_ok),
+                is_mavlink_1=self.hearing().is_mavlink_1,
             )
         except RuntimeError:  # destroyed meanwhile
             return SensorHealth()
@@ -313,20 +339,37 @@ class Link:
         return self._gate.attach(mavsdk.add_any_connection_with_handle)
 
     def _vehicle(self, mavsdk: Mavsdk, timeout_s: float) -> Any:
-        """Return the expected autopilot; None when it was not heard in time."""
-        first = mavsdk.first_autopilot(timeout_s)
+        """Return the expected copter; None when it was not heard in time."""
+        if mavsdk.first_autopilot(timeout_s) is None:
+            return None
+        self.look_around()
         gate = self._gate
-        wanted = self._expected.system_id if gate is None else gate.system_id
-        if first is None or wanted is None or first.get_system_id() == wanted:
-            return first
-        systems = (system for system in mavsdk.get_systems() if system.get_system_id() == wanted)
-        return next((system for system in systems if system.has_autopilot()), None)
+        if gate is not None:
+            wanted = gate.system_id  # by the type in its heartbeat, too
+            fitting = [system for system in mavsdk.get_systems() if wanted in (None, system.get_system_id())]
+            return next((system for system in fitting if system.has_autopilot()), None)
+        wanted = self._expected.system_id
+        number = self._roster.vehicle(wanted, time.monotonic())
+        systems = [system for system in mavsdk.get_systems() if wanted in (None, system.get_system_id())]
+        if number is None:  # its next heartbeat will say so, a second later
+            return next((system for system in systems if _is_copter(system)), None)
+        return next((system for system in systems if system.get_system_id() == number), None)
 
     def _target(self) -> tuple[MavlinkDirect, int]:
         direct, system = self._direct, self._system
         if direct is None or system is None:
             raise AutopilotError("No autopilot found yet")
         return direct, int(system.get_system_id())
+
+    def _note(self, message: MavlinkMessage, _: object) -> None:
+        """Note a HEARTBEAT of any system."""
+        try:
+            fields = json.loads(message.fields_json)
+            kind, autopilot, mode = (int(fields[name]) for name in ("type", "autopilot", "base_mode"))
+        except (ValueError, KeyError, TypeError):
+            return
+        beat = Heartbeat(int(message.system_id), int(message.component_id), kind, autopilot, mode)
+        self._roster.take(beat, time.monotonic())
 
     def _receive(self, message: MavlinkMessage, _: object) -> None:
         arrival = self._clock()
@@ -338,6 +381,12 @@ class Link:
             _LOG.warning("%s of the autopilot cannot be read", message.message_name)
             return
         self._on_message(Message(message.message_name, fields, arrival))
+
+
+def _is_copter(system: Any) -> bool:
+    """Return True for what MAVSDK itself takes for an ArduPilot with a multicopter."""
+    is_known = system.has_autopilot() and system.autopilot_type() is AutopilotKind.ARDUPILOT
+    return bool(is_known and system.vehicle_type() is VehicleKind.MULTICOPTER)
 
 
 def _is_its_word(message: MavlinkMessage) -> bool:

@@ -1,8 +1,8 @@
 """Whose datagrams are the autopilot's. Secret: the rule by which a sender is kept, and when another one replaces it.
 
-UDP has no connection: anybody who reaches the port can send. The first sender of an autopilot's HEARTBEAT is kept while
-it is heard. Without MAVLink signing nothing distinguishes a forged sender's address from a true one; the limits of this
-rule are in docs/threat-model.md.
+UDP has no connection: anybody who reaches the port can send. The first sender of a copter's HEARTBEAT is kept while it
+is heard; an antenna tracker or a rover is none. Without MAVLink signing nothing distinguishes a forged sender's address
+from a true one; the limits of this rule are in docs/threat-model.md.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from hawk.comm.mavlink_frames import heartbeats, system_of
+from hawk.comm.vehicle_kinds import kind_words
 
 Address = tuple[str, int]
 """Host (a number, not a name) and port."""
@@ -64,7 +65,7 @@ class PeerKeeper:
         self._strangers: dict[Address | str, float] = {}  # when each was heard first
         self._shown: _Shown | None = None
         self.kept: Address | None = None
-        """The sender that is heard; None before the first HEARTBEAT of an autopilot."""
+        """The sender that is heard; None before the first HEARTBEAT of a copter."""
         self.system_id = expected.system_id
         """The autopilot's MAVLink system id: as expected, else that of the first one heard."""
         self.refused = 0
@@ -92,9 +93,10 @@ class PeerKeeper:
         return "" if shown is None or now - shown.last > SHOWN_S else shown.words
 
     def _replaces(self, sender: Address, datagram: bytes, now: float) -> bool:
-        beats = [beat.system for beat in heartbeats(datagram) if beat.is_of_an_autopilot]
-        if self.kept is None and not beats:
+        found = [beat for beat in heartbeats(datagram) if beat.is_of_an_autopilot]
+        if self.kept is None and not found:
             return False  # an autopilot's first second, or noise
+        beats = [beat.system for beat in found if beat.is_of_a_copter]
         is_expected = self._expected.allows(sender) and (self.system_id in beats if self.system_id else bool(beats))
         first = self._note(sender, datagram, now)
         if not is_expected:
@@ -128,6 +130,10 @@ class PeerKeeper:
         system = system_of(datagram)
         who = address_text(sender) + (" (no MAVLink)" if system is None else f" (system {system})")
         if self.kept is None:
+            beat = next((beat for beat in heartbeats(datagram) if beat.is_of_an_autopilot), None)
+            if beat is not None and not beat.is_of_a_copter:
+                kind = kind_words(beat.kind, beat.autopilot)
+                return f"{who} sends to the autopilot's port, but is no ArduCopter: {kind}."
             return f"{who} sends to the autopilot's port, but is not the expected autopilot."
         return f"{who} sends to the autopilot's port, too. It is not heard."
 

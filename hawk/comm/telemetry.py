@@ -36,6 +36,12 @@ _FIX_3D: Final = 3  # GPS_FIX_TYPE_3D_FIX
 _GEOFENCE: Final = 1 << 20  # MAV_SYS_STATUS_GEOFENCE
 _FRESH_S: Final = 1.0
 _GPS_FRESH_S: Final = 3.0
+_SATELLITES_UNKNOWN: Final = 255
+_EXTENSIONS: Final = {
+    "GPS_RAW_INT": ("alt_ellipsoid", "h_acc", "v_acc", "vel_acc", "hdg_acc", "yaw"),
+    "HOME_POSITION": ("time_usec",),
+}
+"""Fields that MAVLink 2 added, of messages that an ArduCopter sends with at least one of them."""
 _NOT_SHIFTED: Final = (0.0, 0.0)
 _STAMPED: Final = frozenset(
     {
@@ -87,8 +93,9 @@ class Telemetry:
         self.texts = StatusTexts()
         self.state = VehicleState()
         """The autopilot's state as last heard."""
-        self._gps: tuple[int, int, float | None] | None = None  # fix, satellites, accuracy (m)
+        self._gps: tuple[int, int | None, float | None] | None = None  # fix, satellites, accuracy (m)
         self._fence_on: bool | None = None
+        self._has_extensions = dict.fromkeys(_EXTENSIONS, True)  # until one came without
         self._global: tuple[float, GlobalPose] | None = None
         self._boot: Moment | None = None
         self._remote_control = RemoteControlReports(topics.remote_control)
@@ -354,8 +361,13 @@ class Telemetry:
                 time=arrival,
                 estimator_fault=fault,
                 fence_on=self._fence_on,
+                is_mavlink_1=self._speaks_mavlink_1(health.is_mavlink_1),
             )
         )
+
+    def _speaks_mavlink_1(self, seen: bool | None) -> bool:
+        """Return whether the link speaks MAVLink 1: as its frames say, else when what version 2 added is missing."""
+        return not any(self._has_extensions.values()) if seen is None else seen
 
     def _on_estimator(self, fields: Mapping[str, Any], arrival: float) -> None:
         self._estimator.take(fields, arrival)  # SYS_STATUS publishes it: the age of diagnostics is its age
@@ -365,14 +377,19 @@ class Telemetry:
 
     def _on_gps(self, fields: Mapping[str, Any], _: float) -> None:
         self._remote_id.take_gps(fields)
-        accuracy = int(fields.get("h_acc") or 0)
+        self._note_extensions("GPS_RAW_INT", fields)
+        accuracy, satellites = int(fields.get("h_acc") or 0), int(fields["satellites_visible"])
         self._gps = (
             int(fields["fix_type"]),
-            int(fields["satellites_visible"]),
+            None if satellites == _SATELLITES_UNKNOWN else satellites,
             accuracy / 1000.0 if accuracy else None,
         )
 
+    def _note_extensions(self, name: str, fields: Mapping[str, Any]) -> None:
+        self._has_extensions[name] = any(fields.get(field) for field in _EXTENSIONS[name])
+
     def _on_home(self, fields: Mapping[str, Any], _: float) -> None:
+        self._note_extensions("HOME_POSITION", fields)
         home = GlobalPose(int(fields["latitude"]) / 1e7, int(fields["longitude"]) / 1e7, int(fields["altitude"]) / 1e3)
         self.tie.home = home
         self._topics.home.publish(home)

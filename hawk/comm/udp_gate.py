@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from typing import Any, Final, TypeVar
 from urllib.parse import urlsplit
 
-from hawk.comm.mavlink_frames import is_heartbeat
+from hawk.comm.mavlink_frames import is_heartbeat, is_mavlink_1
 from hawk.comm.peer import PeerKeeper, address_text
 
 _LOG = logging.getLogger(__name__)
@@ -41,7 +41,7 @@ _KINDS: Final = ("udpin", "udpout")
 
 @dataclass(frozen=True, slots=True)
 class Hearing:
-    """Senders on the link. All empty where no gate is needed (serial, TCP)."""
+    """Senders on the link. Addresses are empty where no gate is needed (serial, TCP)."""
 
     sender: str = ""
     """Address of the kept sender."""
@@ -49,6 +49,12 @@ class Hearing:
     """Words for another sender while it is heard."""
     refused: int = 0
     """Datagrams that were not passed; those that the kernel dropped are not counted."""
+    is_mavlink_1: bool | None = None
+    """The autopilot sends MAVLink 1; None where that is not known."""
+    heard: str = ""
+    """Systems that give signs of life, in words."""
+    other_vehicles: str = ""
+    """Other copters on the link, in words; their messages are dropped."""
 
 
 NOBODY: Final = Hearing()
@@ -92,6 +98,7 @@ class UdpGate:
         self._period, self._in_period = -math.inf, 0
         self._hall_from = -math.inf
         self._fed_at = -math.inf
+        self._is_mavlink_1: bool | None = None
         self._kept: Any = None  # socket address of the kept sender
         self._ending, self._end = socket.socketpair()
         self._thread = threading.Thread(target=self._run, name="autopilot-gate", daemon=True)
@@ -125,6 +132,7 @@ class UdpGate:
             "" if kept is None else address_text(kept),
             self._keeper.second_sender(self._monotonic()),
             self._keeper.refused,
+            self._is_mavlink_1,
         )
 
     def close(self) -> None:
@@ -185,6 +193,7 @@ class UdpGate:
                 self._from_hall(self._hall, data, sender)
             return
         self._keeper.heard(self._monotonic())
+        self._note_version(data)
         self._feed(data)
 
     def _from_mavsdk(self, data: bytes, _: Any) -> None:
@@ -214,7 +223,14 @@ class UdpGate:
                 _LOG.warning("The autopilot is heard from %s, no longer from %s", sender, before)
             self._kept = sender
             self._connect(hall)
+        self._note_version(data)
         self._feed(data)
+
+    def _note_version(self, data: bytes) -> None:
+        system = self._keeper.system_id
+        found = None if system is None else is_mavlink_1(data, system)
+        if found is not None:
+            self._is_mavlink_1 = found
 
     def _connect(self, hall: socket.socket) -> None:
         """Make the line to the kept sender. Without one (another kernel than Linux) the hall serves for it, too."""

@@ -120,6 +120,10 @@ def _gps(facts: Facts, limit: float) -> CheckItem:
     good = has_fix and accuracy is not None and accuracy <= limit
     if good and found.global_position_ok and facts.health("position").is_healthy:
         return _passed("GPS", text)
+    if found.is_mavlink_1 and accuracy is None:
+        text = f"{text}: the link speaks MAVLink 1, which has none"
+        remedy = "Set SERIALn_PROTOCOL of the autopilot's port to 2, restart it."
+        return _failed("GPS", text, "The drone would not know where it is.", remedy)
     return _failed("GPS", text, "The drone would not know where it is.", "Wait under open sky.")
 
 

@@ -112,6 +112,8 @@ class Diagnostics:
     """Why the position estimator is not to be trusted; empty when it is. Then ``global_position_ok`` is False too."""
     fence_on: bool | None = None
     """The autopilot says that a fence is enabled, whatever enabled it; None while it was not heard."""
+    is_mavlink_1: bool = False
+    """The link speaks MAVLink 1, which has no accuracy."""
 
 
 @dataclass(frozen=True, slots=True)

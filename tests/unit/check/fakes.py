@@ -10,7 +10,7 @@ from typing import Any
 from hawk.check.autopilot import AutopilotTools, ReadingLink
 from hawk.comm.camera_sources.source import CameraError, CameraSource, SourceFrame
 from hawk.comm.clock import Clock
-from hawk.comm.mavlink_link import Message, OnMessage
+from hawk.comm.mavlink_link import Message, OnMessage, SensorHealth
 from hawk.comm.peer import Expected
 from hawk.comm.udp_gate import NOBODY, Hearing
 from hawk.programs import Processes
@@ -60,6 +60,7 @@ class FakeVehicle:
         self.is_heard, self.is_armed = is_heard, is_armed
         self.settle_s = 0.05
         self.hearing: Hearing = NOBODY
+        self.health = SensorHealth(True, True, True, True)
         self.beat = beat or {}
         self.problems: list[str] = []
         self.links: list[FakeReadingLink] = []
@@ -75,7 +76,7 @@ class FakeVehicle:
     def _make(self, url: str, system_id: int, clock: Clock, on_message: OnMessage, expected: Expected) -> FakeLink:
         link = FakeReadingLink(url, system_id, clock, on_message, expected)
         link.answer, link.heard, link.problems = self._answer, self.hearing, self.problems
-        link.appears = self.is_heard
+        link.appears, link.health = self.is_heard, self.health
         self.links.append(link)
         find = link.find
 

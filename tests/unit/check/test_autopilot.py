@@ -13,9 +13,10 @@ from hawk.comm import commands
 from hawk.comm.clock import Clock
 from hawk.comm.commands import MavCommand
 from hawk.comm.fence_rings import FenceRings
+from hawk.comm.mavlink_link import SensorHealth
 from hawk.comm.udp_gate import Hearing
 from hawk.comm.vehicle import AutopilotError
-from hawk.config import Config
+from hawk.config import AutopilotSettings, Config
 from hawk.model.poses import GlobalPose
 from hawk.model.vehicle import CopterMode
 from tests.unit.check.fakes import GOOD, FakeReadingLink, FakeVehicle, write_process
@@ -207,6 +208,33 @@ async def test_an_autopilot_that_is_not_heard_fails_with_the_remedy_of_its_link(
     found = (await look(FakeVehicle(GOOD, is_heard=False), tmp_path, with_url(url)))["Autopilot"]
     assert found.outcome is Outcome.FAILED
     assert words in found.remedy == not_found_remedy(url)
+
+
+async def test_who_is_heard_in_place_of_a_copter_is_named(tmp_path: Path) -> None:
+    vehicle = FakeVehicle(GOOD, is_heard=False)
+    vehicle.hearing = Hearing(heard="antenna tracker (ArduPilot), system 2")
+    found = (await look(vehicle, tmp_path))["Autopilot"]
+    assert found.outcome is Outcome.FAILED
+    assert "No copter is heard at" in found.value
+    assert "antenna tracker (ArduPilot), system 2" in found.value
+
+
+async def test_another_copter_is_a_warning_until_ours_is_named(tmp_path: Path) -> None:
+    vehicle = FakeVehicle(GOOD)
+    vehicle.hearing = Hearing(other_vehicles="hexarotor (ArduPilot), system 3")
+    found = (await look(vehicle, tmp_path))["Second copter"]
+    assert found.outcome is Outcome.WARNING
+    assert "hexarotor (ArduPilot), system 3" in found.value
+    named = Config(autopilot=AutopilotSettings(vehicle_system_id=1))
+    assert "Second copter" not in await look(vehicle, tmp_path, named)
+
+
+async def test_a_link_of_mavlink_1_fails_with_its_remedy(tmp_path: Path) -> None:
+    vehicle = FakeVehicle(GOOD)
+    vehicle.health = SensorHealth(True, True, True, True, is_mavlink_1=True)
+    found = (await look(vehicle, tmp_path))["MAVLink"]
+    assert found.outcome is Outcome.FAILED
+    assert "SERIALn_PROTOCOL" in found.remedy
 
 
 async def test_an_unexpected_autopilot_is_named(tmp_path: Path) -> None:

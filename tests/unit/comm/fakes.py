@@ -113,6 +113,7 @@ class FakeLink(Link):
     appears: bool = True
     found: bool = False
     opened: int = 0
+    looked: int = 0
     reopened: int = 0
     closed: bool = False
     voices: list[bool] = field(default_factory=list)
@@ -126,6 +127,9 @@ class FakeLink(Link):
         self.opened += 1
         if self.problems:
             raise AutopilotError(self.problems.pop(0))
+
+    def look_around(self) -> None:
+        self.looked += 1
 
     def find(self, timeout_s: float) -> bool:
         self.found = self.appears

@@ -17,7 +17,7 @@ from hawk.comm.fence_rings import Corners, FenceRings
 from hawk.comm.frames import offset_ned
 from hawk.comm.mavlink_link import Message, OnMessage
 from hawk.comm.peer import Expected
-from hawk.comm.udp_gate import Hearing
+from hawk.comm.udp_gate import NOBODY, Hearing
 from hawk.comm.vehicle import Autopilot, AutopilotError, VehicleTopics
 from hawk.config import AutopilotSettings
 from hawk.model.limits import Fence
@@ -163,6 +163,35 @@ async def test_a_link_that_cannot_be_opened_says_why_and_is_tried_again(rig: Rig
     assert "autopilot.url" in rig.autopilot.problem
     await until(lambda: rig.autopilot.problem == "")  # the loop hears of the open link a moment after the thread
     assert rig.link.found
+
+
+@pytest.mark.parametrize(
+    ("heard", "words"),
+    [
+        (NOBODY, "No autopilot is heard at autopilot.url 'udpin://127.0.0.1:14550': is it on and sending here?"),
+        (
+            Hearing(heard="antenna tracker (ArduPilot), system 2"),
+            "No copter is heard at autopilot.url 'udpin://127.0.0.1:14550': is it on? "
+            "Heard there: antenna tracker (ArduPilot), system 2",
+        ),
+        (
+            Hearing(second_sender="10.0.0.6:5 (system 2) sends."),
+            "No copter is heard at autopilot.url 'udpin://127.0.0.1:14550': is it on? "
+            "Heard there: 10.0.0.6:5 (system 2) sends",
+        ),
+    ],
+)
+async def test_who_is_heard_in_place_of_a_copter_is_named(rig: Rig, heard: Hearing, words: str) -> None:
+    rig.link.appears, rig.link.heard = False, heard
+    await rig.autopilot.start()
+    await until(lambda: bool(rig.autopilot.problem))
+    assert rig.autopilot.problem == words
+
+
+async def test_the_link_looks_around_for_others_once_a_second(rig: Rig) -> None:
+    await rig.connect()
+    await until(lambda: rig.link.looked >= 1)
+    assert rig.link.looked <= 2
 
 
 @pytest.mark.parametrize("part", ["open", "find"])

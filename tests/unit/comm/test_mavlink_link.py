@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import os
 import socket
@@ -388,3 +389,104 @@ def test_a_link_that_calls_out_hears_only_whom_it_called(made: list[Any]) -> Non
         assert time.monotonic() < deadline
     assert called.wait("HEARTBEAT").get_srcSystem() == 245
     assert link.hearing().sender == f"127.0.0.1:{called.address[1]}"
+
+
+class Line:
+    """A serial line or router: a TCP server to which MAVSDK connects. ``present`` give signs of life."""
+
+    def __init__(self) -> None:
+        self._server = socket.create_server(("127.0.0.1", 0))
+        self._server.settimeout(WAIT_S)
+        self.url = f"tcpout://127.0.0.1:{self._server.getsockname()[1]}"
+        self.present: list[tuple[int, int, int, int]] = []  # system, component, MAV_TYPE, MAV_AUTOPILOT
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="line", daemon=True)
+        self._thread.start()
+
+    def _run(self) -> None:
+        with contextlib.suppress(OSError):
+            served, _ = self._server.accept()
+            with served:
+                while not self._stop.wait(HEARTBEAT_S):
+                    for system, component, kind, autopilot in self.present:
+                        message = mavlink.MAVLink_heartbeat_message(kind, autopilot, 0, 4, 4, 3)
+                        served.sendall(message.pack(mavlink.MAVLink(None, system, component)))
+
+    def close(self) -> None:
+        self._stop.set()
+        self._server.close()
+        self._thread.join()
+
+
+TRACKER, QUADROTOR, GIMBAL, HEXAROTOR, TWIN = (
+    (2, 1, 5, 3),
+    (1, 1, 2, 3),
+    (1, 154, 26, 8),
+    (3, 1, 13, 3),
+    (245, 190, 6, 8),
+)
+
+
+def wait_for(true: Callable[[], object]) -> None:
+    deadline = time.monotonic() + WAIT_S
+    while not true():
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+
+
+def test_on_a_line_with_a_tracker_the_copter_is_waited_for_and_everybody_named(made: list[Any]) -> None:
+    line, heard = Line(), Heard()
+    link = Link(line.url, 245, lambda: 1.0, heard.take)
+    made += [line, link]
+    line.present = [TRACKER, TWIN]
+    link.open()
+    wait_for(lambda: link.find(0.2) or "system 2" in link.hearing().heard)
+    for _ in range(3):
+        assert not link.find(0.1), "a tracker is not flown"
+    assert "antenna tracker (ArduPilot), system 2" in link.hearing().heard
+    wait_for(lambda: [link.find(0.1), link.hearing().second_sender][1])
+    assert link.hearing().second_sender == (
+        "ground station, system 245, component 190, has our own MAVLink id: is it another hawk-drone on this autopilot?"
+    )
+    line.present = [TRACKER, GIMBAL, QUADROTOR]
+    wait_for(lambda: link.find(0.2))
+    heard.wait("HEARTBEAT")
+    line.present.append(HEXAROTOR)
+    deadline = time.monotonic() + WAIT_S
+    while not link.hearing().other_vehicles:
+        link.look_around()
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    assert link.hearing().other_vehicles == "hexarotor (ArduPilot), system 3"
+    assert link.hearing().is_mavlink_1 is None, "a line shows no frames"
+    link.look_around()
+    assert {one.fields["type"] for one in heard.messages if one.name == "HEARTBEAT"} == {2}
+
+
+def test_on_a_line_the_named_vehicle_is_found_among_others(made: list[Any]) -> None:
+    line, heard = Line(), Heard()
+    link = Link(line.url, 245, lambda: 1.0, heard.take, Expected(system_id=3))
+    made += [line, link]
+    line.present = [QUADROTOR, TRACKER]
+    link.open()
+    for _ in range(8):
+        assert not link.find(0.2)
+    line.present.append(HEXAROTOR)
+    wait_for(lambda: link.find(0.2))
+    heard.wait("HEARTBEAT")
+    assert {one.fields["type"] for one in heard.messages if one.name == "HEARTBEAT"} == {13}
+
+
+def test_a_link_of_mavlink_1_is_known_by_its_frames(peer: Peer, link: Link) -> None:
+    wait_for(lambda: link.hearing().is_mavlink_1 is False)
+    assert link.sensor_health().is_mavlink_1 is False
+    frame = mavlink.MAVLink_attitude_message(72, 0, 0, 0, 0, 0, 0).pack(
+        mavlink.MAVLink(None, 1, 1), force_mavlink1=True
+    )
+    for _ in range(50):
+        peer.write(frame)
+        if link.hearing().is_mavlink_1:
+            break
+        time.sleep(0.01)
+    else:
+        pytest.fail("not noticed")

@@ -12,8 +12,8 @@ AGAIN = ("192.168.1.10", 5001)
 STRANGER = ("192.168.1.66", 6000)
 
 
-def beat(system: int = 1, component: int = 1, autopilot: int = 3) -> bytes:
-    message = mavlink.MAVLink_heartbeat_message(2, autopilot, 0, 4, 4, 3)
+def beat(system: int = 1, component: int = 1, autopilot: int = 3, kind: int = 2) -> bytes:
+    message = mavlink.MAVLink_heartbeat_message(kind, autopilot, 0, 4, 4, 3)
     return bytes(message.pack(mavlink.MAVLink(None, system, component)))
 
 
@@ -134,3 +134,40 @@ def test_while_the_kept_sender_is_heard_nobody_else_is(events: list[tuple[tuple[
         now += pause / 2
         keeper.heard(now)
         assert (keeper.kept, keeper.system_id) == (AUTOPILOT, 1)
+
+
+TRACKER, ROVER = 5, 10
+
+
+@pytest.mark.parametrize(
+    ("other", "words"),
+    [
+        (beat(2, kind=TRACKER), "antenna tracker (ArduPilot)"),
+        (beat(2, kind=ROVER), "rover (ArduPilot)"),
+        (beat(2, autopilot=12), "quadrotor (PX4)"),
+        (beat(2, kind=77), "MAV_TYPE 77 (ArduPilot)"),
+    ],
+)
+def test_what_is_no_arducopter_is_named_and_never_kept(other: bytes, words: str) -> None:
+    keeper = PeerKeeper(Expected())
+    for second in range(40):
+        assert not keeper.admit(STRANGER, other, float(second))
+    assert keeper.second_sender(40.0) == (
+        f"192.168.1.66:6000 (system 2) sends to the autopilot's port, but is no ArduCopter: {words}."
+    )
+    assert keeper.admit(AUTOPILOT, beat(), 41.0), "the copter is, whoever came first"
+    assert (keeper.kept, keeper.system_id) == (AUTOPILOT, 1)
+
+
+def test_a_copter_behind_the_router_of_a_tracker_is_kept_by_its_own_id() -> None:
+    keeper = PeerKeeper(Expected())
+    assert not keeper.admit(AUTOPILOT, beat(2, kind=TRACKER), 0.0)
+    assert keeper.admit(AUTOPILOT, beat(2, kind=TRACKER) + beat(1), 0.1)
+    assert (keeper.system_id, keeper.second_sender(0.1)) == (1, "")
+
+
+def test_a_system_id_that_was_named_and_is_no_copter_is_not_kept() -> None:
+    keeper = PeerKeeper(Expected(system_id=2))
+    assert not keeper.admit(AUTOPILOT, beat(2, kind=TRACKER), 0.0)
+    assert not keeper.admit(AUTOPILOT, beat(1), 0.0)
+    assert keeper.admit(AUTOPILOT, beat(2), 0.1)

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from hawk.comm.mavlink_link import Message
+from hawk.comm.mavlink_link import Message, SensorHealth
 from hawk.comm.streams import RateKeeper, wanted_streams
 from hawk.comm.telemetry import LINK_LOST_S
 from hawk.model.moment import Moment
@@ -734,3 +734,42 @@ def test_a_position_needs_a_fix_in_three_dimensions_of_the_last_three_seconds(
     shown = rig.topics.diagnostics.value
     assert shown is not None
     assert (shown.all_ok, shown.gps_fix, shown.satellites) == (False, None, None)
+
+
+@pytest.mark.parametrize(
+    ("frames", "gps", "home", "is_version_1"),
+    [
+        (None, {}, {}, True),
+        (None, {"v_acc": 900}, {}, False),
+        (None, {}, {"time_usec": 5}, False),
+        (True, {"v_acc": 900}, {"time_usec": 5}, True),
+        (False, {}, {}, False),
+    ],
+    ids=["nothing of version 2", "accuracy of the height", "time of home", "seen in frames", "version 2 in frames"],
+)
+def test_a_link_of_mavlink_1_is_known_by_its_frames_or_by_all_that_is_missing(
+    rig: Rig, frames: bool | None, gps: dict[str, int], home: dict[str, int], is_version_1: bool
+) -> None:
+    rig.health = SensorHealth(True, True, True, True, frames)
+    name, fields = rig.said.gps()
+    bare = {key: value for key, value in fields.items() if key not in ("h_acc", "v_acc", "alt_ellipsoid", "vel_acc")}
+    place, kept = rig.said.home()
+    rig.take((name, bare | gps), (place, kept | {"time_usec": 0} | home), rig.said.system())
+    found = rig.topics.diagnostics.value
+    assert found is not None
+    assert (found.is_mavlink_1, found.horizontal_accuracy) == (is_version_1, None)
+
+
+def test_before_anything_is_missing_a_link_is_not_called_mavlink_1(rig: Rig) -> None:
+    rig.take(rig.said.system())
+    found = rig.topics.diagnostics.value
+    assert found is not None
+    assert not found.is_mavlink_1
+
+
+def test_an_unknown_number_of_satellites_is_none(rig: Rig) -> None:
+    name, fields = rig.said.gps()
+    rig.take((name, fields | {"satellites_visible": 255}), rig.said.system())
+    found = rig.topics.diagnostics.value
+    assert found is not None
+    assert found.satellites is None

@@ -221,6 +221,18 @@ async def test_a_poor_fix_does_not_pass(rig: Rig) -> None:
     assert check(rig, "GPS").value.startswith("no fix")
 
 
+async def test_an_accuracy_that_a_link_of_mavlink_1_cannot_send_is_no_poor_fix(rig: Rig) -> None:
+    rig.autopilot.topics.diagnostics.publish(
+        Diagnostics(True, True, True, True, 3, 10, None, rig.clock(), is_mavlink_1=True)
+    )
+    found = check(rig, "GPS")
+    assert not found.passed
+    assert found.value == "10 satellites, accuracy unknown: the link speaks MAVLink 1, which has none"
+    assert "SERIALn_PROTOCOL" in found.remedy
+    rig.autopilot.topics.diagnostics.publish(Diagnostics(True, True, True, True, 3, 10, None, rig.clock()))
+    assert check(rig, "GPS").value == "10 satellites, accuracy unknown"
+
+
 async def test_an_estimator_that_is_not_well_does_not_pass(rig: Rig) -> None:
     await rig.run(1)
     assert check(rig, "GPS").passed
