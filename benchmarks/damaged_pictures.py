@@ -41,13 +41,13 @@ def pictures(count: int, rng: np.random.Generator) -> list[NDArray[np.uint8]]:
 
 
 def encoded(picture: NDArray[np.uint8], restarts: int = 0) -> bytes:
-    """Return a picture as JPEG of quality 85, with a restart marker after so many MCUs."""
+    """Return a picture as JPEG of quality 85, with a restart marker after N MCUs."""
     options = [cv2.IMWRITE_JPEG_QUALITY, 85, cv2.IMWRITE_JPEG_RST_INTERVAL, restarts]
     return bytes(cv2.imencode(".jpg", picture, options)[1].tobytes())
 
 
 def noticed(jpegs: list[bytes], count: int, rng: np.random.Generator) -> float:
-    """Return the share of losses of so many bytes that are noticed."""
+    """Return the share of losses of N bytes that are noticed."""
     found = 0
     for k in range(TRIES):
         data = jpegs[k % len(jpegs)]

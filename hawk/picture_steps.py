@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 _LEAST: Final = 5.0
-"""Grey levels of a step that is told: smaller ones change no stall."""
+"""Grey levels of a step that is reported: smaller ones change no stall."""
 _AGREE: Final = 0.75
 """Share of a row's blocks that must step in the same direction."""
 _SHARPER: Final = 1.8

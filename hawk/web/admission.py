@@ -14,6 +14,7 @@ from hawk.web.access import ACCESS, OPEN_TO_ALL, Access, AccessBook
 from hawk.web.cookies import cookie_name, drop_cookie, set_strict_cookie
 from hawk.web.guesses import TokenGuesses, network_of
 from hawk.web.paced_log import PacedLog
+from hawk.web.proxied import place
 
 TOKEN_PARAMETER: Final = "token"  # noqa: S105 - the parameter's name
 LOGIN_COOKIE: Final = "login"
@@ -125,7 +126,7 @@ class Admission:
     def leave(self, request: web.Request) -> web.StreamResponse:
         """End the login, and return the answer that makes the browser forget it."""
         self.log_out(request)
-        response = web.Response(status=303, headers={hdrs.LOCATION: "/login"})
+        response = web.Response(status=303, headers={hdrs.LOCATION: place(request, "/login")})
         drop_cookie(request, response, LOGIN_COOKIE)
         drop_cookie(request, response, "session")
         return response
@@ -145,7 +146,7 @@ def _to_page(request: web.Request) -> web.Response:
     """Return the redirect to the page: always to this server, whatever the address asks for."""
     query = [(name, value) for name, value in request.query.items() if name != TOKEN_PARAMETER]
     location = f"{PAGE}?{urlencode(query)}" if _is_page(request) and query else PAGE
-    return web.Response(status=303, headers={hdrs.LOCATION: location})
+    return web.Response(status=303, headers={hdrs.LOCATION: place(request, location)})
 
 
 def _is_page(request: web.Request) -> bool:

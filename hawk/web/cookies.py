@@ -6,14 +6,18 @@ from urllib.parse import urlsplit
 
 from aiohttp import hdrs, web
 
+from hawk.web.proxied import is_secure, prefix_of
+
 
 def cookie_name(request: web.BaseRequest, purpose: str) -> str:
     """Return a cookie name of this server alone: cookies are shared by all ports of a host.
 
-    With TLS a browser takes a name with ``__Host-`` from this server only, never from one without TLS (RFC 6265bis).
+    With TLS a browser takes a name with ``__Host-`` from this server only, never from one without TLS (RFC 6265bis);
+    under a sub-path of a proxy, whose other paths are other servers, it is ``__Secure-``, with that path.
     """
-    prefix = "__Host-" if request.secure else ""
-    return f"{prefix}hawk_{purpose}_{_port(request.headers.get(hdrs.HOST, ''), is_secure=request.secure)}"
+    secure = is_secure(request)
+    prefix = ("__Secure-" if prefix_of(request) else "__Host-") if secure else ""
+    return f"{prefix}hawk_{purpose}_{_port(request.headers.get(hdrs.HOST, ''), is_secure=secure)}"
 
 
 def set_strict_cookie(
@@ -25,8 +29,8 @@ def set_strict_cookie(
         value,
         httponly=True,
         samesite="Strict",
-        path="/",
-        secure=request.secure,
+        path=f"{prefix_of(request)}/",
+        secure=is_secure(request),
         max_age=max_age,
     )
 

@@ -15,6 +15,7 @@ from typing import Final
 from aiohttp import hdrs, web
 
 from hawk.web.assets import ASK_AGAIN, Asset, content_type_of, etag_of
+from hawk.web.proxied import is_secure, place, prefix_of
 
 DOCS_DIRECTORY: Final = Path(__file__).parent / "docs_site"
 PREFIX: Final = "/docs/"
@@ -67,9 +68,9 @@ class Documentation:
         return response
 
 
-async def to_first_page(_: web.Request) -> web.StreamResponse:
+async def to_first_page(request: web.Request) -> web.StreamResponse:
     """Redirect to the folder: the links of its pages are relative."""
-    return web.Response(status=308, headers={hdrs.LOCATION: PREFIX})
+    return web.Response(status=308, headers={hdrs.LOCATION: place(request, PREFIX)})
 
 
 def read_asset(path: Path, caching: str) -> Asset | None:
@@ -86,7 +87,8 @@ def read_asset(path: Path, caching: str) -> Asset | None:
 
 def _headers(request: web.Request) -> dict[str, str]:
     """Return the policy of these pages: their own files and nothing else, so that none of them reaches the drone."""
-    site = f"{'https' if request.secure else 'http'}://{request.headers[hdrs.HOST]}{PREFIX}"
+    scheme = "https" if is_secure(request) else "http"
+    site = f"{scheme}://{request.headers[hdrs.HOST]}{prefix_of(request)}{PREFIX}"
     return {
         "Content-Security-Policy": f"default-src 'none'; script-src {site}; style-src {site}; img-src {site} data:; "
         f"connect-src {site}; form-action {site}; base-uri 'none'; frame-ancestors 'none'"

@@ -21,6 +21,7 @@ from hawk.web.access_keeper import KEEPER
 from hawk.web.admission import BEARER, Admission
 from hawk.web.guesses import is_loopback_peer
 from hawk.web.login_words import INCOMPLETE, WRONG, login_words
+from hawk.web.proxied import forwarding_header, is_secure, place
 
 FOLDER: Final = Path(__file__).parent / "login"
 LOGIN: Final = "/login"
@@ -55,7 +56,7 @@ class LoginPage:
     async def show(self, request: web.Request) -> web.StreamResponse:
         """Show the form; one who is logged in goes on to the page."""
         if not self._admission.asks_for_token or self._admission.by_login(request) is not None:
-            return web.Response(status=303, headers={hdrs.LOCATION: "/"})
+            return web.Response(status=303, headers={hdrs.LOCATION: place(request, "/")})
         return self.answer(request)
 
     def answer(
@@ -64,12 +65,15 @@ class LoginPage:
         """Return the form in the browser's language, with a message above it."""
         words = login_words(request.headers.get(hdrs.ACCEPT_LANGUAGE, ""))
         said, language = words.message(message)
-        is_open_line = not request.secure and not is_loopback_peer(request.remote)
+        is_near = is_loopback_peer(request.remote) and forwarding_header(request) is None
+        is_open_line = not is_secure(request) and not is_near
         text = self._page.substitute(
             {name: html.escape(value) for name, value in asdict(words).items()},
             message=f'<p class="bad" role="alert" lang="{language}">{html.escape(said)}</p>' if message else "",
             note=f'<p class="warn">{html.escape(words.open_line)}</p>' if is_open_line else "",
             typed_role=html.escape(role),
+            style_address=html.escape(place(request, "/login.css")),
+            form_address=html.escape(place(request, LOGIN)),
         )
         answer = web.Response(status=status, text=text, content_type="text/html", headers=FORM_HEADERS)
         if status == HTTPStatus.UNAUTHORIZED:
@@ -85,7 +89,7 @@ class LoginPage:
         if hdrs.ORIGIN not in request.headers:  # one of another site was refused before
             raise web.HTTPForbidden(text="Origin: is missing; log in on this server's page, or send Authorization")
         if not self._admission.asks_for_token:
-            return web.Response(status=303, headers={hdrs.LOCATION: "/"})
+            return web.Response(status=303, headers={hdrs.LOCATION: place(request, "/")})
         role, token = await _form(request)
         if role is None or not token:
             return self.answer(request, 400, INCOMPLETE)

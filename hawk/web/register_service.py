@@ -13,6 +13,7 @@ from typing import Final
 from aiohttp import hdrs, web
 
 from hawk.web.guesses import is_loopback_peer
+from hawk.web.proxied import forwarding_header
 from hawk.web.services import SERVICES
 
 ADDRESS: Final = "/register_service"
@@ -44,7 +45,7 @@ def add_route(app: web.Application) -> None:
 
 def is_for_everybody_here(request: web.BaseRequest) -> bool:
     """Return True for this question when a program of this computer asks it: no token is needed then."""
-    return request.path == ADDRESS and is_loopback_peer(request.remote)
+    return request.path == ADDRESS and is_loopback_peer(request.remote) and forwarding_header(request) is None
 
 
 async def register(request: web.Request) -> web.StreamResponse:

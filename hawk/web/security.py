@@ -22,6 +22,7 @@ from hawk.config import WebSettings
 from hawk.web.admission import TOKEN_PARAMETER, Admission
 from hawk.web.login_page import LOGIN, PUBLIC, LoginPage
 from hawk.web.login_words import WRONG
+from hawk.web.proxied import forwarding_header, is_secure, place
 from hawk.web.register_service import is_for_everybody_here
 from hawk.web.tls import Tls
 from hawk.web.tokens import TOKEN_FILE, Tokens
@@ -42,7 +43,9 @@ class InsecureBindingError(Exception):
 
 
 def check_binding(settings: WebSettings, tokens: Tokens, folder: Path) -> None:
-    """Refuse to serve beyond loopback without an operator's token. Raises InsecureBindingError naming the remedy.
+    """Refuse to serve beyond this computer without an operator's token: by an address, or by a name for a proxy.
+
+    Raises InsecureBindingError naming the remedy.
 
     Args:
         settings: Address of the server.
@@ -58,6 +61,12 @@ def check_binding(settings: WebSettings, tokens: Tokens, folder: Path) -> None:
         raise InsecureBindingError(
             f"web.host: {settings.host!r} can be reached from other machines and there is no operator's token; make "
             f"one with: {command} (or set web.token, or web.host to 127.0.0.1)"
+        )
+    others = [name for name in settings.allowed_hosts if not is_loopback(name)]
+    if others:
+        raise InsecureBindingError(
+            f"web.allowed_hosts: {others[0]!r} can be reached from other machines by a proxy, and there is no "
+            f"operator's token; make one with: {command} (or set web.token, or leave web.allowed_hosts empty)"
         )
 
 
@@ -88,6 +97,7 @@ class RequestCheck:
         try:
             self._check_version(request)
             self._check_host(request)
+            self._check_nearness(request)
             self._check_origin(request)
             is_open = request.path in PUBLIC or is_for_everybody_here(request)
             answer = None if is_open else self._admit(request)
@@ -105,7 +115,7 @@ class RequestCheck:
             if not is_page or "text/html" not in request.headers.get(hdrs.ACCEPT, ""):
                 if is_page and request.path == "/" and refusal.status == HTTPStatus.UNAUTHORIZED:
                     # BlueOS looks for a page here before it asks for a name, and follows this whatever the status
-                    refusal.headers[hdrs.LOCATION] = LOGIN
+                    refusal.headers[hdrs.LOCATION] = place(request, LOGIN)
                 raise
             message = WRONG if request.query.get(TOKEN_PARAMETER) else ""
             if refusal.status == HTTPStatus.TOO_MANY_REQUESTS:
@@ -127,6 +137,19 @@ class RequestCheck:
         if name not in self._names and _address(name) is None:
             raise web.HTTPForbidden(text=f"Host: {name} is not a name of this server; add it to web.allowed_hosts")
 
+    def _check_nearness(self, request: web.Request) -> None:
+        """Without tokens, refuse what came through a proxy or a tunnel: from loopback, but not from this computer."""
+        if self._admission.asks_for_token:
+            return
+        header = forwarding_header(request)
+        name = _hostname(request.headers[hdrs.HOST]) or ""
+        if header is not None or not is_loopback(name):
+            proof = f"Host: {name}" if header is None else header
+            raise web.HTTPForbidden(
+                text=f"{proof}: this came from another computer, through a proxy or a tunnel, and this drone has no "
+                "operator's token; make one with: hawk-drone tokens rotate operator"
+            )
+
     @staticmethod
     def _check_origin(request: web.Request) -> None:
         """Refuse a foreign Origin: browsers send it with every WebSocket and POST, tools send none.
@@ -137,9 +160,11 @@ class RequestCheck:
             return
         for origin in request.headers.getall(hdrs.ORIGIN, []):
             parts = urlsplit(origin)
-            schemes = ("https",) if request.secure else ("http", "https")
+            schemes = ("https",) if is_secure(request) else ("http", "https")
             if parts.scheme not in schemes or parts.netloc.lower() != request.headers[hdrs.HOST].lower():
-                raise web.HTTPForbidden(text="Origin: only the page of this server may do that")
+                raise web.HTTPForbidden(
+                    text="Origin: only the page of this server may do that; a proxy must pass the header Host on"
+                )
 
 
 def headers_adder(tls: Tls | None) -> Callable[[web.Request, web.StreamResponse], Awaitable[None]]:
@@ -160,7 +185,7 @@ def headers_adder(tls: Tls | None) -> Callable[[web.Request, web.StreamResponse]
 async def add_headers(request: web.Request, response: web.StreamResponse) -> None:
     """Add the headers of every answer."""
     host = request.headers.get(hdrs.HOST, "")
-    plain = "" if request.secure else f" ws://{host}"
+    plain = "" if is_secure(request) else f" ws://{host}"
     sockets = f"{plain} wss://{host}" if _hostname(host) else ""
     response.headers.setdefault(
         "Content-Security-Policy",

@@ -12,7 +12,7 @@ const voice = new Voice(window, () => operator.preferences.sound);
 for (const gesture of ["pointerdown", "keydown"]) document.addEventListener(gesture, () => voice.allow(), { once: true });
 
 const operator: Operator = new Operator({
-  commandUrl: socketUrl("/ws", location),
+  commandUrl: socketUrl("ws", document.baseURI),
   open: openBrowserSocket,
   timers: browserTimers,
   wallClock: () => Date.now(),
@@ -44,16 +44,16 @@ async function readMessages(file: string): Promise<string> {
 }
 
 function logIn(): void {
-  location.replace("/login");
+  location.replace(new URL("login", document.baseURI));
 }
 
 async function checkLogin(): Promise<void> {
-  const status = await fetch("/api/session", { cache: "no-store" }).then((answer) => answer.status, () => 0);
+  const status = await fetch("api/session", { cache: "no-store" }).then((answer) => answer.status, () => 0);
   if (status === 401) logIn();
 }
 
 async function logOut(): Promise<void> {
-  const left = await fetch("/logout", { method: "POST" }).then((answer) => answer.ok || answer.status === 401, () => false);
+  const left = await fetch("logout", { method: "POST" }).then((answer) => answer.ok || answer.status === 401, () => false);
   if (left) logIn();
   else operator.tell({ level: "error", text: say("log-out-unanswered") });
 }

@@ -25,8 +25,13 @@ function connected(): {
 
 describe("the socket", () => {
   it("has the scheme of the page", () => {
-    assert.equal(socketUrl("/ws", { protocol: "http:", host: "drone:3000" }), "ws://drone:3000/ws");
-    assert.equal(socketUrl("/ws", { protocol: "https:", host: "drone" }), "wss://drone/ws");
+    assert.equal(socketUrl("ws", "http://drone:3000/"), "ws://drone:3000/ws");
+    assert.equal(socketUrl("ws", "https://drone/?view=map"), "wss://drone/ws");
+  });
+
+  it("is beside the page under a sub-path of a proxy", () => {
+    assert.equal(socketUrl("ws", "https://drones.example/hawk-1/"), "wss://drones.example/hawk-1/ws");
+    assert.equal(socketUrl("video", "https://drones.example/hawk-1/index.html"), "wss://drones.example/hawk-1/video");
   });
 
   it("connects again by itself, waiting longer each time", () => {

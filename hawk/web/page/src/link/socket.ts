@@ -28,7 +28,9 @@ export const browserTimers: Timers = {
 
 export const openBrowserSocket: OpenSocket = (url) => new WebSocket(url);
 
-/** Address of a WebSocket of the server that this page came from. */
-export function socketUrl(path: string, place: { protocol: string; host: string }): string {
-  return `${place.protocol === "https:" ? "wss:" : "ws:"}//${place.host}${path}`;
+/** Address of a WebSocket beside the page at this address: under the same sub-path of a proxy. */
+export function socketUrl(name: string, page: string): string {
+  const url = new URL(name, page);
+  url.protocol = url.protocol === "https:" ? "wss:" : "ws:";
+  return url.href;
 }

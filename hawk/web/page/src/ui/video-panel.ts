@@ -24,7 +24,7 @@ export class VideoPanel extends Part {
 
   override connectedCallback(): void {
     super.connectedCallback();
-    const url = socketUrl("/video", location);
+    const url = socketUrl("video", document.baseURI);
     this.link = new VideoLink(url, this.open, browserTimers, (frame) => this.show(frame));
     document.addEventListener("visibilitychange", this.visibility);
     this.visibility();
