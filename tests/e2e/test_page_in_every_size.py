@@ -77,6 +77,44 @@ async def test_safety_actions_and_map_in_every_size(browser: Browser, fake: Any,
     await everything_is_in_reach(page, "lost", SAFETY | HOME, screenshots)
 
 
+GROUND_SIZES = (*SIZES, (1280, 720), (1024, 768), (900, 900), (820, 1180))
+"""The same, common screens, and a tablet."""
+READABLE = """() => {
+  const shown = (selector) => [...document.querySelectorAll(selector)].find((each) => each.getClientRects().length > 0);
+  const failed = shown(".side .fix .h");
+  if (!failed) return shown(".side .tabs") ? ["no failed check is in the panel"] : [];
+  const { left, top, bottom } = failed.getBoundingClientRect();
+  const isSeen = (y) => failed.contains(document.elementFromPoint(left + 30, y));
+  return isSeen(top + 2) && isSeen(bottom - 2) ? [] : ["the failed check cannot be read"];
+}"""
+
+
+async def test_the_remedy_of_a_failed_check_is_the_next_step_in_every_size(
+    browser: Browser, fake: Any, screenshots: Path
+) -> None:
+    page = await browser.new_page(viewport={"width": 1440, "height": 900})
+    _, ground = await fake("ground")
+    await page.goto(ground)
+    await press(page, "Take control", 20)
+    remedy = {"remedy": '.guided [data-action="remedy"]'}
+    await expect(page.locator(remedy["remedy"])).to_be_visible()
+    found: dict[str, list[str]] = {}
+    for width, height in GROUND_SIZES:
+        await page.set_viewport_size({"width": width, "height": height})
+        await page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+        await page.screenshot(path=screenshots / f"ground-{width}x{height}.png")
+        problems = (await page.evaluate(MEASURE, SAFETY | remedy))["problems"] + await page.evaluate(READABLE)
+        if problems:
+            found[f"{width}x{height}"] = problems
+    assert found == {}
+    await page.set_viewport_size({"width": 390, "height": 844})
+    await page.locator('.guided [data-action="arm"]').click()
+    await expect(page.locator(".sheet .fix button")).to_be_focused()
+    await page.get_by_role("dialog", name="Menu").get_by_role("button", name="Close").click()
+    await page.locator(remedy["remedy"]).click()
+    await expect(page.locator('.guided [data-action="arm"].primary')).to_be_enabled(timeout=20_000)
+
+
 async def everything_is_in_reach(page: Page, state: str, selectors: dict[str, str], screenshots: Path) -> list[Any]:
     """Look at every size; return where Hold and Land are in each."""
     found, places = {}, []

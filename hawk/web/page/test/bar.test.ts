@@ -1,7 +1,7 @@
 import "./dom.ts";
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
-import type { Heartbeat } from "../src/protocol.ts";
+import type { CheckItem, Heartbeat } from "../src/protocol.ts";
 import { CELL } from "../src/state/tile-data.ts";
 import { ActionBar } from "../src/ui/action-bar.ts";
 import { leaveByEscape } from "../src/ui/escape.ts";
@@ -18,6 +18,10 @@ const SQUARE = [
   { North: 50, East: 50 },
   { North: 50, East: -50 },
 ];
+
+function failing(name: string, remedy: CheckItem["Remedy Command"] = null): CheckItem {
+  return { Name: name, Passed: false, Value: "", Consequence: "", Remedy: "", "Remedy Command": remedy };
+}
 
 async function bar(changes: Partial<Heartbeat> = {}): Promise<{ rig: Rig; stage: Stage<ActionBar> }> {
   const rig = flying(changes);
@@ -42,11 +46,13 @@ describe("the bar", () => {
     assert.equal(reason(stage, "Land"), "It is on the ground");
   });
 
-  it("keeps Arm shut while a check fails", async () => {
-    const failed = { Name: "GPS", Passed: false, Value: "", Consequence: "", Remedy: "", "Remedy Command": null };
-    const { stage } = await bar({ ...ON_GROUND, Checks: [failed], Options: [impossible("Arm", "GPS.")] });
-    assert.equal(stage.button("Arm").disabled, true);
+  it("keeps the motors off while a check fails: Arm shows the checks", async () => {
+    const { rig, stage } = await bar({ ...ON_GROUND, Checks: [failing("GPS")], Options: [impossible("Arm", "GPS.")] });
+    const opened: string[] = [];
+    stage.part.addEventListener("open-panel", (event) => opened.push((event as CustomEvent<string>).detail));
     assert.equal(reason(stage, "Arm"), "1 check failed");
+    await stage.press("Arm");
+    assert.deepEqual([opened, rig.sent(), rig.operator.question], [["checks"], [], null]);
   });
 
   it("sends what is pressed, once", async () => {
@@ -73,6 +79,16 @@ describe("the bar", () => {
       assert.deepEqual(rig.sent().map(({ Type, Confirmed }) => [Type, Confirmed]), [[type, undefined]]);
       assert.equal(stage.has("hawk-confirm"), false);
     }
+  });
+
+  it("shows the checks from the list of a low page, too", async () => {
+    const rig = flying({ ...ON_GROUND, Checks: [failing("GPS")], Options: [impossible("Arm", "GPS.")] });
+    const stage = new Stage(new MoreActions(), rig.operator);
+    const opened: string[] = [];
+    stage.part.addEventListener("open-panel", (event) => opened.push((event as CustomEvent<string>).detail));
+    await stage.drawn();
+    await stage.press("Arm");
+    assert.deepEqual([opened, rig.operator.question], [["checks"], null]);
   });
 
   it("asks the same from the list of a low page", async () => {
@@ -161,6 +177,69 @@ describe("the bar", () => {
       await stage.press("Cancel");
     }
     assert.deepEqual(rig.sent(), []);
+  });
+});
+
+describe("the remedy of a failed check", () => {
+  const FAILSAFES = failing("Failsafe", "Set Failsafes");
+  const offered = (...commands: string[]): Partial<Heartbeat> => ({ Options: [...possible(...commands), impossible("Arm", "Failsafe: off.")] });
+
+  it("is the bar's primary button, before Arm, and sends its command", async () => {
+    const checks = [failing("GPS"), FAILSAFES, failing("Link", "Set Failsafes")];
+    const { rig, stage } = await bar({ ...ON_GROUND, Checks: checks, ...offered("Set Failsafes") });
+    assert.deepEqual([...stage.part.querySelectorAll(".act.primary")].map((each) => words(each)), ["Set failsafes Mends 2 failed checks"]);
+    assert.deepEqual(stage.enabled(), ["More actions", "Set failsafes", "Arm"]);
+    await stage.press("Set failsafes");
+    assert.deepEqual(rig.sent().map((each) => each.Type), ["Set Failsafes"]);
+  });
+
+  it("is on the narrowest bar, where Arm alone was", async () => {
+    const { stage } = await bar({ ...ON_GROUND, Checks: [FAILSAFES], ...offered("Set Failsafes") });
+    const first = stage.part.querySelectorAll(".act.first:not(.more)");
+    assert.deepEqual([...first].map((each) => words(each.querySelector("b")!)), ["Set failsafes"]);
+    assert.equal(stage.part.querySelectorAll(".act.key").length, 3, "no more than there is room for");
+  });
+
+  it("allows arming after a cut, and opens the editor of the fence", async () => {
+    const cut = await bar({ ...ON_GROUND, Checks: [failing("Kill", "Clear Kill")], ...offered("Clear Kill") });
+    await cut.stage.press("Allow arming again");
+    assert.deepEqual(cut.rig.sent().map((each) => each.Type), ["Clear Kill"]);
+    const fence = await bar({ ...ON_GROUND, Checks: [failing("Fence", "Set Fence")], ...offered("Set Fence") });
+    const opened: string[] = [];
+    fence.stage.part.addEventListener("open-panel", (event) => opened.push((event as CustomEvent<string>).detail));
+    await fence.stage.press("Draw the fence");
+    assert.deepEqual([opened, fence.rig.sent()], [["fence"], []]);
+  });
+
+  it("is passed over while the drone would refuse it, and is a look at the checks where no command mends one", async () => {
+    const { rig, stage } = await bar({
+      ...ON_GROUND,
+      Checks: [FAILSAFES, failing("Kill", "Clear Kill")],
+      Options: [impossible("Set Failsafes", "They are being set."), ...possible("Clear Kill")],
+    });
+    assert.deepEqual([...stage.part.querySelectorAll(".act.primary b")].map((each) => words(each)), ["Allow arming again"]);
+    rig.hear({ Checks: [failing("GPS"), failing("Battery")], Options: [impossible("Arm", "GPS.")] });
+    await stage.drawn();
+    assert.deepEqual([...stage.part.querySelectorAll(".act.primary")].map((each) => words(each)), ["Show checks 2 failed: what to do"]);
+  });
+
+  it("is nothing in flight, nor for those who watch", async () => {
+    for (const changes of [{ Checks: [FAILSAFES] }, { ...ON_GROUND, "In Control": false, Controller: null, Checks: [FAILSAFES] }]) {
+      const { stage } = await bar({ ...changes, ...offered("Set Failsafes") });
+      assert.equal(stage.has('[data-action="remedy"]'), false);
+    }
+  });
+
+  it("hands the focus on: from Take control to it, from it to Arm", async () => {
+    const grounded = { ...ON_GROUND, Checks: [FAILSAFES], ...offered("Set Failsafes") };
+    const { rig, stage } = await bar({ ...grounded, "In Control": false, Controller: null });
+    stage.button("Take control").focus();
+    rig.hear({ "In Control": true, Controller: "Ana" });
+    await stage.drawn();
+    assert.match(words(document.activeElement!), /^Set failsafes/);
+    rig.hear({ "In Control": true, Controller: "Ana", Checks: [], Options: possible("Arm") });
+    await stage.drawn();
+    assert.match(words(document.activeElement!), /^Arm/);
   });
 });
 

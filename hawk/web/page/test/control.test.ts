@@ -4,13 +4,13 @@ import { describe, it } from "node:test";
 import { type Speaker, Voice } from "../src/link/voice.ts";
 import type { Heartbeat } from "../src/protocol.ts";
 import { Operator } from "../src/state/operator.ts";
+import { ActionBar } from "../src/ui/action-bar.ts";
 import { ControlNotePart } from "../src/ui/control-note.ts";
-import { OwnName } from "../src/ui/own-name.ts";
 import { banner } from "../src/words/banner.ts";
 import { controlNote, doneByAnother } from "../src/words/control.ts";
 import { stateWords } from "../src/words/glance.ts";
 import { FakeServer, FakeStorage, FakeTimers, settle } from "./fakes.ts";
-import { CIRCLE, heartbeat, view, welcome } from "./make.ts";
+import { heartbeat, view, welcome } from "./make.ts";
 import { flying } from "./rig.ts";
 import { Stage } from "./stage.ts";
 
@@ -196,20 +196,17 @@ describe("sound", () => {
 });
 
 describe("the name", () => {
-  it("is asked for once, kept, and sent again with each connection", async () => {
+  it("is asked for in the bar of those who watch, kept, and sent again with each connection", async () => {
     const storage = new FakeStorage();
     const { operator, server, timers } = opened({ storage });
-    server.last.say(heartbeat(GROUNDED));
-    const strip = new OwnName();
-    strip.asks = true;
-    const stage = new Stage(strip, operator);
+    server.last.say(heartbeat({ ...GROUNDED, ...WATCHING }));
+    const stage = new Stage(new ActionBar(), operator);
     await stage.drawn();
-    assert.match(stage.text, /What is your name\?/);
     assert.deepEqual(server.last.sent, [], "no name is sent before one is given");
-    stage.input("input").value = " Ana ";
+    stage.input("input[name=name]").value = " Ana ";
     stage.find("form").dispatchEvent(new Event("submit", { cancelable: true }));
     await stage.drawn();
-    assert.equal(stage.text, "");
+    assert.equal(stage.has("input[name=name]"), false);
     assert.deepEqual(named(server), ["Ana"]);
     server.last.break();
     timers.advance(300);
@@ -221,15 +218,24 @@ describe("the name", () => {
     assert.deepEqual(named(again.server), ["Ana"]);
   });
 
-  it("is optional", async () => {
+  it("is asked of those who join in flight, and leaves the one who flies alone", async () => {
     const { operator, server } = opened({});
-    server.last.say(heartbeat(GROUNDED));
-    const strip = new OwnName();
-    strip.asks = true;
-    const stage = new Stage(strip, operator);
+    server.last.say(heartbeat(WATCHING));
+    const stage = new Stage(new ActionBar(), operator);
     await stage.drawn();
-    await stage.press("Not now");
-    assert.equal(stage.text, "");
+    assert.match(stage.text, /Your name/);
+    server.last.say(heartbeat(MINE));
+    await stage.drawn();
+    assert.equal(stage.has("input[name=name]"), false, "the bar belongs to the flight");
+  });
+
+  it("is optional: left empty, nothing is sent", async () => {
+    const { operator, server } = opened({});
+    server.last.say(heartbeat({ ...GROUNDED, "In Control": false, Controller: null }));
+    const stage = new Stage(new ActionBar(), operator);
+    await stage.drawn();
+    stage.find("form").dispatchEvent(new Event("submit", { cancelable: true }));
+    await stage.press("Take control");
     assert.deepEqual(named(server), []);
   });
 
@@ -241,24 +247,6 @@ describe("the name", () => {
     server.last.say({ Type: "Ack", Id: id, Accepted: false, Reason: "Name: choose another name" });
     await settle();
     assert.equal(operator.toast?.text, "Name: choose another name");
-  });
-
-  it("is not asked for in flight or while the fence is drawn: the map needs the room", async () => {
-    const { operator, server } = opened({});
-    server.last.say(heartbeat({ ...GROUNDED, State: "Hover", Armed: true, Landed: "IN_AIR" }));
-    const strip = new OwnName();
-    strip.asks = true;
-    const stage = new Stage(strip, operator);
-    await stage.drawn();
-    assert.equal(stage.text, "");
-    server.last.say(heartbeat(GROUNDED));
-    await stage.drawn();
-    assert.match(stage.text, /What is your name/);
-    server.last.say(heartbeat({ ...GROUNDED, "Fence Setup": CIRCLE }));
-    operator.editFence();
-    assert.equal(operator.fence.open, true);
-    await stage.drawn();
-    assert.equal(stage.text, "");
   });
 });
 

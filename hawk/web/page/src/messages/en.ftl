@@ -583,6 +583,17 @@ remedy-failsafes = Set failsafes
 remedy-kill = Allow arming again
 remedy-fence = Draw the fence
 show-checks = Show checks
+# Below the button of a remedy, or of Show checks.
+remedy-mends =
+    { $checks ->
+        [one] Mends 1 failed check
+       *[other] Mends { $checks } failed checks
+    }
+remedy-by-hand =
+    { $checks ->
+        [one] 1 failed: what to do
+       *[other] { $checks } failed: what to do
+    }
 
 ## Heights
 
@@ -944,10 +955,8 @@ documentation = Documentation
 documentation-of = Documentation of Parking Lot Hawk { $version }
 your-name = Your name
 name-question = What is your name?
-name-note = The others read it beside what you do. It is optional.
 others-read = The others read: { $name }
 others-read-it = The others read it beside what you do
-not-now = Not now
 all-settings = All settings of the drone's program
 settings-unanswered = The drone does not answer. Close this and open it again.
 settings-asking = Asking the drone

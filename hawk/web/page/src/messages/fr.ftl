@@ -582,6 +582,16 @@ remedy-failsafes = Régler les sécurités
 remedy-kill = Autoriser l'armement
 remedy-fence = Tracer la géobarrière
 show-checks = Voir les contrôles
+remedy-mends =
+    { $checks ->
+        [one] Corrige { $checks } contrôle échoué
+       *[other] Corrige { $checks } contrôles échoués
+    }
+remedy-by-hand =
+    { $checks ->
+        [one] { $checks } échoué : que faire
+       *[other] { $checks } échoués : que faire
+    }
 
 ## Hauteurs
 
@@ -938,10 +948,8 @@ documentation = Documentation
 documentation-of = Documentation de Parking Lot Hawk { $version }
 your-name = Votre nom
 name-question = Quel est votre nom ?
-name-note = Les autres le lisent à côté de ce que vous faites. Il est facultatif.
 others-read = Les autres lisent : { $name }
 others-read-it = Les autres le lisent à côté de ce que vous faites
-not-now = Plus tard
 all-settings = Tous les réglages du programme du drone
 settings-unanswered = Le drone ne répond pas. Fermez et rouvrez cette liste.
 settings-asking = Demande au drone

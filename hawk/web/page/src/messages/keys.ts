@@ -378,6 +378,8 @@ export interface Messages {
   "remedy-kill": Record<string, never>;
   "remedy-fence": Record<string, never>;
   "show-checks": Record<string, never>;
+  "remedy-mends": { checks: number };
+  "remedy-by-hand": { checks: number };
   "heights": Record<string, never>;
   "heights-not-known": Record<string, never>;
   "flies-at-height": { height: string | number };
@@ -594,10 +596,8 @@ export interface Messages {
   "documentation-of": { version: string | number };
   "your-name": Record<string, never>;
   "name-question": Record<string, never>;
-  "name-note": Record<string, never>;
   "others-read": { name: string | number };
   "others-read-it": Record<string, never>;
-  "not-now": Record<string, never>;
   "all-settings": Record<string, never>;
   "settings-unanswered": Record<string, never>;
   "settings-asking": Record<string, never>;

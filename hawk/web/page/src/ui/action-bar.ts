@@ -5,16 +5,22 @@ import type { Point } from "../protocol.ts";
 import { isFlying } from "../state/flight.ts";
 import { type Action, control, guidedActions, isViewer, safetyActions, viewerWords, watchingWords } from "../words/actions.ts";
 import { isDone, nextStep } from "../words/next-step.ts";
+import { type NextRemedy, nextRemedy, REMEDIES } from "../words/remedies.ts";
 import { pointer, say } from "../words/say.ts";
 import { linkOf, type View } from "../words/view.ts";
 import { begin } from "./begin.ts";
 import { cssVars } from "./css-vars.ts";
 import { Part } from "./element.ts";
+import { mend, showChecks } from "./mend.ts";
 import { noted } from "./quoting.ts";
 import { isTouch } from "./touch.ts";
 import "./confirm-bar.ts";
 import "./fence-bar.ts";
 import "./outline-bar.ts";
+import "./own-name.ts";
+
+/** Number of actions that have room on a narrow page. */
+const KEY_ACTIONS = 3;
 
 /** The bar: guided actions, what is being confirmed, or who has control; Land and Hold always at its outer end. */
 @customElement("hawk-bar")
@@ -43,7 +49,7 @@ export class ActionBar extends Part {
     const hold = this.querySelector<HTMLElement>(".hold:not(:disabled)");
     const lost = focus === null || focus === document.body || focus.matches(":disabled");
     if (!this.focused || this.model.question || !(lost || (this.waits && focus === hold))) return;
-    const next = this.querySelector<HTMLElement>(".act.primary:not(:disabled)");
+    const next = this.querySelector<HTMLElement>(".act.primary:not(:disabled), .act.ask");
     this.waits = next === null;
     (next ?? hold)?.focus();
   }
@@ -73,16 +79,33 @@ export class ActionBar extends Part {
 
   private guided(view: View): TemplateResult {
     const actions = guidedActions(view, isTouch());
+    const remedy = nextRemedy(view);
     const key = keyActions(view, actions);
     const next = nextStep(view, actions);
+    const first = remedy === null ? 0 : 1; // the remedy stands before Arm, in the room of a return that is not due
+    const shown = remedy === null ? actions : actions.filter((action) => action.name !== "home");
     return html`<div class="guided">
       <button class="act more" @click=${() => this.more()}><b>${say("more-actions")}</b></button>
+      ${remedy === null ? nothing : this.remedy(remedy)}
       ${repeat(
-        actions,
+        shown,
         (action) => action.name, // the focus must not slip from Arm to Disarm
-        (action) => this.action(action, key.indexOf(action), stepClass(view, action, next)),
+        (action) => this.action(action, ranked(key.indexOf(action), first), stepClass(view, action, next)),
       )}
     </div>`;
+  }
+
+  /** What has to be done before Arm: one press, or a look at what no command mends. */
+  private remedy({ command, checks }: NextRemedy): TemplateResult {
+    const label = command === null ? say("show-checks") : say(REMEDIES[command]);
+    const note = command === null ? say("remedy-by-hand", { checks }) : say("remedy-mends", { checks });
+    return html`<button
+      class="act possible key first primary"
+      data-action="remedy"
+      @click=${() => (command === null ? showChecks(this) : mend(this.model, command, this))}
+    >
+      <b>${label}</b> <span class="sub">${note}</span>
+    </button>`;
   }
 
   /** `rank`: 0 is shown even on the narrowest page, -1 only on wide ones. */
@@ -93,10 +116,11 @@ export class ActionBar extends Part {
     return html`<button
       class="act ${words.kind} ${rankClass} ${step}"
       data-action=${action.name}
-      ?disabled=${words.kind === "impossible" || words.kind === "failed" || (words.kind === "running" && action.name !== "move")}
-      aria-pressed=${words.kind === "running" ? "true" : "false"}
+      ?disabled=${words.kind === "impossible" || (words.kind === "running" && action.name !== "move")}
+      aria-pressed=${words.kind === "running" ? "true" : words.kind === "failed" ? nothing : "false"}
+      aria-description=${words.kind === "failed" ? say("show-checks") : nothing}
       ${cssVars({ "--progress": `${Math.round((words.progress ?? 0) * 100)}%` })}
-      @click=${() => begin(this.model, action)}
+      @click=${() => (action.kind === "failed" ? showChecks(this) : begin(this.model, action))}
     >
       <b>${words.label}</b> <span class="sub">${noted(this.model.view(), words.note)}</span>
     </button>`;
@@ -109,6 +133,7 @@ export class ActionBar extends Part {
     const home = guidedActions(view, isTouch()).find((action) => action.name === "home");
     return html`<div class="watching">
       <div class="txt"><b>${title}</b><span class="sub">${text}</span></div>
+      <hawk-name .model=${this.model} .asks=${true}></hawk-name>
       ${open && flying && home ? this.action(home, 0) : nothing}
       <button class="act ask ${open ? "primary" : ""}" @click=${() => void this.model.takeControl()}>
         <b>${open ? say("take-control") : say("ask-for-control")}</b>
@@ -140,6 +165,12 @@ export class ActionBar extends Part {
   private more(): void {
     this.dispatchEvent(new CustomEvent("open-panel", { detail: "actions", bubbles: true }));
   }
+}
+
+/** The place of a key action where `before` others come first; -1 stays none. */
+function ranked(rank: number, before: number): number {
+  const place = rank < 0 ? -1 : rank + before;
+  return place < KEY_ACTIONS ? place : -1;
 }
 
 /** The next step is the primary button; steps that are done take little room. */

@@ -21,7 +21,6 @@ import "./kill-dialog.ts";
 import "./link-banner.ts";
 import "./map-panel.ts";
 import "./more-actions.ts";
-import "./own-name.ts";
 import "./survey-panel.ts";
 import "./tabs.ts";
 import "./video-panel.ts";
@@ -83,7 +82,6 @@ export class App extends LitElement {
         <hawk-banner .model=${model}></hawk-banner>
         <hawk-control .model=${model}></hawk-control>
         <hawk-earlier .model=${model}></hawk-earlier>
-        <hawk-name .model=${model} .asks=${true}></hawk-name>
       </div>
       <main class=${main}>
         <hawk-map .model=${model}></hawk-map>
@@ -111,7 +109,12 @@ export class App extends LitElement {
   private inSheet(panel: Exclude<Panel, "none">): TemplateResult {
     if (panel === "menu") return html`<hawk-tabs .model=${this.model} .chosen=${this.tab}></hawk-tabs>`;
     if (panel === "keys") return html`<hawk-keys .model=${this.model}></hawk-keys>`;
-    return html`<hawk-more .model=${this.model} @click=${() => (this.panel = "none")}></hawk-more>`;
+    return html`<hawk-more .model=${this.model} @click=${() => this.leaveActions()}></hawk-more>`;
+  }
+
+  /** An action was chosen: its list goes, unless what it opened has taken its place. */
+  private leaveActions(): void {
+    if (this.panel === "actions") this.panel = "none";
   }
 
   private readonly key = (event: KeyboardEvent): void => {
@@ -145,9 +148,21 @@ export class App extends LitElement {
   private openTab(tab: TabName): void {
     this.survey = false;
     this.tab = "";
-    void this.updateComplete.then(() => (this.tab = tab));
-    const side = this.querySelector<HTMLElement>(".tablist");
-    if (side?.offsetParent == null) this.panel = "menu";
+    const side = this.querySelector<HTMLElement>(".side .tablist");
+    this.panel = side?.offsetParent == null ? "menu" : "none";
+    void this.showTab(tab);
+  }
+
+  /** Chooses the tab once the panels stand, and brings what failed in sight. */
+  private async showTab(tab: TabName): Promise<void> {
+    await this.updateComplete;
+    this.tab = tab;
+    await this.updateComplete;
+    await new Promise((drawn) => requestAnimationFrame(drawn)); // the tab's own content
+    const where = this.querySelector(this.panel === "menu" ? ".sheet" : ".side");
+    const failed = tab === "Checks" ? where?.querySelector<HTMLElement>(".fix") : null;
+    failed?.scrollIntoView({ block: "nearest" });
+    failed?.querySelector<HTMLElement>("button:not(:disabled)")?.focus({ preventScroll: true });
   }
 
   /** Puts theme and hand where the style sheet looks for them. */

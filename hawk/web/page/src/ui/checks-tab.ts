@@ -2,18 +2,18 @@ import { html, nothing, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
 import type { CheckItem } from "../protocol.ts";
 import { cannot } from "../words/actions.ts";
+import { type Remedy, REMEDIES } from "../words/remedies.ts";
 import { say } from "../words/say.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
+import { mend } from "./mend.ts";
 import { checkWords, drone, noted } from "./quoting.ts";
 import { heights } from "./settings-tab.ts";
 import "./fence-button.ts";
 import "./heights-button.ts";
 
-const REMEDIES = { "Set Failsafes": "remedy-failsafes", "Clear Kill": "remedy-kill", "Set Fence": "remedy-fence" } as const;
 /** The same in the words of the drone's program. */
 const DRONE_REMEDIES = ["Set failsafes.", "Allow arming again.", "Draw the fence."];
-type Remedy = keyof typeof REMEDIES;
 
 /** Checks before flight: failed ones first, each with its consequence and one remedy. */
 @customElement("hawk-checks")
@@ -51,15 +51,10 @@ export class ChecksTab extends Part {
     const reason = cannot(this.model.view(), remedy);
     const words = [...new Set(group.map((check) => check.Remedy).filter((text) => text !== "" && !DRONE_REMEDIES.includes(text)))];
     return html`${words.map((text) => html`<p class="sub">${drone(text)}</p>`)}
-      <button class="primary" ?disabled=${reason !== ""} aria-description=${reason} @click=${() => this.mend(remedy)}>
+      <button class="primary" ?disabled=${reason !== ""} aria-description=${reason} @click=${() => mend(this.model, remedy, this)}>
         ${say(REMEDIES[remedy])}
       </button>
       ${reason === "" ? nothing : html`<span class="sub">${noted(this.model.view(), reason)}</span>`}`;
-  }
-
-  private mend(remedy: Remedy): void {
-    if (remedy === "Set Fence") this.dispatchEvent(new CustomEvent("open-panel", { detail: "fence", bubbles: true }));
-    else void this.model.command({ Type: remedy }, say(REMEDIES[remedy]));
   }
 }
 

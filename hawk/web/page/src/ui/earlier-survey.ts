@@ -17,9 +17,9 @@ export class EarlierSurvey extends Part {
     if (words === null || this.kept || this.model.question !== null || this.model.drawing !== null) return nothing;
     return html`<div class="banner earlier" role="region" aria-label=${say("survey-on-map")}>
       ${icon("info")}
-      <div>
-        <div class="big">${say("survey-on-map")}</div>
-        <div>${words}</div>
+      <div class="words">
+        <span class="big">${say("survey-on-map")}</span>
+        <span>${words}</span>
       </div>
       <div class="act-side">
         <button @click=${() => this.keep()}>${say("continue-survey")}</button>

@@ -3,6 +3,7 @@ import { customElement } from "lit/decorators.js";
 import { type Action, guidedActions } from "../words/actions.ts";
 import { begin } from "./begin.ts";
 import { Part } from "./element.ts";
+import { showChecks } from "./mend.ts";
 import { noted } from "./quoting.ts";
 import { isTouch } from "./touch.ts";
 
@@ -14,14 +15,15 @@ export class MoreActions extends Part {
   }
 
   private row(action: Action): TemplateResult {
-    const possible = action.kind === "possible" || (action.kind === "running" && action.name === "move");
+    const possible = action.kind === "possible" || action.kind === "failed" || (action.kind === "running" && action.name === "move");
     return html`<button class="act ${action.kind}" ?disabled=${!possible} @click=${() => this.run(action)}>
       <b>${action.label}</b> <span class="sub">${noted(this.model.view(), action.note)}</span>
     </button>`;
   }
 
   private run(action: Action): void {
-    if (action.name === "move") this.model.pick(true);
+    if (action.kind === "failed") showChecks(this);
+    else if (action.name === "move") this.model.pick(true);
     else begin(this.model, action);
   }
 }

@@ -1,41 +1,30 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement, property, query } from "lit/decorators.js";
-import { isFlying } from "../state/flight.ts";
 import { isViewer } from "../words/actions.ts";
 import { say } from "../words/say.ts";
 import { linkOf } from "../words/view.ts";
 import { Part } from "./element.ts";
-import { icon } from "./icons.ts";
 
 /** As the drone allows. */
 export const LONGEST_NAME = 24;
 
-/** The name by which the others know this operator: asked for once when the page is opened, changed in the settings. */
+/** The name by which the others know this operator: asked for beside Take control, changed in the settings. */
 @customElement("hawk-name")
 export class OwnName extends Part {
-  /** Asks once, as a strip above the map; otherwise it is a row of the settings. */
+  /** Asks in the bar of those who watch, until there is a name; otherwise it is a row of the settings. */
   @property({ type: Boolean }) asks = false;
   @query("input") private field!: HTMLInputElement;
 
   override render(): TemplateResult | typeof nothing {
     if (isViewer(this.model.view())) return nothing; // its name would stand beside nothing
-    return this.asks ? this.strip() : this.row();
+    return this.asks ? this.question() : this.row();
   }
 
-  private strip(): TemplateResult | typeof nothing {
-    const view = this.model.view();
-    const isWanted = this.model.preferences.name === null && linkOf(view) === "live";
-    if (!isWanted || this.model.drawing !== null || isFlying(view.heartbeat)) return nothing; // the map needs the room
-    return html`<form class="banner name" aria-label=${say("your-name")} @submit=${this.save}>
-      ${icon("person")}
-      <div>
-        <div class="big">${say("name-question")}</div>
-        <div>${say("name-note")}</div>
-      </div>
-      <div class="act-side">
-        ${this.input("")}<button type="submit">${say("save")}</button>
-        <button type="button" @click=${() => this.model.rename("")}>${say("not-now")}</button>
-      </div>
+  /** A field and no more: left empty, nothing more is asked, in flight or on the ground. */
+  private question(): TemplateResult | typeof nothing {
+    if (this.model.preferences.name || linkOf(this.model.view()) !== "live") return nothing;
+    return html`<form class="who-asks" aria-label=${say("name-question")} @submit=${this.save} @change=${this.save}>
+      <label><span class="sub">${say("your-name")}</span>${this.input("")}</label>
     </form>`;
   }
 
@@ -50,11 +39,12 @@ export class OwnName extends Part {
   }
 
   private input(value: string): TemplateResult {
-    return html`<input type="text" name="name" aria-label=${say("your-name")} autocomplete="nickname" maxlength=${LONGEST_NAME} .defaultValue=${value} />`;
+    return html`<input type="text" name="name" aria-label=${say("your-name")} title=${say("others-read-it")} autocomplete="nickname" maxlength=${LONGEST_NAME} .defaultValue=${value} />`;
   }
 
   private readonly save = (event: Event): void => {
     event.preventDefault();
-    this.model.rename(this.field.value.trim());
+    const name = this.field.value.trim();
+    if (!this.asks || name !== "") this.model.rename(name);
   };
 }
