@@ -177,7 +177,7 @@ class Result:
     def free_range(self) -> tuple[int, int] | None:
         """The interval about the count of free stalls, as it is published."""
         output = self.flown.output
-        return free_interval(output.occupancy_map.counts, output.path_plan.explore.seen_share)
+        return free_interval(output.occupancy_map.counts, output.path_plan.explore)
 
     @property
     def free_in_range(self) -> bool:

@@ -274,15 +274,16 @@ class PerceptionStatus(Outgoing):
     suggested: int = 0
     """Places without marks on which a car stood in several passes; they are none of the others."""
     free_range: tuple[int, int] | None = None
-    """Least and greatest number of free stalls of the whole lot, which hold the true one in nine surveys of ten; null
-    while too little of the lot was seen."""
+    """Least and greatest number of free stalls of the lot found, or of the outline, which hold the true one in nine
+    surveys of ten; null until it is explored and seen whole: nothing is said of ground that was not seen."""
     explored: Known = None
-    """Share of the lot, 0 to 1."""
+    """Share of the lot found so far, 0 to 1; it falls when more lot comes in sight."""
     explore_done: bool = False
+    """True when the lot found, or the outline, is explored; false again when more lot is found."""
     outline_unseen: Known = None
     """Square metres of the outline that no picture could reach, once Explore is done; null before, and without one."""
     remaining: Known = None
-    """Metres left to fly."""
+    """Metres that the planner means to fly over the lot found so far: how much more is found is not known."""
 
 
 class PartsStatus(Outgoing):

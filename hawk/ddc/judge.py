@@ -44,6 +44,9 @@ RESUME_WAIT_S = 3.0
 """Resume is refused so soon after a mode change: the pilot's hand is still at the switch."""
 
 
+LOT_IS_SEEN = "Explored already: the lot found is seen whole. Move to other ground first, or land for a new survey."
+OUTLINE_IS_SEEN = "Explored already: the outline is seen whole. Set another one, or land for a new survey."
+
 ALWAYS_SENT = frozenset({"Return To Launch", "Land"})
 """Commands that are sent without an answer when the armed drone is not heard, whatever the state (as is Kill)."""
 UNHEARD = "Sent without an answer: no word from the autopilot."
@@ -274,7 +277,9 @@ def _takeoff(case: Case) -> Refusal | None:
 
 
 def _explore(case: Case) -> Refusal | None:
-    refused, outline = _autonomous_move(case), case.facts.limits.outline
+    refused, outline, plan = _autonomous_move(case), case.facts.limits.outline, case.facts.sight.plan
+    if refused is None and plan is not None and plan.explore.is_spent:
+        return Refusal(OUTLINE_IS_SEEN if outline is not None else LOT_IS_SEEN)
     if refused is None and outline is not None:
         return Refusal(NOTHING_INSIDE) if outline.area <= 0.0 else None
     if refused is None and not case.facts.sight.lot:

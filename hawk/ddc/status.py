@@ -207,7 +207,7 @@ def perception_status(facts: Facts) -> PerceptionStatus:
         taken=sight.counts.taken,
         unknown=sight.counts.unknown,
         suggested=sight.counts.suggested,
-        free_range=None if plan is None else free_interval(sight.counts, plan.explore.seen_share),
+        free_range=free_interval(sight.counts, None if plan is None else plan.explore),
         explored=None if plan is None else plan.explore.seen,
         explore_done=plan is not None and plan.explore.done,
         outline_unseen=None if plan is None or facts.limits.outline is None else plan.explore.unseen_m2,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 from itertools import pairwise
+from typing import Final
 
 from hawk.model.poses import MapPoint
 
@@ -53,6 +54,11 @@ class Verdict:
     route: Route = Route()
 
 
+WHOLE_SHARE: Final = 0.95
+"""Share of the lot found that was seen well, from which on an exploration that is done has seen it whole: planner and
+mapper leave out patches smaller than a stall, and ground at the border that no picture shows well."""
+
+
 @dataclass(frozen=True, slots=True)
 class ExploreStatus:
     """Progress of the exploration: ``seen`` is the share (0..1) of the known lot that has been seen well.
@@ -68,6 +74,10 @@ class ExploreStatus:
     lot_known: bool = True
     asked_m2: float | None = None
     unseen_m2: float | None = None
+    unreached: bool = False
+    """True when places that were worth seeing were given up: they could not be reached, or showed nothing."""
+    is_spent: bool = False
+    """True while another exploration in this flight would look at nothing more: no lot was found since this one."""
 
     @property
     def seen_share(self) -> float:
@@ -75,6 +85,11 @@ class ExploreStatus:
         if not self.asked_m2 or self.unseen_m2 is None:
             return self.seen
         return max(1 - self.unseen_m2 / self.asked_m2, 0.0)
+
+    @property
+    def is_whole(self) -> bool:
+        """True when the exploration is done and has seen the lot found, or the outline, whole."""
+        return self.done and self.lot_known and self.seen_share >= WHOLE_SHARE
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,6 +27,10 @@ from hawk.model.poses import MapPoint, MapPose
 from hawk.model.sentences import say
 
 _SHOWN: Final = 12  # waypoints that are published
+_NEW_LOT_M2: Final = 60.0
+"""Lot found after an exploration that makes it worth another one: four stalls. The map's border moves a little."""
+_NEW_LOT_SHARE: Final = 0.02
+_BETWEEN_FLIGHTS: Final = frozenset({StateName.IDLE, StateName.CONFIGURE, StateName.ARM, StateName.TAKEOFF})
 _YAW_FROM_M: Final = 1.0  # the bearing of a nearer target says nothing
 
 
@@ -62,6 +66,8 @@ class PathPlanApp:
         self._asked_routes = RouteKeeper(self._settings.near_lot_m)
         self._explorer: Explorer | None = None
         self._explored_so_far = ExploreStatus()
+        self._found_m2 = 0.0
+        """Area of the lot when it was last explored, square metres."""
         self._inputs: tuple[LotMap, AlgorithmTopicInterface] | None = None
         self._last = Plan.failed(say("not initialised"))
 
@@ -130,9 +136,19 @@ class PathPlanApp:
         if self._explorer is not None and frame.pose is not None:
             path = self._explored(self._explorer, frame, frame.pose, lot_map)
             self._explored_so_far = path.explore
+            self._found_m2 = lot_map.lot_area_m2()
         else:
+            self._explored_so_far = self._since(self._explored_so_far, frame.state, lot_map)
             path = replace(_move(frame, verdict), explore=self._explored_so_far)
         return Plan(replace(path, verdict=verdict, asked=asked), Health())
+
+    def _since(self, explored: ExploreStatus, state: StateName, lot_map: LotMap) -> ExploreStatus:
+        """Return what an exploration that is over is worth now: lot that was found since it is not explored."""
+        if explored.asked_m2 is None and lot_map.lot_area_m2() > self._found_m2 + max(
+            _NEW_LOT_M2, _NEW_LOT_SHARE * self._found_m2
+        ):
+            return replace(explored, done=False, is_spent=False)
+        return replace(explored, is_spent=False) if state in _BETWEEN_FLIGHTS else explored
 
     def _take_outline(self, frame: FrameInput) -> None:
         """Begin the exploration again when the outline of an operator has changed."""
@@ -140,6 +156,7 @@ class PathPlanApp:
         if frame.asked_ground != before:
             self._outlined = None if frame.asked_ground is None else OutlinedGround(frame.asked_ground)
             self._explorer, self._overview = None, Overview()
+            self._explored_so_far = replace(self._explored_so_far, done=False, is_spent=False)
 
     @property
     def _exploring(self) -> PathPlanSettings:
@@ -169,6 +186,7 @@ class PathPlanApp:
             return PathPlan(explore=ExploreStatus(reason=say("nothing is mapped yet")))
         plan = explorer.plan(scene)
         status = self._outlined_status(plan.status, lot_map)
+        status = replace(status, is_spent=status.is_whole and not status.unreached)
         if plan.target is None:
             return PathPlan(explore=status)
         target, heading = _point(plan.target), plan.heading

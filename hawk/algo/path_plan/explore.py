@@ -100,7 +100,7 @@ class Explorer:
         is_busy = target is not None or is_given_up or is_looking or not scene.overview.is_complete
         self._quiet = 0 if is_busy else self._quiet + 1
         done = self._quiet >= self._settings.quiet_plans
-        return Exploration(target, route, _status(scene, route, done=done))
+        return Exploration(target, route, _status(scene, route, done=done, unreached=self._given_up.has_any))
 
     def _turn(self, scene: ExploreScene) -> Exploration | None:
         """Turn on the spot while that shows wanted ground, None when it does not."""
@@ -192,8 +192,9 @@ class Explorer:
         return Outlook(scene.place, heading, wanted, terms)
 
 
-def _status(scene: ExploreScene, route: Waypoints, *, done: bool) -> ExploreStatus:
+def _status(scene: ExploreScene, route: Waypoints, *, done: bool, unreached: bool = False) -> ExploreStatus:
     left = round(sum(math.dist(a, b) for a, b in pairwise((scene.place, *route))), 1)
     if not scene.lot_known:
         return ExploreStatus(done, 0.0, left, _NO_LOT, lot_known=False)
-    return ExploreStatus(done, scene.overview.seen_share, left, "nothing is left to learn" if done else "")
+    reason = "nothing is left to learn" if done else ""
+    return ExploreStatus(done, scene.overview.seen_share, left, reason, unreached=unreached)

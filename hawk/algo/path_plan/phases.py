@@ -180,6 +180,11 @@ class GivenUp:
         self._places: list[Place] = []
         self._progress = _Progress()
 
+    @property
+    def has_any(self) -> bool:
+        """True when a place was given up."""
+        return bool(self._places)
+
     def add(self, place: Place) -> None:
         """Give up a place."""
         self._places.append(place)

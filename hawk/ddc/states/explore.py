@@ -75,6 +75,14 @@ class Travelling:
         return aside <= radius and abs(goal.height - pose.height) <= radius
 
 
+def explored_words(explore: ExploreStatus, lot_m2: float) -> str:
+    """Return in words what was explored; ``lot_m2`` is the area of the lot found, square metres."""
+    if explore.is_whole and not explore.unreached:
+        return f"Explored: the lot found is seen whole, {area_words(lot_m2)}. Other ground was not looked at."
+    seen = min(explore.seen_share, 0.99)
+    return f"Explored: {seen * 100:.0f} % of the lot found is seen, {area_words(lot_m2)}. The rest was not reached."
+
+
 def outline_words(explore: ExploreStatus, outline: OutlineFacts | None) -> str:
     """Return in words what was seen of an outline, and the size of what was left out and why."""
     unseen, asked = explore.unseen_m2 or 0.0, explore.asked_m2 or 0.0
@@ -146,7 +154,7 @@ class AutonomousExplore(AirborneState):
             if plan.explore.asked_m2 is not None:
                 return Step(ToHover(outline_words(plan.explore, facts.limits.outline), level="ok"))
             if plan.explore.lot_known:
-                return Step(ToHover("Explored. Nothing left to see.", level="ok"))
+                return Step(ToHover(explored_words(plan.explore, facts.sight.lot_area), level="ok"))
             error = ShowUserError(UserError.NO_LOT_DETECTED, "No lot was found here.")
             return Step(ToHover("No lot was found here.", level="warning"), (error,))
         if self._stuck:

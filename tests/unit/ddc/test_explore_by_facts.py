@@ -190,13 +190,23 @@ def test_the_time_out_of_sight_counts_from_when_the_lot_was_last_seen_and_not_ov
     ("explore", "words", "level"),
     [
         (ExploreStatus(True, asked_m2=9.0), "Explored: the outline is seen whole.", "ok"),
-        (ExploreStatus(True, lot_known=True), "Explored. Nothing left to see.", "ok"),
+        (
+            ExploreStatus(True, 1.0),
+            "Explored: the lot found is seen whole, 4500 m². Other ground was not looked at.",
+            "ok",
+        ),
+        (ExploreStatus(True, 0.7), "Explored: 70 % of the lot found is seen, 4500 m². The rest was not reached.", "ok"),
+        (
+            ExploreStatus(True, 1.0, unreached=True),
+            "Explored: 99 % of the lot found is seen, 4500 m². The rest was not reached.",
+            "ok",
+        ),
         (ExploreStatus(True, lot_known=False), "No lot was found here.", "warning"),
     ],
 )
 def test_explore_ends_with_what_was_found(explore: ExploreStatus, words: str, level: str) -> None:
     facts = flying(1.0)
-    facts = replace(facts, sight=replace(facts.sight, plan=PathPlan(explore=explore), plan_time=1.0))
+    facts = replace(facts, sight=replace(facts.sight, plan=PathPlan(explore=explore), plan_time=1.0, lot_area=4500.0))
     following = made(ToExplore()).transition_next_state(facts).transition
     assert isinstance(following, ToHover)
     assert (following.reason, following.level) == (words, level)

@@ -38,7 +38,7 @@ async def test_a_survey_goes_through_all_its_states(rig: Rig) -> None:
         "Took off.",
         "At 35 m. Holding.",
         "Lot found. Exploring.",
-        "Explored. Nothing left to see. Holding.",
+        "Explored: the lot found is seen whole, 0 m². Other ground was not looked at. Holding.",
         "Returning home, asked by Ana.",
         "Landed. Motors off.",
     ]

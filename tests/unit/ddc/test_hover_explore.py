@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from hawk.comm.messages import (
@@ -139,7 +141,9 @@ async def test_explore_is_done_when_nothing_is_left(fresh: Rig) -> None:
     fresh.finish_plan()
     await fresh.run(1)
     fresh.expect(S.HOVER)
-    assert fresh.log[-1] == "Explored. Nothing left to see. Holding."
+    assert re.fullmatch(
+        r"Explored: the lot found is seen whole, \d+ m²\. Other ground was not looked at\. Holding\.", fresh.log[-1]
+    )
 
 
 async def test_a_done_of_before_the_state_began_does_not_count(flying: Rig) -> None:

@@ -19,6 +19,8 @@ from hawk.comm.messages import (
 )
 from hawk.ddc.facts import Facts, HomeFacts
 from hawk.ddc.judge import (
+    LOT_IS_SEEN,
+    OUTLINE_IS_SEEN,
     RESUME_WAIT_S,
     Bench,
     Case,
@@ -32,7 +34,7 @@ from hawk.ddc.orders import Cause, CauseKind, ToArm, ToHover, ToIdle, ToManual, 
 from hawk.ddc.outline import OutlineFacts
 from hawk.ddc.states.factory import make_state
 from hawk.model.operation import UserError
-from hawk.model.plans import Route
+from hawk.model.plans import ExploreStatus, PathPlan, Route
 from hawk.model.poses import MapPoint
 from hawk.model.vehicle import CopterMode, LandedState
 from tests.unit.ddc.fakes import SAFE_PARAMETERS
@@ -181,6 +183,16 @@ def test_one_bad_picture_refuses_no_task_and_a_fault_that_lasts_does(command: Co
     for lasted, refused in ((0.0, ""), (0.99, ""), (1.0, fault), (9.0, fault)):
         torn = replace(seen, sight=replace(seen.sight, fault=fault, fault_s=lasted))
         assert reason(torn, ToHover(), command) == refused
+
+
+def test_explore_is_refused_where_it_would_look_at_nothing_more() -> None:
+    seen = flying(1.0)
+    spent = replace(seen, sight=replace(seen.sight, plan=PathPlan(explore=ExploreStatus(True, 1.0, is_spent=True))))
+    assert reason(spent, ToHover(), AutonomousExplore()) == LOT_IS_SEEN
+    outlined = replace(spent, limits=replace(spent.limits, outline=OutlineFacts(900.0, 0.0)))
+    assert reason(outlined, ToHover(), AutonomousExplore()) == OUTLINE_IS_SEEN
+    open_ = replace(seen, sight=replace(seen.sight, plan=PathPlan(explore=ExploreStatus(True, 1.0))))
+    assert reason(open_, ToHover(), AutonomousExplore()) == ""
 
 
 def test_explore_needs_a_lot_in_sight_or_an_outline_with_ground_inside() -> None:

@@ -11,7 +11,7 @@ from hawk.algo.frame import AlgoError, FrameInput
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.topic_interface import AlgorithmTopicInterface
-from hawk.model.limits import Fence, HeightParameters
+from hawk.model.limits import AskedGround, Fence, HeightParameters
 from hawk.model.lot_map import Stall, StallState
 from hawk.model.operation import Health, StateName
 from hawk.model.plans import DesiredPose, Inbound, PathPlan, Route, Verdict
@@ -187,6 +187,53 @@ def test_how_far_it_came_is_told_until_it_begins_anew() -> None:
     assert after.done
     assert after.seen == 1.0
     assert not rig.plan(frame).explore.done
+
+
+def test_an_exploration_is_spent_until_lot_is_found_or_the_drone_has_landed() -> None:
+    rig = Rig()
+    frame = frame_at(pose_at(0, 0), fence=FENCE)
+    while not (plan := rig.plan(frame)).explore.done:
+        assert not plan.explore.is_spent
+    assert plan.explore.is_spent
+    hover = replace(frame, state=StateName.HOVER)
+    assert rig.plan(hover).explore.is_spent
+    rig.map.lot = rig.map._drawn(shapely.box(-20.0, -20.0, 20.0, 21.0))  # the border moves a little: 40 m²
+    assert rig.plan(hover).explore.is_spent
+    landed = rig.plan(replace(frame, state=StateName.TAKEOFF)).explore
+    assert (landed.done, landed.is_spent) == (True, False), (
+        "what was seen stays seen, and another flight may look again"
+    )
+
+
+def test_lot_that_is_found_after_an_exploration_is_not_explored() -> None:
+    rig = Rig()
+    frame = frame_at(pose_at(0, 0), fence=FENCE)
+    while not rig.plan(frame).explore.done:
+        pass
+    rig.map.lot = rig.map._drawn(shapely.union(LOT, shapely.box(-20.0, 40.0, 20.0, 60.0)))
+    after = rig.plan(replace(frame, state=StateName.HOVER)).explore
+    assert (after.done, after.is_whole, after.is_spent) == (False, False, False)
+
+
+def test_another_outline_is_not_explored() -> None:
+    rig = Rig()
+    frame = frame_at(pose_at(0, 0), fence=FENCE)
+    while not rig.plan(frame).explore.done:
+        pass
+    ring = ((-10.0, -10.0), (-10.0, 10.0), (10.0, 10.0), (10.0, -10.0))
+    after = rig.plan(replace(frame, state=StateName.HOVER, asked_ground=AskedGround(((ring,),), 400.0))).explore
+    assert (after.done, after.is_spent) == (False, False)
+
+
+def test_a_place_that_was_given_up_leaves_the_exploration_open() -> None:
+    rig = Rig()
+    rig.map.seen[:, 110:150] = rig.map.well[:, 110:150] = 0  # a strip that no picture of this test ever shows
+    frame = frame_at(pose_at(0, 0), fence=FENCE)
+    for _ in range(600):
+        plan = rig.plan(frame)
+        if plan.explore.done:
+            break
+    assert (plan.explore.done, plan.explore.unreached, plan.explore.is_spent) == (True, True, False)
 
 
 def test_before_anything_is_seen_it_waits_and_says_why() -> None:

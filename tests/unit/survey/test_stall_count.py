@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hawk.model.lot_map import Counts, Stall, StallState
-from hawk.model.plans import ExploreStatus
-from hawk.stall_count import LEAST_SEEN, SPREADS, free_interval, free_variance, variance_of
+from hawk.model.plans import WHOLE_SHARE, ExploreStatus
+from hawk.stall_count import SPREADS, free_interval, free_variance, variance_of
 
 SHARES = st.floats(0, 1)
 
@@ -19,9 +19,13 @@ def stall(number: int, taken: float, score: float = 1.0) -> Stall:
     return Stall(number, 0.0, 0.0, 0.0, 2.5, 5.0, taken, StallState.FREE, score, 3, 0.0, 1)
 
 
+def explored(seen: float, *, done: bool = True) -> ExploreStatus:
+    return ExploreStatus(done=done, seen=seen)
+
+
 def test_a_stall_that_is_sure_leaves_nothing_open() -> None:
     assert free_variance(1.0, 0.0) == free_variance(1.0, 1.0) == free_variance(0.0, 0.0) == 0.0
-    assert free_interval(Counts(71, 40, 0, free_variance=0.0), 1.0) == (71, 71)
+    assert free_interval(Counts(71, 40, 0, free_variance=0.0), explored(1.0)) == (71, 71)
 
 
 def test_a_stall_whose_state_is_open_adds_most() -> None:
@@ -31,37 +35,48 @@ def test_a_stall_whose_state_is_open_adds_most() -> None:
 
 
 def test_the_bounds_are_standard_deviations_about_the_count() -> None:
-    assert free_interval(Counts(71, 40, 2, free_variance=4.0), 1.0) == (
+    assert free_interval(Counts(71, 40, 2, free_variance=4.0), explored(1.0)) == (
         math.floor(71 - 2 * SPREADS),
         math.ceil(71 + 2 * SPREADS),
     )
 
 
-def test_ground_that_was_not_seen_widens_upwards_alone() -> None:
-    assert free_interval(Counts(30, 20, 0), 0.5) == (30, 80)
-    assert free_interval(Counts(30, 20, 0), 1.0) == (30, 30)
+def test_patches_that_were_left_out_widen_it_upwards_alone() -> None:
+    assert free_interval(Counts(30, 20, 0), explored(0.96)) == (30, 33)
+    assert free_interval(Counts(30, 20, 0), explored(1.0)) == (30, 30)
 
 
-@pytest.mark.parametrize("seen", [None, 0.0, LEAST_SEEN - 0.01])
-def test_nothing_is_said_while_too_little_of_the_lot_was_seen(seen: float | None) -> None:
-    assert free_interval(Counts(30, 20, 0), seen) is None
+@pytest.mark.parametrize(
+    "explore",
+    [
+        None,
+        ExploreStatus(),
+        explored(1.0, done=False),
+        explored(WHOLE_SHARE - 0.01),
+        ExploreStatus(done=True, seen=1.0, lot_known=False),
+        ExploreStatus(done=True, seen=1.0, asked_m2=1000.0, unseen_m2=250.0),
+    ],
+    ids=["no plan", "nothing seen", "exploring", "a part not seen", "no lot", "an outline that cannot be seen whole"],
+)
+def test_nothing_is_said_of_a_lot_that_was_not_seen_whole(explore: ExploreStatus | None) -> None:
+    assert free_interval(Counts(30, 20, 0), explore) is None
 
 
 def test_the_number_of_free_stalls_is_never_below_zero() -> None:
-    assert free_interval(Counts(1, 20, 0, free_variance=4.0), 1.0) == (0, math.ceil(1 + 2 * SPREADS))
+    assert free_interval(Counts(1, 20, 0, free_variance=4.0), explored(1.0)) == (0, math.ceil(1 + 2 * SPREADS))
 
 
 @given(st.integers(0, 5000), st.integers(0, 5000), st.floats(0, 500), SHARES)
 def test_it_holds_the_count_and_narrows_as_more_is_seen(free: int, taken: int, variance: float, seen: float) -> None:
     counts = Counts(free, taken, 0, free_variance=variance)
-    bounds = free_interval(counts, seen)
-    if seen < LEAST_SEEN:
+    bounds = free_interval(counts, explored(seen))
+    if seen < WHOLE_SHARE:
         assert bounds is None
         return
     assert bounds is not None
     low, high = bounds
     assert 0 <= low <= free <= high
-    whole = free_interval(counts, 1.0)
+    whole = free_interval(counts, explored(1.0))
     assert whole is not None
     assert (low, high) >= (whole[0], whole[1])
 

@@ -60,6 +60,7 @@ from hawk.ddc.command_table import TABLE, table_reason
 from hawk.model.lot_map import Counts, EncodedTile, OccupancyMap, Stall, StallState, TileKey
 from hawk.model.operation import StateName
 from hawk.model.pictures import AnnotatedFrame
+from hawk.model.plans import ExploreStatus
 from hawk.model.poses import MapPoint
 from hawk.settings_reference import reference_text, settings
 from hawk.stall_count import free_interval
@@ -356,7 +357,7 @@ class FakeDrone:
             self.route.pop(0)
             if not self.route:
                 self.done, self.state = True, StateName.HOVER
-                self.say("ok", "Explored. Nothing left to see.")
+                self.say("ok", "Explored: the lot found is seen whole, 5168 m². Other ground was not looked at.")
             return
         self.state = StateName.LAND if self.state is StateName.RETURN_TO_LAUNCH else StateName.HOVER
         self.target = None
@@ -424,7 +425,8 @@ class FakeDrone:
                 explored=self.explored if known else None, explore_done=self.done,
                 remaining=None if self.done else 480 * (1 - self.explored), lot_area=5168.0, free=counts.free,
                 taken=counts.taken, unknown=counts.unknown,
-                free_range=free_interval(counts, self.explored) if known else None, vision_rate=8.1, camera_age=0.1,
+                free_range=free_interval(counts, ExploreStatus(self.done, self.explored)) if known else None,
+                vision_rate=8.1, camera_age=0.1,
             ),
             parts=PartsStatus(health=tuple(self.health())),
             log=tuple(self.log), trail=tuple(self.trail), outline_setup=self.outline,

@@ -28,18 +28,18 @@ describe("the battery bar", () => {
     const stage = await drawn({});
     assert.deepEqual(shares(stage), { home: "24", survey: "31", left: "34" });
     assert.match(stage.text, /Battery 89 %/);
-    assert.match(stage.text, /Enough for the rest of the survey/);
+    assert.match(stage.text, /Enough for the lot found so far/);
   });
 
   it("says the same in words", async () => {
     const label = (await drawn({})).part.querySelector(".charge")?.getAttribute("aria-label");
-    assert.equal(label, "Battery 89 %: home 24 %, survey 31 %, left 34 %. Enough for the rest of the survey.");
+    assert.equal(label, "Battery 89 %: home 24 %, survey 31 %, left 34 %. Enough for the lot found so far.");
   });
 
   it("shows what is missing, and of how much of the survey it is enough", async () => {
     const stage = await drawn(SHORT);
     assert.deepEqual(shares(stage), { home: "24", survey: "65", missing: "11" });
-    assert.match(stage.text, /Enough for about 70 % of the rest of the survey/);
+    assert.match(stage.text, /Enough for about 70 % of the lot found so far/);
     assert.ok(stage.part.querySelector(".short .icon"));
   });
 

@@ -63,21 +63,31 @@ describe("the counts", () => {
     const counted = [...stage.part.querySelectorAll<HTMLElement>("[data-count]")].map((each) => [each.dataset.count, words(each.querySelector("b")!)]);
     assert.deepEqual(counted, [["free", "114"], ["taken", "40"], ["unknown", "5"]]);
     assert.match(stage.text, /159 stalls found, 90 % seen of the lot found so far/);
-    rig.hear({ State: "Hover", Free: 1, "Explore Done": true, Explored: 1 });
+    rig.hear({ State: "Hover", Free: 1, "Explore Done": true, Explored: 0.9 });
     await stage.drawn();
-    assert.match(stage.text, /whole lot seen/);
+    assert.match(stage.text, /90 % seen of the lot found so far/, "explored, but a part could not be seen");
+    rig.hear({ State: "Hover", Free: 1, "Explore Done": true, Explored: 1, "Free Range": [1, 1] });
+    await stage.drawn();
+    assert.match(stage.text, /the lot found seen whole/);
   });
 
   it("name the bounds of the free ones where they leave something open", async () => {
     const rig = flying({ Free: 71, Taken: 40, Explored: 1, "Explore Done": true, "Free Range": [66, 77] });
     const stage = new Stage(new CountsCard(), rig.operator);
     await stage.drawn();
-    assert.match(stage.text, /In the whole lot 66 to 77 are free/);
+    assert.match(stage.text, /66 to 77 are free in the lot found/);
     for (const none of [null, [71, 71] as [number, number]]) {
       rig.hear({ Free: 71, "Free Range": none });
       await stage.drawn();
       assert.doesNotMatch(stage.text, /are free/);
     }
+  });
+
+  it("say nothing of ground that was not seen: no bounds while it explores", async () => {
+    const rig = flying({ State: "Autonomous Explore", Free: 9, Taken: 4, Explored: 0.99, "Explore Done": false, "Free Range": [8, 24] });
+    const stage = new Stage(new CountsCard(), rig.operator);
+    await stage.drawn();
+    assert.doesNotMatch(stage.text, /are free|whole/);
   });
 
   it("name the suggested ones apart, also where there are no others", async () => {

@@ -60,19 +60,16 @@ describe("the state in words", () => {
     assert.deepEqual([words.tone, words.title, words.detail], ["warn", "No link", "was exploring 6 s ago"]);
   });
 
-  it("tells how much was seen, and how long it takes only when its speed is known", () => {
+  it("tells how much was seen of what was found, and no time to go: how much more lot comes in sight is not known", () => {
     const exploring = heartbeat({ State: "Autonomous Explore", Explored: 0.47, Remaining: 480 });
-    assert.equal(stateWords(view({ heartbeat: exploring })).detail, "47 % seen of the lot found so far");
-    assert.equal(stateWords(view({ heartbeat: exploring, cruise: 4 })).detail, "47 % seen of the lot found so far, about 2 min to go");
-    assert.equal(stateWords(view({ heartbeat: exploring, cruise: 4 })).short, "47 % seen so far, 2 min to go");
+    const words = stateWords(view({ heartbeat: exploring, cruise: 4 }));
+    assert.equal(words.detail, "47 % seen of the lot found so far");
+    assert.equal(words.short, "47 % seen so far");
   });
 
-  it("tells no time to go before there is a way to fly", () => {
-    for (const Remaining of [0, 2, null]) {
-      const beginning = heartbeat({ State: "Autonomous Explore", Explored: 0.79, Remaining });
-      assert.equal(stateWords(view({ heartbeat: beginning, cruise: 4 })).detail, "79 % seen of the lot found so far");
-      assert.equal(stateWords(view({ heartbeat: beginning, cruise: 4 })).short, "79 % seen so far");
-    }
+  it("tells how much was seen of an outline", () => {
+    const exploring = heartbeat({ State: "Autonomous Explore", Explored: 0.47, "Outline Area": 5000 });
+    assert.equal(stateWords(view({ heartbeat: exploring })).detail, "47 % seen of the outline");
   });
 
   it("asks for attention for failed checks, trouble, the pilot and a silent autopilot", () => {

@@ -304,10 +304,9 @@ fix-to-arm =
 landed = Landed
 motors-off-since = Motors off since { $time }
 seen-so-far = { $percent } seen of the lot found so far
-seen-so-far-to-go = { $percent } seen of the lot found so far, about { $time } to go
+seen-of-outline = { $percent } seen of the outline
 # The same for a narrow page.
 seen-short = { $percent } seen so far
-seen-short-to-go = { $percent } seen so far, { $time } to go
 picture-old = Picture { $age } old.
 free-stalls = free stalls
 free-at = free, at { $time }
@@ -454,7 +453,8 @@ column-place = Place
 column-seen = Seen
 show-more = Show more
 show-survey = Show survey
-free-between = In the whole lot { $low } to { $high } are free
+# Said once the lot found was seen whole; it does not know of others.
+free-between = { $low } to { $high } are free in the lot found
 counted-up-to = Counted up to { $time }
 stalls-found =
     { $stalls ->
@@ -463,8 +463,8 @@ stalls-found =
     }
 stalls-found-all =
     { $stalls ->
-        [one] 1 stall found, whole lot seen
-       *[other] { $stalls } stalls found, whole lot seen
+        [one] 1 stall found, the lot found seen whole
+       *[other] { $stalls } stalls found, the lot found seen whole
     }
 stalls-found-seen =
     { $stalls ->
@@ -476,16 +476,16 @@ stalls-found-seen =
 
 survey = Survey
 survey-so-far = Survey so far
-survey-so-far-all = Survey so far, whole lot seen
+survey-so-far-all = Survey so far, the lot found seen whole
 landed-at = Landed at { $time }
-landed-at-all = Landed at { $time }, whole lot seen
+landed-at-all = Landed at { $time }, the lot found seen whole
 close-survey = Close survey
 # Large: the number of free stalls. Small after it: of how many.
 hero-free = { $free } free
 hero-of =
     { $stalls ->
-        [one] of 1 stall
-       *[other] of { $stalls } stalls
+        [one] of 1 stall found
+       *[other] of { $stalls } stalls found
     }
 free-share = free, { $percent }
 taken-share = taken, { $percent }
@@ -519,8 +519,10 @@ battery-spoken-missing = missing { $percent }
 battery-not-known = What the survey needs is not known
 battery-nothing-left = Nothing is left of the survey
 battery-enough-fence = Enough for a lot as large as the fence
+battery-enough-found = Enough for the lot found so far
 battery-enough-survey = Enough for the rest of the survey
 battery-part-fence = Enough for about { $percent } of a lot as large as the fence
+battery-part-found = Enough for about { $percent } of the lot found so far
 battery-part-survey = Enough for about { $percent } of the rest of the survey
 # Spoken aloud.
 battery-low = Battery low: { $percent }. It soon returns home.

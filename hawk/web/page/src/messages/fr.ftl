@@ -306,9 +306,8 @@ fix-to-arm =
 landed = Posé
 motors-off-since = Moteurs arrêtés depuis { $time }
 seen-so-far = { $percent } vus du parking trouvé jusqu'ici
-seen-so-far-to-go = { $percent } vus du parking trouvé jusqu'ici, encore { $time } environ
+seen-of-outline = { $percent } vus du contour
 seen-short = { $percent } vus jusqu'ici
-seen-short-to-go = { $percent } vus jusqu'ici, encore { $time }
 picture-old = Image d'il y a { $age }.
 free-stalls = places libres
 free-at = libres, à { $time }
@@ -454,7 +453,7 @@ column-place = Position
 column-seen = Vue
 show-more = Afficher plus
 show-survey = Voir le relevé
-free-between = Dans tout le parking, { $low } à { $high } sont libres
+free-between = { $low } à { $high } sont libres dans le parking trouvé
 counted-up-to = Décompte arrêté à { $time }
 stalls-found =
     { $stalls ->
@@ -463,8 +462,8 @@ stalls-found =
     }
 stalls-found-all =
     { $stalls ->
-        [one] { $stalls } place trouvée, tout le parking vu
-       *[other] { $stalls } places trouvées, tout le parking vu
+        [one] { $stalls } place trouvée, parking trouvé vu en entier
+       *[other] { $stalls } places trouvées, parking trouvé vu en entier
     }
 stalls-found-seen =
     { $stalls ->
@@ -476,9 +475,9 @@ stalls-found-seen =
 
 survey = Relevé
 survey-so-far = Relevé jusqu'ici
-survey-so-far-all = Relevé jusqu'ici, tout le parking vu
+survey-so-far-all = Relevé jusqu'ici, parking trouvé vu en entier
 landed-at = Posé à { $time }
-landed-at-all = Posé à { $time }, tout le parking vu
+landed-at-all = Posé à { $time }, parking trouvé vu en entier
 close-survey = Fermer le relevé
 hero-free =
     { $free ->
@@ -487,8 +486,8 @@ hero-free =
     }
 hero-of =
     { $stalls ->
-        [one] sur { $stalls } place
-       *[other] sur { $stalls } places
+        [one] sur { $stalls } place trouvée
+       *[other] sur { $stalls } places trouvées
     }
 free-share = libres, { $percent }
 taken-share = occupées, { $percent }
@@ -520,8 +519,10 @@ battery-spoken-missing = manque { $percent }
 battery-not-known = Le besoin du relevé n'est pas connu
 battery-nothing-left = Il ne reste rien à relever
 battery-enough-fence = Assez pour un parking aussi grand que la géobarrière
+battery-enough-found = Assez pour le parking trouvé jusqu'ici
 battery-enough-survey = Assez pour le reste du relevé
 battery-part-fence = Assez pour { $percent } environ d'un parking aussi grand que la géobarrière
+battery-part-found = Assez pour { $percent } environ du parking trouvé jusqu'ici
 battery-part-survey = Assez pour { $percent } environ du reste du relevé
 battery-low = Batterie faible : { $percent }. Il rentre bientôt.
 

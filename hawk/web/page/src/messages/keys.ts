@@ -184,9 +184,8 @@ export interface Messages {
   "landed": Record<string, never>;
   "motors-off-since": { time: string | number };
   "seen-so-far": { percent: string | number };
-  "seen-so-far-to-go": { percent: string | number; time: string | number };
+  "seen-of-outline": { percent: string | number };
   "seen-short": { percent: string | number };
-  "seen-short-to-go": { percent: string | number; time: string | number };
   "picture-old": { age: string | number };
   "free-stalls": Record<string, never>;
   "free-at": { time: string | number };
@@ -326,8 +325,10 @@ export interface Messages {
   "battery-not-known": Record<string, never>;
   "battery-nothing-left": Record<string, never>;
   "battery-enough-fence": Record<string, never>;
+  "battery-enough-found": Record<string, never>;
   "battery-enough-survey": Record<string, never>;
   "battery-part-fence": { percent: string | number };
+  "battery-part-found": { percent: string | number };
   "battery-part-survey": { percent: string | number };
   "battery-low": { percent: string | number };
   "nothing-known-yet": Record<string, never>;

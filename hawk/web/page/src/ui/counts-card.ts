@@ -1,5 +1,6 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
+import type { Heartbeat } from "../protocol.ts";
 import type { CountedState } from "../state/map-store.ts";
 import { isFlying } from "../state/flight.ts";
 import * as format from "../words/format.ts";
@@ -43,9 +44,14 @@ function count(state: CountedState, stalls: number): TemplateResult {
   </div>`;
 }
 
+/** Explored, and seen but for a few patches: the drone gives bounds then. */
+export function isSeenWhole(heartbeat: Heartbeat | null): boolean {
+  return heartbeat?.["Explore Done"] === true && heartbeat["Free Range"] !== null;
+}
+
 /** The bounds of the number of free stalls, where they differ from it. */
 export function between(view: View): TemplateResult | typeof nothing {
-  const bounds = view.heartbeat?.["Free Range"];
+  const bounds = view.heartbeat?.["Explore Done"] === true ? view.heartbeat["Free Range"] : null; // nothing is said of ground not seen
   if (!bounds || bounds[0] === bounds[1] || linkOf(view) === "lost") return nothing;
   return html`<span data-between>${say("free-between", { low: bounds[0], high: bounds[1] })}</span>`;
 }
@@ -62,6 +68,6 @@ function summary(view: View): string {
   }
   const seen = view.heartbeat ? seenPercent(view.heartbeat) : null;
   const stalls = stallCount(view);
-  if (view.heartbeat?.["Explore Done"]) return say("stalls-found-all", { stalls });
+  if (isSeenWhole(view.heartbeat)) return say("stalls-found-all", { stalls });
   return seen === null ? say("stalls-found", { stalls }) : say("stalls-found-seen", { stalls, percent: format.percent(seen) });
 }

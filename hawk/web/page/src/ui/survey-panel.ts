@@ -7,7 +7,7 @@ import { heightsOf, topHeight } from "../words/plot.ts";
 import { number, say } from "../words/say.ts";
 import { SCALES, type Units } from "../words/units.ts";
 import type { View } from "../words/view.ts";
-import { between, stallCount, suggested } from "./counts-card.ts";
+import { between, isSeenWhole, stallCount, suggested } from "./counts-card.ts";
 import { cssVars } from "./css-vars.ts";
 import "./downloads.ts";
 import { Part } from "./element.ts";
@@ -81,7 +81,7 @@ export class SurveyPanel extends Part {
 }
 
 function headline(view: View): string {
-  const isDone = view.heartbeat?.["Explore Done"] === true;
+  const isDone = isSeenWhole(view.heartbeat);
   if (view.landedAt === null) return say(isDone ? "survey-so-far-all" : "survey-so-far");
   return say(isDone ? "landed-at-all" : "landed-at", { time: format.clock(view.landedAt) });
 }

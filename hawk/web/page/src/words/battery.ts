@@ -50,7 +50,7 @@ function verdictOf(heartbeat: Heartbeat): string {
   const { "Battery Needed Survey": survey, "Battery Left": left, "Survey Basis": basis, "Survey Share": share } = heartbeat;
   if (survey === null || left === null || share === null) return say("battery-not-known");
   if (survey === 0) return say("battery-nothing-left");
-  if (left >= 0) return basis === "fence" ? say("battery-enough-fence") : say("battery-enough-survey");
-  const percent = format.percent(Math.floor(share * 10) * 10);
-  return basis === "fence" ? say("battery-part-fence", { percent }) : say("battery-part-survey", { percent });
+  const of = basis === "fence" ? "fence" : basis === "planner" && heartbeat["Outline Area"] === null ? "found" : "survey";
+  if (left >= 0) return say(`battery-enough-${of}`);
+  return say(`battery-part-${of}`, { percent: format.percent(Math.floor(share * 10) * 10) });
 }

@@ -88,23 +88,15 @@ function active(view: View, heartbeat: Heartbeat): StateWords {
   const seen = seenPercent(heartbeat);
   if (heartbeat.State !== "Autonomous Explore" || seen === null) return same(tone, title, `${heartbeat.Detail}${oldPicture(view)}`);
   const percent = format.percent(seen);
-  const time = timeToGo(view, heartbeat);
-  const detail = time === null ? say("seen-so-far", { percent }) : say("seen-so-far-to-go", { percent, time });
-  const short = time === null ? say("seen-short", { percent }) : say("seen-short-to-go", { percent, time });
-  return { tone, title, detail: `${detail}${oldPicture(view)}`, short: `${short}${oldPicture(view)}` };
+  if (heartbeat["Outline Area"] !== null) return same(tone, title, `${say("seen-of-outline", { percent })}${oldPicture(view)}`);
+  // no time to go: how much more lot comes in sight is not known
+  const detail = `${say("seen-so-far", { percent })}${oldPicture(view)}`;
+  return { tone, title, detail, short: `${say("seen-short", { percent })}${oldPicture(view)}` };
 }
 
 function oldPicture(view: View): string {
   const age = view.pictureAge;
   return age !== null && age > OLD_S ? ` ${say("picture-old", { age: format.age(age) })}` : "";
-}
-
-/** How long the rest takes; null while no route is planned or the drone's speed is not known. */
-function timeToGo(view: View, heartbeat: Heartbeat): string | null {
-  const left = heartbeat.Remaining;
-  if (left === null || view.cruise === null) return null;
-  const seconds = left / view.cruise;
-  return seconds < 1 ? null : format.duration(seconds);
 }
 
 /** Trouble turns any mark into the triangle. */
