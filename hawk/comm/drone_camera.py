@@ -32,6 +32,7 @@ from hawk.config import CameraSettings, ConfigError
 from hawk.image import NoImage, decode, read_jpeg
 from hawk.model.operation import Health, HealthStatus
 from hawk.model.pictures import CameraModel
+from hawk.model.sentences import say
 from hawk.repeated_log import Repeated
 from hawk.supervision import Supervisor
 
@@ -46,7 +47,7 @@ _LOOKED_AT: Final = 20
 """Pictures, the last that were decoded, of which the damaged ones are reported."""
 _MOST_DAMAGED: Final = 10
 """Of these; with more the camera is unhealthy."""
-_LEFT_OUT: Final = "damaged and left out: check the cable, the plug and the radio link"
+_LEFT_OUT: Final = say("damaged and left out: check the cable, the plug and the radio link")
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +110,7 @@ class DroneCamera:
         """The newest picture, however old."""
         self._given = 0
         self._sequence = 0
-        self._problem = "No picture yet"
+        self._problem: str = say("No picture yet")
         self._reported = ""
         self._repeated = Repeated()
         self._damaged = self._damaged_before = 0
@@ -147,18 +148,27 @@ class DroneCamera:
         """Healthy while fresh pictures come that fit the calibration, most of them whole; damaged ones are reported."""
         frame = self.latest
         if frame is None:
-            return Health.bad(f"Camera: {self._silence()}")
+            return Health.bad(say("Camera: {silence}", silence=self._silence()))
         age = self._clock() - frame.arrived
         if age > STALE_S * self._clock.speed:
-            return Health.bad(f"Camera: no picture for {age:.0f} s. {self._silence()}".strip())
+            return Health.bad(say("Camera: no picture for {age:.0f} s. {silence}", age=age, silence=self._silence()))
         misfit = self._calibration.misfit(frame.width, frame.height)
         if misfit:
-            return Health.bad(f"Camera: {misfit}")
+            return Health.bad(say("Camera: {misfit}", misfit=misfit))
         damaged = sum(self._decoded)
         if not damaged:
             return Health()
-        of = f"{damaged} of the last {len(self._decoded)} pictures {'was' if damaged == 1 else 'were'} {_LEFT_OUT}"
-        return Health(HealthStatus.UNHEALTHY if damaged > _MOST_DAMAGED else HealthStatus.HEALTHY, f"Camera: {of}")
+        count = len(self._decoded)
+        if damaged == 1:
+            words = say("Camera: 1 of the last {count} pictures was {left_out}", count=count, left_out=_LEFT_OUT)
+        else:
+            words = say(
+                "Camera: {damaged} of the last {count} pictures were {left_out}",
+                damaged=damaged,
+                count=count,
+                left_out=_LEFT_OUT,
+            )
+        return Health(HealthStatus.UNHEALTHY if damaged > _MOST_DAMAGED else HealthStatus.HEALTHY, words)
 
     @property
     def model(self) -> CameraModel | None:
@@ -241,7 +251,7 @@ class DroneCamera:
         damaged = self.damaged - self._damaged_before
         if not damaged:
             return self._problem
-        came = f"{damaged} came damaged: check the cable, the plug and the radio link"
+        came = say("{damaged} came damaged: check the cable, the plug and the radio link", damaged=damaged)
         return f"{self._problem}; {came}" if self._problem else came
 
     def _report(self, problem: str) -> None:

@@ -24,6 +24,7 @@ from mcap.writer import CompressionType, IndexType, Writer
 
 from hawk.config import StoreSettings
 from hawk.model.operation import Health
+from hawk.model.sentences import say
 from hawk.store.frame_codec import encode_frame, to_json
 
 _LOG = logging.getLogger(__name__)
@@ -123,11 +124,15 @@ class Recording:
     def newest(self) -> Path:
         """Return the newest complete file, of an earlier run too. Reads the folder. Raises NoRecordingError."""
         if self.recording or self._queue:
-            raise NoRecordingError("The recording is not complete yet.")
+            raise NoRecordingError(say("The recording is not complete yet."))
         try:
             return newest_file(self._folder)
         except (ValueError, OSError):
-            reason = "There is no recording yet." if self._enabled else "Nothing is recorded: [store] record is false."
+            reason = (
+                say("There is no recording yet.")
+                if self._enabled
+                else say("Nothing is recorded: [store] record is false.")
+            )
             raise NoRecordingError(reason) from None
 
     @property
@@ -144,7 +149,9 @@ class Recording:
     def health(self) -> Health:
         """Unhealthy while messages are missing."""
         if self._health.is_healthy and self._clock() - self._dropped_at < _DROPS_SHOWN_S:
-            return Health.bad(f"Recording: the disk is too slow, {self.dropped} messages are missing")
+            return Health.bad(
+                say("Recording: the disk is too slow, {dropped} messages are missing", dropped=self.dropped)
+            )
         return self._health
 
     async def close(self) -> None:
@@ -193,7 +200,14 @@ class Recording:
                     self._check_space()
                 self._write(items, wanted)
             except Exception as error:  # a recording that fails must not end
-                self._fail(f"Recording: {getattr(error, 'strerror', None) or error} ({self._folder})", len(items))
+                self._fail(
+                    say(
+                        "Recording: {error} ({folder})",
+                        error=str(getattr(error, "strerror", None) or error),
+                        folder=str(self._folder),
+                    ),
+                    len(items),
+                )
                 with self._ready:
                     self._ready.wait_for(lambda: self._closing, 0 if closing else self._retry_s)
             if closing:
@@ -248,9 +262,11 @@ class Recording:
                 self._health = Health()
             return
         self._finish()
-        reason = (
-            f"{_STOPPED}: {free // 1_000_000} MB are free, store.minimum_free_mb is "
-            f"{self._least_free // 1_000_000}: delete old files in {self._folder}"
+        reason = say(
+            "Recording stopped: {free} MB are free, store.minimum_free_mb is {least}: delete old files in {folder}",
+            free=free // 1_000_000,
+            least=self._least_free // 1_000_000,
+            folder=str(self._folder),
         )
         if self._has_space():
             _LOG.warning(reason)

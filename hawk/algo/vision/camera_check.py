@@ -20,6 +20,7 @@ from hawk.algo.vision.motion import Features, Motion, expected_motion, find_feat
 from hawk.model.operation import GROUND_STATES, Health, HealthStatus
 from hawk.model.pictures import CameraModel
 from hawk.model.poses import MapPose
+from hawk.model.sentences import say
 
 COMPARED_SHIFT = 0.1
 """Two pictures are compared when the picture has moved so far between them, focal lengths: 3.5 m at 35 m."""
@@ -198,7 +199,9 @@ class CameraCheck:
             if moved > SAME_MOVE_M or abs(_turn(same.pose, frame.pose)) > _SAME_TURN:
                 return _FROZEN
         seconds = frame.captured - same.frame.captured
-        return Health(HealthStatus.HEALTHY, f"the same picture for {seconds:.0f} s") if seconds > _SAME_WORD_S else None
+        if seconds <= _SAME_WORD_S:
+            return None
+        return Health(HealthStatus.HEALTHY, say("the same picture for {seconds:.0f} s", seconds=seconds))
 
     def _compare(self, frame: FrameInput, image: NDArray[np.uint8]) -> None:
         pose, key = frame.over_ground, self._key
@@ -217,7 +220,7 @@ class CameraCheck:
             self.evidence = self.evidence.with_pair(Pair(expected, measured))
 
 
-_FROZEN = Health.bad("the picture stands still while the drone moves. Check the camera.")
+_FROZEN = Health.bad(say("the picture stands still while the drone moves. Check the camera."))
 
 
 def _health(finding: Finding, camera: CameraModel) -> Health:
@@ -225,13 +228,18 @@ def _health(finding: Finding, camera: CameraModel) -> Health:
         case View.FROZEN:
             return _FROZEN
         case View.MIRRORED:
-            return Health.bad("the picture is mirrored. Switch mirroring off in the camera and start hawk again.")
+            return Health.bad(say("the picture is mirrored. Switch mirroring off in the camera and start hawk again."))
         case View.TURNED:
             angle = _about(finding.angle)
             return Health.bad(
-                f"the picture moves as if the camera were turned by about {angle}°. Turn the camera or set "
-                f"camera.mount_yaw_deg to {_about(camera.mount_yaw + finding.angle)} (it is "
-                f"{math.degrees(camera.mount_yaw):.0f}) and start hawk again. If it sits right, look at the compass."
+                say(
+                    "the picture moves as if the camera were turned by about {angle}°. Turn the camera or set "
+                    "camera.mount_yaw_deg to {wanted} (it is {degrees:.0f}) and start hawk again. If it sits right, "
+                    "look at the compass.",
+                    angle=angle,
+                    wanted=_about(camera.mount_yaw + finding.angle),
+                    degrees=math.degrees(camera.mount_yaw),
+                )
             )
     return Health()
 
