@@ -87,7 +87,7 @@ PLACE: Final = (
         When.RETURNING,
         (
             Drone({"gps_walk": (0.5, 0.5)}),
-            See(either(warned("position", "camera", "place"), DOWN), 25.0),
+            See(either(warned("position", "camera", "place"), DOWN), 45.0),
             See(DOWN, 120.0),
         ),
         ends_flight=True,

@@ -401,6 +401,7 @@ class Autopilot:
             fence_breaches=self._breaches(),
             throttle_high=self.radio_present and self.stick > 0.05,
             crashed=self.body.crashed,
+            compasses_healthy=not self.compasses.failed,
         )
 
     def _breaches(self) -> FenceType:

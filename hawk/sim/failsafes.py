@@ -29,6 +29,7 @@ class ArmingView:
     fence_breaches: FenceType
     throttle_high: bool
     crashed: bool
+    compasses_healthy: bool = True
 
 
 def pre_arm_reasons(view: ArmingView) -> list[str]:
@@ -48,6 +49,8 @@ def arming_reasons(view: ArmingView) -> list[str]:
 def _pre_arm(view: ArmingView) -> Iterator[str]:
     if view.crashed:
         yield "Vehicle has crashed"
+    if not view.compasses_healthy:
+        yield "Compass not healthy"
     if (view.mode_needs_position or view.fence_enabled) and not (view.position_ok and view.home_set):
         yield "fence requires position" if view.fence_enabled else "Need Position Estimate"
     elif view.fence_breaches:

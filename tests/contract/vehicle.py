@@ -91,6 +91,12 @@ class Faults(Protocol):
     def battery_low(self, low: bool) -> None:
         """Make the battery's voltage low, or as it was."""
 
+    def barometer_rises(self, speed: float) -> None:
+        """Let the barometer's height rise by itself, m/s."""
+
+    def compasses(self, work: bool) -> None:
+        """Let all compasses work or fail."""
+
     def repair(self) -> None:
         """Put a crashed vehicle back on its feet."""
 
@@ -116,6 +122,14 @@ class SimulatedFaults:
     def battery_low(self, low: bool) -> None:
         """Make the battery's charge low, or full."""
         self._fault(battery=15.0 if low else 100.0)
+
+    def barometer_rises(self, speed: float) -> None:
+        """Let the barometer's height rise by itself, m/s."""
+        self._fault(baro_drift=speed)
+
+    def compasses(self, work: bool) -> None:
+        """Let all compasses work or fail."""
+        self._fault(compass="ok" if work else "lost")
 
     def repair(self) -> None:
         """Put a crashed vehicle back on its feet."""
@@ -152,6 +166,15 @@ class ArduPilotFaults:
     def battery_low(self, low: bool) -> None:
         """Make the battery's voltage low, or as it was."""
         self._set("SIM_BATT_VOLTAGE", 10.4 if low else 12.6)
+
+    def barometer_rises(self, speed: float) -> None:
+        """Let the barometer's height rise by itself, m/s."""
+        self._set("SIM_BARO_DRIFT", speed)
+
+    def compasses(self, work: bool) -> None:
+        """Let all compasses work or fail."""
+        for number in (1, 2, 3):
+            self._set(f"SIM_MAG{number}_FAIL", 0 if work else 1)
 
     def repair(self) -> None:
         """ArduPilot's vehicle stands on its feet after a fall."""

@@ -21,6 +21,7 @@ from mavsdk import ComponentType, Configuration, Mavsdk
 from mavsdk.plugins.action import Action
 from mavsdk.plugins.geofence import Geofence
 from mavsdk.plugins.mavlink_direct import MavlinkDirect, MavlinkMessage
+from mavsdk.plugins.mission_raw import MissionRaw
 from mavsdk.plugins.param import Param
 from mavsdk.plugins.telemetry import Telemetry
 
@@ -88,6 +89,7 @@ class Pilot:
         self.telemetry = Telemetry(system)
         self.parameters = Param(system)
         self.geofence = Geofence(system)
+        self.missions = MissionRaw(system)
         self.direct = MavlinkDirect(system)
         self.direct.subscribe_message("", self._take_message)
         self.telemetry.subscribe_status_text(self._take_text)

@@ -13,6 +13,7 @@ from tests.unit.sim.test_faults import put
 
 EKF, RAW, LOCAL, GLOBAL, STATUS = 193, 24, 32, 33, 1
 MAG = 1 << 2
+FAILED = 4
 
 
 def true_place(autopilot: Autopilot) -> tuple[float, float]:
@@ -116,6 +117,14 @@ class TestHeading:
         put(flying, compass="ok")
         flying.run(0.3)
         assert flying.last("SYS_STATUS").onboard_control_sensors_health & MAG
+
+    def test_without_a_compass_it_does_not_arm(self, station: Any) -> None:
+        station.wait_for_position()
+        put(station, compass="lost")
+        assert station.arm() == FAILED
+        assert "Arm: Compass not healthy" in station.texts()
+        put(station, compass="ok")
+        assert station.arm() == 0
 
     def test_compasses_that_turn_make_it_circle_until_the_filter_takes_its_heading_from_the_motion(
         self, flying: Any
