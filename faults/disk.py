@@ -5,11 +5,12 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import errno
+import os
 from pathlib import Path
 from typing import Final
 
-SIZE: Final = "96m"
-_BLOCK: Final = bytes(1 << 16)
+SIZE: Final = "8g"
+"""Room for all that a daemon wants; a file system in memory takes what is written, no more."""
 
 
 class DiskError(Exception):
@@ -29,11 +30,11 @@ class OwnDisk:
         if await _run("mount", "-t", "tmpfs", "-o", f"size={SIZE}", "tmpfs", str(self._folder)):
             raise DiskError("the store cannot have a disk of its own: run as root, or below unshare -Urm")
 
-    def fill(self) -> None:
-        """Leave no byte."""
-        with contextlib.suppress(OSError), self._filler.open("ab", buffering=0) as file:
-            while file.write(_BLOCK):
-                pass
+    async def fill(self) -> None:
+        """Leave no byte: it shrinks to what is used, and a file takes the last page."""
+        found = os.statvfs(self._folder)
+        used = max(1, found.f_blocks - found.f_bfree) * found.f_frsize  # 0 would be no limit
+        await _run("mount", "-o", f"remount,size={used}", str(self._folder))
         with contextlib.suppress(OSError), self._filler.open("ab", buffering=0) as file:
             while file.write(b"0"):
                 pass
@@ -49,8 +50,9 @@ class OwnDisk:
         (self._folder / "probe").unlink()
         return True
 
-    def empty(self) -> None:
+    async def empty(self) -> None:
         """Give the room back."""
+        await _run("mount", "-o", f"remount,size={SIZE}", str(self._folder))
         self._filler.unlink(missing_ok=True)
 
     async def end(self) -> None:

@@ -280,7 +280,8 @@ class Rig:
             case SecondDaemon(shared):
                 await self._start_second(shared)
             case Disk(full):
-                self._fill_disk(full)
+                assert self._disk is not None
+                await (self._disk.fill() if full else self._disk.empty())
             case WallClock(step_s):
                 self._wall_clock.write_text(f"{step_s}")
             case HalfRequests(count):
@@ -317,13 +318,6 @@ class Rig:
         ready = self.folder / "second.json"
         command = self.stack.daemon_command(ready, store=store, port=0)
         await self._second.start(command)
-
-    def _fill_disk(self, full: bool) -> None:
-        assert self._disk is not None
-        if full:
-            self._disk.fill()
-        else:
-            self._disk.empty()
 
     async def _survey(self, pilot: Pilot) -> None:
         since = self._since

@@ -150,7 +150,12 @@ COMPUTER: Final = (
     Fault(
         "the disk is full",
         When.EXPLORING,
-        (Disk(full=True), See(warned("disk", "recording", "journal", "written"), 20.0), See(UP, 5.0, lasts=True)),
+        (
+            See(absent(warned("disk", "recording", "journal")), 1.0),
+            Disk(full=True),
+            See(warned("disk", "recording", "journal"), 20.0),
+            See(both(state(_EXPLORE), UP), 10.0, lasts=True),
+        ),
         ends_flight=True,
         own_disk=True,
     ),

@@ -24,9 +24,9 @@ async def test_a_disk_of_one_s_own_is_filled_and_emptied(tmp_path: Path) -> None
         pytest.skip("no right to mount here")
     try:
         assert disk.takes_a_byte()
-        disk.fill()
+        await disk.fill()
         assert not disk.takes_a_byte()
-        disk.empty()
+        await disk.empty()
         assert disk.takes_a_byte()
     finally:
         await disk.end()
