@@ -18,7 +18,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from hawk.algo.loop import AlgorithmLoop, Situation, fixed_mount
 from hawk.algo.topic_interface import AlgorithmTopics
@@ -41,6 +41,7 @@ from hawk.ddc.settings import DdcSettings, ManagerSetup
 from hawk.ddc.survey_memory import SurveyMemory
 from hawk.ddc.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.flight_offer import FlightOffer
+from hawk.flight_trace import FlightTrace
 from hawk.map_keeper import MapKeeper
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.moment import this_moment
@@ -243,6 +244,7 @@ class Daemon:
     def _make_operations(self) -> None:
         self.inputs = DdcInputs.create(self.clock)
         self.side = OperatorSide.create(self.clock, self._config.operator)
+        self._trace = FlightTrace(self.side.desk.names, self.side.desk.controller)
         self.topics = DdcTopicInterface(self.vehicle, self.inputs, self.clock)
         self.manager = OperationsManager(
             ManagerSetup(
@@ -250,7 +252,7 @@ class Daemon:
                 desk=self.side.desk,
                 directory=self._config.store.directory,
                 settings=DdcSettings.from_config(self._config),
-                record=self._recording.record,
+                record=self._record,
                 count_start=self._starts.found_in_air,
                 continues_survey=bool(self._kept.map_parts),
                 begin_survey=self._begin_another_survey,
@@ -273,10 +275,15 @@ class Daemon:
             ),
         )
         self.manager.init()
+        self.manager.status.listen(self._trace.follow)
         if self._set_aside:
             _LOG.warning("%s", self._set_aside)
             self.manager.log.add("warning", f"{self._set_aside}.", "")
         self.side.socket.attach(self.manager.handle_now)
+
+    def _record(self, kind: str, payload: dict[str, Any]) -> None:
+        self._recording.record(kind, payload)
+        self._trace.record(kind, payload)
 
     def _make_results(self) -> None:
         """Make the topics on which the algorithms publish once they have started."""
@@ -351,6 +358,7 @@ class Daemon:
         if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # nohup(1) ignores it for us
             loop.add_signal_handler(signal.SIGHUP, self._lose_terminal)
         ticker = Ticker(1 / (self._config.flight.tick_hz * self.clock.speed), self._tick, self.performance.ticked)
+        self._trace.begin(self._start_words())
         ticker.start()
         self._watchdog.ready()
         try:
@@ -365,8 +373,9 @@ class Daemon:
             await self._open_autopilot()
             await self._start_algorithms()
             await self._stopping.wait()
-            await self.manager.shutdown_in_air()
+            flew = await self.manager.shutdown_in_air()
             self._starts.ended_in_order()
+            self._trace.end("in the air, with a way home" if flew else "in order")
         finally:
             ticker.stop()
             await self._close()
@@ -549,6 +558,12 @@ class Daemon:
             partial = self._options.ready_file.with_suffix(".partial")
             partial.write_text(json.dumps({"url": self._web.url, "first_tick_s": self._first_tick_s}))
             partial.rename(self._options.ready_file)
+
+    def _start_words(self) -> str:
+        kind = "a simulation, " if self._options.is_simulation else ""
+        again = ", after a start in the air" if self.flew_lately else ""
+        place = f"autopilot at {self._config.autopilot.url}, store {self._config.store.directory.resolve()}"
+        return f"hawk-drone {version('hawk-drone')}, {kind}{place}{again}"
 
     def _own(self, name: str, work: Callable[[], Awaitable[None]]) -> None:
         self._tasks.append(self._supervisor.start(name, work))

@@ -12,9 +12,20 @@ import logging
 import os
 import threading
 from collections import deque
+from collections.abc import Mapping
 from typing import Any, Final
 
 FORMAT: Final = "%(asctime)s %(levelname)s %(name)s: %(message)s"
+JOURNAL_FORMAT: Final = "%(name)s: %(message)s"
+"""journald has time and priority of its own."""
+TRACE: Final = "hawk.flight"
+"""Logger of the flight's trace (`hawk.flight_trace`): it is written whatever ``log.level`` says."""
+NOTICE: Final = 25
+"""Level of what is worth finding again in a journal, between info and warning: syslog's notice."""
+_PRIORITIES: Final = ((logging.CRITICAL, 2), (logging.ERROR, 3), (logging.WARNING, 4), (NOTICE, 5), (logging.INFO, 6))
+"""Levels and syslog's priorities; anything below is 7, debug."""
+_CONTROL: Final = {code: f"\\x{code:02x}" for code in (*range(32), *range(127, 160)) if chr(code) not in "\n\t"}
+"""Control characters, which would move a terminal's cursor or colour its text."""
 LINES: Final = 2000
 """Lines that wait at most."""
 CLOSE_S: Final = 1.0
@@ -68,17 +79,38 @@ class LineWriter:
                 _write(self._descriptor, f"{line}\n".encode(errors="backslashreplace"))
 
 
+def is_journal(descriptor: int, environment: Mapping[str, str] = os.environ) -> bool:
+    """Return True when a descriptor leads to journald: systemd names its device and inode (systemd.exec(5))."""
+    try:
+        about = os.fstat(descriptor)
+    except OSError:
+        return False
+    return environment.get("JOURNAL_STREAM") == f"{about.st_dev}:{about.st_ino}"
+
+
+def journal_lines(text: str, level: int) -> str:
+    """Return lines for journald: each with its priority (sd-daemon(3)), those of one record after the first indented.
+
+    A line of a record can thus be taken for no other record, whatever somebody has written into it.
+    """
+    prefix = f"<{next((number for least, number in _PRIORITIES if level >= least), 7)}>"
+    first, *rest = text.splitlines() or [""]
+    return "\n".join([f"{prefix}{first}", *(f"{prefix}  {line}" for line in rest)])
+
+
 class _LineHandler(logging.Handler):
     """Formats on the thread that logs, and hands the line over."""
 
-    def __init__(self, writer: LineWriter) -> None:
+    def __init__(self, writer: LineWriter, *, to_journal: bool = False) -> None:
         super().__init__()
         self._writer = writer
-        self.setFormatter(logging.Formatter(FORMAT))
+        self._to_journal = to_journal
+        self.setFormatter(logging.Formatter(JOURNAL_FORMAT if to_journal else FORMAT))
 
     def emit(self, record: logging.LogRecord) -> None:
         try:
-            self._writer.put(self.format(record))
+            text = self.format(record).translate(_CONTROL)
+            self._writer.put(journal_lines(text, record.levelno) if self._to_journal else text)
         except Exception:  # logging's own answer is a print that may block
             self._writer.put(f"{record.levelname} {record.name}: cannot be shown: {record.msg!r}")
 
@@ -89,7 +121,9 @@ class ProgramLog:
     def __init__(self, level: str, descriptor: int = STANDARD_ERROR) -> None:
         """``level``: debug, info, warning or error."""
         self._writer = LineWriter(descriptor)
-        self._handler = _LineHandler(self._writer)
+        self._handler = _LineHandler(self._writer, to_journal=is_journal(descriptor))
+        logging.addLevelName(NOTICE, "NOTICE")
+        logging.getLogger(TRACE).setLevel(logging.INFO)
         root = logging.getLogger()
         self._former = root.handlers[:], root.level
         root.handlers[:] = [self._handler]

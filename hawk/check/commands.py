@@ -80,7 +80,7 @@ def make_checks(options: argparse.Namespace, end_s: float) -> list[CheckResult]:
 
 
 def _doctor(options: argparse.Namespace) -> int:
-    from hawk.check.doctor import collect, write_bundle
+    from hawk.check.doctor import LAST_FLIGHT, collect, write_bundle
     from hawk.check.secrets import SecretFilter, known_secrets
 
     config: Config | None = None
@@ -101,6 +101,8 @@ def _doctor(options: argparse.Namespace) -> int:
     print(f"{bundle.path} holds:")
     for name, size in bundle.parts.items():
         print(f"  {name} ({size} bytes)")
+    if LAST_FLIGHT in parts:
+        print(parts[LAST_FLIGHT].partition("\n")[0])
     print("Recordings, tokens, logins, keys and passwords are not in it. It holds the places of flights (degrees).")
     print(f"Look through it before you send it: tar -xzf {bundle.path}")
     return 0

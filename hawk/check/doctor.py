@@ -22,6 +22,7 @@ from importlib.metadata import distributions, version
 from pathlib import Path
 from typing import Any, Final
 
+from hawk.check.last_flight import COMMAND, last_flight, read_journal, tell
 from hawk.check.report import as_object
 from hawk.check.result import CheckResult
 from hawk.check.secrets import SecretFilter
@@ -31,6 +32,8 @@ from hawk.store.journal_state import MAP, SEGMENT, read_records
 
 JOURNAL_LINES: Final = 3000
 """Lines of the daemon's journal; its stack dumps go there, too."""
+LAST_FLIGHT: Final = "last-flight.txt"
+"""Name of the part that has the last flight in words."""
 _JOURNAL_S: Final = 10.0
 _LARGEST: Final = 256_000
 """Bytes of the largest file that is copied; of a longer one its end is."""
@@ -85,6 +88,7 @@ def collect(
     journal = run(["journalctl", "-u", "hawk-drone", "-n", str(JOURNAL_LINES), "--no-pager", "-o", "short-iso"])
     if journal.strip():
         parts["daemon-journal.txt"] = journal
+        parts[LAST_FLIGHT] = tell(last_flight(read_journal(run(COMMAND))))
     parts |= _small_files(folder)
     kept = _flight_journal(folder / "journal")
     if kept:
