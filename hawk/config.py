@@ -176,7 +176,17 @@ class FlightSettings(Section):
     battery_reserve_percent: float = Field(default=20.0, ge=5, le=80)
     battery_arm_percent: float = Field(default=30.0, ge=5, le=100)
     battery_cells: int | None = Field(default=None, ge=1, le=24)
+    battery_chemistry: Literal["lipo", "lihv", "liion"] = "lipo"
+    battery_return_v: float | None = Field(default=None, ge=2.5, le=4.0)
+    battery_land_v: float | None = Field(default=None, ge=2.5, le=4.0)
     maximum_hdop_m: float = Field(default=3.0, ge=0.5, le=10)
+
+    @model_validator(mode="after")
+    def _lands_below_the_return(self) -> FlightSettings:
+        back, land = self.battery_return_v, self.battery_land_v
+        if back is not None and land is not None and land > back:
+            raise ValueError(f"battery_land_v ({land:g}) must not be more than battery_return_v ({back:g})")
+        return self
 
     @model_validator(mode="after")
     def _arms_with_more_than_the_reserve(self) -> FlightSettings:

@@ -258,6 +258,8 @@ class Daemon:
                 begin_survey=self._begin_another_survey,
                 flight=self._starts.flight,
                 keep_flight=self._starts.keep_flight,
+                fall=self._kept.fall,
+                keep_fall=self._journal.set_fall,
                 survey=SurveyMemory(
                     self._kept.left,
                     self._kept.drains,

@@ -60,8 +60,10 @@ def survey_at_start(
     if kept.datum is None and not kept.map_parts:
         return SurveyAtStart(replace(kept, arm_place=None))
     words = "" if is_new_world else _set_aside(kept, age, moment())
-    survey = journal.new_survey()
-    return SurveyAtStart(JournalState(survey_id=survey, starts_in_air=kept.starts_in_air, drains=kept.drains), words)
+    empty = JournalState(
+        survey_id=journal.new_survey(), starts_in_air=kept.starts_in_air, drains=kept.drains, fall=kept.fall
+    )
+    return SurveyAtStart(empty, words)
 
 
 def _age(written: Moment | None, now: Moment) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hawk.check.result import CheckResult, failed, not_looked_at, passed, warning
 from hawk.comm.vehicle import VehicleTopics
 from hawk.config import Config
-from hawk.ddc.battery_thresholds import possible_cells
+from hawk.ddc.chemistry import CHEMISTRIES
 from hawk.ddc.failsafes import AutopilotView, check_failsafes, watched_names
 from hawk.ddc.parameter_values import FailsafeCheck, Values
 from hawk.ddc.remote_control import SWITCH_CHANNEL, RemoteControlWatch, remote_control_check
@@ -22,11 +22,13 @@ def needed_names(values: Values) -> tuple[str, ...]:
 def failsafe_results(config: Config, values: Values, topics: VehicleTopics) -> list[CheckResult]:
     """Return the checks of remote control and failsafes."""
     battery, diagnostics = topics.battery.fresh(BATTERY_AGE_S), topics.diagnostics.fresh(BATTERY_AGE_S)
+    chemistry, voltage = CHEMISTRIES[config.flight.battery_chemistry], None if battery is None else battery.voltage
     view = AutopilotView(
         config.autopilot.system_id,
-        possible_cells(None if battery is None else battery.voltage, config.flight.battery_cells),
+        chemistry.possible_cells(voltage, config.flight.battery_cells, in_flight=False),
         None if diagnostics is None else diagnostics.fence_on,
         config.remote_control.required,
+        chemistry,
     )
     return [_remote_control(config, values, topics), *(_result(check) for check in check_failsafes(values, view))]
 

@@ -11,7 +11,7 @@ from hawk.ddc.fence import FencePlan, Standpoint
 from hawk.ddc.motion import Goal
 from hawk.ddc.orders import Level, Transition
 from hawk.model.limits import Fence, HeightParameters, Outline
-from hawk.model.operation import StateName, UserError
+from hawk.model.operation import Fall, StateName, UserError
 from hawk.model.plans import DesiredPose
 from hawk.model.poses import GlobalPose
 from hawk.model.vehicle import CopterMode
@@ -295,6 +295,13 @@ class CountStart:
 
 
 @dataclass(frozen=True, slots=True)
+class KeepFall:
+    """Journal that the motors went off in the air; None: the operator cleared it."""
+
+    fall: Fall | None
+
+
+@dataclass(frozen=True, slots=True)
 class EnterState:
     """Another state is the active one, or may send other targets now: publish it, and let the gate know."""
 
@@ -328,6 +335,7 @@ Act = (
     | ForgetAskedModes
     | SetVoice
     | CountStart
+    | KeepFall
     | EnterState
     | Record
 )

@@ -65,6 +65,8 @@ class Belief:
 
     vehicle: VehicleState
     ground: GroundFacts
+    motion: Motion = Motion()
+    """Height and climb; no height where the arm place is that of an earlier flight."""
 
 
 class GroundWatch:
@@ -97,14 +99,13 @@ class GroundWatch:
         armed, doubt = self._believe_armed(said, landed, motion)
         if armed == said.armed:
             self._mode = said.custom_mode  # that of a HEARTBEAT which is not believed is not believed either
-        if not armed:
-            motion = replace(motion, height=None)  # it may stand on a hill
-        believed, second = _believe_landed(armed, landed, motion)
+        stands = motion if armed else replace(motion, height=None)  # it may stand on a hill
+        believed, second = _believe_landed(armed, landed, stands)
         doubt = doubt or second or self._silence(said)
         self._doubted_since = (now if self._doubted_since is None else self._doubted_since) if doubt else None
         doubted = 0.0 if self._doubted_since is None else now - self._doubted_since
         ground = GroundFacts(said.armed, said.landed, now - said.landed_time, doubt, doubted)
-        return Belief(replace(said, armed=armed, custom_mode=self._mode, landed=believed), ground)
+        return Belief(replace(said, armed=armed, custom_mode=self._mode, landed=believed), ground, motion)
 
     def _believe_armed(self, said: VehicleState, landed: LandedState, motion: Motion) -> tuple[bool, str]:
         """Return whether it counts as armed, and why the autopilot's word is doubted."""

@@ -192,8 +192,9 @@ class CommandDesk:
             case Kill():
                 return self._kill(client, command, facts)
             case ClearKill():
-                self._kill_switch.clear()
-                return Ruling(accepted, (NO_USER_ERROR, Log("info", say("The cut of the motors was cleared."))))
+                forgotten = self._kill_switch.clear()
+                cleared = Log("info", say("The cut of the motors was cleared."))
+                return Ruling(accepted, (NO_USER_ERROR, *forgotten, cleared))
             case NewSurvey():
                 words = Log("info", say("A new survey begins."), say("The earlier one stays stored."))
                 return Ruling(accepted, (*self._begin(), BeginSurvey(), words))

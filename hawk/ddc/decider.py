@@ -18,7 +18,7 @@ from hawk.ddc.command_desk import CommandDesk, Ruling, answer_record
 from hawk.ddc.facts import Facts, VehicleEvent
 from hawk.ddc.failsafe_watch import FailsafeWatch
 from hawk.ddc.fence_holder import FenceHolder
-from hawk.ddc.follower import VehicleFollower
+from hawk.ddc.follower import FALLEN, VehicleFollower
 from hawk.ddc.ground_watch import GroundReports
 from hawk.ddc.home import returning
 from hawk.ddc.home_keeper import HomeKeeper
@@ -80,7 +80,9 @@ class Decider:
 
     def case(self, facts: Facts) -> Case:
         """Return what commands are judged on at this moment."""
-        bench = Bench(self._kill.state, self._kill.is_killed, self._reader.is_setting, self._holder.problem)
+        bench = Bench(
+            self._kill.state, self._kill.is_killed, self._reader.is_setting, self._holder.problem, self._kill.fall
+        )
         return Case(facts, self.state, self._settings, self._reader.values(), bench)
 
     def command(self, facts: Facts, client: ClientId, command: Command) -> Decision:
@@ -123,6 +125,7 @@ class Decider:
             yield True, partial(self._hear, event, facts)
         if not self._kill.is_sending:
             yield True, lambda: self._step(self._follower.watch(facts, self.state), facts)
+        yield True, lambda: self._lock(facts)
         yield True, lambda: self._step(self._follower.watch_jump(facts, self.state), facts)
         yield False, lambda: self._do(self._desk.routes.tick(facts))
         if self._kill.is_sending:
@@ -145,6 +148,14 @@ class Decider:
 
     def _hear(self, event: VehicleEvent, facts: Facts) -> None:
         self._step(self._follower.answer(event, facts, self.state), facts)
+
+    def _lock(self, facts: Facts) -> None:
+        """Lock Arm after a fall. One from a small height shows a moment after "disarmed"."""
+        known = self._kill.fall
+        self._do(self._kill.follow(facts))
+        is_new = known is None and self._kill.fall is not None and facts.link.is_up
+        if is_new and self.state.identity is StateName.IDLE and not self._kill.was_cut:
+            self._step(FALLEN, facts)
 
     def _cut(self, facts: Facts) -> None:
         self._do(self._kill.tick(facts))

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Literal
 
+from hawk.ddc.charge import NO_CHARGE, ChargeFacts
 from hawk.ddc.clearance import BelowFacts
 from hawk.ddc.energy import Reserve
 from hawk.ddc.fence import FencePlan
@@ -23,7 +24,7 @@ from hawk.ddc.survey_need import SurveyNeed
 from hawk.ddc.wind import Wind
 from hawk.model.limits import Fence, HeightParameters
 from hawk.model.lot_map import Counts
-from hawk.model.operation import Health
+from hawk.model.operation import Fall, Health
 from hawk.model.plans import DesiredPose, Inbound, PathPlan, Verdict
 from hawk.model.poses import ArmPlace, GlobalPose, MapPoint, MapPose, VehiclePose
 from hawk.model.vehicle import BatteryInfo, CopterMode, Diagnostics, LandedState, VehicleState
@@ -180,6 +181,8 @@ class BatteryFacts:
     """Cell counts that the battery may have, by its voltage before take-off; empty while none fits."""
     survey: SurveyNeed | None = None
     """Charge against the rest of the survey, on the ground too; None while an input of it is unknown."""
+    charge: ChargeFacts = NO_CHARGE
+    """Counter, voltage and time flown, compared: what is believed of the charge."""
     short_s: float | None = None
     """Seconds while it explores for which the battery has been too low for the rest; None while it is not."""
 
@@ -267,6 +270,8 @@ class Facts:
     """Reason why the last target was not sent; empty when it was."""
     parameters: tuple[tuple[str, float], ...] = ()
     """Latest values that the autopilot sent, to us or to another station, of the parameters that decide."""
+    fall: Fall | None = None
+    """The last flight ended with its motors off in the air; None while armed, and after a landing."""
     starts_in_air: int | None = None
     """Starts in the air within the restart window, this one included; None until they are counted."""
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hawk.ddc.battery_thresholds import THRESHOLD_NAMES, threshold_problem, threshold_words
+from hawk.ddc.chemistry import LIPO, Chemistry
 from hawk.ddc.parameter_values import (
     NOT_READ,
     Choice,
@@ -53,6 +54,7 @@ class AutopilotView:
     cells: tuple[int, ...] = ()
     fence_on: bool | None = None
     needs_remote_control: bool = True
+    chemistry: Chemistry = LIPO
 
 
 _STAYS = "stops and stays in the air"  # "Brake or Land" lands only where Brake cannot be entered
@@ -150,7 +152,7 @@ def check_failsafes(values: Values, view: AutopilotView) -> tuple[FailsafeCheck,
         _fence(values, view.fence_on),
         return_check(values),
         _battery(values),
-        _thresholds(values, view.cells),
+        _thresholds(values, view.cells, view.chemistry),
     )
 
 
@@ -260,13 +262,13 @@ def _battery(values: Values) -> FailsafeCheck:
     return FailsafeCheck(name, True, _words(LOW_ACTION, values))
 
 
-def _thresholds(values: Values, cells: tuple[int, ...]) -> FailsafeCheck:
+def _thresholds(values: Values, cells: tuple[int, ...], chemistry: Chemistry) -> FailsafeCheck:
     name = "Battery thresholds"
     consequence = "The autopilot notices too late, or never, that the battery is empty."
     if any(values.get(each) is None for each in THRESHOLD_NAMES):
         return FailsafeCheck(name, False, NOT_READ, consequence, "Wait.")
     numbers = {each: float(values[each] or 0.0) for each in THRESHOLD_NAMES}
-    problem = threshold_problem(numbers, cells)
+    problem = threshold_problem(numbers, cells, chemistry)
     if problem is not None:
         return FailsafeCheck(name, False, problem.value, consequence, problem.remedy)
     return FailsafeCheck(name, True, threshold_words(numbers, cells))

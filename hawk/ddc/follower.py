@@ -31,6 +31,7 @@ ABANDONED_S = 15.0
 """Within this time after an arming that was given up, "armed" is answered by a disarm, seconds."""
 DISARM_RETRY_S = 2.0
 
+FALLEN = Step(ToIdle("Motors off in the air."))
 _HOLDING = frozenset({CopterMode.GUIDED, CopterMode.BRAKE})
 _RETURNING = frozenset({CopterMode.RTL, CopterMode.SMART_RTL})
 
@@ -122,7 +123,7 @@ class VehicleFollower:
         name = state_from_autopilot(vehicle.armed, vehicle.landed, vehicle.custom_mode, at_start)
         if name is StateName.IDLE:
             if not state.on_ground:
-                return _LANDED
+                return _down(facts)
             return Step(ToIdle()) if at_start else STAY
         if keeps_rank and (name is current or _outranks_hover(state, name)):
             return Step(restarts=state.holds or state.is_homing)
@@ -140,7 +141,7 @@ class VehicleFollower:
 
     def _watch_arming(self, facts: Facts, state: State) -> Step:
         if not facts.vehicle.armed:
-            return STAY if state.on_ground else _LANDED
+            return STAY if state.on_ground else _down(facts)
         if facts.is_airborne and state.on_ground:
             return self._leave_ground(facts, state)
         if state.identity is not StateName.IDLE:
@@ -164,7 +165,11 @@ class VehicleFollower:
         return Step(replace(step.transition, reason=reason), step.acts, step.restarts)
 
 
-_LANDED = Step(ToIdle("Landed. Motors off."), (Log("ok", "Landed. Motors off."),))
+def _down(facts: Facts) -> Step:
+    """Return the step of a drone that was flying and is disarmed: a fall is no landing (`hawk.ddc.kill` reports it)."""
+    if facts.fall is not None:
+        return FALLEN
+    return Step(ToIdle("Landed. Motors off."), (Log("ok", "Landed. Motors off."),))
 
 
 def _before(*acts: Act, step: Step) -> Step:

@@ -16,7 +16,7 @@ from hawk.ddc.facts import (
 )
 from hawk.ddc.geofence import recovery_words
 from hawk.ddc.motion import Goal
-from hawk.ddc.orders import Cause, CauseKind, Rank, ToCommunicationLost, ToHover, ToReturn, Transition
+from hawk.ddc.orders import Cause, CauseKind, Rank, ToCommunicationLost, ToHover, ToLand, ToReturn, Transition
 from hawk.ddc.states.base import State
 from hawk.ddc.words import metres
 
@@ -44,6 +44,12 @@ def notices(facts: Facts) -> Acts:
     """Return the messages that a condition causes in the tick in which it begins."""
     if facts.limits.breached_s == 0.0:
         return (Log("warning", recovery_words(facts.limits.fence, facts.place)),)
+    charge = facts.battery.charge
+    if 0.0 in (charge.low_s, charge.critical_s):
+        return (Log("warning", f"The battery's voltage sags: {charge.words}"),)
+    if charge.doubt and charge.doubted_s == 0.0 and facts.is_airborne:
+        words = f"The battery's counter is not believed: {charge.doubt}. The charge is counted by voltage and time."
+        return (Log("warning", words, charge.words),)
     if facts.remote_control.lost_s == 0.0:
         return (Log("warning", "The remote control is lost: nobody can take over by hand.", RADIO_LOST_DETAILS),)
     return ()
@@ -52,6 +58,10 @@ def notices(facts: Facts) -> Acts:
 def _candidates(facts: Facts, state: State) -> list[Reaction]:
     """Return the reactions for a state, highest rank first."""
     found: list[Reaction] = []
+    charge = facts.battery.charge
+    if charge.is_critical and not state.on_ground:
+        empty = Cause("The battery's voltage is nearly gone.", CauseKind.VOLTAGE)
+        found.append(Reaction(Rank.LAND, ToLand(empty)))
     cause = _cause_to_return(facts) if state.is_guarded else None
     if cause is not None:
         found.append(Reaction(Rank.RETURN_TO_LAUNCH, ToReturn(cause)))
@@ -92,6 +102,8 @@ def _position_words(facts: Facts) -> str:
 def _cause_to_return(facts: Facts) -> Cause | None:
     if facts.battery.reached_s is not None and facts.battery.reached_s >= RESERVE_CONFIRM_S:
         return Cause("The battery is needed for the way home.", CauseKind.RESERVE)
+    if facts.battery.charge.is_low:
+        return Cause("The battery's voltage is too low.", CauseKind.VOLTAGE)
     if facts.battery.unknown_s >= BATTERY_UNKNOWN_S:
         return Cause("The battery is not known.", CauseKind.BATTERY_UNKNOWN)
     if facts.wind.strong_s is not None and facts.wind.strong_s >= WIND_CONFIRM_S:

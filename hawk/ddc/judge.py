@@ -35,7 +35,7 @@ from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
 from hawk.ddc.words import seconds, sentence
 from hawk.model.limits import HeightParameters
-from hawk.model.operation import StateName, UserError
+from hawk.model.operation import Fall, StateName, UserError
 from hawk.model.plans import Route
 from hawk.model.poses import MapPoint
 from hawk.model.sentences import words_of
@@ -64,6 +64,8 @@ class Bench:
     is_killed: bool = False
     is_setting: bool = False
     fence_problem: str = ""
+    fall: Fall | None = None
+    """Motors that went off in the air; None once it is cleared."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +96,9 @@ class Case:
     @cached_property
     def checks(self) -> tuple[CheckItem, ...]:
         """The preflight checks, made when first asked for."""
-        return preflight_items(self.facts, self.values, self.settings, is_killed=self.bench.is_killed)
+        return preflight_items(
+            self.facts, self.values, self.settings, is_killed=self.bench.is_killed, fall=self.bench.fall
+        )
 
     @cached_property
     def failsafes(self) -> tuple[FailsafeCheck, ...]:
@@ -239,6 +243,8 @@ def _is_path_inside(facts: Facts, place: MapPoint) -> bool:
 
 
 def _arm(case: Case) -> Refusal | None:
+    if case.bench.fall is not None:
+        return Refusal("The motors went off in the air: look at the drone, then clear it.")
     if case.bench.is_killed:
         return Refusal("The motors were cut: clear it first.")
     failed = next((item for item in case.checks if not item.passed), None)

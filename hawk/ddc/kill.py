@@ -1,4 +1,7 @@
-"""Kill: cutting the motors in two steps, and repeating the command until the autopilot shows that they are off."""
+"""Kill: cutting the motors in two steps, and repeating the command until the autopilot shows that they are off.
+
+The lock on Arm afterwards holds for motors that went off in the air without a Kill, too.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +11,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from hawk.comm.status import ClientId, KillState
-from hawk.ddc.acts import Acts, Ask, CutMotors
+from hawk.ddc.acts import Acts, Ask, CutMotors, KeepFall, Log, Record
 from hawk.ddc.facts import Facts
+from hawk.ddc.fall import fall_words
+from hawk.model.operation import Fall
 from hawk.model.sentences import say
 
 TOKEN_VALID_S = 10.0
@@ -60,13 +65,21 @@ class _Sending:
 
 
 class KillSwitch:
-    """Repetition of the command, and the lock on Arm afterwards. Nothing of it is stored."""
+    """Repetition of the command, and the lock on Arm afterwards. Of it a fall is journalled, nothing else."""
 
     def __init__(self) -> None:
         self._sending: _Sending | None = None
+        self.was_cut = False
+        """An operator cut them, and nobody cleared it."""
+        self._cleared: Fall | None = None
         self.state: KillState = "none"
-        self.is_killed = False
+        self.fall: Fall | None = None
+        """Motors that went off in the air, until the operator clears it."""
+
+    @property
+    def is_killed(self) -> bool:
         """True until the operator clears it: Arm is refused."""
+        return self.was_cut or self.fall is not None
 
     @property
     def is_sending(self) -> bool:
@@ -75,7 +88,7 @@ class KillSwitch:
 
     def begin(self, facts: Facts) -> Acts:
         """Begin to cut the motors; return the first command."""
-        self.is_killed = True
+        self.was_cut = True
         self.state = "sending"
         self._sending = _Sending(facts.now, facts.now, facts.vehicle.armed)
         return (Ask(CutMotors(), facts.now),)
@@ -102,10 +115,25 @@ class KillSwitch:
             return (Ask(CutMotors(), now),)
         return ()
 
-    def clear(self) -> None:
-        """Let Arm be asked for again: the operator confirmed it on the ground."""
-        self.is_killed = False
+    def follow(self, facts: Facts) -> Acts:
+        """Lock Arm after a fall; return the acts that report and journal it: its place follows the drone at first."""
+        fall, known = facts.fall, self.fall
+        if fall is None or fall == known or (self._cleared is not None and fall.at == self._cleared.at):
+            return ()
+        self.fall = fall
+        if known is not None and known.at == fall.at:
+            return (KeepFall(fall),)
+        words = f"Motors off in the air {fall_words(fall)}. Arm is locked until you clear it."
+        place = (("latitude", fall.latitude), ("longitude", fall.longitude), ("height", fall.height))
+        record = Record("motors off in the air", (("at", fall.at), *place))
+        return (KeepFall(fall), Log("error", words, facts.link.words), record)
+
+    def clear(self) -> Acts:
+        """Let Arm be asked for again: the operator confirmed it on the ground. Return what must be forgotten."""
+        self.was_cut = False
         self.state = "none"
+        self._cleared, self.fall = self.fall, None
+        return () if self._cleared is None else (KeepFall(None),)
 
     def _end(self, state: KillState) -> None:
         self._sending = None

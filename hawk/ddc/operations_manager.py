@@ -288,6 +288,7 @@ class OperationsManager:
             record=self._record,
             count_start=self._begin_in_air,
             begin_survey=self._begin_survey,
+            keep_fall=self._setup.keep_fall,
             outcomes=self.outcomes,
         )
 
@@ -305,6 +306,7 @@ class OperationsManager:
             outcomes=self.outcomes,
             settings=self._setup.settings,
             survey=self._survey,
+            fall=self._setup.fall,
         )
 
     def _setups(self) -> Setups:

@@ -42,6 +42,7 @@ class CauseKind(StrEnum):
 
     RESERVE = "battery reserve"
     BATTERY_UNKNOWN = "battery unknown"
+    VOLTAGE = "voltage"
     FENCE = "outside the fence"
     WIND = "wind"
     OPERATOR = "operator lost"
@@ -66,6 +67,8 @@ class Cause:
                 return facts.battery.reserve is not None and facts.battery.reserve.is_reached
             case CauseKind.BATTERY_UNKNOWN:
                 return facts.battery.info is None
+            case CauseKind.VOLTAGE:
+                return facts.battery.charge.is_low
             case CauseKind.FENCE:
                 return facts.is_breached
             case CauseKind.WIND:

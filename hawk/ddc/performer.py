@@ -23,6 +23,7 @@ from hawk.ddc.acts import (
     EnterState,
     ForgetAskedModes,
     JudgeFence,
+    KeepFall,
     Log,
     PutFenceInForce,
     ReadParameter,
@@ -57,7 +58,7 @@ from hawk.ddc.requests import Outcomes, Requests
 from hawk.ddc.service_interface import DdcServiceInterface, Sender, TargetRefused
 from hawk.ddc.topic_interface import DdcTopicInterface
 from hawk.model.limits import HeightParameters
-from hawk.model.operation import StateName
+from hawk.model.operation import Fall, StateName
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +78,8 @@ class Tools:
     count_start: Callable[[], int]
     """Journals a start in the air, restores the flight, and returns the number of starts."""
     begin_survey: Callable[[], None]
+    keep_fall: Callable[[Fall | None], None]
+    """Journals motors that went off in the air; None: cleared."""
     outcomes: Outcomes = field(default_factory=Outcomes)
 
 
@@ -171,6 +174,8 @@ class Performer:
                 tools.service.set_voice(speaks)
             case CountStart():
                 tools.outcomes.starts_in_air = tools.count_start()
+            case KeepFall(fall):
+                tools.keep_fall(fall)
             case _:
                 raise TypeError(f"{type(act).__name__} is not known")
 

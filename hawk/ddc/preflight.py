@@ -7,8 +7,10 @@ from typing import Literal
 
 from hawk.comm.status import CheckItem
 from hawk.config import HeightSettings
+from hawk.ddc.chemistry import CHEMISTRIES, Chemistry
 from hawk.ddc.facts import Facts
 from hawk.ddc.failsafes import AutopilotView, check_failsafes, return_altitude
+from hawk.ddc.fall import fall_words
 from hawk.ddc.fence import where_outside
 from hawk.ddc.geofence import FenceError, contains, extent, sees_all, to_map
 from hawk.ddc.home import HOME_AGE_S, home_words
@@ -21,6 +23,7 @@ from hawk.ddc.slope import slope_words
 from hawk.ddc.survey_need import check_words
 from hawk.ddc.words import metres
 from hawk.model.limits import Fence
+from hawk.model.operation import Fall
 from hawk.model.poses import GlobalPose, MapPoint
 
 GPS_FIX_3D = 3
@@ -40,23 +43,26 @@ class _Plan:
     datum: GlobalPose
 
 
-def preflight_items(facts: Facts, values: Values, settings: DdcSettings, *, is_killed: bool) -> tuple[CheckItem, ...]:
+def preflight_items(
+    facts: Facts, values: Values, settings: DdcSettings, *, is_killed: bool, fall: Fall | None = None
+) -> tuple[CheckItem, ...]:
     """Return all checks in the order in which they should be put right.
 
     Args:
         facts: The facts of this moment, on the ground.
         values: The autopilot's parameters that were read lately.
         settings: Limits to check against.
-        is_killed: The motors were cut and nobody cleared it.
+        is_killed: The motors were cut, or went off in the air, and nobody cleared it.
+        fall: They went off in the air, so.
     """
     plan = _plan(facts, settings)
     altitude = return_altitude(values)
     return (
-        _kill(is_killed),
+        _kill(is_killed, fall),
         _link(facts),
         _sensors(facts),
         _gps(facts, settings.flight.maximum_hdop_m),
-        _battery(facts, settings.flight.battery_arm_percent),
+        _battery(facts, settings.flight.battery_arm_percent, CHEMISTRIES[settings.flight.battery_chemistry]),
         *_survey(facts),
         remote_control_check(facts.remote_control, values, settings.remote_control),
         *remote_id_checks(facts.remote_id, settings.remote_id),
@@ -74,15 +80,17 @@ def preflight_items(facts: Facts, values: Values, settings: DdcSettings, *, is_k
 def failsafe_checks(facts: Facts, values: Values, settings: DdcSettings) -> tuple[FailsafeCheck, ...]:
     """Return the checks of the autopilot's own failsafes, on the ground and in flight."""
     is_needed = settings.remote_control.required
-    view = AutopilotView(settings.system_id, facts.battery.cells, facts.diagnostics.fence_on, is_needed)
+    chemistry = CHEMISTRIES[settings.flight.battery_chemistry]
+    view = AutopilotView(settings.system_id, facts.battery.cells, facts.diagnostics.fence_on, is_needed, chemistry)
     return check_failsafes(values, view)
 
 
-def _kill(is_killed: bool) -> CheckItem:
+def _kill(is_killed: bool, fall: Fall | None) -> CheckItem:
     if not is_killed:
         return _passed("Motors", "free to start")
+    found = "cut" if fall is None else f"off in the air {fall_words(fall)}"
     return _failed(
-        "Motors", "cut", "The drone may be damaged.", "Look at it, then clear the cut.", remedy_command="Clear Kill"
+        "Motors", found, "The drone may be damaged.", "Look at it, then clear the cut.", remedy_command="Clear Kill"
     )
 
 
@@ -127,15 +135,28 @@ def _gps(facts: Facts, limit: float) -> CheckItem:
     return _failed("GPS", text, "The drone would not know where it is.", "Wait under open sky.")
 
 
-def _battery(facts: Facts, needed: float) -> CheckItem:
-    battery = facts.battery.info
+def _battery(facts: Facts, needed: float, chemistry: Chemistry) -> CheckItem:
+    name, battery, charge = "Battery", facts.battery.info, facts.battery.charge
     if battery is None or battery.percentage is None:
-        return _failed("Battery", "not known", "It could fall.", "Set up the autopilot's battery monitor.")
-    voltage = "" if battery.voltage is None else f", {battery.voltage:.1f} V"
-    text = f"{battery.percentage:.0f} %{voltage}"
-    if battery.percentage >= needed:
-        return _passed("Battery", text)
-    return _failed("Battery", text, "It would have to return at once.", f"Charge it to {needed:.0f} % or more.")
+        return _failed(name, "not known", "It could fall.", "Set up the autopilot's battery monitor.")
+    if battery.voltage is None:
+        text = f"{battery.percentage:.0f} %, voltage not known"
+        return _failed(name, text, "It could fall: a counter alone is no witness.", "Set up BATT_MONITOR for voltage.")
+    each = "" if charge.volts is None else f", {charge.volts:.2f} V for each of {charge.cells} cells"
+    text = f"{battery.percentage:.0f} %, {battery.voltage:.1f} V{each}"
+    if charge.volts is not None and charge.volts > chemistry.resting[1]:
+        remedy = "Set flight.battery_cells and flight.battery_chemistry, or calibrate BATT_VOLT_MULT."
+        return _failed(name, text, "No such cell holds so much: its voltage is not known.", remedy)
+    if charge.doubt:
+        remedy = "Charge the battery, or set flight.battery_cells."
+        text = f"{battery.voltage:.1f} V; {charge.doubt}"
+        return _failed(name, text, "It would be empty sooner than its counter says.", remedy)
+    lowest = battery.percentage if charge.allowed is None else min(battery.percentage, charge.allowed)
+    if lowest >= needed:
+        return _passed(name, text)
+    if lowest < battery.percentage:
+        text = f"{text}: {lowest:.0f} % at most"
+    return _failed(name, text, "It would have to return at once.", f"Charge it to {needed:.0f} % or more.")
 
 
 def _survey(facts: Facts) -> tuple[CheckItem, ...]:

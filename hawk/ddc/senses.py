@@ -12,11 +12,13 @@ from dataclasses import dataclass
 from datetime import datetime
 
 from hawk.comm.operator_desk import OperatorDesk
-from hawk.ddc.battery_thresholds import possible_cells
 from hawk.ddc.belief import Belief, GroundWatch, Motion
 from hawk.ddc.below import BelowWatch
+from hawk.ddc.charge import ChargeFacts, ChargeWatch
+from hawk.ddc.chemistry import CHEMISTRIES
 from hawk.ddc.energy import BatteryWatch, Reserve
 from hawk.ddc.facts import (
+    POSE_TIMEOUT_S,
     BatteryFacts,
     Facts,
     HomeFacts,
@@ -29,6 +31,7 @@ from hawk.ddc.facts import (
     WindFacts,
 )
 from hawk.ddc.failsafes import ALL_NAMES
+from hawk.ddc.fall import FallWatch
 from hawk.ddc.fence_file import FenceKeeper
 from hawk.ddc.fence_path import length
 from hawk.ddc.flight_log import FlightLog
@@ -43,10 +46,10 @@ from hawk.ddc.requests import Outcomes, Requests
 from hawk.ddc.service_interface import DdcServiceInterface
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.survey_watch import Sighting, SurveyWatch
-from hawk.ddc.topic_interface import DdcTopicInterface
+from hawk.ddc.topic_interface import BATTERY_TIMEOUT_S, DdcTopicInterface
 from hawk.ddc.watches import Jumps, LinkWatch, Stopwatch
 from hawk.ddc.wind import Wind, WindWatch
-from hawk.model.operation import Health, StateName
+from hawk.model.operation import Fall, Health, StateName
 from hawk.model.poses import ArmPlace, GlobalPose, MapPoint
 from hawk.model.vehicle import LandedState
 
@@ -76,6 +79,8 @@ class Sources:
     outcomes: Outcomes
     settings: DdcSettings
     survey: SurveyWatch
+    fall: Fall | None = None
+    """The fall that ended the last flight of an earlier run, as nobody cleared it."""
 
 
 class Senses:
@@ -87,8 +92,14 @@ class Senses:
         self._link = LinkWatch(sources.topics, sources.service)
         self._ground = GroundWatch()
         self._belief = self._believe(now)
+        self._fall_watch = FallWatch(sources.fall)
+        self._fall: Fall | None = None
         self._doubt_shown = False
         self._jumps, self._estimate_jumps = Jumps(), Jumps()
+        flight = sources.settings.flight
+        self._chemistry = CHEMISTRIES[flight.battery_chemistry]
+        self._charge_watch = ChargeWatch(self._chemistry, flight.battery_return_v, flight.battery_land_v)
+        self._charge = ChargeFacts()
         self._drain = BatteryWatch(sources.settings.flight.battery_reserve_percent)
         self._charge_known = now
         self._home_path = HomePath()
@@ -126,15 +137,16 @@ class Senses:
         events = self._link.observe(self._belief.vehicle, now) + self._watch_doubt()
         if VehicleEvent.LINK_LOST in events:
             self._from.service.forget_held_fence()
+        self._watch_fall(now)
         self._below.update(self._belief.vehicle)
         self._watch_wind(now)
         self._watch_home(now)
+        self._watch_charge(now)
         self._watch_battery(now)
         try:
             self._watch_survey(now)
         except Exception:  # it informs only: the facts that decide are gathered all the same
             self._from.survey.fail()
-        self._watch_cells()
         self._watch_breach(now)
         self._watch_remote_control(now)
         parts = self._parts()
@@ -179,6 +191,7 @@ class Senses:
             answers=self._from.requests.answers(),
             target_refusal=outcomes.target_refusal,
             parameters=self._parameters(),
+            fall=self._fall,
             starts_in_air=outcomes.starts_in_air,
         )
 
@@ -207,6 +220,7 @@ class Senses:
             reserve=self._reserve,
             reached_s=self._reached.read(now),
             cells=self._cells,
+            charge=self._charge,
             survey=self._from.survey.need,
             short_s=self._from.survey.short_s(now),
         )
@@ -279,6 +293,12 @@ class Senses:
         motion = Motion.of(topics.get_pose(), topics.get_pose_age())
         return self._ground.update(topics.get_state(), motion, -math.inf if place is None else place.time, now)
 
+    def _watch_fall(self, now: float) -> None:
+        topics = self._from.topics
+        place = topics.get_global_pose() if topics.get_pose_age() <= POSE_TIMEOUT_S else None
+        utc = self._from.utc().timestamp()
+        self._fall = self._fall_watch.update(self._belief, place, now, utc)
+
     def _is_airborne(self) -> bool:
         vehicle = self._belief.vehicle
         return vehicle.armed and vehicle.landed is not LandedState.ON_GROUND
@@ -313,8 +333,7 @@ class Senses:
 
     def _watch_battery(self, now: float) -> None:
         topics = self._from.topics
-        info, pose, airborne = topics.get_battery_info(), topics.get_fresh_pose(), self._is_airborne()
-        percentage = None if info is None else info.percentage
+        percentage, pose, airborne = self._charge.believed, topics.get_fresh_pose(), self._is_airborne()
         if percentage is not None or not airborne:
             self._charge_known = now
         if not self._belief.vehicle.armed:
@@ -334,7 +353,7 @@ class Senses:
 
     def _watch_survey(self, now: float) -> None:
         topics = self._from.topics
-        info, utc, outline = topics.get_battery_info(), self._from.utc().timestamp(), self._outline()
+        utc, outline = self._from.utc().timestamp(), self._outline()
         self._from.survey.look(
             Sighting(
                 now=now,
@@ -342,7 +361,7 @@ class Senses:
                 armed=self._belief.vehicle.armed,
                 airborne=self._is_airborne(),
                 exploring=topics.curr_state_pub.value is StateName.AUTONOMOUS_EXPLORE,
-                charge=None if info is None else info.percentage,
+                charge=self._charge.believed,
                 reserve=self._reserve,
                 drain=self._drain.measured,
                 plan=topics.get_path_plan(),
@@ -389,11 +408,13 @@ class Senses:
             ("remote id", remote_id_health(told, settings.remote_id, is_armed=is_armed)),
         )
 
-    def _watch_cells(self) -> None:
-        """Count the battery's cells at rest. In flight the voltage sags, and the count stays."""
-        info, armed = self._from.topics.get_battery_info(), self._belief.vehicle.armed
+    def _watch_charge(self, now: float) -> None:
+        """Count the battery's cells at rest, and compare its readings. In flight the voltage sags, the count stays."""
+        info, armed = self._from.topics.vehicle.battery.fresh(BATTERY_TIMEOUT_S), self._belief.vehicle.armed
         if info is not None and (not armed or not self._cells):
-            self._cells = possible_cells(info.voltage, self._from.settings.flight.battery_cells, in_flight=armed)
+            configured = self._from.settings.flight.battery_cells
+            self._cells = self._chemistry.possible_cells(info.voltage, configured, in_flight=armed)
+        self._charge = self._charge_watch.update(info, self._cells, now, is_airborne=self._is_airborne())
 
     def _watch_breach(self, now: float) -> None:
         pose, fence = self._from.topics.get_fresh_pose(), self._from.topics.fence_pub.value

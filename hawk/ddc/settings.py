@@ -23,7 +23,7 @@ from hawk.config import (
 )
 from hawk.ddc.survey_memory import SurveyMemory
 from hawk.model.moment import Moment, this_moment
-from hawk.model.operation import FlightSoFar
+from hawk.model.operation import Fall, FlightSoFar
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,6 +101,10 @@ class ManagerSetup:
     """The flight in which an earlier run ended."""
     keep_flight: Callable[[FlightSoFar | None], None] = field(default=lambda _flight: None)
     """Journals the flight under way; None after it."""
+    fall: Fall | None = None
+    """Motors that went off in the air in an earlier run, and nobody cleared it."""
+    keep_fall: Callable[[Fall | None], None] = field(default=lambda _fall: None)
+    """Journals that the motors went off in the air; None once it is cleared."""
     survey: SurveyMemory = field(default_factory=SurveyMemory)
     """Rest of the survey and drain of the battery, as earlier flights left them."""
     speed: float = 1.0

@@ -72,6 +72,20 @@ class FlightSoFar:
 
 
 @dataclass(frozen=True, slots=True)
+class Fall:
+    """A flight whose motors went off in the air.
+
+    ``at``: when it was last seen to fly (UTC seconds); ``height``: metres above the arm place then. ``latitude`` and
+    ``longitude``: the last place that is known, degrees (WGS-84). None where it is not known.
+    """
+
+    at: float
+    latitude: float | None = None
+    longitude: float | None = None
+    height: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class FlightDrain:
     """Drain that a flight measured: percent a second, over ``seconds`` in the air, until ``at`` (UTC seconds)."""
 

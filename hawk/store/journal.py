@@ -23,12 +23,13 @@ from typing import IO
 
 from hawk.model.limits import Outline
 from hawk.model.moment import Moment, this_moment
-from hawk.model.operation import FlightDrain, FlightSoFar, Health, SurveyLeft
+from hawk.model.operation import Fall, FlightDrain, FlightSoFar, Health, SurveyLeft
 from hawk.model.poses import ArmPlace, GlobalPose
 from hawk.store.journal_state import (
     ARM_PLACE,
     DATUM,
     DRAINS,
+    FALL,
     FLIGHT,
     LEFT,
     MAP,
@@ -125,6 +126,10 @@ class FlightJournal:
     def set_drains(self, drains: Sequence[FlightDrain]) -> None:
         """Keep the drain of the last flights; a new survey keeps it too."""
         self._put_json(DRAINS, [asdict(each) for each in drains])
+
+    def set_fall(self, fall: Fall | None) -> None:
+        """Keep that the motors went off in the air, and where; None: an operator cleared it. A new survey keeps it."""
+        self._put_json(FALL, None if fall is None else asdict(fall))
 
     def put_map(self, parts: Mapping[str, bytes]) -> None:
         """Keep changed parts of the map; empty bytes remove a part."""
@@ -282,14 +287,14 @@ class FlightJournal:
             wake()
 
     def _change_survey(self, folder: Path, before: Mapping[str, bytes]) -> None:
-        """Write the old survey's values, then begin the new one with the starts in the air and the drain only."""
+        """Write the old survey's values, then begin the new one with the values that outlast a survey."""
         with contextlib.suppress(OSError):
             if self._file is not None:
                 self._append(before)
             self._close_file()
         merge(self._values, before)
         self._survey = folder
-        self._values = {key: value for key, value in self._values.items() if key.startswith(START) or key == DRAINS}
+        self._values = {key: value for key, value in self._values.items() if _outlasts(key)}
 
     def _append(self, values: Mapping[str, bytes]) -> None:
         assert self._file is not None  # noqa: S101
@@ -348,6 +353,11 @@ def _is_kept(start: Moment, now: Moment) -> bool:
     """Return True for a start that may still count; one of an earlier boot counts for a while after this one."""
     passed = now.since(start)
     return (now.seconds if passed is None else passed) <= _STARTS_KEPT_S
+
+
+def _outlasts(key: str) -> bool:
+    """Return True for a value that does not belong to one survey."""
+    return key.startswith(START) or key in (DRAINS, FALL)
 
 
 def _set(loop: asyncio.AbstractEventLoop, event: asyncio.Event) -> None:

@@ -20,7 +20,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from hawk.model.limits import Outline
 from hawk.model.moment import Moment
-from hawk.model.operation import FlightDrain, FlightSoFar, SurveyLeft
+from hawk.model.operation import Fall, FlightDrain, FlightSoFar, SurveyLeft
 from hawk.model.poses import ArmPlace, GlobalPose
 
 T = TypeVar("T")
@@ -43,6 +43,7 @@ LEFT = "left"
 OUTLINE = "outline"
 DRAINS = "drains"
 WRITTEN = "written"
+FALL = "fall"
 SURVEY = re.compile(r"(\d{6})-[\w-]+")
 SEGMENT = re.compile(r"(\d{6})\.journal")
 
@@ -62,6 +63,8 @@ class JournalState:
     """Outline of the survey as an operator set it; without polygons when it was cleared, None when it was never set."""
     drains: tuple[FlightDrain, ...] = ()
     """Drain of the last flights, of any survey, oldest first."""
+    fall: Fall | None = None
+    """Motors that went off in the air, on any survey, until an operator clears it."""
     map_parts: Mapping[str, bytes] = field(default_factory=dict, repr=False)
     starts_in_air: tuple[Moment, ...] = ()
     lost_bytes: int = 0
@@ -180,6 +183,7 @@ def read_survey(survey: Path) -> tuple[dict[str, bytes], JournalState]:
     left, left_problem = _parse(SurveyLeft, values.get(LEFT))
     drains, drains_problem = _parse(tuple[FlightDrain, ...], values.get(DRAINS))
     outline, outline_problem = _parse(Outline, values.get(OUTLINE))
+    fall, fall_problem = _parse(Fall, values.get(FALL))
     written, written_problem = _parse(Moment, values.get(WRITTEN))
     problems = (
         problem,
@@ -190,6 +194,7 @@ def read_survey(survey: Path) -> tuple[dict[str, bytes], JournalState]:
         drains_problem,
         outline_problem,
         written_problem,
+        fall_problem,
     )
     return values, JournalState(
         survey_id=survey.name,
@@ -199,6 +204,7 @@ def read_survey(survey: Path) -> tuple[dict[str, bytes], JournalState]:
         left=left,
         outline=outline,
         drains=drains or (),
+        fall=fall,
         map_parts={key.removeprefix(MAP): value for key, value in values.items() if key.startswith(MAP)},
         starts_in_air=starts_of(values),
         lost_bytes=lost,

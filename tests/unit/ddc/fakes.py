@@ -39,7 +39,7 @@ from hawk.ddc.survey_memory import SurveyMemory
 from hawk.ddc.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.model.limits import Fence
 from hawk.model.moment import Moment
-from hawk.model.operation import FlightSoFar, Health, StateName, UserError
+from hawk.model.operation import Fall, FlightSoFar, Health, StateName, UserError
 from hawk.model.plans import DesiredPose, ExploreStatus, Inbound, PathPlan, Route, Verdict
 from hawk.model.poses import ArmPlace, GlobalPose, LocalPose, MapPoint, MapPose, VehiclePose
 from hawk.model.vehicle import BatteryInfo, CopterMode, Diagnostics, LandedState, StatusText, VehicleState
@@ -141,6 +141,7 @@ class FakeAutopilot:
         self.climb_to: float | None = None
         self.arm_place: ArmPlace | None = None
         self.battery: float | None = 95.0
+        self.volts: float | None = VOLTAGE
         self.connected = True
         self.uplink = True
         self.position_good = True
@@ -303,7 +304,7 @@ class FakeAutopilot:
         now = self.clock()
         if self.connected:
             self.topics.state.publish(self._state(now))
-            self.topics.battery.publish(BatteryInfo(self.battery, VOLTAGE, 10.0, now))
+            self.topics.battery.publish(BatteryInfo(self.battery, self.volts, 10.0, now))
             if self.home is None:
                 self.home = GlobalPose(*self._where(), PLACE.altitude)
             if now - self._home_told >= 1.0:
@@ -508,10 +509,12 @@ class Rig:
         starts: int = 1,
         continues_survey: bool = False,
         flight: FlightSoFar | None = None,
+        fall: Fall | None = None,
         memory: SurveyMemory | None = None,
     ) -> None:
         self.clock = ManualClock(START)
         self.kept_flights: list[FlightSoFar | None] = []
+        self.kept_falls: list[Fall | None] = []
         self.surveys_begun = 0
         self.autopilot = FakeAutopilot(self.clock, parameters)
         self.desk = FakeDesk()
@@ -542,6 +545,8 @@ class Rig:
                 moment=lambda: Moment("boot", 500.0, UTC_START).before(START - self.clock()),
                 flight=flight,
                 keep_flight=self.kept_flights.append,
+                fall=fall,
+                keep_fall=self.kept_falls.append,
                 survey=memory or SurveyMemory(),
             ),
             self.socket,

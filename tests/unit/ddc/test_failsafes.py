@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.ddc.battery_thresholds import THRESHOLD_NAMES, possible_cells, threshold_problem, threshold_words
+from hawk.ddc.battery_thresholds import THRESHOLD_NAMES, threshold_problem, threshold_words
+from hawk.ddc.chemistry import LIHV, LIION, LIPO
 from hawk.ddc.failsafes import (
     ALL_NAMES,
     DECIDING_NAMES,
@@ -296,17 +297,28 @@ def test_the_default_of_three_cells_is_too_late_for_four() -> None:
     assert thresholds(AutopilotView(245, (4,), True), BATT_LOW_VOLT=14.0).passed
 
 
-@pytest.mark.parametrize(
-    ("charge", "passes"), [(0, False), (100, False), (330, True), (660, True), (1980, True), (2200, False)]
-)
-def test_the_charge_alone_may_trigger(charge: float, passes: bool) -> None:
-    assert thresholds(BATT_LOW_VOLT=0, BATT_LOW_MAH=charge).passed is passes
+@pytest.mark.parametrize("charge", [0, 100, 330, 660, 1980, 2200])
+def test_a_charge_alone_is_not_enough(charge: float) -> None:
+    """It is the counter's, which begins at 100 % with any battery."""
+    check = thresholds(BATT_LOW_VOLT=0, BATT_LOW_MAH=charge)
+    assert not check.passed
+    assert "Set BATT_LOW_VOLT" in check.remedy
 
 
-def test_a_charge_that_triggers_in_time_stands_for_a_voltage_that_does_not() -> None:
-    assert thresholds(BATT_LOW_VOLT=9.0, BATT_LOW_MAH=660).passed
-    assert thresholds(BATT_LOW_TIMER=0, BATT_LOW_MAH=660).passed
+def test_a_charge_stands_for_no_voltage_that_does_not_trigger() -> None:
+    assert not thresholds(BATT_LOW_VOLT=9.0, BATT_LOW_MAH=660).passed
+    assert not thresholds(BATT_LOW_TIMER=0, BATT_LOW_MAH=660).passed
     assert not thresholds(BATT_LOW_VOLT=14.0, BATT_LOW_MAH=660).passed
+    assert thresholds(BATT_LOW_MAH=660).passed
+
+
+def test_the_low_voltage_belongs_to_the_chemistry() -> None:
+    view = AutopilotView(245, (3,), True, chemistry=LIION)
+    assert thresholds(view, BATT_LOW_VOLT=9.6).passed
+    assert not thresholds(view, BATT_LOW_VOLT=8.4).passed
+    assert "9.6 V, 3.2 V for each of 3 cells" in thresholds(view, BATT_LOW_VOLT=12.0).remedy
+    assert not thresholds(AutopilotView(245, (3,), True), BATT_LOW_VOLT=9.6).passed
+    assert thresholds(AutopilotView(245, (3,), True, chemistry=LIHV), BATT_LOW_VOLT=12.0).passed
 
 
 def test_unknown_cells_do_not_pass_and_name_the_setting() -> None:
@@ -339,13 +351,13 @@ def test_a_battery_that_may_be_one_of_two_must_fit_both() -> None:
     ],
 )
 def test_the_cells_by_the_voltage_at_rest(voltage: float | None, cells: tuple[int, ...]) -> None:
-    assert possible_cells(voltage, None) == cells
-    assert possible_cells(voltage, 6) == (6,)
+    assert LIPO.possible_cells(voltage, None, in_flight=False) == cells
+    assert LIPO.possible_cells(voltage, 6, in_flight=False) == (6,)
 
 
 @given(st.sampled_from([2, 3, 4, 6, 8]), st.floats(3.5, 4.2))
 def test_the_true_cells_are_among_the_possible_ones(count: int, each: float) -> None:
-    assert count in possible_cells(count * each, None)
+    assert count in LIPO.possible_cells(count * each, None, in_flight=False)
 
 
 # -- Set Failsafes ----------------------------------------------------------------------------------------------------
@@ -406,9 +418,10 @@ def written(**values: float) -> dict[str, float]:
         ({"BATT_LOW_VOLT": 0.0}, (3,), "off"),
         ({"BATT_LOW_VOLT": 1.0}, (3,), "0.33 V a cell of 3"),
         ({"BATT_LOW_VOLT": 0.5}, (3,), "0.17 V a cell of 3"),
-        ({"BATT_LOW_VOLT": 0.0, "BATT_LOW_MAH": 1.0}, (3,), "too late"),
-        ({"BATT_LOW_VOLT": 0.0, "BATT_LOW_MAH": 1.0, "BATT_CAPACITY": 1.0}, (3,), "would return at once"),
-        ({"BATT_LOW_VOLT": 0.0, "BATT_LOW_MAH": 0.5, "BATT_CAPACITY": 1.0}, (3,), None),
+        ({"BATT_LOW_VOLT": 0.0, "BATT_LOW_MAH": 1.0}, (3,), "no voltage: BATT_LOW_VOLT is 0"),
+        ({"BATT_LOW_VOLT": 0.0, "BATT_LOW_MAH": 0.5}, (3,), "no voltage: BATT_LOW_VOLT is 0"),
+        ({"BATT_LOW_MAH": 1.0, "BATT_CAPACITY": 1.0}, (3,), "would return at once"),
+        ({"BATT_LOW_MAH": 0.5, "BATT_CAPACITY": 1.0}, (3,), None),
         ({"BATT_LOW_VOLT": 3.3 * 4}, (4,), None),
         ({"BATT_LOW_VOLT": 13.1}, (4,), "3.27 V a cell of 4"),
         ({"BATT_LOW_VOLT": 15.6}, (4,), None),
@@ -419,12 +432,10 @@ def written(**values: float) -> dict[str, float]:
         ({"BATT_LOW_TIMER": 30.1}, (3,), "must be 1 to 30 s"),
         ({"BATT_LOW_MAH": 3000.0}, (3,), None),
         ({"BATT_LOW_MAH": 3001.0}, (3,), "would return at once"),
-        ({"BATT_LOW_VOLT": 0.0, "BATT_LOW_MAH": 500.0}, (3,), None),
-        ({"BATT_LOW_VOLT": 0.0, "BATT_LOW_MAH": 499.0}, (3,), "too late"),
-        ({"BATT_LOW_VOLT": 8.0, "BATT_LOW_MAH": 500.0}, (3,), None),
-        ({"BATT_LOW_VOLT": 8.0, "BATT_LOW_MAH": 499.0}, (3,), "2.67 V a cell of 3"),
+        ({"BATT_LOW_VOLT": 0.0, "BATT_LOW_MAH": 1000.0}, (3,), "no voltage"),
+        ({"BATT_LOW_VOLT": 8.0, "BATT_LOW_MAH": 1000.0}, (3,), "2.67 V a cell of 3"),
         ({"BATT_LOW_VOLT": 15.7, "BATT_LOW_MAH": 1000.0}, (4,), "3.92 V a cell of 4"),
-        ({"BATT_CAPACITY": 0.0, "BATT_LOW_VOLT": 0.0, "BATT_LOW_MAH": 1000.0}, (3,), "too late"),
+        ({"BATT_CAPACITY": 0.0, "BATT_LOW_MAH": 1000.0}, (3,), None),
         ({}, (), "not known"),
     ],
 )
@@ -445,7 +456,7 @@ def test_thresholds_at_their_limits(values: dict[str, float], cells: tuple[int, 
         ({"BATT_LOW_VOLT": 8.0}, (3,), "10.5 V, 3.5 V for each of 3 cells"),
         ({"BATT_LOW_VOLT": 8.0}, (3, 4), "flight.battery_cells"),
         ({"BATT_LOW_MAH": 4000.0}, (3,), "BATT_LOW_MAH to 1000"),
-        ({"BATT_LOW_VOLT": 0.0, "BATT_LOW_MAH": 100.0}, (3,), "BATT_LOW_MAH to 1000"),
+        ({"BATT_LOW_VOLT": 0.0, "BATT_LOW_MAH": 100.0}, (3,), "10.5 V, 3.5 V for each of 3 cells"),
         ({"BATT_LOW_TIMER": 0.0}, (3,), "BATT_LOW_TIMER to 10 s"),
     ],
 )
@@ -461,8 +472,6 @@ def test_a_wrong_threshold_names_its_remedy(values: dict[str, float], cells: tup
         ({}, (3,), "below 10.5 V (3.50 V a cell) for 10 s"),
         ({}, (3, 4), "below 10.5 V for 10 s"),
         ({"BATT_LOW_MAH": 1000.0}, (3,), "below 10.5 V (3.50 V a cell) for 10 s or below 1000 mAh"),
-        ({"BATT_LOW_VOLT": 0.0, "BATT_LOW_MAH": 1000.0}, (3,), "below 1000 mAh"),
-        ({"BATT_LOW_TIMER": 0.0, "BATT_LOW_MAH": 1000.0}, (3,), "below 1000 mAh"),
     ],
 )
 def test_right_thresholds_in_words(values: dict[str, float], cells: tuple[int, ...], words: str) -> None:
@@ -470,13 +479,20 @@ def test_right_thresholds_in_words(values: dict[str, float], cells: tuple[int, .
 
 
 def test_the_cells_of_a_battery_that_sags_in_flight() -> None:
-    assert possible_cells(3.3 * 4, None, in_flight=True) == (4,)
-    assert possible_cells(3.3 * 4 - 0.01, None, in_flight=True) == ()
-    assert possible_cells(3.3 * 4, None) == ()
-    assert possible_cells(4.25 * 3, None) == (3,)
-    assert possible_cells(4.25 * 3 + 0.01, None) == ()
-    assert possible_cells(3.5 * 4, None) == (4,)
-    assert possible_cells(None, 6) == (6,)
+    def cells(volts: float | None, configured: int | None = None, *, in_flight: bool = False) -> tuple[int, ...]:
+        return LIPO.possible_cells(volts, configured, in_flight=in_flight)
+
+    assert cells(3.3 * 4, in_flight=True) == (4,)
+    assert cells(3.3 * 4) == ()
+    assert cells(4.25 * 3) == (3,)
+    assert cells(4.25 * 3 + 0.01) == ()
+    assert cells(3.5 * 4) == (4,)
+    assert cells(None, 6) == (6,)
+    assert cells(3.1 * 3, in_flight=True) == (3,), "below its limits, too, where one count fits"
+    assert cells(2.8 * 3 - 0.01, in_flight=True) == (2,)
+    assert cells(3.3 * 14 - 0.1, in_flight=True) == (12,)
+    assert cells(2.8 * 14 + 0.1, in_flight=True) == (10,)
+    assert cells(2.79 * 2, in_flight=True) == ()
 
 
 def test_a_check_is_read_when_its_parameters_are_and_offers_set_failsafes_only_where_that_helps() -> None:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
-from hawk.comm.messages import CompulsiveMove, Hold
+from hawk.comm.messages import Arm, CompulsiveMove, Hold
+from hawk.config import FenceSettings, FlightSettings, HeightSettings, OperatorSettings
 from hawk.ddc.orders import Rank
+from hawk.ddc.settings import DdcSettings
 from hawk.model.operation import StateName
 from hawk.model.vehicle import CopterMode
 from tests.unit.ddc.fakes import Rig
@@ -361,3 +365,105 @@ async def test_a_landing_that_nobody_asked_for_is_followed(fresh: Rig) -> None:
     fresh.expect(S.LAND)
     assert fresh.manager.state.rank is Rank.AUTOPILOT
     await fresh.until(S.IDLE)
+
+
+@pytest.mark.parametrize("state", GUARDED)
+async def test_a_voltage_that_sags_brings_it_home(fresh: Rig, state: StateName) -> None:
+    await fresh.enter(state)
+    fresh.autopilot.volts = 3.25 * 3
+    for _ in range(2):
+        fresh.target_plan(40 if fresh.autopilot.north < 20 else 0, 0)
+        await fresh.run(2.0)
+    fresh.expect(S.RETURN_TO_LAUNCH)
+    assert "The battery's voltage is too low. Returning home." in fresh.log
+    assert any(
+        text.startswith("The battery's voltage sags: 3.25 V for each of 3 cells, the counter") for text in fresh.log
+    )
+    assert fresh.command(Hold()).reason == "Not while this lasts: The battery's voltage is too low."
+    fresh.autopilot.volts = 12.0
+    await fresh.run(8.0)
+    assert not fresh.command(Hold()).accepted, "a battery that sagged once sags again"
+
+
+@pytest.mark.parametrize("state", [*GUARDED, S.RETURN_TO_LAUNCH, S.COMMUNICATION_LOST])
+async def test_a_voltage_that_is_nearly_gone_lands_it(fresh: Rig, state: StateName) -> None:
+    await fresh.enter(state)
+    fresh.autopilot.north += 20.0
+    fresh.autopilot.volts = 3.1 * 3
+    for _ in range(2):
+        fresh.target_plan(40 if fresh.autopilot.north < 20 else 0, 0)
+        await fresh.run(2.0)
+    fresh.expect(S.LAND)
+    assert fresh.autopilot.mode == CopterMode.LAND
+    assert "The battery's voltage is nearly gone. Landing." in fresh.log
+
+
+async def test_a_pilot_and_the_autopilots_own_failsafe_are_left_alone(flying: Rig) -> None:
+    flying.autopilot.change_mode(CopterMode.LOITER)
+    await flying.run(1.0)
+    flying.autopilot.volts = 3.1 * 3
+    await flying.run(5.0)
+    flying.expect(S.MANUAL)
+    flying.autopilot.change_mode(CopterMode.RTL)
+    await flying.run(2.0)
+    flying.expect(S.RETURN_TO_LAUNCH)
+
+
+async def test_on_the_ground_a_voltage_sends_nothing(fresh: Rig) -> None:
+    await fresh.enter(S.ARM)
+    fresh.autopilot.volts = 3.0 * 3
+    await fresh.run(8.0)
+    fresh.expect(S.ARM)
+
+
+async def test_a_counter_that_stands_still_is_told_once_and_the_time_flown_counts(flying: Rig) -> None:
+    flying.autopilot.battery = 60.0
+    await flying.run(125.0)
+    told = [
+        text
+        for text in flying.log
+        if text.startswith("The battery's counter is not believed: the counter stands still")
+    ]
+    assert len(told) == 1
+    reserve = flying.manager.case().facts.battery.reserve
+    assert reserve is not None
+    assert reserve.percentage < 50.0
+    await flying.run(240.0)
+    assert flying.state in (S.RETURN_TO_LAUNCH, S.IDLE)
+    assert len([text for text in flying.log if "not believed" in text]) == 1
+
+
+@pytest.mark.parametrize(("volts", "words"), [(11.0, "at rest is 29 % at most"), (3.53 * 3, "at rest is 6 % at most")])
+async def test_arm_is_refused_with_a_counter_that_the_voltage_contradicts(rig: Rig, volts: float, words: str) -> None:
+    rig.autopilot.battery, rig.autopilot.volts = 100.0, volts
+    await rig.run(8.0)
+    answer = rig.command(Arm())
+    assert not answer.accepted
+    assert answer.reason.startswith(
+        f"Battery: {volts:.1f} V; the counter says 100 %, {volts / 3:.2f} V a cell {words}."
+    )
+    assert "Charge the battery" in answer.reason
+    rig.autopilot.volts = 12.6
+    await rig.run(8.0)
+    assert rig.command(Arm()).accepted
+
+
+async def test_arm_is_refused_with_less_than_the_voltage_needs(rig: Rig) -> None:
+    rig.autopilot.battery, rig.autopilot.volts = 31.0, 3.6 * 3
+    await rig.run(8.0)
+    assert "13 % at most" in rig.command(Arm()).reason
+
+
+async def test_arm_is_refused_without_a_voltage(rig: Rig) -> None:
+    rig.autopilot.volts = None
+    await rig.run(8.0)
+    assert "voltage not known" in rig.command(Arm()).reason
+
+
+async def test_arm_is_refused_with_more_volts_than_its_cells_hold(tmp_path: Path) -> None:
+    settings = DdcSettings(FlightSettings(battery_cells=3), FenceSettings(), OperatorSettings(), HeightSettings(), 245)
+    rig = Rig(tmp_path, settings=settings)
+    rig.autopilot.volts = 14.8
+    await rig.run(8.0)
+    assert "4.93 V for each of 3 cells. Set flight.battery_cells" in rig.command(Arm()).reason
+    await rig.close()

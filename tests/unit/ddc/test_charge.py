@@ -1,0 +1,401 @@
+"""The charge that is believed: counter, voltage and time flown, compared."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hawk.ddc.charge import ChargeFacts, ChargeWatch
+from hawk.ddc.chemistry import CHEMISTRIES, LIHV, LIION, LIPO, Chemistry
+from hawk.ddc.energy import ASSUMED_DRAIN
+from hawk.model.vehicle import BatteryInfo
+
+READING_S = 0.5
+CELLS = (3,)
+
+
+class Pack:
+    """A battery whose counter and voltage are set by the test; readings come twice a second, ticks ten times."""
+
+    def __init__(self, watch: ChargeWatch | None = None, cells: tuple[int, ...] = CELLS) -> None:
+        self.watch = watch or ChargeWatch(LIPO)
+        self.cells = cells
+        self.now = 100.0
+        self.counter: float | None = 100.0
+        self.each: float | None = 4.2
+        self.airborne = False
+        self.facts = ChargeFacts()
+        self._read = -math.inf
+        self._info: BatteryInfo | None = None
+
+    def run(self, seconds: float, drain: float = 0.0, each: Callable[[float], float] | None = None) -> ChargeFacts:
+        end = self.now + seconds
+        while self.now < end - 1e-6:
+            self.now += 0.1
+            if self.counter is not None:
+                self.counter = max(0.0, self.counter - drain * 0.1)
+            if self.now - self._read >= READING_S - 1e-6:
+                self._read = self.now
+                volts = self.each if each is None else each(self.now)
+                shown = None if self.counter is None else float(round(self.counter))
+                self._info = BatteryInfo(shown, None if volts is None else volts * CELLS[0], 10.0, self.now)
+            self.facts = self.watch.update(self._info, self.cells, self.now, is_airborne=self.airborne)
+        return self.facts
+
+    def fly(self, seconds: float, drain: float = 0.1) -> ChargeFacts:
+        self.airborne = True
+        return self.run(seconds, drain)
+
+
+class TestAtRest:
+    @pytest.mark.parametrize(
+        ("counter", "each", "believed"),
+        [
+            (100, 4.2, 100),
+            (100, 4.15, 100),
+            (95, 4.0, 95),
+            (60, 4.2, 60),
+            (60, 3.85, 60),
+            (40, 3.75, 40),
+            (5, 3.6, 5),
+        ],
+    )
+    def test_counter_and_voltage_that_agree(self, counter: float, each: float, believed: float) -> None:
+        pack = Pack()
+        pack.counter, pack.each = counter, each
+        facts = pack.run(5.0)
+        assert facts.doubt == ""
+        assert facts.believed == pytest.approx(believed, abs=0.1)
+        assert facts.volts == pytest.approx(each)
+
+    @pytest.mark.parametrize(
+        ("counter", "each"),
+        [
+            (100, 11.0 / 3),
+            (100, 3.53),
+            (60, 3.53),
+            (40, 3.53),
+            (100, 3.7),
+            (100, 3.8),
+            (100, 3.85),
+            (80, 3.65),
+            (30, 3.2),
+        ],
+    )
+    def test_a_counter_that_says_more_than_the_voltage_allows(self, counter: float, each: float) -> None:
+        pack = Pack()
+        pack.counter, pack.each = counter, each
+        facts = pack.run(5.0)
+        assert facts.doubt.startswith(f"the counter says {counter} %, {each:.2f} V a cell at rest is ")
+        assert facts.believed is not None
+        assert facts.believed < counter - 25.0
+
+    def test_a_quarter_more_is_believed_and_any_more_is_not(self) -> None:
+        pack = Pack()
+        pack.each = 3.65  # 3.75 V is 25 %
+        pack.counter = 50
+        assert pack.run(7.0).doubt == ""
+        pack.counter = 51
+        assert pack.run(7.0).doubt == "the counter says 51 %, 3.65 V a cell at rest is 25 % at most"
+
+    def test_another_battery_ends_the_doubt(self) -> None:
+        pack = Pack()
+        pack.each = 3.53
+        assert pack.run(7.0).doubt
+        pack.each = 4.2
+        assert pack.run(7.0).doubt == ""
+
+    def test_of_two_possible_counts_the_larger_one_is_taken(self) -> None:
+        pack = Pack(cells=(3, 4))
+        facts = pack.run(3.0)
+        assert (facts.cells, facts.volts) == (4, pytest.approx(3.15))
+        assert facts.doubt
+
+    @pytest.mark.parametrize("each", [None, math.nan, math.inf, -1.0, 0.0])
+    def test_a_voltage_that_is_none(self, each: float | None) -> None:
+        pack = Pack()
+        pack.each = each
+        facts = pack.run(7.0)
+        assert (facts.volts, facts.allowed, facts.doubt, facts.believed) == (None, None, "", 100.0)
+
+    def test_without_a_cell_count_the_voltage_says_nothing(self) -> None:
+        facts = Pack(cells=()).run(7.0)
+        assert (facts.volts, facts.cells, facts.believed) == (None, None, 100.0)
+
+    @pytest.mark.parametrize("counter", [None, math.nan])
+    def test_a_counter_that_says_nothing(self, counter: float | None) -> None:
+        watch = ChargeWatch(LIPO)
+        facts = watch.update(BatteryInfo(counter, 12.0, None, 1.0), CELLS, 1.0, is_airborne=False)
+        assert (facts.counter, facts.believed, facts.volts) == (None, None, 4.0)
+        assert watch.update(None, CELLS, 9.0, is_airborne=False) == ChargeFacts(cells=3)
+
+
+class TestUnderLoad:
+    def test_a_flight_as_it_should_be(self) -> None:
+        """A rested cell by the table, .25 V less under load, from full to 10 %."""
+        pack = Pack()
+        pack.run(5.0)
+        pack.airborne = True
+        volts = {round(charge): volts for volts, charge in LIPO.at_rest}
+        for _ in range(180):
+            each = volts[5 * round((pack.counter or 0.0) / 5)] - 0.25
+            facts = pack.run(5.0, drain=0.1, each=lambda _now, each=each: each)  # type: ignore[misc]
+            assert facts.doubt == ""
+            assert facts.believed == facts.counter
+            assert not facts.is_low
+
+    @pytest.mark.parametrize(
+        ("each", "low", "critical"),
+        [
+            (3.31, False, False),
+            (3.29, True, False),
+            (3.21, True, False),
+            (3.19, True, True),
+            (3.1, True, True),
+            (2.5, True, True),
+        ],
+    )
+    def test_the_limits(self, each: float, low: bool, critical: bool) -> None:
+        pack = Pack()
+        pack.run(5.0)
+        pack.each = 3.8
+        pack.fly(20.0)
+        pack.each = each
+        facts = pack.fly(6.0)
+        assert (facts.is_low, facts.is_critical) == (low, critical)
+
+    def test_it_takes_half_the_window_to_believe_it(self) -> None:
+        pack = Pack()
+        pack.each = 3.8
+        pack.fly(20.0)
+        pack.each = 3.1
+        assert not pack.fly(2.5).is_low
+        assert pack.fly(1.2).is_critical
+
+    def test_after_take_off_it_takes_a_moment(self) -> None:
+        pack = Pack()
+        pack.run(5.0)
+        pack.each = 3.1
+        assert pack.fly(2.4).volts is None
+        assert pack.fly(0.7).is_critical
+
+    @pytest.mark.parametrize("lasting_s", [0.5, 1.5, 2.5])
+    def test_a_dip_does_not_count(self, lasting_s: float) -> None:
+        pack = Pack()
+        pack.each = 3.7
+        pack.fly(10.0)
+        for _ in range(5):
+            pack.each = 2.9
+            assert not pack.fly(lasting_s).is_low
+            pack.each = 3.7
+            assert not pack.fly(6.0).is_low
+
+    def test_a_voltage_that_trembles_about_the_limit_counts_by_its_middle(self) -> None:
+        pack = Pack()
+        pack.airborne = True
+        assert not pack.run(60.0, 0.1, lambda now: 3.4 + 0.2 * math.sin(8.0 * now)).is_low
+        assert pack.run(20.0, 0.1, lambda now: 3.25 + 0.2 * math.sin(8.0 * now)).is_low
+
+    def test_what_was_low_stays_low_until_the_landing(self) -> None:
+        pack = Pack()
+        pack.each = 3.15
+        pack.fly(10.0)
+        pack.each = 3.6
+        facts = pack.fly(30.0)
+        assert (facts.is_low, facts.is_critical) == (True, True)
+        pack.airborne = False
+        facts = pack.run(1.0)
+        assert (facts.is_low, facts.is_critical) == (False, False)
+
+    @pytest.mark.parametrize("each", [0.0, 0.3, 1.9])
+    def test_a_wire_that_broke_is_no_empty_battery(self, each: float) -> None:
+        pack = Pack()
+        pack.each = 3.8
+        pack.fly(10.0)
+        pack.each = each
+        facts = pack.fly(20.0)
+        assert (facts.volts, facts.is_low) == (None, False)
+        assert facts.believed == facts.counter
+
+    def test_of_two_possible_counts_the_smaller_one_ends_no_flight(self) -> None:
+        pack = Pack(cells=(3, 4))
+        pack.each = 3.9
+        assert not pack.fly(20.0).is_low
+
+    def test_limits_of_the_settings(self) -> None:
+        for watch, each, low, critical in (
+            (ChargeWatch(LIPO, return_v=3.5), 3.45, True, False),
+            (ChargeWatch(LIPO, land_v=3.28), 3.27, True, True),
+            (ChargeWatch(LIPO, return_v=3.0), 3.05, False, False),
+            (ChargeWatch(LIPO, return_v=3.0), 2.95, True, True),
+            (ChargeWatch(LIION), 3.1, False, False),
+            (ChargeWatch(LIION), 2.9, True, False),
+            (ChargeWatch(LIION), 2.75, True, True),
+            (ChargeWatch(LIHV), 3.35, True, False),
+            (ChargeWatch(LIHV), 3.25, True, True),
+        ):
+            pack = Pack(watch)
+            pack.each = each
+            facts = pack.fly(10.0)
+            assert (facts.is_low, facts.is_critical) == (low, critical), each
+
+    def test_words(self) -> None:
+        pack = Pack()
+        pack.counter, pack.each = 61.0, 3.27
+        pack.airborne = True
+        facts = pack.run(4.0)
+        assert facts.words.startswith(
+            "3.27 V for each of 3 cells, the counter says 61 %, 6 % was believed, 4 s in the air"
+        )
+        assert ChargeFacts().words == (
+            "voltage not known, the counter says nothing, nothing else was believed, 0 s in the air."
+        )
+
+
+class TestTheCounter:
+    def test_one_that_counts_is_believed(self) -> None:
+        pack = Pack()
+        pack.run(5.0)
+        pack.each = 4.0
+        for _ in range(60):
+            facts = pack.fly(10.0, drain=1.0 / 50.0)
+            assert facts.doubt == ""
+            assert facts.believed == facts.counter
+
+    def test_one_that_stands_still_is_counted_by_time(self) -> None:
+        pack = Pack()
+        pack.each = 4.0
+        pack.fly(60.0)
+        start, counter = pack.now, round(pack.counter or 0.0)
+        assert pack.fly(100.0, drain=0.0).doubt == ""
+        facts = pack.fly(20.0, drain=0.0)
+        assert facts.doubt.startswith(f"the counter stands still at {counter} % for 108 s")
+        assert facts.believed == pytest.approx(counter - (pack.now - start) * ASSUMED_DRAIN, abs=1.5)
+        assert facts.doubted_s < 20.0
+        later = pack.fly(120.0, drain=0.0)
+        assert later.believed == pytest.approx((facts.believed or 0.0) - 120.0 * ASSUMED_DRAIN, abs=0.1)
+        assert later.doubt == facts.doubt
+
+    def test_one_that_never_moves_is_found_two_minutes_after_take_off(self) -> None:
+        pack = Pack()
+        pack.run(300.0)  # on the ground it may
+        pack.each = 4.0
+        assert pack.fly(105.0, drain=0.0).doubt == ""
+        assert pack.fly(10.0, drain=0.0).doubt
+
+    def test_one_that_creeps_is_counted_by_time(self) -> None:
+        """BATT_CAPACITY is ten times too large."""
+        pack = Pack()
+        pack.each = 4.0
+        facts = pack.fly(400.0, drain=0.011)
+        assert facts.doubt.startswith("the counter fell by ")
+        assert facts.believed == pytest.approx(100.0 - 400.0 * ASSUMED_DRAIN, abs=1.5)
+
+    @pytest.mark.parametrize("rise", [5.0, 25.0])
+    def test_one_that_begins_again_is_not_believed(self, rise: float) -> None:
+        pack = Pack()
+        pack.each = 4.0
+        pack.fly(300.0)
+        before = round(pack.counter or 0.0)
+        pack.counter = before + rise
+        facts = pack.fly(10.0)
+        assert facts.doubt == f"the counter rose from {before + 1} to {before + rise:.0f} % in flight"
+        assert facts.believed == pytest.approx(before + 1 - 10.0 * ASSUMED_DRAIN, abs=0.2)
+        assert (facts.believed or 0.0) < (facts.counter or 0.0)
+
+    def test_a_wavering_one_is_believed(self) -> None:
+        pack = Pack()
+        pack.each = 4.0
+        pack.fly(100.0)
+        pack.counter = (pack.counter or 0.0) + 2.0
+        assert pack.fly(1.0).doubt == ""
+
+    def test_one_that_falls_to_nothing_is_believed(self) -> None:
+        pack = Pack()
+        pack.each = 4.0
+        pack.fly(50.0)
+        pack.counter = 0.0
+        facts = pack.fly(300.0)
+        assert (facts.doubt, facts.believed) == ("", 0.0)
+
+    def test_the_lower_word_counts_while_it_is_doubted(self) -> None:
+        pack = Pack()
+        pack.each = 4.0
+        pack.fly(200.0, drain=0.0)
+        pack.counter = 10.0
+        assert pack.fly(1.0).believed == 10.0
+        pack.counter = None
+        facts = pack.fly(10.0)
+        assert facts.counter is None
+        assert facts.believed == pytest.approx(100.0 - 211.0 * ASSUMED_DRAIN, abs=1.0)
+
+    def test_the_time_flown_never_says_less_than_nothing(self) -> None:
+        pack = Pack()
+        pack.each = 4.0
+        assert pack.fly(1200.0, drain=0.0).believed == 0.0
+
+    def test_a_voltage_under_load_contradicts_it(self) -> None:
+        pack = Pack()
+        pack.each = 4.0
+        pack.fly(60.0)
+        pack.each = 3.4  # 3.75 V at rest: a quarter
+        facts = pack.fly(6.0)
+        assert facts.doubt.endswith("% , 3.40 V a cell in flight is 25 % at most".replace("% ,", "%,"))
+        assert facts.believed is not None
+        assert facts.believed <= 25.0
+        pack.each = 3.7
+        later = pack.fly(10.0)
+        assert later.doubt == facts.doubt
+        assert later.believed is not None
+        assert later.believed < facts.believed
+
+    def test_the_next_flight_begins_anew(self) -> None:
+        pack = Pack()
+        pack.each = 4.0
+        assert pack.fly(120.0, drain=0.0).doubt
+        pack.airborne = False
+        facts = pack.run(3.0)
+        assert (facts.doubt, facts.flown_s) == ("", 0.0)
+        facts = pack.fly(60.0)
+        assert facts.doubt == ""
+        assert facts.flown_s == pytest.approx(60.0, abs=0.2)
+
+
+class TestChemistry:
+    @pytest.mark.parametrize("chemistry", CHEMISTRIES.values())
+    def test_the_table_rises_from_empty_to_full(self, chemistry: Chemistry) -> None:
+        volts, charges = zip(*chemistry.at_rest, strict=True)
+        assert list(volts) == sorted(set(volts))
+        assert list(charges) == sorted(set(charges))
+        assert (charges[0], charges[-1]) == (0.0, 100.0)
+        assert chemistry.land_v < chemistry.return_v <= chemistry.low[0] + 0.1 < chemistry.low_usual < chemistry.low[1]
+        assert chemistry.resting[0] < chemistry.resting[1]
+
+    @given(st.floats(0.0, 6.0), st.floats(0.0, 6.0))
+    def test_more_volts_are_never_less_charge(self, one: float, other: float) -> None:
+        low, high = sorted((one, other))
+        assert 0.0 <= LIPO.charge(low) <= LIPO.charge(high) <= 100.0
+
+    def test_between_two_rows_it_is_linear(self) -> None:
+        assert LIPO.charge(3.27) == 0.0
+        assert LIPO.charge(3.0) == 0.0
+        assert LIPO.charge(3.65) == pytest.approx(7.5)
+        assert LIPO.charge(3.84) == 50.0
+        assert LIPO.charge(4.2) == 100.0
+        assert LIPO.charge(4.5) == 100.0
+        assert LIION.charge(3.73) == 50.0
+        assert LIHV.charge(4.35) == 100.0
+
+    def test_cells_in_flight(self) -> None:
+        def cells(volts: float | None, chemistry: Chemistry = LIPO) -> tuple[int, ...]:
+            return chemistry.possible_cells(volts, None, in_flight=True)
+
+        assert cells(12.0) == (3,)
+        assert cells(9.3) == (3,)  # it sags to 3.1 V
+        assert cells(1.0) == ()
+        assert cells(None) == ()
+        assert LIPO.possible_cells(12.0, 4, in_flight=True) == (4,)
