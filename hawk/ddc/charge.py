@@ -69,7 +69,7 @@ class ChargeFacts:
 
     @property
     def words(self) -> str:
-        """What was believed, for the log: voltage, counter and time flown."""
+        """Words on what was believed, for the log: voltage, counter and time flown."""
         volts = "voltage not known" if self.volts is None else f"{self.volts:.2f} V for each of {self.cells} cells"
         counter = "the counter says nothing" if self.counter is None else f"the counter says {self.counter:.0f} %"
         believed = "nothing else" if self.believed is None else f"{self.believed:.0f} %"

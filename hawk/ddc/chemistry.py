@@ -1,4 +1,4 @@
-"""What the voltage of a battery's cells says: its limits under load, and the charge by the voltage at rest."""
+"""Chemistry of a battery's cells: their limits under load, and the charge by the voltage at rest."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ ChemistryName = Literal["lipo", "lihv", "liion"]
 PACKS = (2, 3, 4, 5, 6, 8, 10, 12, 14)
 """Cells in series of the batteries that drones use."""
 REST_TOLERANCE_V = 0.1
-"""What a voltage at rest may be wrong by, volts a cell: a power module is calibrated to some percent, and a battery
+"""Error of a voltage at rest, volts a cell: a power module is calibrated to some percent, and a battery
 that was used a minute ago has not settled."""
 SAG_V = 0.35
 """A sound cell sags by less than this in flight, volts. ArduPilot's default of 3.5 V for a cell under load is a cell of

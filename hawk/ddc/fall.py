@@ -14,6 +14,7 @@ from hawk.ddc.belief import AIR_HEIGHT_M, Belief, Motion
 from hawk.ddc.facts import POSE_TIMEOUT_S
 from hawk.model.operation import Fall
 from hawk.model.poses import GlobalPose
+from hawk.model.sentences import say
 from hawk.model.vehicle import LANDED_TIMEOUT_S, LandedState
 
 RECOVERED_S = 5.0
@@ -38,7 +39,7 @@ SETTLING_S = 5.0
 
 @dataclass(frozen=True, slots=True)
 class _Sample:
-    """What was seen of a flying drone: when (clock and UTC, seconds), its height (m above the arm place), its place."""
+    """A moment of a flying drone: when (clock and UTC, seconds), its height (m above the arm place), its place."""
 
     time: float
     utc: float
@@ -161,11 +162,19 @@ class FallWatch:
 
 def fall_words(fall: Fall) -> str:
     """Return height, place and time of a fall in words, as far as they are known."""
-    height = "" if fall.height is None else f"at {fall.height:.1f} m"
-    known = fall.latitude is not None and fall.longitude is not None
-    place = f"near {fall.latitude:.6f}, {fall.longitude:.6f}" if known else ""
     when = datetime.fromtimestamp(fall.at, UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
-    return ", ".join(filter(None, (height, place, when)))
+    height, latitude, longitude = fall.height, fall.latitude, fall.longitude
+    if latitude is None or longitude is None:
+        return when if height is None else say("at {height:.1f} m, {when}", height=height, when=when)
+    if height is None:
+        return say("near {latitude:.6f}, {longitude:.6f}, {when}", latitude=latitude, longitude=longitude, when=when)
+    return say(
+        "at {height:.1f} m, near {latitude:.6f}, {longitude:.6f}, {when}",
+        height=height,
+        latitude=latitude,
+        longitude=longitude,
+        when=when,
+    )
 
 
 def _apex(motion: Motion) -> float | None:

@@ -123,7 +123,7 @@ class KillSwitch:
         self.fall = fall
         if known is not None and known.at == fall.at:
             return (KeepFall(fall),)
-        words = f"Motors off in the air {fall_words(fall)}. Arm is locked until you clear it."
+        words = say("Motors off in the air {where}. Arm is locked until you clear it.", where=fall_words(fall))
         place = (("latitude", fall.latitude), ("longitude", fall.longitude), ("height", fall.height))
         record = Record("motors off in the air", (("at", fall.at), *place))
         return (KeepFall(fall), Log("error", words, facts.link.words), record)

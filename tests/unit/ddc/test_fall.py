@@ -267,6 +267,8 @@ def test_a_fall_of_an_earlier_run_lasts_until_the_next_arming() -> None:
 def test_words() -> None:
     assert fall_words(Fall(0.0)) == "1970-01-01 00:00:00 UTC"
     assert fall_words(Fall(0.0, 43.26, None)) == "1970-01-01 00:00:00 UTC"
+    assert fall_words(Fall(0.0, height=3.0)) == "at 3.0 m, 1970-01-01 00:00:00 UTC"
+    assert fall_words(Fall(0.0, 43.26, -79.92)) == "near 43.260000, -79.920000, 1970-01-01 00:00:00 UTC"
     assert (
         fall_words(Fall(60.0, 43.26, -79.92, 17.66)) == "at 17.7 m, near 43.260000, -79.920000, 1970-01-01 00:01:00 UTC"
     )
@@ -338,10 +340,10 @@ class TestOnTheRealManager:
         answer = flying.command(Arm())
         assert not answer.accepted
         assert answer.reason == "The motors went off in the air: look at the drone, then clear it."
-        assert flying.kept_falls[-1] is not None
+        assert all(flying.kept_falls)
         flying.autopilot.stuck = False
         flying.order(ClearKill())
-        assert flying.kept_falls[-1] is None
+        assert flying.kept_falls[-1:] == [None]
         await flying.run(1.0)
         assert flying.command(Arm()).accepted
 
