@@ -120,7 +120,7 @@ def test_motors_that_go_off_in_the_air_are_a_fall(height: float, beat: float) ->
 
 @pytest.mark.parametrize("climb", [3.0, -1.5, -2.4])
 @pytest.mark.parametrize("phase", [AIR, LandedState.TAKING_OFF, LANDING])
-def test_so_are_those_that_go_off_on_the_way(climb: float, phase: LandedState) -> None:
+def test_so_are_those_that_go_off_while_it_climbs_or_sinks(climb: float, phase: LandedState) -> None:
     world = World()
     world.take_off(15.0)
     world.run(2.0, climb=climb, phase=phase)

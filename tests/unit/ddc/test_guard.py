@@ -416,7 +416,7 @@ async def test_on_the_ground_a_voltage_sends_nothing(fresh: Rig) -> None:
     fresh.expect(S.ARM)
 
 
-async def test_a_counter_that_stands_still_is_told_once_and_the_time_flown_counts(flying: Rig) -> None:
+async def test_a_counter_that_stands_still_is_reported_once_and_the_time_flown_counts(flying: Rig) -> None:
     flying.autopilot.battery = 60.0
     await flying.run(125.0)
     told = [
