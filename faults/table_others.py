@@ -44,6 +44,14 @@ _AWAY: Final = [(30.0, 32.0, 15.0)]
 """A rally point 44 m from home."""
 _WIDE: Final = [(400.0, 400.0), (400.0, -400.0), (-400.0, -400.0), (-400.0, 400.0)]
 _ELSEWHERE: Final = [(-150.0, 150.0), (-150.0, 200.0), (-200.0, 200.0), (-200.0, 150.0)]
+_NAMES: Final = {
+    "BATT_FS": "Battery failsafe",
+    "BATT_LOW": "Battery thresholds",
+    "FENCE_": "Fence in the autopilot",
+    "FS_GCS": "Ground-station failsafe",
+    "RTL_ALT": "Return height",
+}
+"""Names of the checks that parameters belong to."""
 _CLEAR: Final = {"kind": "MISSION_CLEAR_ALL", "fields": {"target_system": 1, "target_component": 1, "mission_type": 1}}
 _UNPRINTABLE: Final = b"\xff\xfe\x1b[31mred \x9b2J\x07 bell"
 
@@ -51,7 +59,8 @@ _UNPRINTABLE: Final = b"\xff\xfe\x1b[31mred \x9b2J\x07 bell"
 def _put_back(name: str, value: float) -> tuple[Act | See, ...]:
     """Return the steps of a parameter that another station sets: it is reported and put back."""
     changed = parameter(name, value)
-    return Drone({"parameters": {name: value}}), See(changed, 1.0), See(both(absent(changed), told(name)), _BACK_S)
+    told_of = warned(name, *(words for beginning, words in _NAMES.items() if name.startswith(beginning)))
+    return Drone({"parameters": {name: value}}), See(changed, 1.0), See(both(absent(changed), told_of), _BACK_S)
 
 
 def _fence(change: dict[str, Any]) -> tuple[Act | See, ...]:

@@ -342,6 +342,9 @@ BATTERY: Final = (
         "four cells where the autopilot's threshold is for three",
         When.GROUND,
         (
+            Bring(When.ARMED),
+            Bring(When.GROUND),
+            See(absent(warned("attery", "BATT_")), 5.0),
             Drone({"battery_cells": 4}),
             See(warned("attery", "BATT_"), 15.0),
             Order(Arm()),

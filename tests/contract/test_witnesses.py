@@ -46,6 +46,8 @@ def test_rtl_lands_at_a_rally_point_that_is_nearer_than_home(flying: Vehicle) ->
         assert math.dist(flying.place[:2], (north + 18.0, east + 6.0)) < 2.5
     finally:
         clear_rally_points(flying)
+        flying.fly()  # home is where it is armed: bring it back
+        flying.land()
 
 
 def test_a_rally_point_that_is_farther_than_home_is_passed_over(flying: Vehicle) -> None:
