@@ -22,6 +22,7 @@ from hawk.calibrate.commands import add_calibrate_command
 from hawk.check.commands import CHECK_COMMANDS, add_check_commands
 from hawk.config import ConfigError
 from hawk.option_settings import load_settings
+from hawk.plain_text import plain_lines
 from hawk.process import end_within
 from hawk.simulation import (
     SIMULATOR_MISSING,
@@ -53,7 +54,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         options = make_parser().parse_args(given)
         return int(options.action(options))
     except (ConfigError, SimulationError) as error:
-        print(f"hawk-drone: {error}", file=sys.stderr)
+        print(f"hawk-drone: {plain_lines(str(error))}", file=sys.stderr)
         return EXIT_USAGE if isinstance(error, ConfigError | SimulatorOptionError) else EXIT_FAILED
 
 

@@ -15,6 +15,8 @@ from collections import deque
 from collections.abc import Mapping
 from typing import Any, Final
 
+from hawk.plain_text import plain_lines
+
 FORMAT: Final = "%(asctime)s %(levelname)s %(name)s: %(message)s"
 JOURNAL_FORMAT: Final = "%(name)s: %(message)s"
 """journald has time and priority of its own."""
@@ -24,8 +26,6 @@ NOTICE: Final = 25
 """Level of what is worth finding again in a journal, between info and warning: syslog's notice."""
 _PRIORITIES: Final = ((logging.CRITICAL, 2), (logging.ERROR, 3), (logging.WARNING, 4), (NOTICE, 5), (logging.INFO, 6))
 """Levels and syslog's priorities; anything below is 7, debug."""
-_CONTROL: Final = {code: f"\\x{code:02x}" for code in (*range(32), *range(127, 160)) if chr(code) not in "\n\t"}
-"""Control characters, which would move a terminal's cursor or colour its text."""
 LINES: Final = 2000
 """Lines that wait at most."""
 CLOSE_S: Final = 1.0
@@ -98,6 +98,21 @@ def journal_lines(text: str, level: int) -> str:
     return "\n".join([f"{prefix}{first}", *(f"{prefix}  {line}" for line in rest)])
 
 
+class _PlainFormatter(logging.Formatter):
+    """Prints nothing that a terminal obeys; a message's later lines are indented, so that they pass for no others."""
+
+    def __init__(self, pattern: str, indent: str = "") -> None:
+        super().__init__(pattern)
+        self._indent = indent
+
+    def formatMessage(self, record: logging.LogRecord) -> str:  # noqa: N802 - logging's name
+        record.message = record.message.replace("\n", f"\n{self._indent}")
+        return super().formatMessage(record)
+
+    def format(self, record: logging.LogRecord) -> str:
+        return plain_lines(super().format(record))
+
+
 class _LineHandler(logging.Handler):
     """Formats on the thread that logs, and hands the line over."""
 
@@ -105,11 +120,11 @@ class _LineHandler(logging.Handler):
         super().__init__()
         self._writer = writer
         self._to_journal = to_journal
-        self.setFormatter(logging.Formatter(JOURNAL_FORMAT if to_journal else FORMAT))
+        self.setFormatter(_PlainFormatter(JOURNAL_FORMAT) if to_journal else _PlainFormatter(FORMAT, "    "))
 
     def emit(self, record: logging.LogRecord) -> None:
         try:
-            text = self.format(record).translate(_CONTROL)
+            text = self.format(record)
             self._writer.put(journal_lines(text, record.levelno) if self._to_journal else text)
         except Exception:  # logging's own answer is a print that may block
             self._writer.put(f"{record.levelname} {record.name}: cannot be shown: {record.msg!r}")

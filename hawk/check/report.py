@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import asdict
 from typing import Any, Final
 
 from rich import box
@@ -14,6 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hawk.check.result import CheckResult, Outcome, all_passed
+from hawk.plain_text import plain
 
 _STYLES: Final = {
     Outcome.PASSED: "green",
@@ -25,13 +25,16 @@ _STYLES: Final = {
 
 def as_object(results: Sequence[CheckResult]) -> dict[str, Any]:
     """Return the results as JSON holds them: ``checks`` and ``passed``."""
-    checks = [{**asdict(each), "outcome": each.outcome.value} for each in results]
+    checks = [
+        {"name": each.name, "outcome": each.outcome.value, "value": plain(each.value), "remedy": plain(each.remedy)}
+        for each in results
+    ]
     return {"checks": checks, "passed": all_passed(results)}
 
 
 def print_json(console: Console, results: Sequence[CheckResult]) -> None:
     """Print one JSON object."""
-    console.out(json.dumps(as_object(results), ensure_ascii=False, indent=2), highlight=False)
+    console.out(json.dumps(as_object(results), indent=2), highlight=False)
 
 
 def print_table(console: Console, results: Sequence[CheckResult]) -> None:
@@ -41,9 +44,9 @@ def print_table(console: Console, results: Sequence[CheckResult]) -> None:
     table.add_column(no_wrap=True)
     table.add_column(ratio=1)
     for each in results:
-        words = Text(each.value)
+        words = Text(plain(each.value))
         if each.remedy:
-            words.append(f"\n{each.remedy}", style="bold")
+            words.append(f"\n{plain(each.remedy)}", style="bold")
         table.add_row(Text(each.outcome.value, style=_STYLES[each.outcome]), Text(each.name), words)
     console.print(table)
     console.print(Text(last_line(results)))

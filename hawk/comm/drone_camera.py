@@ -33,6 +33,7 @@ from hawk.image import NoImage, decode, read_jpeg
 from hawk.model.operation import Health, HealthStatus
 from hawk.model.pictures import CameraModel
 from hawk.model.sentences import say
+from hawk.plain_text import plain
 from hawk.repeated_log import Repeated
 from hawk.supervision import Supervisor
 
@@ -255,6 +256,7 @@ class DroneCamera:
         return f"{self._problem}; {came}" if self._problem else came
 
     def _report(self, problem: str) -> None:
+        problem = plain(problem)
         line = self._repeated.due(f"Camera: {problem}; trying again")
         if line is not None:
             _LOG.warning("%s", line)

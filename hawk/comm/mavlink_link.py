@@ -20,7 +20,6 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from mavsdk.exceptions import MavsdkError
-from mavsdk.logging import LogLevel, log_subscribe, log_unsubscribe
 from mavsdk.mavsdk import Configuration, Mavsdk
 from mavsdk.plugins.geofence import FenceType, Geofence, GeofenceData, Point, Polygon
 from mavsdk.plugins.mavlink_direct import MavlinkDirect, MavlinkMessage
@@ -32,22 +31,15 @@ from hawk.addresses import SERIAL_KINDS
 from hawk.comm.claim import Claim, ClaimedError
 from hawk.comm.fence_rings import Corners, FenceRings
 from hawk.comm.mavlink_frames import AUTOPILOT_COMPONENT, Heartbeat, ground_station_heartbeat
+from hawk.comm.mavsdk_log import MavsdkLog
 from hawk.comm.peer import FIRST_HEARD, Expected, PeerKeeper
 from hawk.comm.remote_id import ARM_STATUS, TRANSMITTERS
 from hawk.comm.roster import Roster
 from hawk.comm.udp_gate import NOBODY, Hearing, UdpGate, serves
 from hawk.comm.vehicle import AutopilotError
 from hawk.programs import Processes
-from hawk.repeated_log import Repeated
 
 _LOG = logging.getLogger("hawk.comm.mavsdk")
-_LEVELS = {
-    LogLevel.DEBUG: logging.DEBUG,
-    LogLevel.INFO: logging.INFO,
-    LogLevel.WARN: logging.WARNING,
-    LogLevel.ERROR: logging.ERROR,
-}
-
 GROUND_STATION_COMPONENT = 190
 """MAV_COMP_ID_MISSIONPLANNER, the id of ground stations."""
 
@@ -148,6 +140,7 @@ class Link:
         self._on_message = on_message
         self._lock = threading.Lock()
         self._mavsdk: Mavsdk | None = None
+        self._mavsdk_log = MavsdkLog()
         self._connection: Any = None
         self._speaks = True
         self._system: Any = None
@@ -165,7 +158,7 @@ class Link:
                 return
             _require_device(self._url)
             if self._mavsdk is None:
-                log_subscribe(_MavsdkLog())
+                self._mavsdk_log.subscribe()
                 always = serves(self._url)  # a listening peer hears of us by our first heartbeat
                 configuration = Configuration.create_manual(self._system_id, GROUND_STATION_COMPONENT, always)
                 self._mavsdk = Mavsdk(configuration)
@@ -241,7 +234,7 @@ class Link:
             self.found = False
         if mavsdk is not None:
             mavsdk.destroy()
-            log_unsubscribe()
+            self._mavsdk_log.unsubscribe()
         if gate is not None:
             gate.close()
         self._claim.release()
@@ -405,16 +398,3 @@ def _message(name: str, fields: Mapping[str, Any], target: int) -> MavlinkMessag
 def _words(error: Exception) -> str:
     result = getattr(error, "result", None)
     return str(getattr(result, "name", error)).replace("_", " ").lower()
-
-
-class _MavsdkLog:
-    """MAVSDK's own lines; it repeats some with every attempt."""
-
-    def __init__(self) -> None:
-        self._repeated = Repeated()
-
-    def __call__(self, level: LogLevel, message: str, _file: str | None, _line: int) -> bool:
-        line = self._repeated.due(str(message))
-        if line is not None:
-            _LOG.log(_LEVELS.get(level, logging.INFO), "%s", line)
-        return True

@@ -15,6 +15,7 @@ from typing import Any, Final
 from hawk.comm.topic import Topic
 from hawk.config import RemoteIdSettings
 from hawk.model.poses import GlobalPose
+from hawk.plain_text import plain
 
 Fields = Mapping[str, Any]
 NamedMessage = tuple[str, Fields]
@@ -62,7 +63,7 @@ class RemoteIdReports:
     def take_arm_status(self, fields: Fields, arrival: float) -> None:
         """Take the transmitter's word. Raises KeyError, TypeError or ValueError when it cannot be read."""
         good = int(fields["status"]) == _GOOD_TO_ARM
-        error = str(fields.get("error") or "").rstrip("\0").strip()
+        error = plain(str(fields.get("error") or "").rstrip("\0").strip())
         self._publish(replace(self._now, good=good, error=error, time=arrival))
 
     def take_gps(self, fields: Fields) -> None:

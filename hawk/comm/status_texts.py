@@ -7,15 +7,16 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from hawk.model.vehicle import StatusText
+from hawk.plain_text import plain
 
 _WARNING: Final = 4  # MAV_SEVERITY_WARNING
-_CHUNK: Final = 50  # characters of a STATUSTEXT
+_CHUNK: Final = 50  # bytes of a STATUSTEXT
 _TEXTS_KEPT: Final = 50
 _REASONS: Final = ("arm:", "prearm:")
 
 
 class StatusTexts:
-    """Assembles texts from their chunks (MAVLink: id, chunk_seq, 50 characters each) and keeps the last ones."""
+    """Assembles texts from their chunks (MAVLink: id, chunk_seq, 50 bytes each) and keeps the last ones."""
 
     def __init__(self) -> None:
         self._recent: deque[StatusText] = deque(maxlen=_TEXTS_KEPT)
@@ -28,12 +29,12 @@ class StatusTexts:
         if number:
             chunks = self._chunks.setdefault(number, {})
             chunks[int(fields.get("chunk_seq") or 0)] = text
-            if len(text) >= _CHUNK:
+            if _size(text) >= _CHUNK:
                 if len(self._chunks) > _TEXTS_KEPT:
                     self._chunks.pop(next(iter(self._chunks)))
                 return None
             text = "".join(chunk for _, chunk in sorted(self._chunks.pop(number).items()))
-        found = StatusText(time, int(fields.get("severity") or 0), text.strip())
+        found = StatusText(time, int(fields.get("severity") or 0), plain(text.strip()))
         self._recent.append(found)
         return found
 
@@ -44,3 +45,8 @@ class StatusTexts:
         if not reasons:
             reasons = [text.text for text in recent if text.severity <= _WARNING]
         return "; ".join(dict.fromkeys(reasons)) or None
+
+
+def _size(text: str) -> int:
+    """Return the bytes that a chunk had. MAVSDK gives U+FFFD for each byte that was no UTF-8."""
+    return sum(1 if each == "\ufffd" else len(each.encode("utf-8", "surrogatepass")) for each in text)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import json
+import logging
 import math
 import os
 import socket
@@ -20,6 +22,7 @@ from hawk.comm.peer import Expected
 from hawk.comm.remote_id import EPOCH, OperatorPlace, where, who
 from hawk.comm.vehicle import AutopilotError
 from hawk.config import RemoteIdSettings
+from hawk.plain_text import plain
 
 HEARTBEAT_S = 0.2
 WAIT_S = 10.0
@@ -490,3 +493,33 @@ def test_a_link_of_mavlink_1_is_known_by_its_frames(peer: Peer, link: Link) -> N
         time.sleep(0.01)
     else:
         pytest.fail("not noticed")
+
+
+TEXTS = (
+    b"h\xff\xfe\xc3\x1b[31mello",
+    b"\x1b]0;title\x07",
+    "\u202eturned\u2028".encode(),
+    b"\xed\xa0\xbd",
+    bytes(range(1, 50)),
+)
+
+
+def test_texts_of_the_autopilot_print_nothing_raw(
+    made: list[Any], capfd: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.DEBUG, "hawk.comm.mavsdk")
+    port, heard = free_port(), Heard()
+    link = Link(f"udpin://127.0.0.1:{port}", 245, lambda: 1.0, heard.take)
+    link.open()
+    peer = Peer(port)
+    made += [link, peer]
+    wait_for(lambda: link.find(0.2))
+    for text in TEXTS:
+        peer.mav.statustext_send(4, text)
+    heard.wait("STATUSTEXT", len(TEXTS))
+    printed = "".join(capfd.readouterr())
+    assert printed == "", "MAVSDK itself prints nothing"
+    wait_for(lambda: r"\xff" in caplog.text)
+    lines = [record.getMessage() for record in caplog.records]
+    assert all(plain(line) == line for line in lines)
+    json.dumps([dict(one.fields) for one in heard.messages])

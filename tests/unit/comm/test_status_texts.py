@@ -2,6 +2,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
+
 from hawk.comm.status_texts import StatusTexts
 
 
@@ -58,3 +60,35 @@ def test_without_an_arming_reason_any_warning_explains() -> None:
     texts.take(text("Mode change to AUTO failed: init failed", 4), 9.1)
     assert texts.reason_since(8.0) == "Mode change to AUTO failed: init failed"
     assert texts.reason_since(9.2) is None
+
+
+def chunk(number: int, sequence: int, data: bytes) -> dict[str, Any]:
+    """Return a chunk as MAVSDK gives it: U+FFFD for each byte that is no UTF-8."""
+    whole = data.decode("utf-8", "surrogateescape")
+    text = "".join("\ufffd" if "\ud800" <= each <= "\udfff" else each for each in whole)
+    return {"id": number, "chunk_seq": sequence, "severity": 4, "text": text}
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("\x1b[2J\x1b[31mall well", r"\x1b[2J\x1b[31mall well"),
+        ("h\ufffd\ufffdello", "h\ufffd\ufffdello"),
+        ("two\nlines\r", r"two\nlines"),
+        ("\u202eturned", r"\u202eturned"),
+    ],
+)
+def test_what_a_terminal_obeys_is_shown_as_an_escape(text: str, shown: str) -> None:
+    found = StatusTexts().take({"text": text, "severity": 4}, 1.0)
+    assert found is not None
+    assert found.text == shown
+
+
+@pytest.mark.parametrize("data", [b"\xff" * 50, ("é" * 25).encode(), b"\x1b" * 50, b"x" * 49 + b"\xc3"])
+def test_a_whole_chunk_is_counted_in_bytes(data: bytes) -> None:
+    texts = StatusTexts()
+    assert len(data) == 50
+    assert texts.take(chunk(7, 0, data), 1.0) is None, "more follows"
+    found = texts.take(chunk(7, 1, b"end"), 1.1)
+    assert found is not None
+    assert found.text.endswith("end")

@@ -101,3 +101,19 @@ def test_a_process_ends_in_order_although_nobody_reads_its_log() -> None:
     with full_pipe() as stderr:
         ended = subprocess.run([sys.executable, "-c", ENDS], stderr=stderr, timeout=20, check=False)
     assert ended.returncode == 0
+
+
+def test_nothing_that_a_terminal_obeys_is_written(pipe: tuple[int, int]) -> None:
+    log = ProgramLog("info", pipe[1])
+    try:
+        logging.getLogger("x").warning("%s", "red \x1b[31m\nERROR hawk: forged \u202e \udcff")
+        try:
+            raise ValueError("\x1b[2J")
+        except ValueError:
+            logging.getLogger("x").exception("failed")
+    finally:
+        log.close()
+    lines = written(pipe[0])
+    assert lines[0].endswith(r"red \x1b[31m")
+    assert lines[1] == r"    ERROR hawk: forged \u202e \xff"
+    assert lines[-1] == r"ValueError: \x1b[2J"
