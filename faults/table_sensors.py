@@ -376,7 +376,10 @@ PICTURES: Final = (
     Fault(
         "pictures claim an EXIF orientation",
         When.EXPLORING,
-        (Drone({"camera_orientation": 6}), See(both(UP, warned("rientation", "camera", "turned")), 15.0)),
+        (
+            Drone({"camera_orientation": 6}),
+            See(either(_GOES_ON, warned("rientation", "camera", "turned")), 15.0, lasts=True),
+        ),
         ends_flight=True,
     ),
     Fault(
