@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Final
 
@@ -10,11 +11,14 @@ from aiohttp import hdrs, web
 
 from hawk.comm.messages import schema
 from hawk.model.lot_map import StallState
+from hawk.web.computer_figures import Figure, figures, reader
 from hawk.web.door import DOOR
 from hawk.web.guesses import GUESSES
 from hawk.web.process_figures import process_figures
 from hawk.web.services import COUNTERS, SERVICES, Counters, WebServices
 
+ALIVE: Final = "/api/alive"
+"""Address for a watch that starts the program again."""
 METRICS_CONTENT_TYPE: Final = "text/plain; version=0.0.4; charset=utf-8"
 STATUS_AGE_S: Final = 1.0
 """A status older than this (seconds of the daemon's clock) means that the state machine does not run."""
@@ -37,8 +41,10 @@ def add_routes(app: web.Application) -> None:
     app.router.add_get("/api/report.json", report)
     app.router.add_get("/api/settings.json", all_settings)
     app.router.add_get("/api/health", health)
+    app.router.add_get(ALIVE, alive)
     app.router.add_get("/api/performance", performance)
     app.router.add_get("/metrics", metrics)
+    app.cleanup_ctx.append(reader)
 
 
 async def message_schema(_: web.Request) -> web.StreamResponse:
@@ -99,9 +105,21 @@ async def health(request: web.Request) -> web.StreamResponse:
     return web.json_response(body, status=200 if healthy else 503)
 
 
+async def alive(request: web.Request) -> web.StreamResponse:
+    """200 while the state machine runs, else 503, whatever the parts do; to everybody, since it says nothing else.
+
+    A camera or an autopilot that is missing does not come back by a new start of the program.
+    """
+    status = request.app[SERVICES].status
+    running = status.value is not None and status.age <= STATUS_AGE_S
+    return web.json_response({"running": running}, status=200 if running else 503)
+
+
 async def metrics(request: web.Request) -> web.StreamResponse:
     """Prometheus text format."""
-    text = metrics_text(request.app[SERVICES], request.app[COUNTERS], _access(request.app))
+    services = request.app[SERVICES]
+    computer = await figures(request.app, services.folder)
+    text = metrics_text(services, request.app[COUNTERS], _access(request.app), computer)
     return web.Response(text=text, headers={hdrs.CONTENT_TYPE: METRICS_CONTENT_TYPE})
 
 
@@ -133,8 +151,10 @@ def _access(app: web.Application) -> Access:
     return Access(door.waiting, door.answered, door.closed, guesses.total)
 
 
-def metrics_text(services: WebServices, counters: Counters, access: Access = Access()) -> str:
-    """Return all metrics; unknown values are left out."""
+def metrics_text(
+    services: WebServices, counters: Counters, access: Access = Access(), computer: Sequence[Figure] = ()
+) -> str:
+    """Return all metrics, those of the computer among them; unknown values are left out."""
     lag = services.loop_lag()
     status = services.status.value
     lines: list[str] = []
@@ -147,9 +167,15 @@ def metrics_text(services: WebServices, counters: Counters, access: Access = Acc
             lines.extend((f"# HELP {head} {text}", f"# TYPE {head} {kind}"))
         lines.append(f"{head}{labels} {_number(value)}")
 
-    for quantile, value in (("0.5", lag.p50_ms), ("0.99", lag.p99_ms), ("1", lag.max_ms)):
+    about = {"version": services.version, "simulation": str(services.simulation).lower()}
+    add("build_info", "gauge", "Always 1; the labels say which program runs.", 1.0, _labels(about))
+    for statistic, value in (("median", lag.p50_ms), ("p99", lag.p99_ms), ("max", lag.max_ms)):
         text = "Lag of the event loop over the last minute."
-        add("loop_lag_seconds", "gauge", text, None if value is None else value / 1e3, f'{{quantile="{quantile}"}}')
+        add(
+            "loop_lag_seconds", "gauge", text, None if value is None else value / 1e3, _labels({"statistic": statistic})
+        )
+    for name, kind, text, value, labels in computer:
+        add(name, kind, text, value, _labels(labels))
     add("clients", "gauge", "Connected pages.", len(services.side.hub))
     add("video_clients", "gauge", "Viewers of the video.", counters.video_clients)
     add("video_frames_total", "counter", "Frames handed to viewers.", counters.video_frames)
@@ -172,13 +198,22 @@ def metrics_text(services: WebServices, counters: Counters, access: Access = Acc
     if status is not None:
         add("vision_rate_hertz", "gauge", "Frames fused per second.", status.perception.vision_rate)
         add("armed", "gauge", "1 when armed.", None if status.vehicle.armed is None else float(status.vehicle.armed))
-        add("battery_percent", "gauge", "Battery left.", status.vehicle.battery_percentage)
+        charge = status.vehicle.battery_percentage
+        add("battery_ratio", "gauge", "Charge left, 0 to 1.", None if charge is None else charge / 100.0)
         seen = status.perception
         for state in StallState:
             add("stalls", "gauge", "Stalls on the map.", getattr(seen, state.value), f'{{state="{state.value}"}}')
         for item in status.parts.health:
             add("healthy", "gauge", "1 when the part is healthy.", float(item.healthy), f'{{part="{item.name}"}}')
     return "\n".join(lines) + "\n"
+
+
+def _labels(values: Mapping[str, str]) -> str:
+    escaped = (
+        (name, value.replace("\\", r"\\").replace('"', r"\"").replace("\n", r"\n")) for name, value in values.items()
+    )
+    text = ",".join(f'{name}="{value}"' for name, value in escaped)
+    return f"{{{text}}}" if text else ""
 
 
 def _number(value: float) -> str:

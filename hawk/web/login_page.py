@@ -25,7 +25,7 @@ from hawk.web.proxied import forwarding_header, is_secure, place
 
 FOLDER: Final = Path(__file__).parent / "login"
 LOGIN: Final = "/login"
-PUBLIC: Final = frozenset({LOGIN, "/login.css"})
+PUBLIC: Final = frozenset({LOGIN, "/login.css", "/api/alive"})
 """Paths that are answered without a token."""
 LARGEST_FORM_BYTES: Final = 4096
 FORM_HEADERS: Final = {

@@ -8,12 +8,19 @@ from pathlib import Path
 
 from hawk.comm.status import DroneStatus, HealthItem, PartsStatus, PerceptionStatus, VehicleStatus
 from hawk.web.api import Access, metrics_text
+from hawk.web.computer_figures import computer_figures
 from hawk.web.services import Counters
 from tests.unit.web.rig import Rig
 
 ROOT = Path(__file__).parents[3]
 TEXT = (ROOT / "docs" / "metrics.md").read_text(encoding="utf-8")
 TABLE = "\n".join(line for line in TEXT.splitlines() if line.startswith("| `hawk_"))
+
+
+COMPUTER = (
+    *computer_figures(ROOT, Path("/nowhere")),
+    ("temperature_celsius", "gauge", "Of the computer's parts.", 45.2, {"zone": "cpu-thermal"}),
+)
 
 
 def counted_by_the_daemon() -> set[str]:
@@ -37,7 +44,7 @@ async def test_every_figure_is_in_the_table_and_the_table_has_no_other() -> None
             parts=PartsStatus(health=(HealthItem(name="link", healthy=True, reason=""),)),
         )
     )
-    text = metrics_text(rig.services(), Counters(frame_latency_s=0.1), Access())
+    text = metrics_text(rig.services(), Counters(frame_latency_s=0.1), Access(), COMPUTER)
     given = set(re.findall(r"^# TYPE (\w+)", text, re.MULTILINE)) | counted_by_the_daemon()
     assert {"hawk_loop_lag_seconds", "hawk_log_lines_dropped_total"} <= given
     assert set(re.findall(r"`(hawk_\w+)", TABLE)) == given

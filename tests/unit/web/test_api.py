@@ -123,7 +123,7 @@ async def test_metrics_are_in_the_prometheus_text_format(rig: Rig) -> None:
     status, text, headers = await get(rig, "/metrics")
     assert status == 200
     assert headers["Content-Type"].startswith("text/plain; version=0.0.4")
-    sample = re.compile(r'[a-z_]+(\{[a-z]+="[^"]*"\})? (\+Inf|[-+.e\d]+)')
+    sample = re.compile(r'[a-z_]+(\{[a-z]+="[^"]*"(,[a-z]+="[^"]*")*\})? (\+Inf|[-+.e\d]+)')
     names = set()
     for line in text.strip().splitlines():
         if line.startswith("# TYPE "):
@@ -134,7 +134,7 @@ async def test_metrics_are_in_the_prometheus_text_format(rig: Rig) -> None:
         elif not line.startswith("# HELP "):
             assert sample.fullmatch(line), line
             assert line.split("{")[0].split()[0] in names
-    assert 'hawk_loop_lag_seconds{quantile="0.99"} 0.004' in text
+    assert 'hawk_loop_lag_seconds{statistic="p99"} 0.004' in text
     assert 'hawk_stalls{state="free"} 3.0' in text
     assert 'hawk_healthy{part="camera"} 0.0' in text
     assert "hawk_vision_rate_hertz 9.5" in text
@@ -154,6 +154,16 @@ async def test_what_waits_in_queues_is_counted(rig: Rig, connect: Connect) -> No
     assert 'hawk_queued{queue="commands"} 3.0' in text
     assert 'hawk_queued{queue="answers"} 0.0' in text
     assert 'hawk_queued{queue="journal"} 5.0' in text
+
+
+async def test_it_is_alive_without_a_camera_and_without_a_login(rig: Rig) -> None:
+    rig.web = WebSettings(token="a-token-of-a-test-0123456789")
+    assert await get_json(rig, "/api/alive") == (503, {"running": False})
+    rig.publish(DroneStatus(parts=PartsStatus(health=(HEALTHY, ILL))))
+    assert await get_json(rig, "/api/alive") == (200, {"running": True})
+    assert (await get(rig, "/api/health"))[0] == 401
+    rig.clock.advance(1.1)
+    assert await get_json(rig, "/api/alive") == (503, {"running": False})
 
 
 async def test_metrics_leave_out_what_is_not_known(rig: Rig) -> None:
