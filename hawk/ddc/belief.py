@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 from hawk.ddc.facts import POSE_TIMEOUT_S, GroundFacts
 from hawk.model.poses import VehiclePose
+from hawk.model.sentences import say
 from hawk.model.vehicle import LANDED_TIMEOUT_S, LandedState, VehicleState
 
 AIR_HEIGHT_M = 3.0
@@ -48,9 +49,11 @@ class Motion:
     def against_ground(self) -> str:
         """Words that speak against a drone that stands; empty when nothing does."""
         if self.height is not None and self.height > AIR_HEIGHT_M:
-            return f"its height is {self.height:z.0f} m"
+            return say("its height is {height:z.0f} m", height=self.height)
         if self.climb is not None and abs(self.climb) > CLIMB_M_S:
-            return f"it {'climbs' if self.climb > 0 else 'sinks'} at {abs(self.climb):.1f} m/s"
+            if self.climb > 0:
+                return say("it climbs at {climb:.1f} m/s", climb=self.climb)
+            return say("it sinks at {climb:.1f} m/s", climb=-self.climb)
         return ""
 
     @property
@@ -124,22 +127,25 @@ class GroundWatch:
             self._armed, self._disarmed_since = False, None
             return False, ""
         if not against:
-            against = "also that it flies" if landed in _FLYING else "not that it is on the ground"
-        return True, f"The autopilot says that it is disarmed, but {against}."
+            against = say("also that it flies") if landed in _FLYING else say("not that it is on the ground")
+        return True, say("The autopilot says that it is disarmed, but {against}.", against=against)
 
     def _silence(self, said: VehicleState) -> str:
         """Return the doubt when HEARTBEATs go on without a landed state."""
         if self._first_heard is None or said.time - max(said.landed_time, self._first_heard) <= LANDED_TIMEOUT_S:
             return ""
-        return "The autopilot does not say whether it is on the ground."
+        return say("The autopilot does not say whether it is on the ground.")
 
 
 def _believe_landed(armed: bool, landed: LandedState, motion: Motion) -> tuple[LandedState, str]:
     """Return the landed state that is believed, and why the autopilot's word is doubted."""
     if landed is LandedState.ON_GROUND and motion.against_ground:
-        return LandedState.UNDEFINED, f"The autopilot says that it is on the ground, but {motion.against_ground}."
+        against = motion.against_ground
+        return LandedState.UNDEFINED, say(
+            "The autopilot says that it is on the ground, but {against}.", against=against
+        )
     if landed in _FLYING and not armed:
-        return LandedState.UNDEFINED, "The autopilot says that it flies, but also that it is disarmed."
+        return LandedState.UNDEFINED, say("The autopilot says that it flies, but also that it is disarmed.")
     return landed, ""
 
 

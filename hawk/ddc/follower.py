@@ -25,13 +25,14 @@ from hawk.ddc.restart import RestartRule, restart_rule
 from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import adopted
 from hawk.model.operation import StateName
+from hawk.model.sentences import joined, say
 from hawk.model.vehicle import CopterMode, LandedState
 
 ABANDONED_S = 15.0
 """Within this time after an arming that was given up, "armed" is answered by a disarm, seconds."""
 DISARM_RETRY_S = 2.0
 
-FALLEN = Step(ToIdle("Motors off in the air."))
+FALLEN = Step(ToIdle(say("Motors off in the air.")))
 _HOLDING = frozenset({CopterMode.GUIDED, CopterMode.BRAKE})
 _RETURNING = frozenset({CopterMode.RTL, CopterMode.SMART_RTL})
 
@@ -79,15 +80,15 @@ class VehicleFollower:
         record = Record("vehicle", (("event", event.name), ("mode", facts.vehicle.mode)))
         match event:
             case VehicleEvent.LINK_LOST:
-                return Step(acts=(record, Log("error", "No word from the autopilot."), ForgetAskedModes()))
+                return Step(acts=(record, Log("error", say("No word from the autopilot.")), ForgetAskedModes()))
             case VehicleEvent.FOUND:
-                return _before(record, Log("ok", "Autopilot found."), step=self._begin(facts, state))
+                return _before(record, Log("ok", say("Autopilot found.")), step=self._begin(facts, state))
             case VehicleEvent.LINK_BACK:
                 step = self.adopt(facts, state, keeps_rank=True)
-                return _before(record, Log("ok", "The autopilot is heard again."), step=step)
+                return _before(record, Log("ok", say("The autopilot is heard again.")), step=step)
             case VehicleEvent.DOUBTED:
-                consequence = " It counts as in the air." if facts.is_airborne else ""
-                return Step(acts=(record, Log("warning", f"{facts.ground.doubt}{consequence}")))
+                consequence = say("It counts as in the air.") if facts.is_airborne else ""
+                return Step(acts=(record, Log("warning", joined(facts.ground.doubt, consequence))))
             case VehicleEvent.FOREIGN_MODE if facts.vehicle.armed:
                 return _before(record, ForgetAskedModes(), step=self.adopt(facts, state))
             case _:
@@ -110,11 +111,14 @@ class VehicleFollower:
         jump, estimate = facts.position.jump_m, facts.position.estimate_jump_m
         if max(jump, estimate) <= 0 or state.on_ground:
             return STAY
-        message = Log("warning", f"The position jumped by {jump:.1f} m.")
+        message = Log("warning", say("The position jumped by {jump:.1f} m.", jump=jump))
         if estimate > 0:
-            message = Log("warning", f"The position estimate jumped by {estimate:.0f} m: the map may not fit it.")
+            message = Log(
+                "warning",
+                say("The position estimate jumped by {estimate:.0f} m: the map may not fit it.", estimate=estimate),
+            )
         if state.is_task:
-            return Step(ToHover("The position jumped.", level="warning"), (message,))
+            return Step(ToHover(say("The position jumped."), level="warning"), (message,))
         return Step(acts=(message,), restarts=state.holds)
 
     def adopt(self, facts: Facts, state: State, *, at_start: bool = False, keeps_rank: bool = False) -> Step:
@@ -136,7 +140,7 @@ class VehicleFollower:
         if step.transition is None or not facts.is_airborne:
             return step
         self.started_in_air = self._awaits_count = True
-        message = Log("warning", "The program started while the drone was in the air.")
+        message = Log("warning", say("The program started while the drone was in the air."))
         return Step(step.transition, (*step.acts, CountStart(), message))
 
     def _watch_arming(self, facts: Facts, state: State) -> Step:
@@ -152,7 +156,7 @@ class VehicleFollower:
         if facts.now - self._disarm_asked < DISARM_RETRY_S:
             return STAY
         self._disarm_asked = facts.now
-        message = Log("warning", "Armed after it was given up: motors off.")
+        message = Log("warning", say("Armed after it was given up: motors off."))
         return Step(acts=(message, Ask(SetArmed(False), facts.now)))
 
     def _leave_ground(self, facts: Facts, state: State) -> Step:
@@ -161,7 +165,7 @@ class VehicleFollower:
         if not isinstance(step.transition, ToHover):
             return step
         is_unknown = facts.vehicle.landed is LandedState.UNDEFINED
-        reason = "Not known to stand on the ground." if is_unknown else "Somebody else took off."
+        reason = say("Not known to stand on the ground.") if is_unknown else say("Somebody else took off.")
         return Step(replace(step.transition, reason=reason), step.acts, step.restarts)
 
 
@@ -169,7 +173,7 @@ def _down(facts: Facts) -> Step:
     """Return the step of a drone that was flying and is disarmed: a fall is no landing (`hawk.ddc.kill` reports it)."""
     if facts.fall is not None:
         return FALLEN
-    return Step(ToIdle("Landed. Motors off."), (Log("ok", "Landed. Motors off."),))
+    return Step(ToIdle(say("Landed. Motors off.")), (Log("ok", say("Landed. Motors off.")),))
 
 
 def _before(*acts: Act, step: Step) -> Step:
@@ -184,5 +188,5 @@ def _restart(starts: int, state: State) -> Step:
     record = Record("start in the air", (("starts", starts),))
     if restart_rule(starts) is RestartRule.ADOPT or state.is_left_alone:
         return Step(acts=(record,))
-    cause = Cause("The program stopped twice in a minute.", CauseKind.NEVER)
-    return Step(ToReturn(cause, straight="the program may stop again"), (record,))
+    cause = Cause(say("The program stopped twice in a minute."), CauseKind.NEVER)
+    return Step(ToReturn(cause, straight=say("the program may stop again")), (record,))
