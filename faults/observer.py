@@ -95,6 +95,11 @@ class Observer:
             "farthest_outside": self._farthest,
         }
 
+    @property
+    def latitude(self) -> float:
+        """Degrees, of the start."""
+        return self._home[0]
+
     def watch_fence(self, polygon: list[tuple[float, float]]) -> None:
         """Measure from here on how far the true position leaves a polygon of (latitude, longitude)."""
         fence = shapely.Polygon([self._flat(*corner) for corner in polygon])

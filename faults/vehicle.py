@@ -20,8 +20,9 @@ from typing import IO, Any, Final
 import aiohttp
 
 from faults.fault import Drone, Fault
+from faults.gnss_error import FIELDS, GnssError
 from faults.observer import Observer
-from faults.station import command_fields
+from faults.station import command_fields, parameter_fields
 from hawk.simulation import (
     READY_TIMEOUT_S,
     SimulationAddress,
@@ -40,6 +41,10 @@ _THROTTLE: Final = 2  # its channel, counted from 0
 _CHANNELS: Final = 16
 _CAMERA: Final = frozenset({"camera", "camera_turn_deg"})
 _DO_SET_MODE: Final = 176
+_ARM_DISARM: Final = 400
+_FORCE: Final = 21196.0
+_FULL_V: Final = 12.6
+"""SIM_BATT_VOLTAGE at first."""
 _FIRST: Final = -15
 """Niceness of the sessions that stand for a drone; the daemon sets its own when it runs."""
 
@@ -178,7 +183,13 @@ class VehicleStack(SimulatedStack):
         link: Callable[[str], Awaitable[str]] | None = None,
     ) -> None:
         self._vehicle = VehiclePrograms(copter, options, folder / "arducopter")
+        self._gnss = GnssError(lambda name, value: self.station("PARAM_SET", parameter_fields(name, value)))
         super().__init__(options, folder, config, None, link, self._vehicle)
+
+    async def stop(self) -> None:
+        """End the programs."""
+        self._gnss.stop()
+        await super().stop()
 
     async def status(self) -> dict[str, Any]:
         """Return the true state of the vehicle, from ArduPilot's own simulation."""
@@ -188,6 +199,10 @@ class VehicleStack(SimulatedStack):
         """Inject or clear faults under the names of hawk-sim. Raises UnknownFaultError."""
         for name, value in simulation_parameters(fault).items():
             await self._vehicle.observer.set_parameter(name, value)
+        if FIELDS & fault.keys():
+            self._gnss.take(fault, self._vehicle.observer.latitude)
+        if "motors" in fault:
+            self.station("COMMAND_LONG", command_fields(_ARM_DISARM, 0.0, _FORCE))
         if "battery" in fault:
             await self._vehicle.observer.set_charge(float(fault["battery"]))
         if "stick" in fault:
@@ -227,6 +242,14 @@ def simulation_parameters(fault: Mapping[str, Any]) -> dict[str, float]:
                 values |= {"SIM_WIND_T": 1.0, "SIM_WIND_SPD": float(value)}  # type 1: the same at each height
             case ("wind_heading_deg", _):
                 values["SIM_WIND_DIR"] = (float(value) + 180.0) % 360.0  # theirs is where it comes from
+            case ("baro_drift", _):
+                values["SIM_BARO_DRIFT"] = float(value)
+            case ("compass", "ok" | "lost"):
+                values |= {f"SIM_MAG{number}_FAIL": float(value == "lost") for number in (1, 2, 3)}
+            case ("battery_rest_v", _):
+                values["SIM_BATT_VOLTAGE"] = float(value) or _FULL_V
+            case ("motors", "off") | ("gps_glitch" | "gps_walk", _):
+                pass
             case ("link", "ok") | ("battery" | "stick" | "pilot_mode" | "camera" | "camera_turn_deg", _):
                 pass
             case _:

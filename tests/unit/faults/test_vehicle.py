@@ -11,6 +11,7 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from faults.fault import Drone
+from faults.gnss_error import GnssError
 from faults.observer import SYSTEM, Observer
 from faults.proxy import HOST, packed
 from faults.rig import WELL
@@ -69,6 +70,11 @@ def test_the_program_is_found_from_another_folder() -> None:
         ({"gps": "lost", "radio": "lost"}, {"SIM_GPS1_ENABLE": 0.0, "SIM_RC_FAIL": 1.0}),
         ({"wind": 16.0, "wind_heading_deg": 90.0}, {"SIM_WIND_T": 1.0, "SIM_WIND_SPD": 16.0, "SIM_WIND_DIR": 270.0}),
         ({"battery": 20.0, "stick": 0.5, "camera": "dark"}, {}),
+        ({"baro_drift": 0.5}, {"SIM_BARO_DRIFT": 0.5}),
+        ({"compass": "lost"}, {f"SIM_MAG{number}_FAIL": 1.0 for number in (1, 2, 3)}),
+        ({"battery_rest_v": 10.3}, {"SIM_BATT_VOLTAGE": 10.3}),
+        ({"battery_rest_v": 0.0}, {"SIM_BATT_VOLTAGE": 12.6}),
+        ({"gps_walk": (0.7, 0.0), "gps_glitch": (0.0, 25.0, 0.0), "motors": "off"}, {}),
     ],
 )
 def test_faults_of_the_simulated_drone_are_parameters_of_ardupilots_simulation(
@@ -81,6 +87,24 @@ def test_faults_of_the_simulated_drone_are_parameters_of_ardupilots_simulation(
 def test_a_fault_that_a_real_vehicle_cannot_have_is_named(fault: dict[str, Any]) -> None:
     with pytest.raises(UnknownFaultError, match=next(iter(fault))):
         simulation_parameters(fault)
+
+
+async def test_gnss_of_a_real_vehicle_is_off_by_glitch_and_walk() -> None:
+    put: dict[str, float] = {}
+    gnss = GnssError(put.__setitem__)
+    gnss.take({"gps_glitch": (30.0, 0.0, -4.0)}, 60.0)
+    assert put["SIM_GPS1_GLTCH_X"] == pytest.approx(30.0 * NORTH_DEG)
+    assert put["SIM_GPS1_GLTCH_Z"] == pytest.approx(4.0)
+    gnss.take({"gps_glitch": (0.0, 10.0, 0.0), "gps_walk": (50.0, 0.0)}, 60.0)
+    assert put["SIM_GPS1_GLTCH_Y"] == pytest.approx(10.0 * NORTH_DEG * 2.0)
+    async with asyncio.timeout(20):
+        while put["SIM_GPS1_GLTCH_X"] < 5.0 * NORTH_DEG:  # noqa: ASYNC110 - the walk's own steps are real time
+            await asyncio.sleep(0.02)
+    gnss.take({"gps_walk": (0.0, 0.0)}, 60.0)
+    stopped = put["SIM_GPS1_GLTCH_X"]
+    await asyncio.sleep(0.3)
+    assert put["SIM_GPS1_GLTCH_X"] == stopped
+    gnss.stop()
 
 
 def test_every_flight_of_the_table_can_be_given_its_faults() -> None:
