@@ -27,7 +27,8 @@ from hawk.comm.camera_sources.rpicam import RpicamSource
 from hawk.comm.camera_sources.rtsp import RtspSource
 from hawk.comm.camera_sources.source import CameraError, CameraSource, SourceFrame
 from hawk.comm.camera_sources.v4l2 import V4l2Source
-from hawk.comm.clock import Clock, OffsetEstimator
+from hawk.comm.clock import Clock
+from hawk.comm.stamp_clock import StampClock
 from hawk.config import CameraSettings, ConfigError
 from hawk.image import NoImage, decode, read_jpeg
 from hawk.model.operation import Health, HealthStatus
@@ -106,7 +107,7 @@ class DroneCamera:
         self._make = make
         self._supervisor = supervisor or Supervisor()
         self._calibration: Calibration = load_calibration(settings)
-        self._estimator = OffsetEstimator(latency_s=settings.latency_s)
+        self._stamps = StampClock(settings.latency_s, clock.speed)
         self.latest: CameraFrame | None = None
         """The newest picture, however old."""
         self._given = 0
@@ -227,6 +228,9 @@ class DroneCamera:
         if head.end is None:
             self._damaged += 1
             return
+        captured = self._captured(frame)
+        if captured is None:
+            return  # for a few pictures: none is placed by a wrong time
         jpeg, (width, height) = frame.jpeg[: head.end], head.size
         self._damaged_before = self.damaged
         self._sequence += 1
@@ -234,18 +238,23 @@ class DroneCamera:
             _LOG.info("Camera: pictures come again")
             self._repeated.ends()
         self._problem = self._reported = ""
-        self.latest = CameraFrame(jpeg, self._captured(frame), self._sequence, frame.arrival, width, height)
+        self.latest = CameraFrame(jpeg, captured, self._sequence, frame.arrival, width, height)
         self._arrived.set()
 
-    def _captured(self, frame: SourceFrame) -> float:
-        """Return the capture time on our clock; never after the picture's arrival."""
+    def _captured(self, frame: SourceFrame) -> float | None:
+        """Return the capture time on our clock, never after the picture's arrival; None while it is not known."""
         if frame.captured is not None:
             return min(frame.captured, frame.arrival)
         if frame.stamp is None:
             return frame.arrival - self._settings.latency_s
-        known = self._stamp_clock(frame.stamp) if self._stamp_clock is not None else None
-        estimated = self._estimator.update(frame.stamp, frame.arrival)
-        return min(estimated if known is None else known, frame.arrival)
+        placed = self._stamps.take(frame.stamp, frame.arrival)
+        if placed.stepped_s is not None:
+            _LOG.warning("Camera: its clock stepped by %+.2f s; the next pictures are left out", placed.stepped_s)
+        if placed.time is None:
+            return None
+        is_known = self._stamp_clock is not None and not self._stamps.has_stepped
+        known = self._stamp_clock(frame.stamp) if is_known and self._stamp_clock is not None else None
+        return min(placed.time if known is None else known, frame.arrival)
 
     def _silence(self) -> str:
         """Return why there is no picture: what the source said, and how many came damaged since the last one."""

@@ -148,6 +148,29 @@ async def test_a_known_clock_is_believed_but_never_after_the_arrival(rig: Rig) -
     assert rig.camera.latest.captured == 100.1
 
 
+@pytest.mark.parametrize("stamped", [False, True], ids=["least delay", "known clock"])
+@pytest.mark.parametrize("step", [-0.2, -0.9, 0.4])
+async def test_after_a_step_of_its_clock_no_picture_is_placed_by_the_old_one(
+    rig: Rig, caplog: pytest.LogCaptureFixture, step: float, stamped: bool
+) -> None:
+    rig.make(CameraSettings(latency_s=0.0), stamped=stamped)
+    rig.camera.init()
+    placed: list[float] = []
+    for n in range(60):
+        taken = 100.0 + n / 10
+        stamp = taken - 95.0 + (step if n >= 30 else 0.0)
+        rig.known = stamp + 95.0
+        rig.clock.now = taken + 0.02
+        before = rig.camera.latest
+        await rig.feed(frame(taken + 0.02, stamp))
+        if rig.camera.latest is not before:
+            assert rig.camera.latest is not None
+            assert rig.camera.latest.captured == pytest.approx(taken, abs=0.03)
+            placed.append(taken)
+    assert 54 <= len(placed) < 60
+    assert f"its clock stepped by {step:+.2f} s" in caplog.text
+
+
 async def test_a_capture_time_that_the_source_knows_is_believed_but_never_after_the_arrival(rig: Rig) -> None:
     rig.make(CameraSettings(), stamped=True)
     rig.camera.init()
