@@ -161,6 +161,7 @@ HOMEWARD: Final = (
         "a rally point is there before the flight",
         When.GROUND,
         (
+            See(absent(check_fails("GPS")), 60.0),
             Drone({"rally": _AWAY}),
             See(either(NO_RALLY, check_fails("Return"), warned("ally")), 20.0),
         ),
