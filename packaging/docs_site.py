@@ -176,7 +176,7 @@ def _sphinx(root: Path, work: Path) -> None:
     ]
     environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
     if subprocess.run(command, cwd=root, env=environment, check=False).returncode:
-        raise DocsError("Sphinx found the faults above; it and its theme come with: pip install 'hawk-drone[docs]'")
+        raise DocsError("Sphinx found the faults above; it and its theme come with: pip install '.[docs]'")
 
 
 def _check(root: Path, site: Path) -> None:

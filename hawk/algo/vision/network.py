@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.vision.engines import DEFAULT_ENGINE, Engine, EngineError, MissingEngineError, open_runner
+from hawk.extras import remedy
 
 MapArray = NDArray[np.float32]
 
@@ -75,8 +76,7 @@ class StallNetwork:
             self._runner = open_runner(engine, onnx, threads)
         except MissingEngineError as error:
             raise VisionModelError(
-                f"vision.engine: {engine} is not installed ({error}): pip install 'hawk-drone[{engine}]', or set it to "
-                f"{DEFAULT_ENGINE}"
+                f"vision.engine: {engine} is not installed ({error}): {remedy(engine)}, or set it to {DEFAULT_ENGINE}"
             ) from error
         except EngineError as error:
             raise VisionModelError(

@@ -63,7 +63,9 @@ def not_installed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "onnxruntime", None)
 
 
-MISSING = r"vision\.engine: onnxruntime is not installed .*pip install 'hawk-drone\[onnxruntime\]', or set it to opencv"
+MISSING = (
+    r"vision\.engine: onnxruntime is not installed .*pip install './hawk_drone-.*\.whl\[onnxruntime\]', or set it to"
+)
 
 
 @pytest.mark.usefixtures("not_installed")
