@@ -299,6 +299,11 @@ def lower_than(height: float) -> Sight:
     return Sight(f"below {height:g} m", lambda m: m.truth["position"]["height"] < height)
 
 
+def near_home(metres: float) -> Sight:
+    """The real vehicle is within that distance of home, seen from above."""
+    return Sight(f"within {metres:g} m of home", lambda m: m.truth["from_home"] <= metres)
+
+
 def restarted(times: int = 1) -> Sight:
     """The daemon was started again and shows itself."""
     return Sight("the daemon runs again", lambda m: m.starts >= times and m.beat is not None)

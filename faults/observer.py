@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
 
 import shapely
@@ -28,6 +28,7 @@ _RATES_HZ: Final = {
 _NEEDED: Final = frozenset({"HEARTBEAT", "SIM_STATE", "ATTITUDE", "EXTENDED_SYS_STATE"})
 _ASK_S: Final = 1.0
 _SET_S: Final = 0.5
+_ITEM_S: Final = 0.1
 _CHARGE_PERCENT: Final = 2.0
 _SETTINGS: Final = 10  # times that a parameter is sent before it is given up
 _M_PER_DEG: Final = 111_195.0  # a sphere of 6371 km is right to 0.5 % over a lot
@@ -75,7 +76,8 @@ class Observer:
     def status(self) -> dict[str, Any]:
         """Return the state under the names of hawk-sim's ``/status``.
 
-        Besides: ``outside`` and ``farthest_outside``, metres outside the watched fence, now and since it was set.
+        Besides: ``from_home``, metres; ``outside`` and ``farthest_outside``, metres outside the watched fence, now and
+        since it was set.
         """
         beat, state = self._last["HEARTBEAT"], self._last["SIM_STATE"]
         seconds = self._last["ATTITUDE"].time_boot_ms / 1000.0
@@ -91,6 +93,7 @@ class Observer:
                 "longitude": state.lon_int * 1e-7,
                 "height": state.alt - self._home[2],
             },
+            "from_home": math.hypot(*self._flat(state.lat_int * 1e-7, state.lon_int * 1e-7)),
             "outside": self._outside(),
             "farthest_outside": self._farthest,
         }
@@ -112,6 +115,30 @@ class Observer:
             return
         found = getattr(mavlink, f"MAVLink_{kind.lower()}_message")(**fields)
         self._transport.sendto(bytes(found.pack(self._encoder)), self._autopilot)
+
+    async def upload(self, mission_type: int, items: Sequence[tuple[int, float, float, float, float]]) -> None:
+        """Replace fence (1) or rally points (2): command, parameter 1, metres north and east of home, height above it.
+
+        The autopilot takes the items in their order; they are sent without waiting for its requests.
+        """
+        address = {"target_system": 1, "target_component": 1, "mission_type": mission_type}
+        if not items:
+            self.send("MISSION_CLEAR_ALL", address)
+            return
+        self.send("MISSION_COUNT", {**address, "count": len(items)})
+        for number, (command, parameter, north, east, height) in enumerate(items):
+            await asyncio.sleep(_ITEM_S)
+            place = {"x": self._degrees(north, 0, 1.0), "y": self._degrees(east, 1, self._shrink), "z": height}
+            fields = {"seq": number, "frame": 3, "command": command, "current": 0, "autocontinue": 1}  # above home
+            parameters = {"param1": parameter, "param2": 0.0, "param3": 0.0, "param4": 0.0}
+            self.send("MISSION_ITEM_INT", {**address, **fields, **parameters, **place})
+
+    def _degrees(self, metres: float, axis: int, shrink: float) -> int:
+        return round((self._home[axis] + metres / (_M_PER_DEG * shrink)) * 1e7)
+
+    @property
+    def _shrink(self) -> float:
+        return math.cos(math.radians(self._home[0]))
 
     async def set_parameter(self, name: str, value: float) -> None:
         """Set a parameter and wait until the autopilot repeats it. Raises TimeoutError naming it."""
@@ -183,7 +210,7 @@ class Observer:
     def _flat(self, latitude: float, longitude: float) -> tuple[float, float]:
         """Return metres north and east of home."""
         north = (latitude - self._home[0]) * _M_PER_DEG
-        return north, (longitude - self._home[1]) * _M_PER_DEG * math.cos(math.radians(self._home[0]))
+        return north, (longitude - self._home[1]) * _M_PER_DEG * self._shrink
 
 
 class _End(asyncio.DatagramProtocol):

@@ -32,7 +32,9 @@ from faults.fault import (
     dropped,
     either,
     healthy,
+    lower_than,
     mode,
+    near_home,
     restarted,
     sent,
     state,
@@ -51,6 +53,7 @@ _HOVER, _EXPLORE, _RETURN = StateName.HOVER, StateName.AUTONOMOUS_EXPLORE, State
 _MANUAL, _IDLE, _LOST = StateName.MANUAL, StateName.IDLE, StateName.COMMUNICATION_LOST
 _MOVE: Final = StateName.COMPULSIVE_MOVE
 _DO_SET_MODE: Final = 176
+_DO_FENCE_ENABLE: Final = 207
 _SENT_HOME: Final = asked(_DO_SET_MODE, "RTL sent")
 _HOLDS: Final = mode("GUIDED", "BRAKE")
 _BEFORE_FAILSAFE_S: Final = 4.5
@@ -188,4 +191,79 @@ KILL: Final = Fault(
     falls=True,
 )
 
-VEHICLE: Final = (SURVEY, SECOND_STATION, GUST, UNHEARD, RESTART, KILLED, RESERVE, LOW_VOLTAGE, KILL)
+_RIGHT_AGAIN: Final = told("is right again")
+_GOES_ON: Final = both(state(_EXPLORE), UP)
+_RETURNS_HOME: Final = (
+    Order(ReturnToLaunch(confirmed=True)),
+    See(mode("RTL"), 10.0),
+    See(both(DOWN, near_home(3.0)), 120.0),
+    See(state(_IDLE), 125.0),
+)
+BATTERY_ACTION: Final = Fault(
+    "another station sets BATT_FS_LOW_ACT 5, then the voltage falls",
+    When.EXPLORING,
+    (
+        Drone({"parameters": {"BATT_FS_LOW_ACT": 5.0}}),
+        See(told("cuts the motors (BATT_FS_LOW_ACT 5)"), 10.0),
+        See(both(told("Battery failsafe is right again"), _GOES_ON), 12.0),
+        Station("PARAM_SET", parameter_fields("SIM_BATT_VOLTAGE", 10.3)),
+        See(both(mode("RTL"), UP), 16.0),
+        See(DOWN, 120.0),
+        See(state(_IDLE), 125.0),
+    ),
+    ends_flight=True,
+)
+RETURN_ALTITUDE: Final = Fault(
+    "another station sets RTL_ALT to 300 m, then it returns",
+    When.EXPLORING,
+    (
+        Drone({"parameters": {"RTL_ALT": 30_000.0}}),
+        See(told("Return height: 300 m"), 10.0),
+        See(both(told("Return height is right again"), _GOES_ON), 12.0),
+        *_RETURNS_HOME[:2],
+        See(lower_than(45.0), 20.0, lasts=True),
+        *_RETURNS_HOME[2:],
+    ),
+)
+FENCE_CLEARED: Final = Fault(
+    "another station clears the fence",
+    When.EXPLORING,
+    (
+        Drone({"fence": []}),
+        See(told("The fence in the autopilot was changed"), 10.0),
+        See(both(told("is in the autopilot again"), _GOES_ON), 20.0),
+        See(_GOES_ON, 5.0, lasts=True),
+    ),
+)
+FENCE_REPLACED: Final = Fault(
+    "another station replaces the fence by a larger one",
+    When.EXPLORING,
+    (
+        Drone({"fence": [(-500.0, -500.0), (-500.0, 500.0), (500.0, 500.0), (500.0, -500.0)]}),
+        See(told("The fence in the autopilot was changed"), 12.0),
+        See(both(told("is in the autopilot again"), _GOES_ON), 22.0),
+        See(_GOES_ON, 5.0, lasts=True),
+    ),
+)
+FENCE_OFF: Final = Fault(
+    "another station switches the fence off by command",
+    When.EXPLORING,
+    (
+        Station("COMMAND_LONG", command_fields(_DO_FENCE_ENABLE, 0.0, 5.0)),
+        See(told("Fence in the autopilot: switched off"), 10.0),
+        See(both(told("Fence in the autopilot is right again"), _GOES_ON), 14.0),
+    ),
+)
+RALLY_POINT: Final = Fault(
+    "another station sets a rally point 44 m from home, then it returns",
+    When.EXPLORING,
+    (
+        Drone({"rally": [(44.0, 0.0, 25.0)]}),
+        See(told("to a rally point where one is nearer"), 10.0),
+        See(both(_RIGHT_AGAIN, _GOES_ON), 14.0),
+        *_RETURNS_HOME,
+    ),
+)
+
+KEPT: Final = (BATTERY_ACTION, RETURN_ALTITUDE, FENCE_CLEARED, FENCE_REPLACED, FENCE_OFF, RALLY_POINT)
+VEHICLE: Final = (SURVEY, SECOND_STATION, GUST, UNHEARD, RESTART, KILLED, RESERVE, LOW_VOLTAGE, *KEPT, KILL)

@@ -45,6 +45,9 @@ _ARM_DISARM: Final = 400
 _FORCE: Final = 21196.0
 _FULL_V: Final = 12.6
 """SIM_BATT_VOLTAGE at first."""
+_FENCE, _RALLY = 1, 2  # MAV_MISSION_TYPE
+_FENCE_CORNER, _RALLY_POINT = 5001, 5100  # MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION, MAV_CMD_NAV_RALLY_POINT
+_BY_STATION: Final = frozenset({"parameters", "fence", "rally"})
 _FIRST: Final = -15
 """Niceness of the sessions that stand for a drone; the daemon sets its own when it runs."""
 
@@ -203,6 +206,15 @@ class VehicleStack(SimulatedStack):
             self._gnss.take(fault, self._vehicle.observer.latitude)
         if "motors" in fault:
             self.station("COMMAND_LONG", command_fields(_ARM_DISARM, 0.0, _FORCE))
+        for name, value in fault.get("parameters", {}).items():
+            self.station("PARAM_SET", parameter_fields(name, value))
+        if "fence" in fault:
+            ring = fault["fence"]
+            corners = [(_FENCE_CORNER, float(len(ring)), north, east, 0.0) for north, east in ring]
+            await self._vehicle.observer.upload(_FENCE, corners)
+        if "rally" in fault:
+            points = [(_RALLY_POINT, 0.0, north, east, up) for north, east, up in fault["rally"]]
+            await self._vehicle.observer.upload(_RALLY, points)
         if "battery" in fault:
             await self._vehicle.observer.set_charge(float(fault["battery"]))
         if "stick" in fault:
@@ -248,6 +260,8 @@ def simulation_parameters(fault: Mapping[str, Any]) -> dict[str, float]:
                 values |= {f"SIM_MAG{number}_FAIL": float(value == "lost") for number in (1, 2, 3)}
             case ("battery_rest_v", _):
                 values["SIM_BATT_VOLTAGE"] = float(value) or _FULL_V
+            case (str() as by_station, _) if by_station in _BY_STATION:
+                pass
             case ("motors", "off") | ("gps_glitch" | "gps_walk", _):
                 pass
             case ("link", "ok") | ("battery" | "stick" | "pilot_mode" | "camera" | "camera_turn_deg", _):

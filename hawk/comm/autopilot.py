@@ -26,12 +26,12 @@ from hawk.comm.streams import RateKeeper, Stream, wanted_streams
 from hawk.comm.telemetry import Telemetry
 from hawk.comm.threads import Inbox, LatestSender
 from hawk.comm.udp_gate import Hearing
-from hawk.comm.vehicle import AutopilotError, VehicleTopics
+from hawk.comm.vehicle import AutopilotError, OtherFenceError, VehicleTopics
 from hawk.config import AutopilotSettings, host_and_port
 from hawk.model.limits import Fence
 from hawk.model.moment import Moment, this_moment
 from hawk.model.poses import GlobalPose
-from hawk.model.vehicle import CopterMode, StatusText
+from hawk.model.vehicle import CopterMode, ForeignWrite, StatusText
 from hawk.repeated_log import Repeated
 from hawk.supervision import Supervisor
 
@@ -56,6 +56,7 @@ _WORDS_AFTER_S = 0.3
 _FENCE_CEILING_AND_POLYGON = 1 | 4  # FENCE_TYPE bits
 _FENCE_RTL_OR_LAND = 1  # FENCE_ACTION
 _FENCE_CEILING_TOLERANCE_M = 0.1
+_RALLY_POINTS = 2  # MAV_MISSION_TYPE_RALLY
 _CRITICAL = 2  # MAV_SEVERITY_CRITICAL
 _COMMAND_ACK_KILL = int(commands.MavCommand.DO_FLIGHTTERMINATION)
 _HEARTBEAT = {
@@ -265,18 +266,27 @@ class MavsdkAutopilot:
         self._require_link()
         rings = rings_of(fence, self._tie.fence_origin)
         if await self._parameters.get("FENCE_ENABLE") != 1:
-            raise AutopilotError("FENCE_ENABLE: the autopilot's fence is off")
+            raise OtherFenceError("it is off (FENCE_ENABLE)")
         ceiling = await self._parameters.get("FENCE_ALT_MAX")
-        if abs(ceiling - fence.autopilot_ceiling) > _FENCE_CEILING_TOLERANCE_M:
-            found = f"the autopilot's ceiling is {ceiling:g} m, ours is {fence.autopilot_ceiling:g} m"
-            raise AutopilotError(f"FENCE_ALT_MAX: {found}")
+        if not fence.ceiling < ceiling <= fence.autopilot_ceiling + _FENCE_CEILING_TOLERANCE_M:
+            words = f"its ceiling is {ceiling:g} m, ours is {fence.autopilot_ceiling:g} m (FENCE_ALT_MAX)"
+            raise OtherFenceError(words)
         await self._compare_rings(rings)
+
+    async def clear_rally_points(self) -> None:
+        """Send MISSION_CLEAR_ALL for the rally points and do not wait: RALLY_TOTAL shows whether it was taken."""
+        self._require_link()
+        await self.send_message("MISSION_CLEAR_ALL", {"mission_type": _RALLY_POINTS})
 
     async def _compare_rings(self, rings: FenceRings) -> None:
         found = await self.calls.run("read fence", self._link.download_fence, deadline_s=_FENCE_UPLOAD_S)
         words = difference(rings, found)
         if words:
-            raise AutopilotError(f"The fence that the autopilot holds is another one: {words}")
+            raise OtherFenceError(words)
+
+    async def enable_fence(self) -> None:
+        """Switch the fence on by MAV_CMD_DO_FENCE_ENABLE."""
+        await self._command(commands.enable_fence)
 
     # --- frames ----------------------------------------------------------------------------------------------------
 
@@ -296,12 +306,18 @@ class MavsdkAutopilot:
             self._inbox.put(message)
 
     def _handle(self, message: Message) -> None:
-        if message.name == "PARAM_VALUE":
+        if message.sender is not None:
+            self._note_foreign(message, *message.sender)
+        elif message.name == "PARAM_VALUE":
             self._parameters.take(message.fields)
         elif message.name == "COMMAND_ACK":
             self._check_kill(message.fields)
         else:
             self.telemetry.handle(message)
+
+    def _note_foreign(self, message: Message, system: int, component: int) -> None:
+        for subject in message.fields["subjects"]:
+            self.topics.foreign_write.publish(ForeignWrite(message.arrival, system, component, subject))
 
     def _check_kill(self, fields: Mapping[str, Any]) -> None:
         if fields.get("command") == _COMMAND_ACK_KILL and fields.get("result") != commands.MavResult.ACCEPTED:

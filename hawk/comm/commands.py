@@ -23,6 +23,7 @@ class MavCommand(IntEnum):
     DO_SET_MODE = 176
     DO_SET_HOME = 179
     DO_FLIGHTTERMINATION = 185
+    DO_FENCE_ENABLE = 207
     COMPONENT_ARM_DISARM = 400
     SET_MESSAGE_INTERVAL = 511
 
@@ -95,6 +96,11 @@ def set_home(link: Link, place: GlobalPose) -> None:
         "z": place.altitude,
     }
     link.send("COMMAND_INT", fields)
+
+
+def enable_fence(link: Link) -> None:
+    """Switch the fence on; the autopilot refuses it where it has none."""
+    _command(link, "Fence", MavCommand.DO_FENCE_ENABLE, 1)
 
 
 def ask_rate(link: Link, stream: Stream) -> None:

@@ -23,6 +23,7 @@ _ARMED: Final = 128  # MAV_MODE_FLAG_SAFETY_ARMED
 _ACTIVE: Final = 4  # MAV_STATE_ACTIVE
 _MAVLINK_2: Final = 3  # mavlink_version
 
+_SIGNATURE: Final = 13  # bytes behind a signed frame of MAVLink 2
 AUTOPILOT_COMPONENT: Final = 1
 """MAV_COMP_ID_AUTOPILOT1."""
 
@@ -69,6 +70,41 @@ def heartbeats(datagram: bytes) -> Iterator[Heartbeat]:
             _, kind, autopilot, base_mode, _, _ = _FIELDS.unpack(payload.ljust(_FIELDS.size, b"\0"))  # v2 cuts 0s
             system, component = frame[_SYSTEM[magic]], frame[_SYSTEM[magic] + 1]
             yield Heartbeat(system, component, kind, autopilot, base_mode)
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """A frame: its sender's ids, its message's id and payload; ``signed`` is what the checksum is made of."""
+
+    system: int
+    component: int
+    message: int
+    payload: bytes
+    signed: bytes
+    checksum: bytes
+
+    def is_sound(self, crc_extra: int) -> bool:
+        """Return True when the checksum is that of a message with this CRC_EXTRA."""
+        return _checksum(self.signed + bytes((crc_extra,))) == int.from_bytes(self.checksum, "little")
+
+
+def frames(datagram: bytes) -> Iterator[Frame]:
+    """Yield the frames of a datagram, one behind the other; what follows bytes that are none is left out."""
+    start = 0
+    while start < len(datagram):
+        magic = datagram[start]
+        header = _HEADER.get(magic)
+        if header is None or start + header > len(datagram):
+            return
+        end = start + header + datagram[start + 1]
+        if end + 2 > len(datagram):
+            return
+        frame = datagram[start:end]
+        message = frame[5] if magic == _V1 else int.from_bytes(frame[7:10], "little")
+        system, component = frame[_SYSTEM[magic]], frame[_SYSTEM[magic] + 1]
+        yield Frame(system, component, message, frame[header:], frame[1:], datagram[end : end + 2])
+        signature = _SIGNATURE if magic == _V2 and frame[2] & 1 else 0
+        start = end + 2 + signature
 
 
 def ground_station_heartbeat(system: int, component: int) -> bytes:

@@ -30,30 +30,38 @@ from mavsdk.system import Vehicle as VehicleKind
 from hawk.addresses import SERIAL_KINDS
 from hawk.comm.claim import Claim, ClaimedError
 from hawk.comm.fence_rings import Corners, FenceRings
+from hawk.comm.foreign_writes import writes
 from hawk.comm.mavlink_frames import AUTOPILOT_COMPONENT, Heartbeat, ground_station_heartbeat
 from hawk.comm.mavsdk_log import MavsdkLog
 from hawk.comm.peer import FIRST_HEARD, Expected, PeerKeeper
 from hawk.comm.remote_id import ARM_STATUS, TRANSMITTERS
 from hawk.comm.roster import Roster
 from hawk.comm.udp_gate import NOBODY, Hearing, UdpGate, serves
-from hawk.comm.vehicle import AutopilotError
+from hawk.comm.vehicle import AutopilotError, OtherFenceError
 from hawk.programs import Processes
 
 _LOG = logging.getLogger("hawk.comm.mavsdk")
 GROUND_STATION_COMPONENT = 190
 """MAV_COMP_ID_MISSIONPLANNER, the id of ground stations."""
 
+FOREIGN_WRITE = "FOREIGN WRITE"
+"""Name of what is overheard."""
 _BROADCAST = frozenset({"HEARTBEAT"})
 """Messages without target fields."""
 
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """A MAVLink message of the autopilot: ``fields`` by name (None for NaN), ``arrival`` in seconds of our clock."""
+    """A MAVLink message of the autopilot: ``fields`` by name (None for NaN), ``arrival`` in seconds of our clock.
+
+    ``sender``: system and component of another station that writes to the autopilot, with ``name`` `FOREIGN_WRITE` and
+    the field ``subjects``; None: the autopilot's own word.
+    """
 
     name: str
     fields: Mapping[str, Any]
     arrival: float
+    sender: tuple[int, int] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,13 +101,13 @@ def _polygon(corners: Corners, kind: FenceType) -> Polygon:
 
 
 def _rings(polygons: Sequence[Polygon], circles: Sequence[Any]) -> FenceRings:
-    """Return the rings of a fence that was read. Raises AutopilotError when it has parts that ours never has."""
+    """Return the rings of a fence that was read. Raises OtherFenceError when it has parts that ours never has."""
     inside, zones = (
         [p for p in polygons if p.fence_type == kind] for kind in (FenceType.INCLUSION, FenceType.EXCLUSION)
     )
     if len(inside) != 1 or len(inside) + len(zones) != len(polygons) or circles:
         held = f"{len(inside)} inclusion polygons, {len(zones)} exclusion polygons and {len(circles)} circles"
-        raise AutopilotError(f"The autopilot's fence has {held}, ours has one inclusion polygon and no circle")
+        raise OtherFenceError(f"it has {held}, ours has one inclusion polygon and no circle")
     first, *others = (
         tuple((point.latitude_deg, point.longitude_deg) for point in each.points) for each in (*inside, *zones)
     )
@@ -327,7 +335,7 @@ class Link:
             return mavsdk.add_any_connection_with_handle(self._url)
         if self._gate is None:
             greeting = ground_station_heartbeat(self._system_id, GROUND_STATION_COMPONENT)
-            self._gate = UdpGate(self._url, PeerKeeper(self._expected), greeting)
+            self._gate = UdpGate(self._url, PeerKeeper(self._expected), greeting, overhear=self._overhear)
         self._gate.speaks = self._speaks
         return self._gate.attach(mavsdk.add_any_connection_with_handle)
 
@@ -374,6 +382,15 @@ class Link:
             _LOG.warning("%s of the autopilot cannot be read", message.message_name)
             return
         self._on_message(Message(message.message_name, fields, arrival))
+
+    def _overhear(self, datagram: bytes) -> None:
+        """Take what another station writes to the autopilot."""
+        for write in writes(datagram):
+            foreign = write.system not in (self._vehicle_id, self._system_id)
+            if foreign and write.target in (0, self._vehicle_id):
+                fields = {"subjects": write.subjects}
+                sender = (write.system, write.component)
+                self._on_message(Message(FOREIGN_WRITE, fields, self._clock(), sender))
 
 
 def _is_copter(system: Any) -> bool:

@@ -64,12 +64,18 @@ class UdpGate:
     """One UDP port (``udpin``) or one UDP address (``udpout``), and MAVSDK's port of the loopback."""
 
     def __init__(
-        self, url: str, keeper: PeerKeeper, greeting: bytes, monotonic: Callable[[], float] = time.monotonic
+        self,
+        url: str,
+        keeper: PeerKeeper,
+        greeting: bytes,
+        monotonic: Callable[[], float] = time.monotonic,
+        overhear: Callable[[bytes], object] = len,
     ) -> None:
         """Open the port and start the thread. Raises OSError, and ValueError for a URL without host and port.
 
         ``greeting``: a MAVLink frame that is no autopilot's. MAVSDK sends to those it heard in the last 10 s. It gets
-        the greeting while nobody else speaks, so that a command can go out on a link that hears nothing.
+        the greeting while nobody else speaks, so that a command can go out on a link that hears nothing. ``overhear``
+        gets each datagram of the kept sender, on the gate's thread, once it was passed.
         """
         self._keeper = keeper
         self.speaks = True
@@ -78,6 +84,7 @@ class UdpGate:
         """Heartbeats that were held back."""
         self._greeting = greeting
         self._monotonic = monotonic
+        self._overhear = overhear
         scheme, self._family, self._place = _resolve(url)
         self._inside = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._inside.setblocking(False)
@@ -193,8 +200,7 @@ class UdpGate:
                 self._from_hall(self._hall, data, sender)
             return
         self._keeper.heard(self._monotonic())
-        self._note_version(data)
-        self._feed(data)
+        self._take(data)
 
     def _from_mavsdk(self, data: bytes, _: Any) -> None:
         if not self.speaks and is_heartbeat(data):
@@ -223,8 +229,12 @@ class UdpGate:
                 _LOG.warning("The autopilot is heard from %s, no longer from %s", sender, before)
             self._kept = sender
             self._connect(hall)
+        self._take(data)
+
+    def _take(self, data: bytes) -> None:
         self._note_version(data)
         self._feed(data)
+        self._overhear(data)
 
     def _note_version(self, data: bytes) -> None:
         system = self._keeper.system_id

@@ -15,11 +15,21 @@ from hawk.comm.terrain import Terrain
 from hawk.comm.topic import Topic
 from hawk.model.limits import Fence
 from hawk.model.poses import ArmPlace, GlobalPose, VehiclePose
-from hawk.model.vehicle import BatteryInfo, CopterMode, Diagnostics, StatusText, VehicleState
+from hawk.model.vehicle import BatteryInfo, CopterMode, Diagnostics, ForeignWrite, StatusText, VehicleState
 
 
 class AutopilotError(Exception):
     """The autopilot refused or did not answer; the text is its own words where it gave any."""
+
+
+OTHER_FENCE = "The fence that the autopilot holds is another one"
+
+
+class OtherFenceError(AutopilotError):
+    """The autopilot's fence was read, and is not ours."""
+
+    def __init__(self, words: str) -> None:
+        super().__init__(f"{OTHER_FENCE}: {words}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +56,8 @@ class VehicleTopics:
     """The pilot's remote control as the autopilot hears it."""
     remote_id: Topic[RemoteIdReport]
     """The Remote ID transmitter's word, and how far the ellipsoid lies from sea level."""
+    foreign_write: Topic[ForeignWrite]
+    """Another station changes something in the autopilot, where its message comes by this link."""
 
     @classmethod
     def create(cls, clock: Callable[[], float]) -> VehicleTopics:
@@ -83,7 +95,13 @@ class Autopilot(Protocol):
         """Upload the autopilot's polygon and zones, set ceiling, type, action and FENCE_ENABLE, and read them back."""
 
     async def compare_fence(self, fence: Fence) -> None:
-        """Read polygon, zones, ceiling and FENCE_ENABLE. Raises AutopilotError when they are not those of the fence."""
+        """Read polygon, zones, ceiling and FENCE_ENABLE. Raises OtherFenceError when they are not the fence's."""
+
+    async def enable_fence(self) -> None:
+        """Switch the fence on by MAV_CMD_DO_FENCE_ENABLE."""
+
+    async def clear_rally_points(self) -> None:
+        """Send MISSION_CLEAR_ALL for the rally points and do not wait: RALLY_TOTAL shows whether it was taken."""
 
     async def set_home(self, place: GlobalPose) -> None:
         """Send MAV_CMD_DO_SET_HOME and do not wait: `VehicleTopics.home` shows whether it was taken."""

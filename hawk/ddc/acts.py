@@ -95,6 +95,19 @@ class SetParameters:
 
 
 @dataclass(frozen=True, slots=True)
+class PutBack:
+    """Set one parameter of the autopilot in flight, read back: somebody changed it."""
+
+    parameter: str
+    value: float
+
+
+@dataclass(frozen=True, slots=True)
+class EnableFence:
+    """Switch the autopilot's fence on by command: a switch or a command turned it off."""
+
+
+@dataclass(frozen=True, slots=True)
 class StoreHeights:
     """Write the parameter file."""
 
@@ -120,6 +133,8 @@ Request = (
     | CutMotors
     | ReadParameter
     | SetParameters
+    | PutBack
+    | EnableFence
     | StoreHeights
     | StoreFence
 )
@@ -144,6 +159,8 @@ class Ask:
                 return f"send {mode.name}"
             case ReadParameter(parameter):
                 return f"read {parameter}"
+            case PutBack(parameter, _):
+                return f"put back {parameter}"
             case other:
                 return _NAMES[type(other)]
 
@@ -169,6 +186,7 @@ _NAMES: dict[type[object], str] = {
     SetHome: "set home",
     CutMotors: "kill",
     SetParameters: "set failsafes",
+    EnableFence: "enable fence",
     StoreHeights: "store heights",
     StoreFence: "store fence",
 }
@@ -180,6 +198,8 @@ _PARAMETER_S = 12.0
 _LIMITS_S: dict[type[object], float] = {
     ReadParameter: 6.0,
     SetReturnAltitude: 12.0,
+    PutBack: _PARAMETER_S,
+    CompareFence: 28.0,  # the polygon 15 s, two parameters 6 s each
     UploadFence: 45.0,  # the polygon 15 s, five parameters 6 s each
     StoreHeights: 5.0,
     StoreFence: 5.0,

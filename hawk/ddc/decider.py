@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 from hawk.comm.messages import Ack, Command, Outgoing
@@ -15,17 +15,14 @@ from hawk.comm.status import ClientId
 from hawk.ddc import guard
 from hawk.ddc.acts import Acts, BeginSurvey, EnterState, ForgetAskedModes, Log, Record, Step
 from hawk.ddc.command_desk import CommandDesk, Ruling, answer_record
-from hawk.ddc.facts import Facts, VehicleEvent
-from hawk.ddc.failsafe_watch import FailsafeWatch
-from hawk.ddc.fence_holder import FenceHolder
+from hawk.ddc.facts import Facts, KeptFacts, VehicleEvent
 from hawk.ddc.follower import FALLEN, VehicleFollower
 from hawk.ddc.ground_watch import GroundReports
 from hawk.ddc.home import returning
-from hawk.ddc.home_keeper import HomeKeeper
 from hawk.ddc.judge import Bench, Case
+from hawk.ddc.keeping.keeper import Keeper
 from hawk.ddc.kill import KillSwitch, KillTokens
 from hawk.ddc.orders import Cause, Order, ToHover, ToIdle, ToManual, Transition
-from hawk.ddc.parameters import ParameterReader
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.silence import SilenceWatch
 from hawk.ddc.states.base import State
@@ -58,13 +55,11 @@ class Decider:
         self._settings = settings
         self._continues_survey = continues_survey
         self._kill = KillSwitch()
-        self._reader = ParameterReader(settings.system_id, needs_remote_control=settings.remote_control.required)
-        self._failsafes = FailsafeWatch()
+        self._keeper = Keeper(settings)
+        self._kept = KeptFacts()
         self._ground = GroundReports(settings.heights.highest_obstacle_m)
-        self._holder = FenceHolder(settings)
-        self._desk = CommandDesk(tokens, self._kill, self._reader)
+        self._desk = CommandDesk(tokens, self._kill, self._keeper.reader)
         self._follower = VehicleFollower()
-        self._home = HomeKeeper()
         self._silence = SilenceWatch()
         self._survey = SurveyNotice(continues_survey=continues_survey)
         self._acts: Acts = ()
@@ -80,13 +75,17 @@ class Decider:
 
     def case(self, facts: Facts) -> Case:
         """Return what commands are judged on at this moment."""
-        bench = Bench(
-            self._kill.state, self._kill.is_killed, self._reader.is_setting, self._holder.problem, self._kill.fall
-        )
-        return Case(facts, self.state, self._settings, self._reader.values(), bench)
+        reader, kill = self._keeper.reader, self._kill
+        bench = Bench(kill.state, kill.is_killed, reader.is_setting, self._keeper.fence_problem, kill.fall)
+        return Case(self._with_kept(facts), self.state, self._settings, reader.values(), bench)
+
+    def _with_kept(self, facts: Facts) -> Facts:
+        """Return the facts with the keeper's word, which guard and states need."""
+        return replace(facts, kept=self._kept)
 
     def command(self, facts: Facts, client: ClientId, command: Command) -> Decision:
         """Decide on a command. A fault refuses it."""
+        facts = self._with_kept(facts)
         rulings: list[Ruling] = []
         self._guarded(facts, lambda: rulings.append(self._rule(facts, client, command)))
         if rulings:
@@ -105,6 +104,7 @@ class Decider:
         """Decide to return home, or to land, because the program ends; None where there is nothing to do."""
         if not facts.is_airborne or self.state.is_left_alone or not facts.link.is_up:
             return None
+        facts = self._with_kept(facts)
         self._guarded(facts, lambda: self._switch(returning(facts, cause), facts))
         return self._taken(None)
 
@@ -134,10 +134,10 @@ class Decider:
         yield True, lambda: self._step(self._silence.tick(facts, self.state), facts)
         yield False, lambda: self._do(guard.notices(facts))
         yield False, lambda: self._do(self._ground.tick(facts))
-        yield False, lambda: self._do(self._reader.tick(facts))
-        yield True, lambda: self._do(self._holder.tick(facts, self.state))
-        yield True, lambda: self._do(self._home.tick(facts, self.state))
-        yield False, lambda: self._do(self._failsafes.tick(facts, self.case(facts).failsafes))
+        for is_vital, keep in self._keeper.steps(facts, self.state):
+            yield is_vital, lambda: self._do(keep())  # noqa: B023 - it is called before the next one
+        yield True, lambda: self._note_kept(facts)
+        facts = self._with_kept(facts)
         yield False, lambda: self._do(self._survey.tick(facts, self.state))
         yield False, lambda: self._inquire(facts)
         yield True, lambda: self._react(facts)
@@ -145,6 +145,9 @@ class Decider:
             return  # nothing that is decided now would reach the autopilot
         yield True, lambda: self._process(facts)
         yield True, lambda: self._advance(facts, None)
+
+    def _note_kept(self, facts: Facts) -> None:
+        self._kept = self._keeper.kept(facts)
 
     def _hear(self, event: VehicleEvent, facts: Facts) -> None:
         self._step(self._follower.answer(event, facts, self.state), facts)

@@ -27,7 +27,7 @@ from hawk.model.lot_map import Counts
 from hawk.model.operation import Fall, Health
 from hawk.model.plans import DesiredPose, Inbound, PathPlan, Verdict
 from hawk.model.poses import ArmPlace, GlobalPose, MapPoint, MapPose, VehiclePose
-from hawk.model.vehicle import BatteryInfo, CopterMode, Diagnostics, LandedState, VehicleState
+from hawk.model.vehicle import BatteryInfo, CopterMode, Diagnostics, ForeignWrite, LandedState, VehicleState
 
 TARGET_POSE_AGE_S = 0.5
 """No target is sent on an older pose, seconds (design, section 6)."""
@@ -101,6 +101,8 @@ class LinkFacts:
     """The autopilot's last warning, while it is recent enough to explain what the autopilot does."""
     second_sender: str = ""
     """Words for a sender beside the autopilot, which is not heard; empty while there is none."""
+    foreign_writes: tuple[ForeignWrite, ...] = ()
+    """Messages by which other stations wrote to the autopilot lately, as far as our link brings them; newest last."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -243,6 +245,18 @@ class SightFacts:
 
 
 @dataclass(frozen=True, slots=True)
+class KeptFacts:
+    """The state of everything that we set in the autopilot, as the keeper found it (`hawk.ddc.keeping`)."""
+
+    lost: str = ""
+    """Things that cannot be put back, in words; empty: none."""
+    astray: str = ""
+    """Reason why the autopilot's RTL would not end at home; empty when it would, as far as is known."""
+    restored: tuple[str, ...] = ()
+    """Names of the checks whose parameters are being put back."""
+
+
+@dataclass(frozen=True, slots=True)
 class Facts:
     """All facts of one moment. Times in seconds of the daemon's clock, lengths in metres, map frame."""
 
@@ -274,6 +288,8 @@ class Facts:
     """The last flight ended with its motors off in the air; None while armed, and after a landing."""
     starts_in_air: int | None = None
     """Starts in the air within the restart window, this one included; None until they are counted."""
+    kept: KeptFacts = KeptFacts()
+    """The keeper's word; the decider adds it to what the senses gathered."""
 
     @property
     def is_airborne(self) -> bool:

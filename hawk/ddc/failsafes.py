@@ -7,6 +7,7 @@ value passes only when it is listed here: a new one is unsafe until somebody has
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from hawk.ddc.battery_thresholds import THRESHOLD_NAMES, threshold_problem, threshold_words
@@ -24,20 +25,38 @@ from hawk.ddc.parameter_values import (
 from hawk.ddc.remote_control import SWITCH_NAMES
 from hawk.ddc.return_settings import (
     ALL_RETURN_NAMES,
+    OPTIONAL_RETURN_NAMES,
     RALLY_NAME,
     RETURN_ALTITUDE_NAMES,
+    RETURN_CHECK,
+    RETURN_HEIGHT,
     return_check,
     return_names,
     wanted_returns,
 )
 
+GROUND_STATION = "Ground-station failsafe"
+PILOT = "Pilot keeps control"
+REMOTE_CONTROL = "Remote-control failsafe"
+POSITION = "Position failsafe"
+FENCE = "Fence in the autopilot"
+BATTERY = "Battery failsafe"
+THRESHOLDS = "Battery thresholds"
+"""Names of the checks; those of the return are in `hawk.ddc.return_settings`."""
 WATCHED_ID_NAMES = ("MAV_GCS_SYSID", "SYSID_MYGCS")
 """The parameter with the id that the ground-station failsafe watches: since ArduPilot 4.7, and before."""
 HIGHEST_ID_NAME = "MAV_GCS_SYSID_HI"
 """End of the range of watched ids, since ArduPilot 4.7 (GCS::sysid_is_gcs): at or below the first id there is none."""
 SPARE_PILOT_BIT = 16
 """FS_OPTIONS bit 4: continue in pilot-controlled modes on ground-station failsafe."""
-MAY_BE_MISSING = frozenset({HIGHEST_ID_NAME, RALLY_NAME})
+CEILING_NAME = "FENCE_ALT_MAX"
+"""The autopilot's ceiling, metres above home; the upload of the fence sets it."""
+CORNERS_NAME = "FENCE_TOTAL"
+"""Number of items of the autopilot's fence. It decides nothing: a change of it asks for a comparison of the fence."""
+FENCE_NAMES = ("FENCE_TYPE", "FENCE_ACTION", CEILING_NAME, "FENCE_ENABLE")
+"""Parameters of the fence: ceiling and polygon first, then what it does, enabled last."""
+CEILING_TOLERANCE_M = 0.1
+MAY_BE_MISSING = frozenset({HIGHEST_ID_NAME, RALLY_NAME, CORNERS_NAME, *OPTIONAL_RETURN_NAMES})
 """Parameters that an autopilot of the versions 4.5 to 4.7 may lack without an older name for them."""
 
 
@@ -48,6 +67,7 @@ class AutopilotView:
     ``system_id`` is our MAVLink id. ``cells``: the cell counts that the battery may have. ``fence_on``: SYS_STATUS says
     that a fence is enabled (a switch or a command may turn it off without a change of FENCE_ENABLE); None: not heard.
     ``needs_remote_control``: False where the drone is flown without one, and its failsafe may be off.
+    ``limits``: None before a flight.
     """
 
     system_id: int
@@ -55,6 +75,15 @@ class AutopilotView:
     fence_on: bool | None = None
     needs_remote_control: bool = True
     chemistry: Chemistry = LIPO
+    limits: FlightLimits | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class FlightLimits:
+    """Limits of a flight under way, metres above the arm place: our ceiling, and the autopilot's."""
+
+    ceiling: float
+    autopilot_ceiling: float
 
 
 _STAYS = "stops and stays in the air"  # "Brake or Land" lands only where Brake cannot be entered
@@ -112,14 +141,11 @@ _SETTINGS: tuple[Choice | Span, ...] = (
 )
 """The parameters that Set Failsafes may write, in its order: the fence is enabled last."""
 
-DECIDING_NAMES = frozenset(
-    {"FS_GCS_ENABLE", "FENCE_ENABLE", "FENCE_ACTION", "FENCE_TYPE", "BATT_FS_LOW_ACT", RALLY_NAME, *WATCHED_ID_NAMES}
-)
-"""Parameters that are watched in flight: others may change them."""
-
 ALL_NAMES = (
     *(setting.name for setting in _SETTINGS),
     "FS_OPTIONS",
+    CEILING_NAME,
+    CORNERS_NAME,
     *THRESHOLD_NAMES,
     *SWITCH_NAMES,
     *WATCHED_ID_NAMES,
@@ -132,10 +158,23 @@ ALL_NAMES = (
 NOT_IN_EVERY_VERSION = MAY_BE_MISSING.union(WATCHED_ID_NAMES, RETURN_ALTITUDE_NAMES, ALL_RETURN_NAMES)
 """Parameters, under each of their names, that an autopilot of the versions 4.5 to 4.7 need not know."""
 
+PARAMETERS_OF: Mapping[str, tuple[str, ...]] = {
+    GROUND_STATION: (GCS_ACTION.name, GCS_TIMEOUT.name, *WATCHED_ID_NAMES, HIGHEST_ID_NAME),
+    PILOT: ("FS_OPTIONS",),
+    REMOTE_CONTROL: (RADIO_ACTION.name,),
+    POSITION: (EKF_ACTION.name, EKF_THRESHOLD.name),
+    FENCE: FENCE_NAMES,
+    RETURN_CHECK: tuple(sorted(ALL_RETURN_NAMES)),
+    RETURN_HEIGHT: RETURN_ALTITUDE_NAMES,
+    BATTERY: (LOW_ACTION.name, CRITICAL_ACTION.name),
+    THRESHOLDS: THRESHOLD_NAMES,
+}
+"""Check -> the parameters that decide it, in the order in which they are put back."""
+
 
 def watched_names(values: Values) -> tuple[str, ...]:
     """Return the parameters that must be read, given what was read so far."""
-    fixed = (*(setting.name for setting in _SETTINGS), "FS_OPTIONS", *THRESHOLD_NAMES)
+    fixed = (*(setting.name for setting in _SETTINGS), "FS_OPTIONS", *THRESHOLD_NAMES, CEILING_NAME, CORNERS_NAME)
     watched = names_to_read(WATCHED_ID_NAMES, values)
     highest = () if watched == WATCHED_ID_NAMES[1:] else (HIGHEST_ID_NAME,)
     needed_in_flight = (*fixed, *watched, *highest, *names_to_read(RETURN_ALTITUDE_NAMES, values))
@@ -149,8 +188,9 @@ def check_failsafes(values: Values, view: AutopilotView) -> tuple[FailsafeCheck,
         _spares_pilot(values),
         _remote_control(values, is_needed=view.needs_remote_control),
         _position(values),
-        _fence(values, view.fence_on),
+        _fence(values, view),
         return_check(values),
+        *(() if view.limits is None else (_return_height(values, view.limits),)),
         _battery(values),
         _thresholds(values, view.cells, view.chemistry),
     )
@@ -200,7 +240,7 @@ def _settable(name: str, problem: str, consequence: str) -> FailsafeCheck:
 
 
 def _ground_station(values: Values, system_id: int) -> FailsafeCheck:
-    name = "Ground-station failsafe"
+    name = GROUND_STATION
     consequence = "If this computer stops in flight, the drone stays in the air until the battery is empty."
     watches = values.get(present_name(WATCHED_ID_NAMES, values))
     problem = problem_of(values, GCS_ACTION, GCS_TIMEOUT)
@@ -218,7 +258,7 @@ def _ground_station(values: Values, system_id: int) -> FailsafeCheck:
 
 
 def _spares_pilot(values: Values) -> FailsafeCheck:
-    name, options = "Pilot keeps control", values.get("FS_OPTIONS")
+    name, options = PILOT, values.get("FS_OPTIONS")
     consequence = "If this computer stops while a pilot flies, the drone is taken from the pilot's hands."
     if options is None:
         return _settable(name, NOT_READ, consequence)
@@ -226,7 +266,7 @@ def _spares_pilot(values: Values) -> FailsafeCheck:
 
 
 def _remote_control(values: Values, *, is_needed: bool) -> FailsafeCheck:
-    name, problem = "Remote-control failsafe", problem_of(values, RADIO_ACTION)
+    name, problem = REMOTE_CONTROL, problem_of(values, RADIO_ACTION)
     if values.get(RADIO_ACTION.name) == 0 and not is_needed:
         return FailsafeCheck(name, True, "off, no remote control is required")
     if problem:
@@ -235,35 +275,57 @@ def _remote_control(values: Values, *, is_needed: bool) -> FailsafeCheck:
 
 
 def _position(values: Values) -> FailsafeCheck:
-    name, problem = "Position failsafe", problem_of(values, EKF_ACTION, EKF_THRESHOLD)
+    name, problem = POSITION, problem_of(values, EKF_ACTION, EKF_THRESHOLD)
     if problem:
         return _settable(name, problem, "When the autopilot loses its position, the drone drifts away.")
     return FailsafeCheck(name, True, _words(EKF_ACTION, values))
 
 
-def _fence(values: Values, fence_on: bool | None) -> FailsafeCheck:
-    name = "Fence in the autopilot"
+def _fence(values: Values, view: AutopilotView) -> FailsafeCheck:
+    name = FENCE
     consequence = "If the drone leaves the fence, the autopilot does nothing about it."
     problem = problem_of(values, FENCE_ENABLE, FENCE_ACTION, FENCE_TYPE)
+    if not problem and view.limits is not None:
+        problem = _ceiling_problem(values, view.limits)
     if problem:
         return _settable(name, problem, consequence)
-    if fence_on is None:
+    if view.fence_on is None:
         return FailsafeCheck(name, False, NOT_READ, consequence, "Wait.")
-    if not fence_on:
+    if not view.fence_on:
         remedy = "Switch it on at the remote control or the other station, or restart the autopilot."
         return FailsafeCheck(name, False, "switched off", consequence, remedy)
     return FailsafeCheck(name, True, f"on, {_words(FENCE_ACTION, values)}")
 
 
+def _ceiling_problem(values: Values, limits: FlightLimits) -> str:
+    """Return what is wrong with the autopilot's ceiling; one between ours and that of the upload is right."""
+    value = values.get(CEILING_NAME)
+    if value is None:
+        return NOT_READ
+    if limits.ceiling < value <= limits.autopilot_ceiling + CEILING_TOLERANCE_M:
+        return ""
+    return f"its ceiling is {value:g} m, must be {limits.autopilot_ceiling:g} m ({CEILING_NAME})"
+
+
+def _return_height(values: Values, limits: FlightLimits) -> FailsafeCheck:
+    name, consequence = RETURN_HEIGHT, "On its way home the drone would leave the fence."
+    found = return_altitude(values)
+    if found is None:
+        return _settable(name, NOT_READ, consequence)
+    if not 0.0 <= found <= limits.ceiling:
+        return _settable(name, f"{found:g} m, must be at most {limits.ceiling:g} m", consequence)
+    return FailsafeCheck(name, True, f"{found:g} m")
+
+
 def _battery(values: Values) -> FailsafeCheck:
-    name, problem = "Battery failsafe", problem_of(values, LOW_ACTION, CRITICAL_ACTION)
+    name, problem = BATTERY, problem_of(values, LOW_ACTION, CRITICAL_ACTION)
     if problem:
         return _settable(name, problem, "With an empty battery the drone falls.")
     return FailsafeCheck(name, True, _words(LOW_ACTION, values))
 
 
 def _thresholds(values: Values, cells: tuple[int, ...], chemistry: Chemistry) -> FailsafeCheck:
-    name = "Battery thresholds"
+    name = THRESHOLDS
     consequence = "The autopilot notices too late, or never, that the battery is empty."
     if any(values.get(each) is None for each in THRESHOLD_NAMES):
         return FailsafeCheck(name, False, NOT_READ, consequence, "Wait.")

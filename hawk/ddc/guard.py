@@ -110,4 +110,6 @@ def _cause_to_return(facts: Facts) -> Cause | None:
         return Cause("The wind is too strong.", CauseKind.WIND)
     if facts.limits.breached_s is not None and facts.limits.breached_s >= FENCE_RETURN_S:
         return Cause("Still outside the fence.", CauseKind.FENCE)
+    if facts.kept.lost:
+        return Cause(f"Somebody changes the autopilot, and it cannot be put back: {facts.kept.lost}.", CauseKind.KEPT)
     return None

@@ -76,6 +76,7 @@ class Refusal:
     error: UserError = UserError.NONE
 
 
+_PUT_BACK = "It is being put back: wait."
 _OUT_OF_BOUNDS = UserError.DESIRED_LOCATION_OUT_OF_BOUNDS
 _POSITION_UNKNOWN = Refusal("The position is not known well enough: wait for it.")
 
@@ -260,6 +261,8 @@ def _failsafes(case: Case) -> Refusal | None:
         return None
     if not failed.is_read:
         remedy = "Wait a moment."
+    elif failed.name in case.facts.kept.restored:
+        remedy = _PUT_BACK
     elif failed.can_be_set:
         remedy = "Return or land, then Set failsafes." if case.facts.is_airborne else "Disarm, then Set failsafes."
     else:
@@ -268,17 +271,16 @@ def _failsafes(case: Case) -> Refusal | None:
 
 
 def _flight_gate(case: Case) -> Refusal | None:
-    """Refuse every task, whichever station armed, unless failsafes and the fence in the autopilot are right."""
-    problem = case.bench.fence_problem
+    """Refuse every task, whichever station armed, unless failsafes, home and the autopilot's fence are right."""
+    problem, home = case.bench.fence_problem, case.facts.position.autopilot_home
+    if home.is_moved:
+        return Refusal(f"{home_words(home)} It is being set back: wait.")
     return _failsafes(case) or (Refusal(problem) if problem else None)
 
 
 def _takeoff(case: Case) -> Refusal | None:
     if not case.state.may_take_off:
         return Refusal("Arming: wait until it is armed.")
-    home = case.facts.position.autopilot_home
-    if home.is_moved:
-        return Refusal(f"{home_words(home)} It is being set back: wait.")
     return _flight_gate(case)
 
 

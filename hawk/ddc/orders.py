@@ -45,6 +45,8 @@ class CauseKind(StrEnum):
     VOLTAGE = "voltage"
     FENCE = "outside the fence"
     WIND = "wind"
+    KEPT = "not kept"
+    """Something that we set in the autopilot cannot be put back."""
     OPERATOR = "operator lost"
     ALWAYS = "always"
     """The autopilot's own decision, and the end of the program."""
@@ -73,6 +75,8 @@ class Cause:
                 return facts.is_breached
             case CauseKind.WIND:
                 return facts.wind.strong_s is not None
+            case CauseKind.KEPT:
+                return bool(facts.kept.lost)
             case CauseKind.OPERATOR:
                 return not facts.operator.is_present
             case CauseKind.ALWAYS:

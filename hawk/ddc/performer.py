@@ -20,11 +20,13 @@ from hawk.ddc.acts import (
     CountStart,
     CutMotors,
     Desire,
+    EnableFence,
     EnterState,
     ForgetAskedModes,
     JudgeFence,
     KeepFall,
     Log,
+    PutBack,
     PutFenceInForce,
     ReadParameter,
     Record,
@@ -218,6 +220,10 @@ class Performer:
                 return service.get_parameter(name)
             case SetParameters(values):
                 return service.set_failsafes(dict(values))
+            case PutBack(parameter, value):
+                return service.put_back(parameter, value)
+            case EnableFence():
+                return service.enable_fence()
             case StoreHeights(heights):
                 return self._store_heights(heights)
             case StoreFence(plan):

@@ -9,7 +9,7 @@ from hawk.comm.status import CheckItem
 from hawk.config import HeightSettings
 from hawk.ddc.chemistry import CHEMISTRIES, Chemistry
 from hawk.ddc.facts import Facts
-from hawk.ddc.failsafes import AutopilotView, check_failsafes, return_altitude
+from hawk.ddc.failsafes import AutopilotView, FlightLimits, check_failsafes, return_altitude
 from hawk.ddc.fall import fall_words
 from hawk.ddc.fence import where_outside
 from hawk.ddc.geofence import FenceError, contains, extent, sees_all, to_map
@@ -79,10 +79,22 @@ def preflight_items(
 
 def failsafe_checks(facts: Facts, values: Values, settings: DdcSettings) -> tuple[FailsafeCheck, ...]:
     """Return the checks of the autopilot's own failsafes, on the ground and in flight."""
-    is_needed = settings.remote_control.required
-    chemistry = CHEMISTRIES[settings.flight.battery_chemistry]
-    view = AutopilotView(settings.system_id, facts.battery.cells, facts.diagnostics.fence_on, is_needed, chemistry)
-    return check_failsafes(values, view)
+    return check_failsafes(values, autopilot_view(facts, settings))
+
+
+def autopilot_view(facts: Facts, settings: DdcSettings) -> AutopilotView:
+    """Return what the autopilot's parameters are compared with; in flight its limits, too."""
+    fence, limits = facts.limits.fence, None
+    if facts.vehicle.armed and fence is not None:
+        limits = FlightLimits(fence.ceiling, fence.autopilot_ceiling)
+    return AutopilotView(
+        settings.system_id,
+        facts.battery.cells,
+        facts.diagnostics.fence_on,
+        settings.remote_control.required,
+        CHEMISTRIES[settings.flight.battery_chemistry],
+        limits,
+    )
 
 
 def _kill(is_killed: bool, fall: Fall | None) -> CheckItem:

@@ -47,7 +47,7 @@ from hawk.ddc.service_interface import DdcServiceInterface
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.survey_watch import Sighting, SurveyWatch
 from hawk.ddc.topic_interface import BATTERY_TIMEOUT_S, DdcTopicInterface
-from hawk.ddc.watches import Jumps, LinkWatch, Stopwatch
+from hawk.ddc.watches import ForeignWrites, Jumps, LinkWatch, Stopwatch
 from hawk.ddc.wind import Wind, WindWatch
 from hawk.model.operation import Fall, Health, StateName
 from hawk.model.poses import ArmPlace, GlobalPose, MapPoint
@@ -120,7 +120,9 @@ class Senses:
         self._remote_control = RemoteControlWatch(sources.settings.remote_control)
         self._autopilot_home = HomeFacts()
         vehicle = sources.topics.vehicle
+        self._writes = ForeignWrites()
         self._stops = (
+            vehicle.foreign_write.listen(self._writes.note),
             vehicle.frame_jump.listen(self._jumps.note),
             vehicle.estimate_jump.listen(self._estimate_jumps.note),
         )
@@ -177,6 +179,7 @@ class Senses:
                 events=events,
                 words=self._from.log.autopilot_reason(),
                 second_sender=topics.get_second_sender(),
+                foreign_writes=self._writes.recent(now),
             ),
             position=self._position(now, jumps),
             diagnostics=topics.get_diagnostics(),

@@ -7,14 +7,16 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import math
 import time
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from hawk.comm.vehicle import Autopilot, AutopilotError
+from hawk.comm.vehicle import Autopilot, AutopilotError, OtherFenceError
 from hawk.ddc.facts import TARGET_POSE_AGE_S
 from hawk.ddc.motion import Goal
+from hawk.ddc.return_settings import RALLY_NAME
 from hawk.ddc.target_gate import Limits, target_refusal
 from hawk.ddc.topic_interface import DdcTopicInterface
 from hawk.model.limits import Fence, HeightParameters
@@ -70,6 +72,7 @@ class DdcServiceInterface:
         self._record_with = record
         self._asked: dict[int, float] = {}
         self._held_fence: Fence | None = None
+        self._forgotten = 0
 
     def init(self) -> None:
         """Forget the modes that were asked for."""
@@ -93,6 +96,7 @@ class DdcServiceInterface:
     def forget_held_fence(self) -> None:
         """A flight has ended, or the autopilot was not heard for a while: the fence that it holds is not known."""
         self._held_fence = None
+        self._forgotten += 1
 
     def set_datum(self, datum: GlobalPose | None) -> None:
         """Set the origin of the map frame; None: the next arm place becomes it."""
@@ -148,10 +152,23 @@ class DdcServiceInterface:
         self._held_fence = fence
 
     async def compare_fence(self, fence: Fence) -> None:
-        """Read the autopilot's fence and compare it. Raises ReqFailed when it holds another one."""
-        self._held_fence = None
-        await self._ask("compare fence", lambda: self._autopilot.compare_fence(fence))
-        self._held_fence = fence
+        """Read the autopilot's fence and compare it. Raises ReqFailed when it holds another one, or cannot be read.
+
+        What it is known to hold stays known while it is read, and where it cannot be read.
+        """
+        forgotten = self._forgotten
+        try:
+            await self._ask("compare fence", lambda: self._autopilot.compare_fence(fence))
+        except ReqFailed as failed:
+            if isinstance(failed.__cause__, OtherFenceError):
+                self._held_fence = None
+            raise
+        if forgotten == self._forgotten:
+            self._held_fence = fence
+
+    async def enable_fence(self) -> None:
+        """Switch the autopilot's fence on by command."""
+        await self._ask("enable fence", self._autopilot.enable_fence)
 
     async def set_home(self, place: GlobalPose) -> None:
         """Send a home; HOME_POSITION shows whether the autopilot took it."""
@@ -175,11 +192,28 @@ class DdcServiceInterface:
         """
         for name, value in wanted.items():
             await self.set_parameter(name, value)
-            deadline = time.monotonic() + READ_BACK_S
-            while (found := await self.get_parameter(name)) != value:
-                if time.monotonic() >= deadline:
-                    raise ReqFailed(f"{name}: set to {value:g}, the autopilot says {found:g}")
-                await asyncio.sleep(READ_BACK_PAUSE_S)
+            await self._read_back(name, value)
+
+    async def put_back(self, name: str, value: float) -> None:
+        """Set one parameter that somebody changed in flight, read back until it holds.
+
+        RALLY_TOTAL counts the rally points: they are cleared, which is the only value that is put back.
+
+        Raises:
+            ReqFailed: The autopilot refused it, or another value is read for READ_BACK_S.
+        """
+        if name == RALLY_NAME:
+            await self._ask("clear rally points", self._autopilot.clear_rally_points)
+        else:
+            await self.set_parameter(name, value)
+        await self._read_back(name, value)
+
+    async def _read_back(self, name: str, value: float) -> None:
+        deadline = time.monotonic() + READ_BACK_S
+        while not math.isclose(found := await self.get_parameter(name), value, rel_tol=1e-6, abs_tol=1e-6):
+            if time.monotonic() >= deadline:
+                raise ReqFailed(f"{name}: set to {value:g}, the autopilot says {found:g}")
+            await asyncio.sleep(READ_BACK_PAUSE_S)
 
     def asked_for(self, custom_mode: int | None) -> bool:
         """Return True when a request of the last 2 s asked for this mode."""

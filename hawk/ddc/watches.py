@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections import deque
+
 from hawk.ddc.facts import VehicleEvent
 from hawk.ddc.service_interface import DdcServiceInterface
 from hawk.ddc.topic_interface import DdcTopicInterface
-from hawk.model.vehicle import LandedState, VehicleState
+from hawk.model.vehicle import ForeignWrite, LandedState, VehicleState
 
+KEPT_WRITES = 16
+WRITES_S = 30.0
 LANDED_WAIT_S = 1.5
 """A first heartbeat waits for the landed state that belongs to it, seconds."""
 
@@ -79,6 +83,21 @@ class LinkWatch:
         self._linked = True
         self._mode = vehicle.custom_mode
         return (VehicleEvent.FOUND,)
+
+
+class ForeignWrites:
+    """Keeps what other stations wrote to the autopilot lately."""
+
+    def __init__(self) -> None:
+        self._writes: deque[ForeignWrite] = deque(maxlen=KEPT_WRITES)
+
+    def note(self, write: ForeignWrite) -> None:
+        """Keep one."""
+        self._writes.append(write)
+
+    def recent(self, now: float) -> tuple[ForeignWrite, ...]:
+        """Return those of the last `WRITES_S` seconds, the newest last."""
+        return tuple(write for write in self._writes if now - write.time <= WRITES_S)
 
 
 class Jumps:

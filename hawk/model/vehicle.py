@@ -117,6 +117,16 @@ class Diagnostics:
 
 
 @dataclass(frozen=True, slots=True)
+class ForeignWrite:
+    """Another station wrote to the autopilot: its MAVLink ids, and what it wrote (a parameter's name, "fence" ...)."""
+
+    time: float
+    system: int
+    component: int
+    subject: str
+
+
+@dataclass(frozen=True, slots=True)
 class StatusText:
     """A message of the autopilot in its own words. ``severity`` is MAV_SEVERITY, 0 (emergency) to 7 (debug)."""
 

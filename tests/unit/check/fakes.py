@@ -22,6 +22,7 @@ GOOD: dict[str, float] = {
     "FS_OPTIONS": 16, "MAV_GCS_SYSID": 245, "MAV_GCS_SYSID_HI": 0, "RTL_ALT_M": 20, "RTL_ALT_FINAL_M": 0,
     "RTL_CLIMB_MIN_M": 0, "RTL_ALT_TYPE": 0, "RALLY_TOTAL": 0, "BATT_LOW_VOLT": 14.0, "BATT_LOW_TIMER": 10,
     "BATT_LOW_MAH": 0, "BATT_CRT_VOLT": 0, "BATT_CRT_MAH": 0, "BATT_CAPACITY": 5000, "FLTMODE_CH": 5,
+    "FENCE_ALT_MAX": 100, "FENCE_TOTAL": 0, "RTL_LOIT_TIME": 5000, "RTL_SPEED_MS": 0,
     "FLTMODE1": 5, "FLTMODE2": 5, "FLTMODE3": 4, "FLTMODE4": 4, "FLTMODE5": 6, "FLTMODE6": 6,
 }  # fmt: skip
 """Parameters of an autopilot whose failsafes are right."""

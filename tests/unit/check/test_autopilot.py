@@ -149,7 +149,14 @@ async def test_what_was_not_read_has_not_passed(tmp_path: Path) -> None:
 
 async def test_an_older_autopilot_lacks_parameters_and_passes(tmp_path: Path) -> None:
     old = {name: value for name, value in GOOD.items() if not name.startswith(("MAV_GCS", "RTL", "RALLY"))}
-    old |= {"SYSID_MYGCS": 245, "RTL_ALT": 2000, "RTL_ALT_FINAL": 0, "RTL_CLIMB_MIN": 0, "RTL_ALT_TYPE": 0}
+    old |= {
+        "FENCE_ALT_MAX": 100,
+        "SYSID_MYGCS": 245,
+        "RTL_ALT": 2000,
+        "RTL_ALT_FINAL": 0,
+        "RTL_CLIMB_MIN": 0,
+        "RTL_ALT_TYPE": 0,
+    }
     found = await look(FakeVehicle(old), tmp_path)
     assert found["Parameters"].outcome is Outcome.PASSED, found
     assert found["Ground-station failsafe"].outcome is Outcome.PASSED

@@ -15,15 +15,15 @@ from hawk.comm.autopilot import MavsdkAutopilot, expected_autopilot
 from hawk.comm.clock import Clock
 from hawk.comm.fence_rings import Corners, FenceRings
 from hawk.comm.frames import offset_ned
-from hawk.comm.mavlink_link import Message, OnMessage
+from hawk.comm.mavlink_link import FOREIGN_WRITE, Message, OnMessage
 from hawk.comm.peer import Expected
 from hawk.comm.udp_gate import NOBODY, Hearing
-from hawk.comm.vehicle import Autopilot, AutopilotError, VehicleTopics
+from hawk.comm.vehicle import Autopilot, AutopilotError, OtherFenceError, VehicleTopics
 from hawk.config import AutopilotSettings
 from hawk.model.limits import Fence
 from hawk.model.moment import this_moment
 from hawk.model.poses import ArmPlace, GlobalPose
-from hawk.model.vehicle import CopterMode
+from hawk.model.vehicle import CopterMode, ForeignWrite
 from hawk.supervision import Supervisor
 from tests.manual_clock import ManualClock
 from tests.unit.comm.fakes import ALTITUDE, LATITUDE, LONGITUDE, FakeLink, Memory, Said
@@ -691,13 +691,43 @@ class TestFence:
         with pytest.raises(AutopilotError, match="FENCE_ENABLE"):
             await rig.autopilot.compare_fence(FENCE)
         rig.memory.values["FENCE_ENABLE"] = (1, 2)
-        with pytest.raises(AutopilotError, match="FENCE_ALT_MAX: the autopilot's ceiling is 120 m, ours is 100 m"):
+        with pytest.raises(AutopilotError, match="its ceiling is 120 m, ours is 100 m"):
             await rig.autopilot.compare_fence(FENCE)
         rig.memory.values["FENCE_ALT_MAX"] = (100, 9)
         with pytest.raises(AutopilotError, match="0 inclusion polygons"):
             await rig.autopilot.compare_fence(FENCE)
         assert rig.link.fences == []
         assert all(kind == "PARAM_REQUEST_READ" for kind, _ in rig.memory.asked)
+
+    @pytest.mark.parametrize(("ceiling", "same"), [(97.0, False), (97.1, True), (100.1, True), (100.2, False)])
+    async def test_a_ceiling_between_ours_and_that_of_the_upload_is_no_other_fence(
+        self, rig: Rig, ceiling: float, same: bool
+    ) -> None:
+        await rig.connect()
+        rig.autopilot.set_datum(GlobalPose(LATITUDE, LONGITUDE, ALTITUDE))
+        fence = replace(FENCE, ceiling=97.0, autopilot_ceiling=100.0)
+        await rig.autopilot.upload_fence(fence)
+        rig.memory.values["FENCE_ALT_MAX"] = (ceiling, 9)
+        if same:
+            await rig.autopilot.compare_fence(fence)
+        else:
+            with pytest.raises(OtherFenceError, match="FENCE_ALT_MAX"):
+                await rig.autopilot.compare_fence(fence)
+
+    async def test_the_fence_is_switched_on_and_rally_points_are_cleared(self, rig: Rig) -> None:
+        with pytest.raises(AutopilotError, match="No link"):
+            await rig.autopilot.clear_rally_points()
+        await rig.connect()
+        await rig.autopilot.enable_fence()
+        assert rig.link.commanded[-1] == (207, [1.0])
+        await rig.autopilot.clear_rally_points()
+        assert rig.link.named("MISSION_CLEAR_ALL") == [{"mission_type": 2}]
+
+    async def test_what_another_station_writes_is_published(self, rig: Rig) -> None:
+        await rig.connect()
+        rig.link.on_message(Message(FOREIGN_WRITE, {"subjects": ("fence", "rally")}, 7.0, (254, 190)))
+        await until(lambda: rig.topics.foreign_write.value is not None)
+        assert rig.topics.foreign_write.value == ForeignWrite(7.0, 254, 190, "rally")
 
     @pytest.mark.parametrize(("corners", "zones"), [(70, 0), (66, 1), (57, 4), (31, 12)])
     async def test_a_fence_that_fills_the_autopilots_memory_is_not_sent(

@@ -17,7 +17,7 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from hawk.comm.fence_rings import FenceRings
-from hawk.comm.mavlink_link import Link, Message, command_fields
+from hawk.comm.mavlink_link import FOREIGN_WRITE, Link, Message, command_fields
 from hawk.comm.peer import Expected
 from hawk.comm.remote_id import EPOCH, OperatorPlace, where, who
 from hawk.comm.vehicle import AutopilotError
@@ -348,6 +348,20 @@ def test_another_vehicle_behind_the_same_router_is_not_heard_and_no_fault(peer: 
     heard.wait("ATTITUDE", 1 + before)
     assert not [one for one in heard.messages if one.fields.get("time_boot_ms") == 70]
     assert 999 not in {one.fields.get("custom_mode") for one in heard.messages}
+
+
+def test_another_station_that_writes_to_the_autopilot_on_our_link_is_heard_by_its_name(
+    peer: Peer, heard: Heard, link: Link
+) -> None:
+    station = mavlink.MAVLink(peer, 254, 190)
+    station.statustext_send(6, b"not of the vehicle")
+    station.param_set_send(7, 1, b"FENCE_ENABLE", 0.0, 9)  # to another vehicle
+    station.param_set_send(1, 1, b"BATT_FS_LOW_ACT", 5.0, 9)
+    found = heard.wait(FOREIGN_WRITE)
+    assert (found.fields["subjects"], found.sender) == (("BATT_FS_LOW_ACT",), (254, 190))
+    peer.mav.statustext_send(6, b"own word")
+    assert heard.wait("STATUSTEXT").sender is None
+    assert [one.name for one in heard.messages if one.sender] == [FOREIGN_WRITE]
 
 
 @pytest.fixture

@@ -29,7 +29,7 @@ from hawk.comm.remote_control import RemoteControl
 from hawk.comm.remote_id import RemoteIdReport
 from hawk.comm.status import CheckItem, ClientId, CommandSocket, DroneStatus
 from hawk.comm.terrain import TerrainWatch
-from hawk.comm.vehicle import AutopilotError, VehicleTopics
+from hawk.comm.vehicle import AutopilotError, OtherFenceError, VehicleTopics
 from hawk.config import FenceSettings, FlightSettings, HeightSettings, OperatorSettings
 from hawk.ddc.geofence import to_map
 from hawk.ddc.operations_manager import OperationsManager
@@ -75,6 +75,10 @@ _ALWAYS_SAFE: Mapping[str, float] = {
     "RTL_ALT_FINAL": 0,
     "RTL_CLIMB_MIN": 0,
     "RTL_ALT_TYPE": 0,
+    "RTL_LOIT_TIME": 5000,
+    "RTL_SPEED": 0,
+    "FENCE_ALT_MAX": 100,
+    "FENCE_TOTAL": 0,
     "RALLY_TOTAL": 0,
     "FLTMODE_CH": 5,
     **{f"FLTMODE{position}": mode for position, mode in enumerate((7, 9, 6, 3, 5, 0), start=1)},
@@ -229,13 +233,23 @@ class FakeAutopilot:
     async def upload_fence(self, fence: Fence) -> None:
         await self._answer("upload_fence", fence)
         self.held_fence = fence
+        self.tell("FENCE_TOTAL", len(fence.autopilot_polygon))
+        self.tell("FENCE_ALT_MAX", fence.autopilot_ceiling)
         self.tell("FENCE_TYPE", 5)
         self.tell("FENCE_ENABLE", 1)
 
     async def compare_fence(self, fence: Fence) -> None:
         await self._answer("compare_fence", fence)
         if fence != self.held_fence or self.values["FENCE_ENABLE"] != 1:
-            raise AutopilotError("The fence that the autopilot holds is another one")
+            raise OtherFenceError("its polygon is another one")
+
+    async def enable_fence(self) -> None:
+        await self._answer("enable_fence")
+        self.fence_on = None
+
+    async def clear_rally_points(self) -> None:
+        await self._answer("clear_rally_points")
+        self.tell("RALLY_TOTAL", 0)
 
     async def set_home(self, place: GlobalPose) -> None:
         await self._answer("set_home", place)

@@ -406,14 +406,23 @@ def test_a_breach_is_reported_once() -> None:
     assert [log.text for log in texts if isinstance(log, Log)] == ["Outside the fence: going back inside."]
 
 
-def _broken(*_: object) -> Any:
+def _broken(*_: object, **__: object) -> Any:
     raise RuntimeError("boom")
 
 
 # -- sound ticks -------------------------------------------------------------------------------------------------------
 
-VITAL = ("_follower.answer", "_follower.watch", "_follower.watch_jump", "_silence.tick", "_holder.tick", "_home.tick")
-LESS_VITAL = ("_desk.routes.tick", "_reader.tick", "_failsafes.tick")
+VITAL = (
+    "_follower.answer",
+    "_follower.watch",
+    "_follower.watch_jump",
+    "_silence.tick",
+    "_keeper._parameters.tick",
+    "_keeper._fence.tick",
+    "_keeper._home.tick",
+    "_keeper.kept",
+)
+LESS_VITAL = ("_desk.routes.tick", "_keeper.reader.tick")
 
 
 def _breaks(program: Decider, where: str, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -210,9 +210,9 @@ async def test_a_recording_that_fails_keeps_no_request_from_being_sent(
     "step",
     [
         lambda program: (guard, "notices"),
-        lambda program: (program._reader, "tick"),
+        lambda program: (program._keeper.reader, "tick"),
         lambda program: (program._desk.routes, "tick"),
-        lambda program: (program._holder, "tick"),
+        lambda program: (program._keeper._fence, "tick"),
         lambda program: (program._follower, "watch_jump"),
         lambda program: (program._follower, "answer"),
     ],

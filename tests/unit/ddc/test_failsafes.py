@@ -12,7 +12,8 @@ from hawk.ddc.battery_thresholds import THRESHOLD_NAMES, threshold_problem, thre
 from hawk.ddc.chemistry import LIHV, LIION, LIPO
 from hawk.ddc.failsafes import (
     ALL_NAMES,
-    DECIDING_NAMES,
+    CEILING_NAME,
+    CORNERS_NAME,
     HIGHEST_ID_NAME,
     WATCHED_ID_NAMES,
     AutopilotView,
@@ -32,11 +33,12 @@ SAFE_47: dict[str, float | None] = {
     **{
         name: value
         for name, value in SAFE.items()
-        if name not in ("SYSID_MYGCS", "RTL_ALT", "RTL_ALT_FINAL", "RTL_CLIMB_MIN")
+        if name not in ("SYSID_MYGCS", "RTL_ALT", "RTL_ALT_FINAL", "RTL_CLIMB_MIN", "RTL_SPEED")
     },
     "MAV_GCS_SYSID": 245.0,
     "MAV_GCS_SYSID_HI": 0.0,
     "RTL_ALT_M": 15.0,
+    "RTL_SPEED_MS": 0.0,
     "RTL_ALT_FINAL_M": 0.0,
     "RTL_CLIMB_MIN_M": 0.0,
 }
@@ -64,6 +66,8 @@ CHECK_OF = {
     "RTL_CLIMB_MIN": "Autopilot's return",
     "RTL_CLIMB_MIN_M": "Autopilot's return",
     "RTL_ALT_TYPE": "Autopilot's return",
+    "RTL_LOIT_TIME": "Autopilot's return",
+    "RTL_SPEED": "Autopilot's return",
     "RALLY_TOTAL": "Autopilot's return",
 }
 RIGHT: dict[str, set[float]] = {
@@ -86,6 +90,8 @@ BOUNDS = {
     "RTL_CLIMB_MIN": ((0, 100, 300), (-1, 301, 3000)),
     "RTL_ALT_FINAL": ((0,), (-1, 1, 200, 1000)),
     "RALLY_TOTAL": ((0,), (1, 6)),
+    "RTL_LOIT_TIME": ((0, 5000, 60000), (-1, 60001, 2147483647)),
+    "RTL_SPEED": ((0, 100, 2000), (-1, 1, 99, 2001)),
 }
 
 
@@ -113,7 +119,8 @@ def test_every_parameter_that_decides_is_read() -> None:
     read = [set(watched_names({name: 1.0})) for name in RETURN_ALTITUDE_NAMES]
     assert set(watched_names({})).union(*read) == set(ALL_NAMES)
     assert set(watched_names({})) & ALL_RETURN_NAMES == {"RALLY_TOTAL"}
-    assert {*CHECK_OF, *RETURN_ALTITUDE_NAMES, *SWITCH_NAMES} == set(ALL_NAMES)
+    others = {*RETURN_ALTITUDE_NAMES, *SWITCH_NAMES, "RTL_SPEED_MS", CEILING_NAME, CORNERS_NAME}
+    assert {*CHECK_OF, *others} == set(ALL_NAMES)
 
 
 @pytest.mark.parametrize(("name", "value"), [(name, value) for name in RIGHT for value in [*range(-1, 17), 0.5]])
@@ -271,7 +278,6 @@ def test_an_autopilot_without_rally_points_passes() -> None:
 
 def test_rally_points_are_not_deleted() -> None:
     assert wanted_values({**SAFE, "RALLY_TOTAL": 3.0}, 245) == {}
-    assert "RALLY_TOTAL" in DECIDING_NAMES
 
 
 # -- thresholds of the battery ----------------------------------------------------------------------------------------

@@ -23,7 +23,7 @@ from hawk.comm.messages import (
 from hawk.ddc.acts import Ask, CompareFence, Log, PutFenceInForce, UploadFence
 from hawk.ddc.facts import Answer, Facts
 from hawk.ddc.fence import FencePlan
-from hawk.ddc.fence_holder import RETRY_S, FenceHolder
+from hawk.ddc.keeping.fence import RETRY_S, KeptFence
 from hawk.ddc.states.hover import Hover, Manual
 from hawk.model.operation import StateName
 from hawk.model.poses import ArmPlace
@@ -122,7 +122,6 @@ async def test_the_takeoff_after_our_own_arm_uploads_nothing_twice(rig: Rig) -> 
     rig.order(Takeoff())
     await rig.until(S.HOVER)
     assert rig.autopilot.count("upload_fence") == 1
-    assert rig.autopilot.count("compare_fence") == 0
 
 
 # -- taken up in the air ----------------------------------------------------------------------------------------------
@@ -235,34 +234,52 @@ async def test_armed_at_b_the_fence_is_never_that_of_a(rig: Rig, ours: bool) -> 
     rig.order(Takeoff())
 
 
+@pytest.mark.parametrize("held", ["cleared", "replaced"])
+async def test_a_fence_that_another_station_clears_in_flight_is_put_back(flying: Rig, held: str) -> None:
+    await flying.run(1)
+    flying.order(CompulsiveMove(x=60.0, y=0.0))
+    assert flying.fence is not None
+    flying.autopilot.held_fence = None if held == "cleared" else replace(flying.fence, autopilot_polygon=((0, 0),) * 3)
+    flying.autopilot.refuse["upload_fence"] = "busy"
+    await flying.run(9)
+    assert "The fence in the autopilot was changed. Putting it back." in flying.log
+    assert flying.command(CompulsiveMove(x=20.0, y=0.0)).reason.startswith("The fence of this flight was not taken")
+    assert flying.state in (S.COMPULSIVE_MOVE, S.HOVER)
+    flying.autopilot.refuse.clear()
+    await flying.run(RETRY_S + 0.5)
+    assert flying.autopilot.held_fence == flying.fence
+    assert "The fence of this flight is in the autopilot again." in flying.log
+    flying.order(CompulsiveMove(x=20.0, y=0.0))
+
+
 def arm_place(north: float) -> ArmPlace:
     return ArmPlace(DATUM.latitude + north / 111_113, DATUM.longitude, DATUM.altitude, 0.0, 0.0, 0.0)
 
 
 def test_the_arm_place_of_an_earlier_flight_is_not_believed_on_the_ground() -> None:
-    holder = FenceHolder(SETTINGS)
+    holder = KeptFence(SETTINGS)
     stands = replace(flying(1.0), vehicle=replace(flying(1.0).vehicle, landed=LandedState.ON_GROUND))
     elsewhere = replace(stands, position=replace(stands.position, arm_place=arm_place(60.0)))
     state = Hover(1.0, SETTINGS)
-    assert holder.tick(elsewhere, state) == ()
+    assert holder.tick(elsewhere, state, {}) == ()
     assert holder.problem
-    assert holder.tick(stands, state) == ()
+    assert holder.tick(stands, state, {}) == ()
     assert holder.problem == ""
 
 
 def test_disarmed_everything_is_forgotten() -> None:
-    holder = FenceHolder(SETTINGS)
-    holder.tick(flying(1.0), Hover(1.0, SETTINGS))
+    holder = KeptFence(SETTINGS)
+    holder.tick(flying(1.0), Hover(1.0, SETTINGS), {})
     assert holder.problem == ""
-    holder.tick(on_ground(flying(2.0)), Hover(1.0, SETTINGS))
+    holder.tick(on_ground(flying(2.0)), Hover(1.0, SETTINGS), {})
     assert holder.problem
 
 
 def test_a_small_wander_of_the_position_is_not_another_place() -> None:
-    holder = FenceHolder(SETTINGS)
+    holder = KeptFence(SETTINGS)
     facts = flying(1.0)
     near = replace(facts, position=replace(facts.position, arm_place=arm_place(2.0)))
-    assert holder.tick(near, Hover(1.0, SETTINGS)) == ()
+    assert holder.tick(near, Hover(1.0, SETTINGS), {}) == ()
     assert holder.problem == ""
 
 
@@ -277,57 +294,57 @@ def without_fence(now: float, north: float = 0.0, answers: tuple[Answer, ...] = 
 
 
 def test_it_compares_first_and_uploads_where_another_fence_is_held() -> None:
-    holder, state = FenceHolder(SETTINGS), Hover(1.0, SETTINGS)
-    first = holder.tick(without_fence(1.0), state)
+    holder, state = KeptFence(SETTINGS), Hover(1.0, SETTINGS)
+    first = holder.tick(without_fence(1.0), state, {})
     assert first == (Ask(CompareFence(FENCE), 1.0),)
     other = (Answer("compare fence", 1.0, "failed", "another one"),)
-    assert holder.tick(without_fence(1.1, answers=other), state) == (Ask(UploadFence(FENCE), 1.1),)
+    assert holder.tick(without_fence(1.1, answers=other), state, {}) == (Ask(UploadFence(FENCE), 1.1),)
     pending = (Answer("upload fence", 1.1, "pending"),)
-    assert holder.tick(without_fence(1.2, answers=pending), state) == ()
+    assert holder.tick(without_fence(1.2, answers=pending), state, {}) == ()
     refused = (Answer("upload fence", 1.1, "failed", "no"),)
-    (told,) = holder.tick(without_fence(1.3, answers=refused), state)
+    (told,) = holder.tick(without_fence(1.3, answers=refused), state, {})
     assert isinstance(told, Log)
-    assert holder.tick(without_fence(1.3 + RETRY_S - 0.1), state) == ()
-    again = holder.tick(without_fence(1.3 + RETRY_S), state)
+    assert holder.tick(without_fence(1.3 + RETRY_S - 0.1), state, {}) == ()
+    again = holder.tick(without_fence(1.3 + RETRY_S), state, {})
     assert again == (Ask(UploadFence(FENCE), 1.3 + RETRY_S),)
 
 
 def test_outside_the_fence_it_is_not_uploaded_because_the_autopilot_would_act_at_once() -> None:
-    holder, state = FenceHolder(SETTINGS), Hover(1.0, SETTINGS)
-    holder.tick(without_fence(1.0, 160.0), state)
+    holder, state = KeptFence(SETTINGS), Hover(1.0, SETTINGS)
+    holder.tick(without_fence(1.0, 160.0), state, {})
     other = (Answer("compare fence", 1.0, "failed", "another one"),)
-    assert holder.tick(without_fence(1.1, 160.0, other), state) == ()
+    assert holder.tick(without_fence(1.1, 160.0, other), state, {}) == ()
     assert holder.problem == "Outside the fence of this flight: Return To Launch, or Land."
-    assert holder.tick(without_fence(1.2, 100.0), state) == (Ask(UploadFence(FENCE), 1.2),)
+    assert holder.tick(without_fence(1.2, 100.0), state, {}) == (Ask(UploadFence(FENCE), 1.2),)
 
 
 def test_under_a_pilot_it_asks_nothing() -> None:
-    holder = FenceHolder(SETTINGS)
-    assert holder.tick(without_fence(1.0), Manual(1.0)) == ()
+    holder = KeptFence(SETTINGS)
+    assert holder.tick(without_fence(1.0), Manual(1.0), {}) == ()
     assert holder.problem
 
 
 def test_without_a_fence_in_force_that_of_the_arm_place_is_put_in_force() -> None:
-    holder = FenceHolder(SETTINGS)
+    holder = KeptFence(SETTINGS)
     facts = flying(1.0)
     bare = replace(facts, limits=replace(facts.limits, fence=None, held=None))
-    acts = holder.tick(bare, Manual(1.0))
+    acts = holder.tick(bare, Manual(1.0), {})
     assert [type(act) for act in acts] == [PutFenceInForce]
-    assert holder.tick(replace(bare, now=1.1), Manual(1.0)) == ()
+    assert holder.tick(replace(bare, now=1.1), Manual(1.0), {}) == ()
 
 
 def test_a_drawn_fence_that_cannot_be_read_keeps_every_task_off() -> None:
-    holder, state = FenceHolder(SETTINGS), Hover(1.0, SETTINGS)
+    holder, state = KeptFence(SETTINGS), Hover(1.0, SETTINGS)
     facts = without_fence(1.0)
-    holder.tick(replace(facts, limits=replace(facts.limits, plan_problem="The drawn fence cannot be used")), state)
+    holder.tick(replace(facts, limits=replace(facts.limits, plan_problem="The drawn fence cannot be used")), state, {})
     assert holder.problem == "The drawn fence cannot be used."
 
 
 def test_a_plan_that_makes_no_fence_is_told() -> None:
-    holder = FenceHolder(SETTINGS)
+    holder = KeptFence(SETTINGS)
     side = 4e-5  # nothing is left inside the margin
     ring = tuple((DATUM.latitude + a * side, DATUM.longitude + b * side) for a, b in ((0, 0), (0, 1), (1, 1), (1, 0)))
     facts = without_fence(1.0)
     narrow = replace(facts, limits=replace(facts.limits, plan=FencePlan("drawn", ring, 100.0)))
-    assert holder.tick(narrow, Hover(1.0, SETTINGS)) == ()
+    assert holder.tick(narrow, Hover(1.0, SETTINGS), {}) == ()
     assert "too narrow" in holder.problem

@@ -143,6 +143,19 @@ async def test_a_home_that_arming_does_not_move_is_set_before_takeoff(rig: Rig) 
 # -- return ---------------------------------------------------------------------------------------------------------
 
 
+async def test_a_home_that_stays_moved_refuses_tasks_and_ends_the_flight(flying: Rig) -> None:
+    await flying.run(1)
+    flying.autopilot.keeps_home = False
+    move_home(flying, 40.0)
+    await flying.run(1.1)
+    assert flying.command(CompulsiveMove(x=20.0, y=0.0)).reason.endswith("It is being set back: wait.")
+    await flying.run(8.5)
+    flying.expect(S.HOVER)
+    await flying.run(1.5)
+    assert flying.state is not S.HOVER
+    assert any("it cannot be put back: home" in text for text in flying.log)
+
+
 async def test_a_return_waits_until_home_is_back(flying: Rig) -> None:
     await flying.run(1)
     flying.autopilot.keeps_home = False
@@ -163,10 +176,9 @@ async def test_a_return_by_itself_lands_where_home_stays_outside_the_fence(flyin
     move_home(flying)
     await flying.run(5)
     flying.desk.present = False
-    await flying.run(flying.settings.operator.operator_hold_s + 3.5)
-    flying.expect(S.LAND)
+    await flying.until(S.LAND)
     assert CopterMode.RTL not in flying.autopilot.asked("set_mode")
-    assert flying.log[-1] == "The operator is lost. Home is 300 m from the arm place, outside the fence. Landing."
+    assert flying.log[-1].endswith("Home is 300 m from the arm place, outside the fence. Landing.")
 
 
 async def test_the_operators_own_return_holds_where_home_stays_outside_the_fence(flying: Rig) -> None:

@@ -121,7 +121,7 @@ async def test_manual_commands_nothing_by_itself(fresh: Rig) -> None:
     fresh.sight.healthy = False
     await fresh.run(20)
     fresh.expect(S.MANUAL)
-    assert {name for name, _ in fresh.autopilot.calls} <= {"get_parameter"}
+    assert {name for name, _ in fresh.autopilot.calls} <= {"get_parameter", "compare_fence"}
     assert len(fresh.autopilot.targets) == sent
 
 

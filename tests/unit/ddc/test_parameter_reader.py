@@ -9,14 +9,15 @@ from dataclasses import replace
 
 import pytest
 
-from hawk.comm.messages import CompulsiveMove
+from hawk.comm.messages import CompulsiveMove, Hold
 from hawk.config import RemoteControlSettings
 from hawk.ddc.acts import Act, Ask, Log, ReadParameter, SetParameters
 from hawk.ddc.facts import Answer, Facts
-from hawk.ddc.failsafes import ALL_NAMES, DECIDING_NAMES, HIGHEST_ID_NAME, check_failsafes
+from hawk.ddc.failsafes import ALL_NAMES, HIGHEST_ID_NAME, MAY_BE_MISSING, check_failsafes
 from hawk.ddc.parameters import AT_ONCE, ParameterReader
 from hawk.ddc.remote_control import SWITCH_NAMES, remote_control_check
 from hawk.model.operation import StateName
+from hawk.model.vehicle import CopterMode, ForeignWrite
 from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, SAFE_PARAMETERS, Rig
 from tests.unit.ddc.test_failsafes import SAFE_47, VIEW
 from tests.unit.ddc.written_facts import flying, on_ground
@@ -98,7 +99,7 @@ def test_an_autopilot_that_answers_nothing_lacks_nothing() -> None:
     assert bench.reader.values() == {}
 
 
-@pytest.mark.parametrize("name", sorted(set(SAFE_PARAMETERS) - {"RTL_ALT", "RALLY_TOTAL"}))
+@pytest.mark.parametrize("name", sorted(set(SAFE_PARAMETERS) - {"RTL_ALT", "FENCE_ALT_MAX"} - MAY_BE_MISSING))
 def test_a_parameter_that_every_version_has_is_never_given_up(name: str) -> None:
     bench = Bench(SAFE_PARAMETERS, frozenset({name}))
     bench.run(30)
@@ -152,8 +153,8 @@ async def test_a_flight_that_is_taken_up_reads_everything_once_and_watches_what_
     flying.autopilot.calls.clear()
     await flying.run(35)
     again = Counter(flying.autopilot.asked("get_parameter"))
-    assert set(again) == DECIDING_NAMES & set(SAFE_PARAMETERS)
-    assert all(3 <= count <= 4 for count in again.values())
+    assert set(again) == set(SAFE_PARAMETERS) - set(SWITCH_NAMES)
+    assert all(4 <= count <= 5 for count in again.values())
 
 
 CHANGES = [
@@ -171,32 +172,138 @@ CHANGES = [
 ]
 
 
-@pytest.mark.parametrize(("name", "value", "words"), CHANGES)
-@pytest.mark.parametrize("told", [True, False], ids=["broadcast", "silent"])
-async def test_a_change_in_flight_is_told_and_refuses_new_tasks(
+SILENT_CHANGES = [change for change in CHANGES if change[0] != "FENCE_ENABLE"]
+"""The comparison of the fence finds a fence that is off as well, and uploads it at once."""
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words", "told"),
+    [*((*change, True) for change in CHANGES), *((*change, False) for change in SILENT_CHANGES)],
+)
+async def test_a_change_in_flight_is_told_and_put_back_and_refuses_new_tasks_until_then(
     flying: Rig, name: str, value: float, words: str, told: bool
 ) -> None:
     await flying.run(2)
     flying.order(CompulsiveMove(x=30.0, y=0.0))
     before = flying.autopilot.values[name]
+    way = "clear_rally_points" if name == "RALLY_TOTAL" else "set_parameter"
+    flying.autopilot.refuse[way] = "busy"
+    flying.autopilot.fence_on = True
     if told:
         flying.autopilot.tell(name, value)
         await flying.tick(2)
     else:
-        flying.autopilot.values[name], flying.autopilot.fence_on = value, True
-        await flying.run(11)
+        flying.autopilot.values[name] = value
+        for _ in range(20):
+            if words not in flying.log:
+                await flying.run(0.5)
     assert words in flying.log
     entry = next(entry for entry in flying.manager.log.entries if entry.text == words)
     assert entry.level == "warning"
-    assert entry.details
+    assert "It is being put back. Who changed it is not known" in entry.details
     refused = flying.command(CompulsiveMove(x=0.0, y=0.0))
-    assert not refused.accepted
     assert refused.reason.startswith(words.partition(":")[0])
+    assert refused.reason.endswith("It is being put back: wait.")
     assert flying.state in (StateName.COMPULSIVE_MOVE, StateName.HOVER)  # the flight goes on
-    flying.autopilot.tell(name, before)
-    await flying.run(0.2)
+    del flying.autopilot.refuse[way]
+    await flying.run(2.2)
+    assert flying.autopilot.values[name] == before
     assert any("is right again" in text for text in flying.log)
     flying.order(CompulsiveMove(x=0.0, y=0.0))
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("RTL_ALT", 30000),
+        ("FENCE_ALT_MAX", 300),
+        ("FS_OPTIONS", 0),
+        ("FS_EKF_ACTION", 0),
+        ("BATT_LOW_VOLT", 0),
+        ("BATT_LOW_TIMER", 120),
+        ("BATT_FS_CRT_ACT", 5),
+        ("RTL_ALT_FINAL", 1000),
+        ("RTL_ALT_TYPE", 1),
+        ("RTL_CLIMB_MIN", 3000),
+        ("RTL_LOIT_TIME", 10_000_000),
+        ("RTL_SPEED", 1),
+        ("FS_GCS_TIMEOUT", 120),
+        ("FS_THR_ENABLE", 0),
+    ],
+)
+async def test_whatever_another_station_sets_to_the_worse_in_flight_is_put_back(
+    flying: Rig, name: str, value: float
+) -> None:
+    await flying.run(2)
+    before = flying.autopilot.values[name]
+    flying.autopilot.values[name] = value  # nobody broadcasts it
+    await flying.run(10.5)
+    assert flying.autopilot.values[name] == before
+    assert any("No new task until it is right." in text for text in flying.log)
+    flying.expect(StateName.HOVER)
+
+
+@pytest.mark.parametrize(("name", "value"), [("BATT_FS_LOW_ACT", 1), ("RTL_ALT", 500), ("BATT_LOW_VOLT", 11.0)])
+async def test_a_change_that_is_as_safe_needs_no_fight(flying: Rig, name: str, value: float) -> None:
+    await flying.run(2)
+    flying.autopilot.tell(name, value)
+    await flying.run(10.5)
+    assert flying.autopilot.values[name] == value
+    assert flying.autopilot.count("set_parameter") == 0
+    flying.order(CompulsiveMove(x=0.0, y=0.0))
+
+
+async def test_who_changes_it_again_and_again_ends_the_flight_at_home(flying: Rig) -> None:
+    await flying.run(2)
+    for _ in range(4):
+        flying.autopilot.tell("BATT_FS_LOW_ACT", 5)
+        await flying.run(3)
+    flying.expect(StateName.RETURN_TO_LAUNCH)
+    assert flying.autopilot.asked("set_parameter") == [("BATT_FS_LOW_ACT", 2)] * 3
+    assert "BATT_FS_LOW_ACT cannot be put back to 2." in flying.log
+    assert flying.autopilot.mode == CopterMode.RTL
+    assert flying.command(Hold()).reason.startswith("Not while this lasts: Somebody changes the autopilot")
+
+
+async def test_what_the_autopilot_refuses_to_take_back_ends_the_flight_at_home(flying: Rig) -> None:
+    await flying.run(2)
+    flying.autopilot.refuse["set_parameter"] = "no"
+    flying.autopilot.tell("BATT_FS_LOW_ACT", 5)
+    await flying.run(5)
+    flying.expect(StateName.HOVER)
+    await flying.run(2)
+    flying.expect(StateName.RETURN_TO_LAUNCH)
+
+
+async def test_while_a_pilot_flies_a_change_is_told_and_nothing_is_written(flying: Rig) -> None:
+    await flying.run(2)
+    flying.autopilot.change_mode(CopterMode.LOITER)
+    await flying.tick(2)
+    flying.expect(StateName.MANUAL)
+    flying.autopilot.tell("BATT_FS_LOW_ACT", 5)
+    await flying.run(40)
+    assert flying.autopilot.count("set_parameter") == 0
+    flying.expect(StateName.MANUAL)
+    entry = next(entry for entry in flying.manager.log.entries if "cuts the motors" in entry.text)
+    assert "It is put back when the drone is taken from the pilot." in entry.details
+
+
+async def test_the_station_is_named_where_its_message_is_heard(flying: Rig) -> None:
+    await flying.run(2)
+    write = ForeignWrite(flying.clock(), 254, 190, "BATT_FS_LOW_ACT")
+    flying.autopilot.topics.foreign_write.publish(write)
+    flying.autopilot.tell("BATT_FS_LOW_ACT", 5)
+    await flying.tick(2)
+    assert any("Station 254 (component 190) changed it." in text for text in flying.log)
+
+
+async def test_outside_the_fence_it_is_not_switched_on_because_the_autopilot_would_act_at_once(flying: Rig) -> None:
+    await flying.run(2)
+    flying.autopilot.north = 170.0
+    flying.autopilot.tell("FENCE_ENABLE", 0)
+    flying.autopilot.tell("BATT_FS_LOW_ACT", 5)
+    await flying.tick(3)
+    assert flying.autopilot.asked("set_parameter") == [("BATT_FS_LOW_ACT", 2)]
 
 
 async def test_a_switch_that_turns_the_fence_off_is_seen_though_no_parameter_changes(flying: Rig) -> None:

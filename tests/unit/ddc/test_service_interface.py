@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
 from collections.abc import Callable
 from types import SimpleNamespace
@@ -303,6 +304,67 @@ async def test_a_failsafe_that_reads_as_the_old_value_for_a_moment_is_read_again
     await rig.service.set_failsafes({"FENCE_ACTION": 3})
     assert stale == []
     assert rig.autopilot.values["FENCE_ACTION"] == 3
+
+
+async def test_a_parameter_is_put_back_and_read_back_as_single_precision(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    await rig.service.put_back("FENCE_ACTION", 3)
+    assert rig.autopilot.asked("set_parameter") == [("FENCE_ACTION", 3)]
+
+    async def rounded(name: str) -> float:
+        return 0.800000011920929
+
+    monkeypatch.setattr(rig.autopilot, "get_parameter", rounded)
+    await rig.service.put_back("FS_EKF_THRESH", 0.8)
+    rig.autopilot.refuse["clear_rally_points"] = "busy"
+    with pytest.raises(ReqFailed, match="busy"):
+        await rig.service.put_back("RALLY_TOTAL", 0)
+
+
+async def test_rally_points_are_cleared_as_a_mission_and_not_by_their_count(rig: Rig) -> None:
+    rig.autopilot.values["RALLY_TOTAL"] = 2
+    rig.autopilot.calls.clear()
+    await rig.service.put_back("RALLY_TOTAL", 0)
+    assert rig.autopilot.values["RALLY_TOTAL"] == 0
+    assert [name for name, _ in rig.autopilot.calls] == ["clear_rally_points", "get_parameter"]
+
+
+async def test_a_held_fence_stays_held_while_it_is_read_and_where_it_cannot_be_read(rig: Rig) -> None:
+    fence = rig.manager.fences.build(PLACE, PLACE)
+    await rig.service.upload_fence(fence)
+    rig.autopilot.silent.add("compare_fence")
+    reading = asyncio.create_task(rig.service.compare_fence(fence))
+    await asyncio.sleep(0)
+    assert rig.service.held_fence == fence
+    reading.cancel()
+    rig.autopilot.silent.clear()
+    rig.autopilot.refuse["compare_fence"] = "no answer"
+    with pytest.raises(ReqFailed, match="no answer"):
+        await rig.service.compare_fence(fence)
+    assert rig.service.held_fence == fence
+    rig.autopilot.refuse.clear()
+    rig.autopilot.held_fence = None
+    with pytest.raises(ReqFailed, match="another one"):
+        await rig.service.compare_fence(fence)
+    assert rig.service.held_fence is None
+
+
+async def test_a_comparison_that_the_link_outlived_says_nothing(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    fence = rig.manager.fences.build(PLACE, PLACE)
+    await rig.service.upload_fence(fence)
+
+    async def lost_meanwhile(_: object) -> None:
+        rig.service.forget_held_fence()
+
+    monkeypatch.setattr(rig.autopilot, "compare_fence", lost_meanwhile)
+    await rig.service.compare_fence(fence)
+    assert rig.service.held_fence is None
+
+
+async def test_the_fence_is_switched_on_by_command(rig: Rig) -> None:
+    await rig.service.enable_fence()
+    assert rig.autopilot.count("enable_fence") == 1
 
 
 async def test_a_mode_is_ours_for_two_seconds_after_the_request(rig: Rig) -> None:

@@ -10,9 +10,9 @@ import pytest
 from hawk.ddc.facts import VehicleEvent
 from hawk.ddc.service_interface import DdcServiceInterface
 from hawk.ddc.topic_interface import DdcTopicInterface
-from hawk.ddc.watches import Jumps, LinkWatch, Stopwatch
+from hawk.ddc.watches import KEPT_WRITES, WRITES_S, ForeignWrites, Jumps, LinkWatch, Stopwatch
 from hawk.model.operation import Health
-from hawk.model.vehicle import CopterMode, LandedState, VehicleState
+from hawk.model.vehicle import CopterMode, ForeignWrite, LandedState, VehicleState
 
 
 @dataclass
@@ -114,3 +114,11 @@ def test_a_mode_that_was_asked_for_is_ours_and_any_other_is_foreign_once() -> No
     assert watch.observe(state(CopterMode.LOITER), 2.0) == (VehicleEvent.FOREIGN_MODE,)
     assert watch.mode_changed_at == 2.0
     assert watch.observe(state(CopterMode.LOITER), 3.0) == ()
+
+
+def test_what_others_write_is_kept_for_a_while_and_not_without_end() -> None:
+    writes = ForeignWrites()
+    for number in range(KEPT_WRITES + 2):
+        writes.note(ForeignWrite(100.0, 254, 190, str(number)))
+    assert [write.subject for write in writes.recent(100.0 + WRITES_S)] == [str(k) for k in range(2, KEPT_WRITES + 2)]
+    assert writes.recent(100.1 + WRITES_S) == ()

@@ -14,13 +14,23 @@ from hawk.model.poses import GlobalPose
 SET_AGAIN_S = 1.0
 
 
-class HomeKeeper:
+LOST_S = 10.0
+"""Home that is not back within this time cannot be put back, seconds: the flight ends."""
+
+
+class KeptHome:
     """Sets home back to the arm place when somebody moved it, and reports it."""
 
     def __init__(self) -> None:
         self._is_moved = False
         self._gave_up = False
         self._asked = -math.inf
+
+    @staticmethod
+    def lost(facts: Facts) -> tuple[str, ...]:
+        """Return that home cannot be put back; empty while it may be."""
+        home = facts.position.autopilot_home
+        return ("home",) if home.is_moved and home.moved_s is not None and home.moved_s >= LOST_S else ()
 
     def tick(self, facts: Facts, state: State) -> Acts:
         """Return the acts of this tick."""

@@ -1,0 +1,31 @@
+"""The station that changed something in the autopilot, as far as the link shows it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from hawk.ddc.facts import Facts
+
+RECENT_S = 30.0
+"""A message of another station explains a change that is seen within this time, seconds."""
+UNKNOWN = "Who changed it is not known: no message of another station reached this link."
+
+
+@dataclass(frozen=True, slots=True)
+class Author:
+    """Words for who changed something: ``told`` in the message, ``details`` beside it."""
+
+    told: str = ""
+    details: str = ""
+
+
+def changed_by(facts: Facts, subjects: Sequence[str]) -> Author:
+    """Return who wrote one of these last: subjects of `hawk.comm.foreign_writes`.
+
+    Most links carry only what the autopilot says, so that mostly nobody is known.
+    """
+    for write in reversed(facts.link.foreign_writes):
+        if write.subject in subjects and facts.now - write.time <= RECENT_S:
+            return Author(f"Station {write.system} (component {write.component}) changed it.")
+    return Author(details=UNKNOWN)

@@ -1,0 +1,74 @@
+"""The effort to put one thing back: how often, how long, and when it is given up."""
+
+from __future__ import annotations
+
+from collections import deque
+
+from hawk.ddc.acts import Acts, Ask, Request
+from hawk.ddc.facts import Facts
+
+TRIES = 3
+"""Times that a thing is put back within `WINDOW_S`. Who changes it once more then changes it for ever."""
+WINDOW_S = 60.0
+PAUSE_S = 2.0
+"""Pause after the autopilot refused, seconds."""
+
+
+class Effort:
+    """Puts one thing back by one request. It never fights endlessly: given up, it stays so until the motors are off."""
+
+    def __init__(self, patience_s: float, pause_s: float = PAUSE_S, tries: int | None = TRIES) -> None:
+        """Begin with a thing that holds.
+
+        Args:
+            patience_s: A thing that is wrong for longer cannot be put back, seconds.
+            pause_s: Pause after the autopilot refused, seconds.
+            tries: Times that it is put back within `WINDOW_S`; None: as often as it takes.
+        """
+        self._patience_s = patience_s
+        self._pause_s = pause_s
+        self._tries = tries
+        self._ask: Ask | None = None
+        self._wrong_since: float | None = None
+        self._not_before = float("-inf")
+        self._begun: deque[float] = deque(maxlen=TRIES if tries is None else tries)
+        self.reason = ""
+        """The autopilot's words when the last request failed."""
+        self.is_given_up = False
+
+    @property
+    def is_wrong(self) -> bool:
+        """True while the thing does not hold."""
+        return self._wrong_since is not None
+
+    def rest(self, facts: Facts) -> None:
+        """The thing holds, or may not be put back now."""
+        self._wrong_since = None
+        self._take_answer(facts)
+
+    def put_back(self, request: Request, facts: Facts) -> Acts:
+        """Return the request when it is time; nothing while one is under way, and once it is given up."""
+        now = facts.now
+        if self._wrong_since is None:
+            self._wrong_since = now
+        self._take_answer(facts)
+        if self._ask is not None or self.is_given_up or now < self._not_before:
+            return ()
+        is_spent = len(self._begun) == self._tries and now - self._begun[0] < WINDOW_S
+        if is_spent or now - self._wrong_since > self._patience_s:
+            self.is_given_up = True
+            return ()
+        self._begun.append(now)
+        self._ask = Ask(request, now)
+        return (self._ask,)
+
+    def _take_answer(self, facts: Facts) -> None:
+        if self._ask is None:
+            return
+        answer = self._ask.answer(facts)
+        if answer.is_pending:
+            return
+        self._ask = None
+        self.reason = answer.reason
+        if answer.has_failed:
+            self._not_before = facts.now + self._pause_s

@@ -1,0 +1,70 @@
+"""The one keeper of everything that we set or require in the autopilot: parameters, fence, home.
+
+Each is compared every ten seconds at most, in flight as well. What another station changed to the worse is reported,
+put back at once, and keeps new tasks off until it holds. What cannot be put back ends the flight (`hawk.ddc.guard`).
+While a pilot flies it is reported, and nothing is written.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from hawk.ddc.acts import Acts
+from hawk.ddc.facts import Facts, KeptFacts
+from hawk.ddc.home import home_words
+from hawk.ddc.keeping.fence import KeptFence
+from hawk.ddc.keeping.home import KeptHome
+from hawk.ddc.keeping.parameters import KeptParameters
+from hawk.ddc.orders import Rank
+from hawk.ddc.parameter_values import FailsafeCheck
+from hawk.ddc.parameters import ParameterReader
+from hawk.ddc.preflight import failsafe_checks
+from hawk.ddc.return_settings import RETURN_CHECK, RETURN_HEIGHT
+from hawk.ddc.settings import DdcSettings
+from hawk.ddc.states.base import State
+
+_WAYS = frozenset({RETURN_CHECK, RETURN_HEIGHT})
+
+
+class Keeper:
+    """Reads, compares and puts back; `kept` is its word for guard and states."""
+
+    def __init__(self, settings: DdcSettings) -> None:
+        self._settings = settings
+        self.reader = ParameterReader(settings.system_id, needs_remote_control=settings.remote_control.required)
+        self._parameters = KeptParameters()
+        self._fence = KeptFence(settings)
+        self._home = KeptHome()
+
+    @property
+    def fence_problem(self) -> str:
+        """Reason why the autopilot is not known to hold the fence of this flight; empty when it is known to."""
+        return self._fence.problem
+
+    def steps(self, facts: Facts, state: State) -> Iterator[tuple[bool, Callable[[], Acts]]]:
+        """Give the steps of a tick in their order, each with True when the drone's safety depends on it."""
+        yield False, lambda: self.reader.tick(facts)
+        yield True, lambda: self._keep_parameters(facts, state)
+        yield True, lambda: self._fence.tick(facts, state, self.reader.values())
+        yield True, lambda: self._home.tick(facts, state)
+
+    def kept(self, facts: Facts) -> KeptFacts:
+        """Return what cannot be put back, and why RTL would not end at home."""
+        lost = (*self._parameters.lost, *self._fence.lost, *self._home.lost(facts))
+        return KeptFacts(", ".join(lost), self._astray(facts), tuple(sorted(self._parameters.restored)))
+
+    def _keep_parameters(self, facts: Facts, state: State) -> Acts:
+        may_write = facts.link.is_up and state.rank < Rank.PILOT
+        return self._parameters.tick(facts, self.reader.values(), self._checks(facts), may_write=may_write)
+
+    def _checks(self, facts: Facts) -> tuple[FailsafeCheck, ...]:
+        return failsafe_checks(facts, self.reader.values(), self._settings)
+
+    def _astray(self, facts: Facts) -> str:
+        if not facts.vehicle.armed:
+            return ""
+        wrong = (check for check in self._checks(facts) if check.name in _WAYS and check.is_read and not check.passed)
+        home = facts.position.autopilot_home
+        if home.is_moved:
+            return home_words(home)
+        return next((f"{check.name}: {check.value}." for check in wrong), "")

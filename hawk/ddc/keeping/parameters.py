@@ -1,0 +1,134 @@
+"""Keeps the autopilot's parameters in flight: what another station changes to the worse is reported and put back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from hawk.ddc.acts import Acts, Log, PutBack
+from hawk.ddc.facts import Facts
+from hawk.ddc.failsafes import FENCE_NAMES, PARAMETERS_OF
+from hawk.ddc.keeping.changes import changed_by
+from hawk.ddc.keeping.effort import Effort
+from hawk.ddc.keeping.fence import is_inside
+from hawk.ddc.parameter_values import FailsafeCheck, Values
+from hawk.ddc.words import sentence
+
+PATIENCE_S = 30.0
+"""One request takes up to 12 s on a link that loses datagrams; three of them."""
+
+
+class KeptParameters:
+    """Compares the checks of successive ticks while the drone is armed, and puts back what was right in this flight.
+
+    The rule is that of the checks before Arm: a value that passes needs no fight. What was never right in this flight
+    is reported and keeps tasks off; nobody here knows what it ought to be. So each value that is written has passed its
+    check.
+    """
+
+    def __init__(self) -> None:
+        self._reset()
+
+    def _reset(self) -> None:
+        self._passed: dict[str, bool] = {}
+        self._before: dict[str, float] = {}
+        self._efforts: dict[str, Effort] = {}
+        self.lost: tuple[str, ...] = ()
+        """The parameters that cannot be put back, each with its value."""
+        self.restored: frozenset[str] = frozenset()
+        """Names of the checks that do not pass now, whose parameters are being put back."""
+
+    def tick(self, facts: Facts, values: Values, checks: Sequence[FailsafeCheck], *, may_write: bool) -> Acts:
+        """Return messages and requests.
+
+        Args:
+            facts: The facts of this tick.
+            values: The parameters that were read lately.
+            checks: What they are worth.
+            may_write: False while a pilot flies: it is reported, nothing is written.
+        """
+        if not facts.vehicle.armed:
+            self._reset()
+            return ()
+        self._remember(checks, values)
+        wrong = [check for check in checks if check.is_read and not check.passed]
+        wanted = {check.name: self._wanted(check, values) for check in wrong}
+        self.restored = frozenset(name for name, found in wanted.items() if found and may_write)
+        told = self._tell(checks, wanted, facts, may_write=may_write)
+        return told + self._put_back(wanted, values, facts, may_write=may_write)
+
+    def _remember(self, checks: Sequence[FailsafeCheck], values: Values) -> None:
+        """Keep the first values of this flight with which a check passed."""
+        for check in checks:
+            for name in PARAMETERS_OF[check.name] if check.passed else ():
+                value = values.get(name)
+                if value is not None:
+                    self._before.setdefault(name, value)
+
+    def _wanted(self, check: FailsafeCheck, values: Values) -> dict[str, float]:
+        """Return what must be written: parameter -> value."""
+        known = ((name, self._before.get(name)) for name in PARAMETERS_OF[check.name])
+        return {name: value for name, value in known if value is not None and values.get(name) not in (None, value)}
+
+    def _put_back(
+        self, wanted: Mapping[str, Mapping[str, float]], values: Values, facts: Facts, *, may_write: bool
+    ) -> Acts:
+        acts: Acts = ()
+        lost = []
+        settings = {name: value for each in wanted.values() for name, value in each.items()}
+        for name in self._efforts.keys() - settings.keys():
+            self._efforts[name].rest(facts)
+        for name, value in settings.items():
+            effort = self._efforts.setdefault(name, Effort(PATIENCE_S))
+            if not may_write or (name in FENCE_NAMES and not is_inside(facts)):
+                effort.rest(facts)
+                continue
+            was_given_up = effort.is_given_up
+            acts += effort.put_back(PutBack(name, value), facts)
+            if effort.is_given_up:
+                lost.append(f"{name} {values[name]:g}")
+                acts += () if was_given_up else (_given_up(name, value, effort.reason),)
+        self.lost = tuple(lost)
+        return acts
+
+    def _tell(
+        self,
+        checks: Sequence[FailsafeCheck],
+        wanted: Mapping[str, Mapping[str, float]],
+        facts: Facts,
+        *,
+        may_write: bool,
+    ) -> Acts:
+        acts: list[Log] = []
+        for check in checks:
+            if not check.is_read:
+                continue
+            former = self._passed.get(check.name)
+            self._passed[check.name] = check.passed
+            if not check.passed and former is not False:
+                acts.append(_warning(check, wanted[check.name], facts, may_write=may_write))
+            elif check.passed and former is False:
+                acts.append(Log("ok", f"{check.name} is right again: {sentence(check.value)}"))
+        return tuple(acts)
+
+
+def _warning(check: FailsafeCheck, wanted: Mapping[str, float], facts: Facts, *, may_write: bool) -> Log:
+    who = changed_by(facts, tuple(wanted))
+    if not wanted:
+        remedy, details = _remedy(check), ""
+    else:
+        remedy = "It is being put back." if may_write else "It is put back when the drone is taken from the pilot."
+        details = who.details
+    text = f"{check.name}: {sentence(check.value)} {who.told} No new task until it is right."
+    return Log("warning", _spaced(text), _spaced(f"{sentence(check.consequence)} {remedy} {details}"))
+
+
+def _remedy(check: FailsafeCheck) -> str:
+    return "Return or land, then Set failsafes." if check.can_be_set else check.remedy
+
+
+def _spaced(text: str) -> str:
+    return " ".join(text.split())
+
+
+def _given_up(name: str, value: float, reason: str) -> Log:
+    return Log("error", f"{name} cannot be put back to {value:g}.", reason or "Somebody changes it again and again.")
