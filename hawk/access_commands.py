@@ -10,7 +10,14 @@ from urllib.parse import quote
 from hawk import option_values as values
 from hawk.comm.authority import Role
 from hawk.config import Config, ConfigError, load_config
-from hawk.web.make_certificate import LONGEST_DAYS, CertificateError, CertificatePlan, make_certificate, usual_names
+from hawk.web.make_certificate import (
+    LONGEST_DAYS,
+    CertificateError,
+    CertificatePlan,
+    clock_doubt,
+    make_certificate,
+    usual_names,
+)
 from hawk.web.tokens import TOKEN_FILE, TokensError, read_tokens, rotate
 
 COMMANDS: Final = frozenset({"tokens", "make-certificate"})
@@ -80,6 +87,8 @@ def _make_certificate(options: argparse.Namespace, config: Config) -> int:
     names = options.name or usual_names(config.web)
     made = make_certificate(CertificatePlan(folder, tuple(names), options.days, replace=options.replace))
     print(f"fingerprint (SHA-256): {made.fingerprint}")
+    if doubt := clock_doubt():
+        _say(doubt)
     _say(f"Names: {', '.join(names)}")
     _say("Write this into the settings, section [web], and start the daemon again:")
     _say(f'tls_certificate = "{made.certificate}"\ntls_key = "{made.key}"')

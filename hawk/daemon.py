@@ -122,10 +122,11 @@ async def run_daemon(config: Config, options: DaemonOptions) -> int:
 
 
 async def _run_with_log(config: Config, options: DaemonOptions, log: ProgramLog) -> int:
-    tls = load_tls(config.web)  # before anything starts
     store = config.store.directory
     if options.simulation is not None:
         store /= _SIMULATION
+    noted = RunNotes(notes_file(store, os.environ)).notes.flight
+    tls = load_tls(config.web, in_flight=flight_goes_on(noted, this_moment(), options.speed) is not None)
     about = {"version": version("hawk-drone"), "port": str(config.web.port)}
     try:
         with held_store(store, about):

@@ -9,6 +9,7 @@ import math
 import ssl
 from collections.abc import Callable
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
@@ -51,10 +52,12 @@ class Tls:
         return f"The certificate of the page ends in {max(0.0, days):.0f} days: replace web.tls_certificate."
 
 
-def load_tls(settings: WebSettings) -> Tls | None:
+def load_tls(settings: WebSettings, *, in_flight: bool = False) -> Tls | None:
     """Return the certificate and key of the settings, None when there are none.
 
     The server shakes hands with itself in memory, which proves the pair and reads the certificate.
+
+    ``in_flight``: a certificate that has expired is reported and served: a clock that stepped lets nobody fly alone.
 
     Raises:
         ConfigError: A file cannot be used; the text names the setting and the remedy.
@@ -69,7 +72,7 @@ def load_tls(settings: WebSettings) -> Tls | None:
             raise ConfigError(f"web.{name}: {path} cannot be read: {error.strerror}") from error
     _refuse_open_key(key)
     context = _server_context(certificate, key)
-    found = _tried(context, certificate)
+    found = _tried(context, certificate, in_flight=in_flight)
     if found.ends is None:
         LOG.warning("web.tls_certificate: %s is not valid yet by this computer's clock", certificate)
     return found
@@ -116,19 +119,24 @@ def _no_pass_phrase() -> str:
     raise _PassPhraseError
 
 
-def _tried(context: ssl.SSLContext, certificate: Path) -> Tls:
+def _tried(context: ssl.SSLContext, certificate: Path, *, in_flight: bool) -> Tls:
     try:
         der, facts = _shake_hands(context, _trusting(certificate))
     except ssl.SSLCertVerificationError as error:
-        if error.verify_code == _EXPIRED:
-            raise ConfigError(
-                f"web.tls_certificate: {certificate} has expired: replace it, or make another pair with "
-                "hawk-drone make-certificate --replace"
-            ) from error
-        if error.verify_code != _NOT_YET_VALID:
+        is_over = error.verify_code == _EXPIRED
+        if is_over:
+            words = f"web.tls_certificate: {certificate} has expired by this computer's clock"
+            remedy = "set the clock if it is wrong; else make another pair with hawk-drone make-certificate --replace"
+            words += f" ({datetime.now(UTC):%Y-%m-%d}): {remedy}"
+            if not in_flight:
+                raise ConfigError(words) from error
+            LOG.error("%s. A flight is under way: it is served all the same", words)
+        elif error.verify_code != _NOT_YET_VALID:
             reason = error.verify_message
             raise ConfigError(f"web.tls_certificate: {certificate} is no server's certificate: {reason}") from error
         der, facts = _shake_hands(context, _anything())
+        if is_over:
+            return Tls(context, fingerprint_of(der), 0.0, is_self_signed=True)
     except ssl.SSLError as error:
         raise ConfigError(f"web.tls_certificate: {certificate}: no handshake succeeds: {error.reason}") from error
     ends = float(ssl.cert_time_to_seconds(str(facts["notAfter"]))) if "notAfter" in facts else None

@@ -8,9 +8,11 @@ import os
 import re
 import ssl
 import stat
+import subprocess
 import time
 import warnings
 from collections.abc import AsyncIterator
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +26,15 @@ from hawk.survey.client import DroneClient
 from hawk.survey.run import trusted
 from hawk.web.app import WebServer
 from hawk.web.door import FIRST_REQUEST_S, Places
-from hawk.web.make_certificate import CertificateError, CertificatePlan, make_certificate, usual_names
+from hawk.web.make_certificate import (
+    LONGEST_DAYS,
+    RELEASED,
+    CertificateError,
+    CertificatePlan,
+    clock_doubt,
+    make_certificate,
+    usual_names,
+)
 from hawk.web.tls import DAY_S, Tls, load_tls, watch_certificate
 from hawk.web.tokens import TOKEN_FILE, rotate
 from tests.unit.comm.waiting import until
@@ -387,3 +397,60 @@ def test_the_usual_names_are_those_by_which_the_page_is_opened() -> None:
     names = usual_names(WebSettings(host="0.0.0.0", allowed_hosts=("drone.example",)))
     assert {"localhost", "127.0.0.1", "::1", "drone.example"} <= set(names)
     assert "0.0.0.0" not in names
+
+
+def test_an_expired_certificate_is_served_while_a_flight_is_under_way(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    old = make_pair(tmp_path, days=-1, age_days=10)
+    found = load_tls(WebSettings(tls_certificate=old.certificate, tls_key=old.key), in_flight=True)
+    assert found is not None
+    assert "has expired by this computer's clock" in caplog.text
+    assert "ends in 0 days" in found.warning(time.time())
+
+
+def valid(certificate: Path) -> tuple[datetime, datetime]:
+    """Return begin and end of a certificate's validity."""
+    command = ["openssl", "x509", "-in", str(certificate), "-noout", "-dates"]
+    lines = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
+    pattern = "%b %d %H:%M:%S %Y GMT"
+    begin, end = (datetime.strptime(line.partition("=")[2], pattern).replace(tzinfo=UTC) for line in lines)
+    return begin, end
+
+
+@pytest.mark.parametrize("days", [1, 30, LONGEST_DAYS])
+def test_a_made_certificate_begins_before_it_is_made_and_never_lasts_too_long(tmp_path: Path, days: int) -> None:
+    made = make_certificate(CertificatePlan(tmp_path, ("localhost",), days))
+    begin, end = valid(made.certificate)
+    now = datetime.now(UTC)
+    assert timedelta(days=1, hours=23) < now - begin < timedelta(days=2, hours=1)
+    assert timedelta(days=min(days, LONGEST_DAYS - 2), hours=-1) <= end - now <= timedelta(days=days)
+    assert end - begin <= timedelta(days=LONGEST_DAYS)
+
+
+@pytest.mark.parametrize("clock", [0.0, RELEASED.timestamp() - 1.0])
+def test_no_certificate_is_made_by_a_clock_before_this_version(tmp_path: Path, clock: float) -> None:
+    with pytest.raises(CertificateError, match="set the clock first"):
+        make_certificate(CertificatePlan(tmp_path, ("localhost",)), lambda: clock)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_date_of_this_version_is_that_of_the_changelog() -> None:
+    changelog = (Path(__file__).parents[3] / "CHANGELOG.md").read_text()
+    newest = re.search(r"^## \d\S* - (\d{4}-\d{2}-\d{2})", changelog, re.MULTILINE)
+    assert newest is not None
+    assert f"{RELEASED:%Y-%m-%d}" == newest[1]
+
+
+@pytest.mark.parametrize(("state", "is_doubted"), [(5, True), (0, False), (-1, False)])
+def test_a_clock_that_nothing_keeps_right_is_doubted(
+    monkeypatch: pytest.MonkeyPatch, state: int, is_doubted: bool
+) -> None:
+    library = type("Library", (), {"adjtimex": staticmethod(lambda _buffer: state)})
+    monkeypatch.setattr("ctypes.CDLL", lambda _name: library)
+    assert bool(clock_doubt()) is is_doubted
+
+
+def test_without_that_call_no_clock_is_doubted(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("ctypes.CDLL", lambda _name: object())
+    assert clock_doubt() == ""
