@@ -336,7 +336,7 @@ BATTERY: Final = (
     Fault(
         "two cells in place of three",
         When.GROUND,
-        _refuses_arm({"battery_cells": 2}, "Battery", {"battery_cells": 3}),
+        _refuses_arm({"battery_cells": 2}, "Battery thresholds", {"battery_cells": 3}),
     ),
     Fault(
         "four cells where the autopilot's threshold is for three",

@@ -35,6 +35,7 @@ from faults.fault import (
     lower_than,
     mode,
     near_home,
+    refused,
     restarted,
     sent,
     state,
@@ -44,7 +45,7 @@ from faults.fault import (
 )
 from faults.proxy import Direction
 from faults.station import command_fields, parameter_fields
-from hawk.comm.messages import AutonomousExplore, CompulsiveMove, ReturnToLaunch
+from hawk.comm.messages import Arm, AutonomousExplore, CompulsiveMove, ReturnToLaunch
 from hawk.ddc.senses import PERCEPTION_PARTS
 from hawk.model.operation import StateName
 from hawk.model.vehicle import CopterMode
@@ -54,6 +55,7 @@ _MANUAL, _IDLE, _LOST = StateName.MANUAL, StateName.IDLE, StateName.COMMUNICATIO
 _MOVE: Final = StateName.COMPULSIVE_MOVE
 _DO_SET_MODE: Final = 176
 _DO_FENCE_ENABLE: Final = 207
+_ARM_DISARM, _FORCE = 400, 21196.0
 _SENT_HOME: Final = asked(_DO_SET_MODE, "RTL sent")
 _HOLDS: Final = mode("GUIDED", "BRAKE")
 _BEFORE_FAILSAFE_S: Final = 4.5
@@ -191,6 +193,31 @@ KILL: Final = Fault(
     falls=True,
 )
 
+CUT_BY_ANOTHER: Final = Fault(
+    "a second station cuts the motors in the air",
+    When.HOVERING,
+    (
+        Station("COMMAND_LONG", command_fields(_ARM_DISARM, 0.0, _FORCE)),
+        See(MOTORS_OFF, 1.5),
+        See(told("otors off in the air"), 4.0),
+        See(both(FELL, state(_IDLE), absent(told("Landed. Motors off"))), 10.0),
+        Order(Arm()),
+        See(refused("went off in the air"), 1.0),
+    ),
+    ends_flight=True,
+    falls=True,
+)
+SAG: Final = Fault(
+    "the battery's voltage sags to 3.1 V a cell",
+    When.EXPLORING,
+    (
+        Station("PARAM_SET", parameter_fields("SIM_BATT_VOLTAGE", 9.3)),
+        See(both(mode("LAND"), state(StateName.LAND), told("voltage sags")), 8.0),
+        See(DOWN, 90.0),
+        See(both(state(_IDLE), told("Landed. Motors off")), 95.0),
+    ),
+    ends_flight=True,
+)
 _RIGHT_AGAIN: Final = told("is right again")
 _GOES_ON: Final = both(state(_EXPLORE), UP)
 _RETURNS_HOME: Final = (
@@ -266,4 +293,17 @@ RALLY_POINT: Final = Fault(
 )
 
 KEPT: Final = (BATTERY_ACTION, RETURN_ALTITUDE, FENCE_CLEARED, FENCE_REPLACED, FENCE_OFF, RALLY_POINT)
-VEHICLE: Final = (SURVEY, SECOND_STATION, GUST, UNHEARD, RESTART, KILLED, RESERVE, LOW_VOLTAGE, *KEPT, KILL)
+VEHICLE: Final = (
+    SURVEY,
+    SECOND_STATION,
+    GUST,
+    UNHEARD,
+    RESTART,
+    KILLED,
+    RESERVE,
+    LOW_VOLTAGE,
+    SAG,
+    *KEPT,
+    KILL,
+    CUT_BY_ANOTHER,
+)

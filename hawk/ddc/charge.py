@@ -21,15 +21,17 @@ SPAN_S = 2.5
 """A median needs readings over this time, seconds."""
 CONTRADICTION_PERCENT = 25.0
 """A counter that says so much more than the voltage allows is wrong."""
-STILL_S = 108.0
-"""A counter in flight that does not fall for this time stands still, seconds: a drone that flies 90 minutes, longer
-than any that carries a camera and a computer, uses 2 % in it."""
-SLOWEST_DRAIN = 100.0 / (90 * 60)
+STILL_S = 72.0
+"""A counter in flight that does not fall for this time stands still, seconds: a drone that flies an hour, as long as
+any that carries a camera and a computer, uses 2 % in it."""
+SLOWEST_DRAIN = 100.0 / (60 * 60)
 """Percent a second of such a drone."""
-DIP_S = 10.0
-"""A counter that rises to where it was so long ago did not begin again, seconds."""
 SLACK_PERCENT = 2.0
 """Rounding of the counter, and its pauses."""
+RISE_PERCENT = 1.0
+"""A counter in flight that rises by more did not round."""
+DIP_S = 10.0
+"""A counter that is back within this time only dipped, as one does that is made from the voltage, seconds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +72,7 @@ class ChargeFacts:
     @property
     def words(self) -> str:
         """Words on what was believed, for the log: voltage, counter and time flown."""
-        volts = "voltage not known" if self.volts is None else f"{self.volts:.2f} V for each of {self.cells} cells"
+        volts = "voltage not known" if self.volts is None else f"{self.volts:.2f} V a cell of {self.cells}"
         counter = "the counter says nothing" if self.counter is None else f"the counter says {self.counter:.0f} %"
         believed = "nothing else" if self.believed is None else f"{self.believed:.0f} %"
         return f"{volts}, {counter}, {believed} was believed, {self.flown_s:.0f} s in the air."
@@ -178,7 +180,7 @@ class ChargeWatch:
         (begun, start), (lowest, since) = self._begun, self._lowest
         used, flown, still = begun - counter, now - start, now - since
         settled = self._settled(counter, now)
-        if counter > lowest + SLACK_PERCENT:
+        if counter > lowest + RISE_PERCENT:
             self._disbelieve(f"the counter rose from {lowest:.0f} to {counter:.0f} % in flight", lowest, now, now)
         elif counter > 0.0 and still >= STILL_S:
             self._disbelieve(f"the counter stands still at {counter:.0f} % for {still:.0f} s", lowest, since, now)

@@ -142,10 +142,8 @@ class FallWatch:
         if now > self._off_at:
             return None if self._fell_at is None else self._fallen(last, utc)
         height = last.height or 0.0
-        if now - last.time > POSE_TIMEOUT_S:
-            fell = height > AIR_HEIGHT_M and _is_fall(height / (now - last.time))
-        else:
-            fell = height > AIR_HEIGHT_M and motion.height is not None
+        unseen = now - last.time if motion.height is None else 0.0
+        fell = height > AIR_HEIGHT_M and height > UNSEEN_M_S * unseen
         if self._fell_at is None and (self._has_landed or not fell):
             return None
         return self._fallen(last, utc)

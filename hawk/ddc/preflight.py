@@ -154,7 +154,7 @@ def _battery(facts: Facts, needed: float, chemistry: Chemistry) -> CheckItem:
     if battery.voltage is None:
         text = f"{battery.percentage:.0f} %, voltage not known"
         return _failed(name, text, "It could fall: a counter alone is no witness.", "Set up BATT_MONITOR for voltage.")
-    each = "" if charge.volts is None else f", {charge.volts:.2f} V for each of {charge.cells} cells"
+    each = "" if charge.volts is None else f", {charge.volts:.2f} V a cell of {charge.cells}"
     text = f"{battery.percentage:.0f} %, {battery.voltage:.1f} V{each}"
     if charge.volts is not None and charge.volts > chemistry.resting[1]:
         remedy = "Set flight.battery_cells and flight.battery_chemistry, or calibrate BATT_VOLT_MULT."

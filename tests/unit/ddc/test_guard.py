@@ -376,9 +376,7 @@ async def test_a_voltage_that_sags_brings_it_home(fresh: Rig, state: StateName) 
         await fresh.run(2.0)
     fresh.expect(S.RETURN_TO_LAUNCH)
     assert "The battery's voltage is too low. Returning home." in fresh.log
-    assert any(
-        text.startswith("The battery's voltage sags: 3.25 V for each of 3 cells, the counter") for text in fresh.log
-    )
+    assert any(text.startswith("The battery's voltage sags: 3.25 V a cell of 3, the counter") for text in fresh.log)
     assert fresh.command(Hold()).reason == "Not while this lasts: The battery's voltage is too low."
     fresh.autopilot.volts = 12.0
     await fresh.run(8.0)
@@ -465,5 +463,5 @@ async def test_arm_is_refused_with_more_volts_than_its_cells_hold(tmp_path: Path
     rig = Rig(tmp_path, settings=settings)
     rig.autopilot.volts = 14.8
     await rig.run(8.0)
-    assert "4.93 V for each of 3 cells. Set flight.battery_cells" in rig.command(Arm()).reason
+    assert "4.93 V a cell of 3. Set flight.battery_cells" in rig.command(Arm()).reason
     await rig.close()
