@@ -4,6 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.ready
 PAGE_STAMP := $(VENV)/.page
+DOCS_SITE := hawk/web/docs_site/index.html
 PAGE_SOURCES := $(shell find hawk/web/page -type f -not -path '*/node_modules/*' 2>/dev/null)
 ARGS ?=
 # Quick kinds first, so that a mistake shows early; those that fly and see in real programs have the machine to themselves.
@@ -35,7 +36,7 @@ $(PAGE_STAMP): $(STAMP) $(PAGE_SOURCES)
 	$(BIN)/python packaging/build_page.py
 	touch $@
 
-run: setup
+run: setup $(DOCS_SITE)
 	packaging/keep-running $(BIN)/hawk-drone --config config.toml --sim $(ARGS)
 
 browser:
@@ -56,6 +57,10 @@ lint: $(STAMP)
 
 page-check: page
 	$(BIN)/python packaging/build_page.py --check
+
+# The page leads to /docs/: the first run builds it (9 s of a processor). A drone flies without it, too.
+$(DOCS_SITE): | $(STAMP)
+	-$(BIN)/python packaging/docs_site.py
 
 # The site of the documentation, for the daemon's /docs/ and the wheel: links, anchors and menus are checked. The pages
 # of reference, man pages and shell completions are written again first. Nothing is fetched.

@@ -50,8 +50,8 @@ async def tile(request: web.Request) -> web.StreamResponse:
         raise web.HTTPNotFound(text="No background tiles are set: [web] background_tiles.")
     loop = asyncio.get_running_loop()
     found = await loop.run_in_executor(request.app[_READER], read_tile, folder, zoom, x, y)
-    if found is None:
-        raise web.HTTPNotFound(text=f"There is no background tile {zoom}/{x}/{y}.")
+    if found is None:  # beside the picture: the page asks for all ground in sight, and that is no error
+        return web.Response(status=204, headers={hdrs.CACHE_CONTROL: CACHING})
     content_type, data = found
     return web.Response(body=data, content_type=content_type, headers={hdrs.CACHE_CONTROL: CACHING})
 

@@ -32,13 +32,13 @@ async def test_a_zone_is_drawn_kept_and_kept_out_of(browser: Browser, screenshot
         await press(page, "Edit fence", 60)
         await press(page, "Follow the drone", 5)
         await page.wait_for_timeout(EASE_MS)
-        await expect(button(page, "Add an exclusion zone")).to_be_disabled()
+        await expect(button(page, "Add zone: an exclusion zone")).to_be_disabled()
         await click_around(page, AROUND)
-        await press(page, "Add an exclusion zone", 5)
+        await press(page, "Add zone: an exclusion zone", 5)
         await shows(page, "Draw a zone that the drone keeps out of")
         await click_around(page, ZONE)
         await expect(title(page)).to_have_text(re.compile("4 corners, 1 zone$"), timeout=5_000)
-        await press(page, "Add an exclusion zone", 5)
+        await press(page, "Add zone: an exclusion zone", 5)
         await click_around(page, MAST)
         await expect(title(page)).to_have_text(re.compile("4 corners, 2 zones$"), timeout=5_000)
         await shows(page, "From parts of it the straight way home crosses a zone")
@@ -84,7 +84,7 @@ async def in_every_size(page: Page, screenshots: Path) -> None:
             await page.emulate_media(color_scheme=theme)
             await page.wait_for_timeout(EASE_MS)
             await page.screenshot(path=screenshots / f"zones-1-{name}-{theme}.png")
-            for each in ("Save fence", "Cancel", "Undo", "Add an exclusion zone", "Clear", "Import", "Export", "Hold"):
+            for each in ("Save fence", "Cancel", "Undo", "Add zone", "Clear", "Import", "Export", "Hold"):
                 assert await is_within(button(page, each), size), (name, each)
     await page.emulate_media(color_scheme="light")
     await page.set_viewport_size(DESK)  # type: ignore[arg-type]

@@ -167,6 +167,16 @@ describe("the next step", () => {
     assert.match(focused(), /^Take off/);
   });
 
+  it("gets the focus of whatever is done with elsewhere on the page", async () => {
+    const { rig, stage } = await bar({ ...ON_GROUND, Options: possible("Arm") });
+    const strip = document.body.appendChild(document.createElement("button"));
+    strip.focus();
+    strip.remove();
+    rig.hear({ ...ON_GROUND, Options: possible("Arm") });
+    await stage.drawn();
+    assert.match(focused(), /^Arm/);
+  });
+
   it("takes no focus from elsewhere", async () => {
     const { rig, stage } = await bar({ ...ON_GROUND, Options: possible("Arm") });
     stage.button("Arm").focus();
@@ -221,6 +231,17 @@ describe("the stalls as a table", () => {
     assert.equal(rows[2]?.seen, "not seen itself");
   });
 
+  it("shows on the map the one that is clicked", async () => {
+    const rig = flying({ "Occupancy Map": mapUpdate({ Stalls: [stall(1, { North: 1 }), stall(2, { North: 2 })] }) });
+    const stage = new Stage(new StallsTab(), rig.operator);
+    await stage.drawn();
+    const shown: number[] = [];
+    rig.operator.addEventListener("stall", (event) => shown.push((event as CustomEvent<number>).detail));
+    await stage.press("Show stall 2 on the map");
+    stage.find("tbody tr td").click();
+    assert.deepEqual(shown, [2, 1]);
+  });
+
   it("is drawn page by page", async () => {
     const all = Array.from({ length: 120 }, (_, k) => stall(k + 1, { North: k }));
     const stage = new Stage(new StallsTab(), flying({ "Occupancy Map": mapUpdate({ Stalls: all }) }).operator);
@@ -245,6 +266,17 @@ describe("tabs and messages", () => {
     assert.equal(chosen(), "Settings");
     assert.equal(focused(), "Settings");
     assert.equal(stage.part.querySelectorAll('[role="tab"][tabindex="0"]').length, 1);
+  });
+
+  it("say what a filter leaves out, and show all again", async () => {
+    const rig = flying({ Messages: [{ Number: 1, Time: "2026-01-02T03:04:05Z", Level: "info", Text: "Took off.", Details: "" }] });
+    const stage = new Stage(new MessagesTab(), rig.operator);
+    await stage.drawn();
+    await stage.press("Warnings");
+    assert.match(stage.text, /0 of 1 messages shown/);
+    await stage.press("Show all");
+    assert.match(stage.text, /Took off\./);
+    assert.doesNotMatch(stage.text, /messages shown/);
   });
 
   it("are told by a log", async () => {

@@ -1,5 +1,6 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
+import type { Heartbeat } from "../src/protocol.ts";
 import { CELL } from "../src/state/tile-data.ts";
 import { type Action, control, guidedActions, safetyActions } from "../src/words/actions.ts";
 import { banner } from "../src/words/banner.ts";
@@ -233,6 +234,19 @@ describe("a move", () => {
     assert.ok(plan);
     assert.match(consequence(exploring, plan, "Autonomous Move"), /Exploring stops/);
     assert.equal(planMove(view({ heartbeat: { ...able, North: null } }), { North: 9, East: 0 }, CELL.lot), null);
+  });
+
+  it("says what it costs of the battery, never rounded down, and nothing that is not known", () => {
+    const charged = { ...able, "Battery Percentage": 80, "Battery Needed Home": 20, "Battery Time Left": 600 };
+    const cost = (changes: Partial<Heartbeat>, cruise: number | null): string => {
+      const now = view({ heartbeat: { ...charged, ...changes }, cruise });
+      const plan = planMove(now, { North: 45, East: 0 }, CELL.lot);
+      assert.ok(plan);
+      return consequence(now, plan, "Autonomous Move");
+    };
+    assert.match(cost({}, 3), /^15 s, about 2 % battery\./, "60 % last 600 s: 1.5 % for 15 s");
+    assert.match(cost({ "Battery Time Left": null }, 3), /^15 s\. /);
+    assert.doesNotMatch(cost({}, null), /battery/);
   });
 
   it("knows inside from outside of any polygon", () => {

@@ -6,6 +6,7 @@ import { CELL } from "../src/state/tile-data.ts";
 import { ActionBar } from "../src/ui/action-bar.ts";
 import { leaveByEscape } from "../src/ui/escape.ts";
 import { MoreActions } from "../src/ui/more-actions.ts";
+import { MoveFields } from "../src/ui/move-fields.ts";
 import { impossible, possible } from "./make.ts";
 import { flying, type Rig, type Sent } from "./rig.ts";
 import { Frames, Stage, words } from "./stage.ts";
@@ -240,6 +241,107 @@ describe("the remedy of a failed check", () => {
     rig.hear({ "In Control": true, Controller: "Ana", Checks: [], Options: possible("Arm") });
     await stage.drawn();
     assert.match(words(document.activeElement!), /^Arm/);
+  });
+});
+
+describe("motors that went off before take-off", () => {
+  const armed = { ...ON_GROUND, State: "Arm", Armed: true, Options: possible("Takeoff", "Disarm") };
+  const idle = { ...ON_GROUND, Options: [...possible("Arm"), impossible("Takeoff", "Arm first.")] };
+
+  it("are explained where Take off is refused", async () => {
+    const { rig, stage } = await bar(armed);
+    rig.hear(idle);
+    await stage.drawn();
+    assert.equal(reason(stage, "Take off"), "The motors went off by themselves: Arm again");
+    assert.match(rig.operator.toast?.text ?? "", /^The motors went off by themselves/);
+    assert.match(rig.operator.flight.lines[0]?.text ?? "", /^The motors went off by themselves/);
+    rig.hear(armed);
+    rig.hear({ ...idle, Killed: true });
+    await stage.drawn();
+    assert.equal(reason(stage, "Take off"), "Arm first");
+  });
+
+  it("are no news to the one who switched them off", async () => {
+    const { rig, stage } = await bar(armed);
+    await stage.press("Disarm");
+    rig.hear(idle);
+    await stage.drawn();
+    assert.equal(reason(stage, "Take off"), "Arm first");
+  });
+});
+
+describe("a move by typed metres", () => {
+  async function typing(changes: Partial<Heartbeat> = {}): Promise<{ rig: Rig; stage: Stage<MoveFields>; type: (field: string, text: string) => void; set: () => Promise<void> }> {
+    const rig = flying({ Options: IN_AIR, Fence: SQUARE, North: 10, East: -5, Home: { North: 2, East: 3 }, ...changes });
+    const stage = new Stage(new MoveFields(), rig.operator);
+    await stage.drawn();
+    assert.equal(stage.text, "", "nothing is asked before Move");
+    rig.operator.pick(true);
+    await stage.drawn();
+    const type = (field: string, text: string): void => {
+      stage.input(`input[name=${field}]`).value = text;
+      stage.find(`input[name=${field}]`).dispatchEvent(new Event("input"));
+    };
+    const set = async (): Promise<void> => {
+      stage.find("form").dispatchEvent(new Event("submit", { cancelable: true }));
+      await stage.drawn();
+    };
+    return { rig, stage, type, set };
+  }
+
+  it("asks for the place so far north and east of the drone", async () => {
+    const { rig, type, set } = await typing();
+    type("north", "-12,5");
+    type("east", "7");
+    await set();
+    assert.deepEqual(rig.operator.question, { about: "move", target: { North: -2.5, East: 2 } });
+    assert.deepEqual(orders(rig), [], "nothing flies before the slide");
+  });
+
+  it("goes from where it was armed, at a height of its own, straight", async () => {
+    const { rig, stage, type, set } = await typing();
+    const from = stage.find("select") as HTMLSelectElement;
+    from.value = "home";
+    from.dispatchEvent(new Event("change"));
+    type("north", "10");
+    type("height", "25");
+    await set();
+    assert.deepEqual(rig.operator.question, { about: "move", target: { North: 12, East: 3 }, height: 25, kind: "Compulsive Move" });
+    const part = new ActionBar();
+    part.classAt = () => CELL.lot;
+    const bars = new Stage(part, rig.operator);
+    await bars.drawn();
+    assert.match(bars.text, /sinking to 25 m/);
+    assert.equal(bars.part.querySelectorAll<HTMLInputElement>("input[type=radio]")[0]?.disabled, true);
+    bars.find("hawk-slide").dispatchEvent(new Event("confirmed"));
+    const [{ Type, X, Y, Frame, Height }] = orders(rig) as [Sent];
+    assert.deepEqual([Type, X, Y, Frame, Height], ["Compulsive Move", 12, 3, "Map", 25]);
+  });
+
+  it("names the field that is wrong, and asks nothing", async () => {
+    const { rig, stage, type, set } = await typing();
+    await set();
+    assert.match(stage.text, /North, East: give a number/);
+    type("north", "ten");
+    await set();
+    assert.match(stage.text, /North, East: give a number/);
+    type("north", "10");
+    type("height", "500");
+    await set();
+    assert.match(stage.text, /Height: give a number from/);
+    assert.equal(rig.operator.question, null);
+  });
+
+  it("is refused outside the fence like any other place", async () => {
+    const { rig, type, set } = await typing();
+    type("east", "90");
+    await set();
+    const part = new ActionBar();
+    part.classAt = () => CELL.lot;
+    const bars = new Stage(part, rig.operator);
+    await bars.drawn();
+    assert.match(bars.text, /Outside the fence/);
+    assert.equal((bars.find("button.slide") as HTMLButtonElement).disabled, true);
   });
 });
 

@@ -25,7 +25,11 @@ describe("a survey on the map", () => {
     const stage = new Stage(new EarlierSurvey(), rig.operator);
     await stage.drawn();
     assert.match(stage.text, /51 stalls on 0\.52 ha\. The next flight goes on with it\./);
-    assert.deepEqual(stage.enabled(), ["Continue survey", "New survey"]);
+    assert.deepEqual(stage.enabled(), ["Open last survey", "Continue survey", "New survey"]);
+    const opened: string[] = [];
+    stage.part.addEventListener("open-panel", (event) => opened.push((event as CustomEvent<string>).detail));
+    await stage.press("Open last survey");
+    assert.deepEqual(opened, ["survey"]);
     const before = rig.sent().length;
     await stage.press("Continue survey");
     assert.equal(stage.text, "");

@@ -115,7 +115,7 @@ describe("the fence tools", () => {
     await stage.press("Undo");
     rig.operator.fence.draw(SQUARE);
     await stage.drawn();
-    assert.deepEqual(stage.enabled(), ["Undo", "Remove corners", "Add an exclusion zone", "Clear", "Import", "Export"]);
+    assert.deepEqual(stage.enabled(), ["Undo", "Remove corners", "Add zone: an exclusion zone", "Clear", "Import", "Export"]);
     assert.deepEqual(asked, ["close", "back"]);
   });
 

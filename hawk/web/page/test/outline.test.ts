@@ -183,7 +183,7 @@ describe("the outline's parts of the page", () => {
     rig.operator.outline.draw(SQUARE);
     const stage = new Stage(new FenceTools(), rig.operator);
     await stage.drawn();
-    await stage.press("Add a part that is not explored");
+    await stage.press("Add hole: a part that is not explored");
     assert.equal(rig.operator.outline.zoning, true);
     assert.equal(rig.operator.fence.zoning, false);
     await stage.press("Clear");

@@ -127,7 +127,7 @@ export class Background {
     this.pictures.set(name, null);
     try {
       const response = await fetch(`api/background/${name}`);
-      if (!response.ok) return;
+      if (!response.ok || response.status === 204) return; // no picture of this ground
       this.pictures.set(name, await createImageBitmap(await response.blob()));
       this.forget();
       this.changed();

@@ -36,6 +36,8 @@ const HALF_WORLD_M = 5000;
 /** Ground redraws are gathered for so long. */
 const REDRAW_MS = 400;
 const FOLLOW_RESOLUTION = 0.14;
+/** Metres a pixel at which single stalls are seen. */
+const NEAR_RESOLUTION = 0.1;
 const EASE_MS = 150;
 /** A whole lot that takes up less of the view than this is brought nearer. */
 const LEAST_FILLED = 0.7;
@@ -230,6 +232,13 @@ export class LotMap {
     if (looking === "whole") this.fitWhole();
     if (looking === "follow") this.centreOnDrone(true);
     this.events.looking(looking);
+  }
+
+  /** Brings a place to the middle, near enough to see a stall there; the map stays there. */
+  lookAt(place: Point): void {
+    this.leave();
+    const resolution = Math.min(this.resolution, NEAR_RESOLUTION);
+    this.view.animate({ center: toCoordinate(place), resolution, duration: this.still.matches ? 0 : EASE_MS });
   }
 
   /** Place on the screen, in pixels of the map's element; null while there is nothing to say. */

@@ -101,6 +101,8 @@ resume = Resume
 resume-note = Take over from the pilot
 takeoff = Take off
 takeoff-note = To the set height
+disarmed-by-itself = The motors went off by themselves: the autopilot does so when no take-off follows within seconds of Arm. Arm again to take off.
+takeoff-disarmed = The motors went off by themselves: Arm again
 takeoff-to = To { $height }
 explore = Explore
 explore-note = See the whole lot
@@ -240,6 +242,7 @@ journey =
        *[north-west] { $distance } north-west
     }{ $then ->
         [climbing] , climbing to { $height }
+        [sinking] , sinking to { $height }
         [staying] , staying at { $height }
        *[unknown] { "" }
     }
@@ -247,6 +250,19 @@ move-question = Move { journey }?
 # A stall is to be looked at again. The line says how the drone flies there.
 look-again-question = Look at stall { $stall } again?
 look-again-line = Fly { journey }.
+# Typed in place of a click on the map. $unit: m or ft.
+move-typed = Or type how far
+move-north = North, { $unit }
+move-east = East, { $unit }
+move-height = Height, { $unit }
+move-from = From
+move-from-drone = the drone
+move-from-home = where it was armed
+move-set = Set place
+move-no-number = North, East: give a number, below 0 for south or west.
+move-height-bounds = Height: give a number from { $lowest } to { $highest }, or none.
+move-height-straight = At a height of its own it flies straight
+home-not-known = Where it was armed is not known.
 move-pill = { $distance }, { $time }
 inside-lot = Inside the lot
 inside-fence = Anywhere inside the fence
@@ -261,6 +277,7 @@ choose-inside = Outside the fence. Choose a place inside the dotted line.
 choose-out-of-zone = In a zone or its margin. Choose a place inside the dotted line and out of zones.
 # $time: how long it flies.
 takes = { $time }.
+takes-battery = { $time }, about { $percent } battery.
 stays-in-lot = Stays inside the lot.
 stays-in-lot-way = Stays inside the lot, { $distance } on the way.
 stays-in-fence = Inside the fence, lot or not.
@@ -391,6 +408,7 @@ earlier-on =
         [one] 1 stall on { $area }. The next flight goes on with it.
        *[other] { $stalls } stalls on { $area }. The next flight goes on with it.
     }
+open-last-survey = Open last survey
 continue-survey = Continue survey
 
 ## Stalls
@@ -451,6 +469,7 @@ column-stall = Stall
 column-state = State
 column-place = Place
 column-seen = Seen
+show-stall = Show stall { $stall } on the map
 show-more = Show more
 show-survey = Show survey
 # Said once the lot found was seen whole; it does not know of others.
@@ -734,9 +753,9 @@ close-ring = Close the ring
 tool-square = Square
 tool-undo = Undo
 tool-zone = Add zone
-tool-zone-aloud = Add an exclusion zone
+tool-zone-aloud = Add zone: an exclusion zone
 tool-hole = Add hole
-tool-hole-aloud = Add a part that is not explored
+tool-hole-aloud = Add hole: a part that is not explored
 tool-clear = Clear
 tool-import = Import
 tool-export = Export
@@ -913,6 +932,8 @@ waiting-for-camera = Waiting for the camera
 messages = Messages
 nothing-happened = Nothing happened yet.
 no-message-like-this = No message is like this.
+messages-filtered = { $found } of { $all } messages shown
+show-all-messages = Show all
 search-messages = Search messages
 warnings = Warnings
 save = Save

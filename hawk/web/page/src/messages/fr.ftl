@@ -111,6 +111,8 @@ resume = Reprendre
 resume-note = Reprend la main au pilote
 takeoff = Décoller
 takeoff-note = À la hauteur réglée
+disarmed-by-itself = Les moteurs se sont coupés d'eux-mêmes : l'autopilote le fait quand aucun décollage ne suit l'armement. Armez à nouveau pour décoller.
+takeoff-disarmed = Moteurs coupés d'eux-mêmes : armez à nouveau
 takeoff-to = À { $height }
 explore = Explorer
 explore-note = Voir tout le parking
@@ -245,12 +247,25 @@ journey =
        *[north-west] { $distance } vers le nord-ouest
     }{ $then ->
         [climbing] , en montant à { $height }
+        [sinking] , en descendant à { $height }
         [staying] , en restant à { $height }
        *[unknown] { "" }
     }
 move-question = Déplacer de { journey } ?
 look-again-question = Revoir la place { $stall } ?
 look-again-line = Vol de { journey }.
+move-typed = Ou saisir la distance
+move-north = Nord, { $unit }
+move-east = Est, { $unit }
+move-height = Hauteur, { $unit }
+move-from = Depuis
+move-from-drone = le drone
+move-from-home = le point d'armement
+move-set = Placer
+move-no-number = Nord, Est : donnez un nombre, négatif vers le sud ou l'ouest.
+move-height-bounds = Hauteur : donnez un nombre de { $lowest } à { $highest }, ou aucun.
+move-height-straight = À une hauteur propre, il vole tout droit
+home-not-known = Le point d'armement n'est pas connu.
 move-pill = { $distance }, { $time }
 inside-lot = Dans le parking
 inside-fence = Partout dans la géobarrière
@@ -264,6 +279,7 @@ no-route = Aucun chemin n'y mène.
 choose-inside = Hors de la géobarrière. Choisissez un point à l'intérieur du pointillé.
 choose-out-of-zone = Dans une zone d'exclusion ou sa marge. Choisissez un point à l'intérieur du pointillé et hors des zones.
 takes = { $time }.
+takes-battery = { $time }, { $percent } environ de batterie.
 stays-in-lot = Reste dans le parking.
 stays-in-lot-way = Reste dans le parking, { $distance } de trajet.
 stays-in-fence = Dans la géobarrière, parking ou non.
@@ -389,6 +405,7 @@ earlier-on =
         [one] { $stalls } place sur { $area }. Le prochain vol le poursuit.
        *[other] { $stalls } places sur { $area }. Le prochain vol le poursuit.
     }
+open-last-survey = Ouvrir le dernier relevé
 continue-survey = Poursuivre le relevé
 
 ## Places de stationnement
@@ -451,6 +468,7 @@ column-stall = Place
 column-state = État
 column-place = Position
 column-seen = Vue
+show-stall = Montrer la place { $stall } sur la carte
 show-more = Afficher plus
 show-survey = Voir le relevé
 free-between = { $low } à { $high } sont libres dans le parking trouvé
@@ -906,6 +924,8 @@ waiting-for-camera = En attente de la caméra
 messages = Messages
 nothing-happened = Rien ne s'est encore passé.
 no-message-like-this = Aucun message ne correspond.
+messages-filtered = { $found } messages sur { $all }
+show-all-messages = Tout montrer
 search-messages = Chercher
 warnings = Alertes
 save = Enregistrer

@@ -30,6 +30,8 @@ export interface Messages {
   "resume-note": Record<string, never>;
   "takeoff": Record<string, never>;
   "takeoff-note": Record<string, never>;
+  "disarmed-by-itself": Record<string, never>;
+  "takeoff-disarmed": Record<string, never>;
   "takeoff-to": { height: string | number };
   "explore": Record<string, never>;
   "explore-note": Record<string, never>;
@@ -132,10 +134,22 @@ export interface Messages {
   "move-slide": Record<string, never>;
   "cancel": Record<string, never>;
   "close": Record<string, never>;
-  "journey": { to: "north" | "north-east" | "east" | "south-east" | "south" | "south-west" | "west" | "north-west"; distance: string | number; then: "climbing" | "staying" | "unknown"; height: string | number };
-  "move-question": { to: "north" | "north-east" | "east" | "south-east" | "south" | "south-west" | "west" | "north-west"; distance: string | number; then: "climbing" | "staying" | "unknown"; height: string | number };
+  "journey": { to: "north" | "north-east" | "east" | "south-east" | "south" | "south-west" | "west" | "north-west"; distance: string | number; then: "climbing" | "sinking" | "staying" | "unknown"; height: string | number };
+  "move-question": { to: "north" | "north-east" | "east" | "south-east" | "south" | "south-west" | "west" | "north-west"; distance: string | number; then: "climbing" | "sinking" | "staying" | "unknown"; height: string | number };
   "look-again-question": { stall: string | number };
-  "look-again-line": { to: "north" | "north-east" | "east" | "south-east" | "south" | "south-west" | "west" | "north-west"; distance: string | number; then: "climbing" | "staying" | "unknown"; height: string | number };
+  "look-again-line": { to: "north" | "north-east" | "east" | "south-east" | "south" | "south-west" | "west" | "north-west"; distance: string | number; then: "climbing" | "sinking" | "staying" | "unknown"; height: string | number };
+  "move-typed": Record<string, never>;
+  "move-north": { unit: string | number };
+  "move-east": { unit: string | number };
+  "move-height": { unit: string | number };
+  "move-from": Record<string, never>;
+  "move-from-drone": Record<string, never>;
+  "move-from-home": Record<string, never>;
+  "move-set": Record<string, never>;
+  "move-no-number": Record<string, never>;
+  "move-height-bounds": { lowest: string | number; highest: string | number };
+  "move-height-straight": Record<string, never>;
+  "home-not-known": Record<string, never>;
   "move-pill": { distance: string | number; time: string | number };
   "inside-lot": Record<string, never>;
   "inside-fence": Record<string, never>;
@@ -149,6 +163,7 @@ export interface Messages {
   "choose-inside": Record<string, never>;
   "choose-out-of-zone": Record<string, never>;
   "takes": { time: string | number };
+  "takes-battery": { time: string | number; percent: string | number };
   "stays-in-lot": Record<string, never>;
   "stays-in-lot-way": { distance: string | number };
   "stays-in-fence": Record<string, never>;
@@ -250,6 +265,7 @@ export interface Messages {
   "survey-on-map": Record<string, never>;
   "earlier": { stalls: number };
   "earlier-on": { stalls: number; area: string | number };
+  "open-last-survey": Record<string, never>;
   "continue-survey": Record<string, never>;
   "free": Record<string, never>;
   "taken": Record<string, never>;
@@ -283,6 +299,7 @@ export interface Messages {
   "column-state": Record<string, never>;
   "column-place": Record<string, never>;
   "column-seen": Record<string, never>;
+  "show-stall": { stall: string | number };
   "show-more": Record<string, never>;
   "show-survey": Record<string, never>;
   "free-between": { low: string | number; high: string | number };
@@ -557,6 +574,8 @@ export interface Messages {
   "messages": Record<string, never>;
   "nothing-happened": Record<string, never>;
   "no-message-like-this": Record<string, never>;
+  "messages-filtered": { found: string | number; all: string | number };
+  "show-all-messages": Record<string, never>;
   "search-messages": Record<string, never>;
   "warnings": Record<string, never>;
   "save": Record<string, never>;

@@ -41,7 +41,7 @@ export interface Outside {
 
 /** What the operator is asked to confirm in the bar. */
 export type Question =
-  | { about: "move"; target: Point; kind?: MoveKind; /** To look at this stall again. */ stall?: number }
+  | { about: "move"; target: Point; kind?: MoveKind; /** To look at this stall again. */ stall?: number; /** Of a Compulsive Move, metres above where it was armed. */ height?: number }
   | { about: "Arm" | "Takeoff" | "Autonomous Explore" | "Return To Launch" | "Land" | "Resume" | "New Survey" };
 
 /** Cutting the motors: first a token is asked for, then it can be done. */
@@ -87,6 +87,10 @@ export class Operator extends EventTarget {
   private cancelToast: (() => void) | null = null;
   private cancelToken: (() => void) | null = null;
   private toldLost = false;
+  /** This operator asked for the motors to be switched off. */
+  private disarming = false;
+  /** They went off before take-off, and nobody here asked for it. */
+  private selfDisarmed = false;
   /** Who took control while this operator was lost. */
   private taker: string | null = null;
 
@@ -165,6 +169,7 @@ export class Operator extends EventTarget {
       cruise: this.flight.cruise,
       pictureAge: this.picture.age(this.seconds()),
       units: this.preferences.units,
+      selfDisarmed: this.selfDisarmed,
     };
   }
 
@@ -173,8 +178,14 @@ export class Operator extends EventTarget {
     return this.outside.timers.now() / 1000;
   }
 
+  /** Asks the map to show a stall: "stall" with its number. */
+  showStall(stall: number): void {
+    this.dispatchEvent(new CustomEvent<number>("stall", { detail: stall }));
+  }
+
   /** Sends a command; a refusal is shown. Resolves to whether it was accepted. */
   async command(command: Command, what: string): Promise<boolean> {
+    if (command.Type === "Disarm") this.disarming = true;
     const answer = await this.commands.send(command);
     if (answer.Type !== "Ack" || answer.Accepted) {
       this.dismissToast();
@@ -363,6 +374,7 @@ export class Operator extends EventTarget {
   private hear(heartbeat: Heartbeat): void {
     const at = this.seconds();
     const before = this.flight.heartbeat?.State;
+    this.watchDisarming(this.flight.heartbeat, heartbeat);
     this.tellTaken(heartbeat["Control Taken By"]);
     this.daemonClock.add(at, heartbeat.Time);
     const now: Moment = { at, theirs: heartbeat.Time, wall: this.outside.wallClock(), rate: this.daemonClock.rate };
@@ -382,6 +394,18 @@ export class Operator extends EventTarget {
     if (update) this.dispatchEvent(new CustomEvent<MapChange>("map", { detail: this.map.apply(update) }));
     this.sayAlarms();
     this.changed();
+  }
+
+  /** The autopilot switches motors that only idle off by itself: Take off is refused then, and the one who waits must know why. */
+  private watchDisarming(before: Heartbeat | null, now: Heartbeat): void {
+    if (now.Armed === true) this.selfDisarmed = false;
+    const idled = before?.State === "Arm" && before.Armed === true && before["In Control"];
+    if (!idled || now.State !== "Idle" || now.Armed !== false || now.Killed) return;
+    this.selfDisarmed = !this.disarming;
+    this.disarming = false;
+    if (!this.selfDisarmed) return;
+    this.tell({ level: "warning", text: say("disarmed-by-itself") });
+    this.note("warning", say("disarmed-by-itself"));
   }
 
   private sayAlarms(): void {

@@ -28,6 +28,8 @@ export class ActionBar extends Part {
   @property({ attribute: false }) classAt: (place: Point) => number = () => 0;
   /** The focus was on a button of the bar when that went or was shut. */
   private focused = false;
+  /** What had the focus last, anywhere on the page. */
+  private held: Element | null = null;
   /** The focus was put on Hold until there is a next step. */
   private waits = false;
 
@@ -48,7 +50,9 @@ export class ActionBar extends Part {
     const focus = document.activeElement;
     const hold = this.querySelector<HTMLElement>(".hold:not(:disabled)");
     const lost = focus === null || focus === document.body || focus.matches(":disabled");
-    if (!this.focused || this.model.question || !(lost || (this.waits && focus === hold))) return;
+    // a strip, a remedy or a dialog that is done with takes the focus along: it must not begin at the top of the page again
+    const gone = this.held !== null && (!this.held.isConnected || this.held.matches(":disabled"));
+    if (!(this.focused || gone) || this.model.question || !(lost || (this.waits && focus === hold))) return;
     const next = this.querySelector<HTMLElement>(".act.primary:not(:disabled), .act.ask");
     this.waits = next === null;
     (next ?? hold)?.focus();
@@ -159,6 +163,7 @@ export class ActionBar extends Part {
 
   private readonly noteFocus = (event: Event): void => {
     this.focused = event.target instanceof Node && this.contains(event.target);
+    this.held = event.type === "focusin" && event.target instanceof Element ? event.target : null;
     if (!this.focused || !(event.target as Element).matches(".hold")) this.waits = false;
   };
 
@@ -182,7 +187,7 @@ function stepClass(view: View, action: Action, next: Action["name"] | null): str
 /** The whole bar of a viewer. */
 function viewing(): TemplateResult {
   const { title, text } = viewerWords();
-  return html`<footer class="bar">
+  return html`<footer class="bar" id="bar" tabindex="-1">
     <div class="watching"><div class="txt"><b>${title}</b><span class="sub">${text}</span></div></div>
   </footer>`;
 }

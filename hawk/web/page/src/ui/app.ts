@@ -124,16 +124,25 @@ export class App extends LitElement {
 
   private skip(event: Event): void {
     event.preventDefault();
-    this.querySelector<HTMLElement>("hawk-bar button:not(:disabled)")?.focus();
+    const buttons = [...this.querySelectorAll<HTMLElement>("hawk-bar .primary:not(:disabled), hawk-bar .ask, hawk-bar button:not(:disabled)")];
+    const seen = buttons.filter((each) => each.offsetParent !== null);
+    (seen.find((each) => each.matches(".primary, .ask")) ?? seen[0] ?? this.querySelector<HTMLElement>("#bar"))?.focus();
   }
 
   private open(what: string): void {
     if (what === "swap") this.swapped = !this.swapped;
     else if (what === "survey") this.survey = true;
     else if (what === "close") this.survey = false;
+    else if (what === "map") this.showMap();
     else if (what === "fence" || what === "outline") this.draw(what);
     else if (what === "settings" || what === "checks") this.openTab(what === "settings" ? "Settings" : "Checks");
     else if (what === "menu" || what === "actions" || what === "keys") this.panel = this.panel === what ? "none" : what;
+  }
+
+  /** What covers the map goes. */
+  private showMap(): void {
+    this.panel = "none";
+    this.swapped = false;
   }
 
   /** Fence and outline are drawn on the map: what covers it or has made it small goes. */

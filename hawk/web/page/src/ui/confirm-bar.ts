@@ -1,7 +1,7 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement, property } from "lit/decorators.js";
 import { keyed } from "lit/directives/keyed.js";
-import type { Point } from "../protocol.ts";
+import type { Command, Point } from "../protocol.ts";
 import type { Question } from "../state/operator.ts";
 import { cannot } from "../words/actions.ts";
 import { askedWords, OVERRULING, type Simple } from "../words/asked.ts";
@@ -32,14 +32,14 @@ export class ConfirmBar extends Part {
     return question.about === "move" ? this.move(question) : this.simple(question.about);
   }
 
-  private move({ target, kind: chosen, stall }: Extract<Question, { about: "move" }>): TemplateResult {
+  private move({ target, kind: chosen, stall, height }: Extract<Question, { about: "move" }>): TemplateResult {
     const view = this.model.view();
     const route = this.model.routePlan;
-    const plan = planMove(view, target, this.classAt(target), route);
+    const plan = planMove(view, target, this.classAt(target), route, height);
     if (!plan) return this.frame(say("place-not-known"), say("wait-for-position"), nothing, say("move-slide"), null);
     const kind = chosen ?? plan.suggested;
     const way = plan.ways.find((each) => each.kind === kind);
-    const run = way?.possible ? () => void this.go(target, way.kind) : null;
+    const run = way?.possible ? () => void this.go(target, way.kind, height) : null;
     const second = way?.possible ? consequence(view, plan, way.kind, route) : (way?.reason ?? plan.refusal);
     const asked = stall === undefined ? plan.question : say("look-again-question", { stall });
     const line = stall === undefined ? second : sentences(plan.flown, second);
@@ -89,8 +89,10 @@ export class ConfirmBar extends Part {
     </div>`;
   }
 
-  private async go(target: Point, kind: MoveKind): Promise<void> {
+  private async go(target: Point, kind: MoveKind, height?: number): Promise<void> {
     this.model.ask(null);
-    await this.model.command({ Type: kind, X: target.North, Y: target.East, Frame: "Map" }, say("move"));
+    const place = { X: target.North, Y: target.East, Frame: "Map" } as const;
+    const command: Command = kind === "Compulsive Move" && height !== undefined ? { Type: kind, ...place, Height: height } : { Type: kind, ...place };
+    await this.model.command(command, say("move"));
   }
 }

@@ -22,10 +22,15 @@ export class EarlierSurvey extends Part {
         <span>${words}</span>
       </div>
       <div class="act-side">
+        <button @click=${() => this.open()}>${say("open-last-survey")}</button>
         <button @click=${() => this.keep()}>${say("continue-survey")}</button>
         <button @click=${() => this.model.ask({ about: "New Survey" })}>${say("new-survey")}</button>
       </div>
     </div>`;
+  }
+
+  private open(): void {
+    this.dispatchEvent(new CustomEvent("open-panel", { detail: "survey", bubbles: true }));
   }
 
   private keep(): void {

@@ -24,6 +24,7 @@ import { swatch } from "./swatch.ts";
 import "./fence-tools.ts";
 import "./map-tools.ts";
 import "./measure-bar.ts";
+import "./move-fields.ts";
 import "./stall-card.ts";
 
 const STANDARD_GRID = { cells: 256, cellSize: 0.1 };
@@ -54,12 +55,14 @@ export class MapPanel extends Part {
     });
     this.fence = new FenceOnMap(this.lot, this.model);
     this.model.addEventListener("map", this.mapChanged);
+    this.model.addEventListener("stall", this.stallWanted);
     new ResizeObserver(() => this.requestUpdate()).observe(this.holder);
     this.requestUpdate();
   }
 
   override disconnectedCallback(): void {
     this.model.removeEventListener("map", this.mapChanged);
+    this.model.removeEventListener("stall", this.stallWanted);
     this.lot?.dispose();
     super.disconnectedCallback();
   }
@@ -74,7 +77,7 @@ export class MapPanel extends Part {
     return html`<section class="map ${this.model.picking ? "picking" : ""} ${measuring ? "picking measuring" : ""} ${fencing ? "picking fencing" : ""}" aria-label=${say("map")}>
       <div class="ol" tabindex="0" role="application" aria-label=${say("map-of-lot")} @keydown=${this.key}></div>
       ${fencing ? this.fenceTools() : nothing} ${this.tools()} ${this.foot()} ${this.legend(view)} ${this.pill(view)} ${this.stallCard()} ${this.lastSeen(view)}
-      ${this.notice(view)} <hawk-measure .model=${this.model}></hawk-measure>
+      ${this.notice(view)} <hawk-measure .model=${this.model}></hawk-measure> <hawk-move-fields .model=${this.model}></hawk-move-fields>
     </section>`;
   }
 
@@ -99,6 +102,14 @@ export class MapPanel extends Part {
 
   private readonly mapChanged = (event: Event): void => {
     this.lot?.apply((event as CustomEvent<MapChange>).detail, this.model.map);
+  };
+
+  private readonly stallWanted = (event: Event): void => {
+    const stall = this.model.map.stalls.get((event as CustomEvent<number>).detail);
+    if (!stall) return;
+    if (!this.model.preferences.layers.stalls) this.model.prefer({ layers: { ...this.model.preferences.layers, stalls: true } });
+    this.selected = stall.id;
+    this.lot?.lookAt({ North: stall.north, East: stall.east });
   };
 
   /** After take-off the map follows the drone, after landing it shows the whole lot; what the operator chose stays. */

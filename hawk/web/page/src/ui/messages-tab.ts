@@ -36,7 +36,8 @@ export class MessagesTab extends Part {
 
   private tools(found: LogLine[]): TemplateResult {
     const { text, troubles } = this.filter;
-    return html`<div class="log-tools" role="search" aria-label=${say("messages")}>
+    const isFiltered = text !== "" || troubles;
+    return html`${isFiltered ? this.filtered(found.length) : nothing}<div class="log-tools" role="search" aria-label=${say("messages")}>
       <input
         type="search"
         placeholder=${say("search-messages")}
@@ -46,6 +47,13 @@ export class MessagesTab extends Part {
       />
       <button class=${troubles ? "small on" : "small"} aria-pressed=${troubles} @click=${() => this.choose({ troubles: !troubles })}>${icon("warn")}${say("warnings")}</button>
       <button class="small" ?disabled=${found.length === 0} @click=${() => save(found)}>${icon("download")}${say("save")}</button>
+    </div>`;
+  }
+
+  /** What is left out is said, also where a low page has no room for the field that left it out. */
+  private filtered(found: number): TemplateResult {
+    return html`<div class="filtered"><span class="sub">${say("messages-filtered", { found, all: this.model.flight.lines.length })}</span>
+      <button class="small" @click=${() => this.choose({ text: "", troubles: false })}>${say("show-all-messages")}</button>
     </div>`;
   }
 

@@ -27,11 +27,17 @@ export class StallsTab extends Part {
         </thead>
         <tbody>
           ${rows.map(
-            (row) => html`<tr><th scope="row">${row.id}</th><td>${row.state}</td><td>${row.place}</td><td>${row.seen}</td></tr>`,
+            (row) => html`<tr @click=${() => this.show(row.id)}><th scope="row"><button class="small" aria-label=${say("show-stall", { stall: row.id })}>${row.id}</button></th><td>${row.state}</td><td>${row.place}</td><td>${row.seen}</td></tr>`,
           )}
         </tbody>
       </table>
       ${map.stalls.size > this.shown ? html`<button class="small" @click=${() => (this.shown += PAGE)}>${say("show-more")}</button>` : nothing}
     </div>`;
+  }
+
+  /** Shows a stall on the map, which comes in sight for it. */
+  private show(stall: number): void {
+    this.dispatchEvent(new CustomEvent("open-panel", { detail: "map", bubbles: true }));
+    this.model.showStall(stall);
   }
 }

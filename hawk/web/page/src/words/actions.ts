@@ -100,6 +100,7 @@ function takeoff(view: View): Action {
   const desired = view.heartbeat?.Heights[1];
   const note = desired === undefined ? say("takeoff-note") : say("takeoff-to", { height: format.height(desired, view.units) });
   const action = offered(view, "takeoff", say("takeoff"), note);
+  if (view.selfDisarmed && action.kind === "impossible" && linkOf(view) === "live") return { ...action, note: say("takeoff-disarmed") };
   return view.heartbeat?.State === "Takeoff" ? running(view, action, climbProgress(view)) : action;
 }
 

@@ -11,6 +11,8 @@ export type MoveKind = "Autonomous Move" | "Compulsive Move";
 export interface MovePlan {
   metres: number;
   seconds: number | null;
+  /** Per cent of a full battery that flying there takes; null while it is not known. */
+  battery: number | null;
   question: string;
   /** The same in a sentence, when a stall is looked at again. */
   flown: string;
@@ -36,7 +38,7 @@ export interface PlannedRoute {
 const NO_ROUTE: PlannedRoute = { metres: null, reason: "" };
 
 /** What a move to a place on the map would be; null while the drone's own place is not known. */
-export function planMove(view: View, target: Point, cell: number, route: PlannedRoute = NO_ROUTE): MovePlan | null {
+export function planMove(view: View, target: Point, cell: number, route: PlannedRoute = NO_ROUTE, height?: number): MovePlan | null {
   const heartbeat = view.heartbeat;
   if (heartbeat?.North == null || heartbeat.East === null) return null;
   const north = target.North - heartbeat.North;
@@ -49,9 +51,10 @@ export function planMove(view: View, target: Point, cell: number, route: Planned
   const here = { North: heartbeat.North, East: heartbeat.East };
   const leaves = insideFence ? whyNotStraight(heartbeat, here, target) : "";
   const distance = format.distance(metres, view.units);
-  const journey = { distance, to: format.direction(north, east), ...staying(heartbeat, view.units) };
+  const journey = { distance, to: format.direction(north, east), ...staying(heartbeat, view.units, height) };
+  const onlyStraight = height === undefined ? "" : say("move-height-straight");
   const ways = [
-    way(view, "Autonomous Move", say("inside-lot"), outside, cell === CELL.nonLot ? say("no-place-in-lot") : route.reason.replace(/^X, Y: /, "")),
+    way(view, "Autonomous Move", say("inside-lot"), outside, onlyStraight !== "" ? onlyStraight : cell === CELL.nonLot ? say("no-place-in-lot") : route.reason.replace(/^X, Y: /, "")),
     way(view, "Compulsive Move", say("inside-fence"), outside, leaves),
   ];
   const lot = cell === CELL.lot || cell === CELL.free || cell === CELL.taken;
@@ -59,6 +62,7 @@ export function planMove(view: View, target: Point, cell: number, route: Planned
   return {
     metres,
     seconds,
+    battery: batteryCost(heartbeat, seconds),
     question: say("move-question", journey),
     flown: say("look-again-line", journey),
     pill: seconds === null ? distance : say("move-pill", { distance, time: format.duration(seconds) }),
@@ -74,9 +78,20 @@ export function planMove(view: View, target: Point, cell: number, route: Planned
 /** The second line of the confirm bar. */
 export function consequence(view: View, plan: MovePlan, kind: MoveKind, route: PlannedRoute = NO_ROUTE): string {
   if (!plan.insideFence) return plan.choose;
-  const time = plan.seconds === null ? "" : say("takes", { time: format.duration(plan.seconds) });
+  const time = plan.seconds === null ? "" : takes(format.duration(plan.seconds), plan.battery);
   const stops = view.heartbeat?.State === "Autonomous Explore" ? say("exploring-stops") : "";
   return sentences(time, kind === "Autonomous Move" ? staysInLot(view, route) : say("stays-in-fence"), stops);
+}
+
+function takes(time: string, battery: number | null): string {
+  return battery === null ? say("takes", { time }) : say("takes-battery", { time, percent: format.percent(battery) });
+}
+
+/** Per cent of a full battery for seconds of flight, by the drain that the drone's own time left is computed with; never rounded down. */
+function batteryCost(heartbeat: Heartbeat, seconds: number | null): number | null {
+  const { "Battery Percentage": charge, "Battery Needed Home": home, "Battery Time Left": left } = heartbeat;
+  if (seconds === null || charge === null || home === null || left === null || left < 1 || charge <= home) return null;
+  return Math.max(1, Math.ceil(((charge - home) / left) * seconds));
 }
 
 function staysInLot(view: View, { metres }: PlannedRoute): string {
@@ -99,9 +114,13 @@ function way(view: View, kind: MoveKind, label: string, outside: string, wrongPl
   return { kind, label, possible: outside === "" && offered.Possible && wrongPlace === "", reason };
 }
 
-/** Moves stay at the present height, but never below Min. */
-function staying(heartbeat: Heartbeat, units: Units): { then: "climbing" | "staying" | "unknown"; height: string } {
+/** Moves stay at the present height, but never below Min, unless a height is asked for. */
+function staying(heartbeat: Heartbeat, units: Units, asked?: number): { then: "climbing" | "sinking" | "staying" | "unknown"; height: string } {
   const height = heartbeat["Relative Altitude"];
+  if (asked !== undefined) {
+    const then = height === null || Math.abs(asked - height) < 0.5 ? "staying" : asked > height ? "climbing" : "sinking";
+    return { then, height: format.height(asked, units) };
+  }
   const lowest = heartbeat.Heights[0];
   if (height === null) return { then: "unknown", height: "" };
   if (height < lowest - 0.5) return { then: "climbing", height: format.height(lowest, units) };

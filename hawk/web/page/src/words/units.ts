@@ -41,6 +41,12 @@ export function metresOf(text: string, units: Units): number | null {
   return units === "metres" ? value : Number((value * SCALES[units].metres).toFixed(2));
 }
 
+/** Metres of a distance that was typed, below 0 on the other side; null for what is no number. */
+export function signedMetresOf(text: string, units: Units): number | null {
+  const value = Number(text.trim().replace(",", ".").replace("−", "-") || Number.NaN);
+  return Number.isFinite(value) ? Number((value * SCALES[units].metres).toFixed(2)) : null;
+}
+
 /** Metres of a typed length; one that still is as it was offered stays exactly what it was. */
 export function metresKept(text: string, before: number | null, units: Units): number | null {
   return before !== null && text === typed(before, units) ? before : metresOf(text, units);

@@ -19,6 +19,8 @@ export interface View {
   cruise: number | null;
   /** Age of the camera's picture that is shown, seconds; null before the first. */
   pictureAge: number | null;
+  /** The motors went off before take-off, and this operator had not asked for it. */
+  selfDisarmed?: boolean;
   /** Units in which lengths are shown. */
   units: Units;
 }
