@@ -278,6 +278,7 @@ describe("a move by typed metres", () => {
     assert.equal(stage.text, "", "nothing is asked before Move");
     rig.operator.pick(true);
     await stage.drawn();
+    await stage.press("Or type how far");
     const type = (field: string, text: string): void => {
       stage.input(`input[name=${field}]`).value = text;
       stage.find(`input[name=${field}]`).dispatchEvent(new Event("input"));

@@ -12,9 +12,12 @@ const FIELDS = { north: "move-north", east: "move-east", height: "move-height" }
 export class MoveFields extends Part {
   @state() private move: TypedMove = NOTHING_TYPED;
   @state() private problem = "";
+  /** Unfolded: until then the map has the room. */
+  @state() private open = false;
 
   override render(): TemplateResult | typeof nothing {
     if (!this.model.picking) return nothing;
+    if (!this.open) return html`<div class="measure folded"><button @click=${() => (this.open = true)}>${say("move-typed")}</button></div>`;
     return html`<form class="measure typed" aria-label=${say("move-typed")} @submit=${this.ask}>
       <span class="txt"><b>${say("move-typed")}</b>${this.problem === "" ? nothing : html`<span class="sub problem" role="alert">${this.problem}</span>`}</span>
       ${(Object.keys(FIELDS) as (keyof typeof FIELDS)[]).map((field) => this.field(field))}
