@@ -8,6 +8,7 @@ where the package puts it (`hawk.versions.kept`); the links to Python are made t
 from __future__ import annotations
 
 import argparse
+import shutil
 import sys
 import zipfile
 from pathlib import Path
@@ -26,6 +27,8 @@ PYTHON: Final = "python3.11"
 DIALECTS: Final = "pymavlink/dialects"
 SPOKEN: Final = ("v20/ardupilotmega.py", "v20/__init__.py", "__init__.py")
 """The dialect of the simulator. The others, 46 MB of source, would be compiled for minutes on a small computer."""
+TESTED: Final = ("numpy", "scipy", "shapely")
+"""Packages whose own tests are in their wheels. Nothing of them is imported; they take 30 MB, compiled twice that."""
 SETTINGS: Final = f"""\
 home = /usr/bin
 include-system-site-packages = false
@@ -70,6 +73,7 @@ def assemble(wheels: Path, out: Path, final: Path, arch: str) -> list[str]:
         if script.name != COMMAND:
             script.unlink()
     leave_out_dialects(packages / DIALECTS)
+    leave_out_tests(packages)
     (out / "pyvenv.cfg").write_text(SETTINGS, "ascii")
     return [wheel.name for wheel in found]
 
@@ -87,6 +91,14 @@ def leave_out_dialects(folder: Path) -> None:
     for path in folder.rglob("*"):
         if path.is_file() and path not in spoken:
             path.unlink()
+
+
+def leave_out_tests(packages: Path) -> None:
+    """Remove the tests of other packages that are in their wheels."""
+    for name in TESTED:
+        for folder in [*(packages / name).rglob("tests")]:
+            if folder.is_dir():
+                shutil.rmtree(folder)
 
 
 def check_platform(name: str, arch: str) -> None:

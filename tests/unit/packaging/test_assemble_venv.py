@@ -56,6 +56,16 @@ def test_modules_and_the_command_are_there_for_the_path_at_which_they_run(wheels
     assert "home = /usr/bin" in (out / "pyvenv.cfg").read_text()
 
 
+def test_the_tests_of_others_are_left_out(wheels: Path, tmp_path: Path) -> None:
+    make_wheel(wheels, "scipy", modules=("linalg/__init__.py", "linalg/tests/test_a.py", "tests/data/big.npz"))
+    make_wheel(wheels, "else", modules=("tests/__init__.py",))
+    assemble_venv.assemble(wheels, tmp_path / "venv", FINAL, "arm64")
+    packages = tmp_path / "venv" / "lib" / "python3.11" / "site-packages"
+    assert (packages / "scipy" / "linalg" / "__init__.py").is_file()
+    assert not list((packages / "scipy").rglob("tests"))
+    assert (packages / "else" / "tests" / "__init__.py").is_file(), "of packages that are not named nobody knows"
+
+
 def test_other_commands_are_left_out(wheels: Path, tmp_path: Path) -> None:
     assemble_venv.assemble(wheels, tmp_path / "venv", FINAL, "arm64")
     assert [path.name for path in (tmp_path / "venv" / "bin").iterdir()] == [assemble_venv.COMMAND]
