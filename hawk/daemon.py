@@ -299,6 +299,7 @@ class Daemon:
             annotated=Topic("annotated", self.clock),
             footprint=self.inputs.footprint,
             camera_check=self.inputs.camera_check,
+            ground_step=self.inputs.ground_step,
             vision_app_health=self.inputs.vision_health,
             mapper_app_health=self.inputs.mapper_health,
             path_plan_app_health=self.inputs.path_plan_health,
@@ -504,9 +505,13 @@ class Daemon:
             home=self.topics.home_pub.value,
             asked=self.topics.asked_place_pub.value,
             asked_ground=self.manager.outlines.ground(self.autopilot.datum, self.topics.fence_pub.value),
-            map_problem=self.autopilot.telemetry.map_problem(self.clock()),
+            map_problem=self._map_problem(),
             ground=ground_below(self.vehicle.terrain.fresh(FRESH_S)),
         )
+
+    def _map_problem(self) -> str:
+        doubt = "the position is doubted: nothing is mapped by it" if self.topics.doubt_pub.value else ""
+        return self.autopilot.telemetry.map_problem(self.clock()) or doubt
 
     def _begin_another_survey(self) -> None:
         if self._map_keeper is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
+from hawk.model.ground_motion import GroundStep
 from hawk.model.limits import AskedGround, Fence, HeightParameters
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.operation import Health, StateName
@@ -43,6 +44,8 @@ class FrameInput:
     """Ground inside the fence that an operator asked to survey; None: the lot is found by looking."""
     ground: float = 0.0
     """Height of the ground below at the exposure, metres above the arm place; 0 where no rangefinder measures it."""
+    mount_problem: str = ""
+    """Why nothing is known of where the camera looks; empty when it is."""
 
     @property
     def over_ground(self) -> MapPose | None:
@@ -75,3 +78,5 @@ class FrameOutput:
     timings: tuple[tuple[str, float], ...] = ()
     camera_health: Health = field(default_factory=Health)
     is_damaged: bool = False
+    ground_step: GroundStep | None = None
+    """Motion over ground since an earlier frame; None where the two were not compared, or the camera is not well."""

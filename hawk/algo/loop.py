@@ -179,4 +179,5 @@ class AlgorithmLoop:
             asked_ground=situation.asked_ground,
             map_problem=situation.map_problem or aim_problem,
             ground=situation.ground,
+            mount_problem=aim_problem,
         )

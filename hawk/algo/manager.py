@@ -16,10 +16,12 @@ from hawk.algo.mapper.app import Fused, MapperApp
 from hawk.algo.path_plan.app import PathPlanApp, Plan
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.camera_check import CameraCheck
+from hawk.algo.vision.odometry import Odometry
 from hawk.algo.vision.picture import PictureStyle, annotate
 from hawk.algo.vision.rectify import ground_footprint
 from hawk.algo.vision.seen import Seen, SeesFrames
 from hawk.image import NoImage
+from hawk.model.ground_motion import GroundStep
 from hawk.model.operation import Health
 from hawk.model.sentences import words_of
 
@@ -41,6 +43,7 @@ class AlgorithmManagerApp:
         self._timer = timer
         self._style = style or PictureStyle()
         self._camera_check = camera_check or CameraCheck()
+        self._odometry = Odometry()
 
     def init(
         self,
@@ -88,6 +91,7 @@ class AlgorithmManagerApp:
         steps = _Steps(self._timer)
         started = self._timer()
         seen, fused, plan, camera = self._work(frame, steps)
+        step = steps.do("odometry", lambda: self._odometry.look(frame, seen.image), self._no_step)
         if steps.failures:
             _LOG.info("frame %d: %s", frame.sequence, "; ".join(steps.failures))
         annotated = steps.do("annotate", lambda: self._annotated(frame, seen, fused), lambda _: b"")
@@ -105,6 +109,7 @@ class AlgorithmManagerApp:
             timings=(*steps.timings, ("all", (self._timer() - started) * 1e3)),
             camera_health=camera,
             is_damaged=seen.is_damaged,
+            ground_step=step if camera.is_healthy else None,
         )
 
     def _work(self, frame: FrameInput, steps: _Steps) -> tuple[Seen, Fused, Plan, Health]:
@@ -116,6 +121,9 @@ class AlgorithmManagerApp:
         fused = steps.do("mapper", lambda: mapper.fuse(frame, seen), mapper.fail)
         plan = steps.do("path plan", lambda: planner.plan(frame, mapper), planner.fail)
         return seen, fused, plan, camera
+
+    def _no_step(self, _reason: str) -> GroundStep | None:
+        return None
 
     def _annotated(self, frame: FrameInput, seen: Seen, fused: Fused) -> bytes:
         if seen.image is None:

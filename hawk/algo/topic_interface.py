@@ -13,6 +13,7 @@ from typing import Generic, TypeVar
 from hawk.algo.frame import AlgoError, FrameInput, FrameOutput
 from hawk.comm.topic import Topic
 from hawk.image import NoImage
+from hawk.model.ground_motion import GroundStep
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.operation import Health, StateName
 from hawk.model.pictures import AnnotatedFrame
@@ -102,6 +103,7 @@ class AlgorithmTopics:
     annotated: Topic[AnnotatedFrame]
     footprint: Topic[tuple[MapPoint, ...]]
     camera_check: Topic[Health]
+    ground_step: Topic[GroundStep]
     vision_app_health: Topic[Health]
     mapper_app_health: Topic[Health]
     path_plan_app_health: Topic[Health]
@@ -123,6 +125,8 @@ class AlgorithmTopics:
         if output.path_plan.verdict is not None:
             self.des_loc_inbound.publish(output.path_plan.verdict)
         self.footprint.publish(output.footprint)
+        if output.ground_step is not None:
+            self.ground_step.publish(output.ground_step)
         if output.annotated_jpeg:
             self.annotated.publish(AnnotatedFrame(output.sequence, output.captured, output.annotated_jpeg))
         self.frame_output.publish(output)

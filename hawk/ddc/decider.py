@@ -29,6 +29,7 @@ from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import make_state
 from hawk.ddc.states.ground import Idle
 from hawk.ddc.survey_notice import SurveyNotice
+from hawk.ddc.witness_reports import WitnessReports
 from hawk.model.operation import StateName
 
 _LOGGER = logging.getLogger(__name__)
@@ -58,6 +59,7 @@ class Decider:
         self._keeper = Keeper(settings)
         self._kept = KeptFacts()
         self._ground = GroundReports(settings.heights.highest_obstacle_m)
+        self._witness = WitnessReports()
         self._desk = CommandDesk(tokens, self._kill, self._keeper.reader)
         self._follower = VehicleFollower()
         self._silence = SilenceWatch()
@@ -134,6 +136,7 @@ class Decider:
         yield True, lambda: self._step(self._silence.tick(facts, self.state), facts)
         yield False, lambda: self._do(guard.notices(facts))
         yield False, lambda: self._do(self._ground.tick(facts))
+        yield False, lambda: self._do(self._witness.tick(facts, self.state))
         for is_vital, keep in self._keeper.steps(facts, self.state):
             yield is_vital, lambda: self._do(keep())  # noqa: B023 - it is called before the next one
         yield True, lambda: self._note_kept(facts)

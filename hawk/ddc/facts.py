@@ -22,6 +22,7 @@ from hawk.ddc.remote_control import NO_REMOTE_CONTROL, RemoteControlFacts
 from hawk.ddc.remote_id import NO_REMOTE_ID, RemoteIdFacts
 from hawk.ddc.survey_need import SurveyNeed
 from hawk.ddc.wind import Wind
+from hawk.ddc.witness import WitnessFacts
 from hawk.model.limits import Fence, HeightParameters
 from hawk.model.lot_map import Counts
 from hawk.model.operation import Fall, Health
@@ -271,6 +272,8 @@ class Facts:
     diagnostics: Diagnostics = Diagnostics()
     battery: BatteryFacts = BatteryFacts()
     wind: WindFacts = WindFacts()
+    witness: WitnessFacts = field(default_factory=WitnessFacts)
+    """Second witnesses of the place."""
     limits: LimitFacts = LimitFacts()
     operator: OperatorFacts = NO_OPERATOR
     sight: SightFacts = SightFacts()

@@ -15,6 +15,7 @@ from hawk.ddc.facts import (
     Facts,
 )
 from hawk.ddc.geofence import recovery_words
+from hawk.ddc.home import cause_here
 from hawk.ddc.motion import Goal
 from hawk.ddc.orders import Cause, CauseKind, Rank, ToCommunicationLost, ToHover, ToLand, ToReturn, Transition
 from hawk.ddc.states.base import State
@@ -63,7 +64,9 @@ def _candidates(facts: Facts, state: State) -> list[Reaction]:
         empty = Cause("The battery's voltage is nearly gone.", CauseKind.VOLTAGE)
         found.append(Reaction(Rank.LAND, ToLand(empty)))
     cause = _cause_to_return(facts) if state.is_guarded else None
-    if cause is not None:
+    if cause is not None and facts.witness.place.is_doubted:
+        found.append(Reaction(Rank.LAND, ToLand(cause_here(facts, cause))))
+    elif cause is not None:
         found.append(Reaction(Rank.RETURN_TO_LAUNCH, ToReturn(cause)))
     if state.needs_operator and not facts.operator.is_present:
         found.append(Reaction(Rank.COMMUNICATION_LOST, ToCommunicationLost(given_back_by=facts.operator.given_back_by)))
@@ -74,6 +77,8 @@ def _candidates(facts: Facts, state: State) -> list[Reaction]:
         found.append(Reaction(Rank.FENCE, _climb(facts)))
     if state.is_task and _position_is_lost(facts):
         found.append(Reaction(Rank.PERCEPTION, ToHover(_position_words(facts), level="warning")))
+    if state.is_task and facts.witness.doubt:
+        found.append(Reaction(Rank.PERCEPTION, ToHover(facts.witness.doubt, level="warning")))
     if state.sees and facts.sight.fault and facts.sight.fault_s >= FAULT_CONFIRM_S:
         found.append(Reaction(Rank.PERCEPTION, ToHover(facts.sight.fault, level="warning")))
     return found

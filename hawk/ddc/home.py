@@ -17,6 +17,7 @@ from hawk.ddc.words import metres
 from hawk.model.limits import Fence
 from hawk.model.operation import Health
 from hawk.model.poses import ArmPlace, GlobalPose
+from hawk.model.sentences import joined
 
 HOME_HEIGHT_M = 5.0
 """A home farther above or below the arm place changes the return height too much, metres."""
@@ -29,9 +30,19 @@ HOME_WAIT_S = 3.0
 
 
 def returning(facts: Facts, cause: Cause) -> ToReturn | ToLand:
-    """Return the transition of a return that cannot wait, nor fly a path: Land where home is outside the fence."""
+    """Return the transition of a return that cannot wait, nor fly a path.
+
+    Land where home is outside the fence, and where the drone's own place is doubted.
+    """
     home = facts.position.autopilot_home
+    if facts.witness.place.is_doubted:
+        return ToLand(cause_here(facts, cause))
     return ToLand(astray(home, cause)) if home.misleads else ToReturn(cause, straight="the program cannot lead it")
+
+
+def cause_here(facts: Facts, cause: Cause) -> Cause:
+    """Return the cause of a landing in place of a return that would fly to a place that is doubted."""
+    return Cause(joined(cause.text, facts.witness.doubt), cause.kind, cause.details)
 
 
 def astray(home: HomeFacts, cause: Cause | None) -> Cause | None:

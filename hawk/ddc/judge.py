@@ -308,6 +308,8 @@ def _compulsive_move(case: Case) -> Refusal | None:
 def _position(case: Case) -> Refusal | None:
     if case.facts.pose is None or case.facts.limits.fence is None:
         return _POSITION_UNKNOWN
+    if case.facts.witness.doubt:
+        return Refusal(case.facts.witness.doubt)
     return Refusal("Outside the fence: wait until it is back inside.") if case.facts.is_breached else None
 
 

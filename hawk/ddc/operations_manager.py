@@ -257,6 +257,8 @@ class OperationsManager:
     def _report(self, facts: Facts) -> None:
         if facts.position.home is not None and facts.position.home != self._topics.home_pub.value:
             self._topics.home_pub.publish(facts.position.home)
+        if facts.witness.doubt != (self._topics.doubt_pub.value or ""):
+            self._topics.doubt_pub.publish(facts.witness.doubt)
         self._reporter.follow(facts)
         if self._reporter.is_due(facts.now, self._tick_s):
             self._reporter.report(self._decider.case(facts), self.own_health)

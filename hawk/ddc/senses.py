@@ -49,6 +49,7 @@ from hawk.ddc.survey_watch import Sighting, SurveyWatch
 from hawk.ddc.topic_interface import BATTERY_TIMEOUT_S, DdcTopicInterface
 from hawk.ddc.watches import ForeignWrites, Jumps, LinkWatch, Stopwatch
 from hawk.ddc.wind import Wind, WindWatch
+from hawk.ddc.witnesses import Witnesses
 from hawk.model.operation import Fall, Health, StateName
 from hawk.model.poses import ArmPlace, GlobalPose, MapPoint
 from hawk.model.vehicle import LandedState
@@ -108,6 +109,7 @@ class Senses:
         self._wind_at = float("-inf")
         self._strong = Stopwatch()
         self._below = BelowWatch(sources.topics, sources.settings.heights.least_clearance_m)
+        self._witnesses = Witnesses(sources.topics)
         self._cells: tuple[int, ...] = ()
         self._reserve: Reserve | None = None
         self._reached = Stopwatch()
@@ -131,6 +133,7 @@ class Senses:
         """Stop listening."""
         for stop in self._stops:
             stop()
+        self._witnesses.close()
 
     def tick(self) -> Facts:
         """Return the facts of this tick, with the events since the tick before."""
@@ -141,6 +144,7 @@ class Senses:
             self._from.service.forget_held_fence()
         self._watch_fall(now)
         self._below.update(self._belief.vehicle)
+        self._witnesses.update(self._belief.vehicle)
         self._watch_wind(now)
         self._watch_home(now)
         self._watch_charge(now)
@@ -185,6 +189,7 @@ class Senses:
             diagnostics=topics.get_diagnostics(),
             battery=self._battery(now),
             wind=WindFacts(self._wind, self._strong.read(now)),
+            witness=self._witnesses.facts(now),
             limits=self._limits(now),
             operator=self._operator(now),
             sight=self._sight(now, parts),
@@ -316,7 +321,9 @@ class Senses:
 
     def _parts(self) -> Parts:
         """Return the health of every part: that of armed and landed stands behind the position's."""
-        parts, doubt = self._from.topics.get_part_healths(), self._lasting_doubt()
+        reported, doubt = dict(self._from.topics.get_part_healths()), self._lasting_doubt()
+        witness = self._witnesses.facts(self._from.clock())
+        parts = tuple((reported | {"position": witness.position_health(reported["position"])}).items())
         place = 1 + next(index for index, (name, _) in enumerate(parts) if name == "position")
         return (*parts[:place], ("ground", Health.bad(doubt) if doubt else Health()), *parts[place:])
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from hawk.comm.topic import Topic
 from hawk.comm.vehicle import VehicleTopics
 from hawk.ddc.facts import POSE_TIMEOUT_S, TARGET_POSE_AGE_S, VERDICT_AGE_S
+from hawk.model.ground_motion import GroundStep
 from hawk.model.limits import Fence, HeightParameters
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.operation import Health, StateName
@@ -45,6 +46,8 @@ class DdcInputs:
     camera_health: Topic[Health]
     camera_check: Topic[Health]
     """Health of the camera by its pictures: frozen, turned, mirrored."""
+    ground_step: Topic[GroundStep]
+    """The drone's motion over ground, as the camera sees it and as the poses report it."""
     recording_health: Topic[Health]
     requests_health: Topic[Health]
     """Calls into MAVSDK that do not return make it unhealthy."""
@@ -73,6 +76,7 @@ class DdcInputs:
             path_plan_health=Topic("path_plan_app_health", clock),
             camera_health=Topic("camera_health", clock),
             camera_check=Topic("camera_check", clock),
+            ground_step=Topic("ground_step", clock),
             recording_health=Topic("recording_health", clock),
             requests_health=Topic("requests_health", clock),
             tasks_health=Topic("tasks_health", clock),
@@ -97,6 +101,8 @@ class DdcTopicInterface:
         self.fence_pub: Topic[Fence] = Topic("fence", clock)
         self.heights_pub: Topic[HeightParameters] = Topic("heights", clock)
         self.home_pub: Topic[MapPoint] = Topic("home", clock)
+        self.doubt_pub: Topic[str] = Topic("doubt", clock)
+        """Why the reported place is doubted; empty while it is not."""
 
     def init(self) -> None:
         """Nothing is desired yet, nor asked about."""
@@ -107,6 +113,11 @@ class DdcTopicInterface:
     def vehicle(self) -> VehicleTopics:
         """The autopilot's topics, for those that must hear every message."""
         return self._vehicle
+
+    @property
+    def ground_step(self) -> Topic[GroundStep]:
+        """The drone's motion over ground by the camera, for those that must hear every message."""
+        return self._inputs.ground_step
 
     # -- the specification's access programs ---------------------------------------------------------------------
 

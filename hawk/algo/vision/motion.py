@@ -8,6 +8,7 @@ camera that mirrors its picture mirrors it.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import cv2
@@ -51,10 +52,22 @@ def find_features(image: NDArray[np.uint8], camera: CameraModel) -> Features:
 
     They are ORB features (Rublee et al., 2011), which are found again wherever and however turned they are.
     """
+    small = shrunk(image)
+    orb = cv2.ORB.create(_FEATURES, **_FEATURE)
+    return features_at(small, orb, orb.detect(small, None), camera)
+
+
+def shrunk(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return a picture, BGR (H, W, 3), as it is compared: grey and small."""
     height = max(1, round(image.shape[0] * _WIDTH / image.shape[1]))
-    small = cv2.cvtColor(cv2.resize(image, (_WIDTH, height), interpolation=cv2.INTER_AREA), cv2.COLOR_BGR2GRAY)
-    keys, descriptors = cv2.ORB.create(_FEATURES, **_FEATURE).detectAndCompute(small, None)
-    scaled = scaled_camera(camera, _WIDTH, height)
+    resized = cv2.resize(image, (_WIDTH, height), interpolation=cv2.INTER_AREA)
+    return np.asarray(cv2.cvtColor(resized, cv2.COLOR_BGR2GRAY), np.uint8)
+
+
+def features_at(small: NDArray[np.uint8], orb: cv2.ORB, keys: Sequence[cv2.KeyPoint], camera: CameraModel) -> Features:
+    """Return the features of a small picture at its key points."""
+    keys, descriptors = orb.compute(small, keys)
+    scaled = scaled_camera(camera, small.shape[1], small.shape[0])
     if not keys:
         return Features(np.zeros((0, 2), np.float32), np.zeros((0, 32), np.uint8), 1 / scaled.fx)
     distortion = np.array(scaled.distortion or (0.0,) * 5)

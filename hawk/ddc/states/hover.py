@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from hawk.comm.messages import Resume
 from hawk.ddc.acts import STAY, Acts, SendTarget, Step
+from hawk.ddc.camera_hold import held
 from hawk.ddc.facts import Facts
 from hawk.ddc.geofence import (
     EDGE_MARGIN_M,
@@ -18,8 +19,9 @@ from hawk.ddc.geofence import (
     path_is_inside,
     recovery_words,
 )
+from hawk.ddc.home import cause_here
 from hawk.ddc.motion import Carrot, Goal, distance, maximum_target_distance, stopping_point
-from hawk.ddc.orders import Cause, CauseKind, Order, Rank, ToHover, ToReturn
+from hawk.ddc.orders import Cause, CauseKind, Order, Rank, ToHover, ToLand, ToReturn
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import AirborneState, ModeKeeper
 from hawk.ddc.words import metres, seconds
@@ -36,6 +38,10 @@ SHORTER_M = 1.0
 GUIDED_ATTEMPTS = 3
 """After this number of refusals of GUIDED no target can be formed: BRAKE."""
 
+STRAYS_S = 3.0
+"""A drone whose position is doubted lands when the camera could not hold it for this time, seconds."""
+NOT_OFF = (0.0, 0.0)
+
 
 class Holding:
     """Holds a GUIDED target at the stopping point; BRAKE where no target can be formed; never LOITER.
@@ -50,8 +56,16 @@ class Holding:
         self._guided = ModeKeeper(CopterMode.GUIDED)
         self._brake: ModeKeeper | None = None
         self._carrot = Carrot(self._speed)
+        self._off = NOT_OFF
+        self._strays_since: float | None = None
         self.is_recovering = False
         """True while the drone returns into the fence."""
+        self.is_by_camera = False
+        """True while the camera holds the place in spite of the reported position."""
+
+    def strays_s(self, facts: Facts) -> float:
+        """Return for how long the position has been doubted while the camera could not hold the drone, seconds."""
+        return 0.0 if self._strays_since is None else facts.now - self._strays_since
 
     def restart(self) -> None:
         """Hold where the drone is by its new position."""
@@ -61,21 +75,42 @@ class Holding:
     def process(self, facts: Facts) -> Acts:
         """Form the goal if need be and return this tick's target."""
         self._keep_inside(facts)
+        self._look(facts)
         if self._passive:
             return ()
         if self._brake is not None:
             return self._brake.reach(facts)
-        goal = self._goal or _form_goal(facts)
+        goal = self._goal or self._formed(facts)
         if goal is None:
             self._brake = ModeKeeper(CopterMode.BRAKE)
             return self._brake.reach(facts)
         acts = self._guided.reach(facts)
         if self._guided.is_reached:
             self._goal = goal
-            return self._target(facts, goal)
+            return self._target(facts, self._by_camera(facts, goal) or goal)
         if self._guided.attempts > GUIDED_ATTEMPTS:
             self._brake = ModeKeeper(CopterMode.BRAKE)
         return acts
+
+    def _formed(self, facts: Facts) -> Goal | None:
+        self._off = facts.witness.place.off
+        return _form_goal(facts)
+
+    def _by_camera(self, facts: Facts, goal: Goal) -> Goal | None:
+        """Return the goal as the camera holds it; None while nothing is doubted, and where it cannot hold it."""
+        if not facts.witness.place.is_doubted or self.is_recovering:
+            return None
+        return held(facts, goal, self._off)
+
+    def _look(self, facts: Facts) -> None:
+        """Note whether the camera holds the drone while its position is doubted. Then it is led, whatever its mode."""
+        is_doubted = facts.witness.place.is_doubted
+        self._passive = self._passive and not is_doubted
+        self.is_by_camera = self._goal is not None and self._by_camera(facts, self._goal) is not None
+        if self.is_by_camera or self.is_recovering or not is_doubted:
+            self._strays_since = None
+        elif self._strays_since is None:
+            self._strays_since = facts.now
 
     def _keep_inside(self, facts: Facts) -> None:
         if not facts.is_breached:
@@ -148,6 +183,14 @@ def _reachable(fence: Fence, start: MapPoint, stop: MapPoint) -> MapPoint:
     return last_inside(fence, start, stop)
 
 
+def _astray(facts: Facts, holding: Holding) -> Step | None:
+    """Return the landing of a drone whose position is doubted and that the camera cannot hold: RTL is no better."""
+    if holding.strays_s(facts) < STRAYS_S:
+        return None
+    text = say("{doubt} The camera cannot hold it here.", doubt=facts.witness.doubt)
+    return Step(ToLand(Cause(text, CauseKind.NEVER)))
+
+
 class Hover(AirborneState):
     """Holds ``goal``, else the stopping point, and waits for the operator."""
 
@@ -171,7 +214,10 @@ class Hover(AirborneState):
         if self._holding.is_recovering:
             return recovery_words(facts.limits.fence, facts.place)
         height = facts.height
-        held = say("Holding.") if height is None else say("Holding at {height}.", height=metres(height))
+        if height is not None and self._holding.is_by_camera:
+            held = say("Holding at {height} by the camera.", height=metres(height))
+        else:
+            held = say("Holding.") if height is None else say("Holding at {height}.", height=metres(height))
         return joined(self._reason, held)
 
     def restart(self) -> None:
@@ -181,6 +227,9 @@ class Hover(AirborneState):
     def process(self, facts: Facts) -> Acts:
         """Hold."""
         return self._holding.process(facts)
+
+    def _decide(self, facts: Facts) -> Step:
+        return _astray(facts, self._holding) or STAY
 
 
 class CommunicationLost(AirborneState):
@@ -230,8 +279,9 @@ class CommunicationLost(AirborneState):
             return Step(ToHover(self._words_of_return(facts), passive=self._passive))
         if self.return_in(facts) <= 0:
             text = say("Nobody took control.") if self._given_back_by else say("The operator is lost.")
-            return Step(ToReturn(Cause(text, CauseKind.OPERATOR)))
-        return STAY
+            cause, is_doubted = Cause(text, CauseKind.OPERATOR), facts.witness.place.is_doubted
+            return Step(ToLand(cause_here(facts, cause)) if is_doubted else ToReturn(cause))
+        return _astray(facts, self._holding) or STAY
 
     def _words_of_return(self, facts: Facts) -> str:
         if not self._given_back_by:

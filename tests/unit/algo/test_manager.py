@@ -74,6 +74,7 @@ def test_results_of_all_three_come_out(rig: Rig) -> None:
         "camera",
         "mapper",
         "path plan",
+        "odometry",
         "annotate",
         "all",
     ]

@@ -1,0 +1,245 @@
+"""The drone's motion over ground, measured from picture to picture: a witness of position, height and heading.
+
+The features of two pictures are projected onto level ground by the reported attitudes and heights. The similarity that
+most of them agree on is the drone's movement, the change of the scale and that of the heading, each beside the reported
+one. A picture is compared with the same earlier one for as long as enough of it is seen again: while the drone holds a
+place nothing adds up. Places on the ground are complex: metres north + i east of the drone.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections import Counter
+from dataclasses import dataclass, field, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from hawk.algo.frame import FrameInput
+from hawk.algo.vision.motion import Features, features_at, shrunk
+from hawk.algo.vision.rectify import camera_to_ned
+from hawk.model.ground_motion import GroundStep
+from hawk.model.pictures import CameraModel
+from hawk.model.poses import MapPose
+
+Places = NDArray[np.complex128]
+Distances = NDArray[np.float32]
+
+LEAST_S = 0.24
+"""Shortest time between two comparisons: each costs some milliseconds."""
+LONGEST_S = 5.0
+"""Pictures farther apart than this are not compared: too much may have happened between them, seconds."""
+KEY_S = 20.0
+"""The same earlier picture is used for no longer: light and shadows move, seconds."""
+KEY_SHARE = 0.3
+"""Another key picture is taken when the ground has moved by this share of the height."""
+KEY_TURN = 0.35
+"""... or has turned by this angle, radians."""
+KEY_STRETCH = 0.2
+"""... or has become larger or smaller by this share."""
+REACH_M = 1.1
+"""A feature is sought this far about the place where it should be: less than half of the narrowest stall's pitch."""
+LEAST = 16
+"""Least number of features that must agree."""
+LEAST_SHARE, SURE_SHARE = 0.3, 0.5
+"""Least share of the matched features that must agree; the same of those that were sought everywhere: rows of stalls
+repeat."""
+RATE_GAIN = 0.5
+"""Share by which the last step corrects the speed that the poses do not show."""
+OUTLIER_PIXELS = 2.0
+LEAP_M = 0.5
+LEAP_M_S = 3.0
+"""A reported movement that is longer than the reported speed allows, by this and by this speed, is a leap and no
+motion; a match that is as far from the expected place is a wrong one."""
+FLATTEST = 0.5
+"""Sine of the lowest elevation at which ground is used: far ground is measured badly."""
+COLUMNS, ROWS, CELL_FEATURES = 10, 6, 6
+"""Cells of the picture, and the greatest number of features that each gives."""
+_FEATURE = {"nfeatures": 1200, "patchSize": 25, "edgeThreshold": 15, "nlevels": 3, "fastThreshold": 7}
+_NEVER = 1000.0  # more than any Hamming distance of 256 bits
+
+
+@dataclass(frozen=True, slots=True)
+class Laid:
+    """Features on the ground: ``places`` (N,), their ``descriptors`` (N, 32), and ``grain``, a pixel's metres."""
+
+    places: Places = field(repr=False)
+    descriptors: NDArray[np.uint8] = field(repr=False)
+    grain: float
+
+
+@dataclass(frozen=True, slots=True)
+class Similarity:
+    """Ground at ``z`` of the one picture is at ``factor * z + offset`` of the other."""
+
+    factor: complex = 1 + 0j
+    offset: complex = 0j
+
+    def then_moved(self, path: complex) -> Similarity:
+        """Return the similarity after the drone has flown on by ``path``, metres."""
+        return replace(self, offset=self.offset - path)
+
+    def is_far(self, height: float) -> bool:
+        """Return True when the two pictures begin to have too little in common; ``height`` over ground, metres."""
+        moved, turned = abs(self.offset) > KEY_SHARE * height, abs(cmath.phase(self.factor)) > KEY_TURN
+        return moved or turned or abs(math.log(abs(self.factor))) > KEY_STRETCH
+
+
+@dataclass(frozen=True, slots=True)
+class _Picture:
+    """A picture that later ones are compared with: its time, the reported pose and speed, and its features."""
+
+    time: float
+    pose: MapPose
+    speed: float
+    laid: Laid
+
+
+@dataclass(frozen=True, slots=True)
+class _Pair:
+    """The key picture, the last picture, and the comparison of the two."""
+
+    key: _Picture
+    last: _Picture
+    found: Similarity = Similarity()
+    beyond_m_s: complex = 0j
+    """Speed of the drone that the poses do not show, m/s."""
+
+
+def spread_features(image: NDArray[np.uint8], camera: CameraModel) -> Features:
+    """Return features of a picture, BGR (H, W, 3), from all over it: those of one tree say little about the ground."""
+    small = shrunk(image)
+    orb = cv2.ORB.create(**_FEATURE)
+    keys = sorted(orb.detect(small, None), key=lambda key: key.response, reverse=True)
+    height, width = small.shape[:2]
+    cells: Counter[tuple[int, int]] = Counter()
+    kept = []
+    for key in keys:
+        cell = int(key.pt[0] * COLUMNS / width), int(key.pt[1] * ROWS / height)
+        cells[cell] += 1
+        if cells[cell] <= CELL_FEATURES:
+            kept.append(key)
+    return features_at(small, orb, kept, camera)
+
+
+def lay(features: Features, camera: CameraModel, pose: MapPose) -> Laid:
+    """Project features onto level ground below ``pose``, whose height is above that ground."""
+    rays = np.column_stack([features.points, np.ones(len(features.points))]) @ camera_to_ned(camera, pose).T
+    good = rays[:, 2] >= FLATTEST * np.linalg.norm(rays, axis=1)
+    north, east, down = rays[good].T
+    return Laid((north + 1j * east) * (pose.height / down), features.descriptors[good], features.pixel * pose.height)
+
+
+def compare(before: Laid, now: Laid, expected: Similarity, farthest: float) -> Similarity | None:
+    """Return the similarity from the ground of one picture to that of the other; None when too little agrees.
+
+    Features are sought within `REACH_M` of where ``expected`` says that they are; when too few agree there, everywhere,
+    and more must agree. A result farther than ``farthest`` (metres) from the expected one is none. RANSAC (Fischler and
+    Bolles, 1981) over the features that are each other's nearest by their descriptors.
+    """
+    if min(len(before.places), len(now.places)) < LEAST:
+        return None
+    sought = expected.factor * before.places + expected.offset
+    distance = _hamming(before.descriptors, now.descriptors)
+    near = abs(sought[:, None] - now.places[None]) <= REACH_M
+    found = _agreed(before, now, np.where(near, distance, _NEVER), LEAST_SHARE)
+    if found is None or abs(found.offset - expected.offset) > REACH_M:
+        found = _agreed(before, now, distance, SURE_SHARE)
+    return None if found is None or abs(found.offset - expected.offset) > farthest else found
+
+
+def _agreed(before: Laid, now: Laid, distance: Distances, share: float) -> Similarity | None:
+    first, second = _mutual(distance)
+    if len(first) < LEAST:
+        return None
+    source, target = _pairs(before.places[first]), _pairs(now.places[second])
+    fit, agree = cv2.estimateAffinePartial2D(
+        source, target, ransacReprojThreshold=OUTLIER_PIXELS * now.grain, maxIters=500
+    )
+    if fit is None or np.count_nonzero(agree) < max(LEAST, share * len(first)):
+        return None
+    return Similarity(complex(fit[0, 0], fit[1, 0]), complex(fit[0, 2], fit[1, 2]))
+
+
+class Odometry:
+    """Compares pictures as they come. Worker thread only."""
+
+    def __init__(self, minimum_height_m: float = 4.0) -> None:
+        """Below ``minimum_height_m`` metres over ground, as reported, nothing is compared."""
+        self._minimum_height_m = minimum_height_m
+        self._pair: _Pair | None = None
+
+    def look(self, frame: FrameInput, image: NDArray[np.uint8] | None) -> GroundStep | None:
+        """Return the movement since the last comparison; None when there is none to report.
+
+        ``image`` is the frame's picture, BGR (H, W, 3); None when it cannot be decoded.
+        """
+        pose, pair = frame.over_ground, self._pair
+        if image is None or (pair is not None and 0.0 <= frame.captured - pair.last.time < LEAST_S):
+            return None
+        if pose is None or not pose.is_finite() or pose.height < self._minimum_height_m or frame.mount_problem:
+            self._pair = None
+            return None
+        laid = lay(spread_features(image, frame.camera), frame.camera, pose)
+        picture = _Picture(frame.captured, pose, frame.speed, laid)
+        self._pair, step = _followed(pair, picture)
+        return step
+
+
+def _followed(pair: _Pair | None, now: _Picture) -> tuple[_Pair, GroundStep | None]:
+    """Return what the next picture is compared with, and the step to this one."""
+    if pair is None or not 0.0 < now.time - pair.last.time <= LONGEST_S:
+        return _Pair(now, now), None
+    last, seconds = pair.last, now.time - pair.last.time
+    moved, slack = _moved(last.pose, now.pose), LEAP_M_S * seconds + LEAP_M
+    if abs(moved) > max(last.speed, now.speed) * seconds + slack:
+        return _Pair(now, now), None
+    before, expected = pair.found, moved + pair.beyond_m_s * seconds
+    found = compare(pair.key.laid, now.laid, before.then_moved(expected), slack)
+    is_over = found is None or found.is_far(now.pose.height) or now.time - pair.key.time > KEY_S
+    if found is None:  # the last picture has more in common with this one
+        before = Similarity()
+        found = compare(last.laid, now.laid, before.then_moved(expected), slack)
+    if found is None:
+        return _Pair(now, now), None
+    beyond = (before.then_moved(moved).offset - found.offset) / seconds
+    rate = pair.beyond_m_s + RATE_GAIN * (beyond - pair.beyond_m_s)
+    kept = _Pair(now, now, beyond_m_s=rate) if is_over else _Pair(pair.key, now, found, rate)
+    return kept, _step(last, now, before, found)
+
+
+def _step(last: _Picture, now: _Picture, before: Similarity, found: Similarity) -> GroundStep:
+    seen, reported, ratio = before.offset - found.offset, _moved(last.pose, now.pose), found.factor / before.factor
+    return GroundStep(
+        since=last.time,
+        until=now.time,
+        seen=(seen.real, seen.imag),
+        reported=(reported.real, reported.imag),
+        stretch=math.log(abs(ratio)),
+        turn=-cmath.phase(ratio),
+        height=now.pose.height,
+    )
+
+
+def _moved(before: MapPose, now: MapPose) -> complex:
+    return complex(now.north - before.north, now.east - before.east)
+
+
+def _mutual(distance: Distances) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the indices of features that are each other's nearest."""
+    there, back = distance.argmin(1), distance.argmin(0)
+    every = np.arange(len(distance))
+    k = np.flatnonzero((back[there] == every) & (distance[every, there] < _NEVER))
+    return k, there[k]
+
+
+def _hamming(first: NDArray[np.uint8], second: NDArray[np.uint8]) -> Distances:
+    """Return the Hamming distances (N, M) of descriptors (N, 32) and (M, 32)."""
+    a, b = (np.ascontiguousarray(each).view(np.uint64) for each in (first, second))
+    return np.asarray(np.bitwise_count(a[:, None] ^ b[None]).sum(2, dtype=np.float32))
+
+
+def _pairs(places: Places) -> NDArray[np.float32]:
+    return np.column_stack([places.real, places.imag]).astype(np.float32)

@@ -1,0 +1,348 @@
+"""A doubted position: tasks end, the camera holds the drone within limits, else it lands; no RTL."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from hawk.comm.messages import AutonomousExplore, CompulsiveMove, Hold, Land, ReturnToLaunch
+from hawk.ddc import guard
+from hawk.ddc.camera_hold import FARTHEST_M, held
+from hawk.ddc.facts import Facts
+from hawk.ddc.geofence import circle, contains, polygon_fence
+from hawk.ddc.home import returning
+from hawk.ddc.motion import Goal
+from hawk.ddc.orders import (
+    Cause,
+    CauseKind,
+    Rank,
+    ToCommunicationLost,
+    ToExplore,
+    ToHover,
+    ToLand,
+    ToMove,
+    ToReturn,
+    ToTakeoff,
+    Transition,
+)
+from hawk.ddc.place import PlaceFacts
+from hawk.ddc.states.hover import STRAYS_S
+from hawk.ddc.witness import WitnessFacts
+from hawk.ddc.witness_reports import WitnessReports
+from hawk.model.ground_motion import GroundStep
+from hawk.model.operation import Health, StateName
+from hawk.model.poses import MapPoint
+from hawk.model.vehicle import CopterMode, LandedState
+from tests.unit.ddc.by_facts import MOVE, at, made, requests, targets, texts, without_operator
+from tests.unit.ddc.fakes import TICK_S, Rig
+from tests.unit.ddc.written_facts import flying
+
+S = StateName
+CAUSE = Cause("The battery is needed for the way home.", CauseKind.RESERVE)
+
+
+def doubted(facts: Facts, off: tuple[float, float] = (4.0, 0.0), *, followed: bool = True) -> Facts:
+    place = PlaceFacts(camera_age=0.1, apart=4.0, doubted_s=1.0, off=off, is_followed=followed)
+    return replace(facts, witness=WitnessFacts(place))
+
+
+def low(facts: Facts) -> Facts:
+    return replace(facts, battery=replace(facts.battery, reached_s=5.0))
+
+
+# -- values ----------------------------------------------------------------------------------------------------------
+
+
+def test_a_doubt_makes_a_good_position_unhealthy_and_leaves_a_bad_one() -> None:
+    bad = Health.bad("No position from the autopilot.")
+    well = WitnessFacts()
+    assert well.position_health(Health()) == Health()
+    assert well.doubt == ""
+    ill = doubted(flying(0.0)).witness
+    assert ill.position_health(bad) is bad
+    assert ill.position_health(Health()) == Health.bad(
+        "The camera sees the drone move 4 m that the position does not show."
+    )
+
+
+@pytest.mark.parametrize("transition", [ToExplore(), ToMove(MOVE)])
+def test_a_doubt_ends_a_task(transition: Transition) -> None:
+    found = guard.reaction(doubted(flying(0.0)), made(transition))
+    assert found is not None
+    assert isinstance(found.transition, ToHover)
+    assert (found.rank, found.transition.level) == (Rank.PERCEPTION, "warning")
+    assert found.transition.reason == "The camera sees the drone move 4 m that the position does not show."
+
+
+@pytest.mark.parametrize("transition", [ToHover(), ToTakeoff(), ToReturn(), ToLand(), ToCommunicationLost()])
+def test_a_doubt_is_no_reason_to_leave_another_state(transition: Transition) -> None:
+    assert guard.reaction(doubted(flying(0.0)), made(transition)) is None
+
+
+@pytest.mark.parametrize("transition", [ToHover(), ToExplore(), ToTakeoff(), ToCommunicationLost()])
+def test_a_return_that_is_needed_becomes_a_landing(transition: Transition) -> None:
+    found = guard.reaction(doubted(low(flying(0.0))), made(transition))
+    assert found is not None
+    assert isinstance(found.transition, ToLand)
+    assert found.rank is Rank.LAND
+    assert found.transition.cause == Cause(
+        "The battery is needed for the way home. The camera sees the drone move 4 m that the position does not show.",
+        CauseKind.RESERVE,
+    )
+    trusted = guard.reaction(low(flying(0.0)), made(transition))
+    assert trusted is not None
+    assert isinstance(trusted.transition, ToReturn)
+
+
+def test_a_program_that_ends_lands_a_drone_whose_place_is_doubted() -> None:
+    assert isinstance(returning(doubted(flying(0.0)), CAUSE), ToLand)
+    assert isinstance(returning(flying(0.0), CAUSE), ToReturn)
+
+
+def test_a_lost_operator_lands_a_drone_whose_place_is_doubted() -> None:
+    state = made(ToCommunicationLost())
+    step = state.transition_next_state(without_operator(doubted(flying(60.0))))
+    assert isinstance(step.transition, ToLand)
+    assert step.transition.cause is not None
+    assert step.transition.cause.kind is CauseKind.OPERATOR
+    trusted = made(ToCommunicationLost()).transition_next_state(without_operator(flying(60.0)))
+    assert isinstance(trusted.transition, ToReturn)
+
+
+# -- the place that the camera holds -----------------------------------------------------------------------------------
+
+GOAL = Goal(10.0, 0.0, 30.0, 0.5)
+
+
+def test_the_target_goes_along_with_the_error() -> None:
+    assert held(doubted(flying(0.0), (4.0, -3.0)), GOAL, (0.0, 0.0)) == Goal(14.0, -3.0, 30.0, 0.5)
+    assert held(doubted(flying(0.0), (4.0, -3.0)), GOAL, (3.0, -3.0)) == Goal(11.0, 0.0, 30.0, 0.5)
+
+
+def test_the_camera_holds_nothing_beyond_its_limits() -> None:
+    facts = flying(0.0)
+    assert held(doubted(facts, followed=False), GOAL, (0.0, 0.0)) is None
+    assert held(doubted(facts, (FARTHEST_M, 0.0)), GOAL, (0.0, 0.0)) is not None
+    assert held(doubted(facts, (FARTHEST_M + 0.1, 0.0)), GOAL, (0.0, 0.0)) is None
+    unfenced = replace(doubted(facts), limits=replace(facts.limits, fence=None))
+    assert held(unfenced, GOAL, (0.0, 0.0)) is None
+
+
+def test_the_target_stays_inside_the_fence_by_the_report() -> None:
+    edge = Goal(140.0, 0.0, 30.0, 0.0)
+    assert held(doubted(flying(0.0), (4.0, 0.0)), edge, (0.0, 0.0)) is not None
+    assert held(doubted(flying(0.0), (12.0, 0.0)), edge, (0.0, 0.0)) is None
+
+
+def test_a_place_outside_the_fence_by_the_camera_is_left_for_one_inside() -> None:
+    """The drone holds at 140 m as reported, and the report is 12 m behind: truly at 152 m, 7 m outside."""
+    facts = doubted(flying(0.0), (-12.0, 0.0))
+    found = held(facts, Goal(140.0, 0.0, 30.0, 0.0), (-12.0, 0.0))
+    assert found is not None
+    true = MapPoint(found.north + 12.0, found.east)
+    assert facts.limits.fence is not None
+    assert contains(facts.limits.fence, true)
+    assert true.north == pytest.approx(143.0, abs=0.5)
+
+
+# -- Hover -------------------------------------------------------------------------------------------------------------
+
+
+def test_hover_holds_by_the_camera_and_says_so() -> None:
+    state = made(ToHover("Stopped."))
+    assert targets(state.process(flying(0.05))) == [Goal(0.0, 0.0, 30.0, 0.0)]
+    assert state.detail(flying(0.05)) == "Stopped. Holding at 30 m."
+    (goal,) = targets(state.process(doubted(flying(0.1), (4.0, 1.0))))
+    assert (goal.north, goal.east) == (4.0, 1.0)
+    assert state.detail(flying(0.1)) == "Stopped. Holding at 30 m by the camera."
+    (goal,) = targets(state.process(flying(0.15)))
+    assert (goal.north, goal.east) == (0.0, 0.0)
+
+
+def test_a_hover_that_begins_in_doubt_holds_where_it_begins() -> None:
+    state = made(ToHover())
+    (goal,) = targets(state.process(at(doubted(flying(0.05), (4.0, 0.0)), 7.0)))
+    assert (goal.north, goal.east) == (7.0, 0.0)
+    (goal,) = targets(state.process(at(doubted(flying(0.1), (4.7, 0.0)), 7.0)))
+    assert goal.north == pytest.approx(7.7)
+
+
+def test_a_hover_that_sent_nothing_leads_the_drone_when_its_place_is_doubted() -> None:
+    state = made(ToHover(passive=True))
+    assert state.process(flying(0.05, CopterMode.BRAKE)) == ()
+    assert len(requests(state.process(doubted(flying(0.1, CopterMode.BRAKE))))) == 1
+
+
+@pytest.mark.parametrize("transition", [ToHover(), ToCommunicationLost()])
+def test_a_drone_that_the_camera_cannot_hold_lands(transition: Transition) -> None:
+    state, change = (
+        made(transition),
+        without_operator if isinstance(transition, ToCommunicationLost) else (lambda it: it),
+    )
+    state.process(flying(0.05))
+    lost = change(doubted(flying(1.0), followed=False))
+    state.process(lost)
+    assert state.transition_next_state(lost).transition is None
+    almost = replace(lost, now=1.0 + STRAYS_S - 0.05)
+    state.process(almost)
+    assert state.transition_next_state(almost).transition is None
+    late = replace(lost, now=1.0 + STRAYS_S)
+    state.process(late)
+    step = state.transition_next_state(late)
+    assert isinstance(step.transition, ToLand)
+    assert step.transition.cause == Cause(
+        "The camera sees the drone move 4 m that the position does not show. The camera cannot hold it here.",
+        CauseKind.NEVER,
+    )
+
+
+def test_a_camera_that_holds_again_in_time_keeps_the_drone_up() -> None:
+    state = made(ToHover())
+    state.process(flying(0.05))
+    for now, followed in ((1.0, False), (2.0, True), (2.5, False), (5.4, False)):
+        facts = doubted(flying(now), followed=followed)
+        state.process(facts)
+        assert state.transition_next_state(facts).transition is None
+
+
+def test_a_drone_that_goes_back_inside_is_led_by_the_report() -> None:
+    state = made(ToHover())
+    state.process(flying(0.05))
+    facts = at(doubted(flying(1.0), (4.0, 0.0)), 147.0)
+    for now in (1.0, 2.0, 5.0):
+        outside = replace(facts, now=now, limits=replace(facts.limits, breached_s=now))
+        acts = state.process(outside)
+        assert state.transition_next_state(outside).transition is None
+        assert state.rank is Rank.FENCE
+    assert all(goal.north < 147.0 for goal in targets(acts))
+
+
+# -- reports -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_doubt_is_reported_once_and_so_is_its_end() -> None:
+    reports, hover = WitnessReports(), made(ToHover())
+    assert reports.tick(flying(0.0), hover) == ()
+    assert texts(reports.tick(doubted(flying(0.0)), hover)) == [
+        "The camera sees the drone move 4 m that the position does not show."
+    ]
+    assert reports.tick(doubted(flying(0.0), (5.0, 0.0)), hover) == ()
+    assert texts(reports.tick(flying(0.0), hover)) == ["The position agrees with the camera again."]
+    assert reports.tick(doubted(flying(0.0)), made(ToExplore())) == (), "the task that ends says it"
+    down = replace(flying(0.0), vehicle=replace(flying(0.0).vehicle, landed=LandedState.ON_GROUND))
+    assert reports.tick(down, hover) == ()
+
+
+# -- the whole state machine -------------------------------------------------------------------------------------------
+
+
+class Walker:
+    """GNSS that walks: the drone follows its report, and the camera sees its true motion."""
+
+    def __init__(self, rig: Rig) -> None:
+        self.rig = rig
+        self.off = [0.0, 0.0]
+        self._before = (rig.autopilot.north, rig.autopilot.east)
+        self._since = rig.clock()
+
+    @property
+    def true(self) -> MapPoint:
+        return MapPoint(self.rig.autopilot.north - self.off[0], self.rig.autopilot.east - self.off[1])
+
+    async def run(self, seconds: float, walk: tuple[float, float] = (0.0, 0.0), *, sees: bool = True) -> None:
+        for k in range(round(seconds / TICK_S)):
+            for axis in (0, 1):
+                self.off[axis] += walk[axis] * TICK_S
+            self.rig.autopilot.north += walk[0] * TICK_S  # the report moves at once, the drone goes back
+            self.rig.autopilot.east += walk[1] * TICK_S
+            await self.rig.tick()
+            if k % 8 == 7:
+                self._see(walk, sees=sees)
+
+    def _see(self, walk: tuple[float, float], *, sees: bool) -> None:
+        here, now = (self.rig.autopilot.north, self.rig.autopilot.east), self.rig.clock()
+        reported = here[0] - self._before[0], here[1] - self._before[1]
+        seconds = now - self._since
+        seen = reported[0] - walk[0] * seconds, reported[1] - walk[1] * seconds
+        if sees:
+            self.rig.inputs.ground_step.publish(GroundStep(self._since, now, seen, reported, 0.0, 0.0, 30.0))
+        self._before, self._since = here, now
+
+
+async def test_gnss_that_walks_ends_the_exploration_and_the_camera_holds_the_drone(fresh: Rig) -> None:
+    await fresh.enter(S.AUTONOMOUS_EXPLORE)
+    walker = Walker(fresh)
+    fresh.target_plan(60, 0)
+    await walker.run(10.0)
+    fresh.target_plan(0, 0)
+    await walker.run(10.0, (0.0, 0.7))
+    fresh.expect(S.HOVER)
+    assert math.hypot(*walker.off) <= 7.01
+    assert any("The camera sees the drone move" in line for line in fresh.log)
+    assert not fresh.manager.case().facts.health("position").is_healthy
+    assert "The camera sees" in (fresh.topics.doubt_pub.value or ""), "nothing is mapped"
+    await walker.run(3.0, (0.0, 0.7))
+    there = walker.true
+    await walker.run(20.0, (0.0, 0.7))
+    fresh.expect(S.HOVER)
+    assert walker.true.distance(there) < 1.5, "in spite of 14 m that the position walked meanwhile"
+    assert fresh.detail.endswith("by the camera.")
+    for command in (AutonomousExplore(), CompulsiveMove(x=5.0, y=0.0)):
+        assert "The camera sees the drone move" in fresh.command(command).reason
+    await walker.run(14.0, (0.0, 0.7))
+    fresh.expect(S.LAND)
+    assert any("The camera cannot hold it here. Landing." in line for line in fresh.log)
+    assert S.RETURN_TO_LAUNCH not in {
+        state for kind, entry in fresh.records if kind == "state" for state in entry.values()
+    }
+
+
+@pytest.fixture
+async def holding(fresh: Rig) -> Rig:
+    """A drone that holds where we reported it to."""
+    await fresh.enter(S.COMPULSIVE_MOVE)
+    fresh.order(Hold())
+    await fresh.run(5.0)
+    fresh.expect(S.HOVER)
+    return fresh
+
+
+async def test_the_operator_may_land_or_return_in_doubt(holding: Rig) -> None:
+    walker = Walker(holding)
+    await walker.run(8.0, (0.7, 0.0))
+    holding.expect(S.HOVER)
+    assert holding.command(ReturnToLaunch()).accepted
+    await walker.run(1.0)
+    assert holding.command(Land()).accepted
+
+
+async def test_after_the_landing_nothing_is_doubted(holding: Rig) -> None:
+    walker = Walker(holding)
+    await walker.run(8.0, (0.7, 0.0))
+    assert holding.manager.case().facts.witness.doubt
+    holding.order(Land())
+    await walker.run(60.0)
+    holding.expect(S.IDLE)
+    assert not holding.manager.case().facts.witness.doubt
+    assert holding.topics.doubt_pub.value == ""
+    assert holding.manager.case().facts.health("position").is_healthy
+
+
+async def test_a_leap_of_the_estimate_is_followed_no_more(holding: Rig) -> None:
+    walker = Walker(holding)
+    await walker.run(8.0, (0.7, 0.0))
+    assert holding.manager.case().facts.witness.place.is_followed
+    holding.autopilot.topics.estimate_jump.publish(5.0)
+    assert not holding.manager.case().facts.witness.place.is_followed
+    await holding.close()
+    holding.inputs.ground_step.publish(GroundStep(0.0, 1.0, (0.0, 0.0), (0.0, 0.0), 0.0, 0.0, 30.0))
+
+
+def test_a_fence_is_there_to_hold_in() -> None:
+    small = polygon_fence(circle(MapPoint(0.0, 0.0), 12.0), 5.0, 100.0, 3.0)
+    facts = doubted(flying(0.0), (9.0, 0.0))
+    assert (
+        held(replace(facts, limits=replace(facts.limits, fence=small)), Goal(0.0, 0.0, 30.0, 0.0), (0.0, 0.0)) is None
+    )
