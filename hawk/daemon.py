@@ -33,6 +33,7 @@ from hawk.comm.terrain import FRESH_S, ground_below
 from hawk.comm.topic import Topic
 from hawk.comm.vehicle import VehicleTopics
 from hawk.config import Config, ConfigError
+from hawk.ddc.area_import import editable_area
 from hawk.ddc.geofence import FenceError
 from hawk.ddc.operations_manager import OperationsManager
 from hawk.ddc.restart import RESTART_WINDOW_S, RestartRule, flight_goes_on
@@ -323,6 +324,7 @@ class Daemon:
             queues=lambda: {"journal": self._journal.waiting, "recording": self._recording.waiting},
             settings=settings(self._config, reference_text()),
             newest_recording=self._recording.newest,
+            read_area=editable_area,
             cookie_secret=cookie_secret(self._config.store.directory),
             folder=self._config.store.directory,
             tls=self._tls,

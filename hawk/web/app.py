@@ -14,7 +14,7 @@ from urllib.parse import quote
 
 from aiohttp import WSCloseCode, web
 
-from hawk.web import api, background, downloads, register_service, video
+from hawk.web import api, area_file, background, downloads, register_service, video
 from hawk.web.access import BOOK, OPEN
 from hawk.web.access_keeper import KEEPER, keep_access
 from hawk.web.access_setup import make_access
@@ -82,6 +82,7 @@ def create_app(services: WebServices, page: Page, documentation: Documentation |
     downloads.add_routes(app)
     login_page.add_routes(app)
     background.add_routes(app)
+    area_file.add_routes(app)
     register_service.add_route(app)
     (documentation or Documentation.load()).add_routes(app)
     app.router.add_get("/{path:.*}", page.handle)

@@ -2,12 +2,15 @@
 
 The folder holds square tiles as ``{zoom}/{x}/{y}.png`` (or ``.jpg``, ``.jpeg``, ``.webp``), numbered as in XYZ or
 "slippy map" tiles: Web Mercator, y from the north. QGIS writes such a folder with "Generate XYZ tiles (Directory)".
+A folder of TMS tiles, y from the south, is known by its ``tilemapresource.xml`` (gdal2tiles) or ``metadata.json``.
 """
 
 from __future__ import annotations
 
 import asyncio
+import json
 import logging
+import re
 from collections.abc import AsyncIterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -24,6 +27,14 @@ CACHING: Final = "private, max-age=3600"
 LARGEST_TILE_BYTES: Final = 2_000_000
 """A tile of 512 pixels without any loss has 0.8 MB."""
 _LOGGER = logging.getLogger(__name__)
+TMS_FILE: Final = "tilemapresource.xml"
+METADATA_FILE: Final = "metadata.json"
+SEEMS_TMS: Final = (
+    " The tiles seem to be numbered from the south (TMS): write metadata.json with "
+    '{"scheme": "tms"} into the folder, or make them with gdal2tiles --xyz.'
+)
+_LARGEST_FILE_BYTES: Final = 1_000_000
+_MERCATOR: Final = ("mercator", "900913", "3857")
 _READER = web.AppKey("background_reader", ThreadPoolExecutor)
 
 
@@ -49,11 +60,64 @@ async def tile(request: web.Request) -> web.StreamResponse:
     if folder is None:
         raise web.HTTPNotFound(text="No background tiles are set: [web] background_tiles.")
     loop = asyncio.get_running_loop()
-    found = await loop.run_in_executor(request.app[_READER], read_tile, folder, zoom, x, y)
+    tiles = request.app[_TILES]
+    found = await loop.run_in_executor(request.app[_READER], tiles.read, zoom, x, y)
+    if found is None and tiles.problem:
+        raise web.HTTPNotFound(text=f"There is no background tile {zoom}/{x}/{y}.{tiles.problem}")
     if found is None:  # beside the picture: the page asks for all ground in sight, and that is no error
         return web.Response(status=204, headers={hdrs.CACHE_CONTROL: CACHING})
     content_type, data = found
     return web.Response(body=data, content_type=content_type, headers={hdrs.CACHE_CONTROL: CACHING})
+
+
+class Tiles:
+    """Tiles of a folder, by their XYZ numbers. Used on the thread that reads."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._is_tms, self.problem = _numbering(folder)
+        """``problem``: why no tile can be right, in words behind a space; empty when they can."""
+
+    def read(self, zoom: int, x: int, y: int) -> tuple[str, bytes] | None:
+        """Return type and bytes of a tile, None without one. Reports once that a folder seems to be numbered as TMS."""
+        if self.problem:
+            return None
+        from_south = (1 << zoom) - 1 - y
+        found = read_tile(self._folder, zoom, x, from_south if self._is_tms else y)
+        if found is None and not self._is_tms and read_tile(self._folder, zoom, x, from_south) is not None:
+            self.problem = SEEMS_TMS
+            _LOGGER.warning("web.background_tiles: %s:%s", self._folder, self.problem)
+        return found
+
+
+_TILES = web.AppKey("background_tiles", Tiles)
+
+
+def _numbering(folder: Path) -> tuple[bool, str]:
+    """Return whether tiles are numbered from the south (OSGeo's TMS 1.0), and why none can be shown, else ""."""
+    resource = _text_of(folder / TMS_FILE)
+    if resource is not None:
+        profile = re.search(r'profile\s*=\s*"([^"]*)"', resource)
+        if profile is not None and not any(name in profile[1].lower() for name in _MERCATOR):
+            return (
+                True,
+                f" The tiles are not in Web Mercator ({profile[1]}): make them with gdal2tiles --profile=mercator.",
+            )
+        return True, ""
+    try:
+        metadata = json.loads(_text_of(folder / METADATA_FILE) or "{}")
+    except (json.JSONDecodeError, RecursionError):
+        return False, ""
+    scheme = metadata.get("scheme") if isinstance(metadata, dict) else None
+    return isinstance(scheme, str) and scheme.lower() == "tms", ""
+
+
+def _text_of(path: Path) -> str | None:
+    try:
+        with path.open("rb") as file:
+            return file.read(_LARGEST_FILE_BYTES).decode("utf-8", "replace")
+    except OSError:
+        return None
 
 
 def zooms_in(folder: Path) -> list[int]:
@@ -82,6 +146,11 @@ async def _reader(app: web.Application) -> AsyncIterator[None]:
     with ThreadPoolExecutor(1, thread_name_prefix="background") as executor:
         app[_READER] = executor
         folder = app[SERVICES].web.background_tiles
-        if folder is not None and not await asyncio.get_running_loop().run_in_executor(executor, zooms_in, folder):
+        loop = asyncio.get_running_loop()
+        if folder is not None:
+            app[_TILES] = await loop.run_in_executor(executor, Tiles, folder)
+            if app[_TILES].problem:
+                _LOGGER.warning("web.background_tiles: %s:%s", folder, app[_TILES].problem)
+        if folder is not None and not await loop.run_in_executor(executor, zooms_in, folder):
             _LOGGER.warning("web.background_tiles: %s has no tiles ZOOM/X/Y.png; the map has no background", folder)
         yield

@@ -60,6 +60,10 @@ def _no_recording() -> Path:
     raise NoRecordingError(say("Nothing is recorded here."))
 
 
+def _no_area(_: bytes, __: str) -> str:
+    raise ValueError("cannot be read here")
+
+
 @dataclass(frozen=True, slots=True)
 class WebServices:
     """Values that the server shows, and its settings."""
@@ -87,6 +91,9 @@ class WebServices:
     """Returns the newest complete recording; reads the disk. Raises NoRecordingError."""
     cookie_secret: bytes = field(default_factory=lambda: secrets.token_bytes(32), repr=False)
     """Key of what is derived from logins and from `WebSettings.token`; the same after a restart when it is kept."""
+    read_area: Callable[[bytes, str], str] = _no_area
+    """Returns the area of a file's bytes for the editor of a kind (fence, outline), as GeoJSON; takes up to 0.1 s.
+    Raises ValueError with the words for a file that holds none."""
     folder: Path | None = None
     """Folder of the token file and of the kept logins; None: `WebSettings.token` alone, and nothing is kept."""
     tls: Tls | None = None

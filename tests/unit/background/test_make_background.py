@@ -18,7 +18,7 @@ from rasterio.warp import transform as reproject
 
 from hawk.background import tile_folder
 from hawk.background.geotiff import MISSING, PictureError, open_picture
-from hawk.background.tiling import TILE_PX, tile_side, zooms_for
+from hawk.background.tiling import TILE_PX, tile_side, tiles_of, zooms_for
 from hawk.cli import main
 from hawk.web.background import read_tile, zooms_in
 
@@ -202,3 +202,73 @@ def test_without_rasterio_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) ->
 def test_a_command_line_that_makes_no_background_imports_nothing_that_reads_pictures() -> None:
     look = "import sys, hawk.cli; print({'cv2', 'numpy', 'rich', 'aiohttp', 'rasterio'} & set(sys.modules))"
     assert subprocess.run([sys.executable, "-c", look], capture_output=True, text=True, check=True).stdout == "set()\n"
+
+
+LOCAL = 'LOCAL_CS["site",UNIT["metre",1],AXIS["Easting",EAST],AXIS["Northing",NORTH]]'
+ENGINEERING = 'ENGCRS["site",EDATUM["a peg"],CS[Cartesian,2],AXIS["x",east],AXIS["y",north],LENGTHUNIT["metre",1]]'
+
+
+@pytest.mark.parametrize("system", [LOCAL, ENGINEERING])
+def test_local_coordinates_are_refused_with_a_remedy(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], system: str
+) -> None:
+    path = geotiff(tmp_path / "site.tif", crs=system, at=from_origin(100.0, 200.0, PIXEL_M, PIXEL_M))
+    assert main(["make-background", str(path), "--out", str(tmp_path / "tiles")]) == 2
+    said = capsys.readouterr().err
+    assert "site.tif is in local coordinates" in said
+    assert "EPSG:3857" in said
+    assert "Traceback" not in said
+
+
+@pytest.mark.parametrize("at", [from_origin(0.0, 89.9, 1e-4, 1e-4), from_origin(500.0, 200.0, 1e-4, 1e-4)])
+def test_a_picture_beyond_the_map_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str], at: Affine) -> None:
+    path = geotiff(tmp_path / "pole.tif", crs="EPSG:4326", at=at)
+    assert main(["make-background", str(path), "--out", str(tmp_path / "tiles")]) == 2
+    assert "Traceback" not in capsys.readouterr().err
+
+
+def banded(path: Path, order: list[int], interpretation: list[str], names: list[str]) -> Path:
+    """Write the picture's bands in an order (0 red, 1 green, 2 blue, 3 near infrared, 4 opacity)."""
+    bands = np.concatenate([pixels(3), np.full((1, HEIGHT, WIDTH), 7, np.uint8), pixels(4)[3:]])
+    geotiff(path, bands[order], photometric="MINISBLACK")
+    with rasterio.open(path, "r+") as file:
+        if interpretation:
+            file.colorinterp = [getattr(rasterio.enums.ColorInterp, each) for each in interpretation]
+        for number, name in enumerate(names, start=1):
+            file.set_band_description(number, name)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("order", "interpretation", "names"),
+    [
+        ([2, 1, 0], ["blue", "green", "red"], []),
+        ([2, 1, 0, 3], ["blue", "green", "red", "undefined"], []),
+        ([3, 0, 1, 2], ["gray", "red", "green", "blue"], []),
+        ([2, 1, 0, 3], [], ["Blue", "Green", "Red", "NIR"]),
+        ([4, 0, 1, 2], ["alpha", "red", "green", "blue"], []),
+        ([0, 1, 2, 3, 4], ["red", "green", "blue", "undefined", "alpha"], []),
+    ],
+)
+def test_the_order_of_the_bands_is_read(
+    tmp_path: Path, order: list[int], interpretation: list[str], names: list[str]
+) -> None:
+    path = banded(tmp_path / "bands.tif", order, interpretation, names)
+    with open_picture(path) as picture, open_picture(geotiff(tmp_path / "plain.tif")) as plain:
+        tiles = list(tiles_of(plain.bounds, zooms_for(plain.bounds, plain.metres_per_pixel)))
+        assert tiles
+        for tile in tiles[:6]:
+            found, expected = picture.read(tile), plain.read(tile)
+            assert (found is None) == (expected is None)
+            if found is not None and expected is not None:
+                solid = (found[..., 3] == 255) & (expected[..., 3] == 255)
+                off = np.abs(found[solid].astype(int) - expected[solid]).max(axis=1)
+                assert np.mean(off > 2) < 0.04  # along the edges between colours
+
+
+def test_bands_that_nobody_names_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = banded(tmp_path / "bands.tif", [2, 1, 0, 3], [], [])
+    assert main(["make-background", str(path), "--out", str(tmp_path / "tiles")]) == 2
+    said = capsys.readouterr().err
+    assert "does not say which of its bands are red, green and blue" in said
+    assert "gdal_translate -b RED" in said

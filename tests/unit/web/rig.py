@@ -26,7 +26,7 @@ from hawk.settings_reference import reference_text, settings
 from hawk.store.recording import NoRecordingError
 from hawk.web.app import Page, create_app
 from hawk.web.documentation import Documentation
-from hawk.web.services import OperatorSide, WebServices
+from hawk.web.services import OperatorSide, WebServices, _no_area
 from hawk.web.sessions import ControlDesk
 from hawk.web.tls import Tls
 from tests.manual_clock import ManualClock
@@ -82,6 +82,8 @@ class Rig:
     tls: Tls | None = None
     wall: ManualClock = field(default_factory=lambda: ManualClock(1.8e9))
     newest_recording: Callable[[], Path] = _no_recording
+    read_area: Callable[[bytes, str], str] = _no_area
+    never: asyncio.Event = field(default_factory=asyncio.Event)
 
     def __post_init__(self) -> None:
         self.side = OperatorSide.create(self.clock, self.operator)
@@ -115,6 +117,7 @@ class Rig:
             wall=self.wall,
             settings=settings(Config(web=self.web), reference_text()),
             newest_recording=lambda: self.newest_recording(),
+            read_area=lambda data, kind: self.read_area(data, kind),
         )
 
     async def start(self) -> TestServer:

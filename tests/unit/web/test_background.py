@@ -43,6 +43,59 @@ async def test_ground_beside_the_tiles_is_no_error(rig: Rig, tiles: Path) -> Non
     assert (await get(rig, "/api/background/18/139/91"))[:2] == (204, b"")
 
 
+RESOURCE = """<?xml version="1.0" encoding="utf-8"?>
+<TileMap version="1.0.0" tilemapservice="http://tms.osgeo.org/1.0.0"><SRS>EPSG:3857</SRS>
+<TileFormat width="256" height="256" mime-type="image/png" extension="png"/>
+<TileSets profile="{}"><TileSet href="17" units-per-pixel="1.19" order="17"/></TileSets></TileMap>"""
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("tilemapresource.xml", RESOURCE.format("mercator")),
+        ("tilemapresource.xml", RESOURCE.format("global-mercator")),
+        ("metadata.json", '{"name": "lot", "scheme": "tms"}'),
+    ],
+)
+async def test_tiles_of_a_tms_folder_lie_where_they_are(rig: Rig, tiles: Path, name: str, text: str) -> None:
+    (tiles / name).write_text(text)
+    rig.web = rig.web.model_copy(update={"background_tiles": tiles})
+    assert await get(rig, f"/api/background/18/139/{2**18 - 1 - 90}") == (200, b"18/139/90.png", "image/png")
+    assert await get(rig, f"/api/background/17/69/{2**17 - 1 - 45}") == (200, b"17/69/45.jpg", "image/jpeg")
+    assert (await get(rig, "/api/background/18/139/90"))[0] == 204
+
+
+@pytest.mark.parametrize("text", ['{"scheme": "xyz"}', "{", "[]", "{}", '{"scheme": 3}'])
+async def test_metadata_that_does_not_say_tms_changes_nothing(rig: Rig, tiles: Path, text: str) -> None:
+    (tiles / "metadata.json").write_text(text)
+    rig.web = rig.web.model_copy(update={"background_tiles": tiles})
+    assert (await get(rig, "/api/background/18/139/90"))[0] == 200
+
+
+async def test_a_folder_that_seems_to_be_tms_is_named_once(
+    rig: Rig, tiles: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    rig.web = rig.web.model_copy(update={"background_tiles": tiles})
+    assert (await get(rig, "/api/background/18/139/91"))[0] == 204
+    for _ in range(2):
+        status, body, _ = await get(rig, f"/api/background/18/139/{2**18 - 1 - 90}")
+        assert status == 404
+        assert b"numbered from the south (TMS): write metadata.json" in body
+    said = [record.getMessage() for record in caplog.records if record.name == "hawk.web.background"]
+    assert len(said) == 1
+    assert "gdal2tiles --xyz" in said[0]
+
+
+async def test_tiles_that_are_not_in_web_mercator_are_reported_at_the_start(
+    rig: Rig, tiles: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tiles / "tilemapresource.xml").write_text(RESOURCE.format("geodetic"))
+    rig.web = rig.web.model_copy(update={"background_tiles": tiles})
+    status, body, _ = await get(rig, "/api/background/18/139/90")
+    assert (status, b"not in Web Mercator (geodetic)" in body) == (404, True)
+    assert any("not in Web Mercator" in record.getMessage() for record in caplog.records)
+
+
 async def test_without_the_setting_there_is_none(rig: Rig) -> None:
     assert (await get(rig, "/api/background.json"))[1] == b'{"Zooms": []}'
     assert (await get(rig, "/api/background/18/139/90"))[0] == 404

@@ -135,18 +135,43 @@ describe("the fence tools", () => {
   it("read a file that was chosen, once, and refuse one that is too large", async () => {
     const { rig, stage } = await tools();
     const input = stage.input("input[type=file]");
-    const choose = async (file: { size: number; text: () => Promise<string> }): Promise<void> => {
+    const choose = async (file: { size: number }): Promise<void> => {
       Object.defineProperty(input, "files", { value: [file], configurable: true });
       input.dispatchEvent(new Event("change"));
       await stage.drawn();
     };
     const text = writeFence({ corners: SQUARE, zones: [], ceiling: 70 });
-    await choose({ size: 2_000_000, text: () => Promise.resolve(text) });
-    assert.match(rig.operator.toast?.text ?? "", /too large/);
-    assert.deepEqual(rig.operator.fence.draft?.corners, []);
-    await choose({ size: text.length, text: () => Promise.resolve(text) });
+    const sent: unknown[] = [];
+    const answers = [
+      () => Promise.resolve(new Response("The file must hold exactly one Polygon.", { status: 422 })),
+      () => Promise.reject(new Error("no network")),
+      () => Promise.resolve(new Response(text)),
+    ];
+    const before = globalThis.fetch;
+    globalThis.fetch = (address, options) => {
+      sent.push(address, options?.method, options?.body);
+      return (answers.shift() ?? answers[0])!();
+    };
+    const said = (): string => rig.operator.toast?.text ?? "";
+    try {
+      await choose({ size: 5_000_000 });
+      assert.match(said(), /too large/);
+      assert.deepEqual(sent, []);
+      const file = { size: 900 };
+      for (const words of [/exactly one Polygon/, /did not answer/]) {
+        await choose(file);
+        await settle();
+        assert.match(said(), words);
+        assert.deepEqual(rig.operator.fence.draft?.corners, []);
+      }
+      await choose(file);
+      await settle();
+      assert.deepEqual(sent.slice(0, 3), ["api/area-file?kind=fence", "POST", file]);
+    } finally {
+      globalThis.fetch = before;
+    }
     const draft = rig.operator.fence.draft;
-    assert.deepEqual([draft.corners.length, draft.ceiling], [4, "70"]);
+    assert.deepEqual([draft?.corners.length, draft?.ceiling], [4, "70"]);
   });
 });
 

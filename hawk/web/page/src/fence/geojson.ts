@@ -12,8 +12,8 @@ export interface FenceFile {
 /** A file that holds no fence; the message says in words what is wrong and what to do. */
 export class FenceFileError extends Error {}
 
-/** A fence is a few kilobytes; what is larger is something else. */
-export const LARGEST_FILE = 1_000_000;
+/** Bytes that the drone's server reads; a fence is a few kilobytes, an area among other layers may have more. */
+export const LARGEST_FILE = 4_000_000;
 
 /** What a file holds, in words. */
 type Kind = "fence" | "outline";

@@ -759,6 +759,7 @@ tool-hole-aloud = Add hole: a part that is not explored
 tool-clear = Clear
 tool-import = Import
 tool-export = Export
+file-unanswered = The drone did not answer: the file could not be read.
 file-too-large = The file is too large for an area.
 
 # What is wrong with a file. $kind: what it should hold. $ring, $corner: their numbers.

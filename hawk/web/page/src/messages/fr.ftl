@@ -753,6 +753,7 @@ tool-hole-aloud = Trou : ajouter une partie non explorée
 tool-clear = Effacer
 tool-import = Importer
 tool-export = Exporter
+file-unanswered = Le drone n’a pas répondu : le fichier n’a pas pu être lu.
 file-too-large = Le fichier est trop gros pour une aire.
 
 file-one-polygon =

@@ -475,6 +475,7 @@ export interface Messages {
   "tool-clear": Record<string, never>;
   "tool-import": Record<string, never>;
   "tool-export": Record<string, never>;
+  "file-unanswered": Record<string, never>;
   "file-too-large": Record<string, never>;
   "file-one-polygon": { kind: "fence" | "outline" };
   "file-not-geojson": { kind: "fence" | "outline" };

@@ -1,6 +1,7 @@
 import { html, type TemplateResult } from "lit";
 import { customElement, query } from "lit/decorators.js";
 import { LARGEST_FILE } from "../fence/geojson.ts";
+import { readAreaFile } from "../link/area-file.ts";
 import type { Drawing } from "../state/drawing.ts";
 import { say } from "../words/say.ts";
 import { Part } from "./element.ts";
@@ -27,7 +28,7 @@ export class FenceTools extends Part {
   override render(): TemplateResult {
     return html`<div class="fencetools" role="toolbar" aria-label=${say(this.model.outline.open ? "outline-tools" : "fence-tools")}>
       ${this.tools().map((each) => this.tool(each))}
-      <input type="file" accept=".geojson,.json,application/geo+json,application/json" hidden aria-label=${say(this.model.outline.open ? "outline-file" : "fence-file")} @change=${() => void this.read()} />
+      <input type="file" accept=".geojson,.json,.kml,.kmz,application/geo+json,application/json,application/vnd.google-earth.kml+xml,application/vnd.google-earth.kmz" hidden aria-label=${say(this.model.outline.open ? "outline-file" : "fence-file")} @change=${() => void this.read()} />
     </div>`;
   }
 
@@ -76,8 +77,14 @@ export class FenceTools extends Part {
     const file = this.file.files?.[0];
     this.file.value = "";
     if (!file) return;
-    if (file.size > LARGEST_FILE) this.model.tell({ level: "warning", text: say("file-too-large") });
-    else if (this.edited.import(await file.text())) this.dispatchEvent(new CustomEvent("fence-imported", { bubbles: true }));
+    if (file.size > LARGEST_FILE) {
+      this.model.tell({ level: "warning", text: say("file-too-large") });
+      return;
+    }
+    const edited = this.edited;
+    const read = await readAreaFile(file, this.model.outline.open ? "outline" : "fence");
+    if ("problem" in read) this.model.tell({ level: "warning", text: read.problem });
+    else if (edited.import(read.text)) this.dispatchEvent(new CustomEvent("fence-imported", { bubbles: true }));
   }
 
   private export(): void {

@@ -1,0 +1,63 @@
+"""A file with an area, which a browser sends to be read: the page's editor takes what the settings' files take."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from concurrent.futures import ThreadPoolExecutor
+from typing import Final
+
+from aiohttp import hdrs, web
+
+from hawk.area_file import LARGEST_BYTES
+from hawk.web.services import SERVICES
+
+KINDS: Final = ("fence", "outline")
+READ_S: Final = 20.0
+"""Real seconds in which the file must be there."""
+_READER = web.AppKey("area_file_reader", ThreadPoolExecutor)
+
+
+def add_routes(app: web.Application) -> None:
+    """Add the route of this module, and the thread that reads the files: a large one takes tens of milliseconds."""
+    app.cleanup_ctx.append(_reader)
+    app.router.add_post("/api/area-file", area_file)
+
+
+async def area_file(request: web.Request) -> web.StreamResponse:
+    """GeoJSON of one Polygon for the editor of ``kind``; 422 with the reason for a file that holds none.
+
+    Nothing is stored and nothing changes: viewers may ask too.
+    """
+    kind = request.query.get("kind", KINDS[0])
+    if kind not in KINDS:
+        raise web.HTTPBadRequest(text=f"kind: must be {' or '.join(KINDS)}")
+    data = await _body(request)
+    read = request.app[SERVICES].read_area
+    try:
+        text = await asyncio.get_running_loop().run_in_executor(request.app[_READER], read, data, kind)
+    except ValueError as error:
+        raise web.HTTPUnprocessableEntity(text=f"The file {error}.") from error
+    return web.Response(text=text, content_type="application/geo+json", headers={hdrs.CACHE_CONTROL: "no-store"})
+
+
+async def _body(request: web.Request) -> bytes:
+    """Return what was sent. Raises 413 beyond what is read, 408 when it takes too long."""
+    data = bytearray()
+    try:
+        async with asyncio.timeout(READ_S):
+            async for chunk in request.content.iter_any():
+                data += chunk
+                if len(data) > LARGEST_BYTES:
+                    refusal = web.HTTPRequestEntityTooLarge(LARGEST_BYTES, len(data))
+                    refusal.force_close()
+                    raise refusal
+    except TimeoutError:
+        raise web.HTTPRequestTimeout(text="The file did not come.") from None
+    return bytes(data)
+
+
+async def _reader(app: web.Application) -> AsyncIterator[None]:
+    with ThreadPoolExecutor(1, thread_name_prefix="web-area-file") as executor:
+        app[_READER] = executor
+        yield
