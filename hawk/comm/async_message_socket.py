@@ -6,7 +6,7 @@ import asyncio
 import contextlib
 import logging
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Coroutine, Sequence
 from typing import Final
 
 from hawk.comm.base_socket import BaseSocket, ConnectionTimeout, FailedToSend, ServerBaseSocket, SocketClosedError
@@ -17,6 +17,8 @@ QUEUE_LIMIT: Final = 256
 """Messages that wait in each direction. A full receive queue stops reading: the drone then sends fewer heartbeats."""
 STALE_S: Final = 2.0
 """A posted message that waited longer for the link is dropped: the drone must not act on an old command."""
+_SLACK_S: Final = 0.05
+"""Real seconds by which the words of the attempt itself come first."""
 RETRY_S: Final = (0.1, 0.25, 0.5, 1.0, 2.0)
 """Pauses between attempts to connect again; the last one repeats."""
 
@@ -42,6 +44,7 @@ class AsyncMessageSocket:
         self._connected = asyncio.Event()
         self._connecting = asyncio.Lock()
         self._tasks: list[asyncio.Task[None]] = []
+        self._problem = ""
 
     @property
     def is_connected(self) -> bool:
@@ -57,13 +60,22 @@ class AsyncMessageSocket:
                 await self._socket.close()
             raise
 
+    def begin(self) -> None:
+        """Start the tasks, and connect in the background; needs the running loop."""
+        if not self._tasks:
+            self._start(self._reconnect_and_read())
+
     async def send_message(self, text: str) -> None:
-        """Send now; connect first when there is no connection. Raises FailedToSend."""
+        """Send now; connect first when there is no connection, within the time-out. Raises FailedToSend."""
         if not self.is_connected:
             try:
-                await self._connect()
+                # an attempt in the background may hold the lock: waiting for it counts too
+                async with asyncio.timeout(self._timeout + _SLACK_S):
+                    await self._connect()
             except ConnectionTimeout as error:
                 raise FailedToSend(str(error)) from error
+            except TimeoutError:
+                raise FailedToSend(self._problem or f"no connection within {self._timeout:g} s") from None
         await self._socket.send(text)
 
     def post_message(self, text: str) -> None:
@@ -91,13 +103,24 @@ class AsyncMessageSocket:
             if self.is_connected:
                 return
             self._connected.clear()
-            await self._socket.connect(self._timeout)
+            try:
+                await self._socket.connect(self._timeout)
+            except ConnectionTimeout as error:
+                self._problem = str(error)
+                raise
             self._connected.set()
             if not self._tasks:
-                self._tasks = [
-                    asyncio.create_task(self._read(), name="message-socket-read"),
-                    asyncio.create_task(self._write(), name="message-socket-write"),
-                ]
+                self._start(self._read())
+
+    def _start(self, read: Coroutine[None, None, None]) -> None:
+        self._tasks = [
+            asyncio.create_task(read, name="message-socket-read"),
+            asyncio.create_task(self._write(), name="message-socket-write"),
+        ]
+
+    async def _reconnect_and_read(self) -> None:
+        await self._reconnect()
+        await self._read()
 
     async def _read(self) -> None:
         """Fill the queue; after a lost connection try again until closed."""

@@ -125,8 +125,12 @@ class ServerBaseSocket:
     `MessageSocket("SERVER", ...)` alone.
     """
 
-    def __init__(self, host: str, port: int, *, path: str = "/ws", token: str | None = None) -> None:
+    def __init__(
+        self, host: str, port: int, *, path: str = "/ws", token: str | None = None, tls: ssl.SSLContext | None = None
+    ) -> None:
         """An empty ``host`` is 127.0.0.1; with a ``token``, which clients must then send, all interfaces.
+
+        ``tls``: the server's certificate and key, for HTTPS; None: HTTP.
 
         Raises:
             ValueError: The address is not loopback and there is no token.
@@ -137,6 +141,7 @@ class ServerBaseSocket:
         self._port = port
         self._path = path
         self._token = token
+        self._tls = tls
         self._clients: set[web.WebSocketResponse] = set()
         self._runner: web.AppRunner | None = None
 
@@ -186,7 +191,7 @@ class ServerBaseSocket:
         runner = web.AppRunner(app, access_log=None, shutdown_timeout=CLOSE_TIMEOUT_S)
         await runner.setup()
         try:
-            await web.TCPSite(runner, self._host, self._port).start()
+            await web.TCPSite(runner, self._host, self._port, ssl_context=self._tls).start()
         except OSError as error:
             await runner.cleanup()
             raise ConnectionTimeout(f"port {self._port} cannot be listened on: {error}") from error

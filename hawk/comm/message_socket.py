@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import ssl
 import threading
 from collections import deque
 from collections.abc import Callable
@@ -45,6 +46,8 @@ TURNS_KEPT: Final = 100
 TICK_COMMANDS: Final = 4
 """Commands that a tick takes at most, one of a client: each costs it some tenths of a millisecond."""
 CLOSE_TIMEOUT_S: Final = 3.0
+SERVER_RETRY_S: Final = (0.05,)
+"""Pause between attempts to listen on a port that is taken; for a client a server waits without one."""
 SAVING: Final = (Hold, ReturnToLaunch, Land, Kill)
 """Commands that stop or save the drone: one that is accepted voids what waits."""
 URGENT: Final = (*SAVING, KillRequest)
@@ -64,8 +67,8 @@ SendTo = Callable[[ClientId, str], None]
 class MessageSocket:
     """The specification's Message Socket, for programs without asyncio.
 
-    After `init` a lost connection is restored in the background. After a failed `init`, `send_message_sync` tries to
-    connect again (specification 6.4.4).
+    After `init` a lost connection is restored in the background. After a failed `init` both programs that send connect
+    again (specification 6.4.4): `send_message_sync` at once, `send_message_async` in the background.
     """
 
     def __init__(
@@ -76,6 +79,7 @@ class MessageSocket:
         *,
         timeout_s: float = 5.0,
         token: str | None = None,
+        tls: ssl.SSLContext | None = None,
         queue_limit: int = QUEUE_LIMIT,
     ) -> None:
         """Keep the address; nothing is opened before `init`.
@@ -86,6 +90,7 @@ class MessageSocket:
             in_port: TCP port.
             timeout_s: Real seconds to wait for a connection, and for a client before a server's message fails.
             token: Bearer token that a client sends and a server demands.
+            tls: For HTTPS: the certificates that a client trusts, or the server's certificate and key; None: HTTP.
             queue_limit: Received messages that wait at most; a full queue holds the sender up.
 
         Raises:
@@ -97,8 +102,8 @@ class MessageSocket:
         self.host = in_host
         self.port = in_port
         is_server = in_type == "SERVER"
-        self._base = (ServerBaseSocket if is_server else BaseSocket)(in_host, in_port, token=token)
-        self._retry_s = (0.0,) if is_server else RETRY_S  # a server waits for clients; it does not look for them
+        self._base = (ServerBaseSocket if is_server else BaseSocket)(in_host, in_port, token=token, tls=tls)
+        self._retry_s = SERVER_RETRY_S if is_server else RETRY_S
         self._timeout = timeout_s
         self._received: deque[str] = deque()
         self._limit = queue_limit
@@ -129,7 +134,14 @@ class MessageSocket:
         thread.call(socket.send_message(x))
 
     def send_message_async(self, x: str) -> None:
-        """Send in the background. Raises FailedToSend when not initialised, or when too many messages wait already."""
+        """Send in the background; connect there first when not connected. A message that waits for 2 s is dropped.
+
+        Raises:
+            FailedToSend: `init` was not called, or too many messages wait already.
+        """
+        with self._opening:
+            if self._initialised and self._thread is None:
+                self._begin()
         thread, socket = self._running()
         thread.call(_post(socket, x))
 
@@ -163,6 +175,12 @@ class MessageSocket:
             raise
         self._pump = self._thread.begin(self._forward(self._socket))
 
+    def _begin(self) -> None:
+        """Start the thread, and connect in the background."""
+        self._thread = LoopThread("message-socket")
+        self._socket = self._thread.call(self._connect_later())
+        self._pump = self._thread.begin(self._forward(self._socket))
+
     def _stop(self) -> None:
         thread, self._thread = self._thread, None
         socket, self._socket = self._socket, None
@@ -178,6 +196,11 @@ class MessageSocket:
     async def _connect(self) -> AsyncMessageSocket:
         socket = AsyncMessageSocket(self._base, timeout_s=self._timeout, retry_s=self._retry_s)
         await socket.init()
+        return socket
+
+    async def _connect_later(self) -> AsyncMessageSocket:
+        socket = AsyncMessageSocket(self._base, timeout_s=self._timeout, retry_s=self._retry_s)
+        socket.begin()
         return socket
 
     async def _forward(self, socket: AsyncMessageSocket) -> None:

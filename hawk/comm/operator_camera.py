@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import ssl
 import threading
 import time
 from collections.abc import Callable
@@ -28,7 +29,7 @@ STALE_S = 3.0
 
 
 class OperatorCamera:
-    """Reads ``http://HOST:PORT/stream.mjpg``."""
+    """Reads ``http://HOST:PORT/stream.mjpg``, or the same by HTTPS."""
 
     def __init__(
         self,
@@ -36,10 +37,20 @@ class OperatorCamera:
         port: int,
         token: str | None = None,
         *,
+        tls: ssl.SSLContext | None = None,
         reconnect_s: float = 1.0,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """``token``: the daemon's, where it has one. ``reconnect_s``: real seconds between attempts to connect.
+        """Keep the address; nothing is opened before `init`.
+
+        Args:
+            host: The drone's address.
+            port: TCP port.
+            token: The daemon's, where it has one.
+            tls: Certificates that are trusted, for a daemon with HTTPS (`ssl.create_default_context`, with ``cafile``
+                for a self-signed one); None: HTTP.
+            reconnect_s: Real seconds between attempts to connect.
+            clock: Real seconds.
 
         Raises:
             ValueError: The port is not 1 to 65535.
@@ -47,7 +58,8 @@ class OperatorCamera:
         if not 0 < port < 65536:
             raise ValueError(f"port must be 1 to 65535, not {port}")
         name = f"[{host}]" if ":" in host else host
-        self._url = f"http://{name}:{port}/stream.mjpg"
+        self._url = f"{'http' if tls is None else 'https'}://{name}:{port}/stream.mjpg"
+        self._tls = tls
         self._headers = {"Authorization": f"Bearer {token}"} if token else {}
         self._reconnect_s = reconnect_s
         self._clock = clock
@@ -78,7 +90,7 @@ class OperatorCamera:
             thread.stop()
 
     async def _receive(self) -> None:
-        source = HttpMjpegSource(self._url, self._clock, self._headers)
+        source = HttpMjpegSource(self._url, self._clock, self._headers, tls=self._tls)
         while True:
             try:
                 async with aclosing(source.frames()) as frames:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+import ssl
 from collections.abc import AsyncGenerator, Callable, Mapping
 from dataclasses import dataclass, field
 
@@ -138,10 +139,13 @@ class HttpMjpegSource(CameraSource):
         clock: Callable[[], float],
         headers: Mapping[str, str] | None = None,
         silence_s: float = _SILENCE_S,
+        tls: ssl.SSLContext | None = None,
     ) -> None:
+        """``tls``: certificates that are trusted for HTTPS; None: those of the system."""
         self._url = url
         self._clock = clock
         self._headers = dict(headers or {})
+        self._tls = tls
         self._timeout = aiohttp.ClientTimeout(total=None, sock_connect=silence_s, sock_read=silence_s)
 
     async def frames(self) -> AsyncGenerator[SourceFrame, None]:
@@ -150,7 +154,7 @@ class HttpMjpegSource(CameraSource):
         try:
             async with (
                 aiohttp.ClientSession(timeout=self._timeout, read_bufsize=_READ) as session,
-                session.get(self._url, headers=self._headers) as response,
+                session.get(self._url, headers=self._headers, ssl=self._tls or True) as response,
             ):
                 parser = self._parser(response, shown)
                 async for chunk in response.content.iter_any():

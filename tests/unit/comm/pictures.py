@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import ssl
 from collections.abc import Awaitable, Callable
 
 import cv2
@@ -48,9 +49,9 @@ class StreamServer:
         app.router.add_get("/stream.mjpg", self._stream)
         self.server = TestServer(app, port=port)
 
-    async def start(self) -> str:
+    async def start(self, tls: ssl.SSLContext | None = None) -> str:
         """Start to serve and return the address of the stream."""
-        await self.server.start_server(shutdown_timeout=0.01)
+        await self.server.start_server(shutdown_timeout=0.01, ssl=tls)
         return str(self.server.make_url("/stream"))
 
     async def close(self) -> None:

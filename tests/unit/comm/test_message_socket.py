@@ -2,13 +2,17 @@ from __future__ import annotations
 
 import http.client
 import socket as sockets
+import ssl
 import threading
+import time
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
 from hawk.comm.message_socket import ConnectionTimeout, FailedToSend, MessageSocket, NoMessagesError
 from tests.unit.comm.peer import PATIENCE_S, Peer
+from tests.unit.web.certificates import make_pair
 
 
 @pytest.fixture
@@ -102,6 +106,49 @@ def test_after_a_failed_init_send_sync_connects_again(peer: Peer) -> None:
         assert await_message(client) == "answer"
     finally:
         client.close()
+
+
+def test_after_a_failed_init_send_async_connects_in_the_background(peer: Peer) -> None:
+    peer.stop()
+    client = MessageSocket("OPERATOR", "127.0.0.1", peer.port, timeout_s=1.0)
+    with pytest.raises(ConnectionTimeout):
+        client.init()
+    started = time.monotonic()
+    client.send_message_async("nobody is there yet")
+    assert time.monotonic() - started < 0.5, "it does not block"
+    peer.start()
+    try:
+        assert peer.next() == "nobody is there yet"
+        client.send_message_sync("and at once")
+        assert peer.next() == "and at once"
+        peer.send("answer")
+        assert await_message(client) == "answer"
+    finally:
+        client.close()
+    with pytest.raises(FailedToSend, match="init"):
+        client.send_message_async("after close")
+
+
+def test_a_server_whose_port_was_taken_listens_once_it_is_free(server: MessageSocket) -> None:
+    second = MessageSocket("SERVER", "", server.port, timeout_s=0.2)
+    with pytest.raises(ConnectionTimeout):
+        second.init()
+    second.send_message_async("nobody is there yet")
+    server.close()
+    operator = operator_of(second)
+    try:
+        for _ in range(50):
+            try:
+                operator.init()
+                break
+            except ConnectionTimeout:
+                time.sleep(0.02)
+        await_client(second)
+        second.send_message_sync("to the one who came")
+        assert await_message(operator) == "to the one who came"
+    finally:
+        operator.close()
+        second.close()
 
 
 def test_nothing_can_be_sent_before_init_or_after_close(peer: Peer) -> None:
@@ -215,6 +262,37 @@ def test_server_and_operator_exchange_messages(server: MessageSocket) -> None:
             server.get_message()
     finally:
         operator.close()
+
+
+def test_a_server_without_a_client_fails_after_its_time_not_twice_as_late() -> None:
+    server = MessageSocket("SERVER", "", free_port(), timeout_s=0.6)
+    server.init()
+    try:
+        for pause in (0.0, 0.2, 0.3):  # an attempt in the background is under way
+            time.sleep(pause)
+            started = time.monotonic()
+            with pytest.raises(FailedToSend, match="no client connected"):
+                server.send_message_sync("nobody")
+            assert 0.5 < time.monotonic() - started < 0.9
+    finally:
+        server.close()
+
+
+def test_server_and_operator_speak_https(tmp_path: Path) -> None:
+    pair = make_pair(tmp_path)
+    trusted = ssl.create_default_context(cafile=str(pair.certificate))
+    certified = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    certified.load_cert_chain(pair.certificate, pair.key)
+    server = MessageSocket("SERVER", "", free_port(), timeout_s=2.0, tls=certified)
+    server.init()
+    operator = MessageSocket("OPERATOR", "127.0.0.1", server.port, timeout_s=2.0, tls=trusted)
+    try:
+        operator.init()
+        operator.send_message_sync("secret")
+        assert await_message(server) == "secret"
+    finally:
+        operator.close()
+        server.close()
 
 
 def test_a_server_waits_for_a_client_before_it_says_that_it_failed(server: MessageSocket) -> None:

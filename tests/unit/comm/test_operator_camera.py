@@ -1,10 +1,12 @@
 from __future__ import annotations
 
 import asyncio
+import ssl
 import threading
 import time
 from collections.abc import AsyncIterator, Callable
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
@@ -15,6 +17,7 @@ from hawk.comm.operator_camera import OperatorCamera
 from hawk.image import NoImage
 from tests.manual_clock import ManualClock
 from tests.unit.comm.pictures import StreamServer, forever, once, part, picture
+from tests.unit.web.certificates import make_pair
 
 T = TypeVar("T")
 DARK, LIGHT = picture(32, 24, 20), picture(32, 24, 220)
@@ -62,6 +65,25 @@ async def test_pictures_of_the_daemon_are_given_as_bgr(blocking: ThreadPoolExecu
     await call(blocking, camera.close)
     await server.close()
     assert "operator-camera" not in [thread.name for thread in threading.enumerate()]
+
+
+async def test_pictures_come_by_https_from_a_certificate_that_is_trusted(
+    tmp_path: Path, blocking: ThreadPoolExecutor
+) -> None:
+    pair = make_pair(tmp_path)
+    certified = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    certified.load_cert_chain(pair.certificate, pair.key)
+    server = StreamServer(forever(part(LIGHT)))
+    server.server.scheme = "https"
+    await server.start(certified)
+    port = server.server.port
+    assert port is not None
+    camera = OperatorCamera("localhost", port, tls=ssl.create_default_context(cafile=str(pair.certificate)))
+    camera.init()
+    image = await call(blocking, lambda: wait_image(camera))
+    assert image.shape == (24, 32, 3)
+    await call(blocking, camera.close)
+    await server.close()
 
 
 async def test_a_picture_older_than_three_seconds_is_none(blocking: ThreadPoolExecutor) -> None:
