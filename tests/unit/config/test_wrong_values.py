@@ -57,6 +57,7 @@ SETTINGS: dict[str, tuple[str, ...]] = {
         *("gst:", "gst:  ", "gst:!", "gst:videotestsrc !", "gst:'videotestsrc", "file://", "file:///", "file://x.mp4"),
         *("v4l2://", "v4l2:///", "v4l2://dev/video0", "v4l2:///dev/video0?width=1", "rpicam:x", "rpicam:0?awb=1"),
     ),
+    "flight.battery_chemistry": NO_WORD,
     "remote_id.operator_id": ("", "x" * 21),
     "remote_id.operator_place": NO_WORD,
     "remote_id.description": ("", "x" * 24),
