@@ -22,7 +22,7 @@ export class EarlierSurvey extends Part {
         <span>${words}</span>
       </div>
       <div class="act-side">
-        <button @click=${() => this.open()}>${say("open-last-survey")}</button>
+        <button class="open-last" @click=${() => this.open()}>${say("open-last-survey")}</button>
         <button @click=${() => this.keep()}>${say("continue-survey")}</button>
         <button @click=${() => this.model.ask({ about: "New Survey" })}>${say("new-survey")}</button>
       </div>
