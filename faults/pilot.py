@@ -83,6 +83,7 @@ class Pilot:
             await self._hover()
             if when is When.EXPLORING:
                 await self._until(lambda b: all(i.healthy for i in b.health if i.name in _SIGHT), 30.0)
+                await self._until(lambda b: not refusal_of(b, "Autonomous Explore"), 30.0)
                 await self._must(AutonomousExplore())
                 await self._until_state(StateName.AUTONOMOUS_EXPLORE)
             elif when is When.RETURNING:

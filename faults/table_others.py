@@ -60,7 +60,7 @@ def _put_back(name: str, value: float) -> tuple[Act | See, ...]:
     """Return the steps of a parameter that another station sets: it is reported and put back."""
     changed = parameter(name, value)
     told_of = warned(name, *(words for beginning, words in _NAMES.items() if name.startswith(beginning)))
-    return Drone({"parameters": {name: value}}), See(changed, 1.0), See(both(absent(changed), told_of), _BACK_S)
+    return Drone({"parameters": {name: value}}), See(both(told_of, absent(changed)), _BACK_S)
 
 
 def _fence(change: dict[str, Any]) -> tuple[Act | See, ...]:
