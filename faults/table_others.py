@@ -32,7 +32,7 @@ from faults.fault import (
 )
 from faults.sights import CLEAN, FENCE_IS_OURS, NO_RALLY, parameter, stayed, warned
 from faults.station import command_fields
-from hawk.comm.messages import Arm, AutonomousExplore, ReturnToLaunch
+from hawk.comm.messages import Arm, AutonomousExplore, ReturnToLaunch, Takeoff
 from hawk.model.operation import StateName
 
 _HOVER, _EXPLORE, _RETURN = StateName.HOVER, StateName.AUTONOMOUS_EXPLORE, StateName.RETURN_TO_LAUNCH
@@ -122,12 +122,13 @@ KEPT: Final = (
         ends_flight=True,
     ),
     Fault(
-        "a second station clears the fence on the ground, before the flight",
+        "a second station clears the fence between Arm and Takeoff",
         When.ARMED,
         (
             Drone({"fence": []}),
-            See(told("ence"), _BACK_S),
-            See(either(FENCE_IS_OURS, MOTORS_OFF), _BACK_S),
+            Order(Takeoff()),
+            See(both(FENCE_IS_OURS, told("ence")), 2 * _BACK_S),
+            See(absent(state(_EXPLORE)), 3.0, lasts=True),
         ),
         ends_flight=True,
     ),
