@@ -137,9 +137,10 @@ KEPT: Final = (
         When.HOVERING,
         (
             Drone({"fence": []}),
-            See(absent(FENCE_IS_OURS), 1.0),
-            See(told("ence"), _BACK_S),
-            See(FENCE_IS_OURS, _BACK_S),
+            See(told("ence in the autopilot was changed"), _BACK_S),
+            Order(AutonomousExplore()),
+            See(refused("ence"), 1.0),
+            See(both(FENCE_IS_OURS, told("is in the autopilot again")), _BACK_S),
             Order(AutonomousExplore()),
             See(state(_EXPLORE), 5.0),
         ),
