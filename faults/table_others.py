@@ -10,6 +10,7 @@ from faults.fault import (
     MOTORS_OFF,
     UP,
     Act,
+    Bring,
     CountAnew,
     Drone,
     Fault,
@@ -163,9 +164,13 @@ HOMEWARD: Final = (
         "a rally point is there before the flight",
         When.GROUND,
         (
-            See(absent(check_fails("GPS")), 60.0),
+            Bring(When.ARMED),  # failsafes are set
+            Bring(When.GROUND),
             Drone({"rally": _AWAY}),
-            See(either(NO_RALLY, check_fails("Return"), warned("ally")), 20.0),
+            See(absent(NO_RALLY), 1.0),
+            See(warned("ally point"), 20.0),
+            Order(Arm()),
+            See(refused(), 1.0),
         ),
         ends_flight=True,
     ),
