@@ -32,6 +32,10 @@ RISE_PERCENT = 1.0
 """A counter in flight that rises by more did not round."""
 DIP_S = 10.0
 """A counter that is back within this time only dipped, as one does that is made from the voltage, seconds."""
+HELD_S = 2.0
+"""A counter that was low for this time and is back where the flight began, or higher, began again, seconds."""
+JUMP_PERCENT = 10.0
+"""It rose by more then."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +101,8 @@ class ChargeWatch:
         self._took_off = 0.0
         self._begun: tuple[float, float] | None = None
         self._lowest: tuple[float, float] | None = None
-        self._counters: deque[tuple[float, float]] = deque()
+        self._held: float | None = None
+        self._settling, self._holding = _Highest(DIP_S), _Highest(HELD_S)
         self._doubt = ""
         self._doubted_at = 0.0
         self._counted: tuple[float, float] = (0.0, 0.0)
@@ -142,7 +147,8 @@ class ChargeWatch:
         """Forget what was measured at rest when it takes off, and what was measured in flight when it lands."""
         self._is_airborne, self._took_off = is_airborne, now
         self._volts.clear()
-        self._counters.clear()
+        self._held = None
+        self._settling, self._holding = _Highest(DIP_S), _Highest(HELD_S)
         self._begun, self._lowest, self._doubt = None, None, ""
         self._low_at = self._critical_at = None
 
@@ -179,8 +185,12 @@ class ChargeWatch:
             self._begun = self._lowest = (counter, now)
         (begun, start), (lowest, since) = self._begun, self._lowest
         used, flown, still = begun - counter, now - start, now - since
-        settled = self._settled(counter, now)
-        if counter > lowest + RISE_PERCENT:
+        settled, held = self._settling.of(counter, now), self._holding.of(counter, now)
+        self._held = held if self._held is None else min(held, self._held)
+        if counter >= begun and counter > self._held + JUMP_PERCENT:
+            words = f"the counter rose from {self._held:.0f} to {counter:.0f} % in flight"
+            self._disbelieve(words, self._held, now, now)
+        elif counter > lowest + RISE_PERCENT:
             self._disbelieve(f"the counter rose from {lowest:.0f} to {counter:.0f} % in flight", lowest, now, now)
         elif counter > 0.0 and still >= STILL_S:
             self._disbelieve(f"the counter stands still at {counter:.0f} % for {still:.0f} s", lowest, since, now)
@@ -188,15 +198,6 @@ class ChargeWatch:
             self._disbelieve(f"the counter fell by {used:.0f} % in {flown:.0f} s in the air", begun, start, now)
         if settled < lowest:
             self._lowest = (settled, now)
-
-    def _settled(self, counter: float, now: float) -> float:
-        """Return the highest counter of the last moments: one that is made from the voltage dips under load."""
-        while self._counters and self._counters[-1][1] <= counter:
-            self._counters.pop()
-        self._counters.append((now, counter))
-        while now - self._counters[0][0] > DIP_S:
-            self._counters.popleft()
-        return self._counters[0][1]
 
     def _disbelieve(self, doubt: str, charge: float, since: float, now: float) -> None:
         """Believe the counter no more in this flight: ``charge`` (percent) at ``since`` is the last that counts."""
@@ -215,6 +216,23 @@ class ChargeWatch:
         if found and allowed is not None and doubt:
             found.append(allowed)
         return min(found, default=None)
+
+
+class _Highest:
+    """The highest value of the last seconds."""
+
+    def __init__(self, seconds: float) -> None:
+        self._seconds = seconds
+        self._values: deque[tuple[float, float]] = deque()
+
+    def of(self, value: float, now: float) -> float:
+        """Take a value and return the highest one."""
+        while self._values and self._values[-1][1] <= value:
+            self._values.pop()
+        self._values.append((now, value))
+        while now - self._values[0][0] > self._seconds:
+            self._values.popleft()
+        return self._values[0][1]
 
 
 def _contradiction(counter: float | None, allowed: float | None, volts: float | None, *, is_airborne: bool) -> str:

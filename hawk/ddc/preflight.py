@@ -7,7 +7,7 @@ from typing import Literal
 
 from hawk.comm.status import CheckItem
 from hawk.config import HeightSettings
-from hawk.ddc.chemistry import CHEMISTRIES, Chemistry
+from hawk.ddc.chemistry import CHEMISTRIES, LEAST_CELL_V, PACKS, Chemistry
 from hawk.ddc.facts import Facts
 from hawk.ddc.failsafes import AutopilotView, FlightLimits, check_failsafes, return_altitude
 from hawk.ddc.fall import fall_words
@@ -151,7 +151,7 @@ def _battery(facts: Facts, needed: float, chemistry: Chemistry) -> CheckItem:
     name, battery, charge = "Battery", facts.battery.info, facts.battery.charge
     if battery is None or battery.percentage is None:
         return _failed(name, "not known", "It could fall.", "Set up the autopilot's battery monitor.")
-    if battery.voltage is None:
+    if battery.voltage is None or battery.voltage < LEAST_CELL_V * PACKS[0]:
         text = f"{battery.percentage:.0f} %, voltage not known"
         return _failed(name, text, "It could fall: a counter alone is no witness.", "Set up BATT_MONITOR for voltage.")
     each = "" if charge.volts is None else f", {charge.volts:.2f} V a cell of {charge.cells}"

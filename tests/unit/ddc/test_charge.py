@@ -306,6 +306,27 @@ class TestTheCounter:
         assert facts.believed == pytest.approx(before + 1 - 10.0 * ASSUMED_DRAIN, abs=0.2)
         assert (facts.believed or 0.0) < (facts.counter or 0.0)
 
+    def test_one_that_was_low_for_a_moment_and_is_full_again_began_again(self) -> None:
+        pack = Pack()
+        pack.each = 4.0
+        pack.fly(12.0)
+        pack.counter = 55.0
+        assert pack.fly(2.6).doubt == ""
+        pack.counter = 100.0
+        facts = pack.fly(1.0)
+        assert facts.doubt == "the counter rose from 55 to 100 % in flight"
+        assert facts.believed == pytest.approx(55.0, abs=0.5)
+
+    @pytest.mark.parametrize(("low", "seconds", "back"), [(0.0, 1.0, 100.0), (55.0, 3.0, 98.0), (91.0, 5.0, 100.0)])
+    def test_a_counter_that_dips_is_believed(self, low: float, seconds: float, back: float) -> None:
+        pack = Pack()
+        pack.each = 4.0
+        pack.fly(12.0)
+        pack.counter = low
+        pack.fly(seconds)
+        pack.counter = back
+        assert pack.fly(1.0).doubt == ""
+
     def test_a_wavering_one_is_believed(self) -> None:
         pack = Pack()
         pack.each = 4.0

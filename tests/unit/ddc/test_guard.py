@@ -452,8 +452,9 @@ async def test_arm_is_refused_with_less_than_the_voltage_needs(rig: Rig) -> None
     assert "13 % at most" in rig.command(Arm()).reason
 
 
-async def test_arm_is_refused_without_a_voltage(rig: Rig) -> None:
-    rig.autopilot.volts = None
+@pytest.mark.parametrize("volts", [None, 0.01, 3.9])
+async def test_arm_is_refused_without_a_voltage(rig: Rig, volts: float | None) -> None:
+    rig.autopilot.volts = volts
     await rig.run(8.0)
     assert "voltage not known" in rig.command(Arm()).reason
 

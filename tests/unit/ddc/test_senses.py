@@ -322,7 +322,7 @@ class TestBattery:
         bench.autopilot.battery = 15.0
         assert bench.tick().battery.reached_s == 0.0
         assert bench.run(2.0).battery.reached_s == pytest.approx(2.0)
-        bench.autopilot.battery = 95.0
+        bench.autopilot.battery = 94.0
         assert bench.tick().battery.reached_s is None
         bench.autopilot.battery = 15.0
         bench.run(1.0)

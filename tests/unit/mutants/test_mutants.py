@@ -59,7 +59,7 @@ def test_a_mutant_that_is_not_there_is_an_error() -> None:
 
 def test_every_module_is_there_and_has_mutants() -> None:
     for module in ALL_MODULES:
-        assert len(mutants_of(module, (ROOT / module).read_text(encoding="utf-8"))) > 10, module
+        assert len(mutants_of(module, (ROOT / module).read_text(encoding="utf-8"))) > 0, module
 
 
 def test_the_own_test_files_of_a_module_are_there() -> None:
