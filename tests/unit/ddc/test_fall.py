@@ -112,8 +112,10 @@ def test_motors_that_go_off_in_the_air_are_a_fall(height: float, beat: float) ->
     world.take_off(height)
     world.run(beat)
     world.cut()
+    cut_at = world.now
     world.drop(8.0)
     assert world.fall is not None
+    assert world.fall.at == pytest.approx(UTC_START + cut_at, abs=0.5)
     assert world.fall.height == pytest.approx(height, abs=0.6)
     assert world.fall.latitude == 43.0
 
@@ -199,6 +201,32 @@ def test_a_height_that_jumps_is_no_fall() -> None:
     world.take_off(20.0)
     world.run(15.0, climb=-1.0, phase=LANDING)
     world.drift = -30.0
+    world.land()
+    assert world.fall is None
+
+
+@pytest.mark.parametrize(("sink", "kept"), [(2.4, 10.0), (3.0, 20.0)])
+def test_the_place_of_before_is_kept_while_it_sinks_faster_than_any_descent(sink: float, kept: float) -> None:
+    """It is the height from which it fell: a fast descent may be the beginning of a fall."""
+    world = World()
+    world.take_off(20.0)
+    world.run(10.0 / sink, climb=-sink)
+    world.cut()
+    world.climb = -3.5
+    world.drop(5.0)
+    assert world.fall is not None
+    assert world.fall.height == pytest.approx(kept, abs=1.0)
+
+
+def test_a_height_that_leaps_while_nothing_is_seen_is_no_fall() -> None:
+    """61 m a second: no drone falls so fast."""
+    world = World()
+    world.take_off(20.0)
+    world.run(15.0, climb=-1.0, phase=LANDING)
+    world.heard = False
+    world.run(1.5)
+    world.drift = -92.0
+    world.heard = True
     world.land()
     assert world.fall is None
 

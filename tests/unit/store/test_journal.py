@@ -16,7 +16,7 @@ import pytest
 
 from hawk.model.limits import Outline
 from hawk.model.moment import Moment
-from hawk.model.operation import FlightDrain, FlightSoFar, SurveyLeft
+from hawk.model.operation import Fall, FlightDrain, FlightSoFar, SurveyLeft
 from hawk.model.poses import ArmPlace, GlobalPose
 from hawk.store.journal import FlightJournal
 from hawk.store.journal_state import JournalState, pack, read_survey, surveys_of
@@ -131,6 +131,22 @@ async def test_a_new_survey_is_empty_and_the_old_one_is_kept(make: Make, tmp_pat
     )  # the battery stays
     (kept,) = (folder(tmp_path) / old).iterdir()
     assert b"old" in kept.read_bytes()
+
+
+async def test_motors_that_went_off_in_the_air_are_kept_for_every_survey_until_they_are_cleared(
+    make: Make, tmp_path: Path
+) -> None:
+    journal, fall = make(), Fall(1_800_000_000.0, 43.26, -79.92, 17.7)
+    journal.set_datum(DATUM)
+    journal.set_fall(fall)
+    await journal.flush()
+    assert read_journal(folder(tmp_path)).fall == fall
+    journal.new_survey()
+    await journal.flush()
+    assert read_journal(folder(tmp_path)).fall == fall
+    journal.set_fall(None)
+    await journal.flush()
+    assert read_journal(folder(tmp_path)).fall is None
 
 
 async def test_only_the_last_surveys_are_kept(make: Make, tmp_path: Path) -> None:
