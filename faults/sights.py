@@ -53,10 +53,10 @@ def _said(moment: Moment) -> Iterator[str]:
 def warned(*words: str) -> Sight:
     """A message, the state's detail, an unhealthy part or a failed check has one of these words."""
     shown = " or ".join(f"“{word}”" for word in words)
-    return Sight(f"told: {shown}", lambda m: any(word in line for line in _said(m) for word in words))
+    return Sight(f"reported: {shown}", lambda m: any(word in line for line in _said(m) for word in words))
 
 
-CLEAN: Final = Sight("no control characters told", lambda m: not any(map(_has_control, _said(m))))
+CLEAN: Final = Sight("no control characters shown", lambda m: not any(map(_has_control, _said(m))))
 
 
 def _has_control(text: str) -> bool:

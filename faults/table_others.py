@@ -175,7 +175,7 @@ HOMEWARD: Final = (
         ends_flight=True,
     ),
     Fault(
-        "rally points, while the drone is on the way home",
+        "rally points come while the drone returns",
         When.RETURNING,
         (
             Drone({"rally": _AWAY, "parameters": {"RALLY_INCL_HOME": 0.0}}),

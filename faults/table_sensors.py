@@ -83,7 +83,7 @@ PLACE: Final = (
         ends_flight=True,
     ),
     Fault(
-        "GNSS walks at 0.7 m/s on the way home",
+        "GNSS walks at 0.7 m/s while the drone returns",
         When.RETURNING,
         (
             Drone({"gps_walk": (0.5, 0.5)}),
@@ -176,7 +176,7 @@ HEIGHT: Final = (
         ends_flight=True,
     ),
     Fault(
-        "the barometer rises by 0.5 m/s on the way home",
+        "the barometer rises by 0.5 m/s while the drone returns",
         When.RETURNING,
         (Drone({"baro_drift": 0.5}), See(DOWN, 120.0)),
         ends_flight=True,
@@ -388,7 +388,7 @@ PICTURES: Final = (
         (Drone({"camera_tail_bytes": 4000}), See(_GOES_ON, 12.0, lasts=True)),
     ),
     Fault(
-        "the camera sends no picture on the way home",
+        "the camera sends no picture while the drone returns",
         When.RETURNING,
         (Drone({"camera": "dark"}), See(both(state(_RETURN), mode("RTL")), 5.0, lasts=True), See(DOWN, 120.0)),
     ),
