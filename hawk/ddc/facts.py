@@ -253,6 +253,8 @@ class KeptFacts:
     """Things that cannot be put back, in words; empty: none."""
     astray: str = ""
     """Reason why the autopilot's RTL would not end at home; empty when it would, as far as is known."""
+    astray_ago: float = math.inf
+    """Seconds since it would not have ended at home; 0 while it would not."""
     restored: tuple[str, ...] = ()
     """Names of the checks whose parameters are being put back."""
 
@@ -293,6 +295,11 @@ class Facts:
     """Starts in the air within the restart window, this one included; None until they are counted."""
     kept: KeptFacts = KeptFacts()
     """The keeper's word; the decider adds it to what the senses gathered."""
+
+    @property
+    def is_astray(self) -> bool:
+        """True while the autopilot's RTL would not end at home, as far as is known."""
+        return bool(self.kept.astray) or self.position.autopilot_home.is_moved
 
     @property
     def is_airborne(self) -> bool:

@@ -32,12 +32,11 @@ HOME_WAIT_S = 3.0
 def returning(facts: Facts, cause: Cause) -> ToReturn | ToLand:
     """Return the transition of a return that cannot wait, nor fly a path.
 
-    Land where home is outside the fence, and where the drone's own place is doubted.
+    Land where RTL would not end at home, and where the drone's own place is doubted.
     """
-    home = facts.position.autopilot_home
     if facts.witness.place.is_doubted:
         return ToLand(cause_here(facts, cause))
-    return ToLand(astray(home, cause)) if home.misleads else ToReturn(cause, straight="the program cannot lead it")
+    return ToLand(astray(facts, cause)) if leaves(facts) else ToReturn(cause, straight="the program cannot lead it")
 
 
 def cause_here(facts: Facts, cause: Cause) -> Cause:
@@ -45,11 +44,23 @@ def cause_here(facts: Facts, cause: Cause) -> Cause:
     return Cause(joined(cause.text, facts.witness.doubt), cause.kind, cause.details)
 
 
-def astray(home: HomeFacts, cause: Cause | None) -> Cause | None:
+def leaves(facts: Facts) -> bool:
+    """Return True while RTL would not end at home, nor at a home that somebody moved inside the fence."""
+    home = facts.position.autopilot_home
+    return home.misleads or (bool(facts.kept.astray) and not home.is_moved)
+
+
+def astray(facts: Facts, cause: Cause | None) -> Cause | None:
     """Return the cause of a landing in place of a return; None keeps a landing that nobody caused."""
     if cause is None:
         return None
-    return Cause(f"{cause.text} {home_words(home)}".strip(), cause.kind, cause.details)
+    return Cause(joined(cause.text, astray_words(facts)), cause.kind, cause.details)
+
+
+def astray_words(facts: Facts) -> str:
+    """Return in words why RTL would not end at home."""
+    home = facts.position.autopilot_home
+    return home_words(home) if home.is_moved else facts.kept.astray
 
 
 def home_words(home: HomeFacts) -> str:

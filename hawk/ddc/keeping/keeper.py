@@ -7,6 +7,7 @@ While a pilot flies it is reported, and nothing is written.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 
 from hawk.ddc.acts import Acts
@@ -35,6 +36,7 @@ class Keeper:
         self._parameters = KeptParameters()
         self._fence = KeptFence(settings)
         self._home = KeptHome()
+        self._astray_at = -math.inf
 
     @property
     def fence_problem(self) -> str:
@@ -51,7 +53,11 @@ class Keeper:
     def kept(self, facts: Facts) -> KeptFacts:
         """Return what cannot be put back, and why RTL would not end at home."""
         lost = (*self._parameters.lost, *self._fence.lost, *self._home.lost(facts))
-        return KeptFacts(", ".join(lost), self._astray(facts), tuple(sorted(self._parameters.restored)))
+        astray = self._astray(facts)
+        if astray:
+            self._astray_at = facts.now
+        restored = tuple(sorted(self._parameters.restored))
+        return KeptFacts(", ".join(lost), astray, facts.now - self._astray_at, restored)
 
     def _keep_parameters(self, facts: Facts, state: State) -> Acts:
         may_write = facts.link.is_up and state.rank < Rank.PILOT

@@ -8,7 +8,7 @@ from hawk.comm.messages import Disarm
 from hawk.ddc.acts import STAY, Acts, Log, SetArmed, Step
 from hawk.ddc.facts import Facts
 from hawk.ddc.fence_path import length
-from hawk.ddc.home import HOME_WAIT_S, astray, home_words
+from hawk.ddc.home import HOLDS_S, HOME_WAIT_S, astray, astray_words, leaves
 from hawk.ddc.orders import Cause, CauseKind, Order, Rank, ToHover, ToLand
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import AirborneState, Inquiry, ModeKeeper
@@ -93,9 +93,10 @@ class ReturnToLaunch(Homing):
     """Flies home and lands, by the autopilot: inside a bent fence by targets until home is in straight sight.
 
     Whether a path inside is flown is decided once, at the first tick (`hawk.ddc.states.path_home`).
-    A home that was moved is set back first (`hawk.ddc.home`). RTL that began with a moved home flies there, even
-    when home is set back later, so that it is begun again. Where home stays outside the fence, the drone lands instead;
-    when the operator asked for the return, it holds.
+    Where RTL would not end at home (home was moved, rally points, `RTL_*`), that is put right first
+    (`hawk.ddc.keeping`). RTL that began before that flies elsewhere for ever, so that it is begun again. What stays
+    wrong: the drone is led home by targets and lands there. Where it cannot be led, it lands where it is, or holds when
+    the operator asked.
     """
 
     identity = StateName.RETURN_TO_LAUNCH
@@ -121,6 +122,8 @@ class ReturnToLaunch(Homing):
         self._is_misled = False
         self._stopping: ModeKeeper | None = None
         self._begins_again = False
+        self._may_be_led = not straight
+        self._is_above_home = False
 
     @property
     def may_send_targets(self) -> bool:
@@ -146,7 +149,9 @@ class ReturnToLaunch(Homing):
         if self._inside is not None:
             return f"{self._inside.detail(facts)} {'' if self.cause is None else self.cause.text}".strip()
         if self._stopping is not None or self._waits(facts):
-            return "Returning home: home was moved, it is set back first."
+            moved = facts.position.autopilot_home.is_moved or not facts.kept.astray
+            what = "home was moved, it is set back first" if moved else "the autopilot's way home is put right first"
+            return f"Returning home: {what}."
         straight = f" Straight: {sentence(self._straight)}" if self._straight and is_beyond_sight(facts) else ""
         return f"{super().detail(facts)}{straight}"
 
@@ -177,6 +182,7 @@ class ReturnToLaunch(Homing):
             self._inside = inside
             return acts
         self._straight = inside.end.reason
+        self._is_above_home = inside.end.is_above_home
         return acts + inside.end.words
 
     def _begin(self, facts: Facts) -> Acts:
@@ -190,20 +196,42 @@ class ReturnToLaunch(Homing):
         return (Log("info", f"The straight way home leaves the fence: returning inside it, {distance}."),)
 
     def _return(self, facts: Facts) -> Acts:
-        """Ask for RTL once home is right; begin it again when it began with a home that was moved."""
+        """Ask for RTL once it would end at home; begin it again when it began before that."""
+        if self._is_above_home:
+            return ()
         if self._stopping is not None:
             return self._begin_again(facts, self._stopping)
         self._look(facts)
-        home = facts.position.autopilot_home
-        if self._is_misled and not home.is_moved:
+        if self._is_misled and not facts.is_astray:
             self._stopping = ModeKeeper(CopterMode.BRAKE)
-            log = Log("warning", "Home is back: the return begins again.")
+            log = Log("warning", "The way home is right again: the return begins again.")
             return (log, *self._begin_again(facts, self._stopping))
-        if self._waits(facts) or self._leads_out(facts):
+        if self._waits(facts):
+            return ()
+        if self._must_be_led(facts):
+            return self._begin_leading(facts)
+        if self._leads_out(facts):
             return ()
         if self._begins_again:
             return self._ask(facts)
         return super().process(facts)
+
+    def _must_be_led(self, facts: Facts) -> bool:
+        """Return True when RTL flies, or would fly, elsewhere, and the program may lead the drone instead; once."""
+        would = self._is_misled or not self._is_flying
+        return would and facts.is_astray and self._is_given_up(facts) and self._may_be_led
+
+    def _begin_leading(self, facts: Facts) -> Acts:
+        """Lead the drone home by targets; where that cannot be, `_decide` ends the return."""
+        self._may_be_led = False
+        begun = begin(facts, self._settings, lands=True)
+        if isinstance(begun, Straight):
+            return (Log("warning", f"It cannot be led home: {sentence(begun.reason)}", astray_words(facts)),)
+        self._inside = begun
+        self._keeper, self._reported = ModeKeeper(self.mode), 0
+        self._is_flying = self._is_misled = False
+        words = Log("warning", "The autopilot's return would not end at home: leading it there.", astray_words(facts))
+        return (words, *self._lead(facts))
 
     def _begin_again(self, facts: Facts, stopping: ModeKeeper) -> Acts:
         acts = stopping.reach(facts)
@@ -219,31 +247,33 @@ class ReturnToLaunch(Homing):
         home = facts.position.autopilot_home
         flies = facts.vehicle.custom_mode in (CopterMode.RTL, CopterMode.SMART_RTL)
         if flies and not self._is_flying:
-            unsure = self.by_autopilot and not self._begins_again and home.moved_s is not None
-            self._is_misled = home.is_moved or unsure
+            lately = home.moved_s is not None or facts.kept.astray_ago <= HOLDS_S
+            unsure = self.by_autopilot and not self._begins_again and lately
+            self._is_misled = facts.is_astray or unsure
         self._is_flying = flies
 
     def _waits(self, facts: Facts) -> bool:
-        """Return True before RTL while home is moved, as long as it may be set back in time."""
-        home = facts.position.autopilot_home
-        return not self._is_flying and home.is_moved and not self._is_given_up(facts)
+        """Return True before RTL while it would end elsewhere, as long as that may be put right in time."""
+        return not self._is_flying and facts.is_astray and not self._is_given_up(facts)
 
     def _leads_out(self, facts: Facts) -> bool:
-        """Return True when RTL flies, or would fly, to a home that stays outside the fence."""
+        """Return True when RTL flies, or would fly, to a place that is not home."""
         would = self._is_misled or not self._is_flying
-        return would and facts.position.autopilot_home.misleads and self._is_given_up(facts)
+        return would and leaves(facts) and self._is_given_up(facts)
 
     def _is_given_up(self, facts: Facts) -> bool:
-        moved_s = facts.position.autopilot_home.moved_s
-        return moved_s is not None and min(moved_s, self.age(facts)) >= HOME_WAIT_S
+        home = facts.position.autopilot_home
+        since = self.age(facts) if home.moved_s is None else min(home.moved_s, self.age(facts))
+        return since >= HOME_WAIT_S
 
     def _decide(self, facts: Facts) -> Step:
-        if self._inside is not None or not self._leads_out(facts):
+        if self._is_above_home:
+            return Step(ToLand(Cause(f"Above home. {astray_words(facts)}".strip(), CauseKind.NEVER)))
+        if self._inside is not None or self._may_be_led or not self._leads_out(facts):
             return STAY
-        home = facts.position.autopilot_home
         if self.cause is None and not self.by_autopilot:
-            return Step(ToHover(f"{home_words(home)} Land, or move the drone.", level="error"))
-        return Step(ToLand(astray(home, self.cause or Cause("", CauseKind.NEVER))))
+            return Step(ToHover(f"{astray_words(facts)} Land, or move the drone.", level="error"))
+        return Step(ToLand(astray(facts, self.cause or Cause("", CauseKind.NEVER))))
 
 
 class Land(Homing):

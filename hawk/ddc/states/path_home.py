@@ -42,6 +42,8 @@ class Straight:
     """RTL flies the rest. ``reason``: why, although home is not in sight; empty where it is."""
 
     reason: str = ""
+    is_above_home: bool = False
+    """Nothing flies the rest: the drone is above home, where it lands."""
 
     @property
     def words(self) -> Acts:
@@ -63,14 +65,19 @@ def is_beyond_sight(facts: Facts) -> bool:
     return not (path_is_inside(fence, pose.map.point, home) and path_is_inside(fence, stop.point, home))
 
 
-def begin(facts: Facts, settings: DdcSettings) -> PathHome | Straight:
-    """Return the flight along the path, where home is not in straight sight and nothing speaks against it."""
-    if not is_beyond_sight(facts):
+def begin(facts: Facts, settings: DdcSettings, *, lands: bool = False) -> PathHome | Straight:
+    """Return the flight along the path, where home is not in straight sight and nothing speaks against it.
+
+    ``lands``: the path is flown to the place above home, in sight or not, because RTL would end elsewhere.
+    """
+    if not lands and not is_beyond_sight(facts):
         return Straight()
     place, fence, home = facts.place, facts.limits.fence, facts.position.home
     if place is None:
         return Straight(POSITION_OLD)
-    reason = _obstacle(facts)
+    if lands and facts.witness.place.is_doubted:
+        return Straight(POSITION_LOST)
+    reason = _obstacle(facts, may_return=lands)
     if not reason and not _lasts(facts):
         reason = TOO_FAR
     if reason or fence is None or home is None:
@@ -78,7 +85,9 @@ def begin(facts: Facts, settings: DdcSettings) -> PathHome | Straight:
     if not contains(fence, place.point):
         return Straight(OUTSIDE)
     route = route_inside(fence, place.point, home)
-    return Straight(NO_PATH) if route is None else PathHome(facts.now, settings, place, Errand(fence, home, route))
+    if route is None:
+        return Straight(NO_PATH)
+    return PathHome(facts.now, settings, place, Errand(fence, home, route), lands=lands)
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +102,12 @@ class Errand:
 class PathHome:
     """Leads the drone along the path: up to the return height first, then from corner to corner."""
 
-    def __init__(self, now: float, settings: DdcSettings, place: MapPose, errand: Errand) -> None:
+    def __init__(
+        self, now: float, settings: DdcSettings, place: MapPose, errand: Errand, *, lands: bool = False
+    ) -> None:
+        """``lands``: it ends above home while RTL would end elsewhere."""
+        self._lands = lands
+        self._was_guided = False
         self._settings = settings
         self._travelling = Travelling(settings)
         self._watch = ProgressWatch()
@@ -127,6 +141,7 @@ class PathHome:
 
     def process(self, facts: Facts) -> Acts:
         """Return this tick's target; ``end`` says when RTL takes over."""
+        self._was_guided |= facts.is_guided
         place, reason = facts.place, self._reason(facts)
         if reason:
             self.end = Straight(reason)
@@ -135,7 +150,11 @@ class PathHome:
         return ()
 
     def _lead(self, facts: Facts, place: MapPose) -> Acts:
-        if self._is_in_sight(facts, place):
+        away = place.point.distance(self._errand.home)
+        if self._lands and facts.is_astray and away <= self._settings.flight.arrival_radius_m:
+            self.end = Straight(is_above_home=True)
+            return ()
+        if not (self._lands and facts.is_astray) and self._is_in_sight(facts, place):
             self.end = Straight()
             return (Log("info", "Home is in straight sight."),)
         if self._must_plan(facts) and not self._plan(facts, place):
@@ -163,7 +182,8 @@ class PathHome:
             return POSITION_OLD
         if self._travelling.refusal:
             return f"GUIDED was refused: {self._travelling.refusal}"
-        return _obstacle(facts) or (TOO_FAR if is_short else "")
+        may_return = self._lands and not self._was_guided
+        return _obstacle(facts, may_return=may_return) or (TOO_FAR if is_short else "")
 
     def _is_in_sight(self, facts: Facts, place: MapPose) -> bool:
         """Return True when home is in sight from the drone and from where it comes to rest: RTL begins there."""
@@ -189,13 +209,16 @@ class PathHome:
         return True
 
 
-def _obstacle(facts: Facts) -> str:
-    """Return what speaks against flying by targets: position, fence, the autopilot's mode, an unknown charge."""
+def _obstacle(facts: Facts, *, may_return: bool = False) -> str:
+    """Return what speaks against flying by targets: position, fence, the autopilot's mode, an unknown charge.
+
+    ``may_return``: the autopilot returns, and GUIDED takes it over.
+    """
     if facts.position.distrusted_s >= POSITION_CONFIRM_S:
         return POSITION_LOST
     if facts.is_breached:
         return OUTSIDE
-    if facts.vehicle.custom_mode in RETURNING:
+    if facts.vehicle.custom_mode in RETURNING and not may_return:
         return RETURNS_ALREADY
     unknown = facts.battery.reserve is None or facts.battery.unknown_s >= BATTERY_UNKNOWN_S
     return CHARGE_UNKNOWN if unknown else ""

@@ -181,28 +181,37 @@ async def test_a_return_by_itself_lands_where_home_stays_outside_the_fence(flyin
     assert flying.log[-1].endswith("Home is 300 m from the arm place, outside the fence. Landing.")
 
 
-async def test_the_operators_own_return_holds_where_home_stays_outside_the_fence(flying: Rig) -> None:
+@pytest.mark.parametrize("metres", [300.0, 60.0], ids=["outside", "inside"])
+async def test_where_home_stays_moved_the_operators_return_is_led_home_and_lands_there(
+    flying: Rig, metres: float
+) -> None:
+    flying.order(CompulsiveMove(x=40.0, y=0.0))
+    await flying.until(S.HOVER)
+    flying.autopilot.keeps_home = False
+    move_home(flying, metres)
+    flying.order(ReturnToLaunch())
+    await flying.run(4)
+    flying.expect(S.RETURN_TO_LAUNCH)
+    assert flying.autopilot.mode == CopterMode.GUIDED
+    assert "The autopilot's return would not end at home: leading it there." in flying.log
+    await flying.until(S.LAND, 60)
+    await flying.until(S.IDLE, 90)
+    assert math.hypot(flying.autopilot.north, flying.autopilot.east) < 3.0
+    assert CopterMode.RTL not in flying.autopilot.asked("set_mode")
+
+
+async def test_where_it_cannot_be_led_the_operators_return_holds(flying: Rig) -> None:
     await flying.run(1)
     flying.autopilot.keeps_home = False
+    flying.autopilot.position_good = False
     move_home(flying)
     flying.order(ReturnToLaunch())
     await flying.run(3.5)
     flying.expect(S.HOVER)
-    assert flying.autopilot.mode == CopterMode.GUIDED
     assert "outside the fence. Land, or move the drone. Holding." in flying.log[-1]
     flying.order(Land())
     await flying.run(0.2)
     assert flying.autopilot.mode == CopterMode.LAND
-
-
-async def test_a_home_that_stays_moved_inside_the_fence_is_flown_to(flying: Rig) -> None:
-    await flying.run(1)
-    flying.autopilot.keeps_home = False
-    move_home(flying, 60.0)
-    flying.order(ReturnToLaunch())
-    await flying.run(3.5)
-    flying.expect(S.RETURN_TO_LAUNCH)
-    assert flying.autopilot.mode == CopterMode.RTL
 
 
 async def test_an_rtl_of_the_autopilot_that_began_with_a_moved_home_begins_again(flying: Rig) -> None:
@@ -226,10 +235,10 @@ async def test_an_rtl_of_the_autopilot_to_a_home_that_stays_outside_ends_by_land
     flying.autopilot.keeps_home = False
     move_home(flying)
     flying.autopilot.change_mode(CopterMode.RTL)
-    await flying.run(3.5)
-    flying.expect(S.LAND)
+    await flying.until(S.LAND, 60)
+    await flying.tick(2)
     assert flying.autopilot.mode == CopterMode.LAND
-    assert flying.autopilot.north < 20.0
+    assert abs(flying.autopilot.north) < 3.0
 
 
 async def test_a_home_that_is_moved_during_rtl_is_set_back_and_rtl_goes_on(flying: Rig) -> None:
@@ -345,8 +354,8 @@ def test_without_a_link_no_home_is_sent() -> None:
 
 
 def test_a_landing_that_nobody_caused_gets_no_cause() -> None:
-    assert astray(FAR, None) is None
-    because = astray(FAR, Cause("The battery is needed.", CauseKind.RESERVE, "12 %"))
+    assert astray(with_home(flying(1.0), FAR), None) is None
+    because = astray(with_home(flying(1.0), FAR), Cause("The battery is needed.", CauseKind.RESERVE, "12 %"))
     words = "The battery is needed. Home is 300 m from the arm place, outside the fence."
     assert because == Cause(words, CauseKind.RESERVE, "12 %")
 

@@ -68,7 +68,7 @@ def test_a_return_that_began_with_a_moved_home_begins_again_when_home_is_back() 
     state = made(ToReturn(Cause("", CauseKind.ALWAYS), by_autopilot=True))
     assert state.process(home_at(flying(1.0, CopterMode.RTL), 60.0, 0.5)) == ()
     acts = state.process(home_at(flying(2.0, CopterMode.RTL), 0.0, 1.5))
-    assert texts(acts) == ["Home is back: the return begins again."]
+    assert texts(acts) == ["The way home is right again: the return begins again."]
     assert requests(acts) == [SetMode(CopterMode.BRAKE)]
     assert "set back first" in state.detail(flying(2.0))
     state.process(home_at(flying(2.5, CopterMode.BRAKE), 0.0, 2.0))
@@ -80,7 +80,7 @@ def test_our_own_return_that_began_with_a_moved_home_begins_again_too() -> None:
     state = made(ToReturn())
     state.process(home_at(flying(1.0, CopterMode.RTL), 60.0, 0.5))
     acts = state.process(home_at(flying(2.0, CopterMode.RTL), 0.0, 1.5))
-    assert texts(acts) == ["Home is back: the return begins again."]
+    assert texts(acts) == ["The way home is right again: the return begins again."]
 
 
 def test_a_return_waits_three_seconds_for_a_moved_home_and_then_flies_to_it_inside_the_fence() -> None:
@@ -88,7 +88,8 @@ def test_a_return_waits_three_seconds_for_a_moved_home_and_then_flies_to_it_insi
     assert state.process(home_at(flying(0.05), 60.0, 0.05)) == ()
     assert "set back first" in state.detail(home_at(flying(0.05), 60.0, 0.05))
     assert state.process(home_at(flying(2.99), 60.0, 2.99)) == ()
-    assert requests(state.process(home_at(flying(3.0), 60.0, 3.0))) == [SetMode(CopterMode.RTL)]
+    assert texts(state.process(home_at(flying(3.0), 60.0, 3.0))) == ["It cannot be led home: the charge is not known."]
+    assert requests(state.process(home_at(flying(3.05), 60.0, 3.05))) == [SetMode(CopterMode.RTL)]
 
 
 @pytest.mark.parametrize(
@@ -102,7 +103,7 @@ def test_a_return_to_a_home_that_stays_outside_holds_or_lands(cause: Cause | Non
     assert state.process(early) == ()
     assert state.transition_next_state(early) == STAY
     late = home_at(flying(3.0), 300.0, 3.0, inside=False)
-    assert state.process(late) == ()
+    assert texts(state.process(late)) == ["It cannot be led home: the charge is not known."]
     assert isinstance(state.transition_next_state(late).transition, following)
 
 
