@@ -218,18 +218,20 @@ class Daemon:
 
     def _make_vehicle(self) -> None:
         self.vehicle = VehicleTopics.create(self.clock)
+        is_new_world = self._options.simulation is not None and not self._options.is_again
+        self._starts = Starts(self._journal, self._notes, self._options.speed, is_new_world=is_new_world)
         self.autopilot = MavsdkAutopilot(
             self._config.autopilot,
             self.clock,
             self.vehicle,
             supervisor=self._supervisor,
             has_gimbal=self._config.camera.gimbal,
+            flown_id=self._starts.flown_id,
+            in_flight=self._starts.flew_lately,
         )
         self.autopilot.calls.on_overdue = self._call_hangs
         stamped = self.autopilot.telemetry.from_boot if self._options.is_simulation else None
         self.camera = DroneCamera(self._config.camera, self.clock, stamped, supervisor=self._supervisor)
-        is_new_world = self._options.simulation is not None and not self._options.is_again
-        self._starts = Starts(self._journal, self._notes, self._options.speed, is_new_world=is_new_world)
         begun = survey_at_start(
             self._journal,
             flies=self._starts.flew_lately,
@@ -259,7 +261,7 @@ class Daemon:
                 continues_survey=bool(self._kept.map_parts),
                 begin_survey=self._begin_another_survey,
                 flight=self._starts.flight,
-                keep_flight=self._starts.keep_flight,
+                keep_flight=lambda flight: self._starts.keep_flight(flight, self.autopilot.vehicle_id),
                 fall=self._kept.fall,
                 keep_fall=self._journal.set_fall,
                 survey=SurveyMemory(
@@ -422,7 +424,9 @@ class Daemon:
             _LOG.error("started a third time within a minute in the air: the autopilot's failsafe has the drone")
             listening = asyncio.create_task(
                 wait_until_disarmed(
-                    self._config.autopilot.url, RESTART_WINDOW_S, expected_autopilot(self._config.autopilot)
+                    self._config.autopilot.url,
+                    RESTART_WINDOW_S,
+                    expected_autopilot(self._config.autopilot, self._starts.flown_id, in_flight=True),
                 ),
                 name="passive-listener",
             )

@@ -97,7 +97,8 @@ class Monitor:
         self._inputs.second_sender.publish(now.second_sender)
         if now.second_sender and now.second_sender != before.second_sender:
             self._add_message("warning", "A second sender on the autopilot's link.", now.second_sender)
-        if now.other_vehicles and now.other_vehicles != before.other_vehicles:
+        is_named = now.other_vehicles and now.other_vehicles not in now.second_sender
+        if is_named and now.other_vehicles != before.other_vehicles:
             words = f"{now.other_vehicles}. Its messages are dropped; autopilot.vehicle_system_id names yours."
             self._add_message("warning", "Another copter is on the autopilot's link.", words)
         if before.sender and now.sender != before.sender:

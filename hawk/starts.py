@@ -131,6 +131,7 @@ class Starts:
         self._before = _union(on_disk.starts_in_air, notes.notes.starts_in_air)
         self.flight = _newest(on_disk.flight, notes.notes.flight)
         """The flight in which this program may have started, None when there was none."""
+        self._flown_id = notes.notes.vehicle_id
         journal.try_disk()
         if self.flew_lately:
             self._count()  # now: a crash before the link is found counts too
@@ -159,10 +160,15 @@ class Starts:
         number = starts_before(self._before, self.flight, begun) + 1
         return number if self._is_sure(begun) else max(number, SECOND_START)
 
-    def keep_flight(self, flight: FlightSoFar | None) -> None:
-        """Keep duration and distance of this flight so far; None: it has ended."""
+    @property
+    def flown_id(self) -> int | None:
+        """MAVLink system id of the vehicle whose flight goes on; None where that is not known."""
+        return self._flown_id if self.flew_lately else None
+
+    def keep_flight(self, flight: FlightSoFar | None, vehicle_id: int | None = None) -> None:
+        """Keep duration and distance of this flight so far, and whose it is; None: it has ended."""
         self._journal.set_flight(flight)
-        self._notes.put(replace(self._notes.notes, flight=flight))
+        self._notes.put(replace(self._notes.notes, flight=flight, vehicle_id=None if flight is None else vehicle_id))
 
     def found_disarmed(self) -> None:
         """Take this start back, unless it began in the air."""
@@ -179,7 +185,7 @@ class Starts:
             self._begun = begun = self._moment()
             self._journal.add_start_in_air(begun)
             recent = tuple(start for start in self._before if starts_before((start,), self.flight, begun))
-            self._notes.put(Notes((*recent, begun), self._notes.notes.flight))
+            self._notes.put(replace(self._notes.notes, starts_in_air=(*recent, begun)))
         return self._begun
 
     def _withdraw(self) -> None:

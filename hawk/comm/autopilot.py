@@ -21,7 +21,7 @@ from hawk.comm.fence_rings import FenceRings, difference, rings_of
 from hawk.comm.frames import wrap_angle
 from hawk.comm.mavlink_link import Link, Message, OnMessage
 from hawk.comm.parameters import AutopilotParameters
-from hawk.comm.peer import Expected
+from hawk.comm.peer import SEVERAL, Expected
 from hawk.comm.streams import RateKeeper, Stream, wanted_streams
 from hawk.comm.telemetry import Telemetry
 from hawk.comm.threads import Inbox, LatestSender
@@ -42,6 +42,8 @@ _FIND_S = 0.5
 _WATCH_S = 0.2
 _REOPEN_S = 5.0
 _LOOK_S = 1.0
+_ALONE_S = 1.5
+"""A copter that nobody named is kept when none other was heard for this time; each gives a sign of life a second."""
 _RETRY_S = 0.5
 _CLOSE_S = 5.0
 _COMMAND_S = 2.5
@@ -84,6 +86,8 @@ class MavsdkAutopilot:
         calls: Calls | None = None,
         *,
         has_gimbal: bool = False,
+        flown_id: int | None = None,
+        in_flight: bool = False,
     ) -> None:
         """Make it; `start` begins.
 
@@ -97,13 +101,16 @@ class MavsdkAutopilot:
             supervisor: Keeps the tasks running.
             calls: Runs the calls into MAVSDK.
             has_gimbal: Ask for the attitude of the camera's gimbal.
+            flown_id: MAVLink system id of the vehicle whose flight goes on.
+            in_flight: A flight may be under way: the first copter is taken at once.
         """
         self.topics = topics
         self._settings = settings
         self._clock = clock
         self._rates = RateKeeper(wanted_streams(settings.position_rate_hz, has_gimbal=has_gimbal))
         self._inbox: Inbox[Message] | None = None
-        self._link = make_link(settings.url, settings.system_id, clock, self._receive, expected_autopilot(settings))
+        expected = expected_autopilot(settings, flown_id, in_flight=in_flight)
+        self._link = make_link(settings.url, settings.system_id, clock, self._receive, expected)
         self.telemetry = Telemetry(clock, topics, self._rates, self._link.sensor_health, moment, self._on_reboot)
         self._tie = self.telemetry.tie
         self.calls = calls or Calls("autopilot")
@@ -154,6 +161,11 @@ class MavsdkAutopilot:
     def hearing(self) -> Hearing:
         """Senders on the link: the kept one, and a second one."""
         return self._link.hearing()
+
+    @property
+    def vehicle_id(self) -> int | None:
+        """MAVLink system id of the autopilot that was found; None before."""
+        return self._link.vehicle_id
 
     @property
     def dropped(self) -> int:
@@ -384,6 +396,8 @@ class MavsdkAutopilot:
     def _nobody(self) -> str:
         """Return why there is no autopilot: nobody is heard, or others are."""
         url, found = self._settings.url, self._link.hearing()
+        if found.second_sender.startswith(SEVERAL):
+            return f"autopilot.url {url!r}: {found.second_sender.rstrip('.')}"
         heard = found.heard or found.second_sender
         if heard:
             return f"No copter is heard at autopilot.url {url!r}: is it on? Heard there: {heard.rstrip('.')}"
@@ -426,7 +440,10 @@ class MavsdkAutopilot:
             self.calls.note_overdue("target")
 
 
-def expected_autopilot(settings: AutopilotSettings) -> Expected:
-    """Return the autopilot that the settings name."""
+def expected_autopilot(
+    settings: AutopilotSettings, flown_id: int | None = None, *, in_flight: bool = False
+) -> Expected:
+    """Return the autopilot that the settings name, else that of the flight; without one a second one is waited for."""
     host, port = (None, None) if settings.vehicle_address is None else host_and_port(settings.vehicle_address)
-    return Expected(settings.vehicle_system_id, host, port)
+    named = settings.vehicle_system_id or flown_id
+    return Expected(named, host, port, 0.0 if named is not None or in_flight else _ALONE_S)

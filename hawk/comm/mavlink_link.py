@@ -33,7 +33,7 @@ from hawk.comm.fence_rings import Corners, FenceRings
 from hawk.comm.foreign_writes import writes
 from hawk.comm.mavlink_frames import AUTOPILOT_COMPONENT, Heartbeat, ground_station_heartbeat
 from hawk.comm.mavsdk_log import MavsdkLog
-from hawk.comm.peer import FIRST_HEARD, Expected, PeerKeeper
+from hawk.comm.peer import FIRST_HEARD, NAME_YOURS, SEVERAL, Expected, PeerKeeper
 from hawk.comm.remote_id import ARM_STATUS, TRANSMITTERS
 from hawk.comm.roster import Roster
 from hawk.comm.udp_gate import NOBODY, Hearing, UdpGate, serves
@@ -247,6 +247,11 @@ class Link:
             gate.close()
         self._claim.release()
 
+    @property
+    def vehicle_id(self) -> int | None:
+        """MAVLink system id of the autopilot that was found; None before."""
+        return self._vehicle_id
+
     def hearing(self) -> Hearing:
         """Return who is heard. Does not block."""
         gate, now = self._gate, time.monotonic()
@@ -254,6 +259,8 @@ class Link:
         vehicle, twin = self._vehicle_id, self._roster.twin(now)
         words = f"{twin}, has our own MAVLink id: is it another hawk-drone on this autopilot?" if twin else ""
         others = "" if vehicle is None else self._roster.other_vehicles(vehicle, now)
+        several = self._roster.several(now) if self._expected.system_id is None else ""
+        words = f"{SEVERAL}: {several}. {NAME_YOURS}" if several else words
         second = found.second_sender or words
         return replace(found, second_sender=second, heard=self._roster.names(now), other_vehicles=others)
 
@@ -350,10 +357,12 @@ class Link:
             fitting = [system for system in mavsdk.get_systems() if wanted in (None, system.get_system_id())]
             return next((system for system in fitting if system.has_autopilot()), None)
         wanted = self._expected.system_id
-        number = self._roster.vehicle(wanted, time.monotonic())
+        number = self._roster.vehicle(wanted, time.monotonic(), self._expected.wait_s)
         systems = [system for system in mavsdk.get_systems() if wanted in (None, system.get_system_id())]
-        if number is None:  # its next heartbeat will say so, a second later
-            return next((system for system in systems if _is_copter(system)), None)
+        if number is None and (wanted is not None or not self._expected.wait_s):
+            return next(
+                (system for system in systems if _is_copter(system)), None
+            )  # a second before its next heartbeat
         return next((system for system in systems if system.get_system_id() == number), None)
 
     def _target(self) -> tuple[MavlinkDirect, int]:

@@ -25,6 +25,8 @@ OVERLAP_S: Final = 0.5
 """A sender that was heard this long before the kept one's last datagram is a rival: it never replaces the kept one."""
 SHOWN_S: Final = 10.0
 """Real seconds after its last datagram for which a second sender is shown."""
+SEVERAL: Final = "Several copters are heard"
+NAME_YOURS: Final = "Name yours in autopilot.vehicle_system_id, autopilot.vehicle_address."
 _REMEMBERED: Final = 256
 """Second senders that are remembered; the oldest is forgotten first."""
 
@@ -36,6 +38,8 @@ class Expected:
     system_id: int | None = None
     host: str | None = None
     port: int | None = None
+    wait_s: float = 0.0
+    """Real seconds in which a second copter is waited for before one is kept that nobody named."""
 
     def allows(self, sender: Address) -> bool:
         """Return True when the autopilot may send from this address."""
@@ -64,6 +68,7 @@ class PeerKeeper:
         self._heard = 0.0
         self._strangers: dict[Address | str, float] = {}  # when each was heard first
         self._shown: _Shown | None = None
+        self._copters: dict[tuple[Address, int], tuple[float, float]] = {}  # when first and last heard
         self.kept: Address | None = None
         """The sender that is heard; None before the first HEARTBEAT of a copter."""
         self.system_id = expected.system_id
@@ -101,12 +106,26 @@ class PeerKeeper:
         first = self._note(sender, datagram, now)
         if not is_expected:
             return False
+        if self.kept is None and self.system_id is None and not self._is_alone(sender, beats, now):
+            return False
         if self.kept is not None:
             wait = SILENT_S if plain_host(sender[0]) == plain_host(self.kept[0]) else OTHER_HOST_S
             if now - self._heard < wait or self._heard - first > OVERLAP_S:
                 return False
         self.system_id = self.system_id or beats[0]
         return True
+
+    def _is_alone(self, sender: Address, systems: list[int], now: float) -> bool:
+        """Return True when one copter only was heard for the time to wait."""
+        for system in systems:
+            first, _ = self._copters.get((sender, system), (now, now))
+            self._copters[sender, system] = (first, now)
+        heard = {key: first for key, (first, last) in self._copters.items() if now - last <= SILENT_S}
+        if len(heard) > 1:
+            names = ", ".join(f"system {system} at {address_text(place)}" for place, system in sorted(heard))
+            self._shown = _Shown(sender, f"{SEVERAL}: {names}. {NAME_YOURS}", now)
+            return False
+        return now - min(heard.values()) >= self._expected.wait_s
 
     def _note(self, sender: Address, datagram: bytes, now: float) -> float:
         """Remember a stranger and show it, unless another one is shown; return when it was heard first."""

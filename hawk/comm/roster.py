@@ -19,8 +19,11 @@ SHOWN_S: Final = 10.0
 
 @dataclass(frozen=True, slots=True)
 class _Member:
+    """The last HEARTBEAT of a component, when it came, and when the first one did."""
+
     beat: Heartbeat
     heard: float
+    first: float
 
 
 class Roster:
@@ -35,12 +38,25 @@ class Roster:
     def take(self, beat: Heartbeat, now: float) -> None:
         """Note a HEARTBEAT."""
         with self._lock:
-            self._members[(beat.system, beat.component)] = _Member(beat, now)  # keeps the place of its first one
+            key = (beat.system, beat.component)
+            before = self._members.get(key)
+            self._members[key] = _Member(beat, now, now if before is None else before.first)  # keeps its place
 
-    def vehicle(self, wanted: int | None, now: float) -> int | None:
-        """Return the system id of the copter: ``wanted``, else the first one; None while none is heard."""
-        copters = [each.system for each in self._heard(now) if each.is_of_a_copter]
-        return next((system for system in copters if wanted in (None, system)), None)
+    def vehicle(self, wanted: int | None, now: float, wait_s: float = 0.0) -> int | None:
+        """Return the system id of the copter: ``wanted``, else the only one that was heard for ``wait_s``; else None.
+
+        Without a time to wait the first one is taken.
+        """
+        copters = self._copters(now)
+        if wanted is not None or not wait_s:
+            return next((each.beat.system for each in copters if wanted in (None, each.beat.system)), None)
+        is_sure = len(copters) == 1 and now - copters[0].first >= wait_s
+        return copters[0].beat.system if is_sure else None
+
+    def several(self, now: float) -> str:
+        """Return the copters in words when there are several; else empty."""
+        copters = self._copters(now)
+        return "; ".join(_named(each.beat) for each in copters) if len(copters) > 1 else ""
 
     def names(self, now: float) -> str:
         """Return what is heard, in words; empty when nothing is."""
@@ -55,6 +71,11 @@ class Roster:
         """Return words for a ground station with our own id; empty when there is none."""
         found = (each for each in self._heard(now) if each.system == self._own_id and each.kind == GROUND_STATION)
         return next((f"{_named(each)}, component {each.component}" for each in found), "")
+
+    def _copters(self, now: float) -> list[_Member]:
+        with self._lock:
+            members = list(self._members.values())
+        return [each for each in members if now - each.heard <= SHOWN_S and each.beat.is_of_a_copter]
 
     def _heard(self, now: float) -> list[Heartbeat]:
         with self._lock:

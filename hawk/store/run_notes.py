@@ -29,10 +29,11 @@ SHARED_MEMORY: Final = Path("/dev/shm")  # noqa: S108 - a folder of our own in i
 
 @dataclass(frozen=True, slots=True)
 class Notes:
-    """``starts_in_air``: oldest first. ``flight``: the flight under way, None on the ground."""
+    """``starts_in_air``: oldest first. ``flight``: the flight under way, of ``vehicle_id``; None on the ground."""
 
     starts_in_air: tuple[Moment, ...] = ()
     flight: FlightSoFar | None = None
+    vehicle_id: int | None = None
 
 
 _EMPTY: Final = Notes()

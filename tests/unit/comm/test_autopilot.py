@@ -122,10 +122,10 @@ async def rig() -> AsyncIterator[Rig]:
 
 
 async def test_the_expected_autopilot_is_that_of_the_settings(rig: Rig) -> None:
-    assert rig.link.expected == Expected()
+    assert rig.link.expected == Expected(wait_s=1.5)
     named = {"vehicle_system_id": 3, "vehicle_address": "[fe80::1]:14555"}
     assert expected_autopilot(AutopilotSettings.model_validate(named)) == Expected(3, "fe80::1", 14555)
-    assert expected_autopilot(AutopilotSettings(vehicle_address="10.0.0.7")) == Expected(None, "10.0.0.7", None)
+    assert expected_autopilot(AutopilotSettings(vehicle_address="10.0.0.7")) == Expected(None, "10.0.0.7", None, 1.5)
     rig.link.heard = Hearing("10.0.0.7:5", "10.0.0.8:6 (system 1) sends", 12)
     assert rig.autopilot.hearing == rig.link.heard
 
@@ -837,3 +837,27 @@ async def test_it_can_be_closed_before_it_was_started_and_twice() -> None:
     await rig.autopilot.close()
     await rig.autopilot.close()
     assert rig.link.closed
+
+
+@pytest.mark.parametrize(
+    ("named", "flown", "in_flight", "expected"),
+    [
+        (None, None, False, Expected(wait_s=1.5)),
+        (None, None, True, Expected()),
+        (None, 7, True, Expected(7)),
+        (3, 7, True, Expected(3)),
+        (3, None, False, Expected(3)),
+    ],
+)
+def test_the_expected_vehicle_is_the_named_one_else_that_of_the_flight(
+    named: int | None, flown: int | None, in_flight: bool, expected: Expected
+) -> None:
+    assert expected_autopilot(AutopilotSettings(vehicle_system_id=named), flown, in_flight=in_flight) == expected
+
+
+async def test_of_several_copters_the_problem_names_them(rig: Rig) -> None:
+    words = "Several copters are heard: system 1, system 3. Name yours."
+    rig.link.appears, rig.link.heard = False, Hearing(second_sender=words)
+    await rig.autopilot.start()
+    await until(lambda: bool(rig.autopilot.problem))
+    assert rig.autopilot.problem == f"autopilot.url 'udpin://127.0.0.1:14550': {words[:-1]}"

@@ -480,6 +480,22 @@ def test_on_a_line_with_a_tracker_the_copter_is_waited_for_and_everybody_named(m
     assert {one.fields["type"] for one in heard.messages if one.name == "HEARTBEAT"} == {2}
 
 
+def test_of_two_copters_on_a_line_none_is_taken_before_one_is_named(made: list[Any]) -> None:
+    line, heard = Line(), Heard()
+    link = Link(line.url, 245, lambda: 1.0, heard.take, Expected(wait_s=1.5))
+    made += [line, link]
+    line.present = [HEXAROTOR, QUADROTOR]
+    link.open()
+    end = time.monotonic() + 3.0
+    while time.monotonic() < end:
+        assert not link.find(0.2)
+        time.sleep(0.05)
+    assert link.hearing().second_sender == (
+        "Several copters are heard: hexarotor (ArduPilot), system 3; quadrotor (ArduPilot), system 1. "
+        "Name yours in autopilot.vehicle_system_id, autopilot.vehicle_address."
+    )
+
+
 def test_on_a_line_the_named_vehicle_is_found_among_others(made: list[Any]) -> None:
     line, heard = Line(), Heard()
     link = Link(line.url, 245, lambda: 1.0, heard.take, Expected(system_id=3))

@@ -171,3 +171,29 @@ def test_a_system_id_that_was_named_and_is_no_copter_is_not_kept() -> None:
     assert not keeper.admit(AUTOPILOT, beat(2, kind=TRACKER), 0.0)
     assert not keeper.admit(AUTOPILOT, beat(1), 0.0)
     assert keeper.admit(AUTOPILOT, beat(2), 0.1)
+
+
+def test_of_two_copters_none_is_kept_before_one_is_named() -> None:
+    keeper = PeerKeeper(Expected(wait_s=1.5))
+    for second in range(20):
+        assert not keeper.admit(AUTOPILOT, beat(3), float(second))
+        assert not keeper.admit(STRANGER, beat(1), second + 0.5)
+    assert keeper.second_sender(20.0) == (
+        "Several copters are heard: system 3 at 192.168.1.10:5000, system 1 at 192.168.1.66:6000. "
+        "Name yours in autopilot.vehicle_system_id, autopilot.vehicle_address."
+    )
+    assert not keeper.admit(AUTOPILOT, beat(3), 20.0)
+    assert keeper.admit(AUTOPILOT, beat(3), 20.5 + SILENT_S), "the other one has gone"
+
+
+def test_one_copter_alone_is_kept_after_the_time_to_wait() -> None:
+    keeper = PeerKeeper(Expected(wait_s=1.5))
+    assert [keeper.admit(AUTOPILOT, beat(), at) for at in (0.0, 1.0, 1.5)] == [False, False, True]
+
+
+def test_two_copters_of_one_router_are_two() -> None:
+    keeper = PeerKeeper(Expected(wait_s=1.5))
+    assert not keeper.admit(AUTOPILOT, beat(1) + beat(3), 0.0)
+    assert not keeper.admit(AUTOPILOT, beat(1) + beat(3), 2.0)
+    named = PeerKeeper(Expected(system_id=3))
+    assert named.admit(AUTOPILOT, beat(1) + beat(3), 0.0)

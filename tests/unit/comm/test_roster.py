@@ -46,3 +46,13 @@ def test_a_ground_station_with_our_own_id_is_a_twin() -> None:
     assert heard(QUADROTOR, STATION).twin(0.0) == ""
     assert heard(TWIN).twin(0.0) == "ground station, system 245, component 190"
     assert heard(Heartbeat(245, 1, 2, 3, 0)).twin(0.0) == "", "a vehicle of that id is another matter"
+
+
+def test_one_that_nobody_named_is_alone_for_the_time_to_wait() -> None:
+    roster = heard(QUADROTOR, TRACKER)
+    assert (roster.vehicle(None, 1.4, 1.5), roster.vehicle(None, 1.5, 1.5)) == (None, 1)
+    roster.take(HEXAROTOR, 2.0)
+    assert roster.vehicle(None, 5.0, 1.5) is None
+    assert roster.vehicle(3, 5.0, 1.5) == 3
+    assert roster.several(5.0) == "quadrotor (ArduPilot), system 1; hexarotor (ArduPilot), system 3"
+    assert heard(QUADROTOR, TRACKER).several(0.0) == ""

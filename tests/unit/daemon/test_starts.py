@@ -245,3 +245,13 @@ async def test_the_drone_of_a_new_simulated_world_has_no_past(sound: Computer) -
     async with sound.running(after(2.0), is_new_world=True) as starts:
         assert (starts.flight, starts.flew_lately, starts.rule) == (None, False, ADOPT)
         assert starts.found_in_air() == 1
+
+
+async def test_a_flight_that_goes_on_keeps_its_vehicle(sound: Computer) -> None:
+    await sound.run(NOW, None, lambda starts: starts.keep_flight(FLIGHT, 7), in_air)
+    async with sound.running(after(1.0)) as starts:
+        assert starts.flown_id == 7
+        starts.found_in_air()
+        starts.keep_flight(None, 7)
+    async with sound.running(after(2.0)) as starts:
+        assert starts.flown_id is None
