@@ -42,6 +42,7 @@ class Claim:
         digest = hashlib.sha256(place_of(url).encode()).hexdigest()
         self._name = f"\0hawk-drone/autopilot/{digest[:32]}"
         self._socket: socket.socket | None = None
+        self._thread: threading.Thread | None = None
         self._answer = json.dumps({"version": version("hawk-drone")}).encode()
 
     def take(self) -> None:
@@ -59,14 +60,16 @@ class Claim:
             _LOG.warning("The autopilot's address cannot be claimed: %s", error)
             return
         self._socket = made
-        threading.Thread(target=self._serve, args=(made,), name="autopilot-claim", daemon=True).start()
+        self._thread = threading.Thread(target=self._serve, args=(made,), name="autopilot-claim", daemon=True)
+        self._thread.start()
 
     def release(self) -> None:
         """Release it. Released twice is no error."""
         made, self._socket = self._socket, None
-        if made is not None:
+        if made is not None and self._thread is not None:
             with contextlib.suppress(OSError):
                 made.shutdown(socket.SHUT_RDWR)  # wakes the thread
+            self._thread.join(_ANSWER_S)  # while it waits in the kernel, the name is in use
             made.close()
 
     def _serve(self, made: socket.socket) -> None:

@@ -39,11 +39,14 @@ def test_the_second_names_the_first_and_gets_it_when_that_was_killed() -> None:
 
 
 def test_a_released_claim_is_free() -> None:
-    first, second = Claim(URL), Claim(URL)
-    first.take()
-    first.release()
-    second.take()
-    second.release()
+    for _ in range(50):
+        first, second = Claim(URL), Claim(URL)
+        first.take()
+        with pytest.raises(ClaimedError, match=rf"\(process {os.getpid()}, version "):
+            second.take()
+        first.release()
+        second.take()
+        second.release()
 
 
 def test_one_that_does_not_answer_is_named_by_its_process(monkeypatch: pytest.MonkeyPatch) -> None:
