@@ -54,7 +54,6 @@ _HOVER, _EXPLORE, _RETURN = StateName.HOVER, StateName.AUTONOMOUS_EXPLORE, State
 _MANUAL, _IDLE, _LOST = StateName.MANUAL, StateName.IDLE, StateName.COMMUNICATION_LOST
 _MOVE: Final = StateName.COMPULSIVE_MOVE
 _DO_SET_MODE: Final = 176
-_DO_FENCE_ENABLE: Final = 207
 _ARM_DISARM, _FORCE = 400, 21196.0
 _SENT_HOME: Final = asked(_DO_SET_MODE, "RTL sent")
 _HOLDS: Final = mode("GUIDED", "BRAKE")
@@ -272,15 +271,6 @@ FENCE_REPLACED: Final = Fault(
         See(_GOES_ON, 5.0, lasts=True),
     ),
 )
-FENCE_OFF: Final = Fault(
-    "another station switches the fence off by command",
-    When.EXPLORING,
-    (
-        Station("COMMAND_LONG", command_fields(_DO_FENCE_ENABLE, 0.0, 5.0)),
-        See(told("Fence in the autopilot: switched off"), 10.0),
-        See(both(told("Fence in the autopilot is right again"), _GOES_ON), 14.0),
-    ),
-)
 RALLY_POINT: Final = Fault(
     "another station sets a rally point 44 m from home, then it returns",
     When.EXPLORING,
@@ -292,7 +282,7 @@ RALLY_POINT: Final = Fault(
     ),
 )
 
-KEPT: Final = (BATTERY_ACTION, RETURN_ALTITUDE, FENCE_CLEARED, FENCE_REPLACED, FENCE_OFF, RALLY_POINT)
+KEPT: Final = (BATTERY_ACTION, RETURN_ALTITUDE, FENCE_CLEARED, FENCE_REPLACED, RALLY_POINT)
 VEHICLE: Final = (
     SURVEY,
     SECOND_STATION,

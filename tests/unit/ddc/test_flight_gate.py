@@ -348,3 +348,11 @@ def test_a_plan_that_makes_no_fence_is_told() -> None:
     narrow = replace(facts, limits=replace(facts.limits, plan=FencePlan("drawn", ring, 100.0)))
     assert holder.tick(narrow, Hover(1.0, SETTINGS), {}) == ()
     assert "too narrow" in holder.problem
+
+
+def test_on_the_ground_without_a_place_the_arm_place_is_not_believed() -> None:
+    holder = KeptFence(SETTINGS)
+    stands = replace(flying(1.0), vehicle=replace(flying(1.0).vehicle, landed=LandedState.ON_GROUND))
+    lost = replace(stands, position=replace(stands.position, pose=None))
+    assert holder.tick(lost, Hover(1.0, SETTINGS), {}) == ()
+    assert holder.problem

@@ -10,17 +10,19 @@ import pytest
 
 from hawk.comm.messages import Arm, CompulsiveMove, Hold, Land, Resume, ReturnToLaunch, Takeoff
 from hawk.comm.topic import Stamped
-from hawk.ddc.acts import Ask, SetHome, SetMode
+from hawk.ddc.acts import Ask, Log, SetHome, SetMode
 from hawk.ddc.energy import seconds_home
 from hawk.ddc.facts import HOME_TOLERANCE_M, Facts, HomeFacts
 from hawk.ddc.home import HomeWatch, astray, home_health, returning
+from hawk.ddc.keeping.home import KeptHome
 from hawk.ddc.orders import Cause, CauseKind, ToLand, ToReturn
+from hawk.ddc.states.hover import Hover
 from hawk.model.operation import StateName as S
 from hawk.model.poses import ArmPlace, GlobalPose
 from hawk.model.vehicle import CopterMode
 from tests.unit.ddc.fakes import PLACE, Rig
 from tests.unit.ddc.test_decider import asked
-from tests.unit.ddc.written_facts import DATUM, FENCE, decider, flying, found, of_kind
+from tests.unit.ddc.written_facts import DATUM, FENCE, SETTINGS, decider, flying, found, of_kind
 
 METRE = 1 / 111_097.0
 """Degrees of latitude."""
@@ -435,3 +437,11 @@ class TestWatch:
         assert self.look(watch, 300.0, 11.0).moved_s == 0.0
         again = Stamped(replace(self.ARM.value, ekf_x=9.0), 12.0)
         assert watch.look(Stamped(north_of(DATUM, 300.0), 11.5), again, True, DATUM, FENCE, 12.5).moved_s == 1.5
+
+
+def test_without_an_arm_place_a_moved_home_is_reported_and_nothing_is_sent() -> None:
+    facts = with_home(flying(1.0), FAR)
+    facts = replace(facts, position=replace(facts.position, arm_place=None))
+    acts = KeptHome().tick(facts, Hover(0.0, SETTINGS))
+    assert not any(isinstance(act, Ask) for act in acts)
+    assert any(isinstance(act, Log) for act in acts)
