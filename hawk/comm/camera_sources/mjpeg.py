@@ -156,12 +156,15 @@ class HttpMjpegSource(CameraSource):
                 aiohttp.ClientSession(timeout=self._timeout, read_bufsize=_READ) as session,
                 session.get(self._url, headers=self._headers, ssl=self._tls or True) as response,
             ):
-                parser = self._parser(response, shown)
-                async for chunk in response.content.iter_any():
-                    parts = parser.feed(chunk, self._clock())
-                    self.torn = torn_before + parser.torn
-                    for part in parts:
-                        yield SourceFrame(part.body, part.arrival, _stamp(part))
+                try:
+                    parser = self._parser(response, shown)
+                    async for chunk in response.content.iter_any():
+                        parts = parser.feed(chunk, self._clock())
+                        self.torn = torn_before + parser.torn
+                        for part in parts:
+                            yield SourceFrame(part.body, part.arrival, _stamp(part))
+                finally:
+                    _drop(response)
         except TimeoutError as error:
             raise CameraError(f"{shown}: nothing came for {self._timeout.sock_read:.0f} s") from error
         except (aiohttp.ClientError, OSError, ValueError) as error:
@@ -176,6 +179,13 @@ class HttpMjpegSource(CameraSource):
             return MultipartParser(boundary_of(response.headers.get("Content-Type", "")))
         except BoundaryError as error:
             raise CameraError(f"{shown}: not an MJPEG stream ({error}); name the address of the stream") from error
+
+
+def _drop(response: aiohttp.ClientResponse) -> None:
+    """End the connection at once: TLS would wait for the server's farewell, which never comes in a stream."""
+    connection = response.connection
+    if connection is not None and connection.transport is not None:
+        connection.transport.abort()
 
 
 def _stamp(part: MultipartPicture) -> float | None:
