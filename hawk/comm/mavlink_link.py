@@ -379,6 +379,8 @@ class Link:
         except (ValueError, KeyError, TypeError):
             return
         beat = Heartbeat(int(message.system_id), int(message.component_id), kind, autopilot, mode)
+        if self._gate is not None and (beat.system, beat.component) == (self._system_id, GROUND_STATION_COMPONENT):
+            return  # our gate's greeting to MAVSDK
         self._roster.take(beat, time.monotonic())
 
     def _receive(self, message: MavlinkMessage, _: object) -> None:

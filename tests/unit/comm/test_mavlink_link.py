@@ -11,6 +11,7 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -148,6 +149,13 @@ def test_our_heartbeats_are_those_of_ground_station_245(link: Link, peer: Peer) 
     message = peer.wait("HEARTBEAT")
     assert (message.get_srcSystem(), message.get_srcComponent()) == (245, 190)
     assert link.found
+
+
+def test_the_greeting_of_our_own_gate_is_no_other_station(link: Link) -> None:
+    beat = json.dumps({"type": 6, "autopilot": 8, "base_mode": 0})
+    greeting: Any = SimpleNamespace(system_id=245, component_id=190, fields_json=beat)
+    link._note(greeting, None)
+    assert link.hearing().second_sender == ""
 
 
 def test_silent_it_sends_commands_and_no_heartbeat(link: Link, peer: Peer) -> None:
