@@ -53,7 +53,8 @@ async def slide(page: Page, target: Locator) -> None:
 
 
 async def confirm(page: Page, name: str, timeout_s: float) -> None:
-    """Click a button that asks first, and slide."""
+    """Click a button that asks first, and slide. While checks fail, Arm shows them instead: a person waits for them."""
+    await expect(button(page, name)).not_to_contain_text("failed", timeout=timeout_s * 1e3)
     await press(page, name, timeout_s)
     track = page.locator("hawk-slide button")
     await expect(track).to_be_enabled()
