@@ -20,6 +20,7 @@ from faults.fault import (
     both,
     check_fails,
     either,
+    healthy,
     lower_than,
     mode,
     refused,
@@ -237,7 +238,7 @@ HEADING: Final = (
             Order(Arm()),
             See(refused(), 1.0),
             Drone({"compass": "ok"}),
-            See(absent(warned("ompass")), 20.0),
+            See(both(healthy("compass"), absent(check_fails("Autopilot"))), 20.0),
         ),
     ),
     Fault(

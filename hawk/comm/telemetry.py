@@ -27,12 +27,13 @@ from hawk.comm.terrain import TerrainWatch
 from hawk.comm.vehicle import VehicleTopics
 from hawk.model.moment import Moment
 from hawk.model.poses import ArmPlace, GlobalPose, VehiclePose
-from hawk.model.vehicle import BatteryInfo, Diagnostics, LandedState, VehicleState
+from hawk.model.vehicle import BatteryInfo, Diagnostics, GnssHeight, LandedState, VehicleState
 
 _LOG = logging.getLogger(__name__)
 _ARMED: Final = 128  # MAV_MODE_FLAG_SAFETY_ARMED
 _NOT_AN_AUTOPILOT: Final = 8  # MAV_AUTOPILOT_INVALID
 _FIX_3D: Final = 3  # GPS_FIX_TYPE_3D_FIX
+_COMPASS: Final = 1 << 2  # MAV_SYS_STATUS_SENSOR_3D_MAG
 _GEOFENCE: Final = 1 << 20  # MAV_SYS_STATUS_GEOFENCE
 _FRESH_S: Final = 1.0
 _GPS_FRESH_S: Final = 3.0
@@ -95,6 +96,7 @@ class Telemetry:
         """The autopilot's state as last heard."""
         self._gps: tuple[int, int | None, float | None] | None = None  # fix, satellites, accuracy (m)
         self._fence_on: bool | None = None
+        self._compass_ok: bool | None = None
         self._has_extensions = dict.fromkeys(_EXTENSIONS, True)  # until one came without
         self._global: tuple[float, GlobalPose] | None = None
         self._boot: Moment | None = None
@@ -322,7 +324,7 @@ class Telemetry:
     def _rebooted(self) -> None:
         """Drop everything that belonged to the old boot. Armed stays as the last HEARTBEAT gave it."""
         _LOG.warning("The autopilot has booted")
-        self._global = self._gps = self._fence_on = None
+        self._global = self._gps = self._fence_on = self._compass_ok = None
         self._buffer.clear()
         self._estimator, self._leaps, self._shift = EstimatorReport(), LeapWatch(), _NOT_SHIFTED
         self._terrain.reset()
@@ -340,6 +342,7 @@ class Telemetry:
         self._topics.battery.publish(battery_info(fields, arrival))
         enabled = fields.get("onboard_control_sensors_enabled")
         self._fence_on = None if enabled is None else bool(int(enabled) & _GEOFENCE)
+        self._compass_ok = compass_works(fields)
         self._remote_control.take_status(fields, arrival)
         self._publish_diagnostics(arrival)
 
@@ -361,6 +364,7 @@ class Telemetry:
                 time=arrival,
                 estimator_fault=fault,
                 fence_on=self._fence_on,
+                compass_ok=self._compass_ok,
                 is_mavlink_1=self._speaks_mavlink_1(health.is_mavlink_1),
             )
         )
@@ -375,7 +379,7 @@ class Telemetry:
     def _estimator_fault(self, now: float) -> str:
         return self._estimator.fault(now) or ("its position creeps" if self._leaps.creeps else "")
 
-    def _on_gps(self, fields: Mapping[str, Any], _: float) -> None:
+    def _on_gps(self, fields: Mapping[str, Any], arrival: float) -> None:
         self._remote_id.take_gps(fields)
         self._note_extensions("GPS_RAW_INT", fields)
         accuracy, satellites = int(fields.get("h_acc") or 0), int(fields["satellites_visible"])
@@ -384,6 +388,16 @@ class Telemetry:
             None if satellites == _SATELLITES_UNKNOWN else satellites,
             accuracy / 1000.0 if accuracy else None,
         )
+
+        self._publish_gnss_height(fields, arrival)
+
+    def _publish_gnss_height(self, fields: Mapping[str, Any], arrival: float) -> None:
+        here, altitude, accuracy = self._global, fields.get("alt"), int(fields.get("v_acc") or 0)
+        has_fix = int(fields["fix_type"]) >= _FIX_3D
+        if not has_fix or altitude is None or here is None or arrival - here[0] > _FRESH_S:
+            return
+        height = GnssHeight(arrival, int(altitude) / 1e3, accuracy / 1e3 if accuracy else None, here[1].altitude)
+        self._topics.gnss_height.publish(height)
 
     def _note_extensions(self, name: str, fields: Mapping[str, Any]) -> None:
         self._has_extensions[name] = any(fields.get(field) for field in _EXTENSIONS[name])
@@ -406,6 +420,14 @@ def _number(fields: Mapping[str, Any], name: str) -> float:
     if value is None or not math.isfinite(value):
         raise ValueError(f"{name} is not a finite number")
     return float(value)
+
+
+def compass_works(fields: Mapping[str, Any]) -> bool | None:
+    """Return whether a SYS_STATUS says that a compass works; None where none is in use."""
+    present, enabled, health = (
+        int(fields.get(f"onboard_control_sensors_{what}") or 0) for what in ("present", "enabled", "health")
+    )
+    return bool(health & _COMPASS) if present & enabled & _COMPASS else None
 
 
 def battery_info(fields: Mapping[str, Any], arrival: float) -> BatteryInfo:

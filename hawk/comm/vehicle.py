@@ -15,7 +15,7 @@ from hawk.comm.terrain import Terrain
 from hawk.comm.topic import Topic
 from hawk.model.limits import Fence
 from hawk.model.poses import ArmPlace, GlobalPose, VehiclePose
-from hawk.model.vehicle import BatteryInfo, CopterMode, Diagnostics, ForeignWrite, StatusText, VehicleState
+from hawk.model.vehicle import BatteryInfo, CopterMode, Diagnostics, ForeignWrite, GnssHeight, StatusText, VehicleState
 
 
 class AutopilotError(Exception):
@@ -47,6 +47,8 @@ class VehicleTopics:
     """HOME_POSITION: the place that the autopilot's RTL flies to."""
     terrain: Topic[Terrain]
     """The ground below, published with every message of a rangefinder that looks down; nothing without one."""
+    gnss_height: Topic[GnssHeight]
+    """Altitude by GNSS, published while there is a fix."""
     frame_jump: Topic[float]
     """Metres by which EKF-local jumped against the world (EKF reset); the pose is anchored again already."""
     estimate_jump: Topic[float]

@@ -1,7 +1,7 @@
 """Holding a place by the camera while the reported position walks away from the true one: within limits.
 
-The reported place of a target goes along with the error. It stays inside the fence by the report, which is what the
-autopilot's own fence judges by, and the place itself stays inside by the camera.
+The reported place of a target goes along with the error, and so does its height. It stays inside the fence by the
+report, which is what the autopilot's own fence judges by, and the place itself stays inside by the camera.
 """
 
 from __future__ import annotations
@@ -33,3 +33,17 @@ def held(facts: Facts, goal: Goal, off_then: tuple[float, float]) -> Goal | None
         true = inside_point(fence, true)
     target = MapPoint(true.north + place.off[0], true.east + place.off[1])
     return replace(goal, north=target.north, east=target.east) if contains(fence, target) else None
+
+
+def raised(facts: Facts, goal: Goal, off_then: float) -> Goal | None:
+    """Return the target that keeps the drone at its true height; None above our ceiling.
+
+    Args:
+        facts: The facts of this moment; place or height is doubted.
+        goal: The place to hold, its height as it was reported when it was chosen.
+        off_then: How far the reported height was above the true one at that moment, metres.
+    """
+    height = max(goal.height + facts.witness.height.off - off_then, facts.limits.heights.minimum)
+    if height > facts.ceiling(on_ground=False):
+        return None
+    return replace(goal, height=height)

@@ -64,7 +64,7 @@ def _candidates(facts: Facts, state: State) -> list[Reaction]:
         empty = Cause("The battery's voltage is nearly gone.", CauseKind.VOLTAGE)
         found.append(Reaction(Rank.LAND, ToLand(empty)))
     cause = _cause_to_return(facts) if state.is_guarded else None
-    if cause is not None and facts.witness.place.is_doubted:
+    if cause is not None and facts.witness.misleads_home:
         found.append(Reaction(Rank.LAND, ToLand(cause_here(facts, cause))))
     elif cause is not None:
         found.append(Reaction(Rank.RETURN_TO_LAUNCH, ToReturn(cause)))

@@ -34,7 +34,7 @@ def returning(facts: Facts, cause: Cause) -> ToReturn | ToLand:
 
     Land where RTL would not end at home, and where the drone's own place is doubted.
     """
-    if facts.witness.place.is_doubted:
+    if facts.witness.misleads_home:
         return ToLand(cause_here(facts, cause))
     return ToLand(astray(facts, cause)) if leaves(facts) else ToReturn(cause, straight="the program cannot lead it")
 

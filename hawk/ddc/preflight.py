@@ -21,6 +21,7 @@ from hawk.ddc.remote_id import remote_id_checks
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.slope import slope_words
 from hawk.ddc.survey_need import check_words
+from hawk.ddc.witness import COMPASS_LOST
 from hawk.ddc.words import metres
 from hawk.model.limits import Fence
 from hawk.model.operation import Fall
@@ -121,6 +122,8 @@ def _sensors(facts: Facts) -> CheckItem:
     if facts.diagnostics.all_ok and not facts.is_on_ground:
         words = facts.ground.doubt or "it is not known to be on the ground"
         return _failed("Autopilot", words, "Its landing would not be seen.", "Wait a moment, then restart it.")
+    if facts.diagnostics.compass_ok is False:
+        return _failed("Autopilot", COMPASS_LOST, "It would not know where it heads.", "Check the compasses.")
     if facts.diagnostics.all_ok:
         return _passed("Autopilot", "its sensors are well")
     words = facts.link.words or "its sensors are not ready"

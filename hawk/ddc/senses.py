@@ -49,6 +49,7 @@ from hawk.ddc.survey_watch import Sighting, SurveyWatch
 from hawk.ddc.topic_interface import BATTERY_TIMEOUT_S, DdcTopicInterface
 from hawk.ddc.watches import ForeignWrites, Jumps, LinkWatch, Stopwatch
 from hawk.ddc.wind import Wind, WindWatch
+from hawk.ddc.witness import compass_part
 from hawk.ddc.witnesses import Witnesses
 from hawk.model.operation import Fall, Health, StateName
 from hawk.model.poses import ArmPlace, GlobalPose, MapPoint
@@ -144,7 +145,7 @@ class Senses:
             self._from.service.forget_held_fence()
         self._watch_fall(now)
         self._below.update(self._belief.vehicle)
-        self._witnesses.update(self._belief.vehicle)
+        self._witnesses.update(self._belief.vehicle, now)
         self._watch_wind(now)
         self._watch_home(now)
         self._watch_charge(now)
@@ -195,7 +196,7 @@ class Senses:
             sight=self._sight(now, parts),
             remote_control=self._remote_control.read(now),
             remote_id=remote_id_facts(self._from.topics.vehicle.remote_id.value, now),
-            parts=(*parts, ("home", home_health(self._autopilot_home)), *self._below.part(), *self._radio_healths(now)),
+            parts=(*parts, ("home", home_health(self._autopilot_home)), *self._other_parts(now)),
             answers=self._from.requests.answers(),
             target_refusal=outcomes.target_refusal,
             parameters=self._parameters(),
@@ -326,6 +327,11 @@ class Senses:
         parts = tuple((reported | {"position": witness.position_health(reported["position"])}).items())
         place = 1 + next(index for index, (name, _) in enumerate(parts) if name == "position")
         return (*parts[:place], ("ground", Health.bad(doubt) if doubt else Health()), *parts[place:])
+
+    def _other_parts(self, now: float) -> Parts:
+        """Return the parts that not every drone has, and those of the radio."""
+        compass = compass_part(self._from.topics.get_diagnostics())
+        return (*self._below.part(), *compass, *self._radio_healths(now))
 
     # -- conditions that must last -------------------------------------------------------------------------------
 

@@ -4,8 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from hawk.ddc.height import HeightFacts
 from hawk.ddc.place import PlaceFacts
 from hawk.model.operation import Health
+from hawk.model.sentences import say
+from hawk.model.vehicle import Diagnostics
+
+COMPASS_LOST = say("No compass works: the heading is kept by gyroscopes and GNSS.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -13,12 +18,25 @@ class WitnessFacts:
     """Readings of the autopilot beside those of others."""
 
     place: PlaceFacts = field(default_factory=PlaceFacts)
+    height: HeightFacts = field(default_factory=HeightFacts)
 
     @property
     def doubt(self) -> str:
         """Why no task is flown; empty without a doubt."""
-        return self.place.words
+        return self.place.words or self.height.words
+
+    @property
+    def misleads_home(self) -> bool:
+        """True when RTL would fly by a place that is wrong, or lower than it says: Land is flown instead."""
+        return self.place.is_doubted or self.height.off > 0.0
 
     def position_health(self, reported: Health) -> Health:
         """Return the position's health: as ``reported`` by the autopilot, unless that is good and doubted."""
         return Health.bad(self.doubt) if reported.is_healthy and self.doubt else reported
+
+
+def compass_part(diagnostics: Diagnostics) -> tuple[tuple[str, Health], ...]:
+    """Return the compasses' name and health; nothing where none is in use."""
+    if diagnostics.compass_ok is None:
+        return ()
+    return (("compass", Health() if diagnostics.compass_ok else Health.bad(COMPASS_LOST)),)

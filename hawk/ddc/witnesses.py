@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+from hawk.comm.terrain import Terrain
+from hawk.ddc.height import HeightWatch
 from hawk.ddc.place import PlaceWatch
 from hawk.ddc.topic_interface import DdcTopicInterface
 from hawk.ddc.witness import WitnessFacts
 from hawk.model.ground_motion import GroundStep
-from hawk.model.vehicle import LandedState, VehicleState
+from hawk.model.vehicle import GnssHeight, LandedState, VehicleState
 
 
 class Witnesses:
     """Hears every message of the witnesses; looks once a tick."""
 
     def __init__(self, topics: DdcTopicInterface) -> None:
-        self._place = PlaceWatch()
+        self._topics = topics
+        self._place, self._height = PlaceWatch(), HeightWatch()
+        self._facts = WitnessFacts()
         self._flies = False
         self._stops = (
             topics.ground_step.listen(self._note),
             topics.vehicle.estimate_jump.listen(lambda _: self._place.lose()),
+            topics.vehicle.gnss_height.listen(self._note_gnss),
+            topics.vehicle.terrain.listen(self._note_range),
         )
 
     def close(self) -> None:
@@ -25,16 +33,26 @@ class Witnesses:
         for stop in self._stops:
             stop()
 
-    def update(self, vehicle: VehicleState) -> None:
+    def update(self, vehicle: VehicleState, now: float) -> None:
         """Take the state that is believed: on the ground everything begins again."""
         self._flies = vehicle.armed and vehicle.landed is not LandedState.ON_GROUND
         if not self._flies:
             self._place.reset()
+            self._height.stand()
+        self._facts = WitnessFacts(self._place.facts(now), self._height.look(now, self._topics.get_rel_alt()))
 
     def facts(self, now: float) -> WitnessFacts:
         """Return what is known at ``now``, seconds."""
-        return WitnessFacts(self._place.facts(now))
+        return replace(self._facts, place=self._place.facts(now))
 
     def _note(self, step: GroundStep) -> None:
         if self._flies:
             self._place.note(step)
+            self._height.note(step)
+
+    def _note_gnss(self, height: GnssHeight) -> None:
+        self._height.note_gnss(height.time, height.altitude, height.accuracy, height.reported)
+
+    def _note_range(self, terrain: Terrain) -> None:
+        if self._flies and terrain.believed_ground is not None:
+            self._height.note_range(terrain.time, terrain.believed_ground)

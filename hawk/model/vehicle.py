@@ -97,6 +97,19 @@ class BatteryInfo:
 
 
 @dataclass(frozen=True, slots=True)
+class GnssHeight:
+    """Altitude by GNSS beside the reported one of that moment, metres above sea level, at ``time`` (seconds).
+
+    ``accuracy`` is the receiver's own, metres; None where it gives none.
+    """
+
+    time: float
+    altitude: float
+    accuracy: float | None
+    reported: float
+
+
+@dataclass(frozen=True, slots=True)
 class Diagnostics:
     """Summary of the autopilot's sensors, as it reports them."""
 
@@ -112,6 +125,8 @@ class Diagnostics:
     """Why the position estimator is not to be trusted; empty when it is. Then ``global_position_ok`` is False too."""
     fence_on: bool | None = None
     """The autopilot says that a fence is enabled, whatever enabled it; None while it was not heard."""
+    compass_ok: bool | None = None
+    """The autopilot has a compass that works; None where it has none in use, and while it was not heard."""
     is_mavlink_1: bool = False
     """The link speaks MAVLink 1, which has no accuracy."""
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from hawk.comm.messages import Resume
 from hawk.ddc.acts import STAY, Acts, SendTarget, Step
-from hawk.ddc.camera_hold import held
+from hawk.ddc.camera_hold import held, raised
 from hawk.ddc.facts import Facts
 from hawk.ddc.geofence import (
     EDGE_MARGIN_M,
@@ -56,7 +56,7 @@ class Holding:
         self._guided = ModeKeeper(CopterMode.GUIDED)
         self._brake: ModeKeeper | None = None
         self._carrot = Carrot(self._speed)
-        self._off = NOT_OFF
+        self._off, self._rise = NOT_OFF, 0.0
         self._strays_since: float | None = None
         self.is_recovering = False
         """True while the drone returns into the fence."""
@@ -87,27 +87,30 @@ class Holding:
         acts = self._guided.reach(facts)
         if self._guided.is_reached:
             self._goal = goal
-            return self._target(facts, self._by_camera(facts, goal) or goal)
+            return self._target(facts, self._kept(facts, goal) or goal)
         if self._guided.attempts > GUIDED_ATTEMPTS:
             self._brake = ModeKeeper(CopterMode.BRAKE)
         return acts
 
     def _formed(self, facts: Facts) -> Goal | None:
-        self._off = facts.witness.place.off
+        self._off, self._rise = facts.witness.place.off, facts.witness.height.off
         return _form_goal(facts)
 
-    def _by_camera(self, facts: Facts, goal: Goal) -> Goal | None:
-        """Return the goal as the camera holds it; None while nothing is doubted, and where it cannot hold it."""
-        if not facts.witness.place.is_doubted or self.is_recovering:
-            return None
-        return held(facts, goal, self._off)
+    def _kept(self, facts: Facts, goal: Goal) -> Goal | None:
+        """Return the goal as the witnesses of a doubted position keep the drone there; None where they cannot."""
+        witness = facts.witness
+        if self.is_recovering or not witness.doubt:
+            return goal
+        kept = held(facts, goal, self._off) if witness.place.is_doubted else goal
+        return None if kept is None else raised(facts, kept, self._rise)
 
     def _look(self, facts: Facts) -> None:
-        """Note whether the camera holds the drone while its position is doubted. Then it is led, whatever its mode."""
-        is_doubted = facts.witness.place.is_doubted
+        """Note whether the witnesses keep a drone whose position is doubted. Then it is led, whatever its mode."""
+        is_doubted = bool(facts.witness.doubt)
         self._passive = self._passive and not is_doubted
-        self.is_by_camera = self._goal is not None and self._by_camera(facts, self._goal) is not None
-        if self.is_by_camera or self.is_recovering or not is_doubted:
+        is_kept = self._goal is not None and self._kept(facts, self._goal) is not None
+        self.is_by_camera = is_kept and facts.witness.place.is_doubted and not self.is_recovering
+        if is_kept or self.is_recovering or not is_doubted:
             self._strays_since = None
         elif self._strays_since is None:
             self._strays_since = facts.now
@@ -187,7 +190,10 @@ def _astray(facts: Facts, holding: Holding) -> Step | None:
     """Return the landing of a drone whose position is doubted and that the camera cannot hold: RTL is no better."""
     if holding.strays_s(facts) < STRAYS_S:
         return None
-    text = say("{doubt} The camera cannot hold it here.", doubt=facts.witness.doubt)
+    if facts.witness.place.is_doubted:
+        text = say("{doubt} The camera cannot hold it here.", doubt=facts.witness.doubt)
+    else:
+        text = say("{doubt} It cannot be held below the ceiling.", doubt=facts.witness.doubt)
     return Step(ToLand(Cause(text, CauseKind.NEVER)))
 
 
@@ -279,8 +285,8 @@ class CommunicationLost(AirborneState):
             return Step(ToHover(self._words_of_return(facts), passive=self._passive))
         if self.return_in(facts) <= 0:
             text = say("Nobody took control.") if self._given_back_by else say("The operator is lost.")
-            cause, is_doubted = Cause(text, CauseKind.OPERATOR), facts.witness.place.is_doubted
-            return Step(ToLand(cause_here(facts, cause)) if is_doubted else ToReturn(cause))
+            cause, misleads = Cause(text, CauseKind.OPERATOR), facts.witness.misleads_home
+            return Step(ToLand(cause_here(facts, cause)) if misleads else ToReturn(cause))
         return _astray(facts, self._holding) or STAY
 
     def _words_of_return(self, facts: Facts) -> str:

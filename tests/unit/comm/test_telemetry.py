@@ -773,3 +773,39 @@ def test_an_unknown_number_of_satellites_is_none(rig: Rig) -> None:
     found = rig.topics.diagnostics.value
     assert found is not None
     assert found.satellites is None
+
+
+@pytest.mark.parametrize(
+    ("fields", "works"),
+    [
+        ({"present": 4, "enabled": 4, "health": 4}, True),
+        ({"present": 4, "enabled": 4, "health": 0xFB}, False),
+        ({"present": 4, "enabled": 0, "health": 0}, None),
+        ({"present": 0, "enabled": 4, "health": 4}, None),
+        ({}, None),
+    ],
+)
+def test_sys_status_says_whether_a_compass_works(rig: Rig, fields: dict[str, int], works: bool | None) -> None:
+    name, values = rig.said.system()
+    rig.take((name, values | {f"onboard_control_sensors_{what}": bits for what, bits in fields.items()}))
+    assert rig.topics.diagnostics.value is not None
+    assert rig.topics.diagnostics.value.compass_ok is works
+
+
+def test_the_altitude_by_gnss_comes_with_the_reported_one(rig: Rig) -> None:
+    name, values = rig.said.gps()
+
+    def heard(**fields: int) -> tuple[float, float | None, float] | None:
+        rig.take((name, values | fields))
+        found = rig.topics.gnss_height.value
+        return None if found is None else (found.altitude, found.accuracy, found.reported)
+
+    assert heard(alt=104_000) is None, "nothing is reported yet"
+    rig.take(rig.said.heartbeat(), rig.said.landed(ON_GROUND))
+    rig.fly(0.5)
+    assert heard() is None, "no altitude"
+    assert heard(alt=104_000, fix_type=2) is None, "no fix"
+    assert heard(alt=104_000, v_acc=1500) == (104.0, 1.5, ALTITUDE)
+    assert heard(alt=105_000) == (105.0, None, ALTITUDE)
+    rig.advance(1.5)
+    assert heard(alt=109_000) == (105.0, None, ALTITUDE), "the reported one is old"

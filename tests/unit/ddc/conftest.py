@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from hawk.comm.messages import Hold
 from hawk.model.operation import StateName
 from tests.unit.ddc.fakes import Rig
 
@@ -28,4 +29,14 @@ async def rig(fresh: Rig) -> Rig:
 async def flying(fresh: Rig) -> Rig:
     """A drone that holds at 30 m."""
     await fresh.enter(StateName.HOVER)
+    return fresh
+
+
+@pytest.fixture
+async def holding(fresh: Rig) -> Rig:
+    """A drone that holds where we reported it to."""
+    await fresh.enter(StateName.COMPULSIVE_MOVE)
+    fresh.order(Hold())
+    await fresh.run(5.0)
+    fresh.expect(StateName.HOVER)
     return fresh

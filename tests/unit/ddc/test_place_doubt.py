@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from hawk.comm.messages import AutonomousExplore, CompulsiveMove, Hold, Land, ReturnToLaunch
+from hawk.comm.messages import AutonomousExplore, CompulsiveMove, Land, ReturnToLaunch
 from hawk.ddc import guard
 from hawk.ddc.camera_hold import FARTHEST_M, held
 from hawk.ddc.facts import Facts
@@ -229,7 +229,7 @@ def test_a_doubt_is_reported_once_and_so_is_its_end() -> None:
         "The camera sees the drone move 4 m that the position does not show."
     ]
     assert reports.tick(doubted(flying(0.0), (5.0, 0.0)), hover) == ()
-    assert texts(reports.tick(flying(0.0), hover)) == ["The position agrees with the camera again."]
+    assert texts(reports.tick(flying(0.0), hover)) == ["The position agrees with its witnesses again."]
     assert reports.tick(doubted(flying(0.0)), made(ToExplore())) == (), "the task that ends says it"
     down = replace(flying(0.0), vehicle=replace(flying(0.0).vehicle, landed=LandedState.ON_GROUND))
     assert reports.tick(down, hover) == ()
@@ -297,16 +297,6 @@ async def test_gnss_that_walks_ends_the_exploration_and_the_camera_holds_the_dro
     assert S.RETURN_TO_LAUNCH not in {
         state for kind, entry in fresh.records if kind == "state" for state in entry.values()
     }
-
-
-@pytest.fixture
-async def holding(fresh: Rig) -> Rig:
-    """A drone that holds where we reported it to."""
-    await fresh.enter(S.COMPULSIVE_MOVE)
-    fresh.order(Hold())
-    await fresh.run(5.0)
-    fresh.expect(S.HOVER)
-    return fresh
 
 
 async def test_the_operator_may_land_or_return_in_doubt(holding: Rig) -> None:

@@ -1,6 +1,7 @@
 ### Sentences of the drone's program in English, in Fluent's syntax. Written by packaging/sentences.py from the program:
 ### change its sentence and run this again. drone-fr.ftl and its like translate them.
 
+a-compass-works-again = A compass works again.
 a-new-survey-begins = A new survey begins.
 a-side-lies-on-its-neighbour = a side lies on its neighbour
 already-armed-or-arming = Already armed, or arming.
@@ -64,6 +65,7 @@ damaged-and-left-out-check-the-cable-the-plug-and-the-radio = damaged and left o
 damaged-came-damaged-check-the-cable-the-plug-and-the-radio = { $damaged } came damaged: check the cable, the plug and the radio link
 des-desired-m-is-below-min-minimum-m-raise-des-or-lower-min = Des: { $desired } m is below Min, { $minimum } m: raise Des or lower Min.
 disarm-was-refused = Disarm was refused.
+doubt-it-cannot-be-held-below-the-ceiling = { $doubt } It cannot be held below the ceiling.
 doubt-the-camera-cannot-hold-it-here = { $doubt } The camera cannot hold it here.
 east = east
 explore-flies-the-rest = Explore flies the rest.
@@ -140,6 +142,7 @@ name-it-holds-area-m-too-little-to-be-meant-draw-it-wider-or = { $name }: it hol
 name-pair-lie-at-one-place-remove-one-of-them = { $name }: { $pair } lie at one place: remove one of them.
 near-latitude-longitude-when = near { $latitude }, { $longitude }, { $when }
 no-absolute-position = no absolute position
+no-compass-works-the-heading-is-kept-by-gyroscopes-and-gnss = No compass works: the heading is kept by gyroscopes and GNSS.
 no-frame-was-given-yet = no frame was given yet
 no-frame-yet = no frame yet
 no-mode-switch-fltmode-ch-0 = no mode switch (FLTMODE_CH 0)
@@ -264,6 +267,8 @@ the-fence-was-not-saved = The fence was not saved.
 the-fence-was-not-taken = The fence was not taken.
 the-ground-here-is-ground-higher-than-the-arm-place-advice = The ground here is { $ground } higher than the arm place: { $advice }
 the-ground-here-is-ground-lower-than-the-arm-place = The ground here is { $ground } lower than the arm place.
+the-height-is-not-what-the-autopilot-reports-off-off = The height is not what the autopilot reports: { $off } off.
+the-height-is-not-what-the-autopilot-reports-reported-truly = The height is not what the autopilot reports: { $reported }, truly about { $true }.
 the-heights-could-not-be-stored-in-path-error = The heights could not be stored in { $path }: { $error }
 the-heights-were-not-saved = The heights were not saved.
 the-map-changed-on-the-way-another-way-there-was-found = The map changed on the way. Another way there was found.
@@ -290,7 +295,7 @@ the-place-is-not-on-known-lot-inside-the-fence = the place is not on known lot i
 the-place-turned-out-to-be-outside-the-lot = The place turned out to be outside the lot.
 the-pose-of-the-frame-is-not-finite-it-is-not-mapped = the pose of the frame is not finite: it is not mapped
 the-pose-of-the-frame-is-not-finite-no-plan-is-made = the pose of the frame is not finite: no plan is made
-the-position-agrees-with-the-camera-again = The position agrees with the camera again.
+the-position-agrees-with-its-witnesses-again = The position agrees with its witnesses again.
 the-position-estimate-jumped-by-estimate-m-the-map-may-not = The position estimate jumped by { $estimate } m: the map may not fit it.
 the-position-is-not-known = the position is not known
 the-position-is-not-known-well-enough-wait-for-it = The position is not known well enough: wait for it.

@@ -3,6 +3,7 @@
 ###
 ### Les mêmes termes que dans fr.ftl.
 
+a-compass-works-again = Une boussole fonctionne de nouveau.
 a-new-survey-begins = Un nouveau relevé commence.
 a-side-lies-on-its-neighbour = un côté est posé sur son voisin
 already-armed-or-arming = Déjà armé, ou en cours d'armement.
@@ -70,6 +71,7 @@ damaged-and-left-out-check-the-cable-the-plug-and-the-radio = endommagée et lai
 damaged-came-damaged-check-the-cable-the-plug-and-the-radio = { $damaged } sont arrivées endommagées : vérifiez le câble, la prise et la liaison radio
 des-desired-m-is-below-min-minimum-m-raise-des-or-lower-min = Voulue : { $desired }{ "\u00A0" }m est sous le minimum, { $minimum }{ "\u00A0" }m : augmentez-la ou baissez le minimum.
 disarm-was-refused = Le désarmement a été refusé.
+doubt-it-cannot-be-held-below-the-ceiling = { $doubt } Le drone ne peut pas être tenu sous le plafond.
 doubt-the-camera-cannot-hold-it-here = { $doubt } La caméra ne peut pas le tenir ici.
 east = est
 explore-flies-the-rest = L'exploration vole le reste.
@@ -146,6 +148,7 @@ name-it-holds-area-m-too-little-to-be-meant-draw-it-wider-or = { $name } : elle 
 name-pair-lie-at-one-place-remove-one-of-them = { $name } : { $pair } sont au même endroit : supprimez l'un d'eux.
 near-latitude-longitude-when = près de { $latitude }, { $longitude }, { $when }
 no-absolute-position = pas de position absolue
+no-compass-works-the-heading-is-kept-by-gyroscopes-and-gnss = Aucune boussole ne fonctionne : le cap est tenu par les gyroscopes et le GNSS.
 no-frame-was-given-yet = aucune image n'a encore été donnée
 no-frame-yet = pas encore d'image
 no-mode-switch-fltmode-ch-0 = pas d'interrupteur de mode (FLTMODE_CH 0)
@@ -270,6 +273,8 @@ the-fence-was-not-saved = La géobarrière n'a pas été enregistrée.
 the-fence-was-not-taken = La géobarrière n'a pas été acceptée.
 the-ground-here-is-ground-higher-than-the-arm-place-advice = Le sol est ici plus haut de { $ground } que le point d'armement : { $advice }
 the-ground-here-is-ground-lower-than-the-arm-place = Le sol est ici plus bas de { $ground } que le point d'armement.
+the-height-is-not-what-the-autopilot-reports-off-off = La hauteur n'est pas celle que donne l'autopilote : { $off } d'écart.
+the-height-is-not-what-the-autopilot-reports-reported-truly = La hauteur n'est pas celle que donne l'autopilote : { $reported }, en vérité environ { $true }.
 the-heights-could-not-be-stored-in-path-error = Les hauteurs n'ont pas pu être enregistrées dans { $path } : { $error }
 the-heights-were-not-saved = Les hauteurs n'ont pas été enregistrées.
 the-map-changed-on-the-way-another-way-there-was-found = La carte a changé en route. Un autre chemin a été trouvé.
@@ -296,7 +301,7 @@ the-place-is-not-on-known-lot-inside-the-fence = le point n'est pas sur le parki
 the-place-turned-out-to-be-outside-the-lot = Le point s'est révélé hors du parking.
 the-pose-of-the-frame-is-not-finite-it-is-not-mapped = la pose de l'image n'est pas finie : elle n'est pas cartographiée
 the-pose-of-the-frame-is-not-finite-no-plan-is-made = la pose de l'image n'est pas finie : aucun plan n'est fait
-the-position-agrees-with-the-camera-again = La position s'accorde de nouveau avec la caméra.
+the-position-agrees-with-its-witnesses-again = La position s'accorde de nouveau avec ses témoins.
 the-position-estimate-jumped-by-estimate-m-the-map-may-not = La position estimée a sauté de { $estimate }{ "\u00A0" }m : la carte peut ne plus s'y ajuster.
 the-position-is-not-known = la position n'est pas connue
 the-position-is-not-known-well-enough-wait-for-it = La position n'est pas assez bien connue : attendez-la.

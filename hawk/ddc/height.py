@@ -1,0 +1,174 @@
+"""Height: whether the reported height changes as GNSS, the camera and the rangefinder see the drone rise and sink.
+
+The autopilot's height follows its barometer. One that drifts takes height and climb with it, all flags good. Three
+witnesses show it: the altitude of GNSS since the ground, the growth of the ground in the camera's pictures, and the
+ground's height by the rangefinder. None is believed alone: GNSS wanders by metres, ground slopes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+from hawk.ddc.words import metres
+from hawk.model.ground_motion import GroundStep
+from hawk.model.sentences import say
+
+WINDOW_S = 60.0
+"""Time over which camera and rangefinder count, seconds: ground slopes, and their errors add up."""
+LIMIT_M = 4.0
+"""One witness must be so far off the reported height, metres ..."""
+SECOND_M = 2.5
+"""... and another one so far, to the same side."""
+CONFIRM_S = 1.0
+"""Time for which they must be, seconds."""
+AGREES_M = 2.0
+"""A doubt ends when no witness is farther off than this, metres, ..."""
+AGREES_S = 10.0
+"""... for this time, seconds."""
+SMOOTHING_S = 3.0
+"""Time constant of the altitude by GNSS, seconds."""
+WORST_ACCURACY_M = 5.0
+"""A receiver that gives a worse accuracy of its altitude is no witness, metres."""
+SILENT_S = 5.0
+"""A witness that is silent for longer is none, seconds."""
+
+
+@dataclass(frozen=True, slots=True)
+class HeightFacts:
+    """Metres by which the reported height is above the one by each witness; None where it says nothing."""
+
+    by_gnss: float | None = None
+    by_camera: float | None = None
+    by_range: float | None = None
+    reported: float | None = None
+    """Metres above the arm place."""
+    doubted_s: float | None = None
+    """Seconds since the height has been doubted; None while it is not."""
+
+    @property
+    def is_doubted(self) -> bool:
+        """True while the height is doubted."""
+        return self.doubted_s is not None
+
+    @property
+    def off(self) -> float:
+        """Metres by which the reported height is above the true one while it is doubted: the mean of the witnesses."""
+        seen = [each for each in (self.by_gnss, self.by_camera, self.by_range) if each is not None]
+        if not self.is_doubted or not seen:
+            return 0.0
+        side = math.copysign(1.0, math.fsum(seen))
+        agreeing = [each for each in seen if each * side >= SECOND_M] or seen
+        return math.fsum(agreeing) / len(agreeing)
+
+    @property
+    def words(self) -> str:
+        """One sentence for the operator; empty without a doubt."""
+        if not self.is_doubted:
+            return ""
+        if self.reported is None:
+            return say("The height is not what the autopilot reports: {off} off.", off=metres(abs(self.off)))
+        return say(
+            "The height is not what the autopilot reports: {reported}, truly about {true}.",
+            reported=metres(self.reported),
+            true=metres(max(0.0, self.reported - self.off)),
+        )
+
+
+class HeightWatch:
+    """Takes the witnesses' readings of a flight, and judges. `stand` on the ground."""
+
+    def __init__(self) -> None:
+        self._apart: float | None = None  # reported altitude less that of GNSS, smoothed
+        self._apart_at = -math.inf
+        self._on_ground: float | None = None
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the flight."""
+        self._sunk: deque[tuple[float, float]] = deque()
+        self._ground: deque[tuple[float, float]] = deque()
+        self._beyond_since: float | None = None
+        self._since: float | None = None
+        self._agreed_since: float | None = None
+
+    def stand(self) -> None:
+        """Stand on the ground: this is where GNSS and the reported height agree."""
+        self._on_ground = self._apart
+        self.reset()
+
+    def note(self, step: GroundStep) -> None:
+        """Take the camera's next step."""
+        _keep(self._sunk, step.until, step.height * (1.0 - math.exp(-step.stretch)))
+
+    def note_range(self, time: float, ground: float) -> None:
+        """Take the ground's height by the rangefinder, metres above the arm place."""
+        _keep(self._ground, time, ground)
+
+    def note_gnss(self, time: float, altitude: float, accuracy: float | None, reported: float) -> None:
+        """Take the altitude by GNSS and the reported one of that moment, metres above sea level.
+
+        ``accuracy`` in metres; None: not known.
+        """
+        if accuracy is not None and accuracy > WORST_ACCURACY_M:
+            return
+        apart, seconds = reported - altitude, time - self._apart_at
+        gain = 1.0 if self._apart is None or seconds > SILENT_S else 1.0 - math.exp(-seconds / SMOOTHING_S)
+        self._apart = apart if self._apart is None else self._apart + gain * (apart - self._apart)
+        self._apart_at = time
+        if self._on_ground is None:
+            self._on_ground = self._apart
+
+    def look(self, now: float, reported: float | None) -> HeightFacts:
+        """Judge at ``now``, seconds, and return what is known."""
+        seen = HeightFacts(self._by_gnss(now), self._by_camera(now), self._by_range(now), reported)
+        votes = [each for each in (seen.by_gnss, seen.by_camera, seen.by_range) if each is not None]
+        if self._since is None:
+            self._confirm(_contradict(votes), now)
+        elif max(map(abs, votes), default=math.inf) >= AGREES_M:
+            self._agreed_since = None
+        elif self._agreed_since is None:
+            self._agreed_since = now
+        elif now - self._agreed_since >= AGREES_S:
+            self._since = None
+        doubted_s = None if self._since is None else now - self._since
+        return HeightFacts(seen.by_gnss, seen.by_camera, seen.by_range, reported, doubted_s)
+
+    def _confirm(self, is_beyond: bool, now: float) -> None:
+        if not is_beyond:
+            self._beyond_since = None
+        elif self._beyond_since is None:
+            self._beyond_since = now
+        elif now - self._beyond_since >= CONFIRM_S:
+            self._since, self._beyond_since, self._agreed_since = now, None, None
+
+    def _by_gnss(self, now: float) -> float | None:
+        if self._apart is None or self._on_ground is None or now - self._apart_at > SILENT_S:
+            return None
+        return self._apart - self._on_ground
+
+    def _by_camera(self, now: float) -> float | None:
+        if not self._sunk or now - self._sunk[-1][0] > SILENT_S:
+            return None
+        return math.fsum(metres_sunk for _, metres_sunk in self._sunk)
+
+    def _by_range(self, now: float) -> float | None:
+        if not self._ground or now - self._ground[-1][0] > SILENT_S:
+            return None
+        return self._ground[-1][1] - self._ground[0][1]
+
+
+def _keep(readings: deque[tuple[float, float]], time: float, value: float) -> None:
+    readings.append((time, value))
+    while time - readings[0][0] > WINDOW_S:
+        readings.popleft()
+
+
+def _contradict(votes: list[float]) -> bool:
+    """Return True when two witnesses contradict the reported height to the same side."""
+    for side in (1.0, -1.0):
+        beyond = sorted((each * side for each in votes), reverse=True)
+        if len(beyond) >= 2 and beyond[0] >= LIMIT_M and beyond[1] >= SECOND_M:
+            return True
+    return False

@@ -1,0 +1,259 @@
+"""The reported height against GNSS, camera and rangefinder, by values, and what a doubt of it leads to."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from hawk.comm.messages import AutonomousExplore
+from hawk.comm.terrain import Terrain
+from hawk.ddc import guard
+from hawk.ddc.camera_hold import raised
+from hawk.ddc.facts import Facts
+from hawk.ddc.height import AGREES_S, SILENT_S, WINDOW_S, HeightFacts, HeightWatch
+from hawk.ddc.home import returning
+from hawk.ddc.motion import Goal
+from hawk.ddc.orders import Cause, CauseKind, ToExplore, ToHover, ToLand, ToReturn
+from hawk.ddc.states.hover import STRAYS_S
+from hawk.ddc.witness import COMPASS_LOST, WitnessFacts, compass_part
+from hawk.ddc.witness_reports import WitnessReports
+from hawk.model.ground_motion import GroundStep
+from hawk.model.operation import Health
+from hawk.model.vehicle import Diagnostics, GnssHeight
+from tests.unit.ddc.by_facts import at, made, targets, texts
+from tests.unit.ddc.fakes import Rig
+from tests.unit.ddc.written_facts import flying
+
+STEP_S = 0.5
+
+
+class Flight:
+    """A drone whose reported height is ``off`` above the true one; each witness may be silent."""
+
+    def __init__(self, height: float = 20.0) -> None:
+        self.watch = HeightWatch()
+        self.now, self.height, self.off = 0.0, height, 0.0
+        self.watch.note_gnss(0.0, 100.0, 1.0, 100.0)
+        self.watch.stand()
+
+    def fly(
+        self, seconds: float, drift: float = 0.0, *, gnss: bool = True, camera: bool = True, ground: float | None = None
+    ) -> HeightFacts:
+        """``drift``: m/s by which the reported height rises on its own. The autopilot holds what it reports."""
+        for _ in range(round(seconds / STEP_S)):
+            before = self.height - self.off
+            self.off += drift * STEP_S
+            true = self.height - self.off
+            if camera:
+                stretch = math.log(before / true)
+                self.watch.note(GroundStep(self.now, self.now + STEP_S, (0.0, 0.0), (0.0, 0.0), stretch, 0.0, before))
+            self.now += STEP_S
+            if gnss:
+                self.watch.note_gnss(self.now, 100.0 + true, 1.0, 100.0 + self.height)
+            if ground is not None:
+                self.watch.note_range(self.now, ground + self.off)
+            facts = self.facts()
+        return facts
+
+    def facts(self) -> HeightFacts:
+        return self.watch.look(self.now, self.height)
+
+
+def test_before_a_reading_nothing_is_said() -> None:
+    facts = HeightWatch().look(5.0, None)
+    assert (facts, facts.off, facts.words, facts.is_doubted) == (HeightFacts(), 0.0, "", False)
+
+
+def test_a_barometer_that_drifts_is_doubted_by_gnss_and_camera() -> None:
+    flight = Flight()
+    assert not flight.fly(6.0, 0.5).is_doubted
+    facts = flight.fly(6.0, 0.5)
+    assert facts.is_doubted
+    assert facts.off == pytest.approx(6.0, abs=1.2)
+    assert facts.words == "The height is not what the autopilot reports: 20 m, truly about 15 m."
+    assert flight.fly(1.0, 0.5).doubted_s == pytest.approx(facts.doubted_s + 1.0 if facts.doubted_s else 0.0)
+
+
+def test_a_barometer_that_falls_is_doubted_too() -> None:
+    facts = Flight().fly(14.0, -0.5)
+    assert facts.is_doubted
+    assert facts.off == pytest.approx(-6.0, abs=1.5)
+
+
+@pytest.mark.parametrize("silent", ["gnss", "camera"])
+def test_one_witness_is_none(silent: str) -> None:
+    assert not Flight(40.0).fly(20.0, 0.5, **{silent: False}).is_doubted
+
+
+def test_the_rangefinder_is_the_second_witness() -> None:
+    flight = Flight(40.0)
+    assert flight.fly(14.0, 0.5, gnss=False, camera=False, ground=1.0).by_range == pytest.approx(6.75)
+    assert not flight.facts().is_doubted
+    assert Flight(40.0).fly(14.0, 0.5, camera=False, ground=1.0).is_doubted
+
+
+def test_witnesses_that_contradict_each_other_doubt_nothing() -> None:
+    flight = Flight()
+    for k in range(20):
+        flight.now += 1.0
+        flight.watch.note_gnss(flight.now, 120.0 - 0.5 * k, 1.0, 120.0)
+        flight.watch.note(GroundStep(flight.now - 1, flight.now, (0.0, 0.0), (0.0, 0.0), -0.02, 0.0, 20.0))
+        assert not flight.facts().is_doubted
+
+
+def test_the_wander_of_gnss_and_a_slope_are_no_doubt() -> None:
+    flight = Flight()
+    for k in range(300):
+        flight.now += 1.0
+        flight.watch.note_gnss(flight.now, 120.0 + 3.0 * math.sin(k / 40), 1.5, 120.0)
+        flight.watch.note(
+            GroundStep(flight.now - 1, flight.now, (0.0, 0.0), (0.0, 0.0), 0.1 / 60 * math.cos(k / 30), 0.0, 20.0)
+        )
+        assert not flight.facts().is_doubted
+
+
+def test_a_receiver_with_a_bad_altitude_or_silent_ones_are_no_witness() -> None:
+    flight = Flight()
+    flight.fly(2.0)
+    flight.watch.note_gnss(flight.now, 50.0, 9.0, 120.0)
+    assert flight.facts().by_gnss == pytest.approx(0.0)
+    flight.watch.note_range(flight.now, 0.0)
+    late = flight.watch.look(flight.now + SILENT_S + 0.1, 20.0)
+    assert (late.by_gnss, late.by_camera, late.by_range) == (None, None, None)
+    flight.watch.note_gnss(flight.now + SILENT_S + 1.0, 117.0, None, 120.0)
+    assert flight.watch.look(flight.now + SILENT_S + 1.0, 20.0).by_gnss == pytest.approx(3.0), "taken as it is"
+
+
+def test_the_cameras_own_error_is_forgotten() -> None:
+    flight = Flight(40.0)
+    flight.fly(10.0, 0.2, gnss=False)
+    assert flight.facts().by_camera == pytest.approx(2.0, abs=0.2)
+    assert flight.fly(WINDOW_S + 2.0, gnss=False).by_camera == pytest.approx(0.0, abs=0.05)
+
+
+def test_a_doubt_ends_when_the_witnesses_agree_for_a_while() -> None:
+    flight = Flight()
+    flight.fly(13.0, 0.5)
+    assert flight.fly(13.0, -0.5).is_doubted
+    assert flight.fly(5.0).is_doubted
+    assert flight.fly(1.0, 6.0).is_doubted
+    flight.fly(1.0, -6.0)
+    assert flight.fly(AGREES_S - 1.0).is_doubted
+    assert not flight.fly(15.0).is_doubted
+
+
+def test_a_doubt_stays_without_witnesses_and_ends_on_the_ground() -> None:
+    flight = Flight()
+    flight.fly(13.0, 0.5)
+    flight.now += 60.0
+    silent = flight.facts()
+    assert silent.is_doubted
+    assert silent.off == 0.0
+    flight.watch.stand()
+    assert not flight.facts().is_doubted
+
+
+def test_words_without_a_reported_height() -> None:
+    facts = HeightFacts(by_gnss=6.0, by_camera=5.0, doubted_s=1.0)
+    assert facts.words == "The height is not what the autopilot reports: 6 m off."
+    assert HeightFacts(by_gnss=1.0, doubted_s=1.0).off == 1.0
+
+
+# -- reactions ---------------------------------------------------------------------------------------------------------
+
+
+def doubted(facts: Facts, off: float = 6.0) -> Facts:
+    return replace(facts, witness=WitnessFacts(height=HeightFacts(off, off, None, 30.0, 1.0)))
+
+
+def low(facts: Facts) -> Facts:
+    return replace(facts, battery=replace(facts.battery, reached_s=5.0))
+
+
+def test_a_doubt_ends_a_task_and_makes_the_position_unhealthy() -> None:
+    facts = doubted(flying(0.0))
+    found = guard.reaction(facts, made(ToExplore()))
+    assert found is not None
+    assert isinstance(found.transition, ToHover)
+    assert found.transition.reason == "The height is not what the autopilot reports: 30 m, truly about 24 m."
+    assert facts.witness.position_health(Health()).reason == found.transition.reason
+
+
+def test_a_drone_that_is_lower_than_reported_lands_in_place_of_a_return() -> None:
+    cause = Cause("The program ends.", CauseKind.ALWAYS)
+    found = guard.reaction(low(doubted(flying(0.0))), made(ToHover()))
+    assert found is not None
+    assert isinstance(found.transition, ToLand)
+    assert isinstance(returning(doubted(flying(0.0)), cause), ToLand)
+    higher = guard.reaction(low(doubted(flying(0.0), -6.0)), made(ToHover()))
+    assert higher is not None
+    assert isinstance(higher.transition, ToReturn)
+    assert isinstance(returning(doubted(flying(0.0), -6.0), cause), ToReturn)
+
+
+def test_hover_keeps_the_true_height() -> None:
+    state = made(ToHover())
+    assert targets(state.process(flying(0.05)))[0].height == 30.0
+    assert targets(state.process(doubted(flying(0.1), 6.0)))[0].height == 36.0
+    assert targets(state.process(doubted(flying(0.15), -6.0)))[0].height == 24.0
+    begun = made(ToHover())
+    begun.process(at(doubted(flying(0.05), 6.0)))
+    assert targets(begun.process(at(doubted(flying(0.1), 7.0))))[0].height == 31.0
+
+
+def test_the_true_height_is_kept_between_min_and_ceiling() -> None:
+    goal = Goal(0.0, 0.0, 30.0, 0.0)
+    assert raised(doubted(flying(0.0), -20.0), goal, 0.0) == replace(goal, height=15.0)
+    assert raised(doubted(flying(0.0), 67.0), goal, 0.0) == replace(goal, height=97.0)
+    assert raised(doubted(flying(0.0), 67.1), goal, 0.0) is None
+
+
+def test_a_height_that_cannot_be_kept_below_the_ceiling_ends_in_a_landing() -> None:
+    state = made(ToHover())
+    state.process(flying(0.05))
+    for now in (1.0, 1.0 + STRAYS_S):
+        facts = doubted(flying(now), 70.0)
+        state.process(facts)
+    step = state.transition_next_state(facts)
+    assert isinstance(step.transition, ToLand)
+    assert step.transition.cause is not None
+    assert step.transition.cause.text.endswith("It cannot be held below the ceiling.")
+
+
+# -- compasses ---------------------------------------------------------------------------------------------------------
+
+
+def test_compasses_that_fail_are_reported_once_and_shown() -> None:
+    reports, hover = WitnessReports(), made(ToHover())
+    lost = replace(flying(0.0), diagnostics=replace(flying(0.0).diagnostics, compass_ok=False))
+    works = replace(flying(0.0), diagnostics=replace(flying(0.0).diagnostics, compass_ok=True))
+    assert reports.tick(flying(0.0), hover) == ()
+    assert texts(reports.tick(lost, hover)) == [COMPASS_LOST]
+    assert reports.tick(lost, hover) == ()
+    assert texts(reports.tick(works, hover)) == ["A compass works again."]
+    assert compass_part(Diagnostics()) == ()
+    assert compass_part(works.diagnostics) == (("compass", Health()),)
+    assert compass_part(lost.diagnostics) == (("compass", Health.bad(COMPASS_LOST)),)
+    assert guard.reaction(lost, made(ToExplore())) is None, "it flies on well"
+
+
+# -- the whole state machine -------------------------------------------------------------------------------------------
+
+
+async def test_a_drifting_barometer_is_found_by_gnss_and_rangefinder(holding: Rig) -> None:
+    """A rangefinder that follows the drone down and GNSS that follows it too, while the reported height stays."""
+    topics = holding.autopilot.topics
+    for k in range(40):
+        now, sunk = holding.clock(), 0.25 * max(0, k - 4)
+        topics.terrain.publish(Terrain(now, distance=30.0 - sunk, ground=sunk, most=50.0))
+        topics.terrain.publish(Terrain(now + 0.01, distance=1.0, ground=29.0, most=50.0, doubt="stuck"))
+        topics.gnss_height.publish(GnssHeight(now, 130.0 - sunk, 1.0, 130.0))
+        await holding.run(0.5)
+    facts = holding.manager.case().facts
+    assert facts.witness.height.by_range == pytest.approx(8.75)
+    assert "truly about" in facts.health("position").reason
+    assert "truly about" in holding.command(AutonomousExplore()).reason
+    assert any("The height is not what the autopilot reports" in line for line in holding.log)
+    assert holding.autopilot.height > 35.0, "the target went up by as much"
