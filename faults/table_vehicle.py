@@ -42,8 +42,10 @@ from faults.fault import (
     stayed_within,
     surveyed,
     told,
+    unhealthy,
 )
 from faults.proxy import Direction
+from faults.sights import stayed, truly_between
 from faults.station import command_fields, parameter_fields
 from hawk.comm.messages import Arm, AutonomousExplore, CompulsiveMove, ReturnToLaunch
 from hawk.ddc.senses import PERCEPTION_PARTS
@@ -282,6 +284,42 @@ RALLY_POINT: Final = Fault(
     ),
 )
 
+_TRULY_HELD: Final = either(DOWN, both(UP, state(_HOVER, StateName.LAND), absent(mode("RTL"))))
+GNSS_WALKS: Final = Fault(
+    "GNSS walks at 0.7 m/s, all flags good",
+    When.EXPLORING,
+    (
+        Drone({"gps_walk": (0.5, -0.5)}),
+        See(both(state(_HOVER), unhealthy("position", "camera sees")), 15.0),
+        CountAnew(),
+        See(both(_TRULY_HELD, stayed(12.0)), 25.0, lasts=True),
+    ),
+    ends_flight=True,
+)
+BAROMETER_DRIFTS: Final = Fault(
+    "the barometer rises by 0.5 m/s, all flags good",
+    When.HOVERING,
+    (
+        Drone({"baro_drift": 0.5}),
+        See(unhealthy("position", "truly about"), 20.0),
+        See(both(_TRULY_HELD, truly_between(8.0, 30.0)), 25.0, lasts=True),
+    ),
+    ends_flight=True,
+)
+NO_COMPASS: Final = Fault(
+    "all compasses fail for 20 s",
+    When.EXPLORING,
+    (
+        Drone({"compass": "lost"}),
+        See(unhealthy("compass"), 10.0),
+        See(both(UP, state(_EXPLORE)), 10.0, lasts=True),
+        Drone({"compass": "ok"}),
+        See(healthy("compass"), 20.0),
+    ),
+    ends_flight=True,
+)
+
+WITNESSES: Final = (GNSS_WALKS, BAROMETER_DRIFTS, NO_COMPASS)
 KEPT: Final = (BATTERY_ACTION, RETURN_ALTITUDE, FENCE_CLEARED, FENCE_REPLACED, RALLY_POINT)
 VEHICLE: Final = (
     SURVEY,
@@ -294,6 +332,7 @@ VEHICLE: Final = (
     LOW_VOLTAGE,
     SAG,
     *KEPT,
+    *WITNESSES,
     KILL,
     CUT_BY_ANOTHER,
 )

@@ -15,8 +15,17 @@ from hawk.sim.mavlink_link import Datagrams
 SYSTEM, COMPONENT = 246, 191
 """Our own MAVLink id: an onboard computer, not a ground station that a failsafe could watch."""
 ASK_S = 2.0
-RATE_HZ = {mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: 30, mavlink.MAVLINK_MSG_ID_ATTITUDE: 60}
+RATE_HZ = {
+    mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: 30,
+    mavlink.MAVLINK_MSG_ID_ATTITUDE: 60,
+    mavlink.MAVLINK_MSG_ID_SIM_STATE: 20,
+}
 STALE_S = 1.0
+FOLLOW_SHARE = 0.2
+"""Share by which one SIM_STATE corrects the error of the estimate: it has no time stamp, so that it is some hundredths
+of a second beside the position that it is compared with."""
+LEAP_M = 2.0
+"""An error that differs by more is taken at once: the estimate leapt."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,10 +37,32 @@ class _Position:
     velocity: tuple[float, float, float]
 
 
+@dataclass(frozen=True, slots=True)
+class _Error:
+    """The estimate less the truth: metres north, east and up, radians of yaw."""
+
+    north: float = 0.0
+    east: float = 0.0
+    up: float = 0.0
+    yaw: float = 0.0
+
+    def towards(self, seen: _Error) -> _Error:
+        """Return the error after another look at it."""
+        away = math.dist((self.north, self.east, self.up), (seen.north, seen.east, seen.up))
+        share = 1.0 if away > LEAP_M else FOLLOW_SHARE
+        return _Error(
+            self.north + share * (seen.north - self.north),
+            self.east + share * (seen.east - self.east),
+            self.up + share * (seen.up - self.up),
+            self.yaw + share * math.remainder(seen.yaw - self.yaw, math.tau),
+        )
+
+
 class Follower:
     """Turns GLOBAL_POSITION_INT and ATTITUDE into shots, one a frame period of the vehicle's own clock.
 
-    Heights are ``relative_alt``: the ground of the world lies at the vehicle's home.
+    A simulated vehicle also reports the truth (SIM_STATE): the camera then sees from the true place, whatever the
+    vehicle's sensors say. Heights are ``relative_alt``: the ground of the world lies at the vehicle's home.
     """
 
     def __init__(self, origin: Origin, clock: SimulationClock) -> None:
@@ -41,6 +72,8 @@ class Follower:
         self._encoder = mavlink.MAVLink(None, srcSystem=SYSTEM, srcComponent=COMPONENT)
         self._vehicle: tuple[int, int] | None = None
         self._position: _Position | None = None
+        self._error = _Error()
+        self._yaw = 0.0
         self._next_slot = -math.inf
         self._asked = -math.inf
         self._shots: list[Shot] = []
@@ -84,6 +117,20 @@ class Follower:
             self._take_position(message)
         elif kind == "ATTITUDE":
             self._take_attitude(message)
+        elif kind == "SIM_STATE":
+            self._take_truth(message)
+
+    def _take_truth(self, message: Any) -> None:
+        """Compare the estimate with the truth of about the same moment."""
+        position = self._position
+        if position is None or not message.lat_int:
+            return
+        place = (message.lat_int * 1e-7, message.lon_int * 1e-7, self._origin.altitude)
+        north, east, _ = self._origin.to_world(*place)
+        up = message.alt - self._origin.altitude
+        self._error = self._error.towards(
+            _Error(position.north - north, position.east - east, position.height - up, self._yaw - message.yaw)
+        )
 
     def _take_position(self, message: Any) -> None:
         north, east, _ = self._origin.to_world(message.lat * 1e-7, message.lon * 1e-7, self._origin.altitude)
@@ -91,23 +138,23 @@ class Follower:
         self._position = _Position(message.time_boot_ms * 1e-3, north, east, message.relative_alt * 1e-3, velocity)
 
     def _take_attitude(self, message: Any) -> None:
-        stamp = message.time_boot_ms * 1e-3
+        stamp, self._yaw = message.time_boot_ms * 1e-3, message.yaw
         if self._next_slot - stamp > 1.0:
             self._next_slot = stamp  # the vehicle booted again
         position = self._position
         if position is None or stamp < self._next_slot or abs(stamp - position.stamp) > STALE_S:
             return
         self._next_slot = stamp + FRAME_S if stamp - self._next_slot > FRAME_S else self._next_slot + FRAME_S
-        ahead = stamp - position.stamp
+        ahead, error = stamp - position.stamp, self._error
         north, east, down = position.velocity
         self.last = Shot(
             stamp=stamp,
             slot=self._clock(),
-            x_east=position.east + east * ahead,
-            y_south=-(position.north + north * ahead),
-            height=max(0.0, position.height - down * ahead),
+            x_east=position.east + east * ahead - error.east,
+            y_south=-(position.north + north * ahead - error.north),
+            height=max(0.0, position.height - down * ahead - error.up),
             roll=message.roll,
             pitch=message.pitch,
-            yaw=message.yaw,
+            yaw=message.yaw - error.yaw,
         )
         self._shots.append(self.last)

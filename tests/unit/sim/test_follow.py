@@ -94,3 +94,39 @@ def test_garbage_is_survived() -> None:
     follower = Follower(Origin(), HandClock())
     follower.receive(b"\xfd\xff garbage " * 20)
     assert follower.shots() == []
+
+
+def test_a_simulated_vehicle_whose_sensors_lie_is_followed_to_its_true_place() -> None:
+    """GNSS is 12 m off, the barometer 9 m high and the compasses 0.4 rad: the camera sees from where it truly is."""
+    origin, follower = Origin(), Follower(Origin(), HandClock())
+    vehicle = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
+
+    def hear(message: Any) -> None:
+        follower.receive(bytes(message.pack(vehicle)))
+
+    def fly(reported: tuple[float, float, float], true: tuple[float, float, float], since: int, count: int) -> Any:
+        for k in range(count):
+            ms = since + 50 * k
+            latitude, longitude, _ = origin.to_geodetic((reported[0], reported[1], 0.0))
+            hear(
+                mavlink.MAVLink_global_position_int_message(
+                    ms, round(latitude * 1e7), round(longitude * 1e7), 0, round(reported[2] * 1e3), 0, 0, 0, 0
+                )
+            )
+            latitude, longitude, _ = origin.to_geodetic((true[0], true[1], 0.0))
+            known = {"lat_int": round(latitude * 1e7), "lon_int": round(longitude * 1e7)}
+            zeros = dict.fromkeys(
+                ("q1", "q2", "q3", "q4", "roll", "pitch", "xacc", "yacc", "zacc", "xgyro", "ygyro", "zgyro", "lat",
+                 "lon", "std_dev_horz", "std_dev_vert", "vn", "ve", "vd"), 0.0,
+            )  # fmt: skip
+            hear(mavlink.MAVLink_sim_state_message(**zeros, yaw=0.6, alt=origin.altitude + true[2], **known))
+            hear(mavlink.MAVLink_attitude_message(ms, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0))
+        return follower.shots()[-1]
+
+    shot = fly((0.0, 0.0, 20.0), (0.0, 0.0, 20.0), 1000, 20)
+    assert (shot.x_east, shot.y_south, shot.height) == pytest.approx((0.0, 0.0, 20.0), abs=0.05)
+    shot = fly((0.0, 0.0, 20.0), (-12.0, 3.0, 11.0), 2000, 20)
+    assert (shot.x_east, shot.y_south, shot.height) == pytest.approx((3.0, 12.0, 11.0), abs=0.05)
+    assert shot.yaw == pytest.approx(0.6, abs=0.02)
+    shot = fly((0.0, 0.0, 20.0), (-11.0, 3.0, 11.0), 3000, 30)
+    assert shot.y_south == pytest.approx(11.0, abs=0.05), "a walk is followed, too"
