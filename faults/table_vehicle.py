@@ -289,6 +289,7 @@ GNSS_WALKS: Final = Fault(
     "GNSS walks at 0.7 m/s, all flags good",
     When.EXPLORING,
     (
+        See(both(UP, state(_EXPLORE)), 20.0, lasts=True),  # the camera is seen to agree first
         Drone({"gps_walk": (0.5, -0.5)}),
         See(both(state(_HOVER), unhealthy("position", "camera sees")), 15.0),
         CountAnew(),

@@ -205,8 +205,8 @@ class CameraCheck:
 
     def _compare(self, frame: FrameInput, image: NDArray[np.uint8]) -> None:
         pose, key = frame.over_ground, self._key
-        if pose is None or not pose.is_finite() or pose.height < self._minimum_height_m:
-            self._key = None
+        if pose is None or not pose.is_finite() or pose.height < self._minimum_height_m or frame.map_problem:
+            self._key = None  # a position that is doubted is no measure of the camera
             return
         expected = None if key is None else _comparable(key, frame, pose)
         if expected is not None and abs(expected.shift) < COMPARED_SHIFT and abs(expected.turn) < _COMPARED_TURN:

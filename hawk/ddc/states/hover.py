@@ -57,6 +57,7 @@ class Holding:
         self._brake: ModeKeeper | None = None
         self._carrot = Carrot(self._speed)
         self._off, self._rise = NOT_OFF, 0.0
+        self._held: Goal | None = None
         self._strays_since: float | None = None
         self.is_recovering = False
         """True while the drone returns into the fence."""
@@ -69,7 +70,7 @@ class Holding:
 
     def restart(self) -> None:
         """Hold where the drone is by its new position."""
-        self._goal = None
+        self._goal = self._held = None
         self.is_recovering = False
 
     def process(self, facts: Facts) -> Acts:
@@ -87,7 +88,8 @@ class Holding:
         acts = self._guided.reach(facts)
         if self._guided.is_reached:
             self._goal = goal
-            return self._target(facts, self._kept(facts, goal) or goal)
+            self._held = self._kept(facts, goal) or self._held or goal  # a goal of before the error lies far away
+            return self._target(facts, self._held)
         if self._guided.attempts > GUIDED_ATTEMPTS:
             self._brake = ModeKeeper(CopterMode.BRAKE)
         return acts

@@ -198,6 +198,18 @@ def test_a_drone_that_the_camera_cannot_hold_lands(transition: Transition) -> No
     )
 
 
+def test_a_drone_that_the_camera_loses_stays_where_it_was_held_last() -> None:
+    """The goal as it was reported lies 11 m away by now: it would drag the drone there before it lands."""
+    state = made(ToHover())
+    state.process(flying(0.05))
+    state.process(doubted(flying(1.0), (11.0, -3.0)))
+    (goal,) = targets(state.process(doubted(flying(1.05), (11.0, -3.0), followed=False)))
+    assert (goal.north, goal.east) == (11.0, -3.0)
+    state.restart()
+    (goal,) = targets(state.process(at(doubted(flying(1.1), followed=False), 2.0)))
+    assert (goal.north, goal.east) == (2.0, 0.0), "begun again where it is reported"
+
+
 def test_a_camera_that_holds_again_in_time_keeps_the_drone_up() -> None:
     state = made(ToHover())
     state.process(flying(0.05))

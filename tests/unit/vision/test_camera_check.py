@@ -267,6 +267,16 @@ def test_a_picture_that_stood_while_the_drone_turned_is_healthy_as_soon_as_it_mo
     assert found.with_pair(Pair(Motion(0.2 + 0j, 0.0), Motion(0.2 + 0j, 0.0))).finding().view is View.UNKNOWN
 
 
+def test_a_camera_that_holds_the_drone_in_spite_of_its_position_is_not_taken_for_a_frozen_one(world: World) -> None:
+    """The reported position walks away, and the camera keeps the drone where it is."""
+    walking, check, judged = straight(40, speed=2.0), CameraCheck(), CameraCheck()
+    for k, (frame, picture) in enumerate(Flight(world).frames([walking[0]] * len(walking))):
+        reported = replace(frame, pose=walking[k])
+        assert check.look(replace(reported, map_problem="the position is doubted"), picture).is_healthy
+        known = judged.look(reported, picture)
+    assert not known.is_healthy, "while nobody doubts the position, the camera is at fault"
+
+
 def test_a_frozen_camera_is_no_fault_on_the_ground_and_a_turned_one_is(world: World) -> None:
     for turn, change in ((0.0, lambda picture: np.zeros_like(picture) + grain), (math.pi, lambda picture: picture)):
         flight = Flight(world, turn=turn, change=change)
