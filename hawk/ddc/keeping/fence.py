@@ -25,6 +25,7 @@ from hawk.ddc.words import seconds, sentence
 from hawk.model.limits import Fence
 from hawk.model.operation import StateName
 from hawk.model.poses import ArmPlace, GlobalPose, MapPoint
+from hawk.model.sentences import joined
 
 SAME_M = 3.0
 """A fence built for a place this near, metres, is the fence of this arm place: the position wanders that far."""
@@ -46,7 +47,6 @@ SWITCH_CONFIRM_S = 1.5
 """SYS_STATUS follows a change of the fence by up to a second."""
 SWITCH_PATIENCE_S = 15.0
 _WAIT = "The fence of this flight is being set: wait a moment."
-_CHANGED = "The fence in the autopilot was changed"
 
 
 class KeptFence:
@@ -216,8 +216,11 @@ def is_inside(facts: Facts) -> bool:
 def _change(reason: str, facts: Facts, *, may_write: bool) -> Log:
     who = changed_by(facts, (FENCE,))
     does = "Putting it back." if may_write else "It is put back when the drone is taken from the pilot."
-    text = f"{_CHANGED}. {who.told} {does}"
-    return Log("warning", " ".join(text.split()), f"{sentence(reason)} {who.details}".strip())
+    return Log(
+        "warning",
+        joined("The fence in the autopilot was changed.", who.told, does),
+        joined(sentence(reason), who.details),
+    )
 
 
 def _stands_there(facts: Facts, place: ArmPlace) -> bool:

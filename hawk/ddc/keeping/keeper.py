@@ -69,8 +69,8 @@ class Keeper:
     def _astray(self, facts: Facts) -> str:
         if not facts.vehicle.armed:
             return ""
-        wrong = (check for check in self._checks(facts) if check.name in _WAYS and check.is_read and not check.passed)
         home = facts.position.autopilot_home
         if home.is_moved:
             return home_words(home)
+        wrong = (check for check in self._checks(facts) if check.name in _WAYS and check.is_read and not check.passed)
         return next((f"{check.name}: {check.value}." for check in wrong), "")

@@ -12,6 +12,7 @@ from hawk.ddc.keeping.effort import Effort
 from hawk.ddc.keeping.fence import is_inside
 from hawk.ddc.parameter_values import FailsafeCheck, Values
 from hawk.ddc.words import sentence
+from hawk.model.sentences import joined
 
 PATIENCE_S = 30.0
 """One request takes up to 12 s on a link that loses datagrams; three of them."""
@@ -118,16 +119,12 @@ def _warning(check: FailsafeCheck, wanted: Mapping[str, float], facts: Facts, *,
     else:
         remedy = "It is being put back." if may_write else "It is put back when the drone is taken from the pilot."
         details = who.details
-    text = f"{check.name}: {sentence(check.value)} {who.told} No new task until it is right."
-    return Log("warning", _spaced(text), _spaced(f"{sentence(check.consequence)} {remedy} {details}"))
+    text = joined(f"{check.name}: {sentence(check.value)}", who.told, "No new task until it is right.")
+    return Log("warning", text, joined(sentence(check.consequence), remedy, details))
 
 
 def _remedy(check: FailsafeCheck) -> str:
     return "Return or land, then Set failsafes." if check.can_be_set else check.remedy
-
-
-def _spaced(text: str) -> str:
-    return " ".join(text.split())
 
 
 def _given_up(name: str, value: float, reason: str) -> Log:

@@ -16,6 +16,7 @@ from hawk.ddc.states.path_home import PathHome, Straight, begin, is_beyond_sight
 from hawk.ddc.words import metres, sentence
 from hawk.model.operation import StateName
 from hawk.model.poses import MapPoint
+from hawk.model.sentences import joined
 from hawk.model.vehicle import CopterMode
 
 
@@ -268,7 +269,7 @@ class ReturnToLaunch(Homing):
 
     def _decide(self, facts: Facts) -> Step:
         if self._is_above_home:
-            return Step(ToLand(Cause(f"Above home. {astray_words(facts)}".strip(), CauseKind.NEVER)))
+            return Step(ToLand(Cause(joined("Above home.", astray_words(facts)), CauseKind.NEVER)))
         if self._inside is not None or self._may_be_led or not self._leads_out(facts):
             return STAY
         if self.cause is None and not self.by_autopilot:
