@@ -19,7 +19,6 @@ Value = str | int | float
 
 LONGEST_CODE = 60
 _FORMAT = re.compile(r"z?\.(\d)f|g|d|")
-_DOUBLE_STOP = re.compile(r"([.!?])\.")
 
 
 class Sentence(str):
@@ -42,7 +41,7 @@ def say(template: LiteralString, /, **values: Value) -> Sentence:
     known = _read(template)
     if known.formats.keys() != values.keys():
         raise ValueError(f"{template}: takes {sorted(known.formats)}, given are {sorted(values)}")
-    said = Sentence(_DOUBLE_STOP.sub(r"\1", template.format_map(values)).strip())
+    said = Sentence(_filled(known, values))
     said.code = known.code
     said.values = {name: _rounded(value, known.formats[name]) for name, value in values.items()}
     return said
@@ -92,15 +91,27 @@ def parts_of(text: str) -> Iterator[Sentence]:
 class _Template:
     code: str
     formats: Mapping[str, str]
+    pieces: tuple[tuple[str, str | None], ...]
+    """Text, and the name of the value behind it; None at the end."""
 
 
 @cache
 def _read(template: str) -> _Template:
-    formats = {name: spec or "" for _text, name, spec, _conversion in Formatter().parse(template) if name is not None}
+    parsed = tuple(Formatter().parse(template))
+    formats = {name: spec or "" for _text, name, spec, _conversion in parsed if name is not None}
     for name, spec in formats.items():
         if _FORMAT.fullmatch(spec) is None:
             raise ValueError(f"{{{name}:{spec}}}: use .Nf, g or d")
-    return _Template(code_of(template), formats)
+    return _Template(code_of(template), formats, tuple((text, name) for text, name, _spec, _conversion in parsed))
+
+
+def _filled(template: _Template, values: Mapping[str, Value]) -> str:
+    text = ""
+    for words, name in template.pieces:
+        is_stopped = text.endswith((".", "!", "?"))
+        text += words.removeprefix(".") if is_stopped else words
+        text += "" if name is None else format(values[name], template.formats[name])
+    return text.strip()
 
 
 def _rounded(value: Value, spec: str) -> Value:

@@ -42,6 +42,8 @@ def test_a_full_stop_behind_one_is_left_out() -> None:
     assert sentence("no fix") == "no fix."
     assert sentence("no fix.") == "no fix."
     assert sentence("  ") == ""
+    assert say("The autopilot: {words}", words="PreArm: wait...") == "The autopilot: PreArm: wait..."
+    assert say("{text}. More... {text}.", text="No 1..2") == "No 1..2. More... No 1..2."
     stopped = say("Lost.")
     assert sentence(stopped) is stopped
 

@@ -25,6 +25,13 @@ describe("the sentences of the drone's program", () => {
       assert.equal(ofDrone("north 12 m"), "nord 12\u00a0m");
     }));
 
+  it("leave the dots of others as they are", () =>
+    inFrench(() => {
+      learn([item("The autopilot warns: wait...", "the-autopilot-warns-words", { words: "wait..." }), item("Wait!", "text", { text: "Wait!" })]);
+      assert.equal(ofDrone("The autopilot warns: wait..."), "L’autopilote avertit\u00a0: wait...");
+      assert.equal(ofDrone("Wait!"), "Wait!");
+    }));
+
   it("are found without their full stop", () =>
     inFrench(() => {
       learn([item("north.", "text", { text: "north" }), item("north", "north")]);

@@ -12,6 +12,10 @@ interface Speech {
 
 type Values<Key extends keyof Messages> = Messages[Key] extends Record<string, never> ? [] : [values: Messages[Key]];
 
+/** Behind each text in a sentence of the drone, so that one full stop is left where it ends with one itself. */
+const END = "\u2060";
+const STOPPED_TWICE = /([.!?])\u2060\./g;
+
 const ENGLISH = speech("en", englishText);
 /** One for the whole document, as its attribute lang is. */
 let spoken = ENGLISH;
@@ -24,7 +28,9 @@ export function say<Key extends keyof Messages>(key: Key, ...values: Values<Key>
 
 /** A sentence of the drone's program in the language of the page; null where that lacks the code. */
 export function sayOfDrone(code: string, values: Record<string, string | number>): string | null {
-  return format(spoken, `drone-${code}`, values)?.replace(/([.!?])\./g, "$1").trim() ?? null;
+  const marked = Object.entries(values).map(([name, value]) => [name, typeof value === "string" ? `${value}${END}` : value] as const);
+  const text = format(spoken, `drone-${code}`, Object.fromEntries(marked));
+  return text?.replaceAll(STOPPED_TWICE, "$1").replaceAll(END, "").trim() ?? null;
 }
 
 /** From now on the page speaks this language, of which `text` is the file of messages; English needs none. */
