@@ -283,4 +283,4 @@ class Arm(State):
 
 
 def _give_up(text: str, details: str = "") -> Step:
-    return Step(ToIdle(f"{text} {details}".strip(), gave_up_arming=True), (Log("error", text, details),))
+    return Step(ToIdle(joined(text, details), gave_up_arming=True), (Log("error", text, details),))

@@ -148,7 +148,7 @@ class ReturnToLaunch(Homing):
     def detail(self, facts: Facts) -> str:
         """Return the present activity and its cause."""
         if self._inside is not None:
-            return f"{self._inside.detail(facts)} {'' if self.cause is None else self.cause.text}".strip()
+            return joined(self._inside.detail(facts), "" if self.cause is None else self.cause.text)
         if self._stopping is not None or self._waits(facts):
             moved = facts.position.autopilot_home.is_moved or not facts.kept.astray
             what = "home was moved, it is set back first" if moved else "the autopilot's way home is put right first"

@@ -20,6 +20,7 @@ from hawk.ddc.words import metres, sentence
 from hawk.model.limits import Fence
 from hawk.model.plans import Route
 from hawk.model.poses import MapPoint, MapPose
+from hawk.model.sentences import joined
 from hawk.model.vehicle import CopterMode
 
 CLIMBED_M = 2.0
@@ -137,7 +138,7 @@ class PathHome:
     def detail(self, facts: Facts) -> str:
         """Return one sentence for the operator, and what hinders."""
         left = f"Returning home inside the fence, {metres(length(self.route(facts)))} to go."
-        return f"{left} {sentence(self._travelling.obstacle)}".strip()
+        return joined(left, sentence(self._travelling.obstacle))
 
     def process(self, facts: Facts) -> Acts:
         """Return this tick's target; ``end`` says when RTL takes over."""
@@ -167,7 +168,7 @@ class PathHome:
         climbs = place.height < height - CLIMBED_M
         to = self._from if climbs else corner
         if self._watch.is_stuck(place, Goal(to.north, to.east, height, self._yaw), facts.now):
-            self.end = Straight(f"no progress for 10 s. {self._travelling.obstacle}".strip())
+            self.end = Straight(joined("no progress for 10 s.", self._travelling.obstacle))
             return ()
         return acts
 
