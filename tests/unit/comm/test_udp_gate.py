@@ -49,7 +49,7 @@ class Rig:
         self.host = host
         url = f"udpin://[{host}]:{self.port}" if ":" in host else f"udpin://{host}:{self.port}"
         self.overheard: list[bytes] = []
-        """What was passed, its time noted."""
+        """Datagrams that were passed, with their time noted."""
         self.gate = UdpGate(url, PeerKeeper(expected or Expected()), GREETING, self.clock, self.overheard.append)
         stack.callback(self.gate.close)
         self.inside = self.attach()
