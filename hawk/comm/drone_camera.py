@@ -28,7 +28,7 @@ from hawk.comm.camera_sources.rtsp import RtspSource
 from hawk.comm.camera_sources.source import CameraError, CameraSource, SourceFrame
 from hawk.comm.camera_sources.v4l2 import V4l2Source
 from hawk.comm.clock import Clock
-from hawk.comm.stamp_clock import StampClock
+from hawk.comm.stamp_clock import JUMP_S, StampClock
 from hawk.config import CameraSettings, ConfigError
 from hawk.image import NoImage, decode, read_jpeg
 from hawk.model.operation import Health, HealthStatus
@@ -249,12 +249,19 @@ class DroneCamera:
             return frame.arrival - self._settings.latency_s
         placed = self._stamps.take(frame.stamp, frame.arrival)
         if placed.stepped_s is not None:
-            _LOG.warning("Camera: its clock stepped by %+.2f s; the next pictures are left out", placed.stepped_s)
+            cause = "stepped" if placed.stepped_s < 0 else "stepped, or its delay fell,"
+            _LOG.warning("Camera: its clock %s by %+.2f s; the next pictures are left out", cause, placed.stepped_s)
         if placed.time is None:
             return None
-        is_known = self._stamp_clock is not None and not self._stamps.has_stepped
-        known = self._stamp_clock(frame.stamp) if is_known and self._stamp_clock is not None else None
-        return min(placed.time if known is None else known, frame.arrival)
+        return min(self._known(frame.stamp, frame.arrival, placed.time), frame.arrival)
+
+    def _known(self, stamp: float, arrival: float, placed: float) -> float:
+        """Return the time by the mapping that is known; ``placed`` where there is none or the stamp refutes it."""
+        if self._stamp_clock is None or self._stamps.has_stepped:
+            return placed
+        known = self._stamp_clock(stamp)
+        comes_before_it_is_taken = known is not None and known > arrival + JUMP_S * self._clock.speed
+        return placed if known is None or comes_before_it_is_taken else known
 
     def _silence(self) -> str:
         """Return why there is no picture: what the source said, and how many came damaged since the last one."""
