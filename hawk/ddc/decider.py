@@ -6,7 +6,7 @@ The same facts and commands give the same decisions: `hawk.ddc.replay` decides a
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -50,13 +50,23 @@ class Decider:
     """Holds the operation state, and is the only one to switch it."""
 
     def __init__(
-        self, settings: DdcSettings, tokens: KillTokens, now: float, *, continues_survey: bool = False
+        self,
+        settings: DdcSettings,
+        tokens: KillTokens,
+        now: float,
+        *,
+        continues_survey: bool = False,
+        right_parameters: Mapping[str, float] | None = None,
     ) -> None:
-        """``continues_survey``: the map of an earlier run was restored."""
+        """Begin in Idle.
+
+        ``continues_survey``: the map of an earlier run was restored. ``right_parameters``: those of the autopilot that
+        were right in the flight that goes on.
+        """
         self._settings = settings
         self._continues_survey = continues_survey
         self._kill = KillSwitch()
-        self._keeper = Keeper(settings)
+        self._keeper = Keeper(settings, right_parameters)
         self._kept = KeptFacts()
         self._ground = GroundReports(settings.heights.highest_obstacle_m)
         self._witness = WitnessReports()
@@ -69,6 +79,11 @@ class Decider:
         self._is_sound = True
         self.state: State = Idle(now, "Looking for the autopilot.")
         self._entered = _entering(self.state)
+
+    @property
+    def right_parameters(self) -> Mapping[str, float]:
+        """The autopilot's parameters that were right in this flight."""
+        return self._keeper.right_parameters
 
     @property
     def is_cutting(self) -> bool:

@@ -89,7 +89,14 @@ class OperationsManager:
         self._survey = SurveyWatch(setup.settings, setup.survey, continues_survey=setup.continues_survey)
         self._senses = Senses(self._sources())
         tokens = KillTokens(setup.new_token)
-        self._decider = Decider(setup.settings, tokens, setup.clock(), continues_survey=setup.continues_survey)
+        goes_on = flight_goes_on(setup.flight, setup.moment(), setup.speed) is not None
+        self._decider = Decider(
+            setup.settings,
+            tokens,
+            setup.clock(),
+            continues_survey=setup.continues_survey,
+            right_parameters=setup.flight.parameters if setup.flight is not None and goes_on else None,
+        )
         self._stop_hearing: Callable[[], None] = lambda: None
 
     # -- the specification's access programs ---------------------------------------------------------------------
@@ -327,7 +334,7 @@ class OperationsManager:
         self._setup.begin_survey()
 
     def _keep_flight(self, flown: tuple[float, float] | None) -> None:
-        flight = None if flown is None else FlightSoFar(*flown, self._setup.moment())
+        flight = None if flown is None else FlightSoFar(*flown, self._setup.moment(), self._decider.right_parameters)
         self._setup.keep_flight(flight)
 
     def _record(self, kind: str, payload: dict[str, Any]) -> None:

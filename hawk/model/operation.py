@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
 
 from hawk.model.moment import UNKNOWN_MOMENT, Moment
@@ -64,11 +65,15 @@ GROUND_STATES = frozenset({StateName.IDLE, StateName.CONFIGURE, StateName.ARM})
 
 @dataclass(frozen=True, slots=True)
 class FlightSoFar:
-    """A flight in progress: seconds since take-off and metres flown (``way``), as of ``moment``."""
+    """A flight in progress: seconds since take-off and metres flown (``way``), as of ``moment``.
+
+    ``parameters``: those of the autopilot that were right in this flight; they are put back when somebody changes them.
+    """
 
     seconds: float
     way: float
     moment: Moment = UNKNOWN_MOMENT
+    parameters: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

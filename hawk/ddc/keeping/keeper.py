@@ -8,7 +8,7 @@ While a pilot flies it is reported, and nothing is written.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 
 from hawk.ddc.acts import Acts
 from hawk.ddc.facts import Facts, KeptFacts
@@ -30,10 +30,11 @@ _WAYS = frozenset({RETURN_CHECK, RETURN_HEIGHT})
 class Keeper:
     """Reads, compares and puts back; `kept` is its word for guard and states."""
 
-    def __init__(self, settings: DdcSettings) -> None:
+    def __init__(self, settings: DdcSettings, right: Mapping[str, float] | None = None) -> None:
+        """Begin; ``right``: the parameters that an earlier run found right in the flight that goes on."""
         self._settings = settings
         self.reader = ParameterReader(settings.system_id, needs_remote_control=settings.remote_control.required)
-        self._parameters = KeptParameters()
+        self._parameters = KeptParameters(right)
         self._fence = KeptFence(settings)
         self._home = KeptHome()
         self._astray_at = -math.inf
@@ -42,6 +43,11 @@ class Keeper:
     def fence_problem(self) -> str:
         """Reason why the autopilot is not known to hold the fence of this flight; empty when it is known to."""
         return self._fence.problem
+
+    @property
+    def right_parameters(self) -> Mapping[str, float]:
+        """The autopilot's parameters that were right in this flight."""
+        return self._parameters.right
 
     def steps(self, facts: Facts, state: State) -> Iterator[tuple[bool, Callable[[], Acts]]]:
         """Give the steps of a tick in their order, each with True when the drone's safety depends on it."""

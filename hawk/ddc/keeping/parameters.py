@@ -26,8 +26,15 @@ class KeptParameters:
     check.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, right: Mapping[str, float] | None = None) -> None:
+        """Begin; ``right``: what an earlier run of the program found right in the flight that goes on."""
         self._reset()
+        self._before = dict(right or {})
+
+    @property
+    def right(self) -> Mapping[str, float]:
+        """The parameters that were right in this flight, with their values."""
+        return dict(self._before)
 
     def _reset(self) -> None:
         self._passed: dict[str, bool] = {}
@@ -48,7 +55,8 @@ class KeptParameters:
             may_write: False while a pilot flies: it is reported, nothing is written.
         """
         if not facts.vehicle.armed:
-            self._reset()
+            if facts.link.is_up:  # before the first HEARTBEAT nothing is known: the flight may go on
+                self._reset()
             return ()
         self._remember(checks, values)
         wrong = [check for check in checks if check.is_read and not check.passed]

@@ -120,6 +120,18 @@ class TestParameters:
         assert kept.restored == frozenset()
         assert kept.lost == ()
 
+    def test_what_an_earlier_run_found_right_in_this_flight_is_put_back(self) -> None:
+        kept = KeptParameters({"BATT_FS_LOW_ACT": 3.0})
+        assert keep(kept, without_link(on_ground(flying(0.5)))) == (), "the autopilot is not heard yet"
+        acts = keep(kept, flying(1.0), BATT_FS_LOW_ACT=5)
+        assert [ask.request for ask in asks(acts)] == [PutBack("BATT_FS_LOW_ACT", 3)]
+        assert kept.right["BATT_FS_LOW_ACT"] == 3.0
+
+    def test_an_autopilot_that_is_found_disarmed_ends_that_flight(self) -> None:
+        kept = KeptParameters({"BATT_FS_LOW_ACT": 3.0})
+        keep(kept, on_ground(flying(0.5)))
+        assert asks(keep(kept, flying(1.0), BATT_FS_LOW_ACT=5)) == []
+
     def test_another_remedy_than_set_failsafes_is_named(self) -> None:
         kept = KeptParameters()
         facts = flying(1.0)

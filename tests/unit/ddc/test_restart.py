@@ -20,7 +20,7 @@ from hawk.ddc.restart import (
 from hawk.model.moment import Moment
 from hawk.model.operation import FlightSoFar, StateName
 from hawk.model.vehicle import CopterMode, LandedState
-from tests.unit.ddc.fakes import PLACE, START, UTC_START, Rig
+from tests.unit.ddc.fakes import PLACE, SAFE_PARAMETERS, START, UTC_START, Rig
 
 S = StateName
 NOW = Moment("boot", 500.0, UTC_START)
@@ -160,6 +160,24 @@ async def test_flight_time_and_way_go_on(make: Callable[..., Rig]) -> None:
     rig.order(CompulsiveMove(x=20, y=0))
     await rig.until(S.HOVER)
     assert told(rig)[1] == pytest.approx(832.5, abs=3)
+
+
+async def test_a_parameter_that_was_changed_while_the_program_was_away_is_put_back(tmp_path: Path) -> None:
+    first = Rig(tmp_path)
+    await first.enter(S.HOVER)
+    await first.run(10)
+    kept = first.kept_flights[-1]
+    assert kept is not None
+    await first.close()
+    right = kept.parameters["BATT_FS_LOW_ACT"]
+    flight = replace(kept, moment=NOW.before(2.0))
+    rig = Rig(tmp_path, parameters={**SAFE_PARAMETERS, "BATT_FS_LOW_ACT": 5.0}, flight=flight)
+    rig.autopilot.put_in_air(30.0, CopterMode.GUIDED)
+    rig.autopilot.held_fence = rig.manager.fences.build(PLACE, PLACE)
+    await rig.run(20)
+    assert ("set_parameter", ("BATT_FS_LOW_ACT", right)) in rig.autopilot.calls
+    assert rig.autopilot.values["BATT_FS_LOW_ACT"] == right
+    await rig.close()
 
 
 @pytest.mark.parametrize("kept", [None, FlightSoFar(300.0, 812.5, NOW.before(10 * 60))])
