@@ -56,6 +56,7 @@ _HOVER, _EXPLORE, _RETURN = StateName.HOVER, StateName.AUTONOMOUS_EXPLORE, State
 _MANUAL, _IDLE, _LOST = StateName.MANUAL, StateName.IDLE, StateName.COMMUNICATION_LOST
 _MOVE: Final = StateName.COMPULSIVE_MOVE
 _DO_SET_MODE: Final = 176
+_FENCE_ENABLE: Final = 207
 _ARM_DISARM, _FORCE = 400, 21196.0
 _SENT_HOME: Final = asked(_DO_SET_MODE, "RTL sent")
 _HOLDS: Final = mode("GUIDED", "BRAKE")
@@ -263,6 +264,16 @@ FENCE_CLEARED: Final = Fault(
         See(_GOES_ON, 5.0, lasts=True),
     ),
 )
+FENCE_OFF: Final = Fault(
+    "another station switches the fence off by a command",
+    When.EXPLORING,
+    (
+        Station("COMMAND_LONG", command_fields(_FENCE_ENABLE, 0.0)),
+        See(told("Fence in the autopilot: "), 10.0),
+        See(both(told("Fence in the autopilot is right again"), _GOES_ON), 12.0),
+        See(_GOES_ON, 5.0, lasts=True),
+    ),
+)
 FENCE_REPLACED: Final = Fault(
     "another station replaces the fence by a larger one",
     When.EXPLORING,
@@ -321,7 +332,7 @@ NO_COMPASS: Final = Fault(
 )
 
 WITNESSES: Final = (GNSS_WALKS, BAROMETER_DRIFTS, NO_COMPASS)
-KEPT: Final = (BATTERY_ACTION, RETURN_ALTITUDE, FENCE_CLEARED, FENCE_REPLACED, RALLY_POINT)
+KEPT: Final = (BATTERY_ACTION, RETURN_ALTITUDE, FENCE_CLEARED, FENCE_OFF, FENCE_REPLACED, RALLY_POINT)
 VEHICLE: Final = (
     SURVEY,
     SECOND_STATION,

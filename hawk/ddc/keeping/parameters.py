@@ -28,17 +28,16 @@ class KeptParameters:
 
     def __init__(self, right: Mapping[str, float] | None = None) -> None:
         """Begin; ``right``: what an earlier run of the program found right in the flight that goes on."""
-        self._reset()
-        self._before = dict(right or {})
+        self._reset(right or {})
 
     @property
     def right(self) -> Mapping[str, float]:
         """The parameters that were right in this flight, with their values."""
         return dict(self._before)
 
-    def _reset(self) -> None:
+    def _reset(self, right: Mapping[str, float]) -> None:
         self._passed: dict[str, bool] = {}
-        self._before: dict[str, float] = {}
+        self._before = dict(right)
         self._efforts: dict[str, Effort] = {}
         self.lost: tuple[str, ...] = ()
         """The parameters that cannot be put back, each with its value."""
@@ -56,7 +55,7 @@ class KeptParameters:
         """
         if not facts.vehicle.armed:
             if facts.link.is_up:  # before the first HEARTBEAT nothing is known: the flight may go on
-                self._reset()
+                self._reset({})
             return ()
         self._remember(checks, values)
         wrong = [check for check in checks if check.is_read and not check.passed]
