@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from hawk.ddc.chemistry import LIPO, Chemistry
+from hawk.model.sentences import say
 
 THRESHOLD_NAMES = ("BATT_LOW_VOLT", "BATT_LOW_MAH", "BATT_LOW_TIMER", "BATT_CAPACITY")
 """Volts (0: off), milliampere-hours left (0: off), seconds below the voltage (0: never), milliampere-hours when full.
@@ -42,20 +43,26 @@ def threshold_problem(
     if volts <= 0:
         remedy = _voltage_remedy(cells, chemistry)
         if charge <= 0:
-            return Problem("off: BATT_LOW_VOLT and BATT_LOW_MAH are 0", remedy)
-        return Problem("no voltage: BATT_LOW_VOLT is 0, and BATT_LOW_MAH believes the counter", remedy)
+            return Problem(say("off: BATT_LOW_VOLT and BATT_LOW_MAH are 0"), remedy)
+        return Problem(say("no voltage: BATT_LOW_VOLT is 0, and BATT_LOW_MAH believes the counter"), remedy)
     if charge > 0 and _charge_share(charge, capacity) > LOW_SHARE:
-        value = f"BATT_LOW_MAH is {charge:g} of BATT_CAPACITY {capacity:g}: it would return at once"
-        return Problem(value, f"Set BATT_LOW_MAH to {0.2 * capacity:.0f}, a fifth of the battery.")
+        value = say(
+            "BATT_LOW_MAH is {charge:g} of BATT_CAPACITY {capacity:g}: it would return at once",
+            charge=charge,
+            capacity=capacity,
+        )
+        return Problem(value, say("Set BATT_LOW_MAH to {fifth:.0f}, a fifth of the battery.", fifth=0.2 * capacity))
     return _voltage_problem(volts, timer, cells, chemistry)
 
 
 def threshold_words(values: Mapping[str, float], cells: tuple[int, ...]) -> str:
     """Return thresholds that are right, in words."""
     volts, charge, timer, _ = (values[name] for name in THRESHOLD_NAMES)
-    each = f" ({volts / cells[0]:.2f} V a cell)" if len(cells) == 1 else ""
-    by_voltage = f"below {volts:g} V{each} for {timer:g} s"
-    return f"{by_voltage} or below {charge:g} mAh" if charge > 0 else by_voltage
+    by_voltage = say("below {volts:g} V for {timer:g} s", volts=volts, timer=timer)
+    if len(cells) == 1:
+        each = volts / cells[0]
+        by_voltage = say("below {volts:g} V ({each:.2f} V a cell) for {timer:g} s", volts=volts, each=each, timer=timer)
+    return say("{time} or below {charge:g} mAh", time=by_voltage, charge=charge) if charge > 0 else by_voltage
 
 
 def _charge_share(charge: float, capacity: float) -> float:
@@ -66,16 +73,24 @@ def _voltage_problem(volts: float, timer: float, cells: tuple[int, ...], chemist
     low, high = chemistry.low
     if not LOW_TIMER_S[0] <= timer <= LOW_TIMER_S[1]:
         return Problem(
-            f"BATT_LOW_TIMER is {timer:g} s, must be {LOW_TIMER_S[0]:g} to {LOW_TIMER_S[1]:g} s",
-            "Set BATT_LOW_TIMER to 10 s in the autopilot.",
+            say(
+                "BATT_LOW_TIMER is {timer:g} s, must be {low:g} to {high:g} s",
+                timer=timer,
+                low=LOW_TIMER_S[0],
+                high=LOW_TIMER_S[1],
+            ),
+            say("Set BATT_LOW_TIMER to 10 s in the autopilot."),
         )
     if not cells:
-        return Problem("the battery's cells are not known", "Set flight.battery_cells in the settings.")
+        return Problem(say("the battery's cells are not known"), say("Set flight.battery_cells in the settings."))
     for count in cells:
         if not low <= volts / count <= high:
             sure = len(cells) == 1
-            value = f"BATT_LOW_VOLT {volts:g} V is {volts / count:.2f} V a cell of {count}"
-            remedy = "Set flight.battery_cells in the settings."
+            each = volts / count
+            value = say(
+                "BATT_LOW_VOLT {volts:g} V is {each:.2f} V a cell of {count}", volts=volts, each=each, count=count
+            )
+            remedy = say("Set flight.battery_cells in the settings.")
             return Problem(value, _voltage_remedy(cells, chemistry) if sure else remedy)
     return None
 
@@ -83,5 +98,10 @@ def _voltage_problem(volts: float, timer: float, cells: tuple[int, ...], chemist
 def _voltage_remedy(cells: tuple[int, ...], chemistry: Chemistry) -> str:
     usual = chemistry.low_usual
     if len(cells) != 1:
-        return f"Set BATT_LOW_VOLT in the autopilot to {usual:g} V for each cell of the battery."
-    return f"Set BATT_LOW_VOLT in the autopilot to {usual * cells[0]:.1f} V, {usual:g} V for each of {cells[0]} cells."
+        return say("Set BATT_LOW_VOLT in the autopilot to {usual:g} V for each cell of the battery.", usual=usual)
+    return say(
+        "Set BATT_LOW_VOLT in the autopilot to {whole:.1f} V, {usual:g} V for each of {cells} cells.",
+        whole=usual * cells[0],
+        usual=usual,
+        cells=cells[0],
+    )

@@ -13,6 +13,7 @@ from statistics import median_high
 
 from hawk.ddc.chemistry import LEAST_CELL_V, REST_TOLERANCE_V, SAG_V, Chemistry
 from hawk.ddc.energy import ASSUMED_DRAIN
+from hawk.model.sentences import say
 from hawk.model.vehicle import BatteryInfo
 
 WINDOW_S = 6.0
@@ -76,10 +77,20 @@ class ChargeFacts:
     @property
     def words(self) -> str:
         """Words on what was believed, for the log: voltage, counter and time flown."""
-        volts = "voltage not known" if self.volts is None else f"{self.volts:.2f} V a cell of {self.cells}"
-        counter = "the counter says nothing" if self.counter is None else f"the counter says {self.counter:.0f} %"
-        believed = "nothing else" if self.believed is None else f"{self.believed:.0f} %"
-        return f"{volts}, {counter}, {believed} was believed, {self.flown_s:.0f} s in the air."
+        volts = say("voltage not known") if self.volts is None else cell_words(self.volts, self.cells)
+        counter = (
+            say("the counter says nothing")
+            if self.counter is None
+            else say("the counter says {counter:.0f} %", counter=self.counter)
+        )
+        believed = say("nothing else") if self.believed is None else say("{percent:.0f} %", percent=self.believed)
+        return say(
+            "{volts}, {counter}, {believed} was believed, {flown_s:.0f} s in the air.",
+            volts=volts,
+            counter=counter,
+            believed=believed,
+            flown_s=self.flown_s,
+        )
 
 
 NO_CHARGE = ChargeFacts()
@@ -188,14 +199,16 @@ class ChargeWatch:
         settled, held = self._settling.of(counter, now), self._holding.of(counter, now)
         self._held = held if self._held is None else min(held, self._held)
         if counter >= begun and counter > self._held + JUMP_PERCENT:
-            words = f"the counter rose from {self._held:.0f} to {counter:.0f} % in flight"
+            words = _risen(self._held, counter)
             self._disbelieve(words, self._held, now, now)
         elif counter > lowest + RISE_PERCENT:
-            self._disbelieve(f"the counter rose from {lowest:.0f} to {counter:.0f} % in flight", lowest, now, now)
+            self._disbelieve(_risen(lowest, counter), lowest, now, now)
         elif counter > 0.0 and still >= STILL_S:
-            self._disbelieve(f"the counter stands still at {counter:.0f} % for {still:.0f} s", lowest, since, now)
+            words = say("the counter stands still at {counter:.0f} % for {still:.0f} s", counter=counter, still=still)
+            self._disbelieve(words, lowest, since, now)
         elif counter > 0.0 and used < flown * SLOWEST_DRAIN - SLACK_PERCENT:
-            self._disbelieve(f"the counter fell by {used:.0f} % in {flown:.0f} s in the air", begun, start, now)
+            words = say("the counter fell by {used:.0f} % in {flown:.0f} s in the air", used=used, flown=flown)
+            self._disbelieve(words, begun, start, now)
         if settled < lowest:
             self._lowest = (settled, now)
 
@@ -235,11 +248,25 @@ class _Highest:
         return self._values[0][1]
 
 
+def _risen(lowest: float, counter: float) -> str:
+    return say("the counter rose from {lowest:.0f} to {counter:.0f} % in flight", lowest=lowest, counter=counter)
+
+
 def _contradiction(counter: float | None, allowed: float | None, volts: float | None, *, is_airborne: bool) -> str:
     if counter is None or allowed is None or volts is None or counter - allowed <= CONTRADICTION_PERCENT:
         return ""
-    state = "in flight" if is_airborne else "at rest"
-    return f"the counter says {counter:.0f} %, {volts:.2f} V a cell {state} is {allowed:.0f} % at most"
+    return say(
+        "the counter says {counter:.0f} %, {volts:.2f} V a cell {state} is {allowed:.0f} % at most",
+        counter=counter,
+        volts=volts,
+        state=say("in flight") if is_airborne else say("at rest"),
+        allowed=allowed,
+    )
+
+
+def cell_words(volts: float, cells: int | None) -> str:
+    """Return the voltage of a cell in words; ``cells``: their number."""
+    return say("{volts:.2f} V a cell of {cells}", volts=volts, cells=str(cells) if cells is None else cells)
 
 
 def _since(begun: float | None, now: float) -> float | None:

@@ -34,14 +34,15 @@ from hawk.ddc.return_settings import (
     return_names,
     wanted_returns,
 )
+from hawk.model.sentences import say
 
-GROUND_STATION = "Ground-station failsafe"
-PILOT = "Pilot keeps control"
-REMOTE_CONTROL = "Remote-control failsafe"
-POSITION = "Position failsafe"
-FENCE = "Fence in the autopilot"
-BATTERY = "Battery failsafe"
-THRESHOLDS = "Battery thresholds"
+GROUND_STATION = say("Ground-station failsafe")
+PILOT = say("Pilot keeps control")
+REMOTE_CONTROL = say("Remote-control failsafe")
+POSITION = say("Position failsafe")
+FENCE = say("Fence in the autopilot")
+BATTERY = say("Battery failsafe")
+THRESHOLDS = say("Battery thresholds")
 """Names of the checks; those of the return are in `hawk.ddc.return_settings`."""
 WATCHED_ID_NAMES = ("MAV_GCS_SYSID", "SYSID_MYGCS")
 """The parameter with the id that the ground-station failsafe watches: since ArduPilot 4.7, and before."""
@@ -86,45 +87,53 @@ class FlightLimits:
     autopilot_ceiling: float
 
 
-_STAYS = "stops and stays in the air"  # "Brake or Land" lands only where Brake cannot be entered
+_RETURNS = say("returns home")
+_LANDS = say("lands")
+_OFF = say("off")
+_REPORTS = say("only reports")
+_CUTS = say("cuts the motors")
+_GOES_ON = say("goes on in Auto")
+_STAYS = say("stops and stays in the air")  # "Brake or Land" lands only where Brake cannot be entered
 GCS_ACTION = Choice(
     "FS_GCS_ENABLE",
-    {1: "returns home", 3: "returns home", 4: "returns home", 5: "lands", 6: "returns home"},
-    {0: "off", 2: "goes on in Auto", 7: _STAYS},
+    {1: _RETURNS, 3: _RETURNS, 4: _RETURNS, 5: _LANDS, 6: _RETURNS},
+    {0: _OFF, 2: _GOES_ON, 7: _STAYS},
     1,
 )
 GCS_TIMEOUT = Span("FS_GCS_TIMEOUT", 3, 10, 5, " s")
 """Below 3 s two lost heartbeats of 1 Hz trigger it; after 10 s a drone at travel speed is 40 m farther on."""
 RADIO_ACTION = Choice(
     "FS_THR_ENABLE",
-    {1: "returns home", 3: "lands", 4: "returns home", 5: "returns home", 6: "returns home"},
-    {0: "off", 2: "goes on in Auto", 7: _STAYS},
+    {1: _RETURNS, 3: _LANDS, 4: _RETURNS, 5: _RETURNS, 6: _RETURNS},
+    {0: _OFF, 2: _GOES_ON, 7: _STAYS},
     1,
 )
 EKF_ACTION = Choice(
-    "FS_EKF_ACTION", {1: "lands", 3: "lands"}, {0: "only reports", 2: "drifts without a position in AltHold"}, 1
+    "FS_EKF_ACTION", {1: _LANDS, 3: _LANDS}, {0: _REPORTS, 2: say("drifts without a position in AltHold")}, 1
 )
 EKF_THRESHOLD = Span("FS_EKF_THRESH", 0.59, 1.01, 0.8)
 """The documented values are 0.6, 0.8 and 1.0 (single precision on the wire); 0 turns the failsafe off."""
-FENCE_TYPE = Choice("FENCE_TYPE", {5: "ceiling and polygon", 7: "ceiling, circle and polygon"}, {0: "no fence"}, 5)
+FENCE_TYPE = Choice(
+    "FENCE_TYPE", {5: say("ceiling and polygon"), 7: say("ceiling, circle and polygon")}, {0: say("no fence")}, 5
+)
 """Bit 0 ceiling, bit 1 circle around home, bit 2 polygon, bit 3 floor (which a landing breaches)."""
 FENCE_ACTION = Choice(
     "FENCE_ACTION",
-    {1: "returns home", 2: "lands", 3: "returns home", 4: "stops", 5: "returns home"},
-    {0: "only reports"},
+    {1: _RETURNS, 2: _LANDS, 3: _RETURNS, 4: say("stops"), 5: _RETURNS},
+    {0: _REPORTS},
     1,
 )
-FENCE_ENABLE = Choice("FENCE_ENABLE", {1: "on"}, {0: "off"}, 1)
+FENCE_ENABLE = Choice("FENCE_ENABLE", {1: say("on")}, {0: _OFF}, 1)
 LOW_ACTION = Choice(
     "BATT_FS_LOW_ACT",
-    {1: "lands", 2: "returns home", 3: "returns home", 4: "returns home", 6: "returns home"},
-    {0: "off", 5: "cuts the motors", 7: _STAYS},
+    {1: _LANDS, 2: _RETURNS, 3: _RETURNS, 4: _RETURNS, 6: _RETURNS},
+    {0: _OFF, 5: _CUTS, 7: _STAYS},
     2,
 )
 CRITICAL_ACTION = Choice(
     "BATT_FS_CRT_ACT",
-    {0: "off", 1: "lands", 2: "returns home", 3: "returns home", 4: "returns home", 6: "returns home"},
-    {5: "cuts the motors", 7: _STAYS},
+    {0: _OFF, 1: _LANDS, 2: _RETURNS, 3: _RETURNS, 4: _RETURNS, 6: _RETURNS},
+    {5: _CUTS, 7: _STAYS},
     1,
 )
 _SETTINGS: tuple[Choice | Span, ...] = (
@@ -236,12 +245,12 @@ def _words(setting: Choice, values: Values) -> str:
 
 
 def _settable(name: str, problem: str, consequence: str) -> FailsafeCheck:
-    return FailsafeCheck(name, False, problem, consequence, "Set failsafes.", can_be_set=True)
+    return FailsafeCheck(name, False, problem, consequence, say("Set failsafes."), can_be_set=True)
 
 
 def _ground_station(values: Values, system_id: int) -> FailsafeCheck:
     name = GROUND_STATION
-    consequence = "If this computer stops in flight, the drone stays in the air until the battery is empty."
+    consequence = say("If this computer stops in flight, the drone stays in the air until the battery is empty.")
     watches = values.get(present_name(WATCHED_ID_NAMES, values))
     problem = problem_of(values, GCS_ACTION, GCS_TIMEOUT)
     if watches is None or (values.get(WATCHED_ID_NAMES[0]) is not None and HIGHEST_ID_NAME not in values):
@@ -250,51 +259,69 @@ def _ground_station(values: Values, system_id: int) -> FailsafeCheck:
         return _settable(name, problem, consequence)
     highest = values.get(HIGHEST_ID_NAME) or 0.0
     if highest > watches:
-        found = f"watches every station from {watches:.0f} to {highest:.0f}: any of them keeps it quiet"
+        found = say(
+            "watches every station from {watches:.0f} to {highest:.0f}: any of them keeps it quiet",
+            watches=watches,
+            highest=highest,
+        )
         return _settable(name, found, consequence)
     if watches != system_id:
-        return _settable(name, f"watches station {watches:.0f}, this is {system_id}", consequence)
-    return FailsafeCheck(name, True, f"{_words(GCS_ACTION, values)}, watches this station ({system_id})")
+        return _settable(
+            name,
+            say("watches station {watches:.0f}, this is {system_id}", watches=watches, system_id=system_id),
+            consequence,
+        )
+    return FailsafeCheck(
+        name,
+        True,
+        say("{does}, watches this station ({system_id})", does=_words(GCS_ACTION, values), system_id=system_id),
+    )
 
 
 def _spares_pilot(values: Values) -> FailsafeCheck:
     name, options = PILOT, values.get("FS_OPTIONS")
-    consequence = "If this computer stops while a pilot flies, the drone is taken from the pilot's hands."
+    consequence = say("If this computer stops while a pilot flies, the drone is taken from the pilot's hands.")
     if options is None:
         return _settable(name, NOT_READ, consequence)
-    return FailsafeCheck(name, True, "yes") if int(options) & SPARE_PILOT_BIT else _settable(name, "no", consequence)
+    return (
+        FailsafeCheck(name, True, say("yes"))
+        if int(options) & SPARE_PILOT_BIT
+        else _settable(name, say("no"), consequence)
+    )
 
 
 def _remote_control(values: Values, *, is_needed: bool) -> FailsafeCheck:
     name, problem = REMOTE_CONTROL, problem_of(values, RADIO_ACTION)
     if values.get(RADIO_ACTION.name) == 0 and not is_needed:
-        return FailsafeCheck(name, True, "off, no remote control is required")
+        return FailsafeCheck(name, True, say("off, no remote control is required"))
     if problem:
-        return _settable(name, problem, "If the remote control is lost while a pilot flies, nobody flies the drone.")
+        return _settable(
+            name, problem, say("If the remote control is lost while a pilot flies, nobody flies the drone.")
+        )
     return FailsafeCheck(name, True, _words(RADIO_ACTION, values))
 
 
 def _position(values: Values) -> FailsafeCheck:
     name, problem = POSITION, problem_of(values, EKF_ACTION, EKF_THRESHOLD)
     if problem:
-        return _settable(name, problem, "When the autopilot loses its position, the drone drifts away.")
+        return _settable(name, problem, say("When the autopilot loses its position, the drone drifts away."))
     return FailsafeCheck(name, True, _words(EKF_ACTION, values))
 
 
 def _fence(values: Values, view: AutopilotView) -> FailsafeCheck:
     name = FENCE
-    consequence = "If the drone leaves the fence, the autopilot does nothing about it."
+    consequence = say("If the drone leaves the fence, the autopilot does nothing about it.")
     problem = problem_of(values, FENCE_ENABLE, FENCE_ACTION, FENCE_TYPE)
     if not problem and view.limits is not None:
         problem = _ceiling_problem(values, view.limits)
     if problem:
         return _settable(name, problem, consequence)
     if view.fence_on is None:
-        return FailsafeCheck(name, False, NOT_READ, consequence, "Wait.")
+        return FailsafeCheck(name, False, NOT_READ, consequence, say("Wait."))
     if not view.fence_on:
-        remedy = "Switch it on at the remote control or the other station, or restart the autopilot."
-        return FailsafeCheck(name, False, "switched off", consequence, remedy)
-    return FailsafeCheck(name, True, f"on, {_words(FENCE_ACTION, values)}")
+        remedy = say("Switch it on at the remote control or the other station, or restart the autopilot.")
+        return FailsafeCheck(name, False, say("switched off"), consequence, remedy)
+    return FailsafeCheck(name, True, say("on, {does}", does=_words(FENCE_ACTION, values)))
 
 
 def _ceiling_problem(values: Values, limits: FlightLimits) -> str:
@@ -304,31 +331,38 @@ def _ceiling_problem(values: Values, limits: FlightLimits) -> str:
         return NOT_READ
     if limits.ceiling < value <= limits.autopilot_ceiling + CEILING_TOLERANCE_M:
         return ""
-    return f"its ceiling is {value:g} m, must be {limits.autopilot_ceiling:g} m ({CEILING_NAME})"
+    return say(
+        "its ceiling is {value:g} m, must be {autopilot_ceiling:g} m ({parameter})",
+        value=value,
+        autopilot_ceiling=limits.autopilot_ceiling,
+        parameter=CEILING_NAME,
+    )
 
 
 def _return_height(values: Values, limits: FlightLimits) -> FailsafeCheck:
-    name, consequence = RETURN_HEIGHT, "On its way home the drone would leave the fence."
+    name, consequence = RETURN_HEIGHT, say("On its way home the drone would leave the fence.")
     found = return_altitude(values)
     if found is None:
         return _settable(name, NOT_READ, consequence)
     if not 0.0 <= found <= limits.ceiling:
-        return _settable(name, f"{found:g} m, must be at most {limits.ceiling:g} m", consequence)
-    return FailsafeCheck(name, True, f"{found:g} m")
+        return _settable(
+            name, say("{found:g} m, must be at most {ceiling:g} m", found=found, ceiling=limits.ceiling), consequence
+        )
+    return FailsafeCheck(name, True, say("{found:g} m", found=found))
 
 
 def _battery(values: Values) -> FailsafeCheck:
     name, problem = BATTERY, problem_of(values, LOW_ACTION, CRITICAL_ACTION)
     if problem:
-        return _settable(name, problem, "With an empty battery the drone falls.")
+        return _settable(name, problem, say("With an empty battery the drone falls."))
     return FailsafeCheck(name, True, _words(LOW_ACTION, values))
 
 
 def _thresholds(values: Values, cells: tuple[int, ...], chemistry: Chemistry) -> FailsafeCheck:
     name = THRESHOLDS
-    consequence = "The autopilot notices too late, or never, that the battery is empty."
+    consequence = say("The autopilot notices too late, or never, that the battery is empty.")
     if any(values.get(each) is None for each in THRESHOLD_NAMES):
-        return FailsafeCheck(name, False, NOT_READ, consequence, "Wait.")
+        return FailsafeCheck(name, False, NOT_READ, consequence, say("Wait."))
     numbers = {each: float(values[each] or 0.0) for each in THRESHOLD_NAMES}
     problem = threshold_problem(numbers, cells, chemistry)
     if problem is not None:

@@ -20,12 +20,13 @@ from hawk.ddc.motion import Goal
 from hawk.ddc.orders import Cause, CauseKind, Rank, ToCommunicationLost, ToHover, ToLand, ToReturn, Transition
 from hawk.ddc.states.base import State
 from hawk.ddc.words import metres
+from hawk.model.sentences import say
 
 WIND_CONFIRM_S = 10.0
 """Seconds for which the wind must be above the limit: a gust does not count."""
 FENCE_RETURN_S = 10.0
 """Seconds outside the fence after which the drone returns."""
-RADIO_LOST_DETAILS = "The flight goes on; the autopilot's own failsafe (FS_THR_ENABLE) decides."
+RADIO_LOST_DETAILS = say("The flight goes on; the autopilot's own failsafe (FS_THR_ENABLE) decides.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,12 +48,15 @@ def notices(facts: Facts) -> Acts:
         return (Log("warning", recovery_words(facts.limits.fence, facts.place)),)
     charge = facts.battery.charge
     if 0.0 in (charge.low_s, charge.critical_s):
-        return (Log("warning", f"The battery's voltage sags: {charge.words}"),)
+        return (Log("warning", say("The battery's voltage sags: {words}", words=charge.words)),)
     if charge.doubt and charge.doubted_s == 0.0 and facts.is_airborne:
-        words = f"The battery's counter is not believed: {charge.doubt}. The charge is counted by voltage and time."
+        words = say(
+            "The battery's counter is not believed: {doubt}. The charge is counted by voltage and time.",
+            doubt=charge.doubt,
+        )
         return (Log("warning", words, charge.words),)
     if facts.remote_control.lost_s == 0.0:
-        return (Log("warning", "The remote control is lost: nobody can take over by hand.", RADIO_LOST_DETAILS),)
+        return (Log("warning", say("The remote control is lost: nobody can take over by hand."), RADIO_LOST_DETAILS),)
     return ()
 
 
@@ -61,7 +65,7 @@ def _candidates(facts: Facts, state: State) -> list[Reaction]:
     found: list[Reaction] = []
     charge = facts.battery.charge
     if charge.is_critical and not state.on_ground:
-        empty = Cause("The battery's voltage is nearly gone.", CauseKind.VOLTAGE)
+        empty = Cause(say("The battery's voltage is nearly gone."), CauseKind.VOLTAGE)
         found.append(Reaction(Rank.LAND, ToLand(empty)))
     cause = _cause_to_return(facts) if state.is_guarded else None
     if cause is not None and facts.witness.misleads_home:
@@ -71,7 +75,7 @@ def _candidates(facts: Facts, state: State) -> list[Reaction]:
     if state.needs_operator and not facts.operator.is_present:
         found.append(Reaction(Rank.COMMUNICATION_LOST, ToCommunicationLost(given_back_by=facts.operator.given_back_by)))
     if state.stops_at_fence and facts.is_breached:
-        found.append(Reaction(Rank.FENCE, ToHover("Outside the fence.", level="warning")))
+        found.append(Reaction(Rank.FENCE, ToHover(say("The drone is outside the fence."), level="warning")))
     low_s = facts.position.below.low_s
     if state.is_task and low_s is not None and low_s >= LOW_S:
         found.append(Reaction(Rank.FENCE, _climb(facts)))
@@ -88,10 +92,14 @@ def _climb(facts: Facts) -> ToHover:
     """Hold here, Min above what is below, as far as the ceiling allows."""
     here, distance = facts.place, facts.position.below.low_m
     if here is None or distance is None:
-        return ToHover("Too close to what is below.", level="warning")
+        return ToHover(say("Too close to what is below."), level="warning")
     wanted = here.height + facts.limits.heights.minimum - distance
     height = max(here.height, min(wanted, facts.ceiling(on_ground=False)))
-    text = f"Only {distance:.1f} m above what is below: up to {metres(height)}. Raise the heights, or fly around it."
+    text = say(
+        "Only {distance:.1f} m above what is below: up to {height}. Raise the heights, or fly around it.",
+        distance=distance,
+        height=metres(height),
+    )
     return ToHover(text, Goal(here.north, here.east, height, here.yaw), level="warning")
 
 
@@ -101,20 +109,23 @@ def _position_is_lost(facts: Facts) -> bool:
 
 def _position_words(facts: Facts) -> str:
     fault = facts.diagnostics.estimator_fault
-    return f"The autopilot does not trust its position: {fault}." if fault else "The position was lost."
+    if fault:
+        return say("The autopilot does not trust its position: {fault}.", fault=fault)
+    return say("The position was lost.")
 
 
 def _cause_to_return(facts: Facts) -> Cause | None:
     if facts.battery.reached_s is not None and facts.battery.reached_s >= RESERVE_CONFIRM_S:
-        return Cause("The battery is needed for the way home.", CauseKind.RESERVE)
+        return Cause(say("The battery is needed for the way home."), CauseKind.RESERVE)
     if facts.battery.charge.is_low:
-        return Cause("The battery's voltage is too low.", CauseKind.VOLTAGE)
+        return Cause(say("The battery's voltage is too low."), CauseKind.VOLTAGE)
     if facts.battery.unknown_s >= BATTERY_UNKNOWN_S:
-        return Cause("The battery is not known.", CauseKind.BATTERY_UNKNOWN)
+        return Cause(say("The battery is not known."), CauseKind.BATTERY_UNKNOWN)
     if facts.wind.strong_s is not None and facts.wind.strong_s >= WIND_CONFIRM_S:
-        return Cause("The wind is too strong.", CauseKind.WIND)
+        return Cause(say("The wind is too strong."), CauseKind.WIND)
     if facts.limits.breached_s is not None and facts.limits.breached_s >= FENCE_RETURN_S:
-        return Cause("Still outside the fence.", CauseKind.FENCE)
+        return Cause(say("Still outside the fence."), CauseKind.FENCE)
     if facts.kept.lost:
-        return Cause(f"Somebody changes the autopilot, and it cannot be put back: {facts.kept.lost}.", CauseKind.KEPT)
+        words = say("Somebody changes the autopilot, and it cannot be put back: {lost}.", lost=facts.kept.lost)
+        return Cause(words, CauseKind.KEPT)
     return None

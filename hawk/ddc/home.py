@@ -17,7 +17,7 @@ from hawk.ddc.words import metres
 from hawk.model.limits import Fence
 from hawk.model.operation import Health
 from hawk.model.poses import ArmPlace, GlobalPose
-from hawk.model.sentences import joined
+from hawk.model.sentences import joined, say
 
 HOME_HEIGHT_M = 5.0
 """A home farther above or below the arm place changes the return height too much, metres."""
@@ -36,7 +36,9 @@ def returning(facts: Facts, cause: Cause) -> ToReturn | ToLand:
     """
     if facts.witness.misleads_home:
         return ToLand(cause_here(facts, cause))
-    return ToLand(astray(facts, cause)) if leaves(facts) else ToReturn(cause, straight="the program cannot lead it")
+    return (
+        ToLand(astray(facts, cause)) if leaves(facts) else ToReturn(cause, straight=say("the program cannot lead it"))
+    )
 
 
 def cause_here(facts: Facts, cause: Cause) -> Cause:
@@ -65,8 +67,10 @@ def astray_words(facts: Facts) -> str:
 
 def home_words(home: HomeFacts) -> str:
     """Return in words how far home is from the arm place."""
-    where = "" if home.is_inside else ", outside the fence"
-    return f"Home is {metres(home.away or 0.0)} from the arm place{where}."
+    away = metres(home.away or 0.0)
+    if home.is_inside:
+        return say("Home is {away} from the arm place.", away=away)
+    return say("Home is {away} from the arm place, outside the fence.", away=away)
 
 
 class HomeWatch:
@@ -124,7 +128,7 @@ def home_health(home: HomeFacts) -> Health:
     if home.is_moved:
         return Health.bad(home_words(home))
     if home.away is not None and home.age > HOME_AGE_S:
-        return Health.bad("No home position from the autopilot.")
+        return Health.bad(say("No home position from the autopilot."))
     return Health()
 
 

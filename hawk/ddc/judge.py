@@ -38,18 +38,20 @@ from hawk.model.limits import HeightParameters
 from hawk.model.operation import Fall, StateName, UserError
 from hawk.model.plans import Route
 from hawk.model.poses import MapPoint
-from hawk.model.sentences import words_of
+from hawk.model.sentences import joined, say, words_of
 
 RESUME_WAIT_S = 3.0
 """Resume is refused so soon after a mode change: the pilot's hand is still at the switch."""
 
 
-LOT_IS_SEEN = "Explored already: the lot found is seen whole. Move to other ground first, or land for a new survey."
-OUTLINE_IS_SEEN = "Explored already: the outline is seen whole. Set another one, or land for a new survey."
+LOT_IS_SEEN = say(
+    "Explored already: the lot found is seen whole. Move to other ground first, or land for a new survey."
+)
+OUTLINE_IS_SEEN = say("Explored already: the outline is seen whole. Set another one, or land for a new survey.")
 
 ALWAYS_SENT = frozenset({"Return To Launch", "Land"})
 """Commands that are sent without an answer when the armed drone is not heard, whatever the state (as is Kill)."""
-UNHEARD = "Sent without an answer: no word from the autopilot."
+UNHEARD = say("Sent without an answer: no word from the autopilot.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,9 +78,9 @@ class Refusal:
     error: UserError = UserError.NONE
 
 
-_PUT_BACK = "It is being put back: wait."
+_PUT_BACK = say("It is being put back: wait.")
 _OUT_OF_BOUNDS = UserError.DESIRED_LOCATION_OUT_OF_BOUNDS
-_POSITION_UNKNOWN = Refusal("The position is not known well enough: wait for it.")
+_POSITION_UNKNOWN = Refusal(say("The position is not known well enough: wait for it."))
 
 
 class Case:
@@ -147,7 +149,7 @@ def place_refusal(facts: Facts, place: MapPoint) -> Refusal | None:
         return _POSITION_UNKNOWN
     if not contains(fence, place):
         where = place_words(fence, place)
-        return Refusal(f"X, Y: the place is {where}: choose one inside.", _OUT_OF_BOUNDS)
+        return Refusal(say("X, Y: the place is {where}: choose one inside.", where=where), _OUT_OF_BOUNDS)
     return None
 
 
@@ -156,7 +158,8 @@ def move_refusal(facts: Facts, place: MapPoint) -> Refusal | None:
     refused, fence = place_refusal(facts, place), facts.limits.fence
     if refused is None and fence is not None and not _is_path_inside(facts, place):
         what = path_words(fence)
-        return Refusal(f"X, Y: the straight way there {what}: go around it in two moves.", _OUT_OF_BOUNDS)
+        words = say("X, Y: the straight way there {what}: go around it in two moves.", what=what)
+        return Refusal(words, _OUT_OF_BOUNDS)
     return refused
 
 
@@ -167,7 +170,7 @@ def route_refusal(facts: Facts, route: Route) -> Refusal | None:
         return _POSITION_UNKNOWN
     legs_inside = all(path_is_inside(fence, a, b) for a, b in pairwise(route.points))
     if len(route.points) < 2 or not legs_inside or not _is_path_inside(facts, route.points[1]):
-        return Refusal(f"X, Y: the way there {path_words(fence)}: choose another place.", _OUT_OF_BOUNDS)
+        return Refusal(say("X, Y: the way there {what}: choose another place.", what=path_words(fence)), _OUT_OF_BOUNDS)
     return None
 
 
@@ -186,14 +189,14 @@ def command_type(command: Command) -> str:
 
 def _impossible(case: Case, kind: str) -> Refusal | None:
     if case.bench.kill_state == "sending" and kind not in ("Kill", "Kill Request"):
-        return Refusal("The motors are being cut.")
+        return Refusal(say("The motors are being cut."))
     if is_sent_unheard(case.facts, kind):
         return None
     reason = table_reason(kind, case.state.identity)
     if reason:
         return Refusal(reason)
     if kind in NEEDS_LINK and not case.facts.link.is_up:
-        return Refusal("No link to the autopilot: wait until it is found.")
+        return Refusal(say("No link to the autopilot: wait until it is found."))
     condition = _CONDITIONS.get(kind)
     return None if condition is None else condition(case)
 
@@ -216,15 +219,16 @@ def _content(case: Case, command: Command) -> Refusal | None:
             return _travel_height(command, heights) or refused
         case Resume() | ReturnToLaunch() | Land() if not command.confirmed:
             if case.state.identity is StateName.MANUAL:
-                return Refusal("Confirmed: someone else flies; send it confirmed.")
+                return Refusal(say("Confirmed: someone else flies; send it confirmed."))
     return None
 
 
 def _travel_height(command: AutonomousMove | CompulsiveMove, heights: HeightParameters) -> Refusal | None:
     height = command.height if isinstance(command, CompulsiveMove) else None
-    if height is None or heights.minimum <= height <= heights.maximum:
+    low, high = heights.minimum, heights.maximum
+    if height is None or low <= height <= high:
         return None
-    return Refusal(f"Height: must lie between Min {heights.minimum:g} m and Max {heights.maximum:g} m.")
+    return Refusal(say("Height: must lie between Min {low:g} m and Max {high:g} m.", low=low, high=high))
 
 
 def _heights(command: Configure, ceiling: float, floor: float) -> Refusal | None:
@@ -245,13 +249,14 @@ def _is_path_inside(facts: Facts, place: MapPoint) -> bool:
 
 def _arm(case: Case) -> Refusal | None:
     if case.bench.fall is not None:
-        return Refusal("The motors went off in the air: look at the drone, then clear it.")
+        return Refusal(say("The motors went off in the air: look at the drone, then clear it."))
     if case.bench.is_killed:
-        return Refusal("The motors were cut: clear it first.")
+        return Refusal(say("The motors were cut: clear it first."))
     failed = next((item for item in case.checks if not item.passed), None)
     if failed is None:
         return None
-    return Refusal(" ".join(filter(None, (f"{failed.name}: {sentence(failed.value)}", sentence(failed.remedy)))))
+    found = say("{name}: {value}", name=failed.name, value=sentence(failed.value))
+    return Refusal(joined(found, sentence(failed.remedy)))
 
 
 def _failsafes(case: Case) -> Refusal | None:
@@ -260,27 +265,28 @@ def _failsafes(case: Case) -> Refusal | None:
     if failed is None:
         return None
     if not failed.is_read:
-        remedy = "Wait a moment."
+        remedy: str = say("Wait a moment.")
     elif failed.name in case.facts.kept.restored:
         remedy = _PUT_BACK
     elif failed.can_be_set:
-        remedy = "Return or land, then Set failsafes." if case.facts.is_airborne else "Disarm, then Set failsafes."
+        in_air, on_ground = say("Return or land, then Set failsafes."), say("Disarm, then Set failsafes.")
+        remedy = in_air if case.facts.is_airborne else on_ground
     else:
         remedy = failed.remedy
-    return Refusal(f"{failed.name}: {sentence(failed.value)} {remedy}")
+    return Refusal(joined(say("{name}: {value}", name=failed.name, value=sentence(failed.value)), remedy))
 
 
 def _flight_gate(case: Case) -> Refusal | None:
     """Refuse every task, whichever station armed, unless failsafes, home and the autopilot's fence are right."""
     problem, home = case.bench.fence_problem, case.facts.position.autopilot_home
     if home.is_moved:
-        return Refusal(f"{home_words(home)} It is being set back: wait.")
+        return Refusal(joined(home_words(home), say("It is being set back: wait.")))
     return _failsafes(case) or (Refusal(problem) if problem else None)
 
 
 def _takeoff(case: Case) -> Refusal | None:
     if not case.state.may_take_off:
-        return Refusal("Arming: wait until it is armed.")
+        return Refusal(say("Arming: wait until it is armed."))
     return _flight_gate(case)
 
 
@@ -291,7 +297,7 @@ def _explore(case: Case) -> Refusal | None:
     if refused is None and outline is not None:
         return Refusal(NOTHING_INSIDE) if outline.area <= 0.0 else None
     if refused is None and not case.facts.sight.lot:
-        return Refusal("No lot in sight: move over the lot first.", UserError.NO_LOT_DETECTED)
+        return Refusal(say("No lot in sight: move over the lot first."), UserError.NO_LOT_DETECTED)
     return refused
 
 
@@ -310,7 +316,7 @@ def _position(case: Case) -> Refusal | None:
         return _POSITION_UNKNOWN
     if case.facts.witness.doubt:
         return Refusal(case.facts.witness.doubt)
-    return Refusal("Outside the fence: wait until it is back inside.") if case.facts.is_breached else None
+    return Refusal(say("Outside the fence: wait until it is back inside.")) if case.facts.is_breached else None
 
 
 def _hold(case: Case) -> Refusal | None:
@@ -327,7 +333,7 @@ def _land(case: Case) -> Refusal | None:
 def _in_the_air(case: Case) -> Refusal | None:
     if case.state.identity is StateName.TAKEOFF:
         return None  # "on the ground" is up to a second old while it takes off
-    return Refusal("On the ground.") if case.facts.is_on_ground else None
+    return Refusal(say("On the ground.")) if case.facts.is_on_ground else None
 
 
 def _disarm(case: Case) -> Refusal | None:
@@ -335,39 +341,39 @@ def _disarm(case: Case) -> Refusal | None:
     facts = case.facts
     if facts.is_on_ground or (not facts.vehicle.armed and case.state.on_ground):
         return None
-    return Refusal(facts.ground.doubt or "In the air: wait until it is on the ground.")
+    return Refusal(facts.ground.doubt or say("In the air: wait until it is on the ground."))
 
 
 def _resume(case: Case) -> Refusal | None:
     left = RESUME_WAIT_S - (case.facts.now - case.facts.link.mode_changed_at)
     if left > 0:
-        return Refusal(f"The mode changed just now: wait {seconds(left)}.")
+        return Refusal(say("The mode changed just now: wait {left}.", left=seconds(left)))
     return _in_the_air(case) or _failsafes(case)  # Hover then brings our fence to the autopilot, before any task
 
 
 def _clear_kill(case: Case) -> Refusal | None:
-    return None if case.bench.is_killed else Refusal("The motors were not cut.")
+    return None if case.bench.is_killed else Refusal(say("The motors were not cut."))
 
 
 def _set_failsafes(case: Case) -> Refusal | None:
-    return Refusal("Being set: wait a moment.") if case.bench.is_setting else None
+    return Refusal(say("Being set: wait a moment.")) if case.bench.is_setting else None
 
 
 def _clear_outline(case: Case) -> Refusal | None:
-    return None if case.facts.limits.outline is not None else Refusal("No outline is set.")
+    return None if case.facts.limits.outline is not None else Refusal(say("No outline is set."))
 
 
 def _clear_fence(case: Case) -> Refusal | None:
     is_drawn = case.facts.limits.plan.source == "drawn" or case.facts.limits.plan_problem != ""
-    return None if is_drawn else Refusal("No fence is drawn: the standard one is used.")
+    return None if is_drawn else Refusal(say("No fence is drawn: the standard one is used."))
 
 
 def _new_survey(case: Case) -> Refusal | None:
     sight = case.facts.sight
     if case.facts.vehicle.armed:
-        return Refusal("Armed: disarm first.")
+        return Refusal(say("Armed: disarm first."))
     is_empty = sight.lot_area <= 0.0 and sight.counts.total == 0
-    return Refusal("The map is empty: the next flight begins it.") if is_empty else None
+    return Refusal(say("The map is empty: the next flight begins it.")) if is_empty else None
 
 
 _CONDITIONS: Mapping[str, Callable[[Case], Refusal | None]] = {

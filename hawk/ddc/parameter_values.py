@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-NOT_READ = "not read yet"
+from hawk.model.sentences import say
+
+NOT_READ = say("not read yet")
+_UNKNOWN = say("not known to be safe")
 
 Values = Mapping[str, float | None]
 """Parameter -> value; None: the autopilot does not have it. A parameter that was not read yet is missing."""
@@ -44,8 +47,8 @@ class Choice:
         """Return what is wrong with a value; empty when it is right."""
         if value in self.right:
             return ""
-        words = self.wrong.get(int(value), "not known to be safe") if value == int(value) else "not known to be safe"
-        return f"{words} ({self.name} {value:g})"
+        words = self.wrong.get(int(value), _UNKNOWN) if value == int(value) else _UNKNOWN
+        return setting_words(words, self.name, value)
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +65,19 @@ class Span:
         """Return what is wrong with a value; empty when it is right."""
         if self.low <= value <= self.high:
             return ""
-        return f"{self.name} is {value:g}{self.unit}, must be {self.low:g} to {self.high:g}{self.unit}"
+        return say(
+            "{name} is {value:g}{unit}, must be {low:g} to {high:g}{unit}",
+            name=self.name,
+            value=value,
+            unit=self.unit,
+            low=self.low,
+            high=self.high,
+        )
+
+
+def setting_words(words: str, name: str, value: float) -> str:
+    """Return what the autopilot does, with the parameter that says so and its value."""
+    return say("{does} ({parameter} {value:g})", does=words, parameter=name, value=value)
 
 
 def names_to_read(names: tuple[str, ...], values: Values) -> tuple[str, ...]:

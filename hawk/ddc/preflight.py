@@ -7,6 +7,7 @@ from typing import Literal
 
 from hawk.comm.status import CheckItem
 from hawk.config import HeightSettings
+from hawk.ddc.charge import cell_words
 from hawk.ddc.chemistry import CHEMISTRIES, LEAST_CELL_V, PACKS, Chemistry
 from hawk.ddc.facts import Facts
 from hawk.ddc.failsafes import AutopilotView, FlightLimits, check_failsafes, return_altitude
@@ -14,10 +15,11 @@ from hawk.ddc.fall import fall_words
 from hawk.ddc.fence import where_outside
 from hawk.ddc.geofence import FenceError, contains, extent, sees_all, to_map
 from hawk.ddc.home import HOME_AGE_S, home_words
-from hawk.ddc.parameter_values import FailsafeCheck, Values
+from hawk.ddc.parameter_values import NOT_READ, FailsafeCheck, Values
 from hawk.ddc.params import ParameterError, check_heights
 from hawk.ddc.remote_control import remote_control_check
 from hawk.ddc.remote_id import remote_id_checks
+from hawk.ddc.return_settings import RETURN_HEIGHT
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.slope import slope_words
 from hawk.ddc.survey_need import check_words
@@ -26,9 +28,22 @@ from hawk.ddc.words import metres
 from hawk.model.limits import Fence
 from hawk.model.operation import Fall
 from hawk.model.poses import GlobalPose, MapPoint
+from hawk.model.sentences import series, say, words_of
 
 GPS_FIX_3D = 3
-BLIND_PARTS = "our returns stay inside the fence, the autopilot's own failsafes fly straight and {} from parts"
+MOTORS = say("Motors")
+LINK = say("Link")
+AUTOPILOT = say("Autopilot")
+GPS = say("GPS")
+BATTERY = say("Battery")
+SURVEY = say("Survey")
+CAMERA = say("Camera")
+RECORDING = say("Recording")
+HEIGHTS = say("Heights")
+SLOPE = say("Slope")
+FENCE = say("Fence")
+HOME = say("Home")
+"""Names of the checks; those of the failsafes are in `hawk.ddc.failsafes`."""
 HOME_NEAR_M = 10.0
 """A home within this distance of the drone on the ground is at the drone, metres."""
 
@@ -100,110 +115,129 @@ def autopilot_view(facts: Facts, settings: DdcSettings) -> AutopilotView:
 
 def _kill(is_killed: bool, fall: Fall | None) -> CheckItem:
     if not is_killed:
-        return _passed("Motors", "free to start")
-    found = "cut" if fall is None else f"off in the air {fall_words(fall)}"
+        return _passed(MOTORS, say("free to start"))
+    found = say("cut") if fall is None else say("off in the air {where}", where=fall_words(fall))
     return _failed(
-        "Motors", found, "The drone may be damaged.", "Look at it, then clear the cut.", remedy_command="Clear Kill"
+        MOTORS,
+        found,
+        say("The drone may be damaged."),
+        say("Look at it, then clear the cut."),
+        remedy_command="Clear Kill",
     )
 
 
 def _link(facts: Facts) -> CheckItem:
     if facts.link.second_sender:
-        remedy = "Find out who sends there; name the autopilot in autopilot.vehicle_address."
-        return _failed("Link", facts.link.second_sender, "Somebody may forge what the drone says.", remedy)
+        remedy = say("Find out who sends there; name the autopilot in autopilot.vehicle_address.")
+        return _failed(LINK, facts.link.second_sender, say("Somebody may forge what the drone says."), remedy)
     health = facts.health("link")
     if health.is_healthy and facts.link.is_up:
-        return _passed("Link", f"{facts.link.age:.1f} s")
-    found = health.reason or "looking at it"
-    return _failed("Link", found, "Nothing can be commanded.", "Switch the drone on, check its cable.")
+        return _passed(LINK, say("{age:.1f} s", age=facts.link.age))
+    found = health.reason or say("looking at it")
+    return _failed(LINK, found, say("Nothing can be commanded."), say("Switch the drone on, check its cable."))
 
 
 def _sensors(facts: Facts) -> CheckItem:
     if facts.diagnostics.all_ok and not facts.is_on_ground:
-        words = facts.ground.doubt or "it is not known to be on the ground"
-        return _failed("Autopilot", words, "Its landing would not be seen.", "Wait a moment, then restart it.")
+        words = facts.ground.doubt or say("it is not known to be on the ground")
+        return _failed(AUTOPILOT, words, say("Its landing would not be seen."), say("Wait a moment, then restart it."))
     if facts.diagnostics.compass_ok is False:
-        return _failed("Autopilot", COMPASS_LOST, "It would not know where it heads.", "Check the compasses.")
+        return _failed(AUTOPILOT, COMPASS_LOST, say("It would not know where it heads."), say("Check the compasses."))
     if facts.diagnostics.all_ok:
-        return _passed("Autopilot", "its sensors are well")
-    words = facts.link.words or "its sensors are not ready"
-    return _failed("Autopilot", words, "It would refuse to arm.", "Wait a minute after switching on.")
+        return _passed(AUTOPILOT, say("its sensors are well"))
+    words = facts.link.words or say("its sensors are not ready")
+    return _failed(AUTOPILOT, words, say("It would refuse to arm."), say("Wait a minute after switching on."))
 
 
 def _gps(facts: Facts, limit: float) -> CheckItem:
     found = facts.diagnostics
     accuracy, has_fix = found.horizontal_accuracy, found.gps_fix is not None and found.gps_fix >= GPS_FIX_3D
     parts = (
-        "" if has_fix else "no fix",
-        f"{found.satellites} satellites" if found.satellites is not None else "",
-        f"±{accuracy:.1f} m" if accuracy is not None else "accuracy unknown",
+        "" if has_fix else say("no fix"),
+        say("{satellites} satellites", satellites=found.satellites) if found.satellites is not None else "",
+        say("±{accuracy:.1f} m", accuracy=accuracy) if accuracy is not None else say("accuracy unknown"),
         found.estimator_fault,
     )
-    text = ", ".join(filter(None, parts))
+    text = series(*parts)
     good = has_fix and accuracy is not None and accuracy <= limit
     if good and found.global_position_ok and facts.health("position").is_healthy:
-        return _passed("GPS", text)
+        return _passed(GPS, text)
     if found.is_mavlink_1 and accuracy is None:
-        text = f"{text}: the link speaks MAVLink 1, which has none"
-        remedy = "Set SERIALn_PROTOCOL of the autopilot's port to 2, restart it."
-        return _failed("GPS", text, "The drone would not know where it is.", remedy)
-    return _failed("GPS", text, "The drone would not know where it is.", "Wait under open sky.")
+        text = say("{text}: the link speaks MAVLink 1, which has none", text=text)
+        remedy = say("Set SERIALn_PROTOCOL of the autopilot's port to 2, restart it.")
+        return _failed(GPS, text, say("The drone would not know where it is."), remedy)
+    return _failed(GPS, text, say("The drone would not know where it is."), say("Wait under open sky."))
 
 
 def _battery(facts: Facts, needed: float, chemistry: Chemistry) -> CheckItem:
-    name, battery, charge = "Battery", facts.battery.info, facts.battery.charge
+    name, battery, charge = BATTERY, facts.battery.info, facts.battery.charge
     if battery is None or battery.percentage is None:
-        return _failed(name, "not known", "It could fall.", "Set up the autopilot's battery monitor.")
+        return _failed(name, say("not known"), say("It could fall."), say("Set up the autopilot's battery monitor."))
     if battery.voltage is None or battery.voltage < LEAST_CELL_V * PACKS[0]:
-        text = f"{battery.percentage:.0f} %, voltage not known"
-        return _failed(name, text, "It could fall: a counter alone is no witness.", "Set up BATT_MONITOR for voltage.")
-    each = "" if charge.volts is None else f", {charge.volts:.2f} V a cell of {charge.cells}"
-    text = f"{battery.percentage:.0f} %, {battery.voltage:.1f} V{each}"
+        alone = say("{percent:.0f} %, voltage not known", percent=battery.percentage)
+        consequence = say("It could fall: a counter alone is no witness.")
+        return _failed(name, alone, consequence, say("Set up BATT_MONITOR for voltage."))
+    each = "" if charge.volts is None else cell_words(charge.volts, charge.cells)
+    text = series(say("{percent:.0f} %", percent=battery.percentage), _volts(battery.voltage), each)
     if charge.volts is not None and charge.volts > chemistry.resting[1]:
-        remedy = "Set flight.battery_cells and flight.battery_chemistry, or calibrate BATT_VOLT_MULT."
-        return _failed(name, text, "No such cell holds so much: its voltage is not known.", remedy)
+        remedy = say("Set flight.battery_cells and flight.battery_chemistry, or calibrate BATT_VOLT_MULT.")
+        return _failed(name, text, say("No such cell holds so much: its voltage is not known."), remedy)
     if charge.doubt:
-        remedy = "Charge the battery, or set flight.battery_cells."
-        text = f"{battery.voltage:.1f} V; {charge.doubt}"
-        return _failed(name, text, "It would be empty sooner than its counter says.", remedy)
+        remedy = say("Charge the battery, or set flight.battery_cells.")
+        text = say("{volts}; {doubt}", volts=_volts(battery.voltage), doubt=charge.doubt)
+        return _failed(name, text, say("It would be empty sooner than its counter says."), remedy)
     lowest = battery.percentage if charge.allowed is None else min(battery.percentage, charge.allowed)
     if lowest >= needed:
         return _passed(name, text)
     if lowest < battery.percentage:
-        text = f"{text}: {lowest:.0f} % at most"
-    return _failed(name, text, "It would have to return at once.", f"Charge it to {needed:.0f} % or more.")
+        text = say("{text}: {lowest:.0f} % at most", text=text, lowest=lowest)
+    return _failed(
+        name, text, say("It would have to return at once."), say("Charge it to {needed:.0f} % or more.", needed=needed)
+    )
+
+
+def _volts(voltage: float) -> str:
+    return say("{volts:.1f} V", volts=voltage)
 
 
 def _survey(facts: Facts) -> tuple[CheckItem, ...]:
     """Report whether the battery is enough for the survey. It refuses nothing: a survey goes on after a swap."""
     need = facts.battery.survey
-    return () if need is None else (_passed("Survey", check_words(need)),)
+    return () if need is None else (_passed(SURVEY, check_words(need)),)
 
 
 def _camera(facts: Facts) -> CheckItem:
     health, age = facts.health("camera"), facts.sight.camera_age
     if health.is_healthy:
-        text = "on" if age is None else f"picture {age:.1f} s old"
-        return _passed("Camera", ", ".join(filter(None, (text, health.reason))))
-    return _failed("Camera", health.reason, "Nothing would be seen.", "Check the camera and its address.")
+        text = say("on") if age is None else say("picture {age:.1f} s old", age=age)
+        return _passed(CAMERA, series(text, health.reason))
+    return _failed(CAMERA, health.reason, say("Nothing would be seen."), say("Check the camera and its address."))
 
 
 def _recording(facts: Facts) -> CheckItem:
     health = facts.health("recording")
     if health.is_healthy:
-        return _passed("Recording", health.reason or "on")
-    return _failed("Recording", health.reason, "The flight would not be recorded.", "Make room on the disk.")
+        return _passed(RECORDING, health.reason or say("on"))
+    return _failed(RECORDING, health.reason, say("The flight would not be recorded."), say("Make room on the disk."))
 
 
 def _heights(facts: Facts, settings: HeightSettings) -> CheckItem:
     heights, obstacle = facts.limits.heights, settings.highest_obstacle_m
-    declared = "no obstacle declared" if obstacle is None else f"highest obstacle {obstacle:g} m"
-    text = f"{heights.desired:g} m, never below {heights.minimum:g} m or above {heights.maximum:g} m; {declared}"
+    declared = (
+        say("no obstacle declared") if obstacle is None else say("highest obstacle {obstacle:g} m", obstacle=obstacle)
+    )
+    text = say(
+        "{desired:g} m, never below {minimum:g} m or above {maximum:g} m; {declared}",
+        desired=heights.desired,
+        minimum=heights.minimum,
+        maximum=heights.maximum,
+        declared=declared,
+    )
     try:
         check_heights(heights, facts.ceiling(on_ground=True), settings.floor_m)
     except ParameterError as error:
-        return _failed("Heights", text, str(error), "Change the heights.")
-    return _passed("Heights", text)
+        return _failed(HEIGHTS, text, words_of(error), say("Change the heights."))
+    return _passed(HEIGHTS, text)
 
 
 def _slope(facts: Facts, settings: HeightSettings, plan: _Plan | CheckItem) -> tuple[CheckItem, ...]:
@@ -212,60 +246,79 @@ def _slope(facts: Facts, settings: HeightSettings, plan: _Plan | CheckItem) -> t
     if slope is None or not slope.is_notable or isinstance(plan, CheckItem):
         return ()
     words = slope_words(slope, plan.fence, plan.home, facts.limits.heights.minimum, settings.highest_obstacle_m)
-    return (_passed("Slope", words),)
+    return (_passed(SLOPE, words),)
 
 
 def _fence(plan: _Plan) -> CheckItem:
     north, east = extent(plan.fence)
-    text = f"{north:.0f} × {east:.0f} m"
+    text = say("{north:.0f} × {east:.0f} m", north=north, east=east)
     if not contains(plan.fence, plan.home):
-        return _bad_fence(f"{text}, drone {where_outside(plan.fence, plan.home)}", "It could not fly anywhere.")
-    return _passed("Fence", f"{text}, drone and home inside")
+        return _bad_fence(
+            say("{size}, drone {where}", size=text, where=where_outside(plan.fence, plan.home)),
+            say("It could not fly anywhere."),
+        )
+    return _passed(FENCE, say("{size}, drone and home inside", size=text))
 
 
 def _home(facts: Facts, plan: _Plan | None) -> CheckItem:
     """Check the autopilot's home: its own failsafes fly there at any time. Arm sets it to the drone's place."""
     home = facts.position.autopilot_home
     if home.place is None or home.age > HOME_AGE_S:
-        return _failed("Home", "not known", "The autopilot could not return.", "Wait for the position.")
+        return _failed(HOME, say("not known"), say("The autopilot could not return."), say("Wait for the position."))
     if home.is_moved:
-        return _failed("Home", home_words(home), "It would not return here.", "Leave home alone with other stations.")
+        return _failed(
+            HOME, home_words(home), say("It would not return here."), say("Leave home alone with other stations.")
+        )
     if plan is None:
-        return _failed("Home", "no fence to compare it with", "It may be outside the fence.", "Wait.")
+        return _failed(HOME, say("no fence to compare it with"), say("It may be outside the fence."), say("Wait."))
     place = to_map(plan.datum, home.place.latitude, home.place.longitude)
     away = place.distance(plan.home)
     if not contains(plan.fence, place):
-        remedy = "Switch the autopilot off and on where it stands."
-        return _failed("Home", f"{metres(away)} away, outside the fence", "It would return there.", remedy)
+        remedy = say("Switch the autopilot off and on where it stands.")
+        return _failed(
+            HOME, say("{away} away, outside the fence", away=metres(away)), say("It would return there."), remedy
+        )
     if away <= HOME_NEAR_M:
-        return _passed("Home", "at the drone")
-    return _passed("Home", f"{metres(away)} away; Arm sets it here")
+        return _passed(HOME, say("at the drone"))
+    return _passed(HOME, say("{away} away; Arm sets it here", away=metres(away)))
 
 
 def _return_height(altitude: float | None, plan: _Plan | None) -> CheckItem:
-    name = "Return height"
+    name = RETURN_HEIGHT
     if altitude is None or plan is None:
-        value = "not read yet" if altitude is None else f"{metres(altitude)}, no fence to compare it with"
-        return _failed(name, value, "It may be above the fence.", "Wait.")
-    text = f"{metres(altitude)}, ceiling {metres(plan.fence.ceiling)}"
+        value = (
+            NOT_READ if altitude is None else say("{altitude}, no fence to compare it with", altitude=metres(altitude))
+        )
+        return _failed(name, value, say("It may be above the fence."), say("Wait."))
+    text = say("{altitude}, ceiling {ceiling}", altitude=metres(altitude), ceiling=metres(plan.fence.ceiling))
     if altitude > plan.fence.ceiling:
-        return _failed(name, text, "On its way home it would leave the fence.", "Change the heights.")
-    seen, parts = sees_all(plan.fence, plan.home), "cross a zone" if plan.fence.zones else "leave it"
-    return _passed(name, text if seen else f"{text}; {BLIND_PARTS.format(parts)}")
+        return _failed(name, text, say("On its way home it would leave the fence."), say("Change the heights."))
+    if not sees_all(plan.fence, plan.home):
+        text = say("{heights}; {blind}", heights=text, blind=_blind_words(plan.fence))
+    return _passed(name, text)
+
+
+def _blind_words(fence: Fence) -> str:
+    return say(
+        "our returns stay inside the fence, the autopilot's own failsafes fly straight and {leave} from parts",
+        leave=say("cross a zone") if fence.zones else say("leave it"),
+    )
 
 
 def _plan(facts: Facts, settings: DdcSettings) -> _Plan | CheckItem:
     """Return the planned fence with the drone's place; else the check that fails."""
     limits, place = facts.limits, facts.global_place
     if limits.plan_problem:
-        return _bad_fence(limits.plan_problem, "What it forbids is not known.")
+        return _bad_fence(limits.plan_problem, say("What it forbids is not known."))
     if place is None:
-        return _failed("Fence", "position not known", "There is no fence to fly in.", "Wait for the position.")
+        return _failed(
+            FENCE, say("position not known"), say("There is no fence to fly in."), say("Wait for the position.")
+        )
     datum = facts.position.datum or place
     try:
         fence = limits.plan.around(datum, place, settings.fence)
     except FenceError as error:
-        return _bad_fence(str(error), "There is no fence to fly in.")
+        return _bad_fence(words_of(error), say("There is no fence to fly in."))
     return _Plan(fence, to_map(datum, place.latitude, place.longitude), datum)
 
 
@@ -281,8 +334,8 @@ def _passed(name: str, value: str) -> CheckItem:
 
 
 def _bad_fence(value: str, consequence: str) -> CheckItem:
-    remedy = "Put the drone inside the fence, or draw another one."
-    return _failed("Fence", value, consequence, remedy, remedy_command="Set Fence")
+    remedy = say("Put the drone inside the fence, or draw another one.")
+    return _failed(FENCE, value, consequence, remedy, remedy_command="Set Fence")
 
 
 def _failed(name: str, value: str, consequence: str, remedy: str, *, remedy_command: Remedy | None = None) -> CheckItem:

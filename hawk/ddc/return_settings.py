@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hawk.ddc.parameter_values import NOT_READ, FailsafeCheck, Values
+from hawk.ddc.parameter_values import NOT_READ, FailsafeCheck, Values, setting_words
+from hawk.model.sentences import say
 
-RETURN_CHECK = "Autopilot's return"
-RETURN_HEIGHT = "Return height"
+RETURN_CHECK = say("Autopilot's return")
+RETURN_HEIGHT = say("Return height")
 """Names of the checks that say where RTL ends."""
 RALLY_NAME = "RALLY_TOTAL"
 """Number of rally points. With one, RTL flies to the nearest of home and rally points (ModeRTL::build_path). An
@@ -56,15 +57,15 @@ class ReturnSetting:
             return "" if self.optional and name in values else NOT_READ
         scale = 1.0 if name == self.in_metres else 100.0
         is_right = value == 0.0 or self.lowest * scale <= value <= self.highest * scale
-        return "" if is_right else f"{self.words} ({name} {value:g})"
+        return "" if is_right else setting_words(self.words, name, value)
 
 
 RETURN_SETTINGS = (
-    ReturnSetting("RTL_ALT_FINAL_M", "RTL_ALT_FINAL", 0.0, "stays in the air above home"),
-    ReturnSetting("RTL_CLIMB_MIN_M", "RTL_CLIMB_MIN", CLIMB_M, "climbs first, above the ceiling"),
-    ReturnSetting("RTL_ALT_TYPE", "RTL_ALT_TYPE", 0.0, "follows a terrain that it may not know"),
-    ReturnSetting(LOITER_NAME, LOITER_NAME, 60_000.0, "waits above home for too long", optional=True),
-    ReturnSetting(*SPEED_NAMES, 20.0, "flies too slowly or too fast", lowest=1.0, optional=True),
+    ReturnSetting("RTL_ALT_FINAL_M", "RTL_ALT_FINAL", 0.0, say("stays in the air above home")),
+    ReturnSetting("RTL_CLIMB_MIN_M", "RTL_CLIMB_MIN", CLIMB_M, say("climbs first, above the ceiling")),
+    ReturnSetting("RTL_ALT_TYPE", "RTL_ALT_TYPE", 0.0, say("follows a terrain that it may not know")),
+    ReturnSetting(LOITER_NAME, LOITER_NAME, 60_000.0, say("waits above home for too long"), optional=True),
+    ReturnSetting(*SPEED_NAMES, 20.0, say("flies too slowly or too fast"), lowest=1.0, optional=True),
 )
 OPTIONAL_RETURN_NAMES = frozenset({LOITER_NAME, *SPEED_NAMES})
 ALL_RETURN_NAMES = frozenset(
@@ -85,12 +86,12 @@ def wanted_returns(values: Values) -> dict[str, float]:
 def return_check(values: Values) -> FailsafeCheck:
     """Return the check of where the autopilot's return ends; what was not read yet has not passed."""
     name = RETURN_CHECK
-    consequence = "The autopilot's own return would not end on the ground where the drone took off."
+    consequence = say("The autopilot's own return would not end on the ground where the drone took off.")
     problems = [setting.problem(values) for setting in RETURN_SETTINGS]
     problem = NOT_READ if RALLY_NAME not in values or NOT_READ in problems else next(filter(None, problems), "")
     if problem:
-        return FailsafeCheck(name, False, problem, consequence, "Set failsafes.", can_be_set=True)
+        return FailsafeCheck(name, False, problem, consequence, say("Set failsafes."), can_be_set=True)
     if rally := values[RALLY_NAME]:
-        words = f"to a rally point where one is nearer ({RALLY_NAME} {rally:g})"
-        return FailsafeCheck(name, False, words, consequence, "Delete the rally points with the other station.")
-    return FailsafeCheck(name, True, "to home, and lands")
+        words = setting_words(say("to a rally point where one is nearer"), RALLY_NAME, rally)
+        return FailsafeCheck(name, False, words, consequence, say("Delete the rally points with the other station."))
+    return FailsafeCheck(name, True, say("to home, and lands"))

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 from hawk.ddc.energy import CLIMB_M_S, SAFETY_FACTOR, seconds_home
+from hawk.model.sentences import say
 
 Basis = Literal["planner", "map", "outline", "fence"]
 """Source of an estimate: the planner's distance in flight, an earlier survey's map, the area of outline or fence."""
@@ -155,29 +156,39 @@ def _middle_distance(area: float) -> float:
 
 def check_words(need: SurveyNeed) -> str:
     """Return the line of the check before Arm."""
-    figures = f"home {need.home:.0f} %, charge {need.charge:.0f} %"
+    figures = say("home {home:.0f} %, charge {charge:.0f} %", home=need.home, charge=need.charge)
     if need.seconds <= 0.0:
-        return f"nothing is left of the survey; {figures}"
-    part = f"survey {need.percent:.0f} %, {figures}"
-    drain = "" if need.is_measured else "; drain assumed, no flight has measured it"
+        return say("nothing is left of the survey; {figures}", figures=figures)
+    part = say("survey {percent:.0f} %, {figures}", percent=need.percent, figures=figures)
+    if not need.is_measured:
+        part = say("{part}; drain assumed, no flight has measured it", part=part)
     if need.basis == "fence":
-        lot = f"a lot as large as the fence ({hectares(need.area)})"
+        lot = say("a lot as large as the fence ({size})", size=hectares(need.area))
         if need.is_enough:
-            return f"enough, even for {lot}: {part}{drain}"
-        return f"enough for about {tens(need.share)} % of {lot}: {part}{drain}"
+            return say("enough, even for {lot}: {part}", lot=lot, part=part)
+        return say("enough for about {tens} % of {lot}: {part}", tens=tens(need.share), lot=lot, part=part)
     if need.basis == "outline":
-        whole = f"the outline ({hectares(need.area)})"
+        whole = say("the outline ({size})", size=hectares(need.area))
         if need.is_enough:
-            return f"enough for {whole}: {part}{drain}"
-        return f"enough for about {tens(need.share)} % of {whole}: continue after a battery swap; {part}{drain}"
+            return say("enough for {whole}: {part}", whole=whole, part=part)
+        return say(
+            "enough for about {tens} % of {whole}: continue after a battery swap; {part}",
+            tens=tens(need.share),
+            whole=whole,
+            part=part,
+        )
     if need.is_enough:
-        return f"enough for the rest of the survey: {part}{drain}"
-    return f"enough for about {tens(need.share)} % of the rest: continue after a battery swap; {part}{drain}"
+        return say("enough for the rest of the survey: {part}", part=part)
+    return say(
+        "enough for about {tens} % of the rest: continue after a battery swap; {part}",
+        tens=tens(need.share),
+        part=part,
+    )
 
 
 def hectares(area: float) -> str:
     """Return an area in hectares."""
-    return f"{area / 1e4:.1f} ha"
+    return say("{hectares:.1f} ha", hectares=area / 1e4)
 
 
 def tens(share: float) -> str:

@@ -65,6 +65,14 @@ def joined(*sentences: str) -> str:
     return first
 
 
+def series(*parts: str) -> str:
+    """Return parts with commas between them; empty ones are left out. Alone, a part stays what it is."""
+    one, *rest = [each for each in parts if each] or [""]
+    for other in rest:
+        one = say("{one}, {other}", one=one, other=other)
+    return one
+
+
 def sentence(text: str) -> str:
     """Return the text as a sentence: one full stop at its end."""
     stripped = text.strip()

@@ -10,7 +10,7 @@ import pytest
 from hawk.comm.message_base import listed
 from hawk.comm.messages import Ack
 from hawk.comm.status import CheckItem, CommandOption, DroneStatus, HealthItem, LogEntry, OperationStatus, PartsStatus
-from hawk.model.sentences import Sentence, code_of, joined, parts_of, say, sentence, words_of
+from hawk.model.sentences import Sentence, code_of, joined, parts_of, say, sentence, series, words_of
 
 
 def test_a_sentence_is_its_english_text_with_code_and_values() -> None:
@@ -55,6 +55,15 @@ def test_a_value_too_many_or_too_few_and_an_unknown_format_are_errors() -> None:
         say("{one} {two}", one=1)
     with pytest.raises(ValueError, match=r"use \.Nf, g or d"):
         say("{one:>8}", one=1)
+
+
+def test_series_leaves_empty_ones_out_and_keeps_each() -> None:
+    one, two = say("one"), say("{count:d} others", count=2)
+    assert series() == ""
+    assert series("", one, "") is one
+    all_three = series(one, "", two, "words of others")
+    assert all_three == "one, 2 others, words of others"
+    assert [part.code for part in parts_of(all_three)] == ["one-other", "one-other", "one", "count-others"]
 
 
 def test_joined_leaves_empty_ones_out_and_keeps_each() -> None:
