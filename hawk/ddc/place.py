@@ -28,8 +28,13 @@ GAP_M = 1.5
 leans over and the picture's time is off by 0.1 s."""
 CONFIRM_S = 0.5
 """Time for which the disagreement must last, seconds."""
-UNPROVEN_SHARE = 2.0
-"""The same before the camera was seen to agree: one that is mounted in another path sees the whole path wrongly."""
+UNPROVEN_SHARE = 0.12
+"""The same before the camera was seen to agree: its scale and its heading are known less well."""
+MOUNT_SHARE = 0.4
+"""A camera that was not seen to agree and is off by a larger share is mounted otherwise: it sees the whole path
+wrongly, and is no witness while the drone flies."""
+MOUNTED_WRONG_SHARE = 2.0
+"""Share of the path that is no disagreement then: none is left."""
 PROOF_M = 15.0
 """Metres of flight in which the camera agrees before it is believed while the drone flies."""
 PROOF_SHARE = 0.25
@@ -177,11 +182,16 @@ class PlaceWatch:
         seen = math.fsum(abs(each.reported + each.beyond) for each in self._window)
         if flown > LIMIT_M and seen < STILL_SHARE * flown:
             return 0.0
-        allowed = (UNPROVEN_SHARE if learned is None else PATH_SHARE) * flown
         raw = abs(sum((each.beyond for each in self._window), 0j) - known)
         eased = abs(sum((each.eased for each in self._window), 0j) - known)
         gaps = sum(each.after_gap for each in self._window)
-        return max(0.0, min(raw, eased) - allowed - GAP_M * gaps)
+        return max(0.0, min(raw, eased) - self._allowed(raw, flown) - GAP_M * gaps)
+
+    def _allowed(self, raw: float, flown: float) -> float:
+        """Return the disagreement that a path of ``flown`` metres explains, metres; ``raw`` is what was seen."""
+        if self._learned() is not None:
+            return PATH_SHARE * flown
+        return (UNPROVEN_SHARE if raw <= MOUNT_SHARE * flown else MOUNTED_WRONG_SHARE) * flown
 
     def _learned(self) -> complex | None:
         """Return the share of the path by which the camera is off; None until it was seen to agree."""

@@ -28,7 +28,7 @@ from hawk.ddc.words import metres
 from hawk.model.limits import Fence
 from hawk.model.operation import Fall
 from hawk.model.poses import GlobalPose, MapPoint
-from hawk.model.sentences import series, say, words_of
+from hawk.model.sentences import say, series, words_of
 
 GPS_FIX_3D = 3
 MOTORS = say("Motors")

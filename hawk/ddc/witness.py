@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from hawk.ddc.heading import HeadingFacts
 from hawk.ddc.height import HeightFacts
 from hawk.ddc.place import PlaceFacts
 from hawk.model.operation import Health
@@ -19,11 +20,12 @@ class WitnessFacts:
 
     place: PlaceFacts = field(default_factory=PlaceFacts)
     height: HeightFacts = field(default_factory=HeightFacts)
+    heading: HeadingFacts = field(default_factory=HeadingFacts)
 
     @property
     def doubt(self) -> str:
         """Why no task is flown; empty without a doubt."""
-        return self.place.words or self.height.words
+        return self.place.words or self.height.words or self.heading.words
 
     @property
     def misleads_home(self) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from hawk.comm.terrain import Terrain
+from hawk.ddc.heading import HeadingWatch
 from hawk.ddc.height import HeightWatch
 from hawk.ddc.place import PlaceWatch
 from hawk.ddc.topic_interface import DdcTopicInterface
@@ -18,7 +19,7 @@ class Witnesses:
 
     def __init__(self, topics: DdcTopicInterface) -> None:
         self._topics = topics
-        self._place, self._height = PlaceWatch(), HeightWatch()
+        self._place, self._height, self._heading = PlaceWatch(), HeightWatch(), HeadingWatch()
         self._facts = WitnessFacts()
         self._flies = False
         self._stops = (
@@ -39,16 +40,19 @@ class Witnesses:
         if not self._flies:
             self._place.reset()
             self._height.stand()
-        self._facts = WitnessFacts(self._place.facts(now), self._height.look(now, self._topics.get_rel_alt()))
+            self._heading.reset()
+        height = self._height.look(now, self._topics.get_rel_alt())
+        self._facts = WitnessFacts(self._place.facts(now), height, self._heading.facts(now))
 
     def facts(self, now: float) -> WitnessFacts:
         """Return what is known at ``now``, seconds."""
-        return replace(self._facts, place=self._place.facts(now))
+        return replace(self._facts, place=self._place.facts(now), heading=self._heading.facts(now))
 
     def _note(self, step: GroundStep) -> None:
         if self._flies:
             self._place.note(step)
             self._height.note(step)
+            self._heading.note(step)
 
     def _note_gnss(self, height: GnssHeight) -> None:
         self._height.note_gnss(height.time, height.altitude, height.accuracy, height.reported)

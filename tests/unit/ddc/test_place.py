@@ -120,6 +120,18 @@ def test_a_camera_that_never_agreed_is_believed_only_while_the_drone_holds() -> 
     assert turned.fly(10.0, walk=0.7, camera=1j).is_doubted
 
 
+@pytest.mark.parametrize("walk", [1.4 + 0j, -1.0 + 1.0j])
+def test_a_walk_from_the_first_metre_on_is_doubted(walk: complex) -> None:
+    assert Flight().doubted_after(10.0, 4 + 0j, walk=walk) <= 10.0
+
+
+@pytest.mark.parametrize("camera", [1.1, 0.9, complex(math.cos(0.1), math.sin(0.1)), 1j, -1.0, 1.8])
+def test_a_wrong_scale_or_mount_is_no_walk_before_the_camera_was_seen_to_agree(camera: complex) -> None:
+    flight = Flight()
+    for _ in range(30):
+        assert not flight.fly(STEP_S, 4 + 0j, camera=camera).is_doubted
+
+
 def test_a_camera_is_believed_in_flight_after_it_agreed_for_fifteen_metres() -> None:
     flight = Flight()
     assert not flight.fly(10.0, 4 + 0j, walk=2.0).is_doubted

@@ -467,6 +467,7 @@ the-flight-goes-on-the-autopilot-s-own-failsafe-fs-thr = The flight goes on; the
 the-flight-would-not-be-recorded = The flight would not be recorded.
 the-ground-here-is-ground-higher-than-the-arm-place-advice = The ground here is { $ground } higher than the arm place: { $advice }
 the-ground-here-is-ground-lower-than-the-arm-place = The ground here is { $ground } lower than the arm place.
+the-heading-is-not-what-the-autopilot-reports-the-camera = The heading is not what the autopilot reports: the camera sees it { $off }° off.
 the-height-is-not-what-the-autopilot-reports-off-off = The height is not what the autopilot reports: { $off } off.
 the-height-is-not-what-the-autopilot-reports-reported-truly = The height is not what the autopilot reports: { $reported }, truly about { $true }.
 the-heights-could-not-be-stored-in-path-error = The heights could not be stored in { $path }: { $error }

@@ -481,6 +481,7 @@ the-flight-goes-on-the-autopilot-s-own-failsafe-fs-thr = Le vol continue ; la s�
 the-flight-would-not-be-recorded = Le vol ne serait pas enregistré.
 the-ground-here-is-ground-higher-than-the-arm-place-advice = Le sol est ici plus haut de { $ground } que le point d'armement : { $advice }
 the-ground-here-is-ground-lower-than-the-arm-place = Le sol est ici plus bas de { $ground } que le point d'armement.
+the-heading-is-not-what-the-autopilot-reports-the-camera = Le cap n'est pas celui que donne l'autopilote : la caméra voit un écart de { $off }°.
 the-height-is-not-what-the-autopilot-reports-off-off = La hauteur n'est pas celle que donne l'autopilote : { $off } d'écart.
 the-height-is-not-what-the-autopilot-reports-reported-truly = La hauteur n'est pas celle que donne l'autopilote : { $reported }, en vérité environ { $true }.
 the-heights-could-not-be-stored-in-path-error = Les hauteurs n'ont pas pu être enregistrées dans { $path } : { $error }
