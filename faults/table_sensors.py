@@ -65,6 +65,7 @@ PLACE: Final = (
         "GNSS walks west at 0.7 m/s, the autopilot with it",
         When.EXPLORING,
         (
+            See(_GOES_ON, 8.0, lasts=True),  # the camera is seen to agree first
             Drone({"gps_walk": (0.0, -0.7)}),
             See(_STOPPED, 20.0),
             CountAnew(),
@@ -73,7 +74,7 @@ PLACE: Final = (
         ends_flight=True,
     ),
     Fault(
-        "GNSS walks south-east at 1.4 m/s for 12 s",
+        "GNSS walks south-east at 1.4 m/s for 12 s, from the first metre of the task on",
         When.EXPLORING,
         (
             Drone({"gps_walk": (-1.0, 1.0)}),

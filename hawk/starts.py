@@ -57,7 +57,7 @@ def survey_at_start(
     age = _age(kept.last_written, moment())
     if is_begun and not is_new_world and (flies or continues or age < CONTINUE_S):
         return SurveyAtStart(kept)
-    if kept.datum is None and not kept.map_parts:
+    if kept.datum is None and not (is_new_world and kept.map_parts):  # nothing of a lot was mapped without one
         return SurveyAtStart(replace(kept, arm_place=None))
     words = "" if is_new_world else _set_aside(kept, age, moment())
     empty = JournalState(

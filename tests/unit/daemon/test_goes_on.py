@@ -90,6 +90,18 @@ async def test_a_survey_goes_on_for_half_an_hour(tmp_path: Path, age_s: float, g
     assert kept.drains == (drain,), "what earlier flights used is known to every survey"
 
 
+async def test_a_start_on_the_ground_before_any_flight_is_no_survey_to_set_aside(tmp_path: Path) -> None:
+    journal = FlightJournal(tmp_path / "journal", moment=lambda: NOW)
+    journal.put_map({"meta": b"{}"})  # an empty map has one, too
+    await journal.close()
+    again = FlightJournal(tmp_path / "journal", moment=lambda: NOW)
+    try:
+        found = survey_at_start(again, flies=False, is_new_world=False, moment=lambda: NOW)
+    finally:
+        await again.close()
+    assert (found.words, found.kept.survey_id) == ("", journal.state.survey_id)
+
+
 async def test_an_old_outline_without_a_flight_stays_and_its_arm_place_does_not(tmp_path: Path) -> None:
     given = Outline((((43.26, -79.92), (43.27, -79.92), (43.27, -79.91)),))
     place = ArmPlace(43.26, -79.92, 100.0, 0.0, 0.0, 0.0)
