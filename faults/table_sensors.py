@@ -105,7 +105,8 @@ PLACE: Final = (
         (
             Drone({"gps_bias": (8.0, -6.0, 4.0), "autopilot": "reboot"}),
             CountAnew(),
-            See(absent(check_fails("GPS")), 60.0),
+            See(check_fails("GPS"), 20.0),  # the autopilot is away
+            See(both(absent(check_fails("GPS")), healthy("position")), 60.0),
             Bring(When.HOVERING),
             See(both(UP, state(_HOVER), stayed(3.0)), 8.0, lasts=True),
             Order(ReturnToLaunch()),
