@@ -11,6 +11,7 @@ from typing import Final
 
 SIZE: Final = "8g"
 """Room for all that a daemon wants; a file system in memory takes what is written, no more."""
+_ATTEMPTS: Final = 50
 
 
 class DiskError(Exception):
@@ -31,10 +32,14 @@ class OwnDisk:
             raise DiskError("the store cannot have a disk of its own: run as root, or below unshare -Urm")
 
     async def fill(self) -> None:
-        """Leave no byte: it shrinks to what is used, and a file takes the last page."""
-        found = os.statvfs(self._folder)
-        used = max(1, found.f_blocks - found.f_bfree) * found.f_frsize  # 0 would be no limit
-        await _run("mount", "-o", f"remount,size={used}", str(self._folder))
+        """Leave no byte: it shrinks to what is used, and a file takes the last page. Raises DiskError."""
+        for _ in range(_ATTEMPTS):  # a daemon that writes meanwhile needs more than it did
+            found = os.statvfs(self._folder)
+            used = max(1, found.f_blocks - found.f_bfree) * found.f_frsize  # 0 would be no limit
+            if not await _run("mount", "-o", f"remount,size={used}", str(self._folder)):
+                break
+        else:
+            raise DiskError("the disk of the store cannot be made smaller")
         with contextlib.suppress(OSError), self._filler.open("ab", buffering=0) as file:
             while file.write(b"0"):
                 pass

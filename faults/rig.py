@@ -13,7 +13,7 @@ from urllib.parse import urlsplit
 
 from aiohttp import ClientError
 
-from faults.disk import OwnDisk
+from faults.disk import DiskError, OwnDisk
 from faults.fault import (
     Act,
     Bring,
@@ -102,7 +102,7 @@ _RESTORED_S: Final = 10.0  # real: a daemon that starts in the air acts first an
 _LOOK_S: Final = 0.04
 _PATIENCE: Final = 3.0  # real time may be so much slower than the speed before a wait is given up
 _ALOFT_M: Final = 1.0
-_GONE: Final = (SurveyError, LinkLostError, FailedToSend, ConnectionTimeout, TimeoutError, ClientError)
+_GONE: Final = (SurveyError, LinkLostError, FailedToSend, ConnectionTimeout, TimeoutError, ClientError, DiskError)
 
 
 class Rig:

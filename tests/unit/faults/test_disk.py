@@ -59,3 +59,15 @@ def test_a_program_s_wall_clock_is_off_by_what_the_file_says(tmp_path: Path, ste
     command = [sys.executable, "-c", "import time; print(time.time())"]
     said = float(subprocess.run(command, env=environment, check=True, capture_output=True).stdout)
     assert said - time.time() == pytest.approx(step or 0.0, abs=20.0)
+
+
+async def test_a_disk_that_cannot_be_made_smaller_is_no_full_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def refuses(*_: str) -> int:
+        return 32
+
+    monkeypatch.setattr("faults.disk._run", refuses)
+    with pytest.raises(DiskError, match="cannot be made smaller"):
+        await OwnDisk(tmp_path).fill()
+    assert list(tmp_path.iterdir()) == []
