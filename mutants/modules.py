@@ -24,6 +24,21 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
     ),
     "judge": ("hawk/ddc/judge.py",),
     "guard": ("hawk/ddc/guard.py",),
+    "before Arm": ("hawk/ddc/preflight.py", "hawk/ddc/slope.py"),
+    "commands": (
+        "hawk/comm/authority.py",
+        "hawk/ddc/command_desk.py",
+        "hawk/ddc/command_table.py",
+        "hawk/ddc/operator.py",
+        "hawk/ddc/orders.py",
+    ),
+    "acts": (
+        "hawk/comm/commands.py",
+        "hawk/ddc/acts.py",
+        "hawk/ddc/motion.py",
+        "hawk/ddc/performer.py",
+        "hawk/ddc/requests.py",
+    ),
     "failsafes": (
         "hawk/ddc/battery_thresholds.py",
         "hawk/ddc/failing.py",
@@ -67,6 +82,7 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
     ),
     "telemetry that decides": (
         "hawk/comm/boot_clock.py",
+        "hawk/comm/clock.py",
         "hawk/comm/claim.py",
         "hawk/comm/peer.py",
         "hawk/comm/roster.py",
@@ -76,6 +92,7 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
         "hawk/ddc/belief.py",
         "hawk/ddc/home.py",
         "hawk/ddc/silence.py",
+        "hawk/ddc/topic_interface.py",
         "hawk/ddc/watches.py",
     ),
 }
@@ -100,6 +117,9 @@ _OWN: Final[dict[str, tuple[str, ...]]] = {
     "hawk/ddc/follower.py": ("follower", "decider"),
     "hawk/ddc/guard.py": ("decider", "guard"),
     "hawk/ddc/judge.py": ("judge", "decider"),
+    "hawk/ddc/acts.py": ("requests",),
+    "hawk/ddc/motion.py": ("motion", "route_follower"),
+    "hawk/ddc/preflight.py": ("preflight_by_facts",),
     "hawk/ddc/battery_thresholds.py": ("failsafes",),
     "hawk/ddc/camera_hold.py": ("place_doubt", "height"),
     "hawk/ddc/witness.py": ("place_doubt", "height"),

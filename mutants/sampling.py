@@ -61,12 +61,13 @@ def operators() -> Iterator[tuple[str, Any]]:
 
 
 def spans_left_out(tree: ast.Module) -> Iterator[tuple[Position, Position]]:
-    """Yield what is never mutated: annotations, decorators, imports for types, and ``|`` between types."""
+    """Yield what is never mutated: annotations, decorators, imports for types, ``|`` between types, a lone ``*``."""
     for node in ast.walk(tree):
         left_out: list[ast.AST | None] = []
         match node:
             case ast.FunctionDef() | ast.AsyncFunctionDef():
                 left_out += [node.returns, *node.decorator_list]
+                yield from _star(node)
             case ast.ClassDef():
                 left_out += node.decorator_list
             case ast.arg() | ast.AnnAssign():
@@ -78,6 +79,15 @@ def spans_left_out(tree: ast.Module) -> Iterator[tuple[Position, Position]]:
         match statement:
             case ast.Assign(value=ast.BinOp(op=ast.BitOr())):
                 yield span(statement)
+
+
+def _star(function: ast.FunctionDef | ast.AsyncFunctionDef) -> Iterator[tuple[Position, Position]]:
+    """Yield where the ``*`` before parameters by name stands: a ``/`` in its place changes nothing for such calls."""
+    taken = function.args
+    if taken.kwonlyargs and taken.vararg is None:
+        before = [*taken.posonlyargs, *taken.args, *taken.defaults]
+        begin = max((span(item)[1] for item in before), default=span(function)[0])
+        yield begin, span(taken.kwonlyargs[0])[0]
 
 
 def span(node: ast.AST) -> tuple[Position, Position]:

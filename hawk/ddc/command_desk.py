@@ -256,8 +256,8 @@ def _order(client: ClientId, command: Command, case: Case) -> Order:
 
 def _move_order(command: AutonomousMove | CompulsiveMove, facts: Facts) -> MoveOrder:
     place, here = place_of(command, facts), facts.place
-    if place is None or here is None:
-        raise ValueError("a move was accepted without a position")
+    assert place is not None  # noqa: S101 - no move is accepted without a position
+    assert here is not None  # noqa: S101
     wanted = command.height if isinstance(command, CompulsiveMove) else None
     height = facts.limits.heights.bounded(wanted or here.height)
     return MoveOrder(place, height, here.yaw, isinstance(command, AutonomousMove), number=0)

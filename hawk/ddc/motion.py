@@ -109,7 +109,7 @@ class Carrot:
     def _across(self, place: Goal, goal: Goal, pose: MapPose, step: float) -> Goal:
         north, east = goal.north - place.north, goal.east - place.east
         left = math.hypot(north, east)
-        if left <= max(step, 1e-9):
+        if left <= step:
             moved = replace(place, north=goal.north, east=goal.east)
         else:
             moved = replace(place, north=place.north + north / left * step, east=place.east + east / left * step)
@@ -211,9 +211,9 @@ def _on_leg(start: MapPoint, end: MapPoint, along: float) -> MapPoint:
 
 
 def _off_leg(place: MapPoint, start: MapPoint, end: MapPoint) -> float:
-    """Return the distance to the straight line through a leg, metres."""
+    """Return the distance to the straight line through a leg, metres; 0 for a leg of no length."""
     north, east = end.north - start.north, end.east - start.east
     length = math.hypot(north, east)
     if length == 0:
-        return place.distance(end)
+        return 0.0
     return abs((place.north - start.north) * east - (place.east - start.east) * north) / length

@@ -79,10 +79,7 @@ class Cause:
                 return bool(facts.kept.lost)
             case CauseKind.OPERATOR:
                 return not facts.operator.is_present
-            case CauseKind.ALWAYS:
-                return True
-            case CauseKind.NEVER:
-                return False
+        return self.kind is CauseKind.ALWAYS
 
 
 @dataclass(frozen=True, slots=True)

@@ -42,7 +42,6 @@ from hawk.ddc.acts import (
     SetReturnAltitude,
     SetVoice,
     ShowUserError,
-    StoreFence,
     StoreHeights,
     TakeOff,
     UploadFence,
@@ -226,8 +225,7 @@ class Performer:
                 return service.enable_fence()
             case StoreHeights(heights):
                 return self._store_heights(heights)
-            case StoreFence(plan):
-                return self._store_fence(plan)
+        return self._store_fence(request.plan)
 
     async def _store_heights(self, heights: HeightParameters) -> None:
         await asyncio.get_running_loop().run_in_executor(self._executor, self._tools.heights.write, heights)

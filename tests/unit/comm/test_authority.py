@@ -4,7 +4,7 @@ from typing import get_args
 
 import pytest
 
-from hawk.comm.authority import ANSWERED_BY_THE_WEB_SERVER, RIGHTS, Tenure, authority_refusal
+from hawk.comm.authority import ANSWERED_BY_THE_WEB_SERVER, RIGHTS, Role, Tenure, authority_refusal, role_refusal
 from hawk.comm.messages import AnyCommand
 
 KINDS = sorted(model.model_fields["type"].default for model in get_args(get_args(AnyCommand)[0]))
@@ -48,3 +48,9 @@ def test_while_nobody_has_control_or_its_holder_is_lost(kind: str, control: Tenu
 def test_a_command_that_the_table_does_not_list_needs_control(control: Tenure) -> None:
     assert authority_refusal("Fly", has_control=False, control=control, homing=False)
     assert not authority_refusal("Fly", has_control=True, control=Tenure.HELD, homing=False)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_viewer_commands_nothing_and_an_operators_role_forbids_nothing(kind: str) -> None:
+    assert role_refusal(kind, Role.OPERATOR) == ""
+    assert (role_refusal(kind, Role.VIEWER) == "") is (kind in ("Heartbeat", "Map Resync"))

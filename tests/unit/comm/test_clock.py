@@ -59,6 +59,29 @@ def test_drift_is_followed_within_the_window() -> None:
     assert abs(mapped - drifted) < 0.0035
 
 
+@pytest.mark.parametrize(("arrival", "offset"), [(40.0, 10.0), (40.5, 12.0), (50.0, 12.0), (50.5, 13.0)])
+def test_the_least_delay_of_the_window_counts(arrival: float, offset: float) -> None:
+    """Delays over the least possible one: 10 at 10 s, 15 at 16 s, 12 at 20 s, and 13 now."""
+    estimator = OffsetEstimator()
+    for came, late in ((10.0, 10.0), (16.0, 15.0), (20.0, 12.0)):
+        estimator.update(came - late, came)
+    assert estimator.update(arrival - 13.0, arrival) == arrival - 13.0 + offset
+
+
+def test_the_latest_of_equal_delays_counts() -> None:
+    estimator = OffsetEstimator()
+    estimator.update(0.0, 10.0)
+    estimator.update(20.0, 30.0)
+    assert estimator.update(40.0, 55.0) == 50.0
+
+
+@pytest.mark.parametrize(("back", "mapped"), [(0.9, 60.0), (1.0, 60.0), (1.1, 69.0)])
+def test_a_stamp_out_of_order_is_no_reboot(back: float, mapped: float) -> None:
+    estimator = OffsetEstimator()
+    estimator.update(10.0, 60.0)
+    assert estimator.update(10.0 - back, 69.0) == pytest.approx(mapped - back if back <= 1.0 else mapped)
+
+
 def test_a_reboot_starts_anew() -> None:
     estimator = OffsetEstimator()
     estimator.update(1000.0, 50.0)

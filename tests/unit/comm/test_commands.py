@@ -9,6 +9,7 @@ from hawk.comm import commands
 from hawk.comm.mavlink_link import command_fields, require_finite
 from hawk.comm.streams import Stream
 from hawk.comm.vehicle import AutopilotError
+from hawk.model.poses import GlobalPose
 from hawk.model.vehicle import CopterMode
 from tests.manual_clock import ManualClock
 from tests.unit.comm.fakes import FakeLink
@@ -30,6 +31,11 @@ def test_a_mode_is_asked_for_by_its_number(link: FakeLink) -> None:
     assert link.commanded == [(176, [1.0, 4.0])]
 
 
+def test_a_takeoff_of_less_than_a_metre_is_sent(link: FakeLink) -> None:
+    commands.takeoff(link, 0.5)
+    assert link.commanded == [(22, [0, 0, 0, 0, 0, 0, 0.5])]
+
+
 def test_takeoff_carries_the_height_in_its_seventh_parameter(link: FakeLink) -> None:
     commands.takeoff(link, 35.0)
     assert link.commanded == [(22, [0, 0, 0, 0, 0, 0, 35.0])]
@@ -42,11 +48,56 @@ def test_a_takeoff_to_nowhere_is_not_sent(link: FakeLink, height: float) -> None
     assert link.commanded == []
 
 
-@pytest.mark.parametrize(("result", "words"), [(1, "temporarily rejected"), (2, "denied"), (4, "failed"), (77, "77")])
+@pytest.mark.parametrize(
+    ("result", "words"),
+    [
+        (1, "temporarily rejected"),
+        (2, "denied"),
+        (3, "unsupported"),
+        (4, "failed"),
+        (5, "in progress"),
+        (6, "cancelled"),
+        (77, "77"),
+    ],
+)
 def test_every_answer_but_accepted_is_a_refusal(link: FakeLink, result: int, words: str) -> None:
     link.results[400] = result
     with pytest.raises(commands.NotAcceptedError, match=f"Arm refused: {words}"):
         commands.arm(link)
+
+
+def test_a_mode_may_be_sent_without_waiting(link: FakeLink) -> None:
+    commands.send_mode(link, CopterMode.RTL)
+    assert link.commanded == []
+    assert link.named("COMMAND_LONG") == [command_fields(176, [1, 6])]
+
+
+def test_the_fence_is_switched_on(link: FakeLink) -> None:
+    commands.enable_fence(link)
+    assert link.commanded == [(207, [1.0])]
+
+
+def test_home_is_sent_to_the_centimetre(link: FakeLink) -> None:
+    commands.set_home(link, GlobalPose(43.26091234, -79.91920006, 101.25))
+    assert link.commanded == []
+    assert link.sent == [
+        (
+            "COMMAND_INT",
+            {
+                "frame": 0,
+                "command": 179,
+                "current": 0,
+                "autocontinue": 0,
+                "param1": 0.0,
+                "param2": 0.0,
+                "param3": 0.0,
+                "param4": 0.0,
+                "x": 432609123,
+                "y": -799192001,
+                "z": 101.25,
+            },
+        )
+    ]
 
 
 def test_kill_is_one_message_and_waits_for_nothing(link: FakeLink) -> None:
@@ -65,7 +116,7 @@ def test_a_rate_is_asked_for_in_microseconds(link: FakeLink) -> None:
 
 def test_a_target_is_position_and_yaw_in_local_ned() -> None:
     fields = commands.position_target(5000, (1.0, -2.0, -30.0), 0.5)
-    assert (fields["type_mask"], fields["coordinate_frame"]) == (2552, 1)
+    assert (fields["time_boot_ms"], fields["type_mask"], fields["coordinate_frame"]) == (5000, 2552, 1)
     assert (fields["x"], fields["y"], fields["z"], fields["yaw"]) == (1.0, -2.0, -30.0, 0.5)
     json.dumps(fields, allow_nan=False)
 

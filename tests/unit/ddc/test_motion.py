@@ -51,6 +51,11 @@ def test_no_stopping_point_without_a_finite_pose(pose: MapPose | None) -> None:
     assert stopping_point(moving((1, 0, 0), pose)) is None
 
 
+def test_a_drone_that_all_but_rests_stops_where_it_is() -> None:
+    goal = stopping_point(moving((0.05, -0.05, 0), at(3, 4)))
+    assert goal == Goal(3, 4, 30, 1.0)
+
+
 def test_a_velocity_that_is_not_finite_counts_as_rest() -> None:
     assert stopping_point(moving((math.nan, math.inf, math.nan), at())) == Goal(0, 0, 30, 1.0)
 
@@ -106,6 +111,55 @@ def test_the_carrot_waits_for_a_drone_that_does_not_come() -> None:
     assert target.north < maximum_target_distance(SPEED)
 
 
+def test_the_carrot_waits_a_second_and_a_half_and_the_stopping_distance_ahead() -> None:
+    carrot, goal = Carrot(SPEED), Goal(100, 0, 30, 0)
+    for tick in range(400):
+        target = carrot.step(goal, at(), tick * 0.05, 15, 60)
+    assert target.north == pytest.approx(1.5 * SPEED + stopping_distance(SPEED), abs=0.2)
+    back = carrot.step(Goal(0, 0, 30, 0), at(-1.0), 20.0, 15, 60)
+    assert back.north == pytest.approx(target.north - 0.2), "one that comes nearer does not wait"
+
+
+def test_the_carrot_climbs_and_sinks_at_two_metres_a_second() -> None:
+    for height in (50.0, 20.0):
+        carrot = Carrot(SPEED)
+        carrot.step(Goal(0, 0, height, 0), at(), 0.0, 15, 60)
+        for tick in range(1, 21):
+            target = carrot.step(Goal(0, 0, height, 0), at(), tick * 0.05, 15, 60)
+        assert target.height == pytest.approx(30.0 + math.copysign(2.0, height - 30.0))
+    lead = 1.5 * SPEED + stopping_distance(SPEED)
+    for height in (90.0, -30.0):
+        carrot = Carrot(SPEED)
+        for tick in range(400):
+            target = carrot.step(Goal(0, 0, height, 0), at(), tick * 0.05, 15, 60)
+        assert target.height == pytest.approx(30.0 + math.copysign(lead, height - 30.0)), "it waits for the drone"
+
+
+def test_the_carrot_arrives_and_stays() -> None:
+    carrot, goal = Carrot(SPEED), Goal(0.9, 0, 30, 2.0)
+    carrot.step(goal, at(), 0.0, 15, 60)
+    assert carrot.step(goal, at(), 0.05, 15, 60).north == pytest.approx(0.2)
+    assert carrot.step(goal, at(), 0.0, 15, 60).north == pytest.approx(0.2), "a clock that goes back moves nothing"
+    for tick in range(1, 10):
+        carrot.step(goal, at(), tick * 0.05, 15, 60)
+    assert carrot.place == goal
+    assert carrot.step(goal, at(), 0.45, 15, 60) == goal
+
+
+def test_to_every_side_alike() -> None:
+    carrot, goal = Carrot(SPEED), Goal(-30, 40, 30, 0)
+    carrot.step(goal, at(), 0.0, 15, 60)
+    target = carrot.step(goal, at(), 0.5, 15, 60)
+    assert (target.north, target.east) == pytest.approx((-1.2, 1.6))
+
+
+@pytest.mark.parametrize(("height", "moves"), [(14.5, True), (14.4, False), (60.5, True), (60.6, False)])
+def test_half_a_metre_beyond_min_and_max_it_still_flies_across(height: float, moves: bool) -> None:
+    carrot, goal = Carrot(SPEED), Goal(50, 0, 30, 0)
+    carrot.step(goal, at(height=height), 0.0, 15, 60)
+    assert (carrot.step(goal, at(height=height), 0.5, 15, 60).north > 0) is moves
+
+
 def test_after_a_hiccup_the_carrot_does_not_leap() -> None:
     carrot, goal = Carrot(SPEED), Goal(100, 0, 30, 0)
     carrot.step(goal, at(), 0.0, 15, 60)
@@ -124,6 +178,9 @@ def test_outside_min_and_max_it_is_height_first(height: float, goal_height: floa
 def test_a_drone_blown_off_gets_a_new_carrot() -> None:
     carrot, goal = Carrot(SPEED), Goal(100, 0, 30, 0)
     carrot.step(goal, at(), 0.0, 15, 60)
+    beyond = 1.5 * SPEED + stopping_distance(SPEED) + 2.0
+    assert carrot.step(goal, at(east=beyond), 0.0, 15, 60).east == 0
+    assert carrot.step(goal, at(east=beyond + 0.1), 0.0, 15, 60).east == beyond + 0.1
     assert carrot.step(goal, at(east=40), 0.05, 15, 60).east == 40
 
 
@@ -155,3 +212,27 @@ def test_roaming_within_a_metre_is_no_progress() -> None:
     assert not watch.is_stuck(at(1.2), 8.0)
     assert not watch.is_stuck(at(0.8), 17.9)
     assert watch.is_stuck(at(0.8), 18.0)
+
+
+def test_a_goal_that_moves_in_height_by_more_than_a_metre_starts_anew() -> None:
+    watch = ProgressWatch()
+    watch.is_stuck(at(), Goal(50, 0, 30, 0), 0.0)
+    assert watch.is_stuck(at(), Goal(50, 0, 31, 0), 10.0)
+    assert not watch.is_stuck(at(), Goal(50, 0, 31.1, 0), 10.0)
+
+
+def test_roaming_a_metre_away_is_progress() -> None:
+    watch = RoamingWatch()
+    watch.is_stuck(at(), 5.0)
+    assert watch.is_stuck(at(0.99), 15.0)
+    assert not watch.is_stuck(at(1.0), 15.0)
+    assert not watch.is_stuck(at(1.0, height=31.0), 24.0)
+    assert watch.is_stuck(at(1.0, height=31.0), 34.0)
+
+
+def test_a_goal_with_a_number_that_is_not_finite() -> None:
+    assert Goal(1, 2, 3, 0).is_finite()
+    for field in range(4):
+        numbers = [1.0] * 4
+        numbers[field] = math.nan
+        assert not Goal(*numbers).is_finite()

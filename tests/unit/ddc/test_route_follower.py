@@ -99,6 +99,11 @@ def test_a_drone_that_leaves_a_corner_aside_is_not_led_past_what_was_looked_at()
     assert follower.left(MapPoint(39, 7)) == (MapPoint(39, 7), MapPoint(40, 40))
 
 
+def test_a_leg_of_no_length_behind_a_corner_that_may_be_cut_leads_to_its_end() -> None:
+    follower = RouteFollower(route((0, 0), (40, 0), (40, 0), turns=(0.0, 8.0, 0.0)), ARRIVAL_M)
+    assert follower.aim(MapPoint(35, 3)) == MapPoint(40, 0)
+
+
 def test_a_route_of_no_length() -> None:
     assert RouteFollower(route((1, 2), (1, 2)), ARRIVAL_M).aim(MapPoint(1, 2)) == MapPoint(1, 2)
 
@@ -107,3 +112,24 @@ def test_a_route_of_no_length() -> None:
 def test_a_route_that_leads_nowhere_is_an_error(points: tuple[tuple[float, float], ...]) -> None:
     with pytest.raises(ValueError, match="two points"):
         RouteFollower(route(*points), ARRIVAL_M)
+
+
+def test_a_drone_beside_its_leg_is_led_to_the_end_of_it_where_no_corner_was_cut() -> None:
+    follower = RouteFollower(route((0, 0), (40, 0), (40, 40), turns=(0.0, 0.0, 0.0)), ARRIVAL_M)
+    assert follower.aim(MapPoint(38.5, 0)) == MapPoint(40, 40), "it has arrived at the corner"
+    assert follower.aim(MapPoint(36, 3)) == MapPoint(40, 40)
+    assert follower.heading_for == MapPoint(40, 40)
+
+
+def test_a_drone_is_on_its_leg_within_a_metre() -> None:
+    follower = RouteFollower(route((0, 0), (30, 40), (-10, 70), turns=(0.0, 8.0, 0.0)), ARRIVAL_M)
+    follower.aim(MapPoint(30, 40))
+    leg = (-0.8, 0.6)
+    aside = (0.6, 0.8)
+    for off, on in ((0.9, True), (1.1, False), (-0.9, True), (-1.1, False)):
+        place = MapPoint(30 + 5 * leg[0] + off * aside[0], 40 + 5 * leg[1] + off * aside[1])
+        aim = follower.aim(place)
+        expected = MapPoint(-10, 70) if on else MapPoint(30 + 8 * leg[0], 40 + 8 * leg[1])
+        assert (aim.north, aim.east) == pytest.approx((expected.north, expected.east)), off
+    short = RouteFollower(route((0, 0), (40, 0), (40, 4), turns=(0.0, 8.0, 0.0)), ARRIVAL_M)
+    assert short.aim(MapPoint(35, 0)) == MapPoint(40, 4), "the cut is longer than the leg"

@@ -54,11 +54,55 @@ def test_what_the_slope_leaves_of_min(minimum: float, obstacle: float | None, wo
     assert slope_words(Slope(0.06, 0.0), FENCE, HOME, minimum, obstacle).endswith(words)
 
 
-def watched(angles: list[float]) -> Slope | None:
+def test_min_that_clears_an_obstacle_by_the_margin_is_high_enough() -> None:
+    square = replace(FENCE, polygon=((144.0, 144.0), (144.0, -144.0), (-144.0, -144.0), (-144.0, 144.0)))
+    assert slope_words(Slope(0.0625, 0.0), square, HOME, 14.0, None).endswith("Min 14 m clears it by 5 m")
+    assert slope_words(Slope(0.0625, 0.0), square, HOME, 13.9, None).endswith("raise it to 14 m")
+
+
+def test_the_rise_is_that_between_two_places() -> None:
+    assert Slope(0.5, 0.25).rise(MapPoint(10.0, 4.0), MapPoint(12.0, 12.0)) == 3.0
+    assert slope_words(Slope(0.52, 0.0), FENCE, HOME, 90.0, None).startswith("stands on a slope of 52 % ")
+
+
+def test_where_the_ground_falls_on_all_sides_nothing_is_higher() -> None:
+    beyond = MapPoint(151.0, 0.0)
+    assert slope_words(Slope(0.06, 0.0), FENCE, beyond, 15.0, None) == "stands on a slope of 6 % up to the north"
+
+
+def watched(angles: list[float], start: float = 7.0, step: float = 0.1) -> Slope | None:
     watch = SlopeWatch()
     for index, pitch in enumerate(angles):
-        watch.update(replace(pose(index * 0.1), pitch=pitch))
+        watch.update(replace(pose(start + index * step), pitch=pitch))
     return watch.slope()
+
+
+def test_a_carried_drone_is_at_rest_once_the_last_second_was() -> None:
+    assert watched([0.3] + [0.06] * 8, step=0.125) is None
+    assert watched([0.3] + [0.06] * 9, step=0.125) is not None
+
+
+def test_five_poses_at_least() -> None:
+    assert watched([0.06] * 4, step=0.34) is None
+    assert watched([0.06] * 5, step=0.25) is not None
+    watch = SlopeWatch()
+    for _ in range(3):
+        for time in (1.0, 1.5, 2.0):
+            watch.update(replace(pose(time), pitch=0.06))
+    assert watch.slope() is None, "the same poses again"
+
+
+def test_roll_counts_as_pitch_does_and_the_last_heading() -> None:
+    watch = SlopeWatch()
+    for index in range(12):
+        turned = 0.0 if index < 11 else math.pi / 2
+        watch.update(replace(pose(1.0 + index * 0.1), roll=0.055 + 0.01 * (index % 2), pitch=0.1, yaw=turned))
+    found, expected = watch.slope(), slope_of(0.06, 0.1, math.pi / 2)
+    assert found is not None
+    assert (found.north, found.east) == pytest.approx((expected.north, expected.east), abs=1e-3)
+    for index in range(20):
+        watch.update(replace(pose(3.0 + index * 0.1), roll=0.1 * (index % 2)))
+    assert watch.slope() is None, "it rolls"
 
 
 def test_it_is_the_mean_of_a_second_at_rest() -> None:
@@ -66,6 +110,14 @@ def test_it_is_the_mean_of_a_second_at_rest() -> None:
     found = watched([0.055, 0.065] * 6)
     assert found is not None
     assert found.north == pytest.approx(0.06, abs=0.001)
+
+
+def test_the_limits_of_rest_and_of_landing_gear() -> None:
+    shaken = math.radians(0.9)
+    assert watched([0.06, 0.06 + shaken] * 8) is not None
+    assert watched([0.06, 0.06 + shaken + math.radians(0.2)] * 8) is None
+    assert Slope(0.0, math.tan(math.radians(3.0))).is_notable
+    assert not Slope(0.0, math.tan(math.radians(2.99))).is_notable
 
 
 def test_a_drone_that_is_carried_stands_on_no_slope() -> None:

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from hawk.comm.vehicle import VehicleTopics
 from hawk.ddc.topic_interface import DdcInputs, DdcTopicInterface
+from hawk.model.limits import HeightParameters
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.operation import Health, HealthStatus
-from hawk.model.plans import DesiredPose, Inbound, Verdict
-from hawk.model.poses import GlobalPose, LocalPose, MapPose, VehiclePose
+from hawk.model.plans import DesiredPose, Inbound, PathPlan, Verdict
+from hawk.model.poses import GlobalPose, LocalPose, MapPoint, MapPose, VehiclePose
 from hawk.model.vehicle import BatteryInfo, Diagnostics, VehicleState
 from tests.manual_clock import ManualClock
 
@@ -212,6 +214,119 @@ def test_a_second_sender_is_a_fault_that_is_shown_and_the_autopilot_is_heard_all
     rig.all_well()
     rig.inputs.second_sender.publish("")
     assert rig.topics.get_health_status().is_healthy
+
+
+def test_each_reading_holds_up_to_its_age(rig: Rig) -> None:
+    topics = rig.topics
+    rig.all_well()
+    rig.vehicle.battery.publish(BatteryInfo(percentage=80.0, voltage=16.0))
+    rig.inputs.verdict.publish(Verdict(7, Inbound.INSIDE))
+    plan = PathPlan(asked=Verdict(3, Inbound.OUTSIDE))
+    rig.inputs.path_plan.publish(plan)
+    rig.inputs.footprint.publish((MapPoint(1.0, 2.0),))
+    rig.inputs.park_lot_detected.publish(True)
+    pose = rig.vehicle.pose.value
+
+    def known() -> list[object]:
+        return [
+            topics.get_fresh_pose() is pose,
+            topics.get_position_health().is_healthy,
+            topics.get_fresh_verdict() is not None,
+            topics.get_asked_verdict() == plan.asked,
+            topics.get_path_plan() is plan,
+            topics.get_footprint() == (MapPoint(1.0, 2.0),),
+            topics.has_lot_word(),
+            topics.get_vision_health().is_healthy,
+            topics.get_link_health().is_healthy,
+            topics.get_battery_info() is not None,
+            topics.get_diagnostics() is GOOD,
+        ]
+
+    ends = [0.5, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 2.0, 3.0, 5.0, 5.0]
+    for after in (0.5, 1.0, 2.0, 3.0, 5.0):
+        rig.clock.advance(100.0 + after - rig.clock())
+        assert [bool(each) for each in known()] == [after <= end for end in ends], after
+        assert topics.get_pose_age() == topics.get_link_age() == topics.get_battery_age() == after
+        rig.clock.advance(0.01)
+        assert [bool(each) for each in known()] == [after < end for end in ends], after
+    assert topics.get_pose() is pose
+    assert topics.get_path_plan_time() == 100.0
+    assert topics.get_asked_verdict() is None
+    assert topics.has_lot_word() is None
+
+
+def test_a_pose_that_is_not_whole_takes_no_target(rig: Rig) -> None:
+    whole = rig.pose()
+    assert rig.topics.get_fresh_pose() is whole
+    for place in (None, MapPose(math.nan, 2.0, 3.0, 0.0, 0.0, 0.0)):
+        rig.vehicle.pose.publish(replace(whole, map=place))
+        assert rig.topics.get_fresh_pose() is None
+    rig.vehicle.pose.publish(replace(whole, time=rig.clock() + 1.0))
+    assert rig.topics.get_pose_age() == 0.0, "a stamp ahead of us is no age"
+
+
+def test_a_position_that_the_autopilot_does_not_trust(rig: Rig) -> None:
+    rig.all_well()
+    rig.vehicle.diagnostics.publish(replace(GOOD, estimator_fault="GPS glitch"))
+    assert rig.topics.get_position_health().reason == "The autopilot does not trust its position: GPS glitch."
+    rig.vehicle.diagnostics.publish(replace(GOOD, global_position_ok=False))
+    assert rig.topics.get_position_health().reason == "The autopilot does not trust its position."
+    rig.clock.advance(1.1)
+    assert rig.topics.get_position_health().reason == "No position from the autopilot."
+
+
+def test_a_link_that_ended_is_not_heard(rig: Rig) -> None:
+    assert rig.topics.get_link_health().reason == "No autopilot found yet."
+    rig.vehicle.state.publish(VehicleState(connected=False, time=rig.clock()))
+    assert rig.topics.get_link_health().reason == "No word from the autopilot."
+    rig.vehicle.state.publish(VehicleState(connected=True, time=rig.clock() + 1.0))
+    assert rig.topics.get_link_age() == 0.0
+
+
+def test_a_loop_that_is_late_is_not_well(rig: Rig) -> None:
+    rig.all_well()
+    rig.inputs.loop_lag.publish(0.1)
+    assert rig.topics.get_health_status().is_healthy
+    rig.inputs.loop_lag.publish(0.101)
+    assert rig.topics.get_health_status().reason == "loop: The program is 101 ms late."
+    rig.inputs.loop_lag.publish(2.0)
+    assert rig.topics.get_health_status().reason == "loop: The program is 2000 ms late."
+
+
+def test_requests_and_tasks_are_well_until_they_say_otherwise(rig: Rig) -> None:
+    rig.all_well()
+    rig.inputs.tasks_health.publish(Health.bad("vision ended"))
+    assert rig.topics.get_health_status().reason == "tasks: vision ended"
+    rig.inputs.requests_health.publish(Health.bad("arm hangs"))
+    assert rig.topics.get_health_status().reason == "requests: arm hangs"
+    assert [name for name, _ in rig.topics.get_part_healths()] == [
+        "link",
+        "position",
+        "camera",
+        "vision",
+        "mapper",
+        "planner",
+        "recording",
+        "requests",
+        "tasks",
+        "loop",
+    ]
+
+
+def test_what_is_shown_of_pictures_and_heights(rig: Rig) -> None:
+    topics = rig.topics
+    assert topics.get_camera_age() is None
+    assert topics.get_vision_rate() is None
+    assert topics.get_footprint() == ()
+    assert topics.get_heights() == HeightParameters()
+    assert topics.get_path_plan_time() == -math.inf
+    rig.inputs.camera_time.publish(98.5)
+    rig.inputs.vision_rate.publish(4.5)
+    topics.heights_pub.publish(HeightParameters(16.0, 21.0, 41.0))
+    assert (topics.get_camera_age(), topics.get_vision_rate()) == (1.5, 4.5)
+    assert topics.get_heights() == HeightParameters(16.0, 21.0, 41.0)
+    rig.inputs.camera_time.publish(101.0)
+    assert topics.get_camera_age() == 0.0
 
 
 def test_nothing_is_desired_and_no_state_is_told_at_first(rig: Rig) -> None:

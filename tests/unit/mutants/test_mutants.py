@@ -40,6 +40,16 @@ def test_bounds_conditions_numbers_and_defaults_are_changed_and_types_are_not() 
     assert not any("1 + 2" in line for line in found)
 
 
+def test_the_star_before_parameters_by_name_is_left_alone_and_their_defaults_are_changed() -> None:
+    source = "def area(side: int = 2 * 3, *, times: int = 4) -> int:\n    return side * times\n"
+    found = changes(source)
+    assert not any("/, times" in line for line in found)
+    assert {"def area(side: int = 2 / 3, *, times: int = 4) -> int:", "return side / times"} <= found
+    assert "def area(side: int = 2 * 3, *, times: int = 5) -> int:" in found
+    assert changes("def go(*, far: bool) -> bool:\n    return far\n") == set()
+    assert any("/ parts" in line for line in changes("def go(*parts: int) -> int:\n    return 2 * parts[0]\n"))
+
+
 def test_every_mutant_is_a_program_that_differs() -> None:
     for each in mutants_of("m.py", SOURCE):
         assert ast.dump(ast.parse(mutated(SOURCE, each))) != ast.dump(ast.parse(SOURCE)), each
