@@ -116,18 +116,21 @@ ardupilot:
 	@$(MAKE) --no-print-directory setup
 	$(BIN)/python -m faults.ardupilot --program "$(ARDUPILOT)" $(ARDUPILOT_OPTIONS) --write docs/ardupilot.md $(ARGS)
 
-# The Debian packages (dist/), tried in clean Debian roots: as root on Debian 12, with a network, some twenty minutes. The
-# tests build the container's image too, of the same wheels: six more.
-# ARGS="-k life" tries less; DEB_TOOLS= leaves the tools as they are.
+# The Debian packages (dist/) of each release, tried in its clean root: as root on Debian 12, with a network, some forty
+# minutes. The tests build the container's image too, of the same wheels: six more.
+# ARGS="-k life" tries less, RELEASES=trixie one release; DEB_TOOLS= leaves the tools as they are.
+RELEASES ?= bookworm trixie
 DEB_TOOLS ?= buildah debhelper dpkg-dev iproute2 lintian mmdebstrap python3-installer qemu-user-static
 BUILD_DEB := $(BIN)/python packaging/deb/build_deb.py
 deb: setup
 	test -z "$(DEB_TOOLS)" || packaging/apt-install $(DEB_TOOLS)
 	$(BIN)/python -m pip install --quiet 'uv>=0.9'
 	$(BIN)/python packaging/docs_site.py
-	$(BUILD_DEB) --arch amd64 --version 0.1.0 --out build/deb/before
-	$(BUILD_DEB) --arch amd64
-	$(BUILD_DEB) --arch arm64
+	for release in $(RELEASES); do \
+		$(BUILD_DEB) --release $$release --arch amd64 --version 0.1.0 --out build/deb/before && \
+		$(BUILD_DEB) --release $$release --arch amd64 && \
+		$(BUILD_DEB) --release $$release --arch arm64 || exit; \
+	done
 	$(PYTEST) tests/package $(ARGS)
 
 # The image by podman, docker or buildah (docs/container.md). ARGS="--target blueos --arch arm64" (docs/blueos.md).

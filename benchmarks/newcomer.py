@@ -81,8 +81,8 @@ def fetch_sources(root: BareRoot) -> None:
 
 
 def newest_package(folder: Path = _ROOT / "dist") -> Path | None:
-    """Return the newest Debian package for this processor; None without one."""
-    found = sorted(folder.glob("hawk-drone_*_amd64.deb"), key=lambda path: path.stat().st_mtime)
+    """Return the newest package of Debian 12 for this processor; None without one."""
+    found = sorted(folder.glob("hawk-drone_*+deb12_amd64.deb"), key=lambda path: path.stat().st_mtime)
     return found[-1] if found else None
 
 

@@ -1,6 +1,6 @@
 """Build a release: ``python packaging/release.py --sign KEY`` (or ``--unsigned``, to try it).
 
-Wheel and source archive, and the Debian package where ``make deb`` builds one, go to ``dist/VERSION`` with
+Wheel and source archive, and the Debian packages where ``make deb`` builds them, go to ``dist/VERSION`` with
 ``SHA256SUMS`` and its OpenPGP signature. Refused are a tree with changes, a commit without the tag ``vVERSION`` or with
 another version's, and a version that the change log does not have.
 """
@@ -70,7 +70,7 @@ def check_tree(root: Path) -> str:
 
 
 def build_packages(root: Path, target: Path) -> None:
-    """Build wheel and source archive, and the Debian package where the Makefile builds one. Raises ReleaseError."""
+    """Build wheel and source archive, and the Debian packages where the Makefile builds them. Raises ReleaseError."""
     environment = {**os.environ, "SOURCE_DATE_EPOCH": _git(root, "log", "-1", "--format=%ct")}
     _run(
         root, [sys.executable, "-m", "hatchling", "build", "-t", "sdist", "-t", "wheel", "-d", str(target)], environment
@@ -78,7 +78,7 @@ def build_packages(root: Path, target: Path) -> None:
     if not re.search(r"^deb:", (root / "Makefile").read_text(encoding="utf-8"), re.MULTILINE):
         return
     _run(root, ["make", "deb"], environment)
-    packages = list((root / "dist").glob(f"*_{target.name}_*.deb"))
+    packages = list((root / "dist").glob(f"*_{target.name}+deb*_*.deb"))
     if not packages:
         raise ReleaseError(f"make deb left no package of {target.name} in dist: see its output")
     for package in packages:

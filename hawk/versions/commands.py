@@ -118,6 +118,7 @@ def _notes(versions: Versions, version: str) -> list[tuple[str, bool]]:
         ("previous", version == versions.previous),
         ("was never ready", not versions.was_ready(version)),
         ("left because it did not start", versions.has_failed(version)),
+        ("its Python is not installed", not versions.has_python(version)),
     ]
 
 

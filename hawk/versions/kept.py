@@ -12,20 +12,19 @@ rename(2).
 
 from __future__ import annotations
 
-import compileall
 import contextlib
 import errno
 import os
 import re
 import shutil
+import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 PREFIX: Final = "venv-"
-PYTHONS: Final = ("python", "python3", "python3.11")
-INTERPRETER: Final = Path("/usr/bin/python3.11")
-"""Debian's Python, for which the wheels were chosen."""
+PYTHONS: Final = ("python", "python3")
+"""Links to the interpreter, beside one of its own name."""
 READY: Final = ".was-ready"
 """Mark in a version's folder: its daemon was ready (READY=1) at least once."""
 FAILED: Final = ".failed"
@@ -33,6 +32,7 @@ FAILED: Final = ".failed"
 FAILURES: Final = ".failed-starts"
 """Number of its starts that failed before it was ever ready."""
 _VERSION: Final = re.compile(r"[0-9][A-Za-z0-9.+~-]*")
+_INTERPRETER: Final = re.compile(r"^executable = (/usr/bin/python3\.[0-9]+)$", re.MULTILINE)
 
 
 class VersionError(Exception):
@@ -69,21 +69,16 @@ class Versions:
     def prepare(self, package: Path, version: str) -> Path:
         """Copy a version from the package's files under a name that is not in use; return its folder.
 
-        Compiled files are written into it, since a daemon cannot write them. Raises OSError.
+        Compiled files are written into it, since a daemon cannot write them. Raises OSError, VersionError.
         """
+        python = interpreter(package)
         fresh = self.folder(version).with_name(f".new-{version}")
         _remove(fresh)
         fresh.parent.mkdir(parents=True, exist_ok=True)
         _link_tree(package, fresh)
-        for name in PYTHONS:
-            (fresh / "bin" / name).symlink_to(INTERPRETER)
-        compileall.compile_dir(
-            fresh / "lib",
-            quiet=2,
-            workers=1,
-            stripdir=str(fresh),
-            prependdir=str(self.folder(version)),
-        )
+        for name in (*PYTHONS, python.name):
+            (fresh / "bin" / name).symlink_to(python)
+        _compile(python, fresh, self.folder(version))
         os.sync()
         return fresh
 
@@ -108,6 +103,10 @@ class Versions:
             self._point("previous", self.folder(previous))
         self._point("current", folder)
         _sync_folder(self.root)
+
+    def has_python(self, version: str) -> bool:
+        """Return True when the Python of a version is installed: an upgrade of Debian brings another one."""
+        return (self.folder(version) / "bin" / PYTHONS[0]).exists()
 
     def prune(self) -> list[str]:
         """Remove what is neither in force nor the one before; return their versions."""
@@ -165,6 +164,23 @@ class Versions:
         fresh.unlink(missing_ok=True)
         fresh.symlink_to(folder)
         fresh.rename(self.root / link)
+
+
+def interpreter(package: Path) -> Path:
+    """Return Debian's Python for which the wheels of a package were chosen. Raises VersionError, OSError."""
+    found = _INTERPRETER.search((package / "pyvenv.cfg").read_text("ascii"))
+    if found is None:
+        raise VersionError(f"{package / 'pyvenv.cfg'} names no Python of Debian; install the package again")
+    path = Path(found[1])
+    if not path.exists():
+        raise VersionError(f"{path} is missing; run: apt-get install {path.name}")
+    return path
+
+
+def _compile(python: Path, fresh: Path, final: Path) -> None:
+    """Write compiled files by the version's own Python; a module that it cannot compile is left as it is."""
+    command = [str(python), "-IS", "-m", "compileall", "-qq", "-j", "1", "-s", str(fresh), "-p", str(final)]
+    subprocess.run([*command, str(fresh / "lib")], check=False)
 
 
 def _is_complete(folder: Path) -> bool:

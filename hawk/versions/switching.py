@@ -88,6 +88,8 @@ def roll_back(versions: Versions, wanted: str | None, outside: Outside) -> str:
         raise VersionError(f"version {target} is in force already")
     if target not in versions.kept:
         raise VersionError(f"version {target} is not kept; kept: {', '.join(versions.kept) or 'none'}")
+    if not versions.has_python(target):
+        raise VersionError(f"version {target} was made for another Debian: its Python is not installed any more")
     require_ground(outside)
     versions.switch(target, before if wanted else None)
     outside.restart()
@@ -105,7 +107,7 @@ def note_end(versions: Versions, result: str) -> str | None:
     """Look at an end of the daemon; return what was done about it, None for nothing.
 
     A version that was ever ready is not left: what ends in flight is no failed start. A version that was left is not
-    gone back to, so two that do not start do not alternate.
+    gone back to, so two that do not start do not alternate; nor is one whose Python is not installed any more.
 
     Args:
         versions: The folder of versions.
@@ -118,7 +120,7 @@ def note_end(versions: Versions, result: str) -> str | None:
     if failures < FAILED_STARTS:
         return f"version {version} failed to start ({result}), {failures} of {FAILED_STARTS}"
     previous = versions.previous
-    if previous is None or versions.has_failed(previous):
+    if previous is None or versions.has_failed(previous) or not versions.has_python(previous):
         if failures == FAILED_STARTS:
             return f"version {version} failed to start {failures} times; no version before it is kept to go back to"
         return None

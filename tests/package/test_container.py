@@ -67,7 +67,7 @@ def buildah(tmp_path_factory: pytest.TempPathFactory) -> Buildah:
 def image(buildah: Buildah) -> str:
     """The extension's image: all stages but the empty last one."""
     base = buildah("from", "scratch").strip()
-    buildah("add", base, str(archive("base", "--variant=minbase", needs=())), "/")
+    buildah("add", base, str(archive("bookworm", "base", "--variant=minbase", needs=())), "/")
     buildah("commit", "--rm", base, BASE)
     program = str(ROOT / "packaging" / "container" / "build_container.py")
     command = [sys.executable, program, "--engine=buildah", "--target=blueos"]

@@ -13,7 +13,6 @@ import pytest
 
 from hawk.versions.flight_word import hear
 from tests.package.clean_root import CleanRoot
-from tests.package.conftest import BEFORE
 from tests.package.systemd_root import NoSystemdError, SystemdRoot, booted
 
 pytestmark = pytest.mark.timeout(1800)
@@ -33,17 +32,16 @@ def system(clean_root: CleanRoot) -> Iterator[SystemdRoot]:
         pytest.skip(f"no systemd runs here: {error}")
 
 
-@pytest.fixture(scope="module")
-def version(package: Path) -> str:
-    return package.name.split("_")[1]
-
-
 def process(system: SystemdRoot) -> int:
     return int(system.shown("MainPID"))
 
 
 def executable(system: SystemdRoot) -> str:
     return system.run("cat", f"/proc/{process(system)}/cmdline").split("\0")[0]
+
+
+def command_of(version: str, python: str) -> str:
+    return f"/opt/hawk/lib/venv-{version}/bin/{python}"
 
 
 def signal(system: SystemdRoot, name: str) -> None:
@@ -58,14 +56,16 @@ def wait_for(system: SystemdRoot, name: str, value: str) -> None:
         time.sleep(0.5)
 
 
-def test_it_is_installed_stopped_and_started_by_its_user(system: SystemdRoot, package_before: Path) -> None:
+def test_it_is_installed_stopped_and_started_by_its_user(
+    system: SystemdRoot, package_before: Path, before: str, python: str
+) -> None:
     system.run("dpkg", "--install", system.root.bring(package_before))
     assert system.shown("ActiveState") == "inactive"
     system.run("systemctl", "enable", "--now", UNIT)  # it is up when the state machine ticks
     assert system.shown("ActiveState") == "active"
-    assert executable(system) == f"/opt/hawk/lib/venv-{BEFORE}/bin/python3.11"
+    assert executable(system) == command_of(before, python)
     assert "in force" in system.run("hawk-drone", "versions")
-    assert (system.root.path(f"/opt/hawk/lib/venv-{BEFORE}") / ".was-ready").exists()
+    assert (system.root.path(f"/opt/hawk/lib/venv-{before}") / ".was-ready").exists()
 
 
 def test_the_hardened_unit_has_its_priority_and_no_capability(system: SystemdRoot) -> None:
@@ -91,17 +91,21 @@ def test_the_daemon_works_under_the_unit(system: SystemdRoot) -> None:
     assert "SIGSYS" not in system.run("journalctl", "--no-pager", f"--unit={UNIT}")
 
 
-def test_an_upgrade_restarts_it_with_the_new_version(system: SystemdRoot, package: Path, version: str) -> None:
+def test_an_upgrade_restarts_it_with_the_new_version(
+    system: SystemdRoot, package: Path, version: str, python: str
+) -> None:
     before = process(system)
     system.run("dpkg", "--install", system.root.bring(package))
     assert system.shown("ActiveState") == "active"
     assert process(system) != before
-    assert executable(system) == f"/opt/hawk/lib/venv-{version}/bin/python3.11"
+    assert executable(system) == command_of(version, python)
 
 
-def test_a_rollback_restarts_it_with_the_version_before(system: SystemdRoot, version: str) -> None:
+def test_a_rollback_restarts_it_with_the_version_before(
+    system: SystemdRoot, version: str, before: str, python: str
+) -> None:
     system.run("hawk-drone", "rollback")
-    assert executable(system) == f"/opt/hawk/lib/venv-{BEFORE}/bin/python3.11"
+    assert executable(system) == command_of(before, python)
     assert system.shown("ActiveState") == "active"
 
 
@@ -114,19 +118,23 @@ def test_a_daemon_that_runs_and_hangs_counts_as_armed(system: SystemdRoot, versi
     assert process(system) == pid
 
 
-def test_a_crash_of_a_version_that_was_ready_starts_the_same_again(system: SystemdRoot) -> None:
+def test_a_crash_of_a_version_that_was_ready_starts_the_same_again(
+    system: SystemdRoot, before: str, python: str
+) -> None:
     """As in the air: five crashes in a row leave the version alone."""
     for _ in range(5):
-        before = process(system)
+        ended = process(system)
         signal(system, "KILL")
         until = time.monotonic() + WAIT_S
-        while process(system) in (0, before) or system.shown("ActiveState") != "active":
+        while process(system) in (0, ended) or system.shown("ActiveState") != "active":
             assert time.monotonic() < until
             time.sleep(0.2)
-    assert executable(system) == f"/opt/hawk/lib/venv-{BEFORE}/bin/python3.11"
+    assert executable(system) == command_of(before, python)
 
 
-def test_a_version_that_never_starts_is_left_by_itself(system: SystemdRoot, package: Path, version: str) -> None:
+def test_a_version_that_never_starts_is_left_by_itself(
+    system: SystemdRoot, package: Path, version: str, before: str
+) -> None:
     """Installed again, with an interpreter that ends at once before it is ready."""
     system.run("systemctl", "stop", UNIT)
     system.run("dpkg", "--install", f"/root/{package.name}")
@@ -137,11 +145,11 @@ def test_a_version_that_never_starts_is_left_by_itself(system: SystemdRoot, pack
     system.run("systemctl", "start", "--no-block", UNIT)
     wait_for(system, "ActiveState", "active")
     until = time.monotonic() + WAIT_S
-    while not executable(system).startswith(f"/opt/hawk/lib/venv-{BEFORE}/"):
+    while not executable(system).startswith(f"/opt/hawk/lib/venv-{before}/"):
         assert time.monotonic() < until
         time.sleep(0.5)
     journal = system.run("journalctl", "--no-pager", f"--unit={UNIT}")
-    assert f"version {version} failed to start 3 times; version {BEFORE} is in force again" in journal
+    assert f"version {version} failed to start 3 times; version {before} is in force again" in journal
     assert f"{version}  was never ready, left because it did not start" in system.run("hawk-drone", "versions")
 
 

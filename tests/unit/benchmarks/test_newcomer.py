@@ -157,10 +157,17 @@ def test_without_root_or_mmdebstrap_it_is_said_what_is_needed(monkeypatch: pytes
 
 def test_the_newest_package_is_tried(tmp_path: Path) -> None:
     assert newest_package(tmp_path) is None
-    for age, name in enumerate(("hawk-drone_2_amd64.deb", "hawk-drone_1_amd64.deb", "hawk-drone_3_arm64.deb")):
+    for age, name in enumerate(
+        (
+            "hawk-drone_4+deb13_amd64.deb",
+            "hawk-drone_2+deb12_amd64.deb",
+            "hawk-drone_1+deb12_amd64.deb",
+            "hawk-drone_3+deb12_arm64.deb",
+        )
+    ):
         (tmp_path / name).touch()
         os.utime(tmp_path / name, (100 - age, 100 - age))
-    assert newest_package(tmp_path) == tmp_path / "hawk-drone_2_amd64.deb"
+    assert newest_package(tmp_path) == tmp_path / "hawk-drone_2+deb12_amd64.deb"
 
 
 def test_a_failed_step_gives_status_1(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

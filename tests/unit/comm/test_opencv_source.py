@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import asyncio
+import socket
 import threading
 from contextlib import aclosing
 from pathlib import Path
@@ -79,3 +80,24 @@ async def test_a_file_that_is_no_film_is_an_error(tmp_path: Path) -> None:
 
 async def test_closing_before_anything_was_opened_does_nothing() -> None:
     await OpenCvSource("file:///there/is/no.mp4", ManualClock()).close()
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("film.m3u8", "#EXTM3U\n#EXT-X-TARGETDURATION:5\n#EXTINF:5,\nhttp://127.0.0.1:{port}/a.ts\n#EXT-X-ENDLIST\n"),
+        ("film.ffconcat", "ffconcat version 1.0\nfile 'http://127.0.0.1:{port}/a.ts'\n"),
+    ],
+)
+async def test_a_film_that_names_an_address_opens_none(tmp_path: Path, name: str, text: str) -> None:
+    """OpenCV's FFmpeg has an OpenSSL that nobody mends: nothing of a network may reach it (docs/threat-model.md)."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        path = tmp_path / name
+        path.write_text(text.format(port=server.getsockname()[1]))
+        source = OpenCvSource(path.as_uri(), ManualClock())
+        with pytest.raises(CameraError, match="cannot be opened"):
+            await read_all(source, [])
+        await source.close()
+        server.settimeout(0)
+        with pytest.raises(BlockingIOError):
+            server.accept()

@@ -106,7 +106,7 @@ def test_an_earlier_build_is_not_mixed_in(project: Path) -> None:
         release.release(project, None, build)
 
 
-@pytest.mark.parametrize("left", ["hawk-drone_1.4.0_arm64.deb", "hawk-drone_1.3.9_arm64.deb"])
+@pytest.mark.parametrize("left", ["hawk-drone_1.4.0+deb12_arm64.deb", "hawk-drone_1.3.9+deb12_arm64.deb"])
 def test_the_debian_package_of_this_version_belongs_to_it(
     project: Path, monkeypatch: pytest.MonkeyPatch, left: str
 ) -> None:

@@ -65,10 +65,11 @@ def test_the_steps_use_the_variables_that_are_declared() -> None:
 @pytest.mark.parametrize(
     ("path", "fits"),
     [
-        ("/home/me/dist/hawk-drone_0.2.0_arm64.deb", True),
-        ("/hawk-drone_0.2.0_arm64.deb", True),
-        ("dist/hawk-drone_0.2.0_arm64.deb", False),
-        ("/dist/hawk-drone_0.2.0_amd64.deb", False),
+        ("/home/me/dist/hawk-drone_0.2.0+deb12_arm64.deb", True),
+        ("/hawk-drone_0.2.0+deb12_arm64.deb", True),
+        ("dist/hawk-drone_0.2.0+deb12_arm64.deb", False),
+        ("/dist/hawk-drone_0.2.0+deb12_amd64.deb", False),
+        ("/dist/hawk-drone_0.2.0+deb13_arm64.deb", False),
     ],
 )
 def test_the_package_is_one_of_a_raspberry_pi(path: str, fits: bool) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from hawk.versions.kept import INTERPRETER, READY
+from hawk.versions.kept import READY
 
 ROOT = Path(__file__).parents[3]
 RULES = (ROOT / "packaging" / "udev" / "hawk-drone.rules").read_text("utf-8")
@@ -100,7 +100,10 @@ def test_the_hook_looks_for_the_mark_that_the_program_sets() -> None:
 def test_the_package_depends_on_the_python_of_its_environment() -> None:
     depends = re.search(r"^Depends: (.*)$", (ROOT / "debian" / "control").read_text("utf-8"), re.MULTILINE)
     assert depends is not None
-    assert INTERPRETER.name in depends[1].split(", ")
+    assert "${hawk:Python}" in depends[1].split(", ")
+    rules = (ROOT / "debian" / "rules").read_text("utf-8")
+    assert "-Vhawk:Python=python$(DEB_PYTHON)" in rules
+    assert "--python $(DEB_PYTHON)" in rules
 
 
 def test_a_purge_takes_every_secret_that_the_daemon_keeps() -> None:

@@ -48,6 +48,16 @@ def test_versions_are_listed_with_what_is_known_of_them(tmp_path: Path, capsys: 
     ]
 
 
+def test_a_version_whose_python_is_gone_is_listed_as_such(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    kept = installed(tmp_path, "0.1.0", "0.2.0")
+    (kept.folder("0.1.0") / "bin" / "python").unlink()
+    capsys.readouterr()
+    assert run(tmp_path, "versions") == 0
+    listed = capsys.readouterr().out.splitlines()
+    assert listed[0] == "0.1.0  previous, was never ready, its Python is not installed"
+    assert listed[1] == "0.2.0  in force, was never ready"
+
+
 def test_rollback_by_the_command_line_of_the_version_in_force(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from hawk.versions.kept import INTERPRETER, VersionError, Versions
-from tests.unit.versions.package import make_package
+from hawk.versions.kept import VersionError, Versions
+from tests.unit.versions.package import PYTHON, make_package
 
 
 def put(versions: Versions, tmp_path: Path, version: str, previous: str | None = None) -> None:
@@ -20,10 +20,11 @@ def test_a_version_is_linked_to_the_package_s_files_with_its_interpreter_and_com
     versions = Versions(tmp_path / "hawk")
     put(versions, tmp_path, "0.3.0")
     folder = versions.folder("0.3.0")
-    module = folder / "lib" / "python3.11" / "site-packages" / "hawk" / "__init__.py"
+    module = folder / "lib" / PYTHON.name / "site-packages" / "hawk" / "__init__.py"
     assert module.samefile(tmp_path / "package-0.3.0" / module.relative_to(folder))
     assert list(module.parent.glob("__pycache__/*.pyc"))
-    assert Path(os.readlink(folder / "bin" / "python3.11")) == INTERPRETER
+    for name in ("python", "python3", PYTHON.name):
+        assert Path(os.readlink(folder / "bin" / name)) == PYTHON
     assert not list((tmp_path / "package-0.3.0").rglob("*.pyc"))  # dpkg would not know of them
     assert versions.current == "0.3.0"
     assert (versions.root / "current" / "bin" / "hawk-drone").read_text() == "0.3.0"
@@ -34,6 +35,39 @@ def test_compiled_modules_name_the_path_at_which_they_run(tmp_path: Path) -> Non
     put(versions, tmp_path, "0.3.0")
     (compiled,) = versions.folder("0.3.0").rglob("hawk/__pycache__/__init__.*.pyc")
     assert str(versions.folder("0.3.0")).encode() in compiled.read_bytes()
+
+
+def test_modules_are_compiled_by_the_python_that_runs_them(tmp_path: Path) -> None:
+    versions = Versions(tmp_path / "hawk")
+    put(versions, tmp_path, "0.3.0")
+    (compiled,) = versions.folder("0.3.0").rglob("hawk/__pycache__/__init__.*.pyc")
+    assert compiled.suffixes == [f".cpython-{PYTHON.name.removeprefix('python').replace('.', '')}", ".pyc"]
+
+
+def test_a_module_that_cannot_be_compiled_stops_nothing(tmp_path: Path) -> None:
+    package = make_package(tmp_path / "package", "0.3.0")
+    (package / "lib" / PYTHON.name / "site-packages" / "hawk" / "template.py").write_text("{{ name }} =")
+    versions = Versions(tmp_path / "hawk")
+    versions.put(versions.prepare(package, "0.3.0"), "0.3.0")
+    assert versions.kept == ["0.3.0"]
+
+
+@pytest.mark.parametrize(
+    ("settings", "fault"),
+    [
+        ("executable = /usr/bin/python3.99\n", r"/usr/bin/python3\.99 is missing; run: apt-get install python3\.99"),
+        ("executable = /tmp/python3.11\n", "names no Python of Debian"),
+        ("home = /usr/bin\n", "names no Python of Debian"),
+    ],
+)
+def test_a_package_for_a_python_that_is_not_there_is_not_prepared(tmp_path: Path, settings: str, fault: str) -> None:
+    versions = Versions(tmp_path / "hawk")
+    put(versions, tmp_path, "0.3.0")
+    package = make_package(tmp_path / "package", "0.4.0")
+    (package / "pyvenv.cfg").write_text(settings)
+    with pytest.raises(VersionError, match=fault):
+        versions.prepare(package, "0.4.0")
+    assert {path.name for path in (versions.root / "lib").iterdir()} == {"venv-0.3.0"}
 
 
 def test_the_files_of_a_replaced_package_live_on(tmp_path: Path) -> None:

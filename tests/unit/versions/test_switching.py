@@ -139,6 +139,23 @@ def test_a_wanted_version_must_be_another_one_that_is_kept(
         roll_back(versions, wanted, events.outside)
 
 
+def lose_python(versions: Versions, version: str) -> None:
+    """As an upgrade of Debian does: the links of the version lead nowhere."""
+    link = versions.folder(version) / "bin" / "python"
+    link.unlink()
+    link.symlink_to("/usr/bin/python3.0")
+
+
+def test_a_version_of_another_debian_is_not_gone_back_to(versions: Versions, put: Install, events: Events) -> None:
+    put("0.1.0+deb12")
+    put("0.1.0+deb13")
+    lose_python(versions, "0.1.0+deb12")
+    with pytest.raises(VersionError, match="its Python is not installed any more"):
+        roll_back(versions, None, events.outside)
+    assert versions.current == "0.1.0+deb13"
+    assert events.restarts == 0
+
+
 def test_while_armed_nobody_goes_back(versions: Versions, put: Install, events: Events) -> None:
     put("0.1.0")
     put("0.2.0")
@@ -150,6 +167,16 @@ def test_while_armed_nobody_goes_back(versions: Versions, put: Install, events: 
 
 
 # -- a version that does not start ------------------------------------------------------------------------------------
+
+
+def test_failed_starts_do_not_go_back_to_a_version_of_another_debian(versions: Versions, put: Install) -> None:
+    put("0.1.0+deb12")
+    note_ready(versions)
+    put("0.1.0+deb13")
+    lose_python(versions, "0.1.0+deb12")
+    reports = fail(versions, FAILED_STARTS)
+    assert reports[-1] == ("version 0.1.0+deb13 failed to start 3 times; no version before it is kept to go back to")
+    assert versions.current == "0.1.0+deb13"
 
 
 def test_three_failed_starts_of_a_new_version_go_back(versions: Versions, put: Install) -> None:
