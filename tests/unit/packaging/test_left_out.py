@@ -1,4 +1,4 @@
-"""What the Debian package leaves out of its wheels is nothing that hawk loads."""
+"""Nothing that the Debian package leaves out of its wheels is loaded by hawk."""
 
 from __future__ import annotations
 
