@@ -19,6 +19,9 @@ WINDOW_S: Final = 30.0
 LIMIT_DEG: Final = 25.0
 """Disagreement in the window that is a doubt. A picture's time that is off by 0.1 s leaves up to 19° in a survey at
 12 m with turns of half a circle, and 16° in wind."""
+GAP_DEG: Final = 12.0
+"""Disagreement that a comparison that is missing may leave: half of a turn at 1 rad/s whose picture's time is off by
+0.2 s."""
 CONFIRM_S: Final = 0.5
 """Time for which it must last, seconds."""
 AGREES_DEG: Final = 12.0
@@ -59,7 +62,8 @@ class HeadingWatch:
 
     def reset(self) -> None:
         """Forget the flight."""
-        self._turns: deque[tuple[float, float]] = deque()
+        self._turns: deque[tuple[float, float, bool]] = deque()  # time, turn, comes after a gap
+        self._last: float | None = None
         self._beyond_since: float | None = None
         self._since: float | None = None
         self._off = 0.0
@@ -67,11 +71,13 @@ class HeadingWatch:
 
     def note(self, step: GroundStep) -> None:
         """Take the camera's next step."""
-        self._turns.append((step.until, step.turn))
+        after_gap = self._last is not None and step.since > self._last
+        self._last = step.until
+        self._turns.append((step.until, step.turn, after_gap))
         while step.until - self._turns[0][0] > WINDOW_S:
             self._turns.popleft()
         if self._since is None:
-            self._off = -math.fsum(turn for _, turn in self._turns)
+            self._off = -math.fsum(turn for _, turn, _ in self._turns)
             self._confirm(step.until)
         else:
             self._off -= step.turn
@@ -82,7 +88,8 @@ class HeadingWatch:
         return HeadingFacts(self._off, None if self._since is None else now - self._since)
 
     def _confirm(self, time: float) -> None:
-        if abs(self._off) <= math.radians(LIMIT_DEG):
+        gaps = sum(after_gap for _, _, after_gap in self._turns)
+        if abs(self._off) <= math.radians(LIMIT_DEG + GAP_DEG * gaps):
             self._beyond_since = None
         elif self._beyond_since is None:
             self._beyond_since = time

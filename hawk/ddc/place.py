@@ -26,6 +26,10 @@ is taken to see, grounds slope, and the picture's time is off by some hundredths
 GAP_M = 1.5
 """Disagreement that a comparison that is missing may leave, metres: half of a sway of the picture, while the drone
 leans over and the picture's time is off by 0.1 s."""
+STILL_GAP_M = 0.3
+"""The same for a drone that holds: it sways little."""
+SWAYS_M = 10.0
+"""Metres flown in the window from which on `GAP_M` counts whole."""
 CONFIRM_S = 0.5
 """Time for which the disagreement must last, seconds."""
 UNPROVEN_SHARE = 0.12
@@ -185,7 +189,7 @@ class PlaceWatch:
         raw = abs(sum((each.beyond for each in self._window), 0j) - known)
         eased = abs(sum((each.eased for each in self._window), 0j) - known)
         gaps = sum(each.after_gap for each in self._window)
-        return max(0.0, min(raw, eased) - self._allowed(raw, flown) - GAP_M * gaps)
+        return max(0.0, min(raw, eased) - self._allowed(raw, flown) - _hidden(flown) * gaps)
 
     def _allowed(self, raw: float, flown: float) -> float:
         """Return the disagreement that a path of ``flown`` metres explains, metres; ``raw`` is what was seen."""
@@ -217,3 +221,8 @@ class PlaceWatch:
             self._agreed_since = time
         elif time - self._agreed_since >= AGREES_S:
             self._since, self._off = None, 0j
+
+
+def _hidden(flown: float) -> float:
+    """Return the disagreement that one missing comparison may leave, metres."""
+    return STILL_GAP_M + (GAP_M - STILL_GAP_M) * min(1.0, flown / SWAYS_M)

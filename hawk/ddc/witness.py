@@ -28,6 +28,11 @@ class WitnessFacts:
         return self.place.words or self.height.words or self.heading.words
 
     @property
+    def is_displaced(self) -> bool:
+        """True when the drone is not where it is reported: held by the report, it would move."""
+        return self.place.is_doubted or self.height.is_doubted
+
+    @property
     def misleads_home(self) -> bool:
         """True when RTL would fly by a place that is wrong, or lower than it says: Land is flown instead."""
         return self.place.is_doubted or self.height.off > 0.0

@@ -101,14 +101,14 @@ class Holding:
     def _kept(self, facts: Facts, goal: Goal) -> Goal | None:
         """Return the goal as the witnesses of a doubted position keep the drone there; None where they cannot."""
         witness = facts.witness
-        if self.is_recovering or not witness.doubt:
+        if self.is_recovering or not witness.is_displaced:
             return goal
         kept = held(facts, goal, self._off) if witness.place.is_doubted else goal
         return None if kept is None else raised(facts, kept, self._rise)
 
     def _look(self, facts: Facts) -> None:
         """Note whether the witnesses keep a drone whose position is doubted. Then it is led, whatever its mode."""
-        is_doubted = bool(facts.witness.doubt)
+        is_doubted = facts.witness.is_displaced
         self._passive = self._passive and not is_doubted
         is_kept = self._goal is not None and self._kept(facts, self._goal) is not None
         self.is_by_camera = is_kept and facts.witness.place.is_doubted and not self.is_recovering

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 
+from hawk.comm.messages import AutonomousExplore
 from hawk.ddc import guard
 from hawk.ddc.heading import AGREES_S, CONFIRM_S, LIMIT_DEG, WINDOW_S, HeadingFacts, HeadingWatch
 from hawk.ddc.orders import ToExplore, ToHover
@@ -52,6 +53,14 @@ def test_a_heading_that_turns_away_is_doubted_at_the_limit(error: float) -> None
     assert facts.words == (
         f"The heading is not what the autopilot reports: the camera sees it {abs(math.degrees(facts.off)):.0f}° off."
     )
+
+
+def test_a_gap_in_the_comparison_may_hide_a_part_of_a_turn() -> None:
+    flight = Flight()
+    flight.fly(4.0)
+    flight.now += 1.0
+    assert not flight.fly(2.4, 15.0).is_doubted, "36° after one gap"
+    assert flight.fly(1.2, 15.0).is_doubted
 
 
 def test_a_turn_beyond_the_limit_must_last() -> None:
@@ -103,6 +112,18 @@ def test_the_guard_ends_a_task_while_the_heading_is_doubted() -> None:
     assert doubt.position_health(Health()) == Health.bad(doubt.doubt)
     assert "60° off" in doubt.doubt
     assert not doubt.misleads_home
+
+
+async def test_a_drone_whose_heading_is_doubted_goes_on_holding(fresh: Rig) -> None:
+    await fresh.enter(StateName.HOVER)
+    for _ in range(30):
+        now = fresh.clock()
+        fresh.inputs.ground_step.publish(GroundStep(now - 0.4, now, (0.0, 0.0), (0.0, 0.0), 0.0, 0.1, 25.0))
+        await fresh.run(0.4)
+    fresh.expect(StateName.HOVER)
+    answer = fresh.command(AutonomousExplore())
+    assert not answer.accepted
+    assert "heading" in answer.reason
 
 
 async def test_the_camera_ends_a_task_and_nothing_is_mapped(fresh: Rig) -> None:

@@ -6,7 +6,16 @@ import math
 
 import pytest
 
-from hawk.ddc.place import CONFIRM_S, GAP_M, LIMIT_M, LOST_S, PlaceFacts, PlaceWatch
+from hawk.ddc.place import (
+    CONFIRM_S,
+    GAP_M,
+    LIMIT_M,
+    LOST_S,
+    PATH_SHARE,
+    STILL_GAP_M,
+    PlaceFacts,
+    PlaceWatch,
+)
 from hawk.model.ground_motion import GroundStep
 
 STEP_S = 0.4
@@ -250,9 +259,12 @@ def test_a_step_of_before_the_last_one_is_ignored() -> None:
     assert flight.facts() == known
 
 
-def test_a_missing_comparison_allows_for_half_a_sway() -> None:
+@pytest.mark.parametrize(("reported", "hidden"), [(0j, STILL_GAP_M), (2 + 0j, GAP_M + PATH_SHARE * 20.0)])
+def test_a_missing_comparison_allows_for_half_a_sway_and_for_less_while_it_holds(
+    reported: complex, hidden: float
+) -> None:
     flight = Flight()
-    flight.fly(20.0)
+    flight.fly(30.0, reported)
     flight.now += STEP_S
-    assert not flight.fly((LIMIT_M + GAP_M) / 0.7 - STEP_S, walk=0.7).is_doubted
-    assert flight.doubted_after(3.0, walk=0.7) <= 3.0
+    assert not flight.fly((LIMIT_M + hidden) / 1.4 - STEP_S, reported, walk=1.4j).is_doubted
+    assert flight.doubted_after(3.0, reported, walk=1.4j) <= 3.0
