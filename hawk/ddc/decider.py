@@ -30,7 +30,9 @@ from hawk.ddc.states.factory import make_state
 from hawk.ddc.states.ground import Idle
 from hawk.ddc.survey_notice import SurveyNotice
 from hawk.ddc.witness_reports import WitnessReports
+from hawk.ddc.words import fault_words
 from hawk.model.operation import StateName
+from hawk.model.sentences import say, sentence
 
 _LOGGER = logging.getLogger(__name__)
 
@@ -77,7 +79,7 @@ class Decider:
         self._acts: Acts = ()
         self._fault = ""
         self._is_sound = True
-        self.state: State = Idle(now, "Looking for the autopilot.")
+        self.state: State = Idle(now, say("Looking for the autopilot."))
         self._entered = _entering(self.state)
 
     @property
@@ -107,7 +109,7 @@ class Decider:
         self._guarded(facts, lambda: rulings.append(self._rule(facts, client, command)))
         if rulings:
             return self._taken(rulings[0].answer)
-        return self._taken(Ack(id=command.id, accepted=False, reason=f"{self._fault}."))
+        return self._taken(Ack(id=command.id, accepted=False, reason=sentence(self._fault)))
 
     def tick(self, facts: Facts) -> Decision:
         """Decide once a tick: the autopilot's changes, Kill, automatic reactions, the state. No step hides another."""
@@ -183,11 +185,11 @@ class Decider:
         if self._kill.is_sending:
             return
         if self._kill.state == "confirmed":
-            self._do((Log("error", "Motors cut. Arm is locked until you clear it."),))
+            self._do((Log("error", say("Motors cut. Arm is locked until you clear it.")),))
             if self.state.identity is not StateName.IDLE:
-                self._switch(ToIdle("Motors cut."), facts)
+                self._switch(ToIdle(say("Motors cut.")), facts)
             return
-        self._do((Log("error", "Cutting the motors was not confirmed. Confirm again if it must be."),))
+        self._do((Log("error", say("Cutting the motors was not confirmed. Confirm again if it must be.")),))
         self._step(self._follower.adopt(facts, self.state), facts)
 
     def _inquire(self, facts: Facts) -> None:
@@ -237,7 +239,7 @@ class Decider:
         self._do(following.enter(facts))
         returned = former.identity is StateName.COMMUNICATION_LOST and following.identity is StateName.HOVER
         if returned and self._follower.started_in_air and self._continues_survey:
-            self._do((Log("info", "Explore continues the survey."),))
+            self._do((Log("info", say("Explore continues the survey.")),))
 
     def _process(self, facts: Facts) -> None:
         """Do the state's acts. What the gate lets it send follows its trait, which may just have changed."""
@@ -277,14 +279,14 @@ class Decider:
         if not self.state.is_task:
             return
         try:
-            self._switch(ToHover("A fault in the program.", level="error"), facts)
+            self._switch(ToHover(say("A fault in the program."), level="error"), facts)
         except Exception as error:
             self._is_sound = False
             self._note_fault(error)
 
     def _note_fault(self, error: Exception) -> None:
         _LOGGER.exception("unexpected")
-        self._fault = f"Fault in the program: {type(error).__name__}: {error}"
+        self._fault = fault_words(error)
 
 
 def _entering(state: State) -> EnterState:

@@ -28,6 +28,7 @@ from hawk.model.lot_map import Counts
 from hawk.model.operation import Fall, Health
 from hawk.model.plans import DesiredPose, Inbound, PathPlan, Verdict
 from hawk.model.poses import ArmPlace, GlobalPose, MapPoint, MapPose, VehiclePose
+from hawk.model.sentences import say
 from hawk.model.vehicle import BatteryInfo, CopterMode, Diagnostics, ForeignWrite, LandedState, VehicleState
 
 TARGET_POSE_AGE_S = 0.5
@@ -366,7 +367,7 @@ class Facts:
 
     def health(self, part: str) -> Health:
         """Return the health of a part; unhealthy when the part is unknown."""
-        return next((health for name, health in self.parts if name == part), Health.bad("not known"))
+        return next((health for name, health in self.parts if name == part), Health.bad(say("not known")))
 
     def ceiling(self, on_ground: bool) -> float:
         """Return our ceiling, metres above the arm place.
@@ -394,4 +395,4 @@ class Facts:
         for answer in self.answers:
             if answer.name == name and answer.asked == asked:
                 return answer
-        return Answer(name, asked, "pending") if asked >= self.now else Answer(name, asked, "failed", "no answer")
+        return Answer(name, asked, "pending") if asked >= self.now else Answer(name, asked, "failed", say("no answer"))

@@ -75,7 +75,7 @@ def _candidates(facts: Facts, state: State) -> list[Reaction]:
     if state.needs_operator and not facts.operator.is_present:
         found.append(Reaction(Rank.COMMUNICATION_LOST, ToCommunicationLost(given_back_by=facts.operator.given_back_by)))
     if state.stops_at_fence and facts.is_breached:
-        found.append(Reaction(Rank.FENCE, ToHover(say("The drone is outside the fence."), level="warning")))
+        found.append(Reaction(Rank.FENCE, ToHover(say("Beyond the fence."), level="warning")))
     low_s = facts.position.below.low_s
     if state.is_task and low_s is not None and low_s >= LOW_S:
         found.append(Reaction(Rank.FENCE, _climb(facts)))

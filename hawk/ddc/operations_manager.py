@@ -38,8 +38,10 @@ from hawk.ddc.states.base import State
 from hawk.ddc.status import Reporter, Setups
 from hawk.ddc.survey_watch import SurveyWatch
 from hawk.ddc.topic_interface import DdcTopicInterface
+from hawk.ddc.words import fault_words
 from hawk.model.limits import HeightParameters
 from hawk.model.operation import FlightSoFar, Health, StateName
+from hawk.model.sentences import say, sentence, words_of
 from hawk.model.vehicle import CopterMode, LandedState
 
 SHUTDOWN_WAIT_S = 3.0
@@ -109,7 +111,7 @@ class OperationsManager:
         self._topics.curr_state_pub.publish(self.state.identity)
         if self._heights_problem:
             self.log.add(
-                "warning", "The stored heights cannot be used; the configured ones are.", self._heights_problem
+                "warning", say("Stored heights cannot be used; the configured ones are."), self._heights_problem
             )
         for notice in (self.fences.notice, self.outlines.notice):
             if notice is not None:
@@ -166,7 +168,7 @@ class OperationsManager:
             True if there was something to do.
         """
         facts = self._senses.look()
-        decision = self._decider.leave_air(facts, Cause("The program ends.", CauseKind.ALWAYS))
+        decision = self._decider.leave_air(facts, Cause(say("The program ends."), CauseKind.ALWAYS))
         if decision is None:
             return False
         self._perform(decision)
@@ -218,9 +220,10 @@ class OperationsManager:
             facts = self._senses.look()
         except Exception as error:
             self._note_fault(error)
-            return Ack(id=command.id, accepted=False, reason=f"{self.own_health.reason}.")
+            return Ack(id=command.id, accepted=False, reason=sentence(self.own_health.reason))
         if isinstance(command, Arm | Takeoff) and self._failing.is_failing:
-            return Ack(id=command.id, accepted=False, reason=f"{self.own_health.reason}: wait until it starts again.")
+            reason = say("{fault}: wait until it starts again.", fault=self.own_health.reason)
+            return Ack(id=command.id, accepted=False, reason=reason)
         decision = self._decider.command(facts, client, command)
         self._guarded(lambda: self._recorder.command(facts, client, command, decision))
         self._perform(decision)
@@ -249,8 +252,8 @@ class OperationsManager:
         way = asyncio.get_running_loop().create_task(self._ask_for_return(), name="ddc: way home after a fault")
         self._ways_home.add(way)
         way.add_done_callback(self._ways_home.discard)
-        cause = Cause("A fault in the program.", CauseKind.ALWAYS)
-        self.log.add("error", "A fault in the program: returning home.", self.own_health.reason)
+        cause = Cause(say("A fault in the program."), CauseKind.ALWAYS)
+        self.log.add("error", say("A fault in the program: returning home."), self.own_health.reason)
         decision = None if facts is None else self._decider.leave_air(facts, cause)
         if decision is not None:
             self._perform(decision)
@@ -259,7 +262,7 @@ class OperationsManager:
         try:
             await self._service.set_mode(CopterMode.RTL)
         except Exception as error:  # refused, or the service itself is what fails: it is asked again
-            self.log.add("error", "Returning home was refused.", str(error))
+            self.log.add("error", say("Returning home was refused."), words_of(error))
 
     def _report(self, facts: Facts) -> None:
         if facts.position.home is not None and facts.position.home != self._topics.home_pub.value:
@@ -279,7 +282,7 @@ class OperationsManager:
 
     def _note_fault(self, error: Exception) -> None:
         _LOGGER.error("unexpected", exc_info=error)
-        self.own_health = Health.bad(f"Fault in the program: {type(error).__name__}: {error}")
+        self.own_health = Health.bad(fault_words(error))
 
     # -- parts ---------------------------------------------------------------------------------------------------
 

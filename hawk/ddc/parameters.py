@@ -9,6 +9,7 @@ from hawk.ddc.facts import Answer, Facts, VehicleEvent
 from hawk.ddc.failsafes import MAY_BE_MISSING, wanted_values, watched_names
 from hawk.ddc.remote_control import SWITCH_NAMES
 from hawk.ddc.return_settings import RETURN_ALTITUDE_NAMES
+from hawk.model.sentences import say
 
 REREAD_S = 20.0
 """A parameter is read again after this time on the ground: others may change it, the autopilot may reboot, seconds."""
@@ -77,7 +78,9 @@ class ParameterReader:
         can_set = facts.link.is_up and not facts.vehicle.armed
         if self._is_wanted and (failure or not can_set):
             self._is_wanted = False
-            return (Log("error", "The failsafes were not set.", failure or "The drone is armed, or not heard."),)
+            return (
+                Log("error", say("The failsafes were not set."), failure or say("The drone is armed, or not heard.")),
+            )
         acts = self._finish_setting(facts)
         if self._setting is None and facts.link.is_up:
             acts += self._next(facts)
@@ -158,8 +161,8 @@ class ParameterReader:
             return ()
         self._setting = None
         if answer.has_failed:
-            return (Log("error", "The failsafes were not set.", answer.reason),)
-        return (Log("ok", "Failsafes set and read back."),)
+            return (Log("error", say("The failsafes were not set."), answer.reason),)
+        return (Log("ok", say("Failsafes set and read back.")),)
 
     def _next(self, facts: Facts) -> Acts:
         names = watched_names(self._values)

@@ -60,6 +60,7 @@ from hawk.ddc.service_interface import DdcServiceInterface, Sender, TargetRefuse
 from hawk.ddc.topic_interface import DdcTopicInterface
 from hawk.model.limits import HeightParameters
 from hawk.model.operation import Fall, StateName
+from hawk.model.sentences import words_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,7 +187,7 @@ class Performer:
         try:
             self._tools.service.send_target(goal, self._sender, topics.get_heights(), topics.fence_pub.value)
         except TargetRefused as refused:
-            outcomes.target_refusal = str(refused)
+            outcomes.target_refusal = words_of(refused)
             if outcomes.target_refusal != former:
                 self._tools.record("target refused", {"reason": outcomes.target_refusal})
         else:

@@ -10,6 +10,7 @@ from typing import Any
 from hawk.ddc.acts import Ask
 from hawk.ddc.facts import Answer
 from hawk.model.operation import UserError
+from hawk.model.sentences import say, words_of
 
 KEPT_S = 30.0
 """An answer remains a fact for this time, seconds."""
@@ -92,15 +93,15 @@ async def _in_time(call: Coroutine[Any, Any, Any], limit_s: float) -> Any:
         async with asyncio.timeout(limit_s):
             return await call
     except TimeoutError as error:
-        raise TimeoutError(str(error) or f"no answer within {limit_s:g} s") from error
+        raise TimeoutError(words_of(error) or say("no answer within {limit:g} s", limit=limit_s)) from error
 
 
 def _answer(key: Key, task: asyncio.Task[Any]) -> Answer:
     name, asked = key
     if task.cancelled():
-        return Answer(name, asked, "failed", "cancelled")
+        return Answer(name, asked, "failed", say("cancelled"))
     error = task.exception()
     if error is None:
         value = task.result()
         return Answer(name, asked, "done", value=float(value) if isinstance(value, int | float) else None)
-    return Answer(name, asked, "failed", str(error) or type(error).__name__)
+    return Answer(name, asked, "failed", words_of(error) or type(error).__name__)

@@ -22,6 +22,7 @@ from hawk.ddc.topic_interface import DdcTopicInterface
 from hawk.model.limits import Fence, HeightParameters
 from hawk.model.operation import StateName
 from hawk.model.poses import GlobalPose
+from hawk.model.sentences import say, words_of
 from hawk.model.vehicle import CopterMode
 
 MODE_WINDOW_S = 2.0
@@ -118,7 +119,13 @@ class DdcServiceInterface:
             "set return altitude", lambda: self._autopilot.set_rtl_altitude(altitude), altitude=altitude
         )
         if abs(found - altitude) > RTL_ALTITUDE_TOLERANCE_M:
-            raise ReqFailed(f"return altitude: asked for {altitude:g} m, the autopilot says {found:g} m")
+            raise ReqFailed(
+                say(
+                    "return altitude: asked for {asked:g} m, the autopilot says {found:g} m",
+                    asked=altitude,
+                    found=found,
+                )
+            )
 
     async def send_takeoff_cmd(self, pose: GlobalPose | float) -> None:
         """Climb to a height: metres above the arm place, or the altitude of a global pose."""
@@ -212,7 +219,9 @@ class DdcServiceInterface:
         deadline = time.monotonic() + READ_BACK_S
         while not math.isclose(found := await self.get_parameter(name), value, rel_tol=1e-6, abs_tol=1e-6):
             if time.monotonic() >= deadline:
-                raise ReqFailed(f"{name}: set to {value:g}, the autopilot says {found:g}")
+                raise ReqFailed(
+                    say("{name}: set to {value:g}, the autopilot says {found:g}", name=name, value=value, found=found)
+                )
             await asyncio.sleep(READ_BACK_PAUSE_S)
 
     def asked_for(self, custom_mode: int | None) -> bool:
@@ -240,24 +249,24 @@ class DdcServiceInterface:
         try:
             self._autopilot.send_target(target.north, target.east, target.height, target.yaw)
         except AutopilotError as error:
-            raise TargetRefused(str(error)) from error
+            raise TargetRefused(words_of(error)) from error
 
     def _refusal(self, target: Goal, sender: Sender, heights: HeightParameters, fence: Fence | None) -> str:
         """Return why the target must not be sent; empty when it may."""
         vehicle = self._topics.get_state()
         if not sender.may_send_targets:
-            return f"{sender.name.value} sends no targets"
+            return say("{state} sends no targets", state=sender.name.value)
         if not self._topics.get_link_health().is_healthy:
-            return "no link to the autopilot"
+            return say("no link to the autopilot")
         if not vehicle.armed or vehicle.custom_mode != CopterMode.GUIDED:
-            return f"the autopilot is not armed in GUIDED but in {vehicle.mode}"
+            return say("the autopilot is not armed in GUIDED but in {mode}", mode=str(vehicle.mode))
         if not target.is_finite():
-            return "the target is not finite"
+            return say("the target is not finite")
         pose = self._topics.get_fresh_pose()
         if pose is None or pose.map is None:
-            return f"the pose is older than {TARGET_POSE_AGE_S:g} s"
+            return say("the pose is older than {age:g} s", age=TARGET_POSE_AGE_S)
         if fence is None:
-            return "there is no fence in force"
+            return say("there is no fence in force")
         return target_refusal(target, pose.map, Limits(fence, heights, self._speed, sender.holds))
 
     def _above_arm_place(self, pose: GlobalPose) -> float:
@@ -283,7 +292,7 @@ class DdcServiceInterface:
             answer = await call()
         except AutopilotError as error:
             self._record("answer", {"name": name, "failed": str(error), **details})
-            raise ReqFailed(str(error)) from error
+            raise ReqFailed(words_of(error)) from error
         self._record("answer", {"name": name, "value": answer if isinstance(answer, int | float) else None, **details})
         return answer
 

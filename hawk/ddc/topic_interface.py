@@ -18,6 +18,7 @@ from hawk.model.lot_map import OccupancyMap
 from hawk.model.operation import Health, StateName
 from hawk.model.plans import DesiredPose, Inbound, PathPlan, Verdict
 from hawk.model.poses import GlobalPose, LocalPose, MapPoint, VehiclePose
+from hawk.model.sentences import say
 from hawk.model.vehicle import BatteryInfo, Diagnostics, VehicleState
 
 LINK_TIMEOUT_S = 3.0
@@ -206,9 +207,9 @@ class DdcTopicInterface:
         """Health of the link to the autopilot: whether it is heard."""
         state = self._vehicle.state.value
         if state is None:
-            return Health.bad("No autopilot found yet.")
+            return Health.bad(say("No autopilot found yet."))
         if not state.connected or self.get_link_age() > LINK_TIMEOUT_S:
-            return Health.bad("No word from the autopilot.")
+            return Health.bad(say("No word from the autopilot."))
         return Health()
 
     def get_second_sender(self) -> str:
@@ -218,23 +219,24 @@ class DdcTopicInterface:
     def get_position_health(self) -> Health:
         """Health of the position: fresh, and good by the autopilot's own judgement."""
         if self.get_pose_age() > POSE_TIMEOUT_S:
-            return Health.bad("No position from the autopilot.")
+            return Health.bad(say("No position from the autopilot."))
         diagnostics = self.get_diagnostics()
         if diagnostics.estimator_fault:
-            return Health.bad(f"The autopilot does not trust its position: {diagnostics.estimator_fault}.")
+            fault = diagnostics.estimator_fault
+            return Health.bad(say("The autopilot does not trust its position: {fault}.", fault=fault))
         if not diagnostics.global_position_ok:
-            return Health.bad("The autopilot does not trust its position.")
+            return Health.bad(say("The autopilot trusts no position."))
         return Health()
 
     def get_camera_health(self) -> Health:
         """Health of the camera as it says itself; when it is well, as its pictures show it."""
-        own = self._inputs.camera_health.value or Health.bad("No camera yet.")
+        own = self._inputs.camera_health.value or Health.bad(say("No camera yet."))
         check = self._inputs.camera_check.value
         return own if not own.is_healthy or check is None or check == Health() else check
 
     def get_recording_health(self) -> Health:
         """Health of the recording, as it says itself."""
-        return self._inputs.recording_health.value or Health.bad("No recording yet.")
+        return self._inputs.recording_health.value or Health.bad(say("No recording yet."))
 
     def get_link_age(self) -> float:
         """Return seconds since the autopilot's last heartbeat, infinite before the first."""
@@ -308,11 +310,11 @@ class DdcTopicInterface:
     def _loop_health(self) -> Health:
         lag = self._inputs.loop_lag.value
         if lag is not None and lag > LOOP_LAG_LIMIT_S:
-            return Health.bad(f"The program is {lag * 1000:.0f} ms late.")
+            return Health.bad(say("The program is {late:.0f} ms late.", late=lag * 1000))
         return Health()
 
     def _lately(self, topic: Topic[Health]) -> Health:
         health = topic.fresh(RESULT_TIMEOUT_S)
         if health is not None:
             return health
-        return Health.bad("No result yet." if topic.latest is None else "No result lately.")
+        return Health.bad(say("No result yet.") if topic.latest is None else say("No result lately."))

@@ -19,6 +19,11 @@ _DIRECTIONS = (
 )
 
 
+def fault_words(error: Exception) -> Sentence:
+    """Return words on an unexpected error."""
+    return say("Fault in the program: {name}: {error}", name=type(error).__name__, error=str(error))
+
+
 def direction(north: float, east: float) -> Sentence:
     """Return the nearest of eight directions."""
     return _DIRECTIONS[round(math.atan2(east, north) / (math.pi / 4)) % 8]

@@ -81,7 +81,7 @@ def sentence(text: str) -> str:
     return say("{text}.", text=text if isinstance(text, Sentence) else stripped)
 
 
-def words_of(error: Exception) -> str:
+def words_of(error: BaseException) -> str:
     """Return the words that an error was raised with; a `Sentence` keeps its code, which `str` of the error loses."""
     return error.args[0] if error.args and isinstance(error.args[0], str) else str(error)
 

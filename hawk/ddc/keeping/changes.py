@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from hawk.ddc.facts import Facts
+from hawk.model.sentences import say
 
 RECENT_S = 30.0
 """A message of another station explains a change that is seen within this time, seconds."""
-UNKNOWN = "Who changed it is not known: no message of another station reached this link."
+UNKNOWN = say("Who changed it is not known: no message of another station reached this link.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,5 +28,11 @@ def changed_by(facts: Facts, subjects: Sequence[str]) -> Author:
     """
     for write in reversed(facts.link.foreign_writes):
         if write.subject in subjects and facts.now - write.time <= RECENT_S:
-            return Author(f"Station {write.system} (component {write.component}) changed it.")
+            return Author(
+                say(
+                    "Station {system} (component {component}) changed it.",
+                    system=write.system,
+                    component=write.component,
+                )
+            )
     return Author(details=UNKNOWN)

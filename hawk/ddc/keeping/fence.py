@@ -25,7 +25,7 @@ from hawk.ddc.words import seconds, sentence
 from hawk.model.limits import Fence
 from hawk.model.operation import StateName
 from hawk.model.poses import ArmPlace, GlobalPose, MapPoint
-from hawk.model.sentences import joined
+from hawk.model.sentences import joined, say, words_of
 
 SAME_M = 3.0
 """A fence built for a place this near, metres, is the fence of this arm place: the position wanders that far."""
@@ -46,7 +46,7 @@ PATIENCE_S = 90.0
 SWITCH_CONFIRM_S = 1.5
 """SYS_STATUS follows a change of the fence by up to a second."""
 SWITCH_PATIENCE_S = 15.0
-_WAIT = "The fence of this flight is being set: wait a moment."
+_WAIT = say("The fence of this flight is being set: wait a moment.")
 
 
 class KeptFence:
@@ -70,7 +70,7 @@ class KeptFence:
         self._was_on = False
         self._off_since: float | None = None
         self._switch = Effort(SWITCH_PATIENCE_S)
-        self.problem = _WAIT
+        self.problem: str = _WAIT
         """Reason why the autopilot is not known to hold the fence of this flight; empty when it is known to."""
         self.lost: tuple[str, ...] = ()
         """Things that cannot be put back: the fence that was held before, or that it is switched on."""
@@ -105,7 +105,7 @@ class KeptFence:
             here = GlobalPose(place.latitude, place.longitude, place.altitude)
             wanted = facts.limits.plan.around(datum, here, self._settings.fence)
         except FenceError as error:
-            self.problem = sentence(str(error))
+            self.problem = sentence(words_of(error))
             return ()
         if force is not None and is_about_same(force, wanted, SAME_M):
             self._fence = force
@@ -121,11 +121,12 @@ class KeptFence:
         if self._held_at is None:
             self._held_at, self._corners = facts.now, values.get(CORNERS_NAME)
             if self._has_held and self._upload.is_wrong:
-                acts = (Log("ok", "The fence of this flight is in the autopilot again."),)
+                acts = (Log("ok", say("The fence of this flight is in the autopilot again.")),)
         self._upload.rest(facts)
         self._end_comparison(facts, values)
         is_stale = facts.now - self._held_at > STALE_S
-        self.problem = f"The fence in the autopilot was not read for {seconds(STALE_S)}." if is_stale else ""
+        stale = say("The fence in the autopilot was not read for {time}.", time=seconds(STALE_S))
+        self.problem = stale if is_stale else ""
         self._is_compared = False
         corners = values.get(CORNERS_NAME)
         has_changed = None not in (corners, self._corners) and corners != self._corners
@@ -173,16 +174,16 @@ class KeptFence:
         effort = self._upload if self._has_held else self._first_upload
         if not is_inside(facts):
             effort.rest(facts)
-            self.problem = "Outside the fence of this flight: Return To Launch, or Land."
+            self.problem = say("Outside the fence of this flight: Return To Launch, or Land.")
             return ()  # the autopilot would act on the breach at once
         acts = effort.put_back(UploadFence(fence), facts)
-        text = "The fence of this flight was not taken by the autopilot."
+        text = say("The fence of this flight was not taken by the autopilot.")
         if effort.is_given_up and not self.lost:
-            self.lost = ("the fence",)
-            acts += (Log("error", "The fence in the autopilot cannot be put back.", effort.reason),)
+            self.lost = (say("the fence"),)
+            acts += (Log("error", say("The fence in the autopilot cannot be put back."), effort.reason),)
         elif effort.reason and not self.problem.startswith(text):
             acts += (Log("error", text, effort.reason),)
-        self.problem = f"{text} {sentence(effort.reason)}" if effort.reason else _WAIT
+        self.problem = joined(text, sentence(effort.reason)) if effort.reason else _WAIT
         return acts
 
     # -- switched off --------------------------------------------------------------------------------------------
@@ -202,8 +203,8 @@ class KeptFence:
             return ()
         acts = self._switch.put_back(EnableFence(), facts)
         if self._switch.is_given_up and self._was_on and not self.lost:
-            self.lost = ("the fence's switch",)
-            acts += (Log("error", "The fence in the autopilot cannot be switched on again.", self._switch.reason),)
+            self.lost = (say("the fence's switch"),)
+            acts += (Log("error", say("The fence in the autopilot cannot be switched on again."), self._switch.reason),)
         return acts
 
 
@@ -215,10 +216,10 @@ def is_inside(facts: Facts) -> bool:
 
 def _change(reason: str, facts: Facts, *, may_write: bool) -> Log:
     who = changed_by(facts, (FENCE,))
-    does = "Putting it back." if may_write else "It is put back when the drone is taken from the pilot."
+    does = say("Putting it back.") if may_write else say("It is put back when the drone is taken from the pilot.")
     return Log(
         "warning",
-        joined("The fence in the autopilot was changed.", who.told, does),
+        joined(say("The fence in the autopilot was changed."), who.told, does),
         joined(sentence(reason), who.details),
     )
 

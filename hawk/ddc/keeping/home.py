@@ -10,6 +10,7 @@ from hawk.ddc.home import HOME_WAIT_S, home_words
 from hawk.ddc.orders import Rank
 from hawk.ddc.states.base import State
 from hawk.model.poses import GlobalPose
+from hawk.model.sentences import joined, say
 
 SET_AGAIN_S = 1.0
 
@@ -30,7 +31,7 @@ class KeptHome:
     def lost(facts: Facts) -> tuple[str, ...]:
         """Return that home cannot be put back; empty while it may be."""
         home = facts.position.autopilot_home
-        return ("home",) if home.is_moved and home.moved_s is not None and home.moved_s >= LOST_S else ()
+        return (say("its home"),) if home.is_moved and home.moved_s is not None and home.moved_s >= LOST_S else ()
 
     def tick(self, facts: Facts, state: State) -> Acts:
         """Return the acts of this tick."""
@@ -41,17 +42,15 @@ class KeptHome:
         sets = may_set(facts, state)
         if not self._is_moved:
             self._is_moved = True
-            does = " Setting it back." if sets else ""
-            words = f"Home was moved. {home_words(home)}{does}"
+            words = joined(say("Home was moved."), home_words(home), say("Setting it back.") if sets else "")
             acts = (Log("warning", words), Record("home moved", (("away", home.away),)))
         if home.is_moved and sets and facts.now - self._asked >= SET_AGAIN_S:
             acts += self._set(facts)
         if home.is_moved and home.moved_s >= HOME_WAIT_S and not self._gave_up:
             self._gave_up = True
-            does = (
-                "the drone would return there" if home.is_inside else "the drone lands where it would return by itself"
-            )
-            acts += (Log("error", f"Home stays moved: {does}.", home_words(home)),)
+            there = say("Home stays moved: the drone would return there.")
+            here = say("Home stays moved: the drone lands where it would return by itself.")
+            acts += (Log("error", there if home.is_inside else here, home_words(home)),)
         return acts
 
     def _set(self, facts: Facts) -> Acts:
@@ -65,7 +64,7 @@ class KeptHome:
         was_moved, self._is_moved, self._gave_up = self._is_moved, False, False
         if not was_moved or home.away is None:
             return ()
-        return (Log("ok", "Home is at the arm place again."),)
+        return (Log("ok", say("Home is at the arm place again.")),)
 
 
 def may_set(facts: Facts, state: State) -> bool:

@@ -23,6 +23,8 @@ from hawk.ddc.preflight import failsafe_checks
 from hawk.ddc.return_settings import RETURN_CHECK, RETURN_HEIGHT
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
+from hawk.ddc.words import sentence
+from hawk.model.sentences import say, series
 
 _WAYS = frozenset({RETURN_CHECK, RETURN_HEIGHT})
 
@@ -63,7 +65,7 @@ class Keeper:
         if astray:
             self._astray_at = facts.now
         restored = tuple(sorted(self._parameters.restored))
-        return KeptFacts(", ".join(lost), astray, facts.now - self._astray_at, restored)
+        return KeptFacts(series(*lost), astray, facts.now - self._astray_at, restored)
 
     def _keep_parameters(self, facts: Facts, state: State) -> Acts:
         may_write = facts.link.is_up and state.rank < Rank.PILOT
@@ -79,4 +81,4 @@ class Keeper:
         if home.is_moved:
             return home_words(home)
         wrong = (check for check in self._checks(facts) if check.name in _WAYS and check.is_read and not check.passed)
-        return next((f"{check.name}: {check.value}." for check in wrong), "")
+        return next((say("{name}: {value}", name=check.name, value=sentence(check.value)) for check in wrong), "")

@@ -12,7 +12,7 @@ from hawk.ddc.keeping.effort import Effort
 from hawk.ddc.keeping.fence import is_inside
 from hawk.ddc.parameter_values import FailsafeCheck, Values
 from hawk.ddc.words import sentence
-from hawk.model.sentences import joined
+from hawk.model.sentences import joined, say
 
 PATIENCE_S = 30.0
 """One request takes up to 12 s on a link that loses datagrams; three of them."""
@@ -115,7 +115,8 @@ class KeptParameters:
             if not check.passed and former is not False:
                 acts.append(_warning(check, wanted[check.name], facts, may_write=may_write))
             elif check.passed and former is False:
-                acts.append(Log("ok", f"{check.name} is right again: {sentence(check.value)}"))
+                words = say("{name} is right again: {value}", name=check.name, value=sentence(check.value))
+                acts.append(Log("ok", words))
         return tuple(acts)
 
 
@@ -124,15 +125,21 @@ def _warning(check: FailsafeCheck, wanted: Mapping[str, float], facts: Facts, *,
     if not wanted:
         remedy, details = _remedy(check), ""
     else:
-        remedy = "It is being put back." if may_write else "It is put back when the drone is taken from the pilot."
+        now, later = say("It is being put back."), say("It is put back when the drone is taken from the pilot.")
+        remedy = now if may_write else later
         details = who.details
-    text = joined(f"{check.name}: {sentence(check.value)}", who.told, "No new task until it is right.")
+    text = joined(
+        say("{name}: {value}", name=check.name, value=sentence(check.value)),
+        who.told,
+        say("No new task until it is right."),
+    )
     return Log("warning", text, joined(sentence(check.consequence), remedy, details))
 
 
 def _remedy(check: FailsafeCheck) -> str:
-    return "Return or land, then Set failsafes." if check.can_be_set else check.remedy
+    return say("Return or land, then Set failsafes.") if check.can_be_set else check.remedy
 
 
 def _given_up(name: str, value: float, reason: str) -> Log:
-    return Log("error", f"{name} cannot be put back to {value:g}.", reason or "Somebody changes it again and again.")
+    words = say("{name} cannot be put back to {value:g}.", name=name, value=value)
+    return Log("error", words, reason or say("Somebody changes it again and again."))

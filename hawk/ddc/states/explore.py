@@ -16,6 +16,7 @@ from hawk.ddc.words import direction, metres, sentence
 from hawk.model.operation import StateName, UserError
 from hawk.model.plans import ExploreStatus, PathPlan
 from hawk.model.poses import MapPoint, MapPose
+from hawk.model.sentences import joined, say
 from hawk.model.vehicle import CopterMode
 
 SETTLE_S = 0.5
@@ -23,7 +24,7 @@ SETTLE_S = 0.5
 NEWS_M = 8.0
 NEWS_S = 5.0
 """A new target is reported when it is this far from the last one reported, and not more often than this."""
-OUTSIDE_PATH = "The way there leaves the fence."
+OUTSIDE_PATH = say("The way there leaves the fence.")
 
 
 class Travelling:
@@ -45,7 +46,7 @@ class Travelling:
     def refusal(self) -> str:
         """The autopilot's words when it refused GUIDED; empty while it did not."""
         has_failed = self._guided.refusals > 0 and not self._guided.is_reached
-        return (self._guided.reason or "no answer") if has_failed else ""
+        return (self._guided.reason or say("no answer")) if has_failed else ""
 
     def process(self, facts: Facts, goal: Goal, speed: float | None = None, lowest: float | None = None) -> Acts:
         """Return this tick's target; ``speed`` (m/s) makes it slower than travel speed, never faster.
@@ -54,14 +55,14 @@ class Travelling:
         """
         acts = self._guided.reach(facts)
         if not self._guided.is_reached:
-            self.obstacle = self._guided.reason or "Waiting for GUIDED."
+            self.obstacle = self._guided.reason or say("Waiting for GUIDED.")
             return acts
         place, fence, heights = facts.place, facts.limits.fence, facts.limits.heights
         if place is None:
-            self.obstacle = "The position is too old."
+            self.obstacle = say("The drone's position is too old.")
             return ()
         if fence is None or not path_is_inside(fence, place.point, goal.point):
-            self.obstacle = OUTSIDE_PATH if fence is None else f"The way there {path_words(fence)}."
+            self.obstacle = OUTSIDE_PATH if fence is None else say("The way there {what}.", what=path_words(fence))
             return ()
         self.obstacle = facts.target_refusal if self._has_sent else ""
         self._has_sent = True
@@ -78,20 +79,31 @@ class Travelling:
 def explored_words(explore: ExploreStatus, lot_m2: float) -> str:
     """Return in words what was explored; ``lot_m2`` is the area of the lot found, square metres."""
     if explore.is_whole and not explore.unreached:
-        return f"Explored: the lot found is seen whole, {area_words(lot_m2)}. Other ground was not looked at."
-    seen = min(explore.seen_share, 0.99)
-    return f"Explored: {seen * 100:.0f} % of the lot found is seen, {area_words(lot_m2)}. The rest was not reached."
+        return say(
+            "Explored: the lot found is seen whole, {area}. Other ground was not looked at.", area=area_words(lot_m2)
+        )
+    return say(
+        "Explored: {seen:.0f} % of the lot found is seen, {area}. The rest was not reached.",
+        seen=100 * min(explore.seen_share, 0.99),
+        area=area_words(lot_m2),
+    )
 
 
 def outline_words(explore: ExploreStatus, outline: OutlineFacts | None) -> str:
     """Return in words what was seen of an outline, and the size of what was left out and why."""
     unseen, asked = explore.unseen_m2 or 0.0, explore.asked_m2 or 0.0
-    words = "Explored: the outline is seen whole." if unseen <= 0.0 else "Explored: the rest cannot be reached."
-    parts = [f"{area_words(asked - unseen)} of {area_words(asked)} seen", f"{area_words(unseen)} not reached"]
-    words += f" {', '.join(parts)}." if unseen > 0.0 else ""
-    if outline is not None and outline.outside >= 1.0:
-        words += f" {area_words(outline.outside)} outside the fence were left out."
-    return words
+    words: str = say("Explored: the outline is seen whole.")
+    if unseen > 0.0:
+        seen = say(
+            "{seen} of {asked} seen, {unseen} not reached.",
+            seen=area_words(asked - unseen),
+            asked=area_words(asked),
+            unseen=area_words(unseen),
+        )
+        words = joined(say("Explored: the rest cannot be reached."), seen)
+    if outline is None or outline.outside < 1.0:
+        return words
+    return joined(words, say("{area} outside the fence were left out.", area=area_words(outline.outside)))
 
 
 class AutonomousExplore(AirborneState):
@@ -125,12 +137,12 @@ class AutonomousExplore(AirborneState):
         """Return the share that was seen of the lot found so far."""
         plan = facts.sight.plan
         if plan is None:
-            return "Waiting for a plan."
+            return say("Waiting for a plan.")
         if plan.explore.asked_m2 is not None:
-            return f"{plan.explore.seen * 100:.0f} % seen of the outline."
+            return say("{seen:.0f} % seen of the outline.", seen=plan.explore.seen * 100)
         if not plan.explore.lot_known:
-            return "Looking for the lot."
-        return f"{plan.explore.seen * 100:.0f} % seen of the lot found so far."
+            return say("Looking for the lot.")
+        return say("{seen:.0f} % seen of the lot found so far.", seen=plan.explore.seen * 100)
 
     def process(self, facts: Facts) -> Acts:
         """Follow the plan."""
@@ -148,18 +160,18 @@ class AutonomousExplore(AirborneState):
     def _decide(self, facts: Facts) -> Step:
         plan = facts.sight.plan
         if facts.now - self._lot_seen > self._flight.explore_lost_lot_s:
-            error = ShowUserError(UserError.NO_LOT_DETECTED, "No lot in sight.")
-            return Step(ToHover("No lot in sight for too long.", level="warning"), (error,))
+            error = ShowUserError(UserError.NO_LOT_DETECTED, say("No lot in sight."))
+            return Step(ToHover(say("No lot in sight for too long."), level="warning"), (error,))
         if plan is not None and plan.explore.done and facts.sight.plan_time >= self.entered + SETTLE_S:
             if plan.explore.asked_m2 is not None:
                 return Step(ToHover(outline_words(plan.explore, facts.limits.outline), level="ok"))
             if plan.explore.lot_known:
                 return Step(ToHover(explored_words(plan.explore, facts.sight.lot_area), level="ok"))
-            error = ShowUserError(UserError.NO_LOT_DETECTED, "No lot was found here.")
-            return Step(ToHover("No lot was found here.", level="warning"), (error,))
+            error = ShowUserError(UserError.NO_LOT_DETECTED, say("No lot was found here."))
+            return Step(ToHover(say("No lot was found here."), level="warning"), (error,))
         if self._stuck:
-            why = sentence(self._travelling.obstacle) or "The planner gives no way on."
-            return Step(ToHover(f"No progress for 10 s. {why}", level="warning"))
+            why = sentence(self._travelling.obstacle) or say("The planner gives no way on.")
+            return Step(ToHover(joined(say("No progress for 10 s."), why), level="warning"))
         return STAY
 
     def _take_plan(self, facts: Facts, pose: MapPose) -> Acts:
@@ -180,7 +192,8 @@ class AutonomousExplore(AirborneState):
         if speed is None or not 0 < speed < self._flight.speed_m_s or self._is_slowed:
             return ()
         self._is_slowed = True
-        return (Log("info", f"Slower, at {speed:.1f} m/s: pictures are read too seldom to fly faster."),)
+        words = say("Slower, at {speed:.1f} m/s: pictures are read too seldom to fly faster.", speed=speed)
+        return (Log("info", words),)
 
     def _report(self, target: MapPoint, pose: MapPose, now: float) -> Acts:
         last = self._reported
@@ -191,4 +204,4 @@ class AutonomousExplore(AirborneState):
         if away < NEWS_M:
             return ()
         where = direction(target.north - pose.north, target.east - pose.east)
-        return (Log("info", f"Next: to the {where}, {metres(away)} away."),)
+        return (Log("info", say("Next: to the {where}, {away} away.", where=where, away=metres(away))),)

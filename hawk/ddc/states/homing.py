@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import ClassVar
 
 from hawk.comm.messages import Disarm
@@ -16,8 +18,45 @@ from hawk.ddc.states.path_home import PathHome, Straight, begin, is_beyond_sight
 from hawk.ddc.words import metres, sentence
 from hawk.model.operation import StateName
 from hawk.model.poses import MapPoint
-from hawk.model.sentences import joined
+from hawk.model.sentences import joined, say
 from hawk.model.vehicle import CopterMode
+
+
+@dataclass(frozen=True, slots=True)
+class Doing:
+    """Sentences on what one mode does, each in whole for translators."""
+
+    plain: str
+    unheard: str
+    """Sent to an autopilot that is not heard."""
+    unheard_by_itself: str
+    begun: str
+    """Begun by the autopilot."""
+    refused: str
+    trying: Callable[[str], str]
+    """Refused, with the reason."""
+    asked: Callable[[str], str]
+    """Asked for, with the name."""
+
+
+RETURNING = Doing(
+    plain=say("Returning home."),
+    unheard=say("Returning home: sent without an answer, no word from the autopilot."),
+    unheard_by_itself=say("Returning home: the autopilot did it by itself, no word from the autopilot."),
+    begun=say("Returning home: begun by the autopilot."),
+    refused=say("Returning home was refused. Trying again."),
+    trying=lambda reason: say("Returning home was refused, trying again: {reason}", reason=reason),
+    asked=lambda by: say("Returning home, asked by {by}.", by=by),
+)
+LANDING = Doing(
+    plain=say("Landing."),
+    unheard=say("Landing: sent without an answer, no word from the autopilot."),
+    unheard_by_itself=say("Landing: the autopilot did it by itself, no word from the autopilot."),
+    begun=say("Landing: begun by the autopilot."),
+    refused=say("Landing was refused. Trying again."),
+    trying=lambda reason: say("Landing was refused, trying again: {reason}", reason=reason),
+    asked=lambda by: say("Landing, asked by {by}.", by=by),
+)
 
 
 class Homing(AirborneState):
@@ -26,7 +65,7 @@ class Homing(AirborneState):
     is_homing = True
     mode: ClassVar[CopterMode]
     own_rank: ClassVar[Rank]
-    doing: ClassVar[str]
+    doing: ClassVar[Doing]
 
     def __init__(self, now: float, cause: Cause | None, by_autopilot: bool) -> None:
         super().__init__(now)
@@ -53,22 +92,21 @@ class Homing(AirborneState):
     def detail(self, facts: Facts) -> str:
         """Return the present activity and its cause."""
         if facts.is_unheard:
-            sent = "the autopilot did it by itself" if self.by_autopilot else "sent without an answer"
-            return f"{self.doing}: {sent}, no word from the autopilot."
+            return self.doing.unheard_by_itself if self.by_autopilot else self.doing.unheard
         if self._keeper.reason:
-            return f"{self.doing} was refused, trying again: {self._keeper.reason}"
+            return self.doing.trying(self._keeper.reason)
         if self.by_autopilot:
-            return f"{self.doing}: begun by the autopilot.{self._words()}"
+            return joined(self.doing.begun, self._words())
         if self.cause:
-            return f"{self.doing}. {self.cause.text}"
-        return f"{self.doing}, asked by {self.asked_by}." if self.asked_by else f"{self.doing}."
+            return joined(self.doing.plain, self.cause.text)
+        return self.doing.asked(self.asked_by) if self.asked_by else self.doing.plain
 
     def hold_refusal(self, facts: Facts) -> str:
         """Return the reason why Hold is refused now; empty when it is not."""
         if self.by_autopilot:
-            return f"The autopilot does this by itself.{self._words()}"
+            return joined(say("The autopilot does this by itself."), self._words())
         if self.cause is not None and self.cause.lasts(facts):
-            return f"Not while this lasts: {self.cause.text}"
+            return say("Not while this lasts: {cause}", cause=self.cause.text)
         return ""
 
     def restart(self) -> None:
@@ -83,11 +121,11 @@ class Homing(AirborneState):
         acts = self._keeper.reach(facts)
         if self._keeper.refusals != self._reported:
             self._reported = self._keeper.refusals
-            acts += (Log("error", f"{self.doing} was refused. Trying again.", self._keeper.reason),)
+            acts += (Log("error", self.doing.refused, self._keeper.reason),)
         return acts
 
     def _words(self) -> str:
-        return f" {self.cause.details}" if self.cause is not None and self.cause.details else ""
+        return "" if self.cause is None else self.cause.details
 
 
 class ReturnToLaunch(Homing):
@@ -103,7 +141,7 @@ class ReturnToLaunch(Homing):
     identity = StateName.RETURN_TO_LAUNCH
     mode = CopterMode.RTL
     own_rank = Rank.RETURN_TO_LAUNCH
-    doing = "Returning home"
+    doing = RETURNING
 
     def __init__(
         self,
@@ -151,10 +189,11 @@ class ReturnToLaunch(Homing):
             return joined(self._inside.detail(facts), "" if self.cause is None else self.cause.text)
         if self._stopping is not None or self._waits(facts):
             moved = facts.position.autopilot_home.is_moved or not facts.kept.astray
-            what = "home was moved, it is set back first" if moved else "the autopilot's way home is put right first"
-            return f"Returning home: {what}."
-        straight = f" Straight: {sentence(self._straight)}" if self._straight and is_beyond_sight(facts) else ""
-        return f"{super().detail(facts)}{straight}"
+            home = say("Returning home: home was moved, it is set back first.")
+            return home if moved else say("Returning home: the autopilot's way home is put right first.")
+        if not self._straight or not is_beyond_sight(facts):
+            return super().detail(facts)
+        return joined(super().detail(facts), say("Straight: {reason}", reason=sentence(self._straight)))
 
     def restart(self) -> None:
         """Ask for the mode again: the autopilot was not heard for a while and flies another one."""
@@ -194,7 +233,8 @@ class ReturnToLaunch(Homing):
             return begun.words
         self._inside = begun
         distance = metres(length(begun.route(facts)))
-        return (Log("info", f"The straight way home leaves the fence: returning inside it, {distance}."),)
+        words = say("The straight way home leaves the fence: returning inside it, {distance}.", distance=distance)
+        return (Log("info", words),)
 
     def _return(self, facts: Facts) -> Acts:
         """Ask for RTL once it would end at home; begin it again when it began before that."""
@@ -205,7 +245,7 @@ class ReturnToLaunch(Homing):
         self._look(facts)
         if self._is_misled and not facts.is_astray:
             self._stopping = ModeKeeper(CopterMode.BRAKE)
-            log = Log("warning", "The way home is right again: the return begins again.")
+            log = Log("warning", say("The way home is right again: the return begins again."))
             return (log, *self._begin_again(facts, self._stopping))
         if self._waits(facts):
             return ()
@@ -227,11 +267,14 @@ class ReturnToLaunch(Homing):
         self._may_be_led = False
         begun = begin(facts, self._settings, lands=True)
         if isinstance(begun, Straight):
-            return (Log("warning", f"It cannot be led home: {sentence(begun.reason)}", astray_words(facts)),)
+            unled = say("It cannot be led home: {reason}", reason=sentence(begun.reason))
+            return (Log("warning", unled, astray_words(facts)),)
         self._inside = begun
         self._keeper, self._reported = ModeKeeper(self.mode), 0
         self._is_flying = self._is_misled = False
-        words = Log("warning", "The autopilot's return would not end at home: leading it there.", astray_words(facts))
+        words = Log(
+            "warning", say("The autopilot's return would not end at home: leading it there."), astray_words(facts)
+        )
         return (words, *self._lead(facts))
 
     def _begin_again(self, facts: Facts, stopping: ModeKeeper) -> Acts:
@@ -269,11 +312,11 @@ class ReturnToLaunch(Homing):
 
     def _decide(self, facts: Facts) -> Step:
         if self._is_above_home:
-            return Step(ToLand(Cause(joined("Above home.", astray_words(facts)), CauseKind.NEVER)))
+            return Step(ToLand(Cause(joined(say("Above home."), astray_words(facts)), CauseKind.NEVER)))
         if self._inside is not None or self._may_be_led or not self._leads_out(facts):
             return STAY
         if self.cause is None and not self.by_autopilot:
-            return Step(ToHover(f"{astray_words(facts)} Land, or move the drone.", level="error"))
+            return Step(ToHover(joined(astray_words(facts), say("Land, or move the drone.")), level="error"))
         return Step(ToLand(astray(facts, self.cause or Cause("", CauseKind.NEVER))))
 
 
@@ -283,7 +326,7 @@ class Land(Homing):
     identity = StateName.LAND
     mode = CopterMode.LAND
     own_rank = Rank.LAND
-    doing = "Landing"
+    doing = LANDING
 
     def __init__(self, now: float, cause: Cause | None, by_autopilot: bool) -> None:
         super().__init__(now, cause, by_autopilot)
@@ -294,7 +337,7 @@ class Land(Homing):
         acts = super().process(facts)
         if failed := self._disarming.failure(facts):
             self._disarming.clear()
-            acts += (Log("error", "Disarm was refused.", failed.reason),)
+            acts += (Log("error", say("Disarm was refused."), failed.reason),)
         return acts
 
     def _follow(self, facts: Facts, order: Order) -> Step:

@@ -20,7 +20,7 @@ from hawk.ddc.words import metres, sentence
 from hawk.model.limits import Fence
 from hawk.model.plans import Route
 from hawk.model.poses import MapPoint, MapPose
-from hawk.model.sentences import joined
+from hawk.model.sentences import joined, say
 from hawk.model.vehicle import CopterMode
 
 CLIMBED_M = 2.0
@@ -29,13 +29,13 @@ PLAN_AGAIN_S = 1.0
 """A drone that was driven off its path gets another one, not more often than this, seconds."""
 RETURNING = frozenset({CopterMode.RTL, CopterMode.SMART_RTL})
 """Modes in which the autopilot flies home."""
-TOO_FAR = "the charge does not last for the path inside the fence"
-CHARGE_UNKNOWN = "the charge is not known"
-NO_PATH = "no path inside the fence leads home"
-OUTSIDE = "the drone is outside the fence"
-POSITION_OLD = "the position is too old"
-POSITION_LOST = "the autopilot does not trust its position"
-RETURNS_ALREADY = "the autopilot returns already"
+TOO_FAR = say("the charge does not last for the path inside the fence")
+CHARGE_UNKNOWN = say("the charge is not known")
+NO_PATH = say("no path inside the fence leads home")
+OUTSIDE = say("the drone is outside the fence")
+POSITION_OLD = say("the position is too old")
+POSITION_LOST = say("the autopilot does not trust its position")
+RETURNS_ALREADY = say("the autopilot returns already")
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +51,7 @@ class Straight:
         """The message for the operator."""
         if not self.reason:
             return ()
-        return (Log("warning", f"Straight home, beyond the fence: {sentence(self.reason)}"),)
+        return (Log("warning", say("Straight home, beyond the fence: {reason}", reason=sentence(self.reason))),)
 
 
 def is_beyond_sight(facts: Facts) -> bool:
@@ -137,7 +137,7 @@ class PathHome:
 
     def detail(self, facts: Facts) -> str:
         """Return one sentence for the operator, and what hinders."""
-        left = f"Returning home inside the fence, {metres(length(self.route(facts)))} to go."
+        left = say("Returning home inside the fence, {distance} to go.", distance=metres(length(self.route(facts))))
         return joined(left, sentence(self._travelling.obstacle))
 
     def process(self, facts: Facts) -> Acts:
@@ -157,7 +157,7 @@ class PathHome:
             return ()
         if not (self._lands and facts.is_astray) and self._is_in_sight(facts, place):
             self.end = Straight()
-            return (Log("info", "Home is in straight sight."),)
+            return (Log("info", say("Home is in straight sight.")),)
         if self._must_plan(facts) and not self._plan(facts, place):
             self.end = Straight(NO_PATH)
             return ()
@@ -168,7 +168,7 @@ class PathHome:
         climbs = place.height < height - CLIMBED_M
         to = self._from if climbs else corner
         if self._watch.is_stuck(place, Goal(to.north, to.east, height, self._yaw), facts.now):
-            self.end = Straight(joined("no progress for 10 s.", self._travelling.obstacle))
+            self.end = Straight(joined(say("no progress on the path for 10 s."), self._travelling.obstacle))
             return ()
         return acts
 
@@ -182,7 +182,7 @@ class PathHome:
         if facts.position.age > POSE_TIMEOUT_S:
             return POSITION_OLD
         if self._travelling.refusal:
-            return f"GUIDED was refused: {self._travelling.refusal}"
+            return say("GUIDED was refused: {reason}", reason=self._travelling.refusal)
         may_return = self._lands and not self._was_guided
         return _obstacle(facts, may_return=may_return) or (TOO_FAR if is_short else "")
 
