@@ -20,6 +20,8 @@ from xml.etree.ElementTree import Element, ParseError
 from defusedxml import DefusedXmlException
 from defusedxml.ElementTree import fromstring
 
+from hawk.model.sentences import say, series
+
 Ring = tuple[tuple[float, float], ...]
 """Corners as (latitude, longitude), degrees of WGS-84, not closed."""
 
@@ -31,7 +33,7 @@ _DEEPEST: Final = 32
 _WGS_84: Final = re.compile(r"(?i)(?:CRS84h?|WGS[ _]?84|EPSG:{1,2}(?:[\d.]*:)?(?:4326|4979))$")
 _KINDS: Final = re.compile(r"(?i)^(multi)?polygon[ ]?(?:z|m|zm)?$")
 _TRUE: Final = frozenset({"true", "yes", "1", "t", "y"})
-_SAVE: Final = "save it in WGS-84 (EPSG:4326), longitude before latitude"
+_SAVE: Final = say("save it in WGS-84 (EPSG:4326), longitude before latitude")
 
 
 class AreaError(ValueError):
@@ -64,7 +66,12 @@ def read_areas(data: bytes) -> Areas:
         AreaError: It is no such file, or holds a polygon that is none on Earth.
     """
     if len(data) > LARGEST_BYTES:
-        raise AreaError(f"is too large: at most {LARGEST_BYTES // 1_000_000} MB are read; leave other layers out")
+        raise AreaError(
+            say(
+                "is too large: at most {most} MB are read; leave other layers out",
+                most=LARGEST_BYTES // 1_000_000,
+            )
+        )
     if data.startswith(b"PK\x03\x04"):
         return Areas(tuple(_kml_areas(_unpacked(data))))
     text = _text(data)
@@ -73,19 +80,21 @@ def read_areas(data: bytes) -> Areas:
     try:
         content = json.loads(text)
     except (json.JSONDecodeError, RecursionError) as error:
-        raise AreaError(f"cannot be read: neither GeoJSON nor KML ({error})") from error
+        raise AreaError(say("cannot be read: neither GeoJSON nor KML ({error})", error=str(error))) from error
     others: list[str] = []
     found = tuple(_geojson_areas(content, others))
-    return Areas(found, ", ".join(sorted(set(others))))
+    return Areas(found, series(*sorted(set(others))))
 
 
 def checked_place(longitude: object, latitude: object, name: str) -> tuple[float, float]:
     """Return (latitude, longitude) of a place on Earth. Raises AreaError with the corner's name."""
     if not (_is_finite_number(longitude) and _is_finite_number(latitude)):
-        raise AreaError(f"{name}: must be [longitude, latitude]")
+        raise AreaError(say("{name}: must be [longitude, latitude]", name=name))
     east, north = float(longitude), float(latitude)  # type: ignore[arg-type]
     if abs(east) > 180 or abs(north) > 90:
-        raise AreaError(f"{name}: not degrees: {east}, {north}; {_SAVE}")
+        raise AreaError(
+            say("{name}: not degrees: {east}, {north}; {save}", name=name, east=east, north=north, save=_SAVE)
+        )
     return north, east
 
 
@@ -106,7 +115,7 @@ def _text(data: bytes) -> str:
     try:
         return data.decode(encoding)
     except UnicodeDecodeError as error:
-        raise AreaError(f"cannot be read: it is no text in UTF-8 ({error.reason})") from error
+        raise AreaError(say("cannot be read: it is no text in UTF-8 ({reason})", reason=error.reason)) from error
 
 
 # -- GeoJSON ----------------------------------------------------------------------------------------------------------
@@ -123,7 +132,9 @@ def _geojson_areas(content: Any, others: list[str]) -> Iterator[Area]:
         return
     for number, feature in enumerate(features):
         if not isinstance(feature, dict):
-            raise AreaError(f"features[{number}]: must be a Feature, not {_kind_of(feature)}")
+            raise AreaError(
+                say("features[{number}]: must be a Feature, not {kind}", number=number, kind=_kind_of(feature))
+            )
         yield from _feature(feature, f"features[{number}] ", others)
 
 
@@ -139,7 +150,7 @@ def _feature(feature: dict[str, Any], name: str, others: list[str]) -> Iterator[
 def _geometry(geometry: Any, name: str, properties: dict[str, Any], others: list[str], depth: int) -> Iterator[Area]:
     kind = geometry.get("type") if isinstance(geometry, dict) else None
     if not isinstance(kind, str) or depth > _DEEPEST:
-        others.append("a geometry without a type")
+        others.append(say("a geometry without a type"))
         return
     _check_crs(geometry.get("crs"), f"{name}crs")
     if kind == "GeometryCollection":
@@ -161,7 +172,7 @@ def _geometry(geometry: Any, name: str, properties: dict[str, Any], others: list
 
 def _area(rings: Any, name: str, properties: dict[str, Any]) -> Area:
     if not isinstance(rings, list) or not rings:
-        raise AreaError(f"{name}: hold no ring: draw the area's outline")
+        raise AreaError(say("{name}: hold no ring: draw the area's outline", name=name))
     outer, *holes = (_ring(ring, f"{name}[{number}]") for number, ring in enumerate(rings))
     known = {key.lower(): value for key, value in properties.items()}
     return Area(name, outer, tuple(holes), _is_true(known.get("exclusion")), known.get("ceiling_m"))
@@ -171,7 +182,7 @@ def _ring(ring: Any, name: str) -> Ring:
     places = []
     for number, place in enumerate(ring if isinstance(ring, list) else ()):
         if not (isinstance(place, list) and len(place) >= 2):
-            raise AreaError(f"{name}[{number}]: must be [longitude, latitude]")
+            raise AreaError(say("{name}[{number}]: must be [longitude, latitude]", name=name, number=number))
         places.append(checked_place(place[0], place[1], f"{name}[{number}]"))
     return open_ring(places)
 
@@ -183,7 +194,14 @@ def _check_crs(crs: Any, name: str) -> None:
     properties = crs.get("properties") if isinstance(crs, dict) else None
     said = properties.get("name") if isinstance(properties, dict) else crs
     if not isinstance(said, str) or _WGS_84.search(said.strip()) is None:
-        raise AreaError(f"{name}: is {said if isinstance(said, str) else 'not named'}; {_SAVE}")
+        raise AreaError(
+            say(
+                "{name}: is {system}; {save}",
+                name=name,
+                system=said if isinstance(said, str) else say("not named"),
+                save=_SAVE,
+            )
+        )
 
 
 # -- KML --------------------------------------------------------------------------------------------------------------
@@ -195,17 +213,22 @@ def _unpacked(data: bytes) -> str:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             names = [each for each in archive.infolist() if each.filename.lower().endswith(".kml")]
             if not names:
-                raise AreaError("is an archive without a KML file: save it as KML")
+                raise AreaError(say("is an archive without a KML file: save it as KML"))
             if names[0].file_size > LARGEST_BYTES:
-                raise AreaError(f"is too large for areas: at most {LARGEST_BYTES // 1_000_000} MB are read")
+                raise AreaError(
+                    say(
+                        "is too large for areas: at most {most} MB are read",
+                        most=LARGEST_BYTES // 1_000_000,
+                    )
+                )
             with archive.open(names[0]) as file:
                 content = file.read(LARGEST_BYTES + 1)
     except (zipfile.BadZipFile, OSError, RuntimeError, NotImplementedError, EOFError, ValueError) as error:
         if isinstance(error, AreaError):
             raise
-        raise AreaError(f"cannot be unpacked: {error}; save it as KML") from error
+        raise AreaError(say("cannot be unpacked: {error}; save it as KML", error=str(error))) from error
     if len(content) > LARGEST_BYTES:  # the archive's list of sizes lies
-        raise AreaError(f"is too large for areas: at most {LARGEST_BYTES // 1_000_000} MB are read")
+        raise AreaError(say("is too large for areas: at most {most} MB are read", most=LARGEST_BYTES // 1_000_000))
     return _text(content)
 
 
@@ -213,16 +236,18 @@ def _kml_areas(text: str) -> list[Area]:
     try:
         root = fromstring(re.sub(r"^\s*<\?xml[^>]*\?>", "", text, count=1), forbid_dtd=True)
     except DefusedXmlException as error:
-        raise AreaError("has definitions of its own (DOCTYPE), which are not read: save it as KML again") from error
+        raise AreaError(
+            say("has definitions of its own (DOCTYPE), which are not read: save it as KML again")
+        ) from error
     except (ParseError, ValueError, RecursionError) as error:
-        raise AreaError(f"cannot be read as KML: {error}") from error
+        raise AreaError(say("cannot be read as KML: {error}", error=str(error))) from error
     if _tag(root) not in ("kml", "Document", "Folder", "Placemark"):
-        raise AreaError(f"is XML of another kind ({_tag(root)}): save it as KML or GeoJSON")
+        raise AreaError(say("is XML of another kind ({tag}): save it as KML or GeoJSON", tag=_tag(root)))
     areas: list[Area] = []
     for placemark in (each for each in root.iter() if _tag(each) == "Placemark"):
         properties = _extended(placemark)
         for polygon in (each for each in placemark.iter() if _tag(each) == "Polygon"):
-            areas.append(_kml_area(polygon, f"Polygon {len(areas) + 1}", properties))
+            areas.append(_kml_area(polygon, say("Polygon {number}", number=len(areas) + 1), properties))
     return areas
 
 
@@ -233,11 +258,13 @@ def _kml_area(polygon: Element, name: str, properties: dict[str, str]) -> Area:
         for number, ring in enumerate(each for each in boundary.iter() if _tag(each) == "LinearRing"):
             text = next((each.text for each in ring if _tag(each) == "coordinates"), "") or ""
             if _tag(boundary) == "outerBoundaryIs":
-                outer = _kml_ring(text, f"{name} outer ring")
+                outer = _kml_ring(text, say("{name} outer ring", name=name))
             elif _tag(boundary) == "innerBoundaryIs":
-                holes.append(_kml_ring(text, f"{name} inner ring {len(holes) + number + 1}"))
+                holes.append(
+                    _kml_ring(text, say("{name} inner ring {number}", name=name, number=len(holes) + number + 1))
+                )
     if not outer:
-        raise AreaError(f"{name}: holds no ring: draw the area's outline")
+        raise AreaError(say("{name}: holds no ring: draw the area's outline", name=name))
     return Area(name, outer, tuple(holes), _is_true(properties.get("exclusion")), properties.get("ceiling_m"))
 
 
@@ -248,8 +275,15 @@ def _kml_ring(text: str, name: str) -> Ring:
         try:
             longitude, latitude = float(parts[0]), float(parts[1])
         except (ValueError, IndexError):
-            raise AreaError(f"{name}[{number}]: must be longitude,latitude,height, not {place[:40]!r}") from None
-        places.append(checked_place(longitude, latitude, f"{name}[{number}]"))
+            raise AreaError(
+                say(
+                    "{name}[{number}]: must be longitude,latitude,height, not {place}",
+                    name=name,
+                    number=number,
+                    place=repr(place[:40]),
+                )
+            ) from None
+        places.append(checked_place(longitude, latitude, say("{name}[{number}]", name=name, number=number)))
     return open_ring(places)
 
 
@@ -285,4 +319,4 @@ def _is_finite_number(value: object) -> bool:
 
 
 def _kind_of(value: object) -> str:
-    return {list: "a list", str: "a text", type(None): "nothing"}.get(type(value), "a number")
+    return {list: say("a list"), str: say("a text"), type(None): say("nothing")}.get(type(value), say("a number"))

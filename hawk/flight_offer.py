@@ -18,6 +18,7 @@ from typing import Final
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from hawk.config import ENVIRONMENT_PREFIX, CameraSettings
+from hawk.model.sentences import say
 
 _LOG = logging.getLogger(__name__)
 
@@ -147,8 +148,8 @@ class FlightOffer:
             f"{each.setting} = {each.value:g} ± {each.spread:.2g} (set: {each.present:g})" for each in offered
         )
         self._say(
-            "The flight shows other settings of the camera.",
-            f"{values}. hawk-drone calibrate --in-flight shows them, with --apply it writes them.",
+            say("The flight shows other settings of the camera."),
+            say("{values}. hawk-drone calibrate --in-flight shows them, with --apply it writes them.", values=values),
         )
 
     def _end(self) -> None:

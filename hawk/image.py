@@ -18,6 +18,7 @@ import numpy as np
 import simplejpeg
 from numpy.typing import NDArray
 
+from hawk.model.sentences import say
 from hawk.picture_steps import largest_step
 
 Picture = NDArray[np.uint8]
@@ -89,7 +90,7 @@ def read_jpeg(data: bytes) -> JpegHead:
     Raises ValueError when the bytes are no JPEG.
     """
     if data[:2] != JPEG_START:
-        raise ValueError("not a JPEG: it does not start with FFD8")
+        raise ValueError(say("not a JPEG: it does not start with FFD8"))
     frame, interval, orientation, at = b"", 0, 1, 2
     while at + 4 <= len(data) and data[at] == 0xFF:
         marker = data[at + 1]
@@ -113,7 +114,7 @@ def read_jpeg(data: bytes) -> JpegHead:
         if marker == _SCAN:
             at = _behind_scan(data, at)
     if len(frame) < _FRAME_BYTES:
-        raise ValueError("not a JPEG, or torn: it has no frame header")
+        raise ValueError(say("not a JPEG, or torn: it has no frame header"))
     size = (int.from_bytes(frame[3:5], "big"), int.from_bytes(frame[1:3], "big"))
     end = at + 2 if data[at : at + 2] == b"\xff\xd9" else None
     across, down = _block(frame)
@@ -149,13 +150,13 @@ def decode(data: bytes, reduction: int = 1) -> Picture:
     try:
         head = read_jpeg(data)
     except ValueError as error:
-        raise NoImage(f"the picture cannot be decoded: {error}") from None
+        raise NoImage(say("the picture cannot be decoded: {error}", error=str(error))) from None
     if head.end is None:
-        raise DamagedImage("the picture is torn: its end is missing")
+        raise DamagedImage(say("the picture is torn: its end is missing"))
     image = _decoded(data[: head.end], head, reduction)
     step = largest_step(image, head.block) if reduction == 1 else 0.0
     if step:
-        raise DamagedImage(f"the picture is damaged: a part of it is {step:.0f} grey levels off")
+        raise DamagedImage(say("the picture is damaged: a part of it is {step:.0f} grey levels off", step=step))
     return image
 
 
@@ -169,13 +170,13 @@ def decode_any(data: bytes) -> Picture:
     if data.startswith(JPEG_START):
         return decode(data)
     if not data:
-        raise NoImage("the picture is empty")
+        raise NoImage(say("the picture is empty"))
     try:
         image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
     except cv2.error as error:
-        raise NoImage(f"the picture cannot be decoded: {error}") from error
+        raise NoImage(say("the picture cannot be decoded: {error}", error=str(error))) from error
     if image is None:
-        raise NoImage("the picture cannot be decoded")
+        raise NoImage(say("the picture cannot be decoded"))
     return np.asarray(image, np.uint8)
 
 
@@ -193,13 +194,13 @@ def _decoded(data: bytes, head: JpegHead, reduction: int) -> Picture:
     except ValueError as error:
         said = str(error)
     if not said.startswith(("Corrupt JPEG data", "Unsupported marker type")):
-        raise NoImage(f"the picture cannot be decoded: {said}")
+        raise NoImage(say("the picture cannot be decoded: {error}", error=said))
     if not _is_harmless(said, data, head.restarts):
-        raise DamagedImage(f"the picture is damaged: {said}")
+        raise DamagedImage(say("the picture is damaged: {error}", error=said))
     try:
         return _pixels(data, head, reduction, strict=False)
     except ValueError as error:
-        raise NoImage(f"the picture cannot be decoded: {error}") from None
+        raise NoImage(say("the picture cannot be decoded: {error}", error=str(error))) from None
 
 
 def _pixels(data: bytes, head: JpegHead, reduction: int, *, strict: bool) -> Picture:

@@ -16,6 +16,7 @@ from hawk.comm.udp_gate import Hearing
 from hawk.ddc.orders import Level
 from hawk.ddc.topic_interface import DdcInputs
 from hawk.model.operation import Health
+from hawk.model.sentences import say
 from hawk.store.journal import FlightJournal
 from hawk.store.recording import Recording
 from hawk.supervision import Supervisor
@@ -88,7 +89,7 @@ class Monitor:
     def _report_link(self) -> None:
         problem = self._parts.autopilot.problem
         if problem and problem != self._problem:
-            self._add_message("warning", "The link to the autopilot cannot be opened.", problem)
+            self._add_message("warning", say("The link to the autopilot cannot be opened."), problem)
         self._problem = problem
 
     def _report_senders(self, before: Hearing) -> Hearing:
@@ -96,13 +97,20 @@ class Monitor:
         now = self._parts.autopilot.hearing
         self._inputs.second_sender.publish(now.second_sender)
         if now.second_sender and now.second_sender != before.second_sender:
-            self._add_message("warning", "A second sender on the autopilot's link.", now.second_sender)
+            self._add_message("warning", say("A second sender on the autopilot's link."), now.second_sender)
         is_named = now.other_vehicles and now.other_vehicles not in now.second_sender
         if is_named and now.other_vehicles != before.other_vehicles:
-            words = f"{now.other_vehicles}. Its messages are dropped; autopilot.vehicle_system_id names yours."
-            self._add_message("warning", "Another copter is on the autopilot's link.", words)
+            words = say(
+                "{others}. Its messages are dropped; autopilot.vehicle_system_id names yours.",
+                others=now.other_vehicles,
+            )
+            self._add_message("warning", say("Another copter is on the autopilot's link."), words)
         if before.sender and now.sender != before.sender:
-            self._add_message("warning", "The autopilot has another address.", f"{before.sender}, now {now.sender}.")
+            self._add_message(
+                "warning",
+                say("The autopilot has another address."),
+                say("{former}, now {new}.", former=before.sender, new=now.sender),
+            )
         return now
 
     def _storage_health(self) -> Health:

@@ -11,7 +11,7 @@ from collections.abc import Awaitable, Callable, Coroutine
 from typing import Any, Final
 
 from hawk.model.operation import Health
-from hawk.model.sentences import say
+from hawk.model.sentences import say, semicolons
 
 _LOG = logging.getLogger(__name__)
 
@@ -56,7 +56,7 @@ class Supervisor:
             for name, (at, words) in self._ended.items()
             if now - at <= RECENT_S
         ]
-        return Health.bad("; ".join(recent)) if recent else Health()
+        return Health.bad(semicolons(*recent)) if recent else Health()
 
     async def close(self) -> None:
         """Cancel every task and wait until it has ended."""

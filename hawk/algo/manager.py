@@ -23,7 +23,7 @@ from hawk.algo.vision.seen import Seen, SeesFrames
 from hawk.image import NoImage
 from hawk.model.ground_motion import GroundStep
 from hawk.model.operation import Health
-from hawk.model.sentences import words_of
+from hawk.model.sentences import say, words_of
 
 T = TypeVar("T")
 _LOG = logging.getLogger(__name__)
@@ -152,7 +152,7 @@ class _Steps:
             reason = words_of(error)
         except Exception as error:
             _LOG.exception("%s failed", name)
-            reason = f"unexpected {type(error).__name__}: {error}"
+            reason = say("unexpected {name}: {error}", name=type(error).__name__, error=str(error))
         finally:
             self.timings.append((name, (self._timer() - started) * 1e3))
         self.failures.append(f"{name}: {reason}")

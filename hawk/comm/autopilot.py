@@ -31,6 +31,7 @@ from hawk.config import AutopilotSettings, host_and_port
 from hawk.model.limits import Fence
 from hawk.model.moment import Moment, this_moment
 from hawk.model.poses import GlobalPose
+from hawk.model.sentences import say, words_of
 from hawk.model.vehicle import CopterMode, ForeignWrite, StatusText
 from hawk.repeated_log import Repeated
 from hawk.supervision import Supervisor
@@ -193,7 +194,7 @@ class MavsdkAutopilot:
     async def set_home(self, place: GlobalPose) -> None:
         """Send a home (WGS-84, metres above sea level) and do not wait for the answer. Raises AutopilotError."""
         if not all(math.isfinite(value) for value in (place.latitude, place.longitude, place.altitude)):
-            raise AutopilotError("Home is not finite: not sent")
+            raise AutopilotError(say("Home is not finite: not sent"))
         self._require_link()
         await self.calls.run("set home", commands.set_home, self._link, place)
 
@@ -213,13 +214,13 @@ class MavsdkAutopilot:
     def send_target(self, north: float, east: float, height: float, yaw: float) -> None:
         """Send one position target (map frame, metres above the arm place, radians). Never blocks, never repeats."""
         if not all(math.isfinite(value) for value in (north, east, height, yaw)):
-            raise AutopilotError(f"Target {north}, {east}, {height}, {yaw} is not finite: not sent")
+            raise AutopilotError(say("The target is not finite: not sent"))
         frames = self._tie.frames
         if frames is None:
-            raise AutopilotError("No arm place yet: there is no map to fly on")
+            raise AutopilotError(say("No arm place yet: there is no map to fly on"))
         self._require_link()
         if not self._tie.watch.sure:
-            raise AutopilotError("The autopilot's position leapt: not sent before it is tied to the map again")
+            raise AutopilotError(say("The autopilot's position leapt: not sent before it is tied to the map again"))
         self._free_targets()
         place = frames.ekf(north, east, height)
         self._targets.put(commands.position_target(self.telemetry.boot_ms, place, wrap_angle(yaw)))
@@ -244,12 +245,14 @@ class MavsdkAutopilot:
     async def set_rtl_altitude(self, metres: float) -> float:
         """Set RTL_ALT_M (metres), or RTL_ALT (centimetres) where only that exists; return it in metres as read back."""
         if not (math.isfinite(metres) and metres > 0):
-            raise AutopilotError(f"Return altitude is {metres} m: it must be above 0")
+            raise AutopilotError(say("Return altitude is {metres} m: it must be above 0", metres=metres))
         self._require_link()
         if self._rtl_in_metres is None:
             found = await self._parameters.read_many(["RTL_ALT_M", "RTL_ALT"])
             if found["RTL_ALT_M"] is None and found["RTL_ALT"] is None:
-                raise AutopilotError("Neither RTL_ALT_M nor RTL_ALT is answered: the return altitude cannot be set")
+                raise AutopilotError(
+                    say("Neither RTL_ALT_M nor RTL_ALT is answered: the return altitude cannot be set")
+                )
             self._rtl_in_metres = found["RTL_ALT_M"] is not None
         if self._rtl_in_metres:
             await self._parameters.set("RTL_ALT_M", metres)
@@ -278,11 +281,13 @@ class MavsdkAutopilot:
         self._require_link()
         rings = rings_of(fence, self._tie.fence_origin)
         if await self._parameters.get("FENCE_ENABLE") != 1:
-            raise OtherFenceError("it is off (FENCE_ENABLE)")
+            raise OtherFenceError(say("it is off (FENCE_ENABLE)"))
         ceiling = await self._parameters.get("FENCE_ALT_MAX")
         if not fence.ceiling < ceiling <= fence.autopilot_ceiling + _FENCE_CEILING_TOLERANCE_M:
-            words = f"its ceiling is {ceiling:g} m, ours is {fence.autopilot_ceiling:g} m (FENCE_ALT_MAX)"
-            raise OtherFenceError(words)
+            ours = fence.autopilot_ceiling
+            raise OtherFenceError(
+                say("its ceiling is {ceiling:g} m, ours is {ours:g} m (FENCE_ALT_MAX)", ceiling=ceiling, ours=ours)
+            )
         await self._compare_rings(rings)
 
     async def clear_rally_points(self) -> None:
@@ -333,7 +338,7 @@ class MavsdkAutopilot:
 
     def _check_kill(self, fields: Mapping[str, Any]) -> None:
         if fields.get("command") == _COMMAND_ACK_KILL and fields.get("result") != commands.MavResult.ACCEPTED:
-            words = f"Kill refused by the autopilot (result {fields.get('result')})"
+            words = say("Kill refused by the autopilot (result {result})", result=str(fields.get("result")))
             self.topics.status_text.publish(StatusText(self._clock(), _CRITICAL, words))
 
     def _on_reboot(self) -> None:
@@ -348,7 +353,7 @@ class MavsdkAutopilot:
             return await self.calls.run(function.__name__, function, self._link, *arguments)
         except commands.NotAcceptedError as error:
             words = await self._words(since)
-            raise AutopilotError(words or str(error)) from error
+            raise AutopilotError(words or words_of(error)) from error
 
     async def _words(self, since: float) -> str | None:
         """Return the autopilot's reason; STATUSTEXT may come a moment after the acknowledgement."""
@@ -361,7 +366,7 @@ class MavsdkAutopilot:
 
     def _require_link(self) -> None:
         if not self.telemetry.state.connected:
-            raise AutopilotError("No link to the autopilot")
+            raise AutopilotError(say("No link to the autopilot"))
 
     async def send_message(self, name: str, fields: Mapping[str, Any]) -> None:
         """Send one message on a thread, and wait until it is sent. Raises AutopilotError."""
@@ -387,21 +392,23 @@ class MavsdkAutopilot:
                     await asyncio.sleep(_REOPEN_S)
                 await asyncio.sleep(_WATCH_S)
             except AutopilotError as error:
-                line = self._repeated.due(f"{error}; trying again")
+                line = self._repeated.due(f"{str(error).rstrip('.')}; trying again")
                 if line is not None:
                     _LOG.warning("%s", line)
-                self.problem = str(error)
+                self.problem = words_of(error)
                 await asyncio.sleep(_WATCH_S if self._link.found else _RETRY_S)
 
     def _nobody(self) -> str:
         """Return why there is no autopilot: nobody is heard, or others are."""
         url, found = self._settings.url, self._link.hearing()
         if found.second_sender.startswith(SEVERAL):
-            return f"autopilot.url {url!r}: {found.second_sender.rstrip('.')}"
+            return say("autopilot.url {url}: {words}", url=repr(url), words=found.second_sender)
         heard = found.heard or found.second_sender
         if heard:
-            return f"No copter is heard at autopilot.url {url!r}: is it on? Heard there: {heard.rstrip('.')}"
-        return f"No autopilot is heard at autopilot.url {url!r}: is it on and sending here?"
+            return say(
+                "No copter is heard at autopilot.url {url}: is it on? Heard there: {heard}", url=repr(url), heard=heard
+            )
+        return say("No autopilot is heard at autopilot.url {url}: is it on and sending here?", url=repr(url))
 
     async def _watch(self) -> None:
         """Notice silence, ask for missing streams, and keep a fast simulation's failsafe quiet."""

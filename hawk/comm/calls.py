@@ -16,6 +16,7 @@ from typing import Any, Final, TypeVar
 from hawk.comm.threads import Workers
 from hawk.comm.vehicle import AutopilotError
 from hawk.model.operation import Health
+from hawk.model.sentences import say
 
 _LOG = logging.getLogger(__name__)
 T = TypeVar("T")
@@ -59,8 +60,8 @@ class Calls:
         """Unhealthy while a call is overdue."""
         if self._hanging:
             names = ", ".join(sorted(set(self._hanging.values())))
-            return Health.bad(f"MAVSDK does not return: {names}. Restart the program on the ground.")
-        return Health.bad("MAVSDK returned late.") if self.overdue else Health()
+            return Health.bad(say("MAVSDK does not return: {names}. Restart the program on the ground.", names=names))
+        return Health.bad(say("MAVSDK returned late.")) if self.overdue else Health()
 
     async def run(
         self,
@@ -84,7 +85,9 @@ class Calls:
             Exception: The function's own.
         """
         if len(self._hanging) >= HANGING_LIMIT and not urgent:
-            raise AutopilotError(f"{name}: not begun, {len(self._hanging)} calls hang in MAVSDK")
+            raise AutopilotError(
+                say("{name}: not begun, {hanging} calls hang in MAVSDK", name=name, hanging=len(self._hanging))
+            )
         loop = asyncio.get_running_loop()
         limit = self.deadline_s if deadline_s is None else deadline_s
         outcome: asyncio.Future[T] = loop.create_future()
@@ -124,7 +127,9 @@ class Calls:
     def _pass_deadline(self, key: object, name: str, limit: float, outcome: asyncio.Future[Any]) -> None:
         self._hanging[key] = name
         if not outcome.done():
-            outcome.set_exception(AutopilotError(f"{name}: MAVSDK did not return within {limit:g} s"))
+            outcome.set_exception(
+                AutopilotError(say("{name}: MAVSDK did not return within {limit:g} s", name=name, limit=limit))
+            )
         self._tell(name)
 
     def _tell(self, name: str) -> None:

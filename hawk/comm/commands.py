@@ -7,12 +7,14 @@ hides the result of the acknowledgement.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from enum import IntEnum
 
 from hawk.comm.mavlink_link import Link, command_fields, require_finite
 from hawk.comm.streams import Stream
 from hawk.comm.vehicle import AutopilotError
 from hawk.model.poses import GlobalPose
+from hawk.model.sentences import say
 from hawk.model.vehicle import CopterMode, mode_name
 
 
@@ -44,7 +46,15 @@ class NotAcceptedError(AutopilotError):
     """The autopilot's acknowledgement was not ACCEPTED; its reason comes as STATUSTEXT beside it."""
 
 
-_RESULTS = frozenset(int(result) for result in MavResult)
+_RESULTS: Mapping[int, str] = {
+    MavResult.ACCEPTED: say("accepted"),
+    MavResult.TEMPORARILY_REJECTED: say("temporarily rejected"),
+    MavResult.DENIED: say("denied"),
+    MavResult.UNSUPPORTED: say("unsupported"),
+    MavResult.FAILED: say("failed"),
+    MavResult.IN_PROGRESS: say("in progress"),
+    MavResult.CANCELLED: say("cancelled"),
+}
 _CUSTOM_MODE_ENABLED = 1  # MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
 _GLOBAL = 0  # MAV_FRAME_GLOBAL: altitude above sea level
 _LOCAL_NED = 1  # MAV_FRAME_LOCAL_NED
@@ -54,17 +64,17 @@ _POSITION_AND_YAW = 2552
 
 def arm(link: Link) -> None:
     """Arm, with all of the autopilot's checks."""
-    _command(link, "Arm", MavCommand.COMPONENT_ARM_DISARM, 1)
+    _command(link, say("Arm"), MavCommand.COMPONENT_ARM_DISARM, 1)
 
 
 def disarm(link: Link) -> None:
     """Disarm; refused in the air (never forced)."""
-    _command(link, "Disarm", MavCommand.COMPONENT_ARM_DISARM, 0)
+    _command(link, say("Disarm"), MavCommand.COMPONENT_ARM_DISARM, 0)
 
 
 def set_mode(link: Link, mode: CopterMode) -> None:
     """Ask for a flight mode."""
-    _command(link, f"Mode {mode_name(mode)}", MavCommand.DO_SET_MODE, _CUSTOM_MODE_ENABLED, mode)
+    _command(link, say("Mode {mode}", mode=str(mode_name(mode))), MavCommand.DO_SET_MODE, _CUSTOM_MODE_ENABLED, mode)
 
 
 def send_mode(link: Link, mode: CopterMode) -> None:
@@ -75,8 +85,8 @@ def send_mode(link: Link, mode: CopterMode) -> None:
 def takeoff(link: Link, relative_altitude: float) -> None:
     """Climb to metres above home. The autopilot accepts it armed and in GUIDED only."""
     if not (math.isfinite(relative_altitude) and relative_altitude > 0):
-        raise AutopilotError(f"Takeoff height is {relative_altitude} m: it must be above 0")
-    _command(link, "Takeoff", MavCommand.NAV_TAKEOFF, 0, 0, 0, 0, 0, 0, relative_altitude)
+        raise AutopilotError(say("Takeoff height is {height} m: it must be above 0", height=relative_altitude))
+    _command(link, say("Takeoff"), MavCommand.NAV_TAKEOFF, 0, 0, 0, 0, 0, 0, relative_altitude)
 
 
 def kill(link: Link) -> None:
@@ -100,7 +110,7 @@ def set_home(link: Link, place: GlobalPose) -> None:
 
 def enable_fence(link: Link) -> None:
     """Switch the fence on; the autopilot refuses it where it has none."""
-    _command(link, "Fence", MavCommand.DO_FENCE_ENABLE, 1)
+    _command(link, say("Fence"), MavCommand.DO_FENCE_ENABLE, 1)
 
 
 def ask_rate(link: Link, stream: Stream) -> None:
@@ -128,5 +138,5 @@ def position_target(boot_ms: int, place: tuple[float, float, float], yaw: float)
 def _command(link: Link, name: str, command: MavCommand, *parameters: float) -> None:
     result = link.command(command, [float(value) for value in parameters])
     if result != MavResult.ACCEPTED:
-        reason = MavResult(result).name.replace("_", " ").lower() if result in _RESULTS else str(result)
-        raise NotAcceptedError(f"{name} refused: {reason}")
+        reason = _RESULTS.get(result, str(result))
+        raise NotAcceptedError(say("{name} refused: {reason}", name=name, reason=reason))

@@ -10,6 +10,7 @@ from hawk.comm.frames import place_at
 from hawk.comm.vehicle import AutopilotError
 from hawk.model.limits import Fence
 from hawk.model.poses import GlobalPose
+from hawk.model.sentences import say
 
 LEAST_CORNERS = 3
 TOLERANCE_DEG = 1e-6
@@ -41,19 +42,25 @@ def rings_of(fence: Fence, origin: GlobalPose | None) -> FenceRings:
         AutopilotError: The origin is not known, a ring is none, or the autopilot cannot store the fence.
     """
     if origin is None:
-        raise AutopilotError("The drone does not know where it is yet: the fence cannot be placed")
+        raise AutopilotError(say("The drone does not know where it is yet: the fence cannot be placed"))
     rings = FenceRings(
         _corners(fence.autopilot_polygon, origin), tuple(_corners(zone, origin) for zone in fence.autopilot_zones)
     )
     if len(rings.inclusion) < LEAST_CORNERS:
-        raise AutopilotError(f"A fence needs at least {LEAST_CORNERS} corners")
+        raise AutopilotError(say("A fence needs at least {least} corners", least=LEAST_CORNERS))
     if any(len(ring) < LEAST_CORNERS for ring in rings.exclusions):
-        raise AutopilotError(f"An exclusion zone needs at least {LEAST_CORNERS} corners")
+        raise AutopilotError(say("An exclusion zone needs at least {least} corners", least=LEAST_CORNERS))
     needed = _HEAD_BYTES + sum(_RING_BYTES + _CORNER_BYTES * len(ring) for ring in rings)
     if needed > STORAGE_BYTES:  # ArduCopter ends its program over a fence that fills its memory to the last byte
-        raise AutopilotError(f"The fence needs {needed} bytes, the autopilot has {STORAGE_BYTES}: leave out corners")
+        raise AutopilotError(
+            say(
+                "The fence needs {needed} bytes, the autopilot has {most}: leave out corners",
+                needed=needed,
+                most=STORAGE_BYTES,
+            )
+        )
     if not all(math.isfinite(value) for ring in rings for corner in ring for value in corner):
-        raise AutopilotError("A corner of the fence is not finite: not sent")
+        raise AutopilotError(say("A corner of the fence is not finite: not sent"))
     return rings
 
 
@@ -63,10 +70,13 @@ def difference(ours: FenceRings, found: FenceRings) -> str:
     Rings and corners are compared in their order.
     """
     if len(ours.exclusions) != len(found.exclusions):
-        return f"it has {len(found.exclusions)} exclusion zones, ours has {len(ours.exclusions)}"
+        return say(
+            "it has {held} exclusion zones, ours has {ours}", held=len(found.exclusions), ours=len(ours.exclusions)
+        )
     for number, (ring, read) in enumerate(zip(ours, found, strict=True)):
         if not _is_same(ring, read):
-            return f"its zone {number} is another one" if number else "its polygon is another one"
+            zone = say("its zone {number} is another one", number=number)
+            return zone if number else say("its polygon is another one")
     return ""
 
 

@@ -33,11 +33,12 @@ from hawk.comm.fence_rings import Corners, FenceRings
 from hawk.comm.foreign_writes import writes
 from hawk.comm.mavlink_frames import AUTOPILOT_COMPONENT, Heartbeat, ground_station_heartbeat
 from hawk.comm.mavsdk_log import MavsdkLog
-from hawk.comm.peer import FIRST_HEARD, NAME_YOURS, SEVERAL, Expected, PeerKeeper
+from hawk.comm.peer import FIRST_HEARD, Expected, PeerKeeper, several_words
 from hawk.comm.remote_id import ARM_STATUS, TRANSMITTERS
 from hawk.comm.roster import Roster
 from hawk.comm.udp_gate import NOBODY, Hearing, UdpGate, serves
 from hawk.comm.vehicle import AutopilotError, OtherFenceError
+from hawk.model.sentences import say, words_of
 from hawk.programs import Processes
 
 _LOG = logging.getLogger("hawk.comm.mavsdk")
@@ -83,7 +84,7 @@ def require_finite(values: Mapping[str, Any]) -> None:
     """Raise AutopilotError naming the field that is not finite: a NaN in a set-point crashes ArduCopter."""
     for name, value in values.items():
         if isinstance(value, float) and not math.isfinite(value):
-            raise AutopilotError(f"{name} is {value}: not sent")
+            raise AutopilotError(say("{name} is {value}: not sent", name=name, value=str(value)))
 
 
 def _require_device(url: str) -> None:
@@ -92,7 +93,11 @@ def _require_device(url: str) -> None:
         device = url.partition("://")[2].rpartition(":")[0]
         if not Path(device).exists():
             raise AutopilotError(
-                f"autopilot.url: {device} is not there: plug the autopilot in, or name another (ls /dev/hawk /dev/tty*)"
+                say(
+                    "autopilot.url: {device} is not there: plug the autopilot in, or name another "
+                    "(ls /dev/hawk /dev/tty*)",
+                    device=device,
+                )
             )
 
 
@@ -106,8 +111,15 @@ def _rings(polygons: Sequence[Polygon], circles: Sequence[Any]) -> FenceRings:
         [p for p in polygons if p.fence_type == kind] for kind in (FenceType.INCLUSION, FenceType.EXCLUSION)
     )
     if len(inside) != 1 or len(inside) + len(zones) != len(polygons) or circles:
-        held = f"{len(inside)} inclusion polygons, {len(zones)} exclusion polygons and {len(circles)} circles"
-        raise OtherFenceError(f"it has {held}, ours has one inclusion polygon and no circle")
+        raise OtherFenceError(
+            say(
+                "it has {inside} inclusion polygons, {zones} exclusion polygons and {circles} circles, ours has one "
+                "inclusion polygon and no circle",
+                inside=len(inside),
+                zones=len(zones),
+                circles=len(circles),
+            )
+        )
     first, *others = (
         tuple((point.latitude_deg, point.longitude_deg) for point in each.points) for each in (*inside, *zones)
     )
@@ -175,11 +187,26 @@ class Link:
                 self._claim.take()
                 self._connection = self._connect(self._mavsdk)
             except ClaimedError as error:
-                words = f"autopilot.url {self._url!r} cannot be opened: {error}; two must not fly one drone"
-                raise AutopilotError(f"{words}. Stop one of them, or name another autopilot") from error
+                raise AutopilotError(
+                    say(
+                        "autopilot.url {url} cannot be opened: {error}; two must not fly one drone. Stop one of them, "
+                        "or name another autopilot",
+                        url=repr(self._url),
+                        error=words_of(error),
+                    )
+                ) from error
             except (MavsdkError, OSError, ValueError) as error:
-                words = f"autopilot.url {self._url!r} cannot be opened: {error}{self._port_holder(error)}"
-                raise AutopilotError(words) from error
+                url, holder = repr(self._url), self._port_holder(error)
+                raise AutopilotError(
+                    say(
+                        "autopilot.url {url} cannot be opened: {error}: by {holder}",
+                        url=url,
+                        error=str(error),
+                        holder=holder,
+                    )
+                    if holder
+                    else say("autopilot.url {url} cannot be opened: {error}", url=url, error=str(error))
+                ) from error
 
     def set_voice(self, speaks: bool) -> None:
         """Let our heartbeats go out, or hold them back. Does not block."""
@@ -257,10 +284,14 @@ class Link:
         gate, now = self._gate, time.monotonic()
         found = NOBODY if gate is None else gate.hearing
         vehicle, twin = self._vehicle_id, self._roster.twin(now)
-        words = f"{twin}, has our own MAVLink id: is it another hawk-drone on this autopilot?" if twin else ""
+        words: str = (
+            say("{twin}, has our own MAVLink id: is it another hawk-drone on this autopilot?", twin=twin)
+            if twin
+            else ""
+        )
         others = "" if vehicle is None else self._roster.other_vehicles(vehicle, now)
         several = self._roster.several(now) if self._expected.system_id is None else ""
-        words = f"{SEVERAL}: {several}. {NAME_YOURS}" if several else words
+        words = several_words(several) if several else words
         second = found.second_sender or words
         return replace(found, second_sender=second, heard=self._roster.names(now), other_vehicles=others)
 
@@ -271,7 +302,7 @@ class Link:
         try:
             direct.send_message(_message(name, fields, target))
         except (MavsdkError, RuntimeError) as error:
-            raise AutopilotError(f"{name} was not sent: {_words(error)}") from error
+            raise AutopilotError(say("{name} was not sent: {words}", name=name, words=_words(error))) from error
 
     def command(self, command: int, parameters: Sequence[float] = ()) -> int:
         """Send a COMMAND_LONG, wait for its acknowledgement (2 s at most) and return its MAV_RESULT."""
@@ -282,21 +313,21 @@ class Link:
             answer = direct.send_command(_message("COMMAND_LONG", fields, target))
             return int(json.loads(answer.fields_json)["result"])
         except (MavsdkError, RuntimeError) as error:
-            raise AutopilotError(f"The autopilot did not answer: {_words(error)}") from error
+            raise AutopilotError(say("The autopilot did not answer: {words}", words=_words(error))) from error
         except (ValueError, KeyError) as error:
-            raise AutopilotError(f"The autopilot's answer cannot be read: {error}") from error
+            raise AutopilotError(say("The autopilot's answer cannot be read: {error}", error=str(error))) from error
 
     def upload_fence(self, rings: FenceRings) -> None:
         """Replace the fence by an inclusion polygon and its exclusion polygons. Raises AutopilotError."""
         geofence = self._geofence
         if geofence is None:
-            raise AutopilotError("No autopilot found yet")
+            raise AutopilotError(say("No autopilot found yet."))
         polygons = [_polygon(rings.inclusion, FenceType.INCLUSION)]
         polygons += [_polygon(ring, FenceType.EXCLUSION) for ring in rings.exclusions]
         try:
             geofence.upload_geofence(GeofenceData(polygons, []))
         except (MavsdkError, RuntimeError) as error:
-            raise AutopilotError(f"The fence was not taken: {_words(error)}") from error
+            raise AutopilotError(say("The fence was not taken: {words}", words=_words(error))) from error
 
     def download_fence(self) -> FenceRings:
         """Return the inclusion polygon that the autopilot holds, with its exclusion polygons.
@@ -307,11 +338,13 @@ class Link:
         """
         geofence = self._geofence
         if geofence is None:
-            raise AutopilotError("No autopilot found yet")
+            raise AutopilotError(say("No autopilot found yet."))
         try:
             found = geofence.download_geofence()
         except (MavsdkError, RuntimeError) as error:
-            raise AutopilotError(f"The fence cannot be read from the autopilot: {_words(error)}") from error
+            raise AutopilotError(
+                say("The fence cannot be read from the autopilot: {words}", words=_words(error))
+            ) from error
         return _rings(found.polygons or [], found.circles or [])
 
     def sensor_health(self) -> SensorHealth:
@@ -334,8 +367,7 @@ class Link:
     def _port_holder(self, error: Exception) -> str:
         """Return words for the program that has the port, when that is the reason."""
         port = urlsplit(self._url).port if getattr(error, "errno", None) == errno.EADDRINUSE else None
-        found = "" if port is None else Processes().holder_of_port("udp", port)
-        return f": by {found}" if found else ""
+        return "" if port is None else Processes().holder_of_port("udp", port)
 
     def _connect(self, mavsdk: Mavsdk) -> Any:
         if not serves(self._url):
@@ -368,7 +400,7 @@ class Link:
     def _target(self) -> tuple[MavlinkDirect, int]:
         direct, system = self._direct, self._system
         if direct is None or system is None:
-            raise AutopilotError("No autopilot found yet")
+            raise AutopilotError(say("No autopilot found yet."))
         return direct, int(system.get_system_id())
 
     def _note(self, message: MavlinkMessage, _: object) -> None:
@@ -423,6 +455,22 @@ def _message(name: str, fields: Mapping[str, Any], target: int) -> MavlinkMessag
     return MavlinkMessage(name, 0, 0, target, AUTOPILOT_COMPONENT, text)
 
 
+_RESULTS = (
+    say("timeout"),
+    say("busy"),
+    say("no system"),
+    say("connection error"),
+    say("too many geofence items"),
+    say("invalid argument"),
+    say("unsupported"),
+    say("denied"),
+    say("failed"),
+    say("cancelled"),
+)
+"""Results of MAVSDK in words."""
+
+
 def _words(error: Exception) -> str:
     result = getattr(error, "result", None)
-    return str(getattr(result, "name", error)).replace("_", " ").lower()
+    words = str(getattr(result, "name", error)).replace("_", " ").lower()
+    return next((each for each in _RESULTS if each == words), words)

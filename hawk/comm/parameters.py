@@ -14,6 +14,7 @@ from types import MappingProxyType
 from typing import Any
 
 from hawk.comm.vehicle import AutopilotError
+from hawk.model.sentences import say
 
 Send = Callable[[str, Mapping[str, Any]], Awaitable[None]]
 """Sends one message off the loop. Raises AutopilotError."""
@@ -79,7 +80,7 @@ class AutopilotParameters:
         """Read one parameter. Raises AutopilotError when the autopilot does not answer for it."""
         value = await self._read(name)
         if value is None:
-            raise AutopilotError(f"{name}: the autopilot does not answer for a parameter of this name")
+            raise AutopilotError(say("{name}: the autopilot does not answer for a parameter of this name", name=name))
         return value
 
     async def set(self, name: str, value: float) -> None:
@@ -91,7 +92,7 @@ class AutopilotParameters:
             AutopilotError: It is not sent, not confirmed, or does not hold within HOLD_ASKS times ``answer_s``.
         """
         if not math.isfinite(value):
-            raise AutopilotError(f"{name}: {value} is not a finite number: not sent")
+            raise AutopilotError(say("{name}: {value} is not a finite number: not sent", name=name, value=str(value)))
         if name not in self._types:
             await self.get(name)
         kind = self._types[name]
@@ -108,12 +109,16 @@ class AutopilotParameters:
                 break
             await asyncio.sleep(self._answer_s / 10)
         if said is None:
-            raise AutopilotError(f"{name}: the autopilot did not confirm {value:g}")
-        raise AutopilotError(f"{name}: set to {value:g}, but the autopilot says {said:g}")
+            raise AutopilotError(say("{name}: the autopilot did not confirm {value:g}", name=name, value=value))
+        raise AutopilotError(
+            say("{name}: set to {value:g}, but the autopilot says {said:g}", name=name, value=value, said=said)
+        )
 
     async def _read(self, name: str) -> float | int | None:
         if not 0 < len(name) <= NAME_CHARACTERS:
-            raise AutopilotError(f"{name!r}: a parameter's name has 1 to {NAME_CHARACTERS} characters")
+            raise AutopilotError(
+                say("{name}: a parameter's name has 1 to {most} characters", name=repr(name), most=NAME_CHARACTERS)
+            )
         for _ in range(TRIES):
             answer = await self._ask(name, "PARAM_REQUEST_READ", {"param_id": name, "param_index": -1})
             if answer is not None:
@@ -143,6 +148,20 @@ def _check_type(name: str, value: float, kind: int) -> None:
     if limits is None:
         return
     if value != round(value):
-        raise AutopilotError(f"{name}: {value:g} is not a whole number, as the autopilot's parameter is: not sent")
+        raise AutopilotError(
+            say(
+                "{name}: {value:g} is not a whole number, as the autopilot's parameter is: not sent",
+                name=name,
+                value=value,
+            )
+        )
     if not limits[0] <= value <= limits[1]:
-        raise AutopilotError(f"{name}: {value:g} is outside {limits[0]} to {limits[1]}: not sent")
+        raise AutopilotError(
+            say(
+                "{name}: {value:g} is outside {low} to {high}: not sent",
+                name=name,
+                value=value,
+                low=limits[0],
+                high=limits[1],
+            )
+        )

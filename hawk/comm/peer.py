@@ -13,6 +13,7 @@ from typing import Final
 
 from hawk.comm.mavlink_frames import heartbeats, system_of
 from hawk.comm.vehicle_kinds import kind_words
+from hawk.model.sentences import say, series
 
 Address = tuple[str, int]
 """Host (a number, not a name) and port."""
@@ -26,7 +27,7 @@ OVERLAP_S: Final = 0.5
 SHOWN_S: Final = 10.0
 """Real seconds after its last datagram for which a second sender is shown."""
 SEVERAL: Final = "Several copters are heard"
-NAME_YOURS: Final = "Name yours in autopilot.vehicle_system_id, autopilot.vehicle_address."
+"""Beginning of `several_words`."""
 _REMEMBERED: Final = 256
 """Second senders that are remembered; the oldest is forgotten first."""
 
@@ -122,8 +123,13 @@ class PeerKeeper:
             self._copters[sender, system] = (first, now)
         heard = {key: first for key, (first, last) in self._copters.items() if now - last <= SILENT_S}
         if len(heard) > 1:
-            names = ", ".join(f"system {system} at {address_text(place)}" for place, system in sorted(heard))
-            self._shown = _Shown(sender, f"{SEVERAL}: {names}. {NAME_YOURS}", now)
+            names = series(
+                *(
+                    say("system {system} at {place}", system=number, place=address_text(at))
+                    for at, number in sorted(heard)
+                )
+            )
+            self._shown = _Shown(sender, several_words(names), now)
             return False
         return now - min(heard.values()) >= self._expected.wait_s
 
@@ -147,14 +153,27 @@ class PeerKeeper:
 
     def _words(self, sender: Address, datagram: bytes) -> str:
         system = system_of(datagram)
-        who = address_text(sender) + (" (no MAVLink)" if system is None else f" (system {system})")
+        place = address_text(sender)
+        who = (
+            say("{place} (no MAVLink)", place=place)
+            if system is None
+            else say("{place} (system {system})", place=place, system=system)
+        )
         if self.kept is None:
             beat = next((beat for beat in heartbeats(datagram) if beat.is_of_an_autopilot), None)
             if beat is not None and not beat.is_of_a_copter:
                 kind = kind_words(beat.kind, beat.autopilot)
-                return f"{who} sends to the autopilot's port, but is no ArduCopter: {kind}."
-            return f"{who} sends to the autopilot's port, but is not the expected autopilot."
-        return f"{who} sends to the autopilot's port, too. It is not heard."
+                return say("{who} sends to the autopilot's port, but is no ArduCopter: {kind}.", who=who, kind=kind)
+            return say("{who} sends to the autopilot's port, but is not the expected autopilot.", who=who)
+        return say("{who} sends to the autopilot's port, too. It is not heard.", who=who)
+
+
+def several_words(names: str) -> str:
+    """Return words on several copters; they begin with `SEVERAL`."""
+    return say(
+        "Several copters are heard: {names}. Name yours in autopilot.vehicle_system_id, autopilot.vehicle_address.",
+        names=names,
+    )
 
 
 def plain_host(host: str) -> str:

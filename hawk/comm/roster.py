@@ -12,6 +12,7 @@ from typing import Final
 
 from hawk.comm.mavlink_frames import AUTOPILOT_COMPONENT, Heartbeat
 from hawk.comm.vehicle_kinds import GROUND_STATION, kind_words
+from hawk.model.sentences import say, semicolons
 
 SHOWN_S: Final = 10.0
 """Real seconds after its last HEARTBEAT for which a system is shown."""
@@ -56,21 +57,24 @@ class Roster:
     def several(self, now: float) -> str:
         """Return the copters in words when there are several; else empty."""
         copters = self._copters(now)
-        return "; ".join(_named(each.beat) for each in copters) if len(copters) > 1 else ""
+        return semicolons(*(_named(each.beat) for each in copters)) if len(copters) > 1 else ""
 
     def names(self, now: float) -> str:
         """Return what is heard, in words; empty when nothing is."""
-        return "; ".join(_named(each) for each in self._heard(now))
+        return semicolons(*(_named(each) for each in self._heard(now)))
 
     def other_vehicles(self, vehicle: int, now: float) -> str:
         """Return the copters that are heard besides the vehicle, in words; empty when there is none."""
         others = (each for each in self._heard(now) if each.is_of_a_copter and each.system != vehicle)
-        return "; ".join(_named(each) for each in others)
+        return semicolons(*(_named(each) for each in others))
 
     def twin(self, now: float) -> str:
         """Return words for a ground station with our own id; empty when there is none."""
         found = (each for each in self._heard(now) if each.system == self._own_id and each.kind == GROUND_STATION)
-        return next((f"{_named(each)}, component {each.component}" for each in found), "")
+        each = next(found, None)
+        return (
+            "" if each is None else say("{named}, component {component}", named=_named(each), component=each.component)
+        )
 
     def _copters(self, now: float) -> list[_Member]:
         with self._lock:
@@ -83,5 +87,7 @@ class Roster:
 
 
 def _named(beat: Heartbeat) -> str:
-    part = "" if beat.component == AUTOPILOT_COMPONENT or beat.kind == GROUND_STATION else f".{beat.component}"
-    return f"{kind_words(beat.kind, beat.autopilot)}, system {beat.system}{part}"
+    kind = kind_words(beat.kind, beat.autopilot)
+    if beat.component == AUTOPILOT_COMPONENT or beat.kind == GROUND_STATION:
+        return say("{kind}, system {system}", kind=kind, system=beat.system)
+    return say("{kind}, system {system}.{component}", kind=kind, system=beat.system, component=beat.component)

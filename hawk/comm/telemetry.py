@@ -27,6 +27,7 @@ from hawk.comm.terrain import TerrainWatch
 from hawk.comm.vehicle import VehicleTopics
 from hawk.model.moment import Moment
 from hawk.model.poses import ArmPlace, GlobalPose, VehiclePose
+from hawk.model.sentences import say
 from hawk.model.vehicle import BatteryInfo, Diagnostics, GnssHeight, LandedState, VehicleState
 
 _LOG = logging.getLogger(__name__)
@@ -172,9 +173,13 @@ class Telemetry:
         """Return why nothing should be mapped by the position at ``now`` (seconds); empty when it may be."""
         moved = math.hypot(*self._shift)
         if moved > MAP_SHIFT_M:
-            return f"the position jumped by {moved:.0f} m against the map: nothing is mapped until it is back"
+            return say(
+                "the position jumped by {moved:.0f} m against the map: nothing is mapped until it is back", moved=moved
+            )
         fault = self._estimator_fault(now)
-        return f"the autopilot does not trust its position ({fault}): nothing is mapped" if fault else ""
+        if not fault:
+            return ""
+        return say("the autopilot does not trust its position ({fault}): nothing is mapped", fault=fault)
 
     # --- state -----------------------------------------------------------------------------------------------------
 
@@ -377,7 +382,7 @@ class Telemetry:
         self._estimator.take(fields, arrival)  # SYS_STATUS publishes it: the age of diagnostics is its age
 
     def _estimator_fault(self, now: float) -> str:
-        return self._estimator.fault(now) or ("its position creeps" if self._leaps.creeps else "")
+        return self._estimator.fault(now) or (say("its position creeps") if self._leaps.creeps else "")
 
     def _on_gps(self, fields: Mapping[str, Any], arrival: float) -> None:
         self._remote_id.take_gps(fields)

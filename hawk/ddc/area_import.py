@@ -5,6 +5,7 @@ from __future__ import annotations
 from hawk.ddc.fence_geojson import fence_of, outline_geojson, parsed_areas
 from hawk.ddc.geofence import FenceError
 from hawk.ddc.outline_geojson import outline_of
+from hawk.model.sentences import say
 
 FENCE = "fence"
 
@@ -21,5 +22,7 @@ def editable_area(data: bytes, kind: str) -> str:
     outline = parsed_areas(data, outline_of)
     first, *others = outline.polygons
     if others:
-        raise FenceError(f"holds {1 + len(others)} polygons; the page draws one: set flight.outline_file for more")
+        raise FenceError(
+            say("holds {count} polygons; the page draws one: set flight.outline_file for more", count=1 + len(others))
+        )
     return outline_geojson(first, outline.holes, None)

@@ -19,9 +19,12 @@ from shapely import Polygon
 from hawk.area_file import LARGEST_BYTES, Area, AreaError, read_areas
 from hawk.comm.messages import LEAST_CORNERS, MOST_CORNERS, zones_problem
 from hawk.ddc.geofence import FenceError, Ring
+from hawk.model.sentences import say, series, words_of
 
 T = TypeVar("T")
-_ONE = 'must hold exactly one Polygon (WGS-84, longitude before latitude); others need the property "exclusion": true'
+_ONE = say(
+    'must hold exactly one Polygon (WGS-84, longitude before latitude); others need the property "exclusion": true'
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +42,7 @@ def read_outline(path: Path) -> Outline:
     Raises:
         FenceError: Names the file, the ring and the fault.
     """
-    return read_area_file(path, "fence file", fence_of, FenceError)
+    return read_area_file(path, say("fence file"), fence_of, FenceError)
 
 
 def read_area_file(path: Path, name: str, parse: Callable[[Sequence[Area]], T], kind: type[FenceError]) -> T:
@@ -52,11 +55,13 @@ def read_area_file(path: Path, name: str, parse: Callable[[Sequence[Area]], T], 
         with path.open("rb") as file:
             data = file.read(LARGEST_BYTES + 1)
     except OSError as error:
-        raise kind(f"{name} {path}: cannot be read: {error}") from error
+        raise kind(
+            say("{name} {path}: cannot be read: {error}", name=name, path=str(path), error=str(error))
+        ) from error
     try:
         return parsed_areas(data, parse)
     except FenceError as error:
-        raise kind(f"{name} {path}: {error}") from error
+        raise kind(say("{name} {path}: {error}", name=name, path=str(path), error=words_of(error))) from error
 
 
 def parsed_areas(data: bytes, parse: Callable[[Sequence[Area]], T]) -> T:
@@ -64,21 +69,21 @@ def parsed_areas(data: bytes, parse: Callable[[Sequence[Area]], T]) -> T:
     try:
         found = read_areas(data)
     except AreaError as error:
-        raise FenceError(str(error)) from error
+        raise FenceError(words_of(error)) from error
     try:
         return parse(found.areas)
     except FenceError as error:
         if found.areas or not found.others:
             raise
-        raise FenceError(f"{error}; it holds {found.others}") from error
+        raise FenceError(say("{error}; it holds {others}", error=words_of(error), others=found.others)) from error
 
 
 def fence_of(areas: Sequence[Area]) -> Outline:
     """Return the fence among a file's areas: the one that is no exclusion zone. Raises FenceError."""
     fences = [area for area in areas if not area.is_exclusion]
     if len(fences) != 1:
-        names = ", ".join(area.name for area in fences[:4])
-        raise FenceError(f"{_ONE}; it holds {names}" if fences else _ONE)
+        names = series(*(area.name for area in fences[:4]))
+        raise FenceError(say("{one}; it holds {names}", one=_ONE, names=names) if fences else _ONE)
     (fence,) = fences
     inner = [checked_ring(ring, f"{fence.name}[{number}]") for number, ring in enumerate(fence.holes, start=1)]
     zones = [*inner, *(_zone(area) for area in areas if area.is_exclusion)]
@@ -91,7 +96,7 @@ def fence_of(areas: Sequence[Area]) -> Outline:
 
 def _zone(area: Area) -> Ring:
     if area.holes:
-        raise FenceError(f"{area.name}: an exclusion zone is one ring without holes: draw it so")
+        raise FenceError(say("{name}: an exclusion zone is one ring without holes: draw it so", name=area.name))
     return checked_ring(area.outer, f"{area.name}[0]")
 
 
@@ -104,7 +109,7 @@ def _ceiling(written: object) -> float | None:
         with contextlib.suppress(ValueError):
             ceiling = float(written)
     if not (math.isfinite(ceiling) and ceiling > 0):
-        raise FenceError(f"ceiling_m: must be metres above 0, not {written!r}")
+        raise FenceError(say("ceiling_m: must be metres above 0, not {written}", written=repr(written)))
     return ceiling
 
 
@@ -115,9 +120,17 @@ def checked_ring(ring: Ring, name: str) -> Ring:
         FenceError: Names the ring and the fault.
     """
     if not LEAST_CORNERS <= len(ring) <= MOST_CORNERS:
-        raise FenceError(f"{name}: has {len(ring)} corners; draw {LEAST_CORNERS} to {MOST_CORNERS}")
+        raise FenceError(
+            say(
+                "{name}: has {count} corners; draw {least} to {most}",
+                name=name,
+                count=len(ring),
+                least=LEAST_CORNERS,
+                most=MOST_CORNERS,
+            )
+        )
     if not Polygon(ring).is_valid:
-        raise FenceError(f"{name}: its sides cross or touch each other; draw a simple polygon")
+        raise FenceError(say("{name}: its sides cross or touch each other; draw a simple polygon", name=name))
     return ring
 
 

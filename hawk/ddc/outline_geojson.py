@@ -14,8 +14,9 @@ from hawk.comm.outline_messages import outline_problem
 from hawk.ddc.fence_geojson import checked_ring, read_area_file
 from hawk.ddc.outline import OutlineError, check_rings
 from hawk.model.limits import Outline
+from hawk.model.sentences import say
 
-_NONE = "must hold Polygons or MultiPolygons (WGS-84, longitude before latitude)"
+_NONE = say("must hold Polygons or MultiPolygons (WGS-84, longitude before latitude)")
 
 
 def read_survey_outline(path: Path) -> Outline:
@@ -24,7 +25,7 @@ def read_survey_outline(path: Path) -> Outline:
     Raises:
         OutlineError: Names the file, the ring and the fault.
     """
-    return read_area_file(path, "outline file", outline_of, OutlineError)
+    return read_area_file(path, say("outline file"), outline_of, OutlineError)
 
 
 def outline_of(areas: Sequence[Area]) -> Outline:

@@ -257,7 +257,7 @@ class DdcServiceInterface:
         if not sender.may_send_targets:
             return say("{state} sends no targets", state=sender.name.value)
         if not self._topics.get_link_health().is_healthy:
-            return say("no link to the autopilot")
+            return say("No link to the autopilot")
         if not vehicle.armed or vehicle.custom_mode != CopterMode.GUIDED:
             return say("the autopilot is not armed in GUIDED but in {mode}", mode=str(vehicle.mode))
         if not target.is_finite():

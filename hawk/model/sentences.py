@@ -73,6 +73,14 @@ def series(*parts: str) -> str:
     return one
 
 
+def semicolons(*parts: str) -> str:
+    """Return parts with semicolons between them; empty ones are left out. Alone, a part stays what it is."""
+    former, *rest = [each for each in parts if each] or [""]
+    for latter in rest:
+        former = say("{former}; {latter}", former=former, latter=latter)
+    return former
+
+
 def sentence(text: str) -> str:
     """Return the text as a sentence: one full stop at its end."""
     stripped = text.strip()

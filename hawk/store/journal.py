@@ -25,6 +25,7 @@ from hawk.model.limits import Outline
 from hawk.model.moment import Moment, this_moment
 from hawk.model.operation import Fall, FlightDrain, FlightSoFar, Health, SurveyLeft
 from hawk.model.poses import ArmPlace, GlobalPose
+from hawk.model.sentences import say
 from hawk.store.journal_state import (
     ARM_PLACE,
     DATUM,
@@ -236,7 +237,8 @@ class FlightJournal:
         try:
             work()
         except Exception as error:  # a journal that cannot write must not end
-            reason = f"Journal: {getattr(error, 'strerror', None) or error} ({self._survey})"
+            what = str(getattr(error, "strerror", None) or error)
+            reason = say("Journal: {error} ({file})", error=what, file=str(self._survey))
             if self.health.reason != reason:
                 _LOG.error("%s; trying again", reason)
             self.health = Health.bad(reason)

@@ -10,12 +10,20 @@ from typing import Final
 from aiohttp import hdrs, web
 
 from hawk.area_file import LARGEST_BYTES
+from hawk.comm.message_base import Spoken, Words
+from hawk.model.sentences import say, words_of
 from hawk.web.services import SERVICES
 
 KINDS: Final = ("fence", "outline")
 READ_S: Final = 20.0
 """Real seconds in which the file must be there."""
 _READER = web.AppKey("area_file_reader", ThreadPoolExecutor)
+
+
+class FileRefusal(Spoken):
+    """The reason why a file holds no area."""
+
+    reason: Words
 
 
 def add_routes(app: web.Application) -> None:
@@ -27,6 +35,7 @@ def add_routes(app: web.Application) -> None:
 async def area_file(request: web.Request) -> web.StreamResponse:
     """GeoJSON of one Polygon for the editor of ``kind``; 422 with the reason for a file that holds none.
 
+    The reason is text, and a `FileRefusal` for a client that accepts JSON.
     Nothing is stored and nothing changes: viewers may ask too.
     """
     kind = request.query.get("kind", KINDS[0])
@@ -37,8 +46,15 @@ async def area_file(request: web.Request) -> web.StreamResponse:
     try:
         text = await asyncio.get_running_loop().run_in_executor(request.app[_READER], read, data, kind)
     except ValueError as error:
-        raise web.HTTPUnprocessableEntity(text=f"The file {error}.") from error
+        return _refused(request, say("The file {fault}.", fault=words_of(error)))
     return web.Response(text=text, content_type="application/geo+json", headers={hdrs.CACHE_CONTROL: "no-store"})
+
+
+def _refused(request: web.Request, reason: str) -> web.Response:
+    if "application/json" not in request.headers.get(hdrs.ACCEPT, ""):
+        return web.Response(status=web.HTTPUnprocessableEntity.status_code, text=reason)
+    body = FileRefusal(reason=reason).to_json()
+    return web.Response(status=web.HTTPUnprocessableEntity.status_code, text=body, content_type="application/json")
 
 
 async def _body(request: web.Request) -> bytes:

@@ -22,7 +22,7 @@ from hawk.algo.vision.seen import Finder, Found, Seen, SeenGround
 from hawk.image import DamagedImage, NoImage
 from hawk.model.operation import Health, HealthStatus
 from hawk.model.poses import MapPose
-from hawk.model.sentences import say
+from hawk.model.sentences import say, words_of
 
 _SURE_SCORE = 0.5
 _LOT_SHARE = 0.3
@@ -90,7 +90,7 @@ class VisionApp:
             self._note_lot(sees_lot=False)
             damaged = isinstance(error, DamagedImage)
             self._seen = replace(
-                self._seen, park_lot_detected=self._detected, health=Health.bad(str(error)), is_damaged=damaged
+                self._seen, park_lot_detected=self._detected, health=Health.bad(words_of(error)), is_damaged=damaged
             )
             raise
         self._seen = Seen(self._detected, health, image, ground)
@@ -142,7 +142,7 @@ class VisionApp:
         except VisionModelError as error:
             if self._settings.model is not None or self._settings.engine != DEFAULT_ENGINE:
                 raise
-            self._health = Health.bad(say("classical line geometry only: {error}", error=str(error)))
+            self._health = Health.bad(say("classical line geometry only: {error}", error=words_of(error)))
             return ClassicalFinder()
 
     def _reset(self) -> None:

@@ -22,6 +22,7 @@ from hawk.image import NoImage, read_jpeg
 from hawk.model.lot_map import Stall, StallState
 from hawk.model.pictures import CameraModel
 from hawk.model.poses import MapPose
+from hawk.model.sentences import say, words_of
 
 MINIMUM_SIDE = 64
 """Pixels; a smaller picture is refused."""
@@ -53,15 +54,29 @@ def decode(jpeg: bytes) -> NDArray[np.uint8]:
     try:
         head = read_jpeg(jpeg)
     except ValueError as error:
-        raise NoImage(f"the picture is {error}") from None
+        raise NoImage(say("the picture is {fault}", fault=words_of(error))) from None
     width, height = head.size
     if min(width, height) < MINIMUM_SIDE:
-        raise NoImage(f"the picture is {width} x {height} pixels; at least {MINIMUM_SIDE} a side are needed")
+        raise NoImage(
+            say(
+                "the picture is {width} x {height} pixels; at least {least} a side are needed",
+                width=width,
+                height=height,
+                least=MINIMUM_SIDE,
+            )
+        )
     if width * height > MAXIMUM_PIXELS:
-        raise NoImage(f"the picture is {width} x {height} pixels; at most {MAXIMUM_PIXELS // 1_000_000} million fit")
+        raise NoImage(
+            say(
+                "the picture is {width} x {height} pixels; at most {millions} million fit",
+                width=width,
+                height=height,
+                millions=MAXIMUM_PIXELS // 1_000_000,
+            )
+        )
     image = pictures.decode(jpeg)
     if float(image[::8, ::8].mean()) < _BLACK_MEAN:
-        raise NoImage("the picture is black: is the lens covered?")
+        raise NoImage(say("the picture is black: is the lens covered?"))
     return image
 
 

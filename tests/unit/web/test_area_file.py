@@ -87,6 +87,17 @@ async def test_a_file_that_holds_none_is_refused_with_the_words_of_the_command_l
     assert words in found[1]
 
 
+async def test_a_client_that_accepts_json_gets_the_sentences_of_the_refusal(rig: Rig) -> None:
+    status, text = await sent(rig, b"", "kind=outline", headers={"Accept": "application/json"})
+    answer = json.loads(text)
+    assert status == 422
+    assert answer["Reason"].startswith("The file cannot be read: neither GeoJSON nor KML (")
+    assert [each["Code"] for each in answer["Sentences"]] == [
+        "the-file-fault",
+        "cannot-be-read-neither-geojson-nor-kml-error",
+    ]
+
+
 async def test_a_file_that_does_not_come_is_given_up(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(area_file, "READ_S", 0.05)
 

@@ -6,6 +6,7 @@ import { FluentBundle, FluentResource } from "@fluent/bundle";
 import { patterns, valuesOf } from "../dev/keys.ts";
 import { learn, ofDrone, translated } from "../src/words/drone.ts";
 import { speak } from "../src/words/say.ts";
+import { readAreaFile } from "../src/link/area-file.ts";
 import { inFrench, messagesOf } from "./french.ts";
 
 const file = (name: string): string => readFileSync(fileURLToPath(new URL(`../src/messages/drone-${name}.ftl`, import.meta.url)), "utf8");
@@ -77,4 +78,30 @@ describe("the sentences of the drone's program", () => {
     }
     speak("en");
   });
+});
+
+describe("a file that the drone refuses", () => {
+  const sentences = [
+    { Text: "The file cannot be read as KML: no element found.", Code: "the-file-fault", Values: { fault: "cannot be read as KML: no element found" } },
+    { Text: "cannot be read as KML: no element found", Code: "cannot-be-read-as-kml-error", Values: { error: "no element found" } },
+  ];
+  const json = JSON.stringify({ Reason: sentences[0]!.Text, Sentences: sentences });
+
+  for (const [type, body, problem] of [
+    ["application/json; charset=utf-8", json, /^Le fichier est illisible comme KML\s: no element found\.$/],
+    ["text/plain; charset=utf-8", "The file did not come.", /^The file did not come\.$/],
+  ] as const) {
+    it(`is refused in the language of the page: ${type}`, async () => {
+      const before = globalThis.fetch;
+      globalThis.fetch = () => Promise.resolve(new Response(body, { status: 422, headers: { "Content-Type": type } }));
+      try {
+        await inFrench(async () => {
+          const read = await readAreaFile(new Blob([]), "fence");
+          assert.match("problem" in read ? read.problem : "", problem);
+        });
+      } finally {
+        globalThis.fetch = before;
+      }
+    });
+  }
 });
