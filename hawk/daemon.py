@@ -49,6 +49,7 @@ from hawk.model.moment import this_moment
 from hawk.model.operation import StateName
 from hawk.model.plans import PathPlan
 from hawk.model.poses import ArmPlace
+from hawk.model.sentences import say
 from hawk.model.vehicle import VehicleState
 from hawk.monitor import Monitor, MonitoredParts, watch_parent
 from hawk.process import LOOP_NICENESS, SystemdNotifier, Ticker, Watchdog, set_niceness, set_session_niceness
@@ -584,7 +585,11 @@ class Daemon:
 
     def _task_ended(self, name: str, words: str) -> None:
         self._monitor.publish_calls_and_tasks()
-        self.manager.log.add("error", "A part of the program ended and is started again.", f"{name}: {words}")
+        self.manager.log.add(
+            "error",
+            say("A part of the program ended and is started again."),
+            say("{name}: {value}", name=name, value=words),
+        )
 
     def _call_hangs(self, name: str) -> None:
         """Show a call that does not return; after the second in the air leave the drone to failsafe and restart."""
@@ -593,7 +598,7 @@ class Daemon:
         if is_flying and self.autopilot.calls.overdue >= HANGING_CALLS:
             leave_at_once(f"{HANGING_CALLS} calls hang in MAVSDK in the air, the last one in {name}: the program ends")
         self._monitor.publish_calls_and_tasks()
-        self.manager.log.add("error", "A request hangs in MAVSDK.", name)
+        self.manager.log.add("error", say("A request hangs in MAVSDK."), name)
 
     def _report_certificate(self, words: str) -> None:
         _LOG.warning("%s", words)

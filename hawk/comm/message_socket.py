@@ -34,6 +34,7 @@ from hawk.comm.messages import (
 )
 from hawk.comm.status import ClientId, CommandHandler
 from hawk.comm.threads import LoopThread
+from hawk.model.sentences import say
 
 __all__ = ["ConnectionTimeout", "FailedToSend", "Gate", "MessageSocket", "NoMessagesError", "ServerMessageSocket"]
 
@@ -284,10 +285,10 @@ class ServerMessageSocket:
 
     def _act_now(self, client: ClientId, command: Command) -> Outgoing:
         if self._handler is None:
-            return Ack(id=command.id, accepted=False, reason="The drone is starting; send it again.")
+            return Ack(id=command.id, accepted=False, reason=say("The drone is starting; send it again."))
         answer = self._handler(client, command)
         if isinstance(command, SAVING) and isinstance(answer, Ack) and answer.accepted:
-            self._void(f"{command.type} came first: send it again if you still want it.")
+            self._void(say("{command} came first: send it again if you still want it.", command=command.type))
         return answer
 
     def _void(self, reason: str) -> None:

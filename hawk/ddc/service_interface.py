@@ -272,7 +272,7 @@ class DdcServiceInterface:
     def _above_arm_place(self, pose: GlobalPose) -> float:
         place = self._topics.vehicle.arm_place.value
         if place is None:
-            raise ReqFailed("no arm place yet: give a height above it instead of a global pose")
+            raise ReqFailed(say("no arm place yet: give a height above it instead of a global pose"))
         return pose.altitude - place.altitude
 
     def _expect_mode(self, mode: CopterMode) -> None:

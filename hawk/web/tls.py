@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from hawk.config import ConfigError, WebSettings
+from hawk.model.sentences import say
 
 LOG = logging.getLogger(__name__)
 
@@ -45,11 +46,13 @@ class Tls:
     def warning(self, wall: float) -> str:
         """Return what is to be reported of the certificate; empty when nothing is."""
         if self.ends is None:
-            return "The certificate is not valid yet by this computer's clock: browsers may refuse it."
+            return say("The certificate is not valid yet by this computer's clock: browsers may refuse it.")
         days = self.days_left(wall)
         if days > WARN_DAYS:
             return ""
-        return f"The certificate of the page ends in {max(0.0, days):.0f} days: replace web.tls_certificate."
+        return say(
+            "The certificate of the page ends in {days:.0f} days: replace web.tls_certificate.", days=max(0.0, days)
+        )
 
 
 def load_tls(settings: WebSettings, *, in_flight: bool = False) -> Tls | None:

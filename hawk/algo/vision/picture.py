@@ -50,7 +50,7 @@ def decode(jpeg: bytes) -> NDArray[np.uint8]:
     Raises NoImage with the reason when it cannot be used, DamagedImage when a part of it was lost.
     """
     if not jpeg:
-        raise NoImage("the camera gave an empty picture")
+        raise NoImage(say("the camera gave an empty picture"))
     try:
         head = read_jpeg(jpeg)
     except ValueError as error:

@@ -13,6 +13,8 @@ a-list = une liste
 a-lot-as-large-as-the-fence-size = un parking aussi grand que la géobarrière ({ $size })
 a-new-survey-begins = Un nouveau relevé commence.
 a-number = un nombre
+a-part-of-the-program-ended-and-is-started-again = Une partie du programme a pris fin, elle est relancée.
+a-request-hangs-in-mavsdk = Une requête est bloquée dans MAVSDK.
 a-second-sender-on-the-autopilot-s-link = Un second émetteur sur la liaison de l'autopilote.
 a-side-lies-on-its-neighbour = un côté est posé sur son voisin
 a-text = un texte
@@ -119,6 +121,7 @@ climbing-to-desired = Montée à { $desired }.
 climbing-wait-until-it-holds = Montée en cours : attendez le vol stationnaire.
 climbs-first-above-the-ceiling = monte d'abord, au-dessus du plafond
 coaxial = coaxial
+command-came-first-send-it-again-if-you-still-want-it = { $command } est venu avant : renvoyez la commande si vous la voulez encore.
 command-is-sent-without-an-answer-no-word-from-the-autopilot = { $command } est envoyé sans réponse : l'autopilote se tait.
 companion-computer = ordinateur de bord
 compass = boussole
@@ -414,6 +417,7 @@ no = non
 no-absolute-position = pas de position absolue
 no-answer = pas de réponse
 no-answer-within-limit-s = pas de réponse en { $limit }{ "\u00A0" }s
+no-arm-place-yet-give-a-height-above-it-instead-of-a-global = pas encore de point d'armement : donnez une hauteur au-dessus de lui plutôt qu'une pose globale
 no-arm-place-yet-there-is-no-map-to-fly-on = Pas encore de point d'armement : il n'y a pas de carte où voler
 no-autopilot-found-yet = Aucun autopilote trouvé jusqu'ici.
 no-autopilot-is-heard-at-autopilot-url-url-is-it-on-and = Aucun autopilote n'est entendu à autopilot.url { $url } : est-il allumé, et émet-il vers ici ?
@@ -694,6 +698,12 @@ the-battery-s-voltage-sags-words = La tension de la batterie s'effondre : { $wor
 the-battery-will-not-last-for-the-whole-survey-about-share = La batterie ne suffira pas pour tout le relevé : pour { $share } % environ.
 the-camera-gave-an-empty-picture = la caméra a donné une image vide
 the-camera-sees-the-drone-move-off-that-the-position-does = La caméra voit le drone se déplacer de { $off }, ce que la position ne montre pas.
+the-certificate-is-not-valid-yet-by-this-computer-s-clock = Le certificat n'est pas encore valide d'après l'horloge de cet ordinateur : les navigateurs peuvent le refuser.
+the-certificate-of-the-page-ends-in-days-days-replace-web =
+    { $days ->
+        [one] Le certificat de la page expire dans { $days } jour : remplacez web.tls_certificate.
+       *[other] Le certificat de la page expire dans { $days } jours : remplacez web.tls_certificate.
+    }
 the-charge-does-not-last-for-the-path-inside-the-fence = la charge ne suffit pas pour le chemin dans la géobarrière
 the-charge-is-not-known = la charge n'est pas connue
 the-climb-stopped = La montée s'est arrêtée.
@@ -711,6 +721,7 @@ the-drone-could-not-carry-that-out-an-error-inside-see-its = Le drone n'a pas pu
 the-drone-does-not-know-where-it-is-yet-the-fence-cannot-be = Le drone ne sait pas encore où il est : la géobarrière ne peut pas être placée
 the-drone-is-armed-or-not-heard = Le drone est armé, ou n'est pas entendu.
 the-drone-is-outside-the-fence = Le drone est hors de la géobarrière.
+the-drone-is-starting-send-it-again = Le drone démarre ; renvoyez la commande.
 the-drone-is-too-far-from-the-known-lot = le drone est trop loin du parking connu
 the-drone-may-be-damaged = Le drone est peut-être endommagé.
 the-drone-s-position-is-too-old = La position du drone est trop ancienne.
