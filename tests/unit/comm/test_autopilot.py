@@ -177,7 +177,7 @@ async def test_a_link_that_cannot_be_opened_says_why_and_is_tried_again(rig: Rig
         (
             Hearing(second_sender="10.0.0.6:5 (system 2) sends."),
             "No copter is heard at autopilot.url 'udpin://127.0.0.1:14550': is it on? "
-            "Heard there: 10.0.0.6:5 (system 2) sends",
+            "Heard there: 10.0.0.6:5 (system 2) sends.",
         ),
     ],
 )
@@ -860,4 +860,4 @@ async def test_of_several_copters_the_problem_names_them(rig: Rig) -> None:
     rig.link.appears, rig.link.heard = False, Hearing(second_sender=words)
     await rig.autopilot.start()
     await until(lambda: bool(rig.autopilot.problem))
-    assert rig.autopilot.problem == f"autopilot.url 'udpin://127.0.0.1:14550': {words[:-1]}"
+    assert rig.autopilot.problem == f"autopilot.url 'udpin://127.0.0.1:14550': {words}"
