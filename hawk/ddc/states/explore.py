@@ -24,7 +24,6 @@ SETTLE_S = 0.5
 NEWS_M = 8.0
 NEWS_S = 5.0
 """A new target is reported when it is this far from the last one reported, and not more often than this."""
-OUTSIDE_PATH = say("The way there leaves the fence.")
 
 
 class Travelling:
@@ -37,6 +36,8 @@ class Travelling:
         self._has_sent = False
         self.obstacle = ""
         """Reason why the drone is not led on at the moment; empty when it is."""
+        self.is_way_barred = False
+        """The reason is the fence, or a zone in it."""
 
     def restart(self) -> None:
         """Lead on from where the drone is: the path is another one."""
@@ -54,6 +55,7 @@ class Travelling:
         Below ``lowest`` (m, Min without one) the drone climbs before it goes across.
         """
         acts = self._guided.reach(facts)
+        self.is_way_barred = False
         if not self._guided.is_reached:
             self.obstacle = self._guided.reason or say("Waiting for GUIDED.")
             return acts
@@ -62,7 +64,9 @@ class Travelling:
             self.obstacle = say("The drone's position is too old.")
             return ()
         if fence is None or not path_is_inside(fence, place.point, goal.point):
-            self.obstacle = OUTSIDE_PATH if fence is None else say("The way there {what}.", what=path_words(fence))
+            self.is_way_barred = True
+            what = say("leaves the fence") if fence is None else path_words(fence)
+            self.obstacle = say("The way there {what}.", what=what)
             return ()
         self.obstacle = facts.target_refusal if self._has_sent else ""
         self._has_sent = True

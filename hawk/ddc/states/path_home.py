@@ -15,7 +15,7 @@ from hawk.ddc.fence_path import is_in_sight, length, route_inside
 from hawk.ddc.geofence import contains, path_is_inside
 from hawk.ddc.motion import Goal, ProgressWatch, RouteFollower, stopping_point
 from hawk.ddc.settings import DdcSettings
-from hawk.ddc.states.explore import OUTSIDE_PATH, Travelling
+from hawk.ddc.states.explore import Travelling
 from hawk.ddc.words import metres, sentence
 from hawk.model.limits import Fence
 from hawk.model.plans import Route
@@ -198,7 +198,7 @@ class PathHome:
             return True
         if self._needs_path or max(facts.position.jump_m, facts.position.estimate_jump_m) > 0:
             return True
-        return self._travelling.obstacle == OUTSIDE_PATH and facts.now - self._planned >= PLAN_AGAIN_S
+        return self._travelling.is_way_barred and facts.now - self._planned >= PLAN_AGAIN_S
 
     def _plan(self, facts: Facts, place: MapPose) -> bool:
         fence, home = facts.limits.fence, facts.position.home

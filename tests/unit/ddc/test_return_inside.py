@@ -32,6 +32,9 @@ from tests.unit.ddc.written_facts import DATUM, SETTINGS, decider, flying, of_ki
 
 BENT = polygon_fence(U_SHAPE, 5.0, 100.0, 3.0)
 """Home stands between the feet of two arms, at 0, 0."""
+AWAY = ((90.0, -58.0), (90.0, -56.0), (92.0, -56.0))
+"""A zone at the far end of the west arm: no path comes near it."""
+ZONED = polygon_fence(U_SHAPE, 5.0, 100.0, 3.0, [AWAY])
 TICK_S = 0.05
 TOP_M = 60.0
 """Max: the return height."""
@@ -185,13 +188,18 @@ def test_a_drone_that_is_about_to_leave_the_sight_of_home_is_led() -> None:
     assert of_kind(acts, SendTarget)
 
 
-def test_a_path_that_the_wind_drove_it_off_is_planned_again() -> None:
-    made = returning(bent(10.0))
-    made.tick(bent(10.0))
+@pytest.mark.parametrize("limit", [BENT, ZONED], ids=["without zones", "with a zone"])
+def test_a_path_that_the_wind_drove_it_off_is_planned_again(limit: Fence) -> None:
+    def at(now: float, north: float = WEST_ARM.north, east: float = WEST_ARM.east) -> Facts:
+        facts = bent(now, north, east)
+        return replace(facts, limits=replace(facts.limits, fence=limit, held=limit))
+
+    made = returning(at(10.0))
+    made.tick(at(10.0))
     for k in range(40):
-        acts = made.tick(bent(10.1 + k * TICK_S, 80.0, 40.0)).acts
+        acts = made.tick(at(10.1 + k * TICK_S, 80.0, 40.0)).acts
     assert of_kind(acts, SendTarget)
-    assert made.state.route(bent(12.1, 80.0, 40.0))[1].east > 0
+    assert made.state.route(at(12.1, 80.0, 40.0))[1].east > 0
 
 
 def test_a_jump_of_the_position_gives_another_path() -> None:
@@ -312,7 +320,7 @@ def aged(seconds: float) -> Change:
         (home_outside, 0.0, path_home.NO_PATH),
         (charge(20.0), RESERVE_CONFIRM_S, path_home.TOO_FAR),
         (charge_unknown, 0.0, path_home.CHARGE_UNKNOWN),
-        (lambda facts: facts, PROGRESS_S, "no progress for 10 s"),
+        (lambda facts: facts, PROGRESS_S, "no progress on the path for 10 s"),
     ],
 )
 def test_on_the_way_it_goes_straight_when_the_path_cannot_be_flown_on(

@@ -804,7 +804,6 @@ the-target-is-not-finite-not-sent = The target is not finite: not sent
 the-target-is-where = the target is { $where }
 the-transmitter-is-not-ready-and-does-not-say-why = the transmitter is not ready, and does not say why
 the-way-home-is-right-again-the-return-begins-again = The way home is right again: the return begins again.
-the-way-there-leaves-the-fence = The way there leaves the fence.
 the-way-there-what = The way there { $what }.
 the-wind-is-too-strong = The wind is too strong.
 there = There.

@@ -838,7 +838,6 @@ the-target-is-not-finite-not-sent = La cible n'est pas finie : non envoyée
 the-target-is-where = la cible est { $where }
 the-transmitter-is-not-ready-and-does-not-say-why = l'émetteur n'est pas prêt, et ne dit pas pourquoi
 the-way-home-is-right-again-the-return-begins-again = Le chemin de retour est de nouveau correct : le retour recommence.
-the-way-there-leaves-the-fence = Le chemin vers ce point sort de la géobarrière.
 the-way-there-what = Le chemin vers ce point { $what }.
 the-wind-is-too-strong = Le vent est trop fort.
 there = Arrivé.
