@@ -98,7 +98,7 @@ def test_no_target_is_sent_without_guided_a_place_and_a_free_way_and_the_reason_
     assert travelling.process(refused, PLACE) == ()
     assert (travelling.obstacle, travelling.refusal) == ("no GPS", "no GPS")
     assert travelling.process(without_pose(flying(0.2)), PLACE) == ()
-    assert (travelling.obstacle, travelling.refusal) == ("The position is too old.", "")
+    assert (travelling.obstacle, travelling.refusal) == ("The drone's position is too old.", "")
     facts = flying(0.3)
     assert travelling.process(replace(facts, limits=replace(facts.limits, fence=None)), PLACE) == ()
     assert travelling.obstacle == "The way there leaves the fence."

@@ -155,7 +155,7 @@ async def test_a_home_that_stays_moved_refuses_tasks_and_ends_the_flight(flying:
     flying.expect(S.HOVER)
     await flying.run(1.5)
     assert flying.state is not S.HOVER
-    assert any("it cannot be put back: home" in text for text in flying.log)
+    assert any("it cannot be put back: its home" in text for text in flying.log)
 
 
 async def test_a_return_waits_until_home_is_back(flying: Rig) -> None:

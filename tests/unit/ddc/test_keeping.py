@@ -481,7 +481,7 @@ def home_at(facts: Facts, away: float, moved_s: float | None) -> Facts:
 
 
 @pytest.mark.parametrize(
-    ("away", "moved_s", "lost"), [(60.0, LOST_S - 0.1, ()), (60.0, LOST_S, ("home",)), (0.0, 20.0, ())]
+    ("away", "moved_s", "lost"), [(60.0, LOST_S - 0.1, ()), (60.0, LOST_S, ("its home",)), (0.0, 20.0, ())]
 )
 def test_home_that_stays_moved_for_ten_seconds_is_lost(away: float, moved_s: float, lost: tuple[str, ...]) -> None:
     assert KeptHome.lost(home_at(flying(1.0), away, moved_s)) == lost
