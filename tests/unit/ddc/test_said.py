@@ -1,4 +1,4 @@
-"""What operators read of the program is sentences: the page has words for their codes in its language."""
+"""Sentences are all that operators read of the program: the page has words for their codes in its language."""
 
 from __future__ import annotations
 
