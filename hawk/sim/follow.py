@@ -23,7 +23,7 @@ RATE_HZ = {
 STALE_S = 1.0
 FOLLOW_SHARE = 0.2
 """Share by which one SIM_STATE corrects the error of the estimate: it has no time stamp, so that it is some hundredths
-of a second beside the position that it is compared with."""
+of a second beside the moment that it is taken for, that of the newest ATTITUDE."""
 LEAP_M = 2.0
 """An error that differs by more is taken at once: the estimate leapt."""
 
@@ -35,6 +35,14 @@ class _Position:
     east: float
     height: float
     velocity: tuple[float, float, float]
+
+    def at(self, stamp: float) -> _Position:
+        """Return the position at another moment, seconds of the vehicle's clock."""
+        ahead = stamp - self.stamp
+        north, east, down = self.velocity
+        return _Position(
+            stamp, self.north + north * ahead, self.east + east * ahead, self.height - down * ahead, self.velocity
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +81,7 @@ class Follower:
         self._vehicle: tuple[int, int] | None = None
         self._position: _Position | None = None
         self._error = _Error()
-        self._yaw = 0.0
+        self._stamp, self._yaw = 0.0, 0.0
         self._next_slot = -math.inf
         self._asked = -math.inf
         self._shots: list[Shot] = []
@@ -123,8 +131,9 @@ class Follower:
     def _take_truth(self, message: Any) -> None:
         """Compare the estimate with the truth of about the same moment."""
         position = self._position
-        if position is None or not message.lat_int:
+        if position is None or not message.lat_int or abs(self._stamp - position.stamp) > STALE_S:
             return
+        position = position.at(self._stamp)
         place = (message.lat_int * 1e-7, message.lon_int * 1e-7, self._origin.altitude)
         north, east, _ = self._origin.to_world(*place)
         up = message.alt - self._origin.altitude
@@ -138,21 +147,21 @@ class Follower:
         self._position = _Position(message.time_boot_ms * 1e-3, north, east, message.relative_alt * 1e-3, velocity)
 
     def _take_attitude(self, message: Any) -> None:
-        stamp, self._yaw = message.time_boot_ms * 1e-3, message.yaw
+        stamp = message.time_boot_ms * 1e-3
+        self._stamp, self._yaw = stamp, message.yaw
         if self._next_slot - stamp > 1.0:
             self._next_slot = stamp  # the vehicle booted again
         position = self._position
         if position is None or stamp < self._next_slot or abs(stamp - position.stamp) > STALE_S:
             return
         self._next_slot = stamp + FRAME_S if stamp - self._next_slot > FRAME_S else self._next_slot + FRAME_S
-        ahead, error = stamp - position.stamp, self._error
-        north, east, down = position.velocity
+        position, error = position.at(stamp), self._error
         self.last = Shot(
             stamp=stamp,
             slot=self._clock(),
-            x_east=position.east + east * ahead - error.east,
-            y_south=-(position.north + north * ahead - error.north),
-            height=max(0.0, position.height - down * ahead - error.up),
+            x_east=position.east - error.east,
+            y_south=-(position.north - error.north),
+            height=max(0.0, position.height - error.up),
             roll=message.roll,
             pitch=message.pitch,
             yaw=message.yaw - error.yaw,
