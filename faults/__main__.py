@@ -9,8 +9,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from faults.fault import Outcome
-from faults.report import BEGIN, line, merged, names, rewrite, summary
+from faults.report import names, reporter, summary
 from faults.run import ALL, SEED, START, run_faults
 from hawk.simulation import SimulationOptions
 
@@ -36,15 +35,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 0
     world = SimulationOptions(seed=SEED, start=START, speed=options.speed)
     with tempfile.TemporaryDirectory(prefix="hawk-faults-") as folder:
-        outcomes = asyncio.run(run_faults(faults, options.out or Path(folder), world, _say))
-    if options.write is not None:
-        rewrite(options.write, merged(options.write, outcomes, ALL, BEGIN))
+        outcomes = asyncio.run(run_faults(faults, options.out or Path(folder), world, reporter(options.write, ALL)))
     print(summary(outcomes))
     return 0 if all(outcome.passed for outcome in outcomes) else 1
-
-
-def _say(outcome: Outcome) -> None:
-    print(line(outcome), flush=True)
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Final
 
 from faults.fault import Fault
-from faults.report import line, merged, names, rewrite, summary
+from faults.report import names, reporter, summary
 from faults.run import ALL, SEED, START, run_faults
 from faults.table_vehicle import VEHICLE
 from faults.vehicle import ArduCopter, can_be_given
@@ -45,10 +45,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return EXIT_USAGE
     set_session_niceness(SIMULATOR_NICENESS)  # the proxy is part of the link, and must not delay it
     folder = options.out or Path(tempfile.mkdtemp(prefix="hawk-ardupilot-"))
-    outcomes = asyncio.run(run_faults(flights, folder, world, lambda outcome: print(line(outcome), flush=True), copter))
-    if options.write is not None:
-        text = merged(options.write, outcomes, selected((), fitting(ALL)), BEGIN)
-        rewrite(options.write, text, BEGIN)
+    report = reporter(options.write, selected((), fitting(ALL)), BEGIN)
+    outcomes = asyncio.run(run_faults(flights, folder, world, report, copter))
     passed = all(outcome.passed for outcome in outcomes)
     print(summary(outcomes) + ("" if passed else f"; logs: {folder}"))
     if passed and options.out is None:

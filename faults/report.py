@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -64,6 +64,23 @@ def rewrite(page: Path, text: str, mark: str = BEGIN) -> None:
     if not begin or not end:
         raise ValueError(f"{page} has no section between {mark!r} and {END!r}: add the two lines")
     page.write_text(f"{before}{mark}\n\n{text}\n\n{END}{after}")
+
+
+def reporter(page: Path | None, order: Sequence[Fault], mark: str = BEGIN) -> Callable[[Outcome], None]:
+    """Return what prints an outcome and writes its row at once: a run that is broken off has lost none.
+
+    Args:
+        page: The page with the table; None: nothing is written.
+        order: The faults in the order of their rows.
+        mark: Begin of the page's section.
+    """
+
+    def report(outcome: Outcome) -> None:
+        print(line(outcome), flush=True)
+        if page is not None:
+            rewrite(page, merged(page, (outcome,), order, mark), mark)
+
+    return report
 
 
 def line(outcome: Outcome) -> str:

@@ -43,7 +43,7 @@ from faults.fault import (
 )
 from faults.keeping import Kept, lost
 from faults.proxy import message
-from faults.report import BEGIN, END, line, merged, names, rewrite, table
+from faults.report import BEGIN, END, line, merged, names, reporter, rewrite, table
 from faults.run import ALL, SHORT
 from hawk.comm.status import CheckItem, HealthItem, Heartbeat, LogEntry
 from hawk.model.lot_map import Stall, StallState
@@ -238,6 +238,19 @@ def test_a_part_of_the_faults_replaces_its_own_rows_of_the_table_only(tmp_path: 
     page.write_text(f"{BEGIN}\n\n{former}\n\n{END}\n")
     new = merged(page, [Outcome(second, (2.0,)), Outcome(third, (4.0,))], (first, second, third), BEGIN)
     assert new == table([Outcome(first, (1.0,)), Outcome(second, (2.0,)), Outcome(third, (4.0,))])
+
+
+def test_each_outcome_is_in_the_table_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    first, second = (Fault(name, When.HOVERING, (See(DOWN, 9.0),)) for name in ("one", "two"))
+    page = tmp_path / "page.md"
+    page.write_text(f"{BEGIN}\n\n{END}\n")
+    report = reporter(page, (first, second))
+    report(Outcome(second, (2.0,)))
+    assert "| two | hovering |" in page.read_text()
+    report(Outcome(first, (1.0,)))
+    assert page.read_text() == f"{BEGIN}\n\n{table([Outcome(first, (1.0,)), Outcome(second, (2.0,))])}\n\n{END}\n"
+    reporter(None, (first,))(Outcome(first, (1.0,)))
+    assert capsys.readouterr().out.splitlines()[-1] == "ok     hovering: one: 1 s"
 
 
 def test_words_of_no_fault_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
