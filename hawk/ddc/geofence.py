@@ -245,9 +245,9 @@ def leads_inside(fence: Fence, start: MapPoint, end: MapPoint) -> bool:
 def last_inside(fence: Fence, start: MapPoint, end: MapPoint) -> MapPoint:
     """Return the end of a straight path that begins inside and leaves our fence: `EDGE_MARGIN_M` before it leaves."""
     inside = shape(fence).intersection(LineString([(start.north, start.east), (end.north, end.east)]))
-    first = min(shapely.get_parts(inside), key=lambda part: part.distance(Point(start.north, start.east)), default=None)
-    if first is None:
+    if inside.is_empty:
         return start
+    first = min(shapely.get_parts(inside), key=lambda part: part.distance(Point(start.north, start.east)))
     length = max(math.dist((start.north, start.east), corner) for corner in first.coords)
     share = max(length - EDGE_MARGIN_M, 0.0) / max(start.distance(end), 1e-9)
     return MapPoint(start.north + (end.north - start.north) * share, start.east + (end.east - start.east) * share)

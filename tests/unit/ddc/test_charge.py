@@ -294,6 +294,21 @@ class TestTheCounter:
         assert facts.doubt.startswith("the counter fell by ")
         assert facts.believed == pytest.approx(100.0 - 400.0 * ASSUMED_DRAIN, abs=1.5)
 
+    @pytest.mark.parametrize("percentage", [-0.5, math.nan, math.inf])
+    def test_one_that_is_no_number_says_nothing(self, percentage: float) -> None:
+        facts = ChargeWatch(LIPO).update(BatteryInfo(percentage, 12.0, 10.0, 1.0), (3,), 1.0, is_airborne=True)
+        assert (facts.counter, facts.believed) == (None, None)
+
+    @pytest.mark.parametrize(("drained", "doubted"), [(4.7, False), (4.6, True)])
+    def test_the_slowest_that_is_believed_empties_a_battery_in_an_hour(self, drained: float, doubted: bool) -> None:
+        """In 240 s such a drone uses 6.7 %; two of them are the counter's rounding."""
+        watch = ChargeWatch(LIPO)
+        facts = ChargeFacts()
+        for second in range(241):
+            info = BatteryInfo(90.0 - drained * second / 240, 3 * 4.0, 10.0, float(second))
+            facts = watch.update(info, (3,), float(second), is_airborne=True)
+        assert bool(facts.doubt) is doubted
+
     @pytest.mark.parametrize("rise", [5.0, 25.0])
     def test_one_that_begins_again_is_not_believed(self, rise: float) -> None:
         pack = Pack()

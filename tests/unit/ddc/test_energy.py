@@ -37,6 +37,43 @@ def test_old_readings_are_forgotten() -> None:
     assert watch.drain == pytest.approx(ASSUMED_DRAIN, abs=0.02)
 
 
+def test_twenty_seconds_of_flight_are_measured_and_a_minute_is_remembered() -> None:
+    watch = BatteryWatch(20)
+    for second in range(20):
+        watch.update(90 - 0.2 * second, float(second))
+        assert watch.measured is None
+    watch.update(90 - 0.2 * 20, 20.0)
+    assert watch.measured == pytest.approx(0.2)
+    watch.reset()
+    watch.update(30, 0.0)
+    for second in range(1, 61):
+        watch.update(90 - 0.2 * second, float(second))
+    assert watch.measured != pytest.approx(0.2, rel=0.01), "the first reading still counts"
+    watch.update(90 - 0.2 * 61, 61.0)
+    assert watch.measured == pytest.approx(0.2)
+
+
+def test_two_readings_are_no_drain() -> None:
+    watch = BatteryWatch(20)
+    for second, charge in ((0.0, 90.0), (30.0, 80.0)):
+        watch.update(charge, second)
+    assert watch.measured is None
+    watch.update(70.0, 60.0)
+    assert watch.measured == pytest.approx(1 / 3)
+
+
+def test_the_charge_lasts_while_five_percent_are_left_at_the_end() -> None:
+    watch = BatteryWatch(20)
+    flight = watch.reserve(50, 100, 30, 60, 4).flight
+    assert flight == pytest.approx(1.3 * ASSUMED_DRAIN * seconds_home(100, 30, 60, 4))
+    assert watch.reserve(flight + 5.0001, 100, 30, 60, 4).lasts
+    assert not watch.reserve(flight + 4.9999, 100, 30, 60, 4).lasts
+    assert watch.reserve(50, 100, 30, 60, 0.1).flight == watch.reserve(50, 100, 30, 60, 0.5).flight
+    found = watch.reserve(50, 100, 30, 60, 4)
+    assert found.time_left == pytest.approx((50 - 20 - flight) / ASSUMED_DRAIN)
+    assert (found.percentage, found.needed) == (50, 20 + flight)
+
+
 def test_readings_come_often_and_one_a_second_counts() -> None:
     watch = BatteryWatch(20)
     for tick in range(1200):

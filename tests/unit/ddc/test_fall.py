@@ -278,6 +278,21 @@ def test_the_place_follows_it_for_some_seconds_and_arming_ends_it() -> None:
     assert world.fall is None
 
 
+def test_the_place_follows_for_five_seconds_after_the_motors_went_off() -> None:
+    watch, changed = FallWatch(), []
+    before: Fall | None = None
+    for step in range(161):
+        now = 1.0 + step / 16
+        armed = now <= 5.0
+        said = replace(flying_facts(now).ground, armed_said=armed, landed_said=AIR, landed_age=0.0)
+        belief = Belief(VehicleState(True, armed, 4, AIR, now, now), said, Motion(10.0, 0.0))
+        fall = watch.update(belief, GlobalPose(43.0, now, 100.0), now, UTC_START + now)
+        if fall != before:
+            changed.append(now)
+        before = fall
+    assert (changed[0], changed[-1]) == (5.0 + 1 / 16, 10.0 + 1 / 16)
+
+
 def test_nothing_is_judged_of_a_flight_of_which_nothing_was_seen() -> None:
     watch = FallWatch()
     armed = Belief(VehicleState(True, True, 4, AIR, 1.0, 1.0), flying_facts(1.0).ground)
