@@ -176,30 +176,29 @@ def _check_whole(polygon: Ring, zones: Sequence[Ring], margin: float) -> None:
     """Raise FenceError naming the zone with which the inside is no longer one piece."""
     if _is_whole(_pieces(polygon, zones)):
         return
-    for number in range(1, len(zones) + 1):
-        pieces = _pieces(polygon, zones[:number])
-        if not pieces:
-            raise FenceError(
-                say(
-                    "Zone {number}: with {margin:g} m around it nothing is left to fly in: draw it smaller.",
-                    number=number,
-                    margin=margin,
-                )
+    number = next(count for count, _ in enumerate(zones, 1) if not _is_whole(_pieces(polygon, zones[:count])))
+    pieces = _pieces(polygon, zones[:number])
+    if not pieces:
+        raise FenceError(
+            say(
+                "Zone {number}: with {margin:g} m around it nothing is left to fly in: draw it smaller.",
+                number=number,
+                margin=margin,
             )
-        if not _is_whole(pieces):
-            raise FenceError(
-                say(
-                    "Zone {number}: with {margin:g} m around it, it cuts {area:.0f} m² off the inside of the fence: "
-                    "move it, draw it smaller, or draw the fence so that this part lies outside.",
-                    number=number,
-                    margin=margin,
-                    area=pieces[1].area,
-                )
-            )
+        )
+    raise FenceError(
+        say(
+            "Zone {number}: with {margin:g} m around it, it cuts {area:.0f} m² off the inside of the fence: "
+            "move it, draw it smaller, or draw the fence so that this part lies outside.",
+            number=number,
+            margin=margin,
+            area=pieces[1].area,
+        )
+    )
 
 
 def _is_whole(pieces: Sequence[Polygon]) -> bool:
-    return len(pieces) == 1 or (len(pieces) > 1 and pieces[1].area <= POCKET_M2)
+    return bool(pieces) and all(piece.area <= POCKET_M2 for piece in pieces[1:])
 
 
 def circle(centre: MapPoint, radius: float) -> Ring:

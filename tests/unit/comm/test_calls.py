@@ -9,8 +9,10 @@ from collections.abc import AsyncIterator
 
 import pytest
 
-from hawk.comm.calls import HANGING_LIMIT, RECENT_S, Calls
+from hawk.comm.calls import Calls
 from hawk.comm.vehicle import AutopilotError
+from hawk.ddc.acts import Ask, SetMode
+from hawk.model.vehicle import CopterMode
 from tests.manual_clock import ManualClock
 from tests.unit.comm.waiting import until
 
@@ -69,15 +71,17 @@ async def test_one_that_comes_back_late_counts_for_a_minute(rig: Rig) -> None:
     rig.let_go.set()
     await until(lambda: "returned late" in rig.calls.health.reason)
     assert rig.calls.overdue == 1
-    rig.clock.advance(RECENT_S + 1.0)
+    rig.clock.advance(61.0)
     assert rig.calls.overdue == 0
     assert rig.calls.health.is_healthy
 
 
 async def test_when_too_many_hang_no_other_is_begun_but_the_urgent(rig: Rig) -> None:
-    for _ in range(HANGING_LIMIT):
+    for _ in range(15):
         await rig.let_one_hang()
-    with pytest.raises(AutopilotError, match=f"read: not begun, {HANGING_LIMIT} calls hang"):
+    assert await rig.calls.run("read", lambda: 7, deadline_s=10.0) == 7
+    await rig.let_one_hang()
+    with pytest.raises(AutopilotError, match="read: not begun, 16 calls hang"):
         await rig.calls.run("read", lambda: 7)
     assert await rig.calls.run("kill", lambda: 8, deadline_s=10.0, urgent=True) == 8
 
@@ -104,6 +108,67 @@ async def test_a_call_of_another_thread_is_counted(rig: Rig) -> None:
     rig.calls.note_overdue("target")
     assert rig.told == ["target"]
     assert "target" in rig.calls.health.reason
+
+
+async def test_a_minute_after_it_came_back_a_late_call_counts_no_more(rig: Rig) -> None:
+    await rig.let_one_hang()
+    rig.let_go.set()
+    await until(lambda: "returned late" in rig.calls.health.reason)
+    rig.clock.advance(60.0)
+    assert rig.calls.overdue == 1
+    rig.clock.advance(0.1)
+    assert rig.calls.overdue == 0
+
+
+async def test_each_late_call_counts_from_its_own_return(rig: Rig) -> None:
+    rig.clock.advance(100.0)
+    await rig.let_one_hang()
+    rig.let_go.set()
+    await until(lambda: "returned late" in rig.calls.health.reason)
+    rig.clock.advance(50.0)
+    rig.let_go.clear()
+    await rig.let_one_hang()
+    rig.let_go.set()
+    await until(lambda: "returned late" in rig.calls.health.reason)
+    assert rig.calls.overdue == 2
+    rig.clock.advance(11.0)
+    assert rig.calls.overdue == 1
+
+
+def test_a_call_may_take_longer_than_mavsdk_waits_and_ends_before_its_request_does() -> None:
+    assert 2.0 < Calls("test").deadline_s < Ask(SetMode(CopterMode.RTL), 0.0).limit_s
+
+
+async def test_hanging_calls_are_named_once_each(rig: Rig) -> None:
+    for name in ("mode", "arm", "arm"):
+        await rig.let_one_hang(name)
+    assert rig.calls.health.reason == "MAVSDK does not return: arm, mode. Restart the program on the ground."
+
+
+async def test_a_call_is_under_way_until_it_returns(rig: Rig) -> None:
+    first = asyncio.create_task(rig.calls.run("one", rig.hang, deadline_s=10.0))
+    assert await rig.calls.run("two", lambda: 2, deadline_s=10.0) == 2
+    assert not await rig.calls.finish(0.0), "the first is under way"
+    rig.let_go.set()
+    assert await first == "late"
+    assert await rig.calls.finish(0.0)
+
+
+def test_a_call_that_returns_after_the_loop_ended_is_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
+    raised: list[object] = []
+    monkeypatch.setattr(threading, "excepthook", raised.append)
+    let_go = threading.Event()
+
+    async def leave() -> None:
+        calls = Calls("left", 0.01)
+        with pytest.raises(AutopilotError):
+            await calls.run("arm", let_go.wait, 30.0)
+
+    asyncio.run(leave())
+    (thread,) = (each for each in threading.enumerate() if each.name == "left")
+    let_go.set()
+    thread.join(2.0)
+    assert raised == []
 
 
 async def test_a_hanging_call_does_not_keep_the_process(rig: Rig) -> None:

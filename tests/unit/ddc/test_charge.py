@@ -410,6 +410,15 @@ class TestChemistry:
         assert chemistry.land_v < chemistry.return_v <= chemistry.low[0] + 0.1 < chemistry.low_usual < chemistry.low[1]
         assert chemistry.resting[0] < chemistry.resting[1]
 
+    def test_the_rows_are_evenly_spaced(self) -> None:
+        assert [charge for _, charge in LIPO.at_rest] == [5.0 * row for row in range(21)]
+        for chemistry in (LIHV, LIION):
+            assert [charge for _, charge in chemistry.at_rest] == [0.0, 5.0, *(10.0 * row for row in range(1, 11))]
+
+    @pytest.mark.parametrize(("volts", "cells"), [(10.5, (3,)), (12.75, (3,)), (12.76, ()), (10.49, ()), (8.5, (2,))])
+    def test_the_limits_of_a_count(self, volts: float, cells: tuple[int, ...]) -> None:
+        assert LIPO.possible_cells(volts, None, in_flight=False) == cells
+
     @given(st.floats(0.0, 6.0), st.floats(0.0, 6.0))
     def test_more_volts_are_never_less_charge(self, one: float, other: float) -> None:
         low, high = sorted((one, other))

@@ -108,6 +108,9 @@ class TestOutline:
     def test_the_first_fault_is_told(self, ring: Ring, words: str) -> None:
         assert refusal(ring) == words
 
+    def test_the_width_is_measured_wherever_the_drone_is(self) -> None:
+        assert refusal(box(3000, 3000, 6000, 6000)) == ""
+
     def test_corners_half_a_metre_apart_are_two(self) -> None:
         assert refusal(((0, 0), (0.5, 0), (40, 0), (40, 40), (0, 40))) == ""
 
@@ -125,6 +128,7 @@ class TestOutline:
             (((0, 40), (0, 0), (40, 40), (40, 0)), "the sides 2-3 and 4-1 cross"),
             (((0, 0), (40, 0), (40, 40), (20, -10), (0, 40)), "the sides 1-2 and 3-4 cross"),
             (((0, 0), (40, 0), (20, 0), (20, 30)), "the sides 1-2 and 3-4 cross"),
+            (((-40, 20), (0, 0), (40, 40), (40, 0), (0, 40)), "the sides 2-3 and 4-5 cross"),
             (((0, 0), (40, 0), (20, 0)), "a side lies on its neighbour"),
         ],
     )
@@ -159,6 +163,22 @@ class TestMargins:
         for ring in (box(0, 0, 10, 100), box(0, 0, 9, 100)):
             with pytest.raises(FenceError, match="nothing whole is left 5 m inside"):
                 polygon_fence(ring, 5, 100, 3)
+
+    @pytest.mark.parametrize(("sharpness", "reach", "cut"), [(4.5, 22.0, False), (5.5, 27.0, True)])
+    def test_a_corner_that_points_inwards_keeps_up_to_five_margins(
+        self, sharpness: float, reach: float, cut: bool
+    ) -> None:
+        """The tip of a notch; ``sharpness``: distance of the uncut corner of our limit from the tip, in margins."""
+        half = 100 * math.tan(math.asin(1 / sharpness))
+        notched = ((100, -100), (100, -half), (0, 0), (100, half), (100, 100), (-100, 100), (-100, -100))
+        fence = polygon_fence(notched, 5, 100, 3)
+        assert contains(fence, MapPoint(-reach, 0)) is cut
+        assert not contains(fence, MapPoint(-4.9, 0))
+
+    def test_two_rooms_with_a_passage_narrower_than_the_margins(self) -> None:
+        rooms = ((0, 0), (60, 0), (60, 28), (100, 28), (100, 0), (160, 0), (160, 60), (100, 60), (100, 33), (60, 33))
+        with pytest.raises(FenceError, match="too narrow"):
+            polygon_fence((*rooms, (60, 60), (0, 60)), 5, 100, 3)
 
     def test_a_zone_that_cuts_off_more_than_a_sliver(self) -> None:
         with pytest.raises(FenceError, match=r"^Zone 2: with 5 m around it, it cuts 1200 m² off the inside"):
@@ -236,6 +256,10 @@ class TestStops:
         stop = last_inside(FENCE, MapPoint(10, 20), MapPoint(10 + 60, 20 + 80))
         assert (stop.north, stop.east) == pytest.approx((10 + 29.7, 20 + 39.6))
 
+    def test_a_stop_less_than_a_metre_on_counts_as_well(self) -> None:
+        stop = last_inside(FENCE, MapPoint(59.4, 0), MapPoint(60.2, 0))
+        assert (stop.north, stop.east) == pytest.approx((59.5, 0))
+
     def test_before_the_first_zone_on_the_path(self) -> None:
         stop = last_inside(ZONED, MapPoint(15, -40), MapPoint(15, 80))
         assert (stop.north, stop.east) == pytest.approx((15, 4.5))
@@ -268,6 +292,12 @@ class TestRecovery:
             near = MapPoint(-10 - math.cos(math.radians(degrees)), -math.sin(math.radians(degrees)))
             back = inside_point(bent, near)
             assert 2.0 - 1e-9 <= math.dist((back.north, back.east), (-10, 0)) <= 2.02
+
+    def test_without_zones_it_is_that_deep_even_behind_a_strip_of_the_fence(self) -> None:
+        strip = ((0, 0), (60, 0), (60, 20), (1, 20), (1, 22), (50, 22), (50, 23), (0, 23))
+        fence = replace(FENCE, polygon=strip)
+        back = inside_point(fence, MapPoint(40, 24))
+        assert (back.north, back.east) == pytest.approx((40, 18), abs=0.011)
 
     def test_one_too_narrow_for_the_depth_has_a_middle(self) -> None:
         narrow = polygon_fence(box(0, 0, 13, 100), 5, 100, 3)

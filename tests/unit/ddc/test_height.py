@@ -155,6 +155,92 @@ def test_a_doubt_stays_without_witnesses_and_ends_on_the_ground() -> None:
     assert not flight.facts().is_doubted
 
 
+def test_gnss_counts_from_where_it_stood() -> None:
+    watch = HeightWatch()
+    watch.note_gnss(0.0, 103.0, 1.0, 100.0)
+    watch.stand()
+    watch.note_gnss(10.0, 103.0, 1.0, 108.0)
+    assert watch.look(10.0, 8.0).by_gnss == pytest.approx(8.0)
+    smoothed = HeightWatch()
+    smoothed.note_gnss(0.0, 103.0, 1.0, 100.0)
+    smoothed.note_gnss(3.0, 103.0, 1.0, 108.0)
+    assert smoothed.look(3.0, 8.0).by_gnss == pytest.approx(8.0 * (1.0 - math.exp(-1.0))), "in 3 s"
+
+
+@pytest.mark.parametrize(("accuracy", "taken"), [(None, True), (4.9, True), (5.0, True), (5.1, False)])
+def test_the_worst_accuracy_that_is_taken(accuracy: float | None, taken: bool) -> None:
+    watch = HeightWatch()
+    watch.note_gnss(0.0, 100.0, 1.0, 100.0)
+    watch.note_gnss(10.0, 100.0, accuracy, 106.0)
+    assert watch.look(10.0, 6.0).by_gnss == (6.0 if taken else None)
+
+
+def contradicting(gnss: float, ground: float, seconds: float = 2.0) -> HeightFacts:
+    """GNSS and the rangefinder are off by so much at once, for a time."""
+    watch = HeightWatch()
+    watch.note_gnss(0.0, 100.0, 1.0, 100.0)
+    watch.note_range(0.0, 0.0)
+    facts = watch.look(0.0, 20.0)
+    for tick in range(round(seconds * 16) + 1):
+        now = 10.0 + tick / 16
+        watch.note_gnss(now, 100.0, 1.0, 100.0 + gnss)
+        watch.note_range(now, ground)
+        facts = watch.look(now, 20.0)
+    return facts
+
+
+@pytest.mark.parametrize(
+    ("gnss", "ground", "doubted"),
+    [
+        (4.0, 2.5, True),
+        (2.5, 4.0, True),
+        (-4.0, -2.5, True),
+        (3.9, 3.9, False),
+        (6.0, 2.4, False),
+        (-6.0, -2.4, False),
+        (6.0, -6.0, False),
+    ],
+)
+def test_how_far_two_witnesses_must_be_off(gnss: float, ground: float, doubted: bool) -> None:
+    assert contradicting(gnss, ground).is_doubted is doubted
+
+
+def test_a_second_must_pass_before_it_is_doubted() -> None:
+    assert not contradicting(6.0, 6.0, 1.0 - 1 / 16).is_doubted
+    assert contradicting(6.0, 6.0, 1.0).doubted_s == 0.0
+
+
+def test_what_is_off_is_the_mean_of_those_that_agree_on_the_side() -> None:
+    assert HeightFacts(6.0, 5.0, 1.0, doubted_s=0.0).off == 5.5
+    assert HeightFacts(-6.0, -5.0, 2.5, doubted_s=0.0).off == -5.5
+    assert HeightFacts(2.5, 6.5, None, doubted_s=0.0).off == 4.5
+    assert HeightFacts(6.0, 5.0, 1.0).off == 0.0
+    assert HeightFacts(30.0, 30.0, None, 20.0, 0.0).words.endswith("20 m, truly about 0 m.")
+
+
+@pytest.mark.parametrize("silent_s", [SILENT_S, SILENT_S + 0.1])
+def test_a_witness_counts_for_five_seconds(silent_s: float) -> None:
+    watch = HeightWatch()
+    watch.note_gnss(10.0, 100.0, 1.0, 100.0)
+    watch.note(GroundStep(9.0, 10.0, (0.0, 0.0), (0.0, 0.0), 0.0, 0.0, 20.0))
+    watch.note_range(10.0, 0.0)
+    late = watch.look(10.0 + silent_s, 20.0)
+    expected = 0.0 if silent_s <= 5.0 else None
+    assert (late.by_gnss, late.by_camera, late.by_range) == (expected, expected, expected)
+
+
+def test_a_minute_of_camera_and_rangefinder_counts() -> None:
+    watch = HeightWatch()
+    watch.note(GroundStep(0.0, 1.0, (0.0, 0.0), (0.0, 0.0), math.log(2.0), 0.0, 20.0))
+    for time, ground in ((1.0, 3.0), (2.0, 5.0)):
+        watch.note_range(time, ground)
+    for now, camera, ranged in ((61.0, 10.0, 4.0), (61.5, 0.0, 2.0)):
+        watch.note(GroundStep(now - 1, now, (0.0, 0.0), (0.0, 0.0), 0.0, 0.0, 20.0))
+        watch.note_range(now, 7.0)
+        found = watch.look(now, 20.0)
+        assert (found.by_camera, found.by_range) == (pytest.approx(camera), ranged)
+
+
 def test_words_without_a_reported_height() -> None:
     facts = HeightFacts(by_gnss=6.0, by_camera=5.0, doubted_s=1.0)
     assert facts.words == "The height is not what the autopilot reports: 6 m off."
