@@ -86,9 +86,8 @@ class BatteryWatch:
             return None
         count = len(self._samples)
         mean_t = sum(t for t, _ in self._samples) / count
-        mean_p = sum(p for _, p in self._samples) / count
         spread = sum((t - mean_t) ** 2 for t, _ in self._samples)
-        slope = sum((t - mean_t) * (p - mean_p) for t, p in self._samples) / spread
+        slope = sum((t - mean_t) * p for t, p in self._samples) / spread
         return max(-slope, ASSUMED_DRAIN / 3)
 
     def reserve(self, percentage: float, distance: float, height: float, return_height: float, speed: float) -> Reserve:

@@ -294,6 +294,17 @@ class TestTheCounter:
         assert facts.doubt.startswith("the counter fell by ")
         assert facts.believed == pytest.approx(100.0 - 400.0 * ASSUMED_DRAIN, abs=1.5)
 
+    def test_each_reading_of_the_voltage_counts_once(self) -> None:
+        watch = ChargeWatch(LIPO)
+        facts = ChargeFacts()
+        for tick in range(30):
+            old = BatteryInfo(90.0, 11.4, 10.0, 1.0)
+            facts = watch.update(old, (3,), 1.0 + tick / 20, is_airborne=False)
+        assert facts.volts == pytest.approx(3.8)
+        for time in (3.0, 4.0):
+            facts = watch.update(BatteryInfo(90.0, 12.0, 10.0, time), (3,), time, is_airborne=False)
+        assert facts.volts == pytest.approx(4.0), "the median of three readings"
+
     @pytest.mark.parametrize("percentage", [-0.5, math.nan, math.inf])
     def test_one_that_is_no_number_says_nothing(self, percentage: float) -> None:
         facts = ChargeWatch(LIPO).update(BatteryInfo(percentage, 12.0, 10.0, 1.0), (3,), 1.0, is_airborne=True)
@@ -418,6 +429,10 @@ class TestChemistry:
     @pytest.mark.parametrize(("volts", "cells"), [(10.5, (3,)), (12.75, (3,)), (12.76, ()), (10.49, ()), (8.5, (2,))])
     def test_the_limits_of_a_count(self, volts: float, cells: tuple[int, ...]) -> None:
         assert LIPO.possible_cells(volts, None, in_flight=False) == cells
+
+    @pytest.mark.parametrize(("chemistry", "volts"), [(LIPO, 16.6), (LIHV, 17.1), (LIION, 16.0)])
+    def test_in_flight_a_nearly_empty_larger_battery_is_possible_too(self, chemistry: Chemistry, volts: float) -> None:
+        assert chemistry.possible_cells(volts, None, in_flight=True) == (4, 5)
 
     @given(st.floats(0.0, 6.0), st.floats(0.0, 6.0))
     def test_more_volts_are_never_less_charge(self, one: float, other: float) -> None:

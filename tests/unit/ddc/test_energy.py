@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from hawk.ddc.energy import ASSUMED_DRAIN, BatteryWatch, seconds_home
+from hawk.ddc.energy import ASSUMED_DRAIN, BatteryWatch, Reserve, seconds_home
 
 
 def test_the_way_home_is_climb_flight_descent_and_landing() -> None:
@@ -51,6 +51,25 @@ def test_twenty_seconds_of_flight_are_measured_and_a_minute_is_remembered() -> N
     assert watch.measured != pytest.approx(0.2, rel=0.01), "the first reading still counts"
     watch.update(90 - 0.2 * 61, 61.0)
     assert watch.measured == pytest.approx(0.2)
+
+
+def test_a_burst_of_readings_in_one_second_is_one() -> None:
+    watch = BatteryWatch(20)
+    for second in range(31):
+        watch.update(90 - 0.2 * second, float(second))
+    for tick in range(1, 20):
+        watch.update(10.0, 30.0 + tick / 20)
+    watch.update(90 - 0.2 * 31, 31.0)
+    assert watch.measured == pytest.approx(0.2)
+
+
+def test_an_assumed_battery_is_empty_after_a_quarter_of_an_hour() -> None:
+    assert BatteryWatch(20).drain * 900 == pytest.approx(100.0)
+
+
+def test_five_percent_at_the_end_are_enough() -> None:
+    assert Reserve(15.0, 30.0, 0.0, flight=10.0).lasts
+    assert not Reserve(14.9, 30.0, 0.0, flight=10.0).lasts
 
 
 def test_two_readings_are_no_drain() -> None:

@@ -293,6 +293,33 @@ def test_the_place_follows_for_five_seconds_after_the_motors_went_off() -> None:
     assert (changed[0], changed[-1]) == (5.0 + 1 / 16, 10.0 + 1 / 16)
 
 
+def end_of_a_flight(*seen: tuple[float, float | None]) -> Fall | None:
+    """Return what is found of a drone that was seen at these times at these heights, and is disarmed at the last one.
+
+    It stands on the ground then, as far as it is seen.
+    """
+    watch = FallWatch()
+    ground = replace(flying_facts(0.0).ground, armed_said=True, landed_said=AIR, landed_age=0.0)
+    for now, height in seen:
+        belief = Belief(VehicleState(True, True, 4, AIR, now, now), ground, Motion(height, 0.0))
+        assert watch.update(belief, None, now, now) is None
+    now += 0.05
+    belief = Belief(VehicleState(True, False, 4, GROUND, now, now), ground, Motion(height, 0.0))
+    return watch.update(belief, None, now, now)
+
+
+@pytest.mark.parametrize(("metres_a_second", "falls"), [(1.5, False), (1.6, True), (60.0, True), (61.0, False)])
+def test_how_fast_a_drone_that_was_not_seen_came_down(metres_a_second: float, falls: bool) -> None:
+    found = end_of_a_flight((10.0, 4.0 * metres_a_second), (14.0, 0.0))
+    assert (found is not None) is falls
+
+
+def test_a_height_that_is_not_known_is_no_drop() -> None:
+    assert end_of_a_flight((10.0, None), (14.0, 0.0)) is None
+    assert end_of_a_flight((10.0, 20.0), (14.0, None)) is None
+    assert end_of_a_flight((10.0, 20.0), (11.0, 0.0)) is None, "it was seen all the time"
+
+
 def test_nothing_is_judged_of_a_flight_of_which_nothing_was_seen() -> None:
     watch = FallWatch()
     armed = Belief(VehicleState(True, True, 4, AIR, 1.0, 1.0), flying_facts(1.0).ground)

@@ -55,6 +55,44 @@ def test_a_heading_that_turns_away_is_doubted_at_the_limit(error: float) -> None
     )
 
 
+def turned(*turns: tuple[float, float], gaps: int = 0) -> HeadingWatch:
+    """Return a watch that saw the ground turn: ends of steps in seconds, and degrees."""
+    watch, last = HeadingWatch(), 0.0
+    for until, degrees in turns:
+        since = last + 0.01 if gaps > 0 and last > 0.0 else last
+        gaps -= since > last
+        watch.note(GroundStep(since, until, (0.0, 0.0), (0.0, 0.0), 0.0, -math.radians(degrees), 25.0))
+        last = until
+    return watch
+
+
+def test_turns_count_for_half_a_minute() -> None:
+    assert math.degrees(turned((1.0, 10.0), (31.0, 0.0)).facts(31.0).off) == pytest.approx(10.0)
+    assert turned((1.0, 10.0), (31.5, 0.0)).facts(31.5).off == 0.0
+
+
+@pytest.mark.parametrize(
+    ("off", "gaps", "doubted"),
+    [(24.9, 0, False), (25.1, 0, True), (-25.1, 0, True), (36.9, 1, False), (37.1, 1, True), (49.1, 2, True)],
+)
+def test_the_limit_is_wider_by_each_gap(off: float, gaps: int, doubted: bool) -> None:
+    watch = turned((1.0, off), (2.0, 0.0), (3.0, 0.0), (3.5, 0.0), gaps=gaps)
+    assert watch.facts(3.5).is_doubted is doubted
+
+
+def test_half_a_second_of_disagreement_is_a_doubt() -> None:
+    assert not turned((1.0, 30.0), (1.49, 0.0)).facts(1.49).is_doubted
+    assert turned((1.0, 30.0), (1.5, 0.0)).facts(2.5).doubted_s == 1.0
+
+
+@pytest.mark.parametrize(("back", "seconds", "doubted"), [(18.1, 10.0, False), (18.1, 9.9, True), (17.9, 20.0, True)])
+def test_it_ends_ten_seconds_after_the_heading_is_back_to_within_twelve_degrees(
+    back: float, seconds: float, doubted: bool
+) -> None:
+    watch = turned((1.0, 30.0), (1.5, 0.0), (2.0, -back), (2.0 + seconds, 0.0))
+    assert watch.facts(2.0 + seconds).is_doubted is doubted
+
+
 def test_a_gap_in_the_comparison_may_hide_a_part_of_a_turn() -> None:
     flight = Flight()
     flight.fly(4.0)
