@@ -94,6 +94,7 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
         "hawk/comm/telemetry.py",
         "hawk/ddc/belief.py",
         "hawk/ddc/home.py",
+        "hawk/ddc/facts.py",
         "hawk/ddc/silence.py",
         "hawk/ddc/topic_interface.py",
         "hawk/ddc/watches.py",
