@@ -9,14 +9,15 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from hawk.ddc.words import metres
 from hawk.model.ground_motion import GroundStep
 from hawk.model.sentences import say
 
 WINDOW_S = 60.0
-"""Time over which camera and rangefinder count, seconds: ground slopes, and their errors add up."""
+"""Time over which camera and rangefinder count, seconds: ground slopes, and their errors add up. While the height is
+doubted and GNSS says nothing, they count from before the doubt on: an error that stays is not over after this time."""
 LIMIT_M = 4.0
 """One witness must be so far off the reported height, metres ..."""
 SECOND_M = 2.5
@@ -46,6 +47,8 @@ class HeightFacts:
     """Metres above the arm place."""
     doubted_s: float | None = None
     """Seconds since the height has been doubted; None while it is not."""
+    last_off: float = 0.0
+    """`off` as a witness last said it: it counts while all of them are silent, metres."""
 
     @property
     def is_doubted(self) -> bool:
@@ -56,8 +59,10 @@ class HeightFacts:
     def off(self) -> float:
         """Metres by which the reported height is above the true one while it is doubted: the mean of the witnesses."""
         seen = [each for each in (self.by_gnss, self.by_camera, self.by_range) if each is not None]
-        if not self.is_doubted or not seen:
+        if not self.is_doubted:
             return 0.0
+        if not seen:
+            return self.last_off
         side = math.copysign(1.0, math.fsum(seen))
         agreeing = [each for each in seen if each * side >= SECOND_M] or seen
         return math.fsum(agreeing) / len(agreeing)
@@ -92,6 +97,7 @@ class HeightWatch:
         self._beyond_since: float | None = None
         self._since: float | None = None
         self._agreed_since: float | None = None
+        self._last_off = 0.0
 
     def stand(self) -> None:
         """Stand on the ground: this is where GNSS and the reported height agree."""
@@ -100,11 +106,11 @@ class HeightWatch:
 
     def note(self, step: GroundStep) -> None:
         """Take the camera's next step."""
-        _keep(self._sunk, step.until, step.height * (1.0 - math.exp(-step.stretch)))
+        self._keep(self._sunk, step.until, step.height * (1.0 - math.exp(-step.stretch)))
 
     def note_range(self, time: float, ground: float) -> None:
         """Take the ground's height by the rangefinder, metres above the arm place."""
-        _keep(self._ground, time, ground)
+        self._keep(self._ground, time, ground)
 
     def note_gnss(self, time: float, altitude: float, accuracy: float | None, reported: float) -> None:
         """Take the altitude by GNSS and the reported one of that moment, metres above sea level.
@@ -117,12 +123,14 @@ class HeightWatch:
         gain = 1.0 if self._apart is None or seconds > SILENT_S else 1.0 - math.exp(-seconds / SMOOTHING_S)
         self._apart = apart if self._apart is None else self._apart + gain * (apart - self._apart)
         self._apart_at = time
-        if self._on_ground is None:
+        if self._on_ground is None and self._since is None:  # a height that is doubted is no beginning
             self._on_ground = self._apart
 
     def look(self, now: float, reported: float | None) -> HeightFacts:
         """Judge at ``now``, seconds, and return what is known."""
-        seen = HeightFacts(self._by_gnss(now), self._by_camera(now), self._by_range(now), reported)
+        gnss = self._by_gnss(now)
+        begin = WINDOW_S if gnss is not None or self._since is None else math.inf
+        seen = HeightFacts(gnss, self._by_camera(now, begin), self._by_range(now, begin), reported)
         votes = [each for each in (seen.by_gnss, seen.by_camera, seen.by_range) if each is not None]
         if self._since is None:
             self._confirm(_contradict(votes), now)
@@ -132,8 +140,12 @@ class HeightWatch:
             self._agreed_since = now
         elif now - self._agreed_since >= AGREES_S:
             self._since = None
+            self._sunk.clear()  # what remains would be the return alone, a doubt of its own
+            self._ground.clear()
         doubted_s = None if self._since is None else now - self._since
-        return HeightFacts(seen.by_gnss, seen.by_camera, seen.by_range, reported, doubted_s)
+        facts = replace(seen, doubted_s=doubted_s, last_off=self._last_off)
+        self._last_off = facts.off
+        return facts
 
     def _confirm(self, is_beyond: bool, now: float) -> None:
         if not is_beyond:
@@ -142,27 +154,39 @@ class HeightWatch:
             self._beyond_since = now
         elif now - self._beyond_since >= CONFIRM_S:
             self._since, self._beyond_since, self._agreed_since = now, None, None
+            for readings in (self._sunk, self._ground):
+                if readings and now - readings[-1][0] > SILENT_S:
+                    readings.clear()
 
     def _by_gnss(self, now: float) -> float | None:
         if self._apart is None or self._on_ground is None or now - self._apart_at > SILENT_S:
             return None
         return self._apart - self._on_ground
 
-    def _by_camera(self, now: float) -> float | None:
-        if not self._sunk or now - self._sunk[-1][0] > SILENT_S:
-            return None
-        return math.fsum(metres_sunk for _, metres_sunk in self._sunk)
+    def _by_camera(self, now: float, begin_s: float) -> float | None:
+        sunk = self._counted(self._sunk, now, begin_s)
+        return math.fsum(sunk) if sunk else None
 
-    def _by_range(self, now: float) -> float | None:
-        if not self._ground or now - self._ground[-1][0] > SILENT_S:
-            return None
-        return self._ground[-1][1] - self._ground[0][1]
+    def _by_range(self, now: float, begin_s: float) -> float | None:
+        ground = self._counted(self._ground, now, begin_s)
+        return ground[-1] - ground[0] if ground else None
 
+    @staticmethod
+    def _counted(readings: deque[tuple[float, float]], now: float, begin_s: float) -> list[float]:
+        """Return the readings of the last ``begin_s`` seconds before the newest one; none of a silent witness."""
+        if not readings or now - readings[-1][0] > SILENT_S:
+            return []
+        newest = readings[-1][0]
+        return [value for time, value in readings if newest - time <= begin_s]
 
-def _keep(readings: deque[tuple[float, float]], time: float, value: float) -> None:
-    readings.append((time, value))
-    while time - readings[0][0] > WINDOW_S:
-        readings.popleft()
+    def _keep(self, readings: deque[tuple[float, float]], time: float, value: float) -> None:
+        """Keep a reading. A witness that was silent when the doubt began does not know by how much it is off."""
+        if self._since is None:
+            readings.append((time, value))
+            while time - readings[0][0] > WINDOW_S:
+                readings.popleft()
+        elif readings:
+            readings.append((time, value))
 
 
 def _contradict(votes: list[float]) -> bool:

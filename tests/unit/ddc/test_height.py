@@ -146,11 +146,12 @@ def test_a_doubt_ends_when_the_witnesses_agree_for_a_while() -> None:
 
 def test_a_doubt_stays_without_witnesses_and_ends_on_the_ground() -> None:
     flight = Flight()
-    flight.fly(13.0, 0.5)
+    before = flight.fly(13.0, 0.5)
     flight.now += 60.0
     silent = flight.facts()
     assert silent.is_doubted
-    assert silent.off == 0.0
+    assert silent.off == pytest.approx(before.off), "the height is as wrong as it was"
+    assert WitnessFacts(height=silent).misleads_home
     flight.watch.stand()
     assert not flight.facts().is_doubted
 
@@ -242,6 +243,48 @@ def test_a_minute_of_camera_and_rangefinder_counts() -> None:
         assert found.by_range == ranged
 
 
+def test_an_error_that_stays_is_none_the_less_when_gnss_goes_silent() -> None:
+    flight = Flight(40.0)
+    flight.fly(24.0, 0.5)
+    assert flight.fly(WINDOW_S + 5.0).off == pytest.approx(12.0)
+    assert flight.fly(SILENT_S + 1.0, gnss=False).off == pytest.approx(12.0, abs=0.2), "the camera saw all of it"
+    assert flight.fly(2 * AGREES_S, gnss=False).is_doubted
+
+
+def test_an_error_that_camera_and_rangefinder_saw_is_not_over_after_the_window() -> None:
+    flight = Flight(40.0)
+    flight.fly(24.0, 0.5, gnss=False, ground=1.0)
+    later = flight.fly(WINDOW_S + 2 * AGREES_S, gnss=False, ground=1.0)
+    assert later.off == pytest.approx(12.0, abs=0.3)
+    flight.fly(24.0, -0.5, gnss=False, ground=1.0)
+    assert not flight.fly(2 * AGREES_S, gnss=False, ground=1.0).is_doubted, "and it is back"
+
+
+def test_a_witness_that_comes_in_a_doubt_does_not_know_by_how_much() -> None:
+    flight = Flight(40.0)
+    flight.fly(24.0, 0.5, camera=False, ground=1.0)
+    facts = flight.fly(SILENT_S + 2 * AGREES_S, gnss=False)
+    assert (facts.by_gnss, facts.by_camera, facts.by_range) == (None, None, None)
+    assert facts.is_doubted
+    assert facts.off == pytest.approx(12.0, abs=1.0)
+
+
+def test_a_camera_that_was_silent_when_the_doubt_began_does_not_know_either() -> None:
+    flight = Flight(40.0)
+    flight.fly(4.0)
+    flight.fly(24.0, 0.5, camera=False, ground=1.0)
+    assert flight.fly(SILENT_S + 2 * AGREES_S, gnss=False).by_camera is None
+
+
+def test_gnss_that_comes_in_a_doubt_is_not_taken_for_right() -> None:
+    flight = Flight(40.0)
+    flight.watch = HeightWatch()
+    flight.fly(24.0, 0.5, gnss=False, ground=1.0)
+    facts = flight.fly(5.0, ground=1.0)
+    assert facts.by_gnss is None
+    assert facts.off == pytest.approx(12.0, abs=0.3)
+
+
 def test_words_without_a_reported_height() -> None:
     facts = HeightFacts(by_gnss=6.0, by_camera=5.0, doubted_s=1.0)
     assert facts.words == "The height is not what the autopilot reports: 6 m off."
@@ -288,6 +331,21 @@ def test_hover_keeps_the_true_height() -> None:
     begun = made(ToHover())
     begun.process(at(doubted(flying(0.05), 6.0)))
     assert targets(begun.process(at(doubted(flying(0.1), 7.0))))[0].height == 31.0
+
+
+def test_hover_does_not_sink_when_the_witnesses_go_silent() -> None:
+    flight, state = Flight(40.0), made(ToHover())
+
+    def height(now: float, facts: HeightFacts) -> float:
+        seen = replace(at(flying(now), height=40.0), witness=WitnessFacts(height=facts))
+        return targets(state.process(seen))[0].height
+
+    flight.fly(12.0, 0.5)  # the height is doubted already when the drone begins to hold
+    assert height(0.05, flight.facts()) == pytest.approx(40.0)
+    risen = height(0.1, flight.fly(12.0, 0.5))
+    assert risen == pytest.approx(46.0, abs=0.6)
+    flight.now += 60.0
+    assert height(0.15, flight.facts()) == pytest.approx(risen, abs=0.6)
 
 
 def test_the_true_height_is_kept_between_min_and_ceiling() -> None:
