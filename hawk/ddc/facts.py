@@ -258,6 +258,8 @@ class KeptFacts:
     """Seconds since it would not have ended at home; 0 while it would not."""
     restored: tuple[str, ...] = ()
     """Names of the checks whose parameters are being put back."""
+    known: tuple[str, ...] = ()
+    """The same, and those whose parameters are put back once no pilot flies."""
 
 
 @dataclass(frozen=True, slots=True)

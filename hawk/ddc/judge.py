@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -259,9 +259,9 @@ def _arm(case: Case) -> Refusal | None:
     return Refusal(joined(found, sentence(failed.remedy)))
 
 
-def _failsafes(case: Case) -> Refusal | None:
-    """Refuse what flies on until the autopilot would bring the drone home without us."""
-    failed = next((check for check in case.failsafes if not check.passed), None)
+def _failsafes(case: Case, but: Collection[str] = ()) -> Refusal | None:
+    """Refuse what flies on until the autopilot would bring the drone home without us; ``but``: checks left out."""
+    failed = next((check for check in case.failsafes if not check.passed and check.name not in but), None)
     if failed is None:
         return None
     if not failed.is_read:
@@ -348,7 +348,8 @@ def _resume(case: Case) -> Refusal | None:
     left = RESUME_WAIT_S - (case.facts.now - case.facts.link.mode_changed_at)
     if left > 0:
         return Refusal(say("The mode changed just now: wait {left}.", left=seconds(left)))
-    return _in_the_air(case) or _failsafes(case)  # Hover then brings our fence to the autopilot, before any task
+    # Hover brings our fence to the autopilot, and what was right back into it, before any task
+    return _in_the_air(case) or _failsafes(case, but=case.facts.kept.known)
 
 
 def _clear_kill(case: Case) -> Refusal | None:

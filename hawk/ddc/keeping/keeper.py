@@ -64,8 +64,8 @@ class Keeper:
         astray = self._astray(facts)
         if astray:
             self._astray_at = facts.now
-        restored = tuple(sorted(self._parameters.restored))
-        return KeptFacts(series(*lost), astray, facts.now - self._astray_at, restored)
+        restored, known = (tuple(sorted(names)) for names in (self._parameters.restored, self._parameters.known))
+        return KeptFacts(series(*lost), astray, facts.now - self._astray_at, restored, known)
 
     def _keep_parameters(self, facts: Facts, state: State) -> Acts:
         may_write = facts.link.is_up and state.rank < Rank.PILOT

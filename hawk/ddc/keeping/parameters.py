@@ -43,6 +43,8 @@ class KeptParameters:
         """The parameters that cannot be put back, each with its value."""
         self.restored: frozenset[str] = frozenset()
         """Names of the checks that do not pass now, whose parameters are being put back."""
+        self.known: frozenset[str] = frozenset()
+        """The same, and those whose parameters are put back once no pilot flies."""
 
     def tick(self, facts: Facts, values: Values, checks: Sequence[FailsafeCheck], *, may_write: bool) -> Acts:
         """Return messages and requests.
@@ -60,17 +62,18 @@ class KeptParameters:
         self._remember(checks, values)
         wrong = [check for check in checks if check.is_read and not check.passed]
         wanted = {check.name: self._wanted(check, values) for check in wrong}
-        self.restored = frozenset(name for name, found in wanted.items() if found and may_write)
+        self.known = frozenset(name for name, found in wanted.items() if found)
+        self.restored = self.known if may_write else frozenset()
         told = self._tell(checks, wanted, facts, may_write=may_write)
         return told + self._put_back(wanted, values, facts, may_write=may_write)
 
     def _remember(self, checks: Sequence[FailsafeCheck], values: Values) -> None:
-        """Keep the first values of this flight with which a check passed."""
+        """Keep the last values of this flight with which a check passed: together, and by the limits of now."""
         for check in checks:
             for name in PARAMETERS_OF[check.name] if check.passed else ():
                 value = values.get(name)
                 if value is not None:
-                    self._before.setdefault(name, value)
+                    self._before[name] = value
 
     def _wanted(self, check: FailsafeCheck, values: Values) -> dict[str, float]:
         """Return what must be written: parameter -> value."""

@@ -203,6 +203,24 @@ async def test_under_a_pilot_nothing_is_written_and_resume_needs_the_failsafes(u
     unsafe.order(CompulsiveMove(x=20.0, y=0.0))
 
 
+async def test_what_is_put_back_once_no_pilot_flies_keeps_nobody_from_taking_the_drone(holding: Rig) -> None:
+    await holding.run(2)
+    holding.autopilot.change_mode(CopterMode.LOITER)
+    await holding.run(4)
+    holding.expect(S.MANUAL)
+    holding.autopilot.tell("BATT_FS_LOW_ACT", 5)
+    holding.autopilot.tell("FENCE_ENABLE", 0)
+    await holding.run(5)
+    assert holding.autopilot.asked("set_parameter") == []
+    holding.order(Resume(confirmed=True))
+    assert holding.command(CompulsiveMove(x=20.0, y=0.0)).reason.startswith("Fence in the autopilot: off")
+    await holding.run(5)
+    assert holding.autopilot.values["BATT_FS_LOW_ACT"] == 2
+    assert holding.autopilot.values["FENCE_ENABLE"] == 1
+    await holding.run(5)
+    holding.order(CompulsiveMove(x=20.0, y=0.0))
+
+
 # -- the fence is that of this arm place ------------------------------------------------------------------------------
 
 

@@ -111,6 +111,21 @@ class TestParameters:
         assert texts(again) == ["Battery failsafe is right again: returns home."]
         assert kept.restored == frozenset()
 
+    def test_a_ceiling_of_before_the_fence_was_known_is_not_put_back(self) -> None:
+        kept, limits = KeptParameters(), flying(1.0).limits
+        keep(kept, replace(flying(1.0), limits=replace(limits, fence=None, held=None)), FENCE_ALT_MAX=20)
+        keep(kept, flying(1.1), FENCE_ALT_MAX=20)
+        assert kept.known == frozenset(), "it was right before there was a fence, and no more"
+        keep(kept, flying(1.2))
+        acts = keep(kept, flying(1.3), FENCE_ACTION=0)
+        assert [ask.request for ask in asks(acts)] == [PutBack("FENCE_ACTION", 1)]
+
+    def test_the_last_values_that_were_right_are_put_back_also_those_of_an_earlier_run(self) -> None:
+        kept = KeptParameters({"FENCE_ALT_MAX": 60.0, "BATT_FS_LOW_ACT": 1.0})
+        keep(kept, flying(1.0), BATT_FS_LOW_ACT=3)
+        acts = keep(kept, flying(1.1), BATT_FS_LOW_ACT=5, FENCE_ACTION=0)
+        assert {ask.request for ask in asks(acts)} == {PutBack("FENCE_ACTION", 1), PutBack("BATT_FS_LOW_ACT", 3)}
+
     def test_what_was_never_right_is_told_and_not_written(self) -> None:
         kept = KeptParameters()
         (told,) = keep(kept, flying(1.0), BATT_FS_LOW_ACT=5)
