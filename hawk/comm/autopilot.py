@@ -57,6 +57,9 @@ _KNOCK_S = 5.0
 """While our heartbeats are held back, a listening peer that has lost our address hears of us this often."""
 _WORDS_AFTER_S = 0.3
 _FENCE_CEILING_AND_POLYGON = 1 | 4  # FENCE_TYPE bits
+_FENCE_NOTICED_S = 0.5
+"""ArduPilot looks at FENCE_ENABLE some times a second: one that is back after 10 ms is not noticed."""
+_FENCE_SHOWN_S = 2.0
 _FENCE_RTL_OR_LAND = 1  # FENCE_ACTION
 _FENCE_CEILING_TOLERANCE_M = 0.1
 _RALLY_POINTS = 2  # MAV_MISSION_TYPE_RALLY
@@ -268,6 +271,7 @@ class MavsdkAutopilot:
         """
         self._require_link()
         rings = rings_of(fence, self._tie.fence_origin)
+        was_off = await self._begin_fence_anew()
         await self.calls.run("upload fence", self._link.upload_fence, rings, deadline_s=_FENCE_UPLOAD_S)
         await self._parameters.set("FENCE_ALT_MAX", fence.autopilot_ceiling)
         await self._parameters.set("FENCE_TYPE", _FENCE_CEILING_AND_POLYGON)
@@ -275,6 +279,35 @@ class MavsdkAutopilot:
             await self._parameters.set("FENCE_ACTION", _FENCE_RTL_OR_LAND)
         await self._parameters.set("FENCE_ENABLE", 1)
         await self._compare_rings(rings)
+        if was_off:
+            await self._until_fence_is_on()
+
+    async def _begin_fence_anew(self) -> bool:
+        """Switch a fence of other kinds off, on the ground alone; return True when that was done.
+
+        ArduPilot 4.7 keeps a kind on that FENCE_TYPE loses while the fence is on. A command that switches the fence off
+        leaves that kind on, too, and SYS_STATUS goes on to say that there is a fence.
+        """
+        if self.telemetry.state.armed or await self._parameters.get("FENCE_TYPE") == _FENCE_CEILING_AND_POLYGON:
+            return False
+        if await self._parameters.get("FENCE_ENABLE") == 0:
+            return False
+        await self._parameters.set("FENCE_ENABLE", 0)
+        await asyncio.sleep(_FENCE_NOTICED_S)
+        return True
+
+    async def _until_fence_is_on(self) -> None:
+        """Wait until SYS_STATUS shows the fence, as far as it does: else an armed drone seems to have none."""
+        shown = asyncio.Event()
+        found = self.topics.diagnostics.value
+        stop = self.topics.diagnostics.listen(lambda seen: shown.set() if seen.fence_on is not False else None)
+        try:
+            if found is not None and found.fence_on is False:
+                await asyncio.wait_for(shown.wait(), _FENCE_SHOWN_S)
+        except TimeoutError:
+            _LOG.warning("The fence is enabled, and SYS_STATUS shows none")
+        finally:
+            stop()
 
     async def compare_fence(self, fence: Fence) -> None:
         """Read polygon, zones, ceiling and FENCE_ENABLE. Raises AutopilotError when they are not those of the fence."""

@@ -614,6 +614,40 @@ class TestFence:
         assert (values["FENCE_ALT_MAX"], values["FENCE_TYPE"], values["FENCE_ACTION"]) == (100.0, 5.0, 1.0)
         assert values["FENCE_ENABLE"] == 1.0
 
+    @pytest.mark.parametrize("armed", [False, True])
+    async def test_one_of_other_kinds_is_off_before_it_is_uploaded_on_the_ground_and_never_in_flight(
+        self, rig: Rig, monkeypatch: pytest.MonkeyPatch, armed: bool
+    ) -> None:
+        """Else a circle stays on, and SYS_STATUS shows a fence after a command that switched the others off."""
+        monkeypatch.setattr("hawk.comm.autopilot._FENCE_NOTICED_S", 0.0)
+        rig.memory.values |= {"FENCE_ENABLE": (1, 2), "FENCE_TYPE": (7, 2)}
+        await rig.connect()
+        await rig.say(rig.said.heartbeat(armed=armed))
+        rig.autopilot.set_datum(GlobalPose(LATITUDE, LONGITUDE, ALTITUDE))
+        await rig.autopilot.upload_fence(FENCE)
+        sets = [name for kind, name in rig.memory.asked if kind == "PARAM_SET"]
+        assert sets == [
+            *([] if armed else ["FENCE_ENABLE"]),
+            "FENCE_ALT_MAX",
+            "FENCE_TYPE",
+            "FENCE_ACTION",
+            "FENCE_ENABLE",
+        ]
+        assert rig.memory.values["FENCE_ENABLE"][0] == 1
+
+    async def test_it_is_shown_before_the_upload_ends(self, rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr("hawk.comm.autopilot._FENCE_NOTICED_S", 0.0)
+        rig.memory.values |= {"FENCE_ENABLE": (1, 2), "FENCE_TYPE": (7, 2)}
+        await rig.connect()
+        kind, fields = rig.said.system()
+        await rig.say((kind, {**fields, "onboard_control_sensors_enabled": 0}))
+        rig.autopilot.set_datum(GlobalPose(LATITUDE, LONGITUDE, ALTITUDE))
+        upload = asyncio.create_task(rig.autopilot.upload_fence(FENCE))
+        await asyncio.sleep(0.3)
+        assert not upload.done()
+        await rig.say((kind, {**fields, "onboard_control_sensors_enabled": 1 << 20}))
+        await upload
+
     async def test_an_action_of_the_users_own_is_kept(self, rig: Rig) -> None:
         rig.memory.values["FENCE_ACTION"] = (4, 2)
         await rig.connect()
