@@ -40,9 +40,9 @@ def test_old_readings_are_forgotten() -> None:
 def test_twenty_seconds_of_flight_are_measured_and_a_minute_is_remembered() -> None:
     watch = BatteryWatch(20)
     for second in range(20):
-        watch.update(90 - 0.2 * second, float(second))
+        watch.update(90 - 0.2 * second, 100.0 + second)
         assert watch.measured is None
-    watch.update(90 - 0.2 * 20, 20.0)
+    watch.update(90 - 0.2 * 20, 120.0)
     assert watch.measured == pytest.approx(0.2)
     watch.reset()
     watch.update(30, 0.0)

@@ -314,6 +314,29 @@ def test_how_fast_a_drone_that_was_not_seen_came_down(metres_a_second: float, fa
     assert (found is not None) is falls
 
 
+@pytest.mark.parametrize(("stood_s", "falls"), [(1.5, False), (1.4375, True)])
+def test_a_drone_that_stood_armed_for_a_second_and_a_half_has_landed(stood_s: float, falls: bool) -> None:
+    """Its height drifted, and the autopilot never said that it was landing."""
+    watch = FallWatch()
+    air = replace(flying_facts(0.0).ground, armed_said=True, landed_said=AIR, landed_age=0.0)
+    now = 10.0
+    for said in (air, *(replace(air, landed_said=GROUND) for _ in range(round(stood_s * 16) + 1))):
+        watch.update(Belief(VehicleState(True, True, 4, AIR, now, now), said, Motion(10.0, 0.0)), None, now, now)
+        now += 1 / 16
+    off = Belief(VehicleState(True, False, 4, GROUND, now, now), air, Motion(10.0, 0.0))
+    assert (watch.update(off, None, now, now) is not None) is falls
+
+
+def test_a_drone_that_climbed_fell_from_where_it_was() -> None:
+    watch = FallWatch()
+    ground = replace(flying_facts(0.0).ground, armed_said=True, landed_said=AIR, landed_age=0.0)
+    watch.update(Belief(VehicleState(True, True, 4, AIR, 10.0, 10.0), ground, Motion(10.0, 3.0)), None, 10.0, 10.0)
+    off = Belief(VehicleState(True, False, 4, AIR, 10.1, 10.1), ground, Motion(10.0, 0.0))
+    found = watch.update(off, None, 10.1, 10.1)
+    assert found is not None
+    assert found.height == 10.0
+
+
 def test_a_height_that_is_not_known_is_no_drop() -> None:
     assert end_of_a_flight((10.0, None), (14.0, 0.0)) is None
     assert end_of_a_flight((10.0, 20.0), (14.0, None)) is None

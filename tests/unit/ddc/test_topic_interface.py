@@ -270,7 +270,7 @@ def test_a_position_that_the_autopilot_does_not_trust(rig: Rig) -> None:
     rig.vehicle.diagnostics.publish(replace(GOOD, estimator_fault="GPS glitch"))
     assert rig.topics.get_position_health().reason == "The autopilot does not trust its position: GPS glitch."
     rig.vehicle.diagnostics.publish(replace(GOOD, global_position_ok=False))
-    assert rig.topics.get_position_health().reason == "The autopilot does not trust its position."
+    assert rig.topics.get_position_health().reason == "The autopilot trusts no position."
     rig.clock.advance(1.1)
     assert rig.topics.get_position_health().reason == "No position from the autopilot."
 
