@@ -251,6 +251,8 @@ class DroneCamera:
         if placed.stepped_s is not None:
             cause = "stepped" if placed.stepped_s < 0 else "stepped, or its delay fell,"
             _LOG.warning("Camera: its clock %s by %+.2f s; the next pictures are left out", cause, placed.stepped_s)
+        if placed.stands:
+            self._problem = say("Its time stamps stand still")
         if placed.time is None:
             return None
         return min(self._known(frame.stamp, frame.arrival, placed.time), frame.arrival)

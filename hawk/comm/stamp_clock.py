@@ -42,13 +42,18 @@ _AGREE: Final = 2
 
 @dataclass(frozen=True, slots=True)
 class Placed:
-    """A stamp. ``time``: seconds of our clock, None while it is not known. ``stepped_s``: a step was noticed now."""
+    """A stamp. ``time``: seconds of our clock, None while it is not known. ``stepped_s``: a step was noticed now.
+
+    ``stands``: it is the stamp of the picture before. That picture came again, or the camera's clock stands still.
+    """
 
     time: float | None
     stepped_s: float | None = None
+    stands: bool = False
 
 
 _UNKNOWN: Final = Placed(None)
+_STANDS: Final = Placed(None, stands=True)
 
 
 class _Doubt:
@@ -96,7 +101,10 @@ class StampClock:
 
     def take(self, stamp: float, arrival: float) -> Placed:
         """Take a picture's stamp (seconds of the camera's clock) and its arrival (ours)."""
-        last, self._last = self._last, (stamp, arrival)
+        last = self._last
+        if last is not None and stamp == last[0]:
+            return _STANDS
+        self._last = (stamp, arrival)
         if last is None:
             return Placed(self._estimator.update(stamp, arrival))
         interval = stamp - last[0]

@@ -183,6 +183,23 @@ async def test_after_a_step_of_its_clock_no_picture_is_placed_by_the_old_one(
     assert f"by {step:+.2f} s" in caplog.text
 
 
+@pytest.mark.parametrize("stamped", [False, True], ids=["least delay", "known clock"])
+async def test_pictures_whose_stamps_stand_still_are_left_out_and_told(rig: Rig, stamped: bool) -> None:
+    rig.make(CameraSettings(latency_s=0.0), stamped=stamped)
+    rig.camera.init()
+    rig.known = 100.0
+    for n in range(30):
+        rig.clock.now = 100.02 + n / 10
+        await rig.feed(frame(rig.clock.now, 5.0))
+    assert rig.camera.latest is not None
+    assert (rig.camera.latest.sequence, rig.camera.latest.arrived) == (1, 100.02)
+    assert rig.camera.health.reason == "Camera: no picture for 3 s. Its time stamps stand still"
+    rig.known = 102.9
+    await rig.feed(frame(rig.clock.now, 7.9))
+    await rig.feed(*(frame(rig.clock.now + n / 10, 7.9 + n / 10) for n in range(1, 6)))
+    assert rig.camera.health == Health()
+
+
 async def test_a_capture_time_that_the_source_knows_is_believed_but_never_after_the_arrival(rig: Rig) -> None:
     rig.make(CameraSettings(), stamped=True)
     rig.camera.init()
@@ -384,7 +401,7 @@ async def test_over_http_it_waits_for_an_absent_camera_and_finds_it_again(unused
         async with asyncio.timeout(10):
             await until(lambda: "Cannot connect" in camera.health.reason)
             for _ in range(2):
-                server = StreamServer(forever(part(PICTURE, stamp=1.0)), port=unused_tcp_port)
+                server = StreamServer(forever(part(PICTURE)), port=unused_tcp_port)
                 await server.start()
                 await camera.next_frame()
                 await server.close()

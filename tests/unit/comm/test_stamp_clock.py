@@ -30,6 +30,13 @@ class Camera:
         self.arrived = max(self.arrived + 0.001, self.now + self.delay + self._random.expovariate(1 / 0.01))
         return self.now, self.clock.take(self.now + self.offset, self.arrived)
 
+    def picture_of(self, stamp: float) -> None:
+        """Let a picture come whose stamp is that of the one before; the first one may be a new one."""
+        self.now += self.interval
+        found = self.clock.take(stamp, self.now + self.delay)
+        assert found.stands
+        assert found.time is None
+
     def run(self, seconds: float) -> Iterator[tuple[float, Placed]]:
         for _ in range(max(1, round(seconds / self.interval))):
             yield self.picture()
@@ -159,3 +166,26 @@ def test_stamps_ahead_that_disagree_are_no_step() -> None:
         camera.offset += ahead
         assert camera.picture()[1] == Placed(None)
     assert not camera.clock.has_stepped
+
+
+@pytest.mark.parametrize("fps", [3.0, 10.0, 30.0])
+def test_a_clock_that_stands_still_places_no_picture(fps: float) -> None:
+    camera = Camera(fps)
+    assert check(list(camera.run(10.0))) == 0
+    stopped = camera.now + camera.offset
+    for _ in range(round(40.0 * fps)):
+        camera.picture_of(stopped)
+    true, placed = camera.picture()
+    assert placed.time is None or abs(placed.time - DELAY - true) < FAULT_S
+    check(list(camera.run(10.0)))
+
+
+def test_stamps_of_whole_seconds_place_the_first_picture_of_each() -> None:
+    clock, placed = StampClock(), []
+    for n in range(300):
+        true = 100.0 + n / 10
+        found = clock.take(float(int(true)), true + DELAY)
+        assert found.stands == (n % 10 != 0)
+        placed += [] if found.time is None else [found.time - DELAY - true]
+    assert len(placed) >= 25
+    assert max(map(abs, placed)) < 0.01

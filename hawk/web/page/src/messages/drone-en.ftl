@@ -292,6 +292,7 @@ its-position-creeps = its position creeps
 its-sensors-are-not-ready = its sensors are not ready
 its-sensors-are-well = its sensors are well
 its-switch-has-only-names = its switch has only { $names }
+its-time-stamps-stand-still = Its time stamps stand still
 its-zone-number-is-another-one = its zone { $number } is another one
 journal-error-file = Journal: { $error } ({ $file })
 kill-refused-by-the-autopilot-result-result = Kill refused by the autopilot (result { $result })

@@ -302,6 +302,7 @@ its-position-creeps = sa position dérive
 its-sensors-are-not-ready = ses capteurs ne sont pas prêts
 its-sensors-are-well = ses capteurs vont bien
 its-switch-has-only-names = son interrupteur n'a que { $names }
+its-time-stamps-stand-still = Ses horodatages restent figés
 its-zone-number-is-another-one = sa zone { $number } est une autre
 journal-error-file = Journal : { $error } ({ $file })
 kill-refused-by-the-autopilot-result-result = L'autopilote refuse la coupure des moteurs (résultat { $result })
