@@ -48,9 +48,10 @@ class RunNotes:
         self._path = path
         self._is_reported = path is None
         self.works = path is not None
-        """False: the notes could not be read or written, so that a start may be missing among them."""
+        """False: the notes could not be written, or not be read at the start: a start may be missing among them."""
         self.notes = _EMPTY if path is None else self._read(path)
         """The notes as read, then as last put."""
+        self._was_read = self.works
 
     def put(self, notes: Notes) -> None:
         """Replace the notes. Notes that say nothing leave no file."""
@@ -62,7 +63,7 @@ class RunNotes:
         except OSError as error:
             self._fail(error.strerror or str(error))
         else:
-            self.works = True
+            self.works = self._was_read  # what could not be read then is missing still
 
     def _read(self, path: Path) -> Notes:
         try:

@@ -190,6 +190,12 @@ async def test_the_memory_of_a_computer_that_booted_a_moment_ago_is_no_witness(
     assert await full.found(Moment("boot", up, NOW.utc)) == count
 
 
+async def test_notes_that_cannot_be_read_count_as_a_start_while_the_disk_fails(tmp_path: Path) -> None:
+    full = Computer(tmp_path, disk_works=False)
+    (tmp_path / "notes.json").write_text("{")
+    assert await full.found(NOW) == 2, "also after this start was noted"
+
+
 async def test_a_journal_that_cannot_be_read_may_lack_a_start(tmp_path: Path) -> None:
     unread = Computer(tmp_path, memory_works=False, is_read=False)
     assert await unread.found(NOW) == 2

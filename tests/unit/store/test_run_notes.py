@@ -33,6 +33,9 @@ def test_notes_that_cannot_be_read_are_told_and_may_lack_a_start(
     notes = RunNotes(path)
     assert (notes.notes, notes.works) == (Notes(), False)
     assert "counted on the disk alone" in caplog.text
+    notes.put(NOTES)
+    assert not notes.works, "the starts of before are missing still"
+    assert RunNotes(path).notes == NOTES
 
 
 def test_notes_that_cannot_be_written_are_told_once_and_kept_in_mind(
