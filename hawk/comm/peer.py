@@ -29,7 +29,9 @@ SHOWN_S: Final = 10.0
 SEVERAL: Final = "Several copters are heard"
 """Beginning of `several_words`."""
 _REMEMBERED: Final = 256
-"""Second senders that are remembered; the oldest is forgotten first."""
+"""Second senders, and copters, that are remembered; the oldest is forgotten first."""
+_NAMED: Final = 8
+"""Copters that are named at most: forged ones may be many."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,13 +122,15 @@ class PeerKeeper:
         """Return True when one copter only was heard for the time to wait."""
         for system in systems:
             first, _ = self._copters.get((sender, system), (now, now))
+            if (sender, system) not in self._copters and len(self._copters) >= _REMEMBERED:
+                del self._copters[next(iter(self._copters))]
             self._copters[sender, system] = (first, now)
         heard = {key: first for key, (first, last) in self._copters.items() if now - last <= SILENT_S}
         if len(heard) > 1:
             names = series(
                 *(
                     say("system {system} at {place}", system=number, place=address_text(at))
-                    for at, number in sorted(heard)
+                    for at, number in sorted(heard)[:_NAMED]
                 )
             )
             self._shown = _Shown(sender, several_words(names), now)

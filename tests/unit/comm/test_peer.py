@@ -197,3 +197,16 @@ def test_two_copters_of_one_router_are_two() -> None:
     assert not keeper.admit(AUTOPILOT, beat(1) + beat(3), 2.0)
     named = PeerKeeper(Expected(system_id=3))
     assert named.admit(AUTOPILOT, beat(1) + beat(3), 0.0)
+
+
+def test_a_flood_of_forged_copters_is_kept_short() -> None:
+    keeper = PeerKeeper(Expected(wait_s=2.0))
+    for port in range(2000):
+        assert not keeper.admit(("192.168.1.66", 1024 + port), beat(), port / 1000)
+    words = keeper.second_sender(2.0)
+    assert words.startswith("Several copters are heard: system 1 at 192.168.1.66:")
+    assert words.count("system 1 at") == 8
+    assert len(keeper._copters) <= 256, "the thread that passes the autopilot's datagrams looks at each of them"
+    assert not keeper.admit(AUTOPILOT, beat(), 6.0)
+    assert not keeper.admit(AUTOPILOT, beat(), 7.9)
+    assert keeper.admit(AUTOPILOT, beat(), 8.0), "once it is alone"
