@@ -21,11 +21,15 @@ RATE_HZ = {
     mavlink.MAVLINK_MSG_ID_SIM_STATE: 20,
 }
 STALE_S = 1.0
+COMPARED_S = 0.15
+"""A position that is older than this is not compared with the truth, seconds: the vehicle turns meanwhile."""
 FOLLOW_SHARE = 0.2
 """Share by which one SIM_STATE corrects the error of the estimate: it has no time stamp, so that it is some hundredths
 of a second beside the moment that it is taken for, that of the newest ATTITUDE."""
 LEAP_M = 2.0
-"""An error that differs by more is taken at once: the estimate leapt."""
+"""An error that differs by more is a leap of the estimate, once `LEAP_LOOKS` looks have seen it: then it is taken at
+once. A single look may be of a moment when messages came late."""
+LEAP_LOOKS = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,10 +58,12 @@ class _Error:
     up: float = 0.0
     yaw: float = 0.0
 
-    def towards(self, seen: _Error) -> _Error:
-        """Return the error after another look at it."""
-        away = math.dist((self.north, self.east, self.up), (seen.north, seen.east, seen.up))
-        share = 1.0 if away > LEAP_M else FOLLOW_SHARE
+    def is_leap(self, seen: _Error) -> bool:
+        """Return True when another look differs by more than `LEAP_M`."""
+        return math.dist((self.north, self.east, self.up), (seen.north, seen.east, seen.up)) > LEAP_M
+
+    def towards(self, seen: _Error, share: float) -> _Error:
+        """Return the error after another look at it, which counts by a share."""
         return _Error(
             self.north + share * (seen.north - self.north),
             self.east + share * (seen.east - self.east),
@@ -80,7 +86,7 @@ class Follower:
         self._encoder = mavlink.MAVLink(None, srcSystem=SYSTEM, srcComponent=COMPONENT)
         self._vehicle: tuple[int, int] | None = None
         self._position: _Position | None = None
-        self._error = _Error()
+        self._error, self._leaps = _Error(), 0
         self._stamp, self._yaw = 0.0, 0.0
         self._next_slot = -math.inf
         self._asked = -math.inf
@@ -131,15 +137,18 @@ class Follower:
     def _take_truth(self, message: Any) -> None:
         """Compare the estimate with the truth of about the same moment."""
         position = self._position
-        if position is None or not message.lat_int or abs(self._stamp - position.stamp) > STALE_S:
+        if position is None or not message.lat_int or abs(self._stamp - position.stamp) > COMPARED_S:
             return
         position = position.at(self._stamp)
         place = (message.lat_int * 1e-7, message.lon_int * 1e-7, self._origin.altitude)
         north, east, _ = self._origin.to_world(*place)
         up = message.alt - self._origin.altitude
-        self._error = self._error.towards(
-            _Error(position.north - north, position.east - east, position.height - up, self._yaw - message.yaw)
-        )
+        seen = _Error(position.north - north, position.east - east, position.height - up, self._yaw - message.yaw)
+        self._leaps = self._leaps + 1 if self._error.is_leap(seen) else 0
+        if self._leaps == 0:
+            self._error = self._error.towards(seen, FOLLOW_SHARE)
+        elif self._leaps >= LEAP_LOOKS:
+            self._error = self._error.towards(seen, 1.0)
 
     def _take_position(self, message: Any) -> None:
         north, east, _ = self._origin.to_world(message.lat * 1e-7, message.lon * 1e-7, self._origin.altitude)

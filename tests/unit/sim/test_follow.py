@@ -104,7 +104,7 @@ ZEROS = dict.fromkeys(
 
 
 def test_a_position_that_is_older_than_the_truth_is_no_error_of_the_estimate() -> None:
-    """At 4 m/s, with positions five times a second: the camera sees from the place of its moment."""
+    """At 4 m/s, with positions ten times a second: the camera sees from the place of its moment."""
     origin, follower = Origin(), Follower(Origin(), HandClock())
     vehicle = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
 
@@ -116,7 +116,7 @@ def test_a_position_that_is_older_than_the_truth_is_no_error_of_the_estimate() -
         north = 4.0 * ms * 1e-3
         latitude, longitude, _ = origin.to_geodetic((north, 0.0, 0.0))
         lat, lon = round(latitude * 1e7), round(longitude * 1e7)
-        if ms % 200 == 0:
+        if ms % 100 == 0:
             hear(mavlink.MAVLink_global_position_int_message(ms, lat, lon, 0, 20_000, 400, 0, 0, 0))
         hear(mavlink.MAVLink_attitude_message(ms, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
         if ms % 60 == 0:
@@ -125,6 +125,32 @@ def test_a_position_that_is_older_than_the_truth_is_no_error_of_the_estimate() -
         for shot in follower.shots():
             worst = max(worst, abs(-shot.y_south - 4.0 * shot.stamp))
     assert worst < 0.05
+
+
+@pytest.mark.parametrize(("looks", "away"), [(1, 0.0), (2, 0.0), (3, 6.0)])
+def test_a_leap_of_the_estimate_must_be_seen_three_times(looks: int, away: float) -> None:
+    origin, follower = Origin(), Follower(Origin(), HandClock())
+    vehicle = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
+
+    def hear(message: Any) -> None:
+        follower.receive(bytes(message.pack(vehicle)))
+
+    def look(ms: int, true_north: float) -> float:
+        latitude, longitude, _ = origin.to_geodetic((0.0, 0.0, 0.0))
+        place = (round(latitude * 1e7), round(longitude * 1e7))
+        hear(mavlink.MAVLink_global_position_int_message(ms, *place, 0, 20_000, 0, 0, 0, 0))
+        latitude, longitude, _ = origin.to_geodetic((true_north, 0.0, 0.0))
+        known = {"lat_int": round(latitude * 1e7), "lon_int": round(longitude * 1e7)}
+        hear(mavlink.MAVLink_attitude_message(ms, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+        hear(mavlink.MAVLink_sim_state_message(**ZEROS, yaw=0.0, alt=origin.altitude + 20.0, **known))
+        hear(mavlink.MAVLink_attitude_message(ms + 99, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+        return -follower.shots()[-1].y_south
+
+    for k in range(10):
+        look(1000 + 100 * k, 0.0)
+    for k in range(looks):
+        seen = look(2000 + 100 * k, 6.0)
+    assert seen == pytest.approx(away, abs=0.1)
 
 
 def test_a_simulated_vehicle_whose_sensors_lie_is_followed_to_its_true_place() -> None:
