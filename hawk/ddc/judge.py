@@ -348,6 +348,9 @@ def _resume(case: Case) -> Refusal | None:
     left = RESUME_WAIT_S - (case.facts.now - case.facts.link.mode_changed_at)
     if left > 0:
         return Refusal(say("The mode changed just now: wait {left}.", left=seconds(left)))
+    place = case.facts.witness.place
+    if place.is_doubted and not place.is_followed:  # Hover could not hold it, and would land
+        return _in_the_air(case) or Refusal(joined(place.words, say("It could not be held: land it, or fly by hand.")))
     # Hover brings our fence to the autopilot, and what was right back into it, before any task
     return _in_the_air(case) or _failsafes(case, but=case.facts.kept.known)
 

@@ -32,7 +32,9 @@ from hawk.ddc.judge import (
 )
 from hawk.ddc.orders import Cause, CauseKind, ToArm, ToHover, ToIdle, ToManual, ToReturn, ToTakeoff, Transition
 from hawk.ddc.outline import OutlineFacts
+from hawk.ddc.place import PlaceFacts
 from hawk.ddc.states.factory import make_state
+from hawk.ddc.witness import WitnessFacts
 from hawk.model.operation import UserError
 from hawk.model.plans import ExploreStatus, PathPlan, Route
 from hawk.model.poses import MapPoint
@@ -128,6 +130,18 @@ def test_resume_waits_three_seconds_after_the_pilots_switch_and_needs_confirmati
         assert "Confirmed" in reason(manual(0.0), ToManual(), command)
     for command in (ReturnToLaunch(), Land()):
         assert reason(flying(1.0), ToHover(), command) == ""
+
+
+def test_a_drone_that_hover_could_only_land_is_not_taken_from_the_pilot() -> None:
+    sure = Resume(confirmed=True)
+
+    def doubted(*, followed: bool) -> Facts:
+        place = PlaceFacts(camera_age=0.1, doubted_s=9.0, off=(4.0, 0.0), is_followed=followed)
+        return replace(manual(0.0), witness=WitnessFacts(place=place))
+
+    assert reason(doubted(followed=True), ToManual(), sure) == "", "the camera holds it"
+    assert reason(doubted(followed=False), ToManual(), sure).endswith("It could not be held: land it, or fly by hand.")
+    assert reason(doubted(followed=False), ToManual(), Land(confirmed=True)) == ""
 
 
 def test_nothing_comes_down_from_the_ground_but_a_take_off_may_be_stopped() -> None:

@@ -257,6 +257,7 @@ it-cannot-be-led-home-reason = It cannot be led home: { $reason }
 it-climbs-at-climb-m-s = it climbs at { $climb } m/s
 it-could-fall = It could fall.
 it-could-fall-a-counter-alone-is-no-witness = It could fall: a counter alone is no witness.
+it-could-not-be-held-land-it-or-fly-by-hand = It could not be held: land it, or fly by hand.
 it-could-not-fly-anywhere = It could not fly anywhere.
 it-counts-as-in-the-air = It counts as in the air.
 it-did-not-take-off = It did not take off.

@@ -263,6 +263,7 @@ it-cannot-be-led-home-reason = Le drone ne peut pas être mené au départ : { $
 it-climbs-at-climb-m-s = il monte à { $climb }{ "\u00A0" }m/s
 it-could-fall = Le drone pourrait tomber.
 it-could-fall-a-counter-alone-is-no-witness = Le drone pourrait tomber : un compteur seul ne prouve rien.
+it-could-not-be-held-land-it-or-fly-by-hand = Il ne pourrait pas être maintenu en place : atterrissez, ou pilotez à la main.
 it-could-not-fly-anywhere = Le drone ne pourrait voler nulle part.
 it-counts-as-in-the-air = Le drone compte comme en l'air.
 it-did-not-take-off = Le drone n'a pas décollé.
