@@ -202,6 +202,8 @@ class KeptFence:
             self._switch.rest(facts)
             return ()
         acts = self._switch.put_back(EnableFence(), facts)
+        if acts:
+            self._off_since = facts.now  # SYS_STATUS must be given time to show it, else one change takes every try
         if self._switch.is_given_up and self._was_on and not self.lost:
             self.lost = (say("the fence's switch"),)
             acts += (Log("error", say("The fence in the autopilot cannot be switched on again."), self._switch.reason),)

@@ -472,6 +472,20 @@ class TestSwitch:
             assert asks(fences.tick(state=state, after=0.5), EnableFence) == []
         assert fences.kept.lost == ()
 
+    def test_sys_status_is_given_time_to_show_that_it_is_on(self) -> None:
+        """It comes twice a second: the autopilot's answer is there ten ticks before it."""
+        fences = Fences()
+        fences.tick()
+        fences.on = False
+        fences.tick()
+        (ask,) = fences.tick(after=SWITCH_CONFIRM_S)
+        assert isinstance(ask, Ask)
+        assert asks(fences.tick(end(ask, "done"), after=0.05), EnableFence) == []
+        for _ in range(20):
+            assert asks(fences.tick(after=0.05), EnableFence) == []
+        assert fences.kept.lost == ()
+        assert len(asks(fences.tick(after=SWITCH_CONFIRM_S), EnableFence)) == 1, "it is off still"
+
     def test_one_that_is_switched_off_again_and_again_is_lost_once(self) -> None:
         fences = Fences()
         fences.tick()
