@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Mapping
 
 from hawk.ddc.acts import Acts
 from hawk.ddc.facts import Facts, KeptFacts
+from hawk.ddc.failsafes import FENCE, SWITCHED_OFF
 from hawk.ddc.home import home_words
 from hawk.ddc.keeping.fence import KeptFence
 from hawk.ddc.keeping.home import KeptHome
@@ -64,8 +65,10 @@ class Keeper:
         astray = self._astray(facts)
         if astray:
             self._astray_at = facts.now
-        restored, known = (tuple(sorted(names)) for names in (self._parameters.restored, self._parameters.known))
-        return KeptFacts(series(*lost), astray, facts.now - self._astray_at, restored, known)
+        is_off = facts.vehicle.armed and any(check.value == SWITCHED_OFF for check in self._checks(facts))
+        known = self._parameters.known.union((FENCE,) if is_off else ())  # the fence is switched on again
+        restored = tuple(sorted(self._parameters.restored))
+        return KeptFacts(series(*lost), astray, facts.now - self._astray_at, restored, tuple(sorted(known)))
 
     def _keep_parameters(self, facts: Facts, state: State) -> Acts:
         may_write = facts.link.is_up and state.rank < Rank.PILOT

@@ -221,6 +221,21 @@ async def test_what_is_put_back_once_no_pilot_flies_keeps_nobody_from_taking_the
     holding.order(CompulsiveMove(x=20.0, y=0.0))
 
 
+async def test_a_fence_that_is_switched_off_under_a_pilot_keeps_nobody_from_taking_the_drone(holding: Rig) -> None:
+    await holding.run(2)
+    holding.autopilot.change_mode(CopterMode.LOITER)
+    await holding.run(4)
+    holding.autopilot.fence_on = False
+    await holding.run(4)
+    holding.expect(S.MANUAL)
+    assert holding.autopilot.count("enable_fence") == 0
+    holding.order(Resume(confirmed=True))
+    assert "switched off" in holding.command(CompulsiveMove(x=20.0, y=0.0)).reason
+    await holding.run(4)
+    assert holding.autopilot.count("enable_fence") == 1
+    holding.order(CompulsiveMove(x=20.0, y=0.0))
+
+
 # -- the fence is that of this arm place ------------------------------------------------------------------------------
 
 
