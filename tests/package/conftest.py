@@ -20,8 +20,8 @@ BEFORE = "0.1.0"
 """Number of the package that is upgraded: the same tree."""
 MIRROR = os.environ.get("DEB_MIRROR", bare_root.MIRROR)
 RELEASES = load("deb/build_deb").RELEASES
-NEEDS = ["python3", "systemd", "systemd-sysv", "udev", "libstdc++6"]
-"""Beside the release's Python."""
+NEEDS = ["base-files", "python3", "systemd", "systemd-sysv", "udev", "libstdc++6"]
+"""Beside the release's Python. base-files has the links /bin and /lib of Debian 13."""
 
 
 def built(pattern: str) -> Path:
