@@ -317,7 +317,8 @@ class TestTheCounter:
         pack.each, pack.counter = 4.0, 95.0
         pack.fly(15.0, drain=0.0)
         pack.counter = 95.0 + rise
-        assert bool(pack.fly(12.0, drain=0.0).doubt) is doubted
+        words = f"the counter rose from 95 to {95.0 + rise:.0f} % in flight"
+        assert pack.fly(12.0, drain=0.0).doubt == (words if doubted else "")
 
     def test_one_that_stands_still_at_its_last_percent(self) -> None:
         pack = Pack()

@@ -54,7 +54,7 @@ from hawk.model.operation import Health, StateName
 from hawk.model.plans import DesiredPose, Route
 from hawk.model.poses import MapPoint
 from hawk.model.vehicle import CopterMode, LandedState
-from tests.unit.ddc.written_facts import SETTINGS, decider, flying, found, of_kind, on_ground, without_link
+from tests.unit.ddc.written_facts import SETTINGS, decider, flying, found, of_kind, on_ground, pose, without_link
 
 S = StateName
 ROUTE = Route((MapPoint(0.0, 0.0), MapPoint(40.0, 0.0)), (0.0, 0.0))
@@ -520,3 +520,17 @@ def test_after_a_start_in_the_air_the_operator_hears_that_the_survey_goes_on(
     program._switch(ToHover(), flying(0.3))
     again = [act.text for act in program._taken(None).acts if isinstance(act, Log)]
     assert "Explore continues the survey." not in again
+
+
+def test_a_hold_keeps_its_place_from_tick_to_tick_while_the_wind_moves_the_drone() -> None:
+    held = Decider(SETTINGS, KillTokens(), 0.0)
+    held.tick(found(flying(0.05)))
+    held.command(flying(0.06), "ana", Hold())
+    assert held.state.identity is StateName.HOVER
+    goals = []
+    for tick in range(2, 42):
+        facts = flying(tick * 0.05)
+        blown = replace(facts, position=replace(facts.position, pose=pose(facts.now, north=tick * 0.05)))
+        goals += [act.goal for act in of_kind(held.tick(blown).acts, SendTarget) if isinstance(act, SendTarget)]
+    assert len(goals) > 30
+    assert {(goal.north, goal.east) for goal in goals[1:]} == {(goals[0].north, goals[0].east)}
