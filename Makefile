@@ -104,7 +104,7 @@ e2e: setup page-check browser
 faults: setup
 	$(BIN)/python -m faults --write docs/faults.md $(ARGS)
 
-# A real ArduCopter with the whole daemon; writes the rows of docs/ardupilot.md. A quarter of an hour, in real time:
+# A real ArduCopter with the whole daemon; writes the rows of docs/ardupilot.md. Half an hour, in real time:
 # make ardupilot ARDUPILOT=/path/to/arducopter [DEFAULTS=/path/to/copter.parm] [INSTANCE=N] [ARGS='"words"']
 # LOT=PICTURE SCALE=METRES_PER_PIXEL [TRUTH=JSON] [PLACE=X,Y]: over a picture, in place of a drawn lot.
 ARDUPILOT_OPTIONS = $(if $(DEFAULTS),--defaults "$(DEFAULTS)") $(if $(INSTANCE),--instance $(INSTANCE)) \
