@@ -7,7 +7,8 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-_M_PER_DEG: Final = 111_195.0
+from faults.observer import M_PER_DEG
+
 _STEP_S: Final = 0.2
 FIELDS: Final = frozenset({"gps_glitch", "gps_walk"})
 """Faults of hawk-sim that this stands for."""
@@ -51,6 +52,6 @@ class GnssError:
 
     def _send(self, latitude: float) -> None:
         north, east = self._walked[0] + self._glitch[0], self._walked[1] + self._glitch[1]
-        self._put("SIM_GPS1_GLTCH_X", north / _M_PER_DEG)
-        self._put("SIM_GPS1_GLTCH_Y", east / (_M_PER_DEG * math.cos(math.radians(latitude))))
+        self._put("SIM_GPS1_GLTCH_X", north / M_PER_DEG)
+        self._put("SIM_GPS1_GLTCH_Y", east / (M_PER_DEG * math.cos(math.radians(latitude))))
         self._put("SIM_GPS1_GLTCH_Z", -self._glitch[2])

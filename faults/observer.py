@@ -31,7 +31,7 @@ _SET_S: Final = 0.5
 _ITEM_S: Final = 0.1
 _CHARGE_PERCENT: Final = 2.0
 _SETTINGS: Final = 10  # times that a parameter is sent before it is given up
-_M_PER_DEG: Final = 111_195.0  # a sphere of 6371 km is right to 0.5 % over a lot
+M_PER_DEG: Final = 111_195.0  # a sphere of 6371 km is right to 0.5 % over a lot
 _HIT: Final = re.compile(r"SIM Hit ground at (?P<speed>[\d.]+)")
 
 
@@ -81,6 +81,7 @@ class Observer:
         """
         beat, state = self._last["HEARTBEAT"], self._last["SIM_STATE"]
         seconds = self._last["ATTITUDE"].time_boot_ms / 1000.0
+        north, east = self._flat(state.lat_int * 1e-7, state.lon_int * 1e-7)
         return {
             "time": seconds,
             "time_boot": seconds,
@@ -91,9 +92,11 @@ class Observer:
             "position": {
                 "latitude": state.lat_int * 1e-7,
                 "longitude": state.lon_int * 1e-7,
+                "x": east,
+                "y": -north,
                 "height": state.alt - self._home[2],
             },
-            "from_home": math.hypot(*self._flat(state.lat_int * 1e-7, state.lon_int * 1e-7)),
+            "from_home": math.hypot(north, east),
             "outside": self._outside(),
             "farthest_outside": self._farthest,
         }
@@ -134,7 +137,7 @@ class Observer:
             self.send("MISSION_ITEM_INT", {**address, **fields, **parameters, **place})
 
     def _degrees(self, metres: float, axis: int, shrink: float) -> int:
-        return round((self._home[axis] + metres / (_M_PER_DEG * shrink)) * 1e7)
+        return round((self._home[axis] + metres / (M_PER_DEG * shrink)) * 1e7)
 
     @property
     def _shrink(self) -> float:
@@ -209,8 +212,8 @@ class Observer:
 
     def _flat(self, latitude: float, longitude: float) -> tuple[float, float]:
         """Return metres north and east of home."""
-        north = (latitude - self._home[0]) * _M_PER_DEG
-        return north, (longitude - self._home[1]) * _M_PER_DEG * self._shrink
+        north = (latitude - self._home[0]) * M_PER_DEG
+        return north, (longitude - self._home[1]) * M_PER_DEG * self._shrink
 
 
 class _End(asyncio.DatagramProtocol):

@@ -3,31 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from typing import Any, Final
+from collections.abc import Iterator
+from typing import Final
 
 from faults.fault import Moment, Sight
-
-_M_PER_DEG: Final = 111_195.0  # a sphere of 6371 km is right to 0.5 % over a lot
 
 
 def stayed(metres: float) -> Sight:
     """The true drone is at most so far from where it was when the fault began, seen from above."""
 
     def test(moment: Moment) -> bool:
-        return _apart(moment.truth["position"], moment.before["position"]) <= metres
+        here, there = moment.truth["position"], moment.before["position"]
+        return math.dist((here["x"], here["y"]), (there["x"], there["y"])) <= metres
 
     return Sight(f"within {metres:g} m of its true place", test)
-
-
-def _apart(here: Mapping[str, Any], there: Mapping[str, Any]) -> float:
-    """Return metres between two true places: in the world of hawk-sim, else on the globe."""
-    if "x" in here:
-        return math.dist((here["x"], here["y"]), (there["x"], there["y"]))
-    north = (here["latitude"] - there["latitude"]) * _M_PER_DEG
-    return math.hypot(
-        north, (here["longitude"] - there["longitude"]) * _M_PER_DEG * math.cos(math.radians(here["latitude"]))
-    )
 
 
 def truly_between(lowest: float, highest: float) -> Sight:

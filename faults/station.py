@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Final
+
+FORCE: Final = 21196.0
+"""Parameter 2 of MAV_CMD_COMPONENT_ARM_DISARM: also in the air (MAVLink common.xml)."""
 
 
 def command_fields(number: int, *values: float) -> dict[str, float]:

@@ -25,11 +25,11 @@ from faults.fault import (
     unhealthy,
 )
 from faults.station import command_fields, parameter_fields
+from hawk.comm.commands import MavCommand
 from hawk.comm.messages import Arm, AutonomousExplore, Takeoff
 from hawk.model.operation import StateName
 
 _HOVER, _EXPLORE, _RETURN = StateName.HOVER, StateName.AUTONOMOUS_EXPLORE, StateName.RETURN_TO_LAUNCH
-_SET_MODE, _SET_HOME = 176, 179
 _EXPLORES: Final = (Order(Takeoff()), See(state(_HOVER), 60.0), Order(AutonomousExplore()))
 _STOPS: Final = See(state(_HOVER), 27.0)
 
@@ -237,7 +237,7 @@ OTHERS: Final = (
         "a second station lands it",
         When.EXPLORING,
         (
-            Station("COMMAND_LONG", command_fields(_SET_MODE, 1.0, 9.0)),
+            Station("COMMAND_LONG", command_fields(MavCommand.DO_SET_MODE, 1.0, 9.0)),
             See(state(StateName.LAND), 2.0),
             See(DOWN, 90.0),
         ),
@@ -245,12 +245,16 @@ OTHERS: Final = (
     Fault(
         "a second station sends it home",
         When.HOVERING,
-        (Station("COMMAND_LONG", command_fields(_SET_MODE, 1.0, 6.0)), See(state(_RETURN), 2.0), See(DOWN, 120.0)),
+        (
+            Station("COMMAND_LONG", command_fields(MavCommand.DO_SET_MODE, 1.0, 6.0)),
+            See(state(_RETURN), 2.0),
+            See(DOWN, 120.0),
+        ),
     ),
     Fault(
         "a second station stops it",
         When.EXPLORING,
-        (Station("COMMAND_LONG", command_fields(_SET_MODE, 1.0, 17.0)), See(absent(state(_EXPLORE)), 2.0)),
+        (Station("COMMAND_LONG", command_fields(MavCommand.DO_SET_MODE, 1.0, 17.0)), See(absent(state(_EXPLORE)), 2.0)),
         ends_flight=True,
     ),
     Fault(
@@ -269,7 +273,9 @@ OTHERS: Final = (
         "a second station moves home",
         When.HOVERING,
         (
-            Station("COMMAND_LONG", command_fields(_SET_HOME, 0.0, 0.0, 0.0, 0.0, 43.2651, -79.9201, 100.0)),
+            Station(
+                "COMMAND_LONG", command_fields(MavCommand.DO_SET_HOME, 0.0, 0.0, 0.0, 0.0, 43.2651, -79.9201, 100.0)
+            ),
             See(told("ome"), 5.0),
         ),
         ends_flight=True,

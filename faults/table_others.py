@@ -32,13 +32,13 @@ from faults.fault import (
     told,
 )
 from faults.sights import CLEAN, FENCE_IS_OURS, NO_RALLY, parameter, stayed, warned
-from faults.station import command_fields
+from faults.station import FORCE, command_fields
+from hawk.comm.commands import MavCommand
 from hawk.comm.messages import Arm, AutonomousExplore, ReturnToLaunch, Takeoff
 from hawk.model.operation import StateName
 
 _HOVER, _EXPLORE, _RETURN = StateName.HOVER, StateName.AUTONOMOUS_EXPLORE, StateName.RETURN_TO_LAUNCH
 _IDLE, _MANUAL = StateName.IDLE, StateName.MANUAL
-_ARM_DISARM, _FORCE, _FENCE_ENABLE = 400, 21196.0, 207
 _BACK_S: Final = 15.0
 """One look every 10 s, and the time to write."""
 _AWAY: Final = [(30.0, 32.0, 15.0)]
@@ -91,7 +91,7 @@ KEPT: Final = (
         "a second station switches the fence off by a command",
         When.HOVERING,
         (
-            Station("COMMAND_LONG", command_fields(_FENCE_ENABLE, 0.0)),
+            Station("COMMAND_LONG", command_fields(MavCommand.DO_FENCE_ENABLE, 0.0)),
             See(told("ence"), _BACK_S),
         ),
         ends_flight=True,
@@ -224,7 +224,7 @@ FALL: Final = (
         "a second station cuts the motors in the air",
         When.HOVERING,
         (
-            Station("COMMAND_LONG", command_fields(_ARM_DISARM, 0.0, _FORCE)),
+            Station("COMMAND_LONG", command_fields(MavCommand.COMPONENT_ARM_DISARM, 0.0, FORCE)),
             See(MOTORS_OFF, 1.0),
             See(told("otors off in the air"), 3.0),
             See(absent(told("Landed. Motors off")), 10.0, lasts=True),

@@ -46,7 +46,8 @@ from faults.fault import (
 )
 from faults.proxy import Direction
 from faults.sights import stayed, truly_between
-from faults.station import command_fields, parameter_fields
+from faults.station import FORCE, command_fields, parameter_fields
+from hawk.comm.commands import MavCommand
 from hawk.comm.messages import Arm, AutonomousExplore, CompulsiveMove, ReturnToLaunch
 from hawk.ddc.senses import PERCEPTION_PARTS
 from hawk.model.operation import StateName
@@ -55,10 +56,7 @@ from hawk.model.vehicle import CopterMode
 _HOVER, _EXPLORE, _RETURN = StateName.HOVER, StateName.AUTONOMOUS_EXPLORE, StateName.RETURN_TO_LAUNCH
 _MANUAL, _IDLE, _LOST = StateName.MANUAL, StateName.IDLE, StateName.COMMUNICATION_LOST
 _MOVE: Final = StateName.COMPULSIVE_MOVE
-_DO_SET_MODE: Final = 176
-_FENCE_ENABLE: Final = 207
-_ARM_DISARM, _FORCE = 400, 21196.0
-_SENT_HOME: Final = asked(_DO_SET_MODE, "RTL sent")
+_SENT_HOME: Final = asked(MavCommand.DO_SET_MODE, "RTL sent")
 _HOLDS: Final = mode("GUIDED", "BRAKE")
 _BEFORE_FAILSAFE_S: Final = 4.5
 """A daemon that is started again within this time is back before the autopilot's ground-station failsafe (5 s) acts."""
@@ -71,7 +69,7 @@ _OUTSIDE: Final = Sight("outside the fence", lambda m: m.truth["outside"] > 0.0)
 
 
 def _switch(to: CopterMode) -> Station:
-    return Station("COMMAND_LONG", command_fields(_DO_SET_MODE, 1.0, float(to)))
+    return Station("COMMAND_LONG", command_fields(MavCommand.DO_SET_MODE, 1.0, float(to)))
 
 
 def _left_alone(state_name: StateName, *modes: CopterMode, seconds: float) -> tuple[CountAnew, See]:
@@ -199,7 +197,7 @@ CUT_BY_ANOTHER: Final = Fault(
     "a second station cuts the motors in the air",
     When.HOVERING,
     (
-        Station("COMMAND_LONG", command_fields(_ARM_DISARM, 0.0, _FORCE)),
+        Station("COMMAND_LONG", command_fields(MavCommand.COMPONENT_ARM_DISARM, 0.0, FORCE)),
         See(MOTORS_OFF, 1.5),
         See(told("otors off in the air"), 4.0),
         See(both(FELL, state(_IDLE), absent(told("Landed. Motors off"))), 10.0),
@@ -268,7 +266,7 @@ FENCE_OFF: Final = Fault(
     "another station switches the fence off by a command",
     When.EXPLORING,
     (
-        Station("COMMAND_LONG", command_fields(_FENCE_ENABLE, 0.0)),
+        Station("COMMAND_LONG", command_fields(MavCommand.DO_FENCE_ENABLE, 0.0)),
         See(told("Fence in the autopilot: "), 10.0),
         See(both(told("Fence in the autopilot is right again"), _GOES_ON), 12.0),
         See(_GOES_ON, 5.0, lasts=True),

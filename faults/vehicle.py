@@ -22,7 +22,8 @@ import aiohttp
 from faults.fault import Drone, Fault
 from faults.gnss_error import FIELDS, GnssError
 from faults.observer import Observer
-from faults.station import command_fields, parameter_fields
+from faults.station import FORCE, command_fields, parameter_fields
+from hawk.comm.commands import MavCommand
 from hawk.simulation import (
     READY_TIMEOUT_S,
     SimulationAddress,
@@ -40,9 +41,6 @@ _MIDDLE, _LOWEST = 1500, 1000  # pulse widths of a remote control, microseconds
 _THROTTLE: Final = 2  # its channel, counted from 0
 _CHANNELS: Final = 16
 _CAMERA: Final = frozenset({"camera", "camera_turn_deg"})
-_DO_SET_MODE: Final = 176
-_ARM_DISARM: Final = 400
-_FORCE: Final = 21196.0
 _FULL_V: Final = 12.6
 """SIM_BATT_VOLTAGE at first."""
 _FENCE, _RALLY = 1, 2  # MAV_MISSION_TYPE
@@ -205,7 +203,7 @@ class VehicleStack(SimulatedStack):
         if FIELDS & fault.keys():
             self._gnss.take(fault, self._vehicle.observer.latitude)
         if "motors" in fault:
-            self.station("COMMAND_LONG", command_fields(_ARM_DISARM, 0.0, _FORCE))
+            self.station("COMMAND_LONG", command_fields(MavCommand.COMPONENT_ARM_DISARM, 0.0, FORCE))
         for name, value in fault.get("parameters", {}).items():
             self.station("PARAM_SET", parameter_fields(name, value))
         if "fence" in fault:
@@ -220,7 +218,7 @@ class VehicleStack(SimulatedStack):
         if "stick" in fault:
             self._vehicle.move_stick(float(fault["stick"]))
         if "pilot_mode" in fault:
-            self.station("COMMAND_LONG", command_fields(_DO_SET_MODE, 1.0, float(fault["pilot_mode"])))
+            self.station("COMMAND_LONG", command_fields(MavCommand.DO_SET_MODE, 1.0, float(fault["pilot_mode"])))
         if of_camera := {name: value for name, value in fault.items() if name in _CAMERA}:
             await super().inject(of_camera)
 

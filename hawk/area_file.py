@@ -33,6 +33,7 @@ _DEEPEST: Final = 32
 _WGS_84: Final = re.compile(r"(?i)(?:CRS84h?|WGS[ _]?84|EPSG:{1,2}(?:[\d.]*:)?(?:4326|4979))$")
 _KINDS: Final = re.compile(r"(?i)^(multi)?polygon[ ]?(?:z|m|zm)?$")
 _TRUE: Final = frozenset({"true", "yes", "1", "t", "y"})
+_TOO_LARGE: Final = say("is too large for areas: at most {most} MB are read", most=LARGEST_BYTES // 1_000_000)
 _SAVE: Final = say("save it in WGS-84 (EPSG:4326), longitude before latitude")
 
 
@@ -215,12 +216,7 @@ def _unpacked(data: bytes) -> str:
             if not names:
                 raise AreaError(say("is an archive without a KML file: save it as KML"))
             if names[0].file_size > LARGEST_BYTES:
-                raise AreaError(
-                    say(
-                        "is too large for areas: at most {most} MB are read",
-                        most=LARGEST_BYTES // 1_000_000,
-                    )
-                )
+                raise AreaError(_TOO_LARGE)
             with archive.open(names[0]) as file:
                 content = file.read(LARGEST_BYTES + 1)
     except (zipfile.BadZipFile, OSError, RuntimeError, NotImplementedError, EOFError, ValueError) as error:
@@ -228,7 +224,7 @@ def _unpacked(data: bytes) -> str:
             raise
         raise AreaError(say("cannot be unpacked: {error}; save it as KML", error=str(error))) from error
     if len(content) > LARGEST_BYTES:  # the archive's list of sizes lies
-        raise AreaError(say("is too large for areas: at most {most} MB are read", most=LARGEST_BYTES // 1_000_000))
+        raise AreaError(_TOO_LARGE)
     return _text(content)
 
 

@@ -61,6 +61,7 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
     "starts": ("hawk/ddc/restart.py", "hawk/starts.py", "hawk/store/run_notes.py"),
     "second witnesses": (
         "hawk/ddc/camera_hold.py",
+        "hawk/ddc/doubt.py",
         "hawk/ddc/heading.py",
         "hawk/ddc/height.py",
         "hawk/ddc/place.py",
@@ -129,6 +130,7 @@ _OWN: Final[dict[str, tuple[str, ...]]] = {
     "hawk/ddc/witness.py": ("place_doubt", "height"),
     "hawk/ddc/witness_reports.py": ("place_doubt", "height"),
     "hawk/ddc/witnesses.py": ("witnesses", "place_doubt"),
+    "hawk/ddc/doubt.py": ("heading", "height", "place"),
     "hawk/ddc/failing.py": ("failing_ticks",),
     "hawk/ddc/geofence.py": ("geofence_limits", "geofence"),
     "hawk/ddc/below.py": ("clearance", "slope", "senses"),

@@ -298,16 +298,13 @@ class MavsdkAutopilot:
 
     async def _until_fence_is_on(self) -> None:
         """Wait until SYS_STATUS shows the fence, as far as it does: else an armed drone seems to have none."""
-        shown = asyncio.Event()
-        found = self.topics.diagnostics.value
-        stop = self.topics.diagnostics.listen(lambda seen: shown.set() if seen.fence_on is not False else None)
+        seen = self.topics.diagnostics.value
         try:
-            if found is not None and found.fence_on is False:
-                await asyncio.wait_for(shown.wait(), _FENCE_SHOWN_S)
+            async with asyncio.timeout(_FENCE_SHOWN_S):
+                while seen is not None and seen.fence_on is False:
+                    seen = await self.topics.diagnostics.next()
         except TimeoutError:
             _LOG.warning("The fence is enabled, and SYS_STATUS shows none")
-        finally:
-            stop()
 
     async def compare_fence(self, fence: Fence) -> None:
         """Read polygon, zones, ceiling and FENCE_ENABLE. Raises AutopilotError when they are not those of the fence."""

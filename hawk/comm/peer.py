@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import ipaddress
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final, TypeVar
 
 from hawk.comm.mavlink_frames import heartbeats, system_of
 from hawk.comm.vehicle_kinds import kind_words
 from hawk.model.sentences import say, series
 
+K = TypeVar("K")
 Address = tuple[str, int]
 """Host (a number, not a name) and port."""
 
@@ -122,8 +123,7 @@ class PeerKeeper:
         """Return True when one copter only was heard for the time to wait."""
         for system in systems:
             first, _ = self._copters.get((sender, system), (now, now))
-            if (sender, system) not in self._copters and len(self._copters) >= _REMEMBERED:
-                del self._copters[next(iter(self._copters))]
+            _make_room(self._copters, (sender, system))
             self._copters[sender, system] = (first, now)
         heard = {key: first for key, (first, last) in self._copters.items() if now - last <= SILENT_S}
         if len(heard) > 1:
@@ -140,8 +140,7 @@ class PeerKeeper:
     def _note(self, sender: Address, datagram: bytes, now: float) -> float:
         """Remember a stranger and show it, unless another one is shown; return when it was heard first."""
         key = self._key(sender)
-        if key not in self._strangers and len(self._strangers) >= _REMEMBERED:
-            del self._strangers[next(iter(self._strangers))]
+        _make_room(self._strangers, key)
         first = self._strangers.setdefault(key, now)
         shown = self._shown
         if shown is None or now - shown.last > SHOWN_S:
@@ -170,6 +169,12 @@ class PeerKeeper:
                 return say("{who} sends to the autopilot's port, but is no ArduCopter: {kind}.", who=who, kind=kind)
             return say("{who} sends to the autopilot's port, but is not the expected autopilot.", who=who)
         return say("{who} sends to the autopilot's port, too. It is not heard.", who=who)
+
+
+def _make_room(table: dict[K, Any], key: K) -> None:
+    """Forget the oldest entry where another key would be one too many."""
+    if key not in table and len(table) >= _REMEMBERED:
+        del table[next(iter(table))]
 
 
 def several_words(names: str) -> str:

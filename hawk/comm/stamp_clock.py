@@ -86,8 +86,8 @@ class StampClock:
     def __init__(self, latency_s: float = 0.0, speed: float = 1.0) -> None:
         """``latency_s``: delay that every picture has. ``speed``: seconds of our clock per real second."""
         self._latency_s = latency_s
-        self._jump = JUMP_S * max(1.0, speed)
         self._scale = max(1.0, speed)
+        self._jump = JUMP_S * self._scale
         self._estimator = OffsetEstimator(latency_s=latency_s)
         self._intervals: deque[float] = deque(maxlen=_INTERVALS)
         self._delays: deque[float] = deque([0.0], maxlen=_INTERVALS)  # over the least, outside of a doubt

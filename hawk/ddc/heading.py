@@ -11,6 +11,7 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Final
 
+from hawk.ddc.doubt import Doubt
 from hawk.model.ground_motion import GroundStep
 from hawk.model.sentences import say
 
@@ -64,10 +65,8 @@ class HeadingWatch:
         """Forget the flight."""
         self._turns: deque[tuple[float, float, bool]] = deque()  # time, turn, comes after a gap
         self._last: float | None = None
-        self._beyond_since: float | None = None
-        self._since: float | None = None
+        self._doubt = Doubt(CONFIRM_S, AGREES_S)
         self._off = 0.0
-        self._agreed_since: float | None = None
 
     def note(self, step: GroundStep) -> None:
         """Take the camera's next step."""
@@ -76,31 +75,15 @@ class HeadingWatch:
         self._turns.append((step.until, step.turn, after_gap))
         while step.until - self._turns[0][0] > WINDOW_S:
             self._turns.popleft()
-        if self._since is None:
-            self._off = -math.fsum(turn for _, turn, _ in self._turns)
-            self._confirm(step.until)
-        else:
+        if self._doubt.holds:
             self._off -= step.turn
-            self._settle(step.until)
+            if self._doubt.ends(step.until, agrees=abs(self._off) < math.radians(AGREES_DEG)):
+                self._turns.clear()
+            return
+        self._off = -math.fsum(turn for _, turn, _ in self._turns)
+        gaps = sum(after_gap for _, _, after_gap in self._turns)
+        self._doubt.begins(step.until, is_beyond=abs(self._off) > math.radians(LIMIT_DEG + GAP_DEG * gaps))
 
     def facts(self, now: float) -> HeadingFacts:
         """Return what is known at ``now``, seconds."""
-        return HeadingFacts(self._off, None if self._since is None else now - self._since)
-
-    def _confirm(self, time: float) -> None:
-        gaps = sum(after_gap for _, _, after_gap in self._turns)
-        if abs(self._off) <= math.radians(LIMIT_DEG + GAP_DEG * gaps):
-            self._beyond_since = None
-        elif self._beyond_since is None:
-            self._beyond_since = time
-        elif time - self._beyond_since >= CONFIRM_S:
-            self._since, self._beyond_since, self._agreed_since = time, None, None
-
-    def _settle(self, time: float) -> None:
-        if abs(self._off) >= math.radians(AGREES_DEG):
-            self._agreed_since = None
-        elif self._agreed_since is None:
-            self._agreed_since = time
-        elif time - self._agreed_since >= AGREES_S:
-            self._since = None
-            self._turns.clear()
+        return HeadingFacts(self._off, self._doubt.seconds(now))

@@ -11,6 +11,7 @@ import math
 from collections import deque
 from dataclasses import dataclass, replace
 
+from hawk.ddc.doubt import Doubt
 from hawk.ddc.words import metres
 from hawk.model.ground_motion import GroundStep
 from hawk.model.sentences import say
@@ -94,9 +95,7 @@ class HeightWatch:
         """Forget the flight."""
         self._sunk: deque[tuple[float, float]] = deque()
         self._ground: deque[tuple[float, float]] = deque()
-        self._beyond_since: float | None = None
-        self._since: float | None = None
-        self._agreed_since: float | None = None
+        self._doubt = Doubt(CONFIRM_S, AGREES_S)
         self._last_off = 0.0
 
     def stand(self) -> None:
@@ -123,40 +122,30 @@ class HeightWatch:
         gain = 1.0 if self._apart is None or seconds > SILENT_S else 1.0 - math.exp(-seconds / SMOOTHING_S)
         self._apart = apart if self._apart is None else self._apart + gain * (apart - self._apart)
         self._apart_at = time
-        if self._on_ground is None and self._since is None:  # a height that is doubted is no beginning
+        if self._on_ground is None and not self._doubt.holds:  # a height that is doubted is no beginning
             self._on_ground = self._apart
 
     def look(self, now: float, reported: float | None) -> HeightFacts:
         """Judge at ``now``, seconds, and return what is known."""
         gnss = self._by_gnss(now)
-        begin = WINDOW_S if gnss is not None or self._since is None else math.inf
+        begin = WINDOW_S if gnss is not None or not self._doubt.holds else math.inf
         seen = HeightFacts(gnss, self._by_camera(now, begin), self._by_range(now, begin), reported)
         votes = [each for each in (seen.by_gnss, seen.by_camera, seen.by_range) if each is not None]
-        if self._since is None:
-            self._confirm(_contradict(votes), now)
-        elif max(map(abs, votes), default=math.inf) >= AGREES_M:
-            self._agreed_since = None
-        elif self._agreed_since is None:
-            self._agreed_since = now
-        elif now - self._agreed_since >= AGREES_S:
-            self._since = None
+        if not self._doubt.holds:
+            if self._doubt.begins(now, is_beyond=_contradict(votes)):
+                self._leave_out_silent(now)
+        elif self._doubt.ends(now, agrees=max(map(abs, votes), default=math.inf) < AGREES_M):
             self._sunk.clear()  # what remains would be the return alone, a doubt of its own
             self._ground.clear()
-        doubted_s = None if self._since is None else now - self._since
-        facts = replace(seen, doubted_s=doubted_s, last_off=self._last_off)
+        facts = replace(seen, doubted_s=self._doubt.seconds(now), last_off=self._last_off)
         self._last_off = facts.off
         return facts
 
-    def _confirm(self, is_beyond: bool, now: float) -> None:
-        if not is_beyond:
-            self._beyond_since = None
-        elif self._beyond_since is None:
-            self._beyond_since = now
-        elif now - self._beyond_since >= CONFIRM_S:
-            self._since, self._beyond_since, self._agreed_since = now, None, None
-            for readings in (self._sunk, self._ground):
-                if readings and now - readings[-1][0] > SILENT_S:
-                    readings.clear()
+    def _leave_out_silent(self, now: float) -> None:
+        """Forget the readings of the witnesses that are silent as the doubt begins."""
+        for readings in (self._sunk, self._ground):
+            if readings and now - readings[-1][0] > SILENT_S:
+                readings.clear()
 
     def _by_gnss(self, now: float) -> float | None:
         if self._apart is None or self._on_ground is None or now - self._apart_at > SILENT_S:
@@ -181,7 +170,7 @@ class HeightWatch:
 
     def _keep(self, readings: deque[tuple[float, float]], time: float, value: float) -> None:
         """Keep a reading. A witness that was silent when the doubt began does not know by how much it is off."""
-        if self._since is None:
+        if not self._doubt.holds:
             readings.append((time, value))
             while time - readings[0][0] > WINDOW_S:
                 readings.popleft()

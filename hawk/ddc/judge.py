@@ -33,7 +33,7 @@ from hawk.ddc.params import ParameterError, check_heights
 from hawk.ddc.preflight import failsafe_checks, preflight_items
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
-from hawk.ddc.words import seconds, sentence
+from hawk.ddc.words import named, seconds, sentence
 from hawk.model.limits import HeightParameters
 from hawk.model.operation import Fall, StateName, UserError
 from hawk.model.plans import Route
@@ -255,8 +255,7 @@ def _arm(case: Case) -> Refusal | None:
     failed = next((item for item in case.checks if not item.passed), None)
     if failed is None:
         return None
-    found = say("{name}: {value}", name=failed.name, value=sentence(failed.value))
-    return Refusal(joined(found, sentence(failed.remedy)))
+    return Refusal(joined(named(failed.name, failed.value), sentence(failed.remedy)))
 
 
 def _failsafes(case: Case, but: Collection[str] = ()) -> Refusal | None:
@@ -273,7 +272,7 @@ def _failsafes(case: Case, but: Collection[str] = ()) -> Refusal | None:
         remedy = in_air if case.facts.is_airborne else on_ground
     else:
         remedy = failed.remedy
-    return Refusal(joined(say("{name}: {value}", name=failed.name, value=sentence(failed.value)), remedy))
+    return Refusal(joined(named(failed.name, failed.value), remedy))
 
 
 def _flight_gate(case: Case) -> Refusal | None:

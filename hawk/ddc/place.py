@@ -12,6 +12,7 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
+from hawk.ddc.doubt import Doubt
 from hawk.ddc.words import metres
 from hawk.model.ground_motion import GroundStep
 from hawk.model.sentences import say
@@ -121,16 +122,16 @@ class PlaceWatch:
         self._last: float | None = None
         self._warp = 1 + 0j  # what stretch and turn have made of the ground since the window's first step
         self._share, self._weight, self._flown = 0j, 0.0, 0.0  # sums of what is learned about the share
-        self._beyond_since: float | None = None
-        self._since: float | None = None
+        self._apart = 0.0
+        self._doubt = Doubt(CONFIRM_S, AGREES_S)
         self._off = 0j
         self._is_followed = True
-        self._agreed_since: float | None = None
 
     def lose(self) -> None:
         """Follow no more what went before: the reported position leapt."""
         self._window.clear()
-        self._is_followed = self._is_followed and self._since is None
+        self._apart = 0.0
+        self._is_followed = self._is_followed and not self._doubt.holds
 
     def note(self, step: GroundStep) -> None:
         """Take the next step."""
@@ -154,8 +155,8 @@ class PlaceWatch:
         age = math.inf if self._last is None else max(0.0, now - self._last)
         return PlaceFacts(
             camera_age=age,
-            apart=self._apart(),
-            doubted_s=None if self._since is None else now - self._since,
+            apart=self._apart,
+            doubted_s=self._doubt.seconds(now),
             off=(-self._off.real, -self._off.imag),
             is_followed=self._is_followed and age <= LOST_S,
         )
@@ -163,13 +164,13 @@ class PlaceWatch:
     def _bridge(self, gap: float) -> None:
         if gap > BRIDGED_S:
             self.lose()
-        elif gap > 0.0 and self._since is not None and self._window:
+        elif gap > 0.0 and self._doubt.holds and self._window:
             seconds = math.fsum(each.seconds for each in self._window)
             self._off += sum((each.beyond for each in self._window), 0j) / seconds * gap
 
     def _learn(self, old: _Sum) -> None:
         """Take a step that left the window, unless the position is doubted."""
-        if self._since is not None:
+        if self._doubt.holds:
             return
         path = abs(old.reported)
         keep = math.exp(-path / MEMORY_M)
@@ -177,7 +178,7 @@ class PlaceWatch:
         self._share = self._share * keep + old.beyond * old.reported.conjugate()
         self._weight = self._weight * keep + path * path
 
-    def _apart(self) -> float:
+    def _disagreement(self) -> float:
         """Return the disagreement in the window, metres: the least that an error in proportion leaves."""
         path = sum((each.reported for each in self._window), 0j)
         learned = self._learned()
@@ -203,24 +204,16 @@ class PlaceWatch:
         return share if self._flown >= PROOF_M and abs(share) <= PROOF_SHARE else None
 
     def _judge(self, time: float, beyond: complex, reported: complex) -> None:
-        apart, share = self._apart(), self._learned() or 0j
-        if self._since is None:
-            if apart <= LIMIT_M:
-                self._beyond_since = None
-            elif self._beyond_since is None:
-                self._beyond_since = time
-            elif time - self._beyond_since >= CONFIRM_S:
-                self._since, self._is_followed, self._agreed_since = time, True, None
+        self._apart, share = self._disagreement(), self._learned() or 0j
+        if not self._doubt.holds:
+            if self._doubt.begins(time, is_beyond=self._apart > LIMIT_M):
+                self._is_followed = True
                 self._off = sum((each.beyond - share * each.reported for each in self._window), 0j)
             return
         self._off += beyond - share * reported
-        agrees = self._is_followed and apart < AGREES_M and abs(self._off) < BACK_M
-        if not agrees:
-            self._agreed_since = None
-        elif self._agreed_since is None:
-            self._agreed_since = time
-        elif time - self._agreed_since >= AGREES_S:
-            self._since, self._off = None, 0j
+        agrees = self._is_followed and self._apart < AGREES_M and abs(self._off) < BACK_M
+        if self._doubt.ends(time, agrees=agrees):
+            self._off = 0j
 
 
 def _hidden(flown: float) -> float:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from hawk.comm.terrain import Terrain
 from hawk.ddc.heading import HeadingWatch
-from hawk.ddc.height import HeightWatch
+from hawk.ddc.height import HeightFacts, HeightWatch
 from hawk.ddc.place import PlaceWatch
 from hawk.ddc.topic_interface import DdcTopicInterface
 from hawk.ddc.witness import WitnessFacts
@@ -20,7 +18,7 @@ class Witnesses:
     def __init__(self, topics: DdcTopicInterface) -> None:
         self._topics = topics
         self._place, self._height, self._heading = PlaceWatch(), HeightWatch(), HeadingWatch()
-        self._facts = WitnessFacts()
+        self._seen_height = HeightFacts()
         self._flies = False
         self._stops = (
             topics.ground_step.listen(self._note),
@@ -41,12 +39,11 @@ class Witnesses:
             self._place.reset()
             self._height.stand()
             self._heading.reset()
-        height = self._height.look(now, self._topics.get_rel_alt())
-        self._facts = WitnessFacts(self._place.facts(now), height, self._heading.facts(now))
+        self._seen_height = self._height.look(now, self._topics.get_rel_alt())
 
     def facts(self, now: float) -> WitnessFacts:
         """Return what is known at ``now``, seconds."""
-        return replace(self._facts, place=self._place.facts(now), heading=self._heading.facts(now))
+        return WitnessFacts(self._place.facts(now), self._seen_height, self._heading.facts(now))
 
     def _note(self, step: GroundStep) -> None:
         if self._flies:

@@ -24,6 +24,11 @@ def fault_words(error: Exception) -> Sentence:
     return say("Fault in the program: {name}: {error}", name=type(error).__name__, error=str(error))
 
 
+def named(name: str, value: str) -> Sentence:
+    """Return a check's name with its value, as a sentence."""
+    return say("{name}: {value}", name=name, value=sentence(value))
+
+
 def direction(north: float, east: float) -> Sentence:
     """Return the nearest of eight directions."""
     return _DIRECTIONS[round(math.atan2(east, north) / (math.pi / 4)) % 8]

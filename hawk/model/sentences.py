@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, reduce
 from string import Formatter
 from typing import LiteralString
 
@@ -59,26 +59,21 @@ def code_of(template: str) -> str:
 
 def joined(*sentences: str) -> str:
     """Return sentences one after the other; empty ones are left out. Alone, a sentence stays what it is."""
-    first, *rest = [each for each in sentences if each] or [""]
-    for second in rest:
-        first = say("{first} {second}", first=first, second=second)
-    return first
+    return _chain(sentences, lambda first, second: say("{first} {second}", first=first, second=second))
 
 
 def series(*parts: str) -> str:
     """Return parts with commas between them; empty ones are left out. Alone, a part stays what it is."""
-    one, *rest = [each for each in parts if each] or [""]
-    for other in rest:
-        one = say("{one}, {other}", one=one, other=other)
-    return one
+    return _chain(parts, lambda one, other: say("{one}, {other}", one=one, other=other))
 
 
 def semicolons(*parts: str) -> str:
     """Return parts with semicolons between them; empty ones are left out. Alone, a part stays what it is."""
-    former, *rest = [each for each in parts if each] or [""]
-    for latter in rest:
-        former = say("{former}; {latter}", former=former, latter=latter)
-    return former
+    return _chain(parts, lambda former, latter: say("{former}; {latter}", former=former, latter=latter))
+
+
+def _chain(parts: Sequence[str], two: Callable[[str, str], str]) -> str:
+    return reduce(two, filter(None, parts)) if any(parts) else ""
 
 
 def sentence(text: str) -> str:

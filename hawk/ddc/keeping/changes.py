@@ -11,6 +11,8 @@ from hawk.model.sentences import say
 RECENT_S = 30.0
 """A message of another station explains a change that is seen within this time, seconds."""
 UNKNOWN = say("Who changed it is not known: no message of another station reached this link.")
+LATER = say("It is put back when the drone is taken from the pilot.")
+"""Words on a change that is seen while a pilot flies."""
 
 
 @dataclass(frozen=True, slots=True)

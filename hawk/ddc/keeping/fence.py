@@ -15,7 +15,7 @@ from hawk.ddc.acts import Acts, Ask, CompareFence, EnableFence, Log, PutFenceInF
 from hawk.ddc.facts import Facts
 from hawk.ddc.failsafes import CORNERS_NAME, FENCE_ENABLE
 from hawk.ddc.geofence import FenceError, contains, is_about_same, to_map
-from hawk.ddc.keeping.changes import changed_by
+from hawk.ddc.keeping.changes import LATER, changed_by
 from hawk.ddc.keeping.effort import Effort
 from hawk.ddc.orders import Rank
 from hawk.ddc.parameter_values import Values
@@ -125,8 +125,9 @@ class KeptFence:
         self._upload.rest(facts)
         self._end_comparison(facts, values)
         is_stale = facts.now - self._held_at > STALE_S
-        stale = say("The fence in the autopilot was not read for {time}.", time=seconds(STALE_S))
-        self.problem = stale if is_stale else ""
+        self.problem = (
+            say("The fence in the autopilot was not read for {time}.", time=seconds(STALE_S)) if is_stale else ""
+        )
         self._is_compared = False
         corners = values.get(CORNERS_NAME)
         has_changed = None not in (corners, self._corners) and corners != self._corners
@@ -218,7 +219,7 @@ def is_inside(facts: Facts) -> bool:
 
 def _change(reason: str, facts: Facts, *, may_write: bool) -> Log:
     who = changed_by(facts, (FENCE,))
-    does = say("Putting it back.") if may_write else say("It is put back when the drone is taken from the pilot.")
+    does = say("Putting it back.") if may_write else LATER
     return Log(
         "warning",
         joined(say("The fence in the autopilot was changed."), who.told, does),

@@ -8,11 +8,11 @@ While a pilot flies it is reported, and nothing is written.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from hawk.ddc.acts import Acts
 from hawk.ddc.facts import Facts, KeptFacts
-from hawk.ddc.failsafes import FENCE, SWITCHED_OFF
+from hawk.ddc.failsafes import SWITCHED_OFF
 from hawk.ddc.home import home_words
 from hawk.ddc.keeping.fence import KeptFence
 from hawk.ddc.keeping.home import KeptHome
@@ -24,8 +24,8 @@ from hawk.ddc.preflight import failsafe_checks
 from hawk.ddc.return_settings import RETURN_CHECK, RETURN_HEIGHT
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
-from hawk.ddc.words import sentence
-from hawk.model.sentences import say, series
+from hawk.ddc.words import named
+from hawk.model.sentences import series
 
 _WAYS = frozenset({RETURN_CHECK, RETURN_HEIGHT})
 
@@ -62,11 +62,12 @@ class Keeper:
     def kept(self, facts: Facts) -> KeptFacts:
         """Return what cannot be put back, and why RTL would not end at home."""
         lost = (*self._parameters.lost, *self._fence.lost, *self._home.lost(facts))
-        astray = self._astray(facts)
+        checks = self._checks(facts) if facts.vehicle.armed else ()
+        astray = _astray(facts, checks)
         if astray:
             self._astray_at = facts.now
-        is_off = facts.vehicle.armed and any(check.value == SWITCHED_OFF for check in self._checks(facts))
-        known = self._parameters.known.union((FENCE,) if is_off else ())  # the fence is switched on again
+        switched_off = (check.name for check in checks if check.value == SWITCHED_OFF)
+        known = self._parameters.known.union(switched_off)  # the fence is switched on again
         restored = tuple(sorted(self._parameters.restored))
         return KeptFacts(series(*lost), astray, facts.now - self._astray_at, restored, tuple(sorted(known)))
 
@@ -77,11 +78,13 @@ class Keeper:
     def _checks(self, facts: Facts) -> tuple[FailsafeCheck, ...]:
         return failsafe_checks(facts, self.reader.values(), self._settings)
 
-    def _astray(self, facts: Facts) -> str:
-        if not facts.vehicle.armed:
-            return ""
-        home = facts.position.autopilot_home
-        if home.is_moved:
-            return home_words(home)
-        wrong = (check for check in self._checks(facts) if check.name in _WAYS and check.is_read and not check.passed)
-        return next((say("{name}: {value}", name=check.name, value=sentence(check.value)) for check in wrong), "")
+
+def _astray(facts: Facts, checks: Sequence[FailsafeCheck]) -> str:
+    """Return why RTL would not end at home; ``checks``: those of an armed drone."""
+    if not facts.vehicle.armed:
+        return ""
+    home = facts.position.autopilot_home
+    if home.is_moved:
+        return home_words(home)
+    wrong = (check for check in checks if check.name in _WAYS and check.is_read and not check.passed)
+    return next((named(check.name, check.value) for check in wrong), "")

@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from hawk.ddc.acts import Acts, Log, PutBack
 from hawk.ddc.facts import Facts
 from hawk.ddc.failsafes import FENCE_NAMES, PARAMETERS_OF
-from hawk.ddc.keeping.changes import changed_by
+from hawk.ddc.keeping.changes import LATER, changed_by
 from hawk.ddc.keeping.effort import Effort
 from hawk.ddc.keeping.fence import is_inside
 from hawk.ddc.parameter_values import FailsafeCheck, Values
-from hawk.ddc.words import sentence
+from hawk.ddc.words import named, sentence
 from hawk.model.sentences import joined, say
 
 PATIENCE_S = 30.0
@@ -128,11 +128,10 @@ def _warning(check: FailsafeCheck, wanted: Mapping[str, float], facts: Facts, *,
     if not wanted:
         remedy, details = _remedy(check), ""
     else:
-        now, later = say("It is being put back."), say("It is put back when the drone is taken from the pilot.")
-        remedy = now if may_write else later
+        remedy = say("It is being put back.") if may_write else LATER
         details = who.details
     text = joined(
-        say("{name}: {value}", name=check.name, value=sentence(check.value)),
+        named(check.name, check.value),
         who.told,
         say("No new task until it is right."),
     )

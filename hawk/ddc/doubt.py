@@ -1,0 +1,47 @@
+"""A doubt of a reading: it begins when a disagreement has lasted, and ends when an agreement has."""
+
+from __future__ import annotations
+
+
+class Doubt:
+    """Times in seconds. While there is no doubt ask `begins`, else `ends`."""
+
+    def __init__(self, confirm_s: float, agrees_s: float) -> None:
+        """``confirm_s``: a disagreement that lasts this long is a doubt. ``agrees_s``: an agreement ends it after."""
+        self._confirm_s = confirm_s
+        self._agrees_s = agrees_s
+        self._beyond_since: float | None = None
+        self._agreed_since: float | None = None
+        self._since: float | None = None
+
+    @property
+    def holds(self) -> bool:
+        """True while the reading is doubted."""
+        return self._since is not None
+
+    def seconds(self, now: float) -> float | None:
+        """Return the time since the doubt began; None without one."""
+        return None if self._since is None else now - self._since
+
+    def begins(self, now: float, *, is_beyond: bool) -> bool:
+        """Take a look at the disagreement; return True when the doubt begins by it."""
+        if not is_beyond:
+            self._beyond_since = None
+        elif self._beyond_since is None:
+            self._beyond_since = now
+        elif now - self._beyond_since >= self._confirm_s:
+            # the disagreement stays confirmed: one that is back at once, after the end, is a doubt at once
+            self._since, self._agreed_since = now, None
+            return True
+        return False
+
+    def ends(self, now: float, *, agrees: bool) -> bool:
+        """Take a look at the agreement; return True when the doubt ends by it."""
+        if not agrees:
+            self._agreed_since = None
+        elif self._agreed_since is None:
+            self._agreed_since = now
+        elif now - self._agreed_since >= self._agrees_s:
+            self._since = None
+            return True
+        return False
