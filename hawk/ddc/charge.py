@@ -18,8 +18,8 @@ from hawk.model.vehicle import BatteryInfo
 
 WINDOW_S = 6.0
 """The voltage is the median of this time, seconds: a dip of less than half of it does not count."""
-SPAN_S = 2.5
-"""A median needs readings over this time, seconds."""
+SPAN_S = 4.5
+"""A median needs readings over this time, seconds: after a take-off, too, a dip of 2 s is less than half of them."""
 CONTRADICTION_PERCENT = 25.0
 """A counter that says so much more than the voltage allows is wrong."""
 STILL_S = 72.0

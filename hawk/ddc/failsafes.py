@@ -57,8 +57,6 @@ CORNERS_NAME = "FENCE_TOTAL"
 FENCE_NAMES = ("FENCE_TYPE", "FENCE_ACTION", CEILING_NAME, "FENCE_ENABLE")
 """Parameters of the fence: ceiling and polygon first, then what it does, enabled last."""
 CEILING_TOLERANCE_M = 0.1
-SWITCHED_OFF = say("switched off")
-"""Value of the fence's check where all its parameters are right: a command or a switch turned it off."""
 MAY_BE_MISSING = frozenset({HIGHEST_ID_NAME, RALLY_NAME, CORNERS_NAME, *OPTIONAL_RETURN_NAMES})
 """Parameters that an autopilot of the versions 4.5 to 4.7 may lack without an older name for them."""
 
@@ -322,7 +320,7 @@ def _fence(values: Values, view: AutopilotView) -> FailsafeCheck:
         return FailsafeCheck(name, False, NOT_READ, consequence, say("Wait."))
     if not view.fence_on:
         remedy = say("Switch it on at the remote control or the other station, or restart the autopilot.")
-        return FailsafeCheck(name, False, SWITCHED_OFF, consequence, remedy)
+        return FailsafeCheck(name, False, say("switched off"), consequence, remedy, is_switched_off=True)
     return FailsafeCheck(name, True, say("on, {does}", does=_words(FENCE_ACTION, values)))
 
 

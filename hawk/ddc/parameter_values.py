@@ -18,7 +18,8 @@ Values = Mapping[str, float | None]
 class FailsafeCheck:
     """One failsafe: whether it is well, what was found, what follows if it is not, and what to do.
 
-    ``can_be_set``: Set Failsafes is the remedy.
+    ``can_be_set``: Set Failsafes is the remedy. ``is_switched_off``: a command or a switch turned it off, while every
+    parameter is right.
     """
 
     name: str
@@ -27,6 +28,7 @@ class FailsafeCheck:
     consequence: str = ""
     remedy: str = ""
     can_be_set: bool = False
+    is_switched_off: bool = False
 
     @property
     def is_read(self) -> bool:

@@ -33,9 +33,15 @@ class WitnessFacts:
         return self.place.is_doubted or self.height.is_doubted
 
     @property
+    def misled_s(self) -> float | None:
+        """Seconds for which RTL would fly by a place that is wrong, or lower than it says; None while it would not."""
+        place, height = self.place.doubted_s, self.height.doubted_s if self.height.off > 0.0 else None
+        return max((each for each in (place, height) if each is not None), default=None)
+
+    @property
     def misleads_home(self) -> bool:
         """True when RTL would fly by a place that is wrong, or lower than it says: Land is flown instead."""
-        return self.place.is_doubted or self.height.off > 0.0
+        return self.misled_s is not None
 
     def position_health(self, reported: Health) -> Health:
         """Return the position's health: as ``reported`` by the autopilot, unless that is good and doubted."""

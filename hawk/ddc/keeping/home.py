@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 
 from hawk.ddc.acts import Acts, Ask, Log, Record, SetHome
 from hawk.ddc.facts import Facts, HomeFacts
 from hawk.ddc.home import HOME_WAIT_S, home_words
+from hawk.ddc.keeping.effort import TRIES, WINDOW_S
 from hawk.ddc.orders import Rank
 from hawk.ddc.states.base import State
 from hawk.model.poses import GlobalPose
@@ -20,26 +22,33 @@ LOST_S = 10.0
 
 
 class KeptHome:
-    """Sets home back to the arm place when somebody moved it, and reports it."""
+    """Sets home back to the arm place when somebody moved it, and reports it.
+
+    Who moves it once more than `TRIES` times within `WINDOW_S` moves it for ever: the flight ends, and home is set back
+    all the same.
+    """
 
     def __init__(self) -> None:
         self._is_moved = False
         self._gave_up = False
         self._asked = -math.inf
+        self._moves: deque[float] = deque(maxlen=TRIES + 1)
+        self._is_away = False
+        self._is_fought_over = False
 
-    @staticmethod
-    def lost(facts: Facts) -> tuple[str, ...]:
+    def lost(self, facts: Facts) -> tuple[str, ...]:
         """Return that home cannot be put back; empty while it may be."""
         home = facts.position.autopilot_home
-        return (say("its home"),) if home.is_moved and home.moved_s is not None and home.moved_s >= LOST_S else ()
+        stays = home.is_moved and home.moved_s is not None and home.moved_s >= LOST_S
+        return (say("its home"),) if stays or self._is_fought_over else ()
 
     def tick(self, facts: Facts, state: State) -> Acts:
         """Return the acts of this tick."""
-        home = facts.position.autopilot_home
+        home, sets = facts.position.autopilot_home, may_set(facts, state)
+        self._count(facts, sets=sets)
         if home.moved_s is None:
             return self._settle(home)
         acts: Acts = ()
-        sets = may_set(facts, state)
         if not self._is_moved:
             self._is_moved = True
             words = joined(say("Home was moved."), home_words(home), say("Setting it back.") if sets else "")
@@ -52,6 +61,18 @@ class KeptHome:
             here = say("Home stays moved: the drone lands where it would return by itself.")
             acts += (Log("error", there if home.is_inside else here, home_words(home)),)
         return acts
+
+    def _count(self, facts: Facts, *, sets: bool) -> None:
+        """Count the times that home was moved and set back. Motors that are off end the count."""
+        if not facts.vehicle.armed:
+            self._moves.clear()
+            self._is_away = self._is_fought_over = False
+            return
+        is_moved = facts.position.autopilot_home.is_moved
+        if sets and is_moved and not self._is_away:
+            self._moves.append(facts.now)
+            self._is_fought_over |= len(self._moves) > TRIES and facts.now - self._moves[0] < WINDOW_S
+        self._is_away = sets and is_moved
 
     def _set(self, facts: Facts) -> Acts:
         place = facts.position.arm_place

@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from hawk.ddc.acts import Acts
 from hawk.ddc.facts import Facts, KeptFacts
-from hawk.ddc.failsafes import SWITCHED_OFF
 from hawk.ddc.home import home_words
 from hawk.ddc.keeping.fence import KeptFence
 from hawk.ddc.keeping.home import KeptHome
@@ -20,7 +19,7 @@ from hawk.ddc.keeping.parameters import KeptParameters
 from hawk.ddc.orders import Rank
 from hawk.ddc.parameter_values import FailsafeCheck
 from hawk.ddc.parameters import ParameterReader
-from hawk.ddc.preflight import failsafe_checks
+from hawk.ddc.preflight import autopilot_view, failsafe_checks
 from hawk.ddc.return_settings import RETURN_CHECK, RETURN_HEIGHT
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
@@ -62,21 +61,19 @@ class Keeper:
     def kept(self, facts: Facts) -> KeptFacts:
         """Return what cannot be put back, and why RTL would not end at home."""
         lost = (*self._parameters.lost, *self._fence.lost, *self._home.lost(facts))
-        checks = self._checks(facts) if facts.vehicle.armed else ()
+        checks = failsafe_checks(facts, self.reader.values(), self._settings) if facts.vehicle.armed else ()
         astray = _astray(facts, checks)
         if astray:
             self._astray_at = facts.now
-        switched_off = (check.name for check in checks if check.value == SWITCHED_OFF)
+        switched_off = (check.name for check in checks if check.is_switched_off)
         known = self._parameters.known.union(switched_off)  # the fence is switched on again
         restored = tuple(sorted(self._parameters.restored))
         return KeptFacts(series(*lost), astray, facts.now - self._astray_at, restored, tuple(sorted(known)))
 
     def _keep_parameters(self, facts: Facts, state: State) -> Acts:
         may_write = facts.link.is_up and state.rank < Rank.PILOT
-        return self._parameters.tick(facts, self.reader.values(), self._checks(facts), may_write=may_write)
-
-    def _checks(self, facts: Facts) -> tuple[FailsafeCheck, ...]:
-        return failsafe_checks(facts, self.reader.values(), self._settings)
+        view = autopilot_view(facts, self._settings)
+        return self._parameters.tick(facts, self.reader.values(), view, may_write=may_write)
 
 
 def _astray(facts: Facts, checks: Sequence[FailsafeCheck]) -> str:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from hawk.ddc.acts import Acts, Log, PutBack
 from hawk.ddc.facts import Facts
-from hawk.ddc.failsafes import FENCE_NAMES, PARAMETERS_OF
+from hawk.ddc.failsafes import FENCE_NAMES, PARAMETERS_OF, AutopilotView, check_failsafes
 from hawk.ddc.keeping.changes import LATER, changed_by
 from hawk.ddc.keeping.effort import Effort
 from hawk.ddc.keeping.fence import is_inside
@@ -17,13 +18,15 @@ from hawk.model.sentences import joined, say
 PATIENCE_S = 30.0
 """One request takes up to 12 s on a link that loses datagrams; three of them."""
 
+_Settings = Mapping[str, float]
+
 
 class KeptParameters:
     """Compares the checks of successive ticks while the drone is armed, and puts back what was right in this flight.
 
     The rule is that of the checks before Arm: a value that passes needs no fight. What was never right in this flight
-    is reported and keeps tasks off; nobody here knows what it ought to be. So each value that is written has passed its
-    check.
+    is reported and keeps tasks off; nobody here knows what it ought to be. What was right once may be wrong by the
+    limits of now, or beside another value: only values with which the check would pass are written.
     """
 
     def __init__(self, right: Mapping[str, float] | None = None) -> None:
@@ -46,22 +49,23 @@ class KeptParameters:
         self.known: frozenset[str] = frozenset()
         """The same, and those whose parameters are put back once no pilot flies."""
 
-    def tick(self, facts: Facts, values: Values, checks: Sequence[FailsafeCheck], *, may_write: bool) -> Acts:
+    def tick(self, facts: Facts, values: Values, view: AutopilotView, *, may_write: bool) -> Acts:
         """Return messages and requests.
 
         Args:
             facts: The facts of this tick.
             values: The parameters that were read lately.
-            checks: What they are worth.
+            view: What they are compared with.
             may_write: False while a pilot flies: it is reported, nothing is written.
         """
         if not facts.vehicle.armed:
             if facts.link.is_up:  # before the first HEARTBEAT nothing is known: the flight may go on
                 self._reset({})
             return ()
+        checks = check_failsafes(values, view)
         self._remember(checks, values)
         wrong = [check for check in checks if check.is_read and not check.passed]
-        wanted = {check.name: self._wanted(check, values) for check in wrong}
+        wanted = _proven({check.name: self._wanted(check, values) for check in wrong}, values, view)
         self.known = frozenset(name for name, found in wanted.items() if found)
         self.restored = self.known if may_write else frozenset()
         told = self._tell(checks, wanted, facts, may_write=may_write)
@@ -80,9 +84,7 @@ class KeptParameters:
         known = ((name, self._before.get(name)) for name in PARAMETERS_OF[check.name])
         return {name: value for name, value in known if value is not None and values.get(name) not in (None, value)}
 
-    def _put_back(
-        self, wanted: Mapping[str, Mapping[str, float]], values: Values, facts: Facts, *, may_write: bool
-    ) -> Acts:
+    def _put_back(self, wanted: Mapping[str, _Settings], values: Values, facts: Facts, *, may_write: bool) -> Acts:
         acts: Acts = ()
         lost = []
         settings = {name: value for each in wanted.values() for name, value in each.items()}
@@ -104,7 +106,7 @@ class KeptParameters:
     def _tell(
         self,
         checks: Sequence[FailsafeCheck],
-        wanted: Mapping[str, Mapping[str, float]],
+        wanted: Mapping[str, _Settings],
         facts: Facts,
         *,
         may_write: bool,
@@ -123,19 +125,28 @@ class KeptParameters:
         return tuple(acts)
 
 
+def _proven(wanted: Mapping[str, _Settings], values: Values, view: AutopilotView) -> dict[str, _Settings]:
+    """Return what is wanted, without the settings of the checks that would not pass with all of it in the autopilot.
+
+    A fence that is switched off is switched on apart from its parameters.
+    """
+    found, on = dict(wanted), replace(view, fence_on=True)
+    while True:
+        after = dict(values)
+        for settings in found.values():
+            after.update(settings)
+        failing = {check.name for check in check_failsafes(after, on) if not check.passed}
+        vain = [name for name in failing if found.get(name)]
+        if not vain:
+            return found
+        found.update((name, {}) for name in vain)
+
+
 def _warning(check: FailsafeCheck, wanted: Mapping[str, float], facts: Facts, *, may_write: bool) -> Log:
-    who = changed_by(facts, tuple(wanted))
-    if not wanted:
-        remedy, details = _remedy(check), ""
-    else:
-        remedy = say("It is being put back.") if may_write else LATER
-        details = who.details
-    text = joined(
-        named(check.name, check.value),
-        who.told,
-        say("No new task until it is right."),
-    )
-    return Log("warning", text, joined(sentence(check.consequence), remedy, details))
+    who, is_put_back = changed_by(facts, tuple(wanted)), bool(wanted) or check.is_switched_off
+    remedy = joined(say("It is being put back.") if may_write else LATER, who.details)
+    text = joined(named(check.name, check.value), who.told, say("No new task until it is right."))
+    return Log("warning", text, joined(sentence(check.consequence), remedy if is_put_back else _remedy(check)))
 
 
 def _remedy(check: FailsafeCheck) -> str:

@@ -10,7 +10,7 @@ from hawk.comm.messages import Disarm
 from hawk.ddc.acts import STAY, Acts, Log, SetArmed, Step
 from hawk.ddc.facts import Facts
 from hawk.ddc.fence_path import length
-from hawk.ddc.home import HOLDS_S, HOME_WAIT_S, astray, astray_words, leaves
+from hawk.ddc.home import HOLDS_S, HOME_WAIT_S, astray, astray_words, cause_here, leaves
 from hawk.ddc.orders import Cause, CauseKind, Order, Rank, ToHover, ToLand
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import AirborneState, Inquiry, ModeKeeper
@@ -135,7 +135,8 @@ class ReturnToLaunch(Homing):
     Where RTL would not end at home (home was moved, rally points, `RTL_*`), that is put right first
     (`hawk.ddc.keeping`). RTL that began before that flies elsewhere for ever, so that it is begun again. What stays
     wrong: the drone is led home by targets and lands there. Where it cannot be led, it lands where it is, or holds when
-    the operator asked.
+    the operator asked. So does one whose place or height comes into doubt during it. What was doubted when the
+    operator asked was known to the operator: that return goes on.
     """
 
     identity = StateName.RETURN_TO_LAUNCH
@@ -313,11 +314,22 @@ class ReturnToLaunch(Homing):
     def _decide(self, facts: Facts) -> Step:
         if self._is_above_home:
             return Step(ToLand(Cause(joined(say("Above home."), astray_words(facts)), CauseKind.NEVER)))
+        misled_s = facts.witness.misled_s
+        if not self.by_autopilot and misled_s is not None and misled_s < self.age(facts):
+            return self._end_in_doubt(facts)
         if self._inside is not None or self._may_be_led or not self._leads_out(facts):
             return STAY
         if self.cause is None and not self.by_autopilot:
             return Step(ToHover(joined(astray_words(facts), say("Land, or move the drone.")), level="error"))
         return Step(ToLand(astray(facts, self.cause or Cause("", CauseKind.NEVER))))
+
+    def _end_in_doubt(self, facts: Facts) -> Step:
+        """Land a drone that must come down, and one that is below Min; else hold it for the operator."""
+        height = facts.height
+        is_low = height is None or height - facts.witness.height.off < facts.limits.heights.minimum
+        if self.cause is None and not is_low:
+            return Step(ToHover(joined(facts.witness.doubt, say("Land, or fly by hand.")), level="warning"))
+        return Step(ToLand(cause_here(facts, self.cause or Cause("", CauseKind.NEVER))))
 
 
 class Land(Homing):

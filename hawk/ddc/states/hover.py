@@ -38,6 +38,8 @@ SHORTER_M = 1.0
 GUIDED_ATTEMPTS = 3
 """After this number of refusals of GUIDED no target can be formed: BRAKE."""
 
+FOLLOWS_M_S = 1.5
+"""The target follows what the camera sees at this pace, m/s: GNSS walks slower, a car in a low picture is faster."""
 STRAYS_S = 3.0
 """A drone whose position is doubted lands when the camera could not hold it for this time, seconds."""
 NOT_OFF = (0.0, 0.0)
@@ -57,6 +59,7 @@ class Holding:
         self._brake: ModeKeeper | None = None
         self._carrot = Carrot(self._speed)
         self._off, self._rise = NOT_OFF, 0.0
+        self._led_at: float | None = None
         self._held: Goal | None = None
         self._strays_since: float | None = None
         self.is_recovering = False
@@ -70,7 +73,7 @@ class Holding:
 
     def restart(self) -> None:
         """Hold where the drone is by its new position."""
-        self._goal = self._held = None
+        self._goal = self._held = self._led_at = None
         self.is_recovering = False
 
     def process(self, facts: Facts) -> Acts:
@@ -88,7 +91,7 @@ class Holding:
         acts = self._guided.reach(facts)
         if self._guided.is_reached:
             self._goal = goal
-            self._held = self._kept(facts, goal) or self._held or goal  # a goal of before the error lies far away
+            self._held = self._paced(facts, goal) or self._held or goal  # a goal of before the error lies far away
             return self._target(facts, self._held)
         if self._guided.attempts > GUIDED_ATTEMPTS:
             self._brake = ModeKeeper(CopterMode.BRAKE)
@@ -105,6 +108,18 @@ class Holding:
             return goal
         kept = held(facts, goal, self._off) if witness.place.is_doubted else goal
         return None if kept is None else raised(facts, kept, self._rise)
+
+    def _paced(self, facts: Facts, goal: Goal) -> Goal | None:
+        """Return the goal as it is kept. While the camera leads it, it moves no faster than `FOLLOWS_M_S`."""
+        kept, led_at, self._led_at = self._kept(facts, goal), self._led_at, None
+        if kept is None or self.is_recovering or not facts.witness.place.is_doubted:
+            return kept
+        self._led_at = facts.now
+        if led_at is None or self._held is None:
+            return kept  # what the position had gone before it was doubted is taken back at once
+        share = min(1.0, FOLLOWS_M_S * (facts.now - led_at) / max(self._held.point.distance(kept.point), 1e-9))
+        north = self._held.north + share * (kept.north - self._held.north)
+        return replace(kept, north=north, east=self._held.east + share * (kept.east - self._held.east))
 
     def _look(self, facts: Facts) -> None:
         """Note whether the witnesses keep a drone whose position is doubted. Then it is led, whatever its mode."""

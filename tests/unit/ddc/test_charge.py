@@ -181,8 +181,21 @@ class TestUnderLoad:
         pack = Pack()
         pack.run(5.0)
         pack.each = 3.1
-        assert pack.fly(2.4).volts is None
+        assert pack.fly(4.4).volts is None
         assert pack.fly(0.7).is_critical
+
+    @pytest.mark.parametrize("each_s", [0.25, 0.5, 1.0])
+    def test_a_dip_of_two_seconds_right_after_take_off_does_not_count(self, each_s: float) -> None:
+        """The motors take their largest current there. ``each_s``: time between two readings."""
+        for after_s in (0.0, 0.3, 1.0, 2.5):
+            watch, now = ChargeWatch(LIPO), 0.0
+            facts = watch.update(None, (3,), now, is_airborne=False)
+            while now < 12.0:
+                each = 2.9 if after_s <= now < after_s + 2.0 else 3.7
+                facts = watch.update(BatteryInfo(90.0, 3 * each, time=now), (3,), now, is_airborne=True)
+                now += each_s
+            assert not facts.is_low
+            assert facts.volts == pytest.approx(3.7)
 
     @pytest.mark.parametrize("lasting_s", [0.5, 1.5, 2.5])
     def test_a_dip_does_not_count(self, lasting_s: float) -> None:
@@ -248,8 +261,8 @@ class TestUnderLoad:
         pack = Pack()
         pack.counter, pack.each = 61.0, 3.27
         pack.airborne = True
-        facts = pack.run(4.0)
-        assert facts.words.startswith("3.27 V a cell of 3, the counter says 61 %, 6 % was believed, 4 s in the air")
+        facts = pack.run(6.0)
+        assert facts.words.startswith("3.27 V a cell of 3, the counter says 61 %, 6 % was believed, 6 s in the air")
         assert ChargeFacts().words == (
             "voltage not known, the counter says nothing, nothing else was believed, 0 s in the air."
         )

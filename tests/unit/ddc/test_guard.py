@@ -371,7 +371,7 @@ async def test_a_landing_that_nobody_asked_for_is_followed(fresh: Rig) -> None:
 async def test_a_voltage_that_sags_brings_it_home(fresh: Rig, state: StateName) -> None:
     await fresh.enter(state)
     fresh.autopilot.volts = 3.25 * 3
-    for _ in range(2):
+    for _ in range(3):
         fresh.target_plan(40 if fresh.autopilot.north < 20 else 0, 0)
         await fresh.run(2.0)
     fresh.expect(S.RETURN_TO_LAUNCH)
@@ -388,7 +388,7 @@ async def test_a_voltage_that_is_nearly_gone_lands_it(fresh: Rig, state: StateNa
     await fresh.enter(state)
     fresh.autopilot.north += 20.0
     fresh.autopilot.volts = 3.1 * 3
-    for _ in range(2):
+    for _ in range(3):
         fresh.target_plan(40 if fresh.autopilot.north < 20 else 0, 0)
         await fresh.run(2.0)
     fresh.expect(S.LAND)

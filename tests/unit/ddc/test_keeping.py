@@ -8,7 +8,7 @@ import pytest
 
 from hawk.comm.foreign_writes import FENCE as FENCE_SUBJECT
 from hawk.comm.vehicle import OTHER_FENCE
-from hawk.ddc.acts import Acts, Ask, CompareFence, EnableFence, Log, PutBack, Request, UploadFence
+from hawk.ddc.acts import Acts, Ask, CompareFence, EnableFence, Log, PutBack, Request, SetHome, UploadFence
 from hawk.ddc.facts import Answer, Facts, HomeFacts
 from hawk.ddc.failsafes import check_failsafes
 from hawk.ddc.keeping.changes import UNKNOWN, changed_by
@@ -16,10 +16,13 @@ from hawk.ddc.keeping.effort import PAUSE_S, TRIES, WINDOW_S, Effort
 from hawk.ddc.keeping.fence import COMPARE_S, RETRY_S, STALE_S, SWITCH_CONFIRM_S, KeptFence, is_inside
 from hawk.ddc.keeping.home import LOST_S, KeptHome
 from hawk.ddc.keeping.parameters import PATIENCE_S, KeptParameters
-from hawk.ddc.parameter_values import NOT_READ, FailsafeCheck
+from hawk.ddc.orders import ToHover, ToManual
+from hawk.ddc.parameter_values import FailsafeCheck
 from hawk.ddc.preflight import autopilot_view
+from hawk.ddc.states.base import State
 from hawk.ddc.states.hover import Hover, Manual
 from hawk.model.vehicle import ForeignWrite
+from tests.unit.ddc.by_facts import made
 from tests.unit.ddc.fakes import SAFE_PARAMETERS
 from tests.unit.ddc.written_facts import FENCE, SETTINGS, flying, on_ground, pose, without_link
 
@@ -95,8 +98,8 @@ def checks(facts: Facts, **changed: float | None) -> tuple[FailsafeCheck, ...]:
     return check_failsafes({**VALUES, **changed}, autopilot_view(facts, SETTINGS))
 
 
-def keep(kept: KeptParameters, facts: Facts, **changed: float | None) -> Acts:
-    return kept.tick(facts, {**VALUES, **changed}, checks(facts, **changed), may_write=True)
+def keep(kept: KeptParameters, facts: Facts, *, may_write: bool = True, **changed: float | None) -> Acts:
+    return kept.tick(facts, {**VALUES, **changed}, autopilot_view(facts, SETTINGS), may_write=may_write)
 
 
 class TestParameters:
@@ -148,19 +151,42 @@ class TestParameters:
         assert asks(keep(kept, flying(1.0), BATT_FS_LOW_ACT=5)) == []
 
     def test_another_remedy_than_set_failsafes_is_named(self) -> None:
-        kept = KeptParameters()
+        (told,) = keep(KeptParameters(), flying(1.0), BATT_LOW_VOLT=0.0)
+        assert isinstance(told, Log)
+        assert "Set failsafes" not in told.details
+        assert "Set BATT_LOW_VOLT" in told.details
+
+    @pytest.mark.parametrize(
+        ("may_write", "words"),
+        [(True, "It is being put back."), (False, "It is put back when the drone is taken from the pilot.")],
+    )
+    def test_a_fence_that_is_switched_off_is_put_back_by_hawk_and_not_by_the_operator(
+        self, may_write: bool, words: str
+    ) -> None:
         facts = flying(1.0)
         off = replace(facts, diagnostics=replace(facts.diagnostics, fence_on=False))
-        (told,) = keep(kept, off)
+        (told,) = keep(KeptParameters(), off, may_write=may_write)
         assert isinstance(told, Log)
-        assert "Switch it on at the remote control" in told.details
+        assert words in told.details
+        assert "remote control" not in told.details
 
     def test_one_that_is_not_read_is_neither_right_nor_wrong(self) -> None:
         kept = KeptParameters()
         keep(kept, flying(1.0))
         assert keep(kept, flying(1.1), BATT_FS_LOW_ACT=None) == ()
-        unread = FailsafeCheck("Battery failsafe", False, NOT_READ)
-        assert kept.tick(flying(1.2), VALUES, (unread,), may_write=True) == ()
+        unread = {name: value for name, value in VALUES.items() if name != "BATT_FS_LOW_ACT"}
+        assert kept.tick(flying(1.2), unread, autopilot_view(flying(1.2), SETTINGS), may_write=True) == ()
+
+    def test_what_would_be_wrong_by_the_limits_of_now_is_not_put_back(self) -> None:
+        """Heights of an earlier run that were right below its ceiling of 200 m; this flight's is 100 m."""
+        kept = KeptParameters({"RTL_ALT": 15_000.0, "FENCE_ALT_MAX": 200.0, "FENCE_ACTION": 1.0})
+        acts = keep(kept, flying(1.0), RTL_ALT=30_000.0, FENCE_ACTION=0.0, FENCE_ALT_MAX=20.0)
+        assert asks(acts) == []
+        assert kept.known == frozenset()
+        assert any("Return or land, then Set failsafes." in log.details for log in acts if isinstance(log, Log))
+        kept = KeptParameters({"RTL_ALT": 15_000.0, "FENCE_ACTION": 1.0})
+        acts = keep(kept, flying(1.1), RTL_ALT=30_000.0, FENCE_ACTION=0.0)
+        assert [ask.request for ask in asks(acts)] == [PutBack("FENCE_ACTION", 1.0)]
 
     def test_a_missing_parameter_is_not_written(self) -> None:
         kept = KeptParameters()
@@ -174,7 +200,8 @@ class TestParameters:
                 kept = KeptParameters()
                 keep(kept, flying(1.0))
                 values = {**VALUES, name: wrong}
-                written = [ask.request for ask in asks(keep(kept, flying(1.1), **{name: wrong}))]
+                acts = kept.tick(flying(1.1), values, autopilot_view(flying(1.1), SETTINGS), may_write=True)
+                written = [ask.request for ask in asks(acts)]
                 values |= {each.parameter: each.value for each in written if isinstance(each, PutBack)}
                 assert all(check.passed for check in check_failsafes(values, autopilot_view(flying(1.0), SETTINGS)))
 
@@ -183,8 +210,7 @@ class TestParameters:
         keep(kept, flying(0.0))
         for second in range(int(PATIENCE_S) + 5):
             facts = flying(1.0 + second)
-            values, found = {**VALUES, "BATT_FS_LOW_ACT": 5.0}, checks(facts, BATT_FS_LOW_ACT=5)
-            assert asks(kept.tick(facts, values, found, may_write=False)) == []
+            assert asks(keep(kept, facts, may_write=False, BATT_FS_LOW_ACT=5)) == []
         assert (kept.lost, kept.restored) == ((), frozenset())
         assert len(asks(keep(kept, flying(60.0), BATT_FS_LOW_ACT=5))) == 1
 
@@ -234,7 +260,7 @@ class TestParameters:
             keep(kept, flying(now))
             told = keep(kept, flying(now + 0.1), BATT_FS_LOW_ACT=5)
             for ask in asks(told):
-                kept.tick(answered(flying(now + 0.2), ask, "done"), VALUES, checks(flying(now)), may_write=True)
+                keep(kept, answered(flying(now + 0.2), ask, "done"))
         (lost,) = [act for act in told if isinstance(act, Log) and "cannot be put back" in act.text]
         assert lost.details == "Somebody changes it again and again."
 
@@ -504,6 +530,38 @@ class TestSwitch:
         assert fences.kept.lost == ()
 
 
+def moves(kept: KeptHome, facts: Facts, state: State) -> None:
+    """Move home, and let it be set back: a tick each."""
+    kept.tick(home_at(facts, 60.0, 0.1), state)
+    kept.tick(home_at(replace(facts, now=facts.now + 1.0), 0.0, 1.1), state)
+
+
+def test_who_moves_home_for_the_fourth_time_within_a_minute_wins() -> None:
+    kept, state = KeptHome(), made(ToHover())
+    for number in range(3):
+        moves(kept, flying(10.0 * number), state)
+        assert kept.lost(flying(10.0 * number)) == ()
+    acts = kept.tick(home_at(flying(59.9), 60.0, 0.1), state)
+    assert kept.lost(home_at(flying(59.9), 60.0, 0.1)) == ("its home",)
+    assert [type(ask.request) for ask in asks(acts)] == [SetHome], "it is set back all the same"
+    kept.tick(home_at(flying(90.0), 0.0, None), state)
+    assert kept.lost(flying(90.0)) == ("its home",), "until the motors are off"
+    kept.tick(on_ground(flying(91.0)), state)
+    assert kept.lost(flying(92.0)) == ()
+    moves(kept, flying(93.0), state)
+    assert kept.lost(flying(93.0)) == ()
+
+
+def test_moves_that_are_minutes_apart_or_under_a_pilot_are_not_counted() -> None:
+    kept, state = KeptHome(), made(ToHover())
+    for number in range(8):
+        moves(kept, flying(20.0 * number), state)
+        assert kept.lost(flying(20.0 * number)) == ()
+    for number in range(8):
+        moves(kept, flying(200.0 + number), made(ToManual()))
+        assert kept.lost(flying(200.0 + number)) == ()
+
+
 def home_at(facts: Facts, away: float, moved_s: float | None) -> Facts:
     home = HomeFacts(facts.position.datum, 0.1, away, moved_s, is_inside=True)
     return replace(facts, position=replace(facts.position, autopilot_home=home))
@@ -513,5 +571,5 @@ def home_at(facts: Facts, away: float, moved_s: float | None) -> Facts:
     ("away", "moved_s", "lost"), [(60.0, LOST_S - 0.1, ()), (60.0, LOST_S, ("its home",)), (0.0, 20.0, ())]
 )
 def test_home_that_stays_moved_for_ten_seconds_is_lost(away: float, moved_s: float, lost: tuple[str, ...]) -> None:
-    assert KeptHome.lost(home_at(flying(1.0), away, moved_s)) == lost
-    assert KeptHome.lost(home_at(flying(1.0), away, None)) == ()
+    assert KeptHome().lost(home_at(flying(1.0), away, moved_s)) == lost
+    assert KeptHome().lost(home_at(flying(1.0), away, None)) == ()

@@ -12,6 +12,7 @@ from hawk.ddc import guard
 from hawk.ddc.camera_hold import FARTHEST_M, held
 from hawk.ddc.facts import Facts
 from hawk.ddc.geofence import circle, contains, polygon_fence
+from hawk.ddc.height import HeightFacts
 from hawk.ddc.home import returning
 from hawk.ddc.motion import Goal
 from hawk.ddc.orders import (
@@ -28,7 +29,7 @@ from hawk.ddc.orders import (
     Transition,
 )
 from hawk.ddc.place import PlaceFacts
-from hawk.ddc.states.hover import STRAYS_S
+from hawk.ddc.states.hover import FOLLOWS_M_S, STRAYS_S
 from hawk.ddc.witness import WitnessFacts
 from hawk.ddc.witness_reports import WitnessReports
 from hawk.model.ground_motion import GroundStep
@@ -111,6 +112,54 @@ def test_a_lost_operator_lands_a_drone_whose_place_is_doubted() -> None:
     assert isinstance(trusted.transition, ToReturn)
 
 
+# -- a return under way ------------------------------------------------------------------------------------------------
+
+
+def misled(now: float, seconds: float, *, by_height: bool = False, height: float = 30.0) -> Facts:
+    """Return facts of a return whose place, or height (reported 4 m too high), has been doubted for ``seconds``."""
+    facts = at(doubted(flying(now, CopterMode.RTL)), 20.0, height=height)
+    witness = WitnessFacts(replace(facts.witness.place, doubted_s=seconds))
+    if by_height:
+        witness = WitnessFacts(height=HeightFacts(4.0, 4.0, None, height, doubted_s=seconds))
+    return replace(facts, witness=witness)
+
+
+@pytest.mark.parametrize("by_height", [False, True])
+def test_a_return_that_must_be_lands_when_a_doubt_begins_on_the_way(by_height: bool) -> None:
+    step = made(ToReturn(CAUSE)).transition_next_state(misled(9.0, 1.0, by_height=by_height))
+    assert isinstance(step.transition, ToLand)
+    assert step.transition.cause is not None
+    assert step.transition.cause.kind is CAUSE.kind
+    assert step.transition.cause.text.startswith(f"{CAUSE.text} The ")
+
+
+@pytest.mark.parametrize("by_height", [False, True])
+def test_a_return_that_the_operator_asked_for_holds_when_a_doubt_begins_on_the_way(by_height: bool) -> None:
+    step = made(ToReturn()).transition_next_state(misled(9.0, 1.0, by_height=by_height))
+    assert isinstance(step.transition, ToHover)
+    assert step.transition.level == "warning"
+    assert step.transition.reason.endswith("Land, or fly by hand.")
+
+
+def test_one_that_is_below_min_lands_there() -> None:
+    lowest = flying(0.0).limits.heights.minimum
+    for height, found in ((lowest, ToHover), (lowest - 0.1, ToLand)):
+        step = made(ToReturn()).transition_next_state(misled(9.0, 1.0, height=height))
+        assert isinstance(step.transition, found)
+    step = made(ToReturn()).transition_next_state(misled(9.0, 1.0, by_height=True, height=lowest + 3.9))
+    assert isinstance(step.transition, ToLand), "truly below Min"
+    assert step.transition.cause is not None
+    assert step.transition.cause.kind is CauseKind.NEVER
+
+
+def test_a_return_in_spite_of_a_doubt_that_the_operator_knew_goes_on_and_so_does_the_autopilots_own() -> None:
+    for transition, seconds in ((ToReturn(), 9.0), (ToReturn(CAUSE), 9.0), (ToReturn(CAUSE, by_autopilot=True), 1.0)):
+        assert made(transition).transition_next_state(misled(9.0, seconds)).transition is None
+    too_low = HeightFacts(-4.0, -4.0, None, 30.0, doubted_s=1.0)
+    rises = replace(misled(9.0, 1.0), witness=WitnessFacts(height=too_low))
+    assert made(ToReturn()).transition_next_state(rises).transition is None, "truly higher than it says"
+
+
 # -- the place that the camera holds -----------------------------------------------------------------------------------
 
 GOAL = Goal(10.0, 0.0, 30.0, 0.5)
@@ -165,8 +214,23 @@ def test_a_hover_that_begins_in_doubt_holds_where_it_begins() -> None:
     state = made(ToHover())
     (goal,) = targets(state.process(at(doubted(flying(0.05), (4.0, 0.0)), 7.0)))
     assert (goal.north, goal.east) == (7.0, 0.0)
-    (goal,) = targets(state.process(at(doubted(flying(0.1), (4.7, 0.0)), 7.0)))
+    (goal,) = targets(state.process(at(doubted(flying(1.05), (4.7, 0.0)), 7.0)))
     assert goal.north == pytest.approx(7.7)
+
+
+def test_a_car_that_fills_the_picture_leads_the_drone_slowly() -> None:
+    """The camera sees 8 m/s: no walk of GNSS. Without the pace the target would be 13 m away after a second."""
+    state = made(ToHover())
+    state.process(flying(0.05))
+    (goal,) = targets(state.process(doubted(flying(1.0), (3.0, 4.0))))
+    assert (goal.north, goal.east) == (3.0, 4.0), "what went before the doubt is taken back at once"
+    (goal,) = targets(state.process(doubted(flying(2.0), (11.0, 4.0))))
+    assert (goal.north, goal.east) == (3.0 + FOLLOWS_M_S, 4.0)
+    state.process(doubted(flying(2.5), followed=False))
+    (goal,) = targets(state.process(doubted(flying(3.0), (11.0, 4.0))))
+    assert (goal.north, goal.east) == (11.0, 4.0), "a camera that follows again begins there"
+    (goal,) = targets(state.process(flying(3.1)))
+    assert (goal.north, goal.east) == (0.0, 0.0), "without a doubt the goal counts"
 
 
 def test_a_hover_that_sent_nothing_leads_the_drone_when_its_place_is_doubted() -> None:

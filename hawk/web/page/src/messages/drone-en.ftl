@@ -301,6 +301,7 @@ kind-maker = { $kind } ({ $maker })
 kind-system-system = { $kind }, system { $system }
 kind-system-system-component = { $kind }, system { $system }.{ $component }
 kite = kite
+land-or-fly-by-hand = Land, or fly by hand.
 land-or-move-the-drone = Land, or move the drone.
 landed-motors-off = Landed. Motors off.
 landing = Landing.

@@ -311,6 +311,7 @@ kind-maker = { $kind } ({ $maker })
 kind-system-system = { $kind }, système { $system }
 kind-system-system-component = { $kind }, système { $system }.{ $component }
 kite = cerf-volant
+land-or-fly-by-hand = Atterrissez, ou pilotez à la main.
 land-or-move-the-drone = Atterrissez, ou déplacez le drone.
 landed-motors-off = Posé. Moteurs arrêtés.
 landing = Atterrissage.
