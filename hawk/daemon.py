@@ -304,6 +304,7 @@ class Daemon:
             footprint=self.inputs.footprint,
             camera_check=self.inputs.camera_check,
             ground_step=self.inputs.ground_step,
+            stall_size=self.inputs.stall_size,
             vision_app_health=self.inputs.vision_health,
             mapper_app_health=self.inputs.mapper_health,
             path_plan_app_health=self.inputs.path_plan_health,

@@ -11,6 +11,7 @@ from hawk.model.operation import Health, StateName
 from hawk.model.pictures import CameraModel
 from hawk.model.plans import DesiredPose, PathPlan
 from hawk.model.poses import MapPoint, MapPose
+from hawk.model.stall_size import StallSize
 
 
 class AlgoError(Exception):
@@ -80,3 +81,5 @@ class FrameOutput:
     is_damaged: bool = False
     ground_step: GroundStep | None = None
     """Motion over ground since an earlier frame; None where the two were not compared, or the camera is not well."""
+    stall_size: StallSize | None = None
+    """Usual size of the stalls; None where too few are whole."""

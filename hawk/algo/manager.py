@@ -20,6 +20,7 @@ from hawk.algo.vision.odometry import Odometry
 from hawk.algo.vision.picture import PictureStyle, annotate
 from hawk.algo.vision.rectify import ground_footprint
 from hawk.algo.vision.seen import Seen, SeesFrames
+from hawk.algo.vision.stall_size import stall_size
 from hawk.image import NoImage
 from hawk.model.ground_motion import GroundStep
 from hawk.model.operation import Health
@@ -110,6 +111,7 @@ class AlgorithmManagerApp:
             camera_health=camera,
             is_damaged=seen.is_damaged,
             ground_step=step if camera.is_healthy else None,
+            stall_size=stall_size(frame, seen),
         )
 
     def _work(self, frame: FrameInput, steps: _Steps) -> tuple[Seen, Fused, Plan, Health]:

@@ -20,6 +20,7 @@ from hawk.model.pictures import AnnotatedFrame
 from hawk.model.plans import DesiredPose, PathPlan, Verdict
 from hawk.model.poses import MapPoint, MapPose
 from hawk.model.sentences import say
+from hawk.model.stall_size import StallSize
 
 T = TypeVar("T")
 
@@ -104,6 +105,7 @@ class AlgorithmTopics:
     footprint: Topic[tuple[MapPoint, ...]]
     camera_check: Topic[Health]
     ground_step: Topic[GroundStep]
+    stall_size: Topic[StallSize]
     vision_app_health: Topic[Health]
     mapper_app_health: Topic[Health]
     path_plan_app_health: Topic[Health]
@@ -127,6 +129,8 @@ class AlgorithmTopics:
         self.footprint.publish(output.footprint)
         if output.ground_step is not None:
             self.ground_step.publish(output.ground_step)
+        if output.stall_size is not None:
+            self.stall_size.publish(output.stall_size)
         if output.annotated_jpeg:
             self.annotated.publish(AnnotatedFrame(output.sequence, output.captured, output.annotated_jpeg))
         self.frame_output.publish(output)

@@ -1,20 +1,25 @@
 """Height: whether the reported height changes as GNSS, the camera and the rangefinder see the drone rise and sink.
 
 The autopilot's height follows its barometer. One that drifts takes height and climb with it, all flags good. Three
-witnesses show it: the altitude of GNSS since the ground, the growth of the ground in the camera's pictures, and the
-ground's height by the rangefinder. None is believed alone: GNSS wanders by metres, ground slopes.
+witnesses show it: the altitude of GNSS since the ground, the camera, and the ground's height by the rangefinder. The
+camera has two readings: the growth of the ground from picture to picture, exact for a minute, and the size of the
+stalls, rough but for the whole flight. A slope of the ground changes both, so they are one witness. None is believed
+alone: GNSS wanders by metres, ground slopes.
 """
 
 from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from statistics import median
 
 from hawk.ddc.doubt import Doubt
 from hawk.ddc.words import metres
 from hawk.model.ground_motion import GroundStep
 from hawk.model.sentences import say
+from hawk.model.stall_size import StallSize
 
 WINDOW_S = 60.0
 """Time over which camera and rangefinder count, seconds: ground slopes, and their errors add up. While the height is
@@ -35,6 +40,16 @@ WORST_ACCURACY_M = 5.0
 """A receiver that gives a worse accuracy of its altitude is no witness, metres."""
 SILENT_S = 5.0
 """A witness that is silent for longer is none, seconds."""
+SIZE_S = 5.0
+"""The size of the stalls is the median of this time, seconds."""
+LEAST_SIZES = 3
+"""Readings of a size in that time."""
+SETTLED_S = 30.0
+"""A size counts as usual for this flight after this time, seconds, unless the height is doubted before."""
+LEAST_SETTLED = 10
+"""Readings of a usual size."""
+SIZE_SHARE = 0.15
+"""Share of the height that other rows, with narrower or wider stalls, explain."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +65,20 @@ class HeightFacts:
     """Seconds since the height has been doubted; None while it is not."""
     last_off: float = 0.0
     """`off` as a witness last said it: it counts while all of them are silent, metres."""
+    by_size: float | None = None
+    """By the size of the stalls; 0 where other rows explain it."""
+
+    @property
+    def said(self) -> tuple[float, ...]:
+        """Every reading of a witness that is not silent."""
+        readings = (self.by_gnss, self.by_camera, self.by_range, self.by_size)
+        return tuple(each for each in readings if each is not None)
+
+    @property
+    def votes(self) -> tuple[float, ...]:
+        """One reading of each witness: of the camera's two the larger one."""
+        camera = max((each for each in (self.by_camera, self.by_size) if each is not None), key=abs, default=None)
+        return tuple(each for each in (self.by_gnss, camera, self.by_range) if each is not None)
 
     @property
     def is_doubted(self) -> bool:
@@ -59,13 +88,13 @@ class HeightFacts:
     @property
     def off(self) -> float:
         """Metres by which the reported height is above the true one while it is doubted: the mean of the witnesses."""
-        seen = [each for each in (self.by_gnss, self.by_camera, self.by_range) if each is not None]
+        said = self.said
         if not self.is_doubted:
             return 0.0
-        if not seen:
+        if not said:
             return self.last_off
-        side = math.copysign(1.0, math.fsum(seen))
-        agreeing = [each for each in seen if each * side >= SECOND_M] or seen
+        side = math.copysign(1.0, math.fsum(said))
+        agreeing = [each for each in said if each * side >= SECOND_M] or said
         return math.fsum(agreeing) / len(agreeing)
 
     @property
@@ -95,6 +124,9 @@ class HeightWatch:
         """Forget the flight."""
         self._sunk: deque[tuple[float, float]] = deque()
         self._ground: deque[tuple[float, float]] = deque()
+        self._sizes: deque[StallSize] = deque()
+        self._settled: list[float] = []
+        self._usual: float | None = None
         self._doubt = Doubt(CONFIRM_S, AGREES_S)
         self._last_off = 0.0
 
@@ -110,6 +142,16 @@ class HeightWatch:
     def note_range(self, time: float, ground: float) -> None:
         """Take the ground's height by the rangefinder, metres above the arm place."""
         self._keep(self._ground, time, ground)
+
+    def note_size(self, size: StallSize) -> None:
+        """Take the size of the stalls in a picture."""
+        self._sizes.append(size)
+        while size.time - self._sizes[0].time > SETTLED_S:
+            width = self._sizes.popleft().width
+            if not self._doubt.holds:
+                self._settled.append(width)
+        if len(self._settled) >= LEAST_SETTLED:
+            self._usual = median(self._settled)
 
     def note_gnss(self, time: float, altitude: float, accuracy: float | None, reported: float) -> None:
         """Take the altitude by GNSS and the reported one of that moment, metres above sea level.
@@ -129,12 +171,12 @@ class HeightWatch:
         """Judge at ``now``, seconds, and return what is known."""
         gnss = self._by_gnss(now)
         begin = WINDOW_S if gnss is not None or not self._doubt.holds else math.inf
-        seen = HeightFacts(gnss, self._by_camera(now, begin), self._by_range(now, begin), reported)
-        votes = [each for each in (seen.by_gnss, seen.by_camera, seen.by_range) if each is not None]
+        camera, ground, size = self._by_camera(now, begin), self._by_range(now, begin), self._by_size(now)
+        seen = HeightFacts(gnss, camera, ground, reported, by_size=size)
         if not self._doubt.holds:
-            if self._doubt.begins(now, is_beyond=_contradict(votes)):
+            if self._doubt.begins(now, is_beyond=_contradict(seen.votes)):
                 self._leave_out_silent(now)
-        elif self._doubt.ends(now, agrees=max(map(abs, votes), default=math.inf) < AGREES_M):
+        elif self._doubt.ends(now, agrees=max(map(abs, seen.said), default=math.inf) < AGREES_M):
             self._sunk.clear()  # what remains would be the return alone, a doubt of its own
             self._ground.clear()
         facts = replace(seen, doubted_s=self._doubt.seconds(now), last_off=self._last_off)
@@ -160,6 +202,17 @@ class HeightWatch:
         ground = self._counted(self._ground, now, begin_s)
         return ground[-1] - ground[0] if ground else None
 
+    def _by_size(self, now: float) -> float | None:
+        """Return how far the height is off by the stalls, which are as many times too large as it is too great."""
+        if self._usual is None or not self._sizes or now - self._sizes[-1].time > SILENT_S:
+            return None
+        newest = self._sizes[-1]
+        widths = [each.width for each in self._sizes if newest.time - each.time <= SIZE_S]
+        if len(widths) < LEAST_SIZES:
+            return None
+        off = newest.height * (1.0 - self._usual / median(widths))
+        return off if abs(off) > SIZE_SHARE * newest.height else 0.0
+
     @staticmethod
     def _counted(readings: deque[tuple[float, float]], now: float, begin_s: float) -> list[float]:
         """Return the readings of the last ``begin_s`` seconds before the newest one; none of a silent witness."""
@@ -178,7 +231,7 @@ class HeightWatch:
             readings.append((time, value))
 
 
-def _contradict(votes: list[float]) -> bool:
+def _contradict(votes: Sequence[float]) -> bool:
     """Return True when two witnesses contradict the reported height to the same side."""
     for side in (1.0, -1.0):
         beyond = sorted((each * side for each in votes), reverse=True)

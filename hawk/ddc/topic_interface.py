@@ -19,6 +19,7 @@ from hawk.model.operation import Health, StateName
 from hawk.model.plans import DesiredPose, Inbound, PathPlan, Verdict
 from hawk.model.poses import GlobalPose, LocalPose, MapPoint, VehiclePose
 from hawk.model.sentences import say
+from hawk.model.stall_size import StallSize
 from hawk.model.vehicle import BatteryInfo, Diagnostics, VehicleState
 
 LINK_TIMEOUT_S = 3.0
@@ -49,6 +50,8 @@ class DdcInputs:
     """Health of the camera by its pictures: frozen, turned, mirrored."""
     ground_step: Topic[GroundStep]
     """The drone's motion over ground, as the camera sees it and as the poses report it."""
+    stall_size: Topic[StallSize]
+    """Usual size of the stalls in a picture, by the reported height."""
     recording_health: Topic[Health]
     requests_health: Topic[Health]
     """Calls into MAVSDK that do not return make it unhealthy."""
@@ -78,6 +81,7 @@ class DdcInputs:
             camera_health=Topic("camera_health", clock),
             camera_check=Topic("camera_check", clock),
             ground_step=Topic("ground_step", clock),
+            stall_size=Topic("stall_size", clock),
             recording_health=Topic("recording_health", clock),
             requests_health=Topic("requests_health", clock),
             tasks_health=Topic("tasks_health", clock),
@@ -119,6 +123,11 @@ class DdcTopicInterface:
     def ground_step(self) -> Topic[GroundStep]:
         """The drone's motion over ground by the camera, for those that must hear every message."""
         return self._inputs.ground_step
+
+    @property
+    def stall_size(self) -> Topic[StallSize]:
+        """Usual size of the stalls in a picture, for those that must hear every message."""
+        return self._inputs.stall_size
 
     # -- the specification's access programs ---------------------------------------------------------------------
 

@@ -9,6 +9,7 @@ from hawk.ddc.place import PlaceWatch
 from hawk.ddc.topic_interface import DdcTopicInterface
 from hawk.ddc.witness import WitnessFacts
 from hawk.model.ground_motion import GroundStep
+from hawk.model.stall_size import StallSize
 from hawk.model.vehicle import GnssHeight, LandedState, VehicleState
 
 
@@ -22,6 +23,7 @@ class Witnesses:
         self._flies = False
         self._stops = (
             topics.ground_step.listen(self._note),
+            topics.stall_size.listen(self._note_size),
             topics.vehicle.estimate_jump.listen(lambda _: self._place.lose()),
             topics.vehicle.gnss_height.listen(self._note_gnss),
             topics.vehicle.terrain.listen(self._note_range),
@@ -50,6 +52,10 @@ class Witnesses:
             self._place.note(step)
             self._height.note(step)
             self._heading.note(step)
+
+    def _note_size(self, size: StallSize) -> None:
+        if self._flies:
+            self._height.note_size(size)
 
     def _note_gnss(self, height: GnssHeight) -> None:
         self._height.note_gnss(height.time, height.altitude, height.accuracy, height.reported)

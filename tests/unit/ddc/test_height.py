@@ -12,7 +12,7 @@ from hawk.comm.terrain import Terrain
 from hawk.ddc import guard
 from hawk.ddc.camera_hold import raised
 from hawk.ddc.facts import Facts
-from hawk.ddc.height import AGREES_S, SILENT_S, WINDOW_S, HeightFacts, HeightWatch
+from hawk.ddc.height import AGREES_S, SETTLED_S, SILENT_S, WINDOW_S, HeightFacts, HeightWatch
 from hawk.ddc.home import returning
 from hawk.ddc.motion import Goal
 from hawk.ddc.orders import Cause, CauseKind, ToExplore, ToHover, ToLand, ToReturn
@@ -21,6 +21,7 @@ from hawk.ddc.witness import COMPASS_LOST, WitnessFacts, compass_part
 from hawk.ddc.witness_reports import WitnessReports
 from hawk.model.ground_motion import GroundStep
 from hawk.model.operation import Health
+from hawk.model.stall_size import StallSize
 from hawk.model.vehicle import Diagnostics, GnssHeight
 from tests.unit.ddc.by_facts import at, made, targets, texts
 from tests.unit.ddc.fakes import Rig
@@ -289,6 +290,90 @@ def test_words_without_a_reported_height() -> None:
     facts = HeightFacts(by_gnss=6.0, by_camera=5.0, doubted_s=1.0)
     assert facts.words == "The height is not what the autopilot reports: 6 m off."
     assert HeightFacts(by_gnss=1.0, doubted_s=1.0).off == 1.0
+
+
+# -- the size of the stalls --------------------------------------------------------------------------------------------
+
+
+class Sizes:
+    """A camera that sees stalls of 2.5 m twice a second. ``off``: metres by which ``height`` is above the true one."""
+
+    def __init__(self, height: float = 20.0) -> None:
+        self.watch = HeightWatch()
+        self.now, self.height, self.off = 0.0, height, 0.0
+        self.watch.note_gnss(0.0, 100.0, 1.0, 100.0)
+        self.watch.stand()
+
+    def fly(self, seconds: float, drift: float = 0.0, *, width: float = 2.5, gnss: bool = True) -> HeightFacts:
+        """Fly while the reported height gains ``drift`` m/s on the true one."""
+        for _ in range(round(seconds / 0.5)):
+            self.now, self.off = self.now + 0.5, self.off + 0.5 * drift
+            if gnss:
+                self.watch.note_gnss(self.now, 100.0 + self.height - self.off, 1.0, 100.0 + self.height)
+            self.watch.note_size(StallSize(self.now, width * self.height / (self.height - self.off), self.height))
+            facts = self.watch.look(self.now, self.height)
+        return facts
+
+
+def test_a_drift_that_is_too_slow_for_the_cameras_minute_is_doubted_by_size_and_gnss() -> None:
+    flight = Sizes()
+    flight.fly(120.0)
+    assert not flight.fly(60.0, 0.05).is_doubted, "3 m"
+    facts = flight.fly(40.0, 0.05)
+    assert facts.is_doubted
+    assert facts.off == pytest.approx(5.0, abs=0.6)
+    assert facts.by_camera is None
+
+
+def test_the_size_alone_is_no_doubt_and_with_the_growth_it_is_one_witness() -> None:
+    flight = Sizes()
+    flight.fly(60.0)
+    facts = flight.fly(20.0, 0.5, gnss=False)
+    assert facts.by_size is not None
+    assert facts.by_size > 5.0
+    assert not facts.is_doubted
+    flight.watch.note(GroundStep(flight.now - 1, flight.now, (0.0, 0.0), (0.0, 0.0), math.log(2.0), 0.0, 20.0))
+    facts = flight.fly(2.0, gnss=False)
+    assert facts.by_camera == pytest.approx(10.0)
+    assert (len(facts.votes), facts.is_doubted) == (1, False)
+    assert HeightFacts(by_camera=1.0, by_size=-3.0).votes == (-3.0,)
+    assert HeightFacts(by_gnss=5.0, by_camera=-4.0, by_size=3.0, by_range=1.0).votes == (5.0, -4.0, 1.0)
+
+
+@pytest.mark.parametrize(("width", "off"), [(2.94, 0.0), (2.96, 3.108), (2.18, 0.0), (2.17, -3.041)])
+def test_rows_of_other_widths_explain_fifteen_hundredths_of_the_height(width: float, off: float) -> None:
+    flight = Sizes()
+    flight.fly(60.0)
+    assert flight.fly(8.0, width=width).by_size == pytest.approx(off, abs=0.001)
+
+
+def test_a_usual_size_needs_ten_readings_of_half_a_minute_ago() -> None:
+    flight = Sizes()
+    assert flight.fly(SETTLED_S + 5.0).by_size is None
+    assert flight.fly(0.5).by_size == 0.0
+    late = flight.watch.look(flight.now + SILENT_S, 20.0)
+    assert late.by_size == 0.0
+    assert flight.watch.look(flight.now + SILENT_S + 0.1, 20.0).by_size is None
+
+
+def test_two_sizes_in_five_seconds_are_too_few() -> None:
+    flight = Sizes()
+    flight.fly(60.0)
+    for since, found in ((5.5, None), (1.0, None), (1.0, 0.0)):
+        flight.now += since
+        flight.watch.note_size(StallSize(flight.now, 2.5, 20.0))
+        assert flight.watch.look(flight.now, 20.0).by_size == found
+
+
+def test_what_is_seen_in_doubt_becomes_never_usual() -> None:
+    flight = Sizes()
+    flight.fly(60.0)
+    assert flight.fly(12.0, 0.5).is_doubted
+    facts = flight.fly(300.0)
+    assert facts.is_doubted
+    assert facts.by_size == pytest.approx(6.0, abs=0.1)
+    flight.watch.stand()
+    assert flight.fly(5.0).by_size is None
 
 
 # -- reactions ---------------------------------------------------------------------------------------------------------

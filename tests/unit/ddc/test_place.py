@@ -268,3 +268,42 @@ def test_a_missing_comparison_allows_for_half_a_sway_and_for_less_while_it_holds
     flight.now += STEP_S
     assert not flight.fly((LIMIT_M + hidden) / 1.4 - STEP_S, reported, walk=1.4j).is_doubted
     assert flight.doubted_after(3.0, reported, walk=1.4j) <= 3.0
+
+
+# -- the disagreement, by values ---------------------------------------------------------------------------------------
+
+
+def step(since: float, until: float, reported: float, beyond: float) -> GroundStep:
+    """Return a step of ``reported`` metres north of which the camera saw ``beyond`` more."""
+    return GroundStep(since, until, (reported + beyond, 0.0), (reported, 0.0), 0.0, 0.0, 25.0)
+
+
+@pytest.mark.parametrize(("flown", "hidden"), [(5.0, 0.9), (10.0, 1.5), (20.0, 1.5)])
+def test_a_gap_hides_more_the_more_it_flies_up_to_ten_metres(flown: float, hidden: float) -> None:
+    """The camera was not seen to agree yet: 12 % of the path is no disagreement, and up to 40 % may be one."""
+    beyond = 0.4 * flown
+    for gap, allowed in ((0.0, 0.0), (0.5, hidden)):
+        watch = PlaceWatch()
+        watch.note(step(0.0, 1.0, 0.0, 0.0))
+        watch.note(step(1.0 + gap, 2.0 + gap, flown, beyond))
+        assert watch.facts(3.0).apart == pytest.approx(beyond - 0.12 * flown - allowed)
+
+
+def test_what_the_camera_was_off_before_the_window_is_taken_off() -> None:
+    """20 m of which it saw 19: a share of 20 / (400 + 40) against the prior. Then 10 m of which it sees 8."""
+    watch = PlaceWatch()
+    watch.note(step(0.0, 1.0, 20.0, -1.0))
+    watch.note(step(1.0, 12.0, 10.0, -2.0))
+    assert watch.facts(12.0).apart == pytest.approx(2.0 - 10.0 * 20.0 / 440.0 - PATH_SHARE * 10.0, abs=1e-9)
+
+
+def test_what_agrees_is_no_less_than_none_and_a_leap_begins_again() -> None:
+    watch = PlaceWatch()
+    watch.note(step(0.0, 1.0, 10.0, 0.0))
+    assert watch.facts(1.0).apart == 0.0
+    watch.note(step(1.0, 2.0, 10.0, 5.0))
+    assert watch.facts(2.0).apart == pytest.approx(5.0 - 0.12 * 20.0)
+    watch.lose()
+    assert watch.facts(2.0).apart == 0.0
+    watch.note(step(2.0, 3.0, 10.0, 0.0))
+    assert watch.facts(3.0).apart == 0.0

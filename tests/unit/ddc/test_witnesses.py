@@ -9,6 +9,7 @@ from hawk.comm.vehicle import VehicleTopics
 from hawk.ddc.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.ddc.witnesses import Witnesses
 from hawk.model.ground_motion import GroundStep
+from hawk.model.stall_size import StallSize
 from hawk.model.vehicle import CopterMode, GnssHeight, LandedState, VehicleState
 from tests.manual_clock import ManualClock
 
@@ -70,6 +71,23 @@ def test_in_the_air_all_are_heard(rig: Rig) -> None:
     rig.be()
     rig.hear()
     assert rig.heard() == (True, True, True)
+
+
+def test_the_size_of_stalls_is_heard_in_the_air_only(rig: Rig) -> None:
+    def size() -> float | None:
+        for _ in range(90):
+            rig.clock.advance(0.5)
+            rig.inputs.stall_size.publish(StallSize(rig.clock(), 2.5, 20.0))
+        rig.be()
+        return rig.witnesses.facts(rig.clock()).height.by_size
+
+    assert size() is None
+    assert size() == 0.0
+    rig.be(landed=LandedState.ON_GROUND)
+    assert size() is None
+    assert size() == 0.0
+    rig.witnesses.close()
+    assert size() is None
 
 
 def test_a_rangefinder_that_is_not_believed_is_not_heard(rig: Rig) -> None:
