@@ -19,6 +19,7 @@ from faults.fault import (
     check_fails,
     healthy,
     mode,
+    near_home,
     refused,
     state,
     told,
@@ -32,6 +33,9 @@ from hawk.model.operation import StateName
 _HOVER, _EXPLORE, _RETURN = StateName.HOVER, StateName.AUTONOMOUS_EXPLORE, StateName.RETURN_TO_LAUNCH
 _EXPLORES: Final = (Order(Takeoff()), See(state(_HOVER), 60.0), Order(AutonomousExplore()))
 _STOPS: Final = See(state(_HOVER), 27.0)
+_HOME_MOVED: Final = Station(
+    "COMMAND_LONG", command_fields(MavCommand.DO_SET_HOME, 0.0, 0.0, 0.0, 0.0, 43.2651, -79.9201, 100.0)
+)
 
 
 POSITION: Final = (
@@ -273,10 +277,19 @@ OTHERS: Final = (
         "a second station moves home",
         When.HOVERING,
         (
-            Station(
-                "COMMAND_LONG", command_fields(MavCommand.DO_SET_HOME, 0.0, 0.0, 0.0, 0.0, 43.2651, -79.9201, 100.0)
-            ),
+            _HOME_MOVED,
             See(told("ome"), 5.0),
+        ),
+        ends_flight=True,
+    ),
+    Fault(
+        "a second station moves home every 6 s",
+        When.HOVERING,
+        (
+            *(step for _ in range(3) for step in (_HOME_MOVED, See(state(_HOVER), 6.0, lasts=True))),
+            _HOME_MOVED,
+            See(state(_RETURN), 5.0),
+            See(both(DOWN, near_home(3.0)), 120.0),
         ),
         ends_flight=True,
     ),

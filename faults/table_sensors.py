@@ -27,7 +27,7 @@ from faults.fault import (
     state,
 )
 from faults.sights import stayed, truly_between, warned
-from hawk.comm.messages import Arm, ReturnToLaunch
+from hawk.comm.messages import Arm, Land, ReturnToLaunch
 from hawk.model.operation import StateName
 
 _HOVER, _EXPLORE, _RETURN = StateName.HOVER, StateName.AUTONOMOUS_EXPLORE, StateName.RETURN_TO_LAUNCH
@@ -89,7 +89,8 @@ PLACE: Final = (
         When.RETURNING,
         (
             Drone({"gps_walk": (0.5, 0.5)}),
-            See(either(warned("position", "camera", "place"), DOWN), 45.0),
+            See(either(DOWN, both(state(_HOVER, _LAND), warned("camera sees"))), 45.0),
+            Order(Land()),
             See(DOWN, 120.0),
         ),
         ends_flight=True,
@@ -181,7 +182,23 @@ HEIGHT: Final = (
     Fault(
         "the barometer rises by 0.5 m/s while the drone returns",
         When.RETURNING,
-        (Drone({"baro_drift": 0.5}), See(DOWN, 120.0)),
+        (
+            Drone({"baro_drift": 0.5}),
+            See(either(DOWN, both(state(_HOVER, _LAND), warned("height"))), 40.0),
+            Order(Land()),
+            See(DOWN, 120.0),
+        ),
+        ends_flight=True,
+    ),
+    Fault(
+        "the barometer rises by 0.05 m/s, too slowly for the camera's minute",
+        When.HOVERING,
+        (
+            See(both(UP, state(_HOVER)), 45.0, lasts=True),  # the usual size of the stalls is known then
+            Drone({"baro_drift": 0.05}),
+            See(warned("height is not what"), 150.0),
+            See(both(UP, truly_between(12.0, 24.0)), 20.0, lasts=True),
+        ),
         ends_flight=True,
     ),
     Fault(
