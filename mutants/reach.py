@@ -16,11 +16,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
-from mutants.modules import ALL_MODULES, FAST, TEST_FOLDERS
+from mutants.modules import ALL_MODULES, FAST, TEST_FOLDERS, own_files
 from mutants.sampling import Mutant
 
 ENOUGH_TESTS_S: Final = 15.0
-"""Seconds that tests of other files than a module's own may take for one mutant."""
+"""Seconds that the tests may take for one mutant."""
 UNMAPPED: Final = "tests/unit/ddc/test_state_table.py"
 """It makes every transition as it is imported, minutes under coverage; its own tests reach the line of none."""
 LEAST_S: Final = 0.02
@@ -35,7 +35,7 @@ class ReachMap:
     seconds: Mapping[str, float]
 
     def tests(self, mutant: Mutant, inside_function: bool) -> tuple[str, ...]:
-        """Return the tests that reach a mutant, files of quick tests first, within the limit of seconds.
+        """Return the tests that reach a mutant: the module's own files first, then those of quick tests, for so long.
 
         A line outside functions runs at import, so all tests that reach the module are its tests.
         """
@@ -47,7 +47,8 @@ class ReachMap:
         chosen: list[str] = []
         left = ENOUGH_TESTS_S
         means = {file: sum(map(self.cost, tests)) / len(tests) for file, tests in files.items()}
-        for file in sorted(files, key=lambda file: means[file]):
+        own = own_files(mutant.module)
+        for file in sorted(files, key=lambda file: (file not in own, means[file])):
             for test in sorted(files[file], key=self.cost):
                 if self.cost(test) <= left:
                     chosen.append(test)

@@ -76,13 +76,17 @@ def test_the_own_test_files_of_a_module_are_there() -> None:
     assert all(own_files(module) for module in ALL_MODULES), [m for m in ALL_MODULES if not own_files(m)]
 
 
-def test_quick_tests_of_the_line_run_first_and_slow_ones_only_within_the_limit() -> None:
-    reached = {"m.py": {2: frozenset({"a.py::slow"}), 7: frozenset({"a.py::slow", "b.py::quick", "c.py::slower"})}}
-    found = ReachMap(reached, {"a.py::slow": 2.0, "c.py::slower": ENOUGH_TESTS_S})
-    assert found.tests(Mutant("m.py", "core/AddNot", 0, 7), inside_function=True) == ("b.py::quick", "a.py::slow")
-    assert found.tests(Mutant("m.py", "core/AddNot", 0, 2), inside_function=True) == ("a.py::slow",)
-    at_import = found.tests(Mutant("m.py", "core/AddNot", 0, 2), inside_function=False)
-    assert at_import == ("b.py::quick", "a.py::slow"), "a line of the module runs at import"
+def test_tests_of_the_line_run_a_module_s_own_first_then_quick_ones_within_the_limit() -> None:
+    module, own = "hawk/ddc/judge.py", f"{own_files('hawk/ddc/judge.py')[0]}::own"
+    found = ReachMap(
+        {module: {2: frozenset({"a.py::slow"}), 7: frozenset({"a.py::slow", "b.py::quick", "c.py::slower", own})}},
+        {"a.py::slow": 2.0, own: 5.0, "c.py::slower": ENOUGH_TESTS_S},
+    )
+    of_line = found.tests(Mutant(module, "core/AddNot", 0, 7), inside_function=True)
+    assert of_line == (own, "b.py::quick", "a.py::slow")
+    assert found.tests(Mutant(module, "core/AddNot", 0, 2), inside_function=True) == ("a.py::slow",)
+    at_import = found.tests(Mutant(module, "core/AddNot", 0, 2), inside_function=False)
+    assert at_import == of_line, "a line of the module runs at import"
     assert function_lines(ast.parse(SOURCE)) == {6, 7}
 
 
