@@ -11,6 +11,7 @@ from hawk.comm.messages import (
     AutonomousMove,
     Command,
     CompulsiveMove,
+    Disarm,
     Hold,
     Land,
     Resume,
@@ -120,6 +121,31 @@ def test_return_and_land_go_to_an_armed_drone_that_is_not_heard_and_nothing_else
 def manual(changed: float, now: float = 10.0) -> Facts:
     facts = flying(now, CopterMode.LOITER)
     return replace(facts, link=replace(facts.link, mode_changed_at=changed))
+
+
+def test_resume_is_refused_for_three_seconds_after_a_change_of_the_mode() -> None:
+    sure, facts = Resume(confirmed=True), flying(10.0, CopterMode.LOITER)
+    for now, refused in ((12.9, True), (13.0, False), (13.9, False)):
+        at_the_switch = replace(facts, now=now, link=replace(facts.link, mode_changed_at=10.0))
+        assert reason(at_the_switch, ToManual(), sure).startswith("The mode changed just now") is refused
+
+
+@pytest.mark.parametrize(
+    ("armed", "state", "refused"),
+    [
+        (True, ToArm(), True),
+        (False, ToArm(), False),
+        (True, ToHover(), True),
+        (False, ToHover(), True),
+    ],
+)
+def test_disarm_needs_the_ground_or_motors_that_are_off_in_a_state_of_the_ground(
+    armed: bool, state: Transition, refused: bool
+) -> None:
+    facts = flying(5.0)
+    facts = replace(facts, vehicle=replace(facts.vehicle, armed=armed))
+    found = refusal(case(facts, state), "ana", Disarm())
+    assert (found is not None and found.reason.startswith("In the air")) is refused
 
 
 def test_resume_waits_three_seconds_after_the_pilots_switch_and_needs_confirmation() -> None:

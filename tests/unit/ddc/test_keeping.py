@@ -78,6 +78,23 @@ class TestEffort:
             effort.rest(answered(flying(now + 1.0), ask, "done"))
         assert not effort.is_given_up
 
+    @pytest.mark.parametrize(("fourth", "given_up"), [(59.9, True), (60.0, False)])
+    def test_the_fourth_change_counts_for_a_minute_after_the_first(self, fourth: float, given_up: bool) -> None:
+        effort = Effort(30.0)
+        for now in (0.0, 20.0, 40.0):
+            (ask,) = asks(effort.put_back(SET, flying(now)))
+            effort.rest(answered(flying(now + 1.0), ask, "done"))
+        effort.put_back(SET, flying(fourth))
+        assert effort.is_given_up is given_up
+
+    def test_after_a_refusal_it_waits_two_seconds_and_gives_up_after_its_patience_not_at_it(self) -> None:
+        effort = Effort(5.0)
+        (ask,) = asks(effort.put_back(SET, flying(0.0)))
+        effort.put_back(SET, answered(flying(3.0), ask, "failed"))
+        assert asks(effort.put_back(SET, flying(4.99))) == []
+        assert len(asks(effort.put_back(SET, flying(5.0)))) == 1
+        assert not effort.is_given_up
+
     def test_a_thing_that_stays_wrong_is_given_up(self) -> None:
         effort = Effort(5.0)
         (ask,) = asks(effort.put_back(SET, flying(0.0)))
@@ -294,7 +311,8 @@ class TestChanges:
         facts = replace(facts, link=replace(facts.link, foreign_writes=writes))
         assert changed_by(facts, ("A",)).told == "Station 254 (component 190) changed it."
         assert changed_by(facts, ("C",)).details == UNKNOWN
-        assert changed_by(replace(facts, now=80.0), ("A",)).told == ""
+        assert changed_by(replace(facts, now=75.0), ("A",)).told == "Station 254 (component 190) changed it."
+        assert changed_by(replace(facts, now=75.1), ("A",)).told == ""
 
 
 class Fences:
