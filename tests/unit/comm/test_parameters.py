@@ -48,6 +48,28 @@ async def test_a_name_that_cannot_be_one_is_not_sent(rig: Rig, name: str) -> Non
     assert rig.memory.asked == []
 
 
+@pytest.mark.parametrize(
+    ("kind", "lowest", "highest"),
+    [
+        (UINT8, 0, 255),
+        (INT8, -128, 127),
+        (3, 0, 65_535),
+        (INT16, -32_768, 32_767),
+        (5, 0, 4_294_967_295),
+        (6, -2_147_483_648, 2_147_483_647),
+    ],
+)
+async def test_whole_numbers_are_set_within_the_range_of_their_type(kind: int, lowest: int, highest: int) -> None:
+    rig = Rig(WHOLE=(1, kind))
+    for value in (lowest, highest):
+        await rig.parameters.set("WHOLE", value)
+        assert rig.memory.values["WHOLE"] == (value, kind)
+    for value in (lowest - 1, highest + 1):
+        with pytest.raises(AutopilotError, match="WHOLE"):
+            await rig.parameters.set("WHOLE", value)
+    assert rig.memory.values["WHOLE"] == (highest, kind)
+
+
 async def test_many_are_read_side_by_side_and_absent_ones_are_none(rig: Rig) -> None:
     found = await rig.parameters.read_many(["FS_GCS_ENABLE", "MAV_GCS_SYSID", "RTL_ALT", "RTL_ALT"])
     assert found == {"FS_GCS_ENABLE": 0, "MAV_GCS_SYSID": None, "RTL_ALT": 1500}

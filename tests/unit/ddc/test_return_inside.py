@@ -21,6 +21,7 @@ from hawk.ddc.motion import PROGRESS_S, Goal
 from hawk.ddc.orders import Cause, CauseKind, ToReturn
 from hawk.ddc.silence import SILENCE_S
 from hawk.ddc.states import homing, path_home
+from hawk.ddc.states.path_home import RETURNS_ALREADY, PathHome, begin
 from hawk.ddc.target_gate import Limits, target_refusal
 from hawk.model.limits import Fence
 from hawk.model.operation import StateName as S
@@ -202,17 +203,43 @@ def test_a_path_that_the_wind_drove_it_off_is_planned_again(limit: Fence) -> Non
     assert made.state.route(at(12.1, 80.0, 40.0))[1].east > 0
 
 
-def test_a_jump_of_the_position_gives_another_path() -> None:
+@pytest.mark.parametrize(("estimate", "frame"), [(80.0, 0.0), (0.0, 80.0), (0.5, 0.0)])
+def test_a_jump_of_the_position_gives_another_path(estimate: float, frame: float) -> None:
     made = returning(bent(10.0))
     made.tick(bent(10.0))
     before = made.state.route(bent(10.0))
     moved = bent(10.1, 80.0, 40.0)
-    made.tick(replace(moved, position=replace(moved.position, estimate_jump_m=80.0)))
+    made.tick(replace(moved, position=replace(moved.position, estimate_jump_m=estimate, jump_m=frame)))
     after = made.state.route(bent(10.1, 80.0, 40.0))
     assert before[1].east < 0 < after[1].east
 
 
 # -- straight instead: at the beginning -----------------------------------------------------------------------------
+
+
+def path_home_of(*, lands: bool | None = None) -> PathHome:
+    begun = begin(bent(10.0), SETTINGS) if lands is None else begin(bent(10.0), SETTINGS, lands=lands)
+    assert isinstance(begun, PathHome)
+    return begun
+
+
+def test_only_a_path_that_lands_may_take_over_an_autopilot_that_returns_and_only_before_it_led() -> None:
+    for lands, reason in ((None, RETURNS_ALREADY), (False, RETURNS_ALREADY), (True, "")):
+        path = path_home_of(lands=lands)
+        path.process(rtl(bent(10.1)))
+        assert ("" if path.end is None else path.end.reason) == reason
+    path = path_home_of(lands=True)
+    path.process(bent(10.1))
+    path.process(rtl(bent(10.2)))
+    assert path.end is not None
+    assert path.end.reason == RETURNS_ALREADY, "a pilot, or the autopilot, took it back"
+
+
+def test_above_home_only_a_path_that_lands_ends_there_while_rtl_would_end_elsewhere() -> None:
+    for lands, astray, above in ((True, True, True), (True, False, False), (False, True, False)):
+        path, here = path_home_of(lands=lands), bent(10.1, 0.5, 0.5)
+        path.process(replace(here, kept=replace(here.kept, astray="a rally point" if astray else "")))
+        assert (path.end is not None and path.end.is_above_home) is above
 
 
 def old(facts: Facts) -> Facts:
