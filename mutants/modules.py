@@ -139,6 +139,7 @@ FAST: Final = "not flight and not slow"
 TEST_FOLDERS: Final = ("tests/unit/ddc", "tests/unit/comm", "tests/unit/daemon", "tests/unit/store")
 
 _OWN: Final[dict[str, tuple[str, ...]]] = {
+    "hawk/ddc/decider.py": ("decider", "lot_moves"),
     "hawk/ddc/states/base.py": ("states_by_facts", "decider"),
     "hawk/ddc/states/explore.py": ("explore_by_facts", "decider"),
     "hawk/ddc/states/factory.py": ("states_by_facts", "decider"),

@@ -406,6 +406,14 @@ def test_a_breach_is_reported_once() -> None:
     assert [log.text for log in texts if isinstance(log, Log)] == ["Outside the fence: going back inside."]
 
 
+def test_on_the_ground_without_a_fall_nothing_is_said_of_one() -> None:
+    program = decider()
+    for tick in range(3):
+        acts = program.tick(on_ground(flying(1.0 + tick / 20))).acts
+        assert of_kind(acts, EnterState) == []
+        assert program.state.detail(on_ground(flying(1.0))) != "Motors off in the air."
+
+
 def _broken(*_: object, **__: object) -> Any:
     raise RuntimeError("boom")
 

@@ -242,7 +242,7 @@ class TestParameters:
         assert PutBack("FENCE_ACTION", 1) in [ask.request for ask in asks(inside)]
 
     @pytest.mark.parametrize(
-        ("north", "height", "inside"), [(0.0, 30.0, True), (160.0, 30.0, False), (0.0, 98.0, False)]
+        ("north", "height", "inside"), [(0.0, 30.0, True), (160.0, 30.0, False), (0.0, 97.0, True), (0.0, 97.1, False)]
     )
     def test_inside_is_under_the_ceiling_as_well(self, north: float, height: float, inside: bool) -> None:
         facts = flying(1.0)

@@ -334,3 +334,40 @@ async def test_a_name_of_another_version_is_no_warning(fresh: Rig, caplog: pytes
     levels = {record.getMessage().split(":")[0]: record.levelno for record in caplog.records}
     assert levels["read RTL_ALT_M"] == levels["read MAV_GCS_SYSID"] == logging.DEBUG
     assert levels["read FS_OPTIONS"] == logging.WARNING
+
+
+# -- times by value ----------------------------------------------------------------------------------------------------
+
+
+def read_all(reader: ParameterReader, now: float, *, fails: str = "") -> None:
+    """Answer at once whatever the reader asks at ``now``, until it asks no more; ``fails`` is refused."""
+    asked = asked_names(reader, standing(now))
+    while asked:
+        answers = tuple(
+            Answer(f"read {name}", now, "failed" if name == fails else "done", "", SAFE_PARAMETERS.get(name, 0.0))
+            for name in asked
+        )
+        asked = asked_names(reader, replace(standing(now), answers=answers))
+
+
+def standing(now: float) -> Facts:
+    return on_ground(flying(now))
+
+
+def asked_names(reader: ParameterReader, facts: Facts) -> list[str]:
+    asks = [act.request for act in reader.tick(facts) if isinstance(act, Ask)]
+    return [request.parameter for request in asks if isinstance(request, ReadParameter)]
+
+
+def test_on_the_ground_a_parameter_is_read_again_after_twenty_seconds() -> None:
+    reader = ParameterReader(245)
+    read_all(reader, 100.0)
+    assert asked_names(reader, standing(119.9)) == []
+    assert asked_names(reader, standing(120.0)) != []
+
+
+def test_a_read_that_failed_is_tried_again_after_three_seconds() -> None:
+    reader = ParameterReader(245)
+    read_all(reader, 100.0, fails="FS_GCS_ENABLE")
+    assert asked_names(reader, standing(102.9)) == []
+    assert asked_names(reader, standing(103.0)) == ["FS_GCS_ENABLE"]
