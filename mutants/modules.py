@@ -181,7 +181,7 @@ _OWN: Final[dict[str, tuple[str, ...]]] = {
     "hawk/ddc/keeping/effort.py": ("keeping",),
     "hawk/ddc/keeping/fence.py": ("keeping", "flight_gate"),
     "hawk/ddc/keeping/home.py": ("keeping", "home"),
-    "hawk/ddc/keeping/keeper.py": ("keeping", "way_home", "parameter_reader"),
+    "hawk/ddc/keeping/keeper.py": ("keeping", "decider", "way_home"),
     "hawk/ddc/keeping/parameters.py": ("keeping", "parameter_reader"),
     "hawk/ddc/target_gate.py": ("target_gate", "service_interface"),
     "hawk/comm/fence_rings.py": ("autopilot", "mavlink_link"),

@@ -2,19 +2,33 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import replace
 
 import pytest
 
 from hawk.comm.foreign_writes import FENCE as FENCE_SUBJECT
 from hawk.comm.vehicle import OTHER_FENCE
-from hawk.ddc.acts import Acts, Ask, CompareFence, EnableFence, Log, PutBack, Request, SetHome, UploadFence
+from hawk.ddc.acts import (
+    Acts,
+    Ask,
+    CompareFence,
+    EnableFence,
+    Log,
+    PutBack,
+    ReadParameter,
+    Request,
+    SetHome,
+    UploadFence,
+)
 from hawk.ddc.facts import Answer, Facts, HomeFacts
 from hawk.ddc.failsafes import check_failsafes
 from hawk.ddc.keeping.changes import UNKNOWN, changed_by
 from hawk.ddc.keeping.effort import PAUSE_S, TRIES, WINDOW_S, Effort
 from hawk.ddc.keeping.fence import COMPARE_S, RETRY_S, STALE_S, SWITCH_CONFIRM_S, KeptFence, is_inside
 from hawk.ddc.keeping.home import LOST_S, KeptHome
+from hawk.ddc.keeping.keeper import Keeper
 from hawk.ddc.keeping.parameters import PATIENCE_S, KeptParameters
 from hawk.ddc.orders import ToHover, ToManual
 from hawk.ddc.parameter_values import FailsafeCheck
@@ -591,3 +605,42 @@ def home_at(facts: Facts, away: float, moved_s: float | None) -> Facts:
 def test_home_that_stays_moved_for_ten_seconds_is_lost(away: float, moved_s: float, lost: tuple[str, ...]) -> None:
     assert KeptHome().lost(home_at(flying(1.0), away, moved_s)) == lost
     assert KeptHome().lost(home_at(flying(1.0), away, None)) == ()
+
+
+# -- all of it ---------------------------------------------------------------------------------------------------------
+
+
+def _read(ask: Ask, values: Mapping[str, float | None]) -> Answer:
+    assert isinstance(ask.request, ReadParameter)
+    value = values.get(ask.request.parameter)
+    return Answer(ask.name, ask.at, "failed" if value is None else "done", "", value)
+
+
+def keeper_that_read(facts: Facts, **changed: float | None) -> Keeper:
+    """Return a keeper whose reader has read the autopilot's parameters at these facts."""
+    keeper = Keeper(SETTINGS)
+    values = {**VALUES, **changed}
+    acts = keeper.reader.tick(facts)
+    while asked := [act for act in acts if isinstance(act, Ask) and isinstance(act.request, ReadParameter)]:
+        acts = keeper.reader.tick(replace(facts, answers=tuple(_read(ask, values) for ask in asked)))
+    return keeper
+
+
+def test_the_keeper_says_why_a_return_would_go_astray_and_for_how_long_it_has_not() -> None:
+    keeper = keeper_that_read(flying(10.0), RTL_ALT=30_000.0)
+    found = keeper.kept(flying(10.0))
+    assert found.astray == "Return height: 300 m, must be at most 97 m."
+    assert found.astray_ago == 0.0
+    after = keeper.kept(on_ground(flying(10.5)))
+    assert (after.astray, after.astray_ago, after.known) == ("", 0.5, ())
+    right = keeper_that_read(flying(10.0)).kept(flying(10.0))
+    assert (right.astray, right.astray_ago) == ("", math.inf)
+    moved = keeper_that_read(flying(10.0)).kept(home_at(flying(10.0), 60.0, 0.5))
+    assert (moved.astray, moved.astray_ago) == ("Home is 60 m from the arm place.", 0.0)
+
+
+def test_a_fence_that_is_switched_off_is_known_to_come_back() -> None:
+    facts = flying(10.0)
+    off = replace(facts, diagnostics=replace(facts.diagnostics, fence_on=False))
+    assert keeper_that_read(facts).kept(off).known == ("Fence in the autopilot",)
+    assert keeper_that_read(facts).kept(facts).known == ()
