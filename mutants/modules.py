@@ -184,7 +184,7 @@ _OWN: Final[dict[str, tuple[str, ...]]] = {
     "hawk/ddc/keeping/keeper.py": ("keeping", "decider", "way_home"),
     "hawk/ddc/keeping/parameters.py": ("keeping", "parameter_reader"),
     "hawk/ddc/target_gate.py": ("target_gate", "service_interface"),
-    "hawk/comm/fence_rings.py": ("autopilot", "mavlink_link"),
+    "hawk/comm/fence_rings.py": ("fence_rings", "autopilot", "mavlink_link"),
     "hawk/comm/streams.py": ("rates", "telemetry"),
     "hawk/comm/vehicle_kinds.py": ("mavlink_frames", "peer"),
     "hawk/comm/telemetry.py": ("telemetry", "telemetry_places"),

@@ -253,7 +253,7 @@ def _check_ceiling(ceiling: float, settings: DdcSettings, heights: HeightParamet
             say(
                 "Ceiling: {ceiling} is too low for flying up to {maximum:g} m, which needs {needed:g} m: raise it, or "
                 "lower Max first.",
-                ceiling=metres(ceiling),
+                ceiling=say("{found:g} m", found=ceiling),
                 maximum=heights.maximum,
                 needed=needed,
             )

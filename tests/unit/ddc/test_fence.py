@@ -343,6 +343,33 @@ async def test_a_return_above_the_fences_ceiling_fails_before_flight_and_is_told
     assert not rig.command(Arm()).accepted
 
 
+async def test_what_must_be_changed_is_noted_before_what_must_be_known(rig: Rig) -> None:
+    rig.autopilot.values["RTL_ALT"] = 9_000
+    await rig.run(REREAD_S + 2)
+    check = await rig.check_fence(CheckFence(corners=corners(U_SHAPE), ceiling=80))
+    assert isinstance(check, FenceCheck)
+    assert [note.split()[0] for note in check.notes] == ["It", "From"]
+
+
+@pytest.mark.parametrize(
+    ("ceiling", "problem"), [(63.0, ""), (62.9, "Ceiling: 62.9 m is too low for flying up to 60 m, which needs 63 m")]
+)
+async def test_the_ceiling_leaves_our_margin_above_max(rig: Rig, ceiling: float, problem: str) -> None:
+    check = await rig.check_fence(CheckFence(corners=corners(SQUARE), ceiling=ceiling))
+    assert isinstance(check, FenceCheck)
+    assert check.problem.startswith(problem)
+    assert bool(check.problem) is bool(problem)
+
+
+async def test_a_drawn_fence_outranks_no_file_where_none_is_configured(rig: Rig, tmp_path: Path) -> None:
+    await draw(rig, fence())
+    await rig.close()
+    again = Rig(tmp_path, settings=rig.settings)
+    assert again.manager.fences.setup.source == "drawn"
+    assert not any("not the settings' file" in line for line in again.log)
+    await again.close()
+
+
 # -- what is said while it is drawn -----------------------------------------------------------------------------------
 
 

@@ -51,6 +51,14 @@ def test_each_leg_is_flown_against_its_wind() -> None:
     assert mean_speed(bent[:2], 4.0, Wind(-60.0, 0.0)) == pytest.approx(SLOWEST_M_S)
 
 
+def test_the_wind_counts_by_the_leg_and_not_by_where_it_lies() -> None:
+    wind = Wind(-3.0, 5.0)
+    bent = (MapPoint(0.0, 0.0), MapPoint(60.0, 20.0), MapPoint(40.0, 70.0))
+    shifted = tuple(MapPoint(each.north + 300.0, each.east - 200.0) for each in bent)
+    assert mean_speed(shifted, 8.0, wind) == pytest.approx(mean_speed(bent, 8.0, wind))
+    assert mean_speed(bent[::-1], 8.0, wind) != pytest.approx(mean_speed(bent, 8.0, wind), rel=0.01)
+
+
 def test_a_charge_lasts_when_something_is_left_at_the_landing() -> None:
     assert Reserve(30.0, 45.0, 0.0, 30.0 - LANDING_PERCENT).lasts
     assert not Reserve(30.0, 45.0, 0.0, 30.1 - LANDING_PERCENT).lasts

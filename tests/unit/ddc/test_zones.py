@@ -302,3 +302,9 @@ def test_every_order_of_two_places_around_a_zone_is_judged_alike() -> None:
     around = [MapPoint(*place) for place in ((-40, 0), (40, 0), (0, -40), (0, 40))]
     for one, other in itertools.permutations(around, 2):
         assert path_is_inside(ZONED, one, other) is path_is_inside(ZONED, other, one)
+
+
+def test_a_zone_of_one_square_metre_may_be_meant() -> None:
+    check_zones(SQUARE, [((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))])
+    with pytest.raises(FenceError, match="too little to be meant"):
+        check_zones(SQUARE, [((0.0, 0.0), (1.0, 0.0), (1.0, 0.9), (0.0, 0.9))])
