@@ -383,9 +383,32 @@ async def test_a_mode_is_ours_for_two_seconds_after_the_request(rig: Rig) -> Non
     assert not rig.service.asked_for(CopterMode.RTL)
 
 
+@pytest.mark.parametrize(
+    ("seen", "still_ours"),
+    [
+        (CopterMode.BRAKE, {CopterMode.BRAKE}),
+        (CopterMode.GUIDED, {CopterMode.GUIDED, CopterMode.BRAKE}),
+        (CopterMode.LOITER, {CopterMode.GUIDED, CopterMode.BRAKE}),
+        (None, {CopterMode.GUIDED, CopterMode.BRAKE}),
+    ],
+)
+async def test_once_the_last_mode_is_seen_an_earlier_one_is_not_ours(
+    rig: Rig, seen: CopterMode | None, still_ours: set[CopterMode]
+) -> None:
+    await rig.service.set_mode(CopterMode.GUIDED)
+    await rig.service.set_mode(CopterMode.BRAKE)
+    rig.service.settle_mode(seen)
+    assert {mode for mode in CopterMode if rig.service.asked_for(mode)} == still_ours
+
+
 async def test_arm_and_disarm_return_success(rig: Rig) -> None:
     assert await rig.service.set_arm(True) is True
+    assert [rig.autopilot.count("arm"), rig.autopilot.count("disarm")] == [1, 0]
     assert await rig.service.set_arm(False) is True
+    assert [rig.autopilot.count("arm"), rig.autopilot.count("disarm")] == [1, 1]
+    rig.autopilot.refuse["disarm"] = "Disarm: flying"
+    with pytest.raises(ReqFailed, match="flying"):
+        await rig.service.set_arm(False)
     rig.autopilot.refuse["arm"] = "Arm: Throttle too high"
     with pytest.raises(ReqFailed, match="Throttle"):
         await rig.service.set_arm(True)
