@@ -42,7 +42,10 @@ def test_pulses_are_counted_from_one_and_absent_ones_are_zero(topic: Topic[Remot
     RemoteControlReports(topic).take_channels(channels(chan18_raw=65535), 3.0)
     now = heard(topic)
     assert (now.pulse(5), now.pulse(6), now.pulse(18)) == (1800, 0, 0)
-    assert (now.pulse(0), now.pulse(19), now.pulse(-1)) == (0, 0, 0)
+    assert (now.pulse(1), now.pulse(0), now.pulse(19), now.pulse(-1)) == (1500, 0, 0, 0)
+    assert len(now.pulses) == 18
+    assert now.receiver_time == -math.inf, "not heard yet"
+    assert RemoteControl().channels == 0
     assert (now.channels, now.time, now.receiver) == (8, 3.0, None)
 
 

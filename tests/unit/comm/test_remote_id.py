@@ -273,3 +273,11 @@ def test_telemetry_hears_the_transmitter_and_forgets_it_at_a_boot() -> None:
     rig.said.boot = 0.0
     rig.fly(0.7)
     assert rig.topics.remote_id.value == RemoteIdReport()
+
+
+@pytest.mark.parametrize(
+    ("latitude", "longitude", "sendable"),
+    [(90.0, 180.0, True), (90.1, 0.0, False), (0.0, 180.1, False), (0.0, 0.0, False), (0.0, 1.0, True)],
+)
+def test_the_bounds_of_a_place(latitude: float, longitude: float, sendable: bool) -> None:
+    assert OperatorPlace(latitude, longitude, None).is_sendable is sendable

@@ -36,11 +36,33 @@ def test_two_long_texts_do_not_mix() -> None:
     assert found.text == "y" * 50 + "!"
 
 
-def test_texts_that_never_end_do_not_pile_up() -> None:
+def test_texts_that_never_end_do_not_pile_up_and_the_last_fifty_are_kept() -> None:
     texts = StatusTexts()
     for number in range(1, 500):
         texts.take(text("z" * 50, number=number), 1.0)
-    assert len(texts._chunks) <= 51
+    assert len(texts._chunks) == 50
+    newest = texts.take(text("!", number=450, chunk=1), 1.0)
+    assert newest is not None
+    assert newest.text == "z" * 50 + "!"
+    older = texts.take(text("!", number=449, chunk=1), 1.0)
+    assert older is not None
+    assert older.text == "!"
+
+
+def test_a_text_without_a_number_is_whole() -> None:
+    found = StatusTexts().take({"text": "x" * 50, "severity": 6}, 1.0)
+    assert found is not None
+    assert found.text == "x" * 50
+
+
+def test_fifty_texts_explain_and_a_notice_does_not() -> None:
+    texts = StatusTexts()
+    texts.take(text("Arm: first", 2), 1.0)
+    for number in range(49):
+        texts.take(text(f"word {number}", 5), 2.0)
+    assert texts.reason_since(0.0) == "Arm: first"
+    texts.take(text("one more", 5), 2.0)
+    assert texts.reason_since(0.0) is None
 
 
 def test_the_arming_reason_is_found_among_other_words() -> None:

@@ -155,3 +155,10 @@ def test_a_car_below_is_the_distance_that_counts_for_safety() -> None:
     flight.fly(5.0)
     assert flight.last.distance == pytest.approx(22.0)
     assert flight.last.ground == pytest.approx(0.8, abs=0.6)
+
+
+def test_the_ground_below_is_that_which_is_believed() -> None:
+    assert ground_below(None) == 0.0
+    assert ground_below(Terrain(1.0, distance=20.0, ground=3.0, most=50.0)) == 3.0
+    assert ground_below(Terrain(1.0, distance=20.0, ground=3.0, most=50.0, doubt="stuck")) == 0.0
+    assert ground_below(Terrain(1.0, distance=20.0, ground=None, most=50.0)) == 0.0

@@ -155,6 +155,7 @@ def test_one_that_is_below_min_lands_there() -> None:
 def test_a_return_in_spite_of_a_doubt_that_the_operator_knew_goes_on_and_so_does_the_autopilots_own() -> None:
     for transition, seconds in ((ToReturn(), 9.0), (ToReturn(CAUSE), 9.0), (ToReturn(CAUSE, by_autopilot=True), 1.0)):
         assert made(transition).transition_next_state(misled(9.0, seconds)).transition is None
+    assert WitnessFacts(height=HeightFacts(0.0, 0.0, doubted_s=1.0)).misled_s is None
     too_low = HeightFacts(-4.0, -4.0, None, 30.0, doubted_s=1.0)
     rises = replace(misled(9.0, 1.0), witness=WitnessFacts(height=too_low))
     assert made(ToReturn()).transition_next_state(rises).transition is None, "truly higher than it says"

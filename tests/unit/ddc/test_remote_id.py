@@ -11,7 +11,7 @@ from hawk.comm.messages import Arm
 from hawk.comm.remote_id import RemoteIdReport
 from hawk.comm.status import CheckItem
 from hawk.config import RemoteIdSettings
-from hawk.ddc.remote_id import RemoteIdFacts, remote_id_checks, remote_id_health
+from hawk.ddc.remote_id import AGE_S, RemoteIdFacts, remote_id_checks, remote_id_health
 from hawk.ddc.settings import DdcSettings
 from hawk.model.operation import StateName
 from tests.unit.ddc.fakes import Rig
@@ -86,3 +86,12 @@ async def test_arm_is_refused_until_the_transmitter_is_ready(tmp_path: Path) -> 
 async def test_where_it_is_off_nothing_of_it_is_shown(rig: Rig) -> None:
     assert shown(rig) is None
     rig.order(Arm())
+
+
+@pytest.mark.parametrize(
+    ("good", "age", "waits"), [(False, AGE_S, True), (False, AGE_S + 0.1, False), (True, AGE_S + 1, False)]
+)
+def test_only_a_transmitter_that_is_heard_and_not_ready_is_waited_for(good: bool, age: float, waits: bool) -> None:
+    (check,) = remote_id_checks(RemoteIdFacts(good=good, age=age), ON)
+    assert not check.passed
+    assert check.remedy.startswith("Wait a moment") is waits
