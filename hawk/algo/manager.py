@@ -25,6 +25,7 @@ from hawk.image import NoImage
 from hawk.model.ground_motion import GroundStep
 from hawk.model.operation import Health
 from hawk.model.sentences import say, words_of
+from hawk.model.stall_size import StallSize
 
 T = TypeVar("T")
 _LOG = logging.getLogger(__name__)
@@ -93,6 +94,7 @@ class AlgorithmManagerApp:
         started = self._timer()
         seen, fused, plan, camera = self._work(frame, steps)
         step = steps.do("odometry", lambda: self._odometry.look(frame, seen.image), self._no_step)
+        size = steps.do("stall size", lambda: stall_size(frame, seen), self._no_size)
         if steps.failures:
             _LOG.info("frame %d: %s", frame.sequence, "; ".join(steps.failures))
         annotated = steps.do("annotate", lambda: self._annotated(frame, seen, fused), lambda _: b"")
@@ -111,7 +113,7 @@ class AlgorithmManagerApp:
             camera_health=camera,
             is_damaged=seen.is_damaged,
             ground_step=step if camera.is_healthy else None,
-            stall_size=stall_size(frame, seen),
+            stall_size=size,
         )
 
     def _work(self, frame: FrameInput, steps: _Steps) -> tuple[Seen, Fused, Plan, Health]:
@@ -125,6 +127,9 @@ class AlgorithmManagerApp:
         return seen, fused, plan, camera
 
     def _no_step(self, _reason: str) -> GroundStep | None:
+        return None
+
+    def _no_size(self, _reason: str) -> StallSize | None:
         return None
 
     def _annotated(self, frame: FrameInput, seen: Seen, fused: Fused) -> bytes:

@@ -18,8 +18,10 @@ from hawk.model.vehicle import BatteryInfo
 
 WINDOW_S = 6.0
 """The voltage is the median of this time, seconds: a dip of less than half of it does not count."""
-SPAN_S = 4.5
-"""A median needs readings over this time, seconds: after a take-off, too, a dip of 2 s is less than half of them."""
+SPAN_S = 2.5
+"""A median needs readings over this time, seconds."""
+CLIMB_OUT_S = 4.5
+"""After a take-off it needs this time, seconds: a dip of 2 s, when the motors take most, is less than half of it."""
 CONTRADICTION_PERCENT = 25.0
 """A counter that says so much more than the voltage allows is wrong."""
 STILL_S = 72.0
@@ -174,7 +176,8 @@ class ChargeWatch:
             self._volts.popleft()
         if not is_known or count is None or not self._volts:
             return None
-        if self._is_airborne and self._volts[-1][0] - self._volts[0][0] < SPAN_S:
+        is_short = self._volts[-1][0] - self._volts[0][0] < SPAN_S or now - self._took_off < CLIMB_OUT_S
+        if self._is_airborne and is_short:
             return None
         return median_high(volts for _, volts in self._volts) / count
 

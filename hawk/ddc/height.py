@@ -49,7 +49,12 @@ SETTLED_S = 30.0
 LEAST_SETTLED = 10
 """Readings of a usual size."""
 SIZE_SHARE = 0.15
-"""Share of the height that other rows, with narrower or wider stalls, explain."""
+"""Share of the height that other rows, with narrower or wider stalls, explain: within it the size says nothing."""
+NEAR_SHARE = 0.25
+"""Share by which the heights of two sizes that are compared may differ: over ground that lies lower than the arm place
+stalls seem smaller, and the less so the higher it flies."""
+SIZES_KEPT = 2000
+"""Settled sizes that are kept: a quarter of an hour."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +71,7 @@ class HeightFacts:
     last_off: float = 0.0
     """`off` as a witness last said it: it counts while all of them are silent, metres."""
     by_size: float | None = None
-    """By the size of the stalls; 0 where other rows explain it."""
+    """By the size of the stalls; None where other rows explain it, too."""
 
     @property
     def said(self) -> tuple[float, ...]:
@@ -76,8 +81,11 @@ class HeightFacts:
 
     @property
     def votes(self) -> tuple[float, ...]:
-        """One reading of each witness: of the camera's two the larger one."""
-        camera = max((each for each in (self.by_camera, self.by_size) if each is not None), key=abs, default=None)
+        """One reading of each witness: of the camera's two the larger one; the growth where they contradict."""
+        growth, size = self.by_camera, self.by_size
+        camera = size if growth is None else growth
+        if growth is not None and size is not None and growth * size >= 0.0:
+            camera = max(growth, size, key=abs)
         return tuple(each for each in (self.by_gnss, camera, self.by_range) if each is not None)
 
     @property
@@ -125,7 +133,7 @@ class HeightWatch:
         self._sunk: deque[tuple[float, float]] = deque()
         self._ground: deque[tuple[float, float]] = deque()
         self._sizes: deque[StallSize] = deque()
-        self._settled: list[float] = []
+        self._settled: deque[StallSize] = deque(maxlen=SIZES_KEPT)
         self._usual: float | None = None
         self._doubt = Doubt(CONFIRM_S, AGREES_S)
         self._last_off = 0.0
@@ -147,11 +155,11 @@ class HeightWatch:
         """Take the size of the stalls in a picture."""
         self._sizes.append(size)
         while size.time - self._sizes[0].time > SETTLED_S:
-            width = self._sizes.popleft().width
+            settled = self._sizes.popleft()
             if not self._doubt.holds:
-                self._settled.append(width)
-        if len(self._settled) >= LEAST_SETTLED:
-            self._usual = median(self._settled)
+                self._settled.append(settled)
+        near = [each.width for each in self._settled if abs(each.height / size.height - 1.0) <= NEAR_SHARE]
+        self._usual = median(near) if len(near) >= LEAST_SETTLED else None
 
     def note_gnss(self, time: float, altitude: float, accuracy: float | None, reported: float) -> None:
         """Take the altitude by GNSS and the reported one of that moment, metres above sea level.
@@ -211,7 +219,7 @@ class HeightWatch:
         if len(widths) < LEAST_SIZES:
             return None
         off = newest.height * (1.0 - self._usual / median(widths))
-        return off if abs(off) > SIZE_SHARE * newest.height else 0.0
+        return off if abs(off) > SIZE_SHARE * newest.height else None
 
     @staticmethod
     def _counted(readings: deque[tuple[float, float]], now: float, begin_s: float) -> list[float]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from hawk.ddc.heading import HeadingFacts
-from hawk.ddc.height import HeightFacts
+from hawk.ddc.height import AGREES_M, HeightFacts
 from hawk.ddc.place import PlaceFacts
 from hawk.model.operation import Health
 from hawk.model.sentences import say
@@ -34,9 +34,12 @@ class WitnessFacts:
 
     @property
     def misled_s(self) -> float | None:
-        """Seconds for which RTL would fly by a place that is wrong, or lower than it says; None while it would not."""
-        place, height = self.place.doubted_s, self.height.doubted_s if self.height.off > 0.0 else None
-        return max((each for each in (place, height) if each is not None), default=None)
+        """Seconds for which RTL would fly by a place that is wrong, or lower than it says, of the newer doubt.
+
+        None while it would not.
+        """
+        height = self.height.doubted_s if self.height.off >= AGREES_M else None
+        return min((each for each in (self.place.doubted_s, height) if each is not None), default=None)
 
     @property
     def misleads_home(self) -> bool:

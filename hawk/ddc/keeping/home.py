@@ -72,7 +72,8 @@ class KeptHome:
         if sets and is_moved and not self._is_away:
             self._moves.append(facts.now)
             self._is_fought_over |= len(self._moves) > TRIES and facts.now - self._moves[0] < WINDOW_S
-        self._is_away = sets and is_moved
+        if sets or not is_moved:  # one that is away while nothing may be set is the same move when it may again
+            self._is_away = is_moved
 
     def _set(self, facts: Facts) -> Acts:
         place = facts.position.arm_place

@@ -7,11 +7,12 @@ from dataclasses import replace
 
 from hawk.ddc.acts import Acts, Log, PutBack
 from hawk.ddc.facts import Facts
-from hawk.ddc.failsafes import FENCE_NAMES, PARAMETERS_OF, AutopilotView, check_failsafes
+from hawk.ddc.failsafes import FENCE, FENCE_NAMES, PARAMETERS_OF, AutopilotView, check_failsafes
 from hawk.ddc.keeping.changes import LATER, changed_by
 from hawk.ddc.keeping.effort import Effort
 from hawk.ddc.keeping.fence import is_inside
 from hawk.ddc.parameter_values import FailsafeCheck, Values
+from hawk.ddc.return_settings import RETURN_HEIGHT
 from hawk.ddc.words import named, sentence
 from hawk.model.sentences import joined, say
 
@@ -19,14 +20,16 @@ PATIENCE_S = 30.0
 """One request takes up to 12 s on a link that loses datagrams; three of them."""
 
 _Settings = Mapping[str, float]
+_BY_LIMITS = (FENCE, RETURN_HEIGHT)
+"""The checks that compare with the limits of the flight."""
 
 
 class KeptParameters:
     """Compares the checks of successive ticks while the drone is armed, and puts back what was right in this flight.
 
     The rule is that of the checks before Arm: a value that passes needs no fight. What was never right in this flight
-    is reported and keeps tasks off; nobody here knows what it ought to be. What was right once may be wrong by the
-    limits of now, or beside another value: only values with which the check would pass are written.
+    is reported and keeps tasks off; nobody here knows what it ought to be. Ceiling and return height that were right
+    once may be wrong by the limits of now: they are written where the check would pass with them.
     """
 
     def __init__(self, right: Mapping[str, float] | None = None) -> None:
@@ -126,7 +129,7 @@ class KeptParameters:
 
 
 def _proven(wanted: Mapping[str, _Settings], values: Values, view: AutopilotView) -> dict[str, _Settings]:
-    """Return what is wanted, without the settings of the checks that would not pass with all of it in the autopilot.
+    """Return what is wanted, without what would still be wrong by the limits of this flight.
 
     A fence that is switched off is switched on apart from its parameters.
     """
@@ -136,7 +139,7 @@ def _proven(wanted: Mapping[str, _Settings], values: Values, view: AutopilotView
         for settings in found.values():
             after.update(settings)
         failing = {check.name for check in check_failsafes(after, on) if not check.passed}
-        vain = [name for name in failing if found.get(name)]
+        vain = [name for name in _BY_LIMITS if name in failing and found.get(name)]
         if not vain:
             return found
         found.update((name, {}) for name in vain)

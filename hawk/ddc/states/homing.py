@@ -21,6 +21,9 @@ from hawk.model.poses import MapPoint
 from hawk.model.sentences import joined, say
 from hawk.model.vehicle import CopterMode
 
+SEEN_AFTER_S = 1.0
+"""A doubt is as old as its picture; an operator sees it up to this much later, seconds."""
+
 
 @dataclass(frozen=True, slots=True)
 class Doing:
@@ -135,8 +138,7 @@ class ReturnToLaunch(Homing):
     Where RTL would not end at home (home was moved, rally points, `RTL_*`), that is put right first
     (`hawk.ddc.keeping`). RTL that began before that flies elsewhere for ever, so that it is begun again. What stays
     wrong: the drone is led home by targets and lands there. Where it cannot be led, it lands where it is, or holds when
-    the operator asked. So does one whose place or height comes into doubt during it. What was doubted when the
-    operator asked was known to the operator: that return goes on.
+    the operator asked. So does one whose place or height is doubted, unless the operator asked in spite of the doubt.
     """
 
     identity = StateName.RETURN_TO_LAUNCH
@@ -314,14 +316,21 @@ class ReturnToLaunch(Homing):
     def _decide(self, facts: Facts) -> Step:
         if self._is_above_home:
             return Step(ToLand(Cause(joined(say("Above home."), astray_words(facts)), CauseKind.NEVER)))
-        misled_s = facts.witness.misled_s
-        if not self.by_autopilot and misled_s is not None and misled_s < self.age(facts):
+        if self._is_in_doubt(facts):
             return self._end_in_doubt(facts)
         if self._inside is not None or self._may_be_led or not self._leads_out(facts):
             return STAY
         if self.cause is None and not self.by_autopilot:
             return Step(ToHover(joined(astray_words(facts), say("Land, or move the drone.")), level="error"))
         return Step(ToLand(astray(facts, self.cause or Cause("", CauseKind.NEVER))))
+
+    def _is_in_doubt(self, facts: Facts) -> bool:
+        """Return True when the place, or the height, is doubted, and the operator did not know it."""
+        misled_s = facts.witness.misled_s
+        is_ours = not self.by_autopilot or self._inside is not None or self._begins_again
+        if misled_s is None or not is_ours:
+            return False
+        return self.cause is not None or misled_s < self.age(facts) + SEEN_AFTER_S
 
     def _end_in_doubt(self, facts: Facts) -> Step:
         """Land a drone that must come down, and one that is below Min; else hold it for the operator."""

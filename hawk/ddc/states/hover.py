@@ -110,7 +110,10 @@ class Holding:
         return None if kept is None else raised(facts, kept, self._rise)
 
     def _paced(self, facts: Facts, goal: Goal) -> Goal | None:
-        """Return the goal as it is kept. While the camera leads it, it moves no faster than `FOLLOWS_M_S`."""
+        """Return the goal as it is kept. While the camera leads it, it moves no faster than `FOLLOWS_M_S`.
+
+        The fence comes first: where the slower target would leave the drone outside, it is not slowed.
+        """
         kept, led_at, self._led_at = self._kept(facts, goal), self._led_at, None
         if kept is None or self.is_recovering or not facts.witness.place.is_doubted:
             return kept
@@ -119,7 +122,10 @@ class Holding:
             return kept  # what the position had gone before it was doubted is taken back at once
         share = min(1.0, FOLLOWS_M_S * (facts.now - led_at) / max(self._held.point.distance(kept.point), 1e-9))
         north = self._held.north + share * (kept.north - self._held.north)
-        return replace(kept, north=north, east=self._held.east + share * (kept.east - self._held.east))
+        east = self._held.east + share * (kept.east - self._held.east)
+        off, fence = facts.witness.place.off, facts.limits.fence
+        is_inside = fence is not None and contains(fence, MapPoint(north - off[0], east - off[1]))
+        return replace(kept, north=north, east=east) if is_inside else kept
 
     def _look(self, facts: Facts) -> None:
         """Note whether the witnesses keep a drone whose position is doubted. Then it is led, whatever its mode."""

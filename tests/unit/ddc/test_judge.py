@@ -18,7 +18,7 @@ from hawk.comm.messages import (
     ReturnToLaunch,
     Takeoff,
 )
-from hawk.ddc.facts import Facts, HomeFacts
+from hawk.ddc.facts import Facts, HomeFacts, KeptFacts
 from hawk.ddc.judge import (
     LOT_IS_SEEN,
     OUTLINE_IS_SEEN,
@@ -121,6 +121,14 @@ def test_return_and_land_go_to_an_armed_drone_that_is_not_heard_and_nothing_else
 def manual(changed: float, now: float = 10.0) -> Facts:
     facts = flying(now, CopterMode.LOITER)
     return replace(facts, link=replace(facts.link, mode_changed_at=changed))
+
+
+def test_what_cannot_be_put_back_keeps_every_task_off() -> None:
+    lost = replace(flying(5.0), kept=KeptFacts(lost="its home"))
+    words = "Somebody changes the autopilot, and it cannot be put back: its home."
+    assert reason(lost, ToHover(), CompulsiveMove(x=5.0, y=0.0)) == words
+    assert reason(replace(on_ground(lost)), ToArm(), Takeoff()) != ""
+    assert reason(lost, ToHover(), ReturnToLaunch()) == ""
 
 
 def test_resume_is_refused_for_three_seconds_after_a_change_of_the_mode() -> None:

@@ -208,6 +208,14 @@ class TestParameters:
         unread = {name: value for name, value in VALUES.items() if name != "BATT_FS_LOW_ACT"}
         assert kept.tick(flying(1.2), unread, autopilot_view(flying(1.2), SETTINGS), may_write=True) == ()
 
+    def test_what_is_wrong_for_another_reason_is_put_back_all_the_same(self) -> None:
+        """Six cells or five: a low voltage of 21 V that was right is none of five cells. Off is worse."""
+        facts = flying(1.0)
+        facts = replace(facts, battery=replace(facts.battery, cells=(5, 6)))
+        kept = KeptParameters({"BATT_LOW_VOLT": 21.0})
+        acts = keep(kept, facts, BATT_LOW_VOLT=0.0)
+        assert [ask.request for ask in asks(acts)] == [PutBack("BATT_LOW_VOLT", 21.0)]
+
     def test_what_would_be_wrong_by_the_limits_of_now_is_not_put_back(self) -> None:
         """Heights of an earlier run that were right below its ceiling of 200 m; this flight's is 100 m."""
         kept = KeptParameters({"RTL_ALT": 15_000.0, "FENCE_ALT_MAX": 200.0, "FENCE_ACTION": 1.0})
@@ -592,6 +600,14 @@ def test_moves_that_are_minutes_apart_or_under_a_pilot_are_not_counted() -> None
     for number in range(8):
         moves(kept, flying(200.0 + number), made(ToManual()))
         assert kept.lost(flying(200.0 + number)) == ()
+
+
+def test_one_move_of_home_is_one_however_often_the_link_is_lost_meanwhile() -> None:
+    kept, state = KeptHome(), made(ToHover())
+    for number in range(8):
+        moved = home_at(flying(0.5 * number), 60.0, 0.5 * number)
+        kept.tick(moved if number % 2 else without_link(moved), state)
+        assert kept.lost(moved) == ()
 
 
 def home_at(facts: Facts, away: float, moved_s: float | None) -> Facts:

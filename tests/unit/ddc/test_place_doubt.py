@@ -153,12 +153,33 @@ def test_one_that_is_below_min_lands_there() -> None:
 
 
 def test_a_return_in_spite_of_a_doubt_that_the_operator_knew_goes_on_and_so_does_the_autopilots_own() -> None:
-    for transition, seconds in ((ToReturn(), 9.0), (ToReturn(CAUSE), 9.0), (ToReturn(CAUSE, by_autopilot=True), 1.0)):
-        assert made(transition).transition_next_state(misled(9.0, seconds)).transition is None
-    assert WitnessFacts(height=HeightFacts(0.0, 0.0, doubted_s=1.0)).misled_s is None
-    too_low = HeightFacts(-4.0, -4.0, None, 30.0, doubted_s=1.0)
-    rises = replace(misled(9.0, 1.0), witness=WitnessFacts(height=too_low))
-    assert made(ToReturn()).transition_next_state(rises).transition is None, "truly higher than it says"
+    assert made(ToReturn()).transition_next_state(misled(9.0, 10.0)).transition is None
+    assert isinstance(made(ToReturn()).transition_next_state(misled(9.0, 9.9)).transition, ToHover), (
+        "seen a second late"
+    )
+    assert made(ToReturn(CAUSE, by_autopilot=True)).transition_next_state(misled(9.0, 1.0)).transition is None
+
+
+def test_a_return_that_nobody_asked_for_lands_whenever_the_doubt_began() -> None:
+    """The link was silent in a doubt, and RTL was sent without an answer."""
+    assert isinstance(made(ToReturn(CAUSE)).transition_next_state(misled(9.0, 60.0)).transition, ToLand)
+
+
+@pytest.mark.parametrize(("off", "seconds"), [(1.9, None), (2.0, 1.0), (-4.0, None), (0.0, None)])
+def test_only_a_height_that_is_two_metres_lower_than_it_says_misleads_home(off: float, seconds: float | None) -> None:
+    witness = WitnessFacts(height=HeightFacts(off, off, None, 30.0, doubted_s=1.0))
+    assert witness.misled_s == seconds
+    assert witness.misleads_home is (seconds is not None)
+    facts = replace(misled(9.0, 1.0), witness=witness)
+    assert (made(ToReturn()).transition_next_state(facts).transition is not None) is (seconds is not None)
+
+
+def test_the_newer_of_two_doubts_is_the_one_that_the_operator_did_not_know() -> None:
+    facts = misled(9.0, 60.0)
+    lower = HeightFacts(8.0, 8.0, None, 30.0, doubted_s=1.0)
+    both = replace(facts, witness=WitnessFacts(facts.witness.place, lower))
+    assert both.witness.misled_s == 1.0
+    assert isinstance(made(ToReturn()).transition_next_state(both).transition, ToHover)
 
 
 # -- the place that the camera holds -----------------------------------------------------------------------------------
@@ -232,6 +253,19 @@ def test_a_car_that_fills_the_picture_leads_the_drone_slowly() -> None:
     assert (goal.north, goal.east) == (11.0, 4.0), "a camera that follows again begins there"
     (goal,) = targets(state.process(flying(3.1)))
     assert (goal.north, goal.east) == (0.0, 0.0), "without a doubt the goal counts"
+
+
+def test_a_slower_target_leaves_no_drone_outside_the_fence() -> None:
+    """It holds at 140 m as reported and truly; our limit is 144.7 m. The report walks south at 5 m/s."""
+    state = made(ToHover())
+    state.process(at(flying(0.05), 140.0))
+    state.process(at(doubted(flying(1.0), (-3.0, 0.0)), 137.0))
+    for second in range(1, 4):
+        off = (-3.0 - 5.0 * second, 0.0)
+        (goal,) = targets(state.process(at(doubted(flying(1.0 + second), off), 137.0 - 5.0 * second)))
+        fence = flying(0.0).limits.fence
+        assert fence is not None
+        assert contains(fence, MapPoint(goal.north - off[0], goal.east - off[1]))
 
 
 def test_a_hover_that_sent_nothing_leads_the_drone_when_its_place_is_doubted() -> None:
