@@ -103,9 +103,7 @@ class Errand:
 class PathHome:
     """Leads the drone along the path: up to the return height first, then from corner to corner."""
 
-    def __init__(
-        self, now: float, settings: DdcSettings, place: MapPose, errand: Errand, *, lands: bool = False
-    ) -> None:
+    def __init__(self, now: float, settings: DdcSettings, place: MapPose, errand: Errand, *, lands: bool) -> None:
         """``lands``: it ends above home while RTL would end elsewhere."""
         self._lands = lands
         self._was_guided = False

@@ -232,6 +232,12 @@ def test_hover_holds_by_the_camera_and_says_so() -> None:
     assert (goal.north, goal.east) == (0.0, 0.0)
 
 
+def test_a_hover_with_a_goal_of_its_own_goes_along_with_the_whole_error() -> None:
+    state = made(ToHover(goal=Goal(10.0, 5.0, 30.0, 0.0)))
+    (goal,) = targets(state.process(at(doubted(flying(0.05), (4.0, 0.0)), 14.0, 5.0)))
+    assert (goal.north, goal.east) == (14.0, 5.0)
+
+
 def test_a_hover_that_begins_in_doubt_holds_where_it_begins() -> None:
     state = made(ToHover())
     (goal,) = targets(state.process(at(doubted(flying(0.05), (4.0, 0.0)), 7.0)))

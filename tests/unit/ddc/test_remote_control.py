@@ -151,6 +151,22 @@ class TestSwitchSeen:
         assert not watch.read(4.2).has_moved
 
 
+def test_in_flight_it_is_lost_after_two_seconds_and_heard_again_at_once() -> None:
+    watch = RemoteControlWatch(SETTINGS)
+
+    def look(now: float, *, hears: bool) -> float | None:
+        watch.look(RemoteControl((1500,) * 18, 8, now, hears, now, 0), 5, now, is_armed=True)
+        return watch.read(now).lost_s
+
+    assert look(10.0, hears=True) is None
+    assert look(11.0, hears=False) is None
+    assert look(12.9, hears=False) is None
+    assert look(13.0, hears=False) == 0.0
+    assert look(14.5, hears=False) == 1.5
+    assert look(14.6, hears=True) is None
+    assert not RemoteControlFacts().has_moved
+
+
 def no_channels(rig: Rig) -> None:
     rig.autopilot.radio_flows = False
 

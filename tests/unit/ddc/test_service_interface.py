@@ -406,6 +406,7 @@ async def test_arm_and_disarm_return_success(rig: Rig) -> None:
     assert [rig.autopilot.count("arm"), rig.autopilot.count("disarm")] == [1, 0]
     assert await rig.service.set_arm(False) is True
     assert [rig.autopilot.count("arm"), rig.autopilot.count("disarm")] == [1, 1]
+    assert [payload["name"] for kind, payload in rig.records if kind == "request"][-2:] == ["arm", "disarm"]
     rig.autopilot.refuse["disarm"] = "Disarm: flying"
     with pytest.raises(ReqFailed, match="flying"):
         await rig.service.set_arm(False)
