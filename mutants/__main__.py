@@ -19,7 +19,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
-from mutants.modules import ALL_MODULES, GROUPS, ROOT
+from mutants.modules import ALL_MODULES, GROUPS, ROOT, WITHOUT_EVERY_BRANCH
 from mutants.reach import ReachMap, map_of_tests
 from mutants.runs import Verdict, run_all
 from mutants.sampling import Mutant, function_lines, sample
@@ -81,10 +81,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--only", default="", help="modules whose path contains this text; several by commas")
     parser.add_argument("--verbose", action="store_true", help="show the killed ones too")
     parser.add_argument("--cache", type=Path, default=Path(tempfile.gettempdir()) / "hawk-mutants" / "map.json")
-    parser.add_argument("--list", action="store_true", help="print the modules with commas and do nothing else")
+    parser.add_argument(
+        "--list", action="store_true", help="print the modules whose every branch is reached, with commas"
+    )
     options = parser.parse_args(arguments)
     if options.list:
-        print(",".join(ALL_MODULES))
+        print(",".join(module for module in ALL_MODULES if module not in WITHOUT_EVERY_BRANCH))
         return 0
     if not any(part in module for part in options.only.split(",") for module in ALL_MODULES):
         parser.error(f"--only: no module has {options.only!r} in its path; --list shows all")

@@ -93,19 +93,20 @@ _OFF = say("off")
 _REPORTS = say("only reports")
 _CUTS = say("cuts the motors")
 _GOES_ON = say("goes on in Auto")
+_ELSEWHERE = say("flies a stored mission's landing (DO_LAND_START), wherever that is")
 _STAYS = say("stops and stays in the air")  # "Brake or Land" lands only where Brake cannot be entered
 GCS_ACTION = Choice(
     "FS_GCS_ENABLE",
-    {1: _RETURNS, 3: _RETURNS, 4: _RETURNS, 5: _LANDS, 6: _RETURNS},
-    {0: _OFF, 2: _GOES_ON, 7: _STAYS},
+    {1: _RETURNS, 3: _RETURNS, 4: _RETURNS, 5: _LANDS},
+    {0: _OFF, 2: _GOES_ON, 6: _ELSEWHERE, 7: _STAYS},
     1,
 )
 GCS_TIMEOUT = Span("FS_GCS_TIMEOUT", 3, 10, 5, " s")
 """Below 3 s two lost heartbeats of 1 Hz trigger it; after 10 s a drone at travel speed is 40 m farther on."""
 RADIO_ACTION = Choice(
     "FS_THR_ENABLE",
-    {1: _RETURNS, 3: _LANDS, 4: _RETURNS, 5: _RETURNS, 6: _RETURNS},
-    {0: _OFF, 2: _GOES_ON, 7: _STAYS},
+    {1: _RETURNS, 3: _LANDS, 4: _RETURNS, 5: _RETURNS},
+    {0: _OFF, 2: _GOES_ON, 6: _ELSEWHERE, 7: _STAYS},
     1,
 )
 EKF_ACTION = Choice(
@@ -126,14 +127,14 @@ FENCE_ACTION = Choice(
 FENCE_ENABLE = Choice("FENCE_ENABLE", {1: say("on")}, {0: _OFF}, 1)
 LOW_ACTION = Choice(
     "BATT_FS_LOW_ACT",
-    {1: _LANDS, 2: _RETURNS, 3: _RETURNS, 4: _RETURNS, 6: _RETURNS},
-    {0: _OFF, 5: _CUTS, 7: _STAYS},
+    {1: _LANDS, 2: _RETURNS, 3: _RETURNS, 4: _RETURNS},
+    {0: _OFF, 5: _CUTS, 6: _ELSEWHERE, 7: _STAYS},
     2,
 )
 CRITICAL_ACTION = Choice(
     "BATT_FS_CRT_ACT",
-    {0: _OFF, 1: _LANDS, 2: _RETURNS, 3: _RETURNS, 4: _RETURNS, 6: _RETURNS},
-    {5: _CUTS, 7: _STAYS},
+    {0: _OFF, 1: _LANDS, 2: _RETURNS, 3: _RETURNS, 4: _RETURNS},
+    {5: _CUTS, 6: _ELSEWHERE, 7: _STAYS},
     1,
 )
 _SETTINGS: tuple[Choice | Span, ...] = (

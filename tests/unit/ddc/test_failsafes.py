@@ -71,14 +71,14 @@ CHECK_OF = {
     "RALLY_TOTAL": "Autopilot's return",
 }
 RIGHT: dict[str, set[float]] = {
-    "FS_GCS_ENABLE": {1, 3, 4, 5, 6},
-    "FS_THR_ENABLE": {1, 3, 4, 5, 6},
+    "FS_GCS_ENABLE": {1, 3, 4, 5},
+    "FS_THR_ENABLE": {1, 3, 4, 5},
     "FS_EKF_ACTION": {1, 3},
     "FENCE_ENABLE": {1},
     "FENCE_ACTION": {1, 2, 3, 4, 5},
     "FENCE_TYPE": {5, 7},
-    "BATT_FS_LOW_ACT": {1, 2, 3, 4, 6},
-    "BATT_FS_CRT_ACT": {0, 1, 2, 3, 4, 6},
+    "BATT_FS_LOW_ACT": {1, 2, 3, 4},
+    "BATT_FS_CRT_ACT": {0, 1, 2, 3, 4},
     "RTL_ALT_TYPE": {0},
 }
 """Written down apart from the program."""

@@ -184,6 +184,7 @@ find-out-who-sends-there-name-the-autopilot-in-autopilot = Find out who sends th
 first-second = { $first } { $second }
 flapping-wing = flapping wing
 flarm = FLARM
+flies-a-stored-mission-s-landing-do-land-start-wherever-that = flies a stored mission's landing (DO_LAND_START), wherever that is
 flies-at-travel-m-never-below-low-m-or-above-high-m = Flies at { $travel } m, never below { $low } m or above { $high } m.
 flies-too-slowly-or-too-fast = flies too slowly or too fast
 flight-outline-file-error = flight.outline_file: { $error }

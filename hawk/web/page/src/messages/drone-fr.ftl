@@ -190,6 +190,7 @@ find-out-who-sends-there-name-the-autopilot-in-autopilot = Cherchez qui y émet 
 first-second = { $first } { $second }
 flapping-wing = aile battante
 flarm = FLARM
+flies-a-stored-mission-s-landing-do-land-start-wherever-that = vole l'atterrissage d'une mission enregistrée (DO_LAND_START), où qu'il soit
 flies-at-travel-m-never-below-low-m-or-above-high-m = Vole à { $travel }{ "\u00A0" }m, jamais sous { $low }{ "\u00A0" }m ni au-dessus de { $high }{ "\u00A0" }m.
 flies-too-slowly-or-too-fast = vole trop lentement ou trop vite
 flight-outline-file-error = flight.outline_file : { $error }
