@@ -155,6 +155,9 @@ class OperationStatus(Outgoing):
     checks: tuple[CheckItem, ...] = ()
     """Preflight checks; empty in the air."""
     killed: bool = False
+    """Arm is locked: the motors were cut, or went off in the air."""
+    fallen: bool = False
+    """The motors went off in the air; nobody cut them. The check "Motors" has place and time."""
     kill_state: KillState = "none"
     return_in: Known = None
     """CommunicationLost: seconds until the return home."""

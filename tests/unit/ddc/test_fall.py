@@ -427,6 +427,7 @@ class TestOnTheRealManager:
         assert status is not None
         assert status.operation.detail == "Motors off in the air."
         assert status.operation.killed
+        assert status.operation.fallen
         motors = status.operation.checks[0]
         assert (motors.name, motors.passed, motors.remedy_command) == ("Motors", False, "Clear Kill")
         assert motors.value.startswith("off in the air at 17.")

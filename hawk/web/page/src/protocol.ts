@@ -308,6 +308,7 @@ export interface Heartbeat {
   Options: CommandOption[];
   Checks: CheckItem[];
   Killed: boolean;
+  Fallen: boolean;
   "Kill State": "none" | "sending" | "confirmed" | "not confirmed";
   "Return In": number | null;
   "Ardupilot State": string | null;

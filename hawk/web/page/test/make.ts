@@ -86,6 +86,7 @@ export function heartbeat(changes: Partial<Heartbeat> = {}): Heartbeat {
     "Control Kept": false,
     "Asked By": null,
     Killed: false,
+    Fallen: false,
     "Kill State": "none",
     "Return In": null,
     Trail: [],

@@ -1,5 +1,6 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
+import type { Heartbeat } from "../src/protocol.ts";
 import * as format from "../src/words/format.ts";
 import { glanceValues, seenPercent, stateWords } from "../src/words/glance.ts";
 import { healthSummary, partName } from "../src/words/health.ts";
@@ -99,6 +100,15 @@ describe("the state in words", () => {
     assert.equal(words("sending").title, "Cutting motors");
     assert.equal(words("not confirmed").title, "Cut not confirmed");
     assert.equal(stateWords(view({ heartbeat: heartbeat({ State: "Idle", Armed: false, Killed: true }) })).title, "Motors cut");
+  });
+
+  it("shows a fall in red, with place and time, and calls it no cut", () => {
+    const motors = { Name: "Motors", Passed: false, Value: "off in the air at 17.7 m, near 43.265000, -79.920000, 2026-01-02 10:00:00 UTC", "Remedy Command": "Clear Kill" };
+    const fell = heartbeat({ State: "Idle", Armed: false, Killed: true, Fallen: true, Checks: [{ Consequence: "", Remedy: "", ...motors } as Heartbeat["Checks"][number]] });
+    const words = stateWords(view({ heartbeat: fell, landedAt: "2026-01-02T10:00:00" }));
+    assert.deepEqual([words.tone, words.title], ["alarm", "Motors off in the air"]);
+    assert.match(words.detail, /17\.7 m, near 43\.265000, -79\.920000, 2026-01-02 10:00:00 UTC\. Look at the drone/);
+    assert.doesNotMatch(words.detail, /cut/i);
   });
 
   it("tells since when it is down", () => {

@@ -193,6 +193,8 @@ export interface Messages {
   "cutting-motors-text": Record<string, never>;
   "cut-not-confirmed": Record<string, never>;
   "cut-not-confirmed-text": Record<string, never>;
+  "fell": Record<string, never>;
+  "fell-text": Record<string, never>;
   "motors-cut": Record<string, never>;
   "motors-cut-text": Record<string, never>;
   "fix-to-arm": { checks: number };

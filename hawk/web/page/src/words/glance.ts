@@ -3,7 +3,7 @@ import * as format from "./format.ts";
 import { language, number, say } from "./say.ts";
 import { ageNow, autopilotLost, BATTERY_STALE_S, linkOf, OLD_S, oldestAge, STALE_S, type View } from "./view.ts";
 
-export type Tone = "fine" | "warn" | "idle";
+export type Tone = "fine" | "warn" | "idle" | "alarm";
 
 export interface StateWords {
   tone: Tone;
@@ -70,6 +70,7 @@ export function isGivenBack(heartbeat: Heartbeat): boolean {
 }
 
 function grounded(view: View, heartbeat: Heartbeat): StateWords {
+  if (heartbeat.Fallen) return fallen(heartbeat);
   if (heartbeat.Killed) return same("warn", say("motors-cut"), say("motors-cut-text"));
   const failed = heartbeat.Checks.filter((check) => !check.Passed).length;
   if (failed > 0) {
@@ -79,6 +80,13 @@ function grounded(view: View, heartbeat: Heartbeat): StateWords {
   if (view.landedAt !== null) return same("idle", say("landed"), say("motors-off-since", { time: format.clock(view.landedAt) }));
   const passed = heartbeat.Checks.length;
   return same(toned(view, heartbeat, "idle"), say("state-idle"), passed > 0 ? say("checks-passed", { checks: passed }) : heartbeat.Detail);
+}
+
+/** Nobody cut the motors: where and when they went off is what the check of the motors says. */
+function fallen(heartbeat: Heartbeat): StateWords {
+  const motors = heartbeat.Checks.find((check) => !check.Passed && check["Remedy Command"] === "Clear Kill");
+  const where = motors ? `${motors.Name}: ${motors.Value}. ` : "";
+  return { tone: "alarm", title: say("fell"), detail: `${where}${say("fell-text")}`, short: say("fell-text") };
 }
 
 function active(view: View, heartbeat: Heartbeat): StateWords {
