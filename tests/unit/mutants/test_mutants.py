@@ -9,7 +9,7 @@ import sys
 import pytest
 
 from mutants.__main__ import groups_below, main, table
-from mutants.modules import ALL_MODULES, GROUPS, ROOT, WITHOUT_EVERY_BRANCH, own_files
+from mutants.modules import ALL_MODULES, GROUPS, LEFT_OUT, ROOT, WITHOUT_EVERY_BRANCH, own_files
 from mutants.reach import ENOUGH_TESTS_S, ReachMap
 from mutants.runs import InOrder, Verdict
 from mutants.sampling import Mutant, difference, function_lines, mutants_of, mutated, sample
@@ -74,6 +74,16 @@ def test_every_module_is_there_and_has_mutants() -> None:
 
 def test_the_own_test_files_of_a_module_are_there() -> None:
     assert all(own_files(module) for module in ALL_MODULES), [m for m in ALL_MODULES if not own_files(m)]
+
+
+def test_every_module_of_the_drones_side_is_listed_or_left_out_for_a_reason() -> None:
+    left_out = {module for modules in LEFT_OUT.values() for module in modules}
+    found = {str(path.relative_to(ROOT)) for room in ("comm", "ddc") for path in (ROOT / "hawk" / room).rglob("*.py")}
+    modules = {module for module in found if not module.endswith("__init__.py")}
+    unlisted = modules - set(ALL_MODULES)
+    assert {module for module in unlisted if not any(module.startswith(each) for each in left_out)} == set()
+    assert left_out.isdisjoint(ALL_MODULES)
+    assert all((ROOT / each).exists() for each in left_out)
 
 
 def test_tests_of_the_line_run_a_module_s_own_first_then_quick_ones_within_the_limit() -> None:
