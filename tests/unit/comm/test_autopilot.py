@@ -261,7 +261,14 @@ async def test_a_fast_simulation_hears_more_heartbeats() -> None:
     rig.clock.advance(1.0)
     await rig.say(rig.said.heartbeat())
     await until(lambda: len(rig.link.named("HEARTBEAT")) == 2)
-    assert rig.link.named("HEARTBEAT")[0]["type"] == 6
+    assert rig.link.named("HEARTBEAT")[0] == {
+        "type": 6,
+        "autopilot": 8,
+        "base_mode": 0,
+        "custom_mode": 0,
+        "system_status": 4,
+        "mavlink_version": 3,
+    }, "an active ground station"
     await rig.autopilot.close()
 
 
@@ -634,6 +641,8 @@ class TestFence:
             "FENCE_ENABLE",
         ]
         assert rig.memory.values["FENCE_ENABLE"][0] == 1
+        enables = [each for each in rig.link.named("PARAM_SET") if each["param_id"] == "FENCE_ENABLE"]
+        assert [each["param_value"] for each in enables] == ([1.0] if armed else [0.0, 1.0])
 
     async def test_it_is_shown_before_the_upload_ends(self, rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr("hawk.comm.autopilot._FENCE_NOTICED_S", 0.0)

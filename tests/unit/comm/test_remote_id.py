@@ -96,6 +96,7 @@ async def test_description_and_serial_number_are_sent_where_they_are_configured(
     by_name = dict(bench.sent)
     assert by_name["OPEN_DRONE_ID_OPERATOR_ID"]["operator_id"] == "FIN87astrdge12k8"
     assert by_name["OPEN_DRONE_ID_SELF_ID"]["description"] == "parking survey"
+    assert by_name["OPEN_DRONE_ID_SELF_ID"]["description_type"] == 0, "text"
     basic = by_name["OPEN_DRONE_ID_BASIC_ID"]
     assert bytes(basic["uas_id"]) == b"1581F4ABC123".ljust(20, b"\0")
     assert (basic["id_type"], basic["ua_type"]) == (1, 2)
