@@ -6,10 +6,11 @@ It runs on the worker thread and knows one frame at a time; `hawk.algo.loop` is 
 from __future__ import annotations
 
 import logging
+import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TypeVar
+from typing import Final, TypeVar
 
 from hawk.algo.frame import AlgoError, FrameInput, FrameOutput
 from hawk.algo.mapper.app import Fused, MapperApp
@@ -30,6 +31,10 @@ from hawk.model.stall_size import StallSize
 T = TypeVar("T")
 _LOG = logging.getLogger(__name__)
 _DRAWN_M = 90.0  # stalls farther from the drone are not in any picture
+TURNED: Final = math.radians(15.0)
+"""A picture that turned by more beyond its heading is not mapped: one that is 0.1 s late turns by 6° at 1 rad/s."""
+TURNED_S: Final = 2.0
+"""Nor is one within this time after it, seconds: the witness of the heading decides meanwhile."""
 
 
 class AlgorithmManagerApp:
@@ -40,12 +45,14 @@ class AlgorithmManagerApp:
         timer: Callable[[], float] = time.perf_counter,
         style: PictureStyle | None = None,
         camera_check: CameraCheck | None = None,
+        odometry: Odometry | None = None,
     ) -> None:
         """``timer`` (seconds) measures the steps; no result depends on it. ``style``: how pictures are sent."""
         self._timer = timer
         self._style = style or PictureStyle()
         self._camera_check = camera_check or CameraCheck()
-        self._odometry = Odometry()
+        self._odometry = odometry or Odometry()
+        self._turned_at = -math.inf
 
     def init(
         self,
@@ -92,8 +99,7 @@ class AlgorithmManagerApp:
         """Return all results of a frame. Never raises for what is in the frame."""
         steps = _Steps(self._timer)
         started = self._timer()
-        seen, fused, plan, camera = self._work(frame, steps)
-        step = steps.do("odometry", lambda: self._odometry.look(frame, seen.image), self._no_step)
+        seen, fused, plan, camera, step = self._work(frame, steps)
         size = steps.do("stall size", lambda: stall_size(frame, seen), self._no_size)
         if steps.failures:
             _LOG.info("frame %d: %s", frame.sequence, "; ".join(steps.failures))
@@ -116,15 +122,24 @@ class AlgorithmManagerApp:
             stall_size=size,
         )
 
-    def _work(self, frame: FrameInput, steps: _Steps) -> tuple[Seen, Fused, Plan, Health]:
+    def _work(self, frame: FrameInput, steps: _Steps) -> tuple[Seen, Fused, Plan, Health, GroundStep | None]:
         vision, mapper, planner = self._vision_app, self._mapper_app, self._path_plan_app
         seen = steps.do("vision", lambda: vision.see(frame), vision.fail)
         camera = steps.do("camera", lambda: self._camera_check.look(frame, seen.image), Health.bad)
         if not camera.is_healthy:
             seen = replace(seen, ground=None)  # the ground is not where the picture shows it
+        step = steps.do("odometry", lambda: self._odometry.look(frame, seen.image), self._no_step)
+        if self._has_turned(frame, step):
+            seen = replace(seen, ground=None)
         fused = steps.do("mapper", lambda: mapper.fuse(frame, seen), mapper.fail)
         plan = steps.do("path plan", lambda: planner.plan(frame, mapper), planner.fail)
-        return seen, fused, plan, camera
+        return seen, fused, plan, camera, step
+
+    def _has_turned(self, frame: FrameInput, step: GroundStep | None) -> bool:
+        """Return True while the picture lies on the ground otherwise than the reported heading says."""
+        if step is not None and abs(step.turn) > TURNED:
+            self._turned_at = step.until
+        return 0.0 <= frame.captured - self._turned_at < TURNED_S
 
     def _no_step(self, _reason: str) -> GroundStep | None:
         return None

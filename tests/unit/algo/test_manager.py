@@ -1,20 +1,23 @@
 from __future__ import annotations
 
 import copy
+import math
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from hawk.algo.frame import AlgoError, FrameInput, FrameOutput
-from hawk.algo.manager import AlgorithmManagerApp
+from hawk.algo.manager import TURNED_S, AlgorithmManagerApp
 from hawk.algo.mapper.app import MapperApp
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.algo.vision.camera_check import CameraCheck
-from hawk.algo.vision.seen import Seen
+from hawk.algo.vision.odometry import Odometry
+from hawk.algo.vision.seen import Seen, SeenGround
 from hawk.image import NoImage
+from hawk.model.ground_motion import GroundStep
 from hawk.model.operation import Health
 from hawk.model.plans import DesiredPose, Inbound
 from tests.unit.algo.synthetic import SyntheticVision, box_fence, frame_at, pose_at, rows_lot
@@ -72,9 +75,10 @@ def test_results_of_all_three_come_out(rig: Rig) -> None:
     assert [name for name, _ in output.timings] == [
         "vision",
         "camera",
+        "odometry",
         "mapper",
         "path plan",
-        "odometry",
+        "stall size",
         "annotate",
         "all",
     ]
@@ -89,6 +93,50 @@ def test_the_same_inputs_twice_give_equal_outputs() -> None:
     first, second = Rig(**faults), Rig(**faults)
     for frame in flight(40):
         assert first.run(frame) == second.run(frame)
+
+
+class Turning:
+    """The camera's motion, as far as it turned beyond the heading; ``turns``: degrees by the number of the frame."""
+
+    def __init__(self, turns: dict[int, float]) -> None:
+        self.turns = turns
+
+    def look(self, frame: FrameInput, image: object) -> GroundStep | None:
+        turn = self.turns.get(frame.sequence)
+        if turn is None:
+            return None
+        here = (0.0, 0.0)
+        return GroundStep(frame.captured - 0.4, frame.captured, here, here, 0.0, math.radians(turn), 30.0)
+
+
+def left_out(turns: dict[int, float], monkeypatch: pytest.MonkeyPatch) -> list[FrameInput]:
+    """Fly, and return the frames that were not mapped."""
+    rig, frames = Rig(), flight(40)
+    rig.manager._odometry = cast("Odometry", Turning(turns))
+    mapped, fuse = [], rig.mapper._core.fuse
+
+    def noted(ground: SeenGround) -> None:
+        mapped.append(ground.captured)
+        fuse(ground)
+
+    monkeypatch.setattr(rig.mapper._core, "fuse", noted)
+    for frame in frames:
+        assert rig.run(frame).mapper_health.is_healthy
+    return [frame for frame in frames if frame.captured not in mapped]
+
+
+@pytest.mark.parametrize("turn", [60.0, -60.0, 15.1])
+def test_a_picture_that_turned_beyond_its_heading_is_not_mapped_nor_are_those_just_after_it(
+    turn: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    frames = left_out({3: 0.0, 5: turn, 6: 0.0}, monkeypatch)
+    assert frames[0].sequence == 5
+    began = frames[0].captured
+    assert frames == [frame for frame in flight(40) if 0.0 <= frame.captured - began < TURNED_S]
+
+
+def test_a_turn_of_a_late_picture_is_mapped(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert left_out({3: 6.0, 4: -14.9}, monkeypatch) == []
 
 
 @pytest.mark.parametrize("fault", [NoImage("torn"), AlgoError("no ground"), RuntimeError("bug")])
