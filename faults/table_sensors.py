@@ -272,7 +272,7 @@ HEADING: Final = (
         ends_flight=True,
     ),
     Fault(
-        "all compasses turn by 60° the other way",
+        "all compasses turn by −60°",
         When.HOVERING,
         (
             Drone({"compass_error_deg": -60.0}),
