@@ -6,7 +6,7 @@ import asyncio
 import contextlib
 import signal
 import sys
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 
 import pytest
@@ -36,6 +36,14 @@ sys.exit(hawk.cli.main(["run", *sys.argv[1:]]))
 WAITS = "import sys, hawk.cli; sys.exit(hawk.cli.main(['run', *sys.argv[1:]]))"
 IGNORES = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN); " + WAITS
 STAYS_AWAY = "the autopilot's failsafe has the drone"
+
+
+@pytest.fixture(autouse=True)
+def _a_terminal_can_be_lost() -> Iterator[None]:
+    """Tests under nohup ignore SIGHUP, and the programs that they start would, too."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    signal.signal(signal.SIGHUP, before)
 
 
 async def journal_of_a_flight(folder: Path, age_s: float) -> None:
