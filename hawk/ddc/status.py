@@ -112,7 +112,7 @@ class Reporter:
             options=options(case),
             checks=case.checks if state.on_ground else (),
             killed=case.bench.is_killed,
-            fallen=case.bench.fall is not None,
+            fallen=case.bench.fall is not None and case.bench.kill_state == "none",  # motors that were cut fell, too
             kill_state=case.bench.kill_state,
             return_in=state.return_in(facts),
         )
