@@ -50,6 +50,16 @@ def _refuses_arm(put: dict[str, Any], check: str, well: dict[str, Any]) -> tuple
     )
 
 
+def _ends_a_return(put: dict[str, Any], word: str, within_s: float) -> tuple[Act | See, ...]:
+    """Return the steps of a fault while the drone returns: the drone is down already, or holds or lands for it."""
+    return (
+        Drone(put),
+        See(either(DOWN, both(state(_HOVER, _LAND), warned(word))), within_s),
+        Order(Land()),
+        See(DOWN, 120.0),
+    )
+
+
 PLACE: Final = (
     Fault(
         "GNSS walks north at 0.7 m/s, the autopilot with it",
@@ -87,12 +97,7 @@ PLACE: Final = (
     Fault(
         "GNSS walks at 0.7 m/s while the drone returns",
         When.RETURNING,
-        (
-            Drone({"gps_walk": (0.5, 0.5)}),
-            See(either(DOWN, both(state(_HOVER, _LAND), warned("camera sees"))), 45.0),
-            Order(Land()),
-            See(DOWN, 120.0),
-        ),
+        _ends_a_return({"gps_walk": (0.5, 0.5)}, "camera sees", 45.0),
         ends_flight=True,
     ),
     Fault(
@@ -182,12 +187,7 @@ HEIGHT: Final = (
     Fault(
         "the barometer rises by 0.5 m/s while the drone returns",
         When.RETURNING,
-        (
-            Drone({"baro_drift": 0.5}),
-            See(either(DOWN, both(state(_HOVER, _LAND), warned("height"))), 40.0),
-            Order(Land()),
-            See(DOWN, 120.0),
-        ),
+        _ends_a_return({"baro_drift": 0.5}, "height", 40.0),
         ends_flight=True,
     ),
     Fault(

@@ -84,6 +84,7 @@ GROUPS: Final[dict[str, tuple[str, ...]]] = {
         "hawk/ddc/heading.py",
         "hawk/ddc/height.py",
         "hawk/ddc/place.py",
+        "hawk/ddc/stopwatch.py",
         "hawk/ddc/witness.py",
         "hawk/ddc/witness_reports.py",
         "hawk/ddc/witnesses.py",
@@ -264,7 +265,7 @@ _OWN: Final[dict[str, tuple[str, ...]]] = {
     "hawk/comm/telemetry.py": ("telemetry", "telemetry_places"),
     "hawk/starts.py": ("starts", "goes_on"),
     "hawk/process.py": ("watchdog", "ticker", "priority"),
-    "hawk/ddc/watches.py": ("watches",),
+    "hawk/ddc/stopwatch.py": ("watches", "doubt"),
 }
 """Module -> names of its own test files where they do not bear its name."""
 

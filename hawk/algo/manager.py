@@ -26,7 +26,6 @@ from hawk.image import NoImage
 from hawk.model.ground_motion import GroundStep
 from hawk.model.operation import Health
 from hawk.model.sentences import say, words_of
-from hawk.model.stall_size import StallSize
 
 T = TypeVar("T")
 _LOG = logging.getLogger(__name__)
@@ -100,7 +99,7 @@ class AlgorithmManagerApp:
         steps = _Steps(self._timer)
         started = self._timer()
         seen, fused, plan, camera, step = self._work(frame, steps)
-        size = steps.do("stall size", lambda: stall_size(frame, seen), self._no_size)
+        size = steps.do("stall size", lambda: stall_size(frame, seen), _nothing)
         if steps.failures:
             _LOG.info("frame %d: %s", frame.sequence, "; ".join(steps.failures))
         annotated = steps.do("annotate", lambda: self._annotated(frame, seen, fused), lambda _: b"")
@@ -126,11 +125,9 @@ class AlgorithmManagerApp:
         vision, mapper, planner = self._vision_app, self._mapper_app, self._path_plan_app
         seen = steps.do("vision", lambda: vision.see(frame), vision.fail)
         camera = steps.do("camera", lambda: self._camera_check.look(frame, seen.image), Health.bad)
-        if not camera.is_healthy:
+        step = steps.do("odometry", lambda: self._odometry.look(frame, seen.image), _nothing)
+        if self._has_turned(frame, step) or not camera.is_healthy:
             seen = replace(seen, ground=None)  # the ground is not where the picture shows it
-        step = steps.do("odometry", lambda: self._odometry.look(frame, seen.image), self._no_step)
-        if self._has_turned(frame, step):
-            seen = replace(seen, ground=None)
         fused = steps.do("mapper", lambda: mapper.fuse(frame, seen), mapper.fail)
         plan = steps.do("path plan", lambda: planner.plan(frame, mapper), planner.fail)
         return seen, fused, plan, camera, step
@@ -141,12 +138,6 @@ class AlgorithmManagerApp:
             self._turned_at = step.until
         return 0.0 <= frame.captured - self._turned_at < TURNED_S
 
-    def _no_step(self, _reason: str) -> GroundStep | None:
-        return None
-
-    def _no_size(self, _reason: str) -> StallSize | None:
-        return None
-
     def _annotated(self, frame: FrameInput, seen: Seen, fused: Fused) -> bytes:
         if seen.image is None:
             return b""
@@ -155,6 +146,10 @@ class AlgorithmManagerApp:
         pose = seen.ground.pose
         stalls = self._mapper_app.stalls_near(pose.north, pose.east, _DRAWN_M)
         return annotate(seen.image, frame.camera, fused.shift.applied(pose), stalls, style=self._style)
+
+
+def _nothing(_reason: str) -> None:
+    return None
 
 
 class _Steps:

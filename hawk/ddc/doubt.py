@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from hawk.ddc.stopwatch import Stopwatch
+
 
 class Doubt:
     """Times in seconds. While there is no doubt ask `begins`, else `ends`."""
@@ -10,8 +12,7 @@ class Doubt:
         """``confirm_s``: a disagreement that lasts this long is a doubt. ``agrees_s``: an agreement ends it after."""
         self._confirm_s = confirm_s
         self._agrees_s = agrees_s
-        self._beyond_since: float | None = None
-        self._agreed_since: float | None = None
+        self._beyond, self._agreed = Stopwatch(), Stopwatch()
         self._since: float | None = None
 
     @property
@@ -25,23 +26,17 @@ class Doubt:
 
     def begins(self, now: float, *, is_beyond: bool) -> bool:
         """Take a look at the disagreement; return True when the doubt begins by it."""
-        if not is_beyond:
-            self._beyond_since = None
-        elif self._beyond_since is None:
-            self._beyond_since = now
-        elif now - self._beyond_since >= self._confirm_s:
-            # the disagreement stays confirmed: one that is back at once, after the end, is a doubt at once
-            self._since, self._agreed_since = now, None
-            return True
-        return False
+        beyond_s = self._beyond.update(is_beyond, now)
+        if beyond_s is None or beyond_s < self._confirm_s:
+            return False
+        # the disagreement stays confirmed: one that is back at once, after the end, is a doubt at once
+        self._since, self._agreed = now, Stopwatch()
+        return True
 
     def ends(self, now: float, *, agrees: bool) -> bool:
         """Take a look at the agreement; return True when the doubt ends by it."""
-        if not agrees:
-            self._agreed_since = None
-        elif self._agreed_since is None:
-            self._agreed_since = now
-        elif now - self._agreed_since >= self._agrees_s:
-            self._since = None
-            return True
-        return False
+        agreed_s = self._agreed.update(agrees, now)
+        if agreed_s is None or agreed_s < self._agrees_s:
+            return False
+        self._since = None
+        return True

@@ -261,6 +261,13 @@ class KeptFacts:
     known: tuple[str, ...] = ()
     """The same, and those whose parameters are put back once no pilot flies."""
 
+    @property
+    def lost_words(self) -> str:
+        """One sentence on what cannot be put back; empty: nothing."""
+        if not self.lost:
+            return ""
+        return say("Somebody changes the autopilot, and it cannot be put back: {lost}.", lost=self.lost)
+
 
 @dataclass(frozen=True, slots=True)
 class Facts:

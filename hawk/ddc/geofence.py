@@ -249,7 +249,7 @@ def last_inside(fence: Fence, start: MapPoint, end: MapPoint) -> MapPoint:
     first = min(shapely.get_parts(inside), key=lambda part: part.distance(Point(start.north, start.east)))
     length = max(math.dist((start.north, start.east), corner) for corner in first.coords)
     share = max(length - EDGE_MARGIN_M, 0.0) / max(start.distance(end), 1e-9)
-    return MapPoint(start.north + (end.north - start.north) * share, start.east + (end.east - start.east) * share)
+    return start.towards(end, share)
 
 
 def sees_all(fence: Fence, place: MapPoint) -> bool:

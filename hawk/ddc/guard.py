@@ -126,6 +126,5 @@ def _cause_to_return(facts: Facts) -> Cause | None:
     if facts.limits.breached_s is not None and facts.limits.breached_s >= FENCE_RETURN_S:
         return Cause(say("Still outside the fence."), CauseKind.FENCE)
     if facts.kept.lost:
-        words = say("Somebody changes the autopilot, and it cannot be put back: {lost}.", lost=facts.kept.lost)
-        return Cause(words, CauseKind.KEPT)
+        return Cause(facts.kept.lost_words, CauseKind.KEPT)
     return None

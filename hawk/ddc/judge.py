@@ -277,9 +277,9 @@ def _failsafes(case: Case, but: Collection[str] = ()) -> Refusal | None:
 
 def _flight_gate(case: Case) -> Refusal | None:
     """Refuse every task, whichever station armed, unless failsafes, home and the autopilot's fence are right."""
-    problem, home, lost = case.bench.fence_problem, case.facts.position.autopilot_home, case.facts.kept.lost
-    if lost:
-        return Refusal(say("Somebody changes the autopilot, and it cannot be put back: {lost}.", lost=lost))
+    problem, home = case.bench.fence_problem, case.facts.position.autopilot_home
+    if case.facts.kept.lost:
+        return Refusal(case.facts.kept.lost_words)
     if home.is_moved:
         return Refusal(joined(home_words(home), say("It is being set back: wait.")))
     return _failsafes(case) or (Refusal(problem) if problem else None)

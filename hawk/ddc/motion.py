@@ -193,7 +193,7 @@ class RouteFollower:
         cut = turns[self._leg - 1]
         if cut == 0 or _off_leg(place, start, end) <= _ON_LEG_M:
             return end
-        return _on_leg(start, end, cut)
+        return start.towards(end, min(1.0, cut / start.distance(end)))
 
     @property
     def heading_for(self) -> MapPoint:
@@ -203,11 +203,6 @@ class RouteFollower:
     def left(self, place: MapPoint) -> tuple[MapPoint, ...]:
         """Return the rest of the route: from the drone's place through the points that are still to come."""
         return (place, *self.route.points[self._leg :])
-
-
-def _on_leg(start: MapPoint, end: MapPoint, along: float) -> MapPoint:
-    share = min(1.0, along / start.distance(end))
-    return MapPoint(start.north + (end.north - start.north) * share, start.east + (end.east - start.east) * share)
 
 
 def _off_leg(place: MapPoint, start: MapPoint, end: MapPoint) -> float:

@@ -45,9 +45,10 @@ from hawk.ddc.remote_id import remote_id_facts, remote_id_health
 from hawk.ddc.requests import Outcomes, Requests
 from hawk.ddc.service_interface import DdcServiceInterface
 from hawk.ddc.settings import DdcSettings
+from hawk.ddc.stopwatch import Stopwatch
 from hawk.ddc.survey_watch import Sighting, SurveyWatch
 from hawk.ddc.topic_interface import BATTERY_TIMEOUT_S, DdcTopicInterface
-from hawk.ddc.watches import ForeignWrites, Jumps, LinkWatch, Stopwatch
+from hawk.ddc.watches import ForeignWrites, Jumps, LinkWatch
 from hawk.ddc.wind import Wind, WindWatch
 from hawk.ddc.witness import compass_part
 from hawk.ddc.witnesses import Witnesses

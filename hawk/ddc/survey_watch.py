@@ -15,9 +15,9 @@ from typing import Final
 from hawk.ddc.drain import KEPT_FLIGHTS, DrainMeter, known_drain
 from hawk.ddc.energy import ASSUMED_DRAIN, Reserve
 from hawk.ddc.settings import DdcSettings
+from hawk.ddc.stopwatch import Stopwatch
 from hawk.ddc.survey_memory import SurveyMemory
 from hawk.ddc.survey_need import Basis, Battery, Manner, SurveyNeed, need_in_flight, need_on_ground
-from hawk.ddc.watches import Stopwatch
 from hawk.model.limits import HeightParameters
 from hawk.model.operation import SurveyLeft
 from hawk.model.plans import PathPlan

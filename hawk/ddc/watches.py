@@ -1,4 +1,4 @@
-"""Watches of the senses: how long a condition holds, which events the link has, which jumps came between two ticks."""
+"""Watches of the senses: which events the link has, which jumps came between two ticks, who else writes."""
 
 from __future__ import annotations
 
@@ -13,25 +13,6 @@ KEPT_WRITES = 16
 WRITES_S = 30.0
 LANDED_WAIT_S = 1.5
 """A first heartbeat waits for the landed state that belongs to it, seconds."""
-
-
-class Stopwatch:
-    """Times how long a condition has held."""
-
-    def __init__(self) -> None:
-        self._since: float | None = None
-
-    def update(self, holds: bool, now: float) -> float | None:
-        """Return the seconds since the condition began to hold; None while it does not."""
-        if not holds:
-            self._since = None
-        elif self._since is None:
-            self._since = now
-        return self.read(now)
-
-    def read(self, now: float) -> float | None:
-        """Return the seconds since the condition began to hold, as of the last update."""
-        return None if self._since is None else now - self._since
 
 
 class LinkWatch:

@@ -46,6 +46,10 @@ class MapPoint:
         """Return the horizontal distance in metres."""
         return math.hypot(self.north - other.north, self.east - other.east)
 
+    def towards(self, end: MapPoint, share: float) -> MapPoint:
+        """Return the place on the straight line to ``end`` after that share of it: 0 is here, 1 is there."""
+        return MapPoint(self.north + (end.north - self.north) * share, self.east + (end.east - self.east) * share)
+
 
 @dataclass(frozen=True, slots=True)
 class MapPose:

@@ -14,6 +14,21 @@ PAUSE_S = 2.0
 """Pause after the autopilot refused, seconds."""
 
 
+class Fight:
+    """Counts how often a thing was put back within `WINDOW_S`."""
+
+    def __init__(self, tries: int = TRIES) -> None:
+        self._begun: deque[float] = deque(maxlen=tries)
+
+    def is_over(self, now: float) -> bool:
+        """Return True when once more would be too often."""
+        return len(self._begun) == self._begun.maxlen and now - self._begun[0] < WINDOW_S
+
+    def note(self, now: float) -> None:
+        """Count a thing that is put back now."""
+        self._begun.append(now)
+
+
 class Effort:
     """Puts one thing back by one request. It never fights endlessly: given up, it stays so until the motors are off."""
 
@@ -27,11 +42,10 @@ class Effort:
         """
         self._patience_s = patience_s
         self._pause_s = pause_s
-        self._tries = tries
+        self._fight = None if tries is None else Fight(tries)
         self._ask: Ask | None = None
         self._wrong_since: float | None = None
         self._not_before = float("-inf")
-        self._begun: deque[float] = deque(maxlen=TRIES if tries is None else tries)
         self.reason = ""
         """The autopilot's words when the last request failed."""
         self.is_given_up = False
@@ -54,11 +68,12 @@ class Effort:
         self._take_answer(facts)
         if self._ask is not None or self.is_given_up or now < self._not_before:
             return ()
-        is_spent = len(self._begun) == self._tries and now - self._begun[0] < WINDOW_S
-        if is_spent or now - self._wrong_since > self._patience_s:
+        is_over = self._fight is not None and self._fight.is_over(now)
+        if is_over or now - self._wrong_since > self._patience_s:
             self.is_given_up = True
             return ()
-        self._begun.append(now)
+        if self._fight is not None:
+            self._fight.note(now)
         self._ask = Ask(request, now)
         return (self._ask,)
 

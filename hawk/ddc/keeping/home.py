@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 
 from hawk.ddc.acts import Acts, Ask, Log, Record, SetHome
 from hawk.ddc.facts import Facts, HomeFacts
 from hawk.ddc.home import HOME_WAIT_S, home_words
-from hawk.ddc.keeping.effort import TRIES, WINDOW_S
+from hawk.ddc.keeping.effort import Fight
 from hawk.ddc.orders import Rank
 from hawk.ddc.states.base import State
 from hawk.model.poses import GlobalPose
@@ -24,15 +23,15 @@ LOST_S = 10.0
 class KeptHome:
     """Sets home back to the arm place when somebody moved it, and reports it.
 
-    Who moves it once more than `TRIES` times within `WINDOW_S` moves it for ever: the flight ends, and home is set back
-    all the same.
+    Who moves it once too often (`hawk.ddc.keeping.effort`) moves it for ever: the flight ends, and home is set back all
+    the same.
     """
 
     def __init__(self) -> None:
         self._is_moved = False
         self._gave_up = False
         self._asked = -math.inf
-        self._moves: deque[float] = deque(maxlen=TRIES + 1)
+        self._fight = Fight()
         self._is_away = False
         self._is_fought_over = False
 
@@ -65,13 +64,13 @@ class KeptHome:
     def _count(self, facts: Facts, *, sets: bool) -> None:
         """Count the times that home was moved and set back. Motors that are off end the count."""
         if not facts.vehicle.armed:
-            self._moves.clear()
+            self._fight = Fight()
             self._is_away = self._is_fought_over = False
             return
         is_moved = facts.position.autopilot_home.is_moved
         if sets and is_moved and not self._is_away:
-            self._moves.append(facts.now)
-            self._is_fought_over |= len(self._moves) > TRIES and facts.now - self._moves[0] < WINDOW_S
+            self._is_fought_over |= self._fight.is_over(facts.now)
+            self._fight.note(facts.now)
         if sets or not is_moved:  # one that is away while nothing may be set is the same move when it may again
             self._is_away = is_moved
 

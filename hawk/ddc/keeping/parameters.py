@@ -20,7 +20,7 @@ PATIENCE_S = 30.0
 """One request takes up to 12 s on a link that loses datagrams; three of them."""
 
 _Settings = Mapping[str, float]
-_BY_LIMITS = (FENCE, RETURN_HEIGHT)
+_BY_LIMITS = frozenset({FENCE, RETURN_HEIGHT})
 """The checks that compare with the limits of the flight."""
 
 
@@ -134,15 +134,15 @@ def _proven(wanted: Mapping[str, _Settings], values: Values, view: AutopilotView
     A fence that is switched off is switched on apart from its parameters.
     """
     found, on = dict(wanted), replace(view, fence_on=True)
-    while True:
+    while asked := _BY_LIMITS.intersection(name for name, settings in found.items() if settings):
         after = dict(values)
         for settings in found.values():
             after.update(settings)
-        failing = {check.name for check in check_failsafes(after, on) if not check.passed}
-        vain = [name for name in _BY_LIMITS if name in failing and found.get(name)]
+        vain = [check.name for check in check_failsafes(after, on) if check.name in asked and not check.passed]
         if not vain:
-            return found
+            break
         found.update((name, {}) for name in vain)
+    return found
 
 
 def _warning(check: FailsafeCheck, wanted: Mapping[str, float], facts: Facts, *, may_write: bool) -> Log:

@@ -121,11 +121,9 @@ class Holding:
         if led_at is None or self._held is None:
             return kept  # what the position had gone before it was doubted is taken back at once
         share = min(1.0, FOLLOWS_M_S * (facts.now - led_at) / max(self._held.point.distance(kept.point), 1e-9))
-        north = self._held.north + share * (kept.north - self._held.north)
-        east = self._held.east + share * (kept.east - self._held.east)
-        off, fence = facts.witness.place.off, facts.limits.fence
-        is_inside = fence is not None and contains(fence, MapPoint(north - off[0], east - off[1]))
-        return replace(kept, north=north, east=east) if is_inside else kept
+        slower, off, fence = self._held.point.towards(kept.point, share), facts.witness.place.off, facts.limits.fence
+        is_inside = fence is not None and contains(fence, MapPoint(slower.north - off[0], slower.east - off[1]))
+        return replace(kept, north=slower.north, east=slower.east) if is_inside else kept
 
     def _look(self, facts: Facts) -> None:
         """Note whether the witnesses keep a drone whose position is doubted. Then it is led, whatever its mode."""

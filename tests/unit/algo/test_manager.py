@@ -26,11 +26,11 @@ TRUTH = rows_lot()
 
 
 class Rig:
-    def __init__(self, **faults: Any) -> None:
+    def __init__(self, odometry: Odometry | None = None, **faults: Any) -> None:
         self.vision = SyntheticVision(TRUTH, rng=np.random.default_rng(3), **faults)
         self.interface = AlgorithmTopicInterface()
         self.check = CameraCheck()
-        self.manager = AlgorithmManagerApp(timer=lambda: 0.0, camera_check=self.check)
+        self.manager = AlgorithmManagerApp(timer=lambda: 0.0, camera_check=self.check, odometry=odometry)
         self.mapper, self.path_plan = MapperApp(map_id="m"), PathPlanApp()
         self.manager.init(self.interface, self.vision, self.mapper, self.path_plan, FrameCamera(self.interface))
 
@@ -111,8 +111,7 @@ class Turning:
 
 def left_out(turns: dict[int, float], monkeypatch: pytest.MonkeyPatch) -> list[FrameInput]:
     """Fly, and return the frames that were not mapped."""
-    rig, frames = Rig(), flight(40)
-    rig.manager._odometry = cast("Odometry", Turning(turns))
+    rig, frames = Rig(cast("Odometry", Turning(turns))), flight(40)
     mapped, fuse = [], rig.mapper._core.fuse
 
     def noted(ground: SeenGround) -> None:

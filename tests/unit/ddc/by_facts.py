@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Literal
 
 from hawk.ddc.acts import (
     Acts,
     Ask,
     Log,
+    ReadParameter,
     SendTarget,
 )
 from hawk.ddc.facts import Answer, Facts
@@ -24,6 +27,7 @@ from hawk.ddc.orders import (
     ToTakeoff,
     Transition,
 )
+from hawk.ddc.parameters import ParameterReader
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import make_state
@@ -86,3 +90,20 @@ def targets(acts: Acts) -> list[Goal]:
 
 def texts(acts: Acts) -> list[str]:
     return [act.text for act in acts if isinstance(act, Log)]
+
+
+def read_all(reader: ParameterReader, facts: Facts, values: Mapping[str, float | None], fails: str = "") -> None:
+    """Answer whatever the reader asks, until it asks no more; what has no value fails, and so does ``fails``."""
+    acts = reader.tick(facts)
+    while asked := reads(acts):
+        answers = []
+        for name in asked:
+            value = None if name == fails else values.get(name)
+            status: Literal["done", "failed"] = "failed" if value is None else "done"
+            answers.append(Answer(f"read {name}", facts.now, status, "", value))
+        acts = reader.tick(replace(facts, answers=tuple(answers)))
+
+
+def reads(acts: Acts) -> list[str]:
+    """Return the parameters that are asked for."""
+    return [request.parameter for request in requests(acts) if isinstance(request, ReadParameter)]

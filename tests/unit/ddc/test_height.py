@@ -30,14 +30,18 @@ from tests.unit.ddc.written_facts import flying
 STEP_S = 0.5
 
 
-class Flight:
-    """A drone whose reported height is ``off`` above the true one; each witness may be silent."""
+class Beginning:
+    """A drone that stands: GNSS and the reported height agree."""
 
     def __init__(self, height: float = 20.0) -> None:
         self.watch = HeightWatch()
         self.now, self.height, self.off = 0.0, height, 0.0
         self.watch.note_gnss(0.0, 100.0, 1.0, 100.0)
         self.watch.stand()
+
+
+class Flight(Beginning):
+    """A drone whose reported height is ``off`` above the true one; each witness may be silent."""
 
     def fly(
         self, seconds: float, drift: float = 0.0, *, gnss: bool = True, camera: bool = True, ground: float | None = None
@@ -295,14 +299,8 @@ def test_words_without_a_reported_height() -> None:
 # -- the size of the stalls --------------------------------------------------------------------------------------------
 
 
-class Sizes:
+class Sizes(Beginning):
     """A camera that sees stalls of 2.5 m twice a second. ``off``: metres by which ``height`` is above the true one."""
-
-    def __init__(self, height: float = 20.0) -> None:
-        self.watch = HeightWatch()
-        self.now, self.height, self.off = 0.0, height, 0.0
-        self.watch.note_gnss(0.0, 100.0, 1.0, 100.0)
-        self.watch.stand()
 
     def fly(self, seconds: float, drift: float = 0.0, *, width: float = 2.5, gnss: bool = True) -> HeightFacts:
         """Fly while the reported height gains ``drift`` m/s on the true one."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 
 import pytest
@@ -17,7 +16,6 @@ from hawk.ddc.acts import (
     EnableFence,
     Log,
     PutBack,
-    ReadParameter,
     Request,
     SetHome,
     UploadFence,
@@ -36,7 +34,7 @@ from hawk.ddc.preflight import autopilot_view
 from hawk.ddc.states.base import State
 from hawk.ddc.states.hover import Hover, Manual
 from hawk.model.vehicle import ForeignWrite
-from tests.unit.ddc.by_facts import made
+from tests.unit.ddc.by_facts import made, read_all
 from tests.unit.ddc.fakes import SAFE_PARAMETERS
 from tests.unit.ddc.written_facts import FENCE, SETTINGS, flying, on_ground, pose, without_link
 
@@ -626,19 +624,10 @@ def test_home_that_stays_moved_for_ten_seconds_is_lost(away: float, moved_s: flo
 # -- all of it ---------------------------------------------------------------------------------------------------------
 
 
-def _read(ask: Ask, values: Mapping[str, float | None]) -> Answer:
-    assert isinstance(ask.request, ReadParameter)
-    value = values.get(ask.request.parameter)
-    return Answer(ask.name, ask.at, "failed" if value is None else "done", "", value)
-
-
 def keeper_that_read(facts: Facts, **changed: float | None) -> Keeper:
     """Return a keeper whose reader has read the autopilot's parameters at these facts."""
     keeper = Keeper(SETTINGS)
-    values = {**VALUES, **changed}
-    acts = keeper.reader.tick(facts)
-    while asked := [act for act in acts if isinstance(act, Ask) and isinstance(act.request, ReadParameter)]:
-        acts = keeper.reader.tick(replace(facts, answers=tuple(_read(ask, values) for ask in asked)))
+    read_all(keeper.reader, facts, {**VALUES, **changed})
     return keeper
 
 

@@ -18,6 +18,7 @@ from hawk.ddc.parameters import AT_ONCE, ParameterReader
 from hawk.ddc.remote_control import SWITCH_NAMES, remote_control_check
 from hawk.model.operation import StateName
 from hawk.model.vehicle import CopterMode, ForeignWrite
+from tests.unit.ddc.by_facts import read_all, reads, standing
 from tests.unit.ddc.fakes import DEFAULT_PARAMETERS, SAFE_PARAMETERS, Rig
 from tests.unit.ddc.test_failsafes import SAFE_47, VIEW
 from tests.unit.ddc.written_facts import flying, on_ground
@@ -339,35 +340,18 @@ async def test_a_name_of_another_version_is_no_warning(fresh: Rig, caplog: pytes
 # -- times by value ----------------------------------------------------------------------------------------------------
 
 
-def read_all(reader: ParameterReader, now: float, *, fails: str = "") -> None:
-    """Answer at once whatever the reader asks at ``now``, until it asks no more; ``fails`` is refused."""
-    asked = asked_names(reader, standing(now))
-    while asked:
-        answers = tuple(
-            Answer(f"read {name}", now, "failed" if name == fails else "done", "", SAFE_PARAMETERS.get(name, 0.0))
-            for name in asked
-        )
-        asked = asked_names(reader, replace(standing(now), answers=answers))
-
-
-def standing(now: float) -> Facts:
-    return on_ground(flying(now))
-
-
-def asked_names(reader: ParameterReader, facts: Facts) -> list[str]:
-    asks = [act.request for act in reader.tick(facts) if isinstance(act, Ask)]
-    return [request.parameter for request in asks if isinstance(request, ReadParameter)]
+READ: dict[str, float | None] = {**dict.fromkeys(ALL_NAMES, 0.0), **SAFE_PARAMETERS}
 
 
 def test_on_the_ground_a_parameter_is_read_again_after_twenty_seconds() -> None:
     reader = ParameterReader(245)
-    read_all(reader, 100.0)
-    assert asked_names(reader, standing(119.9)) == []
-    assert asked_names(reader, standing(120.0)) != []
+    read_all(reader, standing(100.0), READ)
+    assert reads(reader.tick(standing(119.9))) == []
+    assert reads(reader.tick(standing(120.0))) != []
 
 
 def test_a_read_that_failed_is_tried_again_after_three_seconds() -> None:
     reader = ParameterReader(245)
-    read_all(reader, 100.0, fails="FS_GCS_ENABLE")
-    assert asked_names(reader, standing(102.9)) == []
-    assert asked_names(reader, standing(103.0)) == ["FS_GCS_ENABLE"]
+    read_all(reader, standing(100.0), READ, fails="FS_GCS_ENABLE")
+    assert reads(reader.tick(standing(102.9))) == []
+    assert reads(reader.tick(standing(103.0))) == ["FS_GCS_ENABLE"]

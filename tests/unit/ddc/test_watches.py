@@ -9,8 +9,9 @@ import pytest
 
 from hawk.ddc.facts import VehicleEvent
 from hawk.ddc.service_interface import DdcServiceInterface
+from hawk.ddc.stopwatch import Stopwatch
 from hawk.ddc.topic_interface import DdcTopicInterface
-from hawk.ddc.watches import KEPT_WRITES, WRITES_S, ForeignWrites, Jumps, LinkWatch, Stopwatch
+from hawk.ddc.watches import KEPT_WRITES, WRITES_S, ForeignWrites, Jumps, LinkWatch
 from hawk.model.operation import Health
 from hawk.model.vehicle import CopterMode, ForeignWrite, LandedState, VehicleState
 

@@ -56,12 +56,17 @@ def lot() -> World:
     return World("rows", SCALE_M, ground)
 
 
-@pytest.fixture(scope="module")
-def frame() -> FrameInput:
+def over_the_lot(pose: MapPose) -> FrameInput:
+    """Return a picture from `ABOVE_GROUND_M` above the lot's middle; ``pose`` is the reported one."""
     camera = default_intrinsics()
     picture = WorldCamera(lot(), camera).render(*MIDDLE, ABOVE_GROUND_M, 0.0, 0.0, 0.0, rng=np.random.default_rng(1))
     jpeg = cv2.imencode(".jpg", picture)[1].tobytes()
-    return FrameInput(1, 5.0, jpeg, camera, POSE, 0.0, StateName.HOVER, None, HeightParameters(), None, None)
+    return FrameInput(1, 5.0, jpeg, camera, pose, 0.0, StateName.HOVER, None, HeightParameters(), None, None)
+
+
+@pytest.fixture(scope="module")
+def frame() -> FrameInput:
+    return over_the_lot(POSE)
 
 
 @pytest.fixture(scope="module")

@@ -4,46 +4,40 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import cv2
-import numpy as np
 import pytest
 
 from hawk.algo.frame import FrameInput
 from hawk.algo.vision.app import VisionApp
 from hawk.algo.vision.seen import Seen, StallSeen
 from hawk.algo.vision.stall_size import LEAST_STALLS, WHOLE, stall_size
-from hawk.model.limits import HeightParameters
-from hawk.model.operation import StateName
-from hawk.model.poses import MapPose
 from hawk.model.stall_size import StallSize
-from hawk.sim.camera import default_intrinsics
-from hawk.worlds.camera import WorldCamera
-from tests.unit.vision.test_ground_height import MIDDLE, WIDTH_M, lot
+from tests.unit.vision.test_ground_height import ABOVE_GROUND_M, POSE, WIDTH_M, over_the_lot
 
-TRUE_M = 25.0
+TRUE_M = ABOVE_GROUND_M
 
 
 @pytest.fixture(scope="module")
 def frame() -> FrameInput:
-    camera = default_intrinsics()
-    picture = WorldCamera(lot(), camera).render(*MIDDLE, TRUE_M, 0.0, 0.0, 0.0, rng=np.random.default_rng(1))
-    jpeg = cv2.imencode(".jpg", picture)[1].tobytes()
-    pose = MapPose(0.0, 0.0, TRUE_M, 0.0, 0.0, 0.0)
-    return FrameInput(1, 5.0, jpeg, camera, pose, 0.0, StateName.HOVER, None, HeightParameters(), None, None)
+    return over_the_lot(replace(POSE, height=TRUE_M))
 
 
 @pytest.fixture(scope="module")
-def seen(frame: FrameInput) -> Seen:
-    return VisionApp().see(frame)
+def app() -> VisionApp:
+    return VisionApp()
+
+
+@pytest.fixture(scope="module")
+def seen(app: VisionApp, frame: FrameInput) -> Seen:
+    return app.see(frame)
 
 
 @pytest.mark.parametrize("share", [0.7, 0.85, 1.0, 1.15, 1.4])
 def test_a_height_that_is_reported_too_great_makes_stalls_as_many_times_too_large(
-    frame: FrameInput, share: float
+    app: VisionApp, frame: FrameInput, share: float
 ) -> None:
     assert frame.pose is not None
     wrong = replace(frame, pose=replace(frame.pose, height=share * TRUE_M))
-    found = stall_size(wrong, VisionApp().see(wrong))
+    found = stall_size(wrong, app.see(wrong))
     assert found is not None
     assert (found.time, found.height) == (5.0, share * TRUE_M)
     assert found.width == pytest.approx(share * WIDTH_M, rel=0.07)
