@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from hawk.comm.messages import Arm, ClearKill
+from hawk.comm.messages import Arm, ClearKill, Kill
 from hawk.ddc.acts import KeepFall, Log, Record
 from hawk.ddc.belief import Belief, GroundWatch, Motion
 from hawk.ddc.fall import FallWatch, fall_words
@@ -16,6 +16,7 @@ from hawk.model.operation import Fall, StateName
 from hawk.model.poses import GlobalPose
 from hawk.model.vehicle import CopterMode, LandedState, VehicleState
 from tests.unit.ddc.fakes import UTC_START, Rig
+from tests.unit.ddc.test_kill import token_of
 from tests.unit.ddc.written_facts import flying as flying_facts
 
 STEP_S = 0.05
@@ -402,8 +403,13 @@ async def fallen(rig: Rig) -> None:
     await rig.run(1.0)
     drone.say("Crash: Disarming", 2)
     drone.armed, drone.landed = False, LandedState.ON_GROUND
+    await fall_down(rig)
+
+
+async def fall_down(rig: Rig) -> None:
+    """The motors are off: the drone falls to the ground."""
+    drone, sink = rig.autopilot, 0.0
     drone.stuck = True
-    sink = 0.0
     while drone.height > 0.0:
         sink += G * STEP_S
         drone.height = max(0.0, drone.height - sink * STEP_S)
@@ -415,6 +421,25 @@ async def fallen(rig: Rig) -> None:
 
 
 class TestOnTheRealManager:
+    async def test_motors_that_somebody_cut_in_the_air_are_shown_as_cut(
+        self, flying: Rig, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        async def cut() -> None:
+            flying.autopilot.armed, flying.autopilot.landed = False, LandedState.ON_GROUND
+
+        monkeypatch.setattr(flying.autopilot, "kill", cut)
+        flying.manager.handle_now("ana", Kill(token=token_of(flying)))
+        await flying.tick(2)
+        await fall_down(flying)
+        status = flying.manager.status.value
+        assert status is not None
+        assert status.operation.checks[0].value.startswith("off in the air at "), "it fell, too"
+        assert (status.operation.killed, status.operation.kill_state, status.operation.fallen) == (
+            True,
+            "confirmed",
+            False,
+        )
+
     async def test_it_is_told_in_red_and_arm_is_locked_until_it_is_cleared(self, flying: Rig) -> None:
         await fallen(flying)
         flying.expect(StateName.IDLE)
