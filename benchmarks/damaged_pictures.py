@@ -14,7 +14,7 @@ import numpy as np
 import simplejpeg
 from numpy.typing import NDArray
 
-from hawk.image import DamagedImage, NoImage, decode
+from hawk.formats.image import DamagedImage, NoImage, decode
 from hawk.model.pictures import CameraModel
 from hawk.worlds.camera import WorldCamera
 from hawk.worlds.generate import generate_world
@@ -92,7 +92,7 @@ def main() -> int:
     by_decoder = milliseconds(lambda: simplejpeg.decode_jpeg(data, "BGR"))
     print(
         f"{len(data) // 1000} kB: OpenCV {by_opencv:.1f} ms, simplejpeg {by_decoder:.1f} ms, "
-        f"hawk.image.decode {milliseconds(lambda: decode(data)):.1f} ms"
+        f"hawk.formats.image.decode {milliseconds(lambda: decode(data)):.1f} ms"
     )
     return 0
 

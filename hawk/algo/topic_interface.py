@@ -12,7 +12,7 @@ from typing import Generic, TypeVar
 
 from hawk.algo.frame import AlgoError, FrameInput, FrameOutput
 from hawk.comm.topic import Topic
-from hawk.image import NoImage
+from hawk.formats.image import NoImage
 from hawk.model.ground_motion import GroundStep
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.operation import Health, StateName

@@ -10,8 +10,8 @@ import re
 import sys
 from typing import Any, Final
 
-from hawk import option_values as values
-from hawk.config import ConfigError
+from hawk.config import options as values
+from hawk.config.sections import ConfigError
 
 COMMAND: Final = "make-background"
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.background.tiling import HALF_M, TILE_PX, Bounds, Tile
-from hawk.extras import remedy
+from hawk.runtime.extras import remedy
 
 MERCATOR: Final = "EPSG:3857"
 MISSING: Final = f"rasterio is not installed, which reads GeoTIFF files: {remedy('background')}"

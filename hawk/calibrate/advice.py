@@ -9,7 +9,7 @@ from typing import Final
 
 from hawk.calibrate.flight import Flown
 from hawk.calibrate.in_flight import LATENCY, PITCH, ROLL, YAW, Estimate
-from hawk.config import CameraSettings, bounds
+from hawk.config.sections import CameraSettings, bounds
 
 LARGEST_SPREADS: Final = {
     "latency_s": 0.005,

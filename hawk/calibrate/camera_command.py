@@ -24,13 +24,13 @@ from hawk.calibrate.lens import Lens, LensError, calibrate
 from hawk.calibrate.settings_file import write_settings
 from hawk.calibrate.shown import coverage_lines, lens_lines, preview, write_preview
 from hawk.calibrate.views import BoardFinder, Collector
-from hawk.comm.camera_sources.source import CameraSource
+from hawk.comm.cameras.drone_camera import DroneCamera, make_source
+from hawk.comm.cameras.sources.source import CameraSource
 from hawk.comm.clock import Clock
-from hawk.comm.drone_camera import DroneCamera, make_source
-from hawk.config import CameraSettings, Config, ConfigError
-from hawk.image import NoImage, decode, decode_any
-from hawk.option_settings import refuse_existing
-from hawk.supervision import Supervisor
+from hawk.config.option_settings import refuse_existing
+from hawk.config.sections import CameraSettings, Config, ConfigError
+from hawk.formats.image import NoImage, decode, decode_any
+from hawk.runtime.supervision import Supervisor
 
 _FAILED: Final = 1
 _TRIED_EVERY: Final = 3  # views, once everything is covered

@@ -1,4 +1,4 @@
-"""Writing a lens as ROS's ``camera_info`` YAML, which `hawk.comm.calibration` reads.
+"""Writing a lens as ROS's ``camera_info`` YAML, which `hawk.comm.cameras.calibration` reads.
 
 Format: https://wiki.ros.org/camera_calibration_parsers
 """
@@ -10,7 +10,7 @@ from datetime import datetime
 from pathlib import Path
 
 from hawk.calibrate.lens import NAMES, Lens
-from hawk.ddc.atomic_file import write_atomically
+from hawk.runtime.files import write_atomically
 
 
 def camera_info(lens: Lens, made: datetime) -> str:

@@ -16,8 +16,8 @@ from hawk.calibrate.flight import Flight, FlightError, newest_recording, read_fl
 from hawk.calibrate.in_flight import Estimate, NoEstimateError, estimate
 from hawk.calibrate.pairs import choose_pairs, match_pairs
 from hawk.calibrate.settings_file import write_settings
-from hawk.config import ENVIRONMENT_PREFIX, Config
-from hawk.process import set_niceness, set_session_niceness
+from hawk.config.sections import ENVIRONMENT_PREFIX, Config
+from hawk.runtime.process import set_niceness, set_session_niceness
 from hawk.store.replay import RecordingError
 
 _FAILED: Final = 1

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from hawk.rotation import CAMERA_TO_BODY
+from hawk.model.rotation import CAMERA_TO_BODY
 
 Floats = NDArray[np.float64]
 

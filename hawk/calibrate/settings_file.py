@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
-from hawk.config import ConfigError, load_config
+from hawk.config.sections import ConfigError, load_config
 
 _HEADER: Final = re.compile(r"\s*\[\s*([\w.-]+)\s*\]")
 

@@ -19,20 +19,20 @@ from urllib.parse import urlsplit
 
 from hawk.check.failsafes import failsafe_results, needed_names
 from hawk.check.result import CheckResult, failed, not_looked_at, passed, warning
-from hawk.comm.autopilot import MavsdkAutopilot
-from hawk.comm.claim import device_of
+from hawk.comm.autopilot.autopilot import MavsdkAutopilot
+from hawk.comm.autopilot.commands import MavCommand
+from hawk.comm.autopilot.fence_rings import FenceRings
+from hawk.comm.autopilot.mavlink_link import Link, Message, OnMessage
+from hawk.comm.autopilot.vehicle import AutopilotError, VehicleTopics
 from hawk.comm.clock import Clock
-from hawk.comm.commands import MavCommand
-from hawk.comm.fence_rings import FenceRings
-from hawk.comm.mavlink_link import Link, Message, OnMessage
-from hawk.comm.peer import Expected
-from hawk.comm.vehicle import AutopilotError, VehicleTopics
-from hawk.comm.vehicle_kinds import ARDUPILOT, COPTERS
-from hawk.config import Config
-from hawk.ddc.failsafes import MAY_BE_MISSING
+from hawk.comm.mavlink.claim import device_of
+from hawk.comm.mavlink.peer import Expected
+from hawk.comm.mavlink.vehicle_kinds import ARDUPILOT, COPTERS
+from hawk.config.sections import Config
+from hawk.ddc.parameters.failsafes import MAY_BE_MISSING
 from hawk.model.vehicle import mode_name
-from hawk.programs import Processes
-from hawk.supervision import Supervisor
+from hawk.runtime.programs import Processes
+from hawk.runtime.supervision import Supervisor
 
 FIND_S: Final = 5.0
 """Real seconds for the first heartbeat: it comes once a second, and MAVSDK is opened first."""
@@ -41,14 +41,14 @@ READ_S: Final = 7.0
 SETTLE_S: Final = 1.0
 """Real seconds for the streams that were asked for, after the parameters were read."""
 AT_ONCE: Final = 6
-"""Reads under way at a time, as in `hawk.ddc.parameters`."""
+"""Reads under way at a time, as in `hawk.ddc.parameters.reader`."""
 PROBED: Final = ("FS_GCS_ENABLE", "FENCE_ENABLE", "FLTMODE_CH")
 """Parameters of every ArduCopter from 4.5 on: when none answers, nothing that we send is heard."""
 _NAME: Final = "Autopilot"
 _OFF_DOWN_DEG: Final = 10.0
 """Beyond this a gimbal was not pointed down: a lot is mapped from straight above."""
 _VERSIONS: Final = ((4, 5), (4, 7))
-"""Oldest and newest ArduCopter whose parameters were compared (`hawk.ddc.failsafes`)."""
+"""Oldest and newest ArduCopter whose parameters were compared (`hawk.ddc.parameters.failsafes`)."""
 _MAVLINK_2: Final = "Set SERIALn_PROTOCOL of the autopilot's port to 2 (MAVLink 2), and restart the autopilot."
 _SIGNING: Final = (
     "MAVLink signing may be on in the autopilot: switch it off with a station that has the key. Else only one "

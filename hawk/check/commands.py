@@ -15,10 +15,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from hawk import option_values as values
-from hawk.addresses import MOST_PORT
-from hawk.config import Config, ConfigError, StoreSettings
-from hawk.option_settings import load_settings, refuse_existing
+from hawk.config import options as values
+from hawk.config.addresses import MOST_PORT
+from hawk.config.option_settings import load_settings, refuse_existing
+from hawk.config.sections import Config, ConfigError, StoreSettings
 
 if TYPE_CHECKING:
     from hawk.check.result import CheckResult
@@ -66,7 +66,7 @@ def make_checks(options: argparse.Namespace, end_s: float) -> list[CheckResult]:
     """Make all checks with the settings of the command line; the process has ``end_s`` real seconds after them."""
     from hawk.check.run import check_all, usual_tools
     from hawk.comm.clock import Clock
-    from hawk.process import end_within
+    from hawk.runtime.process import end_within
 
     log = logging.getLogger("hawk")
     before = log.level

@@ -26,8 +26,8 @@ from hawk.check.last_flight import COMMAND, last_flight, read_journal, tell
 from hawk.check.report import as_object
 from hawk.check.result import CheckResult
 from hawk.check.secrets import SecretFilter
-from hawk.config import Config
-from hawk.settings_reference import reference_text, settings
+from hawk.config.reference import reference_text, settings
+from hawk.config.sections import Config
 from hawk.store.journal_state import MAP, SEGMENT, read_records
 
 JOURNAL_LINES: Final = 3000

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from hawk.check.result import CheckResult, failed, not_looked_at, passed, warning
-from hawk.comm.vehicle import VehicleTopics
-from hawk.config import Config
-from hawk.ddc.chemistry import CHEMISTRIES
-from hawk.ddc.failsafes import AutopilotView, check_failsafes, watched_names
-from hawk.ddc.parameter_values import FailsafeCheck, Values
-from hawk.ddc.remote_control import SWITCH_CHANNEL, RemoteControlWatch, remote_control_check
+from hawk.comm.autopilot.vehicle import VehicleTopics
+from hawk.config.sections import Config
+from hawk.ddc.battery.chemistry import CHEMISTRIES
+from hawk.ddc.parameters.failsafes import AutopilotView, check_failsafes, watched_names
+from hawk.ddc.parameters.values import FailsafeCheck, Values
+from hawk.ddc.readings.remote_control import SWITCH_CHANNEL, RemoteControlWatch, remote_control_check
 
 BATTERY_AGE_S = 5.0
 """An older SYS_STATUS (2 Hz) says nothing, seconds."""

@@ -1,4 +1,4 @@
-"""The last flight as the daemon's journal has it: reads again what `hawk.flight_trace` wrote (journalctl -o json)."""
+"""The last flight as the daemon's journal has it: reads the lines of `hawk.daemon.flight_trace` (journalctl -o json)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any, Final
 
-from hawk.program_log import TRACE
+from hawk.runtime.program_log import TRACE
 
 LINES: Final = 20_000
 """Lines of the journal that are looked through: some hundred flights, or one with a fault that is logged often."""

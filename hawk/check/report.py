@@ -13,7 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hawk.check.result import CheckResult, Outcome, all_passed
-from hawk.plain_text import plain
+from hawk.runtime.plain_text import plain
 
 _STYLES: Final = {
     Outcome.PASSED: "green",

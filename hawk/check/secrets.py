@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from typing import Final
 from urllib.parse import unquote
 
-from hawk.config import Config
-from hawk.settings_reference import HIDDEN
+from hawk.config.reference import HIDDEN
+from hawk.config.sections import Config
 
 _LEAST: Final = 4
 """Characters of the shortest secret that is searched for by itself."""

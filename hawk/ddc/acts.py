@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hawk.comm.messages import CheckFence, Outgoing
-from hawk.comm.status import ClientId
+from hawk.comm.protocol.commands import CheckFence, Outgoing
+from hawk.comm.protocol.heartbeat import ClientId
 from hawk.ddc.facts import Answer, Facts
-from hawk.ddc.fence import FencePlan, Standpoint
+from hawk.ddc.fence.plan import FencePlan, Standpoint
 from hawk.ddc.motion import Goal
 from hawk.ddc.orders import Level, Transition
 from hawk.model.limits import Fence, HeightParameters, Outline

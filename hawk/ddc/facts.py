@@ -11,18 +11,18 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Literal
 
-from hawk.ddc.charge import NO_CHARGE, ChargeFacts
-from hawk.ddc.clearance import BelowFacts
-from hawk.ddc.energy import Reserve
-from hawk.ddc.fence import FencePlan
-from hawk.ddc.operator import NO_OPERATOR
-from hawk.ddc.operator import OperatorFacts as OperatorFacts
-from hawk.ddc.outline import OutlineFacts
-from hawk.ddc.remote_control import NO_REMOTE_CONTROL, RemoteControlFacts
-from hawk.ddc.remote_id import NO_REMOTE_ID, RemoteIdFacts
-from hawk.ddc.survey_need import SurveyNeed
-from hawk.ddc.wind import Wind
-from hawk.ddc.witness import WitnessFacts
+from hawk.ddc.battery.charge import NO_CHARGE, ChargeFacts
+from hawk.ddc.battery.energy import Reserve
+from hawk.ddc.battery.survey import SurveyNeed
+from hawk.ddc.fence.outline import OutlineFacts
+from hawk.ddc.fence.plan import FencePlan
+from hawk.ddc.readings.clearance import BelowFacts
+from hawk.ddc.readings.operator import NO_OPERATOR
+from hawk.ddc.readings.operator import OperatorFacts as OperatorFacts
+from hawk.ddc.readings.remote_control import NO_REMOTE_CONTROL, RemoteControlFacts
+from hawk.ddc.readings.remote_id import NO_REMOTE_ID, RemoteIdFacts
+from hawk.ddc.readings.wind import Wind
+from hawk.ddc.witnesses.witness import WitnessFacts
 from hawk.model.limits import Fence, HeightParameters
 from hawk.model.lot_map import Counts
 from hawk.model.operation import Fall, Health
@@ -126,7 +126,7 @@ class GroundFacts:
 
 @dataclass(frozen=True, slots=True)
 class HomeFacts:
-    """Home as the autopilot reports it, compared with the arm place (`hawk.ddc.home`)."""
+    """Home as the autopilot reports it, compared with the arm place (`hawk.ddc.readings.home`)."""
 
     place: GlobalPose | None = None
     age: float = math.inf
@@ -277,7 +277,7 @@ class Facts:
     utc: float = 0.0
     """Wall clock, Unix seconds."""
     vehicle: VehicleState = VehicleState()
-    """The autopilot's state as it is believed (`hawk.ddc.belief`); disconnected before the first HEARTBEAT."""
+    """The autopilot's state as it is believed (`hawk.ddc.readings.belief`); disconnected before the first HEARTBEAT."""
     ground: GroundFacts = GroundFacts()
     link: LinkFacts = LinkFacts()
     position: PositionFacts = PositionFacts()

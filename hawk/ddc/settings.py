@@ -9,9 +9,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from hawk.comm.calibration import load_calibration
-from hawk.comm.operator_desk import OperatorDesk
-from hawk.config import (
+from hawk.comm.cameras.calibration import load_calibration
+from hawk.comm.protocol.operator_desk import OperatorDesk
+from hawk.config.sections import (
     CameraSettings,
     Config,
     FenceSettings,

@@ -84,7 +84,7 @@ class EncodedTile:
 
 @dataclass(frozen=True, slots=True)
 class Counts:
-    """Stalls by state. ``free_variance`` is the variance of the number of free ones (`hawk.stall_count`)."""
+    """Stalls by state. ``free_variance`` is the variance of the number of free ones (`hawk.model.stall_count`)."""
 
     free: int = 0
     taken: int = 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-from hawk.sim.battery import CELLS
+from hawk.sim.autopilot.battery import CELLS
 from hawk.sim.geometry import Flat
 from hawk.sim.ground import Slope
 

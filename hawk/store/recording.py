@@ -22,7 +22,7 @@ from typing import IO, Any
 
 from mcap.writer import CompressionType, IndexType, Writer
 
-from hawk.config import StoreSettings
+from hawk.config.sections import StoreSettings
 from hawk.model.operation import Health
 from hawk.model.sentences import say
 from hawk.store.frame_codec import encode_frame, to_json

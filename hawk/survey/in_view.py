@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.model.lot_map import Cell
+from hawk.results.survey_map import SurveyMap
 from hawk.survey.scoring import match
 from hawk.survey.truth import GroundTruth
-from hawk.survey_map import SurveyMap
 
 WHOLE = 0.98
 """Share of a stall's cells that were seen, from which the stall was in view."""

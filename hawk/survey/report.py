@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from hawk.model.lot_map import Cell, StallState
+from hawk.results.survey_map import SurveyMap
 from hawk.survey import scoring
 from hawk.survey.in_view import in_view
 from hawk.survey.scoring import Finding, Tally
 from hawk.survey.truth import GroundTruth
-from hawk.survey_map import SurveyMap
 
 LARGEST_OFFSET_M = 5.0
 """A whole map that is farther off than this is wrong, not displaced."""

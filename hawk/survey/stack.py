@@ -14,7 +14,7 @@ from urllib.parse import urlsplit
 
 import aiohttp
 
-from hawk.simulation import (
+from hawk.daemon.simulation import (
     Simulation,
     SimulationAddress,
     SimulationError,

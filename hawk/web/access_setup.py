@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from hawk.web.access import AccessBook, OpenConnections
-from hawk.web.access_keeper import AccessKeeper
-from hawk.web.logins import Login, Logins
+from hawk.web.access.access import AccessBook, OpenConnections
+from hawk.web.access.access_keeper import AccessKeeper
+from hawk.web.access.logins import Login, Logins
+from hawk.web.access.tokens import TOKEN_FILE, Tokens, read_tokens, with_configured
 from hawk.web.security import check_binding
 from hawk.web.services import WebServices
-from hawk.web.tokens import TOKEN_FILE, Tokens, read_tokens, with_configured
 
 
 def make_access(services: WebServices) -> tuple[AccessBook, AccessKeeper]:

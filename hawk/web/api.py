@@ -9,11 +9,11 @@ from typing import Any, Final
 
 from aiohttp import hdrs, web
 
-from hawk.comm.messages import schema
+from hawk.comm.protocol.commands import schema
 from hawk.model.lot_map import StallState
+from hawk.web.access.guesses import GUESSES
 from hawk.web.computer_figures import Figure, figures, reader
 from hawk.web.door import DOOR
-from hawk.web.guesses import GUESSES
 from hawk.web.process_figures import process_figures
 from hawk.web.services import COUNTERS, SERVICES, Counters, WebServices
 

@@ -14,21 +14,22 @@ from urllib.parse import quote
 
 from aiohttp import WSCloseCode, web
 
-from hawk.web import api, area_file, background, downloads, register_service, video
-from hawk.web.access import BOOK, OPEN
-from hawk.web.access_keeper import KEEPER, keep_access
+from hawk.web import api, area_file, background, downloads, register_service
+from hawk.web.access.access import BOOK, OPEN
+from hawk.web.access.access_keeper import KEEPER, keep_access
+from hawk.web.access.admission import Admission
+from hawk.web.access.guesses import GUESSES, TokenGuesses
+from hawk.web.access.login_page import PUBLIC, LoginPage
+from hawk.web.access.logins import HOUR_S
+from hawk.web.access.paced_log import PacedLog
 from hawk.web.access_setup import make_access
-from hawk.web.admission import Admission
 from hawk.web.assets import Asset, make_asset, page_asset
 from hawk.web.documentation import Documentation
 from hawk.web.door import DOOR, Door, Places, attend, descriptor_limit
-from hawk.web.guesses import GUESSES, TokenGuesses
 from hawk.web.listener import Listener
-from hawk.web.login_page import PUBLIC, LoginPage
-from hawk.web.logins import HOUR_S
-from hawk.web.paced_log import PacedLog
 from hawk.web.security import RequestCheck, headers_adder
 from hawk.web.services import COUNTERS, SERVICES, Counters, WebServices
+from hawk.web.video import video
 from hawk.web.ws import SOCKETS, HeartbeatPace, command_socket, keeps_place
 
 LOG = logging.getLogger(__name__)

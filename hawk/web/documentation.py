@@ -14,8 +14,8 @@ from typing import Final
 
 from aiohttp import hdrs, web
 
+from hawk.web.access.proxied import is_secure, place, prefix_of
 from hawk.web.assets import ASK_AGAIN, Asset, content_type_of, etag_of
-from hawk.web.proxied import is_secure, place, prefix_of
 
 DOCS_DIRECTORY: Final = Path(__file__).parent / "docs_site"
 PREFIX: Final = "/docs/"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from hawk.comm.authority import Role
+from hawk.comm.protocol.authority import Role
 
 
 @dataclass(slots=True, eq=False, weakref_slot=True)

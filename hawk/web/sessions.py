@@ -12,10 +12,10 @@ import secrets
 from collections.abc import Callable
 from typing import Final
 
-from hawk.comm.authority import SOMEONE_ELSE, Role, Tenure
-from hawk.comm.names import distinct
-from hawk.comm.status import ClientId
-from hawk.config import OperatorSettings
+from hawk.comm.protocol.authority import SOMEONE_ELSE, Role, Tenure
+from hawk.comm.protocol.heartbeat import ClientId
+from hawk.comm.protocol.names import distinct
+from hawk.config.sections import OperatorSettings
 from hawk.web.asking import Asking
 from hawk.web.session import ControlView, Session
 
@@ -32,7 +32,7 @@ _SECRET: Final = re.compile(r"[A-Za-z0-9_-]{43}")
 
 
 class ControlDesk:
-    """A `hawk.comm.status.OperatorDesk`. Times are seconds of the daemon's clock."""
+    """A `hawk.comm.protocol.heartbeat.OperatorDesk`. Times are seconds of the daemon's clock."""
 
     def __init__(self, clock: Callable[[], float], settings: OperatorSettings) -> None:
         self._clock = clock

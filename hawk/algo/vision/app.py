@@ -19,7 +19,7 @@ from hawk.algo.vision.network import StallNetwork, VisionModelError
 from hawk.algo.vision.picture import decode
 from hawk.algo.vision.rectify import Rectifier, RectifyError
 from hawk.algo.vision.seen import Finder, Found, Seen, SeenGround
-from hawk.image import DamagedImage, NoImage
+from hawk.formats.image import DamagedImage, NoImage
 from hawk.model.operation import Health, HealthStatus
 from hawk.model.poses import MapPose
 from hawk.model.sentences import say, words_of

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.vision.engines import DEFAULT_ENGINE, Engine, EngineError, MissingEngineError, open_runner
-from hawk.extras import remedy
+from hawk.runtime.extras import remedy
 
 MapArray = NDArray[np.float32]
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from hawk.algo.vision.seen import FloatArray, GroundImage
 from hawk.model.pictures import CameraModel
 from hawk.model.poses import MapPoint, MapPose
-from hawk.rotation import CAMERA_TO_BODY, rotation
+from hawk.model.rotation import CAMERA_TO_BODY, rotation
 
 GROUND_M = 0.10
 """Side of a pixel of the rectified picture, metres."""

@@ -24,7 +24,7 @@ class Author:
 
 
 def changed_by(facts: Facts, subjects: Sequence[str]) -> Author:
-    """Return who wrote one of these last: subjects of `hawk.comm.foreign_writes`.
+    """Return who wrote one of these last: subjects of `hawk.comm.mavlink.foreign_writes`.
 
     Most links carry only what the autopilot says, so that mostly nobody is known.
     """

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from hawk.comm.messages import Resume
+from hawk.comm.protocol.commands import Resume
 from hawk.ddc.acts import STAY, Acts, SendTarget, Step
-from hawk.ddc.camera_hold import held, raised
 from hawk.ddc.facts import Facts
-from hawk.ddc.geofence import (
+from hawk.ddc.fence.geometry import (
     EDGE_MARGIN_M,
     RECOVERY_DEPTH_M,
     autopilot_fence,
@@ -19,11 +18,12 @@ from hawk.ddc.geofence import (
     path_is_inside,
     recovery_words,
 )
-from hawk.ddc.home import cause_here
 from hawk.ddc.motion import Carrot, Goal, distance, maximum_target_distance, stopping_point
 from hawk.ddc.orders import Cause, CauseKind, Order, Rank, ToHover, ToLand, ToReturn
+from hawk.ddc.readings.home import cause_here
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import AirborneState, ModeKeeper
+from hawk.ddc.states.camera_hold import held, raised
 from hawk.ddc.words import metres, seconds
 from hawk.model.limits import Fence
 from hawk.model.operation import StateName

@@ -3,8 +3,8 @@ from __future__ import annotations
 import asyncio
 
 from benchmarks.probe import Probe, is_heartbeat, main
-from hawk.comm.messages import Ack
-from hawk.comm.status import DroneStatus
+from hawk.comm.protocol.commands import Ack
+from hawk.comm.protocol.heartbeat import DroneStatus
 from hawk.web.clients import ClientView
 from hawk.web.session import ControlView
 

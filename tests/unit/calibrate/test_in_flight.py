@@ -13,7 +13,7 @@ from hawk.calibrate.flight import Flown
 from hawk.calibrate.geometry import carried, motions, mounted
 from hawk.calibrate.in_flight import Estimate, NoEstimateError, estimate
 from hawk.calibrate.pairs import Matches
-from hawk.config import CameraSettings
+from hawk.config.sections import CameraSettings
 from hawk.model.poses import MapPose
 from tests.unit.calibrate.flights import CAMERA, Errors, all_pairs, lanes, reported, seen
 

@@ -13,8 +13,8 @@ from hawk.calibrate.camera_info import camera_info, write_camera_info
 from hawk.calibrate.coverage import View
 from hawk.calibrate.lens import MOST_RMS, NAMES, Lens, LensError, calibrate
 from hawk.calibrate.views import LEAST_CORNERS, BoardFinder, Collector
-from hawk.comm.calibration import load_calibration
-from hawk.config import CameraSettings
+from hawk.comm.cameras.calibration import load_calibration
+from hawk.config.sections import CameraSettings
 from tests.unit.calibrate.boards import TRUE, Picture, Studio
 
 SIZE = (TRUE.width, TRUE.height)

@@ -8,9 +8,8 @@ from typing import Any
 
 import pytest
 
-from hawk.comm.terrain import Terrain
+from hawk.comm.autopilot.terrain import Terrain
 from hawk.ddc import facts as limits
-from hawk.ddc.clearance import BelowFacts
 from hawk.ddc.facts import (
     Answer,
     BatteryFacts,
@@ -24,6 +23,7 @@ from hawk.ddc.facts import (
     SightFacts,
     WindFacts,
 )
+from hawk.ddc.readings.clearance import BelowFacts
 from hawk.model.operation import Health
 from hawk.model.plans import Inbound, Route, Verdict
 from hawk.model.poses import MapPoint, MapPose

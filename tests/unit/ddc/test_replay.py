@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from hawk.comm.messages import (
+from hawk.comm.protocol.commands import (
     Arm,
     AutonomousExplore,
     AutonomousMove,

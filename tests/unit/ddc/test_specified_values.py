@@ -14,13 +14,13 @@ from typing import Any
 import pytest
 
 from hawk.algo.topic_interface import AlgorithmTopics
-from hawk.config import Config, StoreSettings, WatchdogSettings
-from hawk.daemon import Daemon, DaemonOptions
+from hawk.config.sections import Config, StoreSettings, WatchdogSettings
+from hawk.daemon.root import Daemon, DaemonOptions
 from hawk.model.lot_map import Counts, OccupancyMap
 from hawk.model.operation import Health, StateName
 from hawk.model.poses import GlobalPose, LocalPose, MapPose
 from hawk.model.vehicle import BatteryInfo
-from hawk.program_log import ProgramLog
+from hawk.runtime.program_log import ProgramLog
 from hawk.web.clients import ClientView
 from hawk.web.session import ControlView
 from tests.unit.ddc.fakes import PLACE, Rig

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from hawk.config import FenceSettings, FlightSettings, HeightSettings, OperatorSettings
+from hawk.config.sections import FenceSettings, FlightSettings, HeightSettings, OperatorSettings
 from hawk.ddc.acts import Act, Acts
 from hawk.ddc.decider import Decider
 from hawk.ddc.facts import (
@@ -17,10 +17,10 @@ from hawk.ddc.facts import (
     SightFacts,
     VehicleEvent,
 )
-from hawk.ddc.fence import FencePlan
-from hawk.ddc.geofence import circle, polygon_fence
-from hawk.ddc.kill import KillTokens
-from hawk.ddc.remote_control import RemoteControlFacts
+from hawk.ddc.fence.geometry import circle, polygon_fence
+from hawk.ddc.fence.plan import FencePlan
+from hawk.ddc.readings.remote_control import RemoteControlFacts
+from hawk.ddc.rules.kill import KillTokens
 from hawk.ddc.settings import DdcSettings
 from hawk.model.limits import HeightParameters
 from hawk.model.operation import Health

@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from hawk.comm.messages import (
+from hawk.comm.protocol.commands import (
     Ack,
     Arm,
     AutonomousExplore,
@@ -20,7 +20,7 @@ from hawk.comm.messages import (
     SetOutline,
     Takeoff,
 )
-from hawk.comm.status import (
+from hawk.comm.protocol.heartbeat import (
     CheckItem,
     DroneStatus,
     Heartbeat,

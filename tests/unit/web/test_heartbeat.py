@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from hawk.comm.message_base import wire_key
-from hawk.comm.status import (
+from hawk.comm.protocol.base import wire_key
+from hawk.comm.protocol.heartbeat import (
     DroneStatus,
     FenceCorner,
     FenceSetup,
