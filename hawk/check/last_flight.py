@@ -1,4 +1,4 @@
-"""The last flight as the daemon's journal has it: reads the lines of `hawk.daemon.flight_trace` (journalctl -o json)."""
+"""The last flight, read from the lines of `hawk.daemon.flight_trace` in the journal (journalctl -o json)."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ class SimulationOptions:
     ``slope`` is PERCENT,DEG of rising ground, ``rangefinder`` the reach of one that looks down, metres.
     ``noise_seed`` seeds the errors of position and sensors, the world's seed when None.
     ``gnss_bias`` is N,E in metres, ``battery_cells`` the battery's cells, ``mavlink_version`` 1 or 2; ``others``, with
-    commas between, are others on the link (`hawk.sim.options.Other`).
+    commas between, are others on the link (`hawk.sim.autopilot.options.Other`).
     ``start`` is x, y in metres in the world's picture. ``speed`` is simulated seconds per real second, `SLOWEST` to
     `FASTEST`.
     """

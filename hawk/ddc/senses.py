@@ -17,19 +17,7 @@ from hawk.ddc.battery.chemistry import CHEMISTRIES
 from hawk.ddc.battery.energy import BatteryWatch, Reserve
 from hawk.ddc.battery.home_path import HomePath, mean_speed
 from hawk.ddc.battery.survey_watch import Sighting, SurveyWatch
-from hawk.ddc.facts import (
-    POSE_TIMEOUT_S,
-    BatteryFacts,
-    Facts,
-    HomeFacts,
-    LimitFacts,
-    LinkFacts,
-    OperatorFacts,
-    PositionFacts,
-    SightFacts,
-    VehicleEvent,
-    WindFacts,
-)
+from hawk.ddc.facts import BatteryFacts, Facts, LimitFacts, OperatorFacts, PositionFacts, SightFacts, WindFacts
 from hawk.ddc.fence.geometry import BREACH_TOLERANCE_M, area, outside_by, to_map
 from hawk.ddc.fence.outline import OutlineFacts
 from hawk.ddc.fence.outline_keeper import OutlineKeeper
@@ -39,11 +27,11 @@ from hawk.ddc.parameters.failsafes import ALL_NAMES
 from hawk.ddc.readings.belief import Belief, GroundWatch, Motion
 from hawk.ddc.readings.below import BelowWatch
 from hawk.ddc.readings.fall import FallWatch
-from hawk.ddc.readings.home import HomeWatch, home_health
-from hawk.ddc.readings.link import ForeignWrites, Jumps, LinkWatch
+from hawk.ddc.readings.home import HomeFacts, HomeWatch, home_health
+from hawk.ddc.readings.link import ForeignWrites, Jumps, LinkFacts, LinkWatch, VehicleEvent
 from hawk.ddc.readings.remote_control import SWITCH_CHANNEL, RemoteControlWatch, remote_control_health
 from hawk.ddc.readings.remote_id import remote_id_facts, remote_id_health
-from hawk.ddc.readings.topic_interface import BATTERY_TIMEOUT_S, DdcTopicInterface
+from hawk.ddc.readings.topic_interface import BATTERY_TIMEOUT_S, POSE_TIMEOUT_S, DdcTopicInterface
 from hawk.ddc.readings.wind import Wind, WindWatch
 from hawk.ddc.requests.flight_log import FlightLog
 from hawk.ddc.requests.requests import Outcomes, Requests

@@ -9,12 +9,12 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from hawk.sim.autopilot.autopilot import Autopilot, RefusedError
 from hawk.sim.autopilot.fence import FenceCommand, FenceError, FenceItem
+from hawk.sim.autopilot.options import Other
 from hawk.sim.autopilot.radio import POSITIONS
 from hawk.sim.autopilot.rally import MAX_POINTS, RallyPoint
 from hawk.sim.camera.camera import Camera, Frame
 from hawk.sim.camera.pictures import UPRIGHT, damage, orient
 from hawk.sim.link.mavlink_link import MavlinkLink
-from hawk.sim.options import Other
 
 Metres = Annotated[float, Field(ge=-10_000.0, le=10_000.0, allow_inf_nan=False)]
 Speed = Annotated[float, Field(ge=-50.0, le=50.0, allow_inf_nan=False)]

@@ -7,9 +7,9 @@ from pathlib import Path
 from hawk.comm.protocol.heartbeat import OutlineSetup
 from hawk.ddc.fence.outline import OutlineError, OutlineFacts, area_words, check_rings, corners_of, ground_of
 from hawk.ddc.fence.outline_geojson import read_survey_outline
-from hawk.ddc.orders import Level
 from hawk.ddc.survey_memory import SurveyMemory
 from hawk.model.limits import AskedGround, Fence, Outline
+from hawk.model.operation import Level
 from hawk.model.poses import GlobalPose
 from hawk.model.sentences import say, words_of
 

@@ -8,9 +8,9 @@ from hawk.comm.protocol.heartbeat import FenceSetup
 from hawk.ddc.fence.geojson import outline_geojson, read_outline
 from hawk.ddc.fence.geometry import FenceError, area
 from hawk.ddc.fence.plan import FencePlan, check_plan, fence_setup
-from hawk.ddc.orders import Level
 from hawk.ddc.settings import DdcSettings
 from hawk.model.limits import Fence, HeightParameters
+from hawk.model.operation import Level
 from hawk.model.poses import GlobalPose
 from hawk.model.sentences import say, words_of
 from hawk.runtime.files import set_aside, write_atomically

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from hawk.ddc.facts import TARGET_POSE_AGE_S
 from hawk.ddc.readings.clearance import SILENT_S, BelowFacts, ClearanceWatch, least_clearance, range_health
 from hawk.ddc.readings.slope import SlopeWatch
-from hawk.ddc.readings.topic_interface import DdcTopicInterface
+from hawk.ddc.readings.topic_interface import TARGET_POSE_AGE_S, DdcTopicInterface
 from hawk.model.operation import Health
 from hawk.model.vehicle import LandedState, VehicleState
 

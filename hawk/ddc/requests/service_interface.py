@@ -14,10 +14,9 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from hawk.comm.autopilot.vehicle import Autopilot, AutopilotError, OtherFenceError
-from hawk.ddc.facts import TARGET_POSE_AGE_S
 from hawk.ddc.motion import Goal
 from hawk.ddc.parameters.return_settings import RALLY_NAME
-from hawk.ddc.readings.topic_interface import DdcTopicInterface
+from hawk.ddc.readings.topic_interface import TARGET_POSE_AGE_S, DdcTopicInterface
 from hawk.ddc.requests.target_gate import Limits, target_refusal
 from hawk.model.limits import Fence, HeightParameters
 from hawk.model.operation import StateName

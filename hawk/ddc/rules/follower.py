@@ -19,8 +19,9 @@ from hawk.ddc.acts import (
     SetArmed,
     Step,
 )
-from hawk.ddc.facts import Facts, VehicleEvent
+from hawk.ddc.facts import Facts
 from hawk.ddc.orders import Cause, CauseKind, Rank, ToHover, ToIdle, ToReturn
+from hawk.ddc.readings.link import VehicleEvent
 from hawk.ddc.rules.restart import RestartRule, restart_rule
 from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import adopted

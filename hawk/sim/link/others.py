@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from hawk.sim.options import Other
+from hawk.sim.autopilot.options import Other
 
 _SECOND_NORTH_DEG: Final = 0.002
 """The second copter flies this far north of where the world begins: 220 m."""

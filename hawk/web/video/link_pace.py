@@ -2,8 +2,8 @@
 
 A picture that takes ten seconds to cross a link is ten seconds old when it arrives, whatever waits behind it. Pictures
 have steps: 0 is the whole one, each further step is smaller (`hawk.web.video.small_frames`). A picture that took more
-than `SLOW_S` leads to a smaller step, one within `FRESH_S` to a larger one. The two are as far apart as the bytes of two
-neighbouring steps, so that a steady link stays where it is. A step that proves too large is tried again after twice
+than `SLOW_S` leads to a smaller step, one within `FRESH_S` to a larger one. The two are as far apart as the bytes of
+two neighbouring steps, so that a steady link stays where it is. A step that proves too large is tried again after twice
 the time.
 """
 

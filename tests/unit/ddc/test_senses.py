@@ -16,10 +16,11 @@ from hawk.config.sections import FenceSettings, FlightSettings, HeightSettings, 
 from hawk.ddc.acts import Ask, SetMode
 from hawk.ddc.battery.energy import ASSUMED_DRAIN, SAFETY_FACTOR, seconds_home
 from hawk.ddc.battery.survey_watch import SurveyWatch
-from hawk.ddc.facts import Facts, VehicleEvent
+from hawk.ddc.facts import Facts
 from hawk.ddc.fence.geometry import circle, polygon_fence
 from hawk.ddc.fence.outline_keeper import OutlineKeeper
 from hawk.ddc.fence.stored import FenceKeeper
+from hawk.ddc.readings.link import VehicleEvent
 from hawk.ddc.readings.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.ddc.requests.flight_log import FlightLog
 from hawk.ddc.requests.requests import Outcomes, Requests

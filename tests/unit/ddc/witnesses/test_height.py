@@ -12,11 +12,11 @@ from hawk.comm.protocol.commands import AutonomousExplore
 from hawk.ddc.facts import Facts
 from hawk.ddc.motion import Goal
 from hawk.ddc.orders import Cause, CauseKind, ToExplore, ToHover, ToLand, ToReturn
-from hawk.ddc.readings.home import returning
 from hawk.ddc.rules import guard
 from hawk.ddc.rules.witness_reports import WitnessReports
 from hawk.ddc.states.camera_hold import raised
 from hawk.ddc.states.hover import STRAYS_S
+from hawk.ddc.states.returning import returning
 from hawk.ddc.witnesses.height import AGREES_S, SETTLED_S, SILENT_S, WINDOW_S, HeightFacts, HeightWatch
 from hawk.ddc.witnesses.witness import COMPASS_LOST, WitnessFacts, compass_part
 from hawk.model.ground_motion import GroundStep
