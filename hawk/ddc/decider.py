@@ -20,12 +20,10 @@ from hawk.ddc.readings.link import VehicleEvent
 from hawk.ddc.rules import guard
 from hawk.ddc.rules.command_desk import CommandDesk, Ruling, answer_record
 from hawk.ddc.rules.follower import FALLEN, VehicleFollower
-from hawk.ddc.rules.ground_watch import GroundReports
 from hawk.ddc.rules.judge import Bench, Case
 from hawk.ddc.rules.kill import KillSwitch, KillTokens
-from hawk.ddc.rules.notices import SurveyNotice
+from hawk.ddc.rules.notices import GroundReports, SurveyNotice, WitnessReports
 from hawk.ddc.rules.silence import SilenceWatch
-from hawk.ddc.rules.witness_reports import WitnessReports
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import State
 from hawk.ddc.states.factory import make_state

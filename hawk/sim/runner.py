@@ -16,8 +16,8 @@ import numpy as np
 from hawk.sim.autopilot.autopilot import STEP_S, Autopilot
 from hawk.sim.autopilot.options import AutopilotOptions, Other
 from hawk.sim.camera.camera import FRAME_S, Camera, Renderer, Shot, SimulationClock
-from hawk.sim.camera.camera_server import Backend, CameraServer
 from hawk.sim.camera.follow import Follower
+from hawk.sim.camera_server import Backend, CameraServer
 from hawk.sim.faults import CameraFaults, apply_camera_fault, apply_fault
 from hawk.sim.flight_record import FlightRecord
 from hawk.sim.geometry import Origin

@@ -9,7 +9,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from hawk.daemon.simulation import SimulationOptions
+from hawk.sim.launch import SimulationOptions
 from proving.faults.report import names, reporter, summary
 from proving.faults.run import ALL, SEED, START, run_faults
 

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from hawk.daemon.simulation import SimulationOptions
 from hawk.runtime.process import SIMULATOR_NICENESS, set_session_niceness
+from hawk.sim.launch import SimulationOptions
 from proving.faults.fault import Fault
 from proving.faults.report import names, reporter, summary
 from proving.faults.run import ALL, SEED, START, run_faults

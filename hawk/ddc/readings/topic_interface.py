@@ -11,14 +11,13 @@ from dataclasses import dataclass
 
 from hawk.comm.autopilot.vehicle import VehicleTopics
 from hawk.comm.topic import Topic
-from hawk.model.ground_motion import GroundStep
+from hawk.model.ground_motion import GroundStep, StallSize
 from hawk.model.limits import Fence, HeightParameters
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.operation import Health, StateName
 from hawk.model.plans import DesiredPose, Inbound, PathPlan, Verdict
 from hawk.model.poses import GlobalPose, LocalPose, MapPoint, VehiclePose
 from hawk.model.sentences import say
-from hawk.model.stall_size import StallSize
 from hawk.model.vehicle import BatteryInfo, Diagnostics, VehicleState
 
 TARGET_POSE_AGE_S = 0.5

@@ -20,8 +20,7 @@ from hawk.sim.autopilot.options import AutopilotOptions
 from hawk.sim.autopilot.parameters import Parameters, copter_parameters
 from hawk.sim.autopilot.radio import Radio
 from hawk.sim.autopilot.rally import Rally, RallyPlace, RallyPoint
-from hawk.sim.autopilot.rangefinder import SIMULATED, Rangefinder
-from hawk.sim.autopilot.sensors import Barometer, Compasses, Receiver
+from hawk.sim.autopilot.sensors import SIMULATED, Barometer, Compasses, Rangefinder, Receiver
 from hawk.sim.geometry import Origin, Vector, add, subtract
 from hawk.sim.vehicle import GRAVITY, Body, Demand, Wind, step_body
 

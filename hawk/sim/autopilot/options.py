@@ -6,8 +6,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 from hawk.sim.autopilot.battery import CELLS
-from hawk.sim.geometry import Flat
-from hawk.sim.ground import Slope
+from hawk.sim.geometry import Flat, Slope
 
 
 class Other(StrEnum):

@@ -21,8 +21,7 @@ from hawk.ddc.acts import (
     UploadFence,
 )
 from hawk.ddc.facts import Answer, Facts
-from hawk.ddc.keeping.changes import UNKNOWN, changed_by
-from hawk.ddc.keeping.effort import PAUSE_S, TRIES, WINDOW_S, Effort
+from hawk.ddc.keeping.effort import PAUSE_S, TRIES, UNKNOWN, WINDOW_S, Effort, changed_by
 from hawk.ddc.keeping.fence import COMPARE_S, RETRY_S, STALE_S, SWITCH_CONFIRM_S, KeptFence, is_inside
 from hawk.ddc.keeping.home import LOST_S, KeptHome
 from hawk.ddc.keeping.keeper import Keeper

@@ -17,9 +17,8 @@ from hawk.ddc.fence.geometry import Ring, ring_from_map
 from hawk.ddc.fence.plan import FencePlan
 from hawk.ddc.parameters.failsafes import FlightLimits
 from hawk.ddc.readings.belief import GroundFacts
-from hawk.ddc.readings.clearance import BelowFacts
+from hawk.ddc.readings.clearance import BelowFacts, Slope
 from hawk.ddc.readings.home import HomeFacts
-from hawk.ddc.readings.slope import Slope
 from hawk.ddc.rules.preflight import autopilot_view, failsafe_checks, preflight_items
 from hawk.ddc.settings import DdcSettings
 from hawk.model.limits import Fence, HeightParameters
