@@ -1,7 +1,8 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
-import { drawScene, plannedWay, type Surface } from "../src/map/draw-scene.ts";
+import { drawScene, plannedWay } from "../src/map/draw-scene.ts";
 import { EMPTY_SCENE, type Scene } from "../src/map/flight-scene.ts";
+import type { Surface } from "../src/map/surface.ts";
 import type { Command, Point, RouteAnswer } from "../src/protocol.ts";
 import { RoutePlan } from "../src/state/route-plan.ts";
 import { settle } from "./fakes.ts";
