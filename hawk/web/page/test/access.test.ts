@@ -89,7 +89,7 @@ describe("keys", () => {
 
   it("leave what is asked about the motors alone", () => {
     const rig = flying({ Options: IN_AIR });
-    void rig.operator.beginCut();
+    void rig.operator.cut.begin();
     press(rig, "e");
     assert.equal(rig.operator.question, null);
     press(rig, "h");

@@ -77,15 +77,15 @@ describe("the question for control", () => {
   it("tells the one who asked that control is kept, and each side when it went over", () => {
     const asking = flying(WATCHING);
     asking.hear({ "Control Kept": true });
-    assert.equal(asking.operator.toast?.text, "Ana keeps control.");
+    assert.equal(asking.operator.toasts.shown?.text, "Ana keeps control.");
     asking.hear({ "In Control": true, Controller: "Ben" });
-    assert.equal(asking.operator.toast.text, "You have control.");
+    assert.equal(asking.operator.toasts.shown.text, "You have control.");
     const giving = flying(MINE);
     giving.hear({ "In Control": false, Controller: "Ben" });
-    assert.equal(giving.operator.toast?.text, "Ben has control.");
+    assert.equal(giving.operator.toasts.shown?.text, "Ben has control.");
     const late = flying(MINE);
     late.hear({ "In Control": false, Controller: "Ben", "Control Taken By": "Ben" });
-    assert.equal(late.operator.toast?.text, "Ben took control: you were lost, or did not answer.");
+    assert.equal(late.operator.toasts.shown?.text, "Ben took control: you were lost, or did not answer.");
   });
 });
 
@@ -128,7 +128,7 @@ describe("what somebody else does", () => {
     const { operator, server } = opened({ say: (text) => heard.push(text) });
     server.last.say(heartbeat({ ...MINE, State: "Autonomous Explore" }));
     server.last.say(heartbeat({ ...MINE, State: "Hover", "Asked By": "Eve" }));
-    assert.equal(operator.toast?.text, "Stopped by Eve.");
+    assert.equal(operator.toasts.shown?.text, "Stopped by Eve.");
     assert.equal(operator.flight.lines[0]?.text, "Stopped by Eve.");
     server.last.say(heartbeat({ ...MINE, State: "Hover", "Asked By": "Eve" }));
     server.last.say(heartbeat({ ...MINE, State: "Hover", "Asked By": "Eve", "Control Asked By": "Ben", "Control Free In": 20 }));
@@ -246,7 +246,7 @@ describe("the name", () => {
     const id = (JSON.parse(server.last.sent.at(-1) ?? "{}") as { Id?: string }).Id;
     server.last.say({ Type: "Ack", Id: id, Accepted: false, Reason: "Name: choose another name" });
     await settle();
-    assert.equal(operator.toast?.text, "Name: choose another name");
+    assert.equal(operator.toasts.shown?.text, "Name: choose another name");
   });
 });
 

@@ -77,7 +77,7 @@ describe("the fence editor's bar", () => {
     rig.hear({ "Fence Setup": DRAWN });
     await stage.drawn();
     assert.equal(stage.has("[data-action=arm]"), true);
-    assert.deepEqual(rig.operator.toast, { level: "info", text: "The fence is saved. The next Arm uploads it." });
+    assert.deepEqual(rig.operator.toasts.shown, { level: "info", text: "The fence is saved. The next Arm uploads it." });
   });
 
   it("is cancelled without a word to the drone", async () => {
@@ -152,7 +152,7 @@ describe("the fence tools", () => {
       sent.push(address, options?.method, options?.body);
       return (answers.shift() ?? answers[0])!();
     };
-    const said = (): string => rig.operator.toast?.text ?? "";
+    const said = (): string => rig.operator.toasts.shown?.text ?? "";
     try {
       await choose({ size: 5_000_000 });
       assert.match(said(), /too large/);

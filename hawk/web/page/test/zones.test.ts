@@ -61,7 +61,7 @@ function editing(): { fence: FenceEditing; sent: Command[]; answer: () => Promis
     sent.push(command);
     return Promise.resolve(CHECK as never);
   };
-  const fence = new FenceEditing({ send, changed: () => undefined, tell: () => undefined, timers });
+  const fence = new FenceEditing({ send, changed: () => undefined, showToast: () => undefined, timers });
   const answer = async (): Promise<void> => {
     timers.advance(200);
     await settle();
@@ -211,10 +211,10 @@ describe("zones on the map", () => {
   const inForce = [{ North: 1, East: 1 }, { North: 9, East: 1 }, { North: 9, East: 9 }];
 
   it("are those in force in the air, the planned ones on the ground, and the drone's answer while drawing", () => {
-    const told = { "Fence Zones": [inForce], "Fence Zone Limits": [inForce, inForce] };
-    const flown = shownFence(heartbeat({ State: "Hover", ...told }), SETUP, PLANE);
+    const reported = { "Fence Zones": [inForce], "Fence Zone Limits": [inForce, inForce] };
+    const flown = shownFence(heartbeat({ State: "Hover", ...reported }), SETUP, PLANE);
     assert.deepEqual([flown.zones, flown.zoneLimits], [[inForce], [inForce, inForce]]);
-    const idle = shownFence(heartbeat({ State: "Idle", ...told }), SETUP, PLANE);
+    const idle = shownFence(heartbeat({ State: "Idle", ...reported }), SETUP, PLANE);
     assert.ok(near(idle.zoneLimits[0]?.[0]?.North, -10) && near(idle.zones[0]?.[0]?.North, -15));
     const drawn = draftFence(CHECK, PLANE);
     assert.deepEqual([drawn.zones.length, drawn.zoneLimits], [2, []], "the editor shows the zones itself");

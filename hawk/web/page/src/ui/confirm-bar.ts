@@ -2,7 +2,7 @@ import { html, nothing, type TemplateResult } from "lit";
 import { customElement, property } from "lit/decorators.js";
 import { keyed } from "lit/directives/keyed.js";
 import type { Command, Point } from "../protocol.ts";
-import type { Question } from "../state/operator.ts";
+import type { Question } from "../state/question.ts";
 import { cannot } from "../words/actions.ts";
 import { askedWords, OVERRULING, type Simple } from "../words/asked.ts";
 import { say, sentences } from "../words/say.ts";

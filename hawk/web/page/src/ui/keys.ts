@@ -24,7 +24,7 @@ function actOn(model: Operator, deed: KeyDeed): void {
     if (hold.kind !== "impossible") begin(model, hold);
     return;
   }
-  if (model.cutting || model.drawing) return; // what is asked there comes first
+  if (model.cut.current || model.drawing) return; // what is asked there comes first
   const action: Action | undefined = guidedActions(view, isTouch()).find((each) => each.name === deed);
   if (action?.kind === "possible") begin(model, action);
 }

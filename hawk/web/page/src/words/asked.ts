@@ -1,4 +1,4 @@
-import type { Question } from "../state/operator.ts";
+import type { Question } from "../state/question.ts";
 import * as format from "./format.ts";
 import { say } from "./say.ts";
 import type { View } from "./view.ts";
