@@ -191,7 +191,7 @@ describe("a move", () => {
     assert.equal(outside?.suggested, null);
     assert.match(consequence(view({ heartbeat: able }), outside, "Compulsive Move"), /Outside the fence/);
     const grass = planMove(view({ heartbeat: able }), { North: 9, East: 0 }, CELL.nonLot);
-    assert.deepEqual([grass?.ways[0]?.possible, grass?.ways[0]?.reason], [false, "Not a place inside the lot"]);
+    assert.deepEqual([grass?.choices[0]?.possible, grass?.choices[0]?.reason], [false, "Not a place inside the lot"]);
   });
 
   it("straight over a gap of the fence is refused, and around it is not", () => {
@@ -206,7 +206,7 @@ describe("a move", () => {
       { North: -20, East: 45 },
     ];
     const anywhere = (North: number, East: number, from = able) =>
-      planMove(view({ heartbeat: { ...from, Fence: horseshoe } }), { North, East }, CELL.unknown)?.ways[1];
+      planMove(view({ heartbeat: { ...from, Fence: horseshoe } }), { North, East }, CELL.unknown)?.choices[1];
     assert.deepEqual([anywhere(30, -30)?.possible, anywhere(30, -30)?.reason], [false, "The straight way there leaves the fence"]);
     assert.equal(anywhere(0, -30)?.possible, true);
     const inTheArm = { ...able, North: 30, East: -30 };
@@ -223,7 +223,7 @@ describe("a move", () => {
     assert.match(consequence(now, plan, "Autonomous Move", known), /52 m on the way/);
     assert.doesNotMatch(consequence(now, plan, "Compulsive Move", known), /on the way/);
     const none = planMove(now, { North: 9, East: 0 }, CELL.lot, { metres: null, reason: "X, Y: no way over the lot." });
-    assert.deepEqual([none?.ways[0]?.possible, none?.ways[0]?.reason, none?.suggested], [false, "no way over the lot.", "Compulsive Move"]);
+    assert.deepEqual([none?.choices[0]?.possible, none?.choices[0]?.reason, none?.suggested], [false, "no way over the lot.", "Compulsive Move"]);
     const outside = planMove(now, { North: 60, East: 0 }, CELL.lot, known);
     assert.equal(outside?.refusal, "Outside the fence");
   });

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
-import { drawScene, plannedWay } from "../src/map/draw-scene.ts";
+import { drawScene, plannedPath } from "../src/map/draw-scene.ts";
 import { EMPTY_SCENE, type Scene } from "../src/map/flight-scene.ts";
 import type { Surface } from "../src/map/surface.ts";
 import type { Command, Point, RouteAnswer } from "../src/protocol.ts";
@@ -10,13 +10,13 @@ import { possible } from "./make.ts";
 import { flying } from "./rig.ts";
 
 const TARGET = { North: 20, East: 10 };
-const WAY: Point[] = [
+const ROUTE: Point[] = [
   { North: 0, East: 10 },
   { North: 20, East: 10 },
 ];
 
 function answer(changes: Partial<RouteAnswer> = {}): RouteAnswer {
-  return { Type: "Route", Id: "r", Points: WAY, Length: 30, Refused: null, ...changes };
+  return { Type: "Route", Id: "r", Points: ROUTE, Length: 30, Refused: null, ...changes };
 }
 
 function asking(): { plan: RoutePlan; sent: Command[]; reply: (answer: unknown) => Promise<void> } {
@@ -42,7 +42,7 @@ describe("the way to a place that is asked about", () => {
     await reply(answer());
     assert.deepEqual([plan.state, plan.points], ["asking", []]);
     await reply(answer());
-    assert.deepEqual([plan.state, plan.points, plan.metres], ["known", WAY, 30]);
+    assert.deepEqual([plan.state, plan.points, plan.metres], ["known", ROUTE, 30]);
     void plan.ask(TARGET);
     plan.clear();
     await reply(answer());
@@ -69,7 +69,7 @@ describe("the way to a place that is asked about", () => {
     assert.equal(Type, "Route Request");
     rig.server.last.say({ ...answer(), Id });
     await settle();
-    assert.deepEqual(rig.operator.routePlan.points, WAY);
+    assert.deepEqual(rig.operator.routePlan.points, ROUTE);
     rig.operator.choose("Compulsive Move");
     assert.deepEqual(rig.operator.question, { about: "move", target: TARGET, kind: "Compulsive Move" });
     assert.equal(rig.operator.routePlan.state, "known");
@@ -110,12 +110,12 @@ describe("the way on the map", () => {
   ];
 
   it("goes over its way points before the move, and straight where there are none", () => {
-    const planned = scene({ planned: TARGET, plannedRoute: WAY });
-    assert.deepEqual(plannedWay(planned, planned.drone!).map((place) => place.North), [0, 0, 20]);
+    const planned = scene({ planned: TARGET, plannedRoute: ROUTE });
+    assert.deepEqual(plannedPath(planned, planned.drone!).map((place) => place.North), [0, 0, 20]);
     const straight = scene({ planned: TARGET });
-    assert.equal(plannedWay(straight, straight.drone!).length, 2);
-    const short = scene({ planned: TARGET, plannedRoute: WAY.slice(0, 1) });
-    assert.deepEqual(plannedWay(short, short.drone!).at(-1), TARGET);
+    assert.equal(plannedPath(straight, straight.drone!).length, 2);
+    const short = scene({ planned: TARGET, plannedRoute: ROUTE.slice(0, 1) });
+    assert.deepEqual(plannedPath(short, short.drone!).at(-1), TARGET);
     const { surface: canvas, lines } = surface();
     drawScene(canvas, planned);
     assert.deepEqual(lines.find((line) => line.colour === "plan")?.pixels, bent);
@@ -123,7 +123,7 @@ describe("the way on the map", () => {
 
   it("goes over its way points during the move", () => {
     const { surface: canvas, lines } = surface();
-    drawScene(canvas, scene({ route: WAY, target: TARGET }));
+    drawScene(canvas, scene({ route: ROUTE, target: TARGET }));
     assert.deepEqual(lines.find((line) => line.colour === "plan")?.pixels, bent);
   });
 

@@ -255,12 +255,12 @@ describe("a move and zones", () => {
 
   it("into one is not offered, and straight across one only over the lot", () => {
     const into = planMove(view({ heartbeat: able }), { North: 0, East: 15 }, CELL.lot)!;
-    assert.deepEqual([into.insideFence, into.ways.map((way) => way.possible)], [false, [false, false]]);
+    assert.deepEqual([into.insideFence, into.choices.map((choice) => choice.possible)], [false, [false, false]]);
     assert.match(consequence(view({ heartbeat: able }), into, "Compulsive Move"), /In a zone or its margin\. Choose a place .* out of zones/);
     const across = planMove(view({ heartbeat: able }), { North: 0, East: 30 }, CELL.lot)!;
-    assert.deepEqual(across.ways.map((way) => way.possible), [true, false]);
-    assert.equal(across.ways[1]?.reason, "The straight way there crosses a zone");
+    assert.deepEqual(across.choices.map((choice) => choice.possible), [true, false]);
+    assert.equal(across.choices[1]?.reason, "The straight way there crosses a zone");
     const beside = planMove(view({ heartbeat: able }), { North: 20, East: 30 }, CELL.lot)!;
-    assert.deepEqual(beside.ways.map((way) => way.possible), [true, true]);
+    assert.deepEqual(beside.choices.map((choice) => choice.possible), [true, true]);
   });
 });

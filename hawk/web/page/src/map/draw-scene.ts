@@ -169,8 +169,8 @@ function drawPlanned(surface: Surface, scene: Scene, drone: DroneMark): void {
     stroke(context, { colour: palette.plan, width: 2, dash: [4, 4] });
   }
   const target = pixel(toCoordinate(scene.planned));
-  const way = plannedWay(scene, drone);
-  path(context, way.map((place) => pixel(toCoordinate(place))));
+  const points = plannedPath(scene, drone);
+  path(context, points.map((place) => pixel(toCoordinate(place))));
   context.lineJoin = "round";
   stroke(context, { colour: palette.planCase, width: 6 });
   stroke(context, { colour: palette.plan, width: 3.5, dash: [10, 5] });
@@ -186,7 +186,7 @@ function drawPlanned(surface: Surface, scene: Scene, drone: DroneMark): void {
 }
 
 /** From the drone over the waypoints, where there are any, to the place that is asked about. */
-export function plannedWay(scene: Scene, drone: DroneMark): Point[] {
+export function plannedPath(scene: Scene, drone: DroneMark): Point[] {
   const last = scene.plannedRoute.at(-1);
   const end = scene.planned;
   const ends = end === null || (last && Math.hypot(last.North - end.North, last.East - end.East) < SAME_PLACE_M);

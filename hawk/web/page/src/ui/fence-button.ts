@@ -16,7 +16,7 @@ export class FenceButton extends Part {
     const reason = setup ? cannot(this.model.view(), "Set Fence") : say("not-known-yet");
     return html`<div><b>${title}</b> <span class="sub">${quoting(line, [setup?.Problem ?? ""])}</span></div>
       <div class="row">
-        ${this.aside()}
+        ${this.clearButton()}
         <button ?disabled=${reason !== ""} @click=${() => this.edit()}>
           <span class="two">${say("edit-fence")}${reason === "" ? nothing : html`<span class="sub">${noted(this.model.view(), reason)}</span>`}</span>
         </button>
@@ -24,7 +24,7 @@ export class FenceButton extends Part {
   }
 
   /** A drawn fence can be replaced by that of the settings. */
-  private aside(): TemplateResult | typeof nothing {
+  private clearButton(): TemplateResult | typeof nothing {
     const view = this.model.view();
     if (!option(view, "Clear Fence").Possible || control(view) !== "mine") return nothing;
     return html`<button
