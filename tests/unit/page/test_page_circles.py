@@ -18,7 +18,7 @@ CIRCLE = "import(no-cycle)"
 def lint(folder: Path, **modules: str) -> subprocess.CompletedProcess[str]:
     for name, source in modules.items():
         (folder / f"{name}.ts").write_text(source, "utf-8")
-    command = [OXLINT, "--config", RULES, "--format", "unix", folder]
+    command: list[str | Path] = [OXLINT, "--config", RULES, "--format", "unix", folder]
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
 
 
