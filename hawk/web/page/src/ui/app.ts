@@ -10,7 +10,7 @@ import { icon } from "./icons.ts";
 import { actOnKey } from "./keys.ts";
 import type { MapPanel } from "./map-panel.ts";
 import type { TabName } from "./tabs.ts";
-import { Watch } from "./watch.ts";
+import { Watch } from "./redraw-on-change.ts";
 import "./action-bar.ts";
 import "./control-note.ts";
 import "./counts-card.ts";

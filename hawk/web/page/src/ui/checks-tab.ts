@@ -6,7 +6,7 @@ import { type Remedy, REMEDIES } from "../words/remedies.ts";
 import { say } from "../words/say.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
-import { mend } from "./mend.ts";
+import { mend } from "./apply-remedy.ts";
 import { checkWords, drone, noted } from "./quoting.ts";
 import { heights } from "./settings-tab.ts";
 import "./fence-button.ts";

@@ -4,7 +4,7 @@ import { keyed } from "lit/directives/keyed.js";
 import type { Command, Point } from "../protocol.ts";
 import type { Question } from "../state/question.ts";
 import { cannot } from "../words/actions.ts";
-import { askedWords, OVERRULING, type Simple } from "../words/asked.ts";
+import { askedWords, OVERRULING, type Simple } from "../words/confirm.ts";
 import { say, sentences } from "../words/say.ts";
 import { consequence, type MoveKind, type MovePlan, planMove } from "../words/move.ts";
 import { Part } from "./element.ts";

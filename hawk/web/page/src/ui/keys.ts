@@ -1,7 +1,7 @@
 import type { Operator } from "../state/operator.ts";
 import { type Action, guidedActions, safetyActions } from "../words/actions.ts";
 import { KEYS, type KeyDeed } from "../words/keys.ts";
-import { begin } from "./begin.ts";
+import { begin } from "./start-action.ts";
 import { isTouch } from "./touch.ts";
 
 /** Inputs in which a letter is no text. */

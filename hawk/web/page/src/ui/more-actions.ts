@@ -1,9 +1,9 @@
 import { html, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
 import { type Action, guidedActions } from "../words/actions.ts";
-import { begin } from "./begin.ts";
+import { begin } from "./start-action.ts";
 import { Part } from "./element.ts";
-import { showChecks } from "./mend.ts";
+import { showChecks } from "./apply-remedy.ts";
 import { noted } from "./quoting.ts";
 import { isTouch } from "./touch.ts";
 

@@ -1,6 +1,6 @@
 import type { Operator } from "../state/operator.ts";
 import { type Action, COMMANDS } from "../words/actions.ts";
-import { OVERRULING, type Simple } from "../words/asked.ts";
+import { OVERRULING, type Simple } from "../words/confirm.ts";
 
 /** Starts the motors or makes the drone fly somewhere: one click is not enough. */
 const ASKED = new Set(["Arm", "Takeoff", "Autonomous Explore", "Resume"]);
