@@ -23,7 +23,7 @@ function press(rig: Rig, key: string, target: HTMLElement = document.body, init:
   const page: string[] = [];
   const event = new KeyboardEvent("keydown", { key, cancelable: true, bubbles: true, ...init });
   Object.defineProperty(event, "target", { value: target });
-  actOnKey(event, rig.operator, (deed) => page.push(deed));
+  actOnKey(event, rig.operator, (action) => page.push(action));
   return page;
 }
 

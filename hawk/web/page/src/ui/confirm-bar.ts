@@ -4,7 +4,7 @@ import { keyed } from "lit/directives/keyed.js";
 import type { Command, Point } from "../protocol.ts";
 import type { Question } from "../state/question.ts";
 import { cannot } from "../words/actions.ts";
-import { askedWords, OVERRULING, type Simple } from "../words/confirm.ts";
+import { type AskedCommand, confirmWords, OVERRULING } from "../words/confirm.ts";
 import { say, sentences } from "../words/say.ts";
 import { consequence, type MoveKind, type MovePlan, planMove } from "../words/move.ts";
 import { Part } from "./element.ts";
@@ -62,9 +62,9 @@ export class ConfirmBar extends Part {
     </div>`;
   }
 
-  private simple(about: Simple): TemplateResult {
+  private simple(about: AskedCommand): TemplateResult {
     const view = this.model.view();
-    const { question, second, slide, label } = askedWords(view, about);
+    const { question, second, slide, label } = confirmWords(view, about);
     const overrules = OVERRULING.has(about);
     const reason = overrules ? "" : cannot(view, about);
     const run = (): void => {
