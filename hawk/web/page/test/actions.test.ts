@@ -113,7 +113,7 @@ describe("the banner", () => {
     assert.match(holding?.text ?? "", /By its settings it now holds its place\. At 12:00:24 it returns home and lands/);
     assert.equal(holding?.timeline?.countdown, "24 s");
     const late = banner(view({ heartbeat: exploring, silence: 50 }));
-    assert.match(late?.text ?? "", /By its settings it is on its way home since/);
+    assert.match(late?.text ?? "", /By its settings it has been returning home since/);
     assert.equal(late?.timeline?.countdown, "");
   });
 
@@ -207,7 +207,7 @@ describe("a move", () => {
     ];
     const anywhere = (North: number, East: number, from = able) =>
       planMove(view({ heartbeat: { ...from, Fence: horseshoe } }), { North, East }, CELL.unknown)?.choices[1];
-    assert.deepEqual([anywhere(30, -30)?.possible, anywhere(30, -30)?.reason], [false, "The straight way there leaves the fence"]);
+    assert.deepEqual([anywhere(30, -30)?.possible, anywhere(30, -30)?.reason], [false, "The straight path there leaves the fence"]);
     assert.equal(anywhere(0, -30)?.possible, true);
     const inTheArm = { ...able, North: 30, East: -30 };
     assert.equal(anywhere(30, 30, inTheArm)?.possible, false);
@@ -220,8 +220,8 @@ describe("a move", () => {
     const known = { metres: 52, reason: "" };
     const plan = planMove(now, { North: 9, East: 0 }, CELL.lot, known);
     assert.ok(plan);
-    assert.match(consequence(now, plan, "Autonomous Move", known), /52 m on the way/);
-    assert.doesNotMatch(consequence(now, plan, "Compulsive Move", known), /on the way/);
+    assert.match(consequence(now, plan, "Autonomous Move", known), /52 m along the route/);
+    assert.doesNotMatch(consequence(now, plan, "Compulsive Move", known), /along the route/);
     const none = planMove(now, { North: 9, East: 0 }, CELL.lot, { metres: null, reason: "X, Y: no way over the lot." });
     assert.deepEqual([none?.choices[0]?.possible, none?.choices[0]?.reason, none?.suggested], [false, "no way over the lot.", "Compulsive Move"]);
     const outside = planMove(now, { North: 60, East: 0 }, CELL.lot, known);

@@ -205,7 +205,7 @@ describe("the way into the fence editor", () => {
     const rig = grounded({ "Fence Setup": DRAWN, Options: possible("Set Fence", "Clear Fence") });
     const stage = new Stage(new FenceButton(), rig.operator);
     await stage.drawn();
-    await stage.press("Put aside the drawn fence");
+    await stage.press("Set aside the drawn fence");
     assert.equal(rig.sent().at(-1)?.Type, "Clear Fence");
   });
 

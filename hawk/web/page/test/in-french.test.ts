@@ -266,7 +266,7 @@ describe("a name that is read aloud", () => {
     ["tool-close", "close-ring"],
     ["tool-zone", "tool-zone-aloud"],
     ["tool-hole", "tool-hole-aloud"],
-    ["put-aside", "put-aside-label"],
+    ["set-aside", "set-aside-label"],
     ["last-outline", "last-outline-label"],
     ["remove", "remove-outline"],
   ] as const;

@@ -259,7 +259,7 @@ describe("a move and zones", () => {
     assert.match(consequence(view({ heartbeat: able }), into, "Compulsive Move"), /In a zone or its margin\. Choose a place .* out of zones/);
     const across = planMove(view({ heartbeat: able }), { North: 0, East: 30 }, CELL.lot)!;
     assert.deepEqual(across.choices.map((choice) => choice.possible), [true, false]);
-    assert.equal(across.choices[1]?.reason, "The straight way there crosses a zone");
+    assert.equal(across.choices[1]?.reason, "The straight path there crosses a zone");
     const beside = planMove(view({ heartbeat: able }), { North: 20, East: 30 }, CELL.lot)!;
     assert.deepEqual(beside.choices.map((choice) => choice.possible), [true, true]);
   });

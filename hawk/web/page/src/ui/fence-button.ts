@@ -28,10 +28,10 @@ export class FenceButton extends Part {
     const view = this.model.view();
     if (!option(view, "Clear Fence").Possible || control(view) !== "mine") return nothing;
     return html`<button
-      aria-label=${say("put-aside-label")}
-      @click=${() => void this.model.command({ Type: "Clear Fence" }, say("put-aside-what"))}
+      aria-label=${say("set-aside-label")}
+      @click=${() => void this.model.command({ Type: "Clear Fence" }, say("set-aside-what"))}
     >
-      ${say("put-aside")}
+      ${say("set-aside")}
     </button>`;
   }
 

@@ -180,5 +180,5 @@ function homeNote(view: View): string {
   if (North === null || East === null || !Home) return say("home-note");
   const metres = Math.hypot(North - Home.North, East - Home.East);
   const distance = format.distance(metres, view.units);
-  return view.cruise === null ? distance : say("home-way", { distance, time: format.duration(metres / view.cruise) });
+  return view.cruise === null ? distance : say("home-distance", { distance, time: format.duration(metres / view.cruise) });
 }

@@ -103,7 +103,7 @@ function batteryCost(heartbeat: Heartbeat, seconds: number | null): number | nul
 }
 
 function staysInLot(view: View, { metres }: PlannedRoute): string {
-  return metres === null ? say("stays-in-lot") : say("stays-in-lot-way", { distance: format.distance(metres, view.units) });
+  return metres === null ? say("stays-in-lot") : say("stays-in-lot-distance", { distance: format.distance(metres, view.units) });
 }
 
 function whereInside(heartbeat: Heartbeat, target: Point): "inside" | "outside-fence" | "in-zone" {
